@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import field
 from enum import StrEnum
 
+from sitscad.basics.messages import text_of
 from sitscad.basics.record import record
 
 
@@ -35,14 +36,14 @@ class Place:
 
 
 class Missing(StrEnum):
-    """Kinds of room that a board can lack."""
+    """Kinds of room that a board can lack. The values are cases of ``data/messages.csv``."""
 
-    WAY_OUT = "a copper layer on which a coil comes out"
-    INNER_ROOM = "room for the vias inside a coil"
-    LEAD_ROOM = "room for leads and outer vias"
-    TAIL_LAYERS = "copper layers in the tail for the pairs"
-    TAIL_ROOM = "room for the tracks at the contacts"
-    BODY_ROOM = "room inside the outline that is given to the body"
+    WAY_OUT = "way-out"
+    INNER_ROOM = "inner-room"
+    LEAD_ROOM = "lead-room"
+    TAIL_LAYERS = "tail-pairs"
+    TAIL_ROOM = "tail-room"
+    BODY_ROOM = "body-room"
 
 
 @record
@@ -50,7 +51,7 @@ class Shortfall:
     """A part for which a board has no room.
 
     ``have`` and ``need`` are the available and the needed room in ``unit``. ``need`` is None if it is unknown.
-    ``facts`` are further values for the message (`_WORDS`).
+    ``facts`` are further values for the message.
     """
 
     what: Missing
@@ -58,7 +59,7 @@ class Shortfall:
     need: float | None = None
     unit: str | None = None
     place: Place | None = None
-    facts: tuple[tuple[str, str | float], ...] = ()
+    facts: tuple[tuple[str, object], ...] = ()
 
     @property
     def missing(self) -> float | None:
@@ -66,43 +67,17 @@ class Shortfall:
         return None if self.have is None or self.need is None else self.need - self.have
 
     @property
+    def case(self) -> str:
+        """Case of the message in ``data/messages.csv``."""
+        if self.what is Missing.BODY_ROOM and "coil" not in dict(self.facts):
+            return "body-room-tail"
+        unknown = {Missing.INNER_ROOM: "inner-room-unknown", Missing.TAIL_ROOM: "tail-room-unknown"}
+        return self.what if self.need is not None else unknown.get(self.what, self.what)
+
+    @property
     def message(self) -> str:
-        """Text that names the part without room, with its figures."""
-        facts = dict(self.facts)
-        singular = _WORDS_OF_ONE.get(self.what, "") if facts.get("count") == 1 else ""
-        need_text = _WORDS_OF_NEED.get(self.what, "") if self.need is not None else ""
-        return ((singular or _WORDS[self.what]) + need_text).format(**facts)
-
-
-_WORDS = {
-    Missing.WAY_OUT: "a coil of {count} layers ends inside its turns, and the stack-up {stackup} has no copper layer "
-    "left on which it could come out",
-    Missing.INNER_ROOM: "no room for {count} vias and the stubs to them inside the innermost turn, where {clear:.3f} "
-    "mm are clear",
-    Missing.LEAD_ROOM: "the coils' leads and outer vias find no way out of the windings",
-    Missing.TAIL_LAYERS: "array pattern {pattern} needs two copper layers in the tail for its pairs of tracks, the "
-    "tail has one: the coils have no leads",
-    Missing.TAIL_ROOM: "the tracks of {coils} coils come too near each other on their way to the contacts of "
-    "{connector} (pitch {pitch:g} mm, {tail:.1f} mm of tail)",
-    Missing.BODY_ROOM: "{what} not inside the body that is asked for ({body})",
-}
-"""Templates of the messages of shortfalls. Names in braces stand for values; lengths are in millimetres."""
-
-_WORDS_OF_ONE = {
-    Missing.WAY_OUT: "a coil of {count} layer ends inside its turns, and the stack-up {stackup} has no copper layer "
-    "left on which it could come out",
-    Missing.INNER_ROOM: "no room for the via and the stubs to it inside the innermost turn, where {clear:.3f} mm are "
-    "clear",
-    Missing.LEAD_ROOM: "the leads and outer vias of coil {coil} find no way out of the windings",
-}
-"""Templates that replace the templates of `_WORDS` if ``count`` is 1."""
-
-_WORDS_OF_NEED = {
-    Missing.INNER_ROOM: ", minimum {need:.3f} mm",
-    Missing.TAIL_ROOM: ": {rules} asks {track:g} um from track to track",
-    Missing.BODY_ROOM: ": {missing:.0f} um are missing on its side",
-}
-"""Text added to the message if the needed room is known."""
+        """Text that names the part without room, with its values."""
+        return text_of(self.case, "message", {"measured": self.have, "limit": self.need, **dict(self.facts)})
 
 
 @record

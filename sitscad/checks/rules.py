@@ -9,10 +9,10 @@ from string import Formatter
 
 from sitscad.basics.check_results import RequirementResult
 from sitscad.basics.finding import Finding, NotChecked, Place, Severity
+from sitscad.basics.messages import text_of
 from sitscad.basics.record import record, replace
 from sitscad.basics.units import show
 from sitscad.checks.fixes.search import Family
-from sitscad.checks.messages import text_of
 from sitscad.data import rows
 from sitscad.estimates.design import Cells, Design
 from sitscad.kernels.converters.converter import Converter

@@ -10,10 +10,10 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 
 from sitscad.basics.finding import Finding, NotChecked, Remedy, Severity
+from sitscad.basics.messages import text_of
 from sitscad.checks.fixes.mending import Applied, is_better, is_further, worsened_rules
 from sitscad.checks.fixes.moves import families_for_room
 from sitscad.checks.fixes.search import Budget, Fix, RemainingProblems, Search, hint_text, not_further, search
-from sitscad.checks.messages import text_of
 from sitscad.checks.rules import Outcome, Rule, locate_finding, outcomes
 from sitscad.estimates.design import Design, has_same_board
 from sitscad.layout.routing.escape import SearchLimit

@@ -222,8 +222,9 @@ def _spaced(artwork: ArtworkSpec, windings: tuple[WoundCoil, ...], bus: Bus, sea
             # lanes run straight beside the coils, where a given outline may curve in: through a maze they need not
             routing = route_freely(artwork, bus, windings, front, searches)
         if routing is None:  # only trials show the room for leads or outer vias beside or between the coils
-            stuck = None if searches.stuck is None else artwork.array.placements[searches.stuck].name
-            shortfalls.append(Shortfall(Missing.LEAD_ROOM, facts=(("count", 1), ("coil", stuck)) if stuck else ()))
+            names = tuple(placement.name for placement in artwork.array.placements)
+            stuck = names if searches.stuck is None else (names[searches.stuck],)
+            shortfalls.append(Shortfall(Missing.LEAD_ROOM, facts=(("coils", stuck),)))
         elif not _tail_is_clear(artwork.fpc.rules, routing):
             shortfalls.append(_no_tail_room(artwork.array.placements, artwork.fpc.rules, routing.tail))
             routing = None
@@ -264,10 +265,8 @@ def _no_tail_room(placements: tuple[CoilPlacement, ...], rules: DesignRules, tai
     facts = (
         ("coils", len(placements)),
         ("connector", contacts.name),
-        ("pitch", contacts.pitch * 1e3),
-        ("tail", (tail.end - tail.start) * 1e3),
-        ("rules", rules.name),
-        ("track", needed * 1e6),
+        ("tail", tail.end - tail.start),
+        ("house", rules.name),
     )
     return Shortfall(Missing.TAIL_ROOM, contacts.pitch, needed if needed > contacts.pitch else None, "m", facts=facts)
 

@@ -8,7 +8,6 @@ from functools import lru_cache
 
 from sitscad.basics.finding import Missing, Shortfall
 from sitscad.basics.record import record, replace
-from sitscad.basics.units import show
 from sitscad.kernels.geometry.convex import signed_distance
 from sitscad.kernels.geometry.path import (
     Arc,
@@ -172,9 +171,8 @@ def lack(artwork: ArtworkSpec, tail: TailFrame | None) -> Shortfall | None:
     name = min(room, key=lambda name: room[name])
     wider = 0.0 if tail is None else max(tail.half_width - high, tail.half_width + low)
     if clearance - room[name] > max(wider, SLACK):
-        what = f"{name}, with the {show(clearance, 'm')} that copper keeps from the edge, is"
-        return _lacking(artwork.fpc, what, room[name], clearance)
-    return _lacking(artwork.fpc, "the tail's root is", -wider, 0.0) if wider > SLACK else None
+        return _lacking(artwork.fpc, room[name], clearance, ("coil", name))
+    return _lacking(artwork.fpc, -wider, 0.0) if wider > SLACK else None
 
 
 def edge_room(artwork: ArtworkSpec, edge: Path) -> dict[str, float]:
@@ -186,9 +184,8 @@ def edge_room(artwork: ArtworkSpec, edge: Path) -> dict[str, float]:
     return room
 
 
-def _lacking(fpc: FpcSpec, what: str, have: float, need: float) -> Shortfall:
-    body = fpc.body.written if fpc.body else ""
-    facts = (("what", what), ("body", body), ("missing", (need - have) * 1e6))
+def _lacking(fpc: FpcSpec, have: float, need: float, *facts: tuple[str, object]) -> Shortfall:
+    facts = (*facts, ("body", fpc.body.written if fpc.body else ""), ("missing", need - have))
     return Shortfall(Missing.BODY_ROOM, have, need, "m", facts=facts)
 
 

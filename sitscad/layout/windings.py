@@ -497,7 +497,7 @@ def _joined_inside(
     windings = wind_coil(artwork, replace(placement, centre=centre))
     if len(windings) % 2 and way_out is None:  # it ends inside, and no copper layer is left to come out on
         layers = len(coil.layers)
-        have, named = float(len(stackup.copper)), (("count", layers), ("stackup", stackup.name))
+        have, named = float(len(stackup.copper)), (("count", layers), ("stackup", stackup.name), ("more", layers + 1))
         return (), (Shortfall(Missing.WAY_OUT, have, float(layers + 1), "copper layers", facts=named),)
     clear = min(winding.path.distance(centre) for winding in windings) - coil.trace_width / 2  # no turn's copper enters
     inside = Inside(centre, clear, coil.size[0] - coil.size[1], placement.rotation)
@@ -518,8 +518,7 @@ def no_inner_room(count: int, have: float, need: float | None) -> Shortfall:
 
     The needed diameter is None if it is unknown, as it is if the vias have room and their stubs have none.
     """
-    facts = ("count", count), ("clear", max(0.0, have) * 1e3), ("need", (need or 0.0) * 1e3)
-    return Shortfall(Missing.INNER_ROOM, have, need, "m", facts=facts)
+    return Shortfall(Missing.INNER_ROOM, have, need, "m", facts=(("count", count), ("clear", max(0.0, have))))
 
 
 _inner_joins = lru_cache(maxsize=64)(place_inner_vias)

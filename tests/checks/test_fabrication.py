@@ -274,8 +274,8 @@ def test_single_coil_without_room_for_leads_names_the_room_that_its_body_needs(a
 
 def test_a_shortfall_of_the_layout_is_reported_in_its_words(judge, good):
     spec, layout = good
-    told = Shortfall(Missing.LEAD_ROOM, have=1.0, need=2.0)
-    (found,) = judge("SIT113", spec, replace(layout, shortfalls=(told,)))
+    told = Shortfall(Missing.TAIL_LAYERS, have=1.0, need=2.0, facts=(("pattern", "grid"),))
+    (found,) = judge("SIT118", spec, replace(layout, shortfalls=(told,)))
     assert (found.message, found.measured) == (told.message, 1.0) and found.line is not None
 
 

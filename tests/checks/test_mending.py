@@ -17,11 +17,11 @@ sys.path[:0] = [str(Path(__file__).parents[1] / "benchmarks")]
 from check_times import design as random_design  # noqa: E402
 
 from sitscad.basics.finding import Edit, Finding, NotChecked, Remedy, Severity  # noqa: E402
+from sitscad.basics.messages import text_of  # noqa: E402
 from sitscad.basics.record import record  # noqa: E402
 from sitscad.checks.fixes.mending import mended_text, worsened_rules  # noqa: E402
 from sitscad.checks.fixes.search import warnings_text  # noqa: E402
 from sitscad.checks.judging import check, mended  # noqa: E402
-from sitscad.checks.messages import text_of  # noqa: E402
 from sitscad.spec import templates  # noqa: E402
 from sitscad.spec.load import load_text  # noqa: E402
 from sitscad.spec.reading import SpecError  # noqa: E402

@@ -15,11 +15,11 @@ from follow_hints import alternatives, followed, written  # noqa: E402
 from follow_hints import design as random_design  # noqa: E402
 
 from sitscad.basics.finding import Edit, Severity  # noqa: E402
+from sitscad.basics.messages import text_of  # noqa: E402
 from sitscad.checks.fixes.mending import Applied, is_better, worsened_rules  # noqa: E402
 from sitscad.checks.fixes.moves import with_turns  # noqa: E402
 from sitscad.checks.fixes.search import Budget, RemainingProblems, hint_text, search  # noqa: E402
 from sitscad.checks.judging import check  # noqa: E402
-from sitscad.checks.messages import text_of  # noqa: E402
 from sitscad.estimates.states import plate  # noqa: E402
 from sitscad.spec import templates  # noqa: E402
 from sitscad.spec.load import load_text, rewritten_spec  # noqa: E402

@@ -186,12 +186,9 @@ def test_readme_lists_every_file_of_the_set(board):
 
 
 def test_readme_of_an_incomplete_layout_says_so_first():
-    lack = Shortfall(Missing.INNER_ROOM, facts=(("count", 1), ("clear", 0.1)))
+    lack = Shortfall(Missing.INNER_ROOM, facts=(("count", 1), ("clear", 0.1e-3)))
     text = fabrication_notes.readme(replace(layouts.two_coils(), shortfalls=(lack,)))
-    assert (
-        "DO NOT ORDER" in text.splitlines()[3]
-        and "\n- no room for the via and the stubs to it inside the innermost turn, where 0.100 mm are" in text
-    )
+    assert "DO NOT ORDER" in text.splitlines()[3] and f"\n- {lack.message}" in text
 
 
 def test_a_board_without_tail_is_described_too():

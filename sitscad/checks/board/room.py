@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from itertools import combinations, pairwise
+from typing import Any
 
 from sitscad.assembly.places.bodies import film_thickness
 from sitscad.assembly.places.seating import PLATE_CORNER, plate_plan
@@ -51,7 +52,7 @@ def _with_need(artwork: ArtworkSpec, lack: Shortfall) -> Shortfall:
     for growth in GROWTHS:
         size = (artwork.coil.size[0] + growth, artwork.coil.size[1] + growth)
         if moves.inner_vias_fit(replace(artwork, coil=replace(artwork.coil, size=size))):
-            return no_inner_room(int(dict(lack.facts)["count"]), lack.have, lack.have + growth)
+            return no_inner_room(int(str(dict(lack.facts)["count"])), lack.have, lack.have + growth)
     return lack
 
 
@@ -97,35 +98,38 @@ def body_gap(artwork: ArtworkSpec) -> tuple[float, float] | None:
 
 def _too_little_room(spec: SensorSpec, shortfall: Shortfall) -> Violation:
     """Return the violation for a shortfall of room, with changes that may make room."""
-    lack, body = _with_need(spec.artwork, shortfall), spec.fpc.body
-    is_known, is_single = lack.need is not None, len(spec.array.placements) == 1
-    of_rules = f"and spacing of the rules {spec.fpc.rules.name}"
-    leads = "lead-room" if is_single else "lead-room-coils"
-    have, need, unit = lack.have, lack.need, lack.unit
+    lack, of_rules = _with_need(spec.artwork, shortfall), f"and spacing of the rules {spec.fpc.rules.name}"
+    if lack.what is Missing.LEAD_ROOM:
+        return _too_little_lead_room(spec, lack)
+    # key and source (None: the rule's)
+    texts: dict[Missing, tuple[str, str | None]] = {
+        Missing.WAY_OUT: ("coil.layers", None),
+        Missing.INNER_ROOM: ("coil.turns", f"via pad {of_rules}"),
+        Missing.TAIL_LAYERS: ("fpc.tail.layers", None),
+        Missing.TAIL_ROOM: ("fpc.tail.connector" if spec.fpc.tail else "fpc",
+                            f"{'via pad' if lack.need is None else 'trace'} {of_rules}"),
+        Missing.BODY_ROOM: ("fpc.body", None),
+    }
+    key, source = texts[lack.what]
+    facts: dict[str, Any] = dict(lack.facts)
+    return violation_of(lack.case, key, lack.have, lack.need, lack.unit, source=source, place=lack.place,
+                        fixes=_changes_for_room(spec, shortfall), **facts)
+
+
+def _too_little_lead_room(spec: SensorSpec, lack: Shortfall) -> Violation:
+    """Return the violation for leads without room: between the coils, or between the coils and the body's edge."""
     between, beside = lead_gap(spec.array.placements, spec.coil, spec.fpc.rules), body_gap(spec.artwork)
     is_in_body = beside is not None and (between is None or beside[0] * between[1] < between[0] * beside[1])
-    gap = beside if is_in_body else between
-    if lack.what is Missing.LEAD_ROOM and have is None and gap is not None:
-        leads, have, need, unit = "lead-room-body" if is_in_body else "lead-room-gap", *gap, "m"
-    # case, key and source (None: the rule's)
-    texts: dict[Missing, tuple[str, str, str | None]] = {
-        Missing.WAY_OUT: ("way-out", "coil.layers", None),
-        Missing.INNER_ROOM: ("inner-room", "coil.turns", f"via pad {of_rules}"),
-        Missing.LEAD_ROOM: (leads, "fpc.body" if is_in_body else "coil.start_angle" if is_single else
-                            spec.array.distance_key, f"via pad {of_rules}"),
-        Missing.TAIL_LAYERS: ("tail-pairs", "fpc.tail.layers", None),
-        Missing.TAIL_ROOM: ("tail-room" if is_known else "tail-room-unknown",
-                            "fpc.tail.connector" if spec.fpc.tail else "fpc",
-                            f"{'trace' if is_known else 'via pad'} {of_rules}"),
-        Missing.BODY_ROOM: ("body-room", "fpc.body", None),
-    }
-    case, key, source = texts[lack.what]
-    hint = ""
-    if lack.what is Missing.LEAD_ROOM:
-        hint = "lead-room" if is_single else "lead-room-coils"
-    return violation_of(case, key, have, need, unit, hint=hint, source=source, place=lack.place,
-                        fixes=_changes_for_room(spec, shortfall), lack=lack.message, layers=len(spec.coil.layers) + 1,
-                        body=body.written if body is not None else "")
+    gap, is_single = beside if is_in_body else between, between is None
+    case = "lead-room" if gap is None else "lead-room-body" if is_in_body else "lead-room-gap"
+    key = "fpc.body" if is_in_body else "coil.start_angle" if is_single else spec.array.distance_key
+    have, need = gap or (None, None)
+    return violation_of(
+        case, key, have, need, "m" if gap else None, hint="lead-room" if is_single else "lead-room-coils",
+        source=f"via pad and spacing of the rules {spec.fpc.rules.name}", place=lack.place,
+        fixes=_changes_for_room(spec, lack), coils=dict(lack.facts)["coils"],
+        body=spec.fpc.body.written if spec.fpc.body else "",
+    )
 
 
 def no_way_out(design: Design) -> Iterator[Verdict]:

@@ -13,8 +13,8 @@ from dataclasses import replace
 from typing import Any, ClassVar
 
 from sitscad.basics.finding import Edit
+from sitscad.basics.messages import text_of
 from sitscad.basics.record import record
-from sitscad.checks.messages import text_of
 from sitscad.spec.sensor import SensorSpec
 
 DECISIVE = "decisive"
