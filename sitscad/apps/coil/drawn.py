@@ -30,6 +30,7 @@ from sitscad.files.drawing.pictures.layout_picture import COLOURS, RING
 from sitscad.files.drawing.sheet import Pen, Sheet
 from sitscad.files.drawing.svg import svg
 from sitscad.kernels.electromagnetics.inductance.filaments import via_inductance
+from sitscad.kernels.electromagnetics.inductance.track_strands import Track
 from sitscad.kernels.electromagnetics.inductance.tracks import winding_inductance
 from sitscad.kernels.electromagnetics.loss.current_modes import ProximityLoss
 from sitscad.kernels.electromagnetics.loss.proximity import least_gap, resolution_for
@@ -48,7 +49,10 @@ INDUCTANCE_ERROR, RESISTANCE_ERROR = 0.005, 0.05
 """Relative error bounds of a drawn coil's inductance and resistance, far below its self-resonance.
 
 Coils that a spec drew, and whole boards with leads, were read back within 0.25 % and 1.5 %
-(tests/coil/test_drawn_coil.py). Coils of other generators were not compared with an independent solver."""
+(tests/coil/test_drawn_coil.py). Nine coils of six other generators differ from FastHenry by at most 0.31 % in
+inductance (docs/accuracy.md). If layers turn against each other, the
+error bound is relative to the inductance of the same layers with one sense: a wedge with opposed layers differs by
+0.7 %."""
 
 TOLERANCE = 3e-2
 """Allowed relative error of the resistance due to the numerical resolution of the current within the tracks."""
@@ -82,6 +86,8 @@ class DrawnCoil(CoilResult):
         temperature of the copper in degrees Celsius
     low_frequency_inductance, direct_current_resistance : float
         H and ohm
+    low_frequency_inductance_error : float
+        relative error bound of the low-frequency inductance
     at : tuple of DrawnAtFrequency
         figures at each frequency
     notes : tuple of str
@@ -103,6 +109,7 @@ class DrawnCoil(CoilResult):
     at: tuple[DrawnAtFrequency, ...]
     notes: tuple[str, ...]
     stackup: str = ""
+    low_frequency_inductance_error: float = INDUCTANCE_ERROR
     layout: Layout | None = None
     capacitance: float | None = None
     self_resonance: float | None = None
@@ -124,11 +131,6 @@ class DrawnCoil(CoilResult):
     def track_length(self) -> float:
         """Length (m) of the conductor on all layers."""
         return self.conductor.length
-
-    @property
-    def low_frequency_inductance_error(self) -> float:
-        """Relative error bound of the low-frequency inductance."""
-        return INDUCTANCE_ERROR
 
     def picture(self) -> str:
         """Return a picture of the conductor as SVG text, seen from the top, each layer in its colour."""
@@ -183,14 +185,22 @@ def estimate_drawn_coil(
     centre = conductor.centre
     paths = [with_arcs(run.path.shifted(-centre.x, -centre.y)) for run in conductor.runs]
     sections = [layers[run.layer] for run in conductor.runs]
-    tracks = [track_of(mitred_path(path, width), width, layer.thickness, layer.z)
-              for path, layer in zip(paths, sections, strict=True)]
+    turns = [number for _, number in conductor.turns()]
+
+    def tracks(ways: Sequence[Path]) -> list[Track]:
+        return [track_of(mitred_path(path, width), width, layer.thickness, layer.z)
+                for path, layer in zip(ways, sections, strict=True)]
+
     steps = zip(conductor.vias, pairwise(sections), strict=True)
     barrels = [via_inductance(abs(a.z - b.z), min(via.size)) for via, (a, b) in steps if a.z != b.z]
-    inductance = winding_inductance(tracks) + math.fsum(barrels)
+    inductance = winding_inductance(tracks(paths)) + math.fsum(barrels)
+    error = INDUCTANCE_ERROR
+    if min(turns) <= -LEAST_TURNS and max(turns) >= LEAST_TURNS:
+        one_sense = [path if number > 0.0 else path.reversed() for path, number in zip(paths, turns, strict=True)]
+        error *= max(1.0, winding_inductance(tracks(one_sense)) / inductance)
     reach = conductor.winding_circle[1]
-    winding = [(part, layer) for path, layer, (_, turns) in zip(paths, sections, conductor.turns(), strict=True)
-               if abs(turns) >= LEAST_TURNS for part in winding_parts(path, width, reach)]
+    winding = [(part, layer) for path, layer, number in zip(paths, sections, turns, strict=True)
+               if abs(number) >= LEAST_TURNS for part in winding_parts(path, width, reach)]
     if not winding:
         raise DrawnCoilError("the copper makes less than one turn about its centre: there is no coil")
     bent = [bent_path(path, width, layer.thickness, layer.z) for path, layer in winding]
@@ -205,8 +215,8 @@ def estimate_drawn_coil(
     ) - math.fsum(path.length / (conductivity * layer.thickness * width) for path, layer in winding)
     return DrawnCoil(
         conductor, tuple(heights), temperature, inductance + loss.direct_change, direct,
-        tuple(_at_frequency(loss, inductance, direct, frequency) for frequency in frequencies),
-        tuple(_remarks(conductor)),
+        tuple(_at_frequency(loss, inductance, error, direct, frequency) for frequency in frequencies),
+        tuple(_remarks(conductor)), low_frequency_inductance_error=error,
     )
 
 
@@ -233,13 +243,14 @@ def winding_parts(path: Path, width: float, reach: float) -> list[Path]:
     return [Path(tuple(segments)) for segments in parts if segments]
 
 
-def _at_frequency(loss: ProximityLoss, inductance: float, direct: float, frequency: float) -> DrawnAtFrequency:
+def _at_frequency(loss: ProximityLoss, inductance: float, error: float, direct: float,
+                  frequency: float) -> DrawnAtFrequency:
     if not loss.is_resolved(frequency):
         raise FrequencyError(f"the current within the tracks cannot be resolved at {show(frequency, 'Hz')}: their "
                              "spacing is far smaller than their width or thickness")
     change = float(loss.inductance_changes(np.array([frequency]))[0])
     added = loss.direct * (loss.resistance_ratio(frequency) - 1.0)
-    return DrawnAtFrequency(frequency, inductance + change, direct + added)
+    return DrawnAtFrequency(frequency, inductance + change, direct + added, error)
 
 
 def _remarks(conductor: DrawnConductor) -> list[str]:
