@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from functools import lru_cache
-from itertools import islice, pairwise
+from functools import cache, lru_cache
+from itertools import combinations, islice, pairwise
 
 import numpy as np
 
@@ -113,8 +113,10 @@ def place_inner_vias(
                 up, down = (ay <= y) & (by > y) & (side > 0), (ay > y) & (by <= y) & (side < 0)
                 places = places[np.asarray(np.sum(up, axis=0) != np.sum(down, axis=0))]
     options = [_Candidates(ends, places, room, hole) for ends in joins]
-    chosen = _at_once(options, rules, spacing, width)
-    chosen = chosen or _choose([option.thinned for option in options], rules, spacing, width)
+    chosen, thinned = _at_once(options, rules, spacing, width), list[list[InnerJoin]]()
+    if chosen is None:
+        thinned = [option.thinned for option in options]
+        chosen = _choose(thinned, rules, spacing, width)
     if chosen is not None or not thorough:
         return chosen
     if not holes_fit(places, len(joins), hole_distance(hole, hole, rules, spacing)):
@@ -123,7 +125,7 @@ def place_inner_vias(
     for candidates in map(list, options):
         stride = max(1, math.ceil((len(candidates) - MOST // 3) / (MOST - MOST // 3)))
         everywhere.append(candidates[: MOST // 3] + candidates[MOST // 3 :: stride])
-    return _choose(everywhere, rules, spacing, width)
+    return None if everywhere == thinned else _choose(everywhere, rules, spacing, width)
 
 
 @record
@@ -319,10 +321,13 @@ class _Candidates:
                 yield join
 
     def _join(self, place: Point) -> InnerJoin | None:
-        stubs = [(end.layer, self._room.stub(end, place)) for end in self._ends]
-        named = tuple((layer, stub) for layer, stub in stubs if stub)
-        via = ViaToPlace(place, self._hole.pad, self._hole.drill)
-        return InnerJoin(via, named) if len(named) == len(stubs) else None
+        stubs = []
+        for end in self._ends:
+            stub = self._room.stub(end, place)
+            if stub is None:
+                return None
+            stubs.append((end.layer, stub))
+        return InnerJoin(ViaToPlace(place, self._hole.pad, self._hole.drill), tuple(stubs))
 
 
 def _at_once(
@@ -332,7 +337,7 @@ def _at_once(
     chosen: list[InnerJoin] = []
     for each in options:
         near = islice(each, MOST // 3)
-        fits = (j for j in near if all(_all_apart([other], [j], rules, spacing, width).all() for other in chosen))
+        fits = (j for j in near if all(_apart([[other], [j]], rules, spacing, width)[0, 1].all() for other in chosen))
         join = next(fits, None)
         if join is None:
             return None
@@ -356,12 +361,7 @@ def _choose(
     """Return one candidate per join, all clear of each other, by depth-first search over the remaining sets."""
     if not all(candidates):
         return None
-    count = len(candidates)
-    apart = {
-        (i, j): _sets(_all_apart(candidates[i], candidates[j], rules, spacing, width))
-        for i in range(count)
-        for j in range(i + 1, count)
-    }
+    apart = {pair: _sets(table) for pair, table in _apart(candidates, rules, spacing, width).items()}
     chosen, _ = one_of_each([len(each) for each in candidates], apart)
     return None if chosen is None else tuple(each[k] for each, k in zip(candidates, chosen, strict=True))
 
@@ -400,18 +400,26 @@ def _sets(table: Flags) -> list[int]:
     return [int.from_bytes(np.packbits(row, bitorder="little").tobytes(), "little") for row in table]
 
 
-def _all_apart(
-    first: list[InnerJoin], second: list[InnerJoin], rules: DesignRules, spacing: float, width: float
-) -> Flags:
-    """Return whether candidate i of one join is clear of candidate j of another, as an array (first, second)."""
-    hole = first[0].hole
-    holes = [np.array([join.hole.centre for join in joins]) for joins in (first, second)]
-    distances = np.hypot(*(holes[0][:, None] - holes[1]).transpose(2, 0, 1))
-    apart = distances >= hole_distance(hole, hole, rules, spacing) - 1e-9
-    if not apart.any():
-        return np.asarray(apart)
+def _apart(
+    candidates: list[list[InnerJoin]], rules: DesignRules, spacing: float, width: float
+) -> dict[tuple[int, int], Flags]:
+    """Return, for each pair of joins, whether candidate i of one is clear of candidate j of the other (first, second).
+
+    Joins with equal places for their holes share the distances to these holes.
+    """
+    hole = candidates[0][0].hole
     keep = hole_keep_out(hole, rules, spacing) + width / 2 - 1e-9
-    return np.asarray(apart & _stubs_clear(first, holes[1], keep) & _stubs_clear(second, holes[0], keep).T)
+    holes = [np.array([join.hole.centre for join in joins]) for joins in candidates]
+    alike = [next(k for k, first in enumerate(holes) if np.array_equal(first, places)) for places in holes]
+    stubs_clear = cache(lambda join, other: _stubs_clear(candidates[join], holes[other], keep))
+    tables = {}
+    for i, j in combinations(range(len(candidates)), 2):
+        distances = np.hypot(*(holes[i][:, None] - holes[j]).transpose(2, 0, 1))
+        apart = distances >= hole_distance(hole, hole, rules, spacing) - 1e-9
+        if apart.any():
+            apart &= stubs_clear(i, alike[j]) & stubs_clear(j, alike[i]).T
+        tables[i, j] = np.asarray(apart)
+    return tables
 
 
 def _stubs_clear(joins: list[InnerJoin], holes: Array, keep: float) -> Flags:
