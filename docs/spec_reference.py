@@ -31,6 +31,7 @@ from sitscad.spec.format.kinds import (
 from sitscad.spec.format.section import Key, ListOf, NameOr, Part, Section, section_of
 from sitscad.spec.profiles import installed_rules
 from sitscad.spec.sensor import SpecDocument
+from sitscad.spec.thermistor import ThermistorPart
 
 
 def reference() -> str:
@@ -77,6 +78,12 @@ def _presets_in_figures() -> Iterator[str]:
          "read on"),
         [_house(rules) for rules in houses],
     )
+    yield _figures(
+        "Temperature sensors with a preset",
+        "Names for `readout.thermistor.part`. The figures are from memory (unverified): compare with the data sheet.",
+        ("name", "product", "package", "resistance at 25 degC", "largest error", "noise, one sigma"),
+        [_sensor_figures(presets.thermistor(name)) for name in presets.names("thermistor")],
+    )
     jaws = [presets.jaw(name) for name in presets.names("jaw")]
     yield _figures(
         "Jaws with a preset",
@@ -85,6 +92,15 @@ def _presets_in_figures() -> Iterator[str]:
         [(j.name, *(show(size, "m") for size in (j.width, j.length, j.height, j.port_diameter)), j.material.name)
          for j in jaws],
     )
+
+
+def _sensor_figures(part: ThermistorPart) -> tuple[str, ...]:
+    """Return the row of one temperature sensor."""
+    if part.resistance is None:
+        return part.name, part.product, part.package, "-", f"{part.error:g} K", f"{1e3 * part.noise:.3g} mK"
+    law = (f"{show(part.resistance, 'ohm')} +-{100.0 * part.resistance_tolerance:g} %, B {part.b:g} K "
+           f"+-{100.0 * part.b_tolerance:g} %")
+    return part.name, part.product, part.package, law, "-", f"{1e3 * part.noise:.3g} mK"
 
 
 def _house(rules: DesignRules) -> tuple[str, ...]:

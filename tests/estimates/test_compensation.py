@@ -81,7 +81,7 @@ def test_metal_of_a_reference_coil_scatters_with_that_of_the_other_coils():
     excess = presets.compensation_figure(METAL)
     sensed = 10.0 * (1.0 + excess)
     unit = 10.0 * (causes[METAL] * (1.0 + excess) + causes[EXPANSION] + causes[PAD_MODULUS])
-    assert left[f"coefficient: {METAL}"] == approx(abs(unit - sensed * sum(causes.values())), rel=1e-9)
+    assert left[METAL] == approx(abs(unit - sensed * sum(causes.values())), rel=1e-9)
 
 
 def test_drift_of_a_reference_coil_is_that_of_its_frequency(plain):

@@ -128,7 +128,7 @@ class Compensation:
         else:
             # copper that drifts more also makes a reference coil read more: then all other causes are wrong
             coefficients = {**causes, METAL: whole - causes[METAL]} if self.reading.is_by_metal else causes
-            parts = {f"coefficient: {name}": self.warming * value * (
+            parts = {name: self.warming * value * (
                 1.0 if name == CAPACITORS else compensation_figure(name)) for name, value in coefficients.items()}
             parts["tolerance of the temperature sensor"] = self.reading.by_tolerance * whole
         parts["noise of the temperature"] = math.sqrt(2.0) * self.reading.noise * whole
