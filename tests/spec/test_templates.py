@@ -46,6 +46,7 @@ INHERENT = {
     "fingertip_foil": set(),
     "grasper_3p5mm": {"SIT103", "SIT203", "SIT204", "SIT217", "SIT221", "SIT303", "SIT304", "SIT308", "SIT310"},
     "grasper_4layer": {"SIT103", "SIT221", "SIT308"},
+    "grasper_steady": {"SIT103", "SIT221", "SIT224", "SIT308"},
     "jaw_5x20": {"SIT308"},
     "racetrack_jaw": {"SIT103", "SIT308"},
     "robotic_jaw_12mm": {"SIT221", "SIT308"},
