@@ -435,7 +435,7 @@ def test_bridges_too_wide_to_hold_the_part_are_an_error_that_names_a_width_that_
 
     ((error,), count) = found(bridge)
     assert error.key == "fpc.panel.bridge" and (error.measured, error.limit) == (count, 3) and count < 3
-    (named,) = re.findall(r"fpc\.panel\.bridge: ([\d.]+), which finds places enough", error.hint)
+    (named,) = re.findall(r"fpc\.panel\.bridge: ([\d.]+);", error.hint)
     assert found(named) == ([], 3)
     assert found(f"{float(named) + 0.1:.1f}")[1] < 3
 

@@ -36,9 +36,8 @@ def found_in(spec):
 def test_half_a_turn_of_lead_is_named_with_what_it_does_and_the_turns_without_it():
     (found,) = [each for each in check(loops(8.75), hints="full").findings if each.rule == "SIT216"]
     assert found.severity is Severity.NOTE and found.key == "coil.turns" and 0.04 < found.measured < 0.06
-    assert re.search(
-        r"0\.5 turns on round the coil .* adds \d+\.?\d* nH, \d\.\d % .*; it moves Rp by \d", found.whole_message
-    )
+    assert {"lead-on", "lead-resistance"} <= set(found.cases)
+    assert re.search(r"0\.5 turns .* \d+\.?\d* nH, \d\.\d % ", found.message)
     assert [(edit.key, edit.new) for edit in found.fixes[0].edits] == [("coil.turns", "8.5")]
     assert found_in(loops(8.5)) == found_in(loops(9)) == []
 

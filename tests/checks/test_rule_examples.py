@@ -60,7 +60,7 @@ def test_every_rule_has_an_example_or_a_reason():
 
 def test_every_row_of_the_rules_has_all_columns_and_no_more():
     """An unquoted comma moved the reason of SIT330 into its remedy."""
-    for name in ("rules", "rule_examples"):
+    for name in ("rules", "rule_examples", "messages"):
         with (sitscad.data.FOLDER / f"{name}.csv").open(encoding="utf-8", newline="") as lines:
             table = list(csv.reader(line for line in lines if not line.startswith("#")))
         assert {len(row) for row in table} == {len(table[0])}

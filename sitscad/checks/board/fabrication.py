@@ -55,7 +55,7 @@ def hole_to_hole(vias: tuple[Via, ...], rules: DesignRules) -> Iterator[Verdict]
             place = Place((via.centre.x + other.centre.x) / 2.0, (via.centre.y + other.centre.y) / 2.0,
                           nets=tuple(sorted({via.net, other.net})))
             yield shorter_than_limit("hole-wall", rules, "hole_to_hole", wall, "coil.turns", place,
-                                     nets=(via.net, other.net), missing=rules.hole_to_hole - wall)
+                                     nets=list(dict.fromkeys((via.net, other.net))), missing=rules.hole_to_hole - wall)
 
 
 def part_size(design: Design) -> Iterator[Verdict]:
