@@ -50,15 +50,16 @@ def cold():
                          "readout.capacitance": "100 pF"})
 
 
-def warmed_counts(design, loads):
-    """Counts of the sensor under loads (n, 3; N) after it was warmed, and of its tare before."""
+def warmed_counts(design, loads, celsius=WARM, lag=0.0):
+    """Counts under loads (n, 3; N) at a temperature, with a pad that lags by some kelvin, and of the tare before."""
     bench, material = design.sensing.solved.bench, design.spec.elastomer.material
-    rise = FLAT * material.expansion * (WARM - COLD) * bench.pad.thickness
-    stiff = 1.0 + material.modulus_temperature_coefficient * (WARM - COLD)
+    warmer = celsius - lag - COLD
+    rise = FLAT * material.expansion * warmer * bench.pad.thickness
+    stiff = 1.0 + material.modulus_temperature_coefficient * warmer
     pad = replace(bench.pad, thickness=bench.pad.thickness + rise, shear_modulus=bench.pad.shear_modulus * stiff)
     poses = bench.poses(loads, pad)
     poses[:, 2] += rise
-    response = Design(design.spec.replace("requirements.temperature", f"{WARM} degC")).response
+    response = Design(design.spec.replace("requirements.temperature", f"{celsius} degC")).response
     conversion = design.estimates.readout.conversion
     return [np.rint(conversion.counts(each)).astype(int) for each in (response.on_pad(poses).frequency, bench.rest)]
 
@@ -95,6 +96,23 @@ def test_forces_of_a_warmed_sensor_are_compensated(tmp_path, cold):
     part = design.spec.readout.thermistor.part
     ohms = part.resistance * math.exp(part.b * (1.0 / (celsius[0] + 273.15) - 1.0 / 298.15))
     assert ohms == approx(6111.0, rel=1e-4)
+
+
+@pytest.mark.clients("gcc")
+def test_force_stays_while_the_sensor_warms(tmp_path, cold):
+    """17 K in ten minutes under full load, with the lag of the pad that is stated for this rate."""
+    design = Design(cold.replace("readout.thermistor.part", "tmp117"))
+    solved = design.sensing.solved
+    full, lag = solved.bench.full["normal"], solved.warmed[-1].compensation.lag
+    temperatures = np.linspace(COLD, WARM, 5)
+    series = [warmed_counts(design, np.array([[full, 0.0, 0.0]]), each, lag * (each > COLD)) for each in temperatures]
+    rows = [(kelvin, *counts[0]) for kelvin, (counts, _) in zip(temperatures - COLD, series, strict=True)]
+    plain = [("nan", *row[1:]) for row in rows]
+    result, forces, _ = run(tmp_path, design, "kelvin", rows + plain, series[0][1])
+    compensated, without = np.split(forces[:, 0], 2)
+    assert list(result) == [0] * 5 + [3] * 5
+    assert without[0] - without[-1] > 0.15 * full and np.all(np.diff(without) < 0.0)
+    assert np.abs(compensated - compensated[0]).max() < 0.02 * full
 
 
 @pytest.mark.clients("gcc")

@@ -13,6 +13,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad import Design
+from sitscad.apps.study.measures import MEASURES
 from sitscad.checks.fixes.pads import temperature_sensors
 from sitscad.estimates.performance.compensation import (
     EXPANSION,
@@ -145,6 +146,13 @@ def test_drift_without_compensation_is_that_of_the_sensor_without_thermistor(pla
             uncompensated = [error for cause, error in performance.errors.items() if "without comp" in cause]
             drifts = [error for cause, error in before.axes[axis].errors.items() if "drift" in cause]
             assert len(drifts) == 2 and uncompensated == approx(drifts, rel=1e-9)
+
+
+def test_studies_measure_the_drift_with_and_without_compensation(compensated):
+    point = compensated.sensing.solved.warmed[-1]
+    for axis, left, plain in zip(point.bench.range.axes, point.drift, point.plain_drift, strict=True):
+        for name, value in (("error.temperature", left), ("error.uncompensated", plain)):
+            assert MEASURES[f"{name}.{axis}"].read(compensated)[0] == approx(value, rel=1e-9)
 
 
 def test_documents_name_each_part_that_is_left(compensated):

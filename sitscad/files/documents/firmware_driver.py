@@ -341,7 +341,8 @@ def render_readme(layout: Layout, estimates: Estimates, bench: Estimates, forced
     steps, longest = [], show(_self_test_time(len(estimates.all_coils), readout.scan_rate), "s", 2)
     code = bare_board_code(bench.all_coils, bench.readout.device)
     first_steps = _steps(spec.cells, spec.name, spec.readout.device, is_felt(spec), estimates.readout, code, coil_bands)
-    for number, step in enumerate(first_steps, 1):
+    compensation = [COMPENSATION] * (spec.readout.compensation is not None and is_felt(spec))
+    for number, step in enumerate((*first_steps, *compensation), 1):
         text, *commands = step.split("\n")
         steps += [*hanging(f"{number:>2}. ", text, WIDTH), *(f"      {command}" for command in commands)]
     parts = [
@@ -567,6 +568,13 @@ def _calibrating(cells: CellsSpec | None, has_map: bool) -> Iterator[str]:
     yield ("Take the tare without load (16 readings in a row), and again when the temperature has changed. Then read "
            "newtons.")
 
+
+COMPENSATION = (
+    "Take the drift off: include temperature.h of ../calibration after sensor.h; store the temperature with the tare. "
+    "sitscad_compensated takes the counts of a reading, those of the tare, and the temperature change since then. Give "
+    "it NAN if no temperature is valid: it then returns SITSCAD_NO_TEMPERATURE, and the forces are not compensated."
+)
+"""Last step of a sensor whose drift is compensated by its temperature."""
 
 COIN = "bring a flat piece of copper or aluminium (a coin)"
 """Action that changes the readings of a bare board's coils; pressing does not, because the target is missing."""
