@@ -274,14 +274,12 @@ def respond(
         `sitscad.assembly.places.state.Pose`.
     loads
         Loads (n, 3; N): normal towards the board, shear along +x and +y. Or (n, 5), with moments (N m) about x
-        and y on the
-        middle of the outermost face.
+        and y on the middle of the outermost face.
     case
         A load case, or several, by their names in the spec's section `loads`. "all" selects every case.
     rotation
         For `loads` alone: "free" lets the target tilt (default); "held" keeps it level by a flat face, as in
-        data sheets and
-        calibrations. A case sets its own rotation.
+        data sheets and calibrations. A case sets its own rotation.
     frequency
         Frequency (Hz) of inductances and resistances. If None, it is each coil's own tank frequency.
     tolerance
@@ -296,12 +294,11 @@ def respond(
     ------
     ValueError
         For other shapes or values, for none or several of poses, loads and case, for a rotation without loads,
-        or for an
-        unknown rotation.
+        or for an unknown rotation.
     NoResponse
-        A ValueError, if nothing in the design can respond, if a load case does not exist, or if a pose is
-        impossible: more
-        than a metre away, turned over, or with the whole target inside the board.
+        If the design has no target, no elastomer for a load, no tank that oscillates, or no load case of this name.
+        Also for an impossible pose: more than a metre away, turned over, or with the whole target inside the board.
+        It is a ValueError.
 
     Examples
     --------

@@ -95,10 +95,10 @@ class DrawnCoil(CoilResult):
     stackup : str
         name of the stack-up that gave the heights; empty if the board's own stack-up did
     layout : Layout or None
-        the coil on its board. None without a named stack-up, or if the turns wind no known shape
+        the coil on its board. None if no stack-up was named, or if the turns wind no known shape
     capacitance, self_resonance : float or None
-        capacitance (F) between the terminals, and the frequency (Hz) at which the coil resonates with it. None without
-        a layout. The self-resonance is also None if the track is longer than a tenth of a wavelength there
+        capacitance (F) between the terminals, and the frequency (Hz) at which the coil resonates with it. None if
+        there is no layout. The self-resonance is also None if the track is longer than a tenth of a wavelength there
     """
 
     conductor: DrawnConductor

@@ -274,8 +274,8 @@ def second_order_sigmas(circuit: CoilCircuit, state: StateEstimate, resistance: 
 def state_sigmas(circuit: CoilCircuit, tank: Tank, state: StateEstimate, slopes: Slopes) -> StateSigmas:
     """Return standard deviations of a state's values, for independent tolerances.
 
-    With the tank's inductance L, capacitance C and resistance R: d ln f = -(dL/L + dC/C)/2 and d ln R_P = 2 dL/L + (2 -
-    n) d ln f - dR/R, where n is the exponent of R's growth with frequency.
+    With the tank's inductance L, capacitance C and resistance R, d ln f = -(dL/L + dC/C)/2. With the exponent n of R's
+    growth with frequency, d ln R_P = 2 dL/L + (2 - n) d ln f - dR/R.
     """
     more_inductance, more_resistance = tank.in_series()
     inductance, resistance = state.inductance + more_inductance, state.resistance + more_resistance
