@@ -185,6 +185,23 @@ def _winding_causes(variants: CoilVariants) -> Iterator[PossibleCause]:
             yield _cause_without_parameters(f"turn {word} on layer {layer}",
                                             f"copper {layer} has one turn {_MORE[word]} than drawn",
                                             partial(variants.with_turns, number, more))
+        yield from _short_causes(variants, number, layer)
+
+
+def _short_causes(variants: CoilVariants, number: int, layer: int) -> Iterator[PossibleCause]:
+    """Yield the cause of a shorted turn on a layer: its number (from 0) in the coil, and its copper layer."""
+    count = math.floor(variants.spec.coil.layer_turns[number] + 1e-6)
+    if count >= LEAST_TURNS_TO_SHORT:
+        yield PossibleCause(
+            f"shorted turn on layer {layer}", lambda values: variants.with_shorted_turn(number, values[0]),
+            lambda values, sigmas: f"turn {values[0]:.0f} +- {max(sigmas[0], 0.5):.1g} of copper {layer}, counted from "
+                                   "the outside, is shorted",
+            tuple((start,) for start in np.linspace(1.0, count, 3).tolist()), (1.0,), (float(count),), (0.25,),
+        )
+
+
+LEAST_TURNS_TO_SHORT = 3
+"""Least number of turns of a layer with a shorted turn as a cause: in fewer, little of the coil is left."""
 
 
 _MORE = {"missing": "less", "more": "more"}

@@ -18,8 +18,11 @@ from sitscad.estimates.circuits.uncertainty import tolerance_sigmas
 from sitscad.estimates.states.steps import solve_windings
 from sitscad.estimates.targets.finite_target import NO_RATIOS
 from sitscad.estimates.tolerances.scatter import DIAMETER, DISTANCE, PERMITTIVITY, THICKNESS, WIDTH
-from sitscad.estimates.windings.leads import NO_LEADS
+from sitscad.estimates.windings.leads import NO_LEADS, SELF_DISTANCE
 from sitscad.estimates.windings.own_capacitance import CAPACITANCE_ERROR
+from sitscad.kernels.electromagnetics.inductance.rings import mean_rings
+from sitscad.kernels.electromagnetics.inductance.spirals import SpiralLayer
+from sitscad.kernels.electromagnetics.special_functions import coaxial_rings
 from sitscad.layout import lay_out
 from sitscad.layout.board import Layout
 from sitscad.spec.circuit import LayerKind, Stackup
@@ -47,7 +50,8 @@ class CoilVariants:
     """Impedances of one coil and of its variants at (n,) frequencies (Hz).
 
     `nominal` is the coil as drawn, between the terminals. A variant changes only the winding: `spec` has this coil
-    alone, and `winding` is its impedance without leads. The leads of `nominal` stay.
+    alone, and `winding` is its impedance without leads. The leads of `nominal` stay. `spirals` are round layers with
+    the pitch and the length of the winding's layers.
     """
 
     frequencies: Array
@@ -56,6 +60,7 @@ class CoilVariants:
     winding: Impedance
     inductance_error: float
     resistance_errors: Array
+    spirals: tuple[SpiralLayer, ...]
 
     @classmethod
     def of(cls, layout: Layout, number: int, has_leads: bool, frequencies: Array) -> CoilVariants:
@@ -69,7 +74,7 @@ class CoilVariants:
             circuits = coil_circuits(windings.layout, windings.winding, windings.matrix, windings.assembly, NO_RATIOS)
             nominal = _impedance(circuits[number], FREE, frequencies, circuits[number].self_capacitance)
         errors = [solved.bound.relative(circuit.loss.resistance_ratio(f), f) for f in frequencies.tolist()]
-        return cls(frequencies, spec, nominal, winding, solved.inductance_error, np.array(errors))
+        return cls(frequencies, spec, nominal, winding, solved.inductance_error, np.array(errors), solved.spirals)
 
     def with_coil(self, **changes: object) -> Impedance:
         """Return the impedance with other values of the coil's spec."""
@@ -121,6 +126,39 @@ class CoilVariants:
         turns[number] += more
         return self.with_coil(turns=tuple(turns))
 
+    def with_shorted_turn(self, number: int, turn: float) -> Impedance:
+        """Return the impedance with one turn of a layer (from 0) shorted. Turns count from the outside, from 1.
+
+        Between whole numbers it is interpolated.
+        """
+        changes = self.changes_by_shorts(number)
+        low = min(max(math.floor(turn), 1), max(len(changes) - 1, 1))
+        pair = changes[low - 1], changes[min(low, len(changes) - 1)]
+        return replace(self.nominal, series=self.nominal.series + (low + 1 - turn) * pair[0] + (turn - low) * pair[1])
+
+    def changes_by_shorts(self, number: int) -> ComplexArray:
+        """Return the changes (turns, n; ohm) of the impedance by a short of each whole turn of a layer (from 0).
+
+        Notes
+        -----
+        The shorted turn leaves the series circuit. It is a closed ring, in which the others induce a current: (w M)^2 /
+        (R + j w L) with its resistance R and inductance L, and its mutual inductance M with the others. Inductances
+        follow from mean rings. R is a part of the winding's resistance, by length.
+        """
+        rings, omega = mean_rings(self.spirals), 2.0 * math.pi * self.frequencies
+        way, z, size = np.array([(each.circulation, each.z, SELF_DISTANCE * (each.width + each.thickness))
+                                 for each in self.spirals]).T[:, rings.layer]
+        apart = np.subtract.outer(rings.radii, rings.radii) ** 2 + np.subtract.outer(z, z) ** 2
+        np.fill_diagonal(apart, size**2)
+        mutual = np.outer(way, way) * coaxial_rings(rings.radii[:, None], rings.radii, apart)
+        turns = np.flatnonzero((rings.layer == number) & (rings.parts > WHOLE))
+        own = np.diag(mutual)[turns][:, None]
+        linked = (mutual[turns] @ rings.parts)[:, None] - own
+        share = rings.radii[turns] / float(rings.radii @ rings.parts)
+        resistance = share[:, None] * self.winding.series.real
+        induced = (omega * linked) ** 2 / (resistance + 1j * omega * own)
+        return np.asarray(induced - resistance - 1j * omega * (own + 2.0 * linked))
+
     def tolerances(self) -> Mapping[str, ComplexArray]:
         """Return changes (n; ohm) of the terminal impedance by one sigma of each tolerance and model error."""
         coil, sigma = self.spec.coil, tolerance_sigmas(self.spec)
@@ -160,6 +198,9 @@ class CoilVariants:
         capacitance = self.nominal.capacitance + winding.capacitance - self.winding.capacitance
         return Impedance(self.frequencies, self.nominal.series + winding.series - self.winding.series, capacitance)
 
+
+WHOLE = 0.999
+"""Least fraction of a whole turn that a ring must have to be a turn that can be shorted."""
 
 PLAIN_COIL: Mapping[str, object] = {
     "shape": "circle", "outer_diameter": 8, "turns": 5, "trace_width": "100 um", "trace_spacing": "100 um",
