@@ -88,15 +88,6 @@ def map_terms(axes: int, count: int) -> Exponents:
     return next(each for each in terms if count >= POINTS_A_TERM * len(each))
 
 
-def fit_linear_map(signals: Array, forces: Array, noise: Array) -> Array:
-    """Return the linear map (axes, coils) from `signals` (n, coils) to `forces` (n, axes), by least squares.
-
-    `noise` (coils) is the standard deviation of the signals, which limits the coefficients.
-    """
-    square = signals.T @ signals + len(signals) * np.diag(noise**2)
-    return np.asarray(np.linalg.solve(square, signals.T @ forces).T)
-
-
 def fitted_map(sensors: Sensors, learnt: Samples, rest: Array) -> InverseMap:
     """Return the map of one sensor by least squares of its samples, without its error.
 
@@ -104,7 +95,9 @@ def fitted_map(sensors: Sensors, learnt: Samples, rest: Array) -> InverseMap:
     """
     gains, spec, scope = map_gain(sensors), sensors.model.spec, sensors.range
     signals = map_inputs(learnt.readings, learnt.rest, gains)
-    mix = fit_linear_map(signals, learnt.forces, 2.0 * sensors.noise * gains)
+    # linear map (axes, coils) by least squares; the signals' noise limits its coefficients
+    square = signals.T @ signals + len(signals) * np.diag((2.0 * sensors.noise * gains) ** 2)
+    mix = np.asarray(np.linalg.solve(square, signals.T @ learnt.forces).T)
     mixed = signals @ mix.T
     powers = map_terms(len(mix), len(signals))
     coefficients = np.linalg.lstsq(monomials(mixed, powers), learnt.forces, rcond=SMALLEST)[0]

@@ -25,7 +25,7 @@ from sitscad.apps.study.measures import MEASURES, AbsentError
 from sitscad.apps.study.space import Base, Changes, code_version
 from sitscad.assembly.places.state import FREE, REST
 from sitscad.assembly.solids import MissingExtra
-from sitscad.basics.finding import Finding, NotChecked, Severity
+from sitscad.basics.finding import Finding, Severity
 from sitscad.basics.record import record, replace
 from sitscad.checks.judging import CheckResult, all_rules
 from sitscad.checks.judging import apply_rules as checked
@@ -61,8 +61,9 @@ def evaluate_design(spec: SensorSpec, measures: Sequence[str], level: str = FULL
     design = Design(spec)
     result = as_configured(spec, checked(design, "none", None))
     values, absent = measure_values(design, measures)
+    undecided = tuple(sorted({each.rule for each in result.not_checked if each.case not in NO_NEED}))
     return Evaluation(values, absent, breaches_by_rule(result.findings, Severity.ERROR),
-                      breaches_by_rule(result.findings, Severity.WARNING), _undecided_rules(result.not_checked), level)
+                      breaches_by_rule(result.findings, Severity.WARNING), undecided, level)
 
 
 def measure_values(design: Design, measures: Sequence[str]) -> tuple[dict[str, tuple[float, float]], dict[str, str]]:
@@ -89,11 +90,6 @@ def breaches_by_rule(findings: Iterable[Finding], severity: Severity) -> Mapping
             breach = Breach(finding.measured, finding.limit, finding.unit or "", sigma)
             by_rule[finding.rule] = max(by_rule.get(finding.rule, breach), breach, key=lambda each: each.size)
     return by_rule
-
-
-def _undecided_rules(not_checked: Iterable[NotChecked]) -> tuple[str, ...]:
-    """Return the rules without a verdict, except rules about a part that the spec does not have."""
-    return tuple(sorted({each.rule for each in not_checked if each.case not in NO_NEED}))
 
 
 BY_SPEC = ("SIT101", "SIT102", "SIT103", "SIT117", "SIT131", "SIT137", "SIT138", "SIT220", "SIT304", "SIT305", "SIT306",

@@ -20,7 +20,7 @@ from sitscad.checks.board.fabrication import gap_asked_by
 from sitscad.checks.fixes.moves import other_ends
 from sitscad.checks.rules import Rule, Verdict, not_checked, rule_of, violation_of
 from sitscad.estimates.design import Design, cached_per_board
-from sitscad.kernels.geometry.path import Point, Segment
+from sitscad.kernels.geometry.path import Point, winding_number
 from sitscad.kernels.geometry.primitives import from_rows, nearest_pairs, path_rows, to_points
 from sitscad.layout.board import Layout, Pad, Trace
 from sitscad.layout.gaps import Copper, conductor_notches, name_of, pair_in_words
@@ -55,8 +55,7 @@ class ConductorLoop:
 
     def turns_round(self, centre: Point) -> float:
         """Return the number of turns of the loop around a point, counter-clockwise positive."""
-        angles = [math.atan2(p.y - centre.y, p.x - centre.x) for p in (*self.points, self.points[0])]
-        return sum(math.remainder(b - a, 2 * math.pi) for a, b in pairwise(angles)) / (2 * math.pi)
+        return winding_number((*self.points, self.points[0]), centre)
 
 
 @record
@@ -194,16 +193,11 @@ def _track_meetings(copper_layers: int, traces: tuple[Trace, ...]) -> dict[int, 
             apart = min(point.distance(trace.path.start), point.distance(trace.path.end))
             if gap < 0.0 and apart > trace.width:
                 segment = trace.path.segments[j - whose.index(whose[j])]
-                meetings[whose[j]].append((starts[j] + _place_on_segment(segment, point), point))
+                nearest = min((point.distance(segment.at(k / 32)), k) for k in range(33))[1]
+                meetings[whose[j]].append((starts[j] + nearest / 32 * segment.length, point))
     # one meeting per point, although an end can touch two pieces of a track
     return {i: list({_cell(point): (way, point) for way, point in meetings[i]}.values())
             for i in range(len(traces))}
-
-
-def _place_on_segment(segment: Segment, point: Point) -> float:
-    """Return the path length (m) on a segment to its place nearest to a point, within 1/32 of the length."""
-    share = min((point.distance(segment.at(k / 32)), k) for k in range(33))[1] / 32
-    return float(share * segment.length)
 
 
 def _loop(tree: dict[Node, list[tuple[Node, _Edge]]], closing: _Edge) -> ConductorLoop:

@@ -369,6 +369,12 @@ def arc_through(start: Point, middle: Point, end: Point, flat: float) -> Segment
     return Arc(start, end, start.shifted((by * a2 - ay * b2) / cross, (ax * b2 - bx * a2) / cross), ccw=cross > 0)
 
 
+def winding_number(points: Sequence[Point], centre: Point) -> float:
+    """Return the turns of a polyline about a centre, counter-clockwise positive."""
+    moved = [point - centre for point in points]
+    return math.fsum(math.atan2(a.x * b.y - a.y * b.x, a.x * b.x + a.y * b.y) for a, b in pairwise(moved)) / math.tau
+
+
 def bounding_box(paths: Iterable[Path]) -> tuple[float, float, float, float]:
     """Return (x_min, y_min, x_max, y_max) in metres of the centre lines of some paths, with exact arcs."""
     return box_around([segment.box for path in paths for segment in path.segments])

@@ -16,7 +16,7 @@ from itertools import pairwise
 import numpy as np
 
 from sitscad.basics.record import record
-from sitscad.kernels.geometry.path import Arc, Line, Path, Point, Segment, segment_part
+from sitscad.kernels.geometry.path import Arc, Line, Path, Point, Segment, segment_part, winding_number
 from sitscad.kernels.geometry.primitives import distances, from_rows, nearest_pairs, path_rows
 from sitscad.spec.drawn.copper import DrawnCoilError, DrawnCopper, DrawnPad, DrawnTrack, place_text
 
@@ -103,19 +103,13 @@ class DrawnConductor:
         polylines = [run.path.flattened(SAMPLED) for run in self.runs]
         # the median of the turns of a wedge lies outside of its inner turns
         inner = [_innermost(points) for points in polylines]
-        counts = [[_winding_number(points, centre) for points in polylines] for centre in (self.centre, *inner)]
+        counts = [[winding_number(points, centre) for points in polylines] for centre in (self.centre, *inner)]
         best = max(counts, key=lambda each: (round(abs(math.fsum(each))), -counts.index(each)))
         return [(run.layer, number) for run, number in zip(self.runs, best, strict=True)]
 
 
 SAMPLED = 10e-6
 """Distance (m) between arcs and their chords when turns are counted."""
-
-
-def _winding_number(points: Sequence[Point], centre: Point) -> float:
-    """Return the turns of a polyline about a centre, counter-clockwise positive."""
-    moved = [point - centre for point in points]
-    return math.fsum(math.atan2(a.x * b.y - a.y * b.x, a.x * b.x + a.y * b.y) for a, b in pairwise(moved)) / math.tau
 
 
 def _innermost(points: Sequence[Point]) -> Point:
