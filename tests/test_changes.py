@@ -63,7 +63,7 @@ def wound_by_us(design: Design) -> Iterator[Verdict]:
     """The coil against our winder."""
     size = max(design.spec.coil.size)
     if size > LARGEST_COIL:
-        yield violated("winder", "coil", size, LARGEST_COIL, "m")
+        yield violation_of("winder", "coil", size, LARGEST_COIL, "m")
 
 
 '''
@@ -102,7 +102,7 @@ INSERTIONS = {
 PROGRAM = '''
 import json, sys
 import sitscad
-from sitscad.checks.judging import judged
+from sitscad.checks.judging import apply_rules
 from sitscad.checks.reading.readings import readings_of
 from sitscad.checks.reading.response import responses
 from sitscad.estimates.circuits.settings import bands
@@ -115,7 +115,7 @@ from sitscad.spec.load import load_text
 
 design = Design(load_text(sys.argv[1], "changes.yaml"))
 report = PerformanceReport(design.performance, design.spec)
-result = judged(design, "none")
+result = apply_rules(design, "none")
 files = firmware.render(design.spec, design.estimates)
 pentagon = load_text(sys.argv[2].replace("SHAPE", "pentagon"), "pentagon.yaml")
 jaw = load_text(sys.argv[2].replace("SHAPE", "pentagon") + sys.argv[3], "jaw.yaml")

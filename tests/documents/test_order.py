@@ -28,7 +28,8 @@ from sitscad.files.documents.drawings.board_drawing import contact_sheet
 from sitscad.files.drawing import frame as _drawing
 from sitscad.files.drawing.sheet import Group, Label, Sheet, text_width
 from sitscad.files.drawing.svg import svg
-from sitscad.files.formats import gerber, kicad
+from sitscad.files.formats import gerber
+from sitscad.files.formats.kicad import project_files
 from sitscad.files.order_facts import notes as _flex_facts
 from sitscad.kernels.geometry.path import bounding_box
 from sitscad.layout import lay_out
@@ -480,7 +481,7 @@ def test_the_archive_is_plain_and_undated(board):
 def test_names_are_those_that_kicad_gives(tmp_path):
     """Copper, openings and outline end as in KiCad's own plots."""
     layout = layouts.two_coils(4)
-    board, folder = write(kicad.render(layout), tmp_path), tmp_path / "plots"
+    board, folder = write(project_files.render(layout), tmp_path), tmp_path / "plots"
     command = ["kicad-cli", "pcb", "export", "gerbers", "-o", f"{folder}/", board]
     assert subprocess.run(command, capture_output=True, timeout=60).returncode == 0
     plots = [path for path in folder.glob("*.g*") if path.suffix != ".gbrjob"]
