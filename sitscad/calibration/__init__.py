@@ -70,7 +70,9 @@ def calibrate(
         raise BenchError(no_moments)
     if data is None or design.spec.cells is not None:  # the response raises an error that requires a cell
         return plan_calibration(design.response, is_level, points)
-    table = read_table(os.fspath(data), [coil.name for coil in design.layout.coils])
+    reference = design.layout.reference
+    table = read_table(os.fspath(data), [coil.name for coil in design.layout.sensing.coils],
+                       reference.name if reference is not None else "")
     level = table.is_held(rotation, "free" if has_moments else USUAL_ROTATION)
     if level and has_moments:
         raise BenchError(f"{table.path}:{table.rotation[0]}:1 {no_moments}")

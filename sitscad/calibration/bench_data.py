@@ -129,11 +129,12 @@ def used_kind(columns: Sequence[Column]) -> str:
     return next((kind for kind in READING_KINDS if {c.name for c in columns if c.kind == kind} == coils), "")
 
 
-def read_table(path: str, coils: Sequence[str]) -> BenchTable:
+def read_table(path: str, coils: Sequence[str], unused: str = "") -> BenchTable:
     """Return the table in a CSV file.
 
     Its header names coils (``C1_counts``) and loads or poses (``normal_N``, ``x_mm``). A coil may have several columns
     of different kinds, and `used_kind` selects the used kind. Empty lines, and lines that begin with #, are skipped.
+    The table may have columns of the coil `unused` (a reference coil), which are not read.
 
     Raises
     ------
@@ -152,7 +153,7 @@ def read_table(path: str, coils: Sequence[str]) -> BenchTable:
     if not rows:
         raise BenchError(f"{path}:1:1 is empty: a header like normal_N,shear_x_N,C1_counts,C2_counts is wanted")
     (line, head), body = rows[0], rows[1:]
-    columns = _columns(f"{path}:{line}", head, coils)
+    columns = _columns(f"{path}:{line}", head, coils, unused)
     values = [_numbers(f"{path}:{number}", cells, head, columns) for number, cells in body]
     return BenchTable(path, columns, tuple(number for number, _ in body), np.array(values).reshape(-1, len(columns)),
                  _rotation(path, whole))
@@ -175,11 +176,13 @@ def _rotation(path: str, whole: Sequence[tuple[int, list[str]]]) -> tuple[int, s
     return first
 
 
-def _columns(where: str, head: Sequence[str], coils: Sequence[str]) -> tuple[Column, ...]:
+def _columns(where: str, head: Sequence[str], coils: Sequence[str], unused: str) -> tuple[Column, ...]:
     """Return the columns of a table from its header. Raises BenchError for an unknown title, or one without a unit."""
     columns = []
     for number, title in enumerate((cell.strip() for cell in head), start=1):
         name, _, unit = (title, "", "") if title in coils or title in KINDS else title.rpartition("_")
+        if unused and name == unused and unit in READING_UNITS:
+            continue
         units = tuple(READING_UNITS) if name in coils else KINDS.get(name)
         if units is None:
             parted = "; columns are parted by commas" if ";" in title or "\t" in title else ""

@@ -125,3 +125,17 @@ def test_every_coil_of_a_board_with_a_reference_coil_ends_at_its_contacts(design
     layout = sitscad.lay_out(design.spec.replace(changes) if changes else design.spec)
     assert {pad.pin for pad in layout.pads if pad.pin} == {f"C{k}.{end}" for k in (1, 2, 3) for end in "AB"}
     assert [each.coil for each in layout.capacitors] == (["C1", "C2", "C3"] if changes else [])
+
+
+def test_calibration_ignores_the_column_of_the_reference_coil(design, tmp_path):
+    loads = [[0.0, 0.0, 0.0], *([n, 0.15 * n * way, 0.0] for n in range(1, 7) for way in (-1, 0, 1)), [0.0, 0.0, 0.0]]
+    counts = np.round(sitscad.respond(design, loads=loads, rotation="held").counts).astype(int)
+    rows = [(load[:2], row) for load, row in zip(loads, counts.tolist(), strict=True)]
+    fits = []
+    for name, head, extra in (("with", ",C3_counts", [48000000]), ("without", "", [])):
+        lines = [",".join(map(str, [*load, *row, *extra])) for load, row in rows]
+        table = tmp_path / f"{name}.csv"
+        table.write_text("\n".join(["# rotation: held", f"normal_N,shear_x_N,C1_counts,C2_counts{head}", *lines]))
+        fits.append(sitscad.calibrate(design, table))
+    assert fits[0].map.coils == ("C1", "C2")
+    assert np.array_equal(fits[0].map.coefficients, fits[1].map.coefficients)

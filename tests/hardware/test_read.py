@@ -332,3 +332,15 @@ def test_scans_go_to_a_page(design):
             urllib.request.urlopen(strange)
     assert state["reading"]["counts"] == [scan[0].counts, scan[1].counts] and state["reading"]["tare"] is None
     assert b"bench-7mm, live" in page and b"connect" not in page.partition(b"<script")[0]
+
+
+def test_simulated_reference_coil_stays_at_rest_under_load():
+    spec = f"sim:{TEMPLATES / 'grasper_steady.yaml'}?load=normal:0:5&seconds=0.05"
+    source, design = source_of(spec, None)
+    board = Board(design, source.chips)
+    board.set_up()
+    rows = [[row[k].counts for k in range(3)] for row in scans(board, source, 0.05) if len(row) == 3]
+    first, last = np.array(rows[0]), np.array(rows[-1])
+    rest = design.estimates.reference.states["rest"].frequency
+    assert board.frequency(int(last[2])) == approx(rest, rel=1e-4)
+    assert np.all(last[:2] - first[:2] > 20 * abs(last[2] - first[2]))

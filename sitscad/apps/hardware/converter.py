@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from sitscad.assembly.places.state import FREE, REST
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.record import record
-from sitscad.estimates.coil_estimates import StateEstimate
+from sitscad.estimates.coil_estimates import Estimates, StateEstimate
 from sitscad.estimates.design import Design, respond
 from sitscad.kernels.converters import ldc_registers as at
 from sitscad.kernels.converters import reference_counter as law
@@ -330,7 +330,8 @@ class SimulatedConverter(Registers):
         channels = device.shares(len(design.estimates.all_coils))
         if not 0 <= number < len(channels):
             raise ValueError(f"the design has no converter {number}")
-        self._first = first = sum(channels[:number])
+        self._first, self._estimates = sum(channels[:number]), design.estimates
+        first = self._first
         self.coils = design.estimates.all_coils[first : first + channels[number]]
         self.faults = _faults(faults, [coil.name for coil in design.estimates.all_coils])
         names = self.coils[0].states
@@ -362,7 +363,7 @@ class SimulatedConverter(Registers):
     def hold(self, frequencies: ArrayLike) -> None:
         """Set the frequencies of the coils from now on (Hz; all coils of the sensor)."""
         columns = slice(self._first, self._first + len(self.coils))
-        self._times, self._read = np.zeros(1), np.atleast_2d(frequencies)[:1, columns]
+        self._times, self._read = np.zeros(1), of_all_coils(self._estimates, frequencies)[:1, columns]
 
     def _present(self, name: str) -> list[Fault]:
         return [fault for fault in self.faults if fault.name == name and fault.at * 1e9 <= self.time]
@@ -417,11 +418,21 @@ def _frequencies_over_time(
         if frequencies is None:
             by_time = np.array([[state.frequency for state in states]])
         else:
-            by_time = np.atleast_2d(frequencies)[:, first : first + len(states)]
+            by_time = of_all_coils(design.estimates, frequencies)[:, first : first + len(states)]
         return np.arange(len(by_time), dtype=float), by_time
     rows = np.atleast_2d(np.asarray(loads, dtype=float))
     if rows.shape[-1] not in (4, 6):
         raise ValueError("loads are rows of a time (s) and three forces (N), or these and two moments (N m)")
     if frequencies is None:
         frequencies = respond(design, loads=rows[:, 1:], rotation="held" if rows.shape[-1] == 4 else "free").frequency
-    return rows[:, 0], np.asarray(frequencies, dtype=float)[:, first : first + len(states)]
+    return rows[:, 0], of_all_coils(design.estimates, frequencies)[:, first : first + len(states)]
+
+
+def of_all_coils(estimates: Estimates, frequencies: ArrayLike) -> np.ndarray:
+    """Return frequencies (n, coils; Hz) of all coils. A reference coil that they leave out is at rest in each row."""
+    rows = np.atleast_2d(np.asarray(frequencies, dtype=float))
+    reference = estimates.reference
+    if reference is None or rows.shape[1] == len(estimates.all_coils):
+        return rows
+    rest = reference.states.get(REST) or reference.states[FREE]
+    return np.column_stack([rows, np.full(len(rows), rest.frequency)])
