@@ -292,8 +292,10 @@ def state_sigmas(circuit: CoilCircuit, tank: Tank, state: StateEstimate, slopes:
     bent = second_order_sigmas(circuit, state, resistance, state.parallel_resistance, moved, slopes)
     totals[1], totals[3] = math.hypot(totals[1], bent[0]), math.hypot(totals[3], bent[1])
     names = ("inductance", "resistance", "frequency", "parallel_resistance")
-    causes = {name: max(moved, key=lambda key, k=k: abs(moved[key][k])) for k,
-              name in enumerate(names)}  # type: ignore[misc]
+    causes = {
+        name: max(moved, key=lambda key, k=k: abs(moved[key][k]))  # type: ignore[misc]
+        for k, name in enumerate(names)
+    }
     amplitude = state.amplitude * totals[3] / state.parallel_resistance
     shifts = {name: (row[0], row[2], row[1], row[3]) for name, row in moved.items()}
     by_copper = moved[THICKNESS][3] * slopes.thickest_copper / slopes.sigmas[THICKNESS]
