@@ -14,6 +14,7 @@ import numpy as np
 from sitscad.assembly.places.motions import FORCE, LOAD, MOMENT, POSE, ROTATIONS, TableError, table_text
 from sitscad.basics.arrays import Array, Flags
 from sitscad.basics.record import record
+from sitscad.basics.units import count_text
 from sitscad.calibration.points import Points, noise_ratio
 from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import usual_value
@@ -268,12 +269,11 @@ def _require_enough(table: BenchTable, moved: Array, at_rest: Flags, motion: tup
     end = f"{table.path}:{table.lines[-1] if table.lines else 1}:1"
     if not at_rest.any():
         raise BenchError(
-            f"{end} no point is at rest: a row with all {'loads' if motion == LOAD else 'poses'} 0 is the tare"
+            f"{end} no point is at rest: a row of zeros is the tare"
         )
     if len({tuple(row) for row in moved[~at_rest]}) < FEWEST:
-        count = int((~at_rest).sum())
-        raise BenchError(f"{end} {count} point{'s' * (count != 1)} beside the tare: {FEWEST} different ones at least, "
-                         "five to ten serve well")
+        points = count_text(int((~at_rest).sum()), "point")
+        raise BenchError(f"{end} {points} beside the tare: {FEWEST} different points at least, five to ten serve well")
     if motion == LOAD and np.any(moved[:, 0] < 0.0):
         row = int(np.argmax(moved[:, 0] < 0.0))
         raise BenchError(f"{table.where(row, table.column('normal'))} normal below 0: presses are positive")

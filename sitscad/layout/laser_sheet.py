@@ -8,7 +8,7 @@ from dataclasses import replace
 from enum import StrEnum
 
 from sitscad.basics.record import record
-from sitscad.basics.units import in_mm, parse_quantity
+from sitscad.basics.units import count_text, in_mm, parse_quantity
 from sitscad.data import rows
 from sitscad.kernels.geometry.convex import Box, Footprint
 from sitscad.kernels.geometry.path import Path, Point, box_around, circle, enclosed_area, polyline, rectangle
@@ -320,7 +320,7 @@ def _place(index: int, columns: int, step: tuple[float, ...]) -> tuple[float, fl
 def _counted(nest: Nest) -> Iterator[str]:
     """Yield notes on the number of copies and the number of cuts. Empty for a single copy."""
     if nest.count > 1:
-        yield f"{nest.count} pieces in {nest.rows} row{'s' if nest.rows > 1 else ''}"
+        yield f"{nest.count} pieces in {count_text(nest.rows, 'row')}"
     if nest.times > 1:
         yield f"cut this sheet {nest.times} times"
 

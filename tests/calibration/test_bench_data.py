@@ -131,7 +131,7 @@ def _pull(head, rows):
     ("change", "words"),
     [
         (_without_rest, "the tare"),
-        (_few, "2 points beside the tare: 3 different ones at least"),
+        (_few, "2 points beside the tare: 3 different points at least"),
         (_one, "1 point beside the tare"),
         (_pull, "presses are positive"),
     ],

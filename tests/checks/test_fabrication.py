@@ -311,7 +311,7 @@ def test_tracks_at_the_plug_name_a_connector_that_leaves_them_room(advised, desi
     found = board(connector)
     assert connector != "solder-pads" or found == []
     for finding in found:
-        assert finding.key == "fpc.tail.connector" and "a smaller coil" not in finding.hint
+        assert finding.key == "fpc.tail.connector" and finding.cases[1].startswith("edge-contacts")
         ((edit,),) = (fix.edits for fix in finding.fixes)
         named = edit.new.strip('"')
         assert named != connector and board(named) == []

@@ -27,7 +27,7 @@ def checked(text, tmp_path):
 def test_a_target_that_does_not_conduct_is_refused(tmp_path, conductivity):
     result = checked(f"{COIL}target: {{size: 8, material: {{conductivity: {conductivity}}}}}\n", tmp_path)
     (found,) = (finding for finding in result.findings if finding.rule == "SIT305")
-    assert "copper" in found.hint and found.severity == sitscad.Severity.ERROR
+    assert found.cases[0] == "poor-conductor" and found.severity == sitscad.Severity.ERROR
 
 
 @pytest.mark.slow

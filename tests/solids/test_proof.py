@@ -124,7 +124,7 @@ def test_post_over_opposing_jaw_blocks_opening(hinged, pieces):
     (hit,) = [each for each in faults if each.what == OPENING]
     assert (hit.first, hit.second) == ("post", "opposing-jaw") and hit.value > 1e-10
     (finding,) = [each for each in findings if each.rule == "SIT322"]
-    assert "open by" in finding.detail
+    assert finding.cases[0] == "jaws-open" and finding.detail
 
 
 def test_piece_beyond_port_circle_is_found(hinged, pieces):

@@ -34,6 +34,7 @@ from sitscad.assembly.places.column import (
 )
 from sitscad.assembly.places.state import FREE, PRESSED, REST
 from sitscad.basics.record import record
+from sitscad.basics.units import count_text
 from sitscad.data import UNVERIFIED, is_unverified
 from sitscad.estimates.coil_estimates import CoilEstimate, Estimates
 from sitscad.estimates.loads.pressing import FILM, FILM_THICKNESS, GLUE, MODULUS, PAD, PAD_SIZE, TARGET_SIZE
@@ -162,7 +163,7 @@ def _glued_part_band(assembly: Assembly, lines: int, piece: SizeTolerance | None
     if not band:
         return None
     glue = WRITTEN if assembly.adhesive is None else assembly.adhesive.source
-    counted = f"{lines} line{'s' if lines != 1 else ''}: {glue}"
+    counted = f"{count_text(lines, 'line')}: {glue}"
     if piece is None or not piece.band:
         return SizeTolerance(band, counted)
     if not lines or not assembly.glue_tolerance:

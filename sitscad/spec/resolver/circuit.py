@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from sitscad.basics.units import show
+from sitscad.basics.units import count_text, show
 from sitscad.spec import presets
 from sitscad.spec.circuit import (
     MOST_PARTS,
@@ -109,8 +109,7 @@ def _stackup(written: Stackup | list[LayerDocument] | None, coil: CoilSpec, rema
     if written is not None:
         return written
     name = _DEFAULT_STACKUP.get(max(coil.layers), _LARGEST_STACKUP)
-    layers = f"{len(coil.layers)} coil layer{'s' if len(coil.layers) > 1 else ''}"
-    remarks.default("fpc.stackup", name, f"the default for {layers}")
+    remarks.default("fpc.stackup", name, f"the default for {count_text(len(coil.layers), 'coil layer')}")
     return presets.stackup(name)
 
 
