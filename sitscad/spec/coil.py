@@ -114,13 +114,15 @@ class DrawnCopperCoil:
     """The copper of a coil that the user drew, about the centre of its turns.
 
     `series` lists tracks and holes from terminal to terminal, in the order of the current. `deviation` (m) is the
-    largest distance of the turns from the shape as a spec winds it.
+    largest distance of the turns from the shape as a spec winds it. `heights` are number, mid-plane (m) and thickness
+    (m) of the board's copper layers. Empty if the file has no stack-up.
     """
 
     layers: tuple[DrawnLayer, ...]
     series: tuple[DrawnPiece | DrawnHole, ...]
     terminals: tuple[DrawnTerminal, DrawnTerminal]
     deviation: float
+    heights: tuple[tuple[int, float, float], ...] = ()
 
 
 Terminal = Text(64, r"\S+", "write the pad's name, like J1.1")

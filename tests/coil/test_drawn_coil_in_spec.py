@@ -237,6 +237,22 @@ def test_chords_of_another_generator_are_the_spiral_that_they_stand_for(tmp_path
     assert theirs.winding_inductance == approx(ours.winding_inductance * smaller, rel=1e-3)
 
 
+@pytest.mark.parametrize(("written", "key"), [
+    ("[{copper: 30 um}, {dielectric: 100 um}, {copper: 30 um}]", "fpc.stackup"),
+    ("[{copper: 60 um}, {dielectric: 25 um}, {copper: 60 um}]", "fpc.stackup"),
+    ("[{copper: 30 um}, {dielectric: 25 um}, {copper: 30 um}]", None),
+    ("[{copper: 18 um}, {dielectric: 40 um}, {copper: 18 um}, {dielectric: 40 um}, {copper: 18 um}]", "coil.drawn"),
+])
+def test_stackup_of_the_spec_must_be_the_stackup_of_the_board(written, key, tmp_path):
+    (tmp_path / "board.kicad_pcb").write_text(two_layers())
+    try:
+        loaded(tmp_path, "drawn: board.kicad_pcb, net: COIL", f"fpc: {{stackup: {written}}}\n")
+    except sitscad.SpecError as error:
+        assert {finding.key for finding in error.findings} == {key}
+    else:
+        assert key is None
+
+
 def test_other_keys_change_and_the_drawing_stays(drawing):
     folder, _ = drawing
     spec = loaded(folder, "drawn: coil.kicad_mod")

@@ -37,7 +37,7 @@ def coil_from_file(written: CoilSpec, place: Origin, copper_layers: int | None, 
     try:
         copper = kicad_copper(content, "the file")
         conductor = conductor_of(copper, written.net or "", written.start_pad or "", written.end_pad or "")
-        return recognised(conductor, _layers(copper, copper_layers), written)
+        return recognised(conductor, _layers(copper, copper_layers), written, copper.heights)
     except DrawnCoilError as error:
         remarks.flaw("SIT011", KEY, f"{written.drawn}: {error}", "correct the drawing, or write the coil's shape")
         return unread

@@ -15,7 +15,7 @@ from sitscad.basics.units import show
 from sitscad.kernels.geometry.path import Line, Path, Point
 from sitscad.spec.coil import CoilSpec, DrawnCopperCoil, DrawnHole, DrawnLayer, DrawnPiece, DrawnTerminal
 from sitscad.spec.drawn.arcs import with_arcs
-from sitscad.spec.drawn.copper import DrawnCoilError, DrawnPad, place_text
+from sitscad.spec.drawn.copper import CopperHeight, DrawnCoilError, DrawnPad, place_text
 from sitscad.spec.drawn.follow import DrawnConductor, DrawnRun
 from sitscad.spec.drawn.polygons import polygon
 from sitscad.spec.drawn.round_spiral import LEAST_TURNS, round_spiral
@@ -25,11 +25,14 @@ EQUAL_TURNS = 2e-3
 """Largest difference of turns between layers that counts as equal, and rounding of turns to whole numbers."""
 
 
-def recognised(conductor: DrawnConductor, layers: Sequence[str], written: CoilSpec) -> CoilSpec:
+def recognised(
+    conductor: DrawnConductor, layers: Sequence[str], written: CoilSpec, heights: Sequence[CopperHeight] = ()
+) -> CoilSpec:
     """Return the coil that a conductor winds, with its copper about its centre.
 
-    `layers` are the names of the copper layers, from the top. Raises DrawnCoilError if the turns are no spiral of a
-    known shape, with equal pitch, size and width on all layers and in one sense.
+    `layers` are the names of the copper layers, from the top, and `heights` the copper layers of the file's stack-up.
+    Raises DrawnCoilError if the turns are no spiral of a known shape, with equal pitch, size and width on all layers
+    and in one sense.
     """
     runs = [run for run, (_, turns) in zip(conductor.runs, conductor.turns(), strict=True) if abs(turns) >= LEAST_TURNS]
     if not runs:
@@ -46,7 +49,8 @@ def recognised(conductor: DrawnConductor, layers: Sequence[str], written: CoilSp
         trace_spacing=round(spiral.pitch - conductor.width, 9), start_angle=wound[0].outer_angle,
         is_mid_side=spiral.is_mid_side, clockwise=wound[0].sense < 0, corner_radius=spiral.corner_radius,
         copper=DrawnCopperCoil(tuple(wound), _series(conductor, spiral, wound, layers),
-                               _terminals(conductor, spiral.centre, layers), spiral.deviation),
+                               _terminals(conductor, spiral.centre, layers), spiral.deviation,
+                               tuple((layers.index(each.name) + 1, each.z, each.thickness) for each in heights)),
     )
 
 

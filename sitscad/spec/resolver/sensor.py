@@ -14,7 +14,8 @@ from sitscad.kernels.geometry.convex import Footprint
 from sitscad.kernels.geometry.path import Point
 from sitscad.kernels.geometry.shapes import LONG_PLATE, PLATES
 from sitscad.spec import presets
-from sitscad.spec.circuit import PanelSpec, Tail
+from sitscad.spec.circuit import PanelSpec, Stackup, Tail
+from sitscad.spec.coil import CoilSpec
 from sitscad.spec.format.kinds import Preset
 from sitscad.spec.format.section import NameOr, Part, Section, section_of
 from sitscad.spec.materials import ElastomerPad, Target
@@ -60,6 +61,7 @@ def resolve(document: SpecDocument, source: SpecSource, folder: Path | None = No
     fpc = resolve_fpc(document.fpc, coil, mount, remarks, place)
     if coil.drawn is not None:
         _check_drawn(coil.drawn, source, remarks)
+        _check_heights(coil, fpc.stackup, remarks)
         fpc = replace(fpc, panel=PanelSpec(wish="none"))
     _check_contacts(fpc.tail, 2 * number, remarks)
     # by default plates are as wide as the coils are far apart, and at least as wide as a coil
@@ -100,6 +102,29 @@ def _check_drawn(drawn: str, source: SpecSource, remarks: Remarks) -> None:
         if key in source.keys:
             message = f"the board is drawn in {drawn}, with all tracks to its terminals"
             remarks.flaw("SIT009", key, message, f"leave {key} out")
+
+
+OTHER_HEIGHT, OTHER_THICKNESS = 0.1, 0.3
+"""Relative differences of heights and of copper thicknesses above which the file of a board contradicts the spec.
+
+Files often have the foil without its plating.
+"""
+
+
+def _check_heights(coil: CoilSpec, stackup: Stackup, remarks: Remarks) -> None:
+    """Add a flaw if the stack-up in the file of a drawn coil contradicts the stack-up of the spec."""
+    drawn = {number: (z, thickness) for number, z, thickness in coil.copper.heights} if coil.copper else {}
+    ours = {layer.number: (layer.z, layer.thickness) for layer in stackup.copper if layer.number in coil.layers}
+    if not ours or not ours.keys() <= drawn.keys():
+        return
+    columns = [tuple(zip(*(rows[number] for number in ours), strict=True)) for rows in (drawn, ours)]
+    spans, thicknesses = [max(z) - min(z) for z, _ in columns], [max(each) for _, each in columns]
+    for (theirs, here), share, what in ((spans, OTHER_HEIGHT, "between the middles of the coil's copper layers"),
+                                        (thicknesses, OTHER_THICKNESS, "of copper in the coil")):
+        if abs(theirs - here) > share * max(theirs, here):
+            message = f"{coil.drawn} has {show(theirs, 'm', 3)} {what}, {stackup.name} has {show(here, 'm', 3)}"
+            hint = "write the board's own stack-up in fpc.stackup, layer by layer"
+            remarks.flaw("SIT009", "fpc.stackup", message, hint, measured=here, limit=theirs, unit="m")
 
 
 def _copper_layers(document: SpecDocument) -> int | None:
