@@ -119,7 +119,7 @@ def _tank_reader(pick: Callable[..., Any], name: str, by_inductance: float, by_l
     """
 
     def read(design: Design) -> Figure:
-        coil, state = _worst_tank(design.estimates.coils, pick, name)
+        coil, state = _worst_tank(design.estimates.all_coils, pick, name)
         value = float(getattr(state, name))
         relative = abs(by_inductance) * inductance_error(coil, state) / state.inductance
         return value, abs(value) * (relative + abs(by_loss) * (state.resistance_error or 0.0))
@@ -134,7 +134,7 @@ def _sigma(pick: Callable[..., Any], name: str) -> Reader:
     """
 
     def read(design: Design) -> Figure:
-        sigmas = _worst_tank(design.estimates.coils, pick, name)[1].spread
+        sigmas = _worst_tank(design.estimates.all_coils, pick, name)[1].spread
         if sigmas is None:
             raise AbsentError("no tank of this design oscillates")
         return float(getattr(sigmas, name)), 0.0
