@@ -295,9 +295,11 @@ def small_signal(design: Design) -> Iterator[Verdict]:
     spec = design.spec
     has_metal = spec.shield is not None or spec.metal is not None
     drift, share = constant_limits()["drift_of_ten_kelvin"].value, abs(best.share)
+    is_enough = share >= constant_limits()["least_signal_compensated"].value
+    compensating = (partial(temperature_sensors, spec),) if is_enough else ()
     yield violation_of(
         "small-signal-cell" if len(cells) > 1 else "small-signal", "elastomer.thickness", share, least.value,
-        source=least.source, fixes=(*more_signal(spec), partial(temperature_sensors, spec)),
+        source=least.source, fixes=(*more_signal(spec), *compensating),
         details=(*["small-signal"] * (len(cells) > 1), *["small-signal-steps"] * bool(best.steps),
                  *["small-signal-loss"] * best.has_loss_in_it),
         cell=number, coil=best.coil, force=best.force, inductance=best.by_inductance, per_newton=best.per_newton,
