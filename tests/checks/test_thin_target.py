@@ -93,9 +93,9 @@ def judge_alone(judge, spec):
 
 def test_a_lost_signal_warns_where_the_loss_is_small(judge):
     """A poor conductor: hardly any loss, and a fifth of the signal."""
-    for force, words in ((FORCE, "change per newton"), ("", "what the target changes of the inductance")):
+    for force, case in ((FORCE, "thin-change-newton"), ("", "thin-change-rest")):
         (found,) = judge_alone(judge, foil("200 um", "{conductivity: 3e4 S/m}", force))
-        assert found.severity is Severity.WARNING and words in found.detail
+        assert found.severity is Severity.WARNING and case in found.cases
         assert found.measured > 0.5 and found.limit == constant_limits()["thin_target_change"].value
 
 

@@ -35,7 +35,7 @@ from sitscad.layout.lamination import lamination_text, tail_holes
 from sitscad.layout.panel import Panel, is_too_small
 from sitscad.layout.tail.frame import chip_opening
 from sitscad.layout.tail.tracks import contact_rows
-from sitscad.spec.circuit import MASK, FpcSpec, LayerKind, Plating, Stackup
+from sitscad.spec.circuit import MASK, FpcSpec, LayerKind, Plating, Stackup, Tail
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.presets import (
     board_kind,
@@ -135,11 +135,7 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
     if not fpc.rules.one_process:
         standard = "IPC-6012 class 2"
         if not is_rigid(fpc.stackup):
-            # type by IPC-6013, 1.3: type 5 has several layers but no plated holes
-            kind = 1 if len(copper) == 1 else 5 if not layout.vias else 2 if len(copper) == 2 else 3
-            is_dynamic = fpc.tail is not None and fpc.tail.bend == "dynamic"
-            use = "B (flexes in use)" if is_dynamic else "A (bent at installation)"
-            standard = f"IPC-6013 class 2, type {kind}, use {use}"
+            standard = f"IPC-6013 class 2, {_ipc_type(layout.copper_layers, layout.spec.fpc.tail, layout.vias)}"
         yield "Class", f"{standard}, unless the order says otherwise"
     if layout.stiffener is not None:
         left, low, right, high = bounding_box([layout.stiffener.outline.outline])
@@ -211,6 +207,13 @@ def _holes(fpc: FpcSpec, vias: tuple[Via, ...], spans: str) -> str:
         f"{', '.join(kinds)}, plated, finished diameters; {spans}; no pins or wires go "
         f"into them: a hole may be smaller if annular ring and plating are kept{thick}"
     )
+
+
+def _ipc_type(layers: int, tail: Tail | None, vias: tuple[Via, ...]) -> str:
+    """Return type and use of a flexible board by IPC-6013, 1.3. Type 5 has several layers but no plated holes."""
+    kind = 1 if layers == 1 else 5 if not vias else 2 if layers == 2 else 3
+    is_dynamic = tail is not None and tail.bend == "dynamic"
+    return f"type {kind}, use {'B (flexes in use)' if is_dynamic else 'A (bent at installation)'}"
 
 
 def _contacts(layout: Layout) -> str:
