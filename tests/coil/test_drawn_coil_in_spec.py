@@ -176,6 +176,9 @@ def test_package_has_all_but_the_board(drawing, tmp_path):
     package = tmp_path / "drawn"
     assert not (package / "fpc").exists()
     assert not (package / "kicad").exists()
+    texts = [path.read_text() for kind in ("txt", "csv", "html") for path in package.rglob(f"*.{kind}")]
+    assert len(texts) > 3
+    assert not any("fpc/" in text for text in texts)
     assert (package / "firmware" / "sensor_config.h").exists()
     assert (package / "spec" / "board.kicad_pcb").read_bytes() == (folder / "board.kicad_pcb").read_bytes()
     assert json.loads((package / "manifest.json").read_text())["board_drawn_by_user"] == "board.kicad_pcb"

@@ -54,7 +54,8 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
         return None
     box = _shown(layout.body, layout.largest_outline, pieces)
     scale = scale_for((box[2] - box[0], box[3] - box[1]), ROOM[2:])
-    title, hashes = "assembly, pieces over the coils", "the board's are in fpc/"
+    drawn = layout.spec.coil.drawn
+    title, hashes = "assembly, pieces over the coils", f"the board's are in {'fpc/' if drawn is None else drawn}"
     sheet = new_sheet(layout.spec.name, layout.spec.issue, title, scale_text(scale), hashes, forced)
     view = placed(box, scale, ROOM)
     _plan(sheet, layout, pieces, view, box)
