@@ -144,7 +144,7 @@ def diagnosed(design: sitscad.Design, fault: str) -> list[str]:
         found = diagnose_board(board, wrong, [[row[k] for row in rows if k in row] for k in range(len(board.bands))])
     except OSError as error:
         return [f"answer: {error}"]
-    return [f"{one.name}: {one.said}" for one in found if one.verdict == NOT_MET]
+    return [f"{one.name}: {one.observation}" for one in found if one.verdict == NOT_MET]
 
 
 def judged(fault: str, said: list[str]) -> str:

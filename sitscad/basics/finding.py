@@ -16,7 +16,7 @@ class Severity(StrEnum):
     WARNING = "warning"
     NOTE = "note"
 
-    def weighs(self, least: Severity) -> bool:
+    def is_at_least(self, least: Severity) -> bool:
         """Whether the severity is at least `least`."""
         order = list(Severity)
         return order.index(self) <= order.index(least)
@@ -137,12 +137,12 @@ SETTLED = (
 class Remedy:
     """A fix: edits that together remove a finding, found by trying them.
 
-    ``brings`` names rules that warn of the changed design and do not warn, or warn less, of the present design.
+    ``new_warnings`` names rules that warn of the changed design and do not warn, or warn less, of the present design.
     ``is_sure`` is False if the fix only guesses the meaning of a word.
     """
 
     edits: tuple[Edit, ...]
-    brings: tuple[str, ...] = ()
+    new_warnings: tuple[str, ...] = ()
     is_sure: bool = True
 
     @property

@@ -104,7 +104,7 @@ class BenchTable:
         """Return the place of a number, as path:line:column."""
         return f"{self.path}:{self.lines[row]}:{column.number}"
 
-    def named(self, name: str) -> int | None:
+    def columns_named(self, name: str) -> int | None:
         """Return the index of the column of a coil, load or pose. None if the table has no such column.
 
         If a coil has several columns, the index is that column's whose kind is `used_kind`.
@@ -115,7 +115,7 @@ class BenchTable:
 
     def column(self, name: str) -> Column:
         """Return the used column of a coil, load or pose that the table has."""
-        place = self.named(name)
+        place = self.columns_named(name)
         assert place is not None
         return self.columns[place]
 
@@ -240,10 +240,11 @@ def points_of(table: BenchTable, sensors: Sensors) -> Points:
 
     Raises BenchError if a load pulls, if there is no tare, or if there are too few points.
     """
-    motion = LOAD if table.named("normal") is not None or not any(c.name in POSE for c in table.columns) else POSE
+    motion = LOAD if table.columns_named("normal") is not None or not any(c.name in POSE
+                                                                          for c in table.columns) else POSE
     moved = np.zeros((len(table.values), len(motion)))
     for k, name in enumerate(motion):
-        place = table.named(name)
+        place = table.columns_named(name)
         if place is not None:
             moved[:, k] = table.values[:, place] * table.columns[place].factor
             if name in MOMENT and sensors.range.width < len(LOAD):
@@ -257,7 +258,7 @@ def points_of(table: BenchTable, sensors: Sensors) -> Points:
     frequency = np.stack([frequencies_of(table, sensors, column) for column in used], axis=1)
     points = Points(moved if motion == LOAD else None, moved if motion == POSE else None, frequency, at_rest)
     written = np.array([rounding_error(table, column).max() for column in used]) / math.sqrt(3.0)
-    return replace(points, noisier=noise_ratio(points, np.hypot(sensors.of_mean(int(usual_value("readings"))),
+    return replace(points, noise_ratio=noise_ratio(points, np.hypot(sensors.mean_noise(int(usual_value("readings"))),
                                                                 written)))
 
 

@@ -97,7 +97,7 @@ class Calibration:
             unit = f"this unit, calibrated with {points} points"
             deviation = [] if self.sigma is None else [ForceError(f"{unit}: one sigma", points, self.sigma)]
             return (*deviation, ForceError(f"{unit}: {100.0 * SURE:.0f} % stay below", points, self.map.error))
-        errors = [ForceError("any unit, read without a tare", None, self.plan.untared),
+        errors = [ForceError("any unit, read without a tare", None, self.plan.errors_without_tare),
                  ForceError("any unit after its tare, not calibrated", 0, self.map.error)]
         some = sorted({number for number in SHOWN if number < len(self.plan.loads)} | {len(self.plan.loads)})
         return (*errors, *(ForceError(f"a unit calibrated with {number} points", number, self.plan.errors[number])
@@ -118,10 +118,10 @@ class Calibration:
 
         `Performance.crosstalk` differs: it is the error of a polynomial in the readings.
         """
-        scope, none = self.sensors.range, np.zeros(len(self.sensors.known))
+        scope, none = self.sensors.range, np.zeros(len(self.sensors.unknowns))
         loads = axis_sweeps(scope, scope.pressed(0.5 * scope.normal))
         put_on = np.vstack([scope.pressed(0.0), loads.reshape(-1, scope.width)])
-        frequency = self.sensors.under(none, put_on, exact=True)
+        frequency = self.sensors.frequencies_under(none, put_on, exact=True)
         return map_crosstalk(scope, loads, self.map(frequency[1:], frequency[0]))
 
     @property
@@ -168,7 +168,7 @@ class Calibration:
         """
         if self.fit is None:
             return {}
-        rows = zip(self.sensors.known, self.fit.errors, self.fit.moved, self.fit.sigma, strict=True)
+        rows = zip(self.sensors.unknowns, self.fit.errors, self.fit.moved, self.fit.sigma, strict=True)
         return {each.name: {"value": float(value), "moved_by_sigmas": float(moved),
                            "sigma": float(sure * each.sigma), "sigma_before": each.sigma}
                 for each, value, moved, sure in rows if each.is_fitted}
@@ -209,14 +209,14 @@ def plan_calibration(model: ResponseModel, is_held: bool = True, count: int = US
     if not FEWEST <= count <= MOST:
         raise ValueError(f"{FEWEST} to {MOST} points are planned, not {count}")
     sensors = sensors_of(model, is_held)
-    nominal, planned = fit_unit_map(sensors, np.zeros(len(sensors.known))), plan(sensors, count)
+    nominal, planned = fit_unit_map(sensors, np.zeros(len(sensors.unknowns))), plan(sensors, count)
     # The error after a tare alone comes from simulated units, not from first order; points cannot increase it. The
     # map's own error remains with any points, and is no smaller on units that differ from the drawing.
     untold = np.maximum(error_on_others(sensors, nominal), nominal.error)
     errors = np.vstack([untold, np.minimum(np.hypot(planned.errors[1:], nominal.error), untold)])
     nominal = replace(nominal, error=untold)
     calibration = Calibration(sensors, nominal, replace(planned, errors=errors))
-    return replace(calibration, turned=forces_with_wrong_rotation(calibration, np.zeros(len(sensors.known))))
+    return replace(calibration, turned=forces_with_wrong_rotation(calibration, np.zeros(len(sensors.unknowns))))
 
 
 def forces_with_wrong_rotation(calibration: Calibration, errors: Array) -> tuple[tuple[str, float, float], ...]:
@@ -235,7 +235,7 @@ def forces_with_wrong_rotation(calibration: Calibration, errors: Array) -> tuple
         loads[row, column] = sensors.range.shear
     if not columns or np.any(other.gives_way(errors, loads)):
         return ()
-    frequency = other.under(errors, loads, exact=True)
+    frequency = other.frequencies_under(errors, loads, exact=True)
     if not np.all(np.isfinite(frequency)):
         return ()
     read = calibration.map(frequency[1:], frequency[0])
@@ -254,7 +254,7 @@ def sensors_of(model: ResponseModel, is_held: bool = True) -> Sensors:
     sensors = Sensors(model, is_held and not working_range(model.spec).has_moments)
     if model.estimates.readout.conversion is None:
         raise NoResponse("the converter cannot be set for these coils, so nothing is read")
-    errors, corners = np.zeros(len(sensors.known)), sensors.range.corners
+    errors, corners = np.zeros(len(sensors.unknowns)), sensors.range.corners
     lost = corners[sensors.gives_way(errors, corners)]
     if len(lost):
         text = ", ".join(f"{name} {amount_text(force, name)}"
@@ -264,7 +264,7 @@ def sensors_of(model: ResponseModel, is_held: bool = True) -> Sensors:
             "reaches that load; a thinner or stiffer pad"
             + ("" if is_held or sensors.range.has_moments else ", or --rotation held")
         )
-    frequency = sensors.under(errors, corners)
+    frequency = sensors.frequencies_under(errors, corners)
     if not np.all(np.isfinite(frequency)):
         raise NoResponse("a tank of the design does not oscillate under the loads that are required")
     return sensors
@@ -292,20 +292,20 @@ def fit_by_surrogate(sensors: Sensors, points: Points) -> tuple[Sensors, ModelFi
     uncertainty of the fit. It is made again if the new fit lies outside it.
     """
     fit = fit_model(sensors, points, rounds=1)
-    moving = [each.name in (*POSE_ERRORS, *PAD_ERRORS) for each in sensors.known]
+    moving = [each.name in (*POSE_ERRORS, *PAD_ERRORS) for each in sensors.unknowns]
     for _ in range(CHARTS):
         largest = np.abs(fit.moved)[moving].max()
         if largest >= SURELY or np.any(sensors.gives_way(fit.errors, sensors.range.corners)):
             break
         # poses may lie beyond those under loads, by the whole scatter of manufacture
-        nearer = sensors.about(fit.errors, fit.sigma if points.poses is None else np.ones(len(fit.sigma)))
+        nearer = sensors.with_centre(fit.errors, fit.sigma if points.poses is None else np.ones(len(fit.sigma)))
         try:
             again = fit_model(nearer, points, fit)
         except NoFit:
             again = None
         if again is None or again.excess > STRAYED * max(fit.excess, SUSPECT):
             return sensors, fit_model(sensors, points, fit)
-        apart = np.abs((again.moved - fit.moved) / nearer.wide)[moving].max()
+        apart = np.abs((again.moved - fit.moved) / nearer.surrogate_width)[moving].max()
         sensors, fit = nearer, again
         if apart <= WIDEST:
             break

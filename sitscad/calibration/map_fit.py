@@ -68,14 +68,14 @@ def map_gain(sensors: Sensors) -> Array:
 
     The inductances L are computed from frequencies. It is the gain of an `InverseMap`.
     """
-    rest = sensors.under(np.zeros(len(sensors.known)), np.zeros((1, 3)))[0]
+    rest = sensors.frequencies_under(np.zeros(len(sensors.unknowns)), np.zeros((1, 3)))[0]
     share = np.square(sensors.free_frequencies / rest)
     return np.asarray(SHARE * share / (1.0 - share))
 
 
 def sensor_samples(sensors: Sensors, errors: Array, loads: Array) -> Samples:
     """Return readings of one sensor under loads (n, 3 or 5; N, N m)."""
-    frequency = sensors.under(errors, np.vstack([sensors.range.pressed(0.0), loads]))
+    frequency = sensors.frequencies_under(errors, np.vstack([sensors.range.pressed(0.0), loads]))
     return Samples(frequency[1:], frequency[0], loads[:, sensors.range.columns] / sensors.range.full_scales)
 
 
@@ -112,7 +112,7 @@ def fitted_map(sensors: Sensors, learnt: Samples, rest: Array) -> InverseMap:
 def error_on_others(sensors: Sensors, fitted: InverseMap) -> Array:
     """Return the rms error (axes; N) of a map for the readings of simulated sensors, each after its own tare."""
     loads, square = sensors.range.inside(ASKED // 2, LEARNT), []
-    for errors in draw_stratified_units(sensors.known, SCATTERED, SCATTER_SEED):
+    for errors in draw_stratified_units(sensors.unknowns, SCATTERED, SCATTER_SEED):
         other = sensor_samples(sensors, errors, loads)
         square.append((fitted(other.readings, other.rest) / sensors.range.full_scales - other.forces) ** 2)
     return np.asarray(np.sqrt(np.mean(square, axis=(0, 1))) * sensors.range.full_scales)
@@ -131,7 +131,7 @@ def fit_unit_map(sensors: Sensors, errors: Array) -> InverseMap:
     corrected = sensors.range.inside(ASKED, LEARNT)
     loads, count = np.vstack([learnt, corrected]), len(learnt)
     whole = sensor_samples(sensors, errors, loads)
-    solved = sensors.under(errors, np.vstack([sensors.range.pressed(0.0), loads[:SOLVED]]), exact=True)
+    solved = sensors.frequencies_under(errors, np.vstack([sensors.range.pressed(0.0), loads[:SOLVED]]), exact=True)
     right, remainder = _with_rest_corrected(sensors, errors, loads, solved)
     readings = whole.readings * right
     fitted = fitted_map(sensors, Samples(readings[:count], whole.rest, whole.forces[:count]), solved[0])
@@ -159,7 +159,7 @@ def _with_rest_corrected(sensors: Sensors, errors: Array, loads: Array, solved: 
     least squares this difference is the residual over 1 - its leverage (Allen, Technometrics 16, 1974).
     """
     solved_loads = np.vstack([sensors.range.pressed(0.0), loads[: len(solved) - 1]])
-    off = np.log(solved) - np.log(sensors.under(errors, solved_loads))
+    off = np.log(solved) - np.log(sensors.frequencies_under(errors, solved_loads))
     scale, columns = sensors.range.full_scales, sensors.range.columns
     powers = exponents([1.0] * len(columns), DEGREE, 1)
     solved_terms, target_terms = (monomials(part[:, columns] / scale, powers) for part in (solved_loads[1:], loads))

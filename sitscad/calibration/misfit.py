@@ -37,7 +37,7 @@ The cost is minus twice the logarithm of the likelihood, so at this difference t
 """
 
 ODD = 3.7
-"""Limit for `ModelFit.odd` of a row, in standard deviations. The row is reported if it exceeds this limit."""
+"""Limit for `ModelFit.disagreement` of a row, in standard deviations. The row is reported if it exceeds this limit."""
 
 NOISY = 0.5
 """Limit for the ratio of the force error by noise to the error of the loads (`usual("force")`).
@@ -75,7 +75,7 @@ def cause_text(name: str) -> str:
 def unusual_unknowns(sensors: Sensors, fit: ModelFit) -> Iterator[str]:
     """Yield a note on each unknown that is `UNUSUAL`, the largest first."""
     for k in np.argsort(-np.abs(fit.moved), kind="stable"):
-        unknown, deviation = sensors.known[k], float(fit.moved[k])
+        unknown, deviation = sensors.unknowns[k], float(fit.moved[k])
         if abs(deviation) > UNUSUAL:
             amount = f"{fit.errors[k]:.3g} {'relative' if unknown.unit == '1' else unknown.unit}"
             yield (f"unusual: {unknown.name} is {deviation:+.1f} sigma of manufacture off ({amount}): "
@@ -86,17 +86,17 @@ def unusual_unknowns(sensors: Sensors, fit: ModelFit) -> Iterator[str]:
 def worst_row(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit) -> tuple[str, str, float, float]:
     """Return the row that agrees least with the other rows: (place, text, standard deviations, error).
 
-    The place is path:line:1. The standard deviations are `ModelFit.odd`. The error is the largest error of a force, in
-    full scales, predicted from the other rows; 0 for poses.
+    The place is path:line:1. The standard deviations are `ModelFit.disagreement`. The error is the largest error of a
+    force, in full scales, predicted from the other rows; 0 for poses.
     """
-    row = int(np.argmax(np.where(points.at_rest, -np.inf, fit.odd)))
-    text, share = f"by {fit.odd[row]:.1f} sigma of what the others scatter", 0.0
+    row = int(np.argmax(np.where(points.at_rest, -np.inf, fit.disagreement)))
+    text, share = f"by {fit.disagreement[row]:.1f} sigma of what the others scatter", 0.0
     if fit.force_errors is not None:
         off = np.nan_to_num(np.abs(fit.force_errors[row]) / sensors.range.full_scales)
         axis = int(np.argmax(off))
         name, share = sensors.range.axes[axis], float(off[axis])
         text = f"the others foretell {name} {amount_text(share * sensors.range.full_scales[axis], name)} off, {text}"
-    return f"{table.path}:{table.lines[row]}:1", text, float(fit.odd[row]), share
+    return f"{table.path}:{table.lines[row]}:1", text, float(fit.disagreement[row]), share
 
 
 def disagreement(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit) -> str:
@@ -111,7 +111,7 @@ def disagreement(table: BenchTable, points: Points, sensors: Sensors, fit: Model
 def noise_share(points: Points, sensors: Sensors, fit: ModelFit) -> float:
     """Return the standard deviation of a force near rest by noise of a row and its tare (full scales, worst axis)."""
     slopes = load_slopes(sensors, fit.errors, sensors.range.pressed(0.0)[None])[0]
-    noise = math.sqrt(2.0) * points.noisier * sensors.of_mean(int(usual_value("readings")))
+    noise = math.sqrt(2.0) * points.noise_ratio * sensors.mean_noise(int(usual_value("readings")))
     return float(np.sqrt(np.sum((np.linalg.pinv(slopes) * noise) ** 2, axis=1)).max())
 
 
@@ -119,7 +119,8 @@ def noise_text(table: BenchTable, points: Points, share: float) -> str:
     """Return a text on the scatter of rows without load, with the worst row. `share` is the result of `noise_share`."""
     tare = int(np.argmax(np.abs(points.restless).max(axis=1))) if len(points.restless) else 0
     return (f"{table.path}:{table.lines[int(np.flatnonzero(points.at_rest)[tare])]}:1 rows without load scatter by "
-            f"{points.noisier:.0f} times the converter's noise (drift along the rows taken out), {100.0 * share:.2g} % "
+            f"{points.noise_ratio:.0f} times the converter's noise (drift along the rows taken out), "
+            f"{100.0 * share:.2g} % "
             "of full scale on a force, this one most: a slip, noise of supply or cable, a target that was touched, or "
             "drift that goes up and down?")
 
@@ -127,7 +128,7 @@ def noise_text(table: BenchTable, points: Points, share: float) -> str:
 def noise_note(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit) -> str:
     """Return a note if rows without load scatter much more than the converter's noise (`NOISY`). Empty otherwise."""
     share = noise_share(points, sensors, fit)
-    if points.noisier <= 1.0 or share < NOISY * usual_value("force"):
+    if points.noise_ratio <= 1.0 or share < NOISY * usual_value("force"):
         return ""
     return f"{noise_text(table, points, share)} In use noise comes on top of the stated error"
 
@@ -136,18 +137,18 @@ def noise_note(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFi
 class OppositeRotationFit:
     """Fit of the same points with the opposite assumption on the target's rotation (level or free to tilt).
 
-    `sensors` are the sensors with this rotation. `likelier` is the `cost` of the original fit minus the `cost` of this
-    `fit`: positive if this fit is better.
+    `sensors` are the sensors with this rotation. `cost_advantage` is the `cost` of the original fit minus the `cost` of
+    this `fit`: positive if this fit is better.
     """
 
-    likelier: float
+    cost_advantage: float
     sensors: Sensors
     fit: ModelFit
 
     @property
     def note(self) -> str:
         """Remark on the rotation. Empty if the fit is not clearly better."""
-        if self.likelier < LIKELIER:
+        if self.cost_advantage < LIKELIER:
             return ""
         rotation = self.sensors.rotation
         (this,) = (each for each in ROTATIONS if each != rotation)
@@ -157,10 +158,10 @@ class OppositeRotationFit:
 
     def error(self, fitted: InverseMap) -> Array:
         """Return the rms error (axes; N) of a map for this target's rotation. 0 unless this fit is clearly better."""
-        if self.likelier < LIKELIER:
+        if self.cost_advantage < LIKELIER:
             return np.zeros(len(fitted.axes))
         loads = np.vstack([np.zeros((1, 3)), self.sensors.range.inside(ASKED // 2, LEARNT)])
-        frequency = self.sensors.under(self.fit.errors, loads)
+        frequency = self.sensors.frequencies_under(self.fit.errors, loads)
         borne = np.all(np.isfinite(frequency), axis=1)
         off = fitted(frequency[borne], frequency[0]) - loads[borne][:, self.sensors.range.columns]
         return np.asarray(np.sqrt(np.mean(off**2, axis=0)))

@@ -199,7 +199,7 @@ class ModelFit:
     scatter: float
     excess: float
     force_errors: Array | None
-    odd: Array
+    disagreement: Array
     settled: bool
     cost: float
 
@@ -211,7 +211,7 @@ def fit_model(sensors: Sensors, points: Points, start: ModelFit | None = None, r
     surrogate for the next round; with `rounds` of 1 there is no such correction.
     """
     points = points.settled
-    fitted = [each.is_fitted for each in sensors.known]
+    fitted = [each.is_fitted for each in sensors.unknowns]
     values = np.zeros(sum(fitted)) if start is None else start.moved[fitted]
     scatter = COARSE if start is None else start.scatter
     measured = aim = np.log(points.frequency)
@@ -235,19 +235,19 @@ def fit_model(sensors: Sensors, points: Points, start: ModelFit | None = None, r
 class _Problem:
     """Points to be fitted, with the covariances of their errors.
 
-    `aim` (n, coils) is the measured ln f, corrected for errors of the surrogate. `expected` (n, coils, coils) are
-    covariances of the expected errors, and `more` the covariances that a scatter of 1 adds. `white` (n, coils, coils)
-    are the matrices of `whiteners` for the value `scatter`. `sigma` (unknowns) are the prior standard deviations, and
-    `chosen` (unknowns) is True for fitted unknowns.
+    `measured` (n, coils) is the measured ln f, corrected for errors of the surrogate. `expected` (n, coils, coils) are
+    covariances of the expected errors, and `more` the covariances that a scatter of 1 adds. `whitening` (n, coils,
+    coils) are the matrices of `whiteners` for the value `scatter`. `sigma` (unknowns) are the prior standard
+    deviations, and `chosen` (unknowns) is True for fitted unknowns.
     """
 
     sensors: Sensors
     points: Points
-    aim: Array
+    measured: Array
     expected: Array
     more: Array
     scatter: float
-    white: Array
+    whitening: Array
     sigma: Array
     chosen: Flags
 
@@ -259,19 +259,19 @@ class _Problem:
 
     def off(self, errors: Array) -> Array:
         """Return differences (n, coils) of measured and predicted ln f, `minus_tare`, of a sensor with `errors`."""
-        return minus_tare(self.aim - np.log(predicted_frequencies(self.sensors, errors, self.points)),
+        return minus_tare(self.measured - np.log(predicted_frequencies(self.sensors, errors, self.points)),
                           self.points.at_rest)
 
     def residuals(self, values: Array) -> Array:
         """Return the flat residuals (n times coils) in standard deviations. Infinite if a value exceeds `FARTHEST`."""
         if not np.abs(values).max() < FARTHEST:
-            return np.full(self.aim.size, np.inf)
-        return np.asarray(np.einsum("ncd,nd->nc", self.white, self.off(self.errors(values))).ravel())
+            return np.full(self.measured.size, np.inf)
+        return np.asarray(np.einsum("ncd,nd->nc", self.whitening, self.off(self.errors(values))).ravel())
 
 
 def _problem(sensors: Sensors, points: Points, aim: Array, values: Array, scatter: float) -> _Problem:
     """Return the points to be fitted, with covariances at these `values` of the fitted unknowns. Raises NoFit."""
-    sigma, chosen = (np.array([getattr(each, name) for each in sensors.known]) for name in ("sigma", "is_fitted"))
+    sigma, chosen = (np.array([getattr(each, name) for each in sensors.unknowns]) for name in ("sigma", "is_fitted"))
     empty = np.zeros((0, 0, 0))
     problem = _Problem(sensors, points, aim, empty, empty, scatter, empty, sigma, chosen)
     try:
@@ -279,7 +279,7 @@ def _problem(sensors: Sensors, points: Points, aim: Array, values: Array, scatte
         white = whiteners(expected + scatter**2 * more)
     except np.linalg.LinAlgError as error:
         raise NoFit("the model foretells no readings where a fit went") from error
-    return replace(problem, expected=expected, more=more, white=white)
+    return replace(problem, expected=expected, more=more, whitening=white)
 
 
 @record(eq=False)
@@ -342,7 +342,7 @@ def _all_slopes(problem: _Problem, fitted: LeastSquaresFit, errors: Array) -> Ar
 
     Unknowns that are not fitted are included. Raises NoFit if a derivative is not finite.
     """
-    chosen, slopes = problem.chosen, np.empty((*problem.aim.shape, len(errors)))
+    chosen, slopes = problem.chosen, np.empty((*problem.measured.shape, len(errors)))
 
     def off(values: Array) -> Array:
         moved = errors.copy()
@@ -350,8 +350,8 @@ def _all_slopes(problem: _Problem, fitted: LeastSquaresFit, errors: Array) -> Ar
         return problem.off(moved).ravel()
 
     none = np.zeros(int(np.sum(~chosen)))
-    slopes[..., chosen] = np.linalg.solve(problem.white, fitted.slopes.reshape(*problem.aim.shape, -1))
-    slopes[..., ~chosen] = _slopes(off, none, off(none), CONSIDERED).reshape(*problem.aim.shape, -1)
+    slopes[..., chosen] = np.linalg.solve(problem.whitening, fitted.slopes.reshape(*problem.measured.shape, -1))
+    slopes[..., ~chosen] = _slopes(off, none, off(none), CONSIDERED).reshape(*problem.measured.shape, -1)
     if not np.all(np.isfinite(slopes)):
         raise NoFit("a fit ended where the pad bears no more")
     return slopes
@@ -374,12 +374,12 @@ def _model_fit(problem: _Problem, fitted: LeastSquaresFit, likely: _LikelySensor
     """Return the fit for reports: values of the unknowns, their uncertainty, and the errors of every point."""
     sensors, points, count = problem.sensors, problem.points, len(problem.points)
     errors = problem.errors(fitted.values)
-    expected = sensors.charted if points.loads is None else float(
+    expected = sensors.surrogate_error if points.loads is None else float(
         np.sqrt(np.mean(load_errors(sensors, points.loads[~points.at_rest]) ** 2)))
     excess = math.hypot(1.0, likely.scatter / expected)
     force = None
     if points.loads is not None:
-        slopes = problem.white @ load_slopes(sensors, errors, points.loads)
+        slopes = problem.whitening @ load_slopes(sensors, errors, points.loads)
         force = np.einsum("nac,nc->na", np.linalg.pinv(slopes),
                           leave_one_out_residuals(fitted, count)) * sensors.range.full_scales
         force[points.at_rest] = np.nan

@@ -32,15 +32,15 @@ class Points:
 
     Either `loads` or `poses` are given. `loads` (n, 3; N) are normal force and shear along x and y, or (n, 5) with
     moments about x and y (N m). `poses` (n, 6; m, rad) are relative to rest. `frequency` (n, coils; Hz) are the
-    readings. `at_rest` (n) is True for the tares: points without load. `noisier` is the ratio of the readings' noise to
-    the converter's noise; 1 unless the tares scatter more.
+    readings. `at_rest` (n) is True for the tares: points without load. `noise_ratio` is the ratio of the readings'
+    noise to the converter's noise; 1 unless the tares scatter more.
     """
 
     loads: Array | None
     poses: Array | None
     frequency: Array
     at_rest: Flags
-    noisier: float = 1.0
+    noise_ratio: float = 1.0
 
     def __len__(self) -> int:
         return len(self.frequency)
@@ -61,7 +61,7 @@ class Points:
         """Return the chosen points. `chosen` are flags (n) or indices."""
         loads = None if self.loads is None else self.loads[chosen]
         poses = None if self.poses is None else self.poses[chosen]
-        return Points(loads, poses, self.frequency[chosen], self.at_rest[chosen], self.noisier)
+        return Points(loads, poses, self.frequency[chosen], self.at_rest[chosen], self.noise_ratio)
 
     @property
     def restless(self) -> Array:
@@ -82,9 +82,9 @@ def predicted_frequencies(sensors: Sensors, errors: Array, points: Points, exact
     They come from the surrogate, or with `exact` from solved poses.
     """
     if points.loads is not None:
-        return sensors.under(errors, points.loads, exact)
+        return sensors.frequencies_under(errors, points.loads, exact)
     assert points.poses is not None
-    return sensors.frequencies(errors, sensors.placed(errors, points.poses), exact)
+    return sensors.frequencies(errors, sensors.poses_after_travel(errors, points.poses), exact)
 
 
 def load_slopes(sensors: Sensors, errors: Array, loads: Array) -> Array:
@@ -94,14 +94,14 @@ def load_slopes(sensors: Sensors, errors: Array, loads: Array) -> Array:
     reversed if the pad fails there.
     """
     scale, slopes = sensors.range.full_scales, []
-    here = np.log(sensors.under(errors, loads))
+    here = np.log(sensors.frequencies_under(errors, loads))
     for column, size in zip(sensors.range.columns, scale, strict=True):
         step = np.where(loads[:, column] > 0.5 * size, -STEP, STEP)
         back = np.where((column > 0) | (loads[:, column] > STEP * size), -step, step)
         for way in (step, back):
             moved = loads.copy()
             moved[:, column] += way * size
-            slope = (np.log(sensors.under(errors, moved)) - here) / way[:, None]
+            slope = (np.log(sensors.frequencies_under(errors, moved)) - here) / way[:, None]
             if np.all(np.isfinite(slope)):
                 break
         slopes.append(slope)
@@ -113,12 +113,12 @@ def unknown_slopes(sensors: Sensors, loads: Array, of_all: bool = False, errors:
 
     They are per prior standard deviation, for the sensor as drawn or with these `errors` (unknowns).
     """
-    slopes, here = [], np.zeros(len(sensors.known)) if errors is None else errors
-    for k, each in enumerate(sensors.known):
+    slopes, here = [], np.zeros(len(sensors.unknowns)) if errors is None else errors
+    for k, each in enumerate(sensors.unknowns):
         if each.is_fitted or of_all:
-            moved = np.zeros(len(sensors.known))
+            moved = np.zeros(len(sensors.unknowns))
             moved[k] = MOVE * each.sigma
-            above, below = (np.log(sensors.under(here + way, loads)) for way in (moved, -moved))
+            above, below = (np.log(sensors.frequencies_under(here + way, loads)) for way in (moved, -moved))
             slopes.append((above - below) / (2.0 * MOVE))
     return np.stack(slopes, axis=2)
 
@@ -132,14 +132,14 @@ def covariances(sensors: Sensors, errors: Array, points: Points) -> tuple[Array,
     """
     here = np.log(predicted_frequencies(sensors, errors, points))
     rest = np.log(
-        sensors.frequencies(errors, sensors.placed(errors, np.zeros((1, 6))))
-        if points.loads is None else sensors.under(errors, np.zeros((1, 3)))
+        sensors.frequencies(errors, sensors.poses_after_travel(errors, np.zeros((1, 6))))
+        if points.loads is None else sensors.frequencies_under(errors, np.zeros((1, 3)))
     )
-    read = np.square(points.noisier * sensors.of_mean(int(usual_value("readings"))))
+    read = np.square(points.noise_ratio * sensors.mean_noise(int(usual_value("readings"))))
     noise = np.where(points.at_rest[:, None], AT_REST**2, 2.0 * read)
     expected, scatter = np.zeros((2, len(points), noise.shape[1], noise.shape[1]))
     diagonal = np.arange(noise.shape[1])
-    expected[:, diagonal, diagonal] = noise + np.square(sensors.charted * (here - rest))
+    expected[:, diagonal, diagonal] = noise + np.square(sensors.surrogate_error * (here - rest))
     if points.loads is None:
         scatter[:, diagonal, diagonal] = np.square(here - rest)
     else:
@@ -159,13 +159,13 @@ def place_changes(sensors: Sensors, errors: Array, loads: Array) -> Array:
     if sensors.is_held or not len(loads):
         return np.zeros((len(loads), len(sensors.coils), 2))
     moved = np.hstack([loads, np.zeros((len(loads), len(AXES) - loads.shape[1]))])
-    here, changes = np.log(sensors.under(errors, moved)), []
+    here, changes = np.log(sensors.frequencies_under(errors, moved)), []
     for moment, way in (("moment_y", 1.0), ("moment_x", -1.0)):  # a load at x has a moment about y, at y about -x
         column = AXES.index(moment)
         inwards = np.where(moved[:, column] > 0.0, -1.0, 1.0)  # the pad may fail outwards
         put = moved.copy()
         put[:, column] += inwards * usual_value("place") * moved[:, 0]
-        changes.append(way * inwards[:, None] * (np.log(sensors.under(errors, put)) - here))
+        changes.append(way * inwards[:, None] * (np.log(sensors.frequencies_under(errors, put)) - here))
     return np.stack(changes, axis=2)
 
 
@@ -229,14 +229,14 @@ class Plan:
 
     `loads` (n, 3; N, or n, 5 with moments, N m) begin with the load that gives most information; rows at rest are not
     included. `errors` (n + 1, axes; N) is the standard deviation of forces after a tare and none, one, two, ... of the
-    loads. `untared` (axes; N) is the standard deviation without a tare. `shifted` (axes; N) is the additional error if
-    all loads act one standard deviation beside their place along x, or along y if that is worse.
+    loads. `errors_without_tare` (axes; N) is the standard deviation without a tare. `errors_of_offset` (axes; N) is the
+    additional error if all loads act one standard deviation beside their place along x, or along y if that is worse.
     """
 
     loads: Array
     errors: Array
-    untared: Array
-    shifted: Array
+    errors_without_tare: Array
+    errors_of_offset: Array
 
     @property
     def rows(self) -> Array:
@@ -268,9 +268,9 @@ def plan(sensors: Sensors, count: int) -> Plan:
     """
     loads = candidate_loads(sensors, count)
     # Information (n, unknowns, unknowns; per prior variance) by a reading under each load; the first is at rest
-    none, put_on = np.zeros(len(sensors.known)), np.vstack([sensors.range.pressed(0.0), loads])
+    none, put_on = np.zeros(len(sensors.unknowns)), np.vstack([sensors.range.pressed(0.0), loads])
     rest = np.arange(len(put_on)) == 0
-    points = Points(put_on, None, sensors.under(none, put_on), rest)
+    points = Points(put_on, None, sensors.frequencies_under(none, put_on), rest)
     white = whiteners(covariances(sensors, none, points)[0])
     slopes = white @ minus_tare(unknown_slopes(sensors, put_on), rest)
     facts = np.asarray(np.swapaxes(slopes, 1, 2) @ slopes)
@@ -320,7 +320,7 @@ def _predicted_errors(sensors: Sensors, facts: Array, pulls: Array, order: list[
     is the effect of such a shift on the unknowns. A fit attributes the shift to the sensor, and its error is added.
     """
     test_loads = np.vstack([sensors.range.pressed(0.0), sensors.range.inside(TRIED)])
-    none = np.zeros(len(sensors.known))
+    none = np.zeros(len(sensors.unknowns))
     slopes = unknown_slopes(sensors, test_loads)
     towards = np.linalg.pinv(load_slopes(sensors, none, test_loads[1:]))
     wrong = towards @ (slopes[1:] - slopes[:1])

@@ -35,7 +35,7 @@ Silicone that is compressed further is damaged.
 """
 
 CONTRADICTED = 5.0
-"""Limit for `ModelFit.odd` of a row, in standard deviations. Above it, the row may be refused (`OUT_OF_LINE`).
+"""Limit for `ModelFit.disagreement` of a row, in standard deviations. Above it, the row may be refused (`OUT_OF_LINE`).
 
 Slips made 6 to 11 standard deviations, and a target with the other rotation 3.7.
 """
@@ -96,7 +96,7 @@ def require_possible(table: BenchTable, points: Points, sensors: Sensors) -> Non
                 "and is the unit right?"
             )
     if points.loads is not None:
-        errors = np.array([STIFF * each.sigma * (each.name == "modulus") for each in sensors.known])
+        errors = np.array([STIFF * each.sigma * (each.name == "modulus") for each in sensors.unknowns])
         stiffer = f"even if it is {100.0 * math.expm1(errors.max()):.0f} % stiffer than its material says"
         _require_borne(table, points.loads, sensors, errors, stiffer)
 
@@ -109,11 +109,11 @@ def require_agreement(table: BenchTable, points: Points, sensors: Sensors, fit: 
     of the message.
     """
     k = int(np.argmax(np.abs(fit.moved)))
-    of_shear = [n for n, unknown in enumerate(sensors.known) if unknown.name in SHEAR_ERRORS]
+    of_shear = [n for n, unknown in enumerate(sensors.unknowns) if unknown.name in SHEAR_ERRORS]
     together = float(np.linalg.norm(fit.moved[of_shear]))
     if together > abs(fit.moved[k]):
         k = of_shear[int(np.argmax(np.abs(fit.moved[of_shear])))]
-    unknown, sigmas = sensors.known[k], float(fit.moved[k])
+    unknown, sigmas = sensors.unknowns[k], float(fit.moved[k])
     where, off, odd, share = worst_row(table, points, sensors, fit)
     most = UNSETTLED if not fit.settled else WORST_OF_POSES if points.loads is None else WORST
     farthest = SURELY if fit.excess < SUSPECT else HARDLY
@@ -150,7 +150,7 @@ def _require_borne(table: BenchTable, loads: Array, sensors: Sensors, errors: Ar
 
 def _place(table: BenchTable, row: int, names: tuple[str, ...]) -> str:
     """Return the place of the first of some columns that the table has."""
-    column = next((table.columns[k] for name in names if (k := table.named(name)) is not None), None)
+    column = next((table.columns[k] for name in names if (k := table.columns_named(name)) is not None), None)
     return f"{table.path}:{table.lines[row]}:{1 if column is None else column.number}"
 
 
@@ -199,8 +199,8 @@ def require_plausible(table: BenchTable, points: Points, sensors: Sensors) -> No
                 f"sensor's full scale is {amount_text(full[axis], name, 4)}: is the header's unit right?"
             )
     # Frequencies must be within the scatter of coils and capacitors
-    expected = predicted_frequencies(sensors, np.zeros(len(sensors.known)), points)
-    sigmas = {each.name: each.sigma for each in sensors.known}
+    expected = predicted_frequencies(sensors, np.zeros(len(sensors.unknowns)), points)
+    sigmas = {each.name: each.sigma for each in sensors.unknowns}
     for k, coil in enumerate(sensors.coils):
         most = SURELY * 0.5 * np.hypot(sigmas[f"capacitor.{coil}"], sigmas["inductance"])
         off = np.log(points.frequency[:, k] / expected[:, k])
@@ -220,7 +220,7 @@ def require_plausible(table: BenchTable, points: Points, sensors: Sensors) -> No
 
 def _require_changes(table: BenchTable, points: Points, sensors: Sensors) -> None:
     """Raise BenchError for changes from rest that are larger than a soft sensor's, or far too small."""
-    soft = np.array([-2.0 * each.sigma * (each.name == "modulus") for each in sensors.known])
+    soft = np.array([-2.0 * each.sigma * (each.name == "modulus") for each in sensors.unknowns])
     settled = points.settled
     change = np.log(settled.frequency / settled.rest)
     frequency = predicted_frequencies(sensors, soft, points)
@@ -247,7 +247,7 @@ def _require_order(table: BenchTable, points: Points, sensors: Sensors) -> None:
             loads = None if points.loads is None else points.loads * signs
             poses = None if points.poses is None else points.poses * signs
             others_of = Points(loads, poses, points.frequency, points.at_rest)
-            is_modulus = np.array([unknown.name == "modulus" for unknown in sensors.known])
+            is_modulus = np.array([unknown.name == "modulus" for unknown in sensors.unknowns])
             errors = np.array([modulus * is_modulus for modulus in MODULI])
             expected_changes = [np.log(predicted_frequencies(sensors, each, others_of)) for each in errors]
             expected[signs.tobytes()] = [change - change[points.at_rest][:1] for change in expected_changes]

@@ -50,23 +50,23 @@ BOTH_WAYS = 0.01  # Largest change of the other sign that a surrogate allows, re
 class Surrogate:
     """Surrogate of the inductance (H) and resistance (ohm) of every coil at its contacts, at its tank's frequency.
 
-    `lean` (2; rad/m) is the mean rotation of a target about x per travel along y, and about y per travel along x.
-    `through` is a polynomial in poses (6; m, rad) minus these rotations. It returns ln |1 - L/L0| of all coils, then
-    their resistances. `free` (coils) is the inductance L0 without target. `sign` (coils) is 1 if the target reduces it,
-    and -1 if it increases it. `error` is the error of the surrogate relative to a sensor's change of L from rest: rms
-    over `CHECKED` poses.
+    `mean_rotation` (2; rad/m) is the mean rotation of a target about x per travel along y, and about y per travel along
+    x. `through` is a polynomial in poses (6; m, rad) minus these rotations. It returns ln |1 - L/L0| of all coils, then
+    their resistances. `free_inductance` (coils) is the inductance L0 without target. `sign` (coils) is 1 if the target
+    reduces it, and -1 if it increases it. `error` is the error of the surrogate relative to a sensor's change of L from
+    rest: rms over `CHECKED` poses.
     """
 
-    lean: Array
+    mean_rotation: Array
     through: Polynomial
-    free: Array
+    free_inductance: Array
     sign: Array
     error: float
 
     def __call__(self, poses: Array) -> tuple[Array, Array]:
         """Return inductances (H) and resistances (ohm), (n, coils) each, at (n, 6) poses."""
-        change, loss = np.hsplit(self.through(minus_mean_rotation(poses, self.lean)), 2)
-        return self.free * (1.0 - self.sign * np.exp(change)), loss
+        change, loss = np.hsplit(self.through(minus_mean_rotation(poses, self.mean_rotation)), 2)
+        return self.free_inductance * (1.0 - self.sign * np.exp(change)), loss
 
 
 def solve_terminal_impedance(model: ResponseModel, poses: Array) -> tuple[Array, Array]:
@@ -194,16 +194,16 @@ class Sensors:
 
     `is_held`: whether loads keep the target level.
 
-    Errors (unknowns) of a sensor are in the order of `known`, and all zero for the sensor as drawn. The surrogate is
-    made about the sensor with the errors `around` (None: as drawn). Its width is `sure` (unknowns; prior standard
+    Errors (unknowns) of a sensor are in the order of `unknowns`, and all zero for the sensor as drawn. The surrogate is
+    made about the sensor with the errors `around` (None: as drawn). Its width is `width` (unknowns; prior standard
     deviations; None: the whole scatter of manufacture).
     """
 
     model: ResponseModel
     is_held: bool = True
     around: Array | None = None
-    sure: Array | None = None
-    pushed: dict[tuple[float, float, float, bytes], Array] = field(default_factory=dict)
+    width: Array | None = None
+    loaded_poses: dict[tuple[float, float, float, bytes], Array] = field(default_factory=dict)
 
     @property
     def rotation(self) -> str:
@@ -211,7 +211,7 @@ class Sensors:
         return "held" if self.is_held else "free"
 
     @cached_property
-    def known(self) -> tuple[Unknown, ...]:
+    def unknowns(self) -> tuple[Unknown, ...]:
         """Possible errors of a sensor."""
         return unknowns(self.model.spec, self.model.estimates)
 
@@ -226,51 +226,51 @@ class Sensors:
         return tuple(coil.name for coil in self.model.layout.coils)
 
     @cached_property
-    def chart(self) -> Surrogate:
+    def surrogate(self) -> Surrogate:
         """Surrogate over all poses of simulated sensors in the working range."""
-        errors_drawn = self._middle + np.vstack([np.zeros(len(self.known)),
-                                                 self.wide * draw_units(self.known, DRAWN, SEED)])
+        errors_drawn = self._middle + np.vstack([np.zeros(len(self.unknowns)),
+                                                 self.surrogate_width * draw_units(self.unknowns, DRAWN, SEED)])
         loads, pad = np.vstack([self.range.pressed(0.0), self.range.corners]), self.model.spec.elastomer
         assert pad is not None
         reached = np.stack([self.poses(errors, loads) for errors in errors_drawn])
         most = max(FARTHEST_CHARTED * pad.thickness, 1.1 * float(np.hypot(*reached[0, :, :2].T).max()))
-        return fit_surrogate(self.model, self.alone[0], reached, self._moved(loads), most)
+        return fit_surrogate(self.model, self.impedances_without_target[0], reached, self._pose_changes(loads), most)
 
     @cached_property
-    def alone(self) -> tuple[Array, Array]:
+    def impedances_without_target(self) -> tuple[Array, Array]:
         """Inductances (H) and resistances (ohm) of the coils as drawn without the target, (coils,) each."""
         inductance, resistance = solve_terminal_impedance(self.model,
                                                           np.array([[0.0] * 6, [0.0, 0.0, FAR, 0.0, 0.0, 0.0]]))
         return inductance[1], resistance[1]
 
     @property
-    def charted(self) -> float:
+    def surrogate_error(self) -> float:
         """Error of a reading by the surrogate over the reading's change from rest, at least `SOLVED_WELL`."""
-        return max(self.chart.error, SOLVED_WELL)
+        return max(self.surrogate.error, SOLVED_WELL)
 
-    def about(self, errors: Array, sure: Array) -> Sensors:
+    def with_centre(self, errors: Array, sure: Array) -> Sensors:
         """Return these sensors with a surrogate about the sensor with fitted `errors` (unknowns).
 
-        `sure` (unknowns; prior standard deviations) is the uncertainty of the errors: the width of the surrogate, at
+        `width` (unknowns; prior standard deviations) is the uncertainty of the errors: the width of the surrogate, at
         least `LEAST_SURE`.
         """
-        fitted = np.array([each.is_fitted for each in self.known])
-        return replace(self, around=errors, sure=np.where(fitted, np.maximum(sure, LEAST_SURE), NOT_FITTED))
+        fitted = np.array([each.is_fitted for each in self.unknowns])
+        return replace(self, around=errors, width=np.where(fitted, np.maximum(sure, LEAST_SURE), NOT_FITTED))
 
     @property
-    def wide(self) -> Array:
+    def surrogate_width(self) -> Array:
         """Width of the surrogate (unknowns; prior standard deviations)."""
-        return np.ones(len(self.known)) if self.sure is None else self.sure
+        return np.ones(len(self.unknowns)) if self.width is None else self.width
 
     @property
     def _middle(self) -> Array:
         """Errors (unknowns) of the sensor about which the surrogate is made."""
-        return np.zeros(len(self.known)) if self.around is None else self.around
+        return np.zeros(len(self.unknowns)) if self.around is None else self.around
 
-    def _moved(self, loads: Array) -> Array:
+    def _pose_changes(self, loads: Array) -> Array:
         """Return the changes of pose under (n, 3) loads by each unknown's widest error: (ways, unknowns, n, 6)."""
         nominal = self.poses(self._middle, loads)
-        alone = WIDEST * np.diag(self.wide * [each.sigma for each in self.known])
+        alone = WIDEST * np.diag(self.surrogate_width * [each.sigma for each in self.unknowns])
         return np.array(
             [[self.poses(self._middle + errors, loads) - nominal for errors in way * alone] for way in (-1.0, 1.0)]
         )
@@ -280,31 +280,31 @@ class Sensors:
 
         Loads are (n, 3; N: normal, shear along x, y), or (n, 5) with moments (N m).
         """
-        off = errors_by_name(self.known, errors)
+        off = errors_by_name(self.unknowns, errors)
         # travel (n, 6) of the target by the pad's law is cached for a while
-        spec = self._own(off)
+        spec = self._with_pad_errors(off)
         pad = spec.elastomer
         assert pad is not None
         key = (pad.thickness, pad.material.shear_modulus, pad.material.ogden_exponent, loads.tobytes())
-        if key not in self.pushed:
-            if len(self.pushed) >= KEPT:
-                self.pushed.clear()
-            self.pushed[key] = loaded_poses(spec, loads, np.full(len(loads), self.is_held))[0]
-        travel, thickness = self.pushed[key], pad.thickness
+        if key not in self.loaded_poses:
+            if len(self.loaded_poses) >= KEPT:
+                self.loaded_poses.clear()
+            self.loaded_poses[key] = loaded_poses(spec, loads, np.full(len(loads), self.is_held))[0]
+        travel, thickness = self.loaded_poses[key], pad.thickness
         travel = travel * np.exp(off["pad_curve"] * travel[:, 2:3] / (thickness * HELD_STRAIN))
         sheared = np.linalg.norm(travel[:, :2], axis=1, keepdims=True) / (thickness * HELD_SHEAR)
         more = off["softening"] * loads[:, :1] / self.range.normal - off["shear_modulus"]
         more -= off["shear_curve"] * np.minimum(sheared, FARTHEST_SHEAR) ** 2
         travel[:, [0, 1, 3, 4]] *= np.exp(more)
-        return self.placed(errors, travel)
+        return self.poses_after_travel(errors, travel)
 
     def gives_way(self, errors: Array, loads: Array) -> Flags:
         """Return flags: whether one sensor's pad fails sideways under each load (n, 3; N), so that no pose exists."""
-        off = errors_by_name(self.known, errors)
-        notes = loaded_poses(self._own(off), loads, np.full(len(loads), self.is_held))[1]
+        off = errors_by_name(self.unknowns, errors)
+        notes = loaded_poses(self._with_pad_errors(off), loads, np.full(len(loads), self.is_held))[1]
         return np.array([bool(note) for note in notes])
 
-    def _own(self, off: Mapping[str, float]) -> SensorSpec:
+    def _with_pad_errors(self, off: Mapping[str, float]) -> SensorSpec:
         """Return the spec with the thickness, modulus and Ogden exponent of one sensor's pad (errors `off` by name)."""
         spec = with_modulus("elastomer")(with_thickness("elastomer")(self.model.spec, off["gap"]), off["modulus"])
         pad = spec.elastomer
@@ -312,9 +312,9 @@ class Sensors:
         material = replace(pad.material, ogden_exponent=pad.material.ogden_exponent + off["exponent"])
         return replace(spec, elastomer=replace(pad, material=material))
 
-    def placed(self, errors: Array, travel: Array) -> Array:
+    def poses_after_travel(self, errors: Array, travel: Array) -> Array:
         """Return the poses (n, 6) of one sensor's target after `travel` (n, 6; m, rad) from rest."""
-        off = errors_by_name(self.known, errors)
+        off = errors_by_name(self.unknowns, errors)
         gap, glue, *rest = (off[name] for name in POSE_ERRORS)
         place = np.array([*rest[:2], gap + glue])
         turn = rotations(travel[:, 3:]) @ rotations(np.array([rest[2:]]))[0]
@@ -326,8 +326,8 @@ class Sensors:
         They come from the surrogate, or with `exact` from solved poses. Errors of the coils change inductances at the
         frequency of the coils as drawn. One per cent of frequency changes the inductances by 1e-5.
         """
-        inductance, resistance = solve_terminal_impedance(self.model, poses) if exact else self.chart(poses)
-        off, free = errors_by_name(self.known, errors), self.alone[0]
+        inductance, resistance = solve_terminal_impedance(self.model, poses) if exact else self.surrogate(poses)
+        off, free = errors_by_name(self.unknowns, errors), self.impedances_without_target[0]
         changed = free + (inductance - free) * math.exp(off["target_change"])
         delay = self.model.tank.converter.limit("drive_delay")
         more = free * (off["inductance"] + np.array([off[f"inductance.{name}"] for name in self.coils]))
@@ -335,7 +335,7 @@ class Sensors:
         unit = replace(network, capacitor=network.capacitor * np.exp([off[f"capacitor.{name}"] for name in self.coils]))
         return oscillate_similar(unit, changed + more, resistance, delay).frequency * (1.0 - off["clock"])
 
-    def under(self, errors: Array, loads: Array, exact: bool = False) -> Array:
+    def frequencies_under(self, errors: Array, loads: Array, exact: bool = False) -> Array:
         """Return frequencies (Hz; n, coils) of one sensor under (n, 3) loads (N)."""
         return self.frequencies(errors, self.poses(errors, loads), exact)
 
@@ -343,7 +343,7 @@ class Sensors:
     def free_frequencies(self) -> Array:
         """Frequencies (Hz; coils) of the sensor as drawn without its target. Jaw and shield stay in place."""
         delay = self.model.tank.converter.limit("drive_delay")
-        return oscillate_similar(self.model.network, *self.alone, delay).frequency
+        return oscillate_similar(self.model.network, *self.impedances_without_target, delay).frequency
 
     @cached_property
     def conversion(self) -> Conversion:
@@ -374,9 +374,9 @@ class Sensors:
     @property
     def noise(self) -> Array:
         """Standard deviation of one reading over the frequency (coils): counting noise and rounding."""
-        return self.of_mean(1)
+        return self.mean_noise(1)
 
-    def of_mean(self, readings: int) -> Array:
+    def mean_noise(self, readings: int) -> Array:
         """Return the standard deviation of the mean of `readings` readings over the frequency (coils)."""
         return np.asarray(np.hypot(self.counting / math.sqrt(readings), self.rounding))
 
@@ -386,4 +386,4 @@ class Sensors:
         By default, `readings` is `usual("readings")`.
         """
         many = int(usual_value("readings")) if readings is None else readings
-        return frequency * (1.0 + self.of_mean(many) * generator.normal(size=frequency.shape))
+        return frequency * (1.0 + self.mean_noise(many) * generator.normal(size=frequency.shape))

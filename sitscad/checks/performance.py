@@ -120,7 +120,7 @@ def _cell_estimated_values(design: Design) -> tuple[RequirementResult, ...]:
         sources += [
             ("tared_drift", "SIT406", full.tared_drift, f"{at}, after a tare before each grasp{warm}"),
             ("hysteresis", "SIT405", full.hysteresis, f"{at}, by the pad's data"),
-            ("creep", "SIT405", pad.material.creep * full.carried, f"{at}, by the pad's data"),
+            ("creep", "SIT405", pad.material.creep * full.axis_loads, f"{at}, by the pad's data"),
         ]
         if all(each.requirement != "tilt_error" for each in results):
             name = "tilt_of_one_degree" if needs.tilt is None else "tilt"

@@ -310,7 +310,7 @@ def finding_of(
     Converter-dependent parts of the rule's source are for this converter.
     """
     severity, hint = complaint.severity or rule.severity, complaint.hint
-    message, detail, is_hinted = complaint.message, complaint.detail, least is not None and severity.weighs(least)
+    message, detail, is_hinted = complaint.message, complaint.detail, least is not None and severity.is_at_least(least)
     if complaint.case:
         message, hint, detail = complaint.text("message"), partial(complaint.text, "hint"), complaint.text("detail")
     if not isinstance(hint, str):

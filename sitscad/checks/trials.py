@@ -62,11 +62,11 @@ class Trials:
     ) -> Finding:
         finding, source = outcome.finding, self._design.spec.source
         plain = locate_finding(finding, source)
-        if not outcome.fixes or least is None or not finding.severity.weighs(least) or is_ignored(plain):
+        if not outcome.fixes or least is None or not finding.severity.is_at_least(least) or is_ignored(plain):
             return plain
         result = self.mending(finding, outcome)
         hint = hint_text(finding.hint, result, {complaint.rule for complaint in self._complaints})
-        remedies = [Remedy(fix.edits, remaining.brings) for fix, remaining in result.mending]
+        remedies = [Remedy(fix.edits, remaining.new_warnings) for fix, remaining in result.mending]
         return locate_finding(replace(finding, hint=hint, fixes=as_written(remedies, source)), source)
 
     def mending(self, finding: Finding, outcome: Outcome) -> Search:
@@ -78,45 +78,46 @@ class Trials:
         is_over = self.budget.is_spent and not self._tried
         if is_over or (finding.severity is Severity.NOTE and not self.budget.is_long):
             return Search(is_cut_short=True)
-        return search(outcome.fixes, lambda fix: self._left(finding, fix), self.budget)
+        return search(outcome.fixes, lambda fix: self._remaining_problems(finding, fix), self.budget)
 
-    def _left(self, finding: Finding, fix: Fix) -> RemainingProblems | None:
+    def _remaining_problems(self, finding: Finding, fix: Fix) -> RemainingProblems | None:
         """Return the problems that remain after a change. None if the budget does not suffice to try it.
 
         The finding's own rule counts as broken if it still has a finding at this key, or can no longer be applied.
         Notes count only if the finding itself is a note. Another rule counts as broken if it has an error at the same
         key, or more errors than before.
         """
-        trial = self._of(fix.spec)
+        trial = self._trial_of(fix.spec)
         if trial is None:
             return None
-        for rule in self._ordered(finding):
-            if trial.says(rule, is_estimated=False) and (fails := self._broken(finding, trial, rule)):
+        for rule in self._ordered_rules(finding):
+            if trial.apply_rule(rule, is_estimated=False) and (fails := self._broken_rules(finding, trial, rule)):
                 return RemainingProblems(fails)
-        if trial.asks and not trial.is_estimated:
+        if trial.deferred_rules and not trial.is_estimated:
             if not self.budget.estimates_one(has_same_board(self._design.spec, fix.spec)):
                 return None
             trial.is_estimated = True
         broken: tuple[str, ...] = ()
-        for rule in self._ordered(finding):
-            trial.says(rule, is_estimated=True)
-            broken = self._broken(finding, trial, rule) or broken
+        for rule in self._ordered_rules(finding):
+            trial.apply_rule(rule, is_estimated=True)
+            broken = self._broken_rules(finding, trial, rule) or broken
             if set(broken) - {finding.rule}:
                 return RemainingProblems(broken)
         if broken:
             return RemainingProblems(broken, gain=self._gain(finding, trial))
-        remaining = self._brought(trial)
+        remaining = self._side_effects(trial)
         # an error counts as mended even if present complaints get worse
         is_error = finding.severity is Severity.ERROR
-        return remaining if is_error else RemainingProblems(brings=tuple(sorted({*remaining.brings, *remaining.worse})))
+        return remaining if is_error else RemainingProblems(new_warnings=tuple(sorted({*remaining.new_warnings,
+                                                                                       *remaining.worse})))
 
-    def _ordered(self, finding: Finding) -> list[Rule]:
+    def _ordered_rules(self, finding: Finding) -> list[Rule]:
         """Return all rules, the finding's own rule first."""
         return sorted(self._rules, key=lambda rule: rule.id != finding.rule)
 
-    def _broken(self, finding: Finding, trial: _ChangedDesign, rule: Rule) -> tuple[str, ...]:
-        """Return (rule's identifier,) if a changed design breaks the rule (see `_left`). Otherwise empty."""
-        findings, undecided = trial.said[rule.id]
+    def _broken_rules(self, finding: Finding, trial: _ChangedDesign, rule: Rule) -> tuple[str, ...]:
+        """Return (rule's identifier,) if a changed design breaks the rule (see `_remaining_problems`), else empty."""
+        findings, undecided = trial.results_by_rule[rule.id]
         graver = _without_notes(findings)
         if rule.id == finding.rule:
             remaining = findings if finding.severity is Severity.NOTE else graver
@@ -133,8 +134,8 @@ class Trials:
         is_same = bool(before) and any(complaint.key == finding.key for complaint in graver)
         return (rule.id,) if len(now) > len(before) or is_same else ()
 
-    def _brought(self, trial: _ChangedDesign) -> RemainingProblems:
-        after = _without_notes(complaint for findings, _ in trial.said.values() for complaint in findings)
+    def _side_effects(self, trial: _ChangedDesign) -> RemainingProblems:
+        after = _without_notes(complaint for findings, _ in trial.results_by_rule.values() for complaint in findings)
         before, now = (Counter(complaint.rule for complaint in each) for each in (self._complaints, after))
         brings = now - before
         worse = worsened_rules(self._complaints, after) - set(brings)
@@ -145,17 +146,17 @@ class Trials:
 
         It is 1 if a rule has new warnings, or if another rule's value gets worse.
         """
-        remaining = self._brought(trial)
-        findings, _ = trial.said.get(finding.rule, ([], []))
+        remaining = self._side_effects(trial)
+        findings, _ = trial.results_by_rule.get(finding.rule, ([], []))
         figures = [complaint.measured for complaint in findings if complaint.key == finding.key]
-        if set(remaining.brings) | (set(remaining.worse) - {finding.rule}) or len(figures) != 1 or not figures[0]:
+        if set(remaining.new_warnings) | (set(remaining.worse) - {finding.rule}) or len(figures) != 1 or not figures[0]:
             return 1.0
         if not finding.measured or finding.limit is None:
             return 1.0
         more = figures[0] / finding.measured
         return more if finding.limit > finding.measured else 1.0 / more
 
-    def _of(self, changed: SensorSpec) -> _ChangedDesign | None:
+    def _trial_of(self, changed: SensorSpec) -> _ChangedDesign | None:
         """Return the trial of a changed spec, with its design laid out. None if the budget does not suffice.
 
         The trial of an equal spec is used again.
@@ -198,24 +199,24 @@ class _ChangedDesign:
     def __init__(self, design: Design) -> None:
         self._design, self.is_estimated = design, False
         self._unestimated = _Unestimated(design.spec, design.layout, of_board=design.of_board)
-        self.asks = set[str]()
-        self.said = dict[str, tuple[list[Finding], list[NotChecked]]]()
+        self.deferred_rules = set[str]()
+        self.results_by_rule = dict[str, tuple[list[Finding], list[NotChecked]]]()
 
-    def says(self, rule: Rule, is_estimated: bool) -> bool:
+    def apply_rule(self, rule: Rule, is_estimated: bool) -> bool:
         """Apply a rule if it was not applied before.
 
         Return False if the rule needs estimates and there are none yet.
         """
-        if rule.id in self.said:
+        if rule.id in self.results_by_rule:
             return True
-        if not is_estimated and rule.id in self.asks:
+        if not is_estimated and rule.id in self.deferred_rules:
             return False
         try:
             results, undecided = outcomes(rule, self._design if is_estimated else self._unestimated, least=None)
         except _NeedsEstimates:
-            self.asks.add(rule.id)
+            self.deferred_rules.add(rule.id)
             return False
-        self.said[rule.id] = [outcome.finding for outcome in results], undecided
+        self.results_by_rule[rule.id] = [outcome.finding for outcome in results], undecided
         return True
 
 
@@ -226,7 +227,7 @@ def as_written(remedies: Iterable[Remedy], source: SpecSource) -> tuple[Remedy, 
     no place for are left out.
     """
     remedies, written = list(remedies), []
-    for remedy in [remedy for remedy in remedies if not remedy.brings] or remedies:
+    for remedy in [remedy for remedy in remedies if not remedy.new_warnings] or remedies:
         try:
             edits = completed(source.text, remedy.edits) if source.text else remedy.edits
         except CannotWriteError:

@@ -168,7 +168,7 @@ def _print_milder(checked: list[CheckedSpec], weight: Severity, option: str) -> 
     """
     if not any(spec.fails(weight) for spec in checked):
         return 0
-    milder = [severity for severity in (Severity.WARNING, Severity.NOTE) if severity.weighs(weight)]
+    milder = [severity for severity in (Severity.WARNING, Severity.NOTE) if severity.is_at_least(weight)]
     counts = ((severity.value, sum(spec.count(severity) for spec in checked)) for severity in milder)
     text = " and ".join(count_text(count, name) for name, count in counts if count)
     print_message(f"{option}: {text} and no error; {weight.value}s fail (--ignore leaves rules out)")

@@ -172,11 +172,11 @@ def design(
         print_message(f"interrupted; {folder} keeps what was worked out, and this goes on from there: {command}")
         return 130
     _write(answer, folder)
-    if answer.found.damaged:
-        print_message(f"archive.jsonl: {count_text(answer.found.damaged, 'line')} changed or torn; "
+    if answer.results.damaged:
+        print_message(f"archive.jsonl: {count_text(answer.results.damaged, 'line')} changed or torn; "
                       "these designs were judged again")
-    if answer.found.reused:
-        print_message(f"used again from the archive: {count_text(answer.found.reused, 'evaluation')}")
+    if answer.results.reused:
+        print_message(f"used again from the archive: {count_text(answer.results.reused, 'evaluation')}")
     print_message(f"wrote {folder}")
     if format_name == "json":
         print_result(answer_json(answer))
@@ -200,7 +200,7 @@ def _write(answer: StudyAnswer, folder: str) -> None:
 
 def _write_so_far(loaded: Study, unfinished: StudyResults, folder: str) -> None:
     """Write the page of an interrupted search."""
-    path, of = os.path.join(folder, SO_FAR), min(unfinished.asked.evaluations, unfinished.asked.space.size)
+    path, of = os.path.join(folder, SO_FAR), min(unfinished.request.evaluations, unfinished.request.space.size)
     write_output(path, page_so_far(loaded, unfinished, of).encode("utf-8"))
     print_message(f"wrote {path}: {count_text(len(unfinished.screened), 'design')} that were looked at")
 

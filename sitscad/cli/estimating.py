@@ -202,7 +202,7 @@ def response(
         at = frequency_of(frequency) if frequency else None
     except MotionError as error:
         raise click.UsageError(str(error)) from error
-    for message in motions.passed_over:
+    for message in motions.skipped_rows:
         print_message(message)
     loaded = spec_of(spec)
     if loaded is None:

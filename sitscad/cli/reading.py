@@ -114,8 +114,8 @@ def read(
         hint = "" if source.startswith(SERIAL) else ": SD low, supply, pull-ups, address by ADDR"
         print_result(f"NOT MET        answer  {error}{hint}\n")
         return 2
-    if board.said:
-        print_message(board.said)
+    if board.remark:
+        print_message(board.remark)
     if tare and calibration and forces.mean is None:
         print_message(f"no newtons: a tare is the mean of {TARES} scans with good readings, "
                       f"and {len(forces.taken)} came")

@@ -40,7 +40,7 @@ def warn_of_unknown_specs(baseline: Baseline | None, checked: Iterable[CheckedSp
     for spec in checked:
         if baseline is not None and spec.findings and not baseline.holds(spec.path, spec.name):
             which = f"no spec{f' named {spec.name}' if spec.name else ''} at this path"
-            print_message(f"{spec.path}: {baseline.named} holds {which} (its paths count from its own folder)")
+            print_message(f"{spec.path}: {baseline.file_name} holds {which} (its paths count from its own folder)")
 
 
 def layout_of(stream: Any, named: bool = False, **options: Any) -> OutputOptions:
@@ -51,7 +51,7 @@ def layout_of(stream: Any, named: bool = False, **options: Any) -> OutputOptions
     """
     is_folded = stream.isatty() or os.environ.get("COLUMNS", "").isdigit()
     width = columns() if is_folded else None
-    return OutputOptions(coloured(stream), named=named, width=width, **options)
+    return OutputOptions(coloured(stream), has_names=named, width=width, **options)
 
 
 def show_findings(checked: list[CheckedSpec], named: bool = False) -> None:

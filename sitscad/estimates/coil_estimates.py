@@ -481,7 +481,7 @@ def _compression_document(estimates: Estimates) -> dict[str, Any] | None:
     if estimates.compression is None:
         return None
     sigma = None if scatter is None else deviations(estimates, COMPRESSION) | {
-        "cause": scatter.cause, "strain_by_cause": _numbers(scatter.shares)}
+        "cause": scatter.cause, "strain_by_cause": _numbers(scatter.sigmas_by_cause)}
     return document(estimates, COMPRESSION) | {"sigma": sigma}
 
 

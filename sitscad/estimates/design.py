@@ -335,7 +335,7 @@ def respond(
         level = np.full(len(flat), is_held(rotation or USUAL_ROTATION))
         if level.any() and np.any(flat[:, 3:]):
             raise ValueError("a face that keeps the target level takes any moment: rotation free")
-        return model.under(flat, level, frequency, tolerance)
+        return model.respond_to_loads(flat, level, frequency, tolerance)
     require_possible(model.spec, flat)
     return model.respond(flat, frequency, tolerance)
 
@@ -360,7 +360,7 @@ def respond_to(
         require_possible(model.spec, motions.poses)
         parts.append(model.respond(motions.poses, frequency, tolerance, progress))
     if len(motions.loads):
-        parts.append(model.under(motions.loads, motions.held, frequency, tolerance, progress))
+        parts.append(model.respond_to_loads(motions.loads, motions.held, frequency, tolerance, progress))
     if motions.cases:
         parts.append(respond_to_cases(model, motions.cases, frequency, tolerance, progress))
     if not derivatives:

@@ -41,11 +41,11 @@ class Solutions:
         self.known = dict(results or {})
         self.asked: dict[str, None] = {}
 
-    def answer(self, inputs: tuple[object, ...], solve: Callable[[], Answer]) -> Answer:
+    def result_of(self, inputs: tuple[object, ...], solve: Callable[[], Answer]) -> Answer:
         """Return the stored result for some inputs, or store the result of `solve`."""
         digest = _sha256()
         for part in inputs:
-            text = part if isinstance(part, bytes) else getattr(part, "said", None) or repr(part).encode("utf-8")
+            text = part if isinstance(part, bytes) else getattr(part, "cache_key", None) or repr(part).encode("utf-8")
             digest.update(f"{len(text)}:".encode("ascii") + text)
         key = digest.hexdigest()
         if key not in self.known:
@@ -82,7 +82,7 @@ class Memo:
     def __init__(self) -> None:
         self._known: dict[tuple[object, ...], Answer] = {}
 
-    def answer(self, inputs: tuple[object, ...], solve: Callable[[], Answer]) -> Answer:
+    def result_of(self, inputs: tuple[object, ...], solve: Callable[[], Answer]) -> Answer:
         """Return the stored result for some inputs, or store the result of `solve`."""
         if inputs not in self._known:
             self._known[inputs] = _read_only(solve())
@@ -169,4 +169,4 @@ def cached_solution(question: Callable[[], Sequence[object]], solve: Callable[[]
     Stored arrays are read-only.
     """
     store = _open.get()
-    return solve() if store is None else store.answer(tuple(question()), solve)
+    return solve() if store is None else store.result_of(tuple(question()), solve)

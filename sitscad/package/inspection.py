@@ -142,7 +142,7 @@ def fit_drawing(design: Design, checked: CheckedSpec) -> str:
     from sitscad.files.documents.drawings import fit, jaw, plan_view
     from sitscad.files.drawing.svg import svg  # loaded only for drawings
 
-    grave = [finding for finding in checked.findings if finding.severity.weighs(Severity.WARNING)]
+    grave = [finding for finding in checked.findings if finding.severity.is_at_least(Severity.WARNING)]
     forced, layout = not checked.is_orderable, design.layout
     try:
         sheet = fit.drawing(layout, grave, forced) or jaw.drawing(layout, forced)
@@ -197,7 +197,7 @@ class MendedSpec:
     @property
     def words_of_unmended(self) -> str:
         """Line with the rules of errors and warnings that have no fix. Empty if there are none."""
-        grave = (each for each in self.inspection.checked.findings if each.severity.weighs(Severity.WARNING))
+        grave = (each for each in self.inspection.checked.findings if each.severity.is_at_least(Severity.WARNING))
         undone = {each.finding.rule for each in self.rolled_back}
         without = sorted({each.rule for each in grave if not each.fixes} - undone)
         return f"no fix is known for {', '.join(without)} (check -v has hints)" if without else ""
@@ -241,8 +241,8 @@ def mend(
         return inspect_text(of, path, "none", options).checked
 
     result = mended_text(text, said, may, verdict, progress)
-    failed = [undone.remedy for undone in result.rolled_back if not undone.remedy.brings]
+    failed = [undone.remedy for undone in result.rolled_back if not undone.remedy.new_warnings]
     findings = (replace(each, fixes=tuple(fix for fix in each.fixes if fix not in failed))
-                for each in result.said.findings)
-    said_last = replace(result.said, findings=tuple(findings)) if failed else result.said
+                for each in result.check_result.findings)
+    said_last = replace(result.check_result, findings=tuple(findings)) if failed else result.check_result
     return MendedSpec(path, text, result.text, Inspection(said_last), result.applied, result.rolled_back)

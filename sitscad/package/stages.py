@@ -107,7 +107,7 @@ def manifest_of(
     """
     before = old.built_for if old.built_from == built_from else ()
     # Inputs besides the spec: policy and baseline for its findings, and plugins
-    judged_by = contents.policy.as_json() if contents.policy.says_anything else {}
+    judged_by = contents.policy.as_json() if contents.policy.changes_findings else {}
     source = contents.design.spec.source
     baseline = baseline_findings(contents.baseline, source.path, contents.spec.name)
     beside = {"baseline": baseline, "plugins": dict(marks())}
@@ -522,7 +522,7 @@ def failing_fit(contents: Contents, bodies: str) -> dict[str, bytes]:
 
     It refers to the picture `bodies`. Empty if all parts fit.
     """
-    faults = [f for f in contents.checked.findings if f.severity.weighs(Severity.WARNING)]
+    faults = [f for f in contents.checked.findings if f.severity.is_at_least(Severity.WARNING)]
     sheet = fit.drawing(contents.layout, faults, contents.is_forced, bodies)
     return {} if sheet is None else {FIT_PICTURE: svg(sheet).encode("utf-8")}
 

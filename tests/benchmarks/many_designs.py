@@ -78,16 +78,17 @@ def run(folder: Path, designs: int, method: str) -> None:
     path = folder / "many.yaml"
     path.write_text(text)
     study = sitscad.Study.load(path)
-    points = [tuple(k * (n - 1) // RECORDED for n in study.asked.space.shape) for k in range(RECORDED)]
-    specs = [study.asked.base.design(study.asked.space.changes(point)) for point in points]
-    rows = screen_designs(specs, study.asked.measures)
+    points = [tuple(k * (n - 1) // RECORDED for n in study.request.space.shape) for k in range(RECORDED)]
+    specs = [study.request.base.design(study.request.space.changes(point)) for point in points]
+    rows = screen_designs(specs, study.request.measures)
     print(f"begun with {_memory():.0f} MB")
     began, clock = time.process_time(), time.perf_counter()
     answer = study.run(Told(rows), folder=folder, jobs=1, draws=0)
     searched = time.process_time() - began
     files = answer_files(answer)
-    print(f"{len(answer.found.screened)} designs, {len(answer.found.full)} in full, {len(answer.front)} on the front, "
-          f"{answer.found.reused} from the archive: {searched:.0f} s of processor, files "
+    print(f"{len(answer.results.screened)} designs, {len(answer.results.full)} in full, {len(answer.front)} on the "
+          f"front, "
+          f"{answer.results.reused} from the archive: {searched:.0f} s of processor, files "
           f"{time.process_time() - began - searched:.0f} s, {time.perf_counter() - clock:.0f} s by the clock; "
           f"archive {(folder / 'archive.jsonl').stat().st_size / 1e6:.0f} MB, "
           f"page {len(files['study.html']) / 1e3:.0f} kB, at most {_memory():.0f} MB")

@@ -69,9 +69,9 @@ def main() -> None:
     parser.add_argument("--screen", type=float, help="milliseconds of a design, in place of the measured ones")
     asked = parser.parse_args()
     study = sitscad.Study.load(ROOT / "templates/studies/jaw_5mm.yaml")
-    base, measures = study.asked.base, study.asked.measures
-    points = list(islice(sobol_set(study.asked.space, 4 * asked.designs, 1), asked.designs))
-    designs = [study.asked.space.changes(point) for point in points]
+    base, measures = study.request.base, study.request.measures
+    points = list(islice(sobol_set(study.request.space, 4 * asked.designs, 1), asked.designs))
+    designs = [study.request.space.changes(point) for point in points]
     evaluations, times = [], {}
     for jobs in (1, 2):
         with Workers(base, jobs) as workers:
@@ -80,7 +80,7 @@ def main() -> None:
             evaluations = list(workers.evaluations(designs, measures, "screen"))
             times[jobs] = time.perf_counter() - clock, _processor() - before
     screen = times[1][1] / len(designs)
-    archive, tally, began = Archive(), LevelTally(study.asked, "screen", 0, lambda state: None), time.process_time()
+    archive, tally, began = Archive(), LevelTally(study.request, "screen", 0, lambda state: None), time.process_time()
     for changes, one in zip(designs, evaluations, strict=True):
         key = base.key(changes, "screen")
         archive.add(key, changes, one.as_json())

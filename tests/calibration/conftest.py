@@ -34,7 +34,7 @@ def sensors(foretold):
 @pytest.fixture(scope="session")
 def hidden(sensors):
     """The errors of one simulated sensor."""
-    return draw_units(sensors.known, 1, 77)[0]
+    return draw_units(sensors.unknowns, 1, 77)[0]
 
 
 @pytest.fixture(scope="session")

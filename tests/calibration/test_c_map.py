@@ -97,13 +97,13 @@ def test_the_program_beside_the_header_gives_the_same(tmp_path, foretold):
 
 def _at_loads(sensors, errors, count):
     loads = np.vstack([np.zeros((1, 3)), sensors.range.inside(count, 2000)])
-    counts = np.rint(sensors.conversion.counts(sensors.under(errors, loads)))
+    counts = np.rint(sensors.conversion.counts(sensors.frequencies_under(errors, loads)))
     return loads[1:], counts[1:], counts[0]
 
 
 @pytest.mark.clients("gcc")
 def test_the_header_gives_the_map_s_forces(tmp_path, sensors, foretold, capsys):
-    loads, counts, tare = _at_loads(sensors, np.zeros(len(sensors.known)), 1000)
+    loads, counts, tare = _at_loads(sensors, np.zeros(len(sensors.unknowns)), 1000)
     result, forces, time = _run_c(tmp_path, foretold.map, foretold.sensors.conversion, counts, tare)
     wanted, full = foretold.map(counts, tare), foretold.map.full_scale
     apart = np.abs(forces - wanted) / full
@@ -149,5 +149,5 @@ def test_the_gain_is_the_target_s_share(sensors):
     """A gain of 14 says that the target takes 1/29 of the inductance at rest."""
     share = 1.0 / (1.0 + map_gain(sensors) / SHARE)
     assert np.all((share > 0.01) & (share < 0.2))
-    rest = sensor_samples(sensors, np.zeros(len(sensors.known)), np.zeros((1, 3)))
+    rest = sensor_samples(sensors, np.zeros(len(sensors.unknowns)), np.zeros((1, 3)))
     assert rest.readings[0] == approx(rest.rest, rel=1e-12)

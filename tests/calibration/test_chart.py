@@ -36,7 +36,7 @@ def sensors():
 @pytest.mark.parametrize("modulus", [-1.0, 0.0])
 def test_a_sensor_at_either_end_of_its_scatter_is_on_the_chart(sensors, gap, modulus):
     """The box was that of forty sensors at random: one of a gap 1.9 sigma thin read the same from 2 N to 8 N."""
-    errors = np.array([{"gap": gap, "modulus": modulus}.get(one.name, 0.0) * one.sigma for one in sensors.known])
+    errors = np.array([{"gap": gap, "modulus": modulus}.get(one.name, 0.0) * one.sigma for one in sensors.unknowns])
     loads = np.array([[force, 0.0, 0.0] for force in (0.0, 2.0, 4.0, 8.0)])
     poses = sensors.poses(errors, loads)
     charted, solved = (np.log(sensors.frequencies(errors, poses, exact)) for exact in (False, True))
@@ -66,11 +66,11 @@ def test_a_chart_says_what_it_is_off_by(soft):
     half wrong where 0.6 % was taken for granted, and no calibration noticed.
     """
     found = sensors_of(soft.response)
-    loads, none = np.vstack([np.zeros((1, 3)), found.range.inside(20, 700)]), np.zeros(len(found.known))
-    charted, solved = (np.log(found.under(none, loads, exact)) for exact in (False, True))
+    loads, none = np.vstack([np.zeros((1, 3)), found.range.inside(20, 700)]), np.zeros(len(found.unknowns))
+    charted, solved = (np.log(found.frequencies_under(none, loads, exact)) for exact in (False, True))
     change = solved[1:] - solved[0]
     off = np.sqrt(np.mean((charted[1:] - charted[0] - change) ** 2) / np.mean(change**2))
-    assert off < 0.03 and off < 3.0 * found.chart.error + 0.003
+    assert off < 0.03 and off < 3.0 * found.surrogate.error + 0.003
 
 
 @pytest.mark.more
@@ -105,7 +105,7 @@ def _with_target(material: str):
 def test_a_target_that_adds_inductance_is_charted_by_how_much_it_adds():
     """A ferrite's change counted as next to nothing in every pose, so that the plan promised 6 % of full scale."""
     found = calibrate(_with_target("ferrite"))
-    assert np.all(found.sensors.chart.sign < 0.0) and found.sensors.chart.error < 0.02
+    assert np.all(found.sensors.surrogate.sign < 0.0) and found.sensors.surrogate.error < 0.02
     assert np.all(found.plan.errors[-1] < 0.02 * found.map.full_scale)
 
 
@@ -127,7 +127,7 @@ def test_drawn_map_states_its_error_with_the_tail_of_soft_pads(sensors):
     """Twenty-four sensors, none softer than two sigma, made a quarter too little of it, or too much by their seed."""
     drawn = fit_unit_map(sensors, 0.0 * _sigmas(sensors))
     loads, square = sensors.range.inside(40, 240), []
-    for errors in np.random.default_rng(3).normal(size=(200, len(sensors.known))) * _sigmas(sensors):
+    for errors in np.random.default_rng(3).normal(size=(200, len(sensors.unknowns))) * _sigmas(sensors):
         unit = sensor_samples(sensors, errors, loads)
         square.append((drawn(unit.readings, unit.rest) / sensors.range.full_scales - unit.forces) ** 2)
     true = np.sqrt(np.mean(square, axis=(0, 1))) * sensors.range.full_scales
@@ -135,11 +135,11 @@ def test_drawn_map_states_its_error_with_the_tail_of_soft_pads(sensors):
 
 
 def test_stratified_sensors_are_normal_in_every_unknown(sensors):
-    errors = draw_stratified_units(sensors.known, 64, 8) / _sigmas(sensors)
+    errors = draw_stratified_units(sensors.unknowns, 64, 8) / _sigmas(sensors)
     assert np.std(errors, axis=0) == approx(1.0, rel=0.03)
     assert errors.max(axis=0) == approx(2.42, rel=0.01), "none is cut off"
     assert np.abs(np.corrcoef(errors.T) - np.eye(errors.shape[1])).max() < 0.4
 
 
 def _sigmas(sensors):
-    return np.array([one.sigma for one in sensors.known])
+    return np.array([one.sigma for one in sensors.unknowns])

@@ -42,7 +42,7 @@ def calibrated(sensors, foretold, bench):
 def truth(sensors, hidden):
     """What the sensor reads, each pose solved, under loads that no map was fitted to."""
     loads = np.vstack([np.zeros((1, 3)), sensors.range.inside(25, 700)])
-    return loads[1:, sensors.range.columns], sensors.under(hidden, loads, exact=True)
+    return loads[1:, sensors.range.columns], sensors.frequencies_under(hidden, loads, exact=True)
 
 
 @pytest.mark.parametrize(("axes", "count"), [((0,), 8), ((0,), 12), ((0, 1), 20), ((0, 1), 24), ((0, 1, 2), 40)])
@@ -87,14 +87,14 @@ def test_points_along_one_axis_say_that_they_leave_the_other_open(sensors, foret
     """Found with loads without shear: the leave-one-out error alone was a tenth of the true one."""
     loads = np.zeros((5, 3))
     loads[1:, 0] = np.linspace(0.3, 1.0, 4) * sensors.range.full_scales[0]
-    frequency = sensors.under(hidden, loads)
+    frequency = sensors.frequencies_under(hidden, loads)
     found = calibrate_by(sensors, Points(loads, None, frequency, loads[:, 0] == 0.0))
     assert np.all(found.map.error > calibrated.map.error)
     assert np.all(_off(found.map, truth) * found.map.full_scale < 2.5 * found.map.error)
 
 
 def test_the_modulus_is_found(sensors, hidden, calibrated):
-    names = [one.name for one in sensors.known]
+    names = [one.name for one in sensors.unknowns]
     true = dict(zip(names, hidden, strict=True))["modulus"]
     row = calibrated.moved["modulus"]
     assert abs(row["value"] - true) < 4.0 * row["sigma"] and row["sigma"] < 0.3 * row["sigma_before"]
@@ -118,9 +118,9 @@ def test_poses_find_where_the_target_rests(sensors, hidden):
     poses = np.zeros((9, 6))
     poses[1:, 0] = [-5e-4, 5e-4, 0.0, 0.0, -5e-4, 5e-4, 0.0, 3e-4]
     poses[1:, 2] = [0.0, 0.0, -8e-5, 5e-5, -8e-5, -8e-5, -4e-5, -2e-5]
-    read = sensors.frequencies(hidden, sensors.placed(hidden, poses), exact=True)
+    read = sensors.frequencies(hidden, sensors.poses_after_travel(hidden, poses), exact=True)
     found = calibrate_by(sensors, Points(None, poses, read, np.arange(9) == 0))
-    rows, true = found.moved, {one.name: e for one, e in zip(sensors.known, hidden, strict=True)}
+    rows, true = found.moved, {one.name: e for one, e in zip(sensors.unknowns, hidden, strict=True)}
     for name in ("offset_x", "tilt_y"):
         assert abs(rows[name]["value"] - true[name]) < 4.0 * rows[name]["sigma"]
     assert rows["modulus"]["sigma"] == approx(rows["modulus"]["sigma_before"], rel=1e-6)
@@ -250,7 +250,7 @@ def test_map_of_target_that_leaves_its_coil_has_no_pole():
     eighteen.
     """
     own = sensors_of(sitscad.Design(sitscad.load_text(templates.read("robotic_jaw_12mm"))).response)
-    found = fit_unit_map(own, draw_units(own.known, 2, 7)[1])
+    found = fit_unit_map(own, draw_units(own.unknowns, 2, 7)[1])
     assert np.all(found.error < 0.004 * found.full_scale)
 
 
@@ -287,10 +287,10 @@ def test_a_fit_does_not_stop_at_the_edge_of_what_is_looked_for(sensors, foretold
     """Found with one of ten simulated sensors, 7 % of full scale off: from the drawn sensor, the target's change went
     to 8 sigma, every step beyond was taken back, and the steps that were left counted as settled.
     """
-    was = np.array([one.name not in ("shear_curve", "exponent") for one in sensors.known])
+    was = np.array([one.name not in ("shear_curve", "exponent") for one in sensors.unknowns])
     own = np.zeros(len(was))  # nobody asked for these two then
-    own[was] = draw_units(tuple(one for one, known in zip(sensors.known, was, strict=True) if known), 5, 100)[4]
-    for k, one in enumerate(sensors.known):
+    own[was] = draw_units(tuple(one for one, known in zip(sensors.unknowns, was, strict=True) if known), 5, 100)[4]
+    for k, one in enumerate(sensors.unknowns):
         if one.name in ("shear_modulus", "softening"):
             own[k] *= 0.0682 / one.sigma  # drawn when the pad's law stated that of so flat a pad
     points = simulated(sensors, own, foretold.plan.loads, np.random.default_rng((100, 4)))
@@ -298,7 +298,7 @@ def test_a_fit_does_not_stop_at_the_edge_of_what_is_looked_for(sensors, foretold
         warnings.simplefilter("error")  # steps that are taken back ended in tanks that do not oscillate
         found = calibrate_by(sensors, points)
     tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(20, 600)])
-    off = _off(found.map, (tried[1:, sensors.range.columns], sensors.under(own, tried, exact=True)))
+    off = _off(found.map, (tried[1:, sensors.range.columns], sensors.frequencies_under(own, tried, exact=True)))
     assert found.fit.settled and found.fit.excess < 2.5
     assert np.all(off < 0.015) and np.all(off * found.map.full_scale < 2.0 * found.map.error)
 
@@ -340,7 +340,7 @@ def test_a_map_reaches_the_edge_of_its_range():
     found = calibrate(sitscad.Design(sitscad.load_text(templates.read("three_axis_pad"))))
     sensors, edge = found.sensors, found.sensors.range.rim
     assert len(edge) == 33
-    read = sensors.under(np.zeros(len(sensors.known)), np.vstack([np.zeros((1, 3)), edge]), exact=True)
+    read = sensors.frequencies_under(np.zeros(len(sensors.unknowns)), np.vstack([np.zeros((1, 3)), edge]), exact=True)
     assert np.all(found.map.holds(read[1:], read[0]))
     off = np.abs(found.map(read[1:], read[0]) - edge) / sensors.range.full_scales
     assert off.max() < 0.007
@@ -364,9 +364,9 @@ def overloaded():
 def test_a_plan_promises_no_less_than_the_map_itself_leaves(which, request):
     """It promised 0.43 % of full scale where the map of the very sensor as drawn left 0.7 %."""
     found = request.getfixturevalue(which)
-    scope, none = found.sensors.range, np.zeros(len(found.sensors.known))
+    scope, none = found.sensors.range, np.zeros(len(found.sensors.unknowns))
     loads = np.vstack([np.zeros((1, 3)), scope.inside(40, 900)])
-    left = _off(found.map, (loads[1:, scope.columns], found.sensors.under(none, loads, exact=True)))
+    left = _off(found.map, (loads[1:, scope.columns], found.sensors.frequencies_under(none, loads, exact=True)))
     assert np.all(left < found.plan.errors[-1] / scope.full_scales)
 
 
@@ -374,7 +374,8 @@ def test_a_plan_promises_no_less_than_the_map_itself_leaves(which, request):
 @pytest.mark.slow
 def test_full_normal_force_alone_is_well_inside_the_map(coarse):
     """The map was made for it with full shear only, ended at 4.99 of 5 N, and called that beyond what it holds."""
-    scope, none = coarse.sensors.range, np.zeros(len(coarse.sensors.known))
-    tare, read = coarse.sensors.under(none, np.array([[0.0, 0.0, 0.0], [scope.normal, 0.0, 0.0]]), exact=True)
+    scope, none = coarse.sensors.range, np.zeros(len(coarse.sensors.unknowns))
+    tare, read = coarse.sensors.frequencies_under(none, np.array([[0.0, 0.0, 0.0], [scope.normal, 0.0, 0.0]]),
+                                                  exact=True)
     assert coarse.map.holds(read, tare) and coarse.map.end > 1.05 * scope.normal
     assert coarse.map(read, tare)[0, 0] == approx(scope.normal, rel=0.02)

@@ -47,7 +47,7 @@ def test_a_map_for_a_target_that_turns_otherwise_states_what_it_is_off_by(design
     made = calibrate(design, str(path))
     assert any("--rotation free" in note for note in made.notes)
     loads = np.vstack([np.zeros((1, 3)), sensors.range.inside(25, 700)])
-    read = sensors.under(hidden, loads, exact=True)
+    read = sensors.frequencies_under(hidden, loads, exact=True)
     true = np.sqrt(np.mean((made.map(read[1:], read[0]) - loads[1:, sensors.range.columns]) ** 2, axis=0))
     assert np.all(made.map.error > true) and made.map.error[0] < 2.5 * true[0]
 
@@ -56,7 +56,7 @@ def test_a_map_for_a_target_that_turns_otherwise_states_what_it_is_off_by(design
 def test_loads_without_shear_do_not_tell_how_a_target_turns(sensors, level, bench, hidden):
     loads = np.zeros((4, 3))
     loads[1:, 0] = [2.0, 4.0, 6.0]
-    points = Points(loads, None, sensors.under(hidden, loads), np.arange(4) == 0)
+    points = Points(loads, None, sensors.frequencies_under(hidden, loads), np.arange(4) == 0)
     assert fit_opposite_rotation(sensors, lambda: level, points, fit_model(sensors, points)) is None
 
 
@@ -79,11 +79,11 @@ def test_a_table_says_how_its_target_was_loaded(design, foretold, tmp_path, sens
 def test_a_pad_of_another_thickness_is_fitted_and_told(sensors, foretold, hidden, gap):
     """A fifth thicker: the chart ended where usual sensors do, and half of full scale was stated."""
     own = 0.7 * hidden
-    own[0] = gap * sensors.known[0].sigma
+    own[0] = gap * sensors.unknowns[0].sigma
     found = calibrate_by(sensors, simulated(sensors, own, foretold.plan.loads, np.random.default_rng(1)))
     assert found.sensors.around is not None and found.fit.moved[0] == approx(gap, abs=1.0)
     tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(20, 600)])
-    read = sensors.under(own, tried, exact=True)
+    read = sensors.frequencies_under(own, tried, exact=True)
     off = np.sqrt(np.mean((found.map(read[1:], read[0]) - tried[1:, sensors.range.columns]) ** 2, axis=0))
     assert np.all(off < found.map.error) and np.all(found.map.error < 0.03 * found.map.full_scale)
     assert any(note.startswith("unusual: gap is") and "elastomer.thickness" in note for note in found.notes)
@@ -95,13 +95,13 @@ def test_a_pad_that_shears_otherwise_than_its_law_is_fitted(sensors, foretold, h
     """Shear that goes further under the normal force, or stiffens more, was not looked for: 12 points left up to 1.5 %
     of full scale, and stated 3.5 %.
     """
-    place = [one.name for one in sensors.known].index(name)
+    place = [one.name for one in sensors.unknowns].index(name)
     own = 0.7 * hidden
-    own[place] = 2.0 * sensors.known[place].sigma
+    own[place] = 2.0 * sensors.unknowns[place].sigma
     found = calibrate_by(sensors, simulated(sensors, own, foretold.plan.loads, np.random.default_rng(1)))
     assert found.fit.moved[place] == approx(2.0, abs=1.0) and found.fit.sigma[place] < 0.75
     tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(20, 600)])
-    read = sensors.under(own, tried, exact=True)
+    read = sensors.frequencies_under(own, tried, exact=True)
     off = np.sqrt(np.mean((found.map(read[1:], read[0]) - tried[1:, sensors.range.columns]) ** 2, axis=0))
     assert np.all(off < found.map.error) and np.all(off < 0.006 * found.map.full_scale)
     assert np.all(found.map.error < 0.02 * found.map.full_scale)
@@ -127,10 +127,10 @@ def test_a_map_states_what_its_chart_is_off_by(sensors, foretold, hidden):
     there, and now it goes on straight.
     """
     own = 0.7 * hidden
-    own[[one.name for one in sensors.known].index("modulus")] = -np.log(2.0)
+    own[[one.name for one in sensors.unknowns].index("modulus")] = -np.log(2.0)
     found = calibrate_by(sensors, simulated(sensors, own, foretold.plan.loads, np.random.default_rng(77)))
     tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(25, 700)])
-    read = sensors.under(own, tried, exact=True)
+    read = sensors.frequencies_under(own, tried, exact=True)
     off = np.sqrt(np.mean((found.map(read[1:], read[0]) - tried[1:, sensors.range.columns]) ** 2, axis=0))
     assert np.all(off < found.map.error) and np.all(found.map.error < 0.03 * found.map.full_scale)
 
@@ -138,7 +138,7 @@ def test_a_map_states_what_its_chart_is_off_by(sensors, foretold, hidden):
 @pytest.mark.slow
 def test_usual_sensors_get_no_word(sensors, calibrated):
     assert not list(unusual_unknowns(sensors, calibrated.fit))
-    assert calibrated.fit.odd[1:].max() < ODD
+    assert calibrated.fit.disagreement[1:].max() < ODD
 
 
 @pytest.mark.more
@@ -180,7 +180,7 @@ def _with_tares(table, sensors, bench, noise=0.0, slip=0):
 def test_noise_is_told_by_rows_without_load(design, table, sensors, bench):
     """3,000 counts on every reading, 16 times the converter's, passed without a word."""
     quiet, loud = (calibrate(design, _with_tares(table, sensors, bench, noise)) for noise in (0.0, 3000.0))
-    assert not any("rows without load" in note for note in quiet.notes) and quiet.points.noisier == 1.0
+    assert not any("rows without load" in note for note in quiet.notes) and quiet.points.noise_ratio == 1.0
     (note,) = (note for note in loud.notes if "rows without load scatter" in note)
     assert 5.0 < float(note.split("scatter by ")[1].split()[0]) < 32.0
     assert np.all(loud.map.error > quiet.map.error) and np.all(loud.fit.sigma > 0.999 * quiet.fit.sigma)
@@ -210,7 +210,7 @@ def calibrated(sensors, bench, foretold):
 
 
 def test_every_unknown_has_a_cause(sensors):
-    assert {cause_text(one.name) for one in sensors.known if one.is_fitted} == set(CAUSES.values())
+    assert {cause_text(one.name) for one in sensors.unknowns if one.is_fitted} == set(CAUSES.values())
     assert WIDEST < 3.0
 
 
@@ -228,9 +228,9 @@ def test_the_stated_error_of_five_points_holds_and_is_not_slack(sensors, foretol
     """It was what points foretell of each other, their own loads' errors in it: up to ten times the true one."""
     tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(20, 600)])
     ratios = []
-    for number, own in enumerate(draw_units(sensors.known, 5, 4100)):
+    for number, own in enumerate(draw_units(sensors.unknowns, 5, 4100)):
         points = simulated(sensors, own, foretold.plan.loads[:5], np.random.default_rng((4100, number)))
-        found, read = calibrate_by(sensors, points), sensors.under(own, tried, exact=True)
+        found, read = calibrate_by(sensors, points), sensors.frequencies_under(own, tried, exact=True)
         off = found.map(read[1:], read[0]) - tried[1:, sensors.range.columns]
         ratios.append(found.map.error / np.sqrt(np.mean(off**2, axis=0)))
     assert np.all(np.array(ratios) > 0.9) and 1.0 < np.median(ratios) < 4.0
@@ -249,7 +249,7 @@ def test_unknowns_far_off_are_reported_by_their_distance_with_amount_and_cause()
     units_of = {"gap": "m", "modulus": "1", "capacitor.C1": "1"}
     known = [SimpleNamespace(name=name, unit=unit) for name, unit in units_of.items()]
     fit = SimpleNamespace(moved=np.array([-3.2, 4.0, 3.0]), errors=np.array([-72e-6, 0.25, 0.01]))
-    first, second = unusual_unknowns(SimpleNamespace(known=known), fit)
+    first, second = unusual_unknowns(SimpleNamespace(unknowns=known), fit)
     assert first.startswith(f"unusual: modulus is +4.0 sigma of manufacture off (0.25 relative): "
                             f"{cause_text('modulus')}?")
     assert second.startswith(f"unusual: gap is -3.2 sigma of manufacture off (-7.2e-05 m): {cause_text('gap')}?")

@@ -19,14 +19,14 @@ from sitscad.spec import templates
 
 
 def test_a_load_beside_its_place_reads_as_its_moment_does(sensors):
-    loads, none = np.array([[4.0, 0.0, 0.0], [2.0, 0.3, 0.0], [0.0, 0.0, 0.0]]), np.zeros(len(sensors.known))
+    loads, none = np.array([[4.0, 0.0, 0.0], [2.0, 0.3, 0.0], [0.0, 0.0, 0.0]]), np.zeros(len(sensors.unknowns))
     found, place = place_changes(sensors, none, loads), usual_value("place")
     beside = np.hstack([loads, np.zeros((3, 2))])
-    here = np.log(sensors.under(none, beside))
+    here = np.log(sensors.frequencies_under(none, beside))
     for column, moment in ((0, 4), (1, 3)):
         moved = beside.copy()
         moved[:, moment] = (1.0 if column == 0 else -1.0) * place * loads[:, 0]
-        change = np.log(sensors.under(none, moved)) - here
+        change = np.log(sensors.frequencies_under(none, moved)) - here
         # coils in a row along x read a turn about x only by its square, the same both ways
         assert found[:, :, column] == approx(change, rel=0.05, abs=1e-7 if column == 0 else 2e-5)
     assert np.abs(found[0]).max() > 0.0 and not found[2].any()
@@ -35,14 +35,15 @@ def test_a_load_beside_its_place_reads_as_its_moment_does(sensors):
 
 def test_a_plan_counts_the_errors_of_places_and_says_what_a_shift_of_all_adds(sensors, foretold, monkeypatch):
     exact = points.plan(sensors, 8)
-    assert np.all(exact.shifted > 0.0) and np.array_equal(exact.loads, foretold.plan.loads)
+    assert np.all(exact.errors_of_offset > 0.0) and np.array_equal(exact.loads, foretold.plan.loads)
     said = re.sub(r"\\s+", " ", plan_words(foretold, foretold.plan).decode())
     (first,) = re.findall(r"without a remark; after all rows they add: normal ([0-9.e-]+)", " ".join(said.split()))
-    assert float(first) == approx(1e-4 / usual_value("place") * foretold.plan.shifted[0], rel=0.06)
+    assert float(first) == approx(1e-4 / usual_value("place") * foretold.plan.errors_of_offset[0], rel=0.06)
     assert "rod" in said and "guide" in said and "ball or a point" not in said
     monkeypatch.setattr(points, "usual_value", lambda name: 1e-9 if name == "place" else usual_value(name))
     surer = points.plan(sensors, 8)
-    assert np.all(surer.errors[-1] < exact.errors[-1]) and np.all(surer.shifted < 1e-3 * exact.shifted)
+    assert np.all(surer.errors[-1] < exact.errors[-1]) and np.all(surer.errors_of_offset < 1e-3
+                                                                  * exact.errors_of_offset)
 
 
 def test_a_card_has_every_place_on_the_target_true_to_size(foretold):
@@ -65,13 +66,14 @@ def test_loads_that_all_stand_a_tenth_of_a_millimetre_aside_keep_the_stated_erro
     design = sitscad.Design(sitscad.load_text(templates.read("fingertip_cell"), "t.yaml"))
     found = plan_calibration(design.response)
     sensors, loads = found.sensors, found.plan.rows
-    errors = draw_units(sensors.known, 1, 5)[0]
+    errors = draw_units(sensors.unknowns, 1, 5)[0]
     put = loads.copy()
     put[:, 4] += 1e-4 * put[:, 0]
     generator = np.random.default_rng(1)
-    read = Points(loads, None, sensors.read(sensors.under(errors, put, exact=True), generator), loads[:, 0] == 0.0)
+    read = Points(loads, None, sensors.read(sensors.frequencies_under(errors, put, exact=True), generator),
+                  loads[:, 0] == 0.0)
     made, probe = calibrate_by(sensors, read), sensors.range.inside(40, 7)
-    rest = sensors.under(errors, np.zeros((1, 5)), exact=True)[0]
-    off = made.map(sensors.under(errors, probe, exact=True), rest) - probe[:, sensors.range.columns]
+    rest = sensors.frequencies_under(errors, np.zeros((1, 5)), exact=True)[0]
+    off = made.map(sensors.frequencies_under(errors, probe, exact=True), rest) - probe[:, sensors.range.columns]
     assert np.all(np.sqrt(np.mean(off**2, axis=0)) < made.map.error)
     assert np.all(made.map.error < 0.02 * sensors.range.full_scales)

@@ -75,7 +75,7 @@ def test_an_honest_fit_is_taken(table, sensors, fit):
 
 def test_a_fit_that_did_not_settle_is_refused_with_its_row(table, sensors, fit):
     read, points = _read(table, sensors)
-    worst = 1 + int(np.argmax(fit.odd[1:]))
+    worst = 1 + int(np.argmax(fit.disagreement[1:]))
     words = rf"bench.csv:{worst + 2}:1 no sensor of this design reads so: .* by 2.8 times what .* without a best fit"
     with pytest.raises(BenchError, match=words):
         require_agreement(read, points, sensors, replace(fit, settled=False, excess=2.8))
@@ -84,7 +84,7 @@ def test_a_fit_that_did_not_settle_is_refused_with_its_row(table, sensors, fit):
 
 def test_an_unknown_far_beyond_manufacture_is_refused_by_its_name(table, sensors, fit):
     read, points = _read(table, sensors)
-    k = [one.name for one in sensors.known].index("offset_x")
+    k = [one.name for one in sensors.unknowns].index("offset_x")
     moved = fit.moved.copy()
     moved[k] = -6.5
     with pytest.raises(BenchError, match=r"offset_x would be -6.5 sigma of manufacture off \(.* m\)"):
@@ -135,7 +135,7 @@ def test_readings_of_a_target_far_aside_are_refused_with_a_reason(table, sensors
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         found = fit_model(sensors, points)
-        assert np.all(np.isfinite(found.likely)) and np.all(np.isfinite(found.odd))
+        assert np.all(np.isfinite(found.likely)) and np.all(np.isfinite(found.disagreement))
         with pytest.raises(BenchError, match="this row most"):
             require_agreement(read, points, sensors, found)
 

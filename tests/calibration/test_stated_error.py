@@ -50,9 +50,10 @@ def test_hysteresis_in_five_loads_does_not_make_an_error_of_a_thousand_newtons(s
 @pytest.mark.slow
 def test_a_sensor_beyond_its_chart_still_feels_its_loads(small):
     sensors = sensors_of(small.response, True)
-    errors = np.array([4.0 * one.sigma * (one.name == "gap") for one in sensors.known])
+    errors = np.array([4.0 * one.sigma * (one.name == "gap") for one in sensors.unknowns])
     loads = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
-    charted, solved = (np.ptp(np.log(sensors.under(errors, loads, exact)), axis=0) for exact in (False, True))
+    charted, solved = (np.ptp(np.log(sensors.frequencies_under(errors, loads, exact)), axis=0)
+                       for exact in (False, True))
     assert np.all(charted > 0.7 * solved) and np.all(charted < 1.4 * solved)
 
 

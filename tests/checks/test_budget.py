@@ -82,7 +82,7 @@ def test_exhausted_budget_suggests_no_fix():
 ], ids=["costly", "growing"])
 def test_spent_budget_asks_no_family_that_winds_coils_to_find_its_changes(family):
     found = search((family,), lambda fix: None, Budget(0, 0, 0))
-    assert found.is_cut_short and not found.mending and not found.vain
+    assert found.is_cut_short and not found.mending and not found.ineffective
 
 
 def test_coils_are_wound_for_hints_only_if_something_can_be_tried(monkeypatch):

@@ -485,7 +485,7 @@ def test_a_coil_that_hardly_misses_the_loop_lines_is_widened_with_all_its_turns(
     spec = load_text(f"sitscad: 1\nname: a\ncoil: {{shape: circle, {size}}}\n", "a.yaml")
     found = [finding for finding in check(spec).findings if finding.rule == "SIT103"]
     wide = [("coil.trace_width", "152.4 um"), ("coil.trace_spacing", "152.4 um")]
-    fixes = [[(edit.key, edit.new.strip('"')) for fix in finding.fixes if not fix.brings for edit in fix.edits]
+    fixes = [[(edit.key, edit.new.strip('"')) for fix in finding.fixes if not fix.new_warnings for edit in fix.edits]
              for finding in found]
     assert len(fixes) == 2 and all((each == wide) is has_room for each in fixes)
 

@@ -159,7 +159,7 @@ def test_hysteresis_creep_modulus_and_drift_after_a_tare_stand_beside_what_is_fe
     warmed = design.sensing.analysis.warmed[-1]
     assert warmed.tared_drift[k] < warmed.drift[k]
     left = replace(warmed, by_metal_loaded=warmed.by_metal, by_pose_at_rest=warmed.by_pose)
-    assert left.tared_drift[k] == approx(10.0 * pad.modulus_temperature_coefficient * warmed.carried[k], rel=1e-9)
+    assert left.tared_drift[k] == approx(10.0 * pad.modulus_temperature_coefficient * warmed.axis_loads[k], rel=1e-9)
 
 
 @pytest.mark.parametrize(("needs", "end"), [({}, 30.0), ({"temperature_range": (-20.0, 45.0)}, -20.0)])

@@ -115,7 +115,7 @@ def test_what_keeps_a_spec_from_being_read_is_mended_as_far_as_it_can_be_told():
 def test_turns_and_size_are_left_alone_unless_it_is_asked_for():
     found = mended_text(BROKEN, read, only_safe)
     assert found.text == CAREFULLY
-    assert {finding.rule for finding in found.said.findings} == {"SIT004"}
+    assert {finding.rule for finding in found.check_result.findings} == {"SIT004"}
 
 
 @pytest.mark.slow
@@ -220,7 +220,7 @@ def test_random_designs_are_no_worse_and_mended_once_for_all(seed):
     changed = {k for k in places(found.text) | places(text) if at(found.text, k) != at(text, k)}
     assert all(any(f"{k}.".startswith(f"{key}.") or f"{key}.".startswith(f"{k}.") for key in keys) for k in changed)
     if not any(f.rule.startswith("SIT0") for f in judged(text, "none").findings):
-        assert set(weights(found.said.findings)) <= set(weights(judged(text, "none").findings))
+        assert set(weights(found.check_result.findings)) <= set(weights(judged(text, "none").findings))
 
 
 def places(text):

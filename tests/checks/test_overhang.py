@@ -154,7 +154,7 @@ def test_smaller_plates_that_break_another_rule_are_no_fix():
     written = document(None, (4, 5), target={"size": 4}, **parts)
     before = check(loaded(written), hints="full").findings
     (found,) = [one for one in before if one.rule == "SIT307"]
-    for changed in followed(written, [fix for fix in found.fixes if not fix.brings]):
+    for changed in followed(written, [fix for fix in found.fixes if not fix.new_warnings]):
         after = [one.rule for one in check(loaded(changed), hints="none").findings]
         assert "SIT307" not in after and after.count("SIT306") <= [one.rule for one in before].count("SIT306")
 

@@ -170,7 +170,7 @@ def test_search_names_a_change_that_brings_a_warning_only_if_no_other_mends(erro
 
     found = search([lambda: [with_turns(spec, n * 1.0) for n in (3, 4, 5)]], trial, Budget.of("decisive"))
     assert [fix.spec.coil.turns for fix, _ in found.mending] == turns and not found.is_cut_short
-    assert [left.brings for _, left in found.mending] == [warnings.get(count, ()) for count in turns]
+    assert [left.new_warnings for _, left in found.mending] == [warnings.get(count, ()) for count in turns]
 
 
 def test_search_without_fix_names_the_change_that_helps_most():
@@ -207,7 +207,7 @@ def test_a_warning_that_gets_worse_is_reported_and_no_reason_to_leave_an_error()
     assert text_of("tried-warns-more", "hint", {"rules": ["SIT215"]}) in found["SIT210"].hint
     after = check(load_text(rewritten(text, remedy.edits), "spec.yaml"), hints="none").findings
     (worse,) = [each for each in after if each.rule == "SIT215"]
-    assert remedy.brings == () and worse.measured < 0.95 * found["SIT215"].measured
+    assert remedy.new_warnings == () and worse.measured < 0.95 * found["SIT215"].measured
     assert worsened_rules(before, after) == {"SIT215"} and not worsened_rules(after, before)
     assert is_better(Applied(found["SIT210"], remedy), before, after)
     milder = replace(found["SIT210"], severity=Severity.WARNING)

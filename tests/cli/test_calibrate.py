@@ -59,9 +59,9 @@ def test_the_plan_filled_in_calibrates(run, pair, tmp_path, number):
     rows = list(csv.DictReader(io.StringIO(text)))
     assert len(rows) == 5 + 3  # points, and three tares that tell the noise
     sensors = sensors_of(sitscad.Design(sitscad.load(tmp_path / "pair.yaml")).response)
-    hidden = draw_units(sensors.known, 1, number)[0]
+    hidden = draw_units(sensors.unknowns, 1, number)[0]
     loads = np.array([[float(row.get(f"{name}_N", 0.0)) for name in ("normal", "shear_x", "shear_y")] for row in rows])
-    counts = np.rint(sensors.conversion.counts(sensors.under(hidden, loads, exact=True)))
+    counts = np.rint(sensors.conversion.counts(sensors.frequencies_under(hidden, loads, exact=True)))
     for row, read in zip(rows, counts, strict=True):
         row |= {f"{coil}_counts": str(int(count)) for coil, count in zip(sensors.coils, read, strict=True)}
     with (tmp_path / "bench.csv").open("w", newline="") as stream:
@@ -73,7 +73,7 @@ def test_the_plan_filled_in_calibrates(run, pair, tmp_path, number):
     after = json.loads((tmp_path / "made" / "calibration.json").read_text())
     assert after["is_calibrated"] and not before["is_calibrated"]
     tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(30, 300)])
-    read = np.rint(sensors.conversion.counts(sensors.under(hidden, tried, exact=True)))
+    read = np.rint(sensors.conversion.counts(sensors.frequencies_under(hidden, tried, exact=True)))
     found = sitscad.map_of(tmp_path / "made" / "calibration.json")
     off = found(read[1:], read[0]) - tried[1:, sensors.range.columns]
     stated = np.array([after["error_N"][axis] for axis in found.axes])

@@ -229,7 +229,7 @@ def test_a_forced_sheet_says_so(bench):
 def test_the_curves_are_the_response(bench, drawn):
     loads = np.zeros((1, 3))
     loads[0, 0] = drawn.normal.forces[-1]
-    last = bench.response.under(loads, np.ones(1, dtype=bool))
+    last = bench.response.respond_to_loads(loads, np.ones(1, dtype=bool))
     rest = bench.response.respond(np.zeros((1, 6)))
     ratio = drawn.normal.inductance[-1] / drawn.normal.inductance[0]
     assert ratio == approx((rest.frequency[0] / last.frequency[0]) ** 2, rel=2e-4)
@@ -267,7 +267,7 @@ def test_shear_beyond_the_pad_s_law_is_marked(bench, drawn):
     """Curves ran on to the pad's thickness as if they were as good there as at half of it."""
     most = max(float(np.abs(curve.forces).max()) for curve in drawn.shears)
     for held, is_marked in ((0.6 * most, True), (1.1 * most, False)):
-        plots, texts, captions = figures(replace(drawn, held=held), bench.performance), [], ""
+        plots, texts, captions = figures(replace(drawn, tested_shear=held), bench.performance), [], ""
         for one in plots[:2]:
             sheet = Sheet("plot", one.size)
             plot(sheet, (0.0, 0.0, *one.size), one.draw)
@@ -391,7 +391,7 @@ def test_two_shears_share_one_limit_in_table_and_notes(bench):
     assert said in made["calibration/calibration.h"].decode() and said in made["calibration/plan.txt"].decode()
     # it is so: on the circle all is read, at the square's corner the normal force is lost
     loads = np.array([[0.0, 0.0, 0.0], *([0.2, share * limit, -share * limit] for share in (0.7, 1.0))])
-    frequency = sensors.under(np.zeros(len(sensors.known)), loads, exact=True)
+    frequency = sensors.frequencies_under(np.zeros(len(sensors.unknowns)), loads, exact=True)
     off = np.abs(found.map(frequency[1:], frequency[0]) - loads[1:])
     assert np.all(off[0] < 0.01 * limit) and off[1][0] > 0.3 * limit
     rows = dict((row[0], row[1:]) for row in _axes(bench))

@@ -98,7 +98,7 @@ def test_what_an_image_returns_is_a_complex_system():
     driven = rng.normal(size=(combinations, 1, coils)) + 1j * rng.normal(size=(combinations, 1, coils))
     among = rng.normal(size=(combinations,) * 2) + 1j * rng.normal(size=(combinations,) * 2)
     coupling, bare = rng.normal(size=(combinations,) * 2), np.zeros((1, coils, coils), dtype=complex)
-    solved = SimpleNamespace(_answered=lambda linked, shape: (bare.copy(), driven, among))
+    solved = SimpleNamespace(_currents=lambda linked, shape: (bare.copy(), driven, among))
     (found,) = SolvedTarget._changes(solved, (), [coupling], (1, coils), False)
     # summed order by order: the image's answer to its own answer, and so on
     scale = 1e-2 / np.abs(coupling @ among).max()

@@ -23,7 +23,7 @@ PLAIN = Network(0.0, 0.0, 220e-12, False)
 
 
 def tank(network, inductance, resistance, delay=0.0):
-    return oscillate_similar(network, np.array([inductance]), np.array([resistance]), delay).one_by_one()[0]
+    return oscillate_similar(network, np.array([inductance]), np.array([resistance]), delay).as_list()[0]
 
 
 @pytest.mark.parametrize("quality", [0.02, 0.5, 0.9, 0.999])

@@ -224,11 +224,11 @@ def test_unit_with_moments_is_calibrated_by_its_plan(cell, tmp_path):
     planned = sitscad.calibrate(cell)
     sensors = sensors_of(cell.response)
     assert not sensors.is_held
-    errors = 0.7 * draw_units(sensors.known, 1, 3)[0]
+    errors = 0.7 * draw_units(sensors.unknowns, 1, 3)[0]
     head, names, *rows = plan_table(planned, planned.plan).decode().splitlines()
     assert head == "# rotation: free"
     assert names.startswith("normal_N,moment_x_Nmm,moment_y_Nmm,C1_counts")
-    frequency = sensors.under(errors, planned.plan.rows, exact=True)
+    frequency = sensors.frequencies_under(errors, planned.plan.rows, exact=True)
     counts = sensors.conversion.counts(frequency)
     lines = [",".join([*row.split(",")[:3], *(f"{one:.1f}" for one in read)])
              for row, read in zip(rows, counts, strict=True)]
@@ -236,7 +236,8 @@ def test_unit_with_moments_is_calibrated_by_its_plan(cell, tmp_path):
     table.write_text("\n".join([head, names, *lines]) + "\n", encoding="utf-8")
     found = sitscad.calibrate(cell, table)
     loads = sensors.range.inside(20, 900)
-    rest, *read = sensors.conversion.counts(sensors.under(errors, np.vstack([np.zeros(5), loads]), exact=True))
+    rest, *read = sensors.conversion.counts(sensors.frequencies_under(errors, np.vstack([np.zeros(5), loads]),
+                                                                      exact=True))
     off = found.map(read, rest) - loads[:, [0, 3, 4]]
     before = planned.map(read, rest) - loads[:, [0, 3, 4]]
     rms, untold = (np.sqrt(np.mean(each**2, axis=0)) / sensors.range.full_scales for each in (off, before))

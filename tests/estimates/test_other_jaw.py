@@ -41,7 +41,7 @@ FREQUENCY, GAP, BEHIND, STEEL = 6.4e6, 0.7e-3, 0.8e-3, 1.39e6
 @cache
 def discs(size):
     design = Design(load_text(DISC.format(size=1e3 * size)))
-    return design, design.response.wound
+    return design, design.response.windings
 
 
 def by_front(size, room):
@@ -92,7 +92,7 @@ def test_closed_jaws_are_read_as_force_less_the_more_is_grasped(grasper):
 
 
 def test_the_estimate_of_a_check_is_near_what_is_solved(grasper):
-    wound = grasper.response.wound
+    wound = grasper.response.windings
     solved = changes_in_front(wound, np.sqrt(np.prod(grasper.response.band)), [0.0], GRASPED[1:2])[0, 0]
     about = estimated_change(grasper.layout, grasper.estimates, GRASPED[1])
     assert list(about.values()) == approx(solved, rel=0.25)

@@ -42,7 +42,7 @@ def test_it_is_taken_at_rest_half_and_full_load(bench):
 def test_resolution_is_the_converter_s_noise_through_the_map(bench):
     """Of two alike coils: normal force by their sum, shear by their difference, so noise falls by the root of two."""
     point, readout = bench.performance[1], bench.estimates.readout
-    reading = bench.response.under(np.array([point.load]))
+    reading = bench.response.respond_to_loads(np.array([point.load]))
     noise = 1.2 * float(reading.frequency.mean()) / (32.0 * readout.conversion.rcount)
     for axis in point.axes.values():
         by_hand = noise / math.sqrt(2.0) / np.mean(np.abs(axis.sensitivity))
@@ -53,7 +53,7 @@ def test_resolution_is_the_converter_s_noise_through_the_map(bench):
 def test_sensitivity_is_the_slope_of_the_readings(bench):
     point = bench.performance[2]
     loads = np.array([[point.load[0] - 0.05, 0.0, 0.0], [point.load[0] + 0.05, 0.0, 0.0]])
-    low, high = bench.response.under(loads).frequency
+    low, high = bench.response.respond_to_loads(loads).frequency
     assert point.axes["normal"].sensitivity == approx((high - low) / 0.1, rel=3e-3)
     one, other = point.axes["shear_x"].sensitivity
     assert one < 0.0 < other, "towards +x is towards the second coil"
@@ -162,7 +162,8 @@ def test_changed_capacitor_keeps_frequency_ratios_to_tare(bench):
     """The frequency of the clock, to which all frequencies are compared, keeps them as well."""
     wanted = bench.spec.replace("readout.capacitance", f"{1.03e12 * bench.estimates.readout.capacitance:.3f} pF")
     loads = np.array([[0.0, 0.0, 0.0], [bench.spec.requirements.normal_force, 0.3, 0.0]])
-    found = [np.log(np.divide(*design.response.under(loads).frequency[::-1])) for design in (bench, Design(wanted))]
+    found = [np.log(np.divide(*design.response.respond_to_loads(loads).frequency[::-1]))
+             for design in (bench, Design(wanted))]
     assert found[1] == approx(found[0], rel=2e-3)
 
 

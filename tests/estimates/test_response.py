@@ -96,7 +96,7 @@ def test_a_large_target_is_an_endless_sheet():
     design = sensor(target="shape: square, size: 20")
     at = 5e6
     found = respond(design, [[0.0] * 6, [0.0, 0.0, -0.6 * MM, 0.0, 0.0, 0.0]], frequency=at)
-    wound = design.response.wound
+    wound = design.response.windings
     for change, height in zip(found.target_change, (1.06 * MM, 0.46 * MM), strict=True):
         sheet = Reflector(height, (MetalLayer(wound.spec.target.material.conductivity, 1.0, 0.2 * MM),))
         endless = reflected_inductances(wound.winding.spectrum, np.array([at]), sheet, None, (0.0, 6.0 * MM))[0]
@@ -193,13 +193,13 @@ def test_a_pose_and_the_load_that_holds_it_are_one(plain):
     assert np.isfinite(found.force).all() and np.isfinite(found.moment).all()
     pad = soft_pad(plain.spec)
     assert np.hstack([found.force, found.moment]) == approx(pad.force(found.poses), rel=1e-12)
-    level = plain.response.under(np.array([[2.0, 0.3, -0.1]]))
-    free = plain.response.under(np.array([[2.0, 0.3, -0.1]]), np.array([False]))
+    level = plain.response.respond_to_loads(np.array([[2.0, 0.3, -0.1]]))
+    free = plain.response.respond_to_loads(np.array([[2.0, 0.3, -0.1]]), np.array([False]))
     assert not level.poses[0, 3:].any() and free.poses[0, 0] > 1.02 * level.poses[0, 0]
 
 
 def test_a_pad_that_gives_way_says_so(plain):
-    found = plain.response.under(np.array([[60.0, 20.0, 0.0]]), np.array([False]))
+    found = plain.response.respond_to_loads(np.array([[60.0, 20.0, 0.0]]), np.array([False]))
     assert np.isfinite(found.poses).all()
     assert any("gives way sideways" in note for note in found.notes[0])
 
@@ -211,7 +211,7 @@ def test_a_map_of_many_poses_is_what_each_of_them_is(plain):
     many, some = respond(plain, poses), [5, 700, 1300]
     few = respond(plain, poses[some])
     assert many.target_change_error.max() > few.target_change_error.max()
-    scale = 0.01 * plain.response.wound.winding.inductance
+    scale = 0.01 * plain.response.windings.winding.inductance
     apart = np.abs(many.target_change[some] - few.target_change)
     assert np.all(apart <= many.target_change_error[some] * np.maximum(np.abs(few.target_change), scale))
     assert many.frequency[some] == approx(few.frequency, rel=1e-4)
@@ -253,7 +253,7 @@ def test_between_two_frequencies_a_target_is_as_at_them(metal, thickness):
             level, place)[0]
         for some in (band, (9e6, 9.1e6))
     )
-    found = Changes(band, ends, ends, like=sheet_spectrum(spec.coil.size, spec.target)).complex_at(np.array([9e6]))
+    found = Changes(band, ends, ends, spectrum=sheet_spectrum(spec.coil.size, spec.target)).complex_at(np.array([9e6]))
     assert np.abs(found - middle[0]).max() < 1.5e-3 * np.abs(middle[0]).max()
 
 
@@ -269,7 +269,7 @@ def test_many_tanks_swing_like_one(at_coil):
     inductance, resistance = np.array([2e-6, 1.5e-6, 2e-6]), np.array([3.0, 5.0, 4e3])
     found = oscillate_similar(network, inductance, resistance, 5e-9)
     for k in range(2):
-        (one,) = oscillate_similar(network, inductance[k:k + 1], resistance[k:k + 1], 5e-9).one_by_one()
+        (one,) = oscillate_similar(network, inductance[k:k + 1], resistance[k:k + 1], 5e-9).as_list()
         assert found.frequency[k] == approx(one.frequency, rel=1e-12)
         assert found.parallel_resistance[k] == approx(one.parallel_resistance, rel=1e-9)
     assert np.isnan(found.frequency[2])
@@ -332,7 +332,7 @@ def magnetic(material, size):
 def test_a_large_steel_target_is_an_endless_sheet():
     design, at = magnetic("stainless-17-4ph", 20), 5e6
     found = respond(design, [[0.0] * 6], frequency=at)
-    wound, metal = design.response.wound, design.response.spec.target.material
+    wound, metal = design.response.windings, design.response.spec.target.material
     gap = float(design.response.rest[2])
     sheet = Reflector(gap, (MetalLayer(metal.conductivity, metal.relative_permeability, 0.3 * MM),))
     own = reflected_inductances(wound.winding.spectrum, np.array([at]), sheet, None, (0.0,))[0, 0]

@@ -23,7 +23,7 @@ def test_finer_surfaces_change_less_than_is_stated():
     model = Design(spec).response
     some = np.array([[1e-3, -2e-3, -0.8e-3, 0.1, -0.05, 0.2], [0.0, 4e-3, -1.5e-3, 0.0, 0.0, 0.0]])
     usual, fine = model.respond(some), replace(model, finer=1.4, solved={}).respond(some)
-    size = np.maximum(np.abs(fine.target_change), 0.01 * model.wound.winding.inductance)
+    size = np.maximum(np.abs(fine.target_change), 0.01 * model.windings.winding.inductance)
     assert np.all(np.abs(usual.target_change - fine.target_change) < usual.target_change_error * size)
     assert usual.target_resistance == approx(fine.target_resistance, rel=0.01)
 
@@ -63,7 +63,7 @@ def test_air_between_shield_and_jaw_is_no_trouble():
 def test_an_endless_sheet_over_any_jaw(behind):
     design, at = over_a_jaw(behind, 15), 5e6
     found = design.response.respond(np.array([[0.0] * 6, [0.0, 0.0, -0.7e-3, 0.0, 0.0, 0.0]]), at)
-    wound, jaw = design.response.wound, design.response.behind
+    wound, jaw = design.response.windings, design.response.behind
     metal = wound.spec.target.material.conductivity
     rest = float(design.response.rest[2])
     for k, height in enumerate((rest, rest - 0.7e-3)):

@@ -121,8 +121,9 @@ def _changed_by(design, cause, loads):
     drawn = _readings(design.sensing.solved.bench, loads)
     (one,) = perturbed_readings(design.sensing.solved.bench, scatter.scatter_by_cause(design.spec)[cause.name], loads)
     yield one[0] - drawn
-    errors = np.array([sigma if one.name == KNOWN_AS[cause.name] else 0.0 for one in sensors.known])
-    read = [np.log(sensors.under(off, np.vstack([np.zeros((1, 3)), loads]))) for off in (errors, 0.0 * errors)]
+    errors = np.array([sigma if one.name == KNOWN_AS[cause.name] else 0.0 for one in sensors.unknowns])
+    read = [np.log(sensors.frequencies_under(off, np.vstack([np.zeros((1, 3)), loads])))
+            for off in (errors, 0.0 * errors)]
     yield (read[0][1:] - read[0][0]) - (read[1][1:] - read[1][0])
     capacitor = design.estimates.readout.capacitance
     spec = cause.moved(replace(design.spec, readout=replace(design.spec.readout, capacitance=capacitor)), sigma)
@@ -276,7 +277,7 @@ def test_target_s_share_grows_as_it_comes_nearer():
 @pytest.mark.slow
 def test_simulated_sensors_scatter_by_what_is_behind_them(grasper):
     """What a calibration takes sensors of a jaw to differ by has the height over the shield in it."""
-    known = {one.name: one.sigma for one in sensors_of(grasper.response).known}
+    known = {one.name: one.sigma for one in sensors_of(grasper.response).unknowns}
     rest = grasper.estimates.coils[0].states["rest"]
     by_height = abs(rest.spread.shifts[scatter.HEIGHT][0]) / rest.inductance
     assert by_height > 0.01

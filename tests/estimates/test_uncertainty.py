@@ -371,10 +371,10 @@ def test_strain_gap_and_change_per_newton_carry_the_modulus_s_scatter():
     sigma = spec.elastomer.material.shear_modulus_sigma
     soft, stiff = (estimate(lay_out(changed_pad(spec, factor))) for factor in (1.0 - sigma, 1.0 + sigma))
     scatter = found.compression_scatter
-    assert scatter.shares["elastomer modulus"] == approx(
+    assert scatter.sigmas_by_cause["elastomer modulus"] == approx(
         0.5 * (soft.compression.strain - stiff.compression.strain), rel=1e-6
     )
-    assert scatter.strain == approx(math.hypot(*scatter.shares.values()), rel=1e-6)
+    assert scatter.strain == approx(math.hypot(*scatter.sigmas_by_cause.values()), rel=1e-6)
     glue = tolerance_sigmas(spec)[GLUE]
     assert found.gap_sigmas == {"rest": math.hypot(tolerance_sigmas(spec)[PAD], glue),
                                 "pressed": math.hypot(scatter.gap, glue)}
@@ -469,7 +469,7 @@ def test_a_pad_s_scatter_has_its_law_s_error_in_it():
     shares = {}
     for name, spec in (("near", near), ("flat", flat)):
         found = estimate(lay_out(spec))
-        shares[name] = found.compression_scatter.shares[pressing.BLOCK] / found.compression.strain
+        shares[name] = found.compression_scatter.sigmas_by_cause[pressing.BLOCK] / found.compression.strain
         assert pressing.BLOCK in found.coils[0].states["pressed"].spread.shifts
         assert pressing.BLOCK not in found.coils[0].states["rest"].spread.shifts
     stiffer = pressing.pressed_pad(near, modulus=1.025).strain / pressing.pressed_pad(near).strain

@@ -67,7 +67,7 @@ def test_newtons_come_out_as_they_were_put_on(tmp_path, capsys, name):
     planned, found, source = _calibrated(name, tmp_path)
     sensors, scope = found.sensors, found.sensors.range
     loads = np.vstack([np.zeros((1, 3)), scope.inside(LOADS, 700)])
-    frequencies = sensors.under(source.errors[0], loads, exact=True)
+    frequencies = sensors.frequencies_under(source.errors[0], loads, exact=True)
     told, given = _driven(found, source, tmp_path, frequencies), loads[1:, scope.columns]
     generator, true = np.random.default_rng(1), found.map(frequencies[1:], frequencies[0])
     noisy = [found.map(sensors.read(frequencies[1:], generator, 1), frequencies[0]) - true for _ in range(20)]

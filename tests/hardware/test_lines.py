@@ -67,7 +67,7 @@ def _taken(design: sitscad.Design, lines: list[bytes]) -> tuple[LineBoard, list[
 def test_every_line_is_read_and_its_counts_are_the_design_s(pad, sent):
     board, rows = _taken(pad.design, sent)
     heads = [line for line in sent if line.startswith(b"id,")]
-    assert len(rows) == board.good > 240 and len(heads) == -(-len(rows) // 100) and board.said.endswith("corrupted")
+    assert len(rows) == board.good > 240 and len(heads) == -(-len(rows) // 100) and board.remark.endswith("corrupted")
     drawn = [coil.states["rest"].frequency for coil in pad.design.estimates.coils]
     read = [[board.frequency(one.counts) for _, one in sorted(row.items())] for row in rows]
     assert list(np.mean(read, axis=0)) == approx(drawn, rel=2e-5)
@@ -88,8 +88,8 @@ def test_what_is_lost_corrupted_or_of_another_is_counted_and_never_used(pad, sen
     ]
     board, rows = _taken(pad.design, damaged)
     assert (board.good, board.lost, board.corrupted, board.another, board.starts) == (31, 4, 3, 1, 1)
-    assert len(rows) == 31 and list(board.told) == ["words"]
-    assert "4 lost, 3 corrupted, 1 of another sensor" in board.said
+    assert len(rows) == 31 and list(board.comments) == ["words"]
+    assert "4 lost, 3 corrupted, 1 of another sensor" in board.remark
 
 
 @pytest.mark.slow

@@ -40,7 +40,7 @@ def _diagnosed(design: sitscad.Design, seconds: float = 0.5, **given: object) ->
     wrong = board.set_up()
     rows = list(scans(board, source, seconds))
     found = diagnose_board(board, wrong, [[row[k] for row in rows if k in row] for k in range(len(board.bands))])
-    return {one.name: (one.verdict, one.said) for one in found}
+    return {one.name: (one.verdict, one.observation) for one in found}
 
 
 def test_scans_are_whole_though_one_converter_is_faster_than_another(tmp_path):

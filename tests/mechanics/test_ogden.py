@@ -35,7 +35,7 @@ def key_of(row):
 
 
 def of_exponent(pad, exponent):
-    return replace(pad, exponent=exponent, around=replace(pad.around, film_exponent=exponent))
+    return replace(pad, exponent=exponent, surround=replace(pad.surround, film_exponent=exponent))
 
 
 def figures():

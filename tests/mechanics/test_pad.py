@@ -66,7 +66,7 @@ def errors(pad, rows):
 def test_forces_are_those_of_finite_elements(kind, rms, most):
     """Within 5 % but for a few of the flattest, the hardest sheared and the stiffest films."""
     found = [errors(pad, rows) for pad, rows in figures()
-             if kind == ("film" if pad.around.film else "rim" if pad.around.rim else "bare")]
+             if kind == ("film" if pad.surround.film else "rim" if pad.surround.rim else "bare")]
     force, moment = (np.concatenate(part) for part in zip(*found, strict=True))
     assert len(force) >= 20
     assert math.sqrt(np.mean(force**2)) < rms
@@ -74,7 +74,7 @@ def test_forces_are_those_of_finite_elements(kind, rms, most):
     assert np.quantile(moment, 0.95) < 0.04
     assert np.quantile(force, 0.95) < (0.07 if kind == "film" else 0.051)
     if kind == "film":  # pressed, of what is built: up to a fifth of the thickness, faces of two thicknesses and more
-        usual = [off[k] for pad, rows in figures() if 0.05 <= pad.around.film <= 0.2 and pad.face.width_x >= 2.0
+        usual = [off[k] for pad, rows in figures() if 0.05 <= pad.surround.film <= 0.2 and pad.face.width_x >= 2.0
                  for off in [errors(pad, rows)[0]]
                  for k, row in enumerate(r for r in rows if r["x"] or r["z"]) if row["z"] < 0.0]
         assert len(usual) > 100 and np.quantile(usual, 0.95) < 0.05
@@ -97,13 +97,13 @@ def test_the_stated_error_holds():
     """Two sigma enclose 95 % of all forces."""
     outside = [off > 2.0 * pad.sigma for pad, rows in figures() for off in errors(pad, rows)[0]]
     assert np.mean(outside) < 0.08
-    assert BondedPad(Face(4e-3, 4e-3), 2e-3, 15e3, around=Surround(0.0, 0.1e-3, 660e3)).sigma > 0.5 * FILM_SIGMA
+    assert BondedPad(Face(4e-3, 4e-3), 2e-3, 15e3, surround=Surround(0.0, 0.1e-3, 660e3)).sigma > 0.5 * FILM_SIGMA
 
 
 @pytest.mark.parametrize(("least", "most"), [(0.2, 0.55), (0.6, 0.8), (0.9, 1.1), (1.4, 2.0)])
 def test_the_stated_error_is_no_smaller_than_what_pads_of_a_shape_factor_say(least, most):
     there = [(pad.sigma, errors(pad, rows)[0]) for pad, rows in figures()
-             if not pad.around.film and not pad.around.rim and least < pad.block.shape_factor < most]
+             if not pad.surround.film and not pad.surround.rim and least < pad.block.shape_factor < most]
     off = np.concatenate([of_pad for _, of_pad in there])
     stated = np.concatenate([np.full_like(of_pad, sigma) for sigma, of_pad in there])
     assert len(off) >= 8
@@ -226,7 +226,7 @@ def test_what_gives_way_or_shuts_is_not_answered():
     for loads in ([[1.0, math.nan, 0.0]], [[1.0, 0.0]], [1.0, 0.0, 0.0]):
         with pytest.raises(ValueError):
             SQUARE.pose(np.array(loads))
-    for wrong in ({"around": Surround(-1.0)}, {"around": Surround(film=-1.0)}, {"height": -1.0}):
+    for wrong in ({"surround": Surround(-1.0)}, {"surround": Surround(film=-1.0)}, {"height": -1.0}):
         with pytest.raises(ValueError):
             BondedPad(Face(1.0, 1.0), 1.0, 1.0, **wrong).force(np.zeros((1, 6)))
     with pytest.raises(ValueError):
@@ -237,7 +237,7 @@ def test_what_gives_way_or_shuts_is_not_answered():
 def test_a_film_of_soft_rubber_is_a_wider_pad(modulus):
     """Of the pad's own rubber as much as the wider pad adds, of a softer one in proportion."""
     bare, wide = BondedPad(Face(4.0, 4.0), 2.0, 1.0), BondedPad(Face(4.4, 4.4), 2.0, 1.0)
-    skinned = replace(bare, around=Surround(0.0, 0.2, modulus))
+    skinned = replace(bare, surround=Surround(0.0, 0.2, modulus))
     pose = np.array([[0.0, 0.0, -0.3, 0.0, 0.0, 0.0], [0.0, 0.0, -0.1, 0.0, 0.0, 0.0]])
     one, none, all_of_it = (pad.force(pose)[:, 2] for pad in (skinned, bare, wide))
     assert (one - none) / (all_of_it - none) == approx(modulus * np.ones(2), abs=0.25 * modulus)
@@ -297,7 +297,8 @@ def test_forces_are_slopes_of_an_energy(x, y, z, rx, ry):
             assert abs(work.sum()) < 2e-3 * np.abs(work).max() + 1e-13
 
 
-@pytest.mark.parametrize("pad", [SQUARE, OBLONG, replace(OBLONG, around=Surround(0.4e-3, 0.2e-3, 600e3), exponent=3.2)])
+@pytest.mark.parametrize("pad", [SQUARE, OBLONG, replace(OBLONG, surround=Surround(0.4e-3, 0.2e-3, 600e3),
+                                                         exponent=3.2)])
 @pytest.mark.parametrize("turned", [0.1, 1.2])
 def test_what_lacks_to_balance_is_what_the_force_says_and_its_slopes_are_its_changes(pad, turned):
     """Of a level, a tilted and a far turned target, with a moment: by virtual work, and by differences."""
@@ -346,7 +347,7 @@ def test_stiffness_of_a_free_tilt_is_within_its_stated_error(kind, count):
     """Of level pads: one sigma holds (root mean square), and twice that nearly always; a press takes stiffness away."""
     found = []
     for pad, rows in figures():
-        if kind != ("film" if pad.around.film else "bare"):
+        if kind != ("film" if pad.surround.film else "bare"):
             continue
         for row in rows:
             strain = -row["z"]

@@ -25,11 +25,11 @@ def joined(row: dict[str, float], **webs: float) -> BondedPad:
     """The pad of a row in metres, with webs or the row's one."""
     size = [1e-3 * (row[name] - 2.0 * row["rim"]) for name in ("along", "across")]
     found = Webs(1e-3 * row["web"], **webs or {"right": web_effect(row["gap"])})
-    return BondedPad(Face(*size), 1e-3, 60e3, around=Surround(1e-3 * row["rim"], webs=found))
+    return BondedPad(Face(*size), 1e-3, 60e3, surround=Surround(1e-3 * row["rim"], webs=found))
 
 
 def without_webs(pad: BondedPad) -> BondedPad:
-    return replace(pad, around=replace(pad.around, webs=NO_WEBS))
+    return replace(pad, surround=replace(pad.surround, webs=NO_WEBS))
 
 
 def test_what_a_web_adds_is_that_of_finite_elements():
@@ -37,7 +37,7 @@ def test_what_a_web_adds_is_that_of_finite_elements():
         pad = joined(row)
         stiffer, aside = pad.block.stiffer, pad.block.turned.stiffer
         found = {"press": stiffer.press - 1.0, "shear": stiffer.shear - 1.0, "tilt": stiffer.tilt - 1.0,
-                 "aside": stiffer.aside}
+                 "aside": stiffer.pressure_centre}
         for name, most in MOST.items():
             assert found[name] == approx(row[name], rel=most), (row, name)
         assert abs(aside.shear - 1.0 - row["side_shear"]) < 0.025 > abs(aside.tilt - 1.0 - row["side_tilt"])
@@ -70,7 +70,7 @@ def test_webs_on_all_sides_are_about_a_rim():
     """As long and as wide as the side, they leave out the corners of the pad that reaches as far on all sides."""
     pad = BondedPad(Face(8e-3, 8e-3), 1e-3, 60e3)
     webs = Webs(8e-3, *(4 * [web_effect(3.0)]))
-    wide, held = (replace(pad, around=around) for around in (Surround(3e-3), Surround(webs=webs)))
+    wide, held = (replace(pad, surround=around) for around in (Surround(3e-3), Surround(webs=webs)))
     more, most = (one.block.stiffer.press * one.pressure(np.array([0.0, 1e-4]))[1] / one.block.stiffer.press
                   / pad.pressure(np.array([1e-4]))[0] - 1.0 for one in (held, wide))
     assert 0.6 * most < more < most

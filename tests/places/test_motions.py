@@ -51,11 +51,11 @@ def test_reading_columns_are_skipped_and_reported(tmp_path):
     poses.write_text("x,C1_MHz\n1,5.2\n")
     found = read_motions(load_files=[str(plan)], pose_files=[str(poses)])
     assert found.loads == approx(np.array([[0.0, 0.0, 0.0], [8.0, -1.15, 0.0]]), rel=1e-6) and len(found.poses) == 1
-    assert found.passed_over == (
+    assert found.skipped_rows == (
         f"{poses}: columns of readings are passed over: C1_MHz",
         f"{plan}: columns of readings are passed over: C1_counts, C2_counts",
     )
-    assert read_motions(loads=["normal=1"]).passed_over == ()
+    assert read_motions(loads=["normal=1"]).skipped_rows == ()
 
 
 @pytest.mark.parametrize("head", ["normal_N,C1", "normal_N,normal_counts", "normal_N,_counts", "normal_N,C1_V"])

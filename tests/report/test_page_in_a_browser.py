@@ -82,13 +82,13 @@ def test_the_pushed_sensor_reads_what_the_response_says(page, package):
     table = json.loads(page.run("document.getElementById('pushed-data').textContent"))["table"]
     scale = table["full_scale_N"]
     loads = generator.random((6, 3)) * [scale["normal"], 0.7 * scale["shear"], 0.7 * scale["shear"]]
-    span, tops = np.ptp(model.under(np.vstack([np.zeros(3), loads])).frequency, axis=0), []
+    span, tops = np.ptp(model.respond_to_loads(np.vstack([np.zeros(3), loads])).frequency, axis=0), []
     for load in loads:
         asked = list[float]()
         for name, force in zip(("normal_N", "shear_x_N", "shear_y_N"), load, strict=True):
             _put(page, name, force)
             asked.append(float(page.run(f"document.querySelector('[data-in={name}]').value")))
-        frequency = model.under(np.array([asked])).frequency[0]  # a slider has steps: what it was put to counts
+        frequency = model.respond_to_loads(np.array([asked])).frequency[0]  # a slider has steps
         told = [float(_out(page, f"frequency_Hz.{coil}")) for coil in ("C1", "C2")]
         tops.append(np.abs(told - frequency) / span)
         counts = [float(_out(page, f"counts.{coil}")) for coil in ("C1", "C2")]

@@ -142,7 +142,7 @@ def test_loaded_target_and_pad_meet_neighbours(hinged, pieces):
     around = tuple(s for s in pieces if s.role is not BodyRole.ENCAPSULATION)
     near = PadLoad("little", Pose(x=0.2e-3, z=-0.05e-3), 0.1e-3)
     far = PadLoad("much", Pose(x=0.4e-3, z=-0.05e-3), 0.5e-3)
-    assert {(each.what, each.when) for each in said(hinged, (*around, post), (near, far))[0]} == {
+    assert {(each.what, each.condition) for each in said(hinged, (*around, post), (near, far))[0]} == {
         (TRAVEL, "much"),
         (BULGE, "much"),
     }
@@ -215,11 +215,11 @@ def test_overlap_is_shown_cut_open_in_red(hinged, pieces):
     post = Solid("post", box(-2e-3, 1e-3, 0.3e-3, 0.0, 2e-3, 0.5e-3), "steel", "#000000", BodyRole.MOUNT)
     around = (*(s for s in pieces if s.role is not BodyRole.ENCAPSULATION), post)
     drawn = clashes(hinged, around, measure_solids(hinged, around), ())
-    (clash,) = [each for each in drawn if each.words == "elastomer and post"]
+    (clash,) = [each for each in drawn if each.title == "elastomer and post"]
     volume, names = red_of(clash)
     whole_post = 1e9 * shared_volume(around[-1], next(s for s in around if s.name == "elastomer"))
     assert volume == approx(whole_post / 2, rel=1e-6) and names == {"elastomer", "too much"}
-    assert clash.figure == f"both take {whole_post:.3g} mm3"
+    assert clash.excess_text == f"both take {whole_post:.3g} mm3"
 
 
 def test_glue_overlapping_mount_is_shown(hinged, pieces):
@@ -228,7 +228,7 @@ def test_glue_overlapping_mount_is_shown(hinged, pieces):
     around = (*pieces, Solid("glue-shield", line, "adhesive", "#d9b26a", BodyRole.GLUE),
               Solid("post", block, "steel", "#000000", BodyRole.MOUNT))
     drawn = clashes(hinged, around, measure_solids(hinged, around), ())
-    assert {"glue-shield and post", "post and glue-shield"} & {clash.words for clash in drawn}
+    assert {"glue-shield and post", "post and glue-shield"} & {clash.title for clash in drawn}
 
 
 @pytest.mark.more
@@ -254,12 +254,12 @@ def test_clashes_show_opened_jaws_and_loaded_pads(hinged, pieces):
     top = max(s.shape.bounding_box().max.Z for s in pieces) * 1e-3
     post = Solid("post", box(-7e-3, -1e-3, top + 1e-3, -6e-3, 1e-3, top + 2e-3), "steel", "#000000", BodyRole.MOUNT)
     (opened,) = [
-        c for c in clashes(hinged, (*pieces, post), measure_solids(hinged, (*pieces, post)), ()) if "open by" in c.words
+        c for c in clashes(hinged, (*pieces, post), measure_solids(hinged, (*pieces, post)), ()) if "open by" in c.title
     ]
     assert red_of(opened)[0] > 0.0
     wall = Solid("wall", box(-5e-3, 2.2e-3, 0.1e-3, 5e-3, 2.3e-3, 0.4e-3), "steel", "#000000", BodyRole.MOUNT)
     around = (*(s for s in pieces if s.role is not BodyRole.ENCAPSULATION), wall)
     much = PadLoad("much", Pose(z=-0.05e-3), 0.5e-3)
     (bulging,) = [c for c in clashes(hinged, around, measure_solids(hinged, around, (much,)), (much,))
-                  if "much" in c.words]
-    assert "elastomer" in bulging.words and red_of(bulging)[0] > 0.0
+                  if "much" in c.title]
+    assert "elastomer" in bulging.title and red_of(bulging)[0] > 0.0

@@ -111,7 +111,7 @@ def answered(tmp_path_factory):
 
 @pytest.mark.parametrize("name", ["jaw_5mm", "miniature_3p5mm", "three_axis_pad"])
 def test_studies_of_the_gallery_are_read_and_are_of_what_varies(name):
-    asked = sitscad.Study.load(ROOT / "templates/studies" / f"{name}.yaml").asked
+    asked = sitscad.Study.load(ROOT / "templates/studies" / f"{name}.yaml").request
     first, last = (asked.space.changes(tuple(k * (n - 1) for n in asked.space.shape)) for k in (0, 1))
     assert asked.space.size > 10 * asked.evaluations and asked.base.key(first, "full") != asked.base.key(last, "full")
 
@@ -119,8 +119,8 @@ def test_studies_of_the_gallery_are_read_and_are_of_what_varies(name):
 @pytest.mark.slow
 def test_all_designs_of_a_small_grid_are_looked_at_and_the_front_is_true(answered):
     _, answer = answered
-    assert answer.found.method == "grid" and len(answer.found.screened) == 20 and answer.is_met
-    figures = {point: (one.values["rp"][0], one.values["board.area"][0]) for point, one in answer.found.full.items()
+    assert answer.results.method == "grid" and len(answer.results.screened) == 20 and answer.is_met
+    figures = {point: (one.values["rp"][0], one.values["board.area"][0]) for point, one in answer.results.full.items()
                if not one.refused and one.values["inductance"][0] >= 2.5e-6}
     for point in answer.front:
         rp, area = figures[point]
@@ -131,10 +131,10 @@ def test_all_designs_of_a_small_grid_are_looked_at_and_the_front_is_true(answere
 @pytest.mark.slow
 def test_kept_designs_are_whole_specs_that_differ_and_pass(answered, tmp_path):
     study, answer = answered
-    assert len({one.point for one in answer.kept}) == len(answer.kept) == len(answer.texts)
-    for number, text in enumerate(answer.texts, 1):
+    assert len({one.point for one in answer.kept}) == len(answer.kept) == len(answer.spec_texts)
+    for number, text in enumerate(answer.spec_texts, 1):
         spec = sitscad.load_text(text)
-        assert spec.name == f"{study.asked.base.spec.name}-{number}"
+        assert spec.name == f"{study.request.base.spec.name}-{number}"
         head, below = text.split("\n", 1)
         assert all(f"{key}: " in head for key in answer.kept[number - 1].changed) and "#" in below
         assert sitscad.check(spec, hints="none").ok
@@ -146,7 +146,7 @@ def test_text_and_json_say_what_was_found(answered):
     _, answer = answered
     said, text = json.loads(answer_json(answer)), answer_text(answer, "outputs/x-study")
     assert said["met"] and said["screened"] == 20 and len(said["kept"]) == len(answer.kept)
-    assert said["kept"][0]["yield"]["units"] == 16 and said["agreement"]["designs"] == len(answer.found.full)
+    assert said["kept"][0]["yield"]["units"] == 16 and said["agreement"]["designs"] == len(answer.results.full)
     assert text.startswith("It can be met: 20 of 20 designs") and "sitscad build outputs/x-study/designs/1.yaml" in text
     assert sorted(answer_files(answer))[-1] == "study.json"
     assert "sitscad build 'my study/designs/1.yaml'" in answer_text(answer, "my study")
@@ -163,10 +163,10 @@ def test_the_base_is_looked_at_first_so_that_nothing_worse_is_kept(method, folde
     text = STUDY.replace("from: 100 um, to: 130 um, step: 10 um", "from: 0.1, to: 0.15, step: 0.005")
     (folder / "study.yaml").write_text(text.replace("evaluations: 100", f"method: {method}, evaluations: 8"))
     answer = sitscad.Study.load(folder / "study.yaml").run(draws=0)
-    first = next(iter(answer.found.screened))
-    assert answer.asked.space.chosen(first) == {"coil.turns": 11.5, "coil.trace_width": 0.125}  # 125 um in the base
-    assert len(answer.found.screened) == 8 and "none of the designs" not in answer_text(answer)
-    assert answer.found.full[first].values == answer.base.values
+    first = next(iter(answer.results.screened))
+    assert answer.request.space.chosen(first) == {"coil.turns": 11.5, "coil.trace_width": 0.125}  # 125 um in the base
+    assert len(answer.results.screened) == 8 and "none of the designs" not in answer_text(answer)
+    assert answer.results.full[first].values == answer.base.values
 
 
 def test_warnings_that_a_study_accepts_are_reported_beside_the_designs_that_have_them(answered):
@@ -189,11 +189,11 @@ def test_a_low_yield_that_nobody_asked_for_draws_a_caution(answered):
     few, most = (yield_of([Unit(k < good, () if k < good else ("SIT202",), True, {}) for k in range(128)],
                           lambda values: ()) for good in (96, 116))
     told = replace(answer, kept=(replace(answer.kept[0], units=most), replace(answer.kept[0], units=few)),
-                   texts=answer.texts[:1] * 2)
+                   spec_texts=answer.spec_texts[:1] * 2)
     caution = "Caution: fewer than 90% of the units keep all of design 2 (75.0%), and the study asks for no yield"
     assert caution in yields_text(told, "x") and caution in study_page(told)
     requires = Requirement("yield", True, 0.8, ">= 80 %")
-    asks = replace(told, asked=replace(told.asked, require=(*told.asked.require, requires)))
+    asks = replace(told, request=replace(told.request, require=(*told.request.require, requires)))
     assert "Caution" not in yields_text(asks, "x") + study_page(asks)
 
 
@@ -203,7 +203,7 @@ def test_a_varied_entry_of_a_list_is_read_from_the_base(folder):
     (folder / "coil.yaml").write_text(base.source.text)
     both = "target.size.0: {from: 7, to: 11, step: 1}\n  target.size.1: [8, 9]\n  coil.turns: "
     (folder / "study.yaml").write_text(STUDY.replace("coil.turns: ", both))
-    asked = sitscad.Study.load(folder / "study.yaml").asked
+    asked = sitscad.Study.load(folder / "study.yaml").request
     assert asked.base_point[:2] == (3, 1) and "target" not in " ".join(changed_keys(asked, (3, 1, 0, 0)))
     assert base_value(asked.base.values(()), "target.size.1") == "9 mm"
     assert value_at_key({"size": [6, 3]}, "size.2") is value_at_key({"size": [6, 3]}, "size.x") is None
@@ -234,12 +234,12 @@ def test_designs_at_the_end_of_a_range_are_said_to_lie_there(answered):
 
 
 def test_sweep_command_of_an_answer_varies_a_key_that_no_other_key_follows(answered):
-    space = answered[0].asked.space
+    space = answered[0].request.space
     key, values = parse_range(sweep_range(space))
     assert key == "coil.turns" and values == space.variables[0].values
     assert sweep_range(replace(space, variables=space.variables[1:])) == ""
     wide = replace(space.variables[1], values=tuple(f"{100 + k} um" for k in range(31)))
-    key, values = parse_range(sweep_range(replace(space, variables=(wide,), same={})))
+    key, values = parse_range(sweep_range(replace(space, variables=(wide,), linked={})))
     assert key == "coil.trace_width" and (values[0], values[-1], len(values)) == ("100 um", "130 um", 7)
 
 
@@ -276,7 +276,8 @@ def test_designs_whose_units_fail_make_room_for_the_next_and_are_counted(folder,
     assert json.loads(answer_json(early[0]))["met"] is None and json.loads(answer_json(answer))["met"] is True
     again = ["Designs, the best of" in yields_text(answer, "x", before) for before in (*early, answer)]
     assert again == [True, False]
-    assert answer.fallen == 1 and answer.kept and first[0] not in {*answer.front, *(one.point for one in answer.kept)}
+    assert answer.dropped_count == 1 and answer.kept and first[0] not in {*answer.front,
+                                                                          *(one.point for one in answer.kept)}
     assert "too small a yield: 1" in answer_text(answer)
 
 
@@ -285,7 +286,7 @@ def test_designs_whose_units_fail_make_room_for_the_next_and_are_counted(folder,
 def test_a_goal_that_nothing_decides_is_reported(folder):
     (folder / "study.yaml").write_text(STUDY.replace("minimize: board.area", "minimize: rate"))
     answer = sitscad.Study.load(folder / "study.yaml").run(draws=0)
-    assert [goal.measure for goal in answer.alike] == ["rate"]
+    assert [goal.measure for goal in answer.constant_goals] == ["rate"]
     assert "rate is the same of all designs" in answer_text(answer)
 
 
@@ -367,7 +368,7 @@ def test_designs_without_a_screen_are_judged_in_full_once_and_the_answer_says_so
     (folder / "coil.yaml").write_text(templates.read("square_bench"))
     asked = {"base": "coil.yaml", "vary": {"coil.turns": [9, 10]}, "goals": [{"maximize": "rp"}], "accept": "all"}
     answer = sitscad.Study.from_mapping(asked, folder).run(draws=0)
-    assert len(answer.found.full) == len(answer.found.screened) == 2 and answer.is_met
+    assert len(answer.results.full) == len(answer.results.screened) == 2 and answer.is_met
     assert len(calls) == 2
     assert "2 of 2 designs took the full level at once: the screen has" in answer_text(answer)
 
@@ -381,7 +382,7 @@ def test_of_a_goal_by_which_the_screen_does_not_rank_all_are_judged_in_full(goal
     monkeypatch.setattr(running, "MOST_AT_ONCE", 1)
     text = STUDY.replace("maximize: rp", f"maximize: {goal}").replace("  - minimize: board.area\n", "")
     (folder / "study.yaml").write_text(text.replace("to: 13,", "to: 11.5,").replace("keep: 3", "keep: 1"))
-    found = sitscad.Study.load(folder / "study.yaml").run(draws=0).found
+    found = sitscad.Study.load(folder / "study.yaml").run(draws=0).results
     assert len(found.screened) == 8 and (len(found.full) == 8) is is_all
 
 
@@ -590,7 +591,7 @@ def test_a_changed_study_uses_again_what_still_fits(folder):
     first = sitscad.Study.load(folder / "study.yaml").run(folder=folder / "out", draws=0)
     (folder / "study.yaml").write_text(STUDY.replace("to: 13,", "to: 13.5,").replace("2.5 uH", "2.6 uH"))
     second = sitscad.Study.load(folder / "study.yaml").run(folder=folder / "out", draws=0)
-    assert first.found.reused == 0 and second.found.reused >= 20 and len(second.found.screened) == 24
+    assert first.results.reused == 0 and second.results.reused >= 20 and len(second.results.screened) == 24
 
 
 PROFILE = "name: {0}\nbased_on: generic-flex\nsource: {0}\n"
@@ -613,7 +614,7 @@ def test_a_file_that_a_varied_value_names_and_that_was_edited_is_judged_anew(ask
         study = sitscad.Study.from_mapping({"base": "coil.yaml", "goals": [{"maximize": "rp"}]} | asked, folder)
         said = study.run(folder=folder / "out", draws=0)
         lines = _lines_of(folder / "out" / ARCHIVE)
-        return {point for point, one in said.found.full.items() if one.refused}, len(lines)
+        return {point for point, one in said.results.full.items() if one.refused}, len(lines)
 
     assert refused() == refused() == (set(), 4)
     (folder / "two.yaml").write_text(PROFILE.format("two") + binding)
@@ -648,14 +649,14 @@ def test_an_answer_does_not_depend_on_what_its_archive_was_asked_before(folder):
 
 
 def test_what_the_screen_has_not_is_no_breach_and_what_no_level_has_is(answered):
-    asked = replace(answered[0].asked, goals=(Goal("board.area"),))
+    asked = replace(answered[0].request, goals=(Goal("board.area"),))
     screen = Evaluation({"inductance": (3e-6, 0.0)}, {"board.area": IN_FULL}, level="screen")
     assert violations(asked, screen) == {}
     assert set(violations(asked, replace(screen, absent={"board.area": "it has no board"}))) == {"board.area"}
 
 
 def test_an_undrawable_design_is_no_relaxation(folder):
-    asked = sitscad.Study.load(folder / "study.yaml").asked
+    asked = sitscad.Study.load(folder / "study.yaml").request
     unmade = Evaluation({}, {}, {"SIT016": Breach(8.5, 8.24)})
     weak = Evaluation({"rp": (1.0, 0.0), "board.area": (1.0, 0.0), "inductance": (1e-6, 0.0)}, {}, {})
     found = StudyResults(asked, "grid", {(0, 0): unmade, (1, 0): weak})
@@ -664,12 +665,12 @@ def test_an_undrawable_design_is_no_relaxation(folder):
 
 def test_an_undrawable_design_counts_for_its_own_rule_alone(folder):
     """It counted against every requirement, too, and its rule was said to refuse nothing alone."""
-    asked = sitscad.Study.load(folder / "study.yaml").asked
+    asked = sitscad.Study.load(folder / "study.yaml").request
     unmade, both = (Evaluation({}, {}, {rule: Breach(8.5, 8.24) for rule in rules})
                     for rules in (["SIT016"], ["SIT014", "SIT016"]))
     weak = Evaluation({"rp": (1.0, 0.0), "board.area": (1.0, 0.0), "inductance": (1e-6, 0.0)}, {}, {})
     found = StudyResults(asked, "grid", {(0, 0): unmade, (1, 0): weak, (2, 0): both, (3, 0): unmade})
-    told = {one.name: (one.share, one.alone) for one in binding_limits(asked, found)}
+    told = {one.name: (one.share, one.sole_share) for one in binding_limits(asked, found)}
     assert told == {"SIT016": (0.75, 0.5), "inductance": (0.25, 0.25), "SIT014": (0.25, 0.0)}
     assert costs(asked, unmade).violation > costs(asked, weak).violation + 10
     said = answer_text(StudyAnswer("x", asked, weak, found, tuple(binding_limits(asked, found)), None,
@@ -678,19 +679,19 @@ def test_an_undrawable_design_counts_for_its_own_rule_alone(folder):
 
 
 def test_the_best_that_was_reached_is_reported_where_nothing_refuses_alone(folder):
-    asked = sitscad.Study.load(folder / "study.yaml").asked
+    asked = sitscad.Study.load(folder / "study.yaml").request
     values = {"rp": (1.0, 0.0), "board.area": (1.0, 0.0)}
     one, other = (Evaluation({**values, "inductance": (size, 0.0)}, {}, {"SIT203": Breach(rp, 600.0, "ohm")})
                   for size, rp in ((1e-6, 500.0), (2e-6, 400.0)))
     found = binding_limits(asked, StudyResults(asked, "grid", {(0, 0): one, (1, 0): other}))
-    assert {(each.name, each.alone, each.nearest.measured, each.nearest_at) for each in found} == {
+    assert {(each.name, each.sole_share, each.nearest_breach.measured, each.nearest_point) for each in found} == {
         ("SIT203", 0.0, 500.0, (0, 0)), ("inductance", 0.0, 2e-6, (1, 0))}
 
 
 def test_a_relaxation_is_of_a_design_judged_in_full(folder):
     """By the screen one kept everything else, and full refused it by a rule more."""
     study = sitscad.Study.load(folder / "study.yaml")
-    asked = study.asked
+    asked = study.request
     good = {"rp": (1.0, 0.0), "board.area": (1.0, 0.0), "inductance": (3e-6, 0.0)}
     hopeful, weak = (Evaluation({**good, "inductance": (size, 0.0)}, {}, {}, level="screen") for size in (3e-6, 2.4e-6))
     fallen = replace(hopeful, refused={"SIT112": Breach(80e-6, 650e-6)}, level="full")
@@ -731,7 +732,7 @@ def test_designs_behind_those_that_only_the_full_level_refuses_are_found(tmp_pat
 def test_scatter_is_told_of_goals_and_limits_without_a_yield_asked(folder):
     study = sitscad.Study.load(folder / "study.yaml")
     answer = study.run(draws=8)
-    assert study.asked.least_yield is None and set(study.asked.scattered) == {"rp", "inductance"}
+    assert study.request.least_yield is None and set(study.request.scattered) == {"rp", "inductance"}
     assert answer.kept[0].units.sigmas.keys() == {"rp", "inductance"}
     assert all("to first order" in told for told in (yields_text(answer, ""), study_page(answer)))
 
@@ -823,7 +824,7 @@ def test_the_layers_of_a_board_follow_those_of_its_coil(folder):
     """The goal was refused: only a stack-up that varies was thought to decide it."""
     asked = {"base": "coil.yaml", "vary": {"coil.layers": [2, 4]}, "goals": [{"minimize": "board.layers"}]}
     said = sitscad.Study.from_mapping(asked, folder).run(draws=0)
-    assert [said.found.of((k,)).values["board.layers"][0] for k in (0, 1)] == [2.0, 4.0]
+    assert [said.results.of((k,)).values["board.layers"][0] for k in (0, 1)] == [2.0, 4.0]
 
 
 @pytest.mark.few(2)
@@ -833,7 +834,7 @@ def test_what_a_measure_needs_and_a_spec_has_not_keeps_it_from_every_figure(name
     spec = sitscad.load_text(templates.read(name))
     quick = [row for row in MEASURES.values() if not row.name.startswith(("range.", "error.tilt."))]
     values, absent = measure_values(sitscad.Design(spec), [row.name for row in quick])
-    lacking = {row.name for row in quick if not all(need.is_had(spec) for need in row.needs)}
+    lacking = {row.name for row in quick if not all(need.is_present(spec) for need in row.needs)}
     assert lacking <= absent.keys() and values
 
 
@@ -847,7 +848,7 @@ def test_a_measure_may_need_what_a_varied_key_brings(brings, folder):
     with pytest.raises(sitscad.SpecError, match=f"needs {lacks}, which the base lacks"):
         sitscad.Study.from_mapping(asked, folder)
     merged = asked | brings | {"vary": asked["vary"] | brings.get("vary", {})}
-    assert sitscad.Study.from_mapping(merged, folder).asked.goals
+    assert sitscad.Study.from_mapping(merged, folder).request.goals
 
 
 def _screened(asked, count):
@@ -862,7 +863,7 @@ def _screened(asked, count):
 def test_the_study_that_new_writes_of_a_template_is_read_and_can_be_screened(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert run(["new", "--study", name.replace("_", "-")]) == 0
-    asked = sitscad.Study.load("study.yaml").asked
+    asked = sitscad.Study.load("study.yaml").request
     assert asked.base.spec.name == name.replace("_", "-") and asked.space.size > 1000
     one, = _screened(asked, 1)
     assert NOT_COMPUTED not in one.refused and one.verdict
@@ -882,7 +883,7 @@ def test_a_study_is_not_written_over_and_not_of_a_spec_that_cannot_be_read(tmp_p
 def test_fifty_designs_of_the_study_of_a_template_can_be_screened(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert run(["new", "--study", name]) == 0
-    found = _screened(sitscad.Study.load("study.yaml").asked, 50)
+    found = _screened(sitscad.Study.load("study.yaml").request, 50)
     assert len(found) == 50 and not [one for one in found if NOT_COMPUTED in one.refused]
     assert sum(not any(rule.startswith("SIT0") for rule in one.refused) for one in found) > 25  # can be drawn
 
@@ -918,7 +919,7 @@ def test_a_study_of_a_program_is_that_of_a_file(folder, answered):
     data = YAML(typ="safe").load(STUDY)
     data.pop("sitscad_study")
     study = sitscad.Study.from_mapping(data, folder)
-    assert study.asked.space == answered[0].asked.space and study.asked.goals == answered[0].asked.goals
+    assert study.request.space == answered[0].request.space and study.request.goals == answered[0].request.goals
 
 
 BOWL = Space(tuple(Variable(f"x{k}", tuple(range(21))) for k in range(3)), {}, {})
@@ -1007,14 +1008,14 @@ def test_the_search_finds_the_front_of_the_whole_grid(folder, vary, goals):
         return sitscad.Study.from_mapping(asked, folder).run(folder=folder / "out", draws=0)
 
     whole = found("grid", 1000)
-    size = whole.asked.space.size
+    size = whole.request.space.size
     some = found("nsga2", size * 3 // 4)
-    assert len(some.found.screened) <= size * 3 // 4 < len(whole.found.screened) == size
+    assert len(some.results.screened) <= size * 3 // 4 < len(whole.results.screened) == size
 
     def goals_of(answer):  # of the front, as figures to make small
-        return np.array([costs(answer.asked, answer.found.full[point]).goals for point in answer.front])
+        return np.array([costs(answer.request, answer.results.full[point]).goals for point in answer.front])
 
-    off = [screen_errors().get(goal.measure, 0.0) + 1e-9 for goal in whole.asked.goals]
+    off = [screen_errors().get(goal.measure, 0.0) + 1e-9 for goal in whole.request.goals]
     ours, true = goals_of(some), goals_of(whole)
     for one, other in ((ours, true), (true, ours)):  # equal but for what the screen is off by
         excess = (one[:, None] - other[None, :]) / np.abs(other[None, :])
@@ -1046,7 +1047,7 @@ def test_an_archive_keeps_whole_lines_and_passes_torn_ones_by(tmp_path):
     with path.open("ab") as stream:
         stream.write(b'{"key": "two", "chan')
     with Archive(path) as archive:
-        assert archive.said("one")["units"] == said["units"] and archive.said("two") is None
+        assert archive.line_of("one")["units"] == said["units"] and archive.line_of("two") is None
         archive.add("two", (), said)
     with Archive(path) as archive:
         assert len(archive) == 2
@@ -1081,12 +1082,12 @@ def test_two_that_append_to_one_archive_read_their_own_lines_and_a_cut_one_is_re
         for k in range(4):
             one.add(f"one {k}", (), {"units": [k]})
             other.add(f"other {k}", (("coil.turns", "x" * 10_000 * k),), {"units": [-k]})
-        assert [one.said(f"one {k}")["units"] for k in range(4)] == [[0], [1], [2], [3]]
-        assert [other.said(f"other {k}")["units"] for k in range(4)] == [[0], [-1], [-2], [-3]]
+        assert [one.line_of(f"one {k}")["units"] for k in range(4)] == [[0], [1], [2], [3]]
+        assert [other.line_of(f"other {k}")["units"] for k in range(4)] == [[0], [-1], [-2], [-3]]
         path.write_bytes(b"")
         with pytest.raises(OSError, match="cut or rewritten"):
-            one.said("one 0")
-    assert Archive(path).said("one 3") is None
+            one.line_of("one 0")
+    assert Archive(path).line_of("one 3") is None
 
 
 @pytest.mark.parametrize("turns", [8.25, 8.0])

@@ -95,18 +95,18 @@ def test_a_picture_of_few_shows_what_is_around_them(answer, monkeypatch):
         axes = page.axes
         return sum(all(axes[name].low <= values[name] <= axes[name].high for name in axes) for values in page.figures)
 
-    assert 2 * within(0) < within(2) <= len(answer.found.screened)
+    assert 2 * within(0) < within(2) <= len(answer.results.screened)
 
 
 def test_of_others_so_many_are_shown_and_no_more(answer):
     point = answer.front[0]
-    more = {(*point[:-1], 10_000 + k): answer.found.of(point) for k in range(MOST_OTHERS + 500)}
-    answer.found.screened.update(more)
+    more = {(*point[:-1], 10_000 + k): answer.results.of(point) for k in range(MOST_OTHERS + 500)}
+    answer.results.screened.update(more)
     try:
         shown = StudyPage(answer).points
     finally:
         for each in more:
-            del answer.found.screened[each]
+            del answer.results.screened[each]
     assert len(shown) == len(set(shown)) and set(answer.front) <= set(shown)
     assert len(shown) == MOST_OTHERS + len({*answer.front, *(one.point for one in answer.kept)})
 
@@ -133,15 +133,15 @@ WIDE = {
 def test_the_page_of_a_wide_study_is_small_and_has_its_whole_front(answer, tmp_path):
     """Of sixteen keys, twelve measures and a front of 256 it had more than three megabytes."""
     (tmp_path / "grasper_4layer.yaml").write_text(templates.read("grasper_4layer"))
-    asked = sitscad.Study.from_mapping(WIDE, tmp_path).asked
+    asked = sitscad.Study.from_mapping(WIDE, tmp_path).request
     points, chance = sobol_set(asked.space, 2500, 1), random.Random(1)
     looked = {point: Evaluation({name: (1.0 + chance.random(), 0.0) for name in asked.measures}, {})
               for point in points}
     looked[asked.base_point] = looked[points[0]]
     found = StudyResults(asked, "sobol", looked, {point: looked[point] for point in points[:256]})
     kept = (KeptDesign(asked.base_point, changed_keys(asked, asked.base_point), looked[points[0]], None),) * 8
-    said = replace(answer, asked=asked, base=looked[points[0]], found=found, bindings=(), front=tuple(points[:256]),
-                   kept=kept, texts=())
+    said = replace(answer, request=asked, base=looked[points[0]], results=found, bindings=(), front=tuple(points[:256]),
+                   kept=kept, spec_texts=())
     html = study_page(said)
     assert 2_000_000 < len(html) <= MOST_PAGE
     front = html[html.index("The front as a table") :]

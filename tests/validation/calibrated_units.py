@@ -50,14 +50,14 @@ def tried(design: sitscad.Design, count: int, number: int, hysteresis: float) ->
     sensors = sensors_of(design.response, True)
     plan, scope = plan_calibration(design.response, True, count).plan, sensors.range
     assert plan is not None
-    errors = draw_units(sensors.known, number + 1, SEED)[number]
+    errors = draw_units(sensors.unknowns, number + 1, SEED)[number]
     generator = np.random.default_rng((SEED, number, count, round(1e4 * hysteresis)))
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "bench.csv"
         path.write_text(table_of(sensors, errors, plan.rows[1:], generator, hysteresis), encoding="utf-8")
         found = calibrate(design, str(path)).map
     loads = np.vstack([np.zeros((1, 3)), scope.inside(TRIED, SKIPPED)])
-    read = sensors.under(errors, loads, exact=True)
+    read = sensors.frequencies_under(errors, loads, exact=True)
     off = found(read[1:], read[0]) - loads[1:, scope.columns]
     return found.error / scope.full_scales, np.sqrt(np.mean(off**2, axis=0)) / scope.full_scales
 

@@ -91,7 +91,7 @@ def shown(name: str, count: int, jobs: int) -> list[tuple[object, ...]]:
     trial = Trial(sensors, loads, drawn.map, others)
     errors: Errors = {}
     with multiprocessing.get_context("fork").Pool(jobs, _take, (trial,)) as pool:
-        for number, found in enumerate(pool.imap(_one, enumerate(draw_units(sensors.known, SENSORS, SEED)[:count]))):
+        for number, found in enumerate(pool.imap(_one, enumerate(draw_units(sensors.unknowns, SENSORS, SEED)[:count]))):
             for key, error in found.items():
                 errors.setdefault(key, []).append(error)
             if number % 10 == 9:
@@ -127,7 +127,7 @@ class Trial:
         sensors = self.sensors
         found: dict[tuple[str, int], tuple[float, Array]] = {}
         tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(TRIED, 600)])
-        read, wanted = sensors.under(own, tried, exact=True), tried[1:, sensors.range.columns]
+        read, wanted = sensors.frequencies_under(own, tried, exact=True), tried[1:, sensors.range.columns]
 
         def note(method: str, points: int, mapped: Callable[[Array, Array], Array]) -> None:
             off = (mapped(read[1:], read[0]) - wanted) / sensors.range.full_scales
@@ -145,10 +145,10 @@ class Trial:
         note("plain, hysteresis", 8, plain(sensors, worn))
         other = self.others[number % len(self.others)]
         bench = simulated(other, own, self.loads[:8], generator)
-        read = other.under(own, tried, exact=True)
+        read = other.frequencies_under(own, tried, exact=True)
         note("model, another law", 8, calibrate_by(sensors, bench).map)
         note("plain, another law", 8, plain(sensors, bench))
-        read = sensors.under(own, tried, exact=True)
+        read = sensors.frequencies_under(own, tried, exact=True)
         bench = simulated(sensors, own, sensors.range.inside(max(MANY)), generator)
         for points in MANY:
             note("plain", points, plain(sensors, bench.part(np.arange(points + 1))))

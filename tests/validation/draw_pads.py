@@ -67,8 +67,8 @@ def off(pad: BondedPad, rows: list[Row]) -> np.ndarray:
 
 
 def _is(pad: BondedPad, face: tuple[float, float], skin: float = 0.0, modulus: float = 1.0) -> bool:
-    same = (pad.face.width_x, pad.face.width_y) == face and not pad.face.round and not pad.around.rim
-    return same and pad.around.film == skin and (not skin or pad.around.film_modulus == modulus)
+    same = (pad.face.width_x, pad.face.width_y) == face and not pad.face.round and not pad.surround.rim
+    return same and pad.surround.film == skin and (not skin or pad.surround.film_modulus == modulus)
 
 
 def draw() -> None:
@@ -112,9 +112,9 @@ def draw() -> None:
 
 
 KINDS = {
-    "bare": lambda pad: not pad.around.film and not pad.around.rim,
-    "smaller target than pad": lambda pad: bool(pad.around.rim),
-    "in a film": lambda pad: bool(pad.around.film),
+    "bare": lambda pad: not pad.surround.film and not pad.surround.rim,
+    "smaller target than pad": lambda pad: bool(pad.surround.rim),
+    "in a film": lambda pad: bool(pad.surround.film),
 }
 
 

@@ -73,7 +73,8 @@ def followed(document, only=None, hints="full"):
                 continue
             wrong = [rule for rule in errors(after) if errors(after).count(rule) > errors(found).count(rule)]
             wrong += [f.rule for f in complaints(after) if (f.rule, f.key) == (finding.rule, finding.key)]
-            wrong += [f.rule for f in complaints(after) if is_new(f.rule, found, after) and f.rule not in remedy.brings]
+            wrong += [f.rule for f in complaints(after) if is_new(f.rule, found, after)
+                      and f.rule not in remedy.new_warnings]
             yield finding.rule, changes, wrong
 
 

@@ -148,7 +148,7 @@ def rows(only: str = "") -> Iterator[tuple[str, ...]]:
     loads = calibrate(design).plan
     assert loads is not None
     sensors = sensors_of(design.response)
-    usual = USUAL * draw_units(sensors.known, 1, SEED)[0]
+    usual = USUAL * draw_units(sensors.unknowns, 1, SEED)[0]
     for fault in (one for one in FAULTS if only in one.name):
         truth, own = of_fault(design, sensors, fault, usual)
         bench = simulated(truth, own, loads.loads, np.random.default_rng(SEED))
@@ -163,7 +163,7 @@ def rows(only: str = "") -> Iterator[tuple[str, ...]]:
 
 def of_fault(design: sitscad.Design, sensors: Sensors, fault: Fault, usual: Array) -> tuple[Sensors, Array]:
     """The sensors that a unit with a fault is one of, and its errors."""
-    names, own = [one.name for one in sensors.known], usual.copy()
+    names, own = [one.name for one in sensors.unknowns], usual.copy()
     assert design.spec.elastomer is not None
     for name, value in fault.own:
         own[names.index(name)] = value * (design.spec.elastomer.thickness if name == "gap" else 1.0)
@@ -190,7 +190,7 @@ def told(design: sitscad.Design, truth: Sensors, own: Array, table: Table) -> tu
                 "refused: " + " ".join(str(error).split(" ")[1:]).partition(": a typing")[0].partition("?")[0],
             )
     tried = np.vstack([np.zeros((1, 3)), found.sensors.range.inside(ASKED, SKIPPED)])
-    read = truth.under(own, tried, exact=True)
+    read = truth.frequencies_under(own, tried, exact=True)
     off = found.map(read[1:], read[0]) - tried[1:, found.sensors.range.columns]
     errors = np.concatenate([np.sqrt(np.mean(off**2, axis=0)), found.map.error]) / np.tile(found.map.full_scale, 2)
     return *(f"{100.0 * error:.2g} %" for error in errors), "; ".join(said(found))

@@ -91,7 +91,7 @@ def compared(design: Design, some: np.ndarray) -> dict[str, np.ndarray]:
     """Errors at poses (n), by the names of the columns: the worst over the coils, or over their pairs."""
     model = design.response
     usual, *finer = (replace(model, finer=f, solved={}).respond(some) for f in (1.0, *FINER))
-    scale = 0.01 * model.wound.winding.inductance
+    scale = 0.01 * model.windings.winding.inductance
     truth = finer[1].target_change
     size = np.maximum(np.abs(truth), scale)
     own = np.eye(truth.shape[1], dtype=bool)

@@ -88,7 +88,7 @@ def apart(design: Design) -> Iterator[Apart]:
 def slopes(design: Design) -> tuple[np.ndarray, np.ndarray]:
     """What a newton changes of the coils' frequencies (Hz) from rest to pressed: by states, and by the response."""
     force = design.estimates.normal_force
-    found = design.response.under(np.array([[0.0, 0.0, 0.0], [force, 0.0, 0.0]])).frequency
+    found = design.response.respond_to_loads(np.array([[0.0, 0.0, 0.0], [force, 0.0, 0.0]])).frequency
     told = [coil.sensitivity(force)[1] for coil in design.estimates.coils]
     return np.array(told), (found[1] - found[0]) / force
 

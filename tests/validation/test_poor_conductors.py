@@ -52,7 +52,7 @@ def check(metal, gap, diameter, thickness):
     rings = CoaxialRings(EIGHT, np.zeros(8), np.ones(8))
     found = finite_target.target_sheet_ratios(target, rings, np.zeros((1, 2)), gap, -math.inf)
     whole, true = endless(gap, thickness, metal), by_elements(gap, diameter, thickness, metal)
-    ours = float(found.shares[0]) * whole[0], float(found.losses[0]) * whole[1]
+    ours = float(found.inductance_ratios[0]) * whole[0], float(found.loss_ratios[0]) * whole[1]
     ratios = ours[0] / true[0], ours[1] / true[1]
     said = f"L {ratios[0]:.3f} +- {found.error:.2f}, R {ratios[1]:.3f} +- {found.loss_error:.2f}"
     print(metal, gap, diameter, thickness, said)

@@ -67,6 +67,6 @@ def test_wide_targets_between_coils_and_a_mirror_are_resolved(number, some):
     design = changed(layout, next(targets(layout.spec, generator)), mirrored(number))
     near = poses(design.spec, float(design.response.rest[2]), EACH, generator, GAPS[0])[some]
     usual, finer = (replace(design.response, finer=f, solved={}).respond(near).target_change for f in (1.0, 1.5))
-    scale = 0.01 * design.response.wound.winding.inductance
+    scale = 0.01 * design.response.windings.winding.inductance
     own = np.einsum("pcc->pc", np.abs(usual - finer) / np.maximum(np.abs(finer), scale))
     assert own.max() < 0.003

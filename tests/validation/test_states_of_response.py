@@ -120,7 +120,7 @@ def test_a_change_of_resistance_is_known_within_its_bound_and_has_no_sign_within
     """
     found = Design(sitscad.load(Path(__file__).parents[2] / "templates" / f"{name}.yaml"))
     force = found.estimates.normal_force
-    solved = found.response.under(np.array([[0.0, 0.0, 0.0], [force, 0.0, 0.0]])).resistance
+    solved = found.response.respond_to_loads(np.array([[0.0, 0.0, 0.0], [force, 0.0, 0.0]])).resistance
     table = coil_table(found.estimates.coils, found.estimates.temperature)
     row = next(row for row in table.rows if row[0] == RESISTANCE_CHANGE)
     for k, coil in enumerate(found.estimates.coils):

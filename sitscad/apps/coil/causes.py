@@ -79,7 +79,7 @@ class Explanation:
     impedances: ComplexArray
 
     @property
-    def penalised(self) -> float:
+    def penalized_chi_square(self) -> float:
         """Chi-square with `ADDED_PARAMETER` for each parameter. The smallest is the best explanation."""
         return self.chi_square + ADDED_PARAMETER * len(self.values)
 

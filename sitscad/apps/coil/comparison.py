@@ -114,7 +114,7 @@ class Comparison:
         if best is None:
             return ()
         return tuple(each for each in self.explanations[1:]
-                     if each.is_sufficient and each.penalised < best.penalised + CLOSE)
+                     if each.is_sufficient and each.penalized_chi_square < best.penalized_chi_square + CLOSE)
 
     @property
     def verdict(self) -> str:
@@ -232,10 +232,10 @@ def compare(
     nominal = PossibleCause("as drawn", lambda values: variants.nominal, lambda values, sigmas: "as drawn")
     as_drawn = explain(nominal, residuals)
     explanations = tuple(sorted((explain(cause, residuals) for cause in causes_of(variants, impedances)),
-                         key=lambda each: (not each.is_sufficient, each.penalised)))
+                         key=lambda each: (not each.is_sufficient, each.penalized_chi_square)))
     return Comparison(
         measurement, names[number], frequencies, impedances, meter_error, as_drawn,
-        as_drawn.is_sufficient and as_drawn.penalised < explanations[0].penalised + DECISIVE,
+        as_drawn.is_sufficient and as_drawn.penalized_chi_square < explanations[0].penalized_chi_square + DECISIVE,
         _fit_impedance(variants, impedances, meter_error), explanations,
         len(measurement.frequencies) - int(is_compared.sum()),
     )

@@ -69,7 +69,7 @@ class Board:
         self.past: dict[int, tuple[int, int, int | None]] = {}
 
     @property
-    def said(self) -> str:
+    def remark(self) -> str:
         """Remark on the readings. Empty if there is none."""
         again = f"a converter lost its settings and was set up again, {self.restarts} times"
         return again if self.restarts else ""
@@ -208,8 +208,8 @@ class Port(Protocol):
 class LineBoard(Board):
     """Sensor board that is read over a serial port.
 
-    `lost`, `corrupted` and `another` count unusable lines: missing, with a wrong checksum, from another sensor. `told`
-    holds the last 8 comment lines ("#") of the firmware.
+    `lost`, `corrupted` and `another` count unusable lines: missing, with a wrong checksum, from another sensor.
+    `comments` holds the last 8 comment lines ("#") of the firmware.
     """
 
     def __init__(self, design: Design, port: Port) -> None:
@@ -220,7 +220,7 @@ class LineBoard(Board):
                                       design.estimates.readout.scan_rate)
         self.sequence: int | None = None
         self.good = self.lost = self.corrupted = self.another = self.starts = 0
-        self.told: deque[str] = deque(maxlen=8)
+        self.comments: deque[str] = deque(maxlen=8)
         self.is_first = True
 
     def poll(self, time: float) -> dict[int, CoilReading]:
@@ -257,7 +257,7 @@ class LineBoard(Board):
     def _take(self, line: bytes) -> None:
         text, star, check = line.rpartition(b"*")
         if line.startswith(b"#"):
-            self.told.append(line[1:].decode("ascii", "replace").strip())
+            self.comments.append(line[1:].decode("ascii", "replace").strip())
         elif not line:
             return
         elif not star or not re.fullmatch(rb"[0-9A-F]{4}", check) or int(check, 16) != binascii.crc_hqx(text, 0xFFFF):
@@ -293,7 +293,7 @@ class LineBoard(Board):
         self.sequence = sequence
 
     @property
-    def said(self) -> str:
+    def remark(self) -> str:
         """Text with the numbers of lines by kind."""
         counted = ((self.lost, "lost"), (self.corrupted, "corrupted"), (self.another, "of another sensor"),
                    (self.starts, "starts of the microcontroller"))
@@ -307,7 +307,7 @@ class LineBoard(Board):
             self.take(self.port.read(self.port.in_waiting or 1))
         if self.good:
             return
-        last = f"; the firmware said: {self.told[-1]}" if self.told else ""
+        last = f"; the firmware said: {self.comments[-1]}" if self.comments else ""
         if self.another:
             raise OSError(f"the lines are of another sensor, or of other settings than {self.identity:08X}{last}")
         raise OSError(f"no readable line arrived, {self.corrupted} lines were corrupted: check the port, the "

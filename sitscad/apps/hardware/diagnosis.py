@@ -43,13 +43,13 @@ JUMP = 12.0
 class Verdict:
     """Verdict on one property of a board.
 
-    ``name`` is the property, and ``verdict`` states whether its requirement is met. ``said`` is the observation, with
-    the probable fault if it is not met.
+    ``name`` is the property, and ``verdict`` states whether its requirement is met. ``observation`` is the observation,
+    with the probable fault if it is not met.
     """
 
     name: str
     verdict: str
-    said: str
+    observation: str
 
 
 def diagnose_board(
@@ -72,7 +72,7 @@ def _line(board: LineBoard) -> Verdict:
     """Return the verdict on a serial line. The firmware checks identity and settings itself."""
     is_so = not (board.lost or board.corrupted or board.another or board.starts)
     more = "" if is_so else f": check the cable, the baud rate ({board.serial.baud}) and the speed of this computer"
-    return Verdict("lines", MET if is_so else NOT_MET, board.said + more)
+    return Verdict("lines", MET if is_so else NOT_MET, board.remark + more)
 
 
 def _identity(board: Board) -> Verdict:
@@ -196,7 +196,7 @@ def verdict_lines(verdicts: Sequence[Verdict]) -> Iterator[str]:
     """Yield one line per verdict."""
     width = max(len(verdict.name) for verdict in verdicts)
     for verdict in verdicts:
-        yield f"{verdict.verdict:<14} {verdict.name:<{width}}  {verdict.said}"
+        yield f"{verdict.verdict:<14} {verdict.name:<{width}}  {verdict.observation}"
 
 
 Scan = dict[int, CoilReading]

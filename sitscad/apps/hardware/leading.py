@@ -63,15 +63,15 @@ def head_lines(board: Board, calibration: Calibration) -> str:
 class GuidedCalibration:
     """A calibration of a board, point by point.
 
-    `ask` shows the load to apply and returns the user's input. `tell` shows progress. A simulated board is loaded by
-    the plan itself. If the board has cells, only the coils of the map are read.
+    `prompt` shows the load to apply and returns the user's input. `report` shows progress. A simulated board is loaded
+    by the plan itself. If the board has cells, only the coils of the map are read.
     """
 
     board: Board
     source: Source
-    found: Calibration
-    ask: Callable[[str], str]
-    tell: Callable[[str], None]
+    calibration: Calibration
+    prompt: Callable[[str], str]
+    report: Callable[[str], None]
 
     def table(self, before: str = "") -> Iterator[str]:
         """Yield the table after every point. `before` is the table so far, which is continued.
@@ -87,8 +87,8 @@ class GuidedCalibration:
         OSError
             if the board does not answer
         """
-        assert self.found.plan is not None
-        first, rows = self._head(before), self.found.plan.rows
+        assert self.calibration.plan is not None
+        first, rows = self._head(before), self.calibration.plan.rows
         text = before or first
         while (done := text.count("\n") - first.count("\n")) < len(rows):
             try:
@@ -96,15 +96,15 @@ class GuidedCalibration:
             except PointRefused as error:
                 if isinstance(self.source, Simulation):
                     raise
-                self.tell(f"{error}. Once more")
+                self.report(f"{error}. Once more")
                 continue
             text = text + row if row else text[: text.rindex("\n", 0, -1) + 1]
-            self.tell(f"{done + 1} of {len(rows)} taken" if row else f"{done} of {len(rows)} is taken again")
+            self.report(f"{done + 1} of {len(rows)} taken" if row else f"{done} of {len(rows)} is taken again")
             yield text
 
     def _head(self, before: str) -> str:
         """Return the table's first lines. Raises ValueError if the board or the table belongs to another sensor."""
-        board, source, first = self.board, self.source, head_lines(self.board, self.found)
+        board, source, first = self.board, self.source, head_lines(self.board, self.calibration)
         ours = identity(board.design.spec.name, board.devices)
         if isinstance(source, Simulation) and ours != identity(
             source.design.spec.name, Board(source.design, ()).devices
@@ -124,17 +124,18 @@ class GuidedCalibration:
         Raises NotTaken if the point cannot be taken, or if it reads as another load and the user did not type this
         load.
         """
-        scope, is_typed = self.found.sensors.range, False
+        scope, is_typed = self.calibration.sensors.range, False
         forces: Array | None = load[scope.columns]
         if isinstance(self.source, Simulation):
-            self.source.put_on(load, self.found.sensors.is_held, self.found.cell or 1)
+            self.source.put_on(load, self.calibration.sensors.is_held, self.calibration.cell or 1)
         else:
-            instruction = load_words(load, scope.axes, self.found.sensors.rotation) if load.any() else "nothing on it"
+            instruction = load_words(load, scope.axes,
+                                     self.calibration.sensors.rotation) if load.any() else "nothing on it"
             forces, is_typed = self._put_on(load, f"{number}: {instruction}", not rest)
         if forces is None:
             return ""
-        columns, _ = map_columns(self.board.design.spec, self.found.sensors.coils)
-        counts = stable_counts(self.board, self.source, self.tell, columns)
+        columns, _ = map_columns(self.board.design.spec, self.calibration.sensors.coils)
+        counts = stable_counts(self.board, self.source, self.report, columns)
         if rest and not is_typed and not isinstance(self.source, Simulation):
             self._compare(forces, counts, np.array([float(cell) for cell in rest.split(",")[len(forces) :]]))
         shown = forces * shown_scales(scope.axes)
@@ -145,8 +146,8 @@ class GuidedCalibration:
 
         The forces are None if the user wants to repeat the point before.
         """
-        scope = self.found.sensors.range
-        while typed := self.ask(prompt).replace(",", " ").split():
+        scope = self.calibration.sensors.range
+        while typed := self.prompt(prompt).replace(",", " ").split():
             if typed == [BACK] and not is_first:
                 return None, False
             with suppress(ValueError):
@@ -158,7 +159,7 @@ class GuidedCalibration:
             form = "0 for every axis: this is the tare"
             if load.any():
                 form = f"{', '.join(scope.axes)} in newtons{MOMENTS_TOO * scope.has_moments}"
-            self.tell(f"{' '.join(typed)!r} is not {form}; nothing and Enter: as asked for; {BACK}: the one before")
+            self.report(f"{' '.join(typed)!r} is not {form}; nothing and Enter: as asked for; {BACK}: the one before")
         return np.asarray(load[scope.columns]), False
 
     def _compare(self, forces: Array, counts: Array, rest: Array) -> None:
@@ -166,7 +167,7 @@ class GuidedCalibration:
 
         The map of the sensor as drawn is used. The limit is far larger than the difference between units.
         """
-        inverse_map = self.found.map
+        inverse_map = self.calibration.map
         read, size = inverse_map(counts, rest)[0], np.abs(forces)
         low, high = (share * size for share in OTHERWISE)
         signed, loaded = read * np.sign(forces), size > 0.0

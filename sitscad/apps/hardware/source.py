@@ -72,7 +72,7 @@ class Simulation(Source):
 
     chips: Sequence[SimulatedConverter]
     creep = 0.0
-    paced = False
+    is_real_time = False
 
     def __init__(
         self, design: Design, chips: Sequence[SimulatedConverter], seconds: float | None = None,
@@ -95,10 +95,10 @@ class Simulation(Source):
         return latest * 1e-9
 
     def wait(self, seconds: float) -> None:
-        """Advance the simulated time, in real time if `paced`."""
+        """Advance the simulated time, in real time if `is_real_time`."""
         for chip in self.chips:
             chip.advance(round(seconds * 1e9))
-        if self.paced:
+        if self.is_real_time:
             time.sleep(max(0.0, self.now() - (time.monotonic() - self._begun)))
 
 
@@ -251,7 +251,7 @@ def _simulated_board(design: Design, query: str, tares: int) -> Simulation:
         raise ValueError(f"sim: a load is on one of the {len(design.cells)} cells: say on which, like cell=1")
     errors: list[np.ndarray | None] = [None] * len(design.cells)
     if "unit" in options:  # each cell of a unit has its own errors
-        errors = [draw_units(sensors_of(cell.response).known, len(design.cells), int(numbers["unit"]))[k]
+        errors = [draw_units(sensors_of(cell.response).unknowns, len(design.cells), int(numbers["unit"]))[k]
                   for k, cell in enumerate(design.cells)]
     read = None
     if "cell" in options or "unit" in options:
@@ -319,6 +319,6 @@ def _cell_frequencies(
     for k, (cell, unit) in enumerate(zip(cells, errors, strict=True), 1):
         on_this = loads if k == number else nothing
         part = (respond(cell, loads=on_this, rotation="held" if is_held else "free").frequency if unit is None
-                else sensors_of(cell.response, is_held).under(unit, on_this, exact=True))
+                else sensors_of(cell.response, is_held).frequencies_under(unit, on_this, exact=True))
         parts.append(np.broadcast_to(part, (len(loads), part.shape[1])))
     return np.concatenate(parts, axis=1)

@@ -23,16 +23,16 @@ from sitscad.basics.record import record
 class Binding:
     """A rule or requirement that refuses designs.
 
-    ``share`` is the fraction of all screened designs that it refuses. ``alone`` is the fraction that only this rule or
-    requirement refuses. ``nearest`` is its smallest breach, by the design ``nearest_at``. If it alone refuses some
-    designs, ``nearest_at`` is one of these designs.
+    ``share`` is the fraction of all screened designs that it refuses. ``sole_share`` is the fraction that only this
+    rule or requirement refuses. ``nearest_breach`` is its smallest breach, by the design ``nearest_point``. If it alone
+    refuses some designs, ``nearest_point`` is one of these designs.
     """
 
     name: str
     share: float
-    alone: float
-    nearest: Breach
-    nearest_at: Point
+    sole_share: float
+    nearest_breach: Breach
+    nearest_point: Point
 
 
 @record

@@ -53,9 +53,10 @@ NEAREST, WITH = "nearest, of those refused by it alone if any", "with"
 
 def refusal_table(answer: StudyAnswer) -> AnswerTable:
     """Return rules and requirements with the shares of designs that they refuse, and the nearest design."""
-    titles, chosen = rule_titles(), answer.asked.space.chosen
-    rows = [{"name": binding.name, "share": binding.share, "alone": binding.alone, "nearest": asdict(binding.nearest),
-             "at": chosen(binding.nearest_at)} for binding in answer.bindings]
+    titles, chosen = rule_titles(), answer.request.space.chosen
+    rows = [{"name": binding.name, "share": binding.share, "alone": binding.sole_share,
+             "nearest": asdict(binding.nearest_breach),
+             "at": chosen(binding.nearest_point)} for binding in answer.bindings]
     columns: dict[str, Callable[[Row], str]] = {
         "rule or requirement": lambda row: titles.get(name := str(row["name"]), name),
         "share": lambda row: f"{row['share']:.1%}",
@@ -115,7 +116,7 @@ def measure_columns(names: Sequence[str]) -> dict[str, Callable[[Row], str]]:
 
 def design_table(answer: StudyAnswer) -> AnswerTable:
     """Return the base and the kept designs: figures, yield, rules that refuse the base, and changed keys."""
-    before = answer.asked.base.values(())
+    before = answer.request.base.values(())
     keys = dict.fromkeys(key for design in answer.kept for key in design.changed)
     rows: list[Row] = [{"design": "base", "changed": {key: base_value(before, key) for key in keys}, "accepted": [],
                         **answer.base.as_json(), "yield": None}]
@@ -124,14 +125,14 @@ def design_table(answer: StudyAnswer) -> AnswerTable:
         rows.append({"design": f"designs/{number}.yaml", "changed": dict(design.changed), "accepted": design.accepted,
                      **design.evaluation.as_json(), "yield": units})
     columns = {
-        "design": _number, **measure_columns(answer.asked.measures),
+        "design": _number, **measure_columns(answer.request.measures),
         "yield": lambda row: f"{row['yield']['share']:.1%}" if row["yield"] else "",
         "refused by": lambda row: ", ".join(row["refused"]) if row["design"] == "base" else "",
         "warnings that the study accepts": lambda row: ", ".join(row["accepted"]),
         "keys": lambda row: keys_text(row["changed"]),
     }
-    goals = ", ".join(goal.words for goal in answer.asked.goals)
-    return AnswerTable(f"Designs, the best {'by' if len(answer.asked.goals) == 1 else 'of'} {goals}",
+    goals = ", ".join(goal.words for goal in answer.request.goals)
+    return AnswerTable(f"Designs, the best {'by' if len(answer.request.goals) == 1 else 'of'} {goals}",
                        rows if answer.kept else [], columns)
 
 
@@ -191,15 +192,15 @@ def sigma_table(designs: AnswerTable) -> AnswerTable:
 def front_table(answer: StudyAnswer) -> AnswerTable:
     """Return every design that no other beats, the best by the first goal first. Kept designs have their number."""
     numbers = {design.point: number for number, design in enumerate(answer.kept, 1)}
-    rows = [{"at": answer.asked.space.chosen(point), "values": answer.found.of(point).as_json()["values"],
+    rows = [{"at": answer.request.space.chosen(point), "values": answer.results.of(point).as_json()["values"],
              "design": numbers.get(point, "")} for point in answer.front]
 
     def column(key: str) -> Callable[[Row], str]:
         return lambda row: str(row["at"][key])
 
-    keys = {variable.key: column(variable.key) for variable in answer.asked.space.variables}
+    keys = {variable.key: column(variable.key) for variable in answer.request.space.variables}
     return AnswerTable("", rows, {"kept": lambda row: str(row["design"]), **keys,
-                                  **measure_columns(answer.asked.measures)})
+                                  **measure_columns(answer.request.measures)})
 
 
 LOW_YIELD = 0.9
@@ -210,7 +211,7 @@ def low_yield_lines(answer: StudyAnswer) -> Iterator[str]:
     """Yield a caution if the study requires no yield and keeps designs that lose many units."""
     low = [f"design {number} ({design.units.share:.1%})" for number, design in enumerate(answer.kept, 1)
            if design.units is not None and design.units.share < LOW_YIELD]
-    if low and answer.asked.least_yield is None:
+    if low and answer.request.least_yield is None:
         yield (f"Caution: fewer than {LOW_YIELD:.0%} of the units keep all of {', '.join(low)}, and the study asks for "
                'no yield: with require: {yield: ">= 90 %"} such designs are dropped.')
 
@@ -229,7 +230,8 @@ def answer_text(answer: StudyAnswer, folder: str = "") -> str:
 def search_text(answer: StudyAnswer) -> str:
     """Return the part of the answer that is known before yields are computed."""
     refusals = refusal_table(answer).shown(most=MOST_BINDING, without=(WITH,))
-    fallen = [f"dropped, for their units have too small a yield: {answer.fallen}"] if answer.fallen else []
+    count = answer.dropped_count
+    fallen = [f"dropped, for their units have too small a yield: {count}"] if count else []
     return _paragraphs(verdict_lines(answer), refusals, refusal_lines(answer), design_table(answer).shown(), fallen,
                        trust_lines(answer))
 
@@ -254,7 +256,7 @@ def _paragraphs(*parts: Table | Iterable[str]) -> str:
 
 def verdict_lines(answer: StudyAnswer) -> Iterator[str]:
     """Yield lines with the verdict and the number of evaluated designs."""
-    request, results = answer.asked, answer.found
+    request, results = answer.request, answer.results
     count = f"{len(results.screened)} of {request.space.size} designs were looked at by {results.method}, "
     count += f"{len(results.full)} in full"
     good = len(answer.front)
@@ -267,9 +269,10 @@ def verdict_lines(answer: StudyAnswer) -> Iterator[str]:
             is_each = beaten == len(answer.kept)
             of = "every design that is kept" if is_each else f"{beaten} of the {len(answer.kept)} kept"
             yield f"The base itself beats {of}: stay with it, or search longer (search.evaluations)."
-    elif answer.fallen:
+    elif answer.dropped_count:
         yield (f"No design was found that has the yield that is asked ({_least_yield(answer)}): {count}; units "
-               f"were drawn of the best {answer.fallen}, and {good} more keep everything else and are not beaten.")
+               f"were drawn of the best {answer.dropped_count}, and {good} more keep everything else and are not "
+               f"beaten.")
     else:
         yield f"No design was found that keeps everything: {count}."
         if more := count_unjudged(request, results):
@@ -288,12 +291,12 @@ def verdict_lines(answer: StudyAnswer) -> Iterator[str]:
         yield f"The base is none of the designs; the one nearest to it, looked at first, has {values}."
     if request.space.size > len(results.screened) and not answer.is_met:
         yield "That is a search and no proof: what was not looked at may do."
-    for goal in answer.alike:
+    for goal in answer.constant_goals:
         yield f"{goal.measure} is the same of all designs: nothing that is varied decides it."
 
 
 def _least_yield(answer: StudyAnswer) -> str:
-    return next(each.written for each in answer.asked.require if each.measure == "yield")
+    return next(each.written for each in answer.request.require if each.measure == "yield")
 
 
 def refusal_lines(answer: StudyAnswer) -> Iterator[str]:
@@ -305,14 +308,14 @@ def refusal_lines(answer: StudyAnswer) -> Iterator[str]:
         texts = [f"let go of {titles.get(name, name)} {breach_text(name, least.breaches[name])}".rstrip()
                  for name in least.names]
         yield f"The smallest relaxation that was tried and admits a design: {'; '.join(texts)}"
-        yield f"with {keys_text(answer.asked.space.chosen(least.point))}"
+        yield f"with {keys_text(answer.request.space.chosen(least.point))}"
 
 
 def trust_lines(answer: StudyAnswer) -> Iterator[str]:
     """Yield lines on the agreement of both levels."""
     agreement = answer.agreement
-    if unscreened := answer.found.unscreened:
-        designs = count_text(len(answer.found.screened), "design")
+    if unscreened := answer.results.unscreened:
+        designs = count_text(len(answer.results.screened), "design")
         yield f"{unscreened} of {designs} took the full level at once: {NO_SCREEN}."
     if agreement.designs:
         ranks = ", ".join(f"{name} {rank:.4g}" for name, rank in agreement.rank_correlation.items() if rank is not None)
@@ -329,7 +332,7 @@ def next_step_lines(answer: StudyAnswer, folder: str) -> Iterator[str]:
     elif folder:
         design = shlex.quote(f"{folder}/designs/1.yaml")
         yield f"Next: sitscad build {design}"
-        if range_of_one := sweep_range(answer.asked.space):
+        if range_of_one := sweep_range(answer.request.space):
             yield f"One key alone: sitscad sweep {design} {shlex.quote(range_of_one)}"
 
 
@@ -339,7 +342,7 @@ MOST_SWEPT = 7
 
 def sweep_range(space: Space) -> str:
     """Return the range of a sweep over the first key that no other key follows. Empty if there is none."""
-    bound = {*space.same.values(), *space.brought}
+    bound = {*space.linked.values(), *space.implied}
     for variable in space.variables:
         last = len(variable.values) - 1
         values = [str(variable.values[k]) for k in sorted({k * last // (MOST_SWEPT - 1) for k in range(MOST_SWEPT)})]
@@ -350,7 +353,7 @@ def sweep_range(space: Space) -> str:
 
 def answer_json(answer: StudyAnswer) -> str:
     """Return the answer for programs. It depends on study, seed and version only."""
-    request, results, least = answer.asked, answer.found, answer.relaxation
+    request, results, least = answer.request, answer.results, answer.relaxation
     _, *designs = design_table(answer).rows or [{}]
     return to_json({
         "sitscad": __version__, "code": code_version(), "study": answer.name,
@@ -359,7 +362,7 @@ def answer_json(answer: StudyAnswer) -> str:
         "screened": len(results.screened), "full": len(results.full), "unjudged": count_unjudged(request, results),
         "goals": [goal.words for goal in request.goals],
         "require": {requirement.measure: requirement.written for requirement in request.require},
-        "fallen_by_yield": answer.fallen, "alike": [goal.measure for goal in answer.alike],
+        "fallen_by_yield": answer.dropped_count, "alike": [goal.measure for goal in answer.constant_goals],
         "bindings": refusal_table(answer).rows,
         "relaxation": None if least is None else {
             "lets_go": {name: asdict(least.breaches[name]) for name in least.names},
@@ -372,7 +375,7 @@ def answer_json(answer: StudyAnswer) -> str:
 
 def front_csv(answer: StudyAnswer) -> str:
     """Return the front, one row per design, the best by the first goal first. Kept designs have their number."""
-    request, nothing = answer.asked, (float("nan"),) * 2
+    request, nothing = answer.request, (float("nan"),) * 2
     named = [title for name in request.measures for title in (name, f"{name}.error")]
     rows: list[list[object]] = [[*(v.key for v in request.space.variables), *named, "design"]]
     for row in front_table(answer).rows:

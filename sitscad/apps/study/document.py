@@ -431,8 +431,8 @@ def _check_measures(
     places += [(each.measure, dotted("require", each.measure)) for each in require]
     for name, place in places:
         for need in MEASURES[name].needs:
-            if not need.is_had(base.spec) and not space.moves(need.keys):
-                remarks.flaw("SIT009", place, f"{name} needs {need.words}, which the base lacks and the study does "
+            if not need.is_present(base.spec) and not space.moves(need.keys):
+                remarks.flaw("SIT009", place, f"{name} needs {need.name}, which the base lacks and the study does "
                              "not add", "add it to the base, or choose another measure")
                 break
 

@@ -146,18 +146,18 @@ def _figure(value: float) -> float:
 class UnitEvaluation:
     """The evaluation of one unit: a manufactured sensor with its own errors.
 
-    ``is_good`` is True if the unit breaks no rule, and ``broken`` lists the broken rules. ``is_computed`` is False if a
-    computation failed. ``values`` holds the measures in SI units.
+    ``passes`` is True if the unit breaks no rule, and ``broken_rules`` lists the broken rules. ``is_computed`` is False
+    if a computation failed. ``values`` holds the measures in SI units.
     """
 
-    is_good: bool
-    broken: tuple[str, ...]
+    passes: bool
+    broken_rules: tuple[str, ...]
     is_computed: bool
     values: Mapping[str, float]
 
     def as_json(self) -> list[Any]:
         """Return plain values, which `unit_from_json` reads back."""
-        return [self.is_good, list(self.broken), self.is_computed, dict(self.values)]
+        return [self.passes, list(self.broken_rules), self.is_computed, dict(self.values)]
 
 
 def unit_from_json(data: Sequence[Any]) -> UnitEvaluation:
@@ -218,7 +218,7 @@ class Archive:
 
     def evaluation(self, key: str, measures: Sequence[str]) -> Evaluation | None:
         """Return the evaluation under a key. None if there is none, or if it lacks one of these measures."""
-        stored = self.said(key)
+        stored = self.line_of(key)
         if stored is None or "values" not in stored:
             return None
         requested = {part: {name: stored[part][name] for name in measures if name in stored[part]}
@@ -228,10 +228,10 @@ class Archive:
 
     def units(self, key: str) -> list[UnitEvaluation] | None:
         """Return the units under a key. None if there are none."""
-        stored = self.said(key)
+        stored = self.line_of(key)
         return None if stored is None or "units" not in stored else list(map(unit_from_json, stored["units"]))
 
-    def said(self, key: str) -> Mapping[str, Any] | None:
+    def line_of(self, key: str) -> Mapping[str, Any] | None:
         """Return the plain values under a key, or None. Raises OSError if another program has changed the file."""
         start = self._starts.get(key.encode())
         if start is None:

@@ -47,11 +47,11 @@ class AbsentError(ValueError):
 class Need:
     """A part that a spec may have.
 
-    ``words`` is its name, ``is_had`` returns whether a spec has it, and ``keys`` are the keys that can add it.
+    ``name`` is its name, ``is_present`` returns whether a spec has it, and ``keys`` are the keys that can add it.
     """
 
-    words: str
-    is_had: Callable[[SensorSpec], bool]
+    name: str
+    is_present: Callable[[SensorSpec], bool]
     keys: tuple[str, ...]
 
 
@@ -75,7 +75,7 @@ class DesignMeasure:
     @property
     def needed(self) -> str:
         """Text that lists the parts that a spec needs."""
-        return ", ".join(need.words for need in self.needs)
+        return ", ".join(need.name for need in self.needs)
 
 
 def _states(coils: Sequence[CoilEstimate]) -> Iterator[tuple[CoilEstimate, StateEstimate]]:
@@ -245,7 +245,7 @@ def _error_by_gap(sensing: SensingAnalysis) -> float:
         raise AbsentError("the pad fails sideways within the required loads")
     units, full = sensing.units, sensing.bench.range.normal
     near = np.abs(units.loads[:, 0] - full) < 1e-9 * full
-    causes = [units.before[name][near] for name in (GLUE, PAD) if name in units.before]
+    causes = [units.after_tare[name][near] for name in (GLUE, PAD) if name in units.after_tare]
     if not causes:
         raise AbsentError("neither glue lines nor the pad's thickness scatter")
     is_force = [name in FORCES for name in sensing.bench.range.axes]

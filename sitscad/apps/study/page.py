@@ -201,8 +201,8 @@ class StudyPage:
     """The page of an answer. `share` is the fraction of `MOST_OTHERS` and `MOST_SKETCHES` that it uses."""
 
     def __init__(self, answer: StudyAnswer, share: float = 1.0) -> None:
-        self.said, self.asked, self.share = answer, answer.asked, share
-        self.names = [name for name in answer.asked.measures if not name.startswith("sigma.")]
+        self.answer, self.request, self.share = answer, answer.request, share
+        self.names = [name for name in answer.request.measures if not name.startswith("sigma.")]
         self.numbers = {design.point: k for k, design in enumerate(answer.kept, 1)}
         self.nearest = None if answer.kept or answer.relaxation is None else answer.relaxation.point
         self.points = self._points()
@@ -210,8 +210,8 @@ class StudyPage:
     def _points(self) -> list[DesignPoint]:
         """Return the whole front, and other designs up to a limit, evenly selected among the evaluated designs."""
         nearest = [] if self.nearest is None else [self.nearest]
-        front = [*dict.fromkeys((*self.numbers, *nearest, *self.said.front))]
-        beaten = [point for point in self.said.found.screened if point not in set(front)]
+        front = [*dict.fromkeys((*self.numbers, *nearest, *self.answer.front))]
+        beaten = [point for point in self.answer.results.screened if point not in set(front)]
         count = min(len(beaten), int(self.share * MOST_OTHERS))
         return front + [beaten[k * len(beaten) // count] for k in range(count)]
 
@@ -220,8 +220,8 @@ class StudyPage:
         """Factor and unit of each measure in charts, from the middle design of the front, or of all designs."""
         scales = {}
         for name in self.names:
-            values = [evaluation.values[name][0] for point in (self.said.front or self.points)
-                      if name in (evaluation := self.said.found.of(point)).values]
+            values = [evaluation.values[name][0] for point in (self.answer.front or self.points)
+                      if name in (evaluation := self.answer.results.of(point)).values]
             scales[name] = scale_of(name, np.array(sorted(values)[len(values) // 2 :][:1] or [0.0]))
         return scales
 
@@ -233,7 +233,7 @@ class StudyPage:
     @cached_property
     def figures(self) -> list[dict[str, float]]:
         """Values of the measures, in the units of the charts, for each design of `points`."""
-        return [self.scaled(self.said.found.of(point)) for point in self.points]
+        return [self.scaled(self.answer.results.of(point)) for point in self.points]
 
     @cached_property
     def marks(self) -> list[DesignMark]:
@@ -245,9 +245,9 @@ class StudyPage:
             return "kept"
         if point == self.nearest:
             return "nearest"
-        if point in self.said.front:
+        if point in self.answer.front:
             return "front"
-        return "refused" if violations(self.asked, self.said.found.of(point)) else "passes"
+        return "refused" if violations(self.request, self.answer.results.of(point)) else "passes"
 
     @cached_property
     def axes(self) -> dict[str, ChartAxis]:
@@ -255,7 +255,7 @@ class StudyPage:
         axes = {}
         shown_marks = [k for k, mark in enumerate(self.marks) if mark.kind in ("kept", "front")]
         is_few = len(shown_marks) < FEW
-        better = {goal.measure: goal.is_less_better for goal in self.asked.goals}
+        better = {goal.measure: goal.is_less_better for goal in self.request.goals}
         for name in self.names:
             values = sorted(values[name] for k, values in enumerate(self.figures)
                             if name in values and (k in shown_marks or is_few))
@@ -264,7 +264,7 @@ class StudyPage:
                 values = values[: most + 1] if better.get(name, True) else values[len(values) - most :]
                 values += [self.figures[k][name] for k in shown_marks if name in self.figures[k]]
             low, high = (min(values), max(values)) if values else (0.0, 1.0)
-            base = self.scaled(self.said.base).get(name)
+            base = self.scaled(self.answer.base).get(name)
             near = base is not None and low - 2.0 * (high - low) <= base <= high + 2.0 * (high - low)
             axes[name] = axis_of_figures(self.titled(name), [low, high, *([base] if near and base else [])])
         return axes
@@ -275,46 +275,46 @@ class StudyPage:
 
     def html(self) -> str:
         """Return the whole file."""
-        goals = [goal.words for goal in self.asked.goals]
-        verdict = ("good", "It can be met") if self.said.is_met else ("bad", "No design keeps everything")
-        if self.said.lacks_yield:
+        goals = [goal.words for goal in self.request.goals]
+        verdict = ("good", "It can be met") if self.answer.is_met else ("bad", "No design keeps everything")
+        if self.answer.lacks_yield:
             verdict = "good", "It can be met but for the yield, which is not known"
         script = (files("sitscad.files.report") / "assets" / "study.js").read_text(encoding="utf-8")
         parts = [
             f"<style>{STYLE}</style>",
-            self.head(goals, verdict, verdict_lines(self.said)),
-            part("What stands in the way", self.in_the_way()) if not self.said.is_met else "",
+            self.head(goals, verdict, verdict_lines(self.answer)),
+            part("What stands in the way", self.obstacles_part()) if not self.answer.is_met else "",
             part("Designs", self.designs()),
             part("Yield", self.yields()),
-            part("The front" if self.said.front else "What was found", self.front()),
-            part("Why designs were refused", self.in_the_way()) if self.said.is_met else "",
-            part("How far the figures can be trusted", "".join(_paragraphs(trust_lines(self.said)))),
+            part("The front" if self.answer.front else "What was found", self.front()),
+            part("Why designs were refused", self.obstacles_part()) if self.answer.is_met else "",
+            part("How far the figures can be trusted", "".join(_paragraphs(trust_lines(self.answer)))),
             part("How it goes on", self.onward()),
             embedded("study-data", self.data()),
             f"<script>{script}</script>",
         ]
-        file_name = self.asked.base.path.replace("\\", "/").rpartition("/")[2]
-        return page(f"{self.said.name}: study", parts, f" \u00b7 base {escape(file_name)}, SHA-256 "
-                    f"{self.asked.base.spec.source.sha256}")
+        file_name = self.request.base.path.replace("\\", "/").rpartition("/")[2]
+        return page(f"{self.answer.name}: study", parts, f" \u00b7 base {escape(file_name)}, SHA-256 "
+                    f"{self.request.base.spec.source.sha256}")
 
     def so_far(self, of: int) -> str:
         """Return the page of a search of `of` designs in progress: results of the screen, without kept designs."""
-        answer, good = self.said, sum(mark.kind != "refused" for mark in self.marks)
-        verdict = f"{len(answer.found.screened)} of {of} designs looked at by the screen, {good} keep everything"
-        head = self.head([goal.words for goal in self.asked.goals], ("good" if good else "bad", verdict), ())
+        answer, good = self.answer, sum(mark.kind != "refused" for mark in self.marks)
+        verdict = f"{len(answer.results.screened)} of {of} designs looked at by the screen, {good} keep everything"
+        head = self.head([goal.words for goal in self.request.goals], ("good" if good else "bad", verdict), ())
         return page(f"{answer.name}: sweep", [
             head.replace("<header>", f"<header><style>{STYLE}</style>", 1),
             part("The front so far", self.front(), "front"),
-            part("Why designs were refused", self.in_the_way(), "refused"),
+            part("Why designs were refused", self.obstacles_part(), "refused"),
         ])
 
     def head(self, goals: Sequence[str], verdict: tuple[str, str], lines: Iterable[str]) -> str:
         """Return the name, the verdict, and the best value of each goal beside the base."""
-        answer, (kind, verdict_text) = self.said, verdict
-        asks = [f"{each.measure} {each.written}" for each in self.asked.require]
+        answer, (kind, verdict_text) = self.answer, verdict
+        asks = [f"{each.measure} {each.written}" for each in self.request.require]
         tiles = []
-        for goal in self.asked.goals:
-            every = (answer.found.of(point).values for point in answer.front)
+        for goal in self.request.goals:
+            every = (answer.results.of(point).values for point in answer.front)
             values = [values[goal.measure][0] for values in every if goal.measure in values]
             if values:
                 base = answer.base.values.get(goal.measure)
@@ -329,38 +329,38 @@ class StudyPage:
             + (f"<div class='tiles'>{''.join(tiles)}</div>" if tiles else "")
         )
 
-    def in_the_way(self) -> str:
+    def obstacles_part(self) -> str:
         """Return the rules and requirements that refuse designs, and the smallest tried relaxation."""
-        table = _table(refusal_table(self.said)) or "<p>Nothing refused a design.</p>"
-        return "".join(_paragraphs(refusal_lines(self.said))) + table
+        table = _table(refusal_table(self.answer)) or "<p>Nothing refused a design.</p>"
+        return "".join(_paragraphs(refusal_lines(self.answer))) + table
 
     def designs(self) -> str:
         """Return the base and the kept designs: a table, then a drawing of each kept design."""
         articles = ""
-        for number, layout in enumerate(self.said.layouts, 1):
+        for number, layout in enumerate(self.answer.layouts, 1):
             x0, y0, x1, y1 = layout.body
             board = picture(layout, window=(x0, y0, x1 + 1e-3, y1), name=f"design-{number}")
             caption = f"Design {number} from the top, its tail cut off: designs/{number}.yaml"
             articles += f"<article id='kept-{number}'>{figure(board, caption)}</article>"
-        return _table(design_table(self.said)) + articles
+        return _table(design_table(self.answer)) + articles
 
     def yields(self) -> str:
         """Return the yield of each kept design with its interval, its deciding spreads, and one sigma of figures."""
-        is_unknown = self.said.kept and all(each.units is None for each in self.said.kept)
-        designs = design_table(self.said)
-        tables = "".join(_paragraphs(low_yield_lines(self.said))) + _table(yield_table(designs))
+        is_unknown = self.answer.kept and all(each.units is None for each in self.answer.kept)
+        designs = design_table(self.answer)
+        tables = "".join(_paragraphs(low_yield_lines(self.answer))) + _table(yield_table(designs))
         return "<p>Not worked out.</p>" if is_unknown else tables + _table(sigma_table(designs))
 
     def front(self) -> str:
         """Return charts of designs by each pair of goals, the chosen design, and the front as a table."""
-        goals = [goal.measure for goal in self.asked.goals]
-        pairs = [*combinations(goals, 2)] if len(goals) > 1 else [(self.asked.space.variables[0].key, goals[0])]
-        fields, base = "", self.scaled(self.said.base)
+        goals = [goal.measure for goal in self.request.goals]
+        pairs = [*combinations(goals, 2)] if len(goals) > 1 else [(self.request.space.variables[0].key, goals[0])]
+        fields, base = "", self.scaled(self.answer.base)
         for k, (across, up) in enumerate(pairs):
             axes = self._key_axis(across) if across not in self.axes else self.axes[across], self.axes[up]
 
             def place(mark: DesignMark, across: str = across, up: str = up) -> tuple[float, float] | None:
-                keys = zip((v.key for v in self.asked.space.variables), self.points[mark.number], strict=True)
+                keys = zip((v.key for v in self.request.space.variables), self.points[mark.number], strict=True)
                 figures = self.figures[mark.number] | {key: float(k) for key, k in keys}
                 return (figures[across], figures[up]) if across in figures and up in figures else None
 
@@ -369,34 +369,34 @@ class StudyPage:
             beyond = sum(1 for at in places if at is None or not (axes[0].has(at[0]) and axes[1].has(at[1])))
             fields += figure(scatter_chart(f"field-{k}", axes, self.marks, place, figures), CAPTION + (
                 f" {count_text(beyond, 'design')} beyond the picture, or without these figures." if beyond else ""))
-        summary = f"The front as a table: {count_text(len(self.said.front), 'design')}"
-        table = _table(front_table(self.said))
+        summary = f"The front as a table: {count_text(len(self.answer.front), 'design')}"
+        table = _table(front_table(self.answer))
         whole = f"<details class='front'><summary>{summary}</summary>{table}</details>" if table else ""
-        return f"<div class='fields'>{fields}</div>{CHOSEN if self.said.found.full else ''}{whole}"
+        return f"<div class='fields'>{fields}</div>{CHOSEN if self.answer.results.full else ''}{whole}"
 
     def _key_axis(self, key: str) -> ChartAxis:
         """Return the axis of a key's values by number. The first, the middle and the last value have labels."""
-        values = next(v.values for v in self.asked.space.variables if v.key == key)
+        values = next(v.values for v in self.request.space.variables if v.key == key)
         last = len(values) - 1
         ticks = tuple((float(k), str(values[k])) for k in sorted({0, last // 2, last}))
         return ChartAxis(key, -0.25, last + 0.25, ticks)
 
     def onward(self) -> str:
         """Return the next commands, and the places of the files."""
-        lines = [line.replace("./designs", "designs") for line in next_step_lines(self.said, ".")]
+        lines = [line.replace("./designs", "designs") for line in next_step_lines(self.answer, ".")]
         return f"{''.join(_paragraphs(lines))}<p class='soft'>{FILES}</p>"
 
     def data(self) -> dict[str, Any]:
         """Return the data of the page's script: keys, measures, points and small drawings of the front."""
-        before, space = self.asked.base.values(()), self.asked.space
-        base = self.scaled(self.said.base)
+        before, space = self.request.base.values(()), self.request.space
+        base = self.scaled(self.answer.base)
         return {
             "keys": [{"name": v.key, "values": list(map(str, v.values)), "base": base_value(before, v.key)}
                      for v in space.variables],
             "measures": [{"name": name, "unit": self.scales[name][1], "base": _digits(base.get(name))}
                          for name in self.names],
             "points": [[list(point), [_digits(values.get(name)) for name in self.names], mark.kind, mark.kept,
-                        sorted(violations(self.asked, self.said.found.of(point)))]
+                        sorted(violations(self.request, self.answer.results.of(point)))]
                        for point, values, mark in zip(self.points, self.figures, self.marks, strict=True)],
             "sketches": dict(self._sketches()),
         }
@@ -408,7 +408,7 @@ class StudyPage:
             if mark.kind not in BEST:
                 return
             try:
-                layout = sketch(self.asked.base.design(self.asked.space.changes(self.points[mark.number])))
+                layout = sketch(self.request.base.design(self.request.space.changes(self.points[mark.number])))
             except SpecError:
                 continue
             plates = [target.outline() for target in plates_of(layout.spec).targets]
@@ -479,7 +479,7 @@ def study_page(answer: StudyAnswer) -> str:
 
 def page_so_far(study: Study, results: StudyResults, of: int) -> str:
     """Return the page of a search in progress, with `results` of `of` designs: results of the screen."""
-    request, results = study.asked, replace(results, full={})
+    request, results = study.request, replace(results, full={})
     nothing = Agreement(0, 0, 0, {})
     base = screen_designs([request.base.spec], request.measures)[0]
     front = tuple(best_of(request, results.screened))
@@ -490,10 +490,10 @@ def page_so_far(study: Study, results: StudyResults, of: int) -> str:
 
 def answer_files(answer: StudyAnswer) -> dict[str, bytes]:
     """Return the files of a study's folder besides its archive, and the files that the kept designs read."""
-    request = answer.asked
+    request = answer.request
     specs = (request.base.design(request.space.changes(design.point)) for design in answer.kept)
     files = {f"designs/{name}": content for spec in specs for name, content in spec.source.files.items()}
-    files |= {f"designs/{k}.yaml": text.encode("utf-8") for k, text in enumerate(answer.texts, 1)}
+    files |= {f"designs/{k}.yaml": text.encode("utf-8") for k, text in enumerate(answer.spec_texts, 1)}
     whole = {"front.csv": front_csv(answer), "study.json": answer_json(answer), "study.html": study_page(answer)}
     return files | {name: text.encode("utf-8") for name, text in whole.items()}
 
@@ -509,7 +509,7 @@ def search_progress(
 
     Evaluations from earlier saves in `evaluated` are reused if they still apply.
     """
-    request = study.asked
+    request = study.request
     points = first_set(request.space, request.evaluations, request.seed, [request.base_point])
     results = StudyResults(request, SCREEN)
     last = 0.0
@@ -528,7 +528,7 @@ def search_progress(
 
 def numbers(results: StudyResults, of: int) -> dict[str, Any]:
     """Return the number of evaluated designs, the number that pass the screen, and their best value of each goal."""
-    request, good = results.asked, passing_designs(results.asked, results.screened)
+    request, good = results.request, passing_designs(results.request, results.screened)
     texts = {"designs": f"{len(results.screened)} of {of}", "keep everything": str(len(good))}
     for goal in request.goals:
         points = (point for point in good if goal.measure in results.screened[point].values)

@@ -331,7 +331,7 @@ class StudyResults:
     both. ``reused`` counts evaluations from the archive, and ``damaged`` its damaged lines.
     """
 
-    asked: StudyRequest
+    request: StudyRequest
     method: str
     screened: dict[Point, Evaluation] = field(default_factory=dict)
     full: dict[Point, Evaluation] = field(default_factory=dict)
@@ -417,7 +417,7 @@ NOT_MADE = 100.0
 class LevelTally:
     """Counts of the evaluations of a level, with a progress report after each new evaluation."""
 
-    asked: StudyRequest
+    request: StudyRequest
     level: str
     of: int
     progress: Progress
@@ -429,9 +429,9 @@ class LevelTally:
     def note(self, evaluation: Evaluation, is_made: bool) -> None:
         """Count one evaluation."""
         self.done += 1
-        if not violations(self.asked, evaluation):
+        if not violations(self.request, evaluation):
             self.good += 1
-            for goal in (goal for goal in self.asked.goals if goal.measure in evaluation.values):
+            for goal in (goal for goal in self.request.goals if goal.measure in evaluation.values):
                 value = evaluation.values[goal.measure][0]
                 self.best[goal.measure] = min(self.best.get(goal.measure, value), value, key=goal.cost)
         self.made += is_made
@@ -568,11 +568,11 @@ class StudyRun:
         missing = [at for at, key in keys.items() if self._archive.units(key) is None]
         arguments = [(base, changes[point], sigmas, names, draw_rows[k : k + PART]) for point, k in missing]
         archived = [each for key in keys.values() for each in self._archive.units(key) or ()]
-        done, good = len(archived), sum(each.is_good for each in archived)
+        done, good = len(archived), sum(each.passes for each in archived)
         of, computed = done + sum(len(each[-1]) for each in arguments), 0
         for at, part in zip(missing, self._workers.each(judge_units, arguments), strict=True):
             self._archive.add(keys[at], changes[at[0]], {"units": [each.as_json() for each in part]})
-            computed, good = computed + len(part), good + sum(each.is_good for each in part)
+            computed, good = computed + len(part), good + sum(each.passes for each in part)
             self._progress(StudyState("units", done + computed, of, good, {}, computed))
         by_point: dict[Point, list[UnitEvaluation]] = {point: [] for point in points}
         for (point, _), key in keys.items():

@@ -326,18 +326,18 @@ def _written(value: Decimal, unit: str) -> Any:
 class Space:
     """The designs of a study: all combinations of the values of the varied keys (``variables``).
 
-    ``same`` maps further keys to the varied key whose value they take. ``brought`` maps a varied key and the text of
+    ``linked`` maps further keys to the varied key whose value they take. ``implied`` maps a varied key and the text of
     its value to further keys and their values.
     """
 
     variables: tuple[Variable, ...]
-    same: Mapping[str, str]
-    brought: Mapping[str, Mapping[str, Mapping[str, Any]]]
+    linked: Mapping[str, str]
+    implied: Mapping[str, Mapping[str, Mapping[str, Any]]]
 
     def moves(self, keys: Iterable[str]) -> bool:
         """Whether any of these keys is varied, lies inside a varied section, or contains a varied key."""
-        moved = [variable.key for variable in self.variables] + list(self.same)
-        moved += [key for choices in self.brought.values() for brings in choices.values() for key in brings]
+        moved = [variable.key for variable in self.variables] + list(self.linked)
+        moved += [key for choices in self.implied.values() for brings in choices.values() for key in brings]
         return any(meet(each, key) for each in moved for key in keys)
 
     @property
@@ -358,9 +358,9 @@ class Space:
         """Return all changed keys at a point, with their values."""
         chosen = self.chosen(point)
         changed = dict(chosen)
-        changed |= {key: chosen[other] for key, other in self.same.items()}
+        changed |= {key: chosen[other] for key, other in self.linked.items()}
         for key, value in chosen.items():
-            changed |= self.brought.get(key, {}).get(str(value), {})
+            changed |= self.implied.get(key, {}).get(str(value), {})
         return tuple(changed.items())
 
     def nearest(self, values: Mapping[str, Any]) -> Point:

@@ -128,7 +128,7 @@ class Yield:
 
 def yield_of(judged: Sequence[UnitEvaluation], holds: Callable[[Mapping[str, float]], tuple[str, ...]]) -> Yield:
     """Return the yield of units. `holds` returns the requirements that a unit's figures break."""
-    broken = [(*each.broken, *holds(each.values)) if each.is_computed else () for each in judged]
+    broken = [(*each.broken_rules, *holds(each.values)) if each.is_computed else () for each in judged]
     good = np.array([each.is_computed and not rules for each, rules in zip(judged, broken, strict=True)])
     mended = [each.is_computed and not set(rules) - set(BY_CALIBRATION)
               for each, rules in zip(judged, broken, strict=True)]

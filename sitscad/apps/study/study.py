@@ -48,33 +48,35 @@ from sitscad.spec.yaml.source import TextError
 class StudyAnswer:
     """The results of a study, in the order of the report.
 
-    ``base`` is the evaluation of the base at the full level, and ``found`` are all evaluations. ``bindings`` and
-    ``relaxation`` describe the limits that refuse designs, and ``agreement`` compares both levels. ``alike`` are goals
-    with equal values in all designs. ``front`` are the points that no other design beats, without the ``fallen``
-    designs, whose yields are too small. ``kept`` are the kept designs, and ``texts`` their specs.
+    ``base`` is the evaluation of the base at the full level, and ``results`` are all evaluations. ``bindings`` and
+    ``relaxation`` describe the limits that refuse designs, and ``agreement`` compares both levels. ``constant_goals``
+    are goals with equal values in all designs. ``front`` are the points that no other design beats, without the
+    ``dropped_count`` designs, whose yields are too small. ``kept`` are the kept designs, and ``spec_texts`` their
+    specs.
     """
 
     name: str
-    asked: StudyRequest
+    request: StudyRequest
     base: Evaluation
-    found: StudyResults
+    results: StudyResults
     bindings: tuple[Binding, ...]
     relaxation: Relaxation | None
     agreement: Agreement
-    alike: tuple[Goal, ...]
+    constant_goals: tuple[Goal, ...]
     front: tuple[Point, ...]
     kept: tuple[KeptDesign, ...]
-    texts: tuple[str, ...]
-    fallen: int = 0
+    spec_texts: tuple[str, ...]
+    dropped_count: int = 0
 
     def __repr__(self) -> str:
         """Return a line with the numbers of evaluated and kept designs."""
-        return f"<StudyAnswer of {self.name}: {len(self.found.screened)} designs, {len(self.kept)} kept>"
+        return f"<StudyAnswer of {self.name}: {len(self.results.screened)} designs, {len(self.kept)} kept>"
 
     @cached_property
     def layouts(self) -> tuple[Layout, ...]:
         """Boards of the kept designs."""
-        return tuple(arrange(self.asked.base.design(self.asked.space.changes(design.point))) for design in self.kept)
+        return tuple(arrange(self.request.base.design(self.request.space.changes(design.point)))
+                     for design in self.kept)
 
     @property
     def is_met(self) -> bool:
@@ -84,7 +86,7 @@ class StudyAnswer:
     @property
     def lacks_yield(self) -> bool:
         """Whether a yield is required that was not computed."""
-        return self.asked.least_yield is not None and any(each.units is None for each in self.kept)
+        return self.request.least_yield is not None and any(each.units is None for each in self.kept)
 
 
 @record(eq=False)
@@ -92,11 +94,11 @@ class Study:
     """A study. `load` reads its file, and `from_mapping` takes its keys from a program."""
 
     name: str
-    asked: StudyRequest
+    request: StudyRequest
 
     def __repr__(self) -> str:
         """Return a line with the number of the study's designs."""
-        return f"<Study {self.name}: {self.asked.space.size} designs>"
+        return f"<Study {self.name}: {self.request.space.size} designs>"
 
     @classmethod
     @checked_arguments
@@ -155,7 +157,7 @@ class Study:
         StudyAnswer
             The verdict, the kept designs and their yields.
         """
-        request = self.asked
+        request = self.request
         path = None if folder is None else Path(folder) / ARCHIVE
         with Archive(path, again) as archive, Workers(request.base, jobs, executor) as workers:
             run = StudyRun(request, workers, archive, progress)
@@ -174,7 +176,7 @@ class Study:
 
     def _found(self, results: StudyResults) -> StudyAnswer:
         """Return the answer without kept designs."""
-        request = self.asked
+        request = self.request
         all_values = [evaluation.values for evaluation in results.screened.values()]
         undecided_goals = tuple(
             goal for goal in request.goals if len(all_values) > 1 and
@@ -189,10 +191,11 @@ class Study:
 
 def _with_kept_designs(result: StudyAnswer, points: Sequence[Point], yields: Mapping[Point, Yield]) -> StudyAnswer:
     """Return the answer with kept designs and their spec texts."""
-    request, full = result.asked, result.found.full
+    request, full = result.request, result.results.full
     designs = tuple(KeptDesign(point, answer.changed_keys(request, point), full[point], yields.get(point))
                     for point in points)
-    return replace(result, kept=designs, texts=tuple(_text(request, design, k) for k, design in enumerate(designs, 1)))
+    return replace(result, kept=designs, spec_texts=tuple(_text(request, design, k) for k,
+                                                          design in enumerate(designs, 1)))
 
 
 def _with_yields(result: StudyAnswer, run: StudyRun, draws: int) -> StudyAnswer:
@@ -201,7 +204,7 @@ def _with_yields(result: StudyAnswer, run: StudyRun, draws: int) -> StudyAnswer:
     A design with too small a yield is dropped and the next one is tried, until as many designs are dropped as can be
     kept.
     """
-    request, fallen = result.asked, set[Point]()
+    request, fallen = result.request, set[Point]()
     yields: dict[Point, Yield] = {}
     limits = [each for each in request.require if each.measure == "yield"]
     points = [design.point for design in result.kept]
@@ -219,7 +222,7 @@ def _with_yields(result: StudyAnswer, run: StudyRun, draws: int) -> StudyAnswer:
         return replace(result, kept=tuple(replace(design, units=yields[design.point]) for design in result.kept))
     passing = [point for point in points if point not in low]
     rest = tuple(answer.pareto_front(request, run.found, fallen))
-    return _with_kept_designs(replace(result, fallen=len(fallen), front=rest), passing, yields)
+    return _with_kept_designs(replace(result, dropped_count=len(fallen), front=rest), passing, yields)
 
 
 def _text(request: StudyRequest, design: KeptDesign, number: int) -> str:

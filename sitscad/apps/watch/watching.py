@@ -42,15 +42,15 @@ class Worker:
     """A process that is ready for work, with the connections for requests and for events."""
 
     process: multiprocessing.process.BaseProcess
-    asked: Connection
-    told: Connection
+    requests: Connection
+    events: Connection
 
     def end(self) -> None:
         """End the process at once."""
         self.process.kill()
         self.process.join()
-        self.asked.close()
-        self.told.close()
+        self.requests.close()
+        self.events.close()
 
 
 def start_worker(path: str, serves: bool) -> Worker:
@@ -111,13 +111,13 @@ class Watch:
             self.worker, self.spare = self.spare, start_worker(self.path, self.serves)
         self.revision += 1
         self.busy = True
-        self.worker.asked.send(self.revision)
+        self.worker.requests.send(self.revision)
 
     def heard(self) -> Iterator[tuple[int, Event]]:
         """Yield the worker's events within a pause."""
-        for _ in wait([self.worker.told], PAUSE):
+        for _ in wait([self.worker.events], PAUSE):
             try:
-                revision, event = self.worker.told.recv()
+                revision, event = self.worker.events.recv()
             except EOFError:  # the worker ended: too little memory, or killed
                 self.worker.end()
                 self.worker, self.spare, self.busy = self.spare, start_worker(self.path, self.serves), False

@@ -136,7 +136,7 @@ def _study_events(path: str, before: Before, serves: bool) -> Iterator[Event]:
         yield _refusal_event(path, error, time.perf_counter() - began)
         return
     counts = {severity.value: 0 for severity in Severity}
-    data = {"counts": counts, "findings": [], "read": [path, study.asked.base.path]}
+    data = {"counts": counts, "findings": [], "read": [path, study.request.base.path]}
     yield Event("findings", data, seconds=time.perf_counter() - began)
     for numbers, page in search_progress(study, before.evaluated, serves):
         yield Event("sweep", {"numbers": numbers}, page, time.perf_counter() - began)

@@ -89,14 +89,14 @@ class Motions:
 
     `poses` (n, 6) has displacements (m) and rotations (rad). `loads` (k, 3) has forces (N), or (k, 5) forces and
     moments (N m). `held` is True for each load with a target that is kept level. `cases` are names of load cases in the
-    spec. `passed_over` describes the skipped reading columns of each file.
+    spec. `skipped_rows` describes the skipped reading columns of each file.
     """
 
     poses: Array
     loads: Array
     held: Flags
     cases: Names = ()
-    passed_over: Names = ()
+    skipped_rows: Names = ()
 
     def __len__(self) -> int:
         return len(self.poses) + len(self.loads) + len(self.cases)

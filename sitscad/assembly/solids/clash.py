@@ -65,17 +65,17 @@ class ColouredMesh:
 
 @record(eq=False)
 class Clash:
-    """A clash: `words` name it, `bodies` are drawn, and `figure` states the excess as text.
+    """A clash: `title` name it, `bodies` are drawn, and `excess_text` states the excess as text.
 
     The bodies are cut open along a plane with the `normal`. If the port is too narrow, `port` is its circle (x, y, z of
     the centre and the radius in mm).
     """
 
-    words: str
+    title: str
     bodies: tuple[ColouredMesh, ...]
     normal: tuple[float, float, float]
     port: tuple[float, float, float, float] | None = None
-    figure: str = ""
+    excess_text: str = ""
 
 
 @record(eq=False)
@@ -112,7 +112,7 @@ def at_pin(layout: Layout, whole: tuple[Solid, ...], gap: PinGap) -> Clash:
     pin = (pin - shared).trim_by_plane(ALONG, y)
     figure = f"the tail's face is {show(gap.away, 'm', 3)} from the pivot; the pin takes {show(gap.pin, 'm', 3)}"
     bodies = (*shown, _as_coloured("pin", pin, PIN_COLOUR, True))
-    return Clash(f"{gap.when}: the tail and the hinge's pin", bodies, ALONG, figure=figure)
+    return Clash(f"{gap.when}: the tail and the hinge's pin", bodies, ALONG, excess_text=figure)
 
 
 def _pieces(whole: tuple[Solid, ...], named: set[str]) -> list[MeshedPiece]:
@@ -144,7 +144,7 @@ def _clash(layout: Layout, whole: tuple[Solid, ...], fault: Measurement, loads: 
     elif fault.what in (INTERFERENCE, PORT):
         there = pieces
     else:
-        load, gap = next(each for each in loads if each.name == fault.when), target_gap(layout.spec)
+        load, gap = next(each for each in loads if each.name == fault.condition), target_gap(layout.spec)
         there = [replace(piece, body=_loaded_mesh(piece, fault.what, load, gap)) for piece in pieces]
     if fault.what == PORT:
         # What of the closed pair, between tip and heel, lies beyond the port's circle
@@ -168,11 +168,11 @@ def _clash(layout: Layout, whole: tuple[Solid, ...], fault: Measurement, loads: 
     bodies = {piece.name: piece.body for piece in there}
     shared = bodies[fault.first] ^ bodies[fault.second]
     x = _middle(shared if not shared.is_empty() else bodies[fault.first])
-    when = f", {fault.when}" if fault.when else ""
+    when = f", {fault.condition}" if fault.condition else ""
     return Clash(
         f"{fault.first} and {fault.second}{when}", _visible_meshes(there, {fault.first, fault.second}, shared, ACROSS,
                                                                    x),
-        ACROSS, figure=_figure(fault, shared),
+        ACROSS, excess_text=_figure(fault, shared),
     )
 
 

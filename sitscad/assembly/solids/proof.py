@@ -57,8 +57,8 @@ class Measurement:
 
     `what` is its kind (see above), `first` and `second` are the pieces. `value` is compared with `limit`, both in
     `unit` (m; m3 of shared volume). `is_kept` is True if the limit is met. `where` (m) is the decisive place, and
-    `when` the angle, load or place as text. `angle` (rad) is the opening of the jaws. `key` is the key of the spec that
-    contradicts the measurement. Empty if the kind determines the key.
+    `condition` the angle, load or place as text. `angle` (rad) is the opening of the jaws. `key` is the key of the spec
+    that contradicts the measurement. Empty if the kind determines the key.
     """
 
     what: str
@@ -69,7 +69,7 @@ class Measurement:
     unit: str
     is_kept: bool
     where: tuple[float, float, float]
-    when: str = ""
+    condition: str = ""
     angle: float = 0.0
     key: str = ""
 

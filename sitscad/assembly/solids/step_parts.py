@@ -155,8 +155,8 @@ def measured_jaw(layout: Layout) -> tuple[Measurement, ...]:
         if all(each.is_kept or each.first == ASSUMED_FACE for each in measured):  # a misplaced back says nothing more
             pair = closed_section(layout)
             measured += [] if pair is None else _back(pair, back_reach(layout, figures), jaw, figures)
-    return tuple(replace(each, when=f"{each.when}; the file's solid measures {size} along, across and high".strip("; "))
-                 for each in measured)
+    remark = f"the file's solid measures {size} along, across and high"
+    return tuple(replace(each, condition=f"{each.condition}; {remark}".strip("; ")) for each in measured)
 
 
 def _rings(coils: tuple[Coil, ...], spec_coil: CoilSpec) -> Iterator[Ring]:

@@ -211,7 +211,7 @@ def _case(suite: Element, spec: CheckedSpec, output: OutputOptions, path: str, r
     """Add a rule as a test case, with its findings."""
     findings = [finding for finding in spec.findings if finding.rule == rule]
     case = SubElement(suite, "testcase", classname=path, name=f"{rule} {name}", time="0")
-    failing = [finding for finding in findings if finding.severity.weighs(output.fail_on)]
+    failing = [finding for finding in findings if finding.severity.is_at_least(output.fail_on)]
     if failing:
         first = failing[0]
         kind = "error" if rule.startswith("SIT0") else "failure"

@@ -64,7 +64,7 @@ class CheckedSpec:
 
     def fails(self, on: Severity) -> bool:
         """Whether any finding is as severe as `on`, or more severe."""
-        return any(finding.severity.weighs(on) for finding in self.findings)
+        return any(finding.severity.is_at_least(on) for finding in self.findings)
 
     def count(self, severity: Severity) -> int:
         """Return the number of findings of a severity."""
@@ -235,7 +235,7 @@ def finding_json(finding: Finding) -> dict[str, Any]:
         entry["place"] = {"x_m": place.x, "y_m": place.y, "layer": place.layer, "nets": list(place.nets)}
     entry["fixes"] = [
         {"edits": [{"key": edit.key, "old": edit.old, "new": edit.new, "what": edit.what} for edit in remedy.edits],
-         "safe": remedy.is_safe, "brings": list(remedy.brings)} for remedy in finding.fixes
+         "safe": remedy.is_safe, "brings": list(remedy.new_warnings)} for remedy in finding.fixes
     ]
     return entry
 

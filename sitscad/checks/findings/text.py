@@ -51,7 +51,7 @@ class OutputOptions:
 
     ``colour`` allows a terminal's colours. ``rules`` are all rules, sorted by identifier. ``fail_on`` is the mildest
     severity that counts as failed. ``root`` is the folder to which paths in formats for machines are relative (the
-    repository's). With ``named``, every line of the text names its spec even if there is a single spec. ``verbose``
+    repository's). With ``has_names``, every line of the text names its spec even if there is a single spec. ``verbose``
     selects the full form. With ``hints``, warnings are printed in full, with their hints. ``width`` is the terminal's
     width, at which lines are folded.
     """
@@ -60,14 +60,14 @@ class OutputOptions:
     rules: tuple[RuleTexts, ...] = ()
     fail_on: Severity = Severity.ERROR
     root: str = "."
-    named: bool = False
+    has_names: bool = False
     verbose: bool = False
     hints: bool = False
     width: int | None = None
 
     def is_told_in_full(self, severity: Severity) -> bool:
         """Whether the short form prints the line and the hint of a finding of this severity."""
-        return severity.weighs(self.fail_on) or (self.hints and severity.weighs(Severity.WARNING))
+        return severity.is_at_least(self.fail_on) or (self.hints and severity.is_at_least(Severity.WARNING))
 
     def path_from_root(self, path: str) -> str:
         """Return a spec's path relative to the root, with forward slashes. Paths outside the root stay as typed."""
@@ -84,12 +84,12 @@ _BRIEF = OutputOptions()
 def as_text(checked: Sequence[CheckedSpec], output: OutputOptions = _BRIEF) -> str:
     """Return the text with the findings of all specs, the measured values, and the final verdict.
 
-    Every line names its spec if there are several, or if `OutputOptions.named` is set. For several specs, only the full
-    form has the measured values.
+    Every line names its spec if there are several, or if `OutputOptions.has_names` is set. For several specs, only the
+    full form has the measured values.
     """
-    output, colour = replace(output, named=output.named or len(checked) > 1), output.colour
+    output, colour = replace(output, has_names=output.has_names or len(checked) > 1), output.colour
     groups = [group for spec in checked for group in _findings_text(spec, output)]
-    if output.verbose or not output.named:
+    if output.verbose or not output.has_names:
         groups += [_figures_text(spec, output) for spec in checked]
     name = _named(checked[0], output) if len(checked) == 1 else ""
     if output.verbose:
@@ -126,7 +126,7 @@ def _fixes_text(checked: Sequence[CheckedSpec], are_all_tried: bool) -> list[str
     command = "check --fix --hints full" if are_all_tried else "check --fix"
     rules: dict[bool, list[str]] = {True: [], False: []}
     for finding in (finding for spec in checked for finding in spec.findings):
-        if fixes := [fix for fix in finding.fixes if not fix.brings]:
+        if fixes := [fix for fix in finding.fixes if not fix.new_warnings]:
             rules[any(fix.is_safe for fix in fixes)].append(finding.rule)
     rule_lists = {is_safe: f" ({', '.join(sorted(set(rule_ids)))})" for is_safe, rule_ids in rules.items()}
     safe, unsafe = rules[True], rules[False]
@@ -278,7 +278,7 @@ def _figures_text(spec: CheckedSpec, output: OutputOptions) -> list[str]:
 
 
 def _named(spec: CheckedSpec, output: OutputOptions) -> str:
-    return f"{escape_controls(spec.path)}: " if output.named else ""
+    return f"{escape_controls(spec.path)}: " if output.has_names else ""
 
 
 def _dim(lines: Iterable[str], output: OutputOptions) -> list[str]:

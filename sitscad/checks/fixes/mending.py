@@ -52,13 +52,13 @@ class RolledBack:
 
 @record(eq=False)
 class Mended(Generic[CheckResults]):
-    """Text of a spec with all fixes that improve it. `said` holds the results of checking it.
+    """Text of a spec with all fixes that improve it. `check_result` holds the results of checking it.
 
     `applied` are the fixes in the text, `rolled_back` the fixes that were tried and undone.
     """
 
     text: str
-    said: CheckResults
+    check_result: CheckResults
     applied: tuple[Applied, ...]
     rolled_back: tuple[RolledBack, ...] = ()
 
@@ -124,9 +124,9 @@ def _next_fix(
     for finding, remedy in _fixes(result.findings):
         if not may(finding, remedy):
             continue
-        if remedy.brings:
+        if remedy.new_warnings:
             if all(each.finding != finding for each in rolled_back):
-                rolled_back.append(RolledBack(finding, remedy, warnings_text(remedy.brings, already)))
+                rolled_back.append(RolledBack(finding, remedy, warnings_text(remedy.new_warnings, already)))
             continue
         try:
             changed = rewritten(text, remedy.edits)
@@ -158,7 +158,7 @@ def _has_new_fixes(before: SpecFindings, after: SpecFindings, may: IsAllowed) ->
     """Whether a finding that was not there before has an allowed fix. This fix might undo the present fix."""
     old_keys = {(finding.rule, finding.key) for finding in before.findings}
     fixes = ((f, remedy) for f, remedy in _fixes(after.findings) if (f.rule, f.key) not in old_keys)
-    return any(not remedy.brings and may(finding, remedy) for finding, remedy in fixes)
+    return any(not remedy.new_warnings and may(finding, remedy) for finding, remedy in fixes)
 
 
 def _why_not(applied: Applied, before: SpecFindings, after: SpecFindings) -> str:

@@ -108,12 +108,12 @@ class Budget:
 class Fix:
     """Change of a spec: the edits of its text, and the changed spec.
 
-    ``said`` is the text of the change in hints. Empty if the text is "key: value with key: value" of the edits.
+    ``description`` is the text of the change in hints. Empty if the text is "key: value with key: value" of the edits.
     """
 
     edits: tuple[Edit, ...]
     spec: SensorSpec
-    said: str = ""
+    description: str = ""
 
     def with_also(self, fix: Fix) -> Fix:
         """Return this change followed by another change, which was made for the spec of this change."""
@@ -122,8 +122,8 @@ class Fix:
 
     @property
     def words(self) -> str:
-        """Text of the change in hints: ``said``, or else the keys and their new values."""
-        return self.said or " with ".join(f"{edit.key}: {edit.new}" for edit in self.edits)
+        """Text of the change in hints: ``description``, or else the keys and their new values."""
+        return self.description or " with ".join(f"{edit.key}: {edit.new}" for edit in self.edits)
 
 
 Family = Callable[[], Iterable[Fix]]
@@ -194,7 +194,7 @@ class FamilyByAmount:
             if middle >= high - 0.5 * self.grain:
                 return
             remaining = trial(smaller := self.move(middle))
-            if remaining is not None and not (remaining.broken or remaining.brings or remaining.worse):
+            if remaining is not None and not (remaining.broken or remaining.new_warnings or remaining.worse):
                 high = middle
                 yield smaller, remaining
             else:
@@ -219,14 +219,14 @@ def setting(spec: SensorSpec, key: str, value: object, written: str, description
 class RemainingProblems:
     """Problems that remain in a changed design after a trial. Each is given by the identifiers of its rules.
 
-    ``broken`` holds the finding's own rule if the finding remains, and the rules with new errors. ``brings`` holds the
-    rules with new warnings, a reason against the change. ``worse`` holds the rules with values farther beyond their
-    limits, no reason against mending an error. ``gain`` is the factor by which the value of a remaining finding comes
-    nearer to its limit. It is 1 if unknown.
+    ``broken`` holds the finding's own rule if the finding remains, and the rules with new errors. ``new_warnings``
+    holds the rules with new warnings, a reason against the change. ``worse`` holds the rules with values farther beyond
+    their limits, no reason against mending an error. ``gain`` is the factor by which the value of a remaining finding
+    comes nearer to its limit. It is 1 if unknown.
     """
 
     broken: tuple[str, ...] = ()
-    brings: tuple[str, ...] = ()
+    new_warnings: tuple[str, ...] = ()
     worse: tuple[str, ...] = ()
     gain: float = 1.0
 
@@ -235,12 +235,12 @@ class RemainingProblems:
 class Search:
     """Result of a search for changes. Each change is listed with the problems that remain after it.
 
-    ``mending`` are changes that mend the finding, ``vain`` changes that do not. ``is_cut_short`` is True if the budget
-    ended the search.
+    ``mending`` are changes that mend the finding, ``ineffective`` changes that do not. ``is_cut_short`` is True if the
+    budget ended the search.
     """
 
     mending: tuple[tuple[Fix, RemainingProblems], ...] = ()
-    vain: tuple[tuple[Fix, RemainingProblems], ...] = ()
+    ineffective: tuple[tuple[Fix, RemainingProblems], ...] = ()
     is_cut_short: bool = False
 
 
@@ -271,7 +271,7 @@ def search(families: Iterable[Family], trial: Trial, budget: Budget) -> Search:
                     break  # another family may begin with a change that was already tried for another finding
             elif remaining.broken:
                 vain.append((fix, remaining))
-            elif remaining.brings or (remaining.worse and budget.is_long):
+            elif remaining.new_warnings or (remaining.worse and budget.is_long):
                 candidates.append((fix, remaining))
             else:
                 candidates.insert(0, (fix, remaining))
@@ -279,9 +279,9 @@ def search(families: Iterable[Family], trial: Trial, budget: Budget) -> Search:
                     candidates[:1] = [candidates[0], *family.smaller(fix, trial)][-1:]
                 break
         mending += candidates[:1]
-        if candidates and not candidates[0][1].brings and not budget.is_long:
+        if candidates and not candidates[0][1].new_warnings and not budget.is_long:
             break
-    mending.sort(key=lambda pair: (bool(pair[1].brings), bool(pair[1].worse)))
+    mending.sort(key=lambda pair: (bool(pair[1].new_warnings), bool(pair[1].worse)))
     if not budget.is_long:
         is_cut_short, mending = is_cut_short and not mending, mending[:1]
     return Search(tuple(mending), tuple(vain), is_cut_short)
@@ -294,8 +294,9 @@ def hint_text(advice: str, result: Search, already: Collection[str]) -> str:
     """
     changes = [_filled("tried-brings", change=fix.words, warnings=warnings) if warnings else fix.words
                for fix, remaining in result.mending
-               for warnings in [warnings_text(sorted({*remaining.brings, *remaining.worse}), already)]]
-    nearest = max((pair for pair in result.vain if pair[1].gain >= HELPS), key=lambda pair: pair[1].gain, default=None)
+               for warnings in [warnings_text(sorted({*remaining.new_warnings, *remaining.worse}), already)]]
+    nearest = max((pair for pair in result.ineffective if pair[1].gain >= HELPS), key=lambda pair: pair[1].gain,
+                  default=None)
     trial_text = ""
     if changes:
         trial_text = _filled("tried", changes="; or ".join(changes))
@@ -308,8 +309,8 @@ def hint_text(advice: str, result: Search, already: Collection[str]) -> str:
         hint = f"{advice[: named.start()]}{trial_text}{advice[named.end() :]}"
     else:
         hint = "; ".join(filter(None, (trial_text, advice)))
-    if not result.mending and result.vain:
-        hint = _filled("tried-in-vain", advice=hint, trials=_vain_trials(result.vain))
+    if not result.mending and result.ineffective:
+        hint = _filled("tried-in-vain", advice=hint, trials=_vain_trials(result.ineffective))
     return not_further(hint) if result.is_cut_short else hint
 
 

@@ -37,8 +37,8 @@ class Policy:
 
     ``select`` and ``ignore`` are patterns of rules (`matches_rule`); an empty ``select`` means all rules. ``reasons``
     maps ignored patterns to reasons. ``severity`` maps patterns to the severities of their findings. ``profiles`` is
-    the folder of fabricators' profiles. ``named`` is the name of the configuration file in reports, empty if there is
-    no file.
+    the folder of fabricators' profiles. ``file_name`` is the name of the configuration file in reports, empty if there
+    is no file.
     """
 
     select: tuple[str, ...] = ()
@@ -46,10 +46,10 @@ class Policy:
     reasons: Mapping[str, str] = field(default_factory=dict)
     severity: Mapping[str, Severity] = field(default_factory=dict)
     profiles: str | None = None
-    named: str = ""
+    file_name: str = ""
 
     @property
-    def says_anything(self) -> bool:
+    def changes_findings(self) -> bool:
         """Whether the policy changes the findings of any spec."""
         return bool(self.select or self.ignore or self.reasons or self.severity)
 
@@ -63,7 +63,7 @@ class Policy:
             "ignore": [*self.ignore],
             "reasons": dict(self.reasons),
             "severity": {pattern: severity.value for pattern, severity in self.severity.items()},
-            "named": self.named if self.says_anything else "",
+            "named": self.file_name if self.changes_findings else "",
         }
 
 

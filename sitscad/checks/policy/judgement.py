@@ -54,7 +54,7 @@ class BaselineFinding:
         Its severity must be no higher. Its value must lie on the same side of the limit, no farther beyond it, or no
         nearer to it if the limit is kept.
         """
-        if not self.severity.weighs(now.severity):
+        if not self.severity.is_at_least(now.severity):
             return False
         if now.measured is None or now.limit is None:
             return True
@@ -69,12 +69,12 @@ class BaselineFinding:
 
 @record
 class Baseline:
-    """Known findings, read from the file ``named``.
+    """Known findings, read from the file ``file_name``.
 
     ``known`` holds them by spec (absolute path, name), then by the finding's identity (`finding_identities`).
     """
 
-    named: str
+    file_name: str
     known: Mapping[tuple[str, str], Mapping[str, BaselineFinding]]
 
     def of(self, path: str, name: str) -> Mapping[str, BaselineFinding]:
@@ -109,7 +109,7 @@ class Baseline:
         """Return the known findings of a spec as plain values, for a manifest. Empty if there are none."""
         entries = self.of(path, name)
         rows = {key: [k.severity.value, k.measured, k.limit, k.keeps_limit] for key, k in sorted(entries.items())}
-        return {"named": self.named, "known": rows} if rows else {}
+        return {"named": self.file_name, "known": rows} if rows else {}
 
 
 def baseline_findings(baseline: Baseline | None, path: str, name: str) -> dict[str, Any]:
@@ -203,7 +203,7 @@ def apply_policy(
     if policy.select or policy.ignore:
         chosen = chosen_rules(rules, policy.select, policy.ignore)
         left_out = [rule.id for rule in rules if rule.id not in chosen]
-        checked = checked.without(left_out, f"left out by {policy.named}")
+        checked = checked.without(left_out, f"left out by {policy.file_name}")
     checked = _apply_comments(checked, source, comments(source.text, names), names)
     # the last matching reason counts
     reasons = list(policy.reasons.items())[::-1]
@@ -212,7 +212,7 @@ def apply_policy(
     if baseline is not None:
         covered = baseline.covered(checked.path, checked.name, checked.findings)
         covered_ids = {id(finding) for finding, is_known in zip(checked.findings, covered, strict=True) if is_known}
-        why = f"known before ({baseline.named})"
+        why = f"known before ({baseline.file_name})"
         checked = _move_to_ignored(checked, "baseline", lambda finding: why if id(finding) in covered_ids else None)
     errors = {id(finding) for finding in checked.findings if finding.severity is Severity.ERROR}
     return replace(checked, silenced=tuple(

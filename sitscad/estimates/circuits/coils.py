@@ -232,7 +232,7 @@ def _reflection(
             endless = Reflection(spectrum, around, distances).endless_change(FREQUENCY).real
             more = float(missing.factor(np.array(share[0] * endless)))
             share = share[0] * more, share[1] * more
-            unsure = unsure[0] + missing.moving, unsure[1] + missing.moving, unsure[2]
+            unsure = unsure[0] + missing.growth_error, unsure[1] + missing.growth_error, unsure[2]
     return Reflection(spectrum, around, distances, share, winding.crowding, unsure, winding.is_rough)
 
 

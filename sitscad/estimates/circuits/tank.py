@@ -224,7 +224,7 @@ class Tank:
 
     def oscillate(self, circuits: Sequence[CoilCircuit]) -> None:
         """Find the tanks' oscillations of coils with equal states, for all states at once."""
-        solved = iter(oscillations(circuits, self, np.array([self.capacitor])).one_by_one())
+        solved = iter(oscillations(circuits, self, np.array([self.capacitor])).as_list())
         for circuit in circuits:
             circuit.oscillations.update(((state, self.capacitor), next(solved)) for state in circuit.reflections)
 
@@ -293,7 +293,7 @@ def choose_capacitor(
     converter = readout.device
     values = preferred_values(converter)
     tanks, some = [Tank(value, readout) for value in values], _extreme_circuits(circuits)
-    each = iter(oscillations(some, tanks[0], np.array(values), is_rough).one_by_one())
+    each = iter(oscillations(some, tanks[0], np.array(values), is_rough).as_list())
     every = [(list(islice(each, len(values))), state in working_states(circuit.reflections))
              for circuit in some for state in circuit.reflections]
     scored = [(_window_violation([(by_value[k], works) for by_value, works in every], tanks[k], self_resonance), value)

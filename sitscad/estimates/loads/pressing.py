@@ -41,14 +41,14 @@ SIGMAS_APART = 2.0  # One sigma of a cause is half of the difference between its
 class PressingScatter:
     """Standard deviations of strain, remaining thickness (m) and apparent modulus (Pa) of the pressed pad.
 
-    `shares` are the standard deviations of the strain by cause, and `cause` is the cause with the largest.
+    `sigmas_by_cause` are the standard deviations of the strain by cause, and `cause` is the cause with the largest.
     """
 
     strain: float
     gap: float
     apparent_modulus: float
     cause: str
-    shares: Mapping[str, float] = field(default_factory=dict)
+    sigmas_by_cause: Mapping[str, float] = field(default_factory=dict)
 
 
 def rests_on_pad(spec: SensorSpec) -> bool:

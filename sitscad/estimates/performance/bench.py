@@ -29,14 +29,14 @@ class LoadModel:
     """A design with its required loads (`required_range`), and with its metals at the required temperature.
 
     The target is kept level if no moments are measured. `frequencies` returns the coils' frequencies (Hz; n, coils) at
-    (n, 6) poses, at least to first order in rotations. `turned` has all orders.
+    (n, 6) poses, at least to first order in rotations. `frequencies_at_any_tilt` has all orders.
     """
 
     spec: SensorSpec
     estimates: Estimates
     range: WorkingRange
     frequencies: Callable[[Array], Array]
-    turned: Callable[[Array], Array]
+    frequencies_at_any_tilt: Callable[[Array], Array]
 
     @property
     def full(self) -> Mapping[str, float]:

@@ -64,26 +64,26 @@ Checked in tests/estimates/test_performance.py.
 class UnitErrors:
     """Errors (N; loads, axes) by cause, each for a unit with an error of one sigma of this cause alone.
 
-    `before` holds the errors of the design's map after the unit's own tare. `after` holds the errors after an
+    `after_tare` holds the errors of the design's map after the unit's own tare. `after_fit` holds the errors after an
     additional fit of gains and cross gains at the `loads` (n, 3 or 5; N, N m).
     """
 
     loads: Array
-    before: Mapping[str, Array]
-    after: Mapping[str, Array]
+    after_tare: Mapping[str, Array]
+    after_fit: Mapping[str, Array]
 
     def at(self, share: float, normal: float, is_calibrated: bool) -> Array:
         """Return one sigma (N) of every axis by all causes together, at the fraction `share` of full normal force.
 
         `normal` is the full normal force (N). `is_calibrated` selects the errors after the fit of gains.
         """
-        errors = self.after if is_calibrated else self.before
+        errors = self.after_fit if is_calibrated else self.after_tare
         each = [self._near(error, share, normal) for error in errors.values()]
         return np.asarray(np.sqrt(np.sum(np.square(each), axis=0)))
 
     def by_modulus(self, share: float, normal: float) -> Array:
         """Return one sigma (N) of every axis by the pad's modulus alone, before a calibration. See `at`."""
-        return self._near(self.before[MODULUS], share, normal)
+        return self._near(self.after_tare[MODULUS], share, normal)
 
     def _near(self, error: Array, share: float, normal: float) -> Array:
         near = np.argmin(np.abs(self.loads[:, 0] - share * normal))
@@ -188,13 +188,13 @@ class TiltEffects:
     """Effects of a tilted contact at the working points of a load model.
 
     `loads` (points, 3 or 5; N, N m) are the loads, and `poses` (points, 6; m, rad) the target's poses, without a tilt
-    by moments. `kept` caches results by angle (rad).
+    by moments. `cache` caches results by angle (rad).
     """
 
     bench: LoadModel
     loads: Array
     poses: Array
-    kept: dict[float, tuple[Array, Array]] = field(default_factory=dict)
+    cache: dict[float, tuple[Array, Array]] = field(default_factory=dict)
 
     def at(self, angle: float) -> Array:
         """Return changes of the readings by a tilt (rad) in every direction of `WAYS`: (points, ways, coils).
@@ -212,7 +212,7 @@ class TiltEffects:
         return self._at(angle)[1]
 
     def _at(self, angle: float) -> tuple[Array, Array]:
-        if angle not in self.kept:
+        if angle not in self.cache:
             count, directions = len(self.poses), len(WAYS)
             wrenches = np.zeros((count * directions, 6))
             wrenches[:, 2] = -np.repeat(self.loads[:, 0], directions)
@@ -221,12 +221,12 @@ class TiltEffects:
             lost = np.isnan(tilted[:, 0])
             tilted[lost] = np.repeat(self.poses, directions, axis=0)[lost]
             tilted[lost, 3:] = turns[lost]
-            turned = np.log(self.bench.turned(np.concatenate([self.poses, tilted])))
+            turned = np.log(self.bench.frequencies_at_any_tilt(np.concatenate([self.poses, tilted])))
             wrench, over = self.bench.pad.force(tilted), rotations(tilted[:, 3:])[:, :, 2] * self.bench.pad.height
             moments = wrench[:, 3:5] - np.cross(over, wrench[:, :3])[:, :2]
             changes = turned[count:].reshape(count, directions, -1) - turned[:count, None]
-            self.kept[angle] = changes, moments.reshape(count, directions, 2)
-        return self.kept[angle]
+            self.cache[angle] = changes, moments.reshape(count, directions, 2)
+        return self.cache[angle]
 
 
 @record(eq=False)
@@ -236,7 +236,7 @@ class PointErrors:
     `load` (3 or 5; N, N m) is the load, `share` its fraction of full scale, and `pose` (6; m, rad) the target's pose.
     `by_pose` (coils, 6) and `by_load` (coils, axes) are derivatives of the readings by the pose and by the measured
     loads. `inverse` (axes, coils; N per reading) is the linear map from readings to loads. `by_metal` (coils; per K) is
-    the effect of temperature on readings at rest by copper and other metal. `tilted` holds the tilts of all working
+    the effect of temperature on readings at rest by copper and other metal. `all_tilts` holds the tilts of all working
     points; this point's index is `number`. `by_pose_at_rest` (coils, 6) are the derivatives at rest. `by_metal_loaded`
     (coils; per K) is the effect of temperature under full normal load.
     """
@@ -249,13 +249,13 @@ class PointErrors:
     by_load: Array
     inverse: Array
     by_metal: Array
-    tilted: TiltEffects
+    all_tilts: TiltEffects
     number: int
     by_pose_at_rest: Array
     by_metal_loaded: Array
 
     @cached_property
-    def carried(self) -> Array:
+    def axis_loads(self) -> Array:
         """Load (N, N m) on every measured axis at this point's fraction of full scale."""
         return np.asarray(self.share * self.bench.range.full_scales)
 
@@ -274,7 +274,7 @@ class PointErrors:
         """
         slopes = self.inverse @ self.by_pose[:, 3:]
         if any(name in MOMENTS for name in self.bench.range.axes):
-            moments = (self.tilted.moments(SMALL_TILT)[self.number] / SMALL_TILT).reshape(2, 2, 2)
+            moments = (self.all_tilts.moments(SMALL_TILT)[self.number] / SMALL_TILT).reshape(2, 2, 2)
             slopes[:, :2] -= self._of_moments(0.5 * (moments[:, 0] - moments[:, 1])).T
         return np.asarray(slopes)
 
@@ -291,8 +291,8 @@ class PointErrors:
 
         For moment axes, the tilt's own moment is subtracted.
         """
-        read = self.tilted.at(angle)[self.number] @ self.inverse.T
-        return np.asarray(read - self._of_moments(self.tilted.moments(angle)[self.number])).reshape(2, 2, -1)
+        read = self.all_tilts.at(angle)[self.number] @ self.inverse.T
+        return np.asarray(read - self._of_moments(self.all_tilts.moments(angle)[self.number])).reshape(2, 2, -1)
 
     def tilt_errors(self, angle: float) -> Array:
         """Return magnitudes of errors (axes, 2; N, N m) by tilts (rad) about x and y, the larger of both signs."""
@@ -322,7 +322,7 @@ class PointErrors:
             METAL: self.inverse @ self.by_metal,
             CAPACITORS: drift * np.sqrt(np.sum(self.inverse**2, axis=1)),
             EXPANSION: self.inverse @ self.by_pose[:, 2] * self._rise,
-            PAD_MODULUS: -self._material.modulus_temperature_coefficient * self.carried,
+            PAD_MODULUS: -self._material.modulus_temperature_coefficient * self.axis_loads,
         }
 
     @property
@@ -351,7 +351,7 @@ class PointErrors:
         Empty if the spec has no temperature sensor.
         """
         return {} if self.compensation is None else self.compensation.parts(
-            {**self.by_warmth, CAPACITORS: self.by_kelvin[CAPACITORS]}, self.noise, self.carried)
+            {**self.by_warmth, CAPACITORS: self.by_kelvin[CAPACITORS]}, self.noise, self.axis_loads)
 
     @cached_property
     def tared_drift_left(self) -> Mapping[str, Mapping[str, Array]]:
@@ -361,7 +361,7 @@ class PointErrors:
         at_rest = {METAL: self.by_metal, EXPANSION: self.by_pose_at_rest[:, 2] * self._rise}
         tared = {cause: value - self.inverse @ at_rest.get(cause, np.zeros(len(self.by_metal)))
                  for cause, value in self.by_warmth.items()}
-        return self.compensation.parts(tared, np.zeros_like(self.noise), self.carried)
+        return self.compensation.parts(tared, np.zeros_like(self.noise), self.axis_loads)
 
     @cached_property
     def reading_drift(self) -> Mapping[str, Array]:
@@ -381,7 +381,7 @@ class PointErrors:
         drifts = {cause: self.inverse @ readings for cause, readings in self.reading_drift.items()}
         names = self.bench.range.axes[1:]
         if names and self.share > 0.0:  # the softer pad under a load on each of the other axes
-            loads = np.vstack([loads_on_axis(self.load, name, self.carried[[k]]) for k, name in enumerate(names, 1)])
+            loads = np.vstack([loads_on_axis(self.load, name, self.axis_loads[[k]]) for k, name in enumerate(names, 1)])
             softer = self.inverse @ (expansion_drift(self.bench, loads, self._rise) - self.reading_drift[EXPANSION]).T
             drifts[EXPANSION] = drifts[EXPANSION] + np.append(0.0, np.diag(softer[1:]))
         return {**drifts, PAD_MODULUS: self.by_kelvin[PAD_MODULUS]}
@@ -492,10 +492,10 @@ class PointErrors:
         pad = self.bench.spec.elastomer
         assert pad is not None
         material, degrees = pad.material, f"{math.degrees(self.tilt):.3g}"
-        return self._if_told({
+        return self._if_measurable({
             "noise": self.noise,
             "hysteresis": self.hysteresis,
-            "creep": material.creep * self.carried,
+            "creep": material.creep * self.axis_loads,
             "curved map": map_errors,
             **self._drifts(),
             f"{TILTED}{degrees} degree{'s' * (degrees != '1')}": np.hypot(*self.tilt_errors(self.tilt).T),
@@ -515,7 +515,7 @@ class PointErrors:
     def errors(self, units: UnitErrors, map_errors: Array) -> dict[str, Array]:
         """Return one sigma (N, N m) of every axis by each cause, including causes that differ between units."""
         normal, scattered = self.bench.full["normal"], tolerance_sigmas(self.bench.spec)
-        return self.errors_of_any_unit(map_errors) | self._if_told({
+        return self.errors_of_any_unit(map_errors) | self._if_measurable({
             "modulus, before calibration": units.by_modulus(self.share, normal),
             "manufacture, before calibration": units.at(self.share, normal, False),
             "manufacture, after calibration": units.at(self.share, normal, True),
@@ -524,7 +524,7 @@ class PointErrors:
             "capacitors, without a tare": 0.5 * scattered[CAPACITOR] * np.sqrt(np.sum(self.inverse**2, axis=1)),
         })
 
-    def _if_told(self, errors: Mapping[str, Array]) -> dict[str, Array]:
+    def _if_measurable(self, errors: Mapping[str, Array]) -> dict[str, Array]:
         """Return errors by cause, infinite on an axis without a signal."""
         untold = np.isinf(self.noise)
         return {name: np.where(untold, np.inf, np.nan_to_num(error, posinf=np.inf)) for name, error in errors.items()}
@@ -537,7 +537,7 @@ class PointErrors:
         """
         names = self.bench.range.axes
         k, n = names.index(shear), names.index("normal")
-        force, ratio = self.carried[n], self.carried[k] / self.carried[n]
+        force, ratio = self.axis_loads[n], self.axis_loads[k] / self.axis_loads[n]
 
         def of(vector: Array) -> float:
             return float(abs(vector[k] - ratio * vector[n]) / force)

@@ -38,8 +38,8 @@ class Curves:
     """Curves of all measured axes. Axes other than normal have curves at rest, half and full normal force.
 
     `places` (coils, 2; m) are the coils' centres. `ranges` holds, for every such axis, inductances (normal, shear,
-    coils; H) over the working range. `held` (N) is the shear force up to which the pad's law was tested with finite
-    elements. Beyond it, curves are extrapolated.
+    coils; H) over the working range. `tested_shear` (N) is the shear force up to which the pad's law was tested with
+    finite elements. Beyond it, curves are extrapolated.
     """
 
     coils: tuple[str, ...]
@@ -47,7 +47,7 @@ class Curves:
     normal: Curve
     shears: tuple[Curve, ...]
     ranges: tuple[tuple[str, Array, Array, Array], ...]
-    held: float
+    tested_shear: float
 
 
 @one_thread

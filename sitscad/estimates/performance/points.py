@@ -217,7 +217,7 @@ def other_jaw_errors(sensing: SensingAnalysis, model: ResponseModel) -> tuple[di
     if front_plate(model.spec.jaw) is None:
         return ({},) * len(sensing.points)
     ends = np.array([sensing.points[0].pose, sensing.points[-1].pose])
-    change = changes_in_front(model.wound, math.sqrt(model.band[0] * model.band[1]), ends[:, 2].tolist(), GRASPED)
+    change = changes_in_front(model.windings, math.sqrt(model.band[0] * model.band[1]), ends[:, 2].tolist(), GRASPED)
     # f = 1 / (2 pi sqrt(L C)), so a reading changes by half of the inductance's relative change
     read = -0.5 * change / model.on_pad(ends).inductance[:, None, :]
     each = [(1.0 - point.share) * read[0] + point.share * read[1] for point in sensing.points]

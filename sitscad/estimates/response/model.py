@@ -61,14 +61,14 @@ class ResponseModel:
     known: dict[bytes, Response] = field(default_factory=dict)
 
     @cached_property
-    def wound(self) -> SolvedWindings:
+    def windings(self) -> SolvedWindings:
         """Winding and its surroundings at rest."""
         return solve_windings(self.layout)
 
     @property
     def spec(self) -> SensorSpec:
         """Spec with its metals at the required temperature."""
-        return self.wound.spec
+        return self.windings.spec
 
     @property
     def target(self) -> Target:
@@ -181,7 +181,7 @@ class ResponseModel:
     ) -> Response:
         """Return the response at (n, 6) poses of `cover`, by one solution of the target."""
         target_poses = self._placed(poses)
-        scale, usual = self.wound.winding.inductance, math.sqrt(self.band[0] * self.band[1])
+        scale, usual = self.windings.winding.inductance, math.sqrt(self.band[0] * self.band[1])
 
         def changes_by(near: NearTarget) -> Changes:
             def exact(some: Array) -> tuple[ComplexArray, ComplexArray]:
@@ -230,7 +230,7 @@ class ResponseModel:
         )
 
     @one_thread
-    def under(
+    def respond_to_loads(
         self, loads: Array, is_level: Flags | None = None, frequency: float | None = None,
         tolerance: float | None = None, progress: Progress | None = None,
     ) -> Response:
@@ -287,7 +287,7 @@ class ResponseModel:
         if (cover, band) not in self.solved:
             frequency = math.sqrt(band[0] * band[-1])
             _require_affordable(self.target, self.spec.coil, self.layout.coils, frequency, self.behind, cover)
-            self.solved[cover, band] = NearTarget(self.wound, cover, band, self.finer)
+            self.solved[cover, band] = NearTarget(self.windings, cover, band, self.finer)
         return self.solved[cover, band]
 
 

@@ -39,7 +39,7 @@ class NearTarget:
     multiplies the usual resolution of the target.
     """
 
-    wound: SolvedWindings
+    windings: SolvedWindings
     cover: PoseRange
     band: tuple[float, ...]
     finer: float = 1.0
@@ -47,18 +47,18 @@ class NearTarget:
     @cached_property
     def plate(self) -> TargetPlate:
         """Target as a solvable plate."""
-        return plate_over_jaw(self.wound.layout, self.band, self.cover, self.finer)
+        return plate_over_jaw(self.windings.layout, self.band, self.cover, self.finer)
 
     @cached_property
     def behind(self) -> Reflector | None:
         """Metal behind the board."""
-        return metal_behind(self.wound.spec)
+        return metal_behind(self.windings.spec)
 
     @cached_property
     def heights(self) -> Array:
         """Logarithms of the heights (m) at which `crowding` is computed."""
         lowest = self.cover.lowest
-        thickest = max(2.0 * float(at_rest(self.wound.spec)[2]), 3.0 * lowest)
+        thickest = max(2.0 * float(at_rest(self.windings.spec)[2]), 3.0 * lowest)
         return np.log(np.geomspace(max(lowest, LEAST_HEIGHT), thickest, HEIGHTS))
 
     @cached_property
@@ -66,18 +66,18 @@ class NearTarget:
         # The coils without a target, then with an infinite plate at the cover's lowest height
         nothing = Surroundings(State(REST, REST_POSE), None, self.behind)
         states = nothing, replace(nothing, above=self._endless(self.cover.lowest))
-        return replace(self.wound.assembly, states=states)
+        return replace(self.windings.assembly, states=states)
 
     @cached_property
     def _winding(self) -> SolvedWinding:
-        windings = self.wound
+        windings = self.windings
         conductivity = windings.winding.conductivity
         return solve_winding(windings.spec.coil, windings.layout.coils[0], self._assembly, conductivity,
                              windings.method, windings.tolerance)
 
     def _endless(self, height: float) -> Reflector:
         """Return an infinite plate of the target's metal at a height (m)."""
-        target = self.wound.spec.target
+        target = self.windings.spec.target
         assert target is not None
         return Reflector(max(height, LEAST_HEIGHT), (sheet_of(target.material, target.thickness),))
 
@@ -100,7 +100,7 @@ class NearTarget:
         """Return changes of the inductance matrix (H) in a few poses, each solved separately."""
         solved = self.plate.changes(target_poses.turns, target_poses.places, is_single=True)
         return Changes(self.plate.frequencies, *solved,
-                       like=sheet_spectrum(self.wound.spec.coil.size, self.wound.spec.target))
+                       spectrum=sheet_spectrum(self.windings.spec.coil.size, self.windings.spec.target))
 
     def impedances(self, target_poses: TargetPoses, changes: Changes) -> Callable[[Array], ComplexArray]:
         """Return a function: inductance matrices (H) of all coils at (n,) frequencies (Hz), by pose."""
@@ -124,7 +124,7 @@ class NearTarget:
 
     def over_coils(self, target_poses: TargetPoses) -> Array:
         """Return logarithms of the target's heights (m) over the coils, (poses, coils)."""
-        return target_poses.heights(np.array([coil.placement.centre for coil in self.wound.layout.coils]))
+        return target_poses.heights(np.array([coil.placement.centre for coil in self.windings.layout.coils]))
 
     def oscillations(
         self, target_poses: TargetPoses, changes: Changes, tank: Tank, network: Network, start: Array
@@ -138,7 +138,7 @@ class NearTarget:
                          tank.converter.limit("drive_delay"), np.tile(start, (len(target_poses.places), 1)))
 
     def _bare(self, frequencies: Array) -> ComplexArray:
-        windings, assembly = self.wound, replace(self._assembly, states=self._assembly.states[:1])
+        windings, assembly = self.windings, replace(self._assembly, states=self._assembly.states[:1])
         circuits = coil_circuits(windings.layout, self._winding, windings.matrix, assembly, NO_RATIOS)
         matrices = np.zeros((frequencies.size, len(circuits), len(circuits)), dtype=complex)
         centres = [coil.centre for coil in windings.layout.coils]

@@ -188,7 +188,7 @@ class PlateProblem:
         return mirror_error(self.behind, self.mirror, self.middle, self.lowest, max(self.coil.size))
 
     @property
-    def seen(self) -> _Coils:
+    def tabulated_coils(self) -> _Coils:
         """Coils, in the form in which their potentials are tabulated."""
         height = _detail(self.coil, self.coils, self.lowest, self.behind, self.finer).height
         return _Coils(self.coils, self.coil.trace_width, height / self.finer, self.reach)
@@ -196,7 +196,7 @@ class PlateProblem:
     @cached_property
     def is_lossy(self) -> bool:
         """Whether the field reflected by metal behind or in front is out of phase by more than `OUT_OF_PHASE`."""
-        waves = np.geomspace(1e2, 0.5 / self.seen.height, 9)
+        waves = np.geomspace(1e2, 0.5 / self.tabulated_coils.height, 9)
         reflections = [_reflection_factors(metal, self.middle)(waves) for metal in (self.behind, self.front)
                        if metal is not None]
         return any(np.abs(returned.imag).max() >= OUT_OF_PHASE for returned in reflections)
@@ -205,7 +205,7 @@ class PlateProblem:
     def potentials(self) -> tuple[CoilPotential, ...]:
         """Potentials of all coils. If `is_lossy`, the out-of-phase potentials follow in the same order."""
         frequency = None if self.behind is None and self.front is None else self.middle
-        return _potentials(self.seen, self.behind, frequency, self.is_lossy, self.front)
+        return _potentials(self.tabulated_coils, self.behind, frequency, self.is_lossy, self.front)
 
     @cached_property
     def targets(self) -> tuple[SolvedTarget, ...]:
@@ -223,7 +223,7 @@ class PlateProblem:
         return tuple(SolvedTarget(whole, near_face, conductor, self.mirror, images, smooth) for conductor in metals)
 
     @cached_property
-    def said(self) -> bytes:
+    def cache_key(self) -> bytes:
         """Text of all inputs, used as the cache key of solutions."""
         return repr(self).encode("utf-8")
 
@@ -299,7 +299,7 @@ def plate_over_jaw(layout: Layout, frequencies: Sequence[float], cover: PoseRang
     if not missing:
         return plate
     parts = tuple(missing[coil.name] for coil in layout.coils)
-    error = plate.mirror_error + max(effect.moving for effect in parts)
+    error = plate.mirror_error + max(effect.growth_error for effect in parts)
     return WindowedPlate(plate.solving, error, parts)
 
 

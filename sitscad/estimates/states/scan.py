@@ -27,12 +27,12 @@ class ExactSolver:
     """Solver of the inductance changes at (n, 6) poses and some `frequencies` (Hz).
 
     `solve` returns two arrays (frequencies, poses, coils, coils; H, complex). The first holds the whole changes, the
-    second the changes with a lossless mirror behind the coils. `like` is as in `Changes`.
+    second the changes with a lossless mirror behind the coils. `spectrum` is as in `Changes`.
     """
 
     frequencies: tuple[float, ...]
     solve: Callable[[Array], tuple[ComplexArray, ComplexArray]]
-    like: Spectrum = np.ones_like
+    spectrum: Spectrum = np.ones_like
 
 
 @record(eq=False)
@@ -42,17 +42,17 @@ class Changes:
     `lossless` are those with a lossless mirror. `error` is the additional relative error by interpolation between
     poses.
 
-    Between the frequencies, and a little beyond, the ratio of a change to the spectrum `like` (no unit, by frequency in
-    Hz) is linear in f^(-1/2), as skin depths are. `like` is the reflection of an infinite sheet of the metal. Compared
-    with interpolation of the change itself, it leaves half the error or less: a magnetic sheet's change of L passes
-    zero. With a single frequency, its changes serve for every frequency.
+    Between the frequencies, and a little beyond, the ratio of a change to the spectrum `spectrum` (no unit, by
+    frequency in Hz) is linear in f^(-1/2), as skin depths are. `spectrum` is the reflection of an infinite sheet of the
+    metal. Compared with interpolation of the change itself, it leaves half the error or less: a magnetic sheet's change
+    of L passes zero. With a single frequency, its changes serve for every frequency.
     """
 
     frequencies: tuple[float, ...]
     total: ComplexArray
     lossless: ComplexArray
     error: float = 0.0
-    like: Spectrum = np.ones_like
+    spectrum: Spectrum = np.ones_like
 
     def complex_at(self, frequencies: Array) -> ComplexArray:
         """Return the whole changes at (n,) frequencies (Hz), a pose for each."""
@@ -73,9 +73,9 @@ class Changes:
             return changes[0].copy()
         low, high = self.frequencies
         part = (frequencies**-0.5 - low**-0.5) / (high**-0.5 - low**-0.5)
-        ends = self.like(np.array([low, high]))
+        ends = self.spectrum(np.array([low, high]))
         first, last = changes[0] / ends[0], changes[1] / ends[1]
-        at = self.like(frequencies.ravel()).reshape(frequencies.shape)
+        at = self.spectrum(frequencies.ravel()).reshape(frequencies.shape)
         return np.asarray(at * (first + part * (last - first)))
 
 
@@ -91,7 +91,7 @@ def changes_at_poses(
         changes = _interpolated(exact, poses, scale, USUAL if tolerance is None else min(tolerance, USUAL), progress)
         if changes is not None:
             return changes
-    return Changes(exact.frequencies, *_solve_all(exact, poses, progress), like=exact.like)
+    return Changes(exact.frequencies, *_solve_all(exact, poses, progress), spectrum=exact.spectrum)
 
 
 AT_ONCE = 64
@@ -142,7 +142,7 @@ def _interpolated(
     half = flat.shape[1] // 2  # real parts first, as in `_pack_parts`
     matrices = (flat[:, :half] + 1j * flat[:, half:]).reshape(-1, 2, frequencies, coils, coils)
     total, lossless = np.moveaxis(matrices, 0, 2)
-    return Changes(exact.frequencies, total, lossless, error, exact.like)
+    return Changes(exact.frequencies, total, lossless, error, exact.spectrum)
 
 
 def _pack_parts(changes: tuple[ComplexArray, ComplexArray]) -> Array:

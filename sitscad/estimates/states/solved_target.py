@@ -71,7 +71,7 @@ class SolvedStates:
     """
 
     near: NearTarget
-    placed: TargetPoses
+    poses: TargetPoses
     changes: Changes
     names: tuple[str, ...]
     totals: Mapping[str, ComplexArray]
@@ -86,7 +86,7 @@ class SolvedStates:
     @property
     def like(self) -> Callable[[Array], ComplexArray]:
         """Spectrum with the frequency dependence of the changes, as in `Changes`."""
-        return sheet_spectrum(self.near.wound.spec.coil.size, self.near.wound.spec.target)
+        return sheet_spectrum(self.near.windings.spec.coil.size, self.near.windings.spec.target)
 
     def key(self, number: int, coil: str, state: str) -> tuple[complex, ...]:
         """Return a key that is equal for coils with an equal change in a state."""
@@ -97,8 +97,8 @@ class SolvedStates:
 
     def crowded(self, state: str, number: int) -> Callable[[Array], ComplexArray]:
         """Return a function of frequency (Hz): relative addition of current crowding to a coil's change."""
-        coil_number, near = number % len(self.near.wound.layout.coils), self.near
-        height = float(near.over_coils(self.placed)[self.names.index(state), coil_number])
+        coil_number, near = number % len(self.near.windings.layout.coils), self.near
+        height = float(near.over_coils(self.poses)[self.names.index(state), coil_number])
         if self.has_other_cells:  # the circuits' own values are final
             return lambda frequencies: near.crowded_at(frequencies, math.exp(height))
         return lambda frequencies: near.crowded(frequencies, height)
@@ -106,7 +106,7 @@ class SolvedStates:
     @property
     def has_other_cells(self) -> bool:
         """Whether the sensor has cells beside the solved cell."""
-        return len(next(iter(self.errors.values()))) != len(self.near.wound.layout.coils)
+        return len(next(iter(self.errors.values()))) != len(self.near.windings.layout.coils)
 
     def put_oscillations(self, circuits: Sequence[CoilCircuit], tank: Tank) -> None:
         """Store the tanks' oscillations in the states in the circuits, as solved for the response.
@@ -121,7 +121,7 @@ class SolvedStates:
         if start is None or not np.all(np.isfinite(start)):
             return
         network = tank.network(np.array([circuit.self_capacitance for circuit in circuits]))
-        oscillations = self.near.oscillations(self.placed, self.changes, tank, network, start).one_by_one()
+        oscillations = self.near.oscillations(self.poses, self.changes, tank, network, start).as_list()
         for row, name in enumerate(self.names):
             for k, circuit in enumerate(circuits):
                 circuit.oscillations[name, tank.capacitor] = oscillations[row * len(circuits) + k]
@@ -134,7 +134,7 @@ class SolvedStates:
 
             start = np.array([tank.oscillation(circuit, FREE).frequency for circuit in circuits])
             free = oscillate(network, alone, tank.converter.limit("drive_delay"), start)
-            for circuit, at in zip(circuits, free.one_by_one(), strict=True):
+            for circuit, at in zip(circuits, free.as_list(), strict=True):
                 circuit.oscillations[FREE, tank.capacitor] = at
 
 

@@ -71,16 +71,16 @@ class TunedCircuits:
     """Every coil as a circuit, with the chosen tank and the converter's settings.
 
     `target` is the target's effect: solved, or by correction ratios of an infinite plate. `failed` holds the reason for
-    each state without values. `damped` holds the quality factor for each state in which a tank does not oscillate.
+    each state without values. `overdamped` holds the quality factor for each state in which a tank does not oscillate.
     """
 
-    wound: SolvedWindings
+    windings: SolvedWindings
     target: TargetRatios | SolvedStates
     circuits: Sequence[CoilCircuit]
     tank: Tank
     readout: ReadoutEstimate
     failed: Mapping[str, str]
-    damped: Mapping[str, float]
+    overdamped: Mapping[str, float]
 
 
 def solve_windings(
@@ -161,18 +161,18 @@ def coil_estimates(tuned: TunedCircuits, reference: TunedCircuits | None = None)
     They include standard deviations, the drive that keeps its margin, and notes about the values. `reference` is the
     reference coil, which the converter reads in the same scan.
     """
-    windings = tuned.wound
+    windings = tuned.windings
     spec, assembly, rough = windings.spec, windings.assembly, windings.winding.is_rough
     boards, readout, matrix, matrix_errors = [tuned], tuned.readout, windings.matrix, windings.matrix_errors
     if reference is not None:
-        every = (*windings.layout.coils, *reference.wound.layout.coils)
+        every = (*windings.layout.coils, *reference.windings.layout.coils)
         matrix, matrix_errors = winding_inductance_matrix(spec.coil, every, windings.winding, rough)
         circuits = [*tuned.circuits, *reference.circuits]
         readout = converter_settings(circuits, spec.readout, tuned.tank.capacitor, readout.capacitance_reason)
         boards = [replace(board, readout=readout) for board in (tuned, reference)]
     estimates = [_coil_estimate(coil, circuit, board, states[coil.name])
                  for board in boards for states in [_states(board)]
-                 for coil, circuit in zip(board.wound.layout.coils, board.circuits, strict=True)]
+                 for coil, circuit in zip(board.windings.layout.coils, board.circuits, strict=True)]
     readout = with_margin(readout, estimates)
     coils, readout = with_drive_codes([with_steps(coil, tuned.tank, readout) for coil in estimates], readout,
                                       spec.readout)
@@ -211,11 +211,11 @@ def coil_estimates(tuned: TunedCircuits, reference: TunedCircuits | None = None)
 
 def _notes(tuned: TunedCircuits, coil: CoilEstimate) -> Iterator[str]:
     """Yield notes about the values, for the design and for the first of its identical coils."""
-    windings = tuned.wound
+    windings = tuned.windings
     layout, spec, assembly = windings.layout, windings.spec, windings.assembly
     if incomplete := missing_leads(layout.coils):
         yield incomplete
-    if isinstance(tuned.target, TargetRatios) and tuned.target.shares:
+    if isinstance(tuned.target, TargetRatios) and tuned.target.inductance_ratios:
         yield from (TOO_LARGE, *tuned.target.notes)
     yield from assembly.notes
     yield from near_metal_notes(spec.coil, windings.winding.nearest)
@@ -238,7 +238,7 @@ TOO_LARGE = (
 
 def _states(tuned: TunedCircuits) -> dict[str, dict[str, StateEstimate]]:
     """Return state estimates by coil and state, each with its standard deviations."""
-    windings, tank = tuned.wound, tuned.tank
+    windings, tank = tuned.windings, tuned.tank
     layout, spec, winding = windings.layout, windings.spec, windings.winding
     deviations = tolerance_sigmas(spec)
     deeper = reflector_shifts(layout.coils[0], spec.fpc.stackup, deviations)
@@ -280,7 +280,7 @@ def _coil_estimate(
     coil: Coil, circuit: CoilCircuit, tuned: TunedCircuits, states: Mapping[str, StateEstimate]
 ) -> CoilEstimate:
     """Return the estimate of one coil."""
-    free, winding = states.get(FREE, NO_STATE), tuned.wound.winding
+    free, winding = states.get(FREE, NO_STATE), tuned.windings.winding
     parts = {"winding": circuit.inductance, "bends": circuit.loss.direct_change, **circuit.leads.parts}
     # the remainder; the loss model has it, too, but the terminal inductance is interpolated to within 3e-5
     parts["crowding"] = free.inductance - math.fsum(parts.values())
@@ -302,13 +302,13 @@ def _coil_estimate(
         quality_factor=free.quality_factor,
         self_resonance=self_resonance(circuit),
         trace_length=math.fsum(w.path.length for w in coil.windings),
-        inner_diameter=tuned.wound.layout.spec.coil.inner_diameter,
+        inner_diameter=tuned.windings.layout.spec.coil.inner_diameter,
         states=states,
         lead_parts=circuit.leads.parts,
         winding_capacitance=circuit.winding_capacitance,
         apparent_inductance=free.apparent_inductance,
         failed_states=tuned.failed,
-        overdamped=tuned.damped,
+        overdamped=tuned.overdamped,
         bend_inductance=circuit.loss.direct_change,
         inductance_parts={name: parts.get(name, 0.0) for name in PARTS},
         resistance_error=winding.bound.relative(circuit.loss.resistance_ratio(free.frequency), free.frequency)

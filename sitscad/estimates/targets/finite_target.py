@@ -45,18 +45,18 @@ FREQUENCY = 5e6
 class TargetRatios:
     """Ratios of the target's effect to an infinite plate's effect, by (coil name, state), and notes about them.
 
-    `shares` are the ratios of the inductance changes, `losses` the ratios of the losses. `error` and `loss_error` are
-    the largest errors, relative to the ratio.
+    `inductance_ratios` are the ratios of the inductance changes, `loss_ratios` the ratios of the losses. `error` and
+    `loss_error` are the largest errors, relative to the ratio.
     """
 
-    shares: Mapping[tuple[str, str], float]
-    losses: Mapping[tuple[str, str], float]
+    inductance_ratios: Mapping[tuple[str, str], float]
+    loss_ratios: Mapping[tuple[str, str], float]
     notes: tuple[str, ...]
     error: float = 0.0
     loss_error: float = 0.0
     def of(self, coil: str, state: str) -> tuple[float, float]:
         """Return the ratios of inductance and loss for a coil in a state. They are 1 if none are stored."""
-        return self.shares.get((coil, state), 1.0), self.losses.get((coil, state), 1.0)
+        return self.inductance_ratios.get((coil, state), 1.0), self.loss_ratios.get((coil, state), 1.0)
 
     def key(self, number: int, coil: str, state: str) -> tuple[complex, ...]:
         """Return a key that is equal for coils with an equal effect of the target."""
@@ -80,12 +80,12 @@ NO_RATIOS = TargetRatios({}, {}, ())
 class SheetRatios:
     """Ratios of the target's effect to an infinite plate's effect, for coils at n places under the target.
 
-    `shares` (n) are for the inductance change, `losses` (n) for the loss. `error` and `loss_error` are relative errors
-    of all ratios. `magnetic` is true if the target acts more like a magnet than like a conductor.
+    `inductance_ratios` (n) are for the inductance change, `loss_ratios` (n) for the loss. `error` and `loss_error` are
+    relative errors of all ratios. `magnetic` is true if the target acts more like a magnet than like a conductor.
     """
 
-    shares: Array
-    losses: Array
+    inductance_ratios: Array
+    loss_ratios: Array
     error: float
     loss_error: float
     magnetic: bool
@@ -109,8 +109,8 @@ def target_ratios(
     by_gap = _ratios_at_gaps(target, rings, distinct, [gap for _, gap, _ in covered], covered[0][2], is_rough)
     for (name, _, _), at_gap in zip(covered, by_gap, strict=True):
         for placement, row in zip(placements, member, strict=True):
-            ratios[placement.name, name] = float(at_gap.shares[row])
-            losses[placement.name, name] = float(at_gap.losses[row])
+            ratios[placement.name, name] = float(at_gap.inductance_ratios[row])
+            losses[placement.name, name] = float(at_gap.loss_ratios[row])
     shortened = (ELONGATED if spec.coil.outline.sides else OVAL) * (1.0 - min(spec.coil.size) / max(spec.coil.size))
     errors = max(f.error for f in by_gap) + shortened, max(f.loss_error for f in by_gap)
     wider = errors_outside_fit(spec.coil, placements, spec.target, plate, states)
@@ -227,7 +227,7 @@ def change_ratios(
     assert spec.target is not None
     rings, target, (distinct, member) = _equivalent_round_coil(
         spec.coil, spec.array.placements, spec.target, footprint(spec, spec.target), heights, moves)
-    ratios = [each.shares for each in _ratios_at_gaps(target, rings, distinct, gaps, floor, True)]
+    ratios = [each.inductance_ratios for each in _ratios_at_gaps(target, rings, distinct, gaps, floor, True)]
     return np.array(ratios)[:, member].reshape(len(gaps), len(moves), -1)
 
 
@@ -280,10 +280,11 @@ def target_sheet_ratios(target: Target, rings: CoaxialRings, places: Array, gap:
         return SheetRatios(magnetic, magnetic, magnetic_error, max(magnetic_error, LOSS_OF_MAGNETS), True)
     # Between conductor and magnet: a mean of both ratios, uncertain by half their difference in the middle.
     metal = _conductor_ratios(target, rings, places, gap, floor)
-    ratios, losses = like * metal.shares + (1.0 - like) * magnetic, like * metal.losses + (1.0 - like) * magnetic
+    ratios = like * metal.inductance_ratios + (1.0 - like) * magnetic
+    losses = like * metal.loss_ratios + (1.0 - like) * magnetic
     unsure, unsure_loss = (
         2.0 * like * (1.0 - like) * float(np.max(np.abs(pure - magnetic) / mixed))
-        for pure, mixed in ((metal.shares, ratios), (metal.losses, losses))
+        for pure, mixed in ((metal.inductance_ratios, ratios), (metal.loss_ratios, losses))
     )
     wide = min(target.size) / (2.0 * float(rings.radii.max()))
     neither = eased_error(min(like, 1.0 - like), UNSURE / EASED, 0.0, 1.0)

@@ -80,8 +80,8 @@ class WindowEffect:
     """Fractions of the jaw's effect on inductance and loss that a window removes, each with an error bound.
 
     They are for a coil without a target. With a target, the target's change by a solid jaw is multiplied by `factor`.
-    It grows by the first value of `growth`, plus the second value for each `scale` (H) of change. `moving` is the error
-    of the growth, relative to the target's change.
+    It grows by the first value of `growth`, plus the second value for each `scale` (H) of change. `growth_error` is the
+    error of the growth, relative to the target's change.
     """
 
     inductance: float
@@ -90,7 +90,7 @@ class WindowEffect:
     loss_error: float
     growth: tuple[float, float] = (0.0, 0.0)
     scale: float = 1.0
-    moving: float = 0.0
+    growth_error: float = 0.0
 
     def factor(self, change: Array) -> Array:
         """Return the factor by which the target's inductance change (H), computed for a solid jaw, grows."""
@@ -182,7 +182,7 @@ def _window_effect(
     seen_part = min(float(changes[1] - changes[0]) / (0.5 * (low + high)), 1.0)
     growth, moving = (growths[0] - bend, bend), (error + SMALL) * abs(growths[0]) + BENT * abs(bend)
     first, second, moving = (round(seen_part * value, DIGITS) for value in (*growth, moving))
-    return replace(effect, growth=(first, second), scale=scale, moving=moving)
+    return replace(effect, growth=(first, second), scale=scale, growth_error=moving)
 
 
 def opening_with_skin_depth(opening: Opening, recess: float) -> Opening:

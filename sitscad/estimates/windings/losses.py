@@ -145,7 +145,7 @@ class LossesNearMetal:
             cuts, self.conductivity, resolution.modes, self.nearest, bends=self.is_round, steps=steps)
 
     @cached_property
-    def said(self) -> bytes:
+    def cache_key(self) -> bytes:
         """Text of all inputs, used as the cache key of solutions."""
         return repr(self).encode("utf-8")
 

@@ -444,7 +444,7 @@ def document(proof: Proof) -> dict[str, Any]:
 def _measured(each: Measurement) -> dict[str, Any]:
     digits = {"m": 9, "m2": 12}.get(each.unit, 15)
     return {
-        "what": each.what, "first": each.first, "second": each.second, "when": each.when,
+        "what": each.what, "first": each.first, "second": each.second, "when": each.condition,
         "value": _rounded(each.value, digits), "limit": _rounded(each.limit, digits), "unit": each.unit,
         "kept": each.is_kept, "where_m": [_rounded(value) for value in each.where],
         **({"key": each.key} if each.key else {}),

@@ -34,7 +34,7 @@ MOVED_HEAD = ("unknown", "found", "+-", "usual scatter", "moved by")
 
 def moved_rows(calibration: Calibration) -> Iterable[tuple[str, ...]]:
     """Yield a row per unknown: name, fitted value, its sigma, sigma before the fit, and change by the fit in sigmas."""
-    units = {unknown.name: unknown.unit for unknown in calibration.sensors.known}
+    units = {unknown.name: unknown.unit for unknown in calibration.sensors.unknowns}
     for name, row in calibration.moved.items():
         yield (name, *(_amount(row[key], units[name]) for key in ("value", "sigma", "sigma_before")),
                f"{row['moved_by_sigmas']:+.1f} sigma")
@@ -200,7 +200,7 @@ def place_words(calibration: Calibration, plan: Plan) -> tuple[str, ...]:
     return (
         f"Place: the rod has to stand at its place to {in_mm(sigma)} mm (one sigma; look from two sides under a",
         f"microscope). The expected errors count that. Loads that all stand {in_mm(ASIDE)} mm aside may pass the fit",
-        f"without a remark; after all rows they add: {_errors(ASIDE / sigma * plan.shifted, axes)}",
+        f"without a remark; after all rows they add: {_errors(ASIDE / sigma * plan.errors_of_offset, axes)}",
         f"({'N, N mm' if calibration.sensors.range.has_moments else 'N'}).",
     )
 
@@ -343,7 +343,7 @@ def plan_words(calibration: Calibration, plan: Plan) -> bytes:
         "holds for pads about as stiff as drawn; a much softer pad has a larger error, which its own calibration",
         "states. Noise, hysteresis, creep and temperature add to it.", "", 
         f"{'row':>3}  {'load':<48}  {f'expected error ({units})':<30}",
-        f"{'':>3}  {'not even the tare':<48}  {_errors(plan.untared, scope.axes):<30}".rstrip(),
+        f"{'':>3}  {'not even the tare':<48}  {_errors(plan.errors_without_tare, scope.axes):<30}".rstrip(),
         f"{'':>3}  {'the tare alone, not calibrated':<48}  {_errors(plan.errors[0], scope.axes):<30}".rstrip(),
     ]
     for number, (load, error) in enumerate(zip(plan.loads, plan.errors[1:], strict=True), start=1):

@@ -114,7 +114,7 @@ class Oscillations:
     quality_factor: Array
     coil_share: Array
 
-    def one_by_one(self) -> list[Oscillation]:
+    def as_list(self) -> list[Oscillation]:
         """Return each tank as an `Oscillation`, in the arrays' order."""
         columns = (self.frequency, self.inductance, self.resistance, self.parallel_resistance, self.quality_factor,
                    self.coil_share)

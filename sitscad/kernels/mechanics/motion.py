@@ -206,13 +206,13 @@ THREE, PAIRS = range(3), ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 class StiffnessLaw(NamedTuple):
     """Dimensionless stiffness law of a pad at one compressive strain.
 
-    `pressure` and `pressed` are the pressure and its derivative by the strain. `values`, `slopes` and `bends` hold the
-    five stiffness curves of `pad.StiffnessCurves`, and their first and second derivatives by the strain. `twist` is the
-    stiffness of rotation in the plane of the pad.
+    `pressure` and `pressure_slope` are the pressure and its derivative by the strain. `values`, `slopes` and `bends`
+    hold the five stiffness curves of `pad.StiffnessCurves`, and their first and second derivatives by the strain.
+    `twist` is the stiffness of rotation in the plane of the pad.
     """
 
     pressure: Number
-    pressed: Number
+    pressure_slope: Number
     values: Sequence[Number]
     slopes: Sequence[Number]
     bends: Sequence[Number]
@@ -324,7 +324,7 @@ def _pad_energy_derivatives(law: StiffnessLaw, place: Vector, turn: Vector) -> t
     return lack, [
         [along_x + hardened + 2.0 * cubic * xx, xy, zx, none, none, none],
         [xy, along_y + hardened + 2.0 * cubic * yy, zy, none, none, none],
-        [zx, zy, law.pressed + cubic_2 * fourth + bent, za, zb, none],
+        [zx, zy, law.pressure_slope + cubic_2 * fourth + bent, za, zb, none],
         [none, none, za, tilt_x + none, none, none],
         [none, none, zb, none, tilt_y + none, none],
         [none, none, none, none, none, law.twist + none],

@@ -84,7 +84,7 @@ class StiffnessCurves:
         pressed = (self.squeeze(strain + SMALL) - self.squeeze(strain - SMALL)) / (2.0 * SMALL)
         return StiffnessLaw(self.squeeze(strain), pressed, [*values.T], [*slopes.T], [*bends.T], self.twist)
 
-    def law_at(self, strain: float) -> StiffnessLaw:
+    def pad_law(self, strain: float) -> StiffnessLaw:
         """Return the dimensionless stiffness law at one compressive strain: `law` with floats."""
         place = (min(max(strain, FIRST), LAST) - FIRST) / STEP
         piece = min(int(place), PIECES - 1)
@@ -191,12 +191,12 @@ class BondedPad:
     thickness: float
     shear_modulus: float
     bulk_modulus: float = math.inf
-    around: Surround = BARE
+    surround: Surround = BARE
     height: float = 0.0
     exponent: float = NEO_HOOKEAN
 
     @cached_property
-    def courses(self) -> StiffnessCurves:
+    def stiffness_curves(self) -> StiffnessCurves:
         """Tabulated stiffness curves."""
         return stiffness_curves(self.block, self.bulk_modulus / self.shear_modulus)
 
@@ -210,9 +210,9 @@ class BondedPad:
         sizes = (self.face.width_x, self.face.width_y, h, self.shear_modulus, self.bulk_modulus)
         if not all(value > 0.0 for value in sizes):
             raise ValueError("a pad needs positive widths, thickness and moduli")
-        if min(self.around.rim, self.around.film, self.around.film_modulus, self.height) < 0.0:
+        if min(self.surround.rim, self.surround.film, self.surround.film_modulus, self.height) < 0.0:
             raise ValueError("a pad's rim, film and load height are 0 or more")
-        return self.around.block(self.face, h, self.shear_modulus, self.exponent)
+        return self.surround.block(self.face, h, self.shear_modulus, self.exponent)
 
     @property
     def sigma(self) -> float:
@@ -224,7 +224,7 @@ class BondedPad:
 
         It is `pad_law.compression` times shear modulus and area.
         """
-        return self.shear_modulus * self.face.area * self.courses.squeeze(np.asarray(strain, dtype=float))
+        return self.shear_modulus * self.face.area * self.stiffness_curves.squeeze(np.asarray(strain, dtype=float))
 
     def strain(self, force: Array) -> Array:
         """Return compressive strain (n,) of a level target under normal forces (n,; N): the inverse of `pressure`.
@@ -235,7 +235,7 @@ class BondedPad:
         if not np.all(force >= 0.0):
             raise ValueError("the compressive force must be 0 or more")
         whole = self.shear_modulus * self.face.area
-        strains = [self.courses.squeeze.strain(float(part) / whole) for part in force.ravel()]
+        strains = [self.stiffness_curves.squeeze.strain(float(part) / whole) for part in force.ravel()]
         return np.array(strains).reshape(force.shape)
 
     def force(self, poses: Array) -> Array:
@@ -259,7 +259,8 @@ class BondedPad:
 
         It is `surround_law.Stiffer.aside`.
         """
-        return self.thickness * np.array([self.block.stiffer.aside, self.block.turned.stiffer.aside, 0.0])
+        return self.thickness * np.array([self.block.stiffer.pressure_centre,
+                                          self.block.turned.stiffer.pressure_centre, 0.0])
 
     @cached_property
     def _share(self) -> float:
@@ -286,7 +287,7 @@ class BondedPad:
         `place` (n, 3; thicknesses) is in the frame. Results are in shear modulus times area, and in shear modulus times
         area times thickness.
         """
-        law = self.courses
+        law = self.stiffness_curves
         strain = 1.0 - place[:, 2]
         value, slope = law.at(strain)
         squares = place[:, :2] ** 2
@@ -305,7 +306,7 @@ class BondedPad:
         They are central differences. Rows are components of `force`, columns are components of a pose.
         """
         poses = np.asarray(poses, dtype=float).reshape(-1, 6)
-        there = poses[:, None, :] + self._aside[1:]
+        there = poses[:, None, :] + self._reaction_offset[1:]
         wrenches = self.force(there.reshape(-1, 6)).reshape(len(poses), 12, 6)
         return np.swapaxes((wrenches[:, :6] - wrenches[:, 6:]) / (2.0 * self._steps[:, None]), 1, 2)
 
@@ -361,7 +362,7 @@ class BondedPad:
         `points` (n, 3) are the load points, `turned` (n, 3; rad) the first or fixed angles. `free` selects the
         unknowns: `FREE`, `LEVEL` or `STUCK`.
         """
-        squeeze, start = self.courses.squeeze, np.zeros_like(wrenches)
+        squeeze, start = self.stiffness_curves.squeeze, np.zeros_like(wrenches)
         start[:, 2] = [1.0 - squeeze.strain(max(0.0, -force), ROUGHLY) for force in wrenches[:, 2].tolist()]
         start[:, 3:] = turned
         poses = self._balanced(start, wrenches, points, free)
@@ -442,7 +443,8 @@ class BondedPad:
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
             load = Load((f_x, f_y, f_z), tuple(points.T), moments, is_moment)
             largest = float(np.fmax.reduce(np.einsum("ni,ni->n", there[:, 3:], there[:, 3:]), initial=0.0))
-            lack, slope = energy_derivatives(self.courses.law(1.0 - z), self._share, (x, y, z), turn, load, largest)
+            lack, slope = energy_derivatives(self.stiffness_curves.law(1.0 - z), self._share, (x, y, z), turn, load,
+                                             largest)
         lacking = np.stack(lack, axis=1)
         lacking[z <= 0.0] = math.nan
         return lacking, np.moveaxis(np.array(slope), 2, 0)
@@ -459,7 +461,7 @@ class BondedPad:
         if not place[2] > 0.0 or not math.isfinite(square):
             return 6 * [math.nan], 6 * [6 * [math.nan]]
         load = Load(wrench[:3], point, wrench[3:], is_moment)
-        return energy_derivatives(self.courses.law_at(1.0 - place[2]), self._share, place, turn, load, square)
+        return energy_derivatives(self.stiffness_curves.pad_law(1.0 - place[2]), self._share, place, turn, load, square)
 
     @cached_property
     def _steps(self) -> Array:
@@ -467,7 +469,7 @@ class BondedPad:
         return np.array(3 * [1e-6 * self.thickness] + 3 * [1e-6])
 
     @cached_property
-    def _aside(self) -> Array:
+    def _reaction_offset(self) -> Array:
         """Changes of a pose (13, 6; m and rad) for central differences.
 
         The first row is zero. Then follow the six positive steps, then the six negative steps.

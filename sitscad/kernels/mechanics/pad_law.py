@@ -47,8 +47,8 @@ MOST_OBLONG = 1.0 / 3.0  # Oblongness (two to one) up to which the fit was made;
 class Ogden:
     """Strain-dependent corrections of the neo-Hookean law for other Ogden exponents of pad and film.
 
-    `exponent` belongs to the pad, `skin_exponent` to the film. `shape_factor`, `round`, `oblong` and `rimmed` describe
-    the loaded face. `round` is 0 for a rectangle and 1 for an ellipse. `oblong` is `Block.oblongness`. `rimmed` is 0
+    `exponent` belongs to the pad, `skin_exponent` to the film. `shape_factor`, `round`, `oblong` and `has_rim` describe
+    the loaded face. `round` is 0 for a rectangle and 1 for an ellipse. `oblong` is `Block.oblongness`. `has_rim` is 0
     for a pad without a rim and 1 for a pad with a wide rim.
     """
 
@@ -57,7 +57,7 @@ class Ogden:
     shape_factor: float
     round: float = 0.0
     oblong: float = 0.0
-    rimmed: float = 0.0
+    has_rim: float = 0.0
 
     @property
     def hardening(self) -> float:
@@ -78,7 +78,7 @@ class Ogden:
         It is fitted to our own finite elements (tests/validation/ogden_figures.csv).
         """
         flat = 15.1 * self.shape_factor**2 * (1.0 - 0.215 * self.round + 2.28 * self.oblong**2)
-        linear = 0.272 * (1.0 - 0.22 * self.rimmed)
+        linear = 0.272 * (1.0 - 0.22 * self.has_rim)
         return 1.0 + self._more(strain, linear, 1.0 + flat + 5.6 * strain)
 
     def shear(self, strain: Number) -> Number:
@@ -88,7 +88,7 @@ class Ogden:
         """
         flat = 8.7 * self.shape_factor**2 * (1.0 - 2.5 * self.oblong)
         given_way = 1.0 - (strain / 0.43) ** 6
-        return self._more(strain, 0.29 * (1.0 - 0.43 * self.rimmed), (5.0 + flat + 3.3 * self.rimmed) * given_way)
+        return self._more(strain, 0.29 * (1.0 - 0.43 * self.has_rim), (5.0 + flat + 3.3 * self.has_rim) * given_way)
 
     def tilt(self, strain: Number) -> Number:
         """Return the factor on the neo-Hookean tilt stiffness at a compressive strain.

@@ -243,14 +243,15 @@ class WebFactors:
     """Factors by which webs increase the stiffness of a pad: 1 without webs.
 
     `press` is for compression, `shear` and `tilt` for shear and tilt along the first axis, and `twist` for rotation in
-    the plane of the pad. `aside` is the displacement (thicknesses) of the centre of pressure along the first axis.
+    the plane of the pad. `pressure_centre` is the displacement (thicknesses) of the centre of pressure along the first
+    axis.
     """
 
     press: float = 1.0
     shear: float = 1.0
     tilt: float = 1.0
     twist: float = 1.0
-    aside: float = 0.0
+    pressure_centre: float = 0.0
 
 
 def web_effect(length: float) -> float:

@@ -327,9 +327,9 @@ def clash_svg(name: str, clashes: Sequence[Clash]) -> str:
     for clash in clashes:
         with sheet.group("clash"):
             # One picture with its text, downwards from y = 0
-            sheet.text(0.0, -LETTERS, clash.words, LETTERS, bold=True)
-            if clash.figure:
-                sheet.text(0.0, -LETTERS - LINE, clash.figure, LETTERS, colour=RED)
+            sheet.text(0.0, -LETTERS, clash.title, LETTERS, bold=True)
+            if clash.excess_text:
+                sheet.text(0.0, -LETTERS - LINE, clash.excess_text, LETTERS, colour=RED)
             meshes = [Coloured(each.vertices, each.triangles, _colour(each)) for each in clash.bodies]
             view = fitted(meshes, camera(*CAMERAS[clash.normal == ACROSS]), SIZE)
             with sheet.group("", (0.0, -TITLE)):

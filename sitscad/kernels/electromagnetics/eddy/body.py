@@ -137,11 +137,12 @@ class _Axis:
 class _FieldDrive:
     """Squared coefficients (m) with which a pair of surface functions drives fields inside the body.
 
-    `amounts` has a coefficient for each field. They are summed over the axes `over`, along which both functions have
-    the end function as factor. `level` maps each of these axes to the coefficients of fields that do not vary along it.
+    `amounts` has a coefficient for each field. They are summed over the axes `end_axes`, along which both functions
+    have the end function as factor. `level` maps each of these axes to the coefficients of fields that do not vary
+    along it.
     """
 
-    over: tuple[int, ...]
+    end_axes: tuple[int, ...]
     amounts: Array
     level: Mapping[int, Array]
 
@@ -151,7 +152,7 @@ class _FieldDrive:
         `waves` are the factors g / (lambda + g) (no unit) of all waves. `level` are the factors of fields that do not
         vary along each axis.
         """
-        over = tuple(4 + axis for axis in self.over)
+        over = tuple(4 + axis for axis in self.end_axes)
         total = (self.amounts * waves).sum(axis=over, keepdims=True)
         for axis, amounts in self.level.items():
             total = total + (amounts * level[axis]).sum(axis=over, keepdims=True)
@@ -162,18 +163,18 @@ class _FieldDrive:
 class _Entries:
     """Places of pairs of functions in the matrix (`size`, `size`) of one parity: numbers of `rows` and `columns`.
 
-    `used` flags, among all pairs, those pairs with both functions in use.
+    `functions` flags, among all pairs, those pairs with both functions in use.
     """
 
     size: int
     rows: Index
     columns: Index
-    used: Flags
+    functions: Flags
 
     def filled(self, values: Array) -> Array:
         """Return symmetric matrices (n, size, size) from values (n, pairs), in their unit."""
         matrices = np.zeros((len(values), self.size, self.size))
-        matrices[:, self.rows, self.columns] = matrices[:, self.columns, self.rows] = values[:, self.used]
+        matrices[:, self.rows, self.columns] = matrices[:, self.columns, self.rows] = values[:, self.functions]
         return matrices
 
 

@@ -91,9 +91,10 @@ class _Octave:
     """Potentials on grids at the heights of one octave.
 
     The grid has a `spacing` and a `side` (m). `waves` is the transform of the potential (m; spline coefficients) at the
-    mid-plane `top` of the top layer. `falling` is the transform of the waves that a mirror at a distance `above` (m)
-    reflects, or None. `dipoles` are the coil's, which repeat beyond the grid. `values` (levels, side, side) are
-    potentials at the levels in `known`. Single precision is enough: its 1e-7 is far below their error.
+    mid-plane `top` of the top layer. `reflected_waves` is the transform of the waves that a mirror at a distance
+    `mirror_distance` (m) reflects, or None. `dipoles` are the coil's, which repeat beyond the grid. `values` (levels,
+    side, side) are potentials at the levels in `computed_levels`. Single precision is enough: its 1e-7 is far below
+    their error.
     """
 
     lowest: float
@@ -103,13 +104,13 @@ class _Octave:
     waves: ComplexArray
     dipoles: tuple[_Dipole, ...]
     values: Table
-    known: set[int]
-    above: float = math.inf
-    falling: ComplexArray | None = None
+    computed_levels: set[int]
+    mirror_distance: float = math.inf
+    reflected_waves: ComplexArray | None = None
 
     def table(self, levels: Sequence[int]) -> Table:
         """Return potentials (Wb/m) on the grids, after computing the `levels` levels that are missing."""
-        missing = sorted({*levels} - self.known)
+        missing = sorted({*levels} - self.computed_levels)
         count = len(self.waves)
         k, whole = _wave_numbers(count, self.spacing)
         for level in missing:
@@ -117,15 +118,16 @@ class _Octave:
             place = 0.5 * self.side * gauss(SMOOTH)[0]
             x, y = (part.ravel() for part in np.meshgrid(place, place))
             points = np.stack([x, y, np.full_like(x, self.top + height)], axis=1)
-            wave_height = FAR * self.side if self.falling is None else FAR_BETWEEN * self.side
+            wave_height = FAR * self.side if self.reflected_waves is None else FAR_BETWEEN * self.side
             field = _repeated(points, place, self.dipoles, self.side, wave_height)
             to_grid = _to_grid(count)
             repeated = np.asarray(to_grid @ field.reshape(SMOOTH, SMOOTH) @ to_grid.T)
             waves = self.waves * np.exp(-k * height)[whole]
-            if self.falling is not None:  # the last levels serve the cubics alone, above the mirror
-                waves += self.falling * np.exp(-k * max(self.above - height, -self.above))[whole]
+            if self.reflected_waves is not None:  # the last levels serve the cubics alone, above the mirror
+                waves += self.reflected_waves * np.exp(-k * max(self.mirror_distance - height,
+                                                                -self.mirror_distance))[whole]
             self.values[level] = np.fft.ifft2(waves) - repeated
-            self.known.add(level)
+            self.computed_levels.add(level)
         return self.values
 
 
@@ -168,16 +170,16 @@ class CoilPotential:
 class Plane:
     """A mirror at a height `z` (m).
 
-    `returned` gives the reflection factor (no unit) by wave number (1/m). If None, the factor is -1, for a perfect
-    conductor.
+    `reflection_factor` gives the reflection factor (no unit) by wave number (1/m). If None, the factor is -1, for a
+    perfect conductor.
     """
 
     z: float
-    returned: ReflectionFactor | None = None
+    reflection_factor: ReflectionFactor | None = None
 
     def factor(self, k: Array) -> ComplexArray:
         """Return the reflection factor (no unit) of each wave number (1/m)."""
-        return np.full(k.shape, -1.0 + 0.0j) if self.returned is None else self.returned(k)
+        return np.full(k.shape, -1.0 + 0.0j) if self.reflection_factor is None else self.reflection_factor(k)
 
 
 def coil_potentials(

@@ -27,8 +27,9 @@ Kernels: TypeAlias = tuple[Array, Array]
 class Folding:
     """Points of one quarter of a surface and their mirror images.
 
-    `numbers` (4, n) are the points of the quarter, mirrored across x = 0, across y = 0 and across both. `share` (n) is
-    the square root of the number of distinct points among the four: a point in a mirror plane is its own image.
+    `mirrored_points` (4, n) are the points of the quarter, mirrored across x = 0, across y = 0 and across both.
+    `root_multiplicity` (n) is the square root of the number of distinct points among the four: a point in a mirror
+    plane is its own image.
 
     Notes
     -----
@@ -37,13 +38,13 @@ class Folding:
     quarter. Its kernel sums the inverse distances to a point and to its three mirror images, with signs.
     """
 
-    numbers: Index
-    share: Array
+    mirrored_points: Index
+    root_multiplicity: Array
 
     @property
     def kept(self) -> Index:
         """Numbers of the quarter's own points (n)."""
-        return np.asarray(self.numbers[0])
+        return np.asarray(self.mirrored_points[0])
 
     def kernels(self, points: Array, mirror: Mirror) -> Kernels:
         """Return `inverse_distances` (two arrays (4, n, n); 1/m) of the quarter to the images of its mirrored copies.
@@ -51,8 +52,8 @@ class Folding:
         `points` (all, 3; m) cover the whole surface. The first axis is the mirrored copy of the quarter. Values are
         weighted so that points in a plane count once.
         """
-        weights = 0.25 * self.share[:, None] * self.share
-        each = [inverse_distances(points[self.kept], points[numbers], mirror) for numbers in self.numbers]
+        weights = 0.25 * self.root_multiplicity[:, None] * self.root_multiplicity
+        each = [inverse_distances(points[self.kept], points[numbers], mirror) for numbers in self.mirrored_points]
         horizontal = np.stack([weights * inverse for inverse, _ in each])
         return horizontal, horizontal if mirror.roof is None else np.stack([weights * inverse for _, inverse in each])
 
@@ -266,7 +267,7 @@ class ImageModes:
         matrix, start = np.zeros((self.currents.shape[2],) * 2, dtype=kernels[1].dtype), 0
         for parity, count in self.parities:
             block = slice(start, start + count)
-            currents = self.currents[fold.kept, :, block] * fold.share[:, None, None]
+            currents = self.currents[fold.kept, :, block] * fold.root_multiplicity[:, None, None]
             matrix[block, block] = _coupling(by_axis(kernels, parity), np.moveaxis(currents, 1, 0))
             start += count
         return matrix * mirror.scale
@@ -316,11 +317,12 @@ def image_modes(surface: Surface, coarse: Surface, near_face: float, closest: fl
 def _unfolded(currents: Array, fold: Folding, parity: tuple[int, int]) -> Array:
     """Return currents (points, 3, k; A m) at all points from the currents of a quarter.
 
-    The quarter's currents are weighted by `Folding.share`.
+    The quarter's currents are weighted by `Folding.root_multiplicity`.
     """
-    unfolded = np.empty((int(fold.numbers.max()) + 1, *currents.shape[1:]))
-    unweighted = currents / fold.share[:, None, None]
-    for numbers, sign in zip(fold.numbers[::-1], signs(parity)[::-1], strict=True):  # the quarter itself comes last
+    unfolded = np.empty((int(fold.mirrored_points.max()) + 1, *currents.shape[1:]))
+    unweighted = currents / fold.root_multiplicity[:, None, None]
+    for numbers, sign in zip(fold.mirrored_points[::-1], signs(parity)[::-1],
+                             strict=True):  # the quarter itself comes last
         unfolded[numbers] = unweighted * sign[:, None]
     return unfolded
 
@@ -332,7 +334,8 @@ def _modes(
     """Return the combinations of classes of one symmetry: within each class, and their currents (points, 3, k; A m).
 
     They are the eigenvectors of the coupling (`_coupling`) over a current's own energy. `inverse` are inverse distances
-    (1/m) by the axis of a current. With a `fold`, points cover a quarter, and currents are weighted by `Folding.share`.
+    (1/m) by the axis of a current. With a `fold`, points cover a quarter, and currents are weighted by
+    `Folding.root_multiplicity`.
     """
     factors = [_matrix_factor(currents.functions.inductance) for currents in classes]
     densities = np.concatenate([_by_energy(each, factor, fold) for each, factor in zip(coarse, factors, strict=True)])
@@ -408,7 +411,7 @@ def _by_energy(currents: CurrentClass, factor: Array, fold: Folding | None) -> A
     unit = np.asarray(np.linalg.inv(factor).T, dtype=float)
     densities = currents.spread(unit)
     if fold is not None:
-        densities = densities[fold.kept] * fold.share[:, None, None]
+        densities = densities[fold.kept] * fold.root_multiplicity[:, None, None]
     return np.moveaxis(densities, 2, 0)
 
 

@@ -48,7 +48,7 @@ class SolvedTarget:
     smooth: Surface | None = None
 
     @cached_property
-    def answers(self) -> tuple[Array, ...]:
+    def currents(self) -> tuple[Array, ...]:
         """Response matrices (2 functions, functions; 1/H) of the classes: currents per flux linkage of each function.
 
         Real parts come first, then imaginary parts. They are separate because the drives are real. The matrices serve
@@ -59,19 +59,19 @@ class SolvedTarget:
         return tuple(np.concatenate([current.real, current.imag]) for current in currents)
 
     @cached_property
-    def image_answers(self) -> tuple[Array, ...]:
+    def image_currents(self) -> tuple[Array, ...]:
         """Responses (functions, 2 combinations; no unit) of every class to the image's combinations of currents.
 
         Columns are the real parts, then the imaginary parts. Empty if there is no mirror.
         """
         parts = () if self.images is None else self.images.within
-        halves = (np.split(reply @ combinations, 2) for reply, combinations in zip(self.answers, parts, strict=False))
+        halves = (np.split(reply @ combinations, 2) for reply, combinations in zip(self.currents, parts, strict=False))
         return tuple(np.concatenate(parts, axis=1) for parts in halves)
 
     @cached_property
-    def among_images(self) -> ComplexArray | None:
+    def image_inductance(self) -> ComplexArray | None:
         """Responses (1/H) between the image's combinations, or None if there is no mirror."""
-        return None if self.images is None else _complex(_summed(self.images.within, self.image_answers), 1)
+        return None if self.images is None else _complex(_summed(self.images.within, self.image_currents), 1)
 
     def changes(self, turns: Array, places: Array, coils: Sequence[CoilPotential], centres: Array) -> ComplexArray:
         """Return the change of the coils' inductance matrix (poses, coils, coils; H).
@@ -101,7 +101,7 @@ class SolvedTarget:
         `linked` are the coils' linkages (Wb) with every class. The couplings enter by Woodbury's formula (Golub and Van
         Loan, Matrix Computations, section 2.1). With `is_single_use`, the systems are solved without their inverses.
         """
-        total, driven, among = self._answered_once(linked, shape) if is_single_use else self._answered(linked, shape)
+        total, driven, among = self._currents_once(linked, shape) if is_single_use else self._currents(linked, shape)
         if driven is None or among is None:
             return total
         for pose, coupling in enumerate(couplings):
@@ -113,7 +113,7 @@ class SolvedTarget:
             total[pose] += driven[:, pose].T @ np.linalg.solve(system, coupling @ driven[:, pose])
         return total
 
-    def _answered(self, linked: Sequence[Array], shape: tuple[int, int]) -> Answered:
+    def _currents(self, linked: Sequence[Array], shape: tuple[int, int]) -> Answered:
         """Return the change (poses, coils, coils; H) without the image, and two responses of the image's combinations.
 
         The second value is the response (combinations, poses, coils; no unit) to the coils, the third (1/H) the
@@ -121,10 +121,10 @@ class SolvedTarget:
 
         Notes
         -----
-        Uses `answers`. A target's change is -drive' system^-1 drive (reciprocity, derived here).
+        Uses `currents`. A target's change is -drive' system^-1 drive (reciprocity, derived here).
         """
         total = np.zeros((*shape, shape[1]), dtype=complex)
-        for drive, reply in zip(linked, self.answers, strict=True):
+        for drive, reply in zip(linked, self.currents, strict=True):
             linkages = drive.reshape(-1, *shape).transpose(1, 2, 0)
             real, imaginary = (reply @ drive).reshape(2, -1, *shape).transpose(0, 2, 1, 3)
             total.real -= linkages @ real
@@ -132,19 +132,19 @@ class SolvedTarget:
         if self.images is None:
             return total, None, None
         # the systems are symmetric: coils drive a combination as much as the combination drives the coils
-        return total, _complex(_summed(self.image_answers, linked), 0).reshape(-1, *shape), self.among_images
+        return total, _complex(_summed(self.image_currents, linked), 0).reshape(-1, *shape), self.image_inductance
 
-    def _answered_once(self, linked: Sequence[Array], shape: tuple[int, int]) -> Answered:
-        """Return the results of `_answered` (H, no unit, 1/H) from systems solved for these poses alone."""
+    def _currents_once(self, linked: Sequence[Array], shape: tuple[int, int]) -> Answered:
+        """Return the results of `_currents` (H, no unit, 1/H) from systems solved for these poses alone."""
         total = np.zeros((*shape, shape[1]), dtype=complex)
-        responses, among = self._driven_once(linked)
+        responses, among = self._linkages_once(linked)
         for drive, response in zip(linked, responses, strict=True):
             total -= np.einsum("npc,npd->pcd", drive.reshape(-1, *shape), response.reshape(-1, *shape), optimize=True)
         if self.images is None:
             return total, None, None
         return total, combined(responses, self.images.within).reshape(-1, *shape), among
 
-    def _driven_once(self, linked: Sequence[Array]) -> tuple[list[ComplexArray], ComplexArray | None]:
+    def _linkages_once(self, linked: Sequence[Array]) -> tuple[list[ComplexArray], ComplexArray | None]:
         """Solve the currents (A) in every class and the responses (1/H) between the image's combinations.
 
         The second value is None if there is no mirror.
@@ -168,7 +168,7 @@ class SolvedTarget:
             driven[-1][:, coupled] = currents[:, drive.shape[1] :]
         return responses, None if images is None else combined(driven, images.within)
 
-    def _linked(
+    def _linkages(
         self, surface: Surface, turns: Array, places: Array, coils: Sequence[CoilPotential], centres: Array
     ) -> list[Array]:
         """Return linkages (functions, poses, coils; Wb) of every coil with the classes of a surface in every pose.
@@ -222,9 +222,9 @@ def changes_at(
     changes = np.zeros((len(targets), len(places), count, count), dtype=complex)
     for some in slices(len(places), AT_ONCE // (len(first.surface.points) * len(centres))):
         posed = turns[some], places[some]
-        linked = first._linked(first.surface, *posed, coils, centres)
+        linked = first._linkages(first.surface, *posed, coils, centres)
         if returned:
-            more = first._linked(first.smooth or first.surface, *posed, returned, centres)
+            more = first._linkages(first.smooth or first.surface, *posed, returned, centres)
             linked = [np.concatenate(tables, axis=2) for tables in zip(linked, more, strict=True)]
         couplings = []
         if first.images is not None and first.mirror is not None:

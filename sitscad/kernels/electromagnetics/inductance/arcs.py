@@ -175,7 +175,7 @@ def _some_arcs_with_sides(arcs: Array, other: Track, pairs: Pairs, strands: Stra
     ends = np.minimum(np.abs(lateral[..., 0] + moved), np.abs(lateral[..., -1] + moved))
     square = lateral**2 + strands.clearance(ends)[..., None]
     beyond, times = reach - parallel, strands.at_heights(pairs.times)
-    share = _dot(tangent, t[:, :, None]) * length * strands.shares[:, None]
+    share = _dot(tangent, t[:, :, None]) * length * strands.weights[:, None]
     total = 0.0
     for k, height in enumerate(strands.heights):
         rho = np.sqrt(np.maximum(square + height * height, FLOOR))
@@ -263,7 +263,7 @@ def _opposite_arcs(a: Array, b: Array, strands: StrandPairs, times: Array, rule:
         np.divide(1.0, np.sqrt(x, out=x), out=x)
         x *= dot[:, None]
         inner = np.sum(np.matmul(x, other_elements[..., None])[..., 0] * elements, axis=2)
-        total += float(times[:, k] @ (inner @ strands.shares))
+        total += float(times[:, k] @ (inner @ strands.weights))
     return total
 
 
@@ -289,7 +289,7 @@ def _concentric_arcs(a: Array, b: Array, strands: StrandPairs, times: Array) -> 
         v = scale * np.sinh(0.5 * reach * (1.0 + nodes))
         jacobian = 0.5 * reach * weights * np.sqrt(v * v + scale * scale)
         kernel = product * np.cos(v) / np.sqrt(apart + 4.0 * product * np.sin(0.5 * v) ** 2)
-        values = np.sum(2.0 * jacobian * (angle - v) * kernel, axis=2) @ strands.shares
+        values = np.sum(2.0 * jacobian * (angle - v) * kernel, axis=2) @ strands.weights
         total += float((times[:, k] * a[:, 4] * b[:, 4]) @ values)
     return total
 
@@ -315,7 +315,7 @@ def _other_arcs(a: Array, b: Array, strands: StrandPairs, times: Array, rule: Ru
     # angle between both tangents at the foot; elsewhere it follows from the tangent of half the angle from there
     lean = b[:, 4] * (heading - b[:, 3]) - offset
     turned = _TurnedTangents(np.sin(lean)[..., None], np.cos(lean)[..., None], (offset - nearest)[..., None])
-    four, share = 4.0 * product[..., None], radius * length * strands.shares[:, None]
+    four, share = 4.0 * product[..., None], radius * length * strands.weights[:, None]
     total = 0.0
     for k, height in enumerate(strands.heights):
         gap = least + height * height
@@ -330,13 +330,13 @@ def _other_arcs(a: Array, b: Array, strands: StrandPairs, times: Array, rule: Ru
 class _TurnedTangents:
     """Direction of an arc's tangents relative to another arc's tangents.
 
-    `sine` and `cosine` are of the angle between both at the azimuth of the point's projection (the foot). `away` (rad)
+    `sine` and `cosine` are of the angle between both at the azimuth of the point's projection (the foot). `angle` (rad)
     is the azimuth from the nearest point of the arc to the foot.
     """
 
     sine: Array
     cosine: Array
-    away: Array
+    angle: Array
 
     def integral(self, edge: Array, scale: Array, gap: Array, four: Array) -> Array:
         """Return the integral (1/m) of the tangents' product over distance, from the nearest azimuth to an edge (rad).
@@ -352,7 +352,7 @@ class _TurnedTangents:
         reach = np.arcsinh(edge / scale)
         v = scale * np.sinh(0.5 * reach * (1.0 + nodes))
         jacobian = 0.5 * np.abs(reach) * weights * np.sqrt(v * v + scale * scale)
-        half = np.tan(0.5 * (self.away - v))
+        half = np.tan(0.5 * (self.angle - v))
         square = half * half
         double = 1.0 / (1.0 + square)
         dot = (self.sine * (1.0 - square) + 2.0 * self.cosine * half) * double

@@ -91,7 +91,7 @@ class Cluster:
         return _cluster(self.places[lower], self.elements[lower]), _cluster(self.places[~lower], self.elements[~lower])
 
     @cached_property
-    def seen(self) -> Points:
+    def relative_positions(self) -> Points:
         """Points that represent the cluster at a distance: nodes (n, 2; m) and their line elements (n, plans, 2; m).
 
         Each point's element is distributed by the weights of Chebyshev interpolation (Fong and Darve 2009). A cluster
@@ -197,7 +197,7 @@ def _pairs(first: Cluster, second: Cluster) -> list[tuple[Points, Points, float]
     gaps = np.maximum(np.abs(first.centre - second.centre) - first.half - second.half, 0.0)
     size, other_size, gap = float(first.half.max()), float(second.half.max()), math.hypot(*gaps.tolist())
     if gap >= APART * max(size, other_size, 1e-300):
-        return [(first.seen, second.seen, gap)]
+        return [(first.relative_positions, second.relative_positions, gap)]
     if not (first.parts or second.parts):
         return [((first.places, first.elements), (second.places, second.elements), gap)]
     if first.parts and (size >= other_size or not second.parts):

@@ -137,12 +137,12 @@ def _mitre(incoming: Array, outgoing: Array) -> Array:
 class StrandPairs:
     """All pairs of strands of two tracks.
 
-    `offsets` (m) and `shares` (k; weights) are by pair of strands, `heights` (m) are between the tracks. `clearances`
+    `offsets` (m) and `weights` (k; weights) are by pair of strands, `heights` (m) are between the tracks. `clearances`
     is a table of distances (m) and of the terms to add to squared distances there (m2).
     """
 
     offsets: tuple[Array, Array]
-    shares: Array
+    weights: Array
     heights: Array
     clearances: tuple[Array, Array]
 
@@ -155,7 +155,7 @@ class StrandPairs:
 
         A slice fits a processor's cache.
         """
-        return slices(count, BLOCK // (points * self.shares.size * self.heights.size))
+        return slices(count, BLOCK // (points * self.weights.size * self.heights.size))
 
     def ends(self, track: Track, sides: Index, which: int) -> tuple[Array, Array]:
         """Return starts and ends (n, k, 2; m) of the strands of some sides of the first (0) or the second (1) track."""
@@ -169,7 +169,7 @@ class StrandPairs:
         Each value is multiplied by the multiplicity of its pair and the weight of its strands.
         """
         weighed = np.matmul(values, self.at_heights(times)[:, :, None])
-        return float(np.sum(weighed[..., 0], axis=0) @ self.shares)
+        return float(np.sum(weighed[..., 0], axis=0) @ self.weights)
 
     def at_heights(self, times: Array) -> Array:
         """Return multiplicities (n, heights; no unit) at every height.

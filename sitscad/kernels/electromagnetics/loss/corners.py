@@ -82,18 +82,18 @@ class Corners:
     """Loops of current at tight bends, one row for each bend.
 
     `middle` (n, 2; m) and `height` (n; m) locate the loops. `moment` (n; m2) are their moments over the current,
-    positive upwards. `places` (n, 8, 2; m) and `shares` (n, 8) distribute the moments. `width` (n; m) is the track's
-    width. `own` (n; H) is the inductance of each loop with itself and its two arms. `arms` (n, 2) are the indices of
-    these arms among the filaments.
+    positive upwards. `places` (n, 8, 2; m) and `weights` (n, 8) distribute the moments. `width` (n; m) is the track's
+    width. `self_inductance` (n; H) is the inductance of each loop with itself and its two arms. `arms` (n, 2) are the
+    indices of these arms among the filaments.
     """
 
     middle: Array
     height: Array
     moment: Array
     places: Array
-    shares: Array
+    weights: Array
     width: Array
-    own: Array
+    self_inductance: Array
     arms: Index
 
 
@@ -232,7 +232,7 @@ def corner_inductance(tracks: Sequence[BentTrack]) -> float:
         i, j = first[part], second[part]
         np.add.at(field, i, _from_near(filaments, corners, i, j))
     through = 2.0 * float(np.sum(corners.moment * field))
-    return arcs + float(np.sum(corners.own)) + through + _mutual_inductances(corners)
+    return arcs + float(np.sum(corners.self_inductance)) + through + _mutual_inductances(corners)
 
 
 def bend_loops(track: BentTrack, nearest: float) -> Loops:
@@ -373,7 +373,7 @@ def _from_near(filaments: MitredFilaments, corners: Corners, i: Index, j: Index)
         offset = 0.5 * x * filaments.width[j][:, None]
         start = filaments.start[j] + offset * filaments.before[j]
         end = filaments.end[j] + offset * filaments.after[j]
-        for place, share in zip(np.swapaxes(corners.places, 0, 1), corners.shares.T, strict=True):
+        for place, share in zip(np.swapaxes(corners.places, 0, 1), corners.weights.T, strict=True):
             here = place[i]
             field = normal_field(here, corners.height[i], start, end, filaments.height[j])
             # an endless arm has more, beyond its far end, than the real one; the incoming one's current runs inwards

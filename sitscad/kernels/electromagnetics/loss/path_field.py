@@ -46,20 +46,20 @@ LEAST = 100_000
 class Filaments:
     """Straight filaments: starts and ends (n, 2; m), heights (n; m), and the squared least distance (n; m2) of each.
 
-    `own` are the filament numbers of a cut's own tracks. `block` is the block of arcs to which each filament belongs,
+    `owner` are the filament numbers of a cut's own tracks. `block` is the block of arcs to which each filament belongs,
     or -1.
     """
 
     start: Array
     end: Array
     height: Array
-    clear: Array
-    own: Index
+    clearance: Array
+    owner: Index
     block: Index
 
     def some(self, chosen: Flags) -> Filaments:
         """Return the chosen filaments. No chosen filament counts as a cut's own."""
-        return Filaments(self.start[chosen], self.end[chosen], self.height[chosen], self.clear[chosen],
+        return Filaments(self.start[chosen], self.end[chosen], self.height[chosen], self.clearance[chosen],
                          np.zeros(0, dtype=np.intp), self.block[chosen])
 
 
@@ -86,9 +86,9 @@ def path_field(filaments: Filaments, point: Array, level: Array, ratio: Array, b
     nodes = point.shape[1]
     where = np.column_stack([point.reshape(-1, 2), np.repeat(level, nodes)])
     near = np.isin(filaments.block, block) if filaments.block[0] >= 0 else np.zeros(len(filaments.block), dtype=bool)
-    near[filaments.own] = True
-    own_numbers = np.cumsum(near)[filaments.own] - 1
-    near_filaments = replace(filaments.some(near), own=own_numbers)
+    near[filaments.owner] = True
+    own_numbers = np.cumsum(near)[filaments.owner] - 1
+    near_filaments = replace(filaments.some(near), owner=own_numbers)
     twice = np.repeat(2.0 * ratio, nodes, axis=0).astype(np.float32)
     blocks = np.repeat(block, nodes) if filaments.block[0] >= 0 else None
     total = _total_field(near_filaments, where, twice, blocks)
@@ -191,7 +191,7 @@ def _total_field(filaments: Filaments, where: Array, twice: Single | None = None
     axis = axis / length
     normal = np.stack([-axis[1], axis[0]])
     parallel, offset = np.sum(filaments.start.T * axis, axis=0), np.sum(filaments.start.T * normal, axis=0)
-    clear, long = filaments.clear.astype(np.float32), length.astype(np.float32)
+    clear, long = filaments.clearance.astype(np.float32), length.astype(np.float32)
     sums = np.empty(len(where))
     for part in slices(len(where), AT_ONCE // max(len(length), 1)):
         flat = where[part, :2]
@@ -211,7 +211,7 @@ def _total_field(filaments: Filaments, where: Array, twice: Single | None = None
         np.divide(x, np.sqrt(field, out=field), out=field)
         field -= near
         if twice is not None:
-            field[:, filaments.own] -= twice[part]
+            field[:, filaments.owner] -= twice[part]
         lateral /= square
         field *= lateral
         if block is not None:

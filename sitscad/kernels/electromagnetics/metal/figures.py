@@ -50,7 +50,7 @@ class Patterns:
     A pattern is the points between two steps that occur only once. `kinds` (point numbers) and `inner` (m; position
     relative to the pattern's first point) list the points of one copy of each pattern, pattern after pattern. Each
     pattern begins at its index `first` in these arrays. `places` (m) are the first points of all copies, pattern after
-    pattern. Each pattern begins at its index `begins` in `places`. Places that differ by less than `same` (m) are
+    pattern. Each pattern begins at its index `begins` in `places`. Places that differ by less than `tolerance` (m) are
     equal.
     """
 
@@ -59,7 +59,7 @@ class Patterns:
     first: Index
     places: Array
     begins: Index
-    same: float
+    tolerance: float
 
     @cached_property
     def sizes(self) -> Index:
@@ -73,7 +73,7 @@ class Patterns:
         begins = []
         for low, high in pairwise([*self.begins.tolist(), len(self.places)]):
             begins.append(len(rows))
-            rows += _rows_of_places(self.places[low:high], self.same)
+            rows += _rows_of_places(self.places[low:high], self.tolerance)
         middles, steps, counts = zip(*rows, strict=True)
         return Rows(np.array(middles), np.array(steps), np.array(counts, dtype=float)), np.array(begins)
 

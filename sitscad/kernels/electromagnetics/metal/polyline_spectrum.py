@@ -240,7 +240,7 @@ def polyline_spectrum(tracks: Sequence[PolylineTrack], nearest: float, loops: Se
     while first < k.size:
         some = slice(first, first + max(1, AT_ONCE // (nodes * directions.count(float(k[first])))))
         first = some.stop
-        angle, share = directions.about(k[some])
+        angle, share = directions.integration_directions(k[some])
         waves = _all_waves(shapes, follows, k[some], angle, tangents)
         mean = np.einsum("idkn,jdkn,kn->kij", waves, waves.conj(), share, optimize=True).real / (4.0 * math.pi**2)
         power[some] = mean[:, owner][:, :, owner]
@@ -302,7 +302,7 @@ class _Directions:
             return EVENLY * math.ceil((ROUND[0] + ROUND[1] * phase) / EVENLY)
         return 2 * len(self.normals) * (6 + math.ceil(2.6 * math.log1p(phase)))
 
-    def about(self, numbers: Array) -> tuple[Array, Array]:
+    def integration_directions(self, numbers: Array) -> tuple[Array, Array]:
         """Return integration directions (rad, half a turn) and weights (sum 1) for each wave number (n; 1/m).
 
         Directions are denser near the normals of the sides, where the spectrum of a side has a narrow lobe.
