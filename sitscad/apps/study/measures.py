@@ -301,6 +301,24 @@ def _measurable(axis: str) -> Need:
     return Need("coils that tell it apart", is_had, ("array", "cells", "requirements"))
 
 
+AXIS_MEASURES = (
+    ("resolution", "noise of {axis} at the scan rate (one sigma); the largest of rest, half and full load",
+     _axis_readers(_resolution), (SCREEN, FULL)),
+    ("range", "largest {axis} from rest that the sensor can measure (full response; takes seconds)",
+     _range, (FULL,)),
+    ("error.temperature", "drift of {axis} at full load, from requirements.temperature to the farther end of "
+     "temperature_range, or over 10 K. With readout.compensation it is what this leaves",
+     _axis_readers(_drift_reader(-1)), (SCREEN, FULL)),
+    ("error.uncompensated", "error.temperature of {axis} without the compensation",
+     _axis_readers(_uncompensated_drift), (SCREEN, FULL)),
+    ("error.zero_drift", "zero drift of {axis}, at rest, over the same temperatures as error.temperature",
+     _axis_readers(_drift_reader(0)), (SCREEN, FULL)),
+    ("error.tilt", "error of {axis} by requirements.tilt, or by one degree, at the worst load",
+     _axis_readers(_tilt_error), (FULL,)),
+)
+"""Name, meaning, reader and levels of each measure that every axis has."""
+
+
 def _rows() -> Iterator[DesignMeasure]:
     quantities = {each.label: each for each in TANK}
     for name, (pick, meaning, by_inductance, by_loss) in WORST.items():
@@ -310,20 +328,7 @@ def _rows() -> Iterator[DesignMeasure]:
     yield DesignMeasure("signal.normal", "", "relative change of the reading from rest to "
                         "requirements.normal_force, for the coil with the smallest change",
                         (*PADDED, FORCE), _signal)
-    quick = (("resolution", "noise of {axis} at the scan rate (one sigma); the largest of rest, half and full load",
-              _axis_readers(_resolution), (SCREEN, FULL)),
-             ("range", "largest {axis} from rest that the sensor can measure (full response; takes seconds)",
-              _range, (FULL,)),
-             ("error.temperature", "drift of {axis} at full load, from requirements.temperature to the farther end of "
-              "temperature_range, or over 10 K. With readout.compensation it is what this leaves",
-              _axis_readers(_drift_reader(-1)), (SCREEN, FULL)),
-             ("error.uncompensated", "error.temperature of {axis} without the compensation",
-              _axis_readers(_uncompensated_drift), (SCREEN, FULL)),
-             ("error.zero_drift", "zero drift of {axis}, at rest, over the same temperatures as error.temperature",
-              _axis_readers(_drift_reader(0)), (SCREEN, FULL)),
-             ("error.tilt", "error of {axis} by requirements.tilt, or by one degree, at the worst load",
-              _axis_readers(_tilt_error), (FULL,)))
-    for name, meaning, read, levels in quick:
+    for name, meaning, read, levels in AXIS_MEASURES:
         for axis in AXES:
             needs = {"normal": PADDED}.get(axis, (*PADDED, _measurable(axis)))
             yield DesignMeasure(f"{name}.{axis}", unit_of(axis), meaning.format(axis=AXIS_WORDS[axis]), needs,

@@ -23,9 +23,9 @@ from sitscad.estimates.circuits.settings import (
     serial_settings,
 )
 from sitscad.estimates.coil_estimates import CoilEstimate, Estimates, MeterReadings, ReadoutEstimate
-from sitscad.estimates.performance_values import AXES
 from sitscad.estimates.tolerances.scatter import ACCEPTED_SIGMAS
 from sitscad.files.drawing.frame import FORCED
+from sitscad.files.formats.calibration_header import cells_header
 from sitscad.files.order_facts.board_end import socket_pad
 from sitscad.files.order_facts.notes import hanging
 from sitscad.files.writer import comment_text, is_felt
@@ -65,7 +65,7 @@ def driver_files(
     }
     files["firmware/sensor_config.h"] = _config(spec, estimates, devices, coil_bands, conversion, forced)
     if spec.cells is not None:
-        files["firmware/cells.h"] = _cells_header(len(spec.cell_placements))
+        files["firmware/cells.h"] = cells_header(len(spec.cell_placements))
     reference = None if estimates.reference is None else len(estimates.coils)
     tables = _python_config(spec.name, spec.readout.device, devices, coil_bands, conversion, reference, forced)
     files["firmware/micropython/sensor_config.py"] = tables
@@ -160,63 +160,6 @@ def _cell_macros(cells: CellsSpec | None, coils: int) -> list[str]:
         f"#define SENSOR_CELLS {coils // each}",
         f"#define SENSOR_CELL_COILS {each} /* of a cell */",
     ]
-
-
-def _cells_header(cells: int) -> str:
-    """Return ``cells.h``, which includes the maps of all cells under the names from ``calibration_header``."""
-    numbers = range(1, cells + 1)
-    lines = [
-        "/*",
-        " * The maps of all cells. cell-N/calibration.h of this one sensor beside this file goes before the package's,",
-        " * which is that of a drawing.",
-        " */",
-        "#ifndef CELLS_H",
-        "#define CELLS_H",
-        "",
-    ]
-    for k in numbers:
-        path = f"cell-{k}/calibration.h"
-        lines += [
-            "#if !defined(__has_include)", f'#include "{path}"',
-            f'#elif __has_include("{path}")', f'#include "{path}"',
-            f'#elif __has_include("../calibration/{path}")', f'#include "../calibration/{path}"',
-            "#endif",
-        ]
-    lines += [
-        "#ifdef SITSCAD_COILS",
-        '#error "a calibration.h of these was made without the number of its cell (--cell)"',
-        "#endif",
-        "", "#if " + " \\\n    || ".join(f"defined(SITSCAD_CELL{k}_AXES)" for k in numbers),
-    ]
-    for k in numbers:
-        lines += [f"#ifndef SITSCAD_CELL{k}_AXES",
-                  f'#error "cell-{k}/calibration.h is absent, or that of another cell"',
-                  f"#elif SITSCAD_CELL{k}_COILS != SENSOR_CELL_COILS",
-                  f'#error "cell-{k}/calibration.h is another sensor\'s: its number of coils is not SENSOR_CELL_COILS"',
-                  "#endif"]
-    lines += ["", "/* Axes of every cell. */", "#define SITSCAD_AXES SITSCAD_CELL1_AXES", "#define SITSCAD_OK 0"]
-    for axis in map(str.upper, AXES):
-        lines += [f"#ifdef SITSCAD_CELL1_{axis}", f"#define SITSCAD_{axis} SITSCAD_CELL1_{axis}", "#endif"]
-        for k in numbers[1:]:
-            lines += [f"#if defined(SITSCAD_CELL{k}_{axis}) != defined(SITSCAD_CELL1_{axis})",
-                      f'#error "cell-{k}/calibration.h has other axes than that of cell 1"', "#endif"]
-    lines += [
-        "",
-        "/* Forces by the map of a cell (from 0) at counts of its coils after their tare; 0, or what is wrong. */",
-        "static inline int sensor_cell_map(int cell, const uint32_t *counts, const uint32_t *rest, float *newtons)",
-        "{",
-        "    switch (cell) {",
-    ]
-    for k in numbers:
-        lines += [
-            f"    case {k - 1}: {{",
-            f"        struct sitscad_cell{k}_tare tare;",
-            "        for (int coil = 0; coil < SENSOR_CELL_COILS; ++coil)",
-            "            tare.counts[coil] = rest[coil];",
-            f"        return sitscad_cell{k}_forces(counts, &tare, newtons);",
-            "    }",
-        ]
-    return "\n".join([*lines, "    default:", "        return 1;", "    }", "}", "#endif", "", "#endif", ""])
 
 
 def _coil(place: Channel, frequencies: CoilBands, conversion: Conversion) -> str:
