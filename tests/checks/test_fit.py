@@ -20,7 +20,7 @@ from sitscad.checks.assembly.plates import gain_at_length
 from sitscad.estimates.design import Design
 from sitscad.estimates.loads.pad import soft_pad
 from sitscad.estimates.loads.pressing import pressed_pad
-from sitscad.estimates.loads.working_range import extrapolated_shear_note, shear_for_travel, tested_shear
+from sitscad.estimates.loads.working_range import extrapolated_shear_note, shear_for_travel, validated_shear
 from sitscad.kernels.mechanics.elastomer import VALID_SHEAR
 from sitscad.layout import lay_out
 from sitscad.spec import presets
@@ -639,7 +639,7 @@ def test_shear_beyond_what_the_pads_law_was_held_against_is_noted_as_in_the_data
     rubber = {"name": "x", "shear_modulus": "60 kPa", "uncertainty": 0}
     pad = {"thickness": 1, "size": 4, "material": rubber}
     spec = design(elastomer=pad, target__size=4, encapsulation=None, requirements__shear_force="1 N")
-    held = tested_shear(spec)
+    held = validated_shear(spec)
     asked = replace(spec, requirements=replace(spec.requirements, shear_force=share * held))
     found = [f for f in judge("SIT312", asked) if f.key == "requirements.shear_force"]
     assert [f.severity for f in found] == [Severity.NOTE] * is_said
@@ -650,7 +650,7 @@ def test_a_pressed_pad_that_gives_way_by_itself_has_no_shear_that_is_held():
     """"Shear beyond 0 N, half the pad's thickness" was said of it."""
     path = Path(__file__).parents[2] / "templates" / "bench_7mm.yaml"
     slender = sitscad.load(path).replace("elastomer.thickness", 5e-3)
-    assert tested_shear(slender) == 0.0
+    assert validated_shear(slender) == 0.0
     note = extrapolated_shear_note(0.0)
     assert note.startswith("any shear is extrapolated") and "0 N" not in note
 

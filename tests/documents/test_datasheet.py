@@ -19,7 +19,7 @@ from sitscad import Design
 from sitscad.basics.units import show
 from sitscad.calibration.calibration import plan_calibration
 from sitscad.estimates.loads.pad import soft_pad
-from sitscad.estimates.loads.working_range import tested_shear
+from sitscad.estimates.loads.working_range import validated_shear
 from sitscad.estimates.performance.tables import (
     FROM_UNIT_TO_UNIT,
     MapFigures,
@@ -267,7 +267,7 @@ def test_shear_beyond_the_pad_s_law_is_marked(bench, drawn):
     """Curves ran on to the pad's thickness as if they were as good there as at half of it."""
     most = max(float(np.abs(curve.forces).max()) for curve in drawn.shears)
     for held, is_marked in ((0.6 * most, True), (1.1 * most, False)):
-        plots, texts, captions = figures(replace(drawn, tested_shear=held), bench.performance), [], ""
+        plots, texts, captions = figures(replace(drawn, validated_shear=held), bench.performance), [], ""
         for one in plots[:2]:
             sheet = Sheet("plot", one.size)
             plot(sheet, (0.0, 0.0, *one.size), one.draw)
@@ -326,7 +326,7 @@ def test_a_bare_coil_at_the_design_s_middle_passes_every_limit_with_three_sigma_
 
 def test_the_table_says_up_to_where_the_pad_s_law_was_held(bench):
     rows = dict((row[0], row[1:]) for row in _axes(bench))
-    assert rows["extrapolated by the pad's law beyond"][-1] == show(tested_shear(bench.spec), "N", 3)
+    assert rows["extrapolated by the pad's law beyond"][-1] == show(validated_shear(bench.spec), "N", 3)
     assert rows["extrapolated by the pad's law beyond"][0] == "-"
 
 

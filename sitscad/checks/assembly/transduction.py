@@ -228,13 +228,13 @@ def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdi
     usual = _relative_shear_travel(spec, force, softest)
     if usual <= limit:
         # beyond the validated range of the pad's law, as in data sheet and calibration
-        from sitscad.estimates.loads.working_range import extrapolated_shear_note, tested_shear
+        from sitscad.estimates.loads.working_range import extrapolated_shear_note, validated_shear
 
-        validated = tested_shear(spec)
+        validated = validated_shear(spec)
         if force > validated:
             modulus = pad_of(spec.elastomer).material.shear_modulus
             stiffer = _softest_sufficient(
-                lambda m, _: m.shear_modulus > modulus and tested_shear(_of(spec, m).spec) >= force)
+                lambda m, _: m.shear_modulus > modulus and validated_shear(_of(spec, m).spec) >= force)
             yield violation_of(
                 "shear-validated", "requirements.shear_force", force, validated, "N", severity=Severity.NOTE,
                 hint="shear-validated-preset" if stiffer else "", beyond=extrapolated_shear_note(validated),

@@ -140,7 +140,7 @@ def required_range(spec: SensorSpec, is_rough: bool = False) -> WorkingRange:
     """
     normal = full_normal(spec)
     shear = spec.requirements.shear_force or min(SLIP * normal,
-                                                 (interpolated_held_shear if is_rough else tested_shear)(spec))
+                                                 (interpolated_held_shear if is_rough else validated_shear)(spec))
     axes = measured_axes(spec.cell_placements[0], spec.requirements)
     about_x, about_y = spec.requirements.moments
     moments = about_x * ("moment_x" in axes), about_y * ("moment_y" in axes)
@@ -162,7 +162,7 @@ def working_range(spec: SensorSpec) -> WorkingRange:
     """
     required, notes = required_range(spec), []
     most = shear_for_travel(spec, VALID_SHEAR, (0.0, 0.5, 1.0))  # tall pads are softest in shear at half load
-    shear, limit = required.shear, tested_shear(spec)
+    shear, limit = required.shear, validated_shear(spec)
     if any(name in required.axes for name in FORCES[1:]) and shear > limit:
         notes.append(extrapolated_shear_note(limit))
         if shear > most:
@@ -225,13 +225,13 @@ DOUBLED = 8
 """Largest number of times that `shear_for_travel` doubles its range of forces."""
 
 
-def tested_shear(spec: SensorSpec) -> float:
+def validated_shear(spec: SensorSpec) -> float:
     """Return the shear force (N) up to which the pad's law was tested with finite elements."""
     return shear_for_travel(spec, HELD_SHEAR)
 
 
 def interpolated_held_shear(spec: SensorSpec) -> float:
-    """Return `tested_shear` (N) at a tenth of its cost.
+    """Return `validated_shear` (N) at a tenth of its cost.
 
     It is read from the forces on a level target at this travel, at some heights.
     """
@@ -248,7 +248,7 @@ DEPTHS = np.linspace(-0.15, 0.5, 14)  # Strains of the pad for these forces
 
 
 def extrapolated_shear_note(limit: float) -> str:
-    """Return the note for shear beyond the force (N) of `tested_shear`, for all documents.
+    """Return the note for shear beyond the force (N) of `validated_shear`, for all documents.
 
     The force is 0 if the pressed pad buckles by itself.
     """

@@ -8,7 +8,7 @@ from sitscad.assembly.places.state import REST
 from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
 from sitscad.estimates.coil_estimates import CoilEstimate
-from sitscad.estimates.loads.working_range import tested_shear
+from sitscad.estimates.loads.working_range import validated_shear
 from sitscad.estimates.performance.causes import perturbed_readings, root_sum_of_mean_squares
 from sitscad.estimates.performance.points import SensingAnalysis
 from sitscad.estimates.performance_values import loads_on_axis
@@ -38,7 +38,7 @@ class Curves:
     """Curves of all measured axes. Axes other than normal have curves at rest, half and full normal force.
 
     `places` (coils, 2; m) are the coils' centres. `ranges` holds, for every such axis, inductances (normal, shear,
-    coils; H) over the working range. `tested_shear` (N) is the shear force up to which the pad's law was tested with
+    coils; H) over the working range. `validated_shear` (N) is the shear force up to which the pad's law was tested with
     finite elements. Beyond it, curves are extrapolated.
     """
 
@@ -47,7 +47,7 @@ class Curves:
     normal: Curve
     shears: tuple[Curve, ...]
     ranges: tuple[tuple[str, Array, Array, Array], ...]
-    tested_shear: float
+    validated_shear: float
 
 
 @one_thread
@@ -59,7 +59,7 @@ def curves(sensing: SensingAnalysis) -> Curves:
     shear_curves = tuple(_curve(sensing, name, normal) for name in shears for normal in (0.0, 0.5 * full, full))
     places = np.array([placement.centre for placement in spec.array.placements]) - np.array(spec.array.middle)
     return Curves(tuple(coil.name for coil in estimates.coils), places, _curve(sensing, "normal", 0.0), shear_curves,
-                  tuple(_range(sensing, name) for name in shears), tested_shear(spec))
+                  tuple(_range(sensing, name) for name in shears), validated_shear(spec))
 
 
 def _curve(sensing: SensingAnalysis, axis: str, normal: float) -> Curve:

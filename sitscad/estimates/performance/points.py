@@ -21,7 +21,7 @@ from sitscad.estimates import estimated
 from sitscad.estimates.coil_estimates import Estimates
 from sitscad.estimates.loads.pad import TOO_SOFT, NoResponse, loaded_poses, tilt_stiffness, tilt_stiffness_error
 from sitscad.estimates.loads.pressing import MODULUS, rests_on_pad
-from sitscad.estimates.loads.working_range import extrapolated_shear_note, required_range, tested_shear
+from sitscad.estimates.loads.working_range import extrapolated_shear_note, required_range, validated_shear
 from sitscad.estimates.performance.bench import LoadModel
 from sitscad.estimates.performance.causes import PointErrors, TiltEffects, UnitErrors, resonances, units_of
 from sitscad.estimates.performance.inversion import SolvedRange, crosstalk_at, solved_range
@@ -337,7 +337,7 @@ def _notes(sensing: SensingAnalysis, courses: Mapping[str, tuple[float, str]], f
         "resonance is that of target and pad with nothing on them, and tissue lowers it",
     ]
     notes += [f"{name}: {reason}" for name, reason in bench.estimates.failed_states.items()]
-    pressed, limit = bench.estimates.compression, tested_shear(bench.spec)
+    pressed, limit = bench.estimates.compression, validated_shear(bench.spec)
     if pressed is not None and not pressed.valid:
         notes.append(f"every force here hangs on a law that is not within its range: {pressed.note}")
     if max((bench.full[name] for name in names if name in FORCES[1:]), default=0.0) > limit:

@@ -10,7 +10,7 @@ from typing import Any
 from sitscad.basics.quantities import Table
 from sitscad.basics.record import record
 from sitscad.basics.units import DASH, show
-from sitscad.estimates.loads.working_range import tested_shear, working_range
+from sitscad.estimates.loads.working_range import validated_shear, working_range
 from sitscad.estimates.performance_values import (
     AXIS_WORDS,
     FORCES,
@@ -69,7 +69,7 @@ def axis_table(report: PerformanceReport) -> Table:
 def _range_rows(report: PerformanceReport) -> Iterator[tuple[str, ...]]:
     """Yield the rows on the full scale and the range of each axis."""
     axes, newtons, together = report.points[-1].axes, report.map, working_range(report.spec)
-    names, valid_shear = list(axes), tested_shear(report.spec)
+    names, valid_shear = list(axes), validated_shear(report.spec)
     yield "full scale", *(load_text(axis.full_scale, name) for name, axis in axes.items())
     if together.is_round:
         limit = f"{_newtons(together.shear)} ({_newtons(together.shear / math.sqrt(2.0))} each)"

@@ -34,7 +34,7 @@ class Plot:
 
 def figures(curves: Curves, points: Sequence[Performance], cell: str = "") -> list[Plot]:
     """Return all plots of a sensor, `WIDE` ones first; `cell` names the cell that the curves belong to, if any."""
-    beyond = f" {BEYOND}" if any(float(np.abs(curve.forces).max()) > curves.tested_shear for curve in curves.shears
+    beyond = f" {BEYOND}" if any(float(np.abs(curve.forces).max()) > curves.validated_shear for curve in curves.shears
                               if curve.axis in SHEARS) else ""
     side = " and ".join(dict.fromkeys(NAMES[curve.axis].split()[0] for curve in curves.shears))
     of = f"{cell.capitalize()}, which has the least signal. " if cell else ""
@@ -107,7 +107,7 @@ def _coils(curves: Curves, of: str, figure: Any) -> None:
         for k, name in enumerate(curves.coils):
             dashes = "--" if k % 2 else "-"  # coils with equal readings (by symmetry) stay visible
             _line(axes, curve, NANO * curve.inductance[:, k], NANO * curve.sigma[:, k], f"L{name[1:]}", dashes)
-        _shade(axes, curve, curves.tested_shear)
+        _shade(axes, curve, curves.validated_shear)
         under = "" if curve.axis == "normal" else f", {curve.normal:.3g} N normal"
         axes.set(xlabel=_label(curve.axis), ylabel="inductance (nH)", title=f"{of}{names}{under}")
         if len(curves.coils) > 1:
@@ -126,7 +126,7 @@ def _combined(curves: Curves, figure: Any) -> None:
         for plotted in (curve for curve in curves.shears if curve.axis == kind):
             sigma = np.sqrt((plotted.sigma * weights) ** 2 @ np.ones(len(weights)))
             _line(axes, plotted, NANO * plotted.inductance @ weights, NANO * sigma, f"{plotted.normal:.3g} N normal")
-        _shade(axes, plotted, curves.tested_shear)
+        _shade(axes, plotted, curves.validated_shear)
         axes.set(xlabel=_label(kind), ylabel="nH", title=title)
         axes.legend()
 
@@ -154,14 +154,14 @@ def _range(curves: Curves, figure: Any) -> None:
         total = _rounded(NANO * inductance.sum(axis=2))
         for k, force in enumerate(normal):
             width = 0.9 if k in (0, len(normal) - 1) else 0.45
-            for part, dashes in _parted(shear, curves.tested_shear if kind in SHEARS else np.inf):
+            for part, dashes in _parted(shear, curves.validated_shear if kind in SHEARS else np.inf):
                 line = (np.interp(part, shear, values[k]) for values in (apart, total))
                 axes.plot(*line, color="#1f5fa8", linewidth=width, linestyle=dashes)
             if k in (0, len(normal) - 1):
                 axes.annotate(f"{force:.3g} N", (apart[k, -1], total[k, -1]), color="#1f5fa8")
         for k in range(len(shear)):
             axes.plot(apart[:, k], total[:, k], color="#c4602b", linewidth=0.9 if 2 * k + 1 == len(shear) else 0.45,
-                      linestyle="-" if kind not in SHEARS or abs(shear[k]) <= curves.tested_shear else "--")
+                      linestyle="-" if kind not in SHEARS or abs(shear[k]) <= curves.validated_shear else "--")
         axes.margins(x=0.2)  # room for the words at the ends of the lines
         axes.set(xlabel=f"{label} (nH)", ylabel=f"{_total(curves)} (nH)", title=f"normal and {NAMES[kind]}")
 
