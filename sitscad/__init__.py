@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     from sitscad.calibration.bench_data import BenchError as BenchError
     from sitscad.checks.judging import CheckResult as CheckResult, RULES as RULES, check as check, mended as mended
     from sitscad.checks.rules import Violation as Violation, Rule as Rule, Undecided as Undecided
-    from sitscad.estimates.design import Design as Design, respond as respond
+    from sitscad.estimates.design import Design as Design
+    from sitscad.estimates.requested_response import respond as respond
     from sitscad.estimates import Estimates as Estimates, estimate as estimate
     from sitscad.estimates.performance_values import Performance as Performance
     from sitscad.estimates.loads.pad import NoResponse as NoResponse
@@ -83,7 +84,8 @@ _HOMES = {
     "sitscad.calibration.bench_data": "BenchError",
     "sitscad.checks.judging": "CheckResult RULES check mended",
     "sitscad.checks.rules": "Violation Rule Undecided",
-    "sitscad.estimates.design": "Design respond",
+    "sitscad.estimates.design": "Design",
+    "sitscad.estimates.requested_response": "respond",
     "sitscad.estimates": "Estimates estimate",
     "sitscad.estimates.performance_values": "Performance",
     "sitscad.estimates.loads.pad": "NoResponse",

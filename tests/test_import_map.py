@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import shutil
 import subprocess
 import sys
@@ -42,6 +43,8 @@ def imported_modules(path: Path, package: Path = PACKAGE) -> Iterator[str]:
             base = here[: len(here) + 1 - node.level] if node.level else []
             module = ".".join([*base, *(node.module or "").split(".")]).strip(".")
             yield from (f"{module}.{alias.name}" for alias in node.names)
+        elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "late":
+            yield ast.literal_eval(node.args[0])
 
 
 def imported_wings(path: Path, package: Path = PACKAGE) -> set[str]:
@@ -167,6 +170,76 @@ def test_no_format_imports_another_format_and_no_document_another_document():
             assert not used & written, path.name
 
 
+LATE = {
+    "__init__.py": {"sitscad.apps.notebook"},
+    "checks/assembly/transduction.py": {"sitscad.kernels.mechanics.plate_bending"},
+    "checks/findings/__init__.py": {"sitscad.checks.findings.ci"},
+    "checks/opening.py": {"sitscad.checks.judging", "sitscad.checks.pool"},
+    "checks/reading/metal.py": {"sitscad.estimates.states.other_jaw"},
+    "checks/reading/reference.py": {"sitscad.estimates.states.other_jaw", "sitscad.estimates.states.reference"},
+    "estimates/design.py": {
+        "sitscad.assembly.solids.whole", "sitscad.estimates.performance.warming", "sitscad.estimates.response.model",
+        "sitscad.estimates.sensing",
+    },
+    "estimates/states/steps.py": {"sitscad.estimates.states.cells", "sitscad.estimates.states.solved_target"},
+    "layout/laser_sheet.py": {"sitscad.kernels.geometry.areas"},
+    "package/building.py": {"sitscad.package.cached_solutions", "sitscad.package.stages"},
+    "package/inspection.py": {"sitscad.package.check_pictures"},
+    "package/plugins/__init__.py": {"sitscad.package.plugins.force"},
+    "package/verification.py": {"sitscad.package.production_files"},
+    "spec/resolver/coils.py": {"sitscad.spec.drawn.reading"},
+}
+"""Modules of ours that are imported at the first call of one of their functions (`basics/late.py`), by file.
+
+Solvers of responses, targets and cells take 10 ms of a check (3 %). Areas and pictures load shapely, solids a CAD
+kernel. To load a spec, and to build an unchanged package, takes no NumPy.
+"""
+
+FOREIGN = {
+    "OCP", "distributed", "ezdxf", "matplotlib", "pymoo", "scipy", "serial", "skrf", "smbus2", "threadpoolctl",
+    "fcntl", "resource", "hashlib", "importlib.metadata", "tomllib",
+}
+"""Modules of others that a function may import: packages of the extras, modules of POSIX, and modules of the standard
+library that take 2 ms (`tomllib`), 3 ms (`hashlib`) and 14 ms (`importlib.metadata`).
+"""
+
+
+def imports_in_functions(path: Path) -> Iterator[tuple[str, str]]:
+    """The name of each function that has an import in it, and the imported module."""
+    for function in ast.walk(ast.parse(path.read_text(encoding="utf-8"), str(path))):
+        if isinstance(function, (ast.FunctionDef, ast.AsyncFunctionDef)):
+            for node in ast.walk(function):
+                if isinstance(node, ast.Import):
+                    yield from ((function.name, alias.name) for alias in node.names)
+                elif isinstance(node, ast.ImportFrom):
+                    yield function.name, "." * node.level + (node.module or "")
+
+
+def test_imports_stand_at_the_head_of_a_module():
+    """In a function only if they keep a heavy package, or a measured part of a check's time, out of `check`."""
+    late = {}
+    for path in MODULES:
+        name, imports = str(path.relative_to(PACKAGE)), {module for _, module in imports_in_functions(path)}
+        ours = {module for module in imports if module.startswith(("sitscad", "."))}
+        others = {module for module in imports - ours if not {module, module.partition(".")[0]} & FOREIGN}
+        assert not others, f"{name} imports {', '.join(sorted(others))} in a function"
+        ours |= set(re.findall(r'\blate\("([\w.]+)", ', path.read_text(encoding="utf-8")))
+        if ours:
+            late[name] = ours
+    assert late == LATE
+
+
+def test_imports_in_functions_are_seen(tmp_path):
+    module = tmp_path / "late.py"
+    module.write_text(
+        "import os\nclass A:\n    def one(self):\n        from sitscad.layout import board\n"
+        "async def two():\n    if os:\n        import json, csv\ndef three():\n    from . import rings\n"
+    )
+    assert set(imports_in_functions(module)) == {
+        ("one", "sitscad.layout"), ("two", "json"), ("two", "csv"), ("three", "."),
+    }
+
+
 def test_the_walk_sees_every_way_to_import(tmp_path):
     wing = tmp_path / "kernels"
     wing.mkdir()
@@ -175,8 +248,10 @@ def test_the_walk_sees_every_way_to_import(tmp_path):
         "import sitscad.layout.board\nfrom sitscad.spec import load\nfrom .. import checks\n"
         "from ..basics.units import show\n"
         "def late():\n    from sitscad import build\n    from sitscad.data import rows\n"
+        "sarif = late('sitscad.checks.findings.ci', 'sarif')\n"
     )
     assert imported_wings(module, tmp_path) == {"layout", "spec", "checks", "basics", "data", ""}
+    assert "sitscad.checks.findings.ci" in imported_modules(module, tmp_path)
 
 
 @pytest.mark.slow

@@ -6,6 +6,7 @@ Units are converted here only. All other code uses metres, henries, farads, ohms
 from __future__ import annotations
 
 import csv
+import difflib
 import io
 import math
 import re
@@ -181,8 +182,6 @@ def _unit_error(number: Decimal, unit: str, dimension: str) -> UnitError:
         close = [name for name in close if name[0] == unit[0]] or close
     # Units that differ by their SI prefix, such as MN and mN, are a factor of 1e9 apart
     is_sure = len(close) == 1 and not (unit[0] != close[0][0] and unit[0] in _SI_PREFIXES)
-    import difflib  # loaded for unknown units only
-
     close = close or difflib.get_close_matches(unit[:12], [n for n in UNITS[dimension] if n.isascii()], 1, 0.6)
     candidates = tuple(f"{number} {name}" for name in close)
     return UnitError(f"{unit[:24]!r} is no unit of {dimension}", "unit", allowed, candidates, is_sure)

@@ -6,9 +6,23 @@ import os
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from sitscad.assembly.places.motions import MOMENT, is_held
 from sitscad.basics.arguments import checked_arguments
-from sitscad.calibration.calibration import Calibration
+from sitscad.calibration.bench_data import USUAL_ROTATION, BenchError, points_of, read_table
+from sitscad.calibration.calibration import (
+    Calibration,
+    calibrate_by,
+    forces_with_wrong_rotation,
+    plan_calibration,
+    sensors_of,
+)
 from sitscad.calibration.inverse_map import InverseMap, map_of
+from sitscad.calibration.misfit import disagreement, fit_opposite_rotation, noise_note
+from sitscad.calibration.model_fit import SUSPECT, NoFit
+from sitscad.calibration.refusals import require_agreement, require_plausible, require_possible, second_readings
+from sitscad.estimates.loads.working_range import measured_axes
 
 if TYPE_CHECKING:
     from sitscad.estimates.design import Design
@@ -52,16 +66,6 @@ def calibrate(
     OSError
         The file cannot be opened.
     """
-    import numpy as np
-
-    from sitscad.assembly.places.motions import MOMENT, is_held
-    from sitscad.calibration.bench_data import USUAL_ROTATION, BenchError, points_of, read_table
-    from sitscad.calibration.calibration import calibrate_by, forces_with_wrong_rotation, plan_calibration, sensors_of
-    from sitscad.calibration.misfit import disagreement, fit_opposite_rotation, noise_note
-    from sitscad.calibration.model_fit import SUSPECT, NoFit
-    from sitscad.calibration.refusals import require_agreement, require_plausible, require_possible, second_readings
-    from sitscad.estimates.loads.working_range import measured_axes
-
     has_moments = any(name in measured_axes(design.spec.cell_placements[0], design.spec.requirements)
                       for name in MOMENT)
     is_level = is_held(rotation or ("free" if has_moments else USUAL_ROTATION))

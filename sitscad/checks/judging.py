@@ -21,6 +21,7 @@ from sitscad.checks.reading import drive, electrical, metal, reference, response
 from sitscad.checks.rules import Outcome, Rule, outcomes, rule_of
 from sitscad.checks.trials import Trials, of_refused
 from sitscad.estimates.design import Design
+from sitscad.estimates.signal import signals
 from sitscad.kernels.solve_cache import cache_results
 from sitscad.layout.board import Layout
 from sitscad.spec.reading import RULE_NAMES, SpecError
@@ -152,8 +153,6 @@ def apply_rules(
         results += rule_outcomes
         not_checked += [reason for reason in undecided if reason not in not_checked]
     findings = Trials(design, all_rules(), results, not_checked, budget).advised(least, is_ignored)
-    from sitscad.estimates.signal import signals  # its imports are already loaded by the rules
-
     findings.sort(key=lambda finding: (finding.rule, finding.line or 0, finding.column or 0, finding.message))
     return CheckResult(tuple(findings), tuple(not_checked), signals(design.estimates), design.fit, design.closing,
                        performance.estimated_values(design.cells),

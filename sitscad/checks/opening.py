@@ -6,24 +6,24 @@ Rules are loaded only if a configuration names rules, or a spec cannot be read.
 from __future__ import annotations
 
 import os
-import threading
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from types import ModuleType
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 from sitscad.basics.finding import NotChecked
+from sitscad.basics.late import late
 from sitscad.checks.findings import CheckedSpec, RuleTexts
 from sitscad.checks.policy import Policy, nearest_policy
 from sitscad.spec.load import load, load_text, read_text
 from sitscad.spec.reading import SpecError, decoded
 from sitscad.spec.sensor import SensorSpec
 
-if TYPE_CHECKING:
-    from concurrent.futures import ProcessPoolExecutor
-
 Given = TypeVar("Given")
 Made = TypeVar("Made")
+
+# a build of an unchanged package loads neither the rules nor NumPy; few checks need several processes (5 ms)
+all_rules, mended = late("sitscad.checks.judging", "all_rules"), late("sitscad.checks.judging", "mended")
+process_pool = late("sitscad.checks.pool", "process_pool")
 
 STDIN = "-"
 SHOWN = 1 << 18
@@ -35,16 +35,9 @@ def policy_for(path: str) -> Policy:
     return nearest_policy(Path(path).parent, _active_rules())
 
 
-def _judging() -> ModuleType:
-    """Return the module with all rules. A build of an unchanged package does not load it, nor NumPy."""
-    from sitscad.checks import judging
-
-    return judging
-
-
 def _active_rules() -> Iterator[RuleTexts]:
     """Yield every active rule."""
-    yield from _judging().all_rules()
+    yield from all_rules()
 
 
 def open_spec(path: str, policy: Policy | None = None) -> SensorSpec:
@@ -65,7 +58,7 @@ def unreadable(path: str, error: SpecError, hints: str = "decisive", text: str |
     not_checked = tuple(NotChecked(rule, "the spec could not be read") for rule in skipped)
     source_text = error.source.text if error.source is not None else ""
     shown = text if text is not None else source_text if path == STDIN else file_beginning(path)
-    return CheckedSpec(path, shown, _judging().mended(error, hints), not_checked, error.texts)
+    return CheckedSpec(path, shown, mended(error, hints), not_checked, error.texts)
 
 
 STUDY = "sitscad_study:"
@@ -157,30 +150,3 @@ def usable_processors() -> int:
         return len(os.sched_getaffinity(0))
     except AttributeError:  # pragma: no cover - not Linux
         return os.cpu_count() or 1
-
-
-def process_pool(count: int, undisturbed: bool = False) -> ProcessPoolExecutor:
-    """Return a pool of processes that end with this process, even if it is killed.
-
-    `undisturbed` processes leave Ctrl-C to this process.
-    """
-    from concurrent.futures import ProcessPoolExecutor  # imported only for several processes
-
-    return ProcessPoolExecutor(count, initializer=_prepare_process, initargs=(undisturbed,))
-
-
-def _prepare_process(undisturbed: bool) -> None:
-    if undisturbed:
-        import signal  # imported only in a pool process
-
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-
-
-def _end_with_parent() -> None:
-    """Wait until the parent process ends, then end this process. Otherwise it would wait for work forever."""
-    from multiprocessing import connection, parent_process
-
-    if (parent := parent_process()) is not None:
-        connection.wait([parent.sentinel])
-        os._exit(1)

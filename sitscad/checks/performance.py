@@ -27,7 +27,11 @@ from sitscad.checks.fixes.pads import (
 from sitscad.checks.fixes.search import Family
 from sitscad.checks.rules import NEEDS, Rule, Undecided, Verdict, not_checked, rule_of, violation_of
 from sitscad.estimates.design import Cells, Design
+from sitscad.estimates.performance.causes import DEGREE
+from sitscad.estimates.performance.inversion import crosstalk_at as crossed
 from sitscad.estimates.performance.shear_reading import MAX_SHEAR_READING, shear_readings
+from sitscad.estimates.performance.warming import farthest, warming
+from sitscad.estimates.performance_values import AXES, AXIS_WORDS, unit_of
 from sitscad.kernels.converters.figures import source_in_all
 
 if TYPE_CHECKING:
@@ -107,8 +111,6 @@ def _cell_estimated_values(design: Design) -> tuple[RequirementResult, ...]:
     sensing = design.sensing.analysis if any(each.limit is not None for each in results) else None
     if sensing is None or not sensing.held[0]:
         return tuple(results)
-    from sitscad.estimates.performance.warming import farthest  # already loaded by the estimates of performance
-
     end = farthest(needs)
     warm = f", {needs.temperature:.3g} to {end:.3g} degC"
     sources = [("zero_drift", "SIT406", sensing.warmed[0].drift, f"at rest, after one tare{warm}")]
@@ -148,8 +150,6 @@ def largest_by_unit(name: str, rule: str, errors: Mapping[str, float], where: st
 
 def axis_text(axis: str) -> str:
     """Return the name of an axis of force or moment as readers know it, such as "normal force"."""
-    from sitscad.estimates.performance_values import AXIS_WORDS  # already loaded by the estimates of performance
-
     return AXIS_WORDS[axis]
 
 
@@ -275,8 +275,6 @@ def crosstalk(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
 
     Forces are computed by the best polynomial in the readings.
     """
-    from sitscad.estimates.performance.inversion import crosstalk_at as crossed
-
     if len(sensing.bench.range.axes) == 1:
         yield not_checked("one-axis")
         return
@@ -291,8 +289,6 @@ def crosstalk(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
 @rule_of_performance
 def tilt_error(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
     """Yield findings on the error by the required tilt of the contact, on every axis with a limit."""
-    from sitscad.estimates.performance_values import unit_of
-
     tilt, limits = design.spec.requirements.tilt, design.spec.requirements.tilt_limits()
     assert tilt is not None
     measured_axes = [name for name in limits if name in sensing.bench.range.axes]
@@ -340,8 +336,6 @@ def temperature_error(sensing: SensingAnalysis, design: Design) -> Iterator[Verd
 
     The drift is from the temperature of the tare to the farther end of the range.
     """
-    from sitscad.estimates.performance.warming import farthest, warming
-
     needs = design.spec.requirements
     apart = warming(needs)
     if not sensing.held[-1]:
@@ -369,8 +363,6 @@ def ambiguous_load_findings(sensing: SensingAnalysis, design: Design) -> Iterato
     """Yield a finding if two different loads within the requirements give the same reading."""
     ambiguous = design.sensing.ambiguous_loads
     if ambiguous is not None:
-        from sitscad.estimates.performance_values import AXES, unit_of  # already loaded by the estimates of performance
-
         loads = [" and ".join(f"{show(load[k], unit_of(name), 3)} of {axis_text(name)}"
                               for k, name in enumerate(AXES) if name in sensing.bench.range.axes)
                  for load in ambiguous]
@@ -381,9 +373,6 @@ def ambiguous_load_findings(sensing: SensingAnalysis, design: Design) -> Iterato
 @rule_of_performance
 def tilt_above_noise(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
     """Yield a note if one degree of tilt changes the reading by more than `BESIDE_NOISE` times the noise."""
-    from sitscad.estimates.performance.causes import DEGREE
-    from sitscad.estimates.performance_values import unit_of
-
     most = worst_value(sensing, sensing.bench.range.axes, lambda point, axis: float(
         sensing.points[point].tilt_errors(DEGREE)[axis].max() / sensing.points[point].noise[axis]))
     if most is not None and most.value > BESIDE_NOISE:

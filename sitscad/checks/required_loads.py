@@ -13,7 +13,9 @@ from sitscad.checks.fixes.moves import reread_changes
 from sitscad.checks.performance import MOMENTS, axis_text
 from sitscad.checks.rules import Rule, Verdict, not_checked, rule_of, violation_of
 from sitscad.estimates.design import Design
+from sitscad.estimates.loads.pad import soft_pad
 from sitscad.estimates.loads.pressing import rests_on_pad
+from sitscad.estimates.loads.working_range import FARTHER, INSTEAD, full_normal, largest_moments, measured_axes
 from sitscad.kernels.mechanics.elastomer import HELD_TILT
 
 
@@ -31,8 +33,6 @@ def unmeasurable_moments(design: Design) -> Iterator[Verdict]:
         if unrequired:
             yield violation_of("moment-unrequired", f"requirements.{unrequired}", requirement=unrequired)
         return
-    from sitscad.estimates.loads.working_range import INSTEAD, measured_axes  # loaded by the estimates
-
     axes, count = measured_axes(spec.cell_placements[0], requirements), len(spec.array.placements)
     for name, value in zip(MOMENTS, requirements.moments, strict=True):
         across = "y" if name == "moment_x" else "x"
@@ -49,9 +49,6 @@ def unmeasurable_moments(design: Design) -> Iterator[Verdict]:
 
 def moment_range(design: Design) -> Iterator[Verdict]:
     """Yield a finding for each required moment that tilts the target beyond the valid range of the pad's law."""
-    from sitscad.estimates.loads.pad import soft_pad  # loaded by the estimates
-    from sitscad.estimates.loads.working_range import FARTHER, full_normal, largest_moments
-
     if not any(design.spec.requirements.moments):
         return
     if not rests_on_pad(design.spec):

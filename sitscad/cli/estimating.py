@@ -25,9 +25,10 @@ from sitscad.cli.terminal import (
 )
 from sitscad.estimates import METHODS, missed_tolerance
 from sitscad.estimates import estimate as estimate_layout
-from sitscad.estimates.design import Design, respond_to
+from sitscad.estimates.design import Design
 from sitscad.estimates.loads.pad import NoResponse
 from sitscad.estimates.performance.tables import PerformanceReport
+from sitscad.estimates.requested_response import respond_to
 from sitscad.estimates.states.at_frequency import FrequencyError, coils_at
 from sitscad.files.report.numbers import ESTIMATE_FORMATS
 from sitscad.files.report.response import RESPONSE_FILES, RESPONSE_FORMATS, response_file

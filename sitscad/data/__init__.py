@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -53,7 +54,5 @@ def is_unverified(source: str, *fields: str) -> bool:
 
 def json_file(name: str) -> dict[str, Any]:
     """Return the content of a JSON file by its name (a path below this folder, without `.json`)."""
-    import json  # most commands read no JSON
-
     document: dict[str, Any] = json.loads((FOLDER / f"{name}.json").read_text(encoding="utf-8"))
     return document

@@ -22,6 +22,7 @@ from sitscad.basics.quantities import (
 )
 from sitscad.basics.record import record
 from sitscad.basics.units import count_text, show
+from sitscad.basics.version import __version__
 from sitscad.estimates.loads.pressing import PressingScatter
 from sitscad.kernels.converters.conversion import Conversion
 from sitscad.kernels.converters.converter import Channel, Converter
@@ -412,8 +413,6 @@ class Estimates:
 
         Values are None if they are absent or not finite.
         """
-        from sitscad.basics.version import __version__
-
         places = self.readout.device.places(len(self.all_coils))
         return {
             "sitscad": __version__,

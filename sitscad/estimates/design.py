@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from sitscad.assembly.places.fit import closing_motion, measures
 from sitscad.basics.arguments import checked_arguments
+from sitscad.basics.late import late
 from sitscad.basics.record import memo, record
 from sitscad.estimates import estimated
 from sitscad.estimates.loads.gluing import hard_adhesive
@@ -16,23 +17,23 @@ from sitscad.estimates.loads.pad import NoResponse
 from sitscad.layout import arrange, lay_out
 from sitscad.spec.sensor import SensorSpec, without_text
 
-# Functions import the modules of response, performance and cells: a check of a single coil needs none of these modules,
-# and a check of a jaw needs no performance. The assembly module is loaded only when solids are built.
-
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
 
-    from sitscad.assembly.places.motions import Motions
     from sitscad.assembly.solids.whole import Solids
-    from sitscad.basics.arrays import Array
     from sitscad.basics.check_results import Closing, Measure
     from sitscad.estimates import Estimates
     from sitscad.estimates.performance_values import Performance
     from sitscad.estimates.response.model import ResponseModel
-    from sitscad.estimates.response.response_arrays import Response
     from sitscad.estimates.sensing import Sensing, Skin
     from sitscad.layout.board import Layout
     from sitscad.layout.routing.escape import SearchLimit
+
+# a check of a single coil needs none of these, which saves 10 ms (3 %); solids load a CAD kernel
+response_model = late("sitscad.estimates.response.model", "response_model")
+reference_drift = late("sitscad.estimates.performance.warming", "reference_drift")
+sensing_of = late("sitscad.estimates.sensing", "Sensing")
+skin_of = late("sitscad.estimates.sensing", "Skin")
+solids_of = late("sitscad.assembly.solids.whole", "Solids")
 
 Value = TypeVar("Value")
 
@@ -102,8 +103,6 @@ class Design:
         if self.spec.cells is not None:
             count = len(self.cells)
             raise NoResponse(f"the sensor has {count} cells, each with a target of its own: ask for one, --cell 1")
-        from sitscad.estimates.response.model import response_model
-
         return response_model(self.layout, self.estimates)
 
     @cached_property
@@ -112,9 +111,7 @@ class Design:
         sensor = self.bare.cells.weakest
         if sensor is not self:
             return sensor.sensing
-        from sitscad.estimates.sensing import Sensing
-
-        return Sensing(self)
+        return sensing_of(self)
 
     @cached_property
     def performance(self) -> tuple[Performance, ...]:
@@ -129,9 +126,7 @@ class Design:
     @cached_property
     def solids(self) -> Solids:
         """Solids of the sensor. The first use imports a CAD kernel."""
-        from sitscad.assembly.solids.whole import Solids
-
-        return Solids(self.layout, hard_adhesive(self.layout))
+        return solids_of(self.layout, hard_adhesive(self.layout))
 
     @cached_property
     def bare(self) -> Design:
@@ -166,8 +161,6 @@ class Cells:
         alone, estimates = self.whole.layout.reference_alone, self.whole.estimates
         if alone is None:
             return None
-        from sitscad.estimates.performance.warming import reference_drift  # only for a reference coil
-
         return reference_drift(alone, estimates.readout.capacitance, estimates.temperature, estimates.is_rough)
 
     @cached_property
@@ -206,9 +199,7 @@ class Cells:
         """Properties that cells share, and their crosstalk. Empty without cells."""
         if self.whole.bare is not self.whole:
             return self.whole.bare.cells.skin
-        from sitscad.estimates.sensing import Skin
-
-        return Skin(self.whole.layout.sensing, self.whole.estimates.sensing, self.parts)
+        return skin_of(self.whole.layout.sensing, self.whole.estimates.sensing, self.parts)
 
     @property
     def weakest_number(self) -> int:
@@ -248,126 +239,6 @@ def at_room_temperature(design: Design) -> Design:
         return design
     return memo(design, "at room temperature", lambda: Design(design.spec, design.layout, estimated(
         design.layout, temperature=ROOM_TEMPERATURE, is_solved=design.estimates.is_solved)))
-
-
-@checked_arguments
-def respond(
-    design: Design | SensorSpec,
-    poses: ArrayLike | None = None,
-    *,
-    loads: ArrayLike | None = None,
-    case: str | Sequence[str] | None = None,
-    rotation: str | None = None,
-    frequency: float | None = None,
-    tolerance: float | None = None,
-) -> Response:
-    """Return the coil readings at target poses, under loads, or in named load cases.
-
-    A `Design` caches its solutions.
-
-    Parameters
-    ----------
-    design
-        A design or a spec.
-    poses
-        Poses (n, 6) relative to rest: x, y, z (m), rx, ry, rz (rad). Axes are as in
-        `sitscad.assembly.places.state.Pose`.
-    loads
-        Loads (n, 3; N): normal towards the board, shear along +x and +y. Or (n, 5), with moments (N m) about x
-        and y on the middle of the outermost face.
-    case
-        A load case, or several, by their names in the spec's section `loads`. "all" selects every case.
-    rotation
-        For `loads` alone: "free" lets the target tilt (default); "held" keeps it level by a flat face, as in
-        data sheets and calibrations. A case sets its own rotation.
-    frequency
-        Frequency (Hz) of inductances and resistances. If None, it is each coil's own tank frequency.
-    tolerance
-        Largest error of interpolation between many poses.
-
-    Returns
-    -------
-    Response
-        Inductance, resistance, frequency and counts of every coil at each point.
-
-    Raises
-    ------
-    ValueError
-        For other shapes or values, for none or several of poses, loads and case, for a rotation without loads,
-        or for an unknown rotation.
-    NoResponse
-        If the design has no target, no elastomer for a load, no tank that oscillates, or no load case of this name.
-        Also for an impossible pose: more than a metre away, turned over, or with the whole target inside the board.
-        It is a ValueError.
-
-    Examples
-    --------
-    >>> import sitscad
-    >>> spec = sitscad.SensorSpec.from_mapping(
-    ...     name="press", coil={"shape": "circle", "outer_diameter": 8, "turns": 14, "layers": 2,
-    ...                         "trace_width": "100 um", "trace_spacing": "100 um"},
-    ...     target={"thickness": 0.2}, elastomer={"material": "ecoflex-00-30", "thickness": 1})
-    >>> response = sitscad.respond(spec, poses=[[0, 0, 0, 0, 0, 0], [0, 0, -0.1e-3, 0, 0, 0]])
-    >>> bool(response.frequency[1, 0] > response.frequency[0, 0])
-    True
-    """
-    import numpy as np
-
-    from sitscad.assembly.places.motions import USUAL_ROTATION, is_held
-    from sitscad.estimates.states.placed import require_possible
-
-    if sum(argument is not None for argument in (poses, loads, case)) != 1:
-        raise ValueError("give either poses or loads or a case")
-    if rotation is not None and loads is None:
-        raise ValueError("rotation says how loads are put on: poses and cases have their own")
-    model = (design if isinstance(design, Design) else Design(design)).response
-    if case is not None:
-        from sitscad.estimates.response.cases import respond_to_cases
-
-        return respond_to_cases(model, (case,) if isinstance(case, str) else tuple(case), frequency, tolerance)
-    rows = np.asarray(loads if poses is None else poses, dtype=float)
-    widths = (3, 5) if poses is None else (6,)
-    if rows.ndim == 0 or rows.shape[-1] not in widths:
-        counts = " or ".join(map(str, widths))
-        raise ValueError(f"rows of {counts} numbers are wanted, not an array of shape {rows.shape}")
-    flat: Array = rows.reshape(-1, rows.shape[-1])
-    if poses is None:
-        level = np.full(len(flat), is_held(rotation or USUAL_ROTATION))
-        if level.any() and np.any(flat[:, 3:]):
-            raise ValueError("a face that keeps the target level takes any moment: rotation free")
-        return model.respond_to_loads(flat, level, frequency, tolerance)
-    require_possible(model.spec, flat)
-    return model.respond(flat, frequency, tolerance)
-
-
-def respond_to(
-    design: Design,
-    motions: Motions,
-    frequency: float | None = None,
-    tolerance: float | None = None,
-    progress: Callable[[int, int], None] | None = None,
-    derivatives: bool = False,
-) -> Response:
-    """Return the response at poses, loads and load cases, in this order.
-
-    `derivatives` adds the derivatives of the frequencies.
-    """
-    from sitscad.estimates.response.cases import join_responses, respond_to_cases
-    from sitscad.estimates.states.placed import require_possible
-
-    model, parts = design.response, []
-    if len(motions.poses):
-        require_possible(model.spec, motions.poses)
-        parts.append(model.respond(motions.poses, frequency, tolerance, progress))
-    if len(motions.loads):
-        parts.append(model.respond_to_loads(motions.loads, motions.held, frequency, tolerance, progress))
-    if motions.cases:
-        parts.append(respond_to_cases(model, motions.cases, frequency, tolerance, progress))
-    if not derivatives:
-        return join_responses(parts)
-    from sitscad.estimates.response.cases import with_derivatives
-
-    return join_responses([with_derivatives(model, part) for part in parts])
 
 
 def has_same_board(first: SensorSpec, second: SensorSpec) -> bool:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import json
+import zipfile
 from collections.abc import Callable, Mapping
 from importlib import import_module
 
@@ -110,8 +112,6 @@ def stored_zip(members: Mapping[str, bytes]) -> bytes:
     Files are stored without compression, because the output of deflate differs between versions of zlib. Dates are the
     earliest that a ZIP archive can store.
     """
-    import zipfile  # a check writes no archive
-
     archive_file = io.BytesIO()
     with zipfile.ZipFile(archive_file, "w", zipfile.ZIP_STORED) as archive:
         for name, content in members.items():
@@ -123,8 +123,6 @@ def stored_zip(members: Mapping[str, bytes]) -> bytes:
 
 def json_bytes(document: object) -> bytes:
     """Return a document as a JSON file: pure ASCII, one value per line, indented by one space per level."""
-    import json  # a check writes no JSON
-
     return (json.dumps(document, indent=1) + "\n").encode("ascii")
 
 

@@ -8,6 +8,8 @@ byte for byte with and without the cache.
 
 from __future__ import annotations
 
+import json
+import platform
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -15,6 +17,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from sitscad.basics.digest import sha256
 from sitscad.basics.version import __version__
 
 Answer: TypeAlias = tuple[Any, ...]
@@ -43,7 +46,7 @@ class Solutions:
 
     def result_of(self, inputs: tuple[object, ...], solve: Callable[[], Answer]) -> Answer:
         """Return the stored result for some inputs, or store the result of `solve`."""
-        digest = _sha256()
+        digest = sha256()
         for part in inputs:
             text = part if isinstance(part, bytes) else getattr(part, "cache_key", None) or repr(part).encode("utf-8")
             digest.update(f"{len(text)}:".encode("ascii") + text)
@@ -68,12 +71,10 @@ class Solutions:
 
         `by` identifies the code that computed the results.
         """
-        import json  # only builds keep a file
-
         index = {key: [[part.dtype.str, *part.shape] for part in answer] for key, answer in self.known.items()}
         head = json.dumps({"by": _setting(by), "solutions": index}).encode("ascii")
         content = b"".join([head, b"\n", *(part.tobytes() for answer in self.known.values() for part in answer)])
-        return _sha256(content).hexdigest().encode("ascii") + b"\n" + content
+        return sha256(content).hexdigest().encode("ascii") + b"\n" + content
 
 
 class Memo:
@@ -101,10 +102,8 @@ def read_cache(file: bytes, by: str) -> Solutions:
     Empty if the file is damaged. Also empty if its results come from other code (`by`), or from another version of
     sitscad or NumPy, or another processor type.
     """
-    import json  # only builds keep a file
-
     digest, _, content = file.partition(b"\n")
-    if _sha256(content).hexdigest().encode("ascii") != digest:
+    if sha256(content).hexdigest().encode("ascii") != digest:
         return Solutions()
     head, _, _ = content.partition(b"\n")
     document, place = json.loads(head), len(head) + 1
@@ -121,15 +120,7 @@ def read_cache(file: bytes, by: str) -> Solutions:
     return Solutions(results)
 
 
-def _sha256(content: bytes = b"") -> Any:
-    import hashlib  # loads OpenSSL, which a check does not need
-
-    return hashlib.sha256(content)
-
-
 def _setting(by: str) -> list[str]:
-    import platform
-
     return [by, __version__, np.__version__, platform.machine()]
 
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from enum import StrEnum
 
+from sitscad.basics.late import late
 from sitscad.basics.record import record
 from sitscad.basics.units import count_text, in_mm, parse_quantity
 from sitscad.data import rows
@@ -17,6 +18,8 @@ from sitscad.layout.board import Layout
 from sitscad.spec.materials import Cutting
 from sitscad.spec.places import cell_specs, footprint, place_text, webs
 from sitscad.spec.sensor import SensorSpec
+
+joined_boxes = late("sitscad.kernels.geometry.areas", "joined_boxes")  # loads shapely, for sheets with webs only
 
 MARGIN = 5e-3
 COUPON_SIZE = 10e-3
@@ -169,10 +172,6 @@ class CutPart:
         if not self.boxes:
             yield plate(layer, self.shape, (self.size[0] + 2 * grown, self.size[1] + 2 * grown), centre)
             return
-        from sitscad.kernels.geometry.areas import (
-            joined_boxes,  # checks look at sheets without webs and load no shapely
-        )
-
         dx, dy = centre.x - self.place.centre.x, centre.y - self.place.centre.y
         boxes = ((b[0] - grown, b[1] - grown, b[2] + grown, b[3] + grown) for b in self.boxes)
         paths = (path.mapped(lambda p: p.shifted(dx, dy)) for path in joined_boxes(boxes))

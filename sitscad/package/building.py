@@ -22,12 +22,12 @@ import shutil
 import time
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.finding import Severity
+from sitscad.basics.late import late
 from sitscad.basics.record import record
 from sitscad.basics.units import count_text, escape_controls
 from sitscad.checks.findings.document import CheckedSpec, read_findings
@@ -37,7 +37,6 @@ from sitscad.package.folder import (
     PackageError,
     explained,
     list_files,
-    replace_file,
     require_package_name,
     write_files,
 )
@@ -50,7 +49,6 @@ from sitscad.package.manifest import (
     Manifest,
     Progress,
     StageResult,
-    code,
     figure_files,
     foreign_files,
     intact,
@@ -65,9 +63,14 @@ from sitscad.spec.sensor import SensorSpec, without_text
 
 if TYPE_CHECKING:
     from sitscad.estimates.design import Design
-    from sitscad.kernels.solve_cache import Solutions
     from sitscad.package.contents import Contents
 
+
+# a build of an unchanged package loads none of these, nor NumPy
+contents_of = late("sitscad.package.stages", "contents_of")
+make_all = late("sitscad.package.stages", "make_all")
+manifest_of = late("sitscad.package.stages", "manifest_of")
+cached_solutions = late("sitscad.package.cached_solutions", "cached_solutions")
 
 _AT_FDCWD = -100
 _RENAME_EXCHANGE = 2
@@ -360,16 +363,12 @@ def _build(request: BuildRequest, spec: SensorSpec | Design, report: Progress, j
     key = request.made_from(before)
     if (same := _unchanged(request, before, key)) is not None:
         return BuildResult(directory, same.checked, written=False) if request.stops(same.checked) else same
-    from sitscad.package import stages  # loaded only if files have to be made
-
     with cached_solutions(directory.name):
-        contents = stages.contents_of(spec, request.policy, request.baseline, request.wanted)
+        contents = contents_of(spec, request.policy, request.baseline, request.wanted)
         return _rebuild(request, contents, report, jobs, key)
 
 
 def _rebuild(request: BuildRequest, contents: Contents, report: Progress, jobs: int, key: str) -> BuildResult:
-    from sitscad.package import stages
-
     directory = request.directory
     report(CHECK_STAGE, "start", 0.0)
     began = time.perf_counter()
@@ -379,11 +378,11 @@ def _rebuild(request: BuildRequest, contents: Contents, report: Progress, jobs: 
         return BuildResult(directory, contents.checked, written=False)
     with opened_for_building(directory.parent, directory.name) as staged:
         old = _require_ours(directory)
-        built = stages.make_all(contents, directory, old, request.wanted, report, request.force, jobs)
+        built = make_all(contents, directory, old, request.wanted, report, request.force, jobs)
         contents = built.contents
         if request.stops(contents.checked):  # findings on the solids
             return BuildResult(directory, contents.checked, written=False)
-        manifest = stages.manifest_of(contents, built, old, key, request.wanted)
+        manifest = manifest_of(contents, built, old, key, request.wanted)
         is_whole = intact(directory, old.files) is not None and not foreign_files(directory, old)
         if manifest == old and is_whole:
             return BuildResult(directory, contents.checked, True, built.results)
@@ -415,11 +414,9 @@ def stale(
         request = dataclasses.replace(request, wanted=request.wanted - set(unplotted(request.spec)))
     if (same := _unchanged(request, old, request.made_from(old))) is not None:
         return same
-    from sitscad.package import stages
-
-    contents = stages.contents_of(design or request.spec, request.policy, request.baseline, request.wanted)
+    contents = contents_of(design or request.spec, request.policy, request.baseline, request.wanted)
     with cached_solutions(request.directory.name, writes=False):
-        built = stages.make_all(contents, request.directory, old, request.wanted, lambda *_: None, request.force, jobs,
+        built = make_all(contents, request.directory, old, request.wanted, lambda *_: None, request.force, jobs,
                                figure_files(request.directory, old))
     # Stages left out of the package, with their numbers of files. Empty if there is no package
     asked_for = {*old.built_for, *_stages_of(old)} if old.files else set(STAGES)
@@ -433,49 +430,6 @@ def stale(
         note = f"it was built without {names}: with --only {built_for} it is compared as it was built"
         differing = [note, *differing]
     return BuildResult(request.directory, built.contents.checked, False, built.results, stale=tuple(differing))
-
-
-MOST_CACHED = 64_000_000
-"""Approximate limit (bytes) for all files of solutions in the user's cache. The oldest files are removed."""
-
-
-@contextmanager
-def cached_solutions(name: str, writes: bool = True, store: Solutions | None = None) -> Iterator[None]:
-    """Reuse cached solutions, from `store` or from earlier builds of packages with this name.
-
-    They are in ``NAME.solved``, in the absolute folder that ``SITSCAD_CACHE`` names. The default is ``sitscad`` in the
-    user's cache. If ``SITSCAD_CACHE`` is empty, no file is used. A missing or read-only file costs only time.
-    """
-    from sitscad.kernels import (
-        solve_cache as solutions,  # loads numpy, which an unchanged package does not need
-    )
-
-    home = os.environ.get("XDG_CACHE_HOME", "")
-    default = os.path.join(home if os.path.isabs(home) else os.path.expanduser("~/.cache"), "sitscad")
-    cache, store = os.environ.get("SITSCAD_CACHE", default), store or solutions.Solutions()
-    path, has_place = Path(cache) / f"{name}.solved", os.path.isabs(cache)
-    if has_place and not store.known:
-        wrong = (OSError, ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError)
-        with suppress(*wrong):
-            if path.is_file():  # reading a pipe would block
-                with path.open("rb") as stream:
-                    store.known = solutions.read_cache(stream.read(2 * solutions.MOST), code()).known
-    before = set(store.known)
-    with solutions.store_results(store):
-        yield
-    is_new = not before >= set(store.asked)
-    store.forget()
-    if not (is_new and writes and has_place):
-        return
-    with suppress(OSError):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        replace_file(path, store.as_bytes(code()))
-        room = MOST_CACHED
-        cached = [each for each in path.parent.glob("*.solved") if each.is_file()]
-        for old in sorted(cached, key=lambda each: each.stat().st_mtime, reverse=True):
-            room -= old.stat().st_size
-            if room < 0:
-                old.unlink()
 
 
 def _request(

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import difflib
 import re
 from collections.abc import Callable
 from dataclasses import replace
 
 from sitscad.basics.finding import Finding, Remedy, Severity
+from sitscad.basics.late import late
 from sitscad.basics.record import record
-from sitscad.checks.findings import CheckedSpec, checked_spec, numbered_places
+from sitscad.checks.findings import CheckedSpec, checked_spec
 from sitscad.checks.fixes.mending import Applied, RolledBack, mended_text
 from sitscad.checks.fixes.search import DECISIVE
 from sitscad.checks.judging import CheckResult, all_rules
@@ -19,6 +21,10 @@ from sitscad.estimates.design import Design
 from sitscad.spec.load import load_text, read_text
 from sitscad.spec.reading import SpecError, decoded
 from sitscad.spec.sensor import SensorSpec
+
+# pictures load shapely
+board_picture = late("sitscad.package.check_pictures", "board_picture")
+fit_drawing = late("sitscad.package.check_pictures", "fit_drawing")
 
 
 @record
@@ -106,14 +112,8 @@ def _inspected(
     left_out = [rule.id for rule in all_rules() if rule.id not in selected]
     checked = checked.without(left_out, "left out by --select or --ignore") if left_out else checked
     checked = apply_policy(checked, spec.source, all_rules(), policy, options.baseline)
-    drawing, picture = fit_drawing(design, checked) if draws_fit else "", ""
-    if draws:  # the board in letters, with numbers at the places of findings
-        from sitscad.files.drawing.pictures.layout_picture import PicturePoint, dot_picture
-
-        numbered = ((number, finding.place) for number, finding in numbered_places(checked.findings))
-        marks = [PicturePoint(place.x, place.y, str(number), "") for number, place in numbered if place is not None]
-        picture = dot_picture(design.layout, marks)
-    return Inspection(checked, picture, drawing)
+    picture = board_picture(design.layout, checked) if draws else ""
+    return Inspection(checked, picture, fit_drawing(design.layout, checked) if draws_fit else "")
 
 
 def as_configured(spec: SensorSpec, result: CheckResult, policy: Policy | None = None) -> CheckedSpec:
@@ -129,27 +129,6 @@ def _checked(spec: SensorSpec, result: CheckResult) -> CheckedSpec:
         spec.name, spec.source, result.findings, result.not_checked, result.signals, result.fit, result.closing,
         result.reached, result.board,
     )
-
-
-def fit_drawing(design: Design, checked: CheckedSpec) -> str:
-    """Return a drawing of the fit as SVG, without CAD.
-
-    If parts do not fit, it shows the closed jaws in section, with excess in red beside its limit, and views of other
-    failures. If they fit, it shows the jaws with dimensions. Without a jaw, it shows the parts on the board from above.
-    Empty if there is nothing to draw, or if shield and standoff contradict each other.
-    """
-    from sitscad.assembly.places.bodies import PartsError
-    from sitscad.files.documents.drawings import fit, jaw, plan_view
-    from sitscad.files.drawing.svg import svg  # loaded only for drawings
-
-    grave = [finding for finding in checked.findings if finding.severity.is_at_least(Severity.WARNING)]
-    forced, layout = not checked.is_orderable, design.layout
-    try:
-        sheet = fit.drawing(layout, grave, forced) or jaw.drawing(layout, forced)
-    except PartsError:
-        return ""
-    sheet = sheet or plan_view.drawing(layout, forced)
-    return "" if sheet is None else svg(sheet)
 
 
 @record(eq=False)
@@ -170,8 +149,6 @@ class MendedSpec:
     @property
     def diff(self) -> str:
         """Difference of both texts as a patch. Empty if they are equal."""
-        import difflib  # loaded only for patches
-
         before, after = (re.findall(r"[^\n]*\n|[^\n]+", text) for text in (self.before, self.after))
         patch = difflib.unified_diff(before, after, self.path, self.path)
         return "".join(line if line.endswith("\n") else f"{line}\n{NO_LINE_END}\n" for line in patch)

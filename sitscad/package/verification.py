@@ -10,7 +10,6 @@ manifest, only the request is used: stages, policy, baseline and plugins.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -18,20 +17,18 @@ from typing import TYPE_CHECKING, Any
 
 from sitscad.assembly.solids import MissingExtra
 from sitscad.basics.arguments import checked_arguments
+from sitscad.basics.late import late
 from sitscad.basics.record import record
 from sitscad.basics.units import count_text, escape_controls
 from sitscad.basics.version import __version__
 from sitscad.checks.policy import Policy, baseline_from_manifest, policy_from_manifest
-from sitscad.files.documents.archive import differences
 from sitscad.files.writer import STAGES, marks
 from sitscad.package import stages
 from sitscad.package.building import BuildRequest
 from sitscad.package.folder import FILE_NAME, PackageError, explained, list_files
 from sitscad.package.manifest import (
     CHECK_STAGE,
-    FORCED_NOTE,
     MANIFEST,
-    NOT_WRITTEN,
     SPEC_FOLDER,
     UNNAMED,
     Manifest,
@@ -46,6 +43,12 @@ from sitscad.spec.load import load
 from sitscad.spec.reading import SpecError, decoded, read_file
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.source import TextError, read_yaml
+
+# gerbonara reads the files; a package of an installation without it has none or cannot be verified
+archive_differences = late("sitscad.package.production_files", "archive_differences")
+layer_differences = late("sitscad.package.production_files", "layer_differences")
+net_differences = late("sitscad.package.production_files", "net_differences")
+panel_differences = late("sitscad.package.production_files", "panel_differences")
 
 if TYPE_CHECKING:
     from sitscad.package.stages import BuiltFiles
@@ -229,9 +232,9 @@ def _require_small(folder: Path) -> None:
 
 def _with_boards(read: Verification, folder: Path, manifest: Manifest) -> Verification:
     """Return the result with the comparisons of the fabricator's files added."""
-    nets = tuple(dict.fromkeys(_net_differences(folder, manifest.nets)))
-    layers, sent = tuple(_layer_differences(folder, manifest)), _archive_differences(folder, manifest)
-    boards, panel = _panel_differences(folder, manifest)
+    nets = tuple(dict.fromkeys(net_differences(folder, manifest.nets)))
+    layers, sent = tuple(layer_differences(folder, manifest)), archive_differences(folder, manifest)
+    boards, panel = panel_differences(folder, manifest)
     return replace(
         read, differences=(*read.differences, *nets, *layers, *(sent or ()), *panel),
         nets=tuple(sorted(manifest.nets)), wrong_nets=len(nets), wrong_layers=len(layers),
@@ -262,102 +265,6 @@ def _spec_differences(folder: Path, manifest: Manifest) -> Iterator[str]:
     name = data.get("name") if isinstance(data, dict) else None
     if str(name) != manifest.spec["name"]:
         yield f"{MANIFEST} names the sensor {manifest.spec['name']}, but the spec names it {name}"
-
-
-def _layer_differences(folder: Path, manifest: Manifest) -> Iterator[str]:
-    """Yield the differences between layers and drill files and the job file, for the board and for a panel."""
-    from sitscad.files.extraction.differences import compare_job
-    from sitscad.files.extraction.limits import ExtractionError, reading
-
-    try:
-        with reading("the job file cannot be compared"):
-            yield from compare_job(folder / "fpc")
-            if _has_panel(manifest):
-                yield from compare_job(folder / "fpc" / "panel")
-    except ExtractionError as error:
-        yield str(error)
-
-
-def _has_panel(manifest: Manifest) -> bool:
-    return any(name.startswith("fpc/panel/") for name in manifest.files)
-
-
-def _archive_differences(folder: Path, manifest: Manifest) -> tuple[str, ...] | None:
-    """Return the differences between the order archive and the files beside it. None if the package has no archive.
-
-    An archive with the name of another sensor is a difference.
-    """
-    from sitscad.files.extraction.limits import ExtractionError, reading
-
-    archives = sorted(name for name in manifest.files if _ARCHIVE.fullmatch(name) and (folder / name).is_file())
-    archive = f"fpc/{manifest.spec['name']}-order.zip"
-    text = f"is an order archive, but not of the sensor {manifest.spec['name']}"
-    other_archives = tuple(f"{name} {text}" for name in archives if name != archive)
-    if archive not in archives:
-        return other_archives or None
-    note = folder / "fpc" / FORCED_NOTE
-    forced = note.read_text("utf-8", "replace").partition(NOT_WRITTEN)[0] if note.is_file() else ""
-    ours = (name for name in manifest.files if name.startswith("fpc/") and name != archive)
-    files = {name: (folder / name).read_bytes() for name in ours if (folder / name).is_file()}
-    has_plugins = bool(manifest.configuration.get("plugins"))
-    try:
-        with reading("cannot be compared"):
-            content = (folder / archive).read_bytes()
-            texts = tuple(differences(content, files, manifest.spec["name"], forced, not has_plugins))
-    except ExtractionError as error:
-        texts = (str(error),)
-    return (*other_archives, *(f"{archive}: {difference}" for difference in texts))
-
-
-_ARCHIVE = re.compile(r"fpc/.*-order\.zip", re.IGNORECASE)
-
-
-def _net_differences(folder: Path, intended: Mapping[str, tuple[str, ...]]) -> Iterator[str]:
-    """Yield differences between the copper and the files' net names, and between these and the layout's nets."""
-    from sitscad.files.extraction.differences import compare, extract
-    from sitscad.files.extraction.intent import UNUSED
-    from sitscad.files.extraction.limits import ExtractionError, reading
-
-    try:
-        with reading("they cannot be read"):
-            board = extract(folder)
-            differences = compare(board)
-    except ExtractionError as error:
-        yield f"the Gerber files do not make up a board: {error}"
-        return
-    yield from (f"{difference.kind.value}: {difference.message}" for difference in differences)
-    joined: dict[str, set[str]] = {}
-    for net in board.nets:
-        for contact in (each for each in net.contacts if not each.net.startswith(UNUSED)):
-            joined.setdefault(contact.net, set()).add(contact.function or contact.pin)
-    for name in sorted({*intended, *joined}):
-        intended_pads, there = set(intended.get(name, ())), joined.get(name, set())
-        if len(intended_pads) < 2:
-            yield f"coil {name} does not lead from one contact to another: the layout found no way out for it"
-        if intended_pads != there:
-            yield f"net {name} joins {_names(there)} where the layout joins {_names(intended_pads)}"
-
-
-def _panel_differences(folder: Path, manifest: Manifest) -> tuple[int | None, tuple[str, ...]]:
-    """Return the number of compared boards on the panel, and their differences from the single board.
-
-    The number is None if there is no panel.
-    """
-    if not _has_panel(manifest):
-        return None, ()
-    from sitscad.files.extraction.limits import ExtractionError, reading
-    from sitscad.files.extraction.panel_comparison import compare_panel
-
-    try:
-        with reading("they cannot be read"):
-            boards, differences = compare_panel(folder / "fpc", folder / "fpc" / "panel")
-    except ExtractionError as error:
-        return 0, (f"the panel's files do not make up a panel: {error}",)
-    return boards, tuple(dict.fromkeys(differences))
-
-
-def _names(pins: set[str]) -> str:
-    return ", ".join(sorted(pins)) or "nothing"
 
 
 def rebuilt(folder: Path, manifest: Manifest) -> tuple[BuiltFiles, Manifest]:

@@ -5,6 +5,7 @@ It reads at most `MAX_BYTES` and constructs only plain values from the text.
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
@@ -266,8 +267,6 @@ def _misfit_finding(misfit: Misfit, source: SpecSource, form: type[Section]) -> 
 
 
 def _unknown_key(misfit: Misfit, parent: str, source: SpecSource, form: type[Section]) -> Finding:
-    import difflib  # loaded for unknown keys only
-
     key, word, allowed = misfit.key, str(misfit.value), tuple(cast(type[Section], misfit.section).keys)
     close = difflib.get_close_matches(word[:64].lower().replace("-", "_"), allowed, 1, 0.6)
     elsewhere = _sections_of_keys(cast(Hashable, form)).get(word) if not close and form.is_whole else None

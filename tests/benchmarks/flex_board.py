@@ -11,7 +11,8 @@ from pathlib import Path
 from measure import Growth, growth, timed
 
 import sitscad
-from sitscad.files.formats import gerber, kicad
+from sitscad.files.formats import gerber
+from sitscad.files.formats.kicad import project_files as kicad
 
 ROOT = Path(__file__).parents[2]
 TEMPLATE = ROOT / "templates" / "three_axis_grid.yaml"

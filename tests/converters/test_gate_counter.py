@@ -23,7 +23,7 @@ from sitscad.apps.hardware.source import source_of
 from sitscad.calibration.calibration import sensors_of
 from sitscad.cli import run
 from sitscad.data import PACKAGE, DataError, rows
-from sitscad.estimates.design import respond
+from sitscad.estimates.requested_response import respond
 from sitscad.kernels.converters.figures import rows_of, source_in_all
 from sitscad.spec import presets
 from tests.converters.conftest import FAMILY, forget

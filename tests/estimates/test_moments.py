@@ -13,9 +13,10 @@ import sitscad
 from sitscad.assembly.places.motions import MotionError, read_motions
 from sitscad.calibration.bench_data import BenchError
 from sitscad.checks.judging import check
-from sitscad.estimates.design import Design, respond
+from sitscad.estimates.design import Design
 from sitscad.estimates.loads.pad import loaded_poses, soft_pad, tilt_stiffness
 from sitscad.estimates.loads.working_range import measured_axes, required_range, working_range
+from sitscad.estimates.requested_response import respond
 from sitscad.spec import templates
 
 CELL = templates.read("fingertip_cell")

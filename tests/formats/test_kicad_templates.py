@@ -6,7 +6,8 @@ import pytest
 from kicad_oracle import needs_kicad, plots, rule_check, write
 from tolerance import approx
 
-from sitscad.files.formats import gerber, kicad
+from sitscad.files.formats import gerber
+from sitscad.files.formats.kicad import project_files as kicad
 from sitscad.files.formats.kicad.sexpr import copper_names
 from sitscad.layout import lay_out
 from sitscad.spec.load import load

@@ -16,7 +16,8 @@ from tolerance import approx
 
 import sitscad
 from sitscad.files.extraction.differences import compare, extract
-from sitscad.files.formats import gerber, kicad
+from sitscad.files.formats import gerber
+from sitscad.files.formats.kicad import project_files as kicad
 from sitscad.kernels.geometry.path import bounding_box
 from sitscad.layout import lay_out
 from sitscad.layout.panel import plan

@@ -17,7 +17,8 @@ import numpy as np
 from kicad_oracle import plots, write
 from numpy.typing import NDArray
 
-from sitscad.files.formats import gerber, kicad
+from sitscad.files.formats import gerber
+from sitscad.files.formats.kicad import project_files as kicad
 from sitscad.kernels.geometry.path import bounding_box
 from sitscad.layout.board import Layout
 

@@ -21,7 +21,8 @@ from sitscad.checks.judging import check
 from sitscad.estimates import estimate
 from sitscad.files.documents import parts_list as bom
 from sitscad.files.documents import parts_list as placement
-from sitscad.files.formats import gerber, ipc356, kicad
+from sitscad.files.formats import gerber, ipc356
+from sitscad.files.formats.kicad import project_files as kicad
 from sitscad.kernels.geometry.path import bounding_box, rectangle
 from sitscad.layout.panel import coupon_spec
 from sitscad.spec import presets

@@ -13,7 +13,7 @@ from spec_reference import SpecDocument, places_of
 import sitscad
 from sitscad.apps.watch.work import Before, stage_events
 from sitscad.cli import run
-from sitscad.package.building import cached_solutions
+from sitscad.package.cached_solutions import cached_solutions
 from sitscad.package.manifest import made_from
 from sitscad.spec.format.kinds import Choice, Either, Preset, ProfileName, Several, Sourced, Truth, names
 from sitscad.spec.format.section import NameOr

@@ -18,7 +18,8 @@ from sitscad.kernels import solve_cache as solutions
 from sitscad.kernels.electromagnetics.metal import finite_plate, near_metal
 from sitscad.kernels.mechanics import pad
 from sitscad.kernels.solve_cache import Solutions, cached_solution, read_cache, store_results
-from sitscad.package import building
+from sitscad.package.cached_solutions import cached_solutions
+from sitscad.package.manifest import code
 from sitscad.spec import templates
 from sitscad.spec.yaml.rewriting import rewritten
 
@@ -130,12 +131,12 @@ def test_a_file_that_cannot_be_used_is_as_if_there_were_none(cache, harm, tmp_pa
         (tmp_path / "file").touch()
         monkeypatch.setenv("SITSCAD_CACHE", str(tmp_path / "file") if harm.startswith("no") else "cache")
         monkeypatch.chdir(cache.parent)
-    with building.cached_solutions("bench-7mm"):
+    with cached_solutions("bench-7mm"):
         assert asked_for_one() == 1.0
     assert cache.is_file() == (harm in ("damaged", "a pipe"))
     assert (tmp_path / "file").is_file() == (harm[:2] in ("no", "re"))
     if harm == "damaged":
-        with building.cached_solutions("bench-7mm"):
+        with cached_solutions("bench-7mm"):
             assert cached_solution(lambda: ("one",), lambda: ())[0] == 1.0
 
 
@@ -145,17 +146,17 @@ def asked_for_one() -> float:
 
 
 def test_two_builds_at_once_and_a_full_cache_cost_time_alone(cache, monkeypatch):
-    with building.cached_solutions("bench-7mm"):
+    with cached_solutions("bench-7mm"):
         asked_for_one()
-        with building.cached_solutions("bench-7mm"):
+        with cached_solutions("bench-7mm"):
             cached_solution(lambda: ("two",), lambda: (np.ones(1),))
-    with building.cached_solutions("bench-7mm", writes=False):
+    with cached_solutions("bench-7mm", writes=False):
         assert asked_for_one() == 1.0 and cached_solution(lambda: ("two",),
                                                           lambda: ()) == (), "the last one's file is whole"
-    monkeypatch.setattr(building, "MOST_CACHED", cache.stat().st_size + 10)
+    monkeypatch.setattr("sitscad.package.cached_solutions.MOST_CACHED", cache.stat().st_size + 10)
     (cache.parent / "mine.solved.txt").write_bytes(bytes(100))
     (cache.parent / "nowhere.solved").symlink_to(cache.parent / "gone")
-    with building.cached_solutions("other"):
+    with cached_solutions("other"):
         asked_for_one()
     assert {path.name for path in cache.parent.iterdir()} == {"other.solved", "mine.solved.txt", "nowhere.solved"}
 
@@ -163,7 +164,7 @@ def test_two_builds_at_once_and_a_full_cache_cost_time_alone(cache, monkeypatch)
 @pytest.mark.parametrize("parts", ['[["<f8", -1]]', '[["<f8", 10, 10]]', "[" * 5000, '[["", 1]]'])
 def test_a_file_of_somebody_else_s_with_the_right_hash_is_as_if_there_were_none(cache, parts):
     cache.parent.mkdir()
-    head = f'{{"by": {json.dumps(solutions._setting(building.code()))}, "solutions": {{"one": {parts}}}}}\n'.encode()
+    head = f'{{"by": {json.dumps(solutions._setting(code()))}, "solutions": {{"one": {parts}}}}}\n'.encode()
     cache.write_bytes(hashlib.sha256(head).hexdigest().encode() + b"\n" + head)
-    with building.cached_solutions("bench-7mm"):
+    with cached_solutions("bench-7mm"):
         assert asked_for_one() == 1.0

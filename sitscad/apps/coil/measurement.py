@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import os
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -119,8 +120,6 @@ def _touchstone(name: str, content: bytes) -> tuple[Array, ComplexArray]:
         import skrf
     except ImportError:
         raise MissingExtra("Touchstone files need scikit-rf: pip install 'sitscad[bench]'") from None
-    import io
-
     stream = io.StringIO(_text(content))
     stream.name = name  # scikit-rf takes the number of ports from the ending
     try:

@@ -20,7 +20,8 @@ from sitscad.assembly.places.state import FREE, REST
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.record import record
 from sitscad.estimates.coil_estimates import Estimates, StateEstimate
-from sitscad.estimates.design import Design, respond
+from sitscad.estimates.design import Design
+from sitscad.estimates.requested_response import respond
 from sitscad.kernels.converters import ldc_registers as at
 from sitscad.kernels.converters import reference_counter as law
 from sitscad.kernels.converters.converter import Converter

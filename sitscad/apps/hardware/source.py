@@ -17,9 +17,10 @@ from sitscad.assembly.places.motions import motion_number
 from sitscad.calibration.calibration import sensors_of
 from sitscad.calibration.unknowns import draw_units
 from sitscad.estimates.circuits.settings import BAUD_RATES, devices, serial_settings
-from sitscad.estimates.design import Cells, Design, respond
+from sitscad.estimates.design import Cells, Design
 from sitscad.estimates.loads.working_range import required_range
 from sitscad.estimates.performance_values import AXES, FORCES
+from sitscad.estimates.requested_response import respond
 from sitscad.spec.load import load
 
 SIMULATED, BUS, SERIAL = "sim:", "/dev/i2c-", "serial:"

@@ -29,9 +29,10 @@ from sitscad.basics.finding import Finding, Severity
 from sitscad.basics.record import record, replace
 from sitscad.checks.judging import CheckResult, all_rules
 from sitscad.checks.judging import apply_rules as checked
-from sitscad.checks.opening import policy_for, process_pool, usable_processors
+from sitscad.checks.opening import policy_for, usable_processors
 from sitscad.checks.performance import requirement_results
 from sitscad.checks.policy import Policy
+from sitscad.checks.pool import process_pool
 from sitscad.checks.rules import NEEDS, Rule, apply_rule
 from sitscad.data import rows
 from sitscad.estimates import estimated

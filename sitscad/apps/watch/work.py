@@ -31,11 +31,12 @@ from sitscad.checks.opening import is_study, open_spec, policy_for, unreadable
 from sitscad.checks.policy import PolicyError
 from sitscad.estimates.coil_estimates import CoilEstimate
 from sitscad.estimates.design import Design
+from sitscad.estimates.performance.tables import PerformanceReport
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.files.documents.datasheet import figures_for_programs
 from sitscad.files.formats.meshes import render_glb
 from sitscad.kernels.solve_cache import Solutions
-from sitscad.package.building import cached_solutions
+from sitscad.package.cached_solutions import cached_solutions
 from sitscad.package.contents import Contents, nominal_calibration, read_by
 from sitscad.package.stages import page_of
 from sitscad.spec.reading import SpecError
@@ -158,7 +159,6 @@ def _cached_files(before: Before, name: str, made_of: object, package: str, make
 
 def _performance_figures(design: Design, pushed: ResponseModel | None = None) -> dict[str, bytes]:
     """Return the data sheet's figures. If `pushed` is given, add the table for pushing the sensor on the page."""
-    from sitscad.estimates.performance.tables import PerformanceReport
     report = PerformanceReport(design.performance, design.spec)
     if not report.points:
         return {}
@@ -207,8 +207,6 @@ def serve_requests(revisions: Connection, events: Connection, path: str, serves:
     An error is sent as an event of the stage ``failed``.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent process ends this process
-    import sitscad.estimates  # loaded before the first save
-    import sitscad.layout  # noqa: F401
 
     before = Before()
     while True:

@@ -9,7 +9,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from sitscad.assembly.places.bodies import BodyRole
+from sitscad.assembly.solids.pieces import assemble
 from sitscad.assembly.solids.solid import MissingExtra, PartsError, Solid
+from sitscad.assembly.solids.tooling import jig, mould, skin_mould
 from sitscad.basics.arguments import checked_arguments
 
 if TYPE_CHECKING:
@@ -39,14 +41,10 @@ def solids(layout: Layout) -> tuple[Solid, ...]:
     PartsError
         if a part cannot exist, like a shield that does not fit into the standoff
     """
-    from sitscad.assembly.solids.pieces import assemble
-
     return assemble(layout)
 
 
 def assembly_aids(layout: Layout) -> tuple[Solid, ...]:
     """Return the jig's pieces and the moulds for elastomer and skin. Raises `MissingExtra` without a CAD kernel."""
-    from sitscad.assembly.solids.tooling import jig, mould, skin_mould
-
     skin = skin_mould(layout)
     return (*jig(layout), *mould(layout), *((skin,) if skin is not None else ()))

@@ -13,6 +13,8 @@ from functools import partial
 from itertools import combinations
 from typing import Any
 
+import numpy as np
+
 from sitscad.assembly.places.bodies import (
     Body,
     Plates,
@@ -30,6 +32,10 @@ from sitscad.checks.fixes.search import Family, Fix, setting
 from sitscad.checks.rules import ROUNDING, Verdict, constant_limits, not_checked, rule_of, violation_of
 from sitscad.data import rows
 from sitscad.estimates.design import Design
+from sitscad.estimates.loads.pad import loaded_poses
+from sitscad.estimates.loads.pressing import pressed_pad, rests_on_pad
+from sitscad.estimates.loads.working_range import full_normal
+from sitscad.estimates.performance.screen import target_effects
 from sitscad.kernels.geometry.convex import Box, Footprint, signed_distance
 from sitscad.kernels.geometry.path import Path, Point, rectangle
 from sitscad.kernels.geometry.shapes import LONG_PLATE, PLATES
@@ -295,8 +301,6 @@ def _beside_line_length(design: Design, hint: str, fixes: tuple[Family, ...]) ->
     assert pitch is not None and target is not None
     if requirements.normal_resolution is not None and requirements.shear_resolution is not None:
         return  # SIT401 and SIT402 judge this case
-    from sitscad.estimates.loads.pressing import rests_on_pad  # already loaded by the estimates
-
     if spec.elastomer is None or not rests_on_pad(spec):
         yield not_checked("beside-pad" if spec.elastomer else "target-length-pad")
         return
@@ -399,8 +403,6 @@ def plates_apart(design: Design) -> Iterator[Verdict]:
     spec = design.spec
     if spec.cells is None:
         return
-    from sitscad.estimates.loads.pressing import pressed_pad  # already loaded by the estimates
-
     process = spec.mount.process if spec.mount is not None else "resin"
     wall = print_limit(process, "wall").value + 2.0 * print_limit(process, "clearance").value
     bulge = 0.0
@@ -475,8 +477,6 @@ def gain_at_length(design: Design, length: float, shear: float) -> LengthGain | 
     ratio of resolutions. On two templates the ratios differed by 1 to 15 % from the ratios of `SensingAnalysis`,
     for targets of 0.7 to 1.9 times the distance.
     """
-    from sitscad.estimates.loads.working_range import full_normal
-
     target, pad = design.spec.target, design.spec.elastomer
     assert target is not None and pad is not None
     middle = (0.0, 0.0)  # an offset has its own finding
@@ -501,11 +501,6 @@ def _signals(layout: Layout, normal: float, shear: float) -> tuple[float, float]
 
     None if the pad yields sideways under a force.
     """
-    import numpy as np
-
-    from sitscad.estimates.loads.pad import loaded_poses
-    from sitscad.estimates.performance.screen import target_effects
-
     poses, notes = loaded_poses(layout.spec, np.array([(0.0, shear, 0.0), (normal, 0.0, 0.0)]))
     if any(notes) or not np.isfinite(poses).all():
         return None

@@ -7,8 +7,11 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cache
 
+import numpy as np
+
 from sitscad.assembly.places.bodies import film_thickness, plates_of
 from sitscad.basics.finding import Severity
+from sitscad.basics.late import late
 from sitscad.basics.record import memo, record
 from sitscad.basics.units import show
 from sitscad.checks.assembly.fit import pad_of
@@ -17,7 +20,10 @@ from sitscad.checks.fixes.pads import other_thicknesses, thicker_target
 from sitscad.checks.fixes.search import Fix, setting
 from sitscad.checks.rules import ROUNDING, Rule, Verdict, constant_limits, not_checked, rule_of, violation_of
 from sitscad.estimates.design import ROOM_TEMPERATURE, Design
+from sitscad.estimates.loads.pad import GIVES_WAY, TOO_SOFT, loaded_poses
+from sitscad.estimates.loads.pad import TOO_SOFT as LOST
 from sitscad.estimates.loads.pressing import loaded_face, pressed_pad, rests_on_pad, surround
+from sitscad.estimates.loads.working_range import extrapolated_shear_note, validated_shear
 from sitscad.kernels.geometry.path import Path
 from sitscad.kernels.mechanics import elastomer
 from sitscad.kernels.mechanics.elastomer import HELD_SHEAR
@@ -26,6 +32,10 @@ from sitscad.spec.materials import ElastomerMaterial
 from sitscad.spec.presets import elastomer as elastomer_preset
 from sitscad.spec.presets import names
 from sitscad.spec.sensor import SensorSpec
+
+# loads numpy.polynomial (3 ms)
+plate_deflection = late("sitscad.kernels.mechanics.plate_bending", "plate_deflection")
+rigidity = late("sitscad.kernels.mechanics.plate_bending", "rigidity")
 
 STRAIN_ERROR = 0.5
 LOADED = 0.99
@@ -120,10 +130,6 @@ def target_rotation(design: Design) -> Iterator[Verdict]:
     if not rests_on_pad(design.spec):
         yield not_checked("beside-pad")
         return
-    import numpy as np
-
-    from sitscad.estimates.loads.pad import GIVES_WAY, TOO_SOFT, loaded_poses
-
     pad, face, force = pad_of(design.spec.elastomer), loaded_face(design.spec)[0], design.spec.requirements.normal_force
     # whether the pad gives way sideways under the required normal force, with the target held level or free
     lost = loaded_poses(design.spec, np.array([(force, 0.0, 0.0)]), np.array([False]))[1][0] if force else ""
@@ -158,10 +164,6 @@ def _thickness_that_holds(spec: SensorSpec, force: float, most: float) -> float 
     Free means that the target may tilt. The thickness is a multiple of `THICKNESS_GRAIN`, below `most` and below the
     pad's present thickness. None if there is none.
     """
-    import numpy as np
-
-    from sitscad.estimates.loads.pad import loaded_poses
-
     def holds(grains: int) -> bool:
         thinner = replace(spec, elastomer=replace(pad_of(spec.elastomer), thickness=grains * THICKNESS_GRAIN))
         return not loaded_poses(thinner, np.array([(force, 0.0, 0.0)]), np.array([False]))[1][0]
@@ -207,11 +209,6 @@ def _relative_shear_travel(spec: SensorSpec, force: float, modulus: float = 1.0)
     required normal force (like the range in a data sheet, `shear_for_travel`). `modulus` is a factor on the pad's
     modulus. Infinite if no equilibrium is found.
     """
-    import numpy as np
-
-    from sitscad.estimates.loads.pad import TOO_SOFT as LOST
-    from sitscad.estimates.loads.pad import loaded_poses
-
     normal = spec.requirements.normal_force or 0.0
     loads = np.array([(pressed, *way) for pressed in (0.0, normal) for way in ((force, 0.0), (0.0, force))])
     poses, notes = loaded_poses(spec, loads, modulus=modulus)
@@ -228,8 +225,6 @@ def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdi
     usual = _relative_shear_travel(spec, force, softest)
     if usual <= limit:
         # beyond the validated range of the pad's law, as in data sheet and calibration
-        from sitscad.estimates.loads.working_range import extrapolated_shear_note, validated_shear
-
         validated = validated_shear(spec)
         if force > validated:
             modulus = pad_of(spec.elastomer).material.shear_modulus
@@ -355,10 +350,6 @@ def target_bending(design: Design) -> Iterator[Verdict]:
     if target.material.young_modulus is None:
         yield not_checked("no-young-modulus", metal=target.material.name)
         return
-    import numpy as np
-
-    from sitscad.kernels.mechanics.plate_bending import plate_deflection, rigidity
-
     pad, (face, _) = pressed_pad(spec), loaded_face(spec)
     way = pad_of(spec.elastomer).thickness * pad.strain
     thicker = target.thickness * 1.04 ** np.arange(100)

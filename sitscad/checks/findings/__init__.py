@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from importlib import import_module
-from typing import Any
 
+from sitscad.basics.late import late
 from sitscad.checks.findings.document import (
     CheckedSpec,
     as_json,
@@ -43,16 +42,11 @@ __all__ = [
 
 Format = Callable[[Sequence[CheckedSpec], OutputOptions], str]
 
-
-def _late(name: str) -> Callable[..., Any]:
-    """Return a function of module `ci`, imported at its first call: checks in text or JSON do not need it."""
-    return lambda *arguments: getattr(import_module("sitscad.checks.findings.ci"), name)(*arguments)
-
-
 FINDING_FORMATS: Mapping[str, Format] = {
-    "text": as_text, "json": lambda checked, output: as_json(checked), "sarif": _late("sarif"), "junit": _late("junit"),
-    "github": _late("github"),
+    "text": as_text,
+    "json": lambda checked, output: as_json(checked),
+    **{name: late("sitscad.checks.findings.ci", name) for name in ("sarif", "junit", "github")},
 }
 """Output formats of ``check``: each takes the checked specs and the output options."""
 
-job_summary: Callable[[Sequence[CheckedSpec], Mapping[str, str]], str] = _late("job_summary")
+job_summary = late("sitscad.checks.findings.ci", "job_summary")

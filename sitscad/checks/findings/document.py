@@ -5,6 +5,7 @@ It also defines a checked spec, with the text that its findings point into, and 
 
 from __future__ import annotations
 
+import json
 import math
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
@@ -12,10 +13,12 @@ from dataclasses import field, replace
 from typing import Any
 
 from sitscad.basics.check_results import Closing, Measure, RequirementResult, Share, Signal
+from sitscad.basics.digest import sha256
 from sitscad.basics.finding import Edit, Finding, Ignored, NotChecked, Place, Remedy, Severity
 from sitscad.basics.quantities import FIT, FIT_PART, SIGNAL, document
 from sitscad.basics.record import record
 from sitscad.basics.version import __version__
+from sitscad.checks.findings.measures import closing_json
 from sitscad.spec.yaml.source import SpecSource
 
 
@@ -157,9 +160,7 @@ def without_count(identity: str) -> str:
 
 def fingerprint(*parts: str) -> str:
     """Return the first sixteen hexadecimal digits of the SHA-256 hash of some texts."""
-    import hashlib  # imports OpenSSL, which a plain check does not need
-
-    return hashlib.sha256("\0".join(parts).encode("utf-8", "surrogatepass")).hexdigest()[:16]
+    return sha256("\0".join(parts).encode("utf-8", "surrogatepass")).hexdigest()[:16]
 
 
 BOARD = ("body_length_m", "body_width_m", "length_m", "width_m", "mount_length_m", "mount_width_m")
@@ -176,8 +177,6 @@ def as_json(checked: Sequence[CheckedSpec]) -> str:
 
 def json_document(checked: Sequence[CheckedSpec]) -> dict[str, Any]:
     """Return the findings as plain values for JSON."""
-    from sitscad.checks.findings.measures import closing_json
-
     return {
         "sitscad": __version__,
         "ok": all(spec.ok for spec in checked),
@@ -206,8 +205,6 @@ def json_document(checked: Sequence[CheckedSpec]) -> dict[str, Any]:
 
 def to_json(document: object) -> str:
     """Return JSON text in ASCII, with null for every number that is not finite."""
-    import json  # not needed for text output, which most checks use
-
     return json.dumps(_finite(document), indent=1, allow_nan=False) + "\n"
 
 
@@ -256,8 +253,6 @@ def read_findings(content: bytes, path: str, text: str) -> CheckedSpec | None:
 
     `path` and `text` come from the spec file, because the JSON file does not contain them.
     """
-    import json
-
     try:
         (spec,) = json.loads(content)["specs"]
         ignored = [Ignored(_finding(each["finding"]), each["reason"], each["by"]) for each in spec["ignored"]]

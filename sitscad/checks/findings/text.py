@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import groupby
 from pathlib import Path, PurePosixPath
+from textwrap import wrap
 from typing import Protocol
 
 from sitscad.basics.finding import Finding, Ignored, Severity
@@ -22,6 +23,7 @@ from sitscad.basics.units import count_text, escape_controls
 from sitscad.basics.version import __version__
 from sitscad.checks.examples import no_example, rule_example
 from sitscad.checks.findings.document import CheckedSpec, by_severity, excerpt, in_order, to_json
+from sitscad.checks.findings.measures import closing_words, fit_words, headline, performance_text
 
 INDENT = 6  # Indent (columns) of a finding's further lines
 
@@ -192,8 +194,6 @@ def _wrapped(head: str, text: str, indent: int, output: OutputOptions) -> list[s
     text = escape_controls(text)
     if output.width is None:
         return [head + text]
-    from textwrap import wrap  # not needed for output into a file
-
     lines = wrap(
         _UNIT.sub(_UNBROKEN, text), max(output.width, 2 * INDENT), initial_indent=head, subsequent_indent=" " * indent,
         break_long_words=False, break_on_hyphens=False,
@@ -263,12 +263,8 @@ def _figures_text(spec: CheckedSpec, output: OutputOptions) -> list[str]:
         rows += [("board", [f"body {body} mm, {over_all} mm over all"])]
         rows += [("mount", [f"{mount} mm outside"])] if mount else []
     if spec.signals or spec.reached:
-        from sitscad.checks.findings.measures import headline, performance_text
-
         rows += [("signal", headline(spec.signals)), ("felt", [performance_text(each) for each in spec.reached])]
     if spec.fit:
-        from sitscad.checks.findings.measures import closing_words, fit_words
-
         rows += [("fit", fit_words(spec.fit, output.verbose))]
         rows += [("closing", [closing_words(spec.closing)])] if spec.closing is not None else []
     width = max((len(label) for label, texts in rows if texts), default=0) + 2

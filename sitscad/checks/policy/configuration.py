@@ -15,6 +15,7 @@ The file is ``sitscad.toml``, or ``pyproject.toml`` with a table ``[tool.sitscad
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Iterable, Mapping
 from dataclasses import field
 from functools import lru_cache
@@ -214,7 +215,5 @@ def _patterns(value: object, key: str, path: Path, rules: tuple[RuleTexts, ...])
 
 def _require(holds: bool, path: Path, message: str, word: str = "", choices: Iterable[str] = ()) -> None:
     if not holds:
-        import difflib
-
         near = difflib.get_close_matches(word, list(choices), n=1)
         raise PolicyError(f"{path}: {message}" + (f"; did you mean {near[0]}?" if near else ""))

@@ -10,6 +10,7 @@ Known findings come from a baseline, the JSON of an earlier ``check``. They do n
 
 from __future__ import annotations
 
+import json
 import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -129,8 +130,6 @@ def read_baseline(path: str) -> Baseline:
             content = stream.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:
         raise PolicyError(f"cannot read the baseline {path}: {getattr(error, 'strerror', None) or error}") from error
-    import json  # imported only with a baseline
-
     try:
         folder = os.path.dirname(os.path.abspath(path))
         entries = {(_place(s["spec"], folder), str(s["name"] or "")): _entries(s) for s in json.loads(content)["specs"]}

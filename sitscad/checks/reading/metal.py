@@ -11,15 +11,20 @@ from dataclasses import replace
 
 from sitscad.assembly.places.state import PRESSED, REST
 from sitscad.basics.finding import Severity
+from sitscad.basics.late import late
 from sitscad.basics.record import memo, record
 from sitscad.checks.fixes.pads import thicker_target
 from sitscad.checks.reading.readings import coil_and_state, readings_of
 from sitscad.checks.rules import Rule, Verdict, constant_limits, not_checked, rule_of, violation_of
+from sitscad.estimates import estimated
 from sitscad.estimates.design import Design
+from sitscad.estimates.windings.losses import SCREENING
 from sitscad.kernels.electromagnetics.constants import skin_depth
 from sitscad.spec import presets
 from sitscad.spec.materials import Target
 from sitscad.spec.sensor import SensorSpec
+
+estimated_change = late("sitscad.estimates.states.other_jaw", "estimated_change")
 
 THICK = 3.0
 """Least thickness of a thick target in skin depths: it stops 95 % of the field (TI SNOA957B)."""
@@ -184,9 +189,6 @@ def _effects(design: Design, other: Design) -> dict[str, float]:
 def _design_for_comparison(design: Design, changed: SensorSpec) -> Design:
     # A changed design with this design's tank capacitor, and a solved target if this design has a solved target: only
     # the change then differs. The level of estimates is the same, too.
-    from sitscad.estimates import estimated
-    from sitscad.estimates.windings.losses import SCREENING
-
     tolerance = SCREENING if design.estimates.is_rough else None
     now = design.estimates.readout.capacitance
     laid_out = design.drawn(replace(changed, readout=replace(changed.readout, capacitance=now)))
@@ -228,8 +230,6 @@ def other_jaw_metal(design: Design) -> Iterator[Verdict]:
     if not signal:
         yield not_checked("no-signal")
         return
-    from sitscad.estimates.states.other_jaw import estimated_change  # imported only for jaws
-
     near, closed = (estimated_change(weakest.layout, weakest.estimates, grasped) for grasped in (THIN, 0.0))
     names = [name for name in signal if name in near and signal[name] > 0.0]
     if not names:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from sitscad.assembly.places.state import PRESSED, REST
 from sitscad.basics.finding import Severity
+from sitscad.basics.late import late
 from sitscad.checks.fixes.search import Fix, setting
 from sitscad.checks.reading.metal import LITTLE, MUCH, THIN
 from sitscad.checks.rules import Rule, Verdict, constant_limits, not_checked, rule_of, violation_of
@@ -13,6 +14,10 @@ from sitscad.estimates import estimated
 from sitscad.estimates.design import Design
 from sitscad.spec.coil import Reference
 from sitscad.spec.sensor import SensorSpec
+
+reference_change = late("sitscad.estimates.states.other_jaw", "reference_change")
+solved_signal = late("sitscad.estimates.states.reference", "reference_signal")
+metal_share = late("sitscad.estimates.states.reference", "metal_share")
 
 KEY = "array.reference.offset"
 
@@ -24,9 +29,7 @@ def reference_signal(design: Design) -> Iterator[Verdict]:
     """Yield a finding if the reference coil sees more of a full-scale reading than the limit."""
     if design.estimates.is_rough:
         return
-    from sitscad.estimates.states.reference import reference_signal  # loads a solver
-
-    signal, limit = reference_signal(design.layout, design.estimates), constant_limits()["reference_signal"]
+    signal, limit = solved_signal(design.layout, design.estimates), constant_limits()["reference_signal"]
     if signal is None:
         yield not_checked("reference-unsolved", state=PRESSED)
     elif signal.share > limit.value:
@@ -55,9 +58,6 @@ def reference_metal(design: Design) -> Iterator[Verdict]:
     estimates, layout = design.estimates, design.layout
     if estimates.is_rough or estimates.reference is None or REST not in estimates.reference.states:
         return
-    from sitscad.estimates.states.other_jaw import reference_change  # imported only for jaws
-    from sitscad.estimates.states.reference import metal_share
-
     name = estimates.reference.name
     signal = max((abs(coil.states[PRESSED].inductance - coil.states[REST].inductance)
                   for coil in estimates.coils if PRESSED in coil.states and REST in coil.states), default=0.0)

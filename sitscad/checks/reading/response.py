@@ -11,6 +11,8 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from sitscad.assembly.places.state import PRESSED, REST, SIGNAL, STATES
 from sitscad.basics.check_results import Signal
 from sitscad.basics.finding import Severity
@@ -38,7 +40,13 @@ from sitscad.checks.rules import (
     rule_of,
     violation_of,
 )
+from sitscad.estimates import estimated
 from sitscad.estimates.design import Design
+from sitscad.estimates.loads.pad import loaded_poses
+from sitscad.estimates.loads.pressing import rests_on_pad
+from sitscad.estimates.loads.working_range import USUAL_STRAIN, full_normal, measured_axes
+from sitscad.estimates.performance.screen import target_effects
+from sitscad.estimates.signal import signals
 from sitscad.kernels.converters.conversion import Conversion
 from sitscad.kernels.geometry.path import Point
 from sitscad.spec import presets
@@ -188,10 +196,6 @@ def _unmeasured_shear(
 def _signal_without_requirement(design: Design) -> Iterator[Verdict]:
     # Without a required normal force: a finding if no coil responds to the full load of data sheet and calibration.
     # Whether each coil responds enough is not known.
-    from sitscad.estimates import estimated
-    from sitscad.estimates.loads.pressing import rests_on_pad
-    from sitscad.estimates.loads.working_range import USUAL_STRAIN, full_normal
-
     yield not_checked("no-requirement", keys=["requirements.normal_force"])
     if not rests_on_pad(design.spec):
         return
@@ -276,8 +280,6 @@ def small_signal(design: Design) -> Iterator[Verdict]:
 
     For cells, the cell with the least signal counts.
     """
-    from sitscad.estimates.signal import signals  # its imports are already loaded by the estimates
-
     coil_signals = signals(design.estimates)
     yield from failed_states(design.estimates.coils, "signal over the required force")
     if not coil_signals:
@@ -340,11 +342,6 @@ def shear_response(design: Design) -> Iterator[Verdict]:
 
     Each axis of the array is checked.
     """
-    import numpy as np
-
-    from sitscad.estimates.loads.pad import loaded_poses
-    from sitscad.estimates.loads.pressing import rests_on_pad
-
     spec, target, force = design.spec, design.spec.target, design.spec.requirements.shear_force
     assert force is not None and target is not None
     # the array can measure shear only along axes (0: x, 1: y) on which the coils have different positions
@@ -354,8 +351,6 @@ def shear_response(design: Design) -> Iterator[Verdict]:
         yield not_checked("shear-one-coil")
         return
     if any(spec.requirements.moments):
-        from sitscad.estimates.loads.working_range import measured_axes
-
         axes = [k for k in axes if f"shear_{AXES[k]}" in measured_axes(spec.cell_placements[0], spec.requirements)]
         if not axes:
             yield not_checked("shear-moments")
@@ -401,15 +396,11 @@ def _moved_changes(design: Design, moves: Sequence[tuple[float, float]], frequen
 
     The frequency is in Hz. A target too large to be solved is estimated by plate ratios.
     """
-    import numpy as np
-
     if design.estimates.is_solved:
         poses = np.zeros((1 + len(moves), 6))
         poses[1:, :2] = moves
         inductances = design.response.own_changes(poses, frequency).real
     else:
-        from sitscad.estimates.performance.screen import target_effects
-
         inductances = target_effects(design.layout, [(0.0, 0.0), *moves], [0.0], frequency)[0]
     return [[float(value) for value in row] for row in inductances[1:] - inductances[0]]
 

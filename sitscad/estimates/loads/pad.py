@@ -12,6 +12,7 @@ from sitscad.assembly.places.bodies import film_thickness
 from sitscad.basics.arrays import Array, Flags
 from sitscad.estimates.loads.pressing import loaded_face, rests_on_pad, surround
 from sitscad.kernels.mechanics.elastomer import BARE
+from sitscad.kernels.mechanics.pad import BondedPad
 from sitscad.spec.sensor import SensorSpec
 
 if TYPE_CHECKING:
@@ -43,8 +44,6 @@ def soft_pad(spec: SensorSpec, modulus: float = 1.0) -> BondedPad:
     pad = spec.elastomer
     if pad is None or not rests_on_pad(spec):
         raise NoResponse("a load needs an elastomer under the target")
-    from sitscad.kernels.mechanics.pad import BondedPad  # rules need only this module's errors
-
     above = film_thickness(spec.encapsulation) + (spec.target.thickness if spec.target is not None else 0.0)
     return BondedPad(loaded_face(spec)[0], pad.thickness, modulus * pad.material.shear_modulus,
                      pad.material.bulk_modulus, surround(spec) or BARE, above, pad.material.ogden_exponent)

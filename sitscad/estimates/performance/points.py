@@ -44,6 +44,7 @@ from sitscad.estimates.performance_values import (
     unit_of,
 )
 from sitscad.estimates.response.model import ResponseModel
+from sitscad.estimates.states.other_jaw import GRASPED, changes_in_front, front_plate
 from sitscad.estimates.tolerances.scatter import manufacturing_scatter, production_limits
 from sitscad.estimates.windings.losses import SCREENING
 from sitscad.kernels.electromagnetics.threads import one_thread
@@ -212,8 +213,6 @@ def other_jaw_errors(sensing: SensingAnalysis, model: ResponseModel) -> tuple[di
     They are for a tare with open jaws. Readings between rest and full load are interpolated linearly. Empty without
     such a jaw.
     """
-    from sitscad.estimates.states.other_jaw import GRASPED, changes_in_front, front_plate
-
     if front_plate(model.spec.jaw) is None:
         return ({},) * len(sensing.points)
     ends = np.array([sensing.points[0].pose, sensing.points[-1].pose])

@@ -10,6 +10,7 @@ import numpy as np
 
 from sitscad.assembly.places.column import usual_tolerances
 from sitscad.assembly.places.state import FREE, PRESSED, REST
+from sitscad.basics.late import late
 from sitscad.basics.record import record, replace
 from sitscad.basics.units import show
 from sitscad.estimates.circuits.coils import (
@@ -64,6 +65,11 @@ from sitscad.spec.places import gathered
 
 if TYPE_CHECKING:
     from sitscad.estimates.states.solved_target import SolvedStates
+
+# solvers, which a check of a coil without a target, and of a pad without webs, does not need (5 ms)
+is_affordable = late("sitscad.estimates.states.solved_target", "is_affordable")
+solve_states = late("sitscad.estimates.states.solved_target", "solve_states")
+press_shares = late("sitscad.estimates.states.cells", "press_shares")
 
 
 @record(eq=False)
@@ -129,8 +135,6 @@ def with_target(windings: SolvedWindings, is_solved: bool | None = None) -> Tune
     # rough tank frequencies are enough to choose the frequencies of the solution
     rough_winding = replace(windings.winding, crowding=None, is_rough=True)
     tuned = choose_readout(replace(windings, winding=rough_winding), _target_ratios(windings, True))
-    from sitscad.estimates.states.solved_target import is_affordable, solve_states  # loads a solver
-
     for _ in range(TRIES):
         frequencies = [tuned.tank.oscillation(c, state).frequency for c in tuned.circuits for state in c.reflections]
         low, high = (0.0, 0.0) if isinstance(tuned.target, TargetRatios) else tuned.target.band
@@ -178,8 +182,6 @@ def coil_estimates(tuned: TunedCircuits, reference: TunedCircuits | None = None)
                                       spec.readout)
     coils, others = coils[: len(tuned.circuits)], coils[len(tuned.circuits) :]
     if spec.web is not None and assembly.compression is not None:
-        from sitscad.estimates.states.cells import press_shares  # loads a solver
-
         ratios = press_shares(windings.layout, max(coil.sensor_frequency for coil in coils), rough)
         coils = tuple(replace(coil, press_share=ratio) for coil, ratio in zip(coils, ratios, strict=True))
     gap_sigmas, deviations = {}, tolerance_sigmas(spec)

@@ -24,6 +24,7 @@ from sitscad.estimates.targets.finite_target import FREQUENCY, conductor_weight
 from sitscad.estimates.windings.methods import bent_track, metal_spectrum, winding_geometry
 from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
 from sitscad.kernels.electromagnetics.metal.opening import Opening, gained_inductance
+from sitscad.kernels.electromagnetics.metal.polyline_spectrum import with_chords
 from sitscad.layout.board import Coil, Layout
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.mount import Jaw
@@ -131,8 +132,6 @@ def _window_effect(
     above the board's top face at rest (None without a target), the jaw's distance below it, and the target's `echo` as
     in `gained_inductance`.
     """
-    from sitscad.kernels.electromagnetics.metal.polyline_spectrum import with_chords  # only for a jaw with a window
-
     (roof, floor, echo), size, metal = between, jaw.fenestration, jaw.material
     assert size is not None
     shift = place[0] - coil.centre.x, place[1] - coil.centre.y

@@ -34,6 +34,7 @@ from sitscad.kernels.electromagnetics.loss.proximity import (
 from sitscad.kernels.electromagnetics.loss.resistance import lone_track_loss, pair_loss
 from sitscad.kernels.electromagnetics.loss.track_modes import ModeSet
 from sitscad.kernels.electromagnetics.metal.half_spaces import Reflector
+from sitscad.kernels.electromagnetics.metal.near_metal import ROUGH_STEPS, STEPS, crowding_near_metal
 from sitscad.kernels.solve_cache import cached_solution
 from sitscad.layout.board import Coil
 from sitscad.spec.coil import CoilSpec
@@ -136,8 +137,6 @@ class LossesNearMetal:
     @cached_property
     def crowding(self) -> CrowdingNearMetal:
         """Modes of the winding, with their response to waves that metal reflects."""
-        from sitscad.kernels.electromagnetics.metal.near_metal import ROUGH_STEPS, STEPS, crowding_near_metal
-
         resolution = suited_resolution(self.spirals, self.conductivity, wanted_tolerance(self.tolerance))
         cuts = winding_cuts(self.spirals, self.conductivity, resolution)
         steps = ROUGH_STEPS if is_rough(self.tolerance) else STEPS

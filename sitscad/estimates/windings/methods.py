@@ -28,9 +28,11 @@ from sitscad.kernels.electromagnetics.inductance.spirals import (
     spiral_inductance_matrix,
 )
 from sitscad.kernels.electromagnetics.inductance.track_strands import BentPiece, Side, Track, track
+from sitscad.kernels.electromagnetics.inductance.tracks import winding_inductance
 from sitscad.kernels.electromagnetics.loss.bent_tracks import BentTrack
 from sitscad.kernels.electromagnetics.loss.corners import MOST_TURN, bend_loops
 from sitscad.kernels.electromagnetics.metal.current_spectrum import CurrentSpectrum, ring_spectrum, spiral_spectrum
+from sitscad.kernels.electromagnetics.metal.polyline_spectrum import polyline_spectrum, with_chords
 from sitscad.kernels.geometry.path import Arc, Line, Path, Point
 from sitscad.kernels.geometry.shapes import SHAPES, Outline
 from sitscad.layout.board import Coil, Winding
@@ -164,8 +166,6 @@ def metal_spectrum(geometry: WindingGeometry, nearest: float, is_rough: bool = F
         return ring_spectrum(geometry.spirals, nearest)
     if geometry.spirals:
         return spiral_spectrum(geometry.spirals, nearest)
-    from sitscad.kernels.electromagnetics.metal.polyline_spectrum import polyline_spectrum, with_chords  # not round
-
     tracks = [with_chords(track, nearest) for track in geometry.bent]
     return polyline_spectrum(tracks, nearest, [bend_loops(track, nearest) for track in geometry.bent])
 
@@ -362,8 +362,6 @@ def has_formula_constants(outline: Outline) -> bool:
 
 
 def _strands(geometry: WindingGeometry) -> float:
-    from sitscad.kernels.electromagnetics.inductance.tracks import winding_inductance  # not round
-
     return winding_inductance(geometry.drawn, (2, 3))
 
 

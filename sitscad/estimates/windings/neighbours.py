@@ -13,6 +13,7 @@ from sitscad.basics.arrays import Array, ComplexArray
 from sitscad.estimates.windings.methods import WindingGeometry
 from sitscad.kernels.electromagnetics.constants import MU0
 from sitscad.kernels.electromagnetics.inductance.rings import mean_rings
+from sitscad.kernels.electromagnetics.inductance.side_by_side import spirals_side_by_side, tracks_side_by_side
 from sitscad.kernels.electromagnetics.inductance.spirals import SpiralLayer
 from sitscad.layout.board import Coil
 from sitscad.spec.coil import CoilSpec
@@ -97,8 +98,6 @@ def rings_beside_each_other(
 
 def winding_pair_inductance(first_coil: Placed, second_coil: Placed) -> SideBySide:
     """Return two coils for currents that enter each at its outer end on layer 1."""
-    from sitscad.kernels.electromagnetics.inductance.side_by_side import spirals_side_by_side, tracks_side_by_side
-
     (first, a), (second, b) = first_coil, second_coil
     displacement = (second.centre.x - first.centre.x, second.centre.y - first.centre.y)
     if a.spirals:

@@ -38,6 +38,9 @@ from sitscad.checks.findings import CheckedSpec, OutputOptions, finding_json, st
 from sitscad.checks.findings import as_text as as_findings
 from sitscad.checks.findings.measures import OTHERS_MEANING, OTHERS_TITLE, signal_table
 from sitscad.estimates.coil_estimates import CoilEstimate, CrossCheck, MeterReadings, ReadoutEstimate
+from sitscad.estimates.signal import signals
+from sitscad.files.drawing import web_page
+from sitscad.files.drawing.web_page import bullets
 
 if TYPE_CHECKING:
     from sitscad.estimates import Estimates
@@ -106,8 +109,6 @@ each cell, and the coils at the frequencies of --at."""
 
 def estimate_tables(estimates: Estimates) -> list[Table]:
     """Return all tables of coils and states, for texts and pages, in their order."""
-    from sitscad.estimates.signal import signals  # already loaded by the estimates
-
     coils, temperature = estimates.all_coils, estimates.temperature
     return [
         signal_table(signals(estimates), estimates.coils, estimates.readout.drive_code),
@@ -314,16 +315,12 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
 
 def html_table(head: Sequence[str], rows: Iterable[Sequence[str]], caption: str = "") -> str:
     """Return the table for a page. Empty without rows."""
-    from sitscad.files.drawing import web_page  # not needed for text
-
     lines = [[str(cell) for cell in row] for row in rows]
     return web_page.table(head, lines, number_columns(lines), caption)
 
 
 def page_tables(tables: Iterable[Table]) -> str:
     """Return tables for a page, each with its notes below."""
-    from sitscad.files.drawing.web_page import bullets
-
     return "".join(html_table(each.head, each.rows, each.title) + bullets(each.notes) for each in tables if each.rows)
 
 

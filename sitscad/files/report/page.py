@@ -21,7 +21,9 @@ from sitscad.basics.quantities import Table
 from sitscad.basics.record import record
 from sitscad.basics.units import DASH, count_text, quantity, show
 from sitscad.checks.findings import CheckedSpec, by_severity, excerpt, measures, numbered_places
+from sitscad.estimates.circuits.settings import bare_board_code
 from sitscad.estimates.coil_estimates import CoilEstimate, ReadoutEstimate
+from sitscad.estimates.signal import signals
 from sitscad.files.drawing.sheet import Pen, Sheet
 from sitscad.files.drawing.svg import svg
 from sitscad.files.drawing.web_page import bullets, figure, page, part, soft
@@ -174,8 +176,6 @@ SMALL_SIGNAL = "small-signal"  # Rule whose warning is stated in the verdict
 
 def _head(checked: CheckedSpec, spec: SensorSpec, estimates: Estimates, failed: str) -> str:
     """Return the name, the verdict and the signal; `failed` is the banner of a design with errors."""
-    from sitscad.estimates.signal import signals  # already loaded by the estimates
-
     counts = [count_text(checked.count(severity), severity.value) for severity in ORDER if checked.count(severity)]
     headline = "; ".join(measures.headline(signals(estimates)))
     coil = spec.coil
@@ -303,8 +303,6 @@ def _electrical(estimates: Estimates) -> str:
 
 def _incoming(readout: ReadoutEstimate, bench: Estimates | None) -> str:
     """Return the expected readings of delivered bare boards, and the converter's drive code for them."""
-    from sitscad.estimates.circuits.settings import bare_board_code  # already loaded by the estimates
-
     if bench is None:
         return ""
     code = bare_board_code(bench.all_coils, bench.readout.device)

@@ -14,6 +14,7 @@ from sitscad.basics.quantities import RESPONSE
 from sitscad.basics.units import DASH, csv_text, escape_controls, number_cell, show
 from sitscad.basics.version import __version__
 from sitscad.checks.findings import styled, to_json
+from sitscad.estimates.response.response_arrays import POSE_NAMES
 from sitscad.files.report.numbers import performance_blocks, table
 
 if TYPE_CHECKING:
@@ -100,8 +101,6 @@ def response_csv(
     path: str, response: Response, colour: bool = False, performance: PerformanceReport | None = None
 ) -> str:
     """Return one row per point, with columns named like ``inductance_H.C1``."""
-    from sitscad.estimates.response.response_arrays import POSE_NAMES
-
     coils = response.coils
     columns: dict[str, Array] = {}
     for name, value in response.arrays().items():

@@ -44,7 +44,6 @@ class OneThread(ContextDecorator):
 @cache
 def _libraries() -> Any:
     """Return the linear algebra libraries that the process has loaded, including numpy's."""
-    import numpy  # noqa: F401  only loaded libraries are listed
     from threadpoolctl import ThreadpoolController
 
     return ThreadpoolController()

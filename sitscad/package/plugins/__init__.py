@@ -12,15 +12,16 @@ import os
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from types import ModuleType
 
 from sitscad.basics.arguments import checked_arguments
-from sitscad.package.plugins.guard import Plugin, PluginError, at_work
+from sitscad.basics.late import late
+from sitscad.package.plugins.plugin import GROUP, Plugin, PluginError
 
 __all__ = ["GROUP", "Plugin", "PluginError", "use_installed_plugins", "use_plugin"]
 
-GROUP = "sitscad.plugins"
-"""Group of entry points of installed plugins. Each entry point names a module."""
+# they load every rule
+use_file = late("sitscad.package.plugins.force", "use_file")
+use_installed = late("sitscad.package.plugins.force", "use_installed")
 
 
 @checked_arguments
@@ -42,26 +43,7 @@ def use_plugin(path: str | Path) -> Plugin:
     PluginError
         if the file cannot be read or run, or one of its rules or writers is invalid
     """
-    name = Path(path).name
-    try:
-        content = Path(path).read_bytes()
-    except OSError as error:
-        raise PluginError(f"plugin {path}: {error.strerror or error}") from error
-    digest = _digest(content)
-    module = ModuleType(f"sitscad_plugin_{digest[:16]}")
-    module.__file__ = str(path)
-    sys.modules[module.__name__] = module
-    with at_work(f"plugin {path}", module.__file__):
-        exec(compile(content, str(path), "exec"), module.__dict__)
-        from sitscad.package.plugins.force import in_force  # loads every rule
-
-        return in_force(name, module, digest)
-
-
-def _digest(content: bytes) -> str:
-    import hashlib  # loads OpenSSL, which only plugins need
-
-    return hashlib.sha256(content).hexdigest()
+    return use_file(Path(path))
 
 
 def use_installed_plugins() -> tuple[Plugin, ...]:
@@ -80,16 +62,7 @@ def use_installed_plugins() -> tuple[Plugin, ...]:
     heading = f"[{GROUP}]".encode()
     if not any(heading in text for folder in dict.fromkeys(sys.path) for text in _entry_points_in(folder or ".")):
         return ()
-    from importlib.metadata import entry_points  # slow to import, and seldom needed
-
-    from sitscad.package.plugins.force import in_force
-
-    plugins = []
-    for point in sorted(entry_points(group=GROUP), key=lambda point: point.name):
-        with at_work(f"plugin {point.name} ({point.value})"):
-            module = point.load()  # an error in the module has its own traceback with the line
-            plugins.append(in_force(point.name, module, _digest(Path(str(module.__file__)).read_bytes())))
-    return tuple(plugins)
+    return use_installed()
 
 
 def _entry_points_in(folder: str) -> Iterator[bytes]:

@@ -3,24 +3,54 @@
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from importlib.metadata import entry_points
+from pathlib import Path
 from types import ModuleType
 from typing import Any, TypeVar
 
+from sitscad.basics.digest import sha256
 from sitscad.basics.finding import Place, Severity
 from sitscad.checks.judging import add_rules, all_rules
 from sitscad.checks.rules import NEEDS, Rule, Undecided, Verdict, Violation
 from sitscad.estimates.design import Design
 from sitscad.files.writer import STAGES, TAKES, Writer, add_writers, added_writers, marks
-from sitscad.package.plugins.guard import Plugin, PluginError, at_work
+from sitscad.package.plugins.guard import at_work
+from sitscad.package.plugins.plugin import GROUP, Plugin, PluginError
 
 Row = TypeVar("Row", Rule, Writer)
 Made = TypeVar("Made")
 
 _ID = re.compile("[A-Z]{2,8}[0-9]{1,4}")
 _NAME = re.compile("[a-z][a-z0-9]*(-[a-z0-9]+)*")
+
+
+def use_file(path: Path) -> Plugin:
+    """Activate the plugin of a Python file, unless it is active already."""
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise PluginError(f"plugin {path}: {error.strerror or error}") from error
+    digest = sha256(content).hexdigest()
+    module = ModuleType(f"sitscad_plugin_{digest[:16]}")
+    module.__file__ = str(path)
+    sys.modules[module.__name__] = module
+    with at_work(f"plugin {path}", module.__file__):
+        exec(compile(content, str(path), "exec"), module.__dict__)
+        return in_force(path.name, module, digest)
+
+
+def use_installed() -> tuple[Plugin, ...]:
+    """Activate all installed plugins, in order of their names."""
+    plugins = []
+    for point in sorted(entry_points(group=GROUP), key=lambda point: point.name):
+        with at_work(f"plugin {point.name} ({point.value})"):
+            module = point.load()  # an error in the module has its own traceback with the line
+            plugins.append(in_force(point.name, module, sha256(Path(str(module.__file__)).read_bytes()).hexdigest()))
+    return tuple(plugins)
 
 
 def in_force(name: str, module: ModuleType, digest: str) -> Plugin:

@@ -1,37 +1,19 @@
-"""Plugins, and the guard around their code.
+"""The guard around the code of plugins.
 
 Every exit from a plugin's code becomes a PluginError, and a slow plugin is named on standard error.
 """
 
 from __future__ import annotations
 
+import logging
+import signal
 import threading
+import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
-from typing import TYPE_CHECKING
 
-from sitscad.basics.errors import ExpectedError
-from sitscad.basics.record import record
-
-if TYPE_CHECKING:
-    from sitscad.checks.rules import Rule
-    from sitscad.files.writer import Writer
-
-
-class PluginError(ExpectedError, RuntimeError):
-    """Raised if a plugin cannot be used, or fails while it runs. The text names the plugin."""
-
-
-@record
-class Plugin:
-    """An active plugin: its name, its rules and writers, and the hash of its file."""
-
-    name: str
-    rules: tuple[Rule, ...]
-    writers: tuple[Writer, ...]
-    sha256: str
-
+from sitscad.package.plugins.plugin import PluginError
 
 SLOW = 10.0
 """Time (s) after which a plugin that still runs is reported. The time doubles for each further report."""
@@ -73,8 +55,6 @@ def _line_in(file: str | None, error: BaseException) -> int | None:
     """Return the last line of a file that ran when an error was raised. None if there was none."""
     if isinstance(error, SyntaxError) and error.filename == file:
         return error.lineno
-    import traceback  # loaded only if a plugin failed
-
     lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
     return lines[-1] if lines else None
 
@@ -87,8 +67,6 @@ def _tell(what: str, done: threading.Event) -> None:
     """
     passed, wait = 0.0, SLOW
     while not done.wait(wait):
-        import logging  # loaded only if a plugin is slow
-
         passed += wait
         logging.getLogger("sitscad").warning("%s has been at work for %.3g s", what, passed)
         wait = passed
@@ -97,8 +75,6 @@ def _tell(what: str, done: threading.Event) -> None:
 @contextmanager
 def _own_interruption() -> Iterator[None]:
     """Make the user's interruption raise `Interrupted`, if Python's own handler is active."""
-    import signal  # loaded only if a plugin runs
-
     is_ours = threading.current_thread() is threading.main_thread()
     if not is_ours or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
         yield

@@ -7,6 +7,7 @@ allowed values. Each kind also provides its JSON Schema.
 
 from __future__ import annotations
 
+import difflib
 import math
 import re
 from abc import ABC, abstractmethod
@@ -81,8 +82,6 @@ def is_like(word: Any, allowed: str) -> bool:
     written, expected = (text.replace("_", "-") for text in (str(word)[:64].lower(), allowed))
     if re.findall(r"\d", written) != re.findall(r"\d", expected):
         return False
-    import difflib  # loaded for misspelled words only
-
     return difflib.SequenceMatcher(None, written, expected).ratio() >= SURELY_LIKE
 
 
@@ -430,8 +429,6 @@ def did_you_mean(word: Any, allowed: tuple[str, ...]) -> str:
 
 def nearest(word: Any, allowed: tuple[str, ...]) -> str:
     """Return the allowed word nearest to a word. Empty if none is near, or if the word is the start of several."""
-    import difflib
-
     names = {name.lower(): name for name in allowed}
     close = [] if _family(word, allowed) else difflib.get_close_matches(str(word)[:64].lower(), names, 1, 0.5)
     return names[close[0]] if close else ""

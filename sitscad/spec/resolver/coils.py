@@ -14,6 +14,7 @@ from itertools import combinations
 from typing import Any
 
 from sitscad.basics.finding import Edit
+from sitscad.basics.late import late
 from sitscad.basics.units import show
 from sitscad.kernels.geometry.shapes import SHAPES
 from sitscad.spec.coil import INNER, TURNS, ArrayDocument, ArraySpec, CoilPlacement, CoilSpec, LayerTurns, Trace
@@ -30,6 +31,9 @@ The memory of an estimate grows with the square of the turns of one coil (0.5 GB
 grows with both numbers.
 """
 
+# loads NumPy, which other specs do not need
+coil_from_file = late("sitscad.spec.drawn.reading", "coil_from_file")
+
 
 def resolve_coil(written: CoilSpec, remarks: Remarks, place: Origin, copper_layers: int | None) -> CoilSpec:
     """Return the coil with the values that its inner diameter or its file replaces. Check its turns against its size.
@@ -38,8 +42,6 @@ def resolve_coil(written: CoilSpec, remarks: Remarks, place: Origin, copper_laye
     written stack-up; None if the spec has none.
     """
     if written.drawn is not None:
-        from sitscad.spec.drawn.reading import coil_from_file  # loaded only for specs with a drawn coil: it needs numpy
-
         return coil_from_file(written, place, copper_layers, remarks)
     outline, by_inner = written.outline, written.written_inner is not None and written.values()["turns"] is None
     written = _with_replaced_key(written, remarks)

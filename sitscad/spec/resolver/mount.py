@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+from sitscad.basics.digest import sha256
 from sitscad.basics.finding import Edit
 from sitscad.basics.units import show
 from sitscad.kernels.geometry.shapes import LONG_PLATE, PLATES
@@ -237,8 +238,6 @@ def _step(part: Mount | Jaw, section: str, place: Origin, remarks: Remarks) -> S
         message = f"{name} does not begin with {BEGINS.decode()} and end with {ENDS.decode()}"
         remarks.flaw("SIT011", key, message, "write a complete STEP file (AP203, AP214 or AP242)")
         return None
-    import hashlib  # loads OpenSSL, which most uses of a spec do not need
-
     remarks.files |= dict.fromkeys(names, content)
     point = datum if isinstance(datum, str) else (datum[0], datum[1], datum[2])
-    return StepPart(min(names), hashlib.sha256(content).hexdigest(), point, long_axis, normal_axis)
+    return StepPart(min(names), sha256(content).hexdigest(), point, long_axis, normal_axis)

@@ -10,6 +10,7 @@ import os
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from typing import Any
 
 import yaml
@@ -25,6 +26,7 @@ from yaml.events import (
 )
 from yaml.reader import ReaderError
 
+from sitscad.basics.digest import sha256
 from sitscad.basics.record import record
 
 MAX_BYTES = 256 * 1024
@@ -126,9 +128,7 @@ class SpecSource:
     @property
     def sha256(self) -> str:
         """SHA-256 of the text, hexadecimal."""
-        import hashlib  # loads OpenSSL, which most uses of a spec do not need
-
-        return hashlib.sha256(self.text.encode("utf-8")).hexdigest()
+        return sha256(self.text.encode("utf-8")).hexdigest()
 
     @property
     def kept(self) -> Mapping[str, bytes]:
@@ -208,8 +208,6 @@ def creation_date() -> str | None:
     seconds = creation_second()
     if seconds is None:
         return None
-    from datetime import UTC, datetime  # loaded only for documents
-
     return datetime.fromtimestamp(seconds, UTC).isoformat()
 
 

@@ -1,0 +1,15 @@
+"""Functions of modules that are imported at the first call, because a check of most specs does not need them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any
+
+
+def late(module: str, name: str) -> Callable[..., Any]:
+    """Return a function or class of a module, which is imported at the first call.
+
+    `tests/test_import_map.py` counts it as an import, and lists every use with its reason.
+    """
+    return lambda *values, **options: getattr(import_module(module), name)(*values, **options)

@@ -1,0 +1,35 @@
+"""Pictures of a check: the board in letters, and the fit of the parts as SVG. They load shapely."""
+
+from __future__ import annotations
+
+from sitscad.assembly.places.bodies import PartsError
+from sitscad.basics.finding import Severity
+from sitscad.checks.findings import CheckedSpec, numbered_places
+from sitscad.files.documents.drawings import fit, jaw, plan_view
+from sitscad.files.drawing.pictures.layout_picture import PicturePoint, dot_picture
+from sitscad.files.drawing.svg import svg
+from sitscad.layout.board import Layout
+
+
+def board_picture(layout: Layout, checked: CheckedSpec) -> str:
+    """Return the board in letters, with numbers at the places of findings."""
+    numbered = ((number, finding.place) for number, finding in numbered_places(checked.findings))
+    marks = [PicturePoint(place.x, place.y, str(number), "") for number, place in numbered if place is not None]
+    return dot_picture(layout, marks)
+
+
+def fit_drawing(layout: Layout, checked: CheckedSpec) -> str:
+    """Return a drawing of the fit as SVG, without CAD.
+
+    If parts do not fit, it shows the closed jaws in section, with excess in red beside its limit, and views of other
+    failures. If they fit, it shows the jaws with dimensions. Without a jaw, it shows the parts on the board from above.
+    Empty if there is nothing to draw, or if shield and standoff contradict each other.
+    """
+    grave = [finding for finding in checked.findings if finding.severity.is_at_least(Severity.WARNING)]
+    forced = not checked.is_orderable
+    try:
+        sheet = fit.drawing(layout, grave, forced) or jaw.drawing(layout, forced)
+    except PartsError:
+        return ""
+    sheet = sheet or plan_view.drawing(layout, forced)
+    return "" if sheet is None else svg(sheet)
