@@ -11,6 +11,7 @@ from string import Formatter
 import pytest
 
 import sitscad.checks
+from sitscad.apps.study import answer_text
 from sitscad.basics import finding
 from sitscad.basics.messages import templates, text_of
 from sitscad.basics.units import quantity_as
@@ -142,8 +143,8 @@ def test_every_call_names_cases_with_messages():
 
 
 def test_every_case_is_used():
-    shortfalls = ast.parse(Path(finding.__file__).read_text(encoding="utf-8"))
-    used = {node.value for tree in (*modules().values(), shortfalls) for node in ast.walk(tree)
+    others = [ast.parse(Path(module.__file__).read_text(encoding="utf-8")) for module in (finding, answer_text)]
+    used = {node.value for tree in (*modules().values(), *others) for node in ast.walk(tree)
             if isinstance(node, ast.Constant) and isinstance(node.value, str)}
     assert sorted(set(templates()) - used) == []
 

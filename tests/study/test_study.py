@@ -70,6 +70,7 @@ from sitscad.apps.study.space import Space, Variable, code_version, value_at_key
 from sitscad.apps.study.spreads import SPREADS, latin_hypercube, unit_spec, wilson_interval, yield_of
 from sitscad.apps.study.study import StudyAnswer
 from sitscad.apps.study.sweeping import parse_range
+from sitscad.basics.messages import text_of
 from sitscad.cli import designing, run
 from sitscad.spec import templates
 
@@ -215,8 +216,8 @@ def test_a_base_that_is_better_than_what_was_found_is_said_to_be(answered):
     first = answer.kept[0].evaluation
     better = replace(first, values=first.values | {"rp": (2.0 * first.values["rp"][0], 0.0), "board.area": (1e-9, 0.0)})
     told = answer_text(replace(answer, base=better))
-    assert "beats every design that is kept" in told
-    assert "looked at first, has coil.trace_width: 130 um in place of 160 um, coil.trace" in told
+    assert text_of("study-base-best", "message", {}) in told
+    assert "has coil.trace_width: 130 um in place of 160 um, coil.trace" in told
     for other in (first, replace(better, values=better.values | {"inductance": (1e-6, 0.0)})):  # refused
         assert "The base itself" not in answer_text(replace(answer, base=other, kept=answer.kept[:1]))
 
@@ -228,8 +229,8 @@ def test_designs_at_the_end_of_a_range_are_said_to_lie_there(answered):
     def told(*points):
         return answer_text(replace(answer, kept=[replace(one, point=point) for point in points]))
 
-    assert "coil.turns: 13 in every design that is kept, the last value of its range" in told((4, 1), (4, 2))
-    assert "coil.trace_width: 100 um in every design that is kept, the first value" in told((1, 0))
+    assert text_of("study-last-value", "message", {"key": "coil.turns", "value": "13"}) in told((4, 1), (4, 2))
+    assert text_of("study-first-value", "message", {"key": "coil.trace_width", "value": "100 um"}) in told((1, 0))
     assert "of its range" not in told((1, 1), (4, 2))
 
 
@@ -272,7 +273,7 @@ def test_designs_whose_units_fail_make_room_for_the_next_and_are_counted(folder,
     (folder / "study.yaml").write_text(text)
     early = []
     answer = sitscad.Study.load(folder / "study.yaml").run(draws=16, before_yields=early.append)
-    assert "It can be met but for the yield that is asked (>= 95 %), which is not known" in answer_text(early[0])
+    assert "It can be met, but the required yield (>= 95 %) is not known" in answer_text(early[0])
     assert json.loads(answer_json(early[0]))["met"] is None and json.loads(answer_json(answer))["met"] is True
     again = ["Designs, the best of" in yields_text(answer, "x", before) for before in (*early, answer)]
     assert again == [True, False]
@@ -287,7 +288,7 @@ def test_a_goal_that_nothing_decides_is_reported(folder):
     (folder / "study.yaml").write_text(STUDY.replace("minimize: board.area", "minimize: rate"))
     answer = sitscad.Study.load(folder / "study.yaml").run(draws=0)
     assert [goal.measure for goal in answer.constant_goals] == ["rate"]
-    assert "rate is the same of all designs" in answer_text(answer)
+    assert text_of("study-constant-goal", "message", {"measure": "rate"}) in answer_text(answer)
 
 
 @pytest.mark.slow
@@ -395,6 +396,7 @@ import pathlib, sys
 from sitscad.apps.study import running
 from sitscad.apps.study.page import answer_files, study_page
 from sitscad.apps.study.evaluating import cluster
+from sitscad.basics.messages import text_of
 from sitscad.apps.study.study import Study
 
 running.LEAST_FULL = 6

@@ -17,6 +17,7 @@ from sitscad.apps.study.space import Space, code_version, value_at_key
 from sitscad.apps.study.spreads import wilson_interval
 from sitscad.apps.study.study import StudyAnswer
 from sitscad.apps.study.sweeping import rule_titles, value_text
+from sitscad.basics.messages import text_of
 from sitscad.basics.quantities import Table
 from sitscad.basics.record import record
 from sitscad.basics.units import DASH, count_text, csv_text, number_cell, show
@@ -256,43 +257,39 @@ def _paragraphs(*parts: Table | Iterable[str]) -> str:
 
 def verdict_lines(answer: StudyAnswer) -> Iterator[str]:
     """Yield lines with the verdict and the number of evaluated designs."""
-    request, results = answer.request, answer.results
-    count = f"{len(results.screened)} of {request.space.size} designs were looked at by {results.method}, "
-    count += f"{len(results.full)} in full"
-    good = len(answer.front)
-    if answer.is_met:
-        but = ""
-        if answer.lacks_yield:
-            but = f" but for the yield that is asked ({_least_yield(answer)}), which is not known"
-        yield f"It can be met{but}: {count}; {good} {'is' if good == 1 else 'are'} not beaten by another."
-        if beaten := count_beaten_by_base(request, answer.base, answer.kept):
-            is_each = beaten == len(answer.kept)
-            of = "every design that is kept" if is_each else f"{beaten} of the {len(answer.kept)} kept"
-            yield f"The base itself beats {of}: stay with it, or search longer (search.evaluations)."
+    request, results, good = answer.request, answer.results, len(answer.front)
+    tried = _line("study-tried", evaluated=len(results.screened), size=request.space.size, method=results.method,
+                  full=len(results.full))
+    if answer.is_met and answer.lacks_yield:
+        yield _line("study-met-yield-unknown", required=_least_yield(answer), tried=tried, good=good)
+    elif answer.is_met:
+        yield _line("study-met", tried=tried, good=good)
     elif answer.dropped_count:
-        yield (f"No design was found that has the yield that is asked ({_least_yield(answer)}): {count}; units "
-               f"were drawn of the best {answer.dropped_count}, and {good} more keep everything else and are not "
-               f"beaten.")
+        yield _line("study-no-yield", required=_least_yield(answer), tried=tried, drawn=answer.dropped_count, good=good)
     else:
-        yield f"No design was found that keeps everything: {count}."
+        yield _line("study-unmet", tried=tried)
         if more := count_unjudged(request, results):
-            yield (f"Of {count_text(more, 'more design')} the screen refuses nothing, but they were not judged in "
-                   f"full: "
-                   "vary less, or search longer (search.evaluations).")
+            yield _line("study-unjudged", more=more)
+    if answer.is_met and (beaten := count_beaten_by_base(request, answer.base, answer.kept)):
+        case = "study-base-best" if beaten == len(answer.kept) else "study-base-better"
+        yield _line(case, beaten=beaten, kept=len(answer.kept))
     for number, key in enumerate(request.space.variables):
         at = {design.point[number] for design in answer.kept}
         if key.is_ordered and len(key.values) > 2 and len(at) == 1 and at <= {0, len(key.values) - 1}:
             end, = at
-            yield (f"{key.key}: {key.values[end]} in every design that is kept, the {'last' if end else 'first'} value "
-                   "of its range: a wider one may hold better designs.")
+            yield _line("study-last-value" if end else "study-first-value", key=key.key, value=str(key.values[end]))
     if off := changed_keys(request, request.base_point):
         before = request.base.values(())
-        values = ", ".join(f"{key}: {value} in place of {base_value(before, key)}" for key, value in off.items())
-        yield f"The base is none of the designs; the one nearest to it, looked at first, has {values}."
+        values = [f"{key}: {value} in place of {base_value(before, key)}" for key, value in off.items()]
+        yield _line("study-base-apart", values=values)
     if request.space.size > len(results.screened) and not answer.is_met:
-        yield "That is a search and no proof: what was not looked at may do."
+        yield _line("study-no-proof")
     for goal in answer.constant_goals:
-        yield f"{goal.measure} is the same of all designs: nothing that is varied decides it."
+        yield _line("study-constant-goal", measure=goal.measure)
+
+
+def _line(case: str, **values: object) -> str:
+    return text_of(case, "message", values)
 
 
 def _least_yield(answer: StudyAnswer) -> str:
