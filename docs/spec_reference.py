@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 
 from sitscad.basics.units import show
-from sitscad.checks.usual_ranges import WORKED_OUT, usual_ranges
+from sitscad.checks.usual_ranges import COMPUTED_VALUES, usual_ranges
 from sitscad.spec import presets
 from sitscad.spec.circuit import LayerKind, Stackup
 from sitscad.spec.design_rules import DesignRules
@@ -180,7 +180,7 @@ def _table(section: type[Section], places: Places) -> str:
 def _usually(name: str, paths: list[str]) -> str:
     """Return the usual range of a key. SIT134 warns of values outside of this range."""
     keys = {f"{path}.{name}".strip(".") for path in paths}
-    words = [row.words for row in usual_ranges() if row.key in keys and row.value not in WORKED_OUT]
+    words = [row.words for row in usual_ranges() if row.key in keys and row.value not in COMPUTED_VALUES]
     return f"; usually {words[0]}" if words else ""
 
 

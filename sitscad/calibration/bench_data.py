@@ -36,7 +36,7 @@ KINDS = {**dict.fromkeys(FORCE, ("N", "mN")), **dict.fromkeys(MOMENT, ("Nmm", "N
          **dict.fromkeys(POSE[:3], ("m", "mm", "um")), **dict.fromkeys(POSE[3:], ("rad", "deg"))}
 """Units of every load and pose."""
 
-SAID = re.compile(r"\s*#+\s*rotation\s*[:=](.*)", re.IGNORECASE)
+ROTATION_LINE = re.compile(r"\s*#+\s*rotation\s*[:=](.*)", re.IGNORECASE)
 """Pattern of a line that states the rotation, with the statement as its group."""
 
 USUAL_ROTATION = "held"  # Of a table without the line: a flat face keeps the target level, as in the data sheet
@@ -167,7 +167,7 @@ def _rotation(path: str, whole: Sequence[tuple[int, list[str]]]) -> tuple[int, s
     """
     first = 0, ""
     for number, cells in whole:
-        if not (match := SAID.match(cells[0])):
+        if not (match := ROTATION_LINE.match(cells[0])):
             continue
         word = (match[1].split() or ["?"])[0].strip(",;").lower()
         if first[1] and word != first[1]:

@@ -38,15 +38,15 @@ USUAL_POINTS, FEWEST, MOST = 8, 3, 40  # Numbers of loads of a plan besides the 
 
 SHOWN = (3, 5)  # Numbers of points whose error is shown besides the whole plan's
 TARES = 3  # Rows without load needed to separate noise from drift: at the start, in the middle, at the end
-CHARTS = 3  # Largest number of surrogates made in turn about a fitted sensor
+MAX_SURROGATES = 3  # Largest number of surrogates made in turn about a fitted sensor
 
-STRAYED = 2.0
+MAX_EXCESS_RATIO = 2.0
 """Largest ratio of `ModelFit.excess` with a surrogate about the fitted sensor to its value with the surrogate before.
 
 Beyond it, the surrogate before is used: the new surrogate is then far from all sensors of the design.
 """
 
-SURE = 0.95
+STATED_FRACTION = 0.95
 """Fraction of the simulated sensors that agree with measured points whose error is below the stated error."""
 
 
@@ -96,7 +96,8 @@ class Calibration:
             points = 0 if self.points is None else int(np.sum(~self.points.at_rest))
             unit = f"this unit, calibrated with {points} points"
             deviation = [] if self.sigma is None else [ForceError(f"{unit}: one sigma", points, self.sigma)]
-            return (*deviation, ForceError(f"{unit}: {100.0 * SURE:.0f} % stay below", points, self.map.error))
+            return (*deviation, ForceError(f"{unit}: {100.0 * STATED_FRACTION:.0f} % stay below", points,
+                                           self.map.error))
         errors = [ForceError("any unit, read without a tare", None, self.plan.errors_without_tare),
                  ForceError("any unit after its tare, not calibrated", 0, self.map.error)]
         some = sorted({number for number in SHOWN if number < len(self.plan.loads)} | {len(self.plan.loads)})
@@ -130,7 +131,8 @@ class Calibration:
         tilts = ROTATIONS[self.sensors.rotation]
         if self.plan is None:
             return (f"Error of the force, rms over all loads, the target {tilts}, of the sensors which these points "
-                    f"may come from: one sigma, as in the data sheet, and what {100.0 * SURE:.0f} % of them stay "
+                    f"may come from: one sigma, as in the data sheet, and what {100.0 * STATED_FRACTION:.0f} % of "
+                    f"them stay "
                     "below. Noise, hysteresis, creep and temperature come on top.")
         return (f"One sigma of the force from unit to unit, over all loads, the target {tilts}, to first order for "
                 "pads about as stiff as drawn: a unit with a much softer one is off by more, as its own calibration "
@@ -279,7 +281,7 @@ def calibrate_by(sensors: Sensors, points: Points) -> Calibration:
     """
     sensors, fit = fit_by_surrogate(sensors, points)
     fitted, errors = fit_unit_map(sensors, fit.errors), error_by_unknowns(sensors, fit)
-    sigma, sure = np.sqrt(np.mean(errors**2, axis=0)), np.quantile(errors, SURE, axis=0)
+    sigma, sure = np.sqrt(np.mean(errors**2, axis=0)), np.quantile(errors, STATED_FRACTION, axis=0)
     stated_map = replace(fitted, rest=np.rint(sensors.conversion.counts(points.rest)),
                          error=np.asarray(np.hypot(sure, fitted.error)))
     return Calibration(sensors, stated_map, None, points, fit, sigma=np.asarray(np.hypot(sigma, fitted.error)))
@@ -293,7 +295,7 @@ def fit_by_surrogate(sensors: Sensors, points: Points) -> tuple[Sensors, ModelFi
     """
     fit = fit_model(sensors, points, rounds=1)
     moving = [each.name in (*POSE_ERRORS, *PAD_ERRORS) for each in sensors.unknowns]
-    for _ in range(CHARTS):
+    for _ in range(MAX_SURROGATES):
         largest = np.abs(fit.moved)[moving].max()
         if largest >= SURELY or np.any(sensors.gives_way(fit.errors, sensors.range.corners)):
             break
@@ -303,7 +305,7 @@ def fit_by_surrogate(sensors: Sensors, points: Points) -> tuple[Sensors, ModelFi
             again = fit_model(nearer, points, fit)
         except NoFit:
             again = None
-        if again is None or again.excess > STRAYED * max(fit.excess, SUSPECT):
+        if again is None or again.excess > MAX_EXCESS_RATIO * max(fit.excess, SUSPECT):
             return sensors, fit_model(sensors, points, fit)
         apart = np.abs((again.moved - fit.moved) / nearer.surrogate_width)[moving].max()
         sensors, fit = nearer, again

@@ -39,17 +39,17 @@ The remaining fraction counts as constant. The logarithm of the whole change has
 effect. Maps near that pole were wrong by half of full scale.
 """
 
-LEARNT, ASKED = 240, 80  # Numbers of loads to fit a map to, and of other loads for its error
+FITTED_LOADS, TEST_LOADS = 240, 80  # Numbers of loads to fit a map to, and of other loads for its error
 
 SEED = 7  # Seed of the noise in the readings at the other loads
 
-SCATTERED = 64
+TEST_SENSORS = 64
 """Number of simulated sensors, on which the drawn sensor's map is tested for its error on other sensors."""
 
 SCATTER_SEED = 8
 """Seed of these simulated sensors."""
 
-SOLVED, DEGREE = 40, 3  # Number of solved loads for a sensor's own map, and degree of the correction from them
+SOLVED_LOADS, DEGREE = 40, 3  # Number of solved loads for a sensor's own map, and degree of the correction from them
 
 LEAST_LEFT = 0.05  # Least divisor 1 - leverage of a residual
 
@@ -111,8 +111,8 @@ def fitted_map(sensors: Sensors, learnt: Samples, rest: Array) -> InverseMap:
 
 def error_on_others(sensors: Sensors, fitted: InverseMap) -> Array:
     """Return the rms error (axes; N) of a map for the readings of simulated sensors, each after its own tare."""
-    loads, square = sensors.range.inside(ASKED // 2, LEARNT), []
-    for errors in draw_stratified_units(sensors.unknowns, SCATTERED, SCATTER_SEED):
+    loads, square = sensors.range.inside(TEST_LOADS // 2, FITTED_LOADS), []
+    for errors in draw_stratified_units(sensors.unknowns, TEST_SENSORS, SCATTER_SEED):
         other = sensor_samples(sensors, errors, loads)
         square.append((fitted(other.readings, other.rest) / sensors.range.full_scales - other.forces) ** 2)
     return np.asarray(np.sqrt(np.mean(square, axis=(0, 1))) * sensors.range.full_scales)
@@ -127,23 +127,24 @@ def fit_unit_map(sensors: Sensors, errors: Array) -> InverseMap:
     surrogate that does not cover this sensor.
     """
     # the fitted loads include the edge of the range: the map must not end before the required load
-    learnt = np.vstack([sensors.range.inside(LEARNT), sensors.range.rim])
-    corrected = sensors.range.inside(ASKED, LEARNT)
+    learnt = np.vstack([sensors.range.inside(FITTED_LOADS), sensors.range.rim])
+    corrected = sensors.range.inside(TEST_LOADS, FITTED_LOADS)
     loads, count = np.vstack([learnt, corrected]), len(learnt)
     whole = sensor_samples(sensors, errors, loads)
-    solved = sensors.frequencies_under(errors, np.vstack([sensors.range.pressed(0.0), loads[:SOLVED]]), exact=True)
+    solved = sensors.frequencies_under(errors, np.vstack([sensors.range.pressed(0.0), loads[:SOLVED_LOADS]]),
+                                       exact=True)
     right, remainder = _with_rest_corrected(sensors, errors, loads, solved)
     readings = whole.readings * right
     fitted = fitted_map(sensors, Samples(readings[:count], whole.rest, whole.forces[:count]), solved[0])
     noisy = sensors.read(readings[count:], np.random.default_rng(SEED), 1)
     by_form = fitted(noisy, whole.rest) - whole.forces[count:] * sensors.range.full_scales
-    by_chart = fitted(solved[1:] * remainder, solved[0]) - fitted(readings[:SOLVED], whole.rest)
+    by_chart = fitted(solved[1:] * remainder, solved[0]) - fitted(readings[:SOLVED_LOADS], whole.rest)
     return replace(fitted, error=np.sqrt(np.mean(by_form**2, axis=0) + np.mean(by_chart**2, axis=0)))
 
 
 def error_by_unknowns(sensors: Sensors, fit: ModelFit) -> Array:
     """Return rms errors (sensors, axes; N) of the fitted sensor's map for the sensors `ModelFit.likely`."""
-    loads = np.vstack([sensors.range.pressed(0.0), sensors.range.inside(ASKED // 2, LEARNT)])
+    loads = np.vstack([sensors.range.pressed(0.0), sensors.range.inside(TEST_LOADS // 2, FITTED_LOADS)])
     slopes = unknown_slopes(sensors, loads, True, fit.errors)
     towards = np.linalg.pinv(load_slopes(sensors, fit.errors, loads[1:]))
     wrong = towards @ (slopes[1:] - slopes[:1])

@@ -16,7 +16,7 @@ from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
 from sitscad.calibration.bench_data import BenchTable
 from sitscad.calibration.inverse_map import InverseMap
-from sitscad.calibration.map_fit import ASKED, LEARNT
+from sitscad.calibration.map_fit import FITTED_LOADS, TEST_LOADS
 from sitscad.calibration.model_fit import SUSPECT, ModelFit, NoFit, fit_model
 from sitscad.calibration.points import Points, load_slopes
 from sitscad.calibration.sensors import Sensors
@@ -160,7 +160,7 @@ class OppositeRotationFit:
         """Return the rms error (axes; N) of a map for this target's rotation. 0 unless this fit is clearly better."""
         if self.cost_advantage < LIKELIER:
             return np.zeros(len(fitted.axes))
-        loads = np.vstack([np.zeros((1, 3)), self.sensors.range.inside(ASKED // 2, LEARNT)])
+        loads = np.vstack([np.zeros((1, 3)), self.sensors.range.inside(TEST_LOADS // 2, FITTED_LOADS)])
         frequency = self.sensors.frequencies_under(self.fit.errors, loads)
         borne = np.all(np.isfinite(frequency), axis=1)
         off = fitted(frequency[borne], frequency[0]) - loads[borne][:, self.sensors.range.columns]

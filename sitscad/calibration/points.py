@@ -220,7 +220,7 @@ It is multiplied by a whole number if the plan needs more loads.
 
 SHEARS = (0.5, 1.0)  # Shears of the offered loads (full scales), in each of `DIRECTIONS`
 DIRECTIONS = 8  # Number of directions of shear, for arrays that separate both axes
-TRIED = 40  # Number of loads for the expected error of the map
+EXPECTED_ERROR_LOADS = 40  # Number of loads for the expected error of the map
 
 
 @record(eq=False)
@@ -319,7 +319,7 @@ def _predicted_errors(sensors: Sensors, facts: Array, pulls: Array, order: list[
     uncertainty of the unknowns, to first order, without noise and without the map's own error. `pulls` (n, unknowns, 2)
     is the effect of such a shift on the unknowns. A fit attributes the shift to the sensor, and its error is added.
     """
-    test_loads = np.vstack([sensors.range.pressed(0.0), sensors.range.inside(TRIED)])
+    test_loads = np.vstack([sensors.range.pressed(0.0), sensors.range.inside(EXPECTED_ERROR_LOADS)])
     none = np.zeros(len(sensors.unknowns))
     slopes = unknown_slopes(sensors, test_loads)
     towards = np.linalg.pinv(load_slopes(sensors, none, test_loads[1:]))

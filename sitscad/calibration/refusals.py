@@ -46,13 +46,13 @@ OUT_OF_LINE = 0.3
 A row is refused if it exceeds this limit and `CONTRADICTED`.
 """
 
-UNSETTLED = 2.5
+MAX_UNCONVERGED_EXCESS = 2.5
 """Largest ratio of errors to expected errors for a fit that did not converge.
 
 Below it, the fit is accepted with a note that its unknowns are unreliable. True readings of few points can lie there.
 """
 
-HARDLY = 3.0
+MAX_UNKNOWN_SIGMAS = 3.0
 """Largest fitted value of an unknown, in standard deviations of manufacture, if loads and model disagree as well.
 
 Larger values are refused. Tables in which all loads were entered at half their value reached 3.2 to 3.9, with errors of
@@ -115,8 +115,8 @@ def require_agreement(table: BenchTable, points: Points, sensors: Sensors, fit: 
         k = of_shear[int(np.argmax(np.abs(fit.moved[of_shear])))]
     unknown, sigmas = sensors.unknowns[k], float(fit.moved[k])
     where, off, odd, share = worst_row(table, points, sensors, fit)
-    most = UNSETTLED if not fit.settled else WORST_OF_POSES if points.loads is None else WORST
-    farthest = SURELY if fit.excess < SUSPECT else HARDLY
+    most = MAX_UNCONVERGED_EXCESS if not fit.settled else WORST_OF_POSES if points.loads is None else WORST
+    farthest = SURELY if fit.excess < SUSPECT else MAX_UNKNOWN_SIGMAS
     if fit.excess > most or (odd > CONTRADICTED and share > OUT_OF_LINE) or max(abs(sigmas), together) > farthest:
         why, also = [], "" if together <= abs(sigmas) else f", with others of the pad's shear {together:.1f} sigma"
         if max(abs(sigmas), together) > farthest:
@@ -164,7 +164,7 @@ The simulated sensor has the loads or poses of the table.
 
 MODULI = tuple(np.linspace(-1.2, 1.2, 9))  # Logarithms of moduli to compare readings with
 
-UNLIKE = 0.3
+MAX_CHANGE_DIFFERENCE = 0.3
 """Limit for the rms difference of changes of readings from the design's changes, over the rms of the changes.
 
 Above it, a wrong order of columns or a wrong sign is suspected.
@@ -176,7 +176,7 @@ BETTER = 0.5
 Below it, the table is refused, and the message names the other order.
 """
 
-ALIKE = 1.05, 0.02
+EQUAL_ORDER_LIMITS = 1.05, 0.02
 """Limits for orders that are named together: ratio to the best error, and difference of errors (of the readings).
 
 With two coils, exchanged columns nearly equal reversed shear. They differ by 0.2 % of the readings, less than units
@@ -258,8 +258,8 @@ def _require_order(table: BenchTable, points: Points, sensors: Sensors) -> None:
             alternatives.append((misfit, order_text))
     assert as_given is not None
     best = min(alternatives, default=(np.inf, ""))
-    if as_given > UNLIKE and best[0] < BETTER * as_given:
-        most = ALIKE[0] * best[0] + ALIKE[1]
+    if as_given > MAX_CHANGE_DIFFERENCE and best[0] < BETTER * as_given:
+        most = EQUAL_ORDER_LIMITS[0] * best[0] + EQUAL_ORDER_LIMITS[1]
         candidates = " or ".join(dict.fromkeys(order_text for misfit, order_text in alternatives if misfit < most))
         first = next(column for column in table.columns if column.is_coil)
         raise BenchError(f"{table.path}:1:{first.number} {candidates}: then the readings agree with the design to "

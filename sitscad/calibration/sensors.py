@@ -161,7 +161,7 @@ def _slope(travel: Array, turn: Array) -> float:
 WIDER = 1.1  # Width of the box relative to the reached poses
 SMALLEST = np.array([1e-6, 1e-6, 1e-6, 1e-4, 1e-4, 1e-4])  # Least half widths (m, rad) of a surrogate
 
-KEPT = 500  # Number of cached solutions of the pad
+MAX_CACHED_POSES = 500  # Number of cached solutions of the pad
 
 FARTHEST_SHEAR = 2.0
 """Limit for the shear over `HELD_SHEAR`, above which the error `shear_curve` no longer grows: no law is valid there."""
@@ -287,7 +287,7 @@ class Sensors:
         assert pad is not None
         key = (pad.thickness, pad.material.shear_modulus, pad.material.ogden_exponent, loads.tobytes())
         if key not in self.loaded_poses:
-            if len(self.loaded_poses) >= KEPT:
+            if len(self.loaded_poses) >= MAX_CACHED_POSES:
                 self.loaded_poses.clear()
             self.loaded_poses[key] = loaded_poses(spec, loads, np.full(len(loads), self.is_held))[0]
         travel, thickness = self.loaded_poses[key], pad.thickness

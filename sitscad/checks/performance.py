@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     AnalysisRule = Callable[[SensingAnalysis, Design], Iterator[Verdict]]
 
 
-FELT_SOURCE = (
+PERFORMANCE_SOURCE = (
     f"noise: {source_in_all('noise_law')}; slopes: the response; pad: its law, as in `response --performance`"
 )
 
@@ -504,7 +504,7 @@ def _cached_per_design(
 
 
 def _performance_rule(number: str, apply: Callable[[Design], Iterator[Verdict]], need: str) -> Rule:
-    figures = {"felt": FELT_SOURCE, "beside_noise": BESIDE_NOISE}
+    figures = {"felt": PERFORMANCE_SOURCE, "beside_noise": BESIDE_NOISE}
     return rule_of(number, _cached_per_design(number, apply), "target", "elastomer", need, **figures)
 
 
@@ -517,8 +517,8 @@ RULES: tuple[Rule, ...] = (
     _performance_rule("SIT406", temperature_error, "temperature error"),
     _performance_rule("SIT407", ambiguous_load_findings, "feeling"),
     _performance_rule("SIT408", tilt_above_noise, "feeling"),
-    rule_of("SIT409", _cached_per_design("SIT409", unseen_shear), "target", "elastomer", "force", felt=FELT_SOURCE,
-            much=f"{100.0 * MAX_SHEAR_READING:.0f} %"),
+    rule_of("SIT409", _cached_per_design("SIT409", unseen_shear), "target", "elastomer", "force",
+            felt=PERFORMANCE_SOURCE, much=f"{100.0 * MAX_SHEAR_READING:.0f} %"),
     _performance_rule("SIT412", moment_resolution, "moment resolution"),
     _performance_rule("SIT414", combined_errors, "errors"),
 )

@@ -54,7 +54,7 @@ def usual_ranges() -> tuple[UsualRange, ...]:
         bounds = (_figure(low, dimension, -math.inf), _figure(high, dimension, math.inf))
         range_text = f"{low} to {high}" if low and high else f"{high} at most" if high else f"{low} at least"
         value, key = row["value"] or row["key"], row["key"]
-        called = WORKED_OUT[value][0] if value in WORKED_OUT else ""
+        called = COMPUTED_VALUES[value][0] if value in COMPUTED_VALUES else ""
         ranges.append(UsualRange(key, value, called or key, dimension, *bounds, range_text, cited(row)))
     return tuple(ranges)
 
@@ -101,7 +101,7 @@ def _holes(mount: Mount | None) -> list[float]:
     return [each for hole in (mount.holes.holes if mount and mount.holes else ()) for each in hole.at]
 
 
-WORKED_OUT: dict[str, tuple[str, Callable[[Design], Any]]] = {
+COMPUTED_VALUES: dict[str, tuple[str, Callable[[Design], Any]]] = {
     "coverlays": ("a coverlay", lambda design: _thicknesses(design.spec.fpc.stackup, LayerKind.COVERLAY)),
     "copper": ("finished copper", lambda design: _thicknesses(design.spec.fpc.stackup, LayerKind.COPPER)),
     "dielectrics": ("a dielectric", lambda design: _thicknesses(design.spec.fpc.stackup, LayerKind.DIELECTRIC)),
@@ -165,8 +165,8 @@ def _relative_excess(usual: UsualRange, value: float) -> float:
 def _values_at_key(design: Design, path: str) -> list[float]:
     """Return the numbers at a dotted place of the spec, or of a name in `WORKED_OUT`. Empty if a part is missing."""
     values: Any = design.spec
-    if path in WORKED_OUT:
-        values = WORKED_OUT[path][1](design)
+    if path in COMPUTED_VALUES:
+        values = COMPUTED_VALUES[path][1](design)
     else:
         for name in path.split("."):
             values = getattr(values, name) if values is not None else None

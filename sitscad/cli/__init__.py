@@ -76,7 +76,7 @@ def prepare_streams() -> None:
         sys.stderr = Messages(sys.stderr.detach(), encoding, "backslashreplace", line_buffering=True)
 
 
-KEPT, MAPPED = 256 << 20, 32 << 20
+KEPT_BYTES, MAPPED = 256 << 20, 32 << 20
 """Bytes of freed memory that the process keeps, and array size (bytes) above which memory is mapped separately.
 
 The second is the largest value that the C library accepts (mallopt(3)).
@@ -95,7 +95,7 @@ def keep_freed_memory() -> bool:
     if not sys.platform.startswith("linux"):
         return False
     mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
-    return mallopt is not None and all([mallopt(_MMAP_THRESHOLD, MAPPED), mallopt(_TRIM_THRESHOLD, KEPT)])
+    return mallopt is not None and all([mallopt(_MMAP_THRESHOLD, MAPPED), mallopt(_TRIM_THRESHOLD, KEPT_BYTES)])
 
 
 def run(arguments: Sequence[str] | None) -> int:

@@ -208,7 +208,7 @@ def _write_so_far(loaded: Study, unfinished: StudyResults, folder: str) -> None:
 SO_FAR = "so-far.html"
 """Page of an interrupted search. A complete search removes it."""
 
-TOLD_EVERY = 30.0
+STUDY_REPORT_INTERVAL = 30.0
 """Seconds between two lines on the progress of a study, if no terminal shows it on one line."""
 
 
@@ -227,7 +227,7 @@ def _study_progress() -> StudyProgress:
             spent[state.stage] = 0.0  # units of replacement designs are counted anew
         spent[state.stage] += now - last  # stages alternate
         last, finished[state.stage] = now, state.made
-        if not on_terminal and now - last_report < TOLD_EVERY:
+        if not on_terminal and now - last_report < STUDY_REPORT_INTERVAL:
             return
         last_report, rate = now, state.made / max(spent[state.stage], 1e-3)
         best = "".join(f", best {name} {value_text(name, value)}" for name, value in state.best.items())

@@ -107,7 +107,7 @@ def progress_of(what: str) -> Callable[[int, int], None] | None:
     return lambda done, of: click.echo(f"\r  {done} of {of} {what}{chr(10) if done >= of else ''}", err=True, nl=False)
 
 
-TOLD_EVERY = 10.0
+REPORT_INTERVAL = 10.0
 """Seconds between two lines about work that takes long, if no terminal shows it on one line."""
 
 
@@ -115,13 +115,13 @@ TOLD_EVERY = 10.0
 def report_work(what: str, is_long: bool) -> Iterator[Callable[[str], None]]:
     """Report the work and its duration on stderr while the context is active, if `is_long`.
 
-    On a terminal, one line is updated each second. Otherwise a line is printed every `TOLD_EVERY` seconds. Yields the
-    function that takes a text on the present step.
+    On a terminal, one line is updated each second. Otherwise a line is printed every `REPORT_INTERVAL` seconds. Yields
+    the function that takes a text on the present step.
     """
     on_terminal, done, began, steps = sys.stderr.isatty(), threading.Event(), time.monotonic(), [""]
 
     def tell() -> None:
-        while not done.wait(1.0 if on_terminal else TOLD_EVERY):
+        while not done.wait(1.0 if on_terminal else REPORT_INTERVAL):
             line = f"{what}: {time.monotonic() - began:.0f} s{f', {steps[0]}' if steps[0] else ''}"
             if on_terminal:
                 click.echo(f"\r\033[K  {escape_controls(line)[: max(columns() - 3, 20)]}", err=True, nl=False)

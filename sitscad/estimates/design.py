@@ -47,7 +47,7 @@ class Design:
 
     Each value is computed at its first use and then cached. ``given_layout`` and ``given_estimates`` are used if they
     are present; they must belong to the spec. ``of_board`` caches values of the board alone, shared by designs with
-    equal boards (`cached_per_board`). Other modules cache their values of a design with `sitscad.basics.record.kept`.
+    equal boards (`cached_per_board`). Other modules cache their values of a design with `sitscad.basics.record.memo`.
     """
 
     spec: SensorSpec

@@ -380,7 +380,7 @@ class Layout:
         return tuple(sorted({self.lowest_layer(via) for via in self.vias}, reverse=True))
 
 
-REACHES = (1.5, 1.2, 0.9, 0.75)
+TEARDROP_LENGTHS = (1.5, 1.2, 0.9, 0.75)
 """Teardrop lengths to try: in pad diameters from the centre of a via, or in contact widths from the edge of a
 contact.
 """
@@ -444,7 +444,7 @@ def _of_via(via: Via, leg: Line, width: float) -> Iterator[Path]:
     if small >= large:
         return
     ux, uy = (leg.end.x - leg.start.x) / leg.length, (leg.end.y - leg.start.y) / leg.length
-    for reach in (factor * via.pad for factor in REACHES):
+    for reach in (factor * via.pad for factor in TEARDROP_LENGTHS):
         if reach > leg.length:
             continue
         cos = (large - small) / reach
@@ -473,7 +473,7 @@ def _of_contact(pad: Pad, leg: Line, width: float) -> Iterator[Path]:
         return
     side = math.copysign(1.0, leg.end.x - leg.start.x)
     edge = pad.centre.x + side * pad.size[0] / 2
-    for reach in (factor * height for factor in REACHES):
+    for reach in (factor * height for factor in TEARDROP_LENGTHS):
         if (leg.end.x - edge) * side < reach:
             continue
         base, tip, y = edge - side * INSIDE, edge + side * reach, leg.start.y

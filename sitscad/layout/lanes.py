@@ -138,7 +138,7 @@ STAGGER = math.sqrt(2.0) - 1.0
 With this value, the tracks are equally far apart before and after their bends.
 """
 
-TURNED = (-15, 15, -30, 30, 45)
+PAIR_EXIT_ANGLES = (-15, 15, -30, 30, 45)
 """Exit angles of a pair that are tried if the ring's corner fails.
 
 They are degrees from the corner, positive away from the tail.
@@ -316,7 +316,7 @@ def exits(coil: CoilSpec, bus: Bus, lane: Lane, funnel_x: float, turned: bool = 
 
     if bus.is_stacked:
         paths = _forwards(coil, ring, funnel_x) if not lane.side else []
-        for degrees in (TURNED if turned else (0,)) if lane.side else ():
+        for degrees in (PAIR_EXIT_ANGLES if turned else (0,)) if lane.side else ():
             angle = lane.side * (corner + math.radians(degrees))
             paths.append((angle, passing(angle)))
         return [(Exit(angle, path, upper), Exit(angle, path, lower)) for angle, path in paths]

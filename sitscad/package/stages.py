@@ -59,7 +59,7 @@ from sitscad.package.manifest import (
 )
 from sitscad.spec.sensor import SensorSpec
 
-FELT = "datasheet.json"
+PERFORMANCE_FILE = "datasheet.json"
 """Data sheet's file with the sensing performance. Report and estimate repeat its values."""
 
 PRINTED, NOTES = "mount/print.json", "mount/assembly.txt"
@@ -340,7 +340,7 @@ def _ingredients(
     text = (contents.spec, source.text, contents.file_name, judged_by, contents.measured)
     if stage == CHECK_STAGE:
         read = {name: sha256(content) for name, content in source.kept.items()}
-        sensing_sum = entries[FELT].sha256 if FELT in entries else None
+        sensing_sum = entries[PERFORMANCE_FILE].sha256 if PERFORMANCE_FILE in entries else None
         return (*text, read, failures, any(name.startswith("fpc/") for name in entries), sensing_sum)
     if stage == "report":
         return (*text, {name: entry.sha256 for name, entry in entries.items()})
@@ -455,7 +455,7 @@ def _checked_files(contents: Contents, failures: list[str], earlier: Mapping[str
 
 def _sensing_data(files: Mapping[str, bytes]) -> dict[str, Any]:
     """Return the sensing performance from the package's data sheet. Empty if there is no data sheet."""
-    performance: dict[str, Any] = json.loads(files[FELT]) if FELT in files else {}
+    performance: dict[str, Any] = json.loads(files[PERFORMANCE_FILE]) if PERFORMANCE_FILE in files else {}
     return performance
 
 

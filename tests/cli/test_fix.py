@@ -248,7 +248,7 @@ def test_long_search_for_fixes_says_what_it_tries_and_for_how_long(run, tmp_path
     from sitscad.cli import terminal
     from sitscad.spec import templates
 
-    monkeypatch.setattr(terminal, "TOLD_EVERY", 0.2)
+    monkeypatch.setattr(terminal, "REPORT_INTERVAL", 0.2)
     (tmp_path / "jaw.yaml").write_text(templates.read("single_coil").replace("turns:", "turns: 60 #", 1))
     done = run("check", "--diff", "--unsafe-fixes", "jaw.yaml")
     told = [line for line in done.err.splitlines() if line.startswith("sitscad: jaw.yaml: ") and " s, " in line]

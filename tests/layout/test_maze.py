@@ -17,7 +17,7 @@ from sitscad.layout.board import Role
 from sitscad.layout.clearance import Breadth, TrackToPlace, ViaToPlace
 from sitscad.layout.lanes import Ring, bus_for, rows_of_lanes
 from sitscad.layout.routing import routes
-from sitscad.layout.routing.escape import BUDGET, LOST, SearchLimit
+from sitscad.layout.routing.escape import BUDGET, MAX_TRIALS_WITHOUT_PROGRESS, SearchLimit
 from sitscad.layout.routing.maze import Ground, Lattice, Maze, spread
 from sitscad.layout.routing.routes import front_of, route_freely
 from sitscad.layout.windings import wind_all
@@ -235,7 +235,7 @@ def test_search_limit_ends_early_with_two_stuck_coils():
     searches.begin(4)
     searches.left -= 200
     searches.led_out(2, 4)
-    searches.left -= LOST - 1
+    searches.left -= MAX_TRIALS_WITHOUT_PROGRESS - 1
     assert not searches.is_spent and not searches.is_overdrawn
     searches.left -= 1
     assert searches.is_spent and searches.is_overdrawn and searches.left > 0
@@ -256,7 +256,7 @@ def test_board_with_two_stuck_coils_ends_search_early():
     artwork = spec.artwork
     assert route_freely(artwork, bus, wind_all(artwork), front_of(artwork, bus),
                         searches) is None
-    assert searches.left > BUDGET - 1.3 * LOST
+    assert searches.left > BUDGET - 1.3 * MAX_TRIALS_WITHOUT_PROGRESS
 
 
 @pytest.mark.slow

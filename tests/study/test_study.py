@@ -248,7 +248,7 @@ def test_time_left_is_that_of_the_units_that_are_drawn_now(monkeypatch, capsys):
     """Units of designs that take the place of fallen ones were shared out over the time of all before them."""
     clock = iter([0.0, 100.0, 110.0])
     monkeypatch.setattr(designing.time, "monotonic", lambda: next(clock))
-    monkeypatch.setattr(designing, "TOLD_EVERY", 0.0)
+    monkeypatch.setattr(designing, "STUDY_REPORT_INTERVAL", 0.0)
     show = designing._study_progress()
     show(StudyState("units", 256, 256, 0, {}, 256))
     show(StudyState("units", 20, 256, 0, {}, 20))

@@ -262,7 +262,7 @@ def _remarks(conductor: DrawnConductor) -> list[str]:
         if count * main < 0.0:
             notes.append(f"layer {layer} turns the other way ({count:+.2f} turns) and cancels the field of the others")
     counts = [abs(count) for _, count in turns]
-    if not notes and counts and max(counts) - min(counts) > UNEQUAL:
+    if not notes and counts and max(counts) - min(counts) > MAX_TURN_DIFFERENCE:
         each = ", ".join(f"{layer} {abs(count):.2f}" for layer, count in turns)
         notes.append(f"layers have unequal turns: {each}")
     notes += [f"a dead end is left out: {stub}" for stub in conductor.stubs]
@@ -279,7 +279,7 @@ def _remarks(conductor: DrawnConductor) -> list[str]:
 LEAST_TURNS = 0.75
 """Least number of turns of a run that counts as a part of the winding."""
 
-UNEQUAL = 0.3
+MAX_TURN_DIFFERENCE = 0.3
 """Difference of turns between layers above which a remark is made. The pieces to vias cause some hundredths."""
 
 OTHER_WIDTHS = 0.02
@@ -301,7 +301,7 @@ def _spacing(conductor: DrawnConductor) -> float:
         table = np.array(rows[:: max(1, len(rows) // MOST_POINTS)])
         for part in np.array_split(table, max(1, len(table) // 500)):
             apart = np.hypot(part[:, None, 0] - table[:, 0], part[:, None, 1] - table[:, 1])
-            apart[np.abs(part[:, None, 2] - table[:, 2]) < FURTHER * width] = math.inf
+            apart[np.abs(part[:, None, 2] - table[:, 2]) < LEAST_TURN_SEPARATION * width] = math.inf
             least = min(least, float(apart.min()))
     return max(least - width, 0.02 * width) if math.isfinite(least) else width
 
@@ -309,7 +309,7 @@ def _spacing(conductor: DrawnConductor) -> float:
 MOST_POINTS = 6000
 """Largest number of points of a layer between which gaps are measured."""
 
-FURTHER = 12.0
+LEAST_TURN_SEPARATION = 12.0
 """Least distance along the conductor, in track widths, between two points that belong to different turns."""
 
 

@@ -40,8 +40,8 @@ DEAD, LOW, HIGH = "amplitude_stable_min", "amplitude_optimum_min", "amplitude_ma
 Below `DEAD` the tank does not oscillate. Results with an amplitude below `LOW` or above `HIGH` are flagged.
 """
 
-CONFIGURED = (at.ERROR_CONFIG, at.MUX_CONFIG)
-OF_CHANNELS = (at.RCOUNT, at.OFFSET, at.SETTLECOUNT, at.CLOCK_DIVIDERS, at.DRIVE_CURRENT)
+SETTING_REGISTERS = (at.ERROR_CONFIG, at.MUX_CONFIG)
+CHANNEL_REGISTERS = (at.RCOUNT, at.OFFSET, at.SETTLECOUNT, at.CLOCK_DIVIDERS, at.DRIVE_CURRENT)
 DRIVE_CODE = 0xF800
 """Writable bits of DRIVE_CURRENT. The converter itself sets INIT_IDRIVE."""
 
@@ -197,8 +197,8 @@ class Registers:
         if register == at.RESET_DEV and value & 0x8000:
             self.reset()
             return
-        channels = (first + channel for first in OF_CHANNELS for channel in range(self.device.channels))
-        if register != at.CONFIG and not (asleep and register in (*CONFIGURED, *channels)):
+        channels = (first + channel for first in CHANNEL_REGISTERS for channel in range(self.device.channels))
+        if register != at.CONFIG and not (asleep and register in (*SETTING_REGISTERS, *channels)):
             return
         self.words[register] = value & (DRIVE_CODE if register >= at.DRIVE_CURRENT else 0xFFFF)
         if register == at.CONFIG and value & at.SLEEP:

@@ -22,28 +22,28 @@ from sitscad.spec.places import map_columns
 WINDOW = 1.0
 """Time (s) over which readings are averaged. Two such means are compared to detect motion."""
 
-MOVED = 4.0
+STABLE_SIGMAS = 4.0
 """Largest difference of two successive means of stable readings, in standard deviations of the difference."""
 
 PATIENCE = 60.0
 """Longest wait (s) for stable readings."""
 
-BACK = "back"
+REPEAT_INPUT = "back"
 """Input that repeats the point before."""
 
-OTHERWISE = 0.1, 4.0
+PLAUSIBLE_RATIOS = 0.1, 4.0
 """Least and largest plausible ratio of the force that the map of the sensor as drawn reads to the applied force.
 
 400 simulated units of four templates gave ratios of 0.23 to 2.4.
 """
 
-LEFT_ON = 0.1
+MAX_REST_READING = 0.1
 """Largest reading without load after the first tare, as a fraction of full scale.
 
 A larger reading means that a load is still applied.
 """
 
-SOUND = 0.9
+LEAST_GOOD_FRACTION = 0.9
 """Least fraction of a coil's results that must be good, and of its good results that must not be outliers."""
 
 
@@ -148,7 +148,7 @@ class GuidedCalibration:
         """
         scope = self.calibration.sensors.range
         while typed := self.prompt(prompt).replace(",", " ").split():
-            if typed == [BACK] and not is_first:
+            if typed == [REPEAT_INPUT] and not is_first:
                 return None, False
             with suppress(ValueError):
                 forces = np.array([float(word) for word in typed])
@@ -159,7 +159,8 @@ class GuidedCalibration:
             form = "0 for every axis: this is the tare"
             if load.any():
                 form = f"{', '.join(scope.axes)} in newtons{MOMENTS_TOO * scope.has_moments}"
-            self.report(f"{' '.join(typed)!r} is not {form}; nothing and Enter: as asked for; {BACK}: the one before")
+            self.report(f"{' '.join(typed)!r} is not {form}; nothing and Enter: as asked for; {REPEAT_INPUT}: the one "
+                        f"before")
         return np.asarray(load[scope.columns]), False
 
     def _compare(self, forces: Array, counts: Array, rest: Array) -> None:
@@ -169,10 +170,10 @@ class GuidedCalibration:
         """
         inverse_map = self.calibration.map
         read, size = inverse_map(counts, rest)[0], np.abs(forces)
-        low, high = (share * size for share in OTHERWISE)
+        low, high = (share * size for share in PLAUSIBLE_RATIOS)
         signed, loaded = read * np.sign(forces), size > 0.0
         is_off = np.any(((signed < low) | (signed > high)) & loaded)
-        if is_off if loaded.any() else np.linalg.norm(read / inverse_map.full_scale) > LEFT_ON:
+        if is_off if loaded.any() else np.linalg.norm(read / inverse_map.full_scale) > MAX_REST_READING:
             text = ", ".join(f"{amount_text(force, axis, 2)} {axis}"
                              for axis, force in zip(inverse_map.axes, read, strict=True))
             raise PointRefused(f"that reads as about {text}; put it right, or type the newtons that are on to keep it")
@@ -198,7 +199,7 @@ def stable_counts(board: Board, source: Source, tell: Callable[[str], None], coi
         mean, sigma = mean_counts(board, list(scans(board, source, source.now() + long)), coils)
         if last is not None:
             moves = np.abs(mean - last[0]) / np.hypot(sigma, last[1])
-            if np.all(moves <= MOVED):
+            if np.all(moves <= STABLE_SIGMAS):
                 return mean
             tell(f"{board.bands[coils[int(np.argmax(moves))]].coil} still moves")
         last = mean, sigma
@@ -209,7 +210,7 @@ def mean_counts(board: Board, rows: list[Scan], coils: Sequence[int]) -> tuple[A
     """Return the mean counts (coils,) of the coils `coils` over the scans, and the standard deviation of each mean.
 
     The standard deviations follow from the design's noise. Outliers (see `JUMP`) are left out. The mean is NaN if fewer
-    than the fraction `SOUND` of the good results remain. Raises NotTaken if a coil has no good readings.
+    than the fraction `LEAST_GOOD_FRACTION` of the good results remain. Raises NotTaken if a coil has no good readings.
     """
     means, sigmas = [], []
     for coil in coils:
@@ -218,11 +219,11 @@ def mean_counts(board: Board, rows: list[Scan], coils: Sequence[int]) -> tuple[A
         good = np.array([reading.counts for reading in read if reading.is_good], dtype=float)
         noise = board.conversion.noise(band.assembled.design) / board.frequency(1)
         statuses = sorted({reading.status for reading in read if not reading.is_good})
-        if len(good) < max(SOUND * len(read), usual_value("readings")) or np.ptp(good) == 0.0:
+        if len(good) < max(LEAST_GOOD_FRACTION * len(read), usual_value("readings")) or np.ptp(good) == 0.0:
             more = ": another sensor, or a fault" if OUT_OF_BAND in statuses else ""
             why = ", ".join(statuses) or ("stuck" if len(good) else "no reading")
             raise PointRefused(f"{band.coil}: {why}{more}; `sitscad read --diagnose` says more")
         near = good[np.abs(good - np.median(good)) <= JUMP * noise]
-        means.append(near.mean() if len(near) >= SOUND * len(good) else np.nan)
+        means.append(near.mean() if len(near) >= LEAST_GOOD_FRACTION * len(good) else np.nan)
         sigmas.append(noise / np.sqrt(len(near)))
     return np.array(means), np.array(sigmas)

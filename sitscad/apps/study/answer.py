@@ -11,7 +11,7 @@ import numpy as np
 
 from sitscad.apps.study.document import Goal, Requirement, StudyRequest
 from sitscad.apps.study.evaluation import FULL, UNDRAWN, UNKNOWN, Breach, Evaluation
-from sitscad.apps.study.running import IN_VAIN, StudyResults, costs, front_numbers, is_unmade, violations
+from sitscad.apps.study.running import USELESS_COMMENT_RULE, StudyResults, costs, front_numbers, is_unmade, violations
 from sitscad.apps.study.space import Point, value_at_key, value_difference
 from sitscad.apps.study.spreads import Yield
 from sitscad.apps.study.sweeping import rule_titles
@@ -80,7 +80,7 @@ class KeptDesign:
     def accepted(self) -> list[str]:
         """Rules whose warnings the design has and the study accepts, each with its name."""
         titles = rule_titles()
-        return [titles.get(rule, rule) for rule in self.evaluation.warned if rule != IN_VAIN]
+        return [titles.get(rule, rule) for rule in self.evaluation.warned if rule != USELESS_COMMENT_RULE]
 
 
 def binding_limits(request: StudyRequest, results: StudyResults) -> list[Binding]:

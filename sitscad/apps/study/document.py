@@ -437,7 +437,7 @@ def _check_measures(
                 break
 
 
-STARTED = """\
+FIRST_STUDY_TEMPLATE = """\
 # Which design around {name} is best? A study, for `sitscad design`.
 
 sitscad_study: 1
@@ -479,7 +479,7 @@ def first_study_text(spec: SensorSpec, base: str) -> str:
     accept = [rule for rule in evaluate_design(spec, ()).warned if not rule.startswith("SIT0")]
     coil, widths = spec.coil, {"coil.trace_width", "coil.trace_spacing"}
     is_free = INNER not in spec.source.keys or widths <= spec.source.keys.keys()
-    return STARTED.format(
+    return FIRST_STUDY_TEMPLATE.format(
         name=spec.name, base=base, room=" " * max(2, 26 - len(base)), vary="\n".join(ranges),
         same="\nsame: {coil.trace_spacing: coil.trace_width}         # keys that follow a varied one\n"
              if coil.trace_spacing == coil.trace_width and is_free else "",

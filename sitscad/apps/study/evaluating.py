@@ -107,10 +107,10 @@ BY_TANK = ("SIT201", "SIT202", "SIT203", "SIT204", "SIT205", "SIT206", "SIT207",
            "SIT213", "SIT214", "SIT215", "SIT217")
 """Rules that use electrical values of the tank (the coil with its capacitor)."""
 
-BY_FEELING = ("SIT401", "SIT402")
+RESOLUTION_RULES = ("SIT401", "SIT402")
 """Rules that use the resolution of forces."""
 
-ASKED = frozenset((*BY_SPEC, *BY_TANK, *BY_FEELING))
+ASKED = frozenset((*BY_SPEC, *BY_TANK, *RESOLUTION_RULES))
 
 IN_FULL = "it takes the full level"
 
@@ -256,7 +256,7 @@ def _rule_findings(rule: Rule, design: Design, variants: Sequence[Design]) -> li
     if rule.id not in ASKED and not (rule.id in BY_BODY and _is_sized(design.spec.array)):
         return None
     findings, undecided = apply_rule(rule, design, least=None)
-    if undecided or (rule.id in BY_FEELING and _is_undecided_by_screen(rule, design.cells)):
+    if undecided or (rule.id in RESOLUTION_RULES and _is_undecided_by_screen(rule, design.cells)):
         return None
     if any(_serious_severities(apply_rule(rule, other, least=None)[0]) != _serious_severities(findings)
            for other in variants):
@@ -481,7 +481,7 @@ def dask_cluster(address: str) -> tuple[Executor, int]:
     except ImportError as error:
         raise MissingExtra(f"--scheduler needs dask ({error}): pip install 'sitscad[cluster]'") from error
     try:
-        client = Client(address, timeout=SECONDS_TO_ANSWER)
+        client = Client(address, timeout=SCHEDULER_TIMEOUT)
     except (TypeError, ValueError) as error:
         raise ValueError(f"{address!r} is no scheduler's address ({error}): like tcp://host:8786") from error
     ours, theirs_by_worker = code_version(), client.run(code_version, on_error="return")
@@ -491,5 +491,5 @@ def dask_cluster(address: str) -> tuple[Executor, int]:
     return client, max(1, sum(client.nthreads().values()))
 
 
-SECONDS_TO_ANSWER = 10
+SCHEDULER_TIMEOUT = 10
 """Longest wait for a scheduler (s)."""

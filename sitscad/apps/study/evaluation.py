@@ -29,7 +29,7 @@ UNDRAWN = frozenset({"SIT111", "SIT112", "SIT113", "SIT118", "SIT119"})
 """Rules that find missing leads. The figures at the contacts of these designs do not include them."""
 
 
-BROKEN = 0.05
+LEAST_BREACH = 0.05
 """Least size of a breach. It is added to the relative distance from the limit, so that two breaches outweigh one."""
 
 
@@ -50,14 +50,14 @@ class Breach:
     def size(self) -> float:
         """Size of the breach for the search.
 
-        It is `BROKEN` plus the distance from the limit over the larger magnitude of figure and limit. It is 1 if the
-        rule has no figures. If the figure keeps its limit, the distance is the part that is missing to one standard
+        It is `LEAST_BREACH` plus the distance from the limit over the larger magnitude of figure and limit. It is 1 if
+        the rule has no figures. If the figure keeps its limit, the distance is the part that is missing to one standard
         deviation.
         """
         if self.measured is None or self.limit is None:
             return 1.0
         distance = abs(self.measured - self.limit) * (1.0 if self.sigma is None else 1.0 / max(self.sigma, 1e-9) - 1.0)
-        return BROKEN + distance / max(abs(self.limit), abs(self.measured), 1e-300)
+        return LEAST_BREACH + distance / max(abs(self.limit), abs(self.measured), 1e-300)
 
     def as_json(self) -> list[Any]:
         """Return figure, limit, unit, and the sigma if it is set."""

@@ -269,7 +269,7 @@ def _single_cost(cost: Costs) -> float:
     return REFUSED * (1.0 + cost.violation) if cost.violation > 0.0 or goal is None else goal
 
 
-IN_VAIN = "SIT020"
+USELESS_COMMENT_RULE = "SIT020"
 """Rule about a comment that silences no finding.
 
 The comment is removed from kept designs, and the warning is ignored.
@@ -371,7 +371,7 @@ def violations(request: StudyRequest, evaluation: Evaluation) -> dict[str, Breac
     if is_unmade(broken):
         return broken
     names = {rule.id: rule.name for rule in all_rules()} if evaluation.warned else {}
-    broken |= {rule: breach for rule, breach in evaluation.warned.items() if rule != IN_VAIN and not any(
+    broken |= {rule: breach for rule, breach in evaluation.warned.items() if rule != USELESS_COMMENT_RULE and not any(
         word == ALL or matches_rule(word, rule, names.get(rule, "")) for word in request.accept)}
     for requirement in request.require:
         if requirement.measure == "yield":
@@ -406,7 +406,7 @@ def is_unmade(broken: Iterable[str]) -> bool:
 
     The design then cannot be drawn, and other rules cannot be applied.
     """
-    return any(name.startswith("SIT0") and name != IN_VAIN for name in broken)
+    return any(name.startswith("SIT0") and name != USELESS_COMMENT_RULE for name in broken)
 
 
 NOT_MADE = 100.0

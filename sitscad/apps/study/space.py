@@ -149,14 +149,14 @@ def require_key(base: Base, key: str, values: Sequence[Any]) -> None:
         try:
             base.design(((key, value),))
         except SpecError as error:
-            if any(each.rule in UNFIT for each in error.findings):
+            if any(each.rule in UNREADABLE_KEY_RULES for each in error.findings):
                 raise
 
 
 MANY_VALUES = 100
 """Number of values above which only the first and the last, and values that are no finite numbers, are tested first."""
 
-UNFIT = ("SIT002", "SIT004", "SIT005", "SIT006", "SIT007")
+UNREADABLE_KEY_RULES = ("SIT002", "SIT004", "SIT005", "SIT006", "SIT007")
 """Rules of the spec about unknown keys and impossible values. No other key can remove their findings."""
 
 

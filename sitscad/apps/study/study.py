@@ -16,7 +16,7 @@ from sitscad.apps.study.answer import Agreement, Binding, KeptDesign, Relaxation
 from sitscad.apps.study.document import VERSION, Goal, StudyDocument, StudyRequest, study_request
 from sitscad.apps.study.evaluating import Executor, Workers, evaluate_design
 from sitscad.apps.study.evaluation import ARCHIVE, Archive, Evaluation
-from sitscad.apps.study.running import IN_VAIN, Progress, StudyResults, StudyRun
+from sitscad.apps.study.running import USELESS_COMMENT_RULE, Progress, StudyResults, StudyRun
 from sitscad.apps.study.space import Base, Point
 from sitscad.apps.study.spreads import DRAWS, Yield, yield_of
 from sitscad.basics.arguments import checked_arguments
@@ -236,7 +236,7 @@ def _text(request: StudyRequest, design: KeptDesign, number: int) -> str:
     spec = Base(text, base.path, base.profiles).spec
     result = as_configured(spec, checked(Design(spec), "none"))
     in_vain = [each.line for each in result.findings
-               if each.rule == IN_VAIN and each.line and each.severity is Severity.WARNING]
+               if each.rule == USELESS_COMMENT_RULE and each.line and each.severity is Severity.WARNING]
     stem = json.dumps(base.path.replace("\\", "/").rpartition("/")[2])
     changed = ", ".join(f"{key}: {json.dumps(value)}" for key, value in design.changed.items()) or "nothing"
     head = f"# Design {number} of a study of {stem}, with other values of {changed}. Comments below are the base's.\n"

@@ -382,7 +382,8 @@ def _field(table: SweepTable, name: str) -> Callable[[Any], None]:
         rules, titles = sorted({rule for refused in table.refused_by for rule in refused}), rule_titles()
         for k, rule in enumerate(rules):
             refused = np.array([rule in each for each in table.refused_by]).reshape(rows, columns)
-            _draw_refused_edge(axes, refused, xs, ys, titles.get(rule, rule), EDGES[k % len(EDGES)])
+            _draw_refused_edge(axes, refused, xs, ys, titles.get(rule, rule),
+                               REFUSAL_LINE_COLOURS[k % len(REFUSAL_LINE_COLOURS)])
         axes.set(xlabel=_label(second, across), ylabel=_label(first, down))
         for names, ticks, at in ((x_names, axes.set_xticks, x), (y_names, axes.set_yticks, y)):
             if names is not None:
@@ -398,7 +399,7 @@ def rule_titles() -> dict[str, str]:
     return {rule.id: f"{rule.id} {rule.name}" for rule in all_rules()}
 
 
-EDGES = ("#d02020", "#ffffff", "#ff9a1f", "#111111", "#e05ab0", "#8ae0ff")
+REFUSAL_LINE_COLOURS = ("#d02020", "#ffffff", "#ff9a1f", "#111111", "#e05ab0", "#8ae0ff")
 """Line colours of the refused regions in the plot of a sweep over two keys, one per rule, repeated in this order."""
 
 

@@ -242,7 +242,7 @@ def judged_on_solids(document: Mapping[str, Any], device: Converter, source: Spe
     findings = []
     for each in document.get("measured", ()):
         if not each["kept"]:
-            rule, key = JUDGED_BY[each["what"]]
+            rule, key = MEASUREMENT_RULES[each["what"]]
             violation = _solid_violation(each, each.get("key", key))
             findings.append(locate_finding(finding_of(_RULES[rule], violation, device), source))
     return tuple(findings)
@@ -318,16 +318,17 @@ severity. Cases are keys of ``data/messages.csv``. The severity is None if the r
 
 def rules_in_fit_file(document: Mapping[str, Any]) -> frozenset[str]:
     """Return the identifiers of the rules whose values are in the document ``mount/fit.json``."""
-    return frozenset(JUDGED_BY[each["what"]][0] for each in document.get("measured", ()))
+    return frozenset(MEASUREMENT_RULES[each["what"]][0] for each in document.get("measured", ()))
 
 
-JUDGED_BY = {"interference": ("SIT320", "mount"), "bend": ("SIT320", "mount"),
-             "port": ("SIT321", "mount"), "opening": ("SIT322", "mount"),
-             "travel": ("SIT323", "requirements"), "bulge": ("SIT323", "requirements"), "support": ("SIT326", "mount"),
-             "no support": ("SIT326", "mount"), "jaw file": ("SIT332", "mount.jaw"),
-             "jaw back": ("SIT332", "mount.jaw.step"), "jaw back with room": ("SIT332", "mount.jaw.step"),
-             "jaw metal": ("SIT332", "mount.jaw.step"), "few jaw metal": ("SIT332", "mount.jaw.step"),
-             "step file": ("SIT333", "mount")}
+MEASUREMENT_RULES = {"interference": ("SIT320", "mount"), "bend": ("SIT320", "mount"),
+                     "port": ("SIT321", "mount"), "opening": ("SIT322", "mount"),
+                     "travel": ("SIT323", "requirements"), "bulge": ("SIT323", "requirements"),
+                     "support": ("SIT326", "mount"),
+                     "no support": ("SIT326", "mount"), "jaw file": ("SIT332", "mount.jaw"),
+                     "jaw back": ("SIT332", "mount.jaw.step"), "jaw back with room": ("SIT332", "mount.jaw.step"),
+                     "jaw metal": ("SIT332", "mount.jaw.step"), "few jaw metal": ("SIT332", "mount.jaw.step"),
+                     "step file": ("SIT333", "mount")}
 """Rule, and key of the spec to which its finding points, for each kind of measured value in ``mount/fit.json``."""
 
 RULES: tuple[Rule, ...] = (

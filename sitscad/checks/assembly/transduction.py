@@ -20,7 +20,7 @@ from sitscad.checks.fixes.pads import other_thicknesses, thicker_target
 from sitscad.checks.fixes.search import Fix, setting
 from sitscad.checks.rules import ROUNDING, Rule, Verdict, constant_limits, not_checked, rule_of, violation_of
 from sitscad.estimates.design import ROOM_TEMPERATURE, Design
-from sitscad.estimates.loads.pad import GIVES_WAY, TOO_SOFT, loaded_poses
+from sitscad.estimates.loads.pad import PAD_INSTABILITY, TOO_SOFT, loaded_poses
 from sitscad.estimates.loads.pad import TOO_SOFT as LOST
 from sitscad.estimates.loads.pressing import loaded_face, pressed_pad, rests_on_pad, surround
 from sitscad.estimates.loads.working_range import extrapolated_shear_note, validated_shear
@@ -41,7 +41,7 @@ STRAIN_ERROR = 0.5
 LOADED = 0.99
 """Ratio of a pad's loaded area to its whole area from which the pad counts as fully loaded."""
 
-WARMTH_TOLD = 0.05
+LEAST_MODULUS_CHANGE = 0.05
 """Least relative change of the pad's modulus, between 20 degC and the temperature of use, that is reported.
 
 It is smaller than the uncertainty of the modulus itself.
@@ -110,7 +110,7 @@ def _strain_in_use(spec: SensorSpec, force: float, nominal: elastomer.Compressio
     """
     at, slope = spec.requirements.temperature, pad_of(spec.elastomer).material.modulus_temperature_coefficient
     more = slope * (at - ROOM_TEMPERATURE)
-    if abs(more) < WARMTH_TOLD:
+    if abs(more) < LEAST_MODULUS_CHANGE:
         return
     film = spec.encapsulation.material.modulus_temperature_coefficient if spec.encapsulation is not None else 0.0
     factors = {"modulus": 1.0 + more, "film": 1.0 + film * (at - ROOM_TEMPERATURE)}
@@ -135,7 +135,7 @@ def target_rotation(design: Design) -> Iterator[Verdict]:
     lost = loaded_poses(design.spec, np.array([(force, 0.0, 0.0)]), np.array([False]))[1][0] if force else ""
     width = min(face.width_x, face.width_y)
     ratio, part = pad.thickness / width, "pad" if width == min(pad.size) else "target"
-    if lost not in (GIVES_WAY, TOO_SOFT):
+    if lost not in (PAD_INSTABILITY, TOO_SOFT):
         if ratio > SLENDERNESS + ROUNDING:
             yield violation_of(
                 "slender", "elastomer.thickness", ratio, SLENDERNESS, severity=Severity.NOTE, part=part,
@@ -435,7 +435,7 @@ def _rounded_up(value: float) -> float:
 
 RULES: tuple[Rule, ...] = (
     rule_of("SIT304", elastomer_strain, "elastomer", "normal force", source=elastomer.SOURCE,
-            warmth_told=100.0 * WARMTH_TOLD),
+            warmth_told=100.0 * LEAST_MODULUS_CHANGE),
     rule_of("SIT310", target_rotation, "elastomer", "target"),
     rule_of(
         "SIT312", elastomer_shear, "elastomer", "target", "shear force", valid_shear=100.0 * elastomer.VALID_SHEAR,

@@ -152,7 +152,7 @@ def gap_asked_by(rules: DesignRules, gap: float) -> tuple[str, str]:
     return limit_document(rules, "trace_spacing"), rules.source_of("trace_spacing")
 
 
-NAMED = 4
+MAX_NAMED_FABRICATORS = 4
 """Largest number of fabricators with finer tracks that a hint names."""
 
 
@@ -178,7 +178,7 @@ def _too_fine(case: str, spec: SensorSpec, field: str) -> Iterator[Violation]:
 
     @cache
     def finer() -> list[str]:
-        return [name for name, _ in islice(finer_fabricators(spec.coil, spec.fpc.stackup), NAMED)]
+        return [name for name, _ in islice(finer_fabricators(spec.coil, spec.fpc.stackup), MAX_NAMED_FABRICATORS)]
 
     if value < least - ROUNDING:
         yield violation_of(
@@ -254,7 +254,7 @@ def _wider_tracks(spec: SensorSpec, field: str, is_all: bool = False) -> tuple[F
     )
 
     def finer() -> Iterator[Fix]:
-        for name, profile in islice(finer_fabricators(spec.coil, spec.fpc.stackup), NAMED):
+        for name, profile in islice(finer_fabricators(spec.coil, spec.fpc.stackup), MAX_NAMED_FABRICATORS):
             yield setting(spec, "fpc.rules", profile, name)
 
     houses = () if is_all else (finer,)
@@ -279,7 +279,7 @@ def _is_installed(coil: CoilSpec, fpc: FpcSpec) -> bool:
         fpc.rules.name).for_foil(foil).for_layers(count)
 
 
-ALIKE = 0.1
+THICKNESS_TOLERANCE = 0.1
 """Largest relative difference between a thickness in the spec and a listed thickness that counts as equal.
 
 Fabricators' tolerance of films is 10 %.
@@ -363,19 +363,19 @@ def _refused_parts(stackup: Stackup, rules: DesignRules) -> Iterator[tuple[str, 
 
 
 def _is_listed(thickness: float, listed: Sequence[float]) -> bool:
-    return any(abs(thickness - each) <= ALIKE * each for each in listed)
+    return any(abs(thickness - each) <= THICKNESS_TOLERANCE * each for each in listed)
 
 
 BASE, BOND, COVER = "base", "bond", "cover"
 USUAL = {LayerKind.DIELECTRIC: "polyimide", LayerKind.COVERLAY: "polyimide-coverlay"}
-USES = {LayerKind.DIELECTRIC: (BASE, BOND), LayerKind.COVERLAY: (COVER,)}
+LAYER_MATERIALS = {LayerKind.DIELECTRIC: (BASE, BOND), LayerKind.COVERLAY: (COVER,)}
 
 
 def layer_materials(design: Design) -> Iterator[Verdict]:
     """Yield a finding on the first layer of an unsuitable material, or the first copper layer without a base."""
     layers = design.spec.fpc.stackup.layers
     for index, layer in enumerate(layers):
-        uses = USES.get(layer.kind, ())
+        uses = LAYER_MATERIALS.get(layer.kind, ())
         if uses and not set(uses) & set(presets.dielectric_roles(layer.material)):
             case = "dielectric-material" if layer.kind is LayerKind.DIELECTRIC else "coverlay-material"
             yield _other_material(case, design.spec, index, layer.kind, material=layer.material)
@@ -406,7 +406,8 @@ def _adjacent_dielectrics(layers: tuple[StackLayer, ...], index: int, step: int)
 
 def _other_material(case: str, spec: SensorSpec, index: int, kind: LayerKind, **values: Any) -> Violation:
     """Return the finding about a layer's material. Its hint names the materials that suit the layer."""
-    serving = [name for name in presets.names("dielectric") if set(USES[kind]) & set(presets.dielectric_roles(name))]
+    serving = [name for name in presets.names("dielectric")
+               if set(LAYER_MATERIALS[kind]) & set(presets.dielectric_roles(name))]
     if kind is LayerKind.DIELECTRIC:
         serving = [name for name in serving if BASE in presets.dielectric_roles(name)]
     key = f"fpc.stackup.{index}.material"

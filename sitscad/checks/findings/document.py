@@ -191,7 +191,7 @@ def json_document(checked: Sequence[CheckedSpec]) -> dict[str, Any]:
                     for ignored in spec.ignored
                 ],
                 "not_checked": [{"rule": skipped.rule, "reason": skipped.reason} for skipped in spec.not_checked],
-                "felt": [{name: getattr(reached, name) for name in FELT} for reached in spec.reached],
+                "felt": [{name: getattr(reached, name) for name in RESULT_KEYS} for reached in spec.reached],
                 "signal": [document(signal, SIGNAL) for signal in spec.signals],
                 "fit": [document(measure, FIT) | {"parts": [document(part, FIT_PART) for part in measure.parts]}
                         for measure in spec.fit],
@@ -208,17 +208,19 @@ def to_json(document: object) -> str:
     return json.dumps(_finite(document), indent=1, allow_nan=False) + "\n"
 
 
-FELT = ("requirement", "rule", "measured", "limit", "unit", "axis", "at")
+RESULT_KEYS = ("requirement", "rule", "measured", "limit", "unit", "axis", "at")
 """JSON keys of a requirement and its estimated value. They are also attributes of `RequirementResult`."""
 
 
-TOLD = ("rule", "name", "severity", "message", "hint", "key", "line", "column", "measured", "limit", "unit", "source")
+FINDING_KEYS = ("rule", "name", "severity", "message", "hint", "key", "line", "column", "measured", "limit", "unit",
+                "source")
 """JSON keys that every finding has. Other keys are only present if they have a value."""
 
 
 def finding_json(finding: Finding) -> dict[str, Any]:
     """Return a finding as plain values for JSON."""
-    entry: dict[str, Any] = {name: getattr(finding, name) for name in TOLD} | {"severity": finding.severity.value}
+    entry: dict[str,
+                Any] = {name: getattr(finding, name) for name in FINDING_KEYS} | {"severity": finding.severity.value}
     if finding.detail:
         entry["detail"] = finding.detail
     if finding.sigma is not None:
@@ -282,7 +284,8 @@ def _finding(entry: dict[str, Any]) -> Finding:
         for fix in entry.get("fixes", ())
     )
     return Finding(
-        **{name: entry[name] for name in TOLD} | {"severity": Severity(entry["severity"])}, sigma=entry.get("sigma"),
+        **{name: entry[name] for name in FINDING_KEYS} | {"severity": Severity(entry["severity"])},
+        sigma=entry.get("sigma"),
         keeps_limit=entry.get("keeps_limit", False), detail=entry.get("detail", ""), file=entry.get("file"),
         place=None if place is None else Place(place["x_m"], place["y_m"], place["layer"], tuple(place["nets"])),
         fixes=tuple(fixes),

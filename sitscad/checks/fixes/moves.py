@@ -32,7 +32,7 @@ from sitscad.spec.sensor import ArtworkSpec, SensorSpec
 
 MOST_LAYERS = 8
 
-AS_GOOD_AS_NONE = 0.05
+MAX_TURN_RUN_BACK = 0.05
 """Largest part of a turn by which a lead may run back round the coil, against the winding, in a proposed design."""
 
 
@@ -95,11 +95,11 @@ def _least_turns_forward(coil: CoilSpec, part: int, parts: int) -> int:
 
 
 def _runs_back(coil: CoilSpec, turns: float) -> bool:
-    """Whether a lead would run back round the coil by more than `AS_GOOD_AS_NONE` with this number of turns per layer.
+    """Whether a lead runs back round the coil by more than `MAX_TURN_RUN_BACK` with this number of turns per layer.
 
     Such a lead runs against the winding and reduces the inductance.
     """
-    return turns > 0.0 and least_closing(replace(coil, turns=turns)) < -AS_GOOD_AS_NONE
+    return turns > 0.0 and least_closing(replace(coil, turns=turns)) < -MAX_TURN_RUN_BACK
 
 
 def fewer_turns(coil: CoilSpec, room: float, steps: int = 1) -> Iterator[float]:
@@ -241,15 +241,15 @@ def more_layers(spec: SensorSpec, factor: float) -> Iterator[Fix]:
             yield Fix((edit, Edit("fpc.stackup", name)), replace(spec, coil=deeper, fpc=fpc))
 
 
-GROWN = 1.1
+KEPT_TURNS_PITCH_RATIO = 1.1
 """Ratio of the new pitch to the present pitch below which a trial first leaves the number of turns unchanged."""
 
 
 def wider_tracks(spec: SensorSpec, width: float, spacing: float) -> Iterator[Fix]:
     """Yield changes to tracks of at least `width` and gaps of at least `spacing` (m).
 
-    If the new pitch is less than `GROWN` times the present pitch, the first change leaves the number of turns. The next
-    changes reduce the turns, so that the winding is no wider than before.
+    If the new pitch is less than `KEPT_TURNS_PITCH_RATIO` times the present pitch, the first change leaves the number
+    of turns. The next changes reduce the turns, so that the winding is no wider than before.
     """
     coil = spec.coil
     width, spacing = (math.ceil(size * 1e7 - 1e-3) / 1e7 for size in (width, spacing))  # rounded as written
@@ -259,7 +259,7 @@ def wider_tracks(spec: SensorSpec, width: float, spacing: float) -> Iterator[Fix
         for key in ("trace_width", "trace_spacing")
         if getattr(wide, key) > getattr(coil, key) + 1e-12 and f"coil.{key}" in _winding_keys(spec.source.keys)
     )
-    if wide.pitch < GROWN * coil.pitch:
+    if wide.pitch < KEPT_TURNS_PITCH_RATIO * coil.pitch:
         yield Fix((*edits, *_inner_edit(spec.source.keys, wide)), replace(spec, coil=wide))
     room = coil.most_turns * coil.pitch / wide.pitch
     for fix in with_each(replace(spec, coil=wide), fewer_turns(wide, room)):
@@ -345,7 +345,7 @@ def finer_fabricators(coil: CoilSpec, stackup: Stackup) -> Iterator[tuple[str, D
         yield name, rules
 
 
-TURNED = (15.0, 30.0, 45.0, 90.0, 135.0, 180.0, 225.0, 270.0, 315.0)
+START_ANGLES = (15.0, 30.0, 45.0, 90.0, 135.0, 180.0, 225.0, 270.0, 315.0)
 """Angles (degrees) by which the start of a winding without corners is turned in trials, in this order."""
 
 def larger_coils(spec: SensorSpec, by: float) -> Fix:
@@ -369,8 +369,8 @@ LONGER = (1.1, 1.4)
 def longer_coils(spec: SensorSpec, factor: float) -> Iterator[Fix]:
     """Yield changes to a coil longer than the present coil by more than `factor`. Only for a single long coil.
 
-    Target and pad become longer by the same length, if they reach the coil's ends (`REACHES`). Empty for other shapes
-    and for arrays.
+    Target and pad become longer by the same length, if they reach the coil's ends (`COIL_END_RATIO`). Empty for other
+    shapes and for arrays.
     """
     coil = spec.coil
     if not coil.outline.is_long or len(spec.array.placements) > 1:
@@ -383,14 +383,14 @@ def longer_coils(spec: SensorSpec, factor: float) -> Iterator[Fix]:
         plates: tuple[tuple[str, Target | ElastomerPad | None], ...] = (
             ("target", spec.target), ("elastomer", spec.elastomer))
         for key, plate in plates:
-            if plate is not None and plate.outline.is_long and plate.size[0] >= REACHES * coil.size[0]:
+            if plate is not None and plate.outline.is_long and plate.size[0] >= COIL_END_RATIO * coil.size[0]:
                 size = (rounded_up(plate.size[0] + by), plate.size[1])
                 fix = setting(changed, f"{key}.size", size, f"[{_mm(size[0])}, {_mm(size[1])}]")
                 edits, changed = [*edits, *fix.edits], fix.spec
         yield Fix(tuple(edits), changed)
 
 
-REACHES = 0.9
+COIL_END_RATIO = 0.9
 """Ratio of a plate's length to the coil's length from which the plate counts as reaching the coil's ends."""
 
 
@@ -465,7 +465,7 @@ def other_start_angles(spec: SensorSpec) -> Iterator[Fix]:
     """Yield other start angles of the coils."""
     # Coils that end at a corner also begin at a corner: all angles between two corners are equivalent.
     ends = spec.coil.outline.ends
-    for turned in TURNED if ends is None else [360.0 * k / ends for k in range(1, ends)]:
+    for turned in START_ANGLES if ends is None else [360.0 * k / ends for k in range(1, ends)]:
         angle = (math.degrees(spec.coil.start_angle) + turned) % 360.0
         yield setting(spec, "coil.start_angle", math.radians(float(f"{angle:.6g}")), f"{angle:.6g} deg")
 

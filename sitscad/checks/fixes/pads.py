@@ -230,14 +230,14 @@ NEXT = 5
 def _with_thickness(spec: SensorSpec, thickness: float) -> Fix:
     return setting(spec, "elastomer.thickness", thickness, f"{1e3 * thickness:.6g}")
 
-SEALING = ("ecoflex-00-50", 50e-6)
+PROTECTIVE_FILM = ("ecoflex-00-50", 50e-6)
 """Film that a hint proposes to protect a bare target: name of the silicone, and thickness (m)."""
 
 
 def with_film(spec: SensorSpec) -> Iterator[Fix]:
     """Yield a soft thin film over the whole sensor. Empty if there is a film."""
     if spec.encapsulation is None:
-        name, thickness = SEALING
+        name, thickness = PROTECTIVE_FILM
         edits = (Edit("encapsulation.material", name), Edit("encapsulation.thickness", f"{1e3 * thickness:g}"))
         yield Fix(edits, replace(spec, encapsulation=Encapsulation(presets.elastomer(name), thickness)))
 

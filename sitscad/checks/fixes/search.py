@@ -31,7 +31,7 @@ MOST_BRANCHES = 10_000
 HINTS = tuple(LEVELS)
 """Names of the budgets for hints: no trials, few trials, or many trials (minutes)."""
 
-FOR_WARNINGS = (3, 1)
+WARNING_BUDGET = (3, 1)
 """Largest numbers of boards and of estimates for all warnings together, in a small budget.
 
 A board counts as its number of coils.
@@ -43,7 +43,7 @@ OTHER_BOARD = 2
 MORE_TRIALS = "sitscad check --hints full"
 """Command that a hint names if the budget was used up before all changes were tried."""
 
-HELPS = 1.1
+LEAST_HELPFUL_GAIN = 1.1
 """Least factor by which a change must bring the value nearer to its limit, so that the hint names it as a help.
 
 It applies to changes that do not mend the finding.
@@ -52,7 +52,7 @@ It applies to changes that do not mend the finding.
 DRAWN = ("coil.", "fpc.tail", "fpc.panel")
 """Beginnings of keys that no change may set if the user drew the coil with its board."""
 
-NAMED = 4
+MAX_NAMED_CHANGES = 4
 """Largest number of unsuccessful changes that a hint names. They are the last ones tried."""
 
 
@@ -76,12 +76,12 @@ class Budget:
         return self.layouts <= 0 or self.estimates <= 0
 
     def begin_warnings(self) -> None:
-        """Reduce a small budget to the trials for warnings (`FOR_WARNINGS`). A large budget stays.
+        """Reduce a small budget to the trials for warnings (`WARNING_BUDGET`). A large budget stays.
 
         Errors come first, and checks without errors stay fast.
         """
         if not self.is_long:
-            self.layouts, self.estimates = min(self.layouts, FOR_WARNINGS[0]), min(self.estimates, FOR_WARNINGS[1])
+            self.layouts, self.estimates = min(self.layouts, WARNING_BUDGET[0]), min(self.estimates, WARNING_BUDGET[1])
 
     @property
     def board_branches(self) -> int:
@@ -295,8 +295,8 @@ def hint_text(advice: str, result: Search, already: Collection[str]) -> str:
     changes = [_filled("tried-brings", change=fix.words, warnings=warnings) if warnings else fix.words
                for fix, remaining in result.mending
                for warnings in [warnings_text(sorted({*remaining.new_warnings, *remaining.worse}), already)]]
-    nearest = max((pair for pair in result.ineffective if pair[1].gain >= HELPS), key=lambda pair: pair[1].gain,
-                  default=None)
+    nearest = max((pair for pair in result.ineffective if pair[1].gain >= LEAST_HELPFUL_GAIN),
+                  key=lambda pair: pair[1].gain, default=None)
     trial_text = ""
     if changes:
         trial_text = _filled("tried", changes="; or ".join(changes))
@@ -326,7 +326,7 @@ def _filled(case: str, **values: object) -> str:
 def _vain_trials(trials: Iterable[tuple[Fix, RemainingProblems]]) -> str:
     # the last changes go farthest; changes with the same failing rules are named together
     by_failure: dict[tuple[str, ...], list[str]] = {}
-    for fix, remaining in list(trials)[-NAMED:]:
+    for fix, remaining in list(trials)[-MAX_NAMED_CHANGES:]:
         by_failure.setdefault(remaining.broken, []).append(fix.words)
     return "; ".join(_filled("tried-fails", changes=changes, rules=broken) for broken, changes in by_failure.items())
 

@@ -102,7 +102,7 @@ def chosen_rules(rules: Iterable[RuleTexts], select: tuple[str, ...], ignore: tu
 
 
 KEYS = ("select", "ignore", "severity", "profiles")
-MEANT = {
+KEYS_OF_OTHER_TOOLS = {
     **dict.fromkeys(
         ("allow", "disable", "exclude", "silence", "skip", "suppress", "waive", "waiver", "waivers"), "ignore"
     ),
@@ -172,7 +172,7 @@ def _policy(table: Mapping[str, Any], path: Path, rules: tuple[RuleTexts, ...]) 
     """Return the policy in a table. Raises PolicyError for unknown keys and values."""
     for key in table:
         message = f"{key!r} is no key of sitscad's configuration, which are {', '.join(KEYS)}"
-        _require(key in KEYS, path, message, MEANT.get(key.lower(), key), KEYS)
+        _require(key in KEYS, path, message, KEYS_OF_OTHER_TOOLS.get(key.lower(), key), KEYS)
     ignored, reasons = table.get("ignore", []), {}
     if isinstance(ignored, dict):
         for pattern, reason in ignored.items():

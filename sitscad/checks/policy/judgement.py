@@ -30,7 +30,7 @@ MAX_BYTES = 64 << 20
 LARGEST = 1e15
 """Largest absolute value (SI unit) in a baseline. Larger values cannot have been measured and are ignored."""
 
-SAME = 1e-6
+MAX_EQUAL_INCREASE = 1e-6
 """Largest increase of a value beyond its limit, divided by the limit, that does not count as worse.
 
 Machines differ by this much.
@@ -65,7 +65,7 @@ class BaselineFinding:
         if before * after < 0.0:
             return False
         worse = abs(after) - abs(before)
-        return (-worse if now.keeps_limit else worse) <= SAME * abs(now.limit)
+        return (-worse if now.keeps_limit else worse) <= MAX_EQUAL_INCREASE * abs(now.limit)
 
 
 @record

@@ -234,17 +234,17 @@ def _distance_ways(
     return changes if changes and not is_free else ["a higher sensor frequency (smaller capacitor)"]
 
 
-NAMED, WARNED = 0.015, 0.03
+NOTED_LEAD_FLUX, WARNED = 0.015, 0.03
 """Limits for the flux through the leads' arc round the coil, divided by the winding's inductance.
 
 From the first there is a note. From the second there is a warning, but only if the arc runs against the winding. An arc
 that runs with the winding adds inductance, at the cost of resistance.
 """
 
-TOGETHER = 0.1
+LEAST_LEAD_ARC = 0.1
 """Least angle, in turns round the coil, of an arc between a coil's leads that is reported."""
 
-TRIED = 3
+MAX_TRIED_ANGLES = 3
 """Largest number of changed start angles that are laid out to find a design whose leads do not run round the coil."""
 
 def leads_through_flux(design: Design) -> Iterator[Verdict]:
@@ -260,7 +260,7 @@ def leads_through_flux(design: Design) -> Iterator[Verdict]:
     arcs = [(estimate.lead_parts.get("coupling", 0.0) / estimate.winding_inductance, drawn_closing(spec.coil, coil),
              coil, estimate) for coil, estimate in zip(layout.coils, design.estimates.all_coils, strict=True)]
     share, turns, coil, estimate = max(arcs, key=lambda arc: round(abs(arc[0]), 6))
-    if abs(share) < NAMED or abs(turns) < TOGETHER:
+    if abs(share) < NOTED_LEAD_FLUX or abs(turns) < LEAST_LEAD_ARC:
         return
     linked, free, moves = estimate.lead_parts.get("coupling", 0.0), estimate.states.get(FREE), 0.0
     if free is not None:
@@ -270,11 +270,11 @@ def leads_through_flux(design: Design) -> Iterator[Verdict]:
         moves = free.inductance / (free.inductance - linked) * (1.0 - resistance / free.resistance) - 1.0
     beyond, is_warned = abs(turns) - abs(least_closing(spec.coil)), -share >= WARNED
     yield violation_of(
-        "lead-on" if turns > 0.0 else "lead-back", "coil.turns", abs(share), WARNED if is_warned else NAMED,
+        "lead-on" if turns > 0.0 else "lead-back", "coil.turns", abs(share), WARNED if is_warned else NOTED_LEAD_FLUX,
         hint="lead-on", severity=Severity.WARNING if is_warned else Severity.NOTE,
-        details=(*["lead-resistance"] * (free is not None), *["lead-room-missing"] * (beyond > TOGETHER)),
+        details=(*["lead-resistance"] * (free is not None), *["lead-room-missing"] * (beyond > LEAST_LEAD_ARC)),
         # if leads lack room, other start angles come first
-        fixes=(lambda: islice(other_start_angles(spec), TRIED if beyond > TOGETHER else 0),
+        fixes=(lambda: islice(other_start_angles(spec), MAX_TRIED_ANGLES if beyond > LEAST_LEAD_ARC else 0),
                lambda: with_each(spec, whole_turns(spec.coil))),
         coil=coil.name, turns=abs(turns), linked=abs(linked), moves=moves, missing=beyond,
     )
@@ -307,6 +307,6 @@ RULES: tuple[Rule, ...] = (
     rule_of("SIT206", self_resonance),
     rule_of("SIT214", tank_capacitor),
     rule_of("SIT220", capacitor_sold),
-    rule_of("SIT216", leads_through_flux, named=100.0 * NAMED, warned=100.0 * WARNED),
+    rule_of("SIT216", leads_through_flux, named=100.0 * NOTED_LEAD_FLUX, warned=100.0 * WARNED),
     rule_of("SIT222", smallest_coil),
 )

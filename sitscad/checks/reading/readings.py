@@ -78,10 +78,11 @@ def worst_beyond_limit(
 ) -> Violation:
     """Return the violation for a reading and its limit, with the distance in standard deviations as a detail.
 
-    The distance is left out if it is unknown or more than `COUNTED`. `states` are the values in other states as text.
+    The distance is left out if it is unknown or more than `MAX_STATED_SIGMAS`. `states` are the values in other states
+    as text.
     """
     count = sigmas_between(reading, limit)
-    is_counted = count is not None and count <= COUNTED
+    is_counted = count is not None and count <= MAX_STATED_SIGMAS
     side = "sigma-below" if reading.value < limit else "sigma-above"
     return violation_of(
         case, key, reading.value, limit, unit or None, hint=hint, severity=severity, source=source, sigma=count,
@@ -93,7 +94,7 @@ def worst_beyond_limit(
     )
 
 
-COUNTED = 10.0
+MAX_STATED_SIGMAS = 10.0
 """Largest distance between value and limit, in standard deviations, that messages state."""
 
 NEAR = 2.0

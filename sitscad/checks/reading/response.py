@@ -73,7 +73,7 @@ neighbours and a shifted target add changes of this size, too.
 """
 
 
-TOLD_FROM_NOISE = 3.0
+DETECTION_SIGMAS = 3.0
 """Least change, in standard deviations of the noise, that is not lost in the noise: the usual limit of detection."""
 
 
@@ -94,7 +94,7 @@ class SignalChange:
     @property
     def is_lost(self) -> bool:
         """Whether the change cannot be distinguished from the noise."""
-        return self.steps < TOLD_FROM_NOISE * self.noise
+        return self.steps < DETECTION_SIGMAS * self.noise
 
 
 def responses(
@@ -166,7 +166,7 @@ def _change_to(design: Design, state: str, required: float) -> Iterator[Verdict]
         severity=Severity.ERROR if is_needed or is_nothing_felt else Severity.WARNING,
         coils=[response.coil for response in deaf], force=required, state=state, changes=_changes(deaf),
         fewest=FEWEST_STEPS, share=LEAST_SHARE, best=best.coil, best_change=best.change, best_steps=best.steps,
-        lost=lost, untold=untold, outside=outside, size=target.size, sigmas=TOLD_FROM_NOISE, noise=best.noise,
+        lost=lost, untold=untold, outside=outside, size=target.size, sigmas=DETECTION_SIGMAS, noise=best.noise,
         rate=change.rate, devices=change.devices,
     )
 
@@ -211,7 +211,7 @@ def _signal_without_requirement(design: Design) -> Iterator[Verdict]:
         yield violation_of(
             "nothing-felt", "elastomer.thickness", best.steps, FEWEST_STEPS, "steps", hint=change.case,
             details=("full-load",), severity=Severity.ERROR, force=full, state=PRESSED, changes=_changes(changes),
-            sigmas=TOLD_FROM_NOISE, noise=best.noise, strain=USUAL_STRAIN, rate=change.rate, devices=change.devices,
+            sigmas=DETECTION_SIGMAS, noise=best.noise, strain=USUAL_STRAIN, rate=change.rate, devices=change.devices,
         )
 
 
@@ -463,7 +463,7 @@ DEGREE = math.radians(1.0)
 RULES: tuple[Rule, ...] = (
     rule_of(
         "SIT215", coil_response, "target", "elastomer", fewest_steps=FEWEST_STEPS, least_share=100.0 * LEAST_SHARE,
-        told_from_noise=TOLD_FROM_NOISE,
+        told_from_noise=DETECTION_SIGMAS,
     ),
     rule_of(
         "SIT217", small_signal, "target", "elastomer", "normal force",

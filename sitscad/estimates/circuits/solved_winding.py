@@ -74,10 +74,10 @@ The full error is reached at `WIDE` skin depths of track width or `THICK` skin d
 
 WIDE, THICK = 12.0, 3.0  # Skin depths of width and of thickness at which this error is reached
 
-ALONE = 0.017
+SHARP_POLYGON_ERROR = 0.017
 """Error of the added loss of polygons with one layer and sharp corners, relative to the added loss."""
 
-ROUNDED = 0.017
+ROUNDED_POLYGON_ERROR = 0.017
 """Error of the added loss of polygons with rounded corners, relative to the added loss."""
 
 RACETRACK = 0.003
@@ -99,7 +99,7 @@ sides do not lie face to face, the layers are cut at few places. The sharper the
 """
 
 METAL = 0.03
-"""Error of the resistance by metal farther than `FADED` times `NEAR_DISTANCE`, relative to the resistance.
+"""Error of the resistance by metal farther than `ERROR_FADE_FACTOR` times `NEAR_DISTANCE`, relative to the resistance.
 
 Source: round coils over and between copper, steel and mirrors, by filaments (tests/validation/test_near_metal.py).
 Other shapes add POLYGONS_NEAR_METAL.
@@ -108,13 +108,13 @@ Other shapes add POLYGONS_NEAR_METAL.
 NEAR = 0.04
 """Error of the resistance by metal nearer than `NEAR_DISTANCE`, relative to the resistance.
 
-Between `NEAR_DISTANCE` and `FADED` times `NEAR_DISTANCE`, the error falls linearly from `NEAR` to `METAL`.
+Between `NEAR_DISTANCE` and `ERROR_FADE_FACTOR` times `NEAR_DISTANCE`, the error falls linearly from `NEAR` to `METAL`.
 """
 
 NEAR_DISTANCE = 0.2e-3
 """Distance (m) from the copper's middle to metal up to which the error of the resistance is `NEAR`."""
 
-FADED = 1.5
+ERROR_FADE_FACTOR = 1.5
 """Factor on the distance up to which an error holds: at this multiple it has fallen linearly to the next value.
 
 A sweep over the distance then has no jumps.
@@ -164,9 +164,9 @@ def resistance_bound(spec: CoilSpec, coil: Coil, spirals: Sequence[SpiralLayer],
     elif not spec.outline.sides:
         bent = LONG if min(spec.layer_turns) >= ALIKE_ROUNDED else RACETRACK
     elif spec.corner_radius >= 0.5 * spec.trace_width:
-        bent = ROUNDED
+        bent = ROUNDED_POLYGON_ERROR
     elif len(coil.windings) == 1:
-        bent = ALONE
+        bent = SHARP_POLYGON_ERROR
     else:
         bent = max(CROSSING[shape][0 if min(spec.layer_turns) < FEW else 1] for shape in spec.outline.fitted)
     thickness = max(winding.thickness for winding in coil.windings)
@@ -184,9 +184,9 @@ def near_metal_error(spec: CoilSpec, nearest: float) -> float:
 def _error_weight(reach: float) -> float:
     """Return the weight of an error at `reach`, a distance over the distance up to which the error holds.
 
-    It is 1 up to a reach of 1, 0 from `FADED` on, and linear between.
+    It is 1 up to a reach of 1, 0 from `ERROR_FADE_FACTOR` on, and linear between.
     """
-    return min(1.0, max(0.0, (FADED - reach) / (FADED - 1.0)))
+    return min(1.0, max(0.0, (ERROR_FADE_FACTOR - reach) / (ERROR_FADE_FACTOR - 1.0)))
 
 
 @record(eq=False)

@@ -29,7 +29,8 @@ class NoResponse(ValueError):
     """Error for a design that cannot respond. Its text names the missing part."""
 
 
-GIVES_WAY = "the pad gives way sideways under this load: no tilt holds it, and the pose is that of a target held level"
+PAD_INSTABILITY = ("the pad gives way sideways under this load: no tilt holds it, and the pose is that of a target "
+                   "held level")
 TOO_SOFT = "the pad gives way sideways under this load even with the target held level: a straight estimate"
 """Note for loads without an equilibrium."""
 
@@ -68,7 +69,7 @@ def loaded_poses(
     if free.any():
         poses[free] = pad.pose(loads[free])
     lost = np.isnan(poses[:, 0])
-    notes[lost & free] = GIVES_WAY
+    notes[lost & free] = PAD_INSTABILITY
     if lost.any():
         poses[lost] = pad.pose(loads[lost], is_held=True)
     lost = np.isnan(poses[:, 0])

@@ -161,9 +161,9 @@ TARED_DRIFT = "drift with a tare before each grasp"
 
 AVERAGED = 1.0  # Time (s) over which the temperature of a reference coil is averaged
 
-BESIDE = 0.1e-3  # Distance (m) of the force from the middle for numerical slopes
+FORCE_STEP = 0.1e-3  # Distance (m) of the force from the middle for numerical slopes
 
-UNTOLD = 0.01
+MAX_UNIT_LOAD_ERROR = 0.01
 """Largest difference between 1 N on an axis and the linear map's result for this load.
 
 Beyond it, the sensor cannot measure this axis, and the axis has infinite noise (`noise`).
@@ -306,10 +306,10 @@ class PointErrors:
         """
         force = float(self.load[0])
         wrench = np.tile([0.0, 0.0, -force, 0.0, 0.0, 0.0], (3, 1))
-        wrench[1, 4], wrench[2, 3] = BESIDE * force, -BESIDE * force
+        wrench[1, 4], wrench[2, 3] = FORCE_STEP * force, -FORCE_STEP * force
         poses = self.bench.pad.pose(wrench)
         read = self.inverse @ self.by_pose @ (poses[1:] - poses[0]).T
-        return np.asarray((read - self._of_moments(wrench[1:, 3:5]).T) / (1e3 * BESIDE))
+        return np.asarray((read - self._of_moments(wrench[1:, 3:5]).T) / (1e3 * FORCE_STEP))
 
     @cached_property
     def by_kelvin(self) -> Mapping[str, Array]:
@@ -460,7 +460,8 @@ class PointErrors:
         axis.
         """
         sigma = np.sqrt(np.sum((self.inverse * self.bench.noise) ** 2, axis=1))
-        return np.asarray(np.where(np.abs(np.diag(self.inverse @ self.by_load) - 1.0) < UNTOLD, sigma, np.inf))
+        return np.asarray(np.where(np.abs(np.diag(self.inverse @ self.by_load) - 1.0) < MAX_UNIT_LOAD_ERROR, sigma,
+                                   np.inf))
 
     @property
     def hysteresis(self) -> Array:

@@ -29,24 +29,24 @@ MOST_DEGREE = 6  # Highest degree of the map
 APART = 0.1
 """Least distance between two loads (in full scales) that count as different loads."""
 
-SAME = 1e-3
+MAX_POLYNOMIAL_DIFFERENCE = 1e-3
 """Largest difference of readings by the polynomials, over their span, at which two loads count as ambiguous."""
 
-ALIKE = 3e-3
+MAX_MODEL_DIFFERENCE = 3e-3
 """Largest difference of readings by the response model, over their span, at which two loads count as ambiguous."""
 
-DOUBTED = 1e-2
+MAX_SURROGATE_DIFFERENCE = 1e-2
 """Largest difference of readings by a surrogate, over their span, at which two loads are tried with the response model.
 
 A surrogate has errors of some per cent of the span.
 """
 
-NEARBY = 1e-2
+LOAD_STEP = 1e-2
 """Step of a load (in full scales) for numerical derivatives of the readings by the load."""
 
-DRAWN = 3e-3  # Largest rms error of readings, over their span, in plots: less than a line's width
+MAX_PLOT_ERROR = 3e-3  # Largest rms error of readings, over their span, in plots: less than a line's width
 
-TOLD = 0.1
+LEAST_SINGULAR_RATIO = 0.1
 """Least singular value of the readings' derivatives, over the largest, in whose direction a load is moved.
 
 In directions with smaller singular values all loads have nearly equal readings. A step there would bring the two loads
@@ -56,18 +56,18 @@ together.
 SWEEP = 5  # Loads along an axis at which crosstalk is computed
 Crosstalk = dict[str, dict[str, float]]  # Errors by axis, and by the axis that causes them
 
-TRIED = 12  # Pairs of loads from which the search for equal readings starts
+START_PAIRS = 12  # Pairs of loads from which the search for equal readings starts
 
 LEAST_TOLD = 4
 """Number of grid points with the least sensitivity that are tested for ambiguous loads."""
 
-POLISHED = 8
+MAX_REFINED_PAIRS = 8
 """Largest number of pairs of loads that are refined with the load model.
 
 Pairs by the least sensitivity come first, then pairs by the polynomials.
 """
 
-POLISHING = 8
+MAX_REFINING_STEPS = 8
 """Largest number of Gauss-Newton steps that refine a pair of loads."""
 
 
@@ -149,15 +149,16 @@ class SolvedRange:
 
     @cached_property
     def interpolated(self) -> bool:
-        """Whether the rms error of `forward` at held-out loads is below `DRAWN` of every coil's span of readings."""
+        """Whether the rms error of `forward` at held-out loads is below `MAX_PLOT_ERROR` of each coil's span."""
         loads, readings = self.held_out
         off = np.sqrt(np.mean((self.forward(loads[:, self.bench.range.columns]) - readings) ** 2, axis=0))
-        return bool(np.all(off < DRAWN * np.ptp(self.readings, axis=0)))
+        return bool(np.all(off < MAX_PLOT_ERROR * np.ptp(self.readings, axis=0)))
 
     def read(self, loads: Array) -> Array:
         """Return readings (n, coils) under loads (n, 3 or 5; N, N m) of the range.
 
-        They are interpolated by `forward` if its rms error is below `DRAWN` of each coil's span, or else solved.
+        They are interpolated by `forward` if its rms error is below `MAX_PLOT_ERROR` of each coil's span, or else
+        solved.
         """
         if self.interpolated:
             return self.forward(loads[:, self.bench.range.columns])
@@ -169,10 +170,11 @@ class SolvedRange:
         The other bench computes only loads whose readings are nearly equal by this bench.
         """
         ranged = self.bench.range
-        pairs = islice(chain(self._insensitive_loads(), _ambiguous_loads(self.forward, ranged)), POLISHED)
-        nearly = [pair for pair in (self._polished(*pair, DOUBTED) for pair in pairs) if pair is not None]
+        pairs = islice(chain(self._insensitive_loads(), _ambiguous_loads(self.forward, ranged)), MAX_REFINED_PAIRS)
+        nearly = [pair for pair in (self._polished(*pair, MAX_SURROGATE_DIFFERENCE) for pair in pairs)
+                  if pair is not None]
         judge = replace(self, bench=exact()) if nearly else self
-        polished = (judge._polished(*pair, ALIKE) for pair in nearly)
+        polished = (judge._polished(*pair, MAX_MODEL_DIFFERENCE) for pair in nearly)
         loads = (ranged.loads(np.array(pair)) for pair in polished if pair is not None)
         return next(((_as_loads(first), _as_loads(second)) for first, second in loads), None)
 
@@ -201,15 +203,15 @@ class SolvedRange:
         readings. Gauss-Newton steps move the second place from its estimate.
         """
         span, lowest = np.maximum(np.ptp(self.readings, axis=0), 1e-300), self.bench.range.lowest
-        for _ in range(POLISHING):
-            steps = NEARBY * np.where(second > 0.5, -1.0, 1.0)  # into the range from any place
+        for _ in range(MAX_REFINING_STEPS):
+            steps = LOAD_STEP * np.where(second > 0.5, -1.0, 1.0)  # into the range from any place
             loads = self.bench.range.loads(np.vstack([first, second, second + np.diag(steps)]))
             read = self.bench.readings(self.bench.poses(loads)) / span
             lacking = read[0] - read[1]
             if np.linalg.norm(lacking) < tolerance:
                 return (first, second) if np.linalg.norm(second - first) > APART else None
             slope = (read[2:] - read[1]).T / steps
-            step = np.linalg.lstsq(slope, lacking, rcond=TOLD)[0]
+            step = np.linalg.lstsq(slope, lacking, rcond=LEAST_SINGULAR_RATIO)[0]
             second = np.clip(second + np.clip(step, -0.2, 0.2), lowest, 1.0)
         return None
 
@@ -245,7 +247,7 @@ def _ambiguous_loads(forward: Polynomial, scope: WorkingRange) -> Iterator[tuple
     distances = np.linalg.norm(places[:, None] - places[None], axis=2)
     between = np.linalg.norm((values[:, None] - values[None]) / span, axis=2)
     ratio = np.where(distances > APART, between / np.maximum(distances, 1e-9), np.inf)
-    for flat in np.argsort(ratio, axis=None)[:TRIED]:
+    for flat in np.argsort(ratio, axis=None)[:START_PAIRS]:
         first, second = np.unravel_index(flat, ratio.shape)
         goal, here = forward(places[first][None] * full)[0], places[second].copy()
         for _ in range(20):
@@ -254,7 +256,7 @@ def _ambiguous_loads(forward: Polynomial, scope: WorkingRange) -> Iterator[tuple
             step = np.linalg.lstsq(slope, lacking, rcond=1e-6)[0]
             here = np.clip(here + np.clip(step, -0.2, 0.2), lowest, 1.0)
         misfit = float(np.linalg.norm((goal - forward(here[None] * full)[0]) / span))
-        if misfit < SAME and float(np.linalg.norm(here - places[first])) > APART:
+        if misfit < MAX_POLYNOMIAL_DIFFERENCE and float(np.linalg.norm(here - places[first])) > APART:
             yield places[first], here
 
 

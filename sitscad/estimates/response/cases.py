@@ -15,7 +15,7 @@ import numpy as np
 from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
 from sitscad.estimates.loads.pad import (
-    GIVES_WAY,
+    PAD_INSTABILITY,
     TOO_SOFT,
     NoResponse,
     linear_poses,
@@ -129,7 +129,7 @@ def case_pose(spec: SensorSpec, case: LoadCase) -> tuple[Array, tuple[str, ...]]
     level = np.zeros((1, 3)) if turns is None else turns
     pose = pad.pose(wrench, at=push.at[None, :], turns=level)[0]
     if np.all(np.isfinite(pose)):
-        return pose, (push.note, GIVES_WAY)
+        return pose, (push.note, PAD_INSTABILITY)
     pose = linear_poses(pad, np.array([[-push.force[2], *push.force[:2]]]))[0]
     pose[3:] = level[0]
     return pose, (push.note, TOO_SOFT)

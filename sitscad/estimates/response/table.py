@@ -36,7 +36,7 @@ DEGREE, TILT_DEGREE = 7, 3  # Degrees of the polynomials in a level target's for
 FREE_DEGREE = 5  # Degree of the polynomials in forces and moments of a free target
 PRESSES = 20  # Points of a free target under normal force alone, the most common load
 
-ASKED = 16, 8  # Additional points, level and tilted, on which the table is tested
+TEST_POINTS = 16, 8  # Additional points, level and tilted, on which the table is tested
 
 DOWN = 0.4
 """Largest lowering of a target's edge by the table's tilt, over the target's height at the largest force."""
@@ -116,7 +116,7 @@ def _free_polynomials(model: ResponseModel, scope: WorkingRange) -> tuple[Polyno
     low = np.array([0.0, *-high[1:]])
     terms = exponents((1.0,) * 5, FREE_DEGREE)
     count = round(POINTS_A_TERM * len(terms))
-    points = np.sin(0.5 * np.pi * (2.0 * halton_points(count + sum(ASKED), 5) - 1.0))  # denser at the ends
+    points = np.sin(0.5 * np.pi * (2.0 * halton_points(count + sum(TEST_POINTS), 5) - 1.0))  # denser at the ends
     presses = np.zeros((PRESSES, 5))
     presses[:, 0] = high[0] * 0.5 * (1.0 - np.cos(np.pi * (np.arange(PRESSES) + 0.5) / PRESSES))
     loads = np.vstack([np.zeros(5), presses, low + 0.5 * (points + 1.0) * (high - low)])
@@ -145,7 +145,7 @@ def _level_polynomials(model: ResponseModel, scope: WorkingRange) -> tuple[Polyn
     tilted = np.array([row for row in exponents((1.0,) * 5, TILT_DEGREE) if row[3:].any()])
     counts = [round(POINTS_A_TERM * len(terms)) for terms in (plain, tilted)]
     rows = [np.sin(0.5 * np.pi * (2.0 * halton_points(count + tilts, 5) - 1.0))  # denser at the ends
-            for count, tilts in zip(counts, ASKED, strict=True)]
+            for count, tilts in zip(counts, TEST_POINTS, strict=True)]
     rows[0][:, 3:] = 0.0
     points = np.vstack([2.0 * (np.zeros(5) - low) / (high - low) - 1.0, *rows])
     loads = low + 0.5 * (points + 1.0) * (high - low)

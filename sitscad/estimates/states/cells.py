@@ -25,7 +25,7 @@ from sitscad.layout.board import Layout
 from sitscad.spec.places import cell_specs
 from sitscad.spec.sensor import SensorSpec
 
-AROUND = 1.5
+NEIGHBOUR_RADIUS = 1.5
 """Radius around a cell within which cells count as neighbours, over the distance of the nearest neighbour.
 
 It includes diagonal neighbours.
@@ -203,7 +203,7 @@ def cell_crosstalk(layout: Layout, estimates: Estimates) -> CellCrosstalk | None
     middles = np.array([cell.array.middle for cell in cells])
     apart = middles[None] - middles[:, None]
     distances = np.hypot(apart[..., 0], apart[..., 1])
-    near = (distances > 0.0) & (distances < AROUND * distances[distances > 0.0].min())
+    near = (distances > 0.0) & (distances < NEIGHBOUR_RADIUS * distances[distances > 0.0].min())
     steps, which = np.unique(np.round(apart[near], 9), axis=0, return_inverse=True)
     press = estimates.pressed_place
     press = -USUAL_STRAIN * spec.elastomer.thickness if press is None else press

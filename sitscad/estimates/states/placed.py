@@ -50,7 +50,7 @@ It is `MARGIN` coil sizes plus `PER_HEIGHT` times the target's height. Heights c
 a change is below 1 % of an inductance. For magnetic metals the distance is `MAGNETIC` times as large.
 """
 
-LEFT_OUT = 0.003
+MAX_PARTIAL_ERROR = 0.003
 """Largest error of an inductance change if only a part of the target is solved, relative to the change.
 
 The part was compared with targets of 11 sizes (tests/estimates/test_placed.py).
@@ -62,7 +62,7 @@ LEFT_OUT_OF_MAGNETIC = 0.006
 STEP = 0.5
 """Step to which half the side of the solved part of a target is rounded up, in coil sizes."""
 
-WORTH = 0.8
+WHOLE_SIDE_RATIO = 0.8
 """Least ratio of the solved part's side to the target's side at which the whole side is solved."""
 
 FARTHEST = 1.0
@@ -187,13 +187,13 @@ class TargetPoses:
         high = min(float(self.places[:, 2].max()) - top, HIGHEST * size)
         beyond = (MAGNETIC if is_magnetic else 1.0) * (MARGIN * size + PER_HEIGHT * high)
         part = STEP * size * math.ceil((sideways + apart + 0.5 * size + beyond) / (STEP * size))
-        x, y = (part if part < WORTH * side else side for side in self.half)
+        x, y = (part if part < WHOLE_SIDE_RATIO * side else side for side in self.half)
         half = x, y
         reach = FARTHER ** math.ceil(math.log(sideways + math.hypot(*half) + apart, FARTHER))
         least = max(LEAST_HEIGHT, WIDEST * size / (FINE * MOST_NODES))
         height = max(float((self.places[:, 2] - _lowest_depth(target, self.turns, half)).min()) - top, least)
         lowest = max(HEIGHT_STEP ** math.floor(math.log(height, HEIGHT_STEP)), least) + top
-        error = 0.0 if half == self.half else LEFT_OUT_OF_MAGNETIC if is_magnetic else LEFT_OUT
+        error = 0.0 if half == self.half else LEFT_OUT_OF_MAGNETIC if is_magnetic else MAX_PARTIAL_ERROR
         return PoseRange(lowest, reach, half, error)
 
 

@@ -140,13 +140,13 @@ def _ratios_at_gaps(
     return [SheetRatios(row, row, error + ROUGHER, loss_error + LOSS_ROUGHER, False) for row in ratios]
 
 
-OPAQUE, THICKEST, TURNED, ASPECT, HANGING, RETURNED = 1.2, 0.1, math.radians(2.0), 1.3, 0.05, 0.7
+OPAQUE, THICKEST, MAX_MISALIGNMENT, ASPECT, HANGING, RETURNED = 1.2, 0.1, math.radians(2.0), 1.3, 0.05, 0.7
 """Limits of the range in which the errors of the correction ratios were fitted.
 
-`OPAQUE`: least thickness in skin depths. `THICKEST`: largest thickness over the target's shorter side. `TURNED`:
-largest angle (rad) between the sides of an elongated coil and of the target. `ASPECT`: largest length over width of a
-polygon coil. `HANGING`: largest overhang of an elongated coil beyond the target, over the coil's width. `RETURNED`:
-least fraction of the field that metal behind the board returns.
+`OPAQUE`: least thickness in skin depths. `THICKEST`: largest thickness over the target's shorter side.
+`MAX_MISALIGNMENT`: largest angle (rad) between the sides of an elongated coil and of the target. `ASPECT`: largest
+length over width of a polygon coil. `HANGING`: largest overhang of an elongated coil beyond the target, over the coil's
+width. `RETURNED`: least fraction of the field that metal behind the board returns.
 """
 
 BLOCK = 0.2
@@ -181,8 +181,8 @@ def errors_outside_fit(
     if thickness < OPAQUE * _skin_depth(target):
         errors.append(WIDER_THIN)
     is_hanging = long - short > 1e-9 and (
-        _largest_misalignment(placements, target) > TURNED or _largest_overhang(coil, placements, target,
-                                                                                plate) > HANGING * short)
+        _largest_misalignment(placements, target) > MAX_MISALIGNMENT or _largest_overhang(coil, placements, target,
+                                                                                      plate) > HANGING * short)
     if is_hanging or thickness > BLOCK * min(target.size):
         errors.append(WIDER_BENT)
     if errors[1:] and target.material.relative_permeability > MAGNETIC:

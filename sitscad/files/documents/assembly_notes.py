@@ -59,7 +59,7 @@ from sitscad.files.documents.piece_places import (
     strips_off,
 )
 from sitscad.files.documents.preparing import (
-    MADE,
+    PROCESS_TEXTS,
     RAW_RESIN,
     RELEASE,
     amount,
@@ -225,7 +225,7 @@ def _prepared(layout: Layout) -> Iterator[str]:
     printed = ["the mount"] * _has_printed_mount(mount, column(layout))
     printed += ["the jig"] * _has_jig(spec.elastomer, spec.target)
     if printed:
-        yield f"Make {' and '.join(printed)} from mount/ ({MADE.get(mount.process, mount.process)}).{counts}"
+        yield f"Make {' and '.join(printed)} from mount/ ({PROCESS_TEXTS.get(mount.process, mount.process)}).{counts}"
     yield from filter(None, (measuring(spec),))
     if cures_badly(mount) and (poured is not None or skin_pour(layout) is not None):
         yield RAW_RESIN

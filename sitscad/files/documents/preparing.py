@@ -87,7 +87,7 @@ def _cure(material: str) -> str:
     return f"{duration(casting.cure_time)} ({material})"
 
 
-MADE = {
+PROCESS_TEXTS = {
     "resin": "printed in resin", "powder": "printed in powder", "filament": "printed in filament",
     "machined": "milled in plastic",
 }
@@ -108,7 +108,7 @@ USES = (
 STAGE_OF = {"fpc/": "gerber", "laser/": "laser", "firmware/": "firmware", "bom.csv": "report"}
 """Build stage (a value of `--only`) that writes a folder or file, by its name in the text of the steps."""
 
-SAID = {"gerber": "fpc/", "laser": "laser/", "firmware": "firmware/", "report": "bom.csv"}
+STAGE_FILES = {"gerber": "fpc/", "laser": "laser/", "firmware": "firmware/", "report": "bom.csv"}
 """Folder or file named in the text, by the build stage that writes it."""
 
 
@@ -127,7 +127,8 @@ def to_make(mount: Mount | None, name: str, ordered: str, package: Package, widt
     process = mount.process if mount is not None else ""
     yield from hanging(
         "", f"{ordered}. These pieces are "
-        f"{MADE.get(process, process)}, one of each, by yourself or a service, from mount/{name}-PIECE.stl (or "
+        f"{PROCESS_TEXTS.get(process, process)}, one of each, by yourself or a service, from mount/{name}-PIECE.stl "
+        f"(or "
         ".3mf, .step); mount/print.json has their least walls and holes. Sizes in mm:", width)
     for each in pieces:
         piece, size = each["piece"], " x ".join(f"{1e3 * side:.1f}" for side in each["size_m"])
@@ -173,7 +174,7 @@ def not_here(text: str, package: Package, width: int) -> list[str]:
     stages = _lacking(text, package.stages) if package.stages else []  # no stages: text without a package
     if not stages:
         return []
-    names = ", ".join(f"{SAID[stage]} (--only {stage})" for stage in stages)
+    names = ", ".join(f"{STAGE_FILES[stage]} (--only {stage})" for stage in stages)
     return hanging(
         "", f"{LACKING}, which was built in part: {names}. The command for each is sitscad "
         "build SPEC with what is in brackets; SPEC is the file in spec/.", width)

@@ -257,13 +257,13 @@ OPEN_RIM = 0.3e-3
 Openings are larger than contacts by the registration of the coverlay, 0.05 to 0.2 mm.
 """
 
-HELD = 0.5
+MAX_COVERED_FRACTION = 0.5
 """Largest allowed fraction of a contact's area under the coverlay.
 
 The coverlay intentionally covers the rims of solder pads and the ends of contact fingers.
 """
 
-ROUNDED = 2.6e-6
+DRILL_TOLERANCE = 2.6e-6
 """Largest allowed difference (m) of a drilled diameter from the netlist's, which is rounded to 0.0001 inch."""
 
 SMALLEST_TRACK = 1e-9
@@ -369,7 +369,8 @@ def _holes(board: ExtractedBoard) -> Iterator[Difference]:
     sizes = [(mark.x, mark.y, mark.drill, mark.net) for mark in board.marks if mark.drill is not None]
     for hole in plated:
         for x, y, drill, net in sizes:
-            if math.hypot(hole.x - x, hole.y - y) < hole.diameter / 2.0 and abs(hole.diameter - drill) > ROUNDED:
+            if math.hypot(hole.x - x, hole.y - y) < hole.diameter / 2.0 and abs(hole.diameter
+                                                                                - drill) > DRILL_TOLERANCE:
                 wrong = f"is {hole.diameter * 1e6:.0f} um wide, where the netlist has {drill * 1e6:.0f} um"
                 message = f"the hole at {_place(hole.x, hole.y, None)} {wrong}"
                 yield Difference(DifferenceKind.HOLE_SIZE, message, (net,), hole.x, hole.y)
@@ -400,7 +401,7 @@ def _openings(board: ExtractedBoard) -> Iterator[Difference]:
         contacts = [contact for net in board.nets for contact in net.contacts if contact.layer == layer]
         for contact in contacts:
             open_share = shapely.intersection(opening, contact.shape).area / contact.shape.area
-            if open_share < 1.0 - HELD:
+            if open_share < 1.0 - MAX_COVERED_FRACTION:
                 how = f"with {100.0 * (1.0 - open_share):.0f} % of it under" if open_share else "under"
                 message = f"contact {contact.pin} at {_place(contact.x, contact.y, layer)} is {how} the coverlay"
                 yield Difference(DifferenceKind.COVERED, message, (contact.net,), contact.x, contact.y, layer)

@@ -49,7 +49,7 @@ def embedded(name: str, document: Document) -> str:
 
 OPENING = ("opposing-jaw", "opposing-pad")  # Pieces that turn about the hinge when the jaws open
 
-TOGETHER = {"board": "board", "tail": "board", "copper": "copper", "glue": "glue"}
+PIECE_GROUPS = {"board": "board", "tail": "board", "copper": "copper", "glue": "glue"}
 """Groups that are shown and hidden together, by the first part of a piece's name."""
 
 MM = 1e3
@@ -86,7 +86,7 @@ def solids_document(glb: bytes, jaw: Jaw | None, pivot: Point | None) -> dict[st
         vertices, which = np.unique(np.rint((points - low) / step).astype("<u2"), axis=0, return_inverse=True)
         *colour, alpha = material["pbrMetallicRoughness"]["baseColorFactor"]
         parts.append({
-            "name": name, "group": TOGETHER.get(name.partition("-")[0], name),
+            "name": name, "group": PIECE_GROUPS.get(name.partition("-")[0], name),
             "colour": [round(value, 4) for value in colour], "alpha": round(alpha, 3),
             "first": first, "start": start, "count": len(triangles),
             "low": round(float(points[:, 2].min()), 4), "opens": name in OPENING,

@@ -42,9 +42,9 @@ HELD_STRAIN, HELD_SHEAR, HELD_TILT = 0.35, 0.5, math.radians(5.0)
 Up to these values the law was compared with finite elements.
 """
 
-DOUBTED = 0.10  # Share of the strain by which the two blocks may differ before the formula counts as out of its range
+MAX_STRAIN_DIFFERENCE = 0.10  # of two blocks, over the strain: beyond it the formula counts as out of its range
 
-BESIDE = 0.01
+TILT_DISTANCE_RATIO = 0.01
 """Ratio of a force's distance from the middle of the loaded face to the face's length, above which the target tilts.
 
 At this ratio the pressure at one edge is 6 % above the mean: 1 + 6 e / a, as in the section of a beam (distance e,
@@ -259,7 +259,7 @@ def press_part(
     if around is None:
         whole = compress(pad, thickness, shear_modulus, bulk_modulus, force, exponent=exponent)
         compression = replace(compression, least_strain=min(compression.strain, whole.strain))
-        if compression.strain - compression.least_strain > DOUBTED * compression.strain:
+        if compression.strain - compression.least_strain > MAX_STRAIN_DIFFERENCE * compression.strain:
             reasons.append(
                 f"the target loads {100.0 * share:.0f} % of the pad: the strain lies between "
                 f"{100.0 * compression.least_strain:.1f} % (all of it loaded) and "
@@ -267,7 +267,7 @@ def press_part(
                 "part cut out); the larger is stated, and the change per newton that follows from it is the largest, "
                 "too"
             )
-    if beside > BESIDE * max(face.width_x, face.width_y):
+    if beside > TILT_DISTANCE_RATIO * max(face.width_x, face.width_y):
         reasons.append(
             f"the target's middle stands {1e3 * beside:.3g} mm beside the middle of what it loads of the pad: it "
             "tilts, and this is the strain of a target that is held level"

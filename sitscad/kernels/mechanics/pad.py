@@ -352,7 +352,7 @@ class BondedPad:
         turned = np.zeros_like(points)
         if turns is not None:
             turned[:] = turns
-        solve = _cached_poses if len(wrenches) <= KEPT else _cached_poses.__wrapped__
+        solve = _cached_poses if len(wrenches) <= MAX_CACHED_LOADS else _cached_poses.__wrapped__
         inputs = (*(each.tobytes() for each in (wrenches, points, turned)), is_held or turns is not None, is_stuck)
         return cached_solution(lambda: (self, *inputs), lambda: (solve(self, *inputs),))[0].copy()
 
@@ -477,7 +477,7 @@ class BondedPad:
         return np.concatenate([np.zeros((1, 6)), np.diag(self._steps), -np.diag(self._steps)])
 
 
-KEPT = 64
+MAX_CACHED_LOADS = 64
 """Largest number of loads in one call whose poses are cached.
 
 Rules, data sheet, calibration and the designs of a study often need the poses for equal loads.

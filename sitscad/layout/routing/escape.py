@@ -43,7 +43,7 @@ Of 329 random boards with complete routing (tests/validation/random_boards.py, t
 took over 4,000 trials, two over 8,000, and one 13,699.
 """
 
-LOST = 4_000
+MAX_TRIALS_WITHOUT_PROGRESS = 4_000
 """Number of trials without progress after which the searches end while two or more coils have no escape.
 
 Progress is a try that leads out more coils than all earlier tries. Of 112 boards of four layers or more with complete
@@ -73,8 +73,8 @@ class SearchLimit:
 
     @property
     def is_lost(self) -> bool:
-        """Whether two coils or more have had no escape for `LOST` trials."""
-        return self._missing > 1 and self._since - self.left >= LOST
+        """Whether two coils or more have had no escape for `MAX_TRIALS_WITHOUT_PROGRESS` trials."""
+        return self._missing > 1 and self._since - self.left >= MAX_TRIALS_WITHOUT_PROGRESS
 
     @property
     def is_spent(self) -> bool:
@@ -102,8 +102,8 @@ QUICK = 100
 """Number of trials per exit if the first escape is taken. An exit without an escape spends them all."""
 
 PIECES = 48  # Number of pieces of the ring road that are marked open or closed to tracks
-PROVED = 8  # Refused legs on a layer before the pieces are marked: most searches succeed earlier
-SPARED = 0.04  # Excess (turns) of a closing arc that counts as none
+REFUSED_LEGS_BEFORE_MARKING = 8  # Refused legs on a layer before the pieces are marked: most searches succeed earlier
+NEGLIGIBLE_ARC_TURNS = 0.04  # Excess (turns) of a closing arc that counts as none
 
 INSIDE = 0.1
 """Largest closing arc (turns) that counts as no excess for a coil with an odd number of layers.
@@ -111,7 +111,7 @@ INSIDE = 0.1
 The lead of such a coil begins inside, and may have to go round inner vias.
 """
 
-COMES_OUT = tuple(math.radians(degrees) for degrees in (0, 10, -10, 20, -20, 30, -30, 45, -45))
+INSIDE_LEAD_ANGLES = tuple(math.radians(degrees) for degrees in (0, 10, -10, 20, -20, 30, -30, 45, -45))
 """Angles (rad) from the other end at which a lead from inside may come out from under the turns.
 
 They compensate the area that this lead sweeps inside, or pass an inner via.
@@ -208,7 +208,7 @@ def escape(
             hard.append(tables)
         if candidate is not None and (best is None or candidate.cost < best.cost - 1e-6):
             best = candidate
-        if first and best is not None and best.excess < SPARED:
+        if first and best is not None and best.excess < NEGLIGIBLE_ARC_TURNS:
             return best
     for tables in hard if first and best is None else ():
         best = search.find(tables, TRIALS)
@@ -358,7 +358,7 @@ class _BranchSearch:
     def _runs_into(self, leg: Leg) -> bool:
         """Whether a leg covers a whole piece of the ring road that is closed to tracks."""
         piece, layer = TWO_PI / PIECES, leg.layer
-        if self._refused.get(layer, 0) < PROVED or abs(leg.sweep) < piece:
+        if self._refused.get(layer, 0) < REFUSED_LEGS_BEFORE_MARKING or abs(leg.sweep) < piece:
             return False
         if layer not in self._closed:  # where the pieces begin (rad) on which no track of the layer may run
             ring, begin = leg.around.ring, np.linspace(0.0, TWO_PI, PIECES, endpoint=False)
@@ -383,7 +383,7 @@ def _ways_out(
 ) -> Iterator[Branch]:
     """Yield paths from a coil's end to its exit: directly, or by a nearby via if the layers differ."""
     if end.layer == out.layer:
-        near = [angle + turned for turned in COMES_OUT for angle in beside]
+        near = [angle + turned for turned in INSIDE_LEAD_ANGLES for angle in beside]
         for sweep in _sweeps(around, end, out.angle, near):
             if not _doubles_back(around, out, sweep):
                 yield Branch((Leg(around, end.layer, end.point, out.angle - sweep, sweep, out.way),))

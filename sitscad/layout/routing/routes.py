@@ -14,7 +14,7 @@ from sitscad.layout.clearance import Breadth, Obstacles, TrackToPlace, hole_keep
 from sitscad.layout.lanes import Bus, Exit, Lane, Ring, assign_lanes, exits, lane_height, rows_of_lanes
 from sitscad.layout.outline import body_breadth, ends, far_end, roots, walls
 from sitscad.layout.routing.branches import BranchGround, OuterEnd, outermost_turns
-from sitscad.layout.routing.escape import SPARED, TRIALS_OF_A_WAVE, Escape, Joined, SearchLimit, escape
+from sitscad.layout.routing.escape import NEGLIGIBLE_ARC_TURNS, TRIALS_OF_A_WAVE, Escape, Joined, SearchLimit, escape
 from sitscad.layout.routing.maze import Ground, Lattice, Maze
 from sitscad.layout.tail.frame import TailFrame, frame, pair_height, turn_lag
 from sitscad.layout.tail.tracks import Run, runs, stretched, ways_down
@@ -145,14 +145,14 @@ def _least_round(routed: Iterator[Routing], widest: float, searches: SearchLimit
     ends.
     """
     best = next(routed, None)
-    if best is None or best.excess < SPARED:
+    if best is None or best.excess < NEGLIGIBLE_ARC_TURNS:
         return best
-    with searches.at_most(FURTHER):
+    with searches.at_most(LONG_LEAD_TRIALS):
         for routing in routed:
             if routing.breadth.half > max(widest, best.breadth.half):
                 break
-            best = routing if routing.excess < best.excess - SPARED else best
-            if best.excess < SPARED:
+            best = routing if routing.excess < best.excess - NEGLIGIBLE_ARC_TURNS else best
+            if best.excess < NEGLIGIBLE_ARC_TURNS:
                 break
     return best
 
@@ -321,7 +321,7 @@ class _Mazes:
                 maze.add(branch.tracks, branch.holes)
             self.searches.left -= TRIALS_OF_A_WAVE
             entry = Point(tail.funnel, pair_height(self.artwork.array.placements, tail, lanes[index]))
-            choices = islice(maze.exits(lanes[index].placement, entry), TRIED)
+            choices = islice(maze.exits(lanes[index].placement, entry), MAX_EXITS)
             shortest = next(choices, None)
             if shortest is None:
                 return Stuck(index, walled=True)
@@ -421,10 +421,10 @@ def _leads_wait(artwork: ArtworkSpec, tail: TailFrame) -> bool:
     return artwork.array.is_in_line and not tail.taper.narrows
 
 
-FURTHER = 1_500  # Extra trials if leads run farther round their coils than necessary
+LONG_LEAD_TRIALS = 1_500  # Extra trials if leads run farther round their coils than necessary
 BASES = 3  # Distances of paths from other coils: the minimum, plus a track, plus a via
 
 LIKELY_ORDERS = 2
 """Number of orders in the tail that are tried on all boards first: a wider board costs less than all orders."""
 
-TRIED = 8  # Exits of a coil that are tried in an array not in line, shortest way first
+MAX_EXITS = 8  # Exits of a coil that are tried in an array not in line, shortest way first

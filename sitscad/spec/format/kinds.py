@@ -70,7 +70,7 @@ def described(value: Any) -> str:
     return text if len(text) <= 44 else text[:41] + "..."
 
 
-SURELY_LIKE = 0.8
+MISSPELLING_SIMILARITY = 0.8
 """Minimum similarity ratio (`difflib`, 0 to 1) at which a word counts as a misspelling of another."""
 
 
@@ -82,7 +82,7 @@ def is_like(word: Any, allowed: str) -> bool:
     written, expected = (text.replace("_", "-") for text in (str(word)[:64].lower(), allowed))
     if re.findall(r"\d", written) != re.findall(r"\d", expected):
         return False
-    return difflib.SequenceMatcher(None, written, expected).ratio() >= SURELY_LIKE
+    return difflib.SequenceMatcher(None, written, expected).ratio() >= MISSPELLING_SIMILARITY
 
 
 class Kind(ABC):

@@ -35,7 +35,7 @@ SPLINE = 4
 LEAST, LARGEST = 1e-3, 0.5
 """Smallest and largest length and width (m) of a body."""
 
-ASKED = (
+OUTLINE_REQUIREMENT = (
     "one closed outline of LINE, ARC, CIRCLE, LWPOLYLINE and POLYLINE entities, convex, and nothing else in the "
     "model space"
 )
@@ -61,7 +61,7 @@ def body_from_file(part: BodySpec, name: str, place: Origin, remarks: Remarks) -
     try:
         edge = outline(content)
     except UnfitError as error:
-        remarks.flaw("SIT011", key, f"{part.file}: {error}", ASKED)
+        remarks.flaw("SIT011", key, f"{part.file}: {error}", OUTLINE_REQUIREMENT)
         return None
     remarks.files |= dict.fromkeys(names, content)
     return replace(part, file=min(names), edge=edge)

@@ -23,7 +23,7 @@ from sitscad.spec.reading import Remarks
 DEFAULT_STANDOFF = 1e-3
 DEFAULT_JAW, DEFAULT_METAL, DEFAULT_PORT, DEFAULT_HOLES = "generic-5mm", "stainless-304", 5e-3, "corners-m2"
 
-BELONGS: dict[str, tuple[str, ...]] = {
+KEYS_BY_KIND: dict[str, tuple[str, ...]] = {
     "grasper-pad": ("jaw", "retention"), "bench-plate": ("holes",), "fingertip": ("finger",),
     "custom": ("step", "datum", "along", "up"),
 }
@@ -109,7 +109,7 @@ def _standoff(part: Mount, shield: Shield | None, remarks: Remarks) -> float:
 
 
 def _check_keys(part: Mount, remarks: Remarks) -> None:
-    for kind, names in BELONGS.items():
+    for kind, names in KEYS_BY_KIND.items():
         for name in names:
             if kind != part.kind and getattr(part, name) is not None:
                 message = f"a {part.kind} has no {name}".replace("bench-plate", "bench plate")

@@ -392,8 +392,9 @@ def render_pictures(layout: Layout) -> dict[str, bytes]:
 
 
 ROOM = (30.0, 54.0, 84.0, 116.0)  # Room for the contacts on paper: left, low, width, height (mm)
-AROUND = 0.6e-3  # Margin of the board (m) drawn about the contacts
-STAND, STEP = 5.0, 8.0  # Distance of the first dimension line from the view, and of further lines from each other (mm)
+CONTACT_MARGIN = 0.6e-3  # Margin of the board (m) drawn about the contacts
+# Distance of the first dimension line from the view, and of further lines from each other (mm)
+DIMENSION_SPACING, STEP = 5.0, 8.0
 COPPER, CONTACT = "#d8b08c", "#e6c200"
 CONTACT_COLUMNS = (16.0, 18.0, 16.0, 16.0, 28.0, 20.0, 20.0)
 
@@ -403,7 +404,7 @@ def contact_sheet(layout: Layout, artwork: str, forced: bool = False) -> Sheet |
     if not layout.pads:
         return None
     x0, y0, x1, y1 = bounding_box([pad_outline(pad) for pad in layout.pads])
-    box = (x0 - AROUND, y0 - AROUND, x1 + AROUND, y1 + AROUND)
+    box = (x0 - CONTACT_MARGIN, y0 - CONTACT_MARGIN, x1 + CONTACT_MARGIN, y1 + CONTACT_MARGIN)
     scale = scale_for((box[2] - box[0], box[3] - box[1]), ROOM[2:])
     title = f"{board_kind(layout.spec.fpc.stackup)} circuit, contacts"
     sheet = new_sheet(layout.spec.name, layout.spec.issue, title, f"{scale_text(scale)}", artwork, forced)
@@ -472,17 +473,18 @@ def _contact_dimensions(
     _board_end(sheet, outline, pads, fpc, top_openings, view, (left, low, right, high))
     names = ("length", "width") if w >= h else ("width", "length")
     xs, ys = (view.x(x - w / 2), view.x(x + w / 2)), (view.y(y - h / 2), view.y(y + h / 2))
-    _contact_dimension(sheet, 0, xs, ys[1], high + STAND, f"{names[0]} {mm(w)}")
-    _contact_dimension(sheet, 1, ys, xs[0], left - STAND, f"{names[1]} {mm(h)}")
+    _contact_dimension(sheet, 0, xs, ys[1], high + DIMENSION_SPACING, f"{names[0]} {mm(w)}")
+    _contact_dimension(sheet, 1, ys, xs[0], left - DIMENSION_SPACING, f"{names[1]} {mm(h)}")
     if pitch is None:
         return
     before = row[-2].centre
     if abs(before.x - x) > abs(before.y - y):
-        _contact_dimension(sheet, 0, (view.x(before.x), view.x(x)), ys[0], low - STAND, f"pitch {mm(pitch)}")
+        _contact_dimension(sheet, 0, (view.x(before.x), view.x(x)), ys[0], low - DIMENSION_SPACING,
+                           f"pitch {mm(pitch)}")
     else:
         # Before it are the other contacts; beyond it the words would lie on the dimension of the edge.
         pair = view.y(before.y), view.y(y)
-        _contact_dimension(sheet, 1, pair, xs[1], right + STAND, f"pitch {mm(pitch)}", is_before=True)
+        _contact_dimension(sheet, 1, pair, xs[1], right + DIMENSION_SPACING, f"pitch {mm(pitch)}", is_before=True)
 
 
 def _board_end(
@@ -500,7 +502,7 @@ def _board_end(
 
     def level(axis: int, step: int) -> float:
         # Below or right of the view; behind contacts that run along y, where pitch and numbers leave room
-        distance = STAND + step * STEP
+        distance = DIMENSION_SPACING + step * STEP
         if axis == 1:
             return frame[2] + distance
         return frame[3] + distance if along == 1 and outward < 0.0 else frame[1] - distance

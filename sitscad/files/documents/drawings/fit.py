@@ -62,8 +62,8 @@ RIGHT, WIDE, TOP, SLOT = 196.0, 88.0, 196.0, 50.0
 """Views beside the section: left edge, width, top edge of the first view, step to the next top edge (mm on paper)."""
 TOO_MUCH = Pen(0.35, RED)
 CIRCLE = Pen(0.5, RED, (3.0, 1.5))
-HELD = ("SIT301", "SIT302", "SIT303", "SIT309", "SIT314", "SIT319", "SIT320", "SIT321", "SIT322", "SIT323", "SIT324",
-        "SIT325", "SIT326")
+DRAWN_RULES = ("SIT301", "SIT302", "SIT303", "SIT309", "SIT314", "SIT319", "SIT320", "SIT321", "SIT322", "SIT323",
+               "SIT324", "SIT325", "SIT326")
 """Rules whose findings this drawing shows."""
 
 
@@ -74,11 +74,11 @@ def _sizes(fault: Finding) -> tuple[float, ...]:
 
 
 def drawing(layout: Layout, faults: Sequence[Finding], forced: bool = False, bodies: str = "") -> Sheet | None:
-    """Return the drawing of failed fits; None if there is no jaw or no finding of a rule in `HELD`.
+    """Return the drawing of failed fits; None if there is no jaw or no finding of a rule in `DRAWN_RULES`.
 
     `bodies` is the name of a picture of the colliding solids, which a note mentions.
     """
-    jaw, shown = layout.spec.jaw, [fault for fault in faults if fault.rule in HELD]
+    jaw, shown = layout.spec.jaw, [fault for fault in faults if fault.rule in DRAWN_RULES]
     if jaw is None or not shown:
         return None
     try:

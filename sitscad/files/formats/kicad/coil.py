@@ -17,7 +17,7 @@ from collections.abc import Iterator, Sequence
 
 from sitscad.basics.record import record
 from sitscad.basics.units import show
-from sitscad.files.formats.kicad.library import ALONE, courtyard, property_text
+from sitscad.files.formats.kicad.library import FOOTPRINT_HEAD, courtyard, property_text
 from sitscad.files.formats.kicad.sexpr import copper_names, curve, drawn, grid, identity, length, node, quoted, xy
 from sitscad.kernels.geometry.path import Arc, Path, Point, arc_through, bounding_box, polar, polyline
 from sitscad.layout.board import Coil, Layout, Role, Trace, Via
@@ -82,7 +82,7 @@ class _CoilFootprint:
         x0, y0, x1, y1 = self.box
         name, above, below = f"{self.layout.spec.name} {self.coil.name}", round((-y1 - 1e-3) * 1e9), -y0 + 1e-3
         text = node(
-            f"footprint {quoted(f'coil-{self.coil.name}')}", *ALONE,
+            f"footprint {quoted(f'coil-{self.coil.name}')}", *FOOTPRINT_HEAD,
             property_text("Reference", "REF**", (0, above), self.owner),
             property_text("Value", name, (0, round(below * 1e9)), self.owner),
             f"(descr {quoted(self._description(len(pads)))})", '(tags "coil inductor net-tie")',

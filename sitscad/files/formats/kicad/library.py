@@ -37,7 +37,7 @@ FOOTPRINT_NAME = "contacts"
 
 _FONT = "(effects (font (size 1 1) (thickness 0.15)))"
 _COURTYARD_MARGIN = 250_000
-ALONE = "(version 20241229)", '(generator "sitscad")', '(layer "F.Cu")'  # head of a footprint in a separate file
+FOOTPRINT_HEAD = "(version 20241229)", '(generator "sitscad")', '(layer "F.Cu")'  # of a footprint in its own file
 
 # Tails have one coverlay window over all contacts of an edge connector (at 0.5 mm pitch no web fits between contacts).
 # KiCad reports a window over two nets as an error unless the footprint has an attribute that allows it.
@@ -170,7 +170,7 @@ def library_footprints(layout: Layout) -> dict[str, str]:
     bodies = {FOOTPRINT_NAME: _body(layout, "REF**", None)} if layout.pads else {}
     parts = layout.copper_layers, layout.spec.name, layout.spec.readout.chip, layout.top_openings
     bodies |= {f"capacitor-{each.package}": _chip_body(*parts, each, None) for each in layout.capacitors[:1]}
-    return {name: node(f"footprint {quoted(name)}", *ALONE, *body) + "\n" for name, body in bodies.items()}
+    return {name: node(f"footprint {quoted(name)}", *FOOTPRINT_HEAD, *body) + "\n" for name, body in bodies.items()}
 
 
 def placed_capacitors(layout: Layout, nets: Mapping[str, int], sheet: Grid) -> Iterator[str]:

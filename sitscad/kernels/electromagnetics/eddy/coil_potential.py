@@ -42,7 +42,7 @@ LEVELS = 5
 OCTAVES = 7
 """Number of tabulated octaves, from the lowest height on."""
 
-STRANDS = 2
+TRACK_FILAMENTS = 2
 """Number of filaments across a track, at the Gauss points of its width."""
 
 LATTICE_REST = 9.0336217 - 4.0 - math.sqrt(2.0)
@@ -311,7 +311,7 @@ def _source_spectrum(corners: bytes, width: float, count: int, spacing: float) -
     divided by the splines' transform, sinc^4 (Hockney and Eastwood 1988).
     """
     track = PolylineTrack(np.frombuffer(corners).reshape(-1, 2), width, 0.0, 0.0)
-    nodes, weights = gauss(STRANDS)
+    nodes, weights = gauss(TRACK_FILAMENTS)
     sheet = np.zeros(count * count, dtype=complex)
     for node, weight in zip(nodes, weights, strict=True):
         places, moments = _pieces(track.strand(0.5 * track.width * float(node)), spacing)

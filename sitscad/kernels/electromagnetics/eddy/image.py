@@ -151,7 +151,7 @@ The number is doubled until at most a third of the combinations is significant. 
 (templates, compared with all combinations).
 """
 
-FURTHER = 6
+REPEATED_IMAGES = 6
 """Number of repeated images between two mirrors, on each side.
 
 Omitting the next images causes an error of 1e-4 of a front plate's effect.
@@ -198,8 +198,8 @@ class Mirror:
     def images(self) -> tuple[tuple[float, float, complex], ...]:
         """Images by `way` (1 or -1), shift (m) and strength (no unit): a current at z has its image at way z + shift.
 
-        Between two mirrors every image has an image in the other mirror (textbook). The series ends after `FURTHER`
-        images on each side.
+        Between two mirrors every image has an image in the other mirror (textbook). The series ends after
+        `REPEATED_IMAGES` images on each side.
         """
         floor: list[tuple[float, float, complex]] = [(-1.0, 2.0 * self.floor, self.strength)]
         if self.roof is None:
@@ -209,7 +209,7 @@ class Mirror:
             return tuple(images)
         (z, strength), images = self.roof.far, floor + images
         apart, returned = 2.0 * (z - self.floor), self.strength * strength
-        for n in range(1, FURTHER + 1):
+        for n in range(1, REPEATED_IMAGES + 1):
             images += [(1.0, n * apart, returned**n), (1.0, -n * apart, returned**n)]
             images.append((-1.0, 2.0 * self.floor - n * apart, self.strength * returned**n))
             images.append((-1.0, 2.0 * z + n * apart, strength * returned**n))

@@ -31,7 +31,7 @@ ORDER = 8
 """Number of nodes along a box's longer side: with APART, the sum over two windings is right to 1e-6 of itself."""
 
 
-ALIKE = 1e-10
+PLAN_TOLERANCE = 1e-10
 """Plans are equal if all their numbers differ by less than this (m, rad)."""
 
 
@@ -44,7 +44,7 @@ def plan_numbers(layers: Sequence[Array]) -> list[int]:
     numbers = []
     for layer in layers:
         same = [k for k, plan in enumerate(plans)
-                if plan.shape == layer.shape and np.all(np.abs(plan - layer) <= ALIKE)]
+                if plan.shape == layer.shape and np.all(np.abs(plan - layer) <= PLAN_TOLERANCE)]
         numbers += same[:1] or [len(plans)]
         plans += [] if same else [layer]
     return numbers

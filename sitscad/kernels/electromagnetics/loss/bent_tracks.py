@@ -56,7 +56,7 @@ At a radius of 0.5 the inner edge is a point that would take the whole current. 
 corners (`corners.with_mitred_arcs`).
 """
 
-CORNER = 0.4
+LEAST_CORNER_DISTANCE = 0.4
 """Least distance, in track widths, between a cut and the filament of a side in another direction (beyond a corner).
 
 It replaces the width of the side's track. With it, the squared field beyond a corner, summed over a side, equals the
@@ -161,7 +161,8 @@ def _group_losses(sides: _Sides, index: Index, cuts: int, conductivity: float, m
     if sides.curvature[index[0]]:
         return losses([mode_system(*_driven_cut(sides, index, 0.5, 1.0, modes), conductivity, modes)], steps)
     spans = sides.end[index] - sides.start[index]
-    corner = CORNER * float(np.mean(sides.section[index, 1]) / np.mean(np.hypot(spans[:, 0], spans[:, 1])))
+    corner = LEAST_CORNER_DISTANCE * float(np.mean(sides.section[index, 1]) / np.mean(np.hypot(spans[:, 0],
+                                                                                               spans[:, 1])))
     straight = mode_system(_cut(sides, index, 0.5, 1.0), None, conductivity, modes)
     fractions, weights = _points_near_ends(cuts // 2, corner)
     if end is not None:
@@ -405,13 +406,13 @@ def _source_chords(sides: _Sides, index: Index, place: Array) -> tuple[_Chords, 
 def _straight(chords: _Chords, own_chords: Index, is_curved: bool, tangent: Array, least: float) -> Filaments:
     """Return chords as straight filaments in the plane, each with its squared least distance (m2) from a point.
 
-    The least distance is `least` (m), or `CORNER` widths for chords in other directions than the `tangent` of the cut's
-    sides.
+    The least distance is `least` (m), or `LEAST_CORNER_DISTANCE` widths for chords in other directions than the
+    `tangent` of the cut's sides.
     """
     axis = chords.end - chords.start
     # Sides round the corner have the width of a track: as filaments they would be too near.
     turned = np.abs(axis @ tangent) < 0.94 * np.hypot(axis[:, 0], axis[:, 1])
-    clear = np.maximum(turned * CORNER * chords.width, least) ** 2
+    clear = np.maximum(turned * LEAST_CORNER_DISTANCE * chords.width, least) ** 2
     clear[own_chords] = least**2
     # An arc of the cut is a part of a ring near it, not chords: see `_bend_flux`.
     block = chords.block if is_curved else np.full(len(axis), -1)

@@ -54,7 +54,7 @@ NEAR = 4.0
 At larger distances, the loop is a dipole and the side is a filament.
 """
 
-STRANDS = 4
+NEAR_SIDE_FILAMENTS = 4
 """Number of filaments across the width of a side nearer than `NEAR` to a loop."""
 
 CHORD = math.radians(15.0)
@@ -363,12 +363,12 @@ def _on_arc(start: Array, end: Array, turn: float, fraction: float) -> Array:
 def _from_near(filaments: MitredFilaments, corners: Corners, i: Index, j: Index) -> Array:
     """Return the mean field (T/A) over the loops i of the sides j, which have the width of the track.
 
-    Biot and Savart for `STRANDS` filaments. A loop's own arms are infinite filaments.
+    Biot and Savart for `NEAR_SIDE_FILAMENTS` filaments. A loop's own arms are infinite filaments.
     """
     total = np.zeros(i.size)
     incoming, outgoing = (np.nonzero(corners.arms[i, k] == j)[0] for k in (0, 1))
     within = (corners.arms[i, 0] < j) & (j < corners.arms[i, 1])
-    nodes, weights = gauss(STRANDS)
+    nodes, weights = gauss(NEAR_SIDE_FILAMENTS)
     for x, weight in zip(nodes, weights, strict=True):
         offset = 0.5 * x * filaments.width[j][:, None]
         start = filaments.start[j] + offset * filaments.before[j]

@@ -35,7 +35,7 @@ With `APART`, the error is 1e-3 of the field of the nearest filaments that are i
 LINE = 5
 """Number of points on the middle line of a box from which distances are measured."""
 
-WORTH = 3.0
+LEAST_POINTS_PER_NODE = 3.0
 """Least number of points per node of a box at which interpolation saves time."""
 
 LEAST = 100_000
@@ -107,7 +107,7 @@ def _add_field(filaments: Filaments, where: Array, index: Index, total: Array) -
         return
     if count * len(points) > LEAST:
         box = box_of(points)
-        if WORTH * math.prod(box.counts) <= len(points):
+        if LEAST_POINTS_PER_NODE * math.prod(box.counts) <= len(points):
             distant = box.distance(filaments.start, filaments.end) >= APART * box.half[0]
             total[index] += box.weights(points) @ _total_field(filaments.some(distant), box.nodes)
             is_left = (points - box.centre) @ box.axes[0] < 0.0

@@ -60,11 +60,11 @@ def reflection(wave_numbers: Array, frequency: float | Array, plates: Sequence[M
     decay lengths counts as a half-space.
     """
     k, at = np.asarray(wave_numbers, dtype=float), np.asarray(frequency, dtype=float)
-    solve = _reflection if k.size * at.size <= KEPT else _reflection.__wrapped__
+    solve = _reflection if k.size * at.size <= MAX_CACHED_FACTORS else _reflection.__wrapped__
     return solve(k.tobytes(), k.shape, at.tobytes(), at.shape, tuple(plates))
 
 
-KEPT = 1 << 13
+MAX_CACHED_FACTORS = 1 << 13
 """Largest number of reflection factors in a result that is cached. States, tanks and poses need results repeatedly."""
 
 
