@@ -228,7 +228,6 @@ def _too_high(design: Design, jaw: Jaw, pair: Measure) -> Violation:
     heights += [("target.thickness", spec.target.thickness)] if spec.target else []
     heights = sorted(((key, height) for key, height in heights if height > 0.0), key=lambda e: (-e[1], e[0]))
     widest = sorted(pair.parts, key=lambda share: (-share.tolerance, share.part))[:3]
-    excess = pair.measured - pair.limit
 
     @cache
     def less_height() -> float:
@@ -264,7 +263,7 @@ def _too_high(design: Design, jaw: Jaw, pair: Measure) -> Violation:
         fixes=(fixes,) if pair.decided_by == BOARD else (), nominal=pair.nominal, part=pair.decided_by, glue=glue,
         heights=[f"{key} {show(height, 'm', 3)}" for key, height in heights], keys=[key for key, _ in heights],
         loose=[f"{share.part} +-{show(share.tolerance, 'm', 3)}" for share in widest], wider=wider, less=less_height,
-        factor=lambda: less_height() / excess, by=narrower_by, likely=pair.root_sum_square, worst=pair.worst,
+        by=narrower_by, likely=pair.root_sum_square, worst=pair.worst,
     )
 
 
