@@ -13,8 +13,6 @@ from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
-import numpy as np
-
 from sitscad.basics.quantities import Quantity
 from sitscad.basics.record import record
 from sitscad.kernels.converters.figures import RowForm, family_module, names_of
@@ -263,6 +261,8 @@ class Conversion(ABC):
 
     def read(self, frequency: Array) -> Array:
         """Return the counts (n, coils) that results contain for frequencies (n, coils; Hz). NaN outside their range."""
+        import numpy as np  # reading a spec loads no numpy
+
         step = float(self.counts_per_step)
         offsets = np.array(self.offsets or (0,) * np.shape(frequency)[-1], dtype=float)
         result = np.floor((self.counts(frequency) - offsets) / step + 0.5)
