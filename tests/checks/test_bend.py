@@ -42,7 +42,7 @@ def bench():
     return lay_out(spec())
 
 
-def test_a_tail_without_a_bend_of_its_own_has_no_limit(advised, bench):
+def test_tail_with_zero_bend_angle_gives_note_without_limit(advised, bench):
     """The report showed "limit 0 mm" of a tail that only its mount bends."""
     fpc = replace(bench.spec.fpc, tail=replace(bench.spec.fpc.tail, bend_angle=0.0))
     straight = replace(bench.spec, fpc=fpc)
@@ -50,7 +50,7 @@ def test_a_tail_without_a_bend_of_its_own_has_no_limit(advised, bench):
     assert note.severity is Severity.NOTE and note.measured > 0.0 and note.limit is None
 
 
-def test_what_lies_in_the_bend(advised, bench):
+def test_via_pad_or_stiffener_in_bend_zone_gives_error(advised, bench):
     (note,) = advised("SIT123", bench.spec, bench)
     start, end = bench.bend_zone
     assert note.severity is Severity.NOTE and start < note.place.x < end
@@ -71,20 +71,20 @@ def test_what_lies_in_the_bend(advised, bench):
     assert stiff.measured == approx(0.5 * MM, rel=1e-6)
 
 
-def test_a_bend_without_room_is_an_error(advised, bench):
+def test_bend_zone_shorter_than_bend_gives_error_with_longer_tail(advised, bench):
     start, _ = bench.bend_zone
     (found,) = advised("SIT123", bench.spec, replace(bench, bend_zone=(start, start + 1.2 * MM)))
     assert found.severity is Severity.ERROR and [edit.key for edit in found.fixes[0].edits] == ["fpc.tail.length"]
 
 
-def test_a_bend_in_a_zone_that_is_long_enough_but_nowhere_straight_is_a_warning(advised, bench):
+def test_bend_zone_with_too_short_straight_stretch_gives_warning(advised, bench):
     needed, (start, _) = bend_length(bench.spec.fpc), bench.bend_zone
     (found,) = advised("SIT123", bench.spec, replace(bench, bend_zone=(start, start + 1.01 * needed)))
     assert found.severity is Severity.WARNING and found.measured < found.limit == needed
 
 
 @pytest.mark.parametrize("kind", ["static", "dynamic"])
-def test_a_bend_has_room_where_the_hint_says(advised, kind):
+def test_bend_position_passes_only_within_range_in_hint(advised, kind):
     def misplaced(at):
         here = spec(f"length: 40, layers: 2, bend: {{kind: {kind}, at: {at:.2f}}}")
         found = [f for f in advised("SIT123", here, lay_out(here)) if f.key == "fpc.tail.bend.at"]
@@ -119,7 +119,7 @@ SHORT_TAILS = {
 
 
 @pytest.mark.parametrize(("tail", "coil", "rest"), SHORT_TAILS.values(), ids=SHORT_TAILS)
-def test_a_tail_too_short_for_its_bend_names_a_length_that_does(advised, tail, coil, rest):
+def test_too_short_tail_gets_shortest_length_that_fits_bend(advised, tail, coil, rest):
     """Told with the length; laid out again with it the finding is gone, and half a millimetre less brings it back."""
     found = short(advised, spec(tail, coil, rest))
     ((edit,),) = (fix.edits for fix in found.fixes)
@@ -132,11 +132,11 @@ def test_a_tail_too_short_for_its_bend_names_a_length_that_does(advised, tail, c
     assert short(advised, of_length(float(named) - 0.5)) is not None
 
 
-def test_a_tail_as_long_as_its_bend_needs_is_not_reported(advised):
+def test_tail_long_enough_for_bend_gives_no_finding(advised):
     assert short(advised, spec("length: 19, bend: dynamic, layers: 2", "turns: 8, layers: 2", "")) is None
 
 
-def test_a_bend_longer_than_any_tail_names_no_length(advised, bench):
+def test_bend_longer_than_any_tail_gives_error_without_fix(advised, bench):
     """A fabricator who asks a thousand times the thickness, of a tail that is thick: there is no such tail."""
     rules = replace(bench.spec.fpc.rules, static_bend_ratio={2: 30_000.0})
     far = replace(bench.spec, fpc=replace(bench.spec.fpc, rules=rules))
@@ -144,7 +144,7 @@ def test_a_bend_longer_than_any_tail_names_no_length(advised, bench):
     assert found.severity is Severity.ERROR and not found.fixes
 
 
-def test_no_room_to_bend_is_reported_even_where_no_radius_is_stated(advised):
+def test_no_bend_room_without_stated_radius_gives_error(advised):
     here = spec("length: 1, bend: dynamic, layers: 2", "turns: 8, layers: 2", "")
     silent = replace(here, fpc=replace(here.fpc, rules=replace(here.fpc.rules, dynamic_bend_ratio={})))
     (found,) = advised("SIT123", silent, lay_out(silent))
@@ -156,7 +156,7 @@ GRID = "array: {pattern: grid, count: [2, 2], pitch: 8}"
 
 
 @pytest.mark.parametrize("rest", [GRID, "array: {pattern: line, count: 2, pitch: 8}"])
-def test_the_order_says_to_bend_where_the_check_says(advised, rest):
+def test_order_notes_and_drawings_give_bend_zone_of_check(advised, rest):
     """Notes, both drawings and the KiCad board name the stretch of straight tracks, not all that is free of vias."""
     here = spec("length: 30, bend: static", "turns: 8, layers: 2", rest)
     layout = lay_out(here)
@@ -176,7 +176,7 @@ def words_of(sheet):
     return " ".join(item.text for item in sheet.items if isinstance(item, Label))
 
 
-def test_a_tail_with_nothing_straight_is_not_to_be_bent(bench):
+def test_tail_without_straight_stretch_has_do_not_bend_note(bench):
     """One track askew along all of a short bend zone: the papers say so in place of a stretch of no length."""
     x = bench.bend_zone[0] + 5 * MM
     askew = Trace(Path((Line(Point(x - 1 * MM, 0.0), Point(x + 2 * MM, 1 * MM)),)), 0.1 * MM, 1, "C1", Role.TAIL)
@@ -187,7 +187,7 @@ def test_a_tail_with_nothing_straight_is_not_to_be_bent(bench):
     assert "bend zone" not in words_of(board_drawing.drawing(crooked, ""))
 
 
-def test_no_tail_is_tried_where_the_leads_found_no_room(advised, monkeypatch):
+def test_longer_tail_is_not_tried_if_leads_lack_room(advised, monkeypatch):
     """The search for leads that fails is long, and no length of the tail changes it: it is not repeated."""
 
     crowded = spec("length: 6, layers: 2, bend: static", rest="array: {pattern: line, count: 3, pitch: 7.1}")
@@ -200,7 +200,7 @@ def test_no_tail_is_tried_where_the_leads_found_no_room(advised, monkeypatch):
 
 
 @pytest.mark.slow
-def test_offset_that_takes_the_bends_room_is_refused_with_a_length_that_has_room(advised):
+def test_tail_offset_without_bend_room_gives_error_with_sufficient_length(advised):
     """The tail's way aside, its capacitors and its stiffener leave less than the bend of a tail this thick takes."""
     text = templates.read("three_axis_grid").replace("    bend: static", "    bend: static\n    offset: -5")
     text = re.sub(r"^  capacitor_at: .*\n", "  capacitors_on_board: chip-0402\n", text, flags=re.MULTILINE)

@@ -247,13 +247,13 @@ FAULTS: tuple[Callable[[Layout, random.Random], Fault], ...] = (
 
 
 @pytest.mark.parametrize("layers", [2, 4])
-def test_the_boards_are_clean_before(boards, layers):
+def test_layouts_without_faults_have_no_findings(boards, layers):
     assert findings(boards[layers]) == []
 
 
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("spoil", FAULTS, ids=lambda fault: fault.__name__)
-def test_a_fault_is_named_at_its_place(boards, spoil, seed):
+def test_layout_fault_gives_finding_at_its_position(boards, spoil, seed):
     fault = spoil(boards[(2, 4)[seed % 2]], random.Random(f"{spoil.__name__} {seed}"))
     found = [f for f in findings(fault.layout) if f.rule in fault.rules and f.place is not None]
     near = [
@@ -280,7 +280,7 @@ SEEN_IN_FILES = {
 
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow), pytest.param(2, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("spoil", SEEN_IN_FILES, ids=lambda fault: fault.__name__)
-def test_a_fault_is_seen_in_the_written_files(boards, spoil, seed, tmp_path):
+def test_layout_fault_gives_difference_in_extracted_files(boards, spoil, seed, tmp_path):
     """The files are the spoilt layout's, the netlist is what was meant: `verify` reads both."""
     pytest.importorskip("gerbonara", reason="gerbonara is not installed: pip install 'sitscad[all]' brings it")
     pytest.importorskip("shapely", reason="shapely is not installed: pip install 'sitscad[all]' brings it")

@@ -31,14 +31,14 @@ def verdict(result):
     return [(f.rule, f.severity, f.line) for f in result.findings]
 
 
-def test_the_verdict_does_not_depend_on_what_is_tried_for_hints():
+def test_findings_are_equal_for_every_hint_level():
     spec = spec_of(readout=REFUSED)
     found = {hints: check(spec, hints=hints) for hints in HINTS}
     assert verdict(found["none"]) == verdict(found["decisive"]) == verdict(found["full"])
     assert not found["none"].ok and len({f.rule for f in found["none"].findings if f.severity is Severity.ERROR}) > 1
 
 
-def test_without_hints_nothing_is_tried_and_every_hint_says_so(monkeypatch):
+def test_hint_level_none_lays_out_no_trial_board(monkeypatch):
     spec = spec_of(readout=REFUSED)
     layout = lay_out(spec)
     monkeypatch.setattr("sitscad.estimates.design.arrange", lambda *_: pytest.fail("another board was laid out"))
@@ -46,7 +46,7 @@ def test_without_hints_nothing_is_tried_and_every_hint_says_so(monkeypatch):
     assert errors and all(MORE_TRIALS in finding.hint and not finding.fixes for finding in errors)
 
 
-def test_decisive_hints_estimate_no_more_than_their_budget(monkeypatch):
+def test_decisive_hint_level_estimates_within_its_budget(monkeypatch):
     spec, made = spec_of("octagon", turns=9.125, layers=4, size=9.0, readout=REFUSED), []
     monkeypatch.setattr("sitscad.estimates.design.estimated",
                         lambda *given, **named: made.append(1) or estimated(*given, **named))
@@ -54,7 +54,7 @@ def test_decisive_hints_estimate_no_more_than_their_budget(monkeypatch):
     assert 1 < len(made) <= 1 + LEVELS["decisive"][1]
 
 
-def test_the_budget_goes_to_errors_before_warnings():
+def test_trial_budget_is_spent_on_errors_before_warnings():
     """Two tracks at the fabricator's minimum for coils only warn; the tank that is too fast decides."""
     spec = spec_of(width=100, turns=12, size=6.0, readout=REFUSED)
     found = check(spec).findings
@@ -63,7 +63,7 @@ def test_the_budget_goes_to_errors_before_warnings():
 
 
 @pytest.mark.parametrize("hints", ["", "all", "FULL"])
-def test_another_choice_of_hints_is_an_error(hints):
+def test_unknown_hint_level_gives_value_error(hints):
     with pytest.raises(ValueError, match="hints are one of none, decisive, full"):
         check(spec_of(), hints=hints)
 
@@ -80,12 +80,12 @@ def test_exhausted_budget_suggests_no_fix():
     CostlyFamily(lambda: pytest.fail("it was asked")),
     FamilyByAmount(lambda amount: pytest.fail("it was asked"), 1e-3, is_costly=True),
 ], ids=["costly", "growing"])
-def test_spent_budget_asks_no_family_that_winds_coils_to_find_its_changes(family):
+def test_exhausted_budget_calls_no_costly_fix_family(family):
     found = search((family,), lambda fix: None, Budget(0, 0, 0))
     assert found.is_cut_short and not found.mending and not found.ineffective
 
 
-def test_coils_are_wound_for_hints_only_if_something_can_be_tried(monkeypatch):
+def test_exhausted_layout_budget_winds_no_coils_for_hints(monkeypatch):
     """Seven turns too many of fine tracks: room for the vias inside was looked for after the last trial."""
     spec = spec_of(turns=20, layers=4, size=7.0, width=80)
     subject = Design(spec)
@@ -100,7 +100,7 @@ def test_coils_are_wound_for_hints_only_if_something_can_be_tried(monkeypatch):
     assert MORE_TRIALS in found["SIT112"].hint and not tried
 
 
-def test_a_change_is_tried_once_for_all_findings(monkeypatch):
+def test_change_that_fixes_two_findings_is_tried_once(monkeypatch):
     """Track and gap are too narrow: the same wider ones mend both."""
     spec, drawn = spec_of(turns=6, width=80, size=8.0), []
     made = Design.drawn
@@ -110,7 +110,7 @@ def test_a_change_is_tried_once_for_all_findings(monkeypatch):
     assert all(one != other for k, one in enumerate(drawn) for other in drawn[:k])
 
 
-def test_refused_specs_are_searched_within_the_budget_too():
+def test_refused_spec_gets_fixes_only_within_hint_budget():
     with pytest.raises(sitscad.SpecError) as raised:
         spec_of(turns=40, size=6.0)
     error = raised.value
@@ -118,7 +118,7 @@ def test_refused_specs_are_searched_within_the_budget_too():
     assert all(finding.fixes for finding in mended(error, "full"))
 
 
-def test_what_stands_around_a_board_changes_and_its_windings_are_not_solved_again(monkeypatch):
+def test_changed_capacitance_reuses_solved_windings(monkeypatch):
     layout = lay_out(spec_of("square", turns=5))
     first = sitscad.estimate(layout)
     for name in ("winding_losses", "choose_method", "inductance_matrix"):
@@ -129,7 +129,7 @@ def test_what_stands_around_a_board_changes_and_its_windings_are_not_solved_agai
     assert again.coils[0].sensor_frequency < first.coils[0].sensor_frequency
 
 
-def test_the_command_takes_the_choice(tmp_path, capsys):
+def test_check_command_accepts_hint_level_and_refuses_unknown_one(tmp_path, capsys):
     from sitscad.cli import run
 
     path = tmp_path / "spec.yaml"

@@ -14,7 +14,7 @@ from sitscad.checks.judging import RULES, check, explain
 from sitscad.checks.rules import NEEDS
 
 
-def test_every_rule_is_complete_and_stands_once():
+def test_every_rule_is_complete_and_has_unique_id_and_name():
     assert len({rule.id for rule in RULES}) == len({rule.name for rule in RULES}) == len(RULES)
     for rule in RULES:
         assert re.fullmatch(r"SIT[0-4]\d\d", rule.id) and re.fullmatch(r"[a-z0-9]+(-[a-z0-9]+)*", rule.name), rule.id
@@ -26,7 +26,7 @@ def test_every_rule_is_complete_and_stands_once():
     assert {rule.id[3] for rule in RULES} == set("01234")
 
 
-def test_explain_by_identifier_and_by_name():
+def test_explain_accepts_rule_id_and_rule_name():
     text = explain("SIT201")
     assert text == explain("sit201") == explain("inductance-floor")
     assert all(part in text for part in ("0.2 uH", "Why:", "To mend it:", "Source:"))
@@ -35,7 +35,7 @@ def test_explain_by_identifier_and_by_name():
 
 
 @pytest.mark.slow
-def test_a_spec_of_a_coil_alone_lists_what_was_not_checked(design, estimates):
+def test_coil_only_spec_lists_rules_not_checked(design, estimates):
     gone = dict.fromkeys(("target", "elastomer", "encapsulation", "mount", "shield", "requirements"))
     spec = design(**gone)
     result = check(spec, estimates=estimates(spec, resistances={"free": 1500.0}))
@@ -47,7 +47,7 @@ def test_a_spec_of_a_coil_alone_lists_what_was_not_checked(design, estimates):
 
 
 @pytest.mark.slow
-def test_findings_are_sorted_located_and_the_same_twice(design, estimates):
+def test_findings_are_sorted_located_and_reproducible(design, estimates):
     spec = design(coil__trace_width="70 um", coil__trace_spacing="70 um", requirements__bandwidth="400 Hz")
     numbers = estimates(spec, inductance=0.1e-6, quality=5.0)
     one, other = check(spec, estimates=numbers), check(spec, estimates=numbers)
@@ -59,7 +59,7 @@ def test_findings_are_sorted_located_and_the_same_twice(design, estimates):
 
 
 @pytest.mark.slow
-def test_every_finding_uses_a_rule_of_the_table(design, estimates):
+def test_every_finding_has_id_and_name_of_rule_table(design, estimates):
     spec = design(coil__turns=11.75)
     names = {rule.id: rule.name for rule in RULES}
     result = check(spec, estimates=estimates(spec))
@@ -67,7 +67,7 @@ def test_every_finding_uses_a_rule_of_the_table(design, estimates):
     assert any(found.rule == "SIT112" for found in result.findings)
 
 
-def test_checks_import_no_cad_nor_plotting():
+def test_checks_package_imports_no_cad_or_plotting():
     code = (
         "import sys, sitscad.checks, sitscad.assembly.solids.solid\n"
         "heavy = {'build123d', 'cadquery', 'OCP', 'gmsh', 'manifold3d', 'trimesh', 'scipy', 'matplotlib', 'ezdxf'}\n"
@@ -77,7 +77,7 @@ def test_checks_import_no_cad_nor_plotting():
     assert found.stdout.strip() == "[]"
 
 
-def test_every_rule_names_the_severities_that_it_can_have():
+def test_every_rule_lists_all_severities_in_its_code():
     """Whatever the rule's own function says, and whatever it says by default, stands in its list."""
     for rule in RULES:
         listed = {word for word in ("note", "warning", "error") if word in rule.severities.replace(",", " ").split()}
@@ -96,7 +96,7 @@ def _sources(function):
 
 
 @pytest.mark.slow
-def test_a_finding_whose_key_is_left_out_names_the_key_to_add(design, estimates):
+def test_finding_for_absent_key_names_key_to_add(design, estimates):
     spec = design(readout={"device": "ldc1614"}, requirements={"bandwidth": "400 Hz"})
     (found,) = [f for f in check(spec, estimates=estimates(spec)).findings if f.rule == "SIT210"]
     assert found.line and "readout.scan_rate" in found.hint
@@ -108,14 +108,14 @@ def test_a_finding_whose_key_is_left_out_names_the_key_to_add(design, estimates)
     assert "readout" not in found.hint
 
 
-def test_a_key_below_a_presets_name_is_not_one_to_add(design):
+def test_key_below_preset_name_is_not_absent_key(design):
     source = design().source
     assert source.absent("mount.jaw.width") is None and source.absent("mount.jaw") is None
     assert source.absent("mount.kerf") == "mount.kerf"
     assert source.absent("readout") is None is source.absent(None)
 
 
-def test_a_target_without_an_elastomer_is_said_to_lie_on_the_board(judge, design, verdicts):
+def test_target_without_elastomer_gives_warning(judge, design, verdicts):
     (found,) = judge("SIT313", design(elastomer=None))
     assert (found.severity, found.key, found.measured) == (Severity.WARNING, "elastomer", 0.0)
     assert judge("SIT313", design()) == []

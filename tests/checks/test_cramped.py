@@ -62,7 +62,7 @@ SLOW = {"too many turns of four layers": pytest.mark.slow}
 
 
 @pytest.mark.parametrize("name", [pytest.param(name, marks=SLOW.get(name, ())) for name in CRAMPED])
-def test_what_gives_room_gives_it_to_leads_and_vias_too(name):
+def test_hint_for_crowded_coils_has_room_for_leads_and_vias(name):
     """The pitch that leaves the gap, and the turns that fit, were refused again for want of room for leads and vias."""
     document, rules = CRAMPED[name]
     error = refused(document)
@@ -75,12 +75,12 @@ def test_what_gives_room_gives_it_to_leads_and_vias_too(name):
     assert not ROOM & {lack.what for lack in lay_out(spec).shortfalls}
 
 
-def test_the_closed_form_says_that_leads_may_need_more():
+def test_hint_without_trials_warns_that_leads_may_need_more():
     (finding,) = refused(CRAMPED["a line too near"][0]).findings
     assert finding.hint == "a pitch larger by 0.080 mm leaves that gap; leads and vias between the coils may need more"
 
 
-def test_other_faults_leave_the_findings_as_they_are():
+def test_crowding_without_possible_trial_gets_unchanged_findings():
     document = sensor("circle", 40, {"pattern": "line", "count": 2, "pitch": 6.02})
     document["fpc"]["tail"]["connector"] = "none-such"
     error = refused(document)
@@ -91,7 +91,7 @@ def test_other_faults_leave_the_findings_as_they_are():
     assert mended(refused(many)) == refused(many).findings
 
 
-def test_the_command_shows_what_was_tried(tmp_path, capsys):
+def test_check_command_prints_tried_hint_for_crowded_coils(tmp_path, capsys):
     path = tmp_path / "spec.yaml"
     path.write_text(templates.read("bench_7mm").replace("pitch: 8 ", "pitch: 7 "), encoding="utf-8")
     from sitscad.cli import run

@@ -302,7 +302,7 @@ def usual(letter):
 
 
 @pytest.mark.parametrize("row", TOLD, ids=named)
-def test_what_should_not_pass_is_reported(row):
+def test_unusual_spec_gives_expected_rule_and_severity(row):
     letter, changes, asked = row
     design = Design(rewritten_spec(base(letter), changes.items()))
     for word in asked.split() if asked else ():
@@ -315,7 +315,7 @@ def test_what_should_not_pass_is_reported(row):
 
 
 @pytest.mark.parametrize("row", PASSES, ids=named)
-def test_what_passes_has_a_reason(row):
+def test_justified_unusual_spec_gives_no_error(row):
     letter, changes, reason = row
     result = check(rewritten_spec(base(letter), changes.items()), hints="none")
     new = [one for one in result.findings if (one.rule, one.severity) not in usual(letter)]
@@ -324,7 +324,7 @@ def test_what_passes_has_a_reason(row):
 
 
 @pytest.mark.parametrize("row", REFUSED, ids=named)
-def test_what_makes_no_sense_is_refused(row):
+def test_senseless_spec_gives_spec_error(row):
     letter, changes, rule = row
     with pytest.raises(SpecError) as refused:
         rewritten_spec(base(letter), changes.items())
@@ -339,17 +339,17 @@ def told(design):
     ("rules", "B", "fpc.rules"), ("stackup", "B", "fpc.stackup"), ("elastomer", "B", "elastomer.material"),
     ("conductor", "B", "target.material"), ("jaw", "G", "mount.jaw"), ("adhesive", "B", "assembly.adhesive"),
 ])
-def test_every_preset_is_usual(kind, letter, key):
+def test_every_preset_is_within_usual_ranges(kind, letter, key):
     for name in presets.names(kind):
         assert told(Design(base(letter).replace(key, name))) == [], name
 
 
 @pytest.mark.parametrize("path", sorted(TEMPLATES.glob("*.yaml")), ids=lambda path: path.stem)
-def test_every_template_is_usual(path):
+def test_every_template_is_within_usual_ranges(path):
     assert told(Design(load(path))) == []
 
 
-def test_every_range_has_bounds_a_reason_and_something_to_look_at():
+def test_every_usual_range_has_bounds_source_and_spec_field():
     design = Design(base("G"))
     for row in usual_ranges():
         assert row.low < row.high and len(row.source) > 8, row.key
@@ -360,19 +360,19 @@ def test_every_range_has_bounds_a_reason_and_something_to_look_at():
                 here = getattr(here, part, None)
 
 
-def test_rules_of_ones_own_are_reported_once():
+def test_unusual_fabricator_rules_give_one_finding():
     spec = base("B").replace(rules(trace_width="5 um", via_drill="5 um", annular_ring="5 um", hole_to_hole="5 um"))
     (found,) = told(Design(spec))
     assert all(word in found for word in ("trace_width", "via_drill", "annular_ring", "hole_to_hole"))
 
 
-def test_a_value_at_its_bound_is_usual_and_one_beyond_it_is_not():
+def test_value_at_usual_bound_passes_and_value_beyond_gives_finding():
     assert told(Design(base("B").replace("elastomer.kerf", 0.5e-3))) == []
     (found,) = told(Design(base("B").replace("elastomer.kerf", 0.51e-3)))
     assert found.startswith("elastomer.kerf is 510 um;")
 
 
-def test_what_is_meant_is_silenced_at_its_line(tmp_path):
+def test_ignore_comment_from_hint_suppresses_finding(tmp_path):
     """As the hint says."""
     path = tmp_path / "wide.yaml"
     text = (TEMPLATES / "single_coil.yaml").read_text(encoding="utf-8")

@@ -46,11 +46,11 @@ def only(layout, path, width=100 * UM):
     return replace(layout, coils=(coil,), traces=(track,), vias=(), pads=())
 
 
-def test_the_layout_as_it_was_is_clean(judge, bench):
+def test_unchanged_layout_has_no_findings(judge, bench):
     assert [judge(f"SIT{number}", bench.spec, bench) for number in (101, 120, 121, 122, 125)] == [[]] * 5
 
 
-def test_a_track_drawn_too_narrow(judge, bench):
+def test_too_narrow_track_gives_error_at_its_start(judge, bench):
     thin = replace(bench.traces[4], width=80 * UM)
     (found,) = judge("SIT101", bench.spec, replace(bench, traces=(thin, *bench.traces[1:])))
     assert (
@@ -62,7 +62,7 @@ def test_a_track_drawn_too_narrow(judge, bench):
 
 
 @pytest.mark.parametrize(("apart", "is_loose"), [(0.0, False), (45 * UM, False), (55 * UM, True), (150 * UM, True)])
-def test_an_end_beside_a_track_is_loose_where_it_lies_on_no_copper_of_it(judge, bench, apart, is_loose):
+def test_track_end_without_copper_overlap_is_unconnected(judge, bench, apart, is_loose):
     trunk = only(bench, polyline([Point(0.0, 0.0), Point(2 * MM, 0.0)]))
     end = Point(1 * MM, apart)
     found = judge("SIT125", bench.spec, with_track(trunk, [Point(1 * MM, 1 * MM), end]))
@@ -72,7 +72,7 @@ def test_an_end_beside_a_track_is_loose_where_it_lies_on_no_copper_of_it(judge, 
 
 
 @pytest.mark.parametrize(("degrees", "fires"), [(30, True), (59, True), (61, False), (135, False)])
-def test_acute_angle(judge, bench, degrees, fires):
+def test_acute_track_corner_gives_finding(judge, bench, degrees, fires):
     corner = Point(2 * MM, 1 * MM)
     end = Point(
         2 * MM + 0.5 * MM * math.cos(math.radians(degrees)), 1 * MM + 0.5 * MM * math.sin(math.radians(degrees))
@@ -84,7 +84,7 @@ def test_acute_angle(judge, bench, degrees, fires):
         assert (found[0].place.x, found[0].place.y) == approx(corner, rel=1e-6) and found[0].place.nets == ("C1",)
 
 
-def test_acute_angle_between_a_line_and_an_arc_and_between_two_tracks(judge, bench):
+def test_acute_corner_of_line_and_arc_gives_one_finding(judge, bench):
     """A line that leaves an arc backwards; the same corner under a via pad is no wedge."""
     arc = Arc(Point(1 * MM, 0.0), Point(0.0, 1 * MM), Point(0.0, 0.0))
     along, back = (
@@ -106,7 +106,7 @@ def arc_path(arc):
 
 
 @pytest.mark.parametrize(("apart", "fires"), [(0.15, True), (0.19, True), (0.2, False), (0.3, False)])
-def test_sliver_in_a_narrow_turn_back(judge, bench, apart, fires):
+def test_narrow_gap_in_hairpin_track_gives_sliver_finding(judge, bench, apart, fires):
     """Two legs that lie `apart` mm from one another, joined at their end."""
     legs = polyline([Point(0.0, 0.0), Point(0.15 * MM, 0.0), Point(0.15 * MM, apart * MM), Point(0.0, apart * MM)])
     assert judge("SIT108", bench.spec, only(bench, legs)) == []
@@ -116,7 +116,7 @@ def test_sliver_in_a_narrow_turn_back(judge, bench, apart, fires):
         assert found[0].measured == approx(apart * MM - 100 * UM, rel=1e-6) and found[0].place.layer == 1
 
 
-def test_a_gap_that_the_spec_asks_for_is_said_to_be_the_specs(judge, bench):
+def test_sliver_limit_follows_trace_spacing_of_spec(judge, bench):
     """Turns nearer to each other than the fabricator's spacing are a finding of their own (SIT102)."""
     legs = polyline([Point(0.0, 0.0), Point(0.15 * MM, 0.0), Point(0.15 * MM, 0.15 * MM), Point(0.0, 0.15 * MM)])
     (found,) = judge("SIT121", bench.spec, only(bench, legs))
@@ -127,13 +127,13 @@ def test_a_gap_that_the_spec_asks_for_is_said_to_be_the_specs(judge, bench):
     assert found.source == "coil.trace_spacing in the spec"
 
 
-def test_no_sliver_in_a_rounded_right_angle(judge, bench):
+def test_rounded_right_angle_gives_no_sliver_finding(judge, bench):
     bend = Arc(Point(0.0, 0.0), Point(0.12 * MM, 0.12 * MM), Point(0.0, 0.12 * MM))
     legs = Path((*polyline([Point(-1 * MM, 0.0), bend.start]), bend, *polyline([bend.end, Point(0.12 * MM, 1 * MM)])))
     assert judge("SIT121", bench.spec, only(bench, legs)) == []
 
 
-def test_a_ring_round_a_coil_is_a_shorted_turn(judge, bench):
+def test_closed_ring_around_coil_gives_shorted_turn_finding(judge, bench):
     centre = bench.coils[0].centre
     ring = Trace(circle(centre, 3.7 * MM), 100 * UM, 2, "GUARD", Role.LEAD)
     (found,) = judge("SIT122", bench.spec, replace(bench, traces=(*bench.traces, ring)))
@@ -143,7 +143,7 @@ def test_a_ring_round_a_coil_is_a_shorted_turn(judge, bench):
     assert judge("SIT122", bench.spec, replace(bench, traces=(*bench.traces, open_ring))) == []
 
 
-def test_a_bridge_between_turns_is_a_shorted_turn(judge, bench):
+def test_bridge_between_turns_gives_shorted_turn_finding(judge, bench):
     """A track from the middle of one turn to the middle of the next closes a turn round the coil, once round."""
     turn, centre = next(t for t in bench.traces if t.role is Role.WINDING), bench.coils[0].centre
     far = [p for p in turn.path.flattened(1e-7) if abs(p.y - centre.y) < 0.1 * MM and p.x < centre.x - 2 * MM]
@@ -155,7 +155,7 @@ def test_a_bridge_between_turns_is_a_shorted_turn(judge, bench):
     assert "shorted-turn" in found.cases and "C1" in found.message
 
 
-def test_a_loop_through_two_vias_beside_the_coils(judge, bench):
+def test_loop_through_two_vias_gives_finding_with_area(judge, bench):
     a, b = Point(14 * MM, 0.0), Point(15 * MM, 0.0)
     vias = tuple(Via(p, 0.2 * MM, 0.45 * MM, "C2") for p in (a, b))
     top = with_track(replace(bench, vias=(*bench.vias, *vias)), [a, b], net="C2")
@@ -165,7 +165,7 @@ def test_a_loop_through_two_vias_beside_the_coils(judge, bench):
     assert "0.5 mm2" in found.message and found.place.nets == ("C2",)
 
 
-def test_contacts_with_the_fabricators_tolerance(judge, bench):
+def test_wide_stiffener_tolerance_gives_note_of_contact_thickness_range(judge, bench):
     fpc = bench.spec.fpc
     nominal = finished_thickness(bench, Where.CONTACT).nominal
     wide = replace(fpc.rules, stiffened_tolerance={bench.stiffener.material: 70 * UM})

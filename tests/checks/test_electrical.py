@@ -26,13 +26,13 @@ LDC1614 = presets.converter("ldc1614")
 
 
 @pytest.mark.parametrize("rule", [f"SIT2{n:02d}" for n in range(1, 15)])
-def test_the_good_design_passes(rule: str, judge, design, estimates) -> None:
+def test_valid_design_has_no_electrical_finding(rule: str, judge, design, estimates) -> None:
     spec = design()
     found = [f for f in judge(rule, spec, None, estimates(spec)) if f.severity is not Severity.NOTE]
     assert found == []
 
 
-def test_inductance_floor_names_the_state_and_no_number_that_was_not_tried(judge, design, estimates) -> None:
+def test_too_low_inductance_gives_error_with_hint_without_numbers(judge, design, estimates) -> None:
     spec = design()
     weak = {"free": 300.0, "rest": 250.0}
     (found,) = judge("SIT201", spec, None, estimates(spec, inductance=0.14e-6, resistances=weak))
@@ -51,13 +51,13 @@ def test_inductance_floor_names_the_state_and_no_number_that_was_not_tried(judge
         ({"resistances": {"free": 290.0}, "high_current": True}, Severity.WARNING),
     ],
 )
-def test_a_small_inductance_is_refused_only_where_its_tank_is(how, severity, judge, design, estimates) -> None:
+def test_low_inductance_is_error_only_if_tank_breaks_limits(how, severity, judge, design, estimates) -> None:
     spec = design(array=None)
     (found,) = judge("SIT201", spec, None, estimates(spec, inductance=0.14e-6, **how))
     assert found.severity is severity
 
 
-def test_a_large_loop_of_one_turn_is_not_refused() -> None:
+def test_large_single_turn_loop_gives_only_warning() -> None:
     """185 nH at 9.4 MHz with an R_P that the high-current drive sustains: only the rule of thumb refused it."""
     result = sitscad.check(sitscad.load_text(LOOP, "loop.yaml"))
     assert [(f.rule, f.severity) for f in result.findings if f.rule == "SIT201"] == [("SIT201", Severity.WARNING)]
@@ -72,7 +72,7 @@ fpc: {stackup: [{coverlay: 27.5 um}, {copper: 35 um}, {dielectric: 25 um}, {copp
 """
 
 
-def test_a_missing_number_is_not_a_pass(design, estimates, verdicts) -> None:
+def test_missing_coil_estimate_leaves_rule_not_checked(design, estimates, verdicts) -> None:
     spec = design()
     found, undecided = verdicts("SIT203", spec, None, estimates(spec, resistances={"free": math.nan, "rest": 1300.0}))
     assert found == []
@@ -80,7 +80,7 @@ def test_a_missing_number_is_not_a_pass(design, estimates, verdicts) -> None:
 
 
 @pytest.mark.slow
-def test_frequency_ceiling_suggests_the_next_capacitor_of_the_series_that_was_tried(judge, design, estimates) -> None:
+def test_too_high_frequency_gets_capacitor_of_preferred_series(judge, design, estimates) -> None:
     spec = design(readout__capacitance="82 pF")
     (found,) = judge("SIT202", spec, None, estimates(spec, frequency=12e6))
     assert (found.severity, found.limit) == (Severity.ERROR, 10e6)
@@ -101,7 +101,9 @@ def test_frequency_ceiling_suggests_the_next_capacitor_of_the_series_that_was_tr
         (1000.0, None, 0),
     ],
 )
-def test_parallel_resistance(pressed: float, severity: Severity | None, limit: float, judge, design, estimates) -> None:
+def test_low_parallel_resistance_gives_warning_or_error(
+    pressed: float, severity: Severity | None, limit: float, judge, design, estimates
+) -> None:
     spec = design()
     found = judge(
         "SIT203", spec, None, estimates(spec, resistances={"free": 2200.0, "rest": 1300.0, "pressed": pressed})
@@ -114,7 +116,7 @@ def test_parallel_resistance(pressed: float, severity: Severity | None, limit: f
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_parallel_resistance_of_the_thesis_miniature_is_refused_with_advice(judge, design, estimates) -> None:
+def test_low_resistance_of_two_layer_miniature_gets_four_layer_fix(judge, design, estimates) -> None:
     spec = design(coil__layers=2, fpc__stackup="flex-2l-35um", coil__turns=6.5, coil__outer_diameter=3.5)
     (found,) = judge("SIT203", spec, None, estimates(spec, resistances={"free": 270.0}))
     assert found.severity is Severity.ERROR and not re.search(r"\d layers", found.hint)
@@ -124,7 +126,7 @@ def test_parallel_resistance_of_the_thesis_miniature_is_refused_with_advice(judg
 
 
 @pytest.mark.parametrize(("value", "severity"), [(240.0, Severity.ERROR), (260.0, Severity.WARNING), (1001.0, None)])
-def test_high_current_mode_reaches_lower_but_only_for_a_single_coil(
+def test_high_current_mode_lowers_resistance_limit_for_single_coil_only(
     value: float, severity: Severity | None, judge, design, estimates
 ) -> None:
     alone = design(array=None)
@@ -135,7 +137,7 @@ def test_high_current_mode_reaches_lower_but_only_for_a_single_coil(
     assert [f.severity for f in judge("SIT203", two, None, numbers)] == [Severity.ERROR]
 
 
-def test_amplitude_too_high_and_too_low(judge, design, estimates) -> None:
+def test_amplitude_outside_range_gives_error_or_warning(judge, design, estimates) -> None:
     spec = design()
     numbers = estimates(spec, drive_code=30)
     high = judge("SIT204", spec, None, numbers)
@@ -154,7 +156,9 @@ def test_amplitude_too_high_and_too_low(judge, design, estimates) -> None:
 @pytest.mark.parametrize(("weaker", "volts", "severity", "limit"), [
     (0, 1.79, None, None), (0, 1.95, Severity.WARNING, 1.8), (2, 1.1, Severity.NOTE, 1.2),
 ])
-def test_the_ends_of_the_copper_keep_the_amplitude(weaker, volts, severity, limit, judge, design, estimates) -> None:
+def test_copper_tolerance_beyond_amplitude_limit_gives_finding(
+    weaker, volts, severity, limit, judge, design, estimates
+) -> None:
     """One state whose R_P the thickest copper (or, with the sign turned, the thinnest) takes to an amplitude."""
     spec = design()
     code = LDC1614.drive_code(1300.0) - weaker
@@ -173,7 +177,7 @@ def test_the_ends_of_the_copper_keep_the_amplitude(weaker, volts, severity, limi
 
 
 @pytest.mark.parametrize("readout", [None, {"device": "ldc1614"}])
-def test_a_chosen_drive_code_points_where_it_helps(readout, judge, design, estimates) -> None:
+def test_amplitude_finding_points_to_drive_code_or_turns(readout, judge, design, estimates) -> None:
     """At the turns where no drive is strong enough; else at the section that takes a code, or the end, and names it."""
     spec = design(readout=readout)
     lines = spec.source.text.splitlines()
@@ -185,7 +189,7 @@ def test_a_chosen_drive_code_points_where_it_helps(readout, judge, design, estim
     assert stops.key == "coil.turns" and "turns" in lines[stops.line - 1]
 
 
-def test_the_bare_coil_of_an_assembled_sensor_is_no_working_state(judge, design, estimates) -> None:
+def test_free_state_amplitude_is_checked_only_if_sole_state(judge, design, estimates) -> None:
     """What comes with every assembled sensor is no finding: the report and assembly.txt have a bare board's code."""
     spec = design()
     assert judge("SIT204", spec, None, estimates(spec)) == []
@@ -193,14 +197,14 @@ def test_the_bare_coil_of_an_assembled_sensor_is_no_working_state(judge, design,
     assert [f.severity for f in bare] == [Severity.ERROR]
 
 
-def test_high_current_amplitude_admits_what_is_not_known(judge, design, estimates) -> None:
+def test_high_current_amplitude_above_limit_gives_warning(judge, design, estimates) -> None:
     spec = design(array=None)
     (found,) = judge("SIT204", spec, None, estimates(spec, resistances={"free": 300.0}, high_current=True))
     assert found.severity is Severity.WARNING
     assert (found.measured, found.limit) == (approx(4.0 / math.pi * 300.0 * 6e-3, rel=1e-9), 1.8)
 
 
-def test_quality_factor_warns_below_ten(judge, design, estimates) -> None:
+def test_quality_factor_below_ten_gives_warning(judge, design, estimates) -> None:
     spec = design()
     (found,) = judge("SIT205", spec, None, estimates(spec, quality=9.5))
     assert (found.severity, found.measured) == (Severity.WARNING, 9.5)
@@ -210,13 +214,15 @@ def test_quality_factor_warns_below_ten(judge, design, estimates) -> None:
 @pytest.mark.parametrize(
     ("resonance", "severity"), [(6.6e6 / 0.81, Severity.ERROR), (6.6e6 / 0.78, Severity.WARNING), (6.6e6 / 0.74, None)]
 )
-def test_self_resonance(resonance: float, severity: Severity | None, judge, design, estimates) -> None:
+def test_low_self_resonance_gives_warning_or_error(
+    resonance: float, severity: Severity | None, judge, design, estimates
+) -> None:
     spec = design()
     found = judge("SIT206", spec, None, estimates(spec, self_resonance=resonance))
     assert [f.severity for f in found] == ([severity] if severity else [])
 
 
-def test_input_frequency(judge, design, estimates) -> None:
+def test_input_frequency_above_clock_limit_gives_finding(judge, design, estimates) -> None:
     spec = design()
     assert judge("SIT207", spec, None, estimates(spec, frequency=8.74e6)) == []
     (found,) = judge("SIT207", spec, None, estimates(spec, frequency=8.75e6))
@@ -227,7 +233,7 @@ def test_input_frequency(judge, design, estimates) -> None:
     assert "2.4 MHz" in found.hint
 
 
-def test_scan_rate(judge, design, estimates) -> None:
+def test_reached_scan_rate_below_stated_rate_gives_finding(judge, design, estimates) -> None:
     spec = design()
     (found,) = judge("SIT208", spec, None, estimates(spec, scan_rate=480.0))
     assert (found.measured, found.limit) == (480.0, 500.0)
@@ -237,7 +243,7 @@ def test_scan_rate(judge, design, estimates) -> None:
 @pytest.mark.parametrize(
     ("rate", "severity"), [("2000 Hz", None), ("2500 Hz", Severity.WARNING), ("3 kHz", Severity.ERROR)]
 )
-def test_read_back_of_two_coils(rate: str, severity: Severity | None, judge, design) -> None:
+def test_scan_rate_beyond_bus_speed_gives_warning_or_error(rate: str, severity: Severity | None, judge, design) -> None:
     """Error and warning named two rates of one converter, in "kHz times a second"."""
     found = judge("SIT209", design(readout__scan_rate=rate))
     assert [f.severity for f in found] == ([severity] if severity else [])
@@ -247,20 +253,20 @@ def test_read_back_of_two_coils(rate: str, severity: Severity | None, judge, des
 
 
 @pytest.mark.slow
-def test_no_more_scans_are_proposed_than_a_bandwidth_takes(design) -> None:
+def test_bandwidth_fix_gives_lowest_sufficient_scan_rate(design) -> None:
     """Every further scan takes time from conversions: with 500 Hz a signal of 3.6 steps had 1.4."""
     (found,) = (f for f in check(design(requirements__bandwidth="251 Hz")).findings if f.rule == "SIT210")
     assert [edit.new for fix in found.fixes for edit in fix.edits] == ['"502 Hz"']
 
 
-def test_bandwidth(judge, design, verdicts) -> None:
+def test_bandwidth_above_half_scan_rate_gives_finding(judge, design, verdicts) -> None:
     (found,) = judge("SIT210", design(requirements__bandwidth="251 Hz"))
     assert (found.measured, found.limit) == (500.0, 502.0)
     assert judge("SIT210", design(requirements__bandwidth="250 Hz")) == []
     assert verdicts("SIT210", design(requirements__bandwidth=None))[1][0].case == "no-requirement"
 
 
-def test_channels(judge, design) -> None:
+def test_more_coils_than_channels_gives_error(judge, design) -> None:
     (found,) = judge("SIT211", design(array__count=9))
     assert (found.severity, found.measured, found.limit) == (Severity.ERROR, 9.0, 8.0)
     assert "channels-second-bus" in found.cases
@@ -270,7 +276,7 @@ def test_channels(judge, design) -> None:
     assert judge("SIT211", design(array__count=4)) == []
 
 
-def test_too_many_coils_point_at_what_the_spec_has(judge, design) -> None:
+def test_channel_error_points_to_centres_or_count_of_array(judge, design) -> None:
     centres = [[4.5 * k - 18.0, 0.0] for k in range(9)]
     explicit = design(array={"pattern": "explicit", "centres": centres})
     grid = design(array={"pattern": "grid", "count": [3, 3], "pitch": 4.5})
@@ -280,7 +286,7 @@ def test_too_many_coils_point_at_what_the_spec_has(judge, design) -> None:
 
 
 @pytest.mark.parametrize(("coupling", "severity"), [(1.9e-3, Severity.NOTE), (2.1e-3, Severity.WARNING)])
-def test_coils_of_two_converters_are_named_with_their_coupling(judge, design, estimates, coupling, severity) -> None:
+def test_coupling_across_converters_gives_note_or_warning(judge, design, estimates, coupling, severity) -> None:
     spec = design(array__count=5)
     matrix = [[2.5e-6 if i == j else 0.3e-6 if (i < 3) == (j < 3) else 1e-10 for j in range(5)] for i in range(5)]
     matrix[2][4] = matrix[4][2] = -coupling * 2.5e-6
@@ -291,7 +297,9 @@ def test_coils_of_two_converters_are_named_with_their_coupling(judge, design, es
 
 
 @pytest.mark.parametrize(("coupling", "severity"), [(0.03, None), (0.1, Severity.NOTE), (0.3, Severity.WARNING)])
-def test_idle_neighbour(coupling: float, severity: Severity | None, judge, design, estimates) -> None:
+def test_coupling_to_idle_coil_gives_note_or_warning(
+    coupling: float, severity: Severity | None, judge, design, estimates
+) -> None:
     spec = design()
     matrix = ((2.5e-6, -coupling * 2.5e-6), (-coupling * 2.5e-6, 2.5e-6))
     found = judge("SIT212", spec, None, estimates(spec, matrix=matrix))
@@ -299,7 +307,7 @@ def test_idle_neighbour(coupling: float, severity: Severity | None, judge, desig
     assert all(f.measured == approx(coupling**2, rel=1e-6) for f in found)
 
 
-def test_coils_of_another_converter_are_no_idle_neighbours(judge, design, estimates) -> None:
+def test_coil_of_other_converter_is_not_idle_neighbour(judge, design, estimates) -> None:
     """Only the converter that reads a coil grounds the others; across two converters SIT211 judges."""
     spec = design(array__count=5)
     matrix = [[2.5e-6 if i == j else 0.0 for j in range(5)] for i in range(5)]
@@ -309,14 +317,16 @@ def test_coils_of_another_converter_are_no_idle_neighbours(judge, design, estima
     assert found.measured == approx(0.3, rel=1e-9)
 
 
-def test_clock(judge, design) -> None:
+def test_clock_outside_converter_range_gives_finding(judge, design) -> None:
     assert judge("SIT213", design(readout__clock="44 MHz"))[0].limit == 40e6
     assert judge("SIT213", design(readout__clock="1 MHz"))[0].limit == 2e6
     assert judge("SIT213", design(readout__clock="2 MHz")) == []
 
 
 @pytest.mark.parametrize(("value", "limit"), [(33e-12, 47e-12), (4.7e-9, 3.3e-9), (47e-12, None)])
-def test_tank_capacitor(value: float, limit: float | None, judge, design, estimates) -> None:
+def test_tank_capacitor_outside_range_gives_finding(
+    value: float, limit: float | None, judge, design, estimates
+) -> None:
     spec = design()
     found = judge("SIT214", spec, None, estimates(spec, capacitance=value))
     assert [f.limit for f in found] == ([limit] if limit else [])
@@ -341,7 +351,9 @@ def scattered(numbers, **sigma):
         ("SIT203", {}, {"parallel_resistance": 80.0}, 1000.0, 1.25),
     ],
 )
-def test_a_limit_kept_by_little_is_noted_with_its_sigmas(rule, how, sigma, limit, count, judge, design, estimates):
+def test_value_within_few_sigma_of_limit_gives_note_or_warning(
+    rule, how, sigma, limit, count, judge, design, estimates
+):
     spec = design()
     (found,) = judge(rule, spec, None, scattered(estimates(spec, **how), **sigma))
     # by less than one sigma more than one board of six is beyond it
@@ -360,7 +372,7 @@ def test_a_limit_kept_by_little_is_noted_with_its_sigmas(rule, how, sigma, limit
         ("SIT203", {"resistances": {"free": 2200.0, "rest": 900.0}}, {"parallel_resistance": 50.0}, 2.0),
     ],
 )
-def test_a_limit_missed_says_by_how_many_sigma(rule, how, sigma, count, judge, design, estimates) -> None:
+def test_value_beyond_limit_gives_excess_in_sigma(rule, how, sigma, count, judge, design, estimates) -> None:
     spec = design()
     found = judge(rule, spec, None, scattered(estimates(spec, **how), **sigma))[0]
     assert found.severity is not Severity.NOTE
@@ -368,7 +380,7 @@ def test_a_limit_missed_says_by_how_many_sigma(rule, how, sigma, count, judge, d
     assert f"{count:.1f} sigma" in found.whole_message
 
 
-def test_amplitude_near_either_end_is_noted(judge, design, estimates) -> None:
+def test_amplitude_within_sigma_of_limits_gives_warning(judge, design, estimates) -> None:
     spec = design()
     numbers = scattered(estimates(spec), amplitude=0.15)
     (note,) = judge("SIT204", spec, None, numbers)
@@ -378,7 +390,7 @@ def test_amplitude_near_either_end_is_noted(judge, design, estimates) -> None:
     assert note.detail.count("trace width") == 2 and "code-near-none" in note.cases
 
 
-def test_one_amplitude_near_both_ends_is_reported_for_each(judge, design, estimates) -> None:
+def test_amplitude_near_both_limits_names_both_limits(judge, design, estimates) -> None:
     spec = design()
     numbers = scattered(estimates(spec), amplitude=0.2)
     alike = replace(numbers.coils[0].states["rest"], amplitude=1.5)
@@ -389,7 +401,7 @@ def test_one_amplitude_near_both_ends_is_reported_for_each(judge, design, estima
 
 
 @pytest.mark.parametrize(("amplitude", "sigma"), [(1.75, 0.05), (1.25, 0.05), (1.75, 0.12), (1.25, 0.12), (1.5, 0.3)])
-def test_named_drive_code_keeps_both_limits_or_no_code_does(amplitude, sigma, judge, design, estimates):
+def test_suggested_drive_code_meets_both_amplitude_limits_if_any_does(amplitude, sigma, judge, design, estimates):
     """The next weaker code was named for an amplitude near the upper limit, and it was below the lower limit."""
     spec = design()
     numbers = scattered(estimates(spec), amplitude=sigma)
@@ -404,7 +416,7 @@ def test_named_drive_code_keeps_both_limits_or_no_code_does(amplitude, sigma, ju
     assert (named is None) == (not kept) and (named is None or int(named[1]) in kept)
 
 
-def test_a_state_in_which_the_model_fails_is_not_a_pass(design, estimates, verdicts) -> None:
+def test_failed_state_leaves_rules_not_checked(design, estimates, verdicts) -> None:
     spec = design()
     numbers = estimates(spec, resistances={"free": 2200.0, "rest": 1300.0})
     failed = {"pressed": "the half-space model fails there"}
@@ -415,7 +427,7 @@ def test_a_state_in_which_the_model_fails_is_not_a_pass(design, estimates, verdi
 
 
 @pytest.mark.slow
-def test_a_hot_sensor_is_told_its_swing_at_room_temperature(design) -> None:
+def test_drive_code_for_hot_sensor_gives_amplitude_warning_at_20_degrees(design) -> None:
     """The drive code suits 150 degC; copper, jaw and target lose less when it is switched on at 20."""
     spec = design(requirements__temperature="150 degC")
     result = sitscad.check(spec)
@@ -428,7 +440,7 @@ def test_a_hot_sensor_is_told_its_swing_at_room_temperature(design) -> None:
     assert str(cold.readout.drive_code) in re.findall(r"\d+", found.hint)
 
 
-def test_the_explanations_name_the_limits_that_are_applied() -> None:
+def test_rule_texts_state_limits_of_converter() -> None:
     kilohms = [LDC1614.limit(f"parallel_resistance_{name}") / 1e3 for name in ("min", "driveable", "high_current")]
     volts = [LDC1614.limit(f"amplitude_{name}") for name in ("max", "optimum_min", "stable_min")]
     words = {
@@ -452,7 +464,7 @@ def test_the_explanations_name_the_limits_that_are_applied() -> None:
             assert word in told[rule], (rule, word)
 
 
-def test_a_weak_coil_is_told_whether_its_states_or_the_coils_differ(judge, design, estimates) -> None:
+def test_low_amplitude_hint_depends_on_states_coils_or_drive(judge, design, estimates) -> None:
     """That R_P changes too much between rest and pressed was said of coils that differed from each other."""
     spec = design()
     numbers = estimates(spec, resistances={"free": 2000.0, "rest": 1500.0, "pressed": 1480.0}, drive_code=26)
@@ -472,7 +484,7 @@ def test_a_weak_coil_is_told_whether_its_states_or_the_coils_differ(judge, desig
     assert "weak-drive" in found.cases
 
 
-def test_what_takes_less_of_rp_away_is_not_there_already(judge, design, estimates) -> None:
+def test_low_resistance_hint_proposes_shield_only_if_absent(judge, design, estimates) -> None:
     """The hint named a copper shield where there was one."""
     numbers = {"resistances": {"free": 2200.0, "rest": 400.0}}
     for more, said in (
@@ -487,7 +499,7 @@ def test_what_takes_less_of_rp_away_is_not_there_already(judge, design, estimate
         assert ("shield.gap" in found.hint) is ("a larger shield.gap" in said)
 
 
-def test_a_weak_long_coil_is_tried_longer_with_the_plates_that_reach_its_ends(design):
+def test_longer_coil_fix_also_lengthens_target_of_coil_length(design):
     """Rp of a strip grows with its length, and only turns and layers were tried."""
     strip = sitscad.load_text(STRIP, "strip.yaml")
     long = [fix.spec for fix in longer_coils(strip, 2.0)]
@@ -509,7 +521,7 @@ elastomer: {shape: rectangle, size: [6, 2.2], thickness: 1}
 
 
 @pytest.mark.slow
-def test_a_weak_long_coil_is_named_longer_once_that_is_found_to_mend_it():
+def test_longer_coil_fix_clears_low_resistance_finding():
     spec = sitscad.load_text(STRIP.partition("target:")[0], "strip.yaml")
     (found,) = (f for f in check(spec, hints="full").findings if f.rule == "SIT203")
     longer = [edit.new for remedy in found.fixes for edit in remedy.edits if edit.key == "coil.outer_diameter"]
@@ -520,7 +532,7 @@ def test_a_weak_long_coil_is_named_longer_once_that_is_found_to_mend_it():
 
 
 @pytest.mark.parametrize(("free", "is_named"), [(413.0, False), (900.0, True)])
-def test_more_distance_is_named_only_where_the_coil_alone_keeps_the_limit(free, is_named, judge, design, estimates):
+def test_distance_hint_appears_only_if_free_coil_meets_limit(free, is_named, judge, design, estimates):
     """A thicker pad was named to a coil that has too little Rp in free air."""
     spec = design(shield=None)
     numbers = estimates(spec, resistances={"free": free, "rest": 330.0, "pressed": 314.0}, drive_code=31)
@@ -531,7 +543,7 @@ def test_more_distance_is_named_only_where_the_coil_alone_keeps_the_limit(free, 
 
 
 @pytest.mark.parametrize("rule", ["SIT201", "SIT203", "SIT204"])
-def test_hints_speak_of_no_metal_that_a_spec_does_not_have(rule, judge, design, estimates) -> None:
+def test_hints_mention_only_metal_parts_of_spec(rule, judge, design, estimates) -> None:
     """They spoke of a jaw to a coil on the bench, and of a target to one without."""
     poor = {"inductance": 0.1e-6} if rule == "SIT201" else {}
     numbers = {"resistances": {"free": 450.0, "rest": 400.0}, "drive_code": 31, **poor}

@@ -48,7 +48,7 @@ def with_rules(layout, **figures):
     return replace(layout, spec=ruled(layout.spec, **figures))
 
 
-def test_trace_width_and_spacing(judge, design):
+def test_trace_width_and_spacing_below_minimum_give_error(judge, design):
     (width,) = judge("SIT101", design(coil__trace_width="75 um"))
     assert (width.severity, width.limit) == (Severity.ERROR, 76e-6)
     assert width.measured == approx(75e-6, rel=1e-6) and width.key == "coil.trace_width"
@@ -61,7 +61,7 @@ def test_trace_width_and_spacing(judge, design):
     )
 
 
-def test_loop_lines_warn_unless_they_bind(judge, verdicts, design):
+def test_coil_track_minimum_gives_warning_or_binding_error(judge, verdicts, design):
     found = judge("SIT103", design())
     assert [(f.severity, f.key) for f in found] == [
         (Severity.WARNING, "coil.trace_width"),
@@ -79,7 +79,7 @@ def test_loop_lines_warn_unless_they_bind(judge, verdicts, design):
     assert silent[0] == [] and silent[1][0].case == "no-coil-minimum"
 
 
-def test_drill_ring_and_holes(judge, good):
+def test_small_drill_thin_ring_or_close_holes_give_finding(judge, good):
     spec, layout = good
     assert [judge(rule, spec, layout) for rule in ("SIT104", "SIT105", "SIT106")] == [[], [], []]
     via = layout.vias[0]
@@ -93,13 +93,13 @@ def test_drill_ring_and_holes(judge, good):
     assert wall.measured == approx(0.2e-3, rel=1e-6) and wall.limit == 0.25e-3
 
 
-def test_the_drawn_copper_of_a_good_board_keeps_every_distance(judge, good):
+def test_valid_board_has_no_copper_distance_finding(judge, good):
     spec, layout = good
     for rule in ("SIT107", "SIT108", "SIT110", "SIT111", "SIT112", "SIT113", "SIT114", "SIT115", "SIT116"):
         assert judge(rule, spec, layout) == [], rule
 
 
-def test_turn_to_turn_is_measured_exactly(judge, good):
+def test_turn_gap_of_spiral_is_measured_perpendicular_to_track(judge, good):
     """The gap square to the track of an Archimedean spiral is (w + s) cos(psi) - w, a little less than s."""
     spec, layout = good
     assert judge("SIT108", spec, layout) == []
@@ -113,7 +113,7 @@ def test_turn_to_turn_is_measured_exactly(judge, good):
     assert 100e-6 - 2 * shortfall - 0.1e-6 < turns.measured <= 100e-6
 
 
-def test_a_turn_of_the_same_net_that_is_too_near_is_found_although_it_is_one_net(judge, good):
+def test_overlap_with_turn_of_same_net_gives_finding(judge, good):
     spec, layout = good
     coil = layout.coils[0]
     winding = next(t for t in layout.traces if t.role is Role.WINDING and t.net == coil.net)
@@ -126,7 +126,7 @@ def test_a_turn_of_the_same_net_that_is_too_near_is_found_although_it_is_one_net
     assert min(f.measured for f in found) < 0.0
 
 
-def test_two_nets_too_near(judge, good):
+def test_close_tracks_of_two_nets_give_spacing_finding(judge, good):
     spec, layout = good
     one, other = layout.coils
     away = Trace(Path((Line(Point(0.02, 0.001), Point(0.021, 0.001)),)), 100e-6, 1, one.net, Role.LEAD)
@@ -140,7 +140,7 @@ def test_two_nets_too_near(judge, good):
     assert judge("SIT108", spec, replace(layout, traces=(away, below), vias=(), pads=())) == []
 
 
-def test_a_tight_hairpin_is_found_and_a_right_angle_is_not(judge, good):
+def test_tight_hairpin_gives_finding_and_right_angle_does_not(judge, good):
     spec, layout = good
     net = layout.coils[0].net
 
@@ -155,7 +155,7 @@ def test_a_tight_hairpin_is_found_and_a_right_angle_is_not(judge, good):
     assert judge("SIT108", spec, on_board(Point(0, 0), Point(1e-3, 0), Point(1e-3, 0.2e-3), Point(0, 0.2e-3))) == []
 
 
-def test_a_via_on_a_turn_of_its_own_coil_is_found(judge, good):
+def test_via_on_turn_of_same_coil_gives_finding(judge, good):
     spec, layout = good
     via = layout.vias[0]
     winding = next(t for t in layout.traces if t.role is Role.WINDING and t.net == via.net)
@@ -166,7 +166,7 @@ def test_a_via_on_a_turn_of_its_own_coil_is_found(judge, good):
     assert {f.place.layer for f in judge("SIT110", spec, moved)} == {1, 2}
 
 
-def test_via_clearance_is_the_distance_to_the_pad(judge, good):
+def test_via_clearance_is_measured_from_pad_edge(judge, good):
     spec, layout = good
     via = Via(Point(0, 0), 0.2e-3, 0.45e-3, layout.coils[0].net)
     other = layout.coils[1].net
@@ -181,7 +181,7 @@ def test_via_clearance_is_the_distance_to_the_pad(judge, good):
     assert judge("SIT110", spec, replace(layout, traces=(clear,), vias=(via,), pads=())) == []
 
 
-def test_copper_inside_a_contact_is_found(judge, good):
+def test_track_inside_contact_of_other_net_gives_finding(judge, good):
     spec, layout = good
     pad = Pad(Point(0, 0), (3e-3, 0.3e-3), 1, layout.coils[0].net, "C1.A", 1)
     inside = Trace(Path((Line(Point(-0.5e-3, 0), Point(0.5e-3, 0)),)), 50e-6, 1, layout.coils[1].net, Role.LEAD)
@@ -189,7 +189,7 @@ def test_copper_inside_a_contact_is_found(judge, good):
     assert found.measured < 0.0 and "C1.A" in found.message
 
 
-def test_copper_to_edge(judge, good):
+def test_copper_near_board_edge_gives_finding(judge, good):
     spec, layout = good
     x0, _, x1, y1 = layout.body
     near = Trace(
@@ -204,14 +204,14 @@ def test_copper_to_edge(judge, good):
     assert judge("SIT109", spec, replace(board, traces=(crossing,)))[0].measured < 0.0
 
 
-def test_an_open_coil_is_refused(judge, good):
+def test_open_coil_circuit_gives_error(judge, good):
     spec, layout = good
     open_coil = replace(layout.coils[1], is_closed_circuit=False)
     (found,) = judge("SIT111", spec, replace(layout, coils=(layout.coils[0], open_coil)))
     assert "C2" in found.message and found.severity is Severity.ERROR
 
 
-def test_an_odd_coil_without_a_way_out_is_reported_once(judge, design):
+def test_single_layer_coil_without_exit_gives_one_finding(judge, design):
     spec = design(
         coil__layers=1, fpc={"stackup": [{"copper": "35 um"}, {"dielectric": "25 um", "material": "polyimide"}]}
     )
@@ -220,7 +220,7 @@ def test_an_odd_coil_without_a_way_out_is_reported_once(judge, design):
     assert [f.message for f in found] == [lack.message for lack in layout.shortfalls] and found[0].line is not None
 
 
-def test_too_little_room_inside_carries_the_missing_length(judge, design):
+def test_missing_inner_room_gives_error_with_needed_length(judge, design):
     spec = design(coil__turns=11.75)
     (found,) = judge("SIT112", spec)
     assert found.severity is Severity.ERROR and found.measured < found.limit
@@ -229,7 +229,7 @@ def test_too_little_room_inside_carries_the_missing_length(judge, design):
 
 
 @pytest.mark.parametrize(("turns", "layers", "most"), [(13.0, 2, 0.4e-3), (6.0, 4, 0.4e-3)])
-def test_needed_room_inside_a_coil_is_enough_room(turns, layers, most):
+def test_coil_enlarged_by_missing_inner_room_has_room(turns, layers, most):
     """The limit was the measured value, so that nobody knew how much larger a coil had to be."""
     outer, stackup = {2: (6, "flex-2l-18um"), 4: (4, "flex-4l")}[layers]
     spec = load_text(f"""
@@ -243,7 +243,7 @@ def test_needed_room_inside_a_coil_is_enough_room(turns, layers, most):
     assert not any(lack.what is Missing.INNER_ROOM for lack in lay_out(larger).shortfalls)
 
 
-def test_array_without_room_for_leads_names_its_gap_and_the_needed_gap():
+def test_array_without_lead_room_gives_present_and_needed_gap():
     """The finding said that trials alone can tell."""
     spec = load_text("""
     {sitscad: 1, name: a, fpc: {stackup: flex-4l, rules: generic-fine}, array: {pattern: grid, count: [2, 2],
@@ -257,7 +257,7 @@ def test_array_without_room_for_leads_names_its_gap_and_the_needed_gap():
 
 
 @pytest.mark.parametrize("added", [0.12, 0.2])
-def test_single_coil_without_room_for_leads_names_the_room_that_its_body_needs(added):
+def test_single_coil_without_lead_room_gives_needed_body_room(added):
     """Only arrays had a length. A body with the needed room, and a twentieth of a millimetre more, has room."""
     text = """
     {{sitscad: 1, name: a, fpc: {{stackup: flex-4l, rules: generic-fine, tail: {{length: 20, connector: solder-pads}},
@@ -272,7 +272,7 @@ def test_single_coil_without_room_for_leads_names_the_room_that_its_body_needs(a
     assert not any(lack.what is Missing.LEAD_ROOM for lack in lay_out(larger).shortfalls)
 
 
-def test_a_shortfall_of_the_layout_is_reported_in_its_words(judge, good):
+def test_layout_shortfall_gives_finding_with_its_message(judge, good):
     spec, layout = good
     told = Shortfall(Missing.TAIL_LAYERS, have=1.0, need=2.0, facts=(("pattern", "grid"),))
     (found,) = judge("SIT118", spec, replace(layout, shortfalls=(told,)))
@@ -281,7 +281,7 @@ def test_a_shortfall_of_the_layout_is_reported_in_its_words(judge, good):
 
 @pytest.mark.parametrize("connector", ["zif-0.5mm", "zif-0.3mm", "solder-pads"])
 @pytest.mark.parametrize("web", ["0.15 mm", "0.2 mm", "0.3 mm"])
-def test_coverlay_beside_the_contacts_of_one_coil(judge, design, connector, web):
+def test_coverlay_beside_contacts_of_one_coil_has_no_finding(judge, design, connector, web):
     """A plug is open over its whole width and leaves no strip there; beside a solder pad's opening stays the web."""
     changes = {"fpc__rules": {"based_on": "generic-fine", "coverlay_web": web}, "fpc__tail__connector": connector}
     spec = design(array=None, **changes)
@@ -299,7 +299,7 @@ def test_coverlay_beside_the_contacts_of_one_coil(judge, design, connector, web)
 @pytest.mark.parametrize("connector", ["zif-0.5mm", "zif-0.3mm", "solder-pads"])
 @pytest.mark.parametrize("edge", ["0.2 mm", "0.35 mm", "0.6 mm", "0.7 mm", "1 mm"])
 @pytest.mark.parametrize("count", [1, 2])
-def test_tracks_at_the_plug_name_a_connector_that_leaves_them_room(advised, design, connector, edge, count):
+def test_tracks_too_near_plug_edge_get_connector_with_room(advised, design, connector, edge, count):
     """A smaller coil mends nothing there. Pads that wires are soldered to have no width of their own and always fit."""
 
     def board(name):
@@ -317,7 +317,7 @@ def test_tracks_at_the_plug_name_a_connector_that_leaves_them_room(advised, desi
         assert named != connector and board(named) == []
 
 
-def test_coverlay(judge, good):
+def test_narrow_coverlay_web_or_bare_track_gives_finding(judge, good):
     spec, layout = good
     left, right = (Region(rectangle(x, 0.0, x + 1e-3, 1e-3)) for x in (0.0, 1.15e-3))
     web = replace(layout, top_openings=(left, right))
@@ -339,7 +339,7 @@ def test_coverlay(judge, good):
     assert judge("SIT115", spec, replace(bare, traces=(into,))) == []
 
 
-def test_part_size(judge, good):
+def test_small_part_gives_note_or_warning(judge, good):
     spec, layout = good
     small = replace(layout, outline=rectangle(0, 0, 9e-3, 6e-3))
     (found,) = judge("SIT116", spec, small)
@@ -355,7 +355,7 @@ def test_part_size(judge, good):
 
 
 @pytest.mark.parametrize(("parts", "told"), [("auto", False), ([1, 2], False), ([3, 4], True)])
-def test_a_panel_that_the_fabricator_does_not_make_is_reported(judge, design, parts, told):
+def test_panel_larger_than_fabricator_limit_gives_finding(judge, design, parts, told):
     spec = design(fpc__panel={"parts": parts})
     found = [f for f in judge("SIT116", spec, lay_out(spec)) if f.key == "fpc.panel"]
     assert bool(found) == told
@@ -366,7 +366,7 @@ def test_a_panel_that_the_fabricator_does_not_make_is_reported(judge, design, pa
 @pytest.mark.parametrize(
     ("x", "y", "over"), [(80, 40, 0), (40, 80, 0), (40, 120, 0.12), (60, 60, 0.06), (120, 40, 0.12)]
 )
-def test_a_panel_may_be_turned(judge, design, most, x, y, over):
+def test_panel_is_compared_longer_side_to_longer_side(judge, design, most, x, y, over):
     """A house's 100 x 50 mm take 40 x 80 mm, too: longer side to longer side. Rails and gaps are 7 mm of each."""
     spec = design(fpc__panel={"parts": [1, 1], "rail": 3, "gap": 0.5})
     spec = replace(spec, fpc=replace(spec.fpc, rules=replace(spec.fpc.rules, panel_size=most)))
@@ -386,7 +386,7 @@ fpc:
 """
 
 
-def test_large_panel_of_one_board_has_no_advice_of_fewer_boards(judge):
+def test_oversized_panel_of_one_board_has_no_hint_of_fewer_parts(judge):
     """A panel of a single board was to have fewer parts, and its largest sides were told the other way round."""
     for panel, is_advised in (("auto", False), ("{parts: [1, 3]}", True)):
         spec = load_text(STRIP.format(rules="generic-flex", length=250, panel=panel), "strip.yaml")
@@ -397,7 +397,7 @@ def test_large_panel_of_one_board_has_no_advice_of_fewer_boards(judge):
 
 @pytest.mark.parametrize("length", [100, 250, 400])
 @pytest.mark.parametrize("panel", ["auto", "none"])
-def test_narrow_board_with_long_tail_is_ordered_with_its_panel_to_be_agreed_on(judge, length, panel):
+def test_long_narrow_board_gives_note_and_order_text(judge, length, panel):
     spec = load_text(STRIP.format(rules="generic-flex", length=length, panel=panel), "strip.yaml")
     layout = lay_out(spec)
     found = judge("SIT116", spec, layout)
@@ -406,7 +406,7 @@ def test_narrow_board_with_long_tail_is_ordered_with_its_panel_to_be_agreed_on(j
     assert ("larger than usual: confirm" if panel == "auto" else "in a panel of your own") in text
 
 
-def test_board_longer_than_anybody_makes_is_a_warning(judge):
+def test_board_longer_than_largest_panel_gives_warning(judge):
     spec = load_text(STRIP.format(rules="generic-flex", length=400, panel="none"), "strip.yaml")
     layout = replace(lay_out(spec), outline=rectangle(0, 0, 0.6, 6e-3))
     (found,) = judge("SIT116", spec, layout)
@@ -425,7 +425,7 @@ fpc:
 
 
 @pytest.mark.parametrize("bridge", [3, 2.5])
-def test_bridges_too_wide_to_hold_the_part_are_an_error_that_names_a_width_that_holds(judge, bridge):
+def test_too_wide_panel_bridges_get_largest_width_that_fits(judge, bridge):
     """On this board bridges of 2.5 mm find no place at all; the width named places three, the next wider does not."""
 
     def found(width):
@@ -440,14 +440,14 @@ def test_bridges_too_wide_to_hold_the_part_are_an_error_that_names_a_width_that_
     assert found(f"{float(named) + 0.1:.1f}")[1] < 3
 
 
-def test_a_board_that_no_bridge_holds_names_no_width(judge):
+def test_board_without_room_for_bridges_gives_error_without_fix(judge):
     spec = load_text(SMALL_PART.format(bridge=0.4), "small.yaml")
     tiny = replace(lay_out(spec), outline=rectangle(0, 0, 0.3e-3, 0.3e-3), pads=(), stiffener=None, bend_zone=None)
     (error,) = [f for f in judge("SIT116", spec, tiny) if f.severity is Severity.ERROR]
     assert error.measured == 0 and not error.fixes and "bridges-none" in error.cases
 
 
-def test_insertion_thickness(judge, verdicts, good, design):
+def test_contact_thickness_outside_plug_range_gives_finding(judge, verdicts, good, design):
     spec, layout = good
     lower = (spec.fpc.stackup.layers[0], *(each for each in spec.fpc.stackup.layers[2:] if each.kind == "copper"))
     board = spec.fpc.stackup.thickness - sum(each.thickness for each in lower)  # bare contacts, no other copper there
@@ -470,7 +470,7 @@ def test_insertion_thickness(judge, verdicts, good, design):
     assert verdicts("SIT117", soldered, layout)[1][0].case == "solder-pads"
 
 
-def test_a_via_laid_bare_by_an_opening_is_found(judge, good):
+def test_via_in_coverlay_opening_gives_finding(judge, good):
     spec, layout = good
     via = Via(Point(0.5e-3, 0.5e-3), 0.2e-3, 0.45e-3, "C1")
     bare = replace(layout, top_openings=(Region(rectangle(-1e-3, -1e-3, 2e-3, 2e-3)),), traces=(), vias=(via,))
@@ -480,7 +480,7 @@ def test_a_via_laid_bare_by_an_opening_is_found(judge, good):
 
 
 @pytest.mark.parametrize(("turns", "has_room"), [(10, True), (14, False)])
-def test_a_coil_that_hardly_misses_the_loop_lines_is_widened_with_all_its_turns(turns, has_room):
+def test_coil_slightly_below_track_minimum_gets_wider_tracks_if_room(turns, has_room):
     size = f"outer_diameter: 9, turns: {turns}, layers: 2, trace_width: 150 um, trace_spacing: 150 um"
     spec = load_text(f"sitscad: 1\nname: a\ncoil: {{shape: circle, {size}}}\n", "a.yaml")
     found = [finding for finding in check(spec).findings if finding.rule == "SIT103"]
@@ -490,7 +490,7 @@ def test_a_coil_that_hardly_misses_the_loop_lines_is_widened_with_all_its_turns(
     assert len(fixes) == 2 and all((each == wide) is has_room for each in fixes)
 
 
-def test_a_waiver_of_loop_lines_is_told_how_to_be_stated():
+def test_coil_track_waiver_from_hint_clears_finding():
     """A new user asked the fabricator, and did not find where to write the answer."""
     text = "sitscad: 1\nname: a\ncoil: {shape: circle, outer_diameter: 9, turns: 12, layers: 2, %s}\n%s"
     lines = "trace_width: 120 um, trace_spacing: 160 um"
@@ -501,7 +501,7 @@ def test_a_waiver_of_loop_lines_is_told_how_to_be_stated():
     assert not [f for f in check(stated).findings if f.rule == "SIT103"]
 
 
-def test_waiver_for_own_rules_named_like_a_preset_keeps_their_figures():
+def test_waiver_for_rules_named_like_preset_preserves_custom_values():
     """The rules to be written in their place were based on the preset, without the user's own figures."""
     lines = "outer_diameter: 9, turns: 12, layers: 2, trace_width: 120 um, trace_spacing: 160 um"
     own = "{name: generic-flex, based_on: generic-flex, copper_to_edge: 0.4 mm}"
@@ -513,7 +513,7 @@ def test_waiver_for_own_rules_named_like_a_preset_keeps_their_figures():
 
 
 @pytest.mark.slow
-def test_wider_tracks_that_mend_nothing_say_what_fails():
+def test_ineffective_wider_tracks_hint_names_failing_rule():
     text = """sitscad: 1
 name: a
 coil: {shape: circle, outer_diameter: 4, turns: 5.5, layers: 4, trace_width: 0.1, trace_spacing: 0.1}
@@ -523,7 +523,7 @@ fpc: {rules: generic-fine}
     assert found and all("SIT203" in f.hint and not f.fixes for f in found)
 
 
-def test_loop_lines_are_those_of_the_coils_copper(judge, good):
+def test_coil_track_minimum_depends_on_copper_thickness(judge, good):
     found = judge("SIT103", good[0])
     assert [f.limit for f in found] == approx([203.2e-6] * 2, rel=1e-6)
     assert all("35 um" in f.detail and "35 um" in f.source for f in found)
@@ -545,7 +545,7 @@ fpc:
 
 
 @pytest.mark.parametrize(("written", "unknown"), [("trace_width", "SIT102"), ("trace_spacing", "SIT101")])
-def test_rules_that_give_one_of_width_and_spacing_leave_the_other_unknown_in_thick_copper(judge, written, unknown):
+def test_unstated_width_or_spacing_for_thick_copper_gives_finding(judge, written, unknown):
     """What is not written comes from lines for thinner copper: that is told, and not taken as if it held."""
     spec = load_text(THICK.format(written=f"{written}: 120 um"), "thick.yaml")
     known = {"SIT101", "SIT102"} - {unknown}
@@ -554,7 +554,7 @@ def test_rules_that_give_one_of_width_and_spacing_leave_the_other_unknown_in_thi
     assert (found.measured, found.limit) == approx((70e-6, 35e-6), rel=1e-6)
 
 
-def test_rules_that_write_one_minimum_of_coils_do_not_make_the_others_binding(judge):
+def test_one_custom_coil_minimum_does_not_make_others_binding(judge):
     spec = load_text(THICK.format(written="coil_trace_spacing: 250 um"), "thick.yaml")
     found = {f.key: f for f in judge("SIT103", spec)}
     assert found["coil.trace_spacing"].severity is Severity.ERROR

@@ -60,7 +60,7 @@ def _judged(rule_id, design, **needs):
 
 
 @pytest.mark.slow
-def test_too_large_tilt_error_is_mended_by_smaller_target_and_pad(monkeypatch):
+def test_too_large_tilt_error_gets_smaller_target_and_pad(monkeypatch):
     """The hint named softer and thinner pads alone, where a pad shorter by 0.3 mm was enough."""
     for family in ("other_metals", "other_silicones", "other_thicknesses"):
         monkeypatch.setattr(f"sitscad.checks.performance.{family}", lambda spec, is_softer=True: ())
@@ -72,7 +72,7 @@ def test_too_large_tilt_error_is_mended_by_smaller_target_and_pad(monkeypatch):
 
 
 @pytest.mark.parametrize("kind, together", [("normal", 0.369), ("shear", 0.0658)])
-def test_a_resolution_that_errors_exceed_is_warned_of_until_an_error_is_allowed(bench, kind, together):
+def test_resolution_below_combined_error_gives_warning_unless_error_allowed(bench, kind, together):
     """`check` said ok to 500 mN of resolution where tilt alone was read as 2.6 N."""
     key = f"requirements.{kind}_resolution"
     (found,), _ = _judged("SIT414", bench, **{f"{kind}_resolution": 0.5 * together})
@@ -83,7 +83,7 @@ def test_a_resolution_that_errors_exceed_is_warned_of_until_an_error_is_allowed(
     assert _judged("SIT414", bench, **allowed) == ([], [])
 
 
-def test_errors_together_are_those_of_the_data_sheet_and_count_required_shear_that_is_not_reported(bench):
+def test_combined_error_equals_data_sheet_and_includes_required_shear(bench):
     def together(**needs):
         asked = replace(bench.spec, requirements=replace(bench.spec.requirements, normal_resolution=1.0, **needs))
         design = Design(asked, replace(bench.layout, spec=asked), bench.estimates)
@@ -100,7 +100,7 @@ def test_errors_together_are_those_of_the_data_sheet_and_count_required_shear_th
 
 
 @pytest.mark.parametrize("rule_id", ASKED)
-def test_a_requirement_is_missed_or_met(bench, rule_id):
+def test_missed_requirement_gives_finding_and_met_one_does_not(bench, rule_id):
     missed, met = ({name: pair[k] for name, pair in ASKED[rule_id].items()} for k in (0, 1))
     (finding,), skipped = _judged(rule_id, bench, **missed)
     assert not skipped and finding.measured > finding.limit
@@ -110,7 +110,7 @@ def test_a_requirement_is_missed_or_met(bench, rule_id):
 
 
 @pytest.mark.slow
-def test_a_requirement_that_no_change_meets_keeps_the_rule_s_advice():
+def test_requirement_without_effective_change_gets_general_advice():
     """A drift was answered with what was tried in vain, and no longer with a tare or a reference coil."""
     spec = sitscad.load_text("""
     {sitscad: 1, name: a, coil: {shape: circle, outer_diameter: 10, turns: 8, layers: 2, trace_width: 0.2,
@@ -122,7 +122,7 @@ def test_a_requirement_that_no_change_meets_keeps_the_rule_s_advice():
     assert rule.mend.rstrip(".") in found.hint and not found.fixes
 
 
-def test_what_is_reached_is_shown_beside_what_is_asked(bench):
+def test_check_output_shows_estimated_values_beside_requirements(bench):
     """A resolution that passed was silent."""
     wanted = {"tilt": 0.05, "tilt_error": 1.0, "normal_resolution": 0.1, "crosstalk": 0.5}
     asked = replace(bench.spec, requirements=replace(bench.spec.requirements, **wanted))
@@ -143,7 +143,7 @@ def test_what_is_reached_is_shown_beside_what_is_asked(bench):
 
 
 @pytest.mark.slow
-def test_hysteresis_creep_modulus_and_drift_after_a_tare_stand_beside_what_is_felt(bench):
+def test_estimated_values_include_hysteresis_creep_modulus_and_tared_drift(bench):
     """Beside a resolution known within a few per cent, what a pad is off by by a tenth was not said."""
     asked = replace(bench.spec, requirements=replace(bench.spec.requirements, normal_resolution=0.1))
     design = Design(asked, replace(bench.layout, spec=asked), bench.estimates)
@@ -163,7 +163,7 @@ def test_hysteresis_creep_modulus_and_drift_after_a_tare_stand_beside_what_is_fe
 
 
 @pytest.mark.parametrize(("needs", "end"), [({}, 30.0), ({"temperature_range": (-20.0, 45.0)}, -20.0)])
-def test_what_temperature_does_to_zero_is_shown_beside_what_is_felt(bench, needs, end):
+def test_check_output_shows_zero_drift_with_temperature(bench, needs, end):
     """It was most of what three sensors of a new user were off by, and every line of what is felt was met."""
     wanted = {"normal_resolution": 0.1, **needs}
     asked = replace(bench.spec, requirements=replace(bench.spec.requirements, **wanted))
@@ -176,7 +176,7 @@ def test_what_temperature_does_to_zero_is_shown_beside_what_is_felt(bench, needs
 
 
 @pytest.mark.parametrize("rule_id", ASKED)
-def test_what_is_not_required_is_not_checked(bench, rule_id):
+def test_rule_without_stated_requirement_is_not_checked(bench, rule_id):
     found, (skipped,) = _judged(rule_id, bench)
     assert not found and skipped.case in {case for _, case in NEEDS.values()}
 
@@ -186,14 +186,14 @@ def test_what_is_not_required_is_not_checked(bench, rule_id):
     ("SIT404", {"tilt_error": 0.1}, "requirements.tilt"),
     ("SIT404", {}, "requirements.tilt and requirements.tilt_error"),
 ])
-def test_of_two_requirements_the_one_that_is_not_stated_is_named(bench, rule_id, needs, absent):
+def test_reason_names_missing_one_of_two_requirements(bench, rule_id, needs, absent):
     """A spec with a range of temperatures was told that there is none, or no error."""
     _, (skipped,) = _judged(rule_id, bench, **needs)
     assert skipped.reason == f"no {absent} in the spec"
 
 
 @pytest.mark.slow
-def test_the_budget_of_errors_takes_the_required_range_of_temperatures(bench):
+def test_error_budget_uses_required_temperature_range(bench):
     """The largest error of a sensor for 15 to 35 degC stood as "temperature, 10 K"."""
     asked = replace(bench.spec, requirements=replace(bench.spec.requirements, temperature_range=(-10.0, 45.0)))
     ranged = Design(asked, replace(bench.layout, spec=asked), bench.estimates)
@@ -206,7 +206,7 @@ def test_the_budget_of_errors_takes_the_required_range_of_temperatures(bench):
 
 
 @pytest.mark.slow
-def test_check_data_sheet_sweep_and_report_give_the_drift_under_one_name_each(bench):
+def test_check_data_sheet_and_sweep_give_equal_drift_values(bench):
     """1.7, 3.34 and 3.3 N stood for "temperature", at rest and at full load."""
     asked = replace(bench.spec, requirements=replace(bench.spec.requirements, normal_resolution=1.0))
     design = Design(asked, replace(bench.layout, spec=asked), bench.estimates)
@@ -228,13 +228,13 @@ def test_check_data_sheet_sweep_and_report_give_the_drift_under_one_name_each(be
 
 
 @pytest.mark.slow
-def test_the_resolution_that_is_judged_is_that_of_the_response(bench):
+def test_checked_resolution_equals_largest_axis_resolution(bench):
     (finding,), _ = _judged("SIT401", bench, normal_resolution=1e-6)
     most = max(point.axes["normal"].resolution for point in bench.performance)
     assert finding.measured == approx(most, rel=1e-12, abs=0.0)
 
 
-def test_a_coil_alone_is_judged_by_tilt_at_second_order():
+def test_single_coil_tilt_error_includes_second_order():
     """By symmetry hardly any slope over tilt is left; any tilt passed, however small its allowed error."""
     one = Design(sitscad.load(TEMPLATES / "fingertip_foil.yaml"))
     (finding,), left = _judged("SIT404", one, tilt=0.0349, tilt_error=3e-3)
@@ -244,7 +244,7 @@ def test_a_coil_alone_is_judged_by_tilt_at_second_order():
     assert not findings and left[0].case == "one-axis"
 
 
-def test_a_coil_alone_tells_no_shear():
+def test_single_coil_with_shear_requirement_gives_error():
     design = Design(sitscad.load(TEMPLATES / "fingertip_foil.yaml"))
     (finding,), _ = _judged("SIT402", design, shear_resolution=0.1)
     assert "no-shear-coil" in finding.cases and finding.severity is Severity.ERROR
@@ -286,7 +286,7 @@ UNMEASURED = [
 
 @pytest.mark.parametrize(("text", "needs", "axis", "limit", "severities"), [row[1:] for row in UNMEASURED],
                          ids=[row[0] for row in UNMEASURED])
-def test_unmeasured_shear_is_a_warning_above_allowed_error_or_a_tenth_of_full_scale(
+def test_unmeasured_shear_gives_warning_above_allowed_error_or_tenth_of_range(
         text, needs, axis, limit, severities):
     """It was a note, although it read as 87 % of full scale. Friction is expected if no shear is required."""
     spec = load_text(text)
@@ -303,7 +303,7 @@ def test_unmeasured_shear_is_a_warning_above_allowed_error_or_a_tenth_of_full_sc
             approx(shear[-1].measured, rel=1e-12), approx(limit, rel=1e-9), "requirements.shear_force")
 
 
-def test_largest_errors_are_chosen_by_newtons_and_moments_stand_apart():
+def test_largest_errors_are_chosen_separately_for_forces_and_moments():
     """300 mN of shear were printed where the normal axis had 1 N, because shear has the smaller full scale."""
     errors = {"normal": 1.0, "shear_x": 0.3, "moment_y": 2e-3}
     force, moment = largest_by_unit("creep", "SIT405", errors, "at full load")
@@ -313,7 +313,7 @@ def test_largest_errors_are_chosen_by_newtons_and_moments_stand_apart():
     assert (alone.measured, alone.requirement) == (0.3, "creep")
 
 
-def test_figures_beside_a_requirement_are_the_largest_newtons_of_all_axes(bench):
+def test_estimated_values_are_largest_force_errors_of_all_axes(bench):
     asked = replace(bench.spec, requirements=replace(bench.spec.requirements, normal_resolution=1.0, tilt=0.005))
     design = Design(asked, replace(bench.layout, spec=asked), bench.estimates)
     full, results = design.sensing.analysis.warmed[-1], {one.requirement: one for one in estimated_values(design.cells)}
@@ -324,7 +324,7 @@ def test_figures_beside_a_requirement_are_the_largest_newtons_of_all_axes(bench)
 
 
 @pytest.mark.parametrize("tilt", [None, math.radians(0.5), math.radians(5.0)])
-def test_errors_together_have_the_required_tilt_or_one_degree(bench, tilt):
+def test_combined_error_uses_required_tilt_or_one_degree(bench, tilt):
     """One degree was taken whatever tilt was required."""
     needs = replace(bench.spec.requirements, normal_resolution=1.0, tilt=tilt)
     asked = replace(bench.spec, requirements=needs)
@@ -335,17 +335,17 @@ def test_errors_together_have_the_required_tilt_or_one_degree(bench, tilt):
     assert sum(cause.startswith("tilt") for cause in felt.lasting_errors) == 1
 
 
-def test_several_coils_see_shear(bench):
+def test_two_coils_with_required_shear_give_no_finding(bench):
     assert _judged("SIT409", bench, shear_force=1.0) == ([], [])
 
 
-def test_tilt_that_covers_the_noise_is_worth_a_note(bench):
+def test_tilt_error_larger_than_noise_gives_note(bench):
     (finding,), _ = _judged("SIT408", bench, normal_resolution=1.0)
     assert finding.severity is Severity.NOTE and finding.measured > 10.0
     assert "shear along x" in finding.message
 
 
-def test_tilt_note_advises_only_what_the_spec_leaves_out(bench):
+def test_tilt_note_proposes_only_missing_requirements(bench):
     """It asked for a tilt and a tilt_error of specs that have both."""
     def hint(**needs):
         (finding,), _ = _judged("SIT408", bench, normal_resolution=1.0, **needs)
@@ -361,7 +361,7 @@ def test_tilt_note_advises_only_what_the_spec_leaves_out(bench):
 @pytest.mark.few(4)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", templates.names())
-def test_hints_advise_nothing_that_the_spec_has(name):
+def test_hints_propose_no_value_already_in_spec(name):
     """A value advised for a key is another than the spec's, and a requirement named alone is not stated yet."""
     spec = sitscad.load_text(templates.read(name), "spec.yaml")
     has_moments = any(spec.requirements.moments)
@@ -374,7 +374,7 @@ def test_hints_advise_nothing_that_the_spec_has(name):
 
 
 @pytest.mark.slow
-def test_ambiguous_shear_is_reported(bench):
+def test_ambiguous_shear_loads_give_note(bench):
     """Far beyond the coils the target is as far from one as from nothing: readings turn back."""
     thick = bench.spec.replace("elastomer.thickness", 5e-3)
     (finding,), _ = _judged("SIT407", Design(thick), normal_resolution=1.0, normal_force=1.0, shear_force=1.2)
@@ -382,7 +382,7 @@ def test_ambiguous_shear_is_reported(bench):
     assert _judged("SIT407", bench, normal_resolution=1.0, shear_force=0.5) == ([], [])
 
 
-def test_nothing_to_feel_is_reported(bench):
+def test_target_beside_coils_leaves_resolution_not_checked(bench):
     aside = bench.spec.replace("target.offset", [16e-3, 0])
     design = Design(aside)
     found, (skipped,) = _judged("SIT401", design, normal_resolution=0.1)
@@ -390,7 +390,7 @@ def test_nothing_to_feel_is_reported(bench):
 
 
 @pytest.mark.slow
-def test_a_fix_for_the_resolution_is_tried():
+def test_scan_rate_fix_clears_resolution_finding():
     text = (TEMPLATES / "bench_7mm.yaml").read_text()
     spec = sitscad.load_text(text.replace("  bandwidth: 50 Hz", "  bandwidth: 20 Hz\n  normal_resolution: 1.3 mN"))
     (finding,) = (one for one in check(spec).findings if one.rule == "SIT401")
@@ -401,7 +401,7 @@ def test_a_fix_for_the_resolution_is_tried():
 
 
 @pytest.mark.slow
-def test_a_check_without_such_requirements_loads_nothing_of_it(tmp_path):
+def test_check_without_sensing_requirements_imports_no_performance_modules(tmp_path):
     spec = write_template("bench_7mm", tmp_path / "spec.yaml")
     run = "import sys; from sitscad.cli import main\ntry: main(['check', sys.argv[1]])\nfinally: " \
           "print([m for m in sys.modules if 'performance.points' in m or 'response.model' in m], file=sys.stderr)"
@@ -425,7 +425,7 @@ def _pressed(size, force, **needs):
 @pytest.mark.more
 @pytest.mark.slow
 @pytest.mark.filterwarnings("error::RuntimeWarning")
-def test_a_pad_that_gives_way_is_not_said_to_feel():
+def test_collapsing_pad_leaves_performance_not_checked():
     """Its figures at half load were zeros, and the least of noises passed; numpy warned of them."""
     design = Design(_pressed(0.25, 8.0))
     for rule_id in ("SIT401", "SIT402", "SIT407", "SIT408"):
@@ -437,7 +437,7 @@ def test_a_pad_that_gives_way_is_not_said_to_feel():
     assert design.performance == ()
 
 
-def test_noise_on_an_axis_that_nothing_tells_is_infinite(bench):
+def test_noise_of_unmeasurable_axis_is_infinite(bench):
     """Least squares leave such an axis out, and its noise was none."""
     felt = bench.sensing.analysis
     point = felt.points[0]
@@ -448,7 +448,7 @@ def test_noise_on_an_axis_that_nothing_tells_is_infinite(bench):
     assert all(np.isinf(error).all() for error in untold.values())
 
 
-def test_scan_rate_that_is_named_for_a_finer_step_gives_one():
+def test_suggested_scan_rate_gives_sufficient_signal_steps():
     """Fewer scans a second were advised, and nothing said how many."""
     spec = sitscad.load(TEMPLATES / "bench_7mm.yaml").replace(
         {"requirements.normal_force": "80 mN", "requirements.bandwidth": "1 Hz", "readout.scan_rate": "1 kHz"})
@@ -464,7 +464,7 @@ def test_scan_rate_that_is_named_for_a_finer_step_gives_one():
     assert "readout.scan_rate)" in said({"requirements.normal_force": "5 mN"})[0].hint, "beyond the longest conversion"
 
 
-def test_shear_beyond_the_held_law_names_a_pad_that_is_held():
+def test_shear_beyond_validated_range_gets_material_with_larger_range():
     spec = sitscad.load(TEMPLATES / "three_axis_grid.yaml")
     ((found,), _) = _judged("SIT312", Design(spec))
     name = re.search(r"such as one of ([a-z0-9-]+)", found.hint)[1]

@@ -46,20 +46,20 @@ def with_jaw(spec, **figures):
 
 
 @pytest.mark.parametrize("number", [1, 2, 4, 5, 6, 7, 9, 10, 11, 12])
-def test_the_good_design_passes(number, judge, design, drawn):
+def test_valid_design_has_no_fit_finding(number, judge, design, drawn):
     spec = design()
     assert judge(f"SIT3{number:02d}", spec, drawn(spec)) == []
 
 
 @pytest.mark.parametrize("aside", [{"turn": "left"}, {"offset": 8}])
-def test_a_tail_that_leaves_the_ports_circle_is_reported(aside, judge, design, drawn):
+def test_tail_outside_port_circle_gives_warning(aside, judge, design, drawn):
     spec = design(**{f"fpc__tail__{key}": value for key, value in aside.items()})
     (found,) = judge("SIT301", spec, drawn(spec))
     assert (found.severity, found.key) == (Severity.WARNING, "fpc.tail")
     assert found.measured > 8e-3 and found.limit == spec.mount.jaw.port_diameter
 
 
-def test_a_jaw_wider_than_its_port(judge, design):
+def test_jaw_wider_than_port_without_stated_face_gives_error(judge, design):
     """A face that was measured decides by where it is; without one the back would be taken as narrow as the port."""
     spec = design()
     wide = with_jaw(spec, width=12e-3, port_diameter=10e-3)
@@ -69,7 +69,7 @@ def test_a_jaw_wider_than_its_port(judge, design):
     assert not [f for f in judge("SIT303", flat, lay_out(flat)) if f.key == "mount.jaw.width"]
 
 
-def test_width_and_length(judge, design, drawn):
+def test_board_larger_than_jaw_gives_width_and_length_findings(judge, design, drawn):
     spec = design()
     layout = drawn(spec)
     narrow = with_jaw(spec, width=2.6e-3, source="width: unverified: from memory")
@@ -90,7 +90,7 @@ def test_width_and_length(judge, design, drawn):
     [(4.6e-3, Severity.ERROR), (5.0e-3, Severity.ERROR), (5.5e-3, Severity.WARNING), (6e-3, None)],
 )
 @pytest.mark.parametrize("source", ["width: unverified: from memory", "measured"])
-def test_stack_height_in_the_port(port, source, severity, judge, design, drawn):
+def test_closed_pair_larger_than_port_gives_warning_or_error(port, source, severity, judge, design, drawn):
     """Nominally 4.99 mm, 5.2 by root-sum-square, 5.6 at worst (more on a wider back); sources change nothing."""
     spec = with_jaw(design(), port_diameter=port, source=source)
     found = judge("SIT303", spec, replace(drawn(design()), spec=spec))
@@ -105,14 +105,14 @@ def test_stack_height_in_the_port(port, source, severity, judge, design, drawn):
 
 
 @pytest.mark.parametrize(("layers", "severity", "most"), [(4, Severity.ERROR, 2.0), (2, Severity.WARNING, 1.0)])
-def test_a_tail_that_bends_at_every_grasp_has_one_layer(judge, design, layers, severity, most):
+def test_dynamic_bend_with_several_layers_gives_warning_or_error(judge, design, layers, severity, most):
     spec = design(fpc__tail__bend="dynamic", fpc__tail__layers=layers, fpc__stackup="flex-4l")
     (found,) = [f for f in judge("SIT308", spec, lay_out(spec)) if f.key == "fpc.tail.layers"]
     assert (found.severity, found.measured, found.limit) == (severity, layers, most)
 
 
 @pytest.mark.parametrize(("layers", "severity"), [(2, Severity.WARNING), (1, Severity.NOTE)])
-def test_static_tail_that_bends_at_every_grasp_is_reported_as_a_dynamic_one_would_be(layers, severity, judge, design):
+def test_static_tail_at_jaw_hinge_gives_bend_finding(layers, severity, judge, design):
     """Only the assembly steps said so, after the boards were bought."""
     hinged = {"mount__jaw__hinge": 8, "mount__jaw__opening": "60 deg", "mount__jaw__port_diameter": 20,
               "fpc__tail__layers": layers}
@@ -124,14 +124,14 @@ def test_static_tail_that_bends_at_every_grasp_is_reported_as_a_dynamic_one_woul
     assert judge("SIT308", design(fpc__tail__layers=layers)) == [], "no hinge"
 
 
-def test_a_bench_plate_is_not_checked_against_a_jaw(verdicts, design, drawn):
+def test_bench_plate_leaves_jaw_rules_not_checked(verdicts, design, drawn):
     spec = design(mount={"kind": "bench-plate", "standoff": 0.7})
     for rule in ("SIT301", "SIT302", "SIT303", "SIT311"):
         found, skipped = verdicts(rule, spec, drawn(spec))
         assert found == [] and skipped[0].case == "no-jaw"
 
 
-def test_the_thesis_pad_is_refused_with_its_spread(judge, design):
+def test_soft_thesis_pad_gives_compression_error(judge, design):
     miniature = {"material": "ecoflex-00-30", "shape": "square", "size": 4, "thickness": 2, "kerf": 0.15}
     spec = design(elastomer=miniature, encapsulation=None)
     (found,) = judge("SIT304", spec)
@@ -155,7 +155,7 @@ def test_the_thesis_pad_is_refused_with_its_spread(judge, design):
         (8e3, 0.1, Severity.ERROR, 0.5),
     ],
 )
-def test_elastomer_strain(modulus, sigma, severity, limit, judge, design):
+def test_large_pad_strain_gives_warning_or_error(modulus, sigma, severity, limit, judge, design):
     spec = design(encapsulation=None)
     material = replace(spec.elastomer.material, shear_modulus=modulus, shear_modulus_sigma=sigma)
     found = judge("SIT304", replace(spec, elastomer=replace(spec.elastomer, material=material)))
@@ -165,7 +165,7 @@ def test_elastomer_strain(modulus, sigma, severity, limit, judge, design):
 
 @pytest.mark.parametrize("bulk_modulus", [1.5e9, 3e6])
 @pytest.mark.parametrize(("modulus", "sigma"), [(25e3, 0.0), (36e3, 0.35), (25e3, 0.7), (40e3, 1.5)])
-def test_the_suggested_modulus_keeps_thirty_percent(modulus, sigma, bulk_modulus, judge, advised, design):
+def test_suggested_modulus_is_smallest_that_meets_strain_limit(modulus, sigma, bulk_modulus, judge, advised, design):
     """The hint, followed to its last digit, is enough; a hundredth less is not."""
     spec = design(encapsulation=None)
     soft = replace(spec.elastomer.material, shear_modulus=modulus, shear_modulus_sigma=sigma, bulk_modulus=bulk_modulus)
@@ -178,7 +178,7 @@ def test_the_suggested_modulus_keeps_thirty_percent(modulus, sigma, bulk_modulus
 
 
 @pytest.mark.parametrize(("celsius", "severity"), [(200, Severity.NOTE), (60, Severity.NOTE), (-60, Severity.WARNING)])
-def test_a_pad_that_is_used_warm_or_cold_is_told_to_be_computed_at_twenty_degrees(celsius, severity, judge, design):
+def test_pad_strain_is_computed_with_modulus_at_sensor_temperature(celsius, severity, judge, design):
     """At -60, 20 and 200 degrees the strain was the same, without a word."""
     spec = design(encapsulation=None, requirements__temperature=f"{celsius} degC")
     law = {"shear_modulus": 34e3, "shear_modulus_sigma": 0.0}
@@ -192,12 +192,12 @@ def test_a_pad_that_is_used_warm_or_cold_is_told_to_be_computed_at_twenty_degree
                                     rel=1e-9) and found.keeps_limit is (found.measured <= 0.3)
 
 
-def test_at_room_temperature_no_word_is_said_of_the_pad(judge, design):
+def test_pad_at_room_temperature_gives_no_finding(judge, design):
     assert judge("SIT304", design(requirements__temperature="30 degC")) == []
 
 
 @pytest.mark.slow
-def test_shear_beyond_the_range_that_a_data_sheet_states_warns():
+def test_shear_beyond_data_sheet_range_gives_warning():
     """1 N beyond a range of 0.82 N passed with a note: one was judged under the full normal force, the other without
     one, too, where this target goes farther.
     """
@@ -217,7 +217,7 @@ def of_pad(found):
 
 @pytest.mark.parametrize("rule", ["SIT304", "SIT312"])
 @pytest.mark.parametrize("force", [3.0, 4.8, 9.0])
-def test_the_preset_that_is_named_is_the_softest_one_that_is_stiff_enough(rule, force, judge, advised, design):
+def test_suggested_elastomer_is_softest_sufficient_preset(rule, force, judge, advised, design):
     soft = {"material": "ecoflex-00-10", "shape": "square", "size": 4, "thickness": 1, "kerf": 0.15}
     wanted = {"requirements__normal_force": f"{force} N", "requirements__shear_force": f"{force / 5} N"}
     wanted |= {"target__size": 4, "array": None, "encapsulation": None}
@@ -228,12 +228,12 @@ def test_the_preset_that_is_named_is_the_softest_one_that_is_stiff_enough(rule, 
     assert named == min(enough, key=lambda name: (moduli[name], name))
 
 
-def test_no_preset_is_named_where_none_is_stiff_enough(advised, design):
+def test_hint_suggests_no_preset_if_none_is_stiff_enough(advised, design):
     found, *_ = advised("SIT304", design(target__size=4, elastomer__size=4, requirements__normal_force="400 N"))
     assert "compression-stiffer" in found.cases
 
 
-def test_message_and_measured_of_the_strain_agree(judge, design):
+def test_strain_message_shows_measured_value_and_limit(judge, design):
     spec = design(encapsulation=None)
     for modulus, sigma in ((36e3, 0.35), (40e3, 0.7), (8e3, 0.1)):
         material = replace(spec.elastomer.material, shear_modulus=modulus, shear_modulus_sigma=sigma)
@@ -243,7 +243,7 @@ def test_message_and_measured_of_the_strain_agree(judge, design):
 
 
 @pytest.mark.slow
-def test_a_body_too_large_by_its_margin_is_told_to_take_less_of_it(judge, advised, design):
+def test_body_too_large_by_margin_gets_sufficiently_smaller_margin(judge, advised, design):
     """The margin was called room for leads and vias, and smaller coils were asked for."""
     spec = design(fpc__margin=[10, 0.5])
     layout = lay_out(spec)
@@ -260,7 +260,7 @@ def test_a_body_too_large_by_its_margin_is_told_to_take_less_of_it(judge, advise
 
 
 @pytest.mark.parametrize(("width", "severity"), [(4.0, "note"), (3.0, "error")])
-def test_a_body_wider_than_its_jaw_has_the_verdict_of_the_line_of_fit(width, severity, design):
+def test_body_wider_than_jaw_agrees_with_fit_line(width, severity, design):
     """4.16 mm on a jaw of 4 mm was an error while the line of fit had 745 um to spare."""
     spec = design(mount={"kind": "grasper-pad", "jaw": {"based_on": "generic-5mm", "width": width}, "standoff": 0.7})
     result = check(spec, hints="none")
@@ -270,7 +270,7 @@ def test_a_body_wider_than_its_jaw_has_the_verdict_of_the_line_of_fit(width, sev
     assert (over.root_sum_square > over.limit) == (severity == "error")
 
 
-def test_plates_that_stand_aside_are_held_against_the_jaw_where_they_stand(judge, design):
+def test_offset_plate_is_compared_with_jaw_at_its_position(judge, design):
     """A pad of 4 mm passed on a jaw of 4.8 mm wherever it stood."""
     narrow = {"target__size": 4, "elastomer__size": 4, "elastomer__offset": [0, 0.3]}
     assert [f.key for f in judge("SIT301", design(**narrow | {"elastomer__offset": [0, 0.3]}))] == []
@@ -281,7 +281,7 @@ def test_plates_that_stand_aside_are_held_against_the_jaw_where_they_stand(judge
     assert turned.key == "target.size" and turned.measured == approx(4e-3 * math.sqrt(2), rel=1e-6)
 
 
-def test_a_turned_target_is_as_long_as_it_is_along_the_line_of_the_coils(judge, design):
+def test_rotated_target_is_checked_by_length_along_coils(judge, design):
     wide = {"target__shape": "rectangle", "target__size": [4.2, 9],
             "elastomer__shape": "rectangle", "elastomer__size": [9, 9]}
     assert [f.measured for f in judge("SIT306", design(**wide))] == []
@@ -290,14 +290,14 @@ def test_a_turned_target_is_as_long_as_it_is_along_the_line_of_the_coils(judge, 
     assert "target.rotation" in found.hint
 
 
-def test_short_target_of_two_coils_is_a_finding_by_signal_and_by_width(judge, design):
+def test_short_target_of_two_coils_gives_signal_and_width_findings(judge, design):
     gain, width = judge("SIT306", design(target__size=3.5, elastomer__size=3.5))
     assert gain.severity is Severity.WARNING and gain.measured > gain.limit == approx(1.25, rel=1e-9)
     assert (width.measured, width.limit) == approx((3.5e-3, 4e-3), rel=1e-6)
 
 
 @pytest.mark.parametrize(("length", "is_told"), [(4.0, False), (5.6, False), (6.2, False), (9.0, True), (10.0, True)])
-def test_long_target_of_two_coils_is_a_finding_only_if_signals_are_smaller(judge, design, length, is_told):
+def test_long_target_of_two_coils_gives_finding_only_if_signals_shrink(judge, design, length, is_told):
     """A target a quarter longer gave twice the normal signal for a little shear, and was warned of."""
     size = {"target__shape": "rectangle", "target__size": [length, 4.5],
             "elastomer__shape": "rectangle", "elastomer__size": [length, 4.5]}
@@ -305,7 +305,7 @@ def test_long_target_of_two_coils_is_a_finding_only_if_signals_are_smaller(judge
 
 
 @pytest.mark.slow
-def test_gain_of_another_target_agrees_with_what_the_sensor_resolves(design):
+def test_gain_at_other_target_length_agrees_with_noise_ratio(design):
     """Beside what is felt: the noise at rest of both axes under both targets."""
     def sized(length):
         size = {"shape": "rectangle", "size": [length, 4.5]}
@@ -318,24 +318,24 @@ def test_gain_of_another_target_agrees_with_what_the_sensor_resolves(design):
     assert (gain.normal, gain.shear) == approx((noise[0][0] / noise[1][0], noise[0][1] / noise[1][1]), rel=0.2)
 
 
-def test_target_length_with_both_resolutions_stated_is_not_judged(judge, design):
+def test_target_length_with_both_resolutions_required_is_not_checked(judge, design):
     asked = {"normal_force": "4.8 N", "shear_force": "1 N", "normal_resolution": "1 N", "shear_resolution": "1 N"}
     size = {"target__shape": "rectangle", "target__size": [10, 4.5]}
     assert judge("SIT306", design(**size, requirements=asked)) == []
 
 
-def test_target_length_without_required_shear_is_judged_by_normal_force(judge, design):
+def test_long_target_without_required_shear_gives_no_finding(judge, design):
     long = {"target__shape": "rectangle", "target__size": [9, 4.5], "requirements": {"normal_force": "4.8 N"}}
     assert judge("SIT306", design(**long)) == []
 
 
-def test_target_of_a_single_coil_covers_it(judge, design):
+def test_target_smaller_than_single_coil_gives_findings(judge, design):
     found = judge("SIT306", design(array=None, target__size=3.9))
     assert [f.limit for f in found] == [approx(4e-3, rel=1e-6)] * 2
     assert judge("SIT306", design(array=None, target__size=6)) == []
 
 
-def test_a_target_offset_beside_its_coil_is_reported(judge, design):
+def test_offset_target_beside_single_coil_gives_finding(judge, design):
     """Only its size was held against the coil: with no force required, a target beside every coil passed in silence."""
     for offset, over in (([12, 0], 12e-3), ([0, 1.5], 1.5e-3), ([-2, 1.2], 2e-3)):
         (found,) = judge("SIT306", design(array=None, target__size=4, target__offset=offset))
@@ -345,7 +345,7 @@ def test_a_target_offset_beside_its_coil_is_reported(judge, design):
     assert len(judge("SIT306", design(array=None, target__size=8, target__offset=[2.1, 0]))) == 1
 
 
-def test_offset_target_that_misses_coil_is_reported(judge, design):
+def test_offset_target_that_misses_array_coil_gives_finding(judge, design):
     (found,) = judge("SIT306", design(target__size=4.5, target__offset=[4, 0]))
     assert "C1" in found.message and found.measured == approx(4e-3, rel=1e-6)
     assert judge("SIT306", design(target__size=4.5, target__offset=[0.3, 0.2])) == []
@@ -354,14 +354,14 @@ def test_offset_target_that_misses_coil_is_reported(judge, design):
     assert "C2, C4" in found.message
 
 
-def test_a_target_between_the_coils_is_reported(judge, design):
+def test_target_between_grid_coils_gives_finding(judge, design):
     grid = {"pattern": "grid", "count": [2, 2], "pitch": 10}
     (found,) = judge("SIT306", design(array=grid, target__size=5))
     assert found.key == "target.size" and found.measured == approx(2.5e-3 * math.sqrt(2), rel=1e-6)
     assert judge("SIT306", design(array=grid, target__size=9)) == []
 
 
-def test_target_of_a_long_coil_covers_it_both_ways(judge, design):
+def test_target_shorter_than_racetrack_coil_gives_finding(judge, design):
     """The lesser side was held against the lesser side: a short target over a racetrack passed."""
     long = {"shape": "racetrack", "outer_diameter": [10, 4], "turns": 6.5}
     coil = {f"coil__{key}": value for key, value in long.items()}
@@ -373,13 +373,13 @@ def test_target_of_a_long_coil_covers_it_both_ways(judge, design):
     ) and "long" in found.message
 
 
-def test_the_best_length_over_other_arrays_is_said_not_to_be_judged(verdicts, design):
+def test_target_length_is_not_checked_for_grid_or_three_coils(verdicts, design):
     for array in ({"pattern": "grid", "count": [2, 2], "pitch": 5}, {"pattern": "line", "count": 3, "pitch": 4.5}):
         found, skipped = verdicts("SIT306", design(array=array, target__size=8))
         assert found == [] and skipped[0].case == "target-length-line"
 
 
-def test_a_target_on_part_of_its_pad_strains_and_shears_that_part(judge, design):
+def test_small_target_on_large_pad_increases_strain_and_shear(judge, design):
     """Stiffness of the whole pad made both come out too low, on the unsafe side."""
     soft = {"material": "dragon-skin-10", "shape": "square", "size": 8, "thickness": 1, "kerf": 0.15}
     assert judge("SIT304", design(elastomer=soft, target__size=8)) == []
@@ -394,7 +394,7 @@ def test_a_target_on_part_of_its_pad_strains_and_shears_that_part(judge, design)
     assert 0.3 < moved.measured / (1.0 * 2e-3 / (modulus * 12.25e-6)) < 0.8  # the rim helps
 
 
-def test_tail_bend(judge, verdicts, design, drawn):
+def test_bend_radius_below_minimum_gives_finding(judge, verdicts, design, drawn):
     films = [film.thickness for film in design().fpc.stackup.layers]
     thin = sum(films[:4]) + films[-1]  # two of four copper layers, between the coverlays
     assert judge("SIT308", design(fpc__tail__bend="none")) == []
@@ -418,7 +418,7 @@ def test_tail_bend(judge, verdicts, design, drawn):
     assert judge("SIT308", roomy) == []
 
 
-def test_shield_gap(judge, design):
+def test_shield_deeper_than_standoff_gives_finding(judge, design):
     spec = design()
     deep = replace(spec, shield=replace(spec.shield, gap=0.7e-3))
     (found,) = judge("SIT309", deep)
@@ -430,7 +430,7 @@ def test_shield_gap(judge, design):
     assert judge("SIT309", spec) == []
 
 
-def test_a_shield_that_the_port_makes_narrower_than_the_coils_is_said_to_be(judge, design):
+def test_shield_narrower_than_coils_gives_warning(judge, design):
     """Low in the standoff the port leaves 3.4 mm, the coils are 4 mm."""
     jaw = {"kind": "grasper-pad", "jaw": "generic-5mm", "standoff": 1.6}
     low = design(mount=jaw, shield__gap=1.5)
@@ -441,7 +441,7 @@ def test_a_shield_that_the_port_makes_narrower_than_the_coils_is_said_to_be(judg
     )
 
 
-def test_target_rotation(judge, design):
+def test_slender_pad_gives_target_tilt_note(judge, design):
     (found,) = judge("SIT310", design(elastomer__thickness=2))
     assert found.severity is Severity.NOTE and found.measured == approx(2 / 4.5, rel=1e-6)
     assert judge("SIT310", design(elastomer__size=8, elastomer__thickness=2, target__size=8)) == []
@@ -450,7 +450,7 @@ def test_target_rotation(judge, design):
 
 
 @pytest.mark.parametrize(("thickness", "severity"), [(1.5, Severity.WARNING), (2, Severity.ERROR)])
-def test_pad_that_gives_way_names_a_thinner_one_that_was_tried(thickness, severity, judge, design):
+def test_unstable_pad_gets_largest_stable_thickness(thickness, severity, judge, design):
     """The hint of a pad of 1.5 mm named 2 mm, which gives way even with the target held level."""
     wide = {"target__size": 8, "elastomer__size": 8, "elastomer__material": "dragon-skin-10", "encapsulation": None,
             "requirements__normal_force": "60 N"}
@@ -463,20 +463,20 @@ def test_pad_that_gives_way_names_a_thinner_one_that_was_tried(thickness, severi
     assert more.severity is Severity.WARNING
 
 
-def test_one_coil_alone_reads_tilt_as_force(judge, design):
+def test_tilt_message_names_force_for_one_coil_and_shear_for_two(judge, design):
     """It has no other coil to tell shear by."""
     (one,) = judge("SIT310", design(elastomer__thickness=3, array=None))
     (two,) = judge("SIT310", design(elastomer__thickness=3))
     assert one.cases[0] == two.cases[0] == "slender" and "force" in one.message and "shear" in two.message
 
 
-def test_bare_metal(judge, design):
+def test_bare_metal_target_gives_warning(judge, design):
     (found,) = judge("SIT311", design(encapsulation=None))
     assert found.severity is Severity.WARNING and "copper" in found.message
     assert judge("SIT311", design()) == []
 
 
-def test_a_thin_pad_does_not_hide_its_shear_strain(judge, design):
+def test_sheared_thin_pad_gives_strain_warning(judge, design):
     """A pad sheared by 540 % passed: its travel was less than half the coils' distance, for it was thin."""
     soft = {"material": "ecoflex-00-30", "shape": "square", "size": 4, "thickness": 0.3, "kerf": 0.15}
     bare = {"target__size": 4, "requirements__shear_force": "2 N", "encapsulation": None}
@@ -489,7 +489,7 @@ def test_a_thin_pad_does_not_hide_its_shear_strain(judge, design):
     assert of_pad(judge("SIT312", design(elastomer=soft | {"material": stiff}, **bare))) == []
 
 
-def test_elastomer_shear(judge, verdicts, design):
+def test_shear_travel_beyond_half_pitch_gives_finding(judge, verdicts, design):
     neo_hookean = {"name": "soft", "shear_modulus": "23.8 kPa", "uncertainty": 0.5}
     pad = {"material": neo_hookean, "shape": "square", "size": 4, "thickness": 2, "kerf": 0.15}
     soft = design(elastomer=pad, target__size=4, encapsulation=None, requirements__normal_force="0.2 N")
@@ -510,7 +510,7 @@ def test_elastomer_shear(judge, verdicts, design):
     ("3 N", "bench-plate", "a target and pad of "),
     ("1.2 N", "grasper-pad", "a target and pad of "),
 ])
-def test_no_target_is_asked_for_that_the_jaw_has_no_room_for(judge, design, force, kind, words):
+def test_shear_hint_proposes_larger_target_only_if_jaw_has_room(judge, design, force, kind, words):
     """117 mm2 were asked for on a face of 100 mm2."""
     mount = {"kind": kind, "standoff": 0.7} | ({"jaw": "generic-5mm"} if kind == "grasper-pad" else {})
     soft = {"material": "ecoflex-00-50", "shape": "square", "size": 4.5, "thickness": 1}
@@ -523,7 +523,7 @@ def test_no_target_is_asked_for_that_the_jaw_has_no_room_for(judge, design, forc
 
 
 @pytest.mark.parametrize(("size", "force", "severity"), [(9, 4, "warning"), (9, 30, "error"), (4.5, 4, "error")])
-def test_a_small_target_is_refused_only_for_a_strain_that_is_certain(size, force, severity, judge, design):
+def test_small_target_gives_error_only_if_strain_is_certain(size, force, severity, judge, design):
     """What lies around it was taken as not helping, and the upper bound that this is refused pads that hold."""
     spec = design(
         mount=None, shield=None, encapsulation=None, elastomer__offset=[1.5 if size > 4.5 else 0, 0],
@@ -537,7 +537,7 @@ def test_a_small_target_is_refused_only_for_a_strain_that_is_certain(size, force
         assert ("compression-helped" in found.cases) is (size > 4.5)
 
 
-def test_a_body_too_wide_for_its_jaw_counts_coils_off_the_axis_from_edge_to_edge(judge, design):
+def test_body_width_detail_includes_coils_off_axis(judge, design):
     centres = [[0, 0], [7.5, 0], [15, 0], [0, 7.5]]
     spec = design(coil__outer_diameter=6, array={"pattern": "explicit", "centres": centres})
     (found,) = judge("SIT301", with_jaw(spec, width=10e-3, length=60e-3, port_diameter=60e-3), lay_out(spec))
@@ -545,7 +545,7 @@ def test_a_body_too_wide_for_its_jaw_counts_coils_off_the_axis_from_edge_to_edge
 
 
 @pytest.mark.parametrize(("standoff", "count"), [(0.73, 1), (0.7, 0), (1.09, 1), (1.1, 0)])
-def test_a_printed_piece_too_thin_to_be_made_is_refused(standoff, count, judge, design):
+def test_too_thin_printed_wall_over_shield_gives_error(standoff, count, judge, design):
     """A standoff of 0.73 mm over a shield that ends at 0.7 mm printed a sheet of 0.03 mm without a word."""
     found = judge("SIT314", design(mount__standoff=standoff))
     assert len(found) == count
@@ -554,14 +554,14 @@ def test_a_printed_piece_too_thin_to_be_made_is_refused(standoff, count, judge, 
         assert one.limit == 0.4e-3 and {"0.7", "1.1"} <= set(one.hint.split())
 
 
-def test_a_coarser_process_needs_thicker_pieces(judge, design):
+def test_coarser_print_process_raises_minimum_thickness(judge, design):
     assert judge("SIT314", design(mount__process="resin")) == []
     (found,) = judge("SIT314", design(mount__process="powder"))
     assert found.key == "shield.gap" and found.limit == 0.7e-3 and found.measured == approx(0.6e-3, rel=1e-6)
     assert judge("SIT314", design(mount={"kind": "bench-plate", "standoff": 2}, shield=None)) == []
 
 
-def test_a_board_wider_than_the_jaw_s_true_face_is_reported_and_held_by_its_seat(judge, design):
+def test_board_overhang_beyond_jaw_face_is_limited_by_seat_thickness(judge, design):
     """4.712 mm on a face of 4.386 mm passed in silence, for the bar that the jaw is milled from is 4.8 mm wide."""
     jaw = {"kind": "grasper-pad", "jaw": "generic-5mm", "standoff": 0.7}
     (note,) = judge("SIT301", design(mount=jaw))
@@ -570,7 +570,7 @@ def test_a_board_wider_than_the_jaw_s_true_face_is_reported_and_held_by_its_seat
     assert bare.severity is Severity.ERROR and bare.limit == approx(0.1e-3, rel=1e-6) and bare.measured > bare.limit
 
 
-def test_a_board_below_the_rims_of_a_pocket_has_to_go_into_it(judge, design):
+def test_board_below_pocket_rim_must_fit_pocket(judge, design):
     jaw = {"width": 4.8, "length": 20, "height": 1.3, "port_diameter": 8, "recess": 1, "pocket": [18, 3.7]}
     mount = {"kind": "grasper-pad", "jaw": jaw, "standoff": 0.7}
     (found,) = judge("SIT301", design(mount=mount))
@@ -583,7 +583,7 @@ def test_a_board_below_the_rims_of_a_pocket_has_to_go_into_it(judge, design):
 @pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("thickness", [0.9e-3, 1.3e-3])
-def test_the_height_to_take_off_is_enough(thickness):
+def test_suggested_height_reduction_is_just_sufficient(thickness):
     """The circle shrinks by less than the stack: 236 um off a pad of 1.3 mm left it 14 um too high."""
     spec = sitscad.load(Path(__file__).parents[2] / "templates" / "grasper_4layer.yaml").replace(
         "elastomer.thickness", f"{1e3 * thickness} mm"
@@ -599,7 +599,7 @@ def test_the_height_to_take_off_is_enough(thickness):
 
 
 @pytest.mark.slow
-def test_a_board_that_decides_the_closed_pair_is_named_and_a_narrower_one_is_tried():
+def test_board_edges_outside_port_circle_get_smaller_margin():
     """The hint offered heights alone where the board's edges, wide by their margin, left the port's circle. 30 um of
     margin would be narrow enough, had leads not then room for their wider gaps.
     """
@@ -621,7 +621,7 @@ def test_a_board_that_decides_the_closed_pair_is_named_and_a_narrower_one_is_tri
 
 
 @pytest.mark.slow
-def test_a_margin_for_a_narrower_face_counts_with_the_wider_gaps_that_leads_then_take():
+def test_margin_fix_for_narrow_face_includes_wider_lead_gaps():
     """50 um of margin were named, with which the board is 8 um wider than that leaves it, and fails as before."""
     spec = sitscad.load(Path(__file__).parents[2] / "templates" / "grasper_4layer.yaml").replace(
         {"fpc.margin": [0.15e-3, 0.2e-3], "mount.jaw": {"based_on": "generic-5mm", "face": 4.015e-3}}
@@ -633,7 +633,7 @@ def test_a_margin_for_a_narrower_face_counts_with_the_wider_gaps_that_leads_then
 
 
 @pytest.mark.parametrize(("share", "is_said"), [(0.99, False), (1.01, True), (1.9, True)])
-def test_shear_beyond_what_the_pads_law_was_held_against_is_noted_as_in_the_data_sheet(share, is_said, judge, design):
+def test_shear_beyond_validated_range_gives_note_of_extrapolation(share, is_said, judge, design):
     """The data sheet and the calibration said it; the check of the required force said nothing."""
     rubber = {"name": "x", "shear_modulus": "60 kPa", "uncertainty": 0}
     pad = {"thickness": 1, "size": 4, "material": rubber}
@@ -645,7 +645,7 @@ def test_shear_beyond_what_the_pads_law_was_held_against_is_noted_as_in_the_data
     assert all(f.limit == held and extrapolated_shear_note(held) in f.detail for f in found)
 
 
-def test_a_pressed_pad_that_gives_way_by_itself_has_no_shear_that_is_held():
+def test_unstable_pressed_pad_has_zero_validated_shear():
     """"Shear beyond 0 N, half the pad's thickness" was said of it."""
     path = Path(__file__).parents[2] / "templates" / "bench_7mm.yaml"
     slender = sitscad.load(path).replace("elastomer.thickness", 5e-3)
@@ -665,7 +665,7 @@ def filed(folder, width=4.6, port=5.5):
 
 
 @pytest.mark.parametrize(("port", "told"), [(5.5, True), (7.0, False)])
-def test_a_jaw_out_of_a_file_passes_only_if_its_back_is_round_and_check_says_so(tmp_path, port, told):
+def test_jaw_from_step_file_with_tight_port_gives_note(tmp_path, port, told):
     """Build alone reads the back: a square one reaches half the width beside and half the height above the axis."""
     spec = filed(tmp_path, port=port)
     layout, result = lay_out(spec), check(spec)
@@ -679,6 +679,6 @@ def test_a_jaw_out_of_a_file_passes_only_if_its_back_is_round_and_check_says_so(
         assert closed.worst < note.limit < square < note.measured < square + 1e-3
 
 
-def test_a_written_jaw_assumes_nothing_of_its_back(tmp_path):
+def test_jaw_stated_in_spec_has_no_fit_assumption(tmp_path):
     spec = sitscad.load(TEMPLATES / "grasper_4layer.yaml")
     assert not any(each.assumption for each in fit(lay_out(spec)))

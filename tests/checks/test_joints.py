@@ -32,11 +32,11 @@ def joint(retention, jaw="generic-10mm", standoff=0.6, process="resin"):
 
 
 @pytest.mark.parametrize("retention", ["glue", "dovetail", "pins"])
-def test_the_default_joint_of_each_kind_can_be_made_in_resin(retention):
+def test_default_joint_of_each_kind_passes_in_resin(retention):
     assert joint(retention) == []
 
 
-def test_a_tongue_s_neck_is_its_width_less_both_flanks():
+def test_narrow_dovetail_neck_gives_finding_with_sufficient_width():
     (thin,) = joint("{kind: dovetail, width: 1.2, depth: 0.8}", jaw="{based_on: generic-10mm, height: 4}")
     assert thin.measured == approx(1.2e-3 - 1.6e-3 / math.tan(math.radians(60.0)), rel=1e-6)
     assert thin.limit == print_limit("resin", "wall").value and thin.key == "mount.retention.width"
@@ -45,7 +45,7 @@ def test_a_tongue_s_neck_is_its_width_less_both_flanks():
     assert joint(retention, jaw="{based_on: generic-10mm, height: 4}") == []
 
 
-def test_flanks_that_cross_leave_no_tongue():
+def test_crossing_dovetail_flanks_give_finding():
     crossed = joint("{kind: dovetail, width: 2, depth: 8}", jaw="{based_on: generic-10mm, height: 9}")
     (none,) = [each for each in crossed if each.measured == approx(8e-3, rel=1e-6)]
     assert none.measured == approx(8e-3, rel=1e-6) and none.limit == approx(
@@ -55,7 +55,7 @@ def test_flanks_that_cross_leave_no_tongue():
 
 @pytest.mark.slow
 @pytest.mark.cad
-def test_a_tongue_that_is_none_is_not_built():
+def test_crossing_dovetail_flanks_raise_parts_error():
     from sitscad.assembly.solids import solids
     from sitscad.assembly.solids.solid import PartsError
     from sitscad.layout import lay_out
@@ -69,7 +69,7 @@ def test_a_tongue_that_is_none_is_not_built():
 @pytest.mark.parametrize(
     ("boards", "sheet", "is_found"), [(1, "", False), (4, "[30, 40]", True), (4, "[60, 60]", False)]
 )
-def test_a_sheet_has_to_hold_its_part_and_the_coupon(boards, sheet, is_found):
+def test_sheet_too_small_for_parts_and_coupon_gives_finding(boards, sheet, is_found):
     plate = "target: {shape: circle, size: 8, thickness: 0.1, material: copper}\n"
     cutting = f"cutting: {{sheet: {sheet}}}\n" if sheet else ""
     text = SENSOR.replace("fpc: {", f"fpc: {{boards: {boards}, ") + plate + cutting
@@ -78,13 +78,13 @@ def test_a_sheet_has_to_hold_its_part_and_the_coupon(boards, sheet, is_found):
 
 
 @pytest.mark.parametrize(("finger", "is_found"), [(3, True), (8, False)])
-def test_a_finger_as_wide_as_its_board_carries_it(finger, is_found):
+def test_finger_narrower_than_board_gives_finding(finger, is_found):
     said = found(f"{{kind: fingertip, standoff: 1, finger: {{shape: circle, size: {finger}}}}}", "SIT318")
     assert bool(said) is is_found
 
 
 @pytest.mark.slow
-def test_a_groove_leaves_metal_below_its_corners():
+def test_dovetail_groove_depth_is_checked_at_round_jaw_corner():
     """The back is round: at the groove's corner the jaw is lower than in its middle."""
     (deep,) = joint("{kind: dovetail, width: 2.4, depth: 0.7}", jaw="generic-5mm")
     jaw = presets.jaw("generic-5mm")
@@ -96,7 +96,7 @@ def test_a_groove_leaves_metal_below_its_corners():
 
 
 @pytest.mark.slow
-def test_pins_are_as_thick_as_their_process_makes_them_and_end_in_the_jaw():
+def test_thin_or_long_pins_give_finding():
     (thin,) = joint("{kind: pins, diameter: 0.8}")
     assert (thin.measured, thin.limit) == (approx(0.8e-3, rel=1e-6), print_limit("resin", "pin").value)
     (filament,) = joint("{kind: pins, diameter: 1}", process="filament", standoff=1)
@@ -106,7 +106,7 @@ def test_pins_are_as_thick_as_their_process_makes_them_and_end_in_the_jaw():
 
 
 @pytest.mark.slow
-def test_pins_keep_clear_of_the_window_and_the_ends_of_the_jaw():
+def test_pins_near_jaw_window_give_finding():
     window = "{based_on: generic-10mm, fenestration: [6, 2]}"
     assert joint("{kind: pins, spacing: 12}", jaw=window) == []
     (close,) = joint("{kind: pins, spacing: 7}", jaw=window)
@@ -116,13 +116,13 @@ def test_pins_keep_clear_of_the_window_and_the_ends_of_the_jaw():
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_a_joint_needs_plastic_on_the_metal():
+def test_joint_without_plastic_on_jaw_gives_finding():
     shield = "{jaw: generic-5mm, standoff: 0.6, retention: pins}\nshield: {gap: 0.5, thickness: 0.1}"
     (nothing,) = found(shield, "SIT315")
     assert (nothing.key, nothing.measured) == ("mount.retention", None)
 
 
-def test_small_holes_are_named_once():
+def test_two_small_holes_give_one_warning():
     holes = (
         "{kind: bench-plate, process: PROCESS, holes: [{at: [20, 9], diameter: 1.6}, {at: [-20, 9], diameter: 1.6}]}"
     )
@@ -138,6 +138,6 @@ def test_small_holes_are_named_once():
 @pytest.mark.few(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", presets.names("hole pattern"))
-def test_holes_of_every_pattern_can_be_made_by_every_process(name):
+def test_holes_of_every_pattern_pass_in_every_process(name):
     for process in ("resin", "powder", "filament", "machined"):
         assert found(f"{{kind: bench-plate, process: {process}, holes: {name}}}", "SIT316") == []

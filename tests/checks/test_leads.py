@@ -33,7 +33,7 @@ def found_in(spec):
     return [finding for finding in check(spec).findings if finding.rule == "SIT216"]
 
 
-def test_half_a_turn_of_lead_is_named_with_what_it_does_and_the_turns_without_it():
+def test_half_turn_lead_gives_note_with_turns_that_avoid_it():
     (found,) = [each for each in check(loops(8.75), hints="full").findings if each.rule == "SIT216"]
     assert found.severity is Severity.NOTE and found.key == "coil.turns" and 0.04 < found.measured < 0.06
     assert {"lead-on", "lead-resistance"} <= set(found.cases)
@@ -42,7 +42,7 @@ def test_half_a_turn_of_lead_is_named_with_what_it_does_and_the_turns_without_it
     assert found_in(loops(8.5)) == found_in(loops(9)) == []
 
 
-def test_half_a_turn_of_lead_runs_on_and_so_has_no_less_inductance_and_rp_than_its_neighbours():
+def test_half_turn_forward_lead_raises_inductance_and_parallel_resistance():
     """Once 8.75 turns had less of both than 8.5 and 9: the lead ran half a turn back."""
     coils = [estimate(lay_out(loops(turns)), tolerance=1e-3).coils[0] for turns in (8.5, 8.75, 9)]
     inductances, parallel = ([getattr(coil.states["free"], name) for coil in coils]
@@ -51,7 +51,7 @@ def test_half_a_turn_of_lead_runs_on_and_so_has_no_less_inductance_and_rp_than_i
     assert parallel[1] > max(parallel[0], parallel[2])
 
 
-def test_a_lead_that_runs_back_is_warned_of_and_the_turns_named_were_tried():
+def test_backward_lead_gives_warning_with_turns_that_avoid_it():
     spec = loops(8.65)
     (found,) = found_in(spec)
     assert (found.severity, found.key) == (Severity.WARNING, "coil.turns") and found.measured > found.limit == WARNED
@@ -60,7 +60,7 @@ def test_a_lead_that_runs_back_is_warned_of_and_the_turns_named_were_tried():
     assert turns == 8.5 and found_in(replace(spec, coil=replace(spec.coil, turns=turns))) == []
 
 
-def test_what_is_named_is_what_the_estimate_has():
+def test_measured_lead_ratio_equals_estimate():
     spec = loops(8.65)
     layout = lay_out(spec)
     estimates = estimate(layout)
@@ -74,7 +74,7 @@ def test_what_is_named_is_what_the_estimate_has():
     ("circle", 2, 8.7, [8.5, 9.0]), ("circle", 4, 8.7, [8.75, 8.5]), ("circle", 2, 8.5, [9.0]),
     ("square", 2, 6.25, [6.0, 6.5]), ("hexagon", 4, 6 + 1 / 6, [6.0, 6.5]), ("racetrack", 4, 6.5, [7.0]),
 ])
-def test_whole_turns_of_all_layers_together_nearest_first(shape, layers, turns, named):
+def test_whole_turns_gives_nearest_turns_first(shape, layers, turns, named):
     spec = wound(shape, layers, turns)
     numbers = list(whole_turns(spec.coil))
     assert numbers == approx(named, rel=1e-6)
@@ -82,7 +82,7 @@ def test_whole_turns_of_all_layers_together_nearest_first(shape, layers, turns, 
     assert all(f"{change.spec.coil.turns:.7g}" in change.words for change in with_each(spec, numbers))
 
 
-def test_a_jaw_of_another_width_draws_the_board_anew():
+def test_changed_jaw_width_recomputes_layout():
     """A board may become as wide as its jaw for the sake of its leads."""
     spec = design()
     wide = replace(spec, mount=replace(spec.mount, jaw=replace(spec.mount.jaw, width=9e-3)))
@@ -95,7 +95,7 @@ def test_a_jaw_of_another_width_draws_the_board_anew():
     ("hexagon", 2, 6), ("octagon", 2, 6), ("octagon", 4, 6.25), ("circle", 2, 8.5), ("square", 2, 6.25),
     ("hexagon", 4, 6),
 ])
-def test_no_hint_names_turns_with_which_a_lead_runs_back(shape, layers, turns):
+def test_suggested_turns_never_give_backward_lead(shape, layers, turns):
     """Such turns have less inductance and a smaller Rp than their neighbours."""
     spec = wound(shape, layers, turns)
     coil = spec.coil

@@ -105,14 +105,14 @@ CAREFULLY = (
 """The same with safe changes alone."""
 
 
-def test_what_keeps_a_spec_from_being_read_is_mended_as_far_as_it_can_be_told():
+def test_unreadable_spec_is_fixed_as_far_as_possible():
     found = mended_text(BROKEN, lambda text: judged(text) if text != MENDED else Said(), always)
     assert found.text == MENDED
     rules = [one.finding.rule for one in found.applied]
     assert rules == sorted(rules) and set(rules) == {"SIT002", "SIT004", "SIT005", "SIT007", "SIT009", "SIT014"}
 
 
-def test_turns_and_size_are_left_alone_unless_it_is_asked_for():
+def test_safe_fixes_leave_turns_and_size_unchanged():
     found = mended_text(BROKEN, read, only_safe)
     assert found.text == CAREFULLY
     assert {finding.rule for finding in found.check_result.findings} == {"SIT004"}
@@ -121,7 +121,7 @@ def test_turns_and_size_are_left_alone_unless_it_is_asked_for():
 @pytest.mark.slow
 @settings(deadline=None)
 @given(st.data())
-def test_a_slip_in_any_key_of_any_template_is_mended_or_left(data):
+def test_misspelt_key_of_any_template_is_fixed_or_unchanged(data):
     text = TEMPLATES[data.draw(st.sampled_from(sorted(TEMPLATES)))]
     key = data.draw(st.sampled_from(sorted(k for k in read_yaml(text).keys if not k.rpartition(".")[2].isdigit())))
     name = key.rpartition(".")[2]
@@ -140,7 +140,7 @@ def test_a_slip_in_any_key_of_any_template_is_mended_or_left(data):
 @pytest.mark.slow
 @settings(deadline=None)
 @given(st.data())
-def test_a_slip_in_any_word_of_any_template_is_mended_to_that_word_or_left(data):
+def test_misspelt_value_of_any_template_is_fixed_or_unchanged(data):
     text = TEMPLATES[data.draw(st.sampled_from(sorted(TEMPLATES)))]
     words = {"coil.shape": "circle", "array.pattern": "line", "mount.kind": "grasper-pad", "readout.device": "ldc1614"}
     here = [key for key in words if key in read_yaml(text).keys]
@@ -182,7 +182,7 @@ FOR_THE_DESIGNER = {
 
 
 @pytest.mark.parametrize("name", FOR_THE_DESIGNER)
-def test_how_often_a_sensor_reads_is_changed_by_who_asks_for_it(name):
+def test_scan_rate_is_changed_only_by_unsafe_fixes(name):
     """A slower scan, which is less than was asked for, was written without asking."""
     text = json.dumps(FOR_THE_DESIGNER[name], indent=1)
     assert "readout.scan_rate" not in keys_of(mended_text(text, judged, only_safe, verdict))
@@ -194,7 +194,7 @@ def keys_of(found):
 
 
 @pytest.mark.parametrize("name", SAFE)
-def test_what_a_check_finds_is_mended_in_the_keys_that_the_fix_names(name):
+def test_safe_fixes_change_only_listed_keys(name):
     asked, keys = SAFE[name]
     text = json.dumps(asked, indent=1)
     found = mended_text(text, judged, only_safe, verdict)
@@ -211,7 +211,7 @@ def test_what_a_check_finds_is_mended_in_the_keys_that_the_fix_names(name):
 @pytest.mark.parametrize(
     "seed", [1, 2, 4, *(pytest.param(seed, marks=pytest.mark.more) for seed in (3, *range(5, 13)))]
 )
-def test_random_designs_are_no_worse_and_mended_once_for_all(seed):
+def test_fixed_random_design_is_no_worse_and_needs_no_second_fix(seed):
     text = json.dumps(random_design(seed), indent=1)
     found = mended_text(text, judged, always, verdict)
     again = mended_text(found.text, judged, always, verdict)
@@ -245,7 +245,7 @@ WORSE = {
 
 
 @pytest.mark.parametrize("name", WORSE)
-def test_what_adds_a_finding_is_rolled_back(name):
+def test_fix_that_adds_finding_is_rolled_back(name):
     remedy = Remedy((Edit("coil.turns", "7"),))
     first = Said((finding("SIT201", remedy), finding("SIT201", key="coil.layers")))
     texts = {"coil: {turns: 6}\n": first, "coil: {turns: 7}\n": Said(WORSE[name])}
@@ -253,7 +253,7 @@ def test_what_adds_a_finding_is_rolled_back(name):
     assert (found.text, found.applied) == ("coil: {turns: 6}\n", ())
 
 
-def test_what_is_rolled_back_says_why():
+def test_rolled_back_fix_gives_reason():
     remedy = Remedy((Edit("coil.turns", "7"),))
     first = Said((finding("SIT201", remedy),))
     for after, why in (
@@ -269,7 +269,7 @@ def test_what_is_rolled_back_says_why():
 
 @pytest.mark.parametrize("more", [(), (finding("SIT204", severity=Severity.NOTE),)])
 @pytest.mark.parametrize("way_back", [(), (Remedy((Edit("coil.turns", "6"),)),)])
-def test_a_note_may_take_a_notes_place_unless_it_has_a_fix_or_brings_more(way_back, more):
+def test_fix_that_replaces_note_by_unfixable_note_is_applied(way_back, more):
     """A lead that runs back was not mended, because its design kept another limit by little."""
     remedy = Remedy((Edit("coil.turns", "7"),))
     note = finding("SIT203", *way_back, severity=Severity.NOTE)
@@ -283,13 +283,13 @@ def test_a_note_may_take_a_notes_place_unless_it_has_a_fix_or_brings_more(way_ba
     assert is_written or found.rolled_back[0].why.startswith("it brings SIT203 (note)")
 
 
-def test_what_brings_a_warning_is_not_written():
+def test_fix_that_adds_warning_is_not_applied():
     remedy = Remedy((Edit("coil.turns", "7"),), ("SIT205",))
     found = mended_text("coil: {turns: 6}\n", lambda _: Said((finding("SIT201", remedy),)), always)
     assert not found.applied
 
 
-def test_a_finding_whose_key_hangs_on_what_was_tried_is_not_new():
+def test_finding_with_changed_key_does_not_roll_back_fix():
     """SIT113 names the pitch where a pitch was tried and the start angle where none was: a good fix was rolled back."""
     remedy = Remedy((Edit("target.size", "[4, 3]"),))
     wrong = Finding("SIT307", "overhang", Severity.ERROR, "it hangs over", key="target.size", fixes=(remedy,))
@@ -308,7 +308,7 @@ def test_a_finding_whose_key_hangs_on_what_was_tried_is_not_new():
     assert "[4, 3]" in done.text and not done.rolled_back
 
 
-def test_rules_with_warnings_before_the_change_are_named_apart():
+def test_warnings_text_separates_new_warnings_from_worsened_ones():
     """"SIT103, SIT130 then warn" was said of rules that warned as the design stood."""
     new, more = (text_of(case, "hint", {"rules": rules}) for case, rules in (
         ("tried-warns", ["SIT205"]), ("tried-warns-more", ["SIT103", "SIT130"])))
@@ -317,7 +317,7 @@ def test_rules_with_warnings_before_the_change_are_named_apart():
     assert warnings_text(("SIT205",), ()) == new and warnings_text((), ()) == ""
 
 
-def test_errors_are_mended_before_warnings_of_lower_rules():
+def test_errors_are_fixed_before_warnings_of_lower_rules():
     """SIT103 (warning) was mended before SIT201 (error), because its number is lower."""
     error = finding("SIT201", Remedy((Edit("coil.turns", "7"),)))
     warning = finding("SIT103", Remedy((Edit("coil.turns", "6.5"),)), severity=Severity.WARNING)
@@ -325,7 +325,7 @@ def test_errors_are_mended_before_warnings_of_lower_rules():
     assert [one.finding for one in found.applied] == [error]
 
 
-def test_error_that_gets_worse_by_a_fix_is_named_and_no_warning_is_mended_at_its_cost():
+def test_worsened_error_is_listed_and_blocks_warning_fix():
     """A fix that made another error graver was written without a word."""
     remedy = Remedy((Edit("coil.turns", "7"),))
     before, after = (replace(finding("SIT205"), measured=measured, limit=1.0) for measured in (1.1, 1.4))
@@ -338,7 +338,7 @@ def test_error_that_gets_worse_by_a_fix_is_named_and_no_warning_is_mended_at_its
     assert not mended_text("coil: {turns: 6}\n", lambda text: judge(text, Severity.WARNING), always).applied
 
 
-def test_a_warning_that_was_graver_as_an_error_is_not_worse():
+def test_error_reduced_to_warning_is_not_worsened():
     """A rule with an error of 50 % and a warning of 10 % that leaves two warnings of 10 and 30 % was called worse."""
     error = replace(finding("SIT201"), measured=1.5, limit=1.0)
     mild, half = (replace(error, severity=Severity.WARNING, measured=measured) for measured in (1.1, 1.3))

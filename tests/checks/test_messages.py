@@ -142,14 +142,14 @@ def test_every_call_names_cases_with_messages():
     assert calls() and not unknown
 
 
-def test_every_case_is_used():
+def test_every_message_case_is_used():
     others = [ast.parse(Path(module.__file__).read_text(encoding="utf-8")) for module in (finding, answer_text)]
     used = {node.value for tree in (*modules().values(), *others) for node in ast.walk(tree)
             if isinstance(node, ast.Constant) and isinstance(node.value, str)}
     assert sorted(set(templates()) - used) == []
 
 
-def test_every_named_value_is_supplied():
+def test_every_message_value_is_supplied_by_calls():
     flaws = []
     for path, function, node, cases, more, is_open in calls():
         added, _ = makers()[called(node)]
@@ -163,7 +163,7 @@ def test_every_named_value_is_supplied():
     assert not flaws
 
 
-def test_every_supplied_value_is_named():
+def test_every_supplied_value_appears_in_template():
     flaws = []
     for path, function, node, cases, more, is_open in calls():
         _, own = makers()[called(node)]
@@ -175,7 +175,7 @@ def test_every_supplied_value_is_named():
 
 
 @pytest.mark.parametrize("case", templates())
-def test_template_is_short_and_its_forms_are_known(case):
+def test_template_has_at_most_30_words_and_valid_forms(case):
     row = templates()[case]
     assert all(rule in {each.id for each in RULES} for rule in row["rule"].split())
     for part in ("message", "hint"):
@@ -188,13 +188,13 @@ def test_template_is_short_and_its_forms_are_known(case):
         assert quantity_as([value] if joined else value, form), name
 
 
-def test_missing_value_raises():
+def test_missing_message_value_gives_key_error():
     with pytest.raises(KeyError):
         text_of("via-drill", "message", {})
 
 
 @pytest.mark.parametrize(("value", "form"), [(1.0, ""), (1.0, "parsec"), ("C1", "m"), (1.0, "m and"), (None, "m")])
-def test_value_without_a_known_form_raises(value, form):
+def test_value_with_unknown_form_gives_value_error(value, form):
     with pytest.raises(ValueError, match=r"form|unit|sequence"):
         quantity_as(value, form)
 
@@ -204,11 +204,11 @@ def test_value_without_a_known_form_raises(value, form):
     (1, "count coil", "1 coil"), (3, "count coil", "3 coils"), (["a", "b", "c"], "and", "a, b and c"),
     ([1e-3, 2e-3], "m x", "1 mm x 2 mm"), ([], "list", "none"), (["a"], "or", "a"), (2.0, "number", "2"),
 ])
-def test_form_gives_text(value, form, text):
+def test_form_formats_value_as_text(value, form, text):
     assert quantity_as(value, form) == text
 
 
-def test_hint_is_not_made_if_it_is_not_wanted():
+def test_hint_is_computed_only_when_requested():
     asked = []
     found = violation_of("trace-width", measured=1e-4, limit=2e-4, house="us",
                          hint=lambda: asked.append(1) or "finer-rules", finer=lambda: asked.append(2) or ["a", "b"])
@@ -216,7 +216,7 @@ def test_hint_is_not_made_if_it_is_not_wanted():
     assert found.text("hint") and asked == [1, 2]
 
 
-def test_hint_function_without_a_case_gives_the_hint_of_the_case():
+def test_empty_hint_function_gives_hint_of_case():
     found = violation_of("annular-ring", measured=1e-4, limit=2e-4, house="us", net="C1", pad=4e-4, hint=lambda: "")
     assert "0.4 mm" in found.text("hint") or "400 um" in found.text("hint")
 
@@ -236,7 +236,7 @@ BY_HAND = {
 """Cases whose hints name a value that no program can vouch for, and why."""
 
 
-def test_hint_that_names_a_key_and_its_value_comes_with_a_fix():
+def test_hint_with_key_and_value_has_fix():
     without = []
     for path, _, node, cases, more, is_open in calls():
         added, _ = makers()[called(node)]

@@ -26,7 +26,7 @@ def said(judge, fpc):
     return [(f.severity.value, f.key, f.message) for f in judge("SIT131", spec(fpc))]
 
 
-def test_what_osh_park_lists_passes(judge):
+def test_board_within_osh_park_offers_passes(judge):
     assert said(judge, f"{OWN}, boards: 9, {PADS}") == []
 
 
@@ -45,7 +45,7 @@ def test_what_osh_park_lists_passes(judge):
          "35 um (the spec (line 4))"),
     ],
 )
-def test_what_is_not_offered_is_an_error_at_its_key(judge, fpc, key, have, listed):
+def test_feature_not_offered_gives_error_at_its_key(judge, fpc, key, have, listed):
     found = [f for f in judge("SIT131", spec(fpc)) if f.message.endswith(f" {listed}")]
     assert [(f.severity.value, f.key) for f in found] == [("error", key)]
     assert found[0].measured == (have and approx(have, rel=1e-9))
@@ -56,25 +56,25 @@ WRITTEN = "stackup: [{coverlay: 27.5 um}, {copper: %s}, {dielectric: 25 um}, {co
 
 @pytest.mark.parametrize("house", ["jselectronic", "rehan-2l", "wellpcb", "lab-circuits", "shipco"])
 @pytest.mark.parametrize(("copper", "foil"), [("18 um", "6 um"), ("30 um", ""), ("47 um", ""), ("35 um", "23 um")])
-def test_foil_that_no_house_has_is_refused_although_the_finished_copper_is_in_its_list(judge, house, copper, foil):
+def test_unlisted_foil_gives_error_although_finished_copper_is_listed(judge, house, copper, foil):
     """18 um finished were once taken as listed: with 12 um of plating they need a foil of 6 um."""
     found = said(judge, f"{WRITTEN % (copper, copper)}, rules: {house}, {PADS}")
     assert [message.partition(";")[0] for *_, message in found] == [f"copper foil: {foil}"] * bool(foil)
 
 
 @pytest.mark.parametrize("name", ["flex-2l-18um", "flex-2l-24um", "flex-2l-30um", "flex-2l-35um"])
-def test_presets_are_made_of_foils_that_houses_list(judge, name):
+def test_preset_stackups_use_listed_foils(judge, name):
     for house in ("jselectronic", "rehan-2l", "wellpcb"):
         assert said(judge, f"stackup: {name}, rules: {house}, {PADS}") == []
 
 
-def test_an_odd_number_of_boards_warns_and_says_how_many_to_order(judge):
+def test_board_count_off_multiple_gives_warning_with_next_multiple(judge):
     (found,) = judge("SIT131", spec(f"{OWN}, boards: 10, {PADS}"))
     assert (found.severity.value, found.key, found.limit) == ("warning", "fpc.boards", 12)
     assert found.source and "fpc.boards: 12" in found.hint
 
 
-def test_the_hint_names_the_stack_up_that_is_offered(judge):
+def test_stackup_hint_names_offered_stackup(judge):
     hints = {f.hint for f in judge("SIT131", spec(THIN))}
     assert hints and all("fpc.stackup: flex-2l-osh-park" in hint for hint in hints)
 
@@ -85,27 +85,27 @@ def test_the_hint_names_the_stack_up_that_is_offered(judge):
     (f"{OWN}, finish: osp, {PADS}", "fpc.finish", "enig"),
     (f"{OWN}, {PLUG}", "fpc.tail.connector", "solder-pads"),
 ])
-def test_what_the_hint_names_is_tried_and_can_be_written(advised, fpc, key, new):
+def test_hint_for_feature_not_offered_has_tried_fix(advised, fpc, key, new):
     """Hints named a stack-up that is offered, and `--fix` said that no fix is known."""
     found = advised("SIT131", spec(fpc))
     assert found and all((edit.key, edit.new) == (key, new) for one in found for edit in one.fixes[0].edits)
     assert all(one.hint.count(f"{key}: {new} (tried)") == 1 and one.hint.count(new) == 1 for one in found)
 
 
-def test_offered_stack_ups_have_the_layers_of_the_coil(judge):
+def test_stackup_with_fewer_layers_than_coil_is_not_suggested(judge):
     text = f"stackup: flex-4l, rules: rehan-2l, {PADS}"
     four = replace(spec(text), coil=replace(spec(text).coil, layers=(1, 2, 3, 4)))
     assert all("fpc.stackup" not in one.hint for one in judge("SIT131", four))
 
 
 @pytest.mark.parametrize("name", presets.names("stackup"))
-def test_a_profile_that_states_nothing_judges_nothing(verdicts, name):
+def test_profile_without_stated_offers_is_not_checked(verdicts, name):
     assert "layer_counts" not in installed_rules("generic-flex").sources
     asked = spec(f"stackup: {name}, rules: generic-flex, boards: 7, {PLUG}")
     findings, undecided = verdicts("SIT131", asked)
     assert findings == [] and [each.case for each in undecided] == ["no-offers"]
 
 
-def test_a_profile_of_ones_own_overrides_what_the_house_lists(judge):
+def test_custom_profile_overrides_listed_offers(judge):
     own = "rules: {based_on: osh-park-flex, stiffeners: [polyimide], order_multiple: 1}"
     assert said(judge, f"stackup: flex-2l-osh-park, {own}, boards: 10, {PLUG}") == []

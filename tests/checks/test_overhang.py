@@ -103,7 +103,7 @@ def hangs_nowhere(spec, layout):
     ids=["single", "triangle", "grid", "jaw", "short jaw", "no pad", "discs", "turned", "target offset", "pad offset",
          "odd array"],
 )
-def test_every_way_that_a_hint_names_clears_the_finding_and_hangs_over_nowhere(judge, advised, written):
+def test_every_overhang_fix_clears_finding_and_overhang(judge, advised, written):
     spec = loaded(written)
     assert not hangs_nowhere(spec, lay_out(spec))
     found = advised("SIT307", spec)
@@ -116,7 +116,7 @@ def test_every_way_that_a_hint_names_clears_the_finding_and_hangs_over_nowhere(j
             assert hangs_nowhere(after, lay_out(after))
 
 
-def test_a_pad_as_long_as_the_body_is_told_both_a_margin_and_a_size(advised):
+def test_pad_as_long_as_body_gets_margin_and_size_fixes(advised):
     """The length that was named before was that of a body in which the coils stood aside."""
     (found,) = advised("SIT307", loaded(document(**LONG_PAD, mount={"kind": "bench-plate"})))
     edits = [[(edit.key, edit.new) for edit in fix.edits] for fix in found.fixes]
@@ -124,7 +124,7 @@ def test_a_pad_as_long_as_the_body_is_told_both_a_margin_and_a_size(advised):
     assert "far end" in found.detail and "tail's end" in found.detail
 
 
-def test_sharp_corners_of_a_pad_as_large_as_the_body_hang_over_its_rounded_ones(judge):
+def test_square_pad_corners_overhang_rounded_board_corners(judge):
     plain = document(**LONG_PAD)
     body = lay_out(loaded(plain)).body_size
     plain["elastomer"] = {"shape": "rectangle", "size": [float(f"{side / MM:.6f}") for side in body], "thickness": 1}
@@ -133,14 +133,14 @@ def test_sharp_corners_of_a_pad_as_large_as_the_body_hang_over_its_rounded_ones(
     assert found.measured == approx((math.sqrt(2) - 1) * radius, abs=1e-6) and "overhang-corners" in found.cases
 
 
-def test_the_film_round_a_pad_counts_with_it(judge):
+def test_overhang_includes_film_around_pad(judge):
     parts = {"target": {"size": 10}, "elastomer": {"size": 10.3, "shape": "square"}}
     assert judge("SIT307", loaded(document(**parts))) == []
     (found,) = judge("SIT307", loaded(document(**parts, encapsulation={"thickness": 0.1})))
     assert "overhang-film" in found.cases and found.measured == approx(50e-6, rel=1e-3)
 
 
-def test_a_jaw_that_is_too_short_for_the_body_to_grow_is_named(judge):
+def test_overhang_on_short_jaw_names_jaw_length(judge):
     jaw = {"jaw": {"width": 5, "length": 5, "height": 2}}
     pad = {"shape": "rectangle", "size": [5, 4], "thickness": 1}
     (found,) = judge("SIT307", loaded(document(None, (4, 5), target={"size": 4}, elastomer=pad, mount=jaw)))
@@ -148,7 +148,7 @@ def test_a_jaw_that_is_too_short_for_the_body_to_grow_is_named(judge):
 
 
 @pytest.mark.slow
-def test_smaller_plates_that_break_another_rule_are_no_fix():
+def test_smaller_plates_that_break_other_rule_are_not_suggested():
     pad = {"shape": "rectangle", "size": [7, 4.6], "thickness": 1}
     parts = {"elastomer": pad, "mount": {"jaw": "generic-5mm"}, "encapsulation": {"thickness": 0.1}}
     written = document(None, (4, 5), target={"size": 4}, **parts)
@@ -169,18 +169,18 @@ def test_smaller_plates_that_break_another_rule_are_no_fix():
         ([9, 0], [-9, 0], ["error", "error"]),
     ],
 )
-def test_what_cannot_stay_where_it_is_put_is_an_error(judge, target, pad, severities):
+def test_large_plate_offset_gives_error_and_small_offset_gives_warning(judge, target, pad, severities):
     """A target beside its pad was a warning, and the force on it was computed as if it lay there."""
     parts = {"target": {"size": 4, "offset": target}, "elastomer": {"size": 5, "shape": "square", "offset": pad}}
     assert [f.severity.value for f in judge("SIT307", loaded(document(**parts)))] == severities
 
 
-def test_neither_target_nor_pad_is_not_checked(verdicts):
+def test_spec_without_target_and_pad_leaves_overhang_not_checked(verdicts):
     found, skipped = verdicts("SIT307", loaded(document()))
     assert not found and skipped[0].case == "no-plate"
 
 
-def test_what_a_spec_does_not_take_is_not_advised(judge, advised):
+def test_extreme_offset_hint_proposes_no_extreme_size(judge, advised):
     """A margin of 0.6 m was, and an elastomer of 0.8 m."""
     far = document(None, (4, 6), target={"size": 4, "offset": [400, -300]},
                    elastomer={"shape": "circle", "size": 3, "offset": [-200, 5]})
@@ -223,7 +223,7 @@ def sensors(draw):
 @pytest.mark.slow
 @settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
 @given(sensors())
-def test_where_nothing_is_found_everything_lies_on_what_carries_it_and_the_reverse(judge, written):
+def test_overhang_rule_agrees_with_shapely_geometry(judge, written):
     spec = loaded(written)
     layout = lay_out(spec)
     assert (judge("SIT307", spec, layout) == []) is hangs_nowhere(spec, layout)

@@ -46,7 +46,7 @@ def of_stack(design, layers, copper):
     (stack(["polyimide"], coverlay={"coverlay": "25 um", "material": "adhesive"}), 2, "fpc.stackup.0.material"),
     (stack(["polyimide"], coverlay={"coverlay": "25 um", "material": "felios"}), 2, "fpc.stackup.0.material"),
 ])
-def test_layer_of_a_material_for_another_use_is_an_error(design, judge, layers, copper, key):
+def test_stackup_layer_of_unsuitable_material_gives_error(design, judge, layers, copper, key):
     (found,) = judge("SIT137", of_stack(design, layers, copper))
     assert found.severity is Severity.ERROR and found.key == key
 
@@ -57,7 +57,7 @@ def test_layer_of_a_material_for_another_use_is_an_error(design, judge, layers, 
     (stack(["polyimide"], ["adhesive"], ["polyimide"]), 4),
     (stack(["polyimide"], coverlay={"coverlay": "25 um", "material": "solder-mask"}), 2),
 ])
-def test_layer_of_a_material_for_its_use_passes(design, judge, layers, copper):
+def test_stackup_layer_of_suitable_material_passes(design, judge, layers, copper):
     assert judge("SIT137", of_stack(design, layers, copper)) == []
 
 
@@ -70,7 +70,7 @@ def film(thickness, adhesive=None):
     (film("27.5 um", "10 um"), Severity.ERROR), (film("37.5 um", "25 um"), None), (film("37.5 um"), None),
     (film("50 um", "20 um"), Severity.WARNING), (film("25 um") | {"material": "solder-mask"}, None),
 ])
-def test_coverlay_with_too_little_adhesive_for_its_copper_is_a_finding(design, judge, coverlay, severity):
+def test_coverlay_with_little_adhesive_gives_warning_or_error(design, judge, coverlay, severity):
     found = judge("SIT138", of_stack(design, stack(["polyimide"], coverlay=coverlay), 2))
     assert [(one.severity, one.key) for one in found] == [
         (severity, "fpc.stackup.0"), (severity, "fpc.stackup.4")] * (severity is not None)
@@ -81,7 +81,7 @@ def test_coverlay_with_too_little_adhesive_for_its_copper_is_a_finding(design, j
 @pytest.mark.parametrize("name", presets.names("stackup"))
 @pytest.mark.parametrize("plating", [None, "panel", "pattern", "buttons"])
 @pytest.mark.parametrize("tail", [1, 2, 8])
-def test_every_preset_stackup_has_adhesive_for_its_copper_however_it_is_plated(name, plating, tail):
+def test_every_preset_stackup_has_enough_adhesive_for_any_plating(name, plating, tail):
     count = len(presets.stackup(name).copper)
     bend = "none" if name.startswith("rigid") else "static"
     fpc = {"stackup": name, "tail": {"layers": min(tail, count), "bend": bend}}
@@ -94,7 +94,7 @@ def test_every_preset_stackup_has_adhesive_for_its_copper_however_it_is_plated(n
 
 
 @pytest.mark.parametrize("adhesive", ["epoxy", "transfer-tape"])
-def test_glue_that_does_not_hold_on_silicone_is_an_error_on_a_pad_alone(design, judge, adhesive):
+def test_glue_without_silicone_bond_gives_error_only_with_pad(design, judge, adhesive):
     (found,) = judge("SIT329", design(assembly={"adhesive": adhesive}))
     assert found.severity is Severity.ERROR and found.key == "assembly.adhesive"
     without = design(assembly={"adhesive": adhesive}, elastomer=None, requirements=None)
@@ -102,7 +102,7 @@ def test_glue_that_does_not_hold_on_silicone_is_an_error_on_a_pad_alone(design, 
 
 
 @pytest.mark.parametrize("adhesive", ["silicone-adhesive", "cyanoacrylate"])
-def test_glue_that_holds_on_silicone_passes(design, judge, adhesive):
+def test_glue_with_silicone_bond_passes(design, judge, adhesive):
     assert judge("SIT329", design(assembly={"adhesive": adhesive})) == []
 
 
@@ -110,7 +110,7 @@ def test_glue_that_holds_on_silicone_passes(design, judge, adhesive):
     (10, "cyanoacrylate", False), (30, "cyanoacrylate", True), (30, "silicone-adhesive", False),
     (13.5, "cyanoacrylate", False),
 ])
-def test_glue_that_sets_before_it_lies_flat_is_a_warning_of_the_plate(judge, size, adhesive, is_found):
+def test_glue_that_sets_before_spreading_gives_warning(judge, size, adhesive, is_found):
     spec = sitscad.load_text(templates.read("three_axis_pad"), "t.yaml").replace(
         {"elastomer.size": f"{size} mm", "assembly.adhesive": adhesive})
     found = judge("SIT334", spec)
@@ -120,7 +120,7 @@ def test_glue_that_sets_before_it_lies_flat_is_a_warning_of_the_plate(judge, siz
         assert "silicone-adhesive" in found[0].hint and "epoxy" not in found[0].hint  # it does not hold on silicone
 
 
-def test_a_board_that_no_glue_lies_flat_under_is_a_warning(judge):
+def test_board_too_large_for_glue_spreading_gives_warning(judge):
     text = templates.read("skin_grid_3x3")
     assert judge("SIT334", sitscad.load_text(text, "t.yaml")) == []
     (found,) = judge("SIT334", sitscad.load_text(text, "t.yaml").replace("assembly.glue_line", "5 um"))
@@ -130,7 +130,7 @@ def test_a_board_that_no_glue_lies_flat_under_is_a_warning(judge):
 
 @pytest.mark.few(4)
 @pytest.mark.parametrize("name", templates.names())
-def test_glue_lies_flat_in_time_in_every_template(judge, name):
+def test_glue_spreads_within_open_time_in_every_template(judge, name):
     """And is not asked how long it takes where half of the pad's stiffness is enough."""
     spec = sitscad.load_text(templates.read(name), "t.yaml")
     assert judge("SIT334", spec) == []
@@ -145,7 +145,7 @@ def test_glue_lies_flat_in_time_in_every_template(judge, name):
     ({}, True), ({"assembly.adhesive": "silicone-adhesive"}, True), ({"assembly.adhesive": "transfer-tape"}, False),
     ({"encapsulation": None}, False), ({"encapsulation.material": {"shear_modulus": "100 kPa"}}, False),
 ])
-def test_platinum_silicone_on_glue_that_binds_platinum_is_noted(judge, changes, is_found):
+def test_platinum_silicone_film_on_inhibiting_glue_gives_note(judge, changes, is_found):
     spec = sitscad.load_text(templates.read("round_button_12mm"), "t.yaml").replace(changes)
     found = judge("SIT335", spec)
     assert [(each.severity, each.key) for each in found] == [(Severity.NOTE, "encapsulation.material")] * is_found
@@ -154,7 +154,7 @@ def test_platinum_silicone_on_glue_that_binds_platinum_is_noted(judge, changes, 
 
 
 @pytest.mark.parametrize(("thickness", "is_found"), [("1.5 mm", True), ("1.55 mm", True), ("1.7 mm", False)])
-def test_screw_heads_above_the_sensor_are_noted_with_their_height(judge, thickness, is_found):
+def test_screw_heads_above_sensor_give_note_with_height(judge, thickness, is_found):
     """The steps alone said that the heads of a shipped template stand 0.11 mm above its top face."""
     spec = sitscad.load_text(templates.read("round_button_12mm"), "t.yaml").replace({"elastomer.thickness": thickness})
     found = judge("SIT337", spec)
@@ -174,30 +174,30 @@ def plate(design, *places, **sizes):
     ([(-20, 20), (-20, 21)], {}), ([(-20, 20), (20, 20), (-20, 23.5)], {}), ([(-20, 20), (-20, 20)], {}),
     ([(-20, 20), (-20, 24)], {"diameter": 3.8}),
 ])
-def test_holes_of_a_plate_in_each_other_are_an_error(design, judge, places, sizes):
+def test_overlapping_plate_holes_give_error(design, judge, places, sizes):
     (found,) = judge("SIT330", plate(design, *places, **sizes))
     assert found.severity is Severity.ERROR and found.key == f"mount.holes.{len(places) - 1}.at"
     assert found.measured < found.limit
 
 
 @pytest.mark.parametrize("places", [[(-20, 20), (-20, 24)], [(-20, 20)]])
-def test_holes_of_a_plate_with_room_for_heads_pass(design, judge, places):
+def test_separated_plate_holes_pass(design, judge, places):
     assert judge("SIT330", plate(design, *places)) == []
 
 
 @pytest.mark.parametrize(("places", "found"), [([(0, 0), (-20, 20)], 0), ([(-20, 20), (5, 0)], 1)])
-def test_a_hole_under_the_board_is_said_to_go_into_a_second_piece(design, judge, places, found):
+def test_plate_hole_under_board_gives_warning(design, judge, places, found):
     (one,) = judge("SIT330", plate(design, *places))
     assert (one.severity, one.key) == (Severity.WARNING, f"mount.holes.{found}.at")
     assert one.measured == 0.0 and one.limit == approx(1.9e-3 + 1e-3, rel=1e-9, abs=0)
 
 
 @pytest.mark.parametrize("pattern", ["corners-m2", "ati-nano17", "ati-mini40", "breadboard-m6-25mm"])
-def test_installed_hole_patterns_keep_their_distances(design, judge, pattern):
+def test_installed_hole_patterns_pass_hole_distance_rule(design, judge, pattern):
     assert judge("SIT330", design(mount={"kind": "bench-plate", "standoff": 1, "holes": pattern}, shield=None)) == []
 
 
-def test_tolerance_of_nearly_the_whole_part_is_a_warning(design, judge):
+def test_tolerance_above_half_part_thickness_gives_warning(design, judge):
     (found,) = judge("SIT331", design(assembly={"tolerances": {"target": "190 um", "elastomer": "0.3 mm"}}))
     assert found.severity is Severity.WARNING and found.key == "assembly.tolerances.target"
     assert (found.measured, found.limit) == approx((190e-6, 100e-6), rel=1e-9)
@@ -205,18 +205,18 @@ def test_tolerance_of_nearly_the_whole_part_is_a_warning(design, judge):
 
 
 @pytest.mark.parametrize(("written", "nearest"), [("333.33 pF", 330e-12), ("350 pF", 360e-12), ("95 pF", 91e-12)])
-def test_capacitor_outside_of_series_e24_is_a_warning_with_the_nearest_values(design, judge, written, nearest):
+def test_capacitor_outside_e24_series_gives_warning_with_nearest_value(design, judge, written, nearest):
     (found,) = judge("SIT220", design(readout__capacitance=written))
     assert found.severity is Severity.WARNING and found.key == "readout.capacitance"
     assert found.limit == approx(nearest, rel=1e-9)
 
 
 @pytest.mark.parametrize("written", ["auto", "330 pF", "91 pF", "1 nF", "0.1 nF", "360 pF", "1.1 nF"])
-def test_capacitor_of_the_series_passes(design, judge, written):
+def test_capacitor_of_e24_series_passes(design, judge, written):
     assert judge("SIT220", design(readout__capacitance=written)) == []
 
 
-def test_chosen_capacitors_are_sold():
+def test_preferred_capacitors_are_in_e24_series():
     assert set(E12) < set(E24) and len(E24) == 24
     chosen = preferred_values(presets.converter("ldc1614"))
     assert chosen and all(neighbour_values(value) == approx((value, value), rel=1e-9) for value in chosen)
@@ -228,32 +228,32 @@ def test_chosen_capacitors_are_sold():
     ({"temperature": "10 degC", "temperature_range": [15, 45]}, Severity.ERROR, "requirements.temperature"),
     ({"temperature_range": [30, 40]}, Severity.NOTE, "requirements.temperature_range"),
 ])
-def test_temperature_outside_of_its_range_is_a_finding_at_its_key(design, judge, asked, severity, key):
+def test_temperature_outside_required_range_gives_finding_at_its_key(design, judge, asked, severity, key):
     (found,) = judge("SIT410", design(requirements=asked))
     assert (found.severity, found.key) == (severity, key)
 
 
 @pytest.mark.parametrize("asked", [{"temperature_range": [15, 45]}, {"temperature": "37 degC"},
                                    {"temperature": "37 degC", "temperature_range": [37, 40]}])
-def test_temperature_in_its_range_passes(design, judge, asked):
+def test_temperature_inside_required_range_passes(design, judge, asked):
     assert judge("SIT410", design(requirements=asked)) == []
 
 
-def test_load_case_beyond_required_force_is_a_warning(design, judge):
+def test_load_case_beyond_required_force_gives_warning(design, judge):
     found = judge("SIT410", design(loads={"press": {"normal": "6 N"}, "shear": {"shear_x": "2 N"}}))
     assert [(one.key, one.severity) for one in found] == [("loads.press", Severity.WARNING),
                                                           ("loads.shear", Severity.WARNING)]
     assert judge("SIT410", design(loads={"press": {"normal": "4.8 N"}, "shear": {"shear_x": "-1 N"}})) == []
 
 
-def test_material_that_a_program_names_itself_is_taken_as_it_is(judge, design):
+def test_unknown_layer_material_passes(judge, design):
     spec = design()
     layers = tuple(replace(one, material="own film") if one.material == "polyimide" else one
                    for one in spec.fpc.stackup.layers)
     assert judge("SIT137", replace(spec, fpc=replace(spec.fpc, stackup=replace(spec.fpc.stackup, layers=layers)))) == []
 
 
-def test_tolerance_of_nearly_the_whole_plate_under_the_board_is_a_warning(design, judge):
+def test_mount_tolerance_above_half_plate_thickness_gives_warning(design, judge):
     plate = {"kind": "bench-plate", "standoff": "0.5 mm"}
     spec = design(mount=plate, shield=None, assembly={"tolerances": {"mount": "0.49 mm"}})
     (found,) = judge("SIT331", spec)
@@ -262,7 +262,7 @@ def test_tolerance_of_nearly_the_whole_plate_under_the_board_is_a_warning(design
 
 
 @pytest.mark.parametrize("pattern", ["ati-nano17", "ati-mini40", [{"at": [0, 0], "diameter": 6.6, "head": 10}]])
-def test_holes_of_an_adapter_are_clear_of_the_nuts_in_its_corners(design, pattern):
+def test_adapter_holes_are_clear_of_corner_nuts(design, pattern):
     spec = design(mount={"kind": "bench-plate", "standoff": 1, "holes": pattern}, shield=None)
     layout = lay_out(spec)
     corners = corner_holes(plate_plan(layout, 0.0))
@@ -296,7 +296,7 @@ def strip(end="connector: zif-0.3mm, contacts: 7", width="3", mount=""):
     ("connector: zif-0.3mm", "4.3", False), ("connector: solder-pads", "3.2", True),
     ("connector: zif-0.5mm", "3.2", True), ("connector: solder-pads, turn: left", "3.2", False),
 ])
-def test_contacts_wider_than_the_largest_outline_are_noted_with_their_width(judge, end, width, told):
+def test_contacts_wider_than_largest_outline_give_note(judge, end, width, told):
     spec = strip(end, width)
     found = [each for each in judge("SIT136", spec) if each.severity is Severity.NOTE]
     assert len(found) == told
@@ -311,7 +311,7 @@ def test_contacts_wider_than_the_largest_outline_are_noted_with_their_width(judg
     ("connector: zif-0.3mm, contacts: 12", {"fpc.tail.connector": "zif-0.5mm", "fpc.tail.contacts": "6"}),
     ("connector: zif-0.5mm, contacts: 12", {"fpc.tail.contacts": "6"}),
 ])
-def test_a_wide_tail_is_offered_plugs_that_are_made_and_narrower(judge, end, edits):
+def test_too_wide_tail_gets_narrower_existing_plugs(judge, end, edits):
     """A spec with zif-0.3mm was told to write zif-0.3mm, and a number of contacts that nobody is known to make."""
     spec = strip(end, "3")
     (found,) = [each for each in judge("SIT136", spec) if each.severity is Severity.NOTE]
@@ -327,7 +327,7 @@ def test_a_wide_tail_is_offered_plugs_that_are_made_and_narrower(judge, end, edi
     ("mount: {kind: custom}", True), ("mount: {kind: bench-plate}", False), ("", False),
     ("mount: {kind: custom, metal_behind: {material: stainless-304, distance: 2, thickness: 1}}", False),
 ])
-def test_a_mount_of_ones_own_without_metal_behind_is_noted(judge, mount, told):
+def test_custom_mount_without_stated_metal_behind_gives_note(judge, mount, told):
     found = judge("SIT336", strip(mount=mount))
     assert [(each.severity, each.key) for each in found] == [(Severity.NOTE, "mount")] * told
     assert all("metal-behind" in each.cases for each in found)
@@ -336,14 +336,14 @@ def test_a_mount_of_ones_own_without_metal_behind_is_noted(judge, mount, told):
 @pytest.mark.parametrize(("material", "thickness", "limit"), [
     ("copper", "0.2", None), ("copper", "0.21", 0.2e-3), ("copper", "0.5", 0.2e-3), ("aluminium", "0.5", None),
 ])
-def test_a_target_that_no_known_laser_cuts_is_noted_by_check(design, judge, material, thickness, limit):
+def test_target_too_thick_for_laser_cutting_gives_note(design, judge, material, thickness, limit):
     found = judge("SIT317", design(target__material=material, target__thickness=thickness))
     assert [(each.severity, each.key, each.limit) for each in found] == (
         [(Severity.NOTE, "target.thickness", limit)] if limit else [])
 
 
 @pytest.mark.parametrize("room", [3.1, 2.4])
-def test_the_hint_for_a_body_that_is_too_large_advises_only_an_outline_with_room(judge, room):
+def test_outline_is_suggested_for_large_body_only_with_room(judge, room):
     """The outline as the body's own is laid out: it is advised if everything has room in it."""
     spec = strip(width=f"{room}").replace("fpc.margin", (0.0, 0.5e-3))
     (found,) = [each for each in judge("SIT136", spec) if each.severity is Severity.ERROR]
@@ -354,7 +354,7 @@ def test_the_hint_for_a_body_that_is_too_large_advises_only_an_outline_with_room
 
 
 @pytest.mark.parametrize(("name", "shown"), [("", "based on generic-fine"), ("name: our shop, ", "our shop")])
-def test_rules_in_the_spec_are_called_by_their_name_or_by_what_they_are_based_on(name, shown):
+def test_rules_name_is_stated_name_or_base_profile(name, shown):
     """Papers said "closer than written out keeps"."""
     rules = load_text(STRIP.replace("END", "connector: zif-0.3mm").replace("WIDTH", "9").replace("MOUNT", "").replace(
         "{based_on", f"{{{name}based_on")).fpc.rules

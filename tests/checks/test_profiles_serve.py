@@ -36,7 +36,7 @@ def faults(judge, spec, layout):
 
 @pytest.mark.parametrize("end", ENDS)
 @pytest.mark.parametrize("rules", presets.names("rules"))
-def test_a_coil_for_any_installed_profile_has_no_fault(judge, rules, end):
+def test_coil_for_every_installed_profile_has_no_layout_finding(judge, rules, end):
     layers = 2 if rules != "rehan-4l" else 4
     spec = single(rules, layers, ENDS[end])
     layout = lay_out(spec)
@@ -45,7 +45,7 @@ def test_a_coil_for_any_installed_profile_has_no_fault(judge, rules, end):
 
 @pytest.mark.parametrize("readout", ["", "readout: {capacitors_on_board: chip-0603}"])
 @pytest.mark.parametrize("distance", [0.1e-3, 0.3e-3, 0.9e-3])
-def test_vias_and_capacitors_keep_the_fabricators_distances_from_the_openings(judge, readout, distance):
+def test_vias_and_capacitors_are_clear_of_coverlay_openings(judge, readout, distance):
     """However far the coverlay is wanted from what it covers; beside a plug's contacts its web is the connector's."""
     spec = single("generic-flex", 2, ENDS["plug"], readout)
     rules = replace(spec.fpc.rules, coverlay_opening_to_trace=distance, coverlay_web=max(0.2e-3, distance / 2))
@@ -60,7 +60,7 @@ def test_vias_and_capacitors_keep_the_fabricators_distances_from_the_openings(ju
 
 @pytest.mark.parametrize("rules", ["rehan-2l", "rehan-4l"])
 @pytest.mark.parametrize("template", ["single_coil", "bench_7mm", "grasper_4layer"])
-def test_a_template_with_the_wider_openings_of_a_house_keeps_them_from_its_vias(judge, root, template, rules):
+def test_template_with_wide_coverlay_openings_has_no_bare_via(judge, root, template, rules):
     spec = load_text((root / "templates" / f"{template}.yaml").read_text(encoding="utf-8"), f"{template}.yaml")
     spec = replace(spec, fpc=replace(spec.fpc, rules=installed_rules(rules)))
     assert judge("SIT115", spec, lay_out(spec)) == []

@@ -45,7 +45,7 @@ def answers(estimates, spec, steps):
 
 
 @pytest.mark.slow
-def test_coils_beside_the_target_are_named_with_what_mends_them():
+def test_coils_beside_target_give_warning_with_larger_target():
     spec = sitscad.load_text(FOUR, "line4.yaml")
     result = sitscad.check(spec)
     (found,) = [f for f in result.findings if f.rule == "SIT215"]
@@ -58,7 +58,7 @@ def test_coils_beside_the_target_are_named_with_what_mends_them():
     assert left.case == "target-length-line"
 
 
-def test_a_target_that_is_offset_is_told_the_way_back():
+def test_offset_target_gets_hint_of_zero_offset():
     """The hints asked for a softer pad over a coil that the target does not reach."""
     aside = """sitscad: 1
 name: aside
@@ -76,7 +76,7 @@ requirements: {normal_force: 2 N}
     assert not {f.rule for f in back.findings} & {"SIT215", "SIT217", "SIT306"}
 
 
-def test_the_target_that_is_advised_reaches_every_coil():
+def test_suggested_target_size_gives_signal_in_every_coil():
     wide = FOUR.replace("size: [11, 10]", "size: [44.5, 10]")
     spec = sitscad.load_text(wide, "line4.yaml")
     numbers = sitscad.estimate(sitscad.lay_out(spec))
@@ -85,7 +85,7 @@ def test_the_target_that_is_advised_reaches_every_coil():
     assert all(abs(one.change) > 0.5 * most for one in found)
 
 
-def test_a_share_of_the_best_coil_is_asked_too(design, estimates, judge):
+def test_signal_below_least_fraction_of_best_coil_gives_finding(design, estimates, judge):
     spec = design()
     weak = 0.9 * LEAST_SHARE * 1e3
     (found,) = judge("SIT215", spec, None, answers(estimates, spec, (1e3, weak)))
@@ -94,7 +94,7 @@ def test_a_share_of_the_best_coil_is_asked_too(design, estimates, judge):
 
 
 @pytest.mark.parametrize(("shear", "severity"), [(1.0, Severity.ERROR), (None, Severity.WARNING)])
-def test_a_coil_that_feels_nothing_is_reported_with_what_it_costs(shear, severity, design, estimates, judge):
+def test_coil_without_signal_gives_error_only_with_required_shear(shear, severity, design, estimates, judge):
     """With one of two coils lost shear is a normal force: that was a warning of the steps alone."""
     spec = design(requirements__shear_force=None if shear is None else f"{shear} N")
     (found,) = judge("SIT215", spec, None, answers(estimates, spec, (1e3, 0.01)))
@@ -108,7 +108,7 @@ CELLS = (TEMPLATES / "skin_strip_6.yaml").read_text(encoding="utf-8").replace("c
 
 
 @pytest.mark.slow
-def test_of_cells_each_has_to_tell_shear():
+def test_cell_without_shear_signal_gives_error():
     """Three coils a cell under a target over the middle one, six in all: two of them felt something, each alone."""
     text = CELLS.replace("normal_force: 8 N", "normal_force: 8 N\n  shear_force: 1 N")
     result = sitscad.check(sitscad.load_text(text, "strip.yaml"), hints="none")
@@ -116,7 +116,7 @@ def test_of_cells_each_has_to_tell_shear():
     assert found.severity is Severity.ERROR and {"C1", "C3", "C4", "C6"} <= set(re.findall(r"C\d", found.detail))
 
 
-def test_few_steps_of_every_coil_ask_for_more_change(design, estimates, judge):
+def test_few_signal_steps_of_all_coils_give_finding(design, estimates, judge):
     spec = design()
     (found,) = judge("SIT215", spec, None, answers(estimates, spec, (29.0, 29.0)))
     assert found.key == "elastomer.thickness"
@@ -124,7 +124,7 @@ def test_few_steps_of_every_coil_ask_for_more_change(design, estimates, judge):
     assert judge("SIT215", spec, None, answers(estimates, spec, (31.0, 31.0))) == []
 
 
-def test_what_was_not_estimated_is_reported(design, estimates, verdicts):
+def test_missing_signal_estimate_leaves_rule_not_checked(design, estimates, verdicts):
     spec = design()
     found, skipped = verdicts("SIT215", spec, None, estimates(spec))
     assert found == [] and skipped[0].case == "no-change"
@@ -144,7 +144,7 @@ requirements: {normal_force: 2 N}
 
 
 @pytest.mark.parametrize(("material", "small"), [("ecoflex-00-30", False), ("dragon-skin-30", True)])
-def test_a_signal_that_warmth_would_hide_is_warned_of(material, small):
+def test_signal_smaller_than_thermal_drift_gives_warning(material, small):
     """A sensor whose reading changes by half a per cent over its whole range passed without a word."""
     spec = sitscad.load_text(SMALL.replace("MATERIAL", material), "small.yaml")
     result = sitscad.check(spec)
@@ -162,7 +162,7 @@ def test_a_signal_that_warmth_would_hide_is_warned_of(material, small):
         assert "elastomer" in one.hint and "target" not in one.hint and "metal" not in one.hint
 
 
-def test_json_gives_every_coils_signal():
+def test_json_contains_signal_of_every_coil():
     """Programs found neither the change per newton nor the share that SIT217 judges unless it was too small."""
     spec = sitscad.load_text(SMALL.replace("MATERIAL", "ecoflex-00-30"), "small.yaml")
     result = sitscad.check(spec)
@@ -176,7 +176,7 @@ def test_json_gives_every_coils_signal():
     assert entry["steps"] == approx(signal.steps, rel=1e-6) and entry["frequency_share"] > 0.0
 
 
-def test_steps_are_those_of_the_frequency():
+def test_signal_steps_are_frequency_change_over_converter_resolution():
     """A change by the converter's formula stood over a step of the inductance at the contacts: 39.5 for 35 steps."""
     design = sitscad.Design(sitscad.load_text(SMALL.replace("MATERIAL", "ecoflex-00-30"), "small.yaml"))
     (coil,), (signal,) = design.estimates.coils, signals(design.estimates)
@@ -188,13 +188,13 @@ def test_steps_are_those_of_the_frequency():
     assert rest.converter_inductance > 1.02 * rest.inductance, "or both ways are alike"
 
 
-def test_no_force_no_signal_and_no_verdict_on_it():
+def test_spec_without_force_has_no_signals():
     result = sitscad.check(sitscad.load_text(FOUR.replace("requirements: {normal_force: 5 N}\n", ""), "line4.yaml"))
     assert result.signals == () and "SIT217" in {n.rule for n in result.not_checked}
 
 
 @pytest.mark.slow
-def test_a_temperature_sensor_clears_a_signal_that_warmth_would_hide():
+def test_temperature_sensor_clears_thermal_drift_warning():
     """Of signals below 1 %, those above 0.3 % are kept from warmth by a compensation."""
     spec = sitscad.load_text(SMALL.replace("MATERIAL", "dragon-skin-20"), "small.yaml")
     (found,) = (f for f in sitscad.check(spec, hints="full").findings if f.rule == "SIT217")
@@ -205,7 +205,7 @@ def test_a_temperature_sensor_clears_a_signal_that_warmth_would_hide():
     assert keys, "a change that clears it is named"
 
 
-def test_ten_degrees_move_the_reading_about_as_far_as_is_said():
+def test_drift_over_ten_kelvin_agrees_with_constant():
     spec = sitscad.load_text(SMALL.replace("MATERIAL", "ecoflex-00-30"), "small.yaml")
     layout = sitscad.lay_out(replace(spec, readout=replace(spec.readout, capacitance=220e-12)))
     cold, warm = (sitscad.estimate(layout, temperature=t).coils[0].states["rest"] for t in (20.0, 30.0))
@@ -214,7 +214,7 @@ def test_ten_degrees_move_the_reading_about_as_far_as_is_said():
 
 
 @pytest.mark.slow
-def test_a_magnetic_target_is_told_which_metal_helps():
+def test_magnetic_steel_target_with_small_signal_gets_copper_fix():
     """17-4PH gave 0.06 % where 304 gives 0.7: softness and thickness were offered, and four rounds lost."""
     steel = sitscad.load(TEMPLATES / "bench_7mm.yaml").replace("target.material", "stainless-17-4ph")
     (found,) = (f for f in sitscad.check(steel, hints="full").findings if f.rule == "SIT217")
@@ -228,7 +228,7 @@ def test_a_magnetic_target_is_told_which_metal_helps():
 
 
 @pytest.mark.slow
-def test_a_pad_wider_than_the_target_is_told_to_be_cut_to_it():
+def test_pad_wider_than_target_gets_hint_to_cut_it():
     """Cutting it from 12 mm to the target's 10 helped most, and no hint said so."""
     wide = """
     {sitscad: 1, name: tip, coil: {shape: circle, outer_diameter: 10, turns: 13, layers: 2, trace_width: 0.16,
@@ -247,7 +247,7 @@ def test_a_pad_wider_than_the_target_is_told_to_be_cut_to_it():
 
 
 @pytest.mark.slow
-def test_the_thickness_of_most_signal_is_named():
+def test_thick_pad_gets_thickness_with_largest_signal():
     """Too thin a pad gives way too little, too thick a one keeps the target away; nobody said which is best."""
     thick = """
     {sitscad: 1, name: thick, array: {pattern: line, count: 2, pitch: 7}, readout: {capacitance: 150 pF},

@@ -25,7 +25,7 @@ EXAMPLES = [pytest.param(rule, marks=[pytest.mark.slow] if rule in SLOW else [])
 
 
 @pytest.mark.parametrize("rule", EXAMPLES)
-def test_wrong_example_breaks_its_rule_with_the_stored_texts_and_right_example_keeps_it(rule, tmp_path):
+def test_wrong_example_gives_stored_messages_and_right_example_passes(rule, tmp_path):
     found, before = rule_examples.findings(rule, rule_examples.wrong_text(rule), tmp_path)
     assert rule in {each.rule for each in found}
     assert rule_examples.messages(rule, found) == rule_examples.stored_messages()[rule]
@@ -34,15 +34,15 @@ def test_wrong_example_breaks_its_rule_with_the_stored_texts_and_right_example_k
     assert set(undecided) <= set(before) or rule in UNDECIDED
 
 
-def test_stored_texts_are_of_all_rules_with_an_example():
+def test_stored_messages_cover_all_rules_with_examples():
     assert list(rule_examples.stored_messages()) == list(rule_examples.CHANGES)
 
 
-def test_every_wrong_spec_has_an_example():
+def test_every_broken_spec_file_has_rule_example():
     assert {path.stem for path in rule_examples.BROKEN.glob("*.yaml")} == set(rule_examples.CHANGES)
 
 
-def test_examples_are_yaml_with_the_changed_keys_of_one_section_in_a_line():
+def test_rule_example_is_yaml_of_changed_keys():
     found = rule_example("SIT205")
     assert found is not None
     assert rule_examples.value(found.wrong) == {"coil": {"outer_diameter": 3, "turns": 3, "trace_width": 0.05}}
@@ -58,7 +58,7 @@ def test_every_rule_has_an_example_or_a_reason():
     assert not without & set(rule_examples.CHANGES) and without | set(rule_examples.CHANGES) == set(RULE_TEXTS)
 
 
-def test_every_row_of_the_rules_has_all_columns_and_no_more():
+def test_every_row_of_rule_tables_has_all_columns():
     """An unquoted comma moved the reason of SIT330 into its remedy."""
     for name in ("rules", "rule_examples", "messages"):
         with (sitscad.data.FOLDER / f"{name}.csv").open(encoding="utf-8", newline="") as lines:
@@ -66,7 +66,7 @@ def test_every_row_of_the_rules_has_all_columns_and_no_more():
         assert {len(row) for row in table} == {len(table[0])}
 
 
-def test_a_summary_is_one_short_sentence_with_must_and_cases_are_conditions():
+def test_rule_summary_is_one_short_sentence_with_must():
     for rule, row in RULE_TEXTS.items():
         assert "must" in row["summary"].split() and len(row["summary"].split()) <= 25, rule
         assert row["summary"].count(". ") == 0 and row["summary"].endswith("."), rule

@@ -39,7 +39,7 @@ def judged(text):
     return apply_rule(SHEAR, Design(sitscad.load_text(text, "four.yaml")))
 
 
-def test_a_target_over_the_whole_array_feels_no_shear():
+def test_target_wider_than_array_has_no_shear_signal():
     found, skipped = judged(FOUR.replace("TARGET", "24"))
     assert not skipped and [f.severity for f in found] == [Severity.WARNING] * 2
     for finding, axis in zip(found, "xy", strict=True):
@@ -48,13 +48,13 @@ def test_a_target_over_the_whole_array_feels_no_shear():
         assert "7 mm" in finding.hint and "8.5 mm" in finding.detail
 
 
-def test_a_target_that_ends_over_the_coils_feels_it():
+def test_target_ending_over_coils_has_shear_signal():
     assert judged(FOUR.replace("TARGET", "7")) == ([], [])
 
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_a_target_that_ends_at_the_rims_feels_a_tilt_as_more_than_the_shear():
+def test_target_ending_at_coil_rims_has_tilt_error_above_shear():
     """Between both nothing was said, though a degree of tilt was read as 3.6 N where 3 N were to be felt."""
     pad = sitscad.load(TEMPLATES / "three_axis_pad.yaml")
     assert apply_rule(SHEAR, Design(pad)) == ([], [])
@@ -71,7 +71,7 @@ def test_a_target_that_ends_at_the_rims_feels_a_tilt_as_more_than_the_shear():
     assert apply_rule(SHEAR, Design(mended)) == ([], [])
 
 
-def test_only_the_axes_along_which_coils_stand_apart_are_judged():
+def test_shear_is_checked_only_along_axes_with_several_coils():
     line = FOUR.replace("grid, count: [2, 2]", "line, count: 2").replace("TARGET", "24")
     found, _ = judged(line)
     assert len(found) == 1 and "shear-weak" in found[0].cases and "along x" in found[0].message
@@ -85,14 +85,14 @@ def test_only_the_axes_along_which_coils_stand_apart_are_judged():
         (", shear_force: 3 N", "", "no-requirement"),
     ],
 )
-def test_what_cannot_tell_shear_is_not_judged(old, new, case):
+def test_design_without_measurable_shear_is_not_checked(old, new, case):
     found, (skipped,) = judged(FOUR.replace(old, new).replace("TARGET", "7"))
     assert not found and skipped.case == case
 
 
 @pytest.mark.parametrize("shape", ["circle", "square"])
 @pytest.mark.parametrize("mount", ["", "mount: {standoff: 1, jaw: {width: 30, length: 30, height: 8}}\n"])
-def test_the_change_is_that_of_the_sensor_estimated_with_its_target_moved(shape, mount):
+def test_inductance_change_equals_estimate_with_moved_target(shape, mount):
     text = FOUR.replace("shape: circle", f"shape: {shape}").replace("TARGET", "10").replace("size: 24", "size: 14")
     spec = sitscad.load_text(text + mount, "four.yaml")
     layout = sitscad.lay_out(spec)
@@ -109,7 +109,7 @@ def test_the_change_is_that_of_the_sensor_estimated_with_its_target_moved(shape,
             assert shared[1 + k, number] - shared[0, number] == approx(change, rel=0.12)
 
 
-def test_a_target_beside_its_pad_presses_nothing():
+def test_target_beside_pad_has_no_pressed_state():
     """It was computed as if a hair of the pad carried all the force: 96 % of strain, 0 % of the pad loaded."""
     spec = sitscad.load_text(FOUR.replace("size: TARGET", "size: 6, offset: [16, 0]"), "beside.yaml")
     estimates = sitscad.estimate(sitscad.lay_out(spec))
@@ -134,7 +134,7 @@ elastomer: {{size: 20}}
 
 
 @pytest.mark.parametrize("target", ["{size: [8, 4]}", "{size: [4, 8], rotation: 90 deg}"])
-def test_what_coils_share_with_the_target_is_as_they_lie(target):
+def test_shared_middles_follow_coil_rotation(target):
     """A coil that is turned by a right angle shares what one shares that is as wide as it was long."""
     upright = boxes([4, 6], 0, target)
     assert boxes([6, 4], 90, target) == [approx(at, abs=1e-12) for at in upright]

@@ -51,7 +51,7 @@ def test_smallest_coil_reaches_the_resistance_and_a_smaller_one_does_not(row):
     (3e-3, "recommended", True), (4.1e-3, "recommended", True), (4.2e-3, "recommended", False),
     (3e-3, "generic-fine", False),
 ])
-def test_coil_below_the_smallest_of_its_profile_is_noted_once(diameter, rules, is_noted):
+def test_coil_smaller_than_profile_minimum_gives_one_note(diameter, rules, is_noted):
     """No message said that a coil of 3 mm cannot be made to the recommended profile."""
     row = {"profile": rules, "shape": "circle", "layers": "4"}
     found = [each for each in check(spec_of(row, diameter, 1.5), hints="none").findings if each.rule == "SIT222"]

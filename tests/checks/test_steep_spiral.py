@@ -47,7 +47,7 @@ def nearest_turns(spec):
     )
 
 
-def test_the_gap_that_is_found_is_the_true_one_of_the_spiral(judge):
+def test_measured_turn_gap_equals_exact_spiral_gap(judge):
     """It is not an error of how the spiral is drawn: the formula itself, tried point by point, has the same gap."""
     spec = wide()
     found = judge("SIT108", spec, lay_out(spec))
@@ -57,7 +57,7 @@ def test_the_gap_that_is_found_is_the_true_one_of_the_spiral(judge):
 
 
 @pytest.mark.parametrize(("width", "turns"), [(1.2, 1.35), (0.8, 2.5)])
-def test_the_spacing_that_is_named_gives_the_turns_their_distance(advised, judge, width, turns):
+def test_suggested_trace_spacing_clears_turn_gap_finding(advised, judge, width, turns):
     spec = wide(width, turns=turns)
     found = advised("SIT108", spec, lay_out(spec))
     assert found and all(finding.fixes for finding in found)
@@ -68,7 +68,7 @@ def test_the_spacing_that_is_named_gives_the_turns_their_distance(advised, judge
     assert 0.101e-3 <= named <= 0.104e-3
 
 
-def test_turns_of_a_polygon_and_narrow_ones_lie_as_they_are_spaced(judge):
+def test_polygon_and_narrow_spiral_have_no_gap_reduction(judge):
     assert spiral_gap_reduction(wide(shape="square", turns=1).coil) == 0.0
     assert spiral_gap_reduction(wide(0.1, 0.1, 5).coil) < 0.1e-6
     assert judge("SIT108", wide(0.1, 0.1, 5), lay_out(wide(0.1, 0.1, 5))) == []
@@ -76,7 +76,7 @@ def test_turns_of_a_polygon_and_narrow_ones_lie_as_they_are_spaced(judge):
 
 @pytest.mark.parametrize(("shape", "size", "turns", "radius"), [
     ("square", "10", 5, 2.4), ("square", "10", 8, 2.0), ("rectangle", "[14, 8]", 5, 2.5)])
-def test_corner_radius_with_which_mid_side_turns_keep_their_distance_is_named(judge, shape, size, turns, radius):
+def test_suggested_corner_radius_clears_turn_gap_finding(judge, shape, size, turns, radius):
     """The innermost side has no room for a larger radius; its corners came out sharper, near the turn outside."""
     def text(radius):
         return (f"sitscad: 1\nname: a\ncoil: {{shape: {shape}, outer_diameter: {size}, turns: {turns}, layers: 2, "

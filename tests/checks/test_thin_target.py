@@ -38,7 +38,7 @@ def numbers(spec):
     return coil.states["pressed"].parallel_resistance, coil.sensitivity(5.0)[0], coil.sensor_frequency
 
 
-def test_household_foil_is_not_refused():
+def test_household_foil_target_gives_only_note():
     """It was an error at 0.53 skin depths, where it takes a tenth of R_P and nothing of the signal."""
     result = sitscad.check(foil())
     (found,) = [finding for finding in result.findings if finding.rule == "SIT305"]
@@ -54,11 +54,11 @@ def test_household_foil_is_not_refused():
 @pytest.mark.parametrize(
     ("thickness", "severity"), [("5 um", Severity.WARNING), ("20 um", Severity.NOTE), ("120 um", None)]
 )
-def test_the_severity_follows_the_cost(thickness, severity, judge):
+def test_thinner_target_gives_graver_severity(thickness, severity, judge):
     assert [f.severity for f in judge_alone(judge, foil(thickness))] == ([severity] if severity else [])
 
 
-def test_what_is_hardly_thin_is_not_worked_out_again(monkeypatch, judge):
+def test_slightly_thin_target_needs_no_comparison_design(monkeypatch, judge):
     """A second design with a thick target costs as much as the check; from 1.2 skin depths on it cannot matter."""
     spec = foil("60 um")
     (mine, change, _), (thick, before, _) = numbers(spec), numbers(foil("115 um"))
@@ -71,14 +71,14 @@ def test_what_is_hardly_thin_is_not_worked_out_again(monkeypatch, judge):
 
 
 @pytest.mark.parametrize("depths", [1.2, 1.5, 2.0, 3.0])
-def test_the_resistance_of_a_sheet(depths):
+def test_sheet_resistance_equals_complex_impedance_formula(depths):
     """Against the impedance of an endless sheet with complex numbers."""
     ratio = ((1.0 + 1.0j) / cmath.tanh((1.0 + 1.0j) * depths)).real
     assert _resistance_of_sheet(depths) == approx(ratio, rel=1e-9) and abs(ratio - 1.0) < 0.09
 
 
 @pytest.mark.parametrize("thickness", [70.0, 84.0])
-def test_a_higher_frequency_is_offered_where_the_converter_follows(thickness):
+def test_higher_frequency_is_suggested_only_within_converter_range(thickness):
     """Three skin depths stop 95 %: at 13.1 MHz for 70 um of aluminium, at 9.1 MHz for 84 um; the LDC1614 ends at 10."""
     result = sitscad.check(foil(f"{thickness} um", force=FORCE + "readout: {capacitance: 220 nF}\n"))
     (found,) = [finding for finding in result.findings if finding.rule == "SIT305"]
@@ -91,7 +91,7 @@ def judge_alone(judge, spec):
     return judge("SIT305", spec, None, sitscad.estimate(sitscad.lay_out(spec)))
 
 
-def test_a_lost_signal_warns_where_the_loss_is_small(judge):
+def test_lost_signal_gives_warning_despite_small_loss(judge):
     """A poor conductor: hardly any loss, and a fifth of the signal."""
     for force, case in ((FORCE, "thin-change-newton"), ("", "thin-change-rest")):
         (found,) = judge_alone(judge, foil("200 um", "{conductivity: 3e4 S/m}", force))
@@ -101,14 +101,14 @@ def test_a_lost_signal_warns_where_the_loss_is_small(judge):
 
 @pytest.mark.parametrize("force", [FORCE, ""])
 @pytest.mark.parametrize("conductivity", ["0 S/m", "1 S/m"])
-def test_only_what_changes_nothing_is_refused(conductivity, force, judge):
+def test_target_without_effect_gives_error(conductivity, force, judge):
     (found,) = judge_alone(judge, foil("200 um", f"{{conductivity: {conductivity}}}", force))
     assert found.severity is Severity.ERROR and found.measured < 1e-5 and "poor-conductor" in found.cases
     assert found.limit == constant_limits()["least_target_effect"].value
 
 
 @pytest.mark.parametrize("permeability", [5, 100])
-def test_a_magnet_that_does_not_conduct_is_not_refused(permeability, verdicts):
+def test_insulating_magnetic_target_gives_no_error(permeability, verdicts):
     """It draws the field in, and was refused for want of eddy currents."""
     spec = foil("1 mm", f"{{conductivity: 0 S/m, relative_permeability: {permeability}}}")
     found, undecided = verdicts("SIT305", spec, None, sitscad.estimate(sitscad.lay_out(spec)))
@@ -116,11 +116,11 @@ def test_a_magnet_that_does_not_conduct_is_not_refused(permeability, verdicts):
     assert bool(undecided) is (permeability == 100)
 
 
-def test_every_limit_of_its_own_says_why():
+def test_every_constant_limit_has_source():
     assert all(row.value > 0.0 and len(row.source) > 40 for row in constant_limits().values())
 
 
-def test_skin_depth():
+def test_skin_depth_of_copper_equals_reference_values():
     assert skin_depth(8e6, 58e6) == approx(23.4e-6, abs=0.05e-6)
     assert skin_depth(3.1e6, 58e6) == approx(37e-6, rel=0.02)
     assert skin_depth(5e6, 0.0) == float("inf")
@@ -151,14 +151,14 @@ def bends(thickness, more="", material="aluminium"):
 @pytest.mark.parametrize(("thickness", "more", "is_said"), [
     ("50 um", "", True), ("0.4 mm", "", False), ("50 um", ", contact: [9, 9]", False),
 ])
-def test_a_soft_finger_over_all_of_a_foil_is_said_not_to_be_judged(thickness, more, is_said):
+def test_soft_contact_over_whole_foil_is_not_checked(thickness, more, is_said):
     """The pad's rim gives way under even pressure; a stiff face, as large as the target, keeps that flat."""
     text = LONG.format(thickness=thickness, more=more, material="copper").replace("[19, 9]", "[9, 9]")
     found, undecided = judged(text)
     assert not found and [one.case for one in undecided] == ["even-press"] * is_said
 
 
-def test_a_foil_that_bends_is_reported_with_the_thickness_that_does_not():
+def test_bending_foil_gives_warning_with_sufficient_thickness():
     (told,) = bends("50 um")
     assert told.severity is Severity.WARNING and told.measured > 1.0 and told.key == "target.thickness"
     enough = re.search(r"([\d.]+) um", told.hint)
@@ -167,7 +167,7 @@ def test_a_foil_that_bends_is_reported_with_the_thickness_that_does_not():
     assert not bends("50 um", material="ferrite"), "whose modulus is not known: not checked"
 
 
-def test_a_target_that_bends_has_the_thickness_that_stays_flat_as_a_fix():
+def test_bending_target_gets_fix_with_sufficient_thickness():
     """The hint named 1.4 mm, and --fix said that no fix is known."""
     spec = sitscad.load_text("""
     {sitscad: 1, name: a, coil: {shape: circle, outer_diameter: 18, turns: 15, layers: 2, trace_width: 0.165,

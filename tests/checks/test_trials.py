@@ -74,7 +74,7 @@ QUICK = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", QUICK)
-def test_what_a_hint_says_was_tried_mends_the_finding_when_it_is_written(name):
+def test_tried_fix_clears_its_finding(name):
     document, rules = QUICK[name]
     tried = list(followed(document))
     assert rules <= {rule for rule, _, _ in tried}
@@ -90,7 +90,7 @@ THIN = design(
 
 
 @pytest.mark.slow
-def test_a_target_that_is_mended_stays_on_its_elastomer():
+def test_target_size_fix_also_enlarges_elastomer():
     size = [("target.size", "[6, 4.5]"), ("elastomer.size", "[6, 4.6]")]
     assert list(followed(THIN, "SIT306")) == [("SIT306", size, [])] * 2
     changed = THIN
@@ -109,7 +109,7 @@ SQUARE_TARGET = design(
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_a_square_target_over_a_long_coil_becomes_a_rectangle_that_its_board_carries():
+def test_square_target_over_long_coil_gets_rectangle_fix():
     """A square as long as the coil hung over the board, which is SIT307."""
     (tried,) = followed(SQUARE_TARGET, "SIT306")
     assert tried[1][0] == ("target.shape", "rectangle") and tried[2] == []
@@ -125,7 +125,7 @@ PLATES = {
 
 
 @pytest.mark.parametrize("name", PLATES)
-def test_sizes_that_are_told_to_plates_fit_the_board_and_keep_the_other_rules_of_plates(name, judge, advised):
+def test_plate_size_fix_fits_board_and_breaks_no_plate_rule(name, judge, advised):
     """Told to shrink, a target became too small for its force: the board grows instead."""
     pad, target, force = PLATES[name]
     document = design("circle", 6, 12, 2, 100, 100, "generic-flex")
@@ -141,7 +141,7 @@ def test_sizes_that_are_told_to_plates_fit_the_board_and_keep_the_other_rules_of
 
 
 @pytest.mark.slow
-def test_limits_that_contradict_each_other_are_both_named():
+def test_contradicting_limits_give_hint_without_fix():
     document = design(
         "circle", 6.3, 12, 2, 100, 100, "generic-flex", mount={"kind": "grasper-pad", "jaw": "generic-5mm"},
         target={"shape": "square", "size": 5, "thickness": 0.2},
@@ -161,7 +161,7 @@ def test_limits_that_contradict_each_other_are_both_named():
         ({3.0: ("SIT101",), 4.0: ("SIT101",), 5.0: ("SIT101",)}, {}, []),
     ],
 )
-def test_search_names_a_change_that_brings_a_warning_only_if_no_other_mends(errors, warnings, turns):
+def test_search_returns_change_with_warning_only_without_better_one(errors, warnings, turns):
     spec = load_text(json.dumps(design("circle", 6, 2, 2, 100, 100, "generic-flex")), "spec.yaml")
 
     def trial(fix):
@@ -173,7 +173,7 @@ def test_search_names_a_change_that_brings_a_warning_only_if_no_other_mends(erro
     assert [left.new_warnings for _, left in found.mending] == [warnings.get(count, ()) for count in turns]
 
 
-def test_search_without_fix_names_the_change_that_helps_most():
+def test_search_without_fix_hint_names_most_effective_change():
     spec = load_text(json.dumps(design("circle", 6, 2, 2, 100, 100, "generic-flex")), "spec.yaml")
     gains = {3.0: 1.05, 4.0: 1.9, 5.0: 1.2}
     found = search([lambda: [with_turns(spec, turns) for turns in gains]],
@@ -182,7 +182,7 @@ def test_search_without_fix_names_the_change_that_helps_most():
     assert not found.mending and hint_text("more turns", found, ()).startswith(text)
 
 
-def test_search_tries_one_family_unless_it_is_long():
+def test_search_tries_second_family_only_at_full_level():
     spec = load_text(json.dumps(design("circle", 6, 2, 2, 100, 100, "generic-flex")), "spec.yaml")
     families = [lambda turns=turns: [with_turns(spec, turns)] for turns in (3.0, 4.0)]
     counts = [len(search(families, lambda _: RemainingProblems(), Budget.of(hints)).mending)
@@ -191,7 +191,7 @@ def test_search_tries_one_family_unless_it_is_long():
 
 
 @pytest.mark.slow
-def test_a_warning_that_gets_worse_is_reported_and_no_reason_to_leave_an_error():
+def test_error_fix_that_worsens_warning_is_accepted_and_reported():
     """Conversions of less time mend the bandwidth, and of the few steps over the load still fewer are left."""
     faint = design(
         "circle", 8, 14.5, 2, 100, 100, "generic-fine",
@@ -217,14 +217,14 @@ def test_a_warning_that_gets_worse_is_reported_and_no_reason_to_leave_an_error()
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_a_thicker_target_was_tried():
+def test_thin_target_gets_tried_thicker_target():
     tried = list(followed(THIN, "SIT305"))
     assert [rule for rule, _, _ in tried] == ["SIT305"] and tried[0][2] == []
 
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_a_stiffer_pad_was_tried(judge):
+def test_overloaded_pad_gets_stiffer_pad_hint(judge):
     """The modulus that bears the force is named with what then fails, if anything does."""
     soft = {**THIN, "requirements": {"normal_force": "64 N"}}
     (found,) = [f for f in check(load_text(json.dumps(soft), "spec.yaml"), hints="full").findings if f.rule == "SIT304"]
@@ -241,7 +241,7 @@ def test_a_stiffer_pad_was_tried(judge):
         ({"pattern": "grid", "count": [2, 2], "pitch": 6}, ["fpc.tail.bend: static"]),
     ],
 )
-def test_a_tail_bent_at_every_grasp_is_told_what_its_array_allows(array, named):
+def test_dynamic_bend_fix_depends_on_array_rows(array, named):
     """Coils in rows are led out on two layers: one layer through the hinge would leave them without leads (SIT118)."""
     document = design("circle", 4.5, 9, 2, 80, 80, "generic-fine", array=array)
     document["fpc"] = {**document["fpc"], "tail": {**TAIL, "bend": "dynamic"}, "margin": [0.05, 0]}  # SIT130
@@ -252,7 +252,7 @@ def test_a_tail_bent_at_every_grasp_is_told_what_its_array_allows(array, named):
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_hint_names_few_of_the_changes_tried_in_vain():
+def test_hint_lists_few_ineffective_changes():
     """Every try spelled out made the longest hint of all templates."""
     found = check(load_text(templates.read("grasper_3p5mm"), "spec.yaml"), hints="full").findings
     (hint,) = [f.hint for f in found if f.rule == "SIT203"]
@@ -266,19 +266,19 @@ RACETRACK = design(
 """Its leads pass beside the coil, which makes the body wider than the jaw and its thin seat hold."""
 
 
-def test_a_body_too_wide_for_the_jaw_names_its_leads_and_a_width_that_fits(judge):
+def test_body_wider_than_jaw_detail_lists_coils_edges_and_leads(judge):
     (found, port) = judge("SIT301", load_text(json.dumps(RACETRACK), "spec.yaml"))
     assert all(share in found.detail for share in ("coils 4.4 mm", "edges 400 um", "the coils 400 um"))
     assert port.key == "coil.outer_diameter"
 
 
 @pytest.mark.slow
-def test_the_width_that_fits_the_jaw_fits_it():
+def test_suggested_coil_width_fits_jaw():
     tried = [entry for entry in followed(RACETRACK) if entry[0] == "SIT301"]
     assert tried == [("SIT301", [("coil.outer_diameter", "[11, 3.83]")], [])]
 
 
-def test_leads_of_squares_in_a_line_have_no_sharp_corner(judge):
+def test_leads_of_square_coils_in_line_have_no_acute_corner(judge):
     """They left their ring at 45 degrees on a fold, and the finding could only say that the layout drew it."""
     assert not judge("SIT120", load_text(json.dumps(SQUARES), "spec.yaml"))
 
@@ -305,14 +305,14 @@ EVERY_TIME = ("grasper_4layer", "three_axis_pad")
 @pytest.mark.parametrize(("template", "variant"), [
     pytest.param(*case, marks=() if case[0] in EVERY_TIME else pytest.mark.more) for case in dict.fromkeys(CASES)
 ])
-def test_hints_of_all_templates_and_variants_of_them_mend_what_they_are_for(template, variant):
+def test_hints_for_template_variants_clear_their_findings(template, variant):
     document = YAML(typ="safe").load(templates.read(template))
     for key, value in VARIANTS[variant].items():
         document = written(document, key, value)
     assert [entry for entry in followed(document) if entry[2]] == []
 
 
-def test_turns_that_do_not_end_at_a_side_are_led_to_some_that_fit(tmp_path):
+def test_invalid_turns_of_racetrack_get_turns_that_fit(tmp_path):
     document = design("racetrack", [11, 4], 12.3, 2, 80, 80, "generic-fine")
     with pytest.raises(SpecError) as raised:
         load_text(json.dumps(document), "spec.yaml")
@@ -325,13 +325,13 @@ def test_turns_that_do_not_end_at_a_side_are_led_to_some_that_fit(tmp_path):
 @pytest.mark.more
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [2, 3])
-def test_hints_of_random_designs_make_them_better_when_they_are_followed(seed):
+def test_fixes_of_random_designs_clear_their_findings(seed):
     """Those that a plain check gives, within its budget; thirty designs: tests/validation/follow_hints.py."""
     tried = list(followed(json.loads(json.dumps(random_design(seed))), hints="decisive"))
     assert tried and [entry for entry in tried if entry[2]] == []
 
 
-def test_finer_fabricators_are_named_whose_profiles_fit():
+def test_suggested_finer_fabricator_profiles_fit_design():
     """ "choose a finer fabricator" named none: the table of the docs led to one whose rule for coils refused it."""
     spec = load_text(json.dumps(design("circle", 6, 12, 2, 80, 80, "generic-flex")), "spec.yaml")
     (found,) = (f for f in check(spec, hints="none").findings if f.rule == "SIT101")
@@ -348,7 +348,7 @@ def test_finer_fabricators_are_named_whose_profiles_fit():
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_what_mends_shear_and_what_mends_an_overhang_do_not_undo_each_other():
+def test_shear_fix_and_overhang_fix_do_not_conflict():
     """SIT312 asked for a larger target and pad, which hung over the board: SIT307 made them smaller again. Sizes are
     such as people write, not 7.79 and 7.78.
     """
@@ -384,7 +384,7 @@ def test_what_mends_shear_and_what_mends_an_overhang_do_not_undo_each_other():
         ("bench_7mm", {"fpc.tail.bend": "dynamic"}, "SIT308", {"fpc.tail.bend": "static"}),
     ],
 )
-def test_figures_in_hints_were_tried(name, changes, rule, edits):
+def test_values_in_hints_are_tried_fixes(name, changes, rule, edits):
     """They were named "(not tried)" or without a word, sizes that other rules refuse; SIT308 named one layer alone."""
     spec = rewritten_spec(load_text(templates.read(name), "spec.yaml"), changes.items())
     found = [f for f in check(spec, hints="full").findings if f.rule == rule]
@@ -395,7 +395,7 @@ def test_figures_in_hints_were_tried(name, changes, rule, edits):
     assert (rule, finding.key, finding.unit) not in {(f.rule, f.key, f.unit) for f in mended}
 
 
-def test_a_bend_in_a_hinge_is_not_led_to_one_at_assembly():
+def test_dynamic_bend_in_hinge_gets_no_static_bend_hint():
     """It moves at every grasp, whatever the spec says."""
     spec = load_text(templates.read("grasper_4layer"), "spec.yaml").replace("fpc.tail.bend", "dynamic")
     found = [f for f in check(spec, hints="none").findings if f.rule == "SIT308" and f.key == "fpc.tail.layers"]
@@ -405,7 +405,7 @@ def test_a_bend_in_a_hinge_is_not_led_to_one_at_assembly():
 @pytest.mark.more
 @pytest.mark.slow
 @pytest.mark.parametrize("size", [24, [14, 10]])
-def test_the_sizes_that_shear_and_proportions_ask_for_do_not_contradict(size):
+def test_shear_and_length_fixes_do_not_conflict(size):
     """Over two coils 8 mm apart SIT306 asked for 8 mm, SIT218 for 12.5 mm or a pitch of 9.5 mm."""
     shape = "rectangle" if isinstance(size, list) else "square"
     wide = {f"{part}.{key}": value for part in ("target", "elastomer")
@@ -423,14 +423,14 @@ def test_the_sizes_that_shear_and_proportions_ask_for_do_not_contradict(size):
 @pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["three_axis_pad", "grasper_4layer"])
-def test_nothing_untried_is_named_without_trials(name):
+def test_wide_target_and_missing_film_give_findings_without_trials(name):
     """Without trials a hint gives the direction; a way to write it is what the search finds."""
     wide = {"target.size": 24e-3, "elastomer.size": 24e-3} if name == "three_axis_pad" else {"encapsulation": None}
     found = check(load_text(templates.read(name), "spec.yaml").replace(wide), hints="none").findings
     assert {"SIT218", "SIT311"} & {f.rule for f in found} 
 
 
-def test_tried_designs_solve_no_target_twice(monkeypatch):
+def test_trial_designs_reuse_solved_targets(monkeypatch):
     """Another clock moves no metal, so designs that are tried for it share the solutions of the refused design."""
     solved, changes = [], plate.PlateProblem.changes
 
