@@ -13,7 +13,7 @@ from sitscad.basics.finding import Finding, NotChecked, Remedy, Severity
 from sitscad.basics.messages import text_of
 from sitscad.checks.fixes.mending import Applied, is_better, is_further, worsened_rules
 from sitscad.checks.fixes.moves import families_for_room
-from sitscad.checks.fixes.search import Budget, Fix, RemainingProblems, Search, hint_text, not_further, search
+from sitscad.checks.fixes.search import DRAWN, Budget, Fix, RemainingProblems, Search, hint_text, not_further, search
 from sitscad.checks.rules import Outcome, Rule, locate_finding, outcomes
 from sitscad.estimates.design import Design, has_same_board
 from sitscad.layout.routing.escape import SearchLimit
@@ -78,7 +78,8 @@ class Trials:
         is_over = self.budget.is_spent and not self._tried
         if is_over or (finding.severity is Severity.NOTE and not self.budget.is_long):
             return Search(is_cut_short=True)
-        return search(outcome.fixes, lambda fix: self._remaining_problems(finding, fix), self.budget)
+        fixed = DRAWN if self._design.spec.coil.copper is not None else ()
+        return search(outcome.fixes, lambda fix: self._remaining_problems(finding, fix), self.budget, fixed)
 
     def _remaining_problems(self, finding: Finding, fix: Fix) -> RemainingProblems | None:
         """Return the problems that remain after a change. None if the budget does not suffice to try it.

@@ -248,10 +248,11 @@ Trial = Callable[[Fix], RemainingProblems | None]
 """Function that tries a change and returns the remaining problems. It returns None if the budget does not suffice."""
 
 
-def search(families: Iterable[Family], trial: Trial, budget: Budget) -> Search:
+def search(families: Iterable[Family], trial: Trial, budget: Budget, fixed: tuple[str, ...] = ()) -> Search:
     """Try families of changes in order. Each family is tried until a change mends without a new warning.
 
-    With a small budget, the first such change ends the search.
+    With a small budget, the first such change ends the search. Changes of keys that begin with a text in `fixed` are
+    left out.
     """
     mending: list[tuple[Fix, RemainingProblems]] = []
     vain: list[tuple[Fix, RemainingProblems]] = []
@@ -262,7 +263,7 @@ def search(families: Iterable[Family], trial: Trial, budget: Budget) -> Search:
             continue
         candidates: list[tuple[Fix, RemainingProblems]] = []
         for fix in family():
-            if fix.spec.coil.copper is not None and any(edit.key.startswith(DRAWN) for edit in fix.edits):
+            if any(edit.key.startswith(fixed) for edit in fix.edits):
                 continue
             remaining = trial(fix)
             if remaining is None:
