@@ -182,6 +182,8 @@ LATE = {
         "sitscad.estimates.sensing",
     },
     "estimates/states/steps.py": {"sitscad.estimates.states.cells", "sitscad.estimates.states.solved_target"},
+    "estimates/windings/methods.py": {"sitscad.kernels.electromagnetics.inductance.tracks"},
+    "estimates/windings/neighbours.py": {"sitscad.kernels.electromagnetics.inductance.side_by_side"},
     "layout/laser_sheet.py": {"sitscad.kernels.geometry.areas"},
     "package/building.py": {"sitscad.package.cached_solutions", "sitscad.package.stages"},
     "package/inspection.py": {"sitscad.package.check_pictures"},

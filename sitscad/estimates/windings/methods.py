@@ -13,6 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from sitscad.basics.late import late
 from sitscad.basics.record import record
 from sitscad.data import rows
 from sitscad.estimates.coil_estimates import CrossCheck
@@ -28,7 +29,6 @@ from sitscad.kernels.electromagnetics.inductance.spirals import (
     spiral_inductance_matrix,
 )
 from sitscad.kernels.electromagnetics.inductance.track_strands import BentPiece, Side, Track, track
-from sitscad.kernels.electromagnetics.inductance.tracks import winding_inductance
 from sitscad.kernels.electromagnetics.loss.bent_tracks import BentTrack
 from sitscad.kernels.electromagnetics.loss.corners import MOST_TURN, bend_loops
 from sitscad.kernels.electromagnetics.metal.current_spectrum import CurrentSpectrum, ring_spectrum, spiral_spectrum
@@ -37,6 +37,9 @@ from sitscad.kernels.geometry.path import Arc, Line, Path, Point
 from sitscad.kernels.geometry.shapes import SHAPES, Outline
 from sitscad.layout.board import Coil, Winding
 from sitscad.spec.coil import CoilSpec
+
+# round coils do not need it (1 ms)
+winding_inductance = late("sitscad.kernels.electromagnetics.inductance.tracks", "winding_inductance")
 
 
 @record(eq=False)

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sitscad.basics.arrays import Array, ComplexArray
+from sitscad.basics.late import late
 from sitscad.estimates.windings.methods import WindingGeometry
 from sitscad.kernels.electromagnetics.constants import MU0
 from sitscad.kernels.electromagnetics.inductance.rings import mean_rings
-from sitscad.kernels.electromagnetics.inductance.side_by_side import spirals_side_by_side, tracks_side_by_side
 from sitscad.kernels.electromagnetics.inductance.spirals import SpiralLayer
 from sitscad.layout.board import Coil
 from sitscad.spec.coil import CoilSpec
@@ -21,6 +21,10 @@ from sitscad.spec.sensor import ReadoutSpec
 
 if TYPE_CHECKING:
     from sitscad.kernels.electromagnetics.inductance.side_by_side import SideBySide
+
+# a check of a single coil needs neither (1 ms)
+spirals_side_by_side = late("sitscad.kernels.electromagnetics.inductance.side_by_side", "spirals_side_by_side")
+tracks_side_by_side = late("sitscad.kernels.electromagnetics.inductance.side_by_side", "tracks_side_by_side")
 
 Placed = tuple[Coil, WindingGeometry]  # A coil and its winding about its own centre
 FAR_ERROR, NEAR_ERROR = 4e-5, 1e-4  # Relative error of a mutual inductance far away, and its increase by nearness
