@@ -16,6 +16,7 @@ from sitscad import Design
 from sitscad.apps.study.measures import MEASURES
 from sitscad.checks.fixes.pads import temperature_sensors
 from sitscad.estimates.performance.compensation import (
+    CAPACITORS,
     EXPANSION,
     METAL,
     PAD_MODULUS,
@@ -140,6 +141,28 @@ def test_sensor_without_thermistor_has_no_compensation(plain):
     assert "compensation" not in plain.performance[-1].document() and not compensation_tables(plain.performance)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("template", ["bench_7mm", "grasper_4layer"])
+def test_drift_without_compensation_is_that_of_a_sensor_solved_at_two_temperatures(template):
+    """With pad, metal and target of both temperatures, the readings change by the sum of all causes."""
+    design = Design(sitscad.load(TEMPLATES / f"{template}.yaml").replace(NEEDS))
+    material, bench = design.spec.elastomer.material, design.sensing.solved.bench
+    rise = FLAT * material.expansion * (WARM - COLD) * bench.pad.thickness
+    stiff = 1.0 + material.modulus_temperature_coefficient * (WARM - COLD)
+    pad = replace(bench.pad, thickness=bench.pad.thickness + rise, shear_modulus=bench.pad.shear_modulus * stiff)
+    model = Design(design.spec.replace("requirements.temperature", f"{WARM} degC")).response
+    rest, full = design.sensing.solved.warmed[0], design.sensing.solved.warmed[-1]
+    loads = np.array([rest.load, full.load])
+    poses = bench.poses(loads, pad)
+    poses[:, 2] += rise
+    change = np.log(model.on_pad(poses).frequency / bench.rest) - bench.readings(bench.poses(loads))
+    for point, after_one_tare in zip((rest, full), change, strict=True):
+        by_capacitors = (WARM - COLD) * point.by_kelvin[CAPACITORS][0]
+        assert point.plain_drift[0] == approx(
+            math.hypot((point.inverse @ after_one_tare)[0], by_capacitors), rel=0.03)
+    assert full.plain_tared_drift[0] == approx(abs(full.inverse @ (change[1] - change[0]))[0], rel=0.25)
+
+
 def test_drift_without_compensation_is_that_of_the_sensor_without_thermistor(plain, compensated):
     for before, after in zip(plain.performance, compensated.performance, strict=True):
         for axis, performance in after.axes.items():
@@ -209,6 +232,7 @@ def test_simulated_units_keep_what_is_predicted(compensated, count):
         errors.append(error(read, sensed))
         plain.append(error(read, 0.0))
     found, before = (np.sqrt(np.mean(np.square(each), axis=0)) for each in (errors, plain))
+    assert before[0, 0] == approx(point.plain_drift[0], rel=0.1)
     assert found[0, 0] == approx(point.drift[0], rel=0.25) and found[0, 0] < 0.2 * before[0, 0]
     # the coefficients are those without shear: under full shear, the map turns readings into other newtons
     assert np.all(found[1] < 2.5 * point.drift) and found[1, 1] > 0.5 * point.drift[1]

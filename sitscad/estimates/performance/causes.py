@@ -236,9 +236,8 @@ class PointErrors:
     `load` (3 or 5; N, N m) is the load, `share` its fraction of full scale, and `pose` (6; m, rad) the target's pose.
     `by_pose` (coils, 6) and `by_load` (coils, axes) are derivatives of the readings by the pose and by the measured
     loads. `inverse` (axes, coils; N per reading) is the linear map from readings to loads. `by_metal` (coils; per K) is
-    the effect of temperature on readings at rest by copper and other metal. `all_tilts` holds the tilts of all working
-    points; this point's index is `number`. `by_pose_at_rest` (coils, 6) are the derivatives at rest. `by_metal_loaded`
-    (coils; per K) is the effect of temperature under full normal load.
+    the effect of temperature on readings at rest by copper and other metal, and `by_metal_loaded` (coils; per K) that
+    effect under full normal load. `all_tilts` holds the tilts of all working points; this point's index is `number`.
     """
 
     bench: LoadModel
@@ -251,7 +250,6 @@ class PointErrors:
     by_metal: Array
     all_tilts: TiltEffects
     number: int
-    by_pose_at_rest: Array
     by_metal_loaded: Array
 
     @cached_property
@@ -316,14 +314,27 @@ class PointErrors:
         """Errors (N/K) of every axis by temperature, for each part that warms after the tare.
 
         The value of the capacitors is one sigma, because each capacitor drifts independently. Other values have signs.
+        A compensation subtracts all but the capacitors.
         """
         drift = capacitor_drift(self.bench.spec.readout)
+        metal, expansion = (self.inverse @ self.reading_drift[cause] for cause in (METAL, EXPANSION))
+        names = self.bench.range.axes[1:]
+        if names and self.share > 0.0:  # the softer pad under a load on each of the other axes
+            loads = np.vstack([loads_on_axis(self.load, name, self.axis_loads[[k]]) for k, name in enumerate(names, 1)])
+            softer = self.inverse @ (expansion_drift(self.bench, loads, self._rise) - self.reading_drift[EXPANSION]).T
+            expansion = expansion + np.append(0.0, np.diag(softer[1:]))
         return {
-            METAL: self.inverse @ self.by_metal,
+            METAL: metal,
             CAPACITORS: drift * np.sqrt(np.sum(self.inverse**2, axis=1)),
-            EXPANSION: self.inverse @ self.by_pose[:, 2] * self._rise,
+            EXPANSION: expansion,
             PAD_MODULUS: -self._material.modulus_temperature_coefficient * self.axis_loads,
         }
+
+    @cached_property
+    def tared_by_kelvin(self) -> Mapping[str, Array]:
+        """Part of `by_kelvin` (N/K) without capacitors that a tare before each grasp leaves."""
+        return {cause: value - self.inverse @ self.rest_drift.get(cause, np.zeros(len(self.by_metal)))
+                for cause, value in self.by_kelvin.items() if cause != CAPACITORS}
 
     @property
     def warming(self) -> float:
@@ -351,40 +362,29 @@ class PointErrors:
         Empty if the spec has no temperature sensor.
         """
         return {} if self.compensation is None else self.compensation.parts(
-            {**self.by_warmth, CAPACITORS: self.by_kelvin[CAPACITORS]}, self.noise, self.axis_loads)
+            self.by_kelvin, self.noise, self.axis_loads)
 
     @cached_property
     def tared_drift_left(self) -> Mapping[str, Mapping[str, Array]]:
         """Parts of `tared_drift` (N, N m) that a compensation leaves, as in `drift_left`."""
-        if self.compensation is None:
-            return {}
-        at_rest = {METAL: self.by_metal, EXPANSION: self.by_pose_at_rest[:, 2] * self._rise}
-        tared = {cause: value - self.inverse @ at_rest.get(cause, np.zeros(len(self.by_metal)))
-                 for cause, value in self.by_warmth.items()}
-        return self.compensation.parts(tared, np.zeros_like(self.noise), self.axis_loads)
+        return {} if self.compensation is None else self.compensation.parts(
+            self.tared_by_kelvin, np.zeros_like(self.noise), self.axis_loads)
 
     @cached_property
     def reading_drift(self) -> Mapping[str, Array]:
         """Changes (coils; per K) of the readings at this load by metal and by the pad's expansion.
 
-        The compensation subtracts them from the readings. It multiplies the forces by the change of the modulus.
+        The compensation subtracts them from the readings. It multiplies the forces by the change of the modulus. The
+        effect of metal changes in proportion to the load.
         """
         metal = self.by_metal + self.share * (self.by_metal_loaded - self.by_metal)
         return {METAL: metal, EXPANSION: expansion_drift(self.bench, self.load[None], self._rise)[0]}
 
     @cached_property
-    def by_warmth(self) -> Mapping[str, Array]:
-        """Drifts (N/K, N m/K) of every axis by each cause that a compensation subtracts, with signs.
-
-        In contrast to `by_kelvin`, the effect of metal is the loaded one, and a thicker pad is also softer.
-        """
-        drifts = {cause: self.inverse @ readings for cause, readings in self.reading_drift.items()}
-        names = self.bench.range.axes[1:]
-        if names and self.share > 0.0:  # the softer pad under a load on each of the other axes
-            loads = np.vstack([loads_on_axis(self.load, name, self.axis_loads[[k]]) for k, name in enumerate(names, 1)])
-            softer = self.inverse @ (expansion_drift(self.bench, loads, self._rise) - self.reading_drift[EXPANSION]).T
-            drifts[EXPANSION] = drifts[EXPANSION] + np.append(0.0, np.diag(softer[1:]))
-        return {**drifts, PAD_MODULUS: self.by_kelvin[PAD_MODULUS]}
+    def rest_drift(self) -> Mapping[str, Array]:
+        """Changes (coils; per K) of the readings at rest, as in `reading_drift`."""
+        unloaded = np.zeros((1, len(self.load)))
+        return {METAL: self.by_metal, EXPANSION: expansion_drift(self.bench, unloaded, self._rise)[0]}
 
     @property
     def _material(self) -> ElastomerMaterial:
@@ -445,12 +445,9 @@ class PointErrors:
         """`tared_drift` (N, N m), if the sensor did not compensate it.
 
         The tare follows the temperature change and removes its effect at rest. Three effects under load remain: the
-        changed effect of metal, the changed effect of the pad's expansion, and the modulus. The effect of metal is
-        proportional to the load.
+        changed effect of metal, the changed effect of the pad's expansion, and the modulus.
         """
-        metal = self.share * (self.by_metal_loaded - self.by_metal)
-        moved = (self.by_pose[:, 2] - self.by_pose_at_rest[:, 2]) * self._rise
-        return np.asarray(np.abs(self.warming * (self.inverse @ (metal + moved) + self.by_kelvin[PAD_MODULUS])))
+        return np.asarray(np.abs(self.warming * sum(self.tared_by_kelvin.values())))
 
     @property
     def noise(self) -> Array:

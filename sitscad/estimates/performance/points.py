@@ -103,7 +103,7 @@ class SensingAnalysis:
             by_load = slopes[k] @ gives[k]
             inverse = np.asarray(np.linalg.pinv(by_load / bench.noise[:, None]) / bench.noise)
             points.append(PointErrors(
-                bench, loads[k], point.share, poses[k], slopes[k], by_load, inverse, cold, tilts, k, slopes[0], cold))
+                bench, loads[k], point.share, poses[k], slopes[k], by_load, inverse, cold, tilts, k, cold))
         return tuple(points)
 
     @cached_property

@@ -13,6 +13,7 @@ from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
 from sitscad.estimates import estimated
 from sitscad.estimates.coil_estimates import CoilEstimate
+from sitscad.estimates.loads.pad import linear_poses
 from sitscad.estimates.performance.bench import LoadModel
 from sitscad.estimates.performance.compensation import (
     UNIFORM,
@@ -118,7 +119,9 @@ def expansion_drift(bench: LoadModel, loads: Array, rise: float) -> Array:
     `rise` (m/K) is the growth of the pad's thickness. A thicker pad lifts the target, and it is also softer.
     """
     thicker = replace(bench.pad, thickness=bench.pad.thickness + WARMER * rise)
-    cold, warm = bench.poses(loads), bench.poses(loads, thicker)
+    cold, warm = bench.poses(loads), thicker.pose(loads, is_held=not bench.range.has_moments)
+    lost = np.isnan(warm[:, 0])  # near the force at which the pad buckles, both poses are linear estimates
+    cold[lost], warm[lost] = (linear_poses(pad, loads[lost]) for pad in (bench.pad, thicker))
     warm[:, 2] += WARMER * rise
     readings = bench.readings(np.concatenate([cold, warm]))
     return np.asarray((readings[len(loads):] - readings[: len(loads)]) / WARMER)
