@@ -213,7 +213,7 @@ class Sensors:
     @cached_property
     def unknowns(self) -> tuple[Unknown, ...]:
         """Possible errors of a sensor."""
-        return unknowns(self.model.spec, self.model.estimates)
+        return unknowns(self.model.spec, self.model.estimates.coils)
 
     @cached_property
     def range(self) -> WorkingRange:

@@ -15,7 +15,7 @@ from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
 from sitscad.data import rows
 from sitscad.estimates.circuits.uncertainty import tolerance_sigmas
-from sitscad.estimates.coil_estimates import Estimates
+from sitscad.estimates.coil_estimates import CoilEstimate
 from sitscad.estimates.loads.pad import soft_pad
 from sitscad.estimates.loads.pressing import GLUE, MODULUS, PAD
 from sitscad.estimates.states.plate import USUAL as CHANGE_SIGMA
@@ -75,7 +75,7 @@ def usual_value(name: str) -> float:
     return {row["name"]: float(row["value"]) for row in rows("calibration")}[name]
 
 
-def unknowns(spec: SensorSpec, estimates: Estimates) -> tuple[Unknown, ...]:
+def unknowns(spec: SensorSpec, coils: tuple[CoilEstimate, ...]) -> tuple[Unknown, ...]:
     """Return all possible errors of a sensor, in the order of the columns of `draw_units`.
 
     Errors with a standard deviation of 0 are omitted. Standard deviations come from `estimates.tolerances.scatter`,
@@ -86,8 +86,8 @@ def unknowns(spec: SensorSpec, estimates: Estimates) -> tuple[Unknown, ...]:
     law, target = soft_pad(spec).sigma, spec.target
     assert target is not None
     sigma_of, (x, y) = tolerance_sigmas(spec), target.size
-    inductance = next((each.sigma for each in coil_scatter(estimates.coils)), usual_value("coil_inductance"))
-    by_metal, of_signal = behind_scatter(estimates.coils)
+    inductance = next((each.sigma for each in coil_scatter(coils)), usual_value("coil_inductance"))
+    by_metal, of_signal = behind_scatter(coils)
     listed = [
         Unknown("gap", "m", sigma_of[PAD]),
         Unknown("glue", "m", sigma_of[GLUE]),
@@ -106,7 +106,7 @@ def unknowns(spec: SensorSpec, estimates: Estimates) -> tuple[Unknown, ...]:
         Unknown("target_change", "1", math.hypot(CHANGE_SIGMA, of_signal)),
         Unknown("clock", "1", sigma_of[CLOCK], False),
     ]
-    for coil in estimates.coils:
+    for coil in coils:
         listed.append(Unknown(f"capacitor.{coil.name}", "1", sigma_of[CAPACITOR]))
         listed.append(Unknown(f"inductance.{coil.name}", "1", usual_value("coil_inductance")))
     return tuple(each for each in listed if each.sigma > 0.0)

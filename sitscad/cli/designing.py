@@ -85,7 +85,7 @@ def sweep(
         if len(values) < len(ranges):
             raise click.UsageError("a key is swept once")
         progress = progress_of("designs")
-        table = sweep_as_written(loaded, values, names or None, level=level, jobs=jobs, progress=progress)
+        table = sweep_as_written(loaded.source, values, names or None, level=level, jobs=jobs, progress=progress)
         content = write(table) if write is not None else b""
     except RangeError as error:
         raise click.UsageError(f"{error}{f' ({error.hint})' if error.hint else ''}") from error

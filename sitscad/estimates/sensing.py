@@ -128,7 +128,7 @@ class Skin:
     @cached_property
     def weakest(self) -> int:
         """Number of the cell with the least signal: the cell with the longest leads or the most webs."""
-        return weakest_cell(self.layout.spec, self.estimates) if self._has_cells else 1
+        return weakest_cell(self.layout.spec, self.estimates.coils) if self._has_cells else 1
 
     @cached_property
     def crosstalk(self) -> CellCrosstalk | None:
@@ -138,7 +138,10 @@ class Skin:
     @cached_property
     def groups(self) -> tuple[CellGroup, ...]:
         """Cells grouped by identical pads and drive, without performance. Empty without cells."""
-        return cell_groups(self.layout, self.estimates, self.crosstalk) if self._has_cells else ()
+        if not self._has_cells:
+            return ()
+        estimates = self.estimates
+        return cell_groups(self.layout.spec, estimates.coils, estimates.readout.drive_codes, self.crosstalk)
 
     @cached_property
     def table(self) -> CellTable:

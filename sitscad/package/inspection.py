@@ -21,6 +21,7 @@ from sitscad.estimates.design import Design
 from sitscad.spec.load import load_text, read_text
 from sitscad.spec.reading import SpecError, decoded
 from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.yaml.source import SpecSource
 
 # pictures load shapely
 board_picture = late("sitscad.package.check_pictures", "board_picture")
@@ -107,7 +108,7 @@ def _inspected(
     """Check a spec under a policy, with its pictures if requested."""
     design = Design(spec)
     is_ignored = ignored_test(spec.source, all_rules(), policy, options.select, options.ignore)
-    checked = _checked(spec, reviewed(design, hints, least, is_ignored))
+    checked = _checked(spec.name, spec.source, reviewed(design, hints, least, is_ignored))
     selected = chosen_rules(all_rules(), options.select, options.ignore)
     left_out = [rule.id for rule in all_rules() if rule.id not in selected]
     checked = checked.without(left_out, "left out by --select or --ignore") if left_out else checked
@@ -121,12 +122,13 @@ def as_configured(spec: SensorSpec, result: CheckResult, policy: Policy | None =
 
     `policy` is by default the nearest configuration above the spec.
     """
-    return apply_policy(_checked(spec, result), spec.source, all_rules(), policy or policy_for(spec.source.path))
+    checked = _checked(spec.name, spec.source, result)
+    return apply_policy(checked, spec.source, all_rules(), policy or policy_for(spec.source.path))
 
 
-def _checked(spec: SensorSpec, result: CheckResult) -> CheckedSpec:
+def _checked(name: str, source: SpecSource, result: CheckResult) -> CheckedSpec:
     return checked_spec(
-        spec.name, spec.source, result.findings, result.not_checked, result.signals, result.fit, result.closing,
+        name, source, result.findings, result.not_checked, result.signals, result.fit, result.closing,
         result.reached, result.board,
     )
 

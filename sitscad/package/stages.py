@@ -511,7 +511,8 @@ def _moving(contents: Contents, files: Mapping[str, bytes], sensing: Mapping[str
     text = files.get(f"calibration/{f'cell-{design.cells.weakest_number}/' if has_cells else ''}calibration.json")
     calibration = None if text is None else json.loads(text)
     weakest = design.cells.weakest
-    if (pushed := pushed_document(weakest.layout, weakest.estimates, sensing, calibration)) is not None:
+    conversion = weakest.estimates.readout.conversion
+    if (pushed := pushed_document(weakest.layout, conversion, sensing, calibration)) is not None:
         cells = {"cells": live_cells(design.spec, design.estimates, design.cells.skin.crosstalk)} if has_cells else {}
         views["pushed"] = pushed | cells
     return views

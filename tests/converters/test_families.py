@@ -85,7 +85,7 @@ def test_pins_and_delay_are_the_family_s_own(add_family):
     assert law.switch_time(device, 20e6) == approx(1.25e-6, rel=1e-9, abs=0)
     spec = sitscad.load(TEMPLATES / "bench_7mm.yaml")
     design = sitscad.Design(replace(spec, readout=replace(spec.readout, device=device)))
-    drawn = next(part for part in parts(design.layout, design.estimates) if part.reference == "U1")
+    drawn = next(part for part in parts(design.layout, design.estimates.readout.capacitance) if part.reference == "U1")
     assert [(pin.number, pin.name, pin.kind) for pin in drawn.left] == [
         (1, "VDD", "power_in"), (2, "GND", "power_in"), (3, "SDA", "bidirectional"), (4, "SCL", "input")
     ]

@@ -232,7 +232,7 @@ def test_finger_of_metal_is_in_the_section():
 def test_the_parts_list_has_every_weight_that_the_steps_ask_for(name):
     """The list counted the washers of the pieces' presses and left out what presses the board."""
     spec = load_text(templates.read(name), "t.yaml")
-    listed = {row.part: row.quantity for row in bom.items(lay_out(spec), ESTIMATES)
+    listed = {row.part: row.quantity for row in bom.items(lay_out(spec), ESTIMATES.readout)
               if row.item in ("jig weight", "jig bar", "board weight")}
     for mass in (*(piece_press(spec, part).mass for part in ("elastomer", "target")), board_press(lay_out(spec))):
         if (count := gluing.washers(mass)) is not None:
@@ -248,7 +248,7 @@ def test_the_parts_list_has_every_weight_that_the_steps_ask_for(name):
 def test_a_sheet_is_cut_one_way_in_the_list_and_in_the_steps(name, ways):
     """A target that no known laser cuts was to be "etched or punched" in the list and "cut" in the steps."""
     spec = load_text(templates.read(name), "t.yaml")
-    listed = {row.item: row.note for row in bom.items(lay_out(spec), ESTIMATES)}
+    listed = {row.item: row.note for row in bom.items(lay_out(spec), ESTIMATES.readout)}
     assert {part: preparing.cutting(getattr(spec, part)) for part in ways} == ways
     assert listed["target"].startswith(f"{ways['target']} by ")
     steps = preparing.cut_text({part: getattr(spec, part) for part in ("elastomer", "target", "shield")})

@@ -248,7 +248,7 @@ def test_load_too_heavy_to_stand_on_a_press_is_a_clamp_over_a_spring():
     force = float(re.match(r"(\d+) N", spring(mass))[1])
     assert force == approx(mass * 9.80665, abs=0, rel=0.02)
     assert re.search(r"becomes ([\d.]+) mm", spring(mass))[1] == f"{force / 10.0:.2g}"
-    parts = {item.item: item.size for item in items(layout, estimate(layout))}
+    parts = {item.item: item.size for item in items(layout, estimate(layout).readout)}
     assert spring(mass) in parts["jig clamp"] and gluing.grams(mass) not in parts.get("jig bar", "")
     assert spring(mass) in pressing(layout, "Spread.")
 

@@ -197,7 +197,7 @@ def test_each_cell_is_judged_with_its_own_webs_and_the_worst_named(row):
 
 def test_other_cells_read_in_proportion_to_the_one_that_a_page_solves(row):
     """Each solved by itself, with its own webs, within 2 % of the change; what it reads of its neighbours adds up."""
-    signals, load = cell_signals(row.spec, row.estimates), [[6.0, 0.0, 0.0]]
+    signals, load = cell_signals(row.spec, row.estimates.coils), [[6.0, 0.0, 0.0]]
     found = [respond(row.cells.by_number(k), loads=[[0.0, 0.0, 0.0], *load], rotation="held").frequency[:, 0]
              for k in (1, 2)]
     one, other = (math.log(after / before) for before, after in found)

@@ -94,7 +94,7 @@ def test_closed_jaws_are_read_as_force_less_the_more_is_grasped(grasper):
 def test_the_estimate_of_a_check_is_near_what_is_solved(grasper):
     wound = grasper.response.windings
     solved = changes_in_front(wound, np.sqrt(np.prod(grasper.response.band)), [0.0], GRASPED[1:2])[0, 0]
-    about = estimated_change(grasper.layout, grasper.estimates, GRASPED[1])
+    about = estimated_change(grasper.layout, grasper.estimates.coils, grasper.estimates.temperature, GRASPED[1])
     assert list(about.values()) == approx(solved, rel=0.25)
 
 

@@ -93,7 +93,8 @@ def test_target_signal_on_the_reference_coil_falls_with_the_distance(root):
 
 def test_other_jaw_changes_the_reference_coil_as_a_plate_over_a_coil_without_target(design):
     estimates = design.estimates
-    changes = [reference_change(design.layout, estimates, grasped) for grasped in (0.0, 1e-3, 4e-3, 20e-3)]
+    changes = [reference_change(design.layout, estimates.reference, estimates.temperature, grasped)
+               for grasped in (0.0, 1e-3, 4e-3, 20e-3)]
     assert changes == sorted(changes) and changes[-1] == approx(0.0, abs=2e-12)
     # a plate of steel at the height of the other jaw, in the place of a target over the reference coil
     alone = design.layout.reference_alone

@@ -32,13 +32,13 @@ def grasper():
 
 
 def _sigmas(design):
-    return {one.name: one.sigma for one in manufacturing_scatter(design.spec, design.estimates)}
+    return {one.name: one.sigma for one in manufacturing_scatter(design.spec, design.estimates.coils)}
 
 
 def test_every_cause_has_a_unit_a_source_and_a_name_of_its_own(grasper):
-    names = [one.name for one in manufacturing_scatter(grasper.spec, grasper.estimates)]
+    names = [one.name for one in manufacturing_scatter(grasper.spec, grasper.estimates.coils)]
     assert len(set(names)) == len(names)
-    for one in manufacturing_scatter(grasper.spec, grasper.estimates):
+    for one in manufacturing_scatter(grasper.spec, grasper.estimates.coils):
         assert one.sigma > 0.0
         assert one.unit in ("m", "rad", "1")
         assert one.per in (scatter.UNIT, scatter.COIL)
@@ -161,7 +161,7 @@ def test_errors_by_cause_add_up_to_those_of_simulated_units(name):
     found = plan_calibration(design.response, is_held=True)
     scope, bench = found.sensors.range, design.sensing.analysis.bench
     loads, square = scope.inside(40), 0.0
-    for cause in manufacturing_scatter(design.spec, design.estimates):
+    for cause in manufacturing_scatter(design.spec, design.estimates.coils):
         ways = [[found.map(np.exp(one), np.ones(one.shape[1])) - loads[:, scope.columns] for one in each]
                 for each in perturbed_readings(bench, cause, loads)]
         square += root_sum_of_mean_squares(ways) ** 2 if ways else 0.0

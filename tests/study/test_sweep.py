@@ -128,7 +128,7 @@ def test_keys_and_values_that_can_be_none_are_refused_at_once(bench, key, value,
 def test_sweep_takes_numbers_as_attributes_give_them(bench):
     sizes = [bench.coil.outer_diameter, 1.1 * bench.coil.outer_diameter]
     table = sitscad.sweep(bench, {"coil.outer_diameter": sizes}, ["inductance"])
-    written = sweep_as_written(bench, {"coil.outer_diameter": [f"{size!r} m" for size in sizes]}, ["inductance"])
+    written = sweep_as_written(bench.source, {"coil.outer_diameter": [f"{size!r} m" for size in sizes]}, ["inductance"])
     assert table.keys["coil.outer_diameter"] == tuple(sizes)
     assert table.values["inductance"].tolist() == written.values["inductance"].tolist()
     assert table.values["inductance"][0] == sitscad.measure(bench).values["inductance"][0]

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from sitscad.assembly.places.state import FREE, REST
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.record import record
-from sitscad.estimates.coil_estimates import Estimates, StateEstimate
+from sitscad.estimates.coil_estimates import CoilEstimate, StateEstimate
 from sitscad.estimates.design import Design
 from sitscad.estimates.requested_response import respond
 from sitscad.kernels.converters import ldc_registers as at
@@ -364,7 +364,8 @@ class SimulatedConverter(Registers):
     def hold(self, frequencies: ArrayLike) -> None:
         """Set the frequencies of the coils from now on (Hz; all coils of the sensor)."""
         columns = slice(self._first, self._first + len(self.coils))
-        self._times, self._read = np.zeros(1), of_all_coils(self._estimates, frequencies)[:1, columns]
+        read = of_all_coils(self._estimates.coils, self._estimates.reference, frequencies)
+        self._times, self._read = np.zeros(1), read[:1, columns]
 
     def _present(self, name: str) -> list[Fault]:
         return [fault for fault in self.faults if fault.name == name and fault.at * 1e9 <= self.time]
@@ -415,25 +416,27 @@ def _frequencies_over_time(
     design: Design, states: Sequence[StateEstimate], loads: ArrayLike | None, frequencies: ArrayLike | None, first: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return times (n; s) and the frequencies of the converter's coils at these times (n, coils; Hz)."""
+    estimates = design.estimates
     if loads is None:
         if frequencies is None:
             by_time = np.array([[state.frequency for state in states]])
         else:
-            by_time = of_all_coils(design.estimates, frequencies)[:, first : first + len(states)]
+            by_time = of_all_coils(estimates.coils, estimates.reference, frequencies)[:, first : first + len(states)]
         return np.arange(len(by_time), dtype=float), by_time
     rows = np.atleast_2d(np.asarray(loads, dtype=float))
     if rows.shape[-1] not in (4, 6):
         raise ValueError("loads are rows of a time (s) and three forces (N), or these and two moments (N m)")
     if frequencies is None:
         frequencies = respond(design, loads=rows[:, 1:], rotation="held" if rows.shape[-1] == 4 else "free").frequency
-    return rows[:, 0], of_all_coils(design.estimates, frequencies)[:, first : first + len(states)]
+    return rows[:, 0], of_all_coils(estimates.coils, estimates.reference, frequencies)[:, first : first + len(states)]
 
 
-def of_all_coils(estimates: Estimates, frequencies: ArrayLike) -> np.ndarray:
+def of_all_coils(
+    coils: Sequence[CoilEstimate], reference: CoilEstimate | None, frequencies: ArrayLike
+) -> np.ndarray:
     """Return frequencies (n, coils; Hz) of all coils. A reference coil that they leave out is at rest in each row."""
     rows = np.atleast_2d(np.asarray(frequencies, dtype=float))
-    reference = estimates.reference
-    if reference is None or rows.shape[1] == len(estimates.all_coils):
+    if reference is None or rows.shape[1] == len(coils) + 1:
         return rows
     rest = reference.states.get(REST) or reference.states[FREE]
     return np.column_stack([rows, np.full(len(rows), rest.frequency)])

@@ -30,7 +30,7 @@ from sitscad.files.drawing.svg import svg
 from sitscad.spec.load import plain_data, written_value
 from sitscad.spec.reading import SpecError, finding_from_text
 from sitscad.spec.sensor import SensorSpec
-from sitscad.spec.yaml.source import TextError, plain_value
+from sitscad.spec.yaml.source import SpecSource, TextError, plain_value
 
 Progress = Callable[[int, int], None]
 
@@ -158,13 +158,13 @@ def sweep(
     except TextError as error:
         raise SpecError((finding_from_text(error),)) from None
     table = sweep_as_written(
-        spec, written, measures, level=level, jobs=jobs, executor=executor, progress=progress
+        spec.source, written, measures, level=level, jobs=jobs, executor=executor, progress=progress
     )
     return replace(table, keys=_columns(plain_values))
 
 
 def sweep_as_written(
-    spec: SensorSpec, ranges: Mapping[str, Sequence[Any]], measures: Sequence[str] | None = None, *,
+    source: SpecSource, ranges: Mapping[str, Sequence[Any]], measures: Sequence[str] | None = None, *,
     level: str = SCREEN, jobs: int | None = 1, executor: Executor | None = None, progress: Progress | None = None,
 ) -> SweepTable:
     """Return figures as `sweep` does, for values as in a YAML file: bare lengths are millimetres."""
@@ -175,7 +175,7 @@ def sweep_as_written(
     shape = tuple(map(len, axes.values()))
     if (total := int(np.prod(np.array(shape, dtype=object)))) > MOST_DESIGNS:
         raise ValueError(f"{total} designs; {MOST_DESIGNS} are the most of one sweep")
-    base = Base.of(spec.source)
+    base = Base.of(source)
     for key, values in axes.items():
         require_key(base, key, values)
     designs: list[Changes] = [tuple(zip(axes, point, strict=True)) for point in product(*axes.values())]

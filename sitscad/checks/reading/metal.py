@@ -230,7 +230,9 @@ def other_jaw_metal(design: Design) -> Iterator[Verdict]:
     if not signal:
         yield not_checked("no-signal")
         return
-    near, closed = (estimated_change(weakest.layout, weakest.estimates, grasped) for grasped in (THIN, 0.0))
+    near, closed = (
+        estimated_change(weakest.layout, weakest.estimates.coils, weakest.estimates.temperature, grasped)
+        for grasped in (THIN, 0.0))
     names = [name for name in signal if name in near and signal[name] > 0.0]
     if not names:
         return

@@ -61,7 +61,8 @@ def reference_metal(design: Design) -> Iterator[Verdict]:
     name = estimates.reference.name
     signal = max((abs(coil.states[PRESSED].inductance - coil.states[REST].inductance)
                   for coil in estimates.coils if PRESSED in coil.states and REST in coil.states), default=0.0)
-    closed, near = (reference_change(layout, estimates, grasped) for grasped in (0.0, THIN))
+    closed, near = (
+        reference_change(layout, estimates.reference, estimates.temperature, grasped) for grasped in (0.0, THIN))
     if closed is not None and near is not None and signal and abs(closed) >= LITTLE * signal:
         ratio = abs(near) / signal
         yield violation_of(

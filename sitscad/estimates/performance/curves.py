@@ -69,7 +69,7 @@ def _curve(sensing: SensingAnalysis, axis: str, normal: float) -> Curve:
     nominal = sensing.bench.readings(sensing.bench.poses(loads))
     sigma = root_sum_of_mean_squares([  # of the readings, by manufacture
         [reading - nominal for reading in readings]
-        for cause in manufacturing_scatter(sensing.layout.spec, sensing.estimates)
+        for cause in manufacturing_scatter(sensing.layout.spec, sensing.estimates.coils)
         for readings in perturbed_readings(sensing.bench, cause, loads)
     ])
     return Curve(axis, normal, forces, inductance, 2.0 * inductance * sigma)

@@ -145,12 +145,12 @@ class SensingAnalysis:
     @cached_property
     def units(self) -> UnitErrors:
         """Units with manufacturing errors."""
-        return units_of(self.working, manufacturing_scatter(self.layout.spec, self.estimates))
+        return units_of(self.working, manufacturing_scatter(self.layout.spec, self.estimates.coils))
 
     @cached_property
     def modulus_error(self) -> Array:
         """Standard deviation (N, N m) of every axis at full load by the pad's modulus, before a calibration."""
-        scatter = manufacturing_scatter(self.layout.spec, self.estimates)
+        scatter = manufacturing_scatter(self.layout.spec, self.estimates.coils)
         modulus = tuple(cause for cause in scatter if cause.name == MODULUS)
         return units_of(self.working, modulus).by_modulus(WORKING_POINTS[-1].share, self.bench.full["normal"])
 

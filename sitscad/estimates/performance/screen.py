@@ -92,7 +92,9 @@ DEPTH = VALID_STRAIN + LIFTED
 
 
 @one_thread
-def surrogate(layout: Layout, estimates: Estimates) -> Callable[[Array], Array]:
+def surrogate(
+    layout: Layout, coils: tuple[CoilEstimate, ...], pressed_place: float | None
+) -> Callable[[Array], Array]:
     """Return a function of poses (n, 6; m, rad) whose values are the coils' frequencies (n, coils; Hz).
 
     Every coil must have a state at rest. The surrogate interpolates ln(frequency / frequency at rest) between Chebyshev
@@ -102,21 +104,21 @@ def surrogate(layout: Layout, estimates: Estimates) -> Callable[[Array], Array]:
     spec = layout.spec
     pad = spec.elastomer
     assert pad is not None
-    depth = max(DEPTH, AMPLY * -(estimates.pressed_place or 0.0) / pad.thickness)
+    depth = max(DEPTH, AMPLY * -(pressed_place or 0.0) / pad.thickness)
     count = HEIGHTS + math.ceil(DEEPER * (depth - DEPTH))
     low, high, side = -depth * pad.thickness, LIFTED * pad.thickness, REACH * pad.thickness
     heights, sides = chebyshev_points(low, high, count), chebyshev_points(-side, side, PLACES)
     middle = PLACES // 2
     on_axes = [middle in point for point in product(range(PLACES), repeat=2)]
     moves = [(0.0, 0.0), *compress(product(sides.tolist(), sides.tolist()), on_axes)]
-    rest = [coil.states[REST] for coil in estimates.coils]
+    rest = [coil.states[REST] for coil in coils]
     inductance, frequency = np.array([(state.inductance, state.frequency) for state in rest]).T
     effect = target_effects(layout, moves, [0.0, *map(float, heights)], float(frequency.mean()))
     since_rest = np.zeros((count, PLACES * PLACES, effect.shape[-1]))
     since_rest[:, on_axes] = effect[1:, 1:] - effect[0, 0]
     change = since_rest.reshape(count, PLACES, PLACES, -1).transpose(1, 2, 0, 3)
     change = change[:, middle, None] + change[None, middle] - change[middle, middle]
-    values = -0.5 * np.log1p(np.maximum(change / inductance, -0.9)) * _resonance_factors(estimates.coils)
+    values = -0.5 * np.log1p(np.maximum(change / inductance, -0.9)) * _resonance_factors(coils)
     ends = np.array([-side, -side, low]), np.array([side, side, high])
     through = [Interpolant(*ends, values[..., k]) for k in range(values.shape[-1])]
     middles = np.array([(at.x, at.y) for at in shared_middles(spec)])  # (coils, 2; m), at rest
@@ -152,5 +154,6 @@ def screen_bench(layout: Layout, estimates: Estimates) -> LoadModel:
     """Return the load model of a design by the surrogate. Raises NoResponse if a coil has no state at rest."""
     if not all(coil.states.get(REST) is not None and coil.states[REST].frequency > 0.0 for coil in estimates.coils):
         raise NoResponse("nothing is felt by a coil without a state at rest")
-    spec, level = at_temperature(layout.spec, layout.spec.requirements.temperature), surrogate(layout, estimates)
+    spec = at_temperature(layout.spec, layout.spec.requirements.temperature)
+    level = surrogate(layout, estimates.coils, estimates.pressed_place)
     return LoadModel(spec, estimates, required_range(spec, True), level, level)

@@ -6,6 +6,7 @@ If the pads stand apart, force reaches a neighbouring cell through the board alo
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from sitscad.assembly.places.state import REST
 from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
 from sitscad.basics.units import show
-from sitscad.estimates.coil_estimates import Estimates
+from sitscad.estimates.coil_estimates import CoilEstimate, Estimates
 from sitscad.estimates.loads.pressing import pad_webs, pressed_pad, web_stiffness
 from sitscad.estimates.loads.working_range import USUAL_STRAIN
 from sitscad.estimates.performance_values import Performance, by_unit
@@ -252,15 +253,17 @@ def web_crosstalk(spec: SensorSpec) -> Array:
     return bounds
 
 
-def cell_groups(layout: Layout, estimates: Estimates, crosstalk: CellCrosstalk | None) -> tuple[CellGroup, ...]:
+def cell_groups(
+    spec: SensorSpec, coils: Sequence[CoilEstimate], drive_codes: Sequence[int], crosstalk: CellCrosstalk | None
+) -> tuple[CellGroup, ...]:
     """Return cells grouped by identical pads and drive, softest pads first, without performance."""
-    spec, signals, kinds = layout.spec, cell_signals(layout.spec, estimates), dict[object, list[int]]()
-    specs, stiffness, codes = cell_specs(spec), web_stiffness(spec), estimates.readout.drive_codes
-    count = len(codes) // len(specs)
+    signals, kinds = cell_signals(spec, coils), dict[object, list[int]]()
+    specs, stiffness = cell_specs(spec), web_stiffness(spec)
+    count = len(drive_codes) // len(specs)
     for k, cell in enumerate(specs):
         webs = pad_webs(cell)
         pad_key = (round(part, 9) for part in (stiffness[k], webs.left + webs.right, webs.front + webs.back))
-        kinds.setdefault((*pad_key, *codes[k * count : (k + 1) * count]), []).append(k)
+        kinds.setdefault((*pad_key, *drive_codes[k * count : (k + 1) * count]), []).append(k)
     groups = []
     for kind in kinds.values():
         names = tuple(p.name for k in kind for p in specs[k].array.placements)
@@ -277,8 +280,8 @@ def live_cells(spec: SensorSpec, estimates: Estimates, crosstalk: CellCrosstalk 
     relative to the weakest cell's. `read_by` lists each neighbour with the bound of its crosstalk from this cell,
     relative to the neighbour's signal.
     """
-    signals, rows, coils = cell_signals(spec, estimates), [], len(estimates.coils) // len(cell_specs(spec))
-    weakest, pairs = weakest_cell(spec, estimates), () if crosstalk is None else crosstalk.pairs
+    signals, rows, coils = cell_signals(spec, estimates.coils), [], len(estimates.coils) // len(cell_specs(spec))
+    weakest, pairs = weakest_cell(spec, estimates.coils), () if crosstalk is None else crosstalk.pairs
     for k, signal in enumerate(signals):
         part_of_cell = estimates.part(k * coils, (k + 1) * coils)
         assert part_of_cell.readout.conversion is not None
@@ -311,23 +314,23 @@ def press_shares(layout: Layout, frequency: float, is_rough: bool = False) -> li
     return [round(float(ratio), 6) for strain in strains for ratio in ratios[places.index(strain)]]
 
 
-def weakest_cell(spec: SensorSpec, estimates: Estimates) -> int:
+def weakest_cell(spec: SensorSpec, coils: Sequence[CoilEstimate]) -> int:
     """Return the number (from 1) of the cell with the least signal.
 
     Cells differ by the lengths of their leads, whose inductance the target does not change, and by the number of their
     webs.
     """
-    signals = cell_signals(spec, estimates)
+    signals = cell_signals(spec, coils)
     return 1 + min(range(len(signals)), key=signals.__getitem__)
 
 
-def cell_signals(spec: SensorSpec, estimates: Estimates) -> list[float]:
+def cell_signals(spec: SensorSpec, coils: Sequence[CoilEstimate]) -> list[float]:
     """Return relative signals by cell, to first order.
 
     A signal is the fraction of coil inductance outside the leads, summed over the cell's coils, over the pad's
     stiffness with webs relative to the stiffness without.
     """
     assert spec.cells is not None
-    parts = [1.0 - coil.lead_inductance / coil.terminal_inductance for coil in estimates.coils]
+    parts = [1.0 - coil.lead_inductance / coil.terminal_inductance for coil in coils]
     windings = [math.fsum(parts[k : k + spec.cells.coils]) for k in range(0, len(parts), spec.cells.coils)]
     return [part / stiffer for part, stiffer in zip(windings, web_stiffness(spec), strict=True)]

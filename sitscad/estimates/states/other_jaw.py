@@ -18,7 +18,7 @@ from sitscad.basics.arrays import Array
 from sitscad.basics.record import replace
 from sitscad.estimates.circuits.solved_winding import SolvedWindings, spectrum_near_metal
 from sitscad.estimates.circuits.uncertainty import tolerance_sigmas
-from sitscad.estimates.coil_estimates import Estimates
+from sitscad.estimates.coil_estimates import CoilEstimate
 from sitscad.estimates.states.placed import TargetPoses, at_rest
 from sitscad.estimates.states.plate import solved_plate
 from sitscad.estimates.targets.assembly import LEAST_CONDUCTIVITY, assemble, at_temperature, metal_behind, sheet_of
@@ -81,15 +81,18 @@ def changes_in_front(
     return changes
 
 
-def reference_change(layout: Layout, estimates: Estimates, grasped: float) -> float | None:
+def reference_change(
+    layout: Layout, reference: CoilEstimate | None, temperature: float, grasped: float
+) -> float | None:
     """Return the inductance change (H) of the reference coil by the other jaw's metal.
 
-    `grasped` (m) is the thickness of an object between the sensor's top and the other jaw. None if the sensor has no
-    jaw of metal, no target or no reference coil at rest.
+    `temperature` (degrees Celsius) is of copper and metals. `grasped` (m) is the thickness of an object between the
+    sensor's top and the other jaw. None if the sensor has no jaw of metal, no target or no
+    reference coil at rest.
     """
-    spec = at_temperature(layout.spec, estimates.temperature)
+    spec = at_temperature(layout.spec, temperature)
     plate, behind, target = front_plate(spec.jaw), metal_behind(spec), spec.target
-    state = None if estimates.reference is None else estimates.reference.states.get(REST)
+    state = None if reference is None else reference.states.get(REST)
     if plate is None or target is None or state is None or not math.isfinite(state.frequency):
         return None
     spectrum = spectrum_near_metal(spec.coil, layout.coils[0], assemble(spec, tolerance_sigmas(spec)))
@@ -101,21 +104,23 @@ def reference_change(layout: Layout, estimates: Estimates, grasped: float) -> fl
     return with_jaw - none
 
 
-def estimated_change(layout: Layout, estimates: Estimates, grasped: float) -> Mapping[str, float]:
+def estimated_change(
+    layout: Layout, coils: Sequence[CoilEstimate], temperature: float, grasped: float
+) -> Mapping[str, float]:
     """Return a rough inductance change (H) of each coil at rest by the other jaw's metal.
 
     It is the change of a coil without a target, times the part of an infinite plate's effect that the target lacks. If
     the target covers the coils, it is up to 1.5 times the solved value with nothing between, and 2 times with 1 mm.
     Otherwise it is within 25 % (jaw templates). Empty if nothing is known.
     """
-    spec = at_temperature(layout.spec, estimates.temperature)
+    spec = at_temperature(layout.spec, temperature)
     plate, behind, target = front_plate(spec.jaw), metal_behind(spec), spec.target
     if plate is None or target is None:
         return {}
     spectrum = spectrum_near_metal(spec.coil, layout.coils[0], assemble(spec, tolerance_sigmas(spec)))
     assert spectrum is not None
     height, changes = float(at_rest(spec)[2]), {}
-    for coil in estimates.coils:
+    for coil in coils:
         state = coil.states.get(REST)
         if state is None or not state.target_change or not math.isfinite(state.frequency):
             continue

@@ -36,7 +36,7 @@ from sitscad.assembly.places.state import FREE, PRESSED, REST
 from sitscad.basics.record import record
 from sitscad.basics.units import count_text
 from sitscad.data import UNVERIFIED, is_unverified
-from sitscad.estimates.coil_estimates import CoilEstimate, Estimates
+from sitscad.estimates.coil_estimates import CoilEstimate
 from sitscad.estimates.loads.pressing import FILM, FILM_THICKNESS, GLUE, MODULUS, PAD, PAD_SIZE, TARGET_SIZE
 from sitscad.estimates.tolerances import units_made as made
 from sitscad.spec.circuit import LayerKind, Stackup
@@ -310,9 +310,9 @@ def scatter_by_cause(spec: SensorSpec) -> dict[str, Scatter]:
     return causes
 
 
-def manufacturing_scatter(spec: SensorSpec, estimates: Estimates) -> tuple[Scatter, ...]:
+def manufacturing_scatter(spec: SensorSpec, coils: tuple[CoilEstimate, ...]) -> tuple[Scatter, ...]:
     """Return the differences between assembled units. `coil_scatter` replaces the board's own causes."""
-    return (*(cause for cause in scatter_by_cause(spec).values() if cause.per != BOARD), *coil_scatter(estimates.coils))
+    return (*(cause for cause in scatter_by_cause(spec).values() if cause.per != BOARD), *coil_scatter(coils))
 
 
 def coil_scatter(coils: tuple[CoilEstimate, ...]) -> tuple[Scatter, ...]:

@@ -30,7 +30,7 @@ from sitscad.basics.units import DASH, aligned_lines, in_mm, show
 from sitscad.data import is_unverified
 from sitscad.estimates.circuits.settings import bare_board_code
 from sitscad.estimates.circuits.uncertainty import direct_resistance_sigma
-from sitscad.estimates.coil_estimates import METER_FREQUENCY, CoilEstimate, Estimates
+from sitscad.estimates.coil_estimates import METER_FREQUENCY, CoilEstimate, Estimates, ReadoutEstimate
 from sitscad.estimates.loads.gluing import board_plan, hard_adhesive
 from sitscad.estimates.tolerances.scatter import ACCEPTED_SIGMAS
 from sitscad.files.documents.firmware_driver import bare_drive
@@ -149,7 +149,7 @@ def _steps(layout: Layout, estimates: Estimates, bench: Estimates) -> Iterator[s
             "Measure the panel's coupons. Then cut the board out at the bridges, and file their nubs off "
             f"({panel_path(spec.name, '-readme.txt')} has their places and what a coupon measures)."
         )
-    yield bare_board(layout, estimates, bench)
+    yield bare_board(layout, estimates.readout, bench)
     yield from filter(None, (primed(spec.assembly.adhesive, spec.elastomer),))
     if spec.elastomer is not None or spec.target is not None:
         slot = " and tail in the slot" if spec.fpc.tail is not None else ""
@@ -374,7 +374,7 @@ def _weights(content: bytes) -> list[str]:
     return lines
 
 
-def bare_board(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
+def bare_board(layout: Layout, readout: ReadoutEstimate, bench: Estimates) -> str:
     """Describe the test of a bare board at 20 degrees Celsius, with a table of readings by instrument and coil.
 
     `bench` are the estimates at this temperature. The text includes the drive code for the bare board.
@@ -399,7 +399,7 @@ def bare_board(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
         "of each coil: an ohmmeter; an LCR meter, for L and R in series; the converter with its tank's capacitor of "
         f"{show(bench.readout.capacitance, 'F')} and the programs in firmware/. The LCR meter alone is enough. +- is "
         f"one sigma of manufacture. Reject a board with a coil that is more than {ACCEPTED_SIGMAS:g} sigma off."
-        f"{bare_drive(layout.spec.readout.device, estimates.readout, code)}"
+        f"{bare_drive(layout.spec.readout.device, readout, code)}"
     )
     return "\n".join([text, *aligned_lines(rows)])
 

@@ -82,7 +82,8 @@ def table(
         **document(readout.conversion, (each for each in converter.law.SETTINGS if each.key in text.keys)),
         **document(readout, (each for each in RATES if each.key in SETTINGS)),
         "timing": document(readout, (each for each in (*SCAN_TIMES, *RATES) if each.key in TIMES)),
-        "coils": [_coil_document(spec, estimates, index) for index in range(len(estimates.all_coils))],
+        "coils": [_coil_document(converter, spec.requirements.normal_force, estimates, index)
+                  for index in range(len(estimates.all_coils))],
         "converters": [
             {
                 "i2c_bus": device.bus,
@@ -100,11 +101,10 @@ def table(
     return json.dumps(value, indent=2) + "\n"
 
 
-def _coil_document(spec: SensorSpec, estimates: Estimates, index: int) -> dict[str, Any]:
+def _coil_document(device: Converter, force: float | None, estimates: Estimates, index: int) -> dict[str, Any]:
     """Return the JSON entry of a coil: channel, place, and expected frequencies and inductances."""
-    coil, channel = estimates.all_coils[index], spec.readout.device.places(len(estimates.all_coils))[index]
+    coil, channel = estimates.all_coils[index], device.places(len(estimates.all_coils))[index]
     offsets = () if estimates.readout.conversion is None else estimates.readout.conversion.offsets
-    force = spec.requirements.normal_force
     change, sigma = coil.converter_sensitivity(force) or (None, None)
     forces = {state.name: state.force for state in estimates.states}
     return {
@@ -144,7 +144,7 @@ def header(
         f" * Write them in this order after power-up or reset; {converter.register_map.ORDER}.",
         f" * {text.clock} Capacitor {_shown(readout.capacitance, 'F')}.",
         " * Each value is 16 bits, sent most significant byte first.",
-        *(f" * {line}".rstrip() for line in _expected(spec, estimates, text.frequency)),
+        *(f" * {line}".rstrip() for line in _expected(converter, estimates, text.frequency)),
         " */",
         f"#ifndef {macro}_CONFIG_H",
         f"#define {macro}_CONFIG_H",
@@ -172,9 +172,8 @@ def header(
     return "\n".join([*lines, "", "#endif", ""])
 
 
-def _expected(spec: SensorSpec, estimates: Estimates, frequency: str) -> list[str]:
+def _expected(device: Converter, estimates: Estimates, frequency: str) -> list[str]:
     """Describe timing, the expected readings of each coil in each state, and the formula of `frequency`."""
-    device = spec.readout.device
     part = device.part
     pins, delay = show(device.limit("pin_capacitance"), "F"), show(device.limit("drive_delay"), "s")
     expected = f"Expected at {estimates.temperature:g} degC (estimates; compare with what the first board gives):"

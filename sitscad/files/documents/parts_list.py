@@ -76,19 +76,18 @@ def render(layout: Layout, estimates: Estimates, forced: str = "") -> dict[str, 
     """Return ``bom.csv``: UTF-8, commas, one header row; if `forced`, a warning with quantity 0 comes first."""
     stop = (Item("warning", 0, layout.spec.name, "", "", FORCED),) if forced else ()
     lines = [[field.name for field in fields(Item)]]
-    for item in (*stop, *items(layout, estimates)):
+    for item in (*stop, *items(layout, estimates.readout)):
         cells = map(str, astuple(item))
         # a leading quote keeps spreadsheets from reading a cell as a formula
         lines.append([f"'{cell}" if cell[:1] in ("=", "+", "-", "@") else cell for cell in cells])
     return {"bom.csv": csv_text(lines).encode("utf-8")}
 
 
-def items(layout: Layout, estimates: Estimates) -> tuple[Item, ...]:
+def items(layout: Layout, readout: ReadoutEstimate) -> tuple[Item, ...]:
     """Return the rows in the order of assembly, only for parts that the spec contains."""
     boards = layout.spec.fpc.boards or 1
     parts = (*_circuit(layout),
-             *_converter(layout.capacitors, len(layout.coils), layout.spec.name, layout.spec.readout,
-                         estimates.readout),
+             *_converter(layout.capacitors, len(layout.coils), layout.spec.name, layout.spec.readout, readout),
              *_soft_parts(layout), *_carriers(layout))
     return tuple(
         replace(each, for_boards=each.quantity if each.item in SHARED else boards * each.quantity) for each in parts

@@ -24,6 +24,7 @@ from sitscad.estimates.performance_values import AXIS_WORDS, MOMENTS
 from sitscad.files.drawing.frame import FORCED
 from sitscad.files.drawing.pictures.layout_picture import coil_extent
 from sitscad.files.drawing.web_page import page, part
+from sitscad.kernels.converters.conversion import Conversion
 from sitscad.kernels.geometry.path import Point
 from sitscad.layout.board import Layout
 from sitscad.spec.mount import Jaw
@@ -107,15 +108,14 @@ def solids_document(glb: bytes, jaw: Jaw | None, pivot: Point | None) -> dict[st
 
 
 def pushed_document(
-    layout: Layout, estimates: Estimates, sheet: Document, calibration: Document | None
+    layout: Layout, conversion: Conversion | None, sheet: Document, calibration: Document | None
 ) -> dict[str, Any] | None:
     """Return the data of the pushed sensor; None if response table, converter settings, pad or target are missing.
 
     They are the response table of ``datasheet.json``, the map of ``calibration.json``, the converter's scaling of
     counts, and the shapes (mm) of two sections, along x and along y.
     """
-    table, conversion = sheet.get("pushed"), estimates.readout.conversion
-    spec = layout.spec
+    table, spec = sheet.get("pushed"), layout.spec
     pad, target = plates_of(spec).elastomer, plates_of(spec).target
     if table is None or conversion is None or pad is None or target is None:
         return None

@@ -35,7 +35,8 @@ def render(layout: Layout) -> dict[str, bytes]:
     name = layout.spec.name
     files = {
         f"kicad/{name}.kicad_pro": project(layout), f"kicad/{name}.kicad_pcb": board_text(layout),
-        f"kicad/{name}.kicad_dru": custom_rules(layout.spec.fpc.rules), f"kicad/{name}.kicad_jobset": job_set(layout),
+        f"kicad/{name}.kicad_dru": custom_rules(layout.spec.fpc.rules),
+        f"kicad/{name}.kicad_jobset": job_set(name, layout.copper_layers),
     }
     library = library_footprints(layout) | coil_footprints(layout)
     files |= {f"kicad/{name}.pretty/{footprint}.kicad_mod": text for footprint, text in library.items()}
@@ -144,13 +145,12 @@ def project(layout: Layout) -> str:
     return json.dumps(value, indent=2, sort_keys=True) + "\n"
 
 
-def job_set(layout: Layout) -> str:
+def job_set(name: str, copper_layers: int) -> str:
     """Return KiCad's jobs that plot Gerber and drill files into ``gerbers/``, from the layout's origin.
 
     KiCad 9 runs them from its project window, or by ``kicad-cli jobset run -f NAME.kicad_jobset NAME.kicad_pro``.
     """
-    name = layout.spec.name
-    copper = copper_names(layout.copper_layers)
+    copper = copper_names(copper_layers)
     layers = [*copper, "F.Mask", "B.Mask", "Edge.Cuts", STIFFENER_LAYER, BEND_LAYER, BODY_LAYER, TAIL_LAYER]
     gerbers = {
         "create_gerber_job_file": True, "include_netlist_attributes": True, "layers": layers, "output_dir": "",

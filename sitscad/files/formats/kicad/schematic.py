@@ -92,7 +92,7 @@ def render(layout: Layout, estimates: Estimates) -> dict[str, bytes]:
     readout, count = layout.spec.readout, len(estimates.all_coils)
     if count > readout.device.most_coils * readout.buses or not layout.pads or not readout.device.has_circuit:
         return {}
-    circuit = parts(layout, estimates)
+    circuit = parts(layout, estimates.readout.capacitance)
     # The circuit does not depend on KiCad's footprint libraries; the board editor reports missing ones
     project = {
         "meta": {"filename": f"{LIBRARY}.kicad_pro", "version": 3}, "sheets": [], "text_variables": {},
@@ -113,7 +113,7 @@ def render(layout: Layout, estimates: Estimates) -> dict[str, bytes]:
     return {f"firmware/wiring/{name}": text.encode("utf-8") for name, text in texts.items()}
 
 
-def parts(layout: Layout, estimates: Estimates) -> tuple[SchematicPart, ...]:
+def parts(layout: Layout, capacitance: float) -> tuple[SchematicPart, ...]:
     """Return all parts of the circuit with their nets."""
     spec, coils = layout.spec, layout.coils
     device = spec.readout.device
@@ -122,7 +122,7 @@ def parts(layout: Layout, estimates: Estimates) -> tuple[SchematicPart, ...]:
     row = 4 + 24 * number
     capacitors = [("100nF", "VDD", "GND"), ("1uF", "VDD", "GND")] * number + [("100nF", "VDD", "GND")]
     if spec.readout.chip is None and spec.readout.capacitor_at != "coil":
-        value = show(estimates.readout.capacitance, "F").replace(" ", "")
+        value = show(capacitance, "F").replace(" ", "")
         capacitors += [(f"{value} C0G", f"{coil.name}.A", f"{coil.name}.B") for coil in coils]
     serial = [line + ending for ending in ("", "2")[: 1 + device.places(len(coils))[-1].bus] for line in BUS]
     resistors = [*(("4.7k", line, "VDD") for line in serial), ("10k", "SD", "VDD")]
