@@ -87,8 +87,7 @@ def reference_change(
     """Return the inductance change (H) of the reference coil by the other jaw's metal.
 
     `temperature` (degrees Celsius) is of copper and metals. `grasped` (m) is the thickness of an object between the
-    sensor's top and the other jaw. None if the sensor has no jaw of metal, no target or no
-    reference coil at rest.
+    sensor's top and the other jaw. None if the sensor has no jaw of metal, no target or no reference coil at rest.
     """
     spec = at_temperature(layout.spec, temperature)
     plate, behind, target = front_plate(spec.jaw), metal_behind(spec), spec.target
