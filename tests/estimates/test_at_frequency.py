@@ -26,7 +26,7 @@ def layout_of(coil, more=""):
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-def test_a_coil_at_its_tank_frequency_is_what_the_estimate_says(shape):
+def test_coil_at_tank_frequency_equals_estimate(shape):
     layout = layout_of(SHAPES[shape])
     (coil,) = sitscad.estimate(layout).coils
     (found,) = coils_at(layout, (coil.sensor_frequency,))
@@ -42,7 +42,7 @@ def test_a_coil_at_its_tank_frequency_is_what_the_estimate_says(shape):
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-def test_stated_errors_at_frequencies_hold_against_a_finer_solution(shape):
+def test_stated_errors_bound_deviation_from_finer_solution(shape):
     layout = layout_of(SHAPES[shape])
     usual, finer = (coils_at(layout, FREQUENCIES, tolerance=tolerance) for tolerance in (None, 1e-3))
     for one, best in zip(usual, finer, strict=True):
@@ -54,7 +54,7 @@ def test_stated_errors_at_frequencies_hold_against_a_finer_solution(shape):
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-def test_inductance_falls_and_resistance_rises_from_direct_current_on(shape):
+def test_inductance_falls_and_resistance_rises_with_frequency(shape):
     layout = layout_of(SHAPES[shape])
     (coil,) = sitscad.estimate(layout).coils
     found = coils_at(layout, FREQUENCIES)
@@ -65,14 +65,14 @@ def test_inductance_falls_and_resistance_rises_from_direct_current_on(shape):
     assert resistances[1] == approx(resistances[0], rel=1e-3, abs=0)
 
 
-def test_a_target_changes_nothing_of_the_coil_alone():
+def test_target_does_not_change_values_of_coil_alone():
     more = "target: {shape: square, size: 12, thickness: 0.2, material: copper}\nelastomer: {size: 12, thickness: 1}\n"
     (alone,), (under,) = (coils_at(layout_of(SHAPES["circle"], text), (5e6,)) for text in ("", more))
     assert under.winding_inductance == approx(alone.winding_inductance, rel=1e-9, abs=0)
     assert under.winding_resistance == approx(alone.winding_resistance, rel=1e-9, abs=0)
 
 
-def test_a_frequency_from_self_resonance_on_is_refused_with_the_resonance():
+def test_frequency_above_self_resonance_gives_frequency_error():
     layout = layout_of("shape: circle, outer_diameter: 30, turns: 35, layers: 2")
     (coil,) = sitscad.estimate(layout).coils
     below, beyond = 0.9 * coil.self_resonance, 1.001 * coil.self_resonance
@@ -84,7 +84,7 @@ def test_a_frequency_from_self_resonance_on_is_refused_with_the_resonance():
 
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("level", ["screen", "full"])
-def test_the_error_of_a_swept_inductance_has_the_crowding_that_a_named_frequency_states(shape, level):
+def test_error_of_swept_inductance_includes_current_crowding_error(shape, level):
     layout = layout_of(SHAPES[shape])
     table = sitscad.sweep(layout.spec, {"fpc.margin": [0.0]}, ["inductance", "frequency"], level=level)
     (frequency,) = table.values["frequency"]

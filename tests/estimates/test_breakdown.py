@@ -37,7 +37,7 @@ def nanohenries(cell):
     return float(number)
 
 
-def test_the_rows_add_up_to_the_terminal_inductance_at_its_frequency(template):
+def test_inductance_parts_add_up_to_terminal_inductance(template):
     layout = lay_out(load(template))
     found = estimate(layout)
     (frequency, *rows, total) = numbers.part_table(found.coils).rows
@@ -60,7 +60,7 @@ def test_the_rows_add_up_to_the_terminal_inductance_at_its_frequency(template):
         assert any(t.role is Role.TAIL for t in tracks) and coil.inductance_parts["tail"] > 0.5e-9
 
 
-def test_what_crowding_takes_away_is_the_loss_s_own():
+def test_crowding_part_equals_inductance_change_of_winding_loss():
     """It is taken as what is left of the interpolated terminal value; the modes of the tracks say the same."""
     from sitscad.estimates.windings.losses import winding_losses
     from sitscad.estimates.windings.methods import winding_geometry
@@ -77,7 +77,7 @@ def test_what_crowding_takes_away_is_the_loss_s_own():
 
 
 @pytest.mark.parametrize(("turns", "width"), [("6.5", "100 um"), ("4.5", "300 um")])
-def test_a_tail_is_a_tail_however_wide_the_coil_s_tracks_are(turns, width):
+def test_tail_inductance_part_is_independent_of_track_width(turns, width):
     """Tracks of the tail no wider than the coil's were booked as leads on the body, and the tail read 0 H."""
     found, layout = of(RACETRACK.replace("TURNS", turns).replace("WIDTH", width))
     parts = found.coils[0].inductance_parts
@@ -88,7 +88,7 @@ def test_a_tail_is_a_tail_however_wide_the_coil_s_tracks_are(turns, width):
             assert min(trace.path.start.x, trace.path.end.x) > end
 
 
-def test_without_room_for_leads_the_first_thing_said_is_that_they_lack():
+def test_missing_lead_room_gives_incomplete_layout_note_first():
     text = RACETRACK.replace("TURNS", "16.5").replace("WIDTH", "100 um")
     found, layout = of(text)
     assert layout.shortfalls and found.incomplete.startswith("INCOMPLETE LAYOUT: C1")
@@ -101,7 +101,7 @@ def test_without_room_for_leads_the_first_thing_said_is_that_they_lack():
     json.dumps(found.as_json("long.yaml"), allow_nan=False)
 
 
-def test_where_no_closed_formula_exists_that_is_said():
+def test_missing_closed_formula_gives_reason():
     found, _ = of(RACETRACK.replace("TURNS", "6.5").replace("WIDTH", "100 um"))
     ((_, formula, *_, reason),) = numbers.cross_check_table(found.cross_checks, found.no_cross_check).rows
     assert formula == "none" and "racetrack" in reason and "Mohan" in reason
@@ -111,7 +111,7 @@ def test_where_no_closed_formula_exists_that_is_said():
     assert of(unequal.replace("[8, 7]", "8").replace("WIDTH", "100 um"))[0].no_cross_check is None
 
 
-def test_json_names_the_channel_of_every_coil():
+def test_json_contains_channel_of_every_coil():
     text = RACETRACK.replace("TURNS", "6.5").replace("WIDTH", "100 um")
     (coil,) = of(text)[0].as_json("x")["coils"]
     assert (coil["converter"], coil["channel"], coil["i2c_address"]) == (0, 0, 0x2A)

@@ -47,7 +47,7 @@ def two() -> Design:
 
 
 @pytest.mark.slow
-def test_a_cell_reads_as_the_same_sensor_alone(two):
+def test_cell_has_target_change_of_same_sensor_alone(two):
     """In the states and under a load: what its target changes, to within what it reads of the other cell."""
     alone = design("{pattern: single}", "")
     for coil in two.estimates.coils:
@@ -63,7 +63,7 @@ def test_a_cell_reads_as_the_same_sensor_alone(two):
 @pytest.mark.slow
 @pytest.mark.more
 @pytest.mark.parametrize("template", ["skin_strip_6", "skin_grid_3x3"])
-def test_a_cell_of_a_skin_reads_as_the_same_sensor_alone(template):
+def test_cell_of_skin_template_responds_like_same_sensor_alone(template):
     """At one frequency, for leads of other lengths shift it: under loads, and in the coil's own states."""
     skin = Design(sitscad.load(TEMPLATES / f"{template}.yaml"))
     array = replace(skin.spec.array, pattern="single", placements=skin.spec.array.placements[:1], pitch=None)
@@ -77,7 +77,7 @@ def test_a_cell_of_a_skin_reads_as_the_same_sensor_alone(template):
 
 
 @pytest.mark.parametrize("pitch", [12.0, 16.0])
-def test_metal_crosstalk_is_that_of_boxes_of_loops_and_an_upper_bound(two, pitch):
+def test_target_crosstalk_agrees_with_loop_boxes_and_is_upper_bound(two, pitch):
     """Of the other target alone within a tenth; with both there, as they are, less than half of it."""
     cells = two if pitch == 12.0 else design(f"{{pattern: line, count: 2, pitch: {pitch}}}")
     spec, coil = cells.spec, cells.layout.coils[0]
@@ -95,7 +95,7 @@ def test_metal_crosstalk_is_that_of_boxes_of_loops_and_an_upper_bound(two, pitch
     assert abs(both) < 0.5 * abs(other)
 
 
-def test_webs_carry_more_than_metal_and_less_the_longer_they_are(two):
+def test_web_crosstalk_decays_exponentially_with_web_length(two):
     """A coil in the middle feels the target's way, a group its tilt as well; a cell with two webs twice as much."""
     def found(count: int, pitch: float, coils: int = 1) -> float:
         array = f"{{pattern: line, count: {count}, pitch: {pitch}}}"
@@ -114,7 +114,7 @@ def test_webs_carry_more_than_metal_and_less_the_longer_they_are(two):
 
 
 @pytest.mark.slow
-def test_the_pad_of_a_cell_is_as_stiff_as_its_webs_make_it():
+def test_webs_stiffen_pad_of_middle_cell_most():
     """Of a row of three the middle one gives least way, and is the one that figures are of; elements say 5.9 and 3 %
     (tests/validation/web_figures.csv). States are those of a mean pad, and their scatter knows that.
     """
@@ -147,7 +147,7 @@ def row() -> Design:
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_every_figure_is_that_of_the_cell_worst_in_it_and_each_is_reported(row):
+def test_performance_takes_worst_cell_for_each_value(row):
     """Figures of the cell with the least signal alone had more range and less error by tilt than its neighbours."""
     ends, middle = row.cells.skin.table.groups
     assert (ends.numbers, middle.numbers, middle.coils) == ((1, 3), (2,), ("C2",))
@@ -168,7 +168,7 @@ def test_every_figure_is_that_of_the_cell_worst_in_it_and_each_is_reported(row):
 
 
 @pytest.mark.slow
-def test_production_limits_of_a_skin_have_every_coil_at_every_point():
+def test_production_limits_of_skin_cover_every_coil_at_every_load():
     """Half and full load had only the coils of the two cells that were solved, of three alike ones."""
     skin = design("{pattern: line, count: 3, pitch: 12}")
     assert len(skin.cells.skin.groups) == 1
@@ -176,7 +176,7 @@ def test_production_limits_of_a_skin_have_every_coil_at_every_point():
 
 
 @pytest.mark.slow
-def test_each_cell_is_judged_with_its_own_webs_and_the_worst_named(row):
+def test_findings_name_worst_cell_computed_with_its_webs(row):
     """The signal was that of a mean pad; the error by tilt that of the cell that tilts least."""
     ends, middle, _ = signals(row.estimates)
     loads = [[0.0, 0.0, 0.0], [8.0, 0.0, 0.0]]
@@ -195,7 +195,7 @@ def test_each_cell_is_judged_with_its_own_webs_and_the_worst_named(row):
     assert tilt.at.endswith(said["SIT404"][:6])
 
 
-def test_other_cells_read_in_proportion_to_the_one_that_a_page_solves(row):
+def test_signals_of_other_cells_are_proportional_to_solved_cell(row):
     """Each solved by itself, with its own webs, within 2 % of the change; what it reads of its neighbours adds up."""
     signals, load = cell_signals(row.spec, row.estimates.coils), [[6.0, 0.0, 0.0]]
     found = [respond(row.cells.by_number(k), loads=[[0.0, 0.0, 0.0], *load], rotation="held").frequency[:, 0]
@@ -208,7 +208,7 @@ def test_other_cells_read_in_proportion_to_the_one_that_a_page_solves(row):
 
 
 @pytest.mark.slow
-def test_cells_that_overlap_or_nearly_touch_are_reported():
+def test_overlapping_or_close_cells_give_error_or_warning():
     def said(size: float) -> list[str]:
         wanted = design("{pattern: line, count: 2, pitch: 12}", size=size)
         return [f.severity.value for f in sitscad.check(wanted.spec, hints="none").findings if f.rule == "SIT328"]
@@ -217,7 +217,7 @@ def test_cells_that_overlap_or_nearly_touch_are_reported():
     assert said(12) == ["error", "error"], "plates that touch are one"
 
 
-def test_joined_pads_that_the_beam_would_not_part_are_refused():
+def test_web_pads_closer_than_laser_kerf_give_error():
     """They were cut as one plate, and the notes spoke of webs."""
     webs = design("{pattern: line, count: 2, pitch: 10.3}", "cells: {web: 2 mm}")
     wide = replace(webs.spec, elastomer=replace(webs.spec.elastomer, kerf=0.4e-3))
@@ -235,14 +235,14 @@ def test_joined_pads_that_the_beam_would_not_part_are_refused():
     ("{centres: [[0, 0], [12, 0]]}", "cells: {web: 2 mm}", "SIT009"),
     ("{pattern: line, count: 2, pitch: 12}", "cells: {web: 2 mm}\nencapsulation: {thickness: 0.2}", "SIT009"),
 ])
-def test_coils_that_make_no_alike_cells_are_refused(array, cells, rule):
+def test_coils_that_form_no_equal_cells_give_spec_error(array, cells, rule):
     with pytest.raises(sitscad.SpecError) as caught:
         design(array, cells)
     assert {finding.rule for finding in caught.value.findings} == {rule}
 
 
 @pytest.mark.parametrize("target", ["shape: circle, ", "offset: [0.5, 0], ", "rotation: 10 deg, "])
-def test_webs_are_refused_where_nobody_knows_what_they_add(target):
+def test_webs_under_unsupported_target_give_spec_error(target):
     """Under targets that do not stand on their pads as these do; a film over webs and round pads are, too."""
     text = TWO.format(array="{pattern: line, count: 2, pitch: 14}", cells="cells: {web: 2 mm}", size=8)
     text = text.replace("elastomer: {size: 8", "elastomer: {size: 9")
@@ -252,7 +252,7 @@ def test_webs_are_refused_where_nobody_knows_what_they_add(target):
     assert sitscad.load_text(text).cells is not None
 
 
-def test_what_has_a_response_of_its_own_asks_for_a_cell(two):
+def test_response_without_cell_number_gives_no_response_error(two):
     with pytest.raises(sitscad.NoResponse, match="2 cells"):
         respond(two, loads=[[1.0, 0.0, 0.0]])
     with pytest.raises(ValueError, match="no cell 3"):
@@ -260,7 +260,7 @@ def test_what_has_a_response_of_its_own_asks_for_a_cell(two):
 
 
 @pytest.mark.slow
-def test_cells_in_a_jaw_close_as_one_plate_does():
+def test_closed_pair_of_cells_equals_closed_pair_of_one_plate():
     """Their pieces have numbers, which levels of the closed pair have not: it was a KeyError."""
     jaw = "mount: {kind: grasper-pad, jaw: robotic-12mm, standoff: 1}"
 
@@ -274,7 +274,7 @@ def test_cells_in_a_jaw_close_as_one_plate_does():
 
 
 @pytest.mark.slow
-def test_every_cell_has_a_map_of_its_own_coils(two):
+def test_every_cell_has_calibration_files_for_its_coils(two):
     from sitscad.package.contents import nominal_calibration
 
     files = nominal_calibration(two)

@@ -49,7 +49,7 @@ def compensated(plain):
 
 
 @pytest.mark.parametrize("name", ["ncp18xh103f03rb", "ntcle100e3103"])
-def test_error_of_a_thermistor_is_that_of_its_resistance_law(name):
+def test_thermistor_error_equals_error_of_resistance_law(name):
     part = presets.thermistor(name)
 
     def error(celsius, resistance, b):
@@ -65,17 +65,17 @@ def test_error_of_a_thermistor_is_that_of_its_resistance_law(name):
     assert (reading.noise, reading.difference) == (part.noise, 0.5)
 
 
-def test_error_of_a_digital_sensor_counts_at_both_ends():
+def test_digital_sensor_error_includes_both_temperatures():
     reading = thermistor_reading(presets.thermistor("tmp117"), "tail", 2.0, COLD, WARM)
     assert reading.by_tolerance == approx(0.1 * math.sqrt(2.0 / 3.0), rel=1e-9)
 
 
-def test_reference_coil_reads_by_its_own_drift():
+def test_reference_coil_noise_and_tolerance_are_divided_by_its_drift():
     reading = reference_reading(-50e-6, 3e-6, 8.66e-6, 0.5, 17.0)
     assert reading.noise == approx(0.06, rel=1e-9) and reading.by_tolerance == approx(17.0 * 8.66 / 50.0, rel=1e-9)
 
 
-def test_metal_of_a_reference_coil_scatters_with_that_of_the_other_coils():
+def test_metal_error_of_reference_coil_is_correlated_with_other_coils():
     """With a tenth more drift of all copper, the temperature reads a tenth high, and so do the other causes."""
     causes = {METAL: np.array([-2.0]), EXPANSION: np.array([-1.0]), PAD_MODULUS: np.array([-0.5])}
     reading = TemperatureReading("", 0.0, 0.0, 0.0, is_by_metal=True)
@@ -86,7 +86,7 @@ def test_metal_of_a_reference_coil_scatters_with_that_of_the_other_coils():
     assert left[METAL] == approx(abs(unit - sensed * sum(causes.values())), rel=1e-9)
 
 
-def test_drift_of_a_reference_coil_is_that_of_its_frequency(plain):
+def test_reference_coil_drift_equals_frequency_change_between_estimates(plain):
     """Between estimates at both temperatures of the whole sensor, the reference coil's frequency drifts as stated."""
     design = Design(plain.spec.replace("array.reference", {}))
     point = design.sensing.solved.warmed[-1]
@@ -101,13 +101,13 @@ def test_drift_of_a_reference_coil_is_that_of_its_frequency(plain):
     assert point.drift[0] < 0.6 * point.plain_drift[0]
 
 
-def test_sensor_with_the_least_error_is_taken(plain):
+def test_temperature_sensor_with_smallest_error_is_chosen(plain):
     both = Design(plain.spec.replace({"array.reference": {}, "readout.thermistor.part": "tmp117"}))
     assert not both.sensing.solved.warmed[-1].compensation.reading.is_by_metal
 
 
 @pytest.mark.parametrize("metal", [0.0, 0.2e-3, 1e-3])
-def test_lag_is_that_of_the_heat_equation(metal):
+def test_pad_lag_equals_solution_of_heat_equation(metal):
     """Finite volumes of pad and target over a board that warms steadily, until the lag stays."""
     thickness, density, rate, count = 1.5e-3, 1070.0, 0.1, 60
     conductivity, heat = (presets.compensation_figure(name) for name in ("silicone conductivity", "silicone heat"))
@@ -124,7 +124,7 @@ def test_lag_is_that_of_the_heat_equation(metal):
     assert thick == approx(4.0 * bare, rel=1e-9)
 
 
-def test_parts_are_zero_if_their_cause_is():
+def test_perfect_temperature_reading_leaves_only_coefficient_errors():
     """A perfect reading leaves only the coefficients, and a cold sensor leaves nothing."""
     causes = {METAL: np.array([-2.0]), EXPANSION: np.array([-1.0]), PAD_MODULUS: np.array([-0.5])}
     perfect = TemperatureReading("", 0.0, 0.0, 0.0)
@@ -163,7 +163,7 @@ def test_drift_without_compensation_is_that_of_a_sensor_solved_at_two_temperatur
     assert full.plain_tared_drift[0] == approx(abs(full.inverse @ (change[1] - change[0]))[0], rel=0.25)
 
 
-def test_drift_without_compensation_is_that_of_the_sensor_without_thermistor(plain, compensated):
+def test_uncompensated_drift_equals_drift_of_sensor_without_thermistor(plain, compensated):
     for before, after in zip(plain.performance, compensated.performance, strict=True):
         for axis, performance in after.axes.items():
             uncompensated = [error for cause, error in performance.errors.items() if "without comp" in cause]
@@ -171,14 +171,14 @@ def test_drift_without_compensation_is_that_of_the_sensor_without_thermistor(pla
             assert len(drifts) == 2 and uncompensated == approx(drifts, rel=1e-9)
 
 
-def test_studies_measure_the_drift_with_and_without_compensation(compensated):
+def test_study_measures_include_drift_with_and_without_compensation(compensated):
     point = compensated.sensing.solved.warmed[-1]
     for axis, left, plain in zip(point.bench.range.axes, point.drift, point.plain_drift, strict=True):
         for name, value in (("error.temperature", left), ("error.uncompensated", plain)):
             assert MEASURES[f"{name}.{axis}"].read(compensated)[0] == approx(value, rel=1e-9)
 
 
-def test_documents_name_each_part_that_is_left(compensated):
+def test_documents_list_each_part_of_remaining_drift(compensated):
     full, point = compensated.performance[-1], compensated.sensing.solved.warmed[-1]
     (table,) = compensation_tables(compensated.performance)
     parts = [part for source in full.drift_left.values() for part in source]
@@ -191,7 +191,7 @@ def test_documents_name_each_part_that_is_left(compensated):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("count", [20, pytest.param(200, marks=pytest.mark.more)])
-def test_simulated_units_keep_what_is_predicted(compensated, count):
+def test_error_of_simulated_units_agrees_with_predicted_drift(compensated, count):
     """Units with coefficients, capacitors and temperatures of their own are warmed, solved anew and compensated."""
     bench, point = compensated.sensing.solved.bench, compensated.sensing.solved.warmed[-1]
     spec, pad, warming = compensated.spec, bench.pad, WARM - COLD
@@ -238,7 +238,7 @@ def test_simulated_units_keep_what_is_predicted(compensated, count):
     assert np.all(found[1] < 2.5 * point.drift) and found[1, 1] > 0.5 * point.drift[1]
 
 
-def test_hints_add_a_sensor_and_then_a_calibration(plain, compensated):
+def test_drift_fixes_add_temperature_sensor_and_then_calibrated_coefficients(plain, compensated):
     """Each change is written into the text and read again, and each leaves less drift."""
     design, calibrated, reference = temperature_sensors(plain.spec)
     assert reference.spec.array.reference is not None and plain.spec.readout.device.channels > len(
@@ -252,7 +252,7 @@ def test_hints_add_a_sensor_and_then_a_calibration(plain, compensated):
     assert not list(temperature_sensors(calibrated.spec))
 
 
-def test_required_drift_is_judged_after_the_compensation(plain, compensated):
+def test_temperature_error_rule_uses_compensated_drift(plain, compensated):
     """A limit between both drifts is kept with the sensor only."""
     with_sensor, without = (each.sensing.solved.warmed[-1].drift[0] for each in (compensated, plain))
     limit = {"requirements.temperature_error": math.sqrt(with_sensor * without)}
@@ -266,7 +266,7 @@ def test_required_drift_is_judged_after_the_compensation(plain, compensated):
 
 
 @pytest.mark.parametrize("at", ["board", "tail", "controller"])
-def test_difference_of_temperature_is_by_place_or_as_written(plain, at):
+def test_temperature_difference_defaults_to_value_of_sensor_place(plain, at):
     spec = plain.spec.replace("readout.thermistor", {"part": "tmp117", "at": at})
     assert spec.readout.compensation.difference == presets.compensation_figure(f"difference at {at}")
     written = spec.replace("readout.compensation.difference", "0.1 K")
@@ -277,7 +277,7 @@ def test_difference_of_temperature_is_by_place_or_as_written(plain, at):
     ({"readout.compensation": {"difference": "1 K"}}, "readout.compensation"),
     ({"readout.thermistor": {"part": "tmp117", "at": "tail"}, "fpc.tail": None}, "readout.thermistor.at"),
 ])
-def test_compensation_that_cannot_be_is_refused(plain, changes, key):
+def test_contradictory_compensation_gives_spec_error(plain, changes, key):
     with pytest.raises(sitscad.SpecError) as caught:
         plain.spec.replace(changes)
     assert (caught.value.findings[0].rule, caught.value.findings[0].key) == ("SIT009", key)

@@ -26,7 +26,7 @@ coil: {shape: racetrack, outer_diameter: [12, 8], turns: 12, layers: 4, trace_wi
 
 
 @pytest.mark.slow
-def test_many_turns_take_a_bounded_amount_of_memory():
+def test_estimate_of_many_turns_uses_less_than_25_megabytes():
     """The field along 48 turns with 2,700 chords was worked out for all places at once: 95 MB."""
     layout = lay_out(load_text(SPEC, "cost.yaml"))
     tracemalloc.start()
@@ -36,7 +36,7 @@ def test_many_turns_take_a_bounded_amount_of_memory():
     assert most < 25e6
 
 
-def test_only_long_sides_are_cut_for_their_coupling_with_the_leads():
+def test_only_long_path_sides_are_subdivided():
     """Every chord of an arc was cut into as many pieces as the longest straight side: twenty times as many points."""
     bend = np.array([(np.sin(a), 1.0 - np.cos(a)) for a in np.linspace(0.0, np.pi, 20)]) * 2e-3
     corners = np.concatenate([[(-20.1 * leads.LONGEST, 0.0)], bend])
@@ -47,7 +47,7 @@ def test_only_long_sides_are_cut_for_their_coupling_with_the_leads():
     assert middle[21:, :2] == approx(0.5 * (bend[1:] + bend[:-1]), abs=1e-15) and np.all(middle[:, 2] == 1e-4)
 
 
-def test_a_board_with_metal_a_little_elsewhere_finds_its_waves_and_modes_done(monkeypatch):
+def test_slightly_changed_target_and_pad_reuse_spectra_and_modes(monkeypatch):
     """A pad thinner by some per cent, or a thicker target, made all of them anew: seconds for every hint that is
     tried, and another few for the spread of the pad's thickness."""
     modes = []
@@ -67,14 +67,14 @@ def test_a_board_with_metal_a_little_elsewhere_finds_its_waves_and_modes_done(mo
 
 
 @pytest.mark.parametrize("thickness", [1.3, 1.9])
-def test_states_and_solved_target_share_the_waves_of_a_winding(thickness):
+def test_states_and_solved_target_share_winding_spectrum(thickness):
     """The target is solved down to a rounded height. Its own waves would cost as much again."""
     solved._spectrum.cache_clear()
     estimate(lay_out(load_text(MOUNTED.replace("thickness: 1,", f"thickness: {thickness},"), "cost.yaml")))
     assert solved._spectrum.cache_info().misses == 1
 
 
-def test_metal_at_the_heights_of_a_target_is_solved_together(monkeypatch):
+def test_metal_at_several_target_heights_is_solved_in_shared_calls(monkeypatch):
     """Reading the modes and waves of a winding takes most of the time. Four heights read them four times as often."""
     calls = []
     monkeypatch.setattr(near_metal, "_reduce_modes", counted(calls, near_metal._reduce_modes))

@@ -39,7 +39,7 @@ def unlike():
     return estimated("auto")
 
 
-def test_every_coil_stays_one_sigma_below_the_clamp_and_the_next_code_would_not(unlike):
+def test_drive_code_is_highest_one_sigma_below_amplitude_limit(unlike):
     for number, coil in enumerate(unlike.coils):
         working = [state for name, state in coil.states.items() if name != "free"]
         careful = max(state.amplitude + state.spread.amplitude for state in working)
@@ -48,7 +48,7 @@ def test_every_coil_stays_one_sigma_below_the_clamp_and_the_next_code_would_not(
         assert careful * LDC1614.drive_current(code + 1) / LDC1614.drive_current(code) >= 1.8
 
 
-def test_unlike_coils_have_a_code_for_each_channel_where_one_for_all_does_not_do(unlike):
+def test_unequal_coils_get_drive_code_for_each_channel(unlike):
     codes = unlike.readout.drive_codes
     assert len(codes) == 6 and len(set(codes)) > 1 and unlike.readout.drive_code == max(codes)
     working = [state for coil in unlike.coils for name, state in coil.states.items() if name != "free"]
@@ -58,7 +58,7 @@ def test_unlike_coils_have_a_code_for_each_channel_where_one_for_all_does_not_do
     assert unlike.as_json("six.yaml")["readout"]["drive_codes"] == list(codes)
 
 
-def test_states_and_current_are_those_of_the_code(unlike):
+def test_amplitudes_and_supply_current_follow_drive_code(unlike):
     for number, coil in enumerate(unlike.coils):
         for state in coil.states.values():
             code = unlike.readout.code_of(number)
@@ -71,7 +71,7 @@ def test_states_and_current_are_those_of_the_code(unlike):
 
 
 @pytest.mark.slow
-def test_a_code_that_the_spec_sets_is_taken_and_judged():
+def test_drive_code_of_spec_is_used_and_checked():
     spec = sitscad.load_text(UNLIKE.replace("CODE", "24"), "six.yaml")
     found = sitscad.estimate(sitscad.lay_out(spec))
     assert found.readout.drive_code == 24 and found.readout.drive_codes == ()
@@ -84,12 +84,12 @@ def test_a_code_that_the_spec_sets_is_taken_and_judged():
 
 
 @pytest.mark.parametrize("code", ["-1", "32", "3.5", "strong"])
-def test_codes_that_do_not_exist_are_refused(code):
+def test_invalid_drive_code_gives_spec_error(code):
     with pytest.raises(sitscad.SpecError):
         sitscad.load_text(UNLIKE.replace("CODE", code), "six.yaml")
 
 
-def test_one_code_is_kept_where_codes_of_their_own_do_not_help_either():
+def test_single_drive_code_is_used_if_separate_codes_do_not_help():
     wide = ParallelResistanceRange(1000.0, 3100.0)
     assert len(set(drive_codes([wide, ParallelResistanceRange(2000.0, 2200.0)], LDC1614))) == 1
     near = ParallelResistanceRange(2000.0, 2200.0)
@@ -99,7 +99,7 @@ def test_one_code_is_kept_where_codes_of_their_own_do_not_help_either():
 @pytest.mark.few(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("template", ["robotic_jaw_12mm", "fingertip_foil", "grasper_4layer", "square_bench"])
-def test_copper_as_it_may_be_delivered_keeps_the_amplitude_in_its_window(root, template):
+def test_copper_tolerances_leave_amplitude_within_limits(root, template):
     """Half-ounce foil plated by 12 um made 2.1 V of the 1.7 V of robotic_jaw_12mm, whose copper was taken as 18 um.
 
     The thickest foil (+10 %) with the thickest plating (15.5 um) and the thinnest with the thinnest, solved again.

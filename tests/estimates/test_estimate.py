@@ -50,7 +50,7 @@ def mounted():
     return of(MOUNTED.replace("CAP", "220 pF"))
 
 
-def test_the_recommended_jaw_coil_holds_free_at_rest_and_pressed(mounted):
+def test_recommended_jaw_coil_has_expected_values_in_all_states(mounted):
     assert list(mounted.coils[0].states) == ["free", "rest", "pressed"]
     for coil in mounted.coils:
         free, rest, pressed = coil.states.values()
@@ -66,7 +66,7 @@ def test_the_recommended_jaw_coil_holds_free_at_rest_and_pressed(mounted):
     assert mounted.readout.scan_rate >= 500.0
 
 
-def test_states_come_closer_and_lose_inductance(mounted):
+def test_inductance_falls_from_free_to_rest_to_pressed(mounted):
     for coil in mounted.coils:
         states = list(coil.states.values())
         assert states[0].inductance > states[1].inductance > states[2].inductance
@@ -76,7 +76,7 @@ def test_states_come_closer_and_lose_inductance(mounted):
     assert mounted.gaps["pressed"] == mounted.compression.gap + lines < mounted.gaps["rest"]
 
 
-def test_identities_between_the_numbers(mounted):
+def test_estimated_values_satisfy_tank_identities(mounted):
     for coil in mounted.coils:
         free = coil.states["free"]
         omega = 2 * math.pi * free.frequency
@@ -102,7 +102,7 @@ def test_identities_between_the_numbers(mounted):
 
 
 @pytest.mark.slow
-def test_a_target_smaller_than_the_coils_counts_as_finite(mounted):
+def test_small_target_changes_inductance_less_than_large_one(mounted):
     small, wide = "size: 4, thickness: 0.2", "size: 30, thickness: 0.2"
     large = of(MOUNTED.replace("CAP", "220 pF").replace(small, wide))
     behind = of(MOUNTED.replace("CAP", "220 pF").replace(small, "size: 0.5, thickness: 0.2"))
@@ -112,7 +112,7 @@ def test_a_target_smaller_than_the_coils_counts_as_finite(mounted):
         assert 0.15 < share < 0.35
 
 
-def test_every_coil_has_its_own_share_of_the_target():
+def test_middle_coil_under_target_has_lower_inductance_than_outer_coils():
     text = MOUNTED.replace("CAP", "220 pF").replace("count: 2", "count: 3").replace("zif-0.5mm", "zif-0.3mm")
     outer, middle, other = (coil.states["rest"].inductance for coil in of(text).coils)
     assert outer == approx(other, rel=0.01)
@@ -120,7 +120,7 @@ def test_every_coil_has_its_own_share_of_the_target():
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-def test_equivalent_rings_enclose_the_area_of_the_turns(shape):
+def test_equivalent_rings_enclose_area_of_turns(shape):
     size = "outer_diameter: [9, 5]" if shape in ("rectangle", "racetrack") else "outer_diameter: 7"
     text = BARE.replace("SHAPE", shape).replace("outer_diameter: 7", size).replace("12", "8")
     spec = load_text(text, "test.yaml")
@@ -132,7 +132,7 @@ def test_equivalent_rings_enclose_the_area_of_the_turns(shape):
     assert np.sum(math.pi * rings.radii**2 * rings.turns) / 2 == approx(swept, rel=0.03)
 
 
-def test_sensitivity_is_the_secant_from_rest_to_pressed(mounted):
+def test_sensitivity_is_secant_from_rest_to_pressed(mounted):
     for coil, document in zip(mounted.coils, mounted.as_json("x")["coils"], strict=True):
         rest, pressed = coil.states["rest"], coil.states["pressed"]
         assert document["inductance_H_per_N"] * 4.8 == approx(pressed.inductance - rest.inductance, rel=1e-6)
@@ -145,7 +145,7 @@ def test_sensitivity_is_the_secant_from_rest_to_pressed(mounted):
     assert of(BARE.replace("SHAPE", "circle")).as_json("x")["coils"][0]["inductance_H_per_N"] is None
 
 
-def test_a_state_without_its_parts_is_absent():
+def test_bare_coil_has_only_free_state():
     bare = of(BARE.replace("SHAPE", "circle"))
     assert list(bare.coils[0].states) == ["free"]
     assert bare.compression is None
@@ -153,7 +153,7 @@ def test_a_state_without_its_parts_is_absent():
 
 
 @pytest.mark.parametrize("shape", ["circle", "square"])
-def test_every_method_holds_its_bound_against_the_best(shape):
+def test_every_method_agrees_with_best_method_within_error_bound(shape):
     layout = lay_out(load_text(BARE.replace("SHAPE", shape), "test.yaml"))
     best = estimate(layout, tolerance=1e-9).coils[0]
     for method in METHODS:
@@ -166,20 +166,20 @@ def test_every_method_holds_its_bound_against_the_best(shape):
             assert coil.winding_inductance == approx(best.winding_inductance, rel=bound)
 
 
-def test_the_bench_coil_is_the_reference():
+def test_bench_coil_inductance_equals_reference_value():
     # 35 um copper, 60 um between the mid-planes
     coil = of(BARE.replace("SHAPE", "circle") + "fpc: {stackup: flex-2l-35um}\n").coils[0]
     assert coil.winding_inductance == approx(2.523424e-6, rel=coil.inductance_error)
     assert coil.inductance_error <= 1e-4
 
 
-def test_tolerance_picks_the_cheapest_that_meets_it():
+def test_tolerance_selects_cheapest_sufficient_method():
     layout = lay_out(load_text(BARE.replace("SHAPE", "circle"), "test.yaml"))
     assert estimate(layout, tolerance=2e-2).coils[0].method == "mean-rings"
     assert estimate(layout, tolerance=1e-4).coils[0].method == "spiral-neumann"
 
 
-def test_an_unknown_method_names_those_that_serve():
+def test_unknown_method_error_lists_suitable_methods():
     layout = lay_out(load_text(BARE.replace("SHAPE", "circle"), "test.yaml"))
     with pytest.raises(ValueError, match="spiral-neumann"):
         estimate(layout, method="zhao")
@@ -187,14 +187,14 @@ def test_an_unknown_method_names_those_that_serve():
         estimate(layout, method="strands")
 
 
-def test_cross_checks_say_where_they_are_valid(mounted):
+def test_cross_check_outside_valid_range_is_marked_invalid(mounted):
     check = mounted.cross_checks[0]
     assert check.method == "current-sheet"
     assert not check.is_valid
     assert check.deviation == approx(check.inductance / mounted.coils[0].winding_inductance - 1.0, rel=1e-6)
 
 
-def test_an_automatic_capacitor_keeps_the_windows_and_says_why():
+def test_automatic_capacitor_meets_limits_and_gives_reason():
     found = of(MOUNTED.replace("CAP", "auto"))
     readout = found.readout
     assert any(readout.capacitance == approx(value, rel=1e-6) for value in preferred_values(LDC1614))
@@ -205,13 +205,13 @@ def test_an_automatic_capacitor_keeps_the_windows_and_says_why():
     assert "E12" in readout.capacitance_reason
 
 
-def test_one_drive_code_suits_the_working_states(mounted):
+def test_drive_code_follows_largest_working_resistance(mounted):
     rest = [coil.states["rest"] for coil in mounted.coils]
     careful = max(state.parallel_resistance + state.spread.parallel_resistance for state in rest)
     assert mounted.readout.drive_code == LDC1614.drive_code(careful)
 
 
-def test_no_room_for_leads_is_still_estimated():
+def test_layout_without_lead_room_is_estimated_with_note():
     # no way into the centre: 4 layers without room for two inner vias
     layout = lay_out(load_text(MOUNTED.replace("CAP", "220 pF").replace("turns: 7.75", "turns: 11.5"), "test.yaml"))
     assert layout.shortfalls
@@ -221,14 +221,14 @@ def test_no_room_for_leads_is_still_estimated():
 
 
 @pytest.mark.parametrize("turns", [0.5, 1, 11.9])
-def test_the_fewest_and_the_most_turns_are_estimated(turns):
+def test_fewest_and_most_turns_give_finite_json_estimate(turns):
     coil = f"{{shape: circle, outer_diameter: 4, turns: {turns}, layers: 2, trace_width: 80 um, trace_spacing: 80 um}}"
     found = of(f"sitscad: 1\nname: few\ncoil: {coil}\n")
     assert 0.0 < found.coils[0].inductance_error < 0.01
     json.dumps(found.as_json("few.yaml"), allow_nan=False)
 
 
-def test_cable_and_capacitor_at_the_coil():
+def test_cable_lowers_frequency_less_with_capacitor_at_coil():
     cable = "cable: {length: 300, inductance: 180 nH, capacitance: 30 pF, resistance: 0.3 ohm}, "
     text = BARE.replace("SHAPE", "circle") + "readout: {device: ldc1614, capacitance: 330 pF, capacitor_at: WHERE}\n"
     plain = of(text.replace("WHERE", "converter")).coils[0]
@@ -241,7 +241,7 @@ def test_cable_and_capacitor_at_the_coil():
     assert at_coil.states["free"].coil_amplitude == approx(at_coil.states["free"].amplitude, rel=0.02)
 
 
-def test_json_is_the_contract(mounted):
+def test_json_has_required_keys_and_error_bounds(mounted):
     document = json.loads(json.dumps(mounted.as_json("jaw.yaml"), allow_nan=False))
     assert document["spec"] == "jaw.yaml"
     coil = document["coils"][0]
@@ -262,7 +262,7 @@ def test_json_is_the_contract(mounted):
     assert own == document["coils"][0]["inductance_error"] * document["inductance_matrix_H"][0][0]
 
 
-def test_shield_before_the_jaw_and_jaw_alone():
+def test_reflector_layers_have_positions_of_shield_and_jaw():
     text = MOUNTED.replace("CAP", "220 pF") + "mount: {kind: grasper-pad, jaw: generic-5mm, standoff: 1.0}\n"
     spec = load_text(text, "test.yaml")
     plates = assemble(spec).states[1].below.plates
@@ -285,7 +285,7 @@ requirements: {normal_force: 50 N}
 """
 
 
-def test_a_state_that_the_model_cannot_have_is_absent_and_says_why(monkeypatch):
+def test_failed_pressed_state_is_absent_with_reason(monkeypatch):
     """A half-space that takes away more than there is: no negative inductance, no frequency, no verdict from it."""
     whole = of(TINY).coils[0]
     assert all(state.inductance > 0.0 for state in whole.states.values())
@@ -308,7 +308,7 @@ def test_a_state_that_the_model_cannot_have_is_absent_and_says_why(monkeypatch):
     assert {"SIT201", "SIT202", "SIT203", "SIT204", "SIT205", "SIT206"} <= silent
 
 
-def test_times_of_a_channel_add_up(mounted):
+def test_channel_times_add_up_to_dwell_time(mounted):
     readout = mounted.readout
     parts = readout.settle_time + readout.conversion_time + readout.switch_time
     assert parts == approx(readout.dwell_time, rel=1e-6)
@@ -317,7 +317,7 @@ def test_times_of_a_channel_add_up(mounted):
     assert readout.supply_current == approx(2.1e-3 + readout.drive_current, rel=1e-3)
 
 
-def test_what_one_count_means(mounted):
+def test_quantum_and_noise_follow_frequency_step(mounted):
     for coil in mounted.coils:
         for state in coil.states.values():
             step = state.frequency / (16.0 * mounted.readout.conversion.rcount)

@@ -28,7 +28,7 @@ def wired(cable):
     return ReadoutSpec(presets.converter("ldc1614"), None, "converter", None, cable, 40e6, 100.0)
 
 
-def test_one_neighbour_is_a_shorted_secondary():
+def test_single_idle_neighbour_acts_as_loaded_secondary():
     mutual, omega = -80e-9, 2 * math.pi * 7e6
     circuits = [lambda f: ALONE, lambda f: ALONE]
     found = idle_neighbours(0, circuits, lambda i, j, f: mutual, wired(None))(SEVEN)
@@ -40,7 +40,7 @@ def test_one_neighbour_is_a_shorted_secondary():
     assert change == approx(-(mutual**2) / 2.5e-6, rel=0.1)
 
 
-def test_two_neighbours_that_see_each_other():
+def test_two_coupled_idle_neighbours_equal_closed_solution():
     omega = 2 * math.pi * 7e6
     matrix = np.array([[0, -80, -10], [-80, 0, -80], [-10, -80, 0]]) * 1e-9
     found = idle_neighbours(1, [lambda f: ALONE] * 3, lambda i, j, f: matrix[i, j], wired(None))(SEVEN)
@@ -49,7 +49,7 @@ def test_two_neighbours_that_see_each_other():
     assert (found[0][0] * omega, found[1][0]) == approx((both.imag, both.real), rel=1e-6)
 
 
-def test_all_frequencies_at_once_are_each_alone():
+def test_several_frequencies_equal_separate_calls():
     matrix = np.array([[0, -80, -10], [-80, 0, -80], [-10, -80, 0]]) * 1e-9
     circuits = [lambda f: (2.5e-6 + 0.0 * f, 1e-3 * np.sqrt(f))] * 3
     idle = idle_neighbours(
@@ -61,7 +61,7 @@ def test_all_frequencies_at_once_are_each_alone():
     assert np.all(np.diff(together, axis=1) != 0.0)
 
 
-def test_the_load_is_two_pins_and_the_cable():
+def test_idle_load_consists_of_pins_and_cable():
     assert idle_load(np.array([1e7]), wired(None))[0] == 20.0
     assert idle_load(np.array([1e7]), wired(Cable(0.3, 180e-9, 30e-12, 0.3)))[0] == approx(20.3 + 1.8j, rel=1e-6)
 
@@ -73,7 +73,7 @@ def ring(radius, centre, height, count=240):
     return points, np.stack([-np.sin(angle), np.cos(angle)], axis=1) * (2 * np.pi * radius / count)
 
 
-def test_a_perfect_plate_adds_the_image_of_the_neighbour():
+def test_perfect_plate_adds_mutual_inductance_of_neighbour_image():
     width, gap, apart = 10e-6, 0.7e-3, 4.5e-3
     layer = SpiralLayer(2e-3, 10.001e-6, 1.0, 0.0, 1, True, 0.0, width, 1e-6)
     spectrum = spiral_spectrum([layer], gap)
@@ -84,7 +84,7 @@ def test_a_perfect_plate_adds_the_image_of_the_neighbour():
 
 
 @pytest.mark.slow
-def test_the_assembled_states_contain_them_and_the_free_one_does_not():
+def test_idle_neighbour_lowers_rest_inductance_but_not_free_inductance():
     text = """
 sitscad: 1
 name: two

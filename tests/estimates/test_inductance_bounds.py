@@ -26,13 +26,13 @@ def of(family):
 PENTAGON = Polygon("pentagon", "pentagonal", 5, bounds=("square", "hexagon"))
 
 
-def test_the_bench_coil_meets_the_goal_of_a_hundredth_of_a_percent():
+def test_bench_coil_error_bound_is_below_one_hundredth_percent():
     assert error_bound("spiral-neumann", COIL) < 1e-4
 
 
 @pytest.mark.parametrize(("family", "method"), PAIRS)
 @given(factor=st.floats(1.01, 4.0))
-def test_it_grows_where_tracks_are_crowded_near_or_many(family, method, factor):
+def test_error_bound_grows_with_crowded_or_additional_tracks(family, method, factor):
     coil, bound = of(family), error_bound(method, of(family))
     more = (
         replace(coil, inner_radius=coil.inner_radius / factor),
@@ -46,7 +46,7 @@ def test_it_grows_where_tracks_are_crowded_near_or_many(family, method, factor):
 
 @pytest.mark.parametrize(("family", "method"), PAIRS)
 @given(scale=st.floats(1e-3, 1e3))
-def test_it_does_not_go_by_the_scale(family, method, scale):
+def test_error_bound_is_independent_of_scale(family, method, scale):
     coil = of(family)
     scaled = Crowding(coil.turns, coil.width * scale, coil.pitch * scale, coil.thickness * scale,
                       coil.inner_radius * scale, coil.size * scale, tuple(z * scale for z in coil.heights),
@@ -54,20 +54,20 @@ def test_it_does_not_go_by_the_scale(family, method, scale):
     assert error_bound(method, scaled) == approx(error_bound(method, coil), rel=1e-9)
 
 
-def test_tracks_thicker_than_wide_are_trusted_less():
+def test_thick_tracks_increase_error_bound():
     thick = replace(COIL, thickness=300e-6)
     square = replace(COIL, thickness=100e-6)
     gained = error_bound("spiral-neumann", thick) - error_bound("spiral-neumann", square)
     assert gained == approx(8e-4, rel=1e-6)
 
 
-def test_no_bound_is_below_what_the_references_are_good_for():
+def test_error_bound_is_at_least_reference_accuracy():
     """Of a hexagon of 156 narrow turns 3.8e-7 was promised, and its error is 7.3e-7."""
     many = Crowding(156.5, 20e-6, 60e-6, 10e-6, 5e-3, 30e-3, (0.0,))
     assert error_bound("strands", replace(many, shape=SHAPES["hexagon"])) >= 1e-6
 
 
-def test_an_unfitted_number_of_sides_has_more_than_the_bounds_of_its_neighbours():
+def test_unfitted_polygon_has_enlarged_bound_of_neighbour_polygons():
     fitted = ("square", "hexagon", "octagon")
     bounds = {name: error_bound("strands", replace(COIL, shape=SHAPES[name])) for name in fitted}
     assert error_bound("strands", replace(COIL, shape=PENTAGON)) == approx(
@@ -76,12 +76,12 @@ def test_an_unfitted_number_of_sides_has_more_than_the_bounds_of_its_neighbours(
     assert error_bound("strands", replace(COIL, shape=many)) == approx(UNFITTED * bounds["octagon"], rel=1e-6)
 
 
-def test_a_method_that_does_not_serve_a_shape_is_named():
+def test_unsuitable_method_gives_key_error():
     with pytest.raises(KeyError):
         error_bound("strands", COIL)
 
 
-def test_every_bound_is_a_small_number():
+def test_error_bounds_are_positive_and_below_a_tenth():
     for family, method in PAIRS:
         for turns in (0.25, 0.5, 1.0, 3.0, 30.0, 200.0):
             bound = error_bound(method, replace(of(family), turns=turns))

@@ -57,7 +57,7 @@ def solved_resistance(layout, folder):
 
 
 @pytest.mark.parametrize("name", BOARDS)
-def test_resistance_at_the_contacts_of_short_coils_is_within_its_error_bound(name):
+def test_contact_resistance_of_short_coils_is_within_error_bound(name):
     circuit = choose_readout(solve_windings(laid_out(name), tolerance=1e-2), NO_RATIOS).circuits[0]
     leads, reference = circuit.leads, BOARDS[name][1]
     error = abs(circuit.resistance + leads.resistance - reference)
@@ -65,7 +65,7 @@ def test_resistance_at_the_contacts_of_short_coils_is_within_its_error_bound(nam
     assert error < 0.015 * reference, "none of them has a tail longer than 8 mm or more than 6 turns"
 
 
-def test_error_bound_of_the_leads_counts_in_that_of_a_state():
+def test_lead_error_bound_is_included_in_state_error():
     layout = laid_out("wide leads into narrow necks")
     leads = estimate_leads(layout.coils[0], layout.spec.fpc.stackup, COPPER_CONDUCTIVITY)
     assert leads.resistance_error > 0.15
@@ -73,7 +73,7 @@ def test_error_bound_of_the_leads_counts_in_that_of_a_state():
     assert free.resistance_error > 0.08
 
 
-def test_stub_shorter_than_its_ends_keeps_a_tenth_of_its_resistance():
+def test_stub_shorter_than_its_ends_has_minimum_resistance():
     layout = laid_out("two layers")
     copper = layout.spec.fpc.stackup.copper[0]
     stub = Trace(net="C1", layer=1, width=0.2e-3, role=Role.STUB,
@@ -88,5 +88,5 @@ def test_stub_shorter_than_its_ends_keeps_a_tenth_of_its_resistance():
 @pytest.mark.slow
 @pytest.mark.needs("gerbonara", "gmsh", "scipy", "shapely")
 @pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.more if "layer" in n else ()) for n in BOARDS])
-def test_references_can_be_solved_again(name, tmp_path):
+def test_copper_references_equal_recomputed_solution(name, tmp_path):
     assert solved_resistance(laid_out(name), tmp_path) == approx(BOARDS[name][1], rel=1e-4, abs=0)

@@ -42,14 +42,14 @@ def case(text, name="scissor"):
     return spec, case_pose(spec, load_cases(spec.loads, [name])[0])[0]
 
 
-def test_a_press_is_the_required_force_and_stays_level():
+def test_press_case_applies_required_force_without_tilt():
     spec = load_text(ALL)
     pose = case_pose(spec, load_cases(spec.loads, ["press"])[0])[0]
     assert pose[[0, 1, 3, 4, 5]] == approx(0.0, abs=1e-12)
     assert soft_pad(spec).force(pose)[0, 2] == approx(-2.0, rel=1e-6)
 
 
-def test_every_case_is_held_by_the_force_that_it_names():
+def test_pad_force_at_case_pose_equals_applied_load():
     spec = load_text(ALL)
     pad = soft_pad(spec)
     for one in load_cases(spec.loads, ["all"]):
@@ -57,7 +57,7 @@ def test_every_case_is_held_by_the_force_that_it_names():
         assert held[:3] == approx(push.force, abs=1e-7), one.name
 
 
-def test_a_face_that_slides_pushes_along_its_own_normal_and_turns_the_target_flush():
+def test_sliding_face_pushes_along_normal_and_tilts_target_flush():
     spec, pose = case("loads: {scissor: {opening: 10 deg, normal: 1 N, face: slides}}\n")
     assert pose[4] == approx(math.radians(10.0), rel=1e-6)
     held = soft_pad(spec).force(pose)[0]
@@ -65,27 +65,27 @@ def test_a_face_that_slides_pushes_along_its_own_normal_and_turns_the_target_flu
     assert pose[0] < 0.0  # the jaws drive it out towards the tip
 
 
-def test_a_face_that_sticks_keeps_the_middle_of_the_outermost_face():
+def test_sticking_face_leaves_middle_of_outer_face_in_place():
     spec, pose = case("loads: {scissor: {opening: 10 deg, normal: 1 N}}\n")
     assert pose[0] == approx(-0.2e-3 * math.sin(pose[4]), rel=1e-6)
     assert soft_pad(spec).force(pose)[0, 2] == approx(-1.0, rel=1e-6)
 
 
-def test_a_force_off_centre_brings_its_side_down():
+def test_offset_force_tilts_target_towards_its_side():
     spec, pose = case("loads: {edge: {normal: 1 N, offset: [1, -0.5]}}\n", "edge")
     assert pose[4] > 0.0 and pose[3] > 0.0
     lever = soft_pad(spec).force(pose)[0]
     assert lever[4] == approx(1e-3, rel=0.05) and lever[3] == approx(0.5e-3, rel=0.05)
 
 
-def test_a_shaft_s_pull_is_the_tip_s_force():
+def test_shaft_tension_gives_tip_force():
     found = applied_load(load_text(ALL).loads[-1])
     assert found.force[2] == approx(-0.4116 * 3.770 / 28.0 * 20.0, rel=1e-3)
     jaw = load_text((TEMPLATES / "grasper_3p5mm.yaml").read_text())
     assert applied_load(jaw.loads[-1]).force[2] == approx(found.force[2], rel=1e-9)  # 20 mm of jaw and 8 to its pivot
 
 
-def test_ten_degrees_read_like_the_thesis_s_half_millimetre():
+def test_ten_degree_tilt_reads_like_half_millimetre_shear():
     """Section 7.5.1: a target turned by about 10 degrees read like 0.5 mm of shear, the travel under 1 N."""
     spec = load_text((TEMPLATES / "bench_7mm.yaml").read_text()).replace("loads", {"press": {}})
     design = Design(spec)
@@ -96,7 +96,7 @@ def test_ten_degrees_read_like_the_thesis_s_half_millimetre():
     assert 0.5 * turned / moved == approx(0.5, abs=0.06)
 
 
-def test_cases_of_a_library():
+def test_named_load_cases_give_responses_in_order():
     found = respond(load_text(ALL), case=["edge", "press"])
     assert found.cases == ("edge", "press")
     assert found.point_document(0)["case"] == "edge"
@@ -123,13 +123,13 @@ def test_cases_of_a_library():
         ("[press]", "SIT004", "loads"),
     ],
 )
-def test_nonsense_is_found_where_it_stands(loads, rule, key):
+def test_invalid_load_case_gives_finding_at_its_key(loads, rule, key):
     with pytest.raises(SpecError) as refused:
         load_text(f"{PLAIN}loads: {loads}\n")
     assert (rule, key, 8) in [(found.rule, found.key, found.line) for found in refused.value.findings]
 
 
-def test_a_load_case_needs_a_force_and_a_pad():
+def test_load_case_without_force_or_pad_gives_spec_error():
     for text, missing in ((PLAIN.replace("requirements: {normal_force: 2 N}\n", ""), "no normal force"),
                           (PLAIN.replace("elastomer", "#"), "a target on an elastomer")):
         with pytest.raises(SpecError, match=missing):

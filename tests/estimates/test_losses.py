@@ -46,7 +46,7 @@ def losses(layout, **how):
     return winding_losses(layout.spec.coil, coil, geometry.spirals, COPPER, **how)
 
 
-def test_the_drawn_arcs_of_a_circle_lose_what_its_spirals_do():
+def test_drawn_arcs_of_circle_have_loss_of_spirals():
     layout = laid_out()
     coil, modes = layout.coils[0], ModeSet(6, 2, (6, 2))
     drawn = bent_winding_loss([bent_track(w, 100e-6) for w in coil.windings], COPPER, modes, 2, 20)
@@ -57,20 +57,20 @@ def test_the_drawn_arcs_of_a_circle_lose_what_its_spirals_do():
 
 
 @pytest.mark.parametrize("shape", ["square", "hexagon", "octagon"])
-def test_the_usual_tolerance_of_polygons_holds_against_the_fine_one(shape):
+def test_polygon_loss_at_usual_tolerance_agrees_with_fine_tolerance(shape):
     layout = laid_out(shape)
     usual, fine = losses(layout), losses(layout, tolerance=1e-3)
     for frequency in (1e5, 1e6, 10e6):
         assert usual.resistance_ratio(frequency) == approx(fine.resistance_ratio(frequency), rel=0.02)
 
 
-def test_more_corners_lose_more_like_a_circle():
+def test_octagon_loss_is_close_to_circle_loss():
     at = {shape: losses(laid_out(shape)).resistance_ratio(10e6) for shape in ("square", "hexagon", "octagon", "circle")}
     assert abs(at["octagon"] / at["circle"] - 1.0) < 0.08
     assert at["square"] != approx(at["circle"], rel=0.02)
 
 
-def test_direct_current_cuts_corners():
+def test_direct_current_resistance_includes_corner_squares():
     layout = laid_out("square")
     coil, spec = layout.coils[0], layout.spec.coil
     length = sum(w.path.length for w in coil.windings)
@@ -80,7 +80,7 @@ def test_direct_current_cuts_corners():
     assert winding_resistance(spec, coil, COPPER) == approx(expected, rel=1e-6)
 
 
-def test_warm_copper_resists_more_and_crowds_less():
+def test_warm_copper_has_higher_resistance_and_less_crowding():
     layout = laid_out()
     cold, warm = estimate(layout), estimate(layout, temperature=60.0)
     factor = 1.0 + 3.93e-3 * 40.0
@@ -93,7 +93,7 @@ def test_warm_copper_resists_more_and_crowds_less():
         conductivity_at(-300.0)
 
 
-def test_the_temperature_of_the_spec_warms_copper_and_metals():
+def test_spec_temperature_changes_copper_and_target_metal():
     text = """sitscad: 1
 name: warm
 coil: {shape: circle, outer_diameter: 6, turns: 8, layers: 2, trace_width: 100 um, trace_spacing: 100 um}
@@ -110,7 +110,7 @@ elastomer: {size: 8, thickness: 1, material: ecoflex-00-30}
     assert warm.coils[0].states["free"].inductance == approx(cold.coils[0].states["free"].inductance, rel=1e-3)
 
 
-def test_thicker_plating_lowers_the_barrels_resistance():
+def test_thicker_plating_lowers_via_resistance():
     layout = laid_out()
     stackup = layout.spec.fpc.stackup
     thin, thick = (
@@ -120,7 +120,7 @@ def test_thicker_plating_lowers_the_barrels_resistance():
     assert thick < 0.6 * thin
 
 
-def test_the_tail_runs_in_pairs():
+def test_paired_tail_leads_carry_most_lead_resistance():
     leads = estimate_leads(laid_out().coils[0], laid_out().spec.fpc.stackup, COPPER)
     paired = [strip for strip in leads.strips if strip.beside]
     assert sum(s.resistance for s in paired) > 0.5 * sum(s.resistance for s in leads.strips)
@@ -140,7 +140,7 @@ def resistance_at(strip, frequency):
     return loss.direct * loss.resistance_ratio(frequency)
 
 
-def test_the_note_on_polygons_near_metal_comes_with_its_nearness():
+def test_polygon_near_metal_note_depends_on_distance():
     """A square coil's crowding near metal is that of a round one: said where it matters, with what it was measured."""
     square, circle = (laid_out(shape).spec.coil for shape in ("square", "circle"))
     width = square.trace_width
@@ -153,7 +153,7 @@ def test_the_note_on_polygons_near_metal_comes_with_its_nearness():
 
 
 @pytest.mark.parametrize("radius", [0.02, 0.05, 0.06, 0.1])
-def test_corners_rounded_by_less_than_the_track_is_wide_have_numbers(radius):
+def test_corner_radius_below_track_width_gives_sharp_corner_values(radius):
     """A radius of half a track and less gave no resistance: an arc cannot be tighter than its inner edge."""
     rounded = SPEC.replace("SHAPE", "square").replace("trace_width: 100", f"corner_radius: {radius}, trace_width: 100")
     sharp = estimate(laid_out("square")).coils[0]
@@ -173,7 +173,7 @@ def test_corners_rounded_by_less_than_the_track_is_wide_have_numbers(radius):
         "{shape: racetrack, outer_diameter: [9, 6], turns: 3, LINES}",
     ],
 )
-def test_a_turned_coil_loses_what_it_did(coil):
+def test_coil_rotation_does_not_change_loss(coil):
     """No part of a round corner counts as abreast of the next one's, however the coil is turned."""
     coil = coil.replace("LINES", "layers: 1, trace_width: 200 um, trace_spacing: 200 um")
     found = []
@@ -186,7 +186,7 @@ def test_a_turned_coil_loses_what_it_did(coil):
     assert found[0][1][0] < 1.6
 
 
-def test_slightly_rounded_octagons_lose_little_more_than_sharp_ones():
+def test_slightly_rounded_octagon_has_loss_of_sharp_octagon():
     """Once 19.7 ohm at 10 MHz instead of 5.3: parts of neighbouring corners counted as abreast."""
     ratios = []
     for radius in (0.0, 0.1, 0.5, 1.5):
@@ -198,7 +198,7 @@ def test_slightly_rounded_octagons_lose_little_more_than_sharp_ones():
 
 
 @pytest.mark.parametrize("radius", [0.0005, 0.01, 0.049])
-def test_corners_hardly_rounded_have_the_inductance_and_the_bound_of_sharp_ones(radius):
+def test_tiny_corner_radius_gives_inductance_of_sharp_corners(radius):
     """The copper is the same: no other method is taken for it, nor another stated error."""
     sharp, rounded = (
         estimate(lay_out(load_text(SPEC.replace("SHAPE", shape), "test.yaml"))).coils[0].winding_inductance
@@ -220,7 +220,7 @@ def rounded_coil(shape, turns, radius, sense="counter-clockwise"):
 
 
 @pytest.mark.parametrize("turns", [4.5, 5])
-def test_a_rounded_coil_of_layers_loses_what_its_mirror_image_does(turns):
+def test_rounded_coil_has_loss_of_its_mirror_image(turns):
     """Half of the sides once stood for all: 1.41 ohm, and 1.55 ohm for the same coil wound clockwise."""
     found = [rounded_coil("square", turns, 1, sense) for sense in ("counter-clockwise", "clockwise")]
     resistance = [loss.direct * loss.resistance_ratio(9e6) for loss in found]
@@ -230,7 +230,7 @@ def test_a_rounded_coil_of_layers_loses_what_its_mirror_image_does(turns):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("shape", ["square", "hexagon", "octagon"])
-def test_a_corner_opens_steadily_with_its_radius(shape):
+def test_loss_changes_continuously_with_corner_radius(shape):
     """At 0.7 track widths R once jumped by a tenth, or had no number at all."""
     found = [rounded_coil(shape, 5, radius) for radius in (0.15, 0.209, 0.211, 0.3, 0.389, 0.391, 1.0)]
     assert all(loss.is_resolved(1e7) for loss in found)
@@ -242,7 +242,7 @@ def test_a_corner_opens_steadily_with_its_radius(shape):
         assert inductance[after] == approx(inductance[before], rel=2e-3)
 
 
-def test_sides_too_short_for_open_arcs_stay_corners():
+def test_too_short_sides_are_treated_as_corners():
     """Arcs of 0.3 mm between sides of 0.1 mm: wider ones have no place, so they count as corners."""
     side, radius, width = 0.7e-3, 0.3e-3, 0.3e-3
     corners = [Point(0, 0), Point(side, 0), Point(side, side), Point(0, side), Point(0, 3e-3)]
@@ -255,7 +255,7 @@ def test_sides_too_short_for_open_arcs_stay_corners():
 
 
 @pytest.mark.parametrize("radius", [0.5, 1.0, 1.5])
-def test_a_short_side_between_two_arcs_leaves_no_arc_tighter_than_the_track(radius):
+def test_short_side_between_arcs_gives_expected_inductance(radius):
     """The octagon's inductance was not a number: a strand ran inside an arc's centre."""
     coil = "{shape: octagon, outer_diameter: 5, turns: 1.75, trace_width: 0.8, trace_spacing: 0.3, corner_radius: R}"
     coil = coil.replace("R}", f"{radius}}}")
@@ -265,7 +265,7 @@ def test_a_short_side_between_two_arcs_leaves_no_arc_tighter_than_the_track(radi
 
 
 @pytest.mark.parametrize("shape", ["circle", "square"])
-def test_the_error_that_metal_adds_does_not_jump_with_its_distance(shape):
+def test_near_metal_error_changes_continuously_with_distance(shape):
     """A target of a little more or less size moved the pad under it past 0.2 mm, and the stated error by a quarter."""
     spec = CoilSpec(shape, (10e-3, 10e-3), 10.0, layers=(1, 2), trace_width=0.2e-3, trace_spacing=0.2e-3)
     gaps = [0.02e-3 * 1.005**k for k in range(1000)]

@@ -30,7 +30,7 @@ def _apart(design) -> np.ndarray:
 
 @pytest.mark.parametrize(("name", "metal"), [("bench_7mm", "nickel"), ("bench_7mm", "mild steel"),
                                              ("three_axis_pad", "430 steel")])
-def test_states_and_response_agree_within_what_they_state(name, metal):
+def test_states_and_response_agree_within_stated_errors(name, metal):
     """Shares served for the states of what took long to solve: of mild steel they said six times the change, of 430
     steel its other sign.
     """
@@ -61,7 +61,7 @@ def of_steel(permeability):
 
 
 @pytest.mark.parametrize("permeability", SOLVED)
-def test_a_thick_disc_of_steel_changes_what_finite_elements_say_within_its_stated_error(permeability):
+def test_thick_steel_disc_agrees_with_finite_elements_within_stated_error(permeability):
     found, (inductance, resistance) = of_steel(permeability), SOLVED[permeability]
     change, error = found.target_change.item(), found.target_change_error.item()
     loss, loss_error = found.target_resistance.item(), found.target_resistance_error.item()
@@ -70,7 +70,7 @@ def test_a_thick_disc_of_steel_changes_what_finite_elements_say_within_its_state
     assert loss == approx(resistance, rel=0.6 * loss_error, abs=0)
 
 
-def test_a_permeability_just_above_1_changes_next_to_nothing():
+def test_permeability_just_above_one_hardly_changes_target_effect():
     none, least = (of_steel(permeability) for permeability in (1.0, 1.001))
     assert least.target_change == approx(none.target_change, rel=1e-3, abs=0)
     assert least.target_resistance == approx(none.target_resistance, rel=1e-3, abs=0)

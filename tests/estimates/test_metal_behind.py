@@ -50,14 +50,14 @@ def in_jaw():
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_metal_behind_any_kind_of_mount_is_the_reflector_that_a_jaw_of_this_sheet_is(kind, in_jaw):
+def test_metal_behind_any_mount_equals_jaw_of_same_sheet(kind, in_jaw):
     found, jaw = metal_behind(over(kind).spec), metal_behind(in_jaw.spec)
     assert found.distance == approx(jaw.distance, rel=1e-12)
     assert found.plates == jaw.plates
     assert backing_of(over(kind).spec).room == approx(backing_of(in_jaw.spec).room, rel=1e-12)
 
 
-def test_metal_behind_gives_the_numbers_of_a_jaw_of_this_sheet(in_jaw):
+def test_metal_behind_gives_state_values_of_same_jaw(in_jaw):
     found, jaw = over().estimates.coils[0], in_jaw.estimates.coils[0]
     assert set(found.states) == set(jaw.states) == {"free", "rest", "pressed"}
     for name, state in jaw.states.items():
@@ -67,14 +67,14 @@ def test_metal_behind_gives_the_numbers_of_a_jaw_of_this_sheet(in_jaw):
     assert rest[0].inductance < 0.97 * rest[1].inductance, "the sheet is seen"
 
 
-def test_metal_behind_gives_the_response_of_a_jaw_of_this_sheet(in_jaw):
+def test_metal_behind_gives_response_of_same_jaw(in_jaw):
     poses = np.array([[0.0, 0.0, -2e-4, 0.0, 0.0, 0.0], [3e-4, 1e-4, -1e-4, 0.01, 0.0, 0.0]])
     found, jaw = (one.response.respond(poses) for one in (over(), in_jaw))
     assert np.abs(found.frequency / jaw.frequency - 1.0).max() < 1e-9
     assert np.abs(found.inductance / jaw.inductance - 1.0).max() < 1e-9
 
 
-def test_metal_behind_scatters_the_states_by_its_distance_and_its_thickness(in_jaw):
+def test_metal_distance_and_thickness_tolerances_scatter_states(in_jaw):
     loose = over(more=", metal_distance: 0.3")
     found = scatter_by_cause(loose.spec)
     glue = loose.spec.assembly.glue_tolerance
@@ -87,7 +87,7 @@ def test_metal_behind_scatters_the_states_by_its_distance_and_its_thickness(in_j
     assert abs(wide.shifts[HEIGHT][0]) > 3.0 * abs(tight.shifts[HEIGHT][0])
 
 
-def test_tolerances_left_out_are_those_of_the_mount_and_of_a_rolled_sheet():
+def test_default_tolerances_are_of_mount_and_rolled_sheet():
     text = TEXT.replace("jaw: 0.05, metal_behind: 0.05{more}", "jaw: 0.05{more}")
     spec = sitscad.load_text(text.format(mount=f"{{kind: bench-plate, standoff: 1, {SHEET}}}", more=""), "over.yaml")
     assert scatter_by_cause(spec)[HEIGHT].sigma == approx(
@@ -96,19 +96,19 @@ def test_tolerances_left_out_are_those_of_the_mount_and_of_a_rolled_sheet():
 
 
 @pytest.mark.parametrize("cause, face, thickness", [(HEIGHT, -1e-4, 0.0), (METAL, 0.0, 1e-4)])
-def test_unit_with_metal_elsewhere_has_it_there(cause, face, thickness):
+def test_moved_unit_has_shifted_metal_face_or_thickness(cause, face, thickness):
     spec = over().spec
     unit = MOVED[cause](spec, 1e-4)
     assert backing_of(unit).metal_face - backing_of(spec).metal_face == approx(face, rel=1e-9, abs=1e-15)
     assert unit.mount.metal_thickness - spec.mount.metal_thickness == approx(thickness, rel=1e-9, abs=1e-15)
 
 
-def test_warm_metal_behind_conducts_less():
+def test_warm_metal_has_lower_conductivity():
     spec = over().spec
     assert at_temperature(spec, 60.0).metal.conductivity < 0.95 * spec.metal.conductivity
 
 
-def test_shield_lies_before_metal_behind_with_air_between():
+def test_shield_and_metal_behind_are_separated_by_air():
     sheet = "metal_behind: {material: brass, distance: 2, thickness: 0.5}"
     text = TEXT + "shield: {{material: copper, thickness: 0.1, gap: 0.6}}\n"
     spec = sitscad.load_text(text.format(mount=f"{{kind: custom, standoff: 1, {sheet}}}", more=""), "over.yaml")
@@ -128,18 +128,18 @@ def test_shield_lies_before_metal_behind_with_air_between():
         (f"{{kind: bench-plate, standoff: 1.2, {SHEET}}}", "mount.metal_behind.distance"),
     ],
 )
-def test_metal_behind_that_contradicts_its_mount_is_refused(mount, key):
+def test_metal_behind_in_contradictory_mount_gives_spec_error(mount, key):
     with pytest.raises(sitscad.SpecError) as refused:
         design(mount)
     assert [(found.rule, found.key) for found in refused.value.findings] == [("SIT009", key)]
 
 
-def test_standoff_left_out_ends_where_metal_begins():
+def test_default_standoff_equals_metal_distance():
     near = design("{kind: bench-plate, metal_behind: {material: aluminium, distance: 0.6, thickness: 1}}")
     assert near.spec.mount.standoff == 0.6e-3
 
 
-def test_resistance_too_low_over_near_metal_asks_for_more_distance_from_it():
+def test_low_resistance_near_metal_gives_hint_of_larger_metal_distance():
     near = over(sheet="metal_behind: {material: titanium-grade-5, distance: 0, thickness: 1}, standoff: 0")
     found = [one for one in sitscad.check(near.spec, hints="none").findings if one.rule in ("SIT201", "SIT203")]
     assert found

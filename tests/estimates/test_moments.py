@@ -61,7 +61,7 @@ def cell():
         ("grid", ("normal", "moment_x", "moment_y")),
     ],
 )
-def test_array_tells_moments_about_the_axes_that_its_coils_stand_apart_from(array, axes):
+def test_array_measures_moments_only_about_axes_with_separated_coils(array, axes):
     spec = spec_of(array)
     assert measured_axes(spec.cell_placements[0], spec.requirements) == axes
     untold = {"moment_x", "moment_y"} - set(axes)
@@ -69,13 +69,13 @@ def test_array_tells_moments_about_the_axes_that_its_coils_stand_apart_from(arra
     assert keys == {f"requirements.{name}" for name in untold}
 
 
-def test_moment_that_is_asked_for_alone_leaves_the_other_shear():
+def test_single_required_moment_leaves_other_axis_as_shear():
     spec = spec_of("grid", ", moment_x: 3 N mm")
     assert measured_axes(spec.cell_placements[0], spec.requirements) == ("normal", "shear_x", "moment_x")
     assert required_range(spec).moments == (3e-3, 0.0)
 
 
-def test_spec_without_moments_feels_what_it_did():
+def test_spec_without_moments_measures_forces_only():
     found = required_range(spec_of("grid", ""))
     assert (found.axes, found.width, found.has_moments) == (("normal", "shear_x", "shear_y"), 3, False)
     assert found.corners.shape == (18, 3)
@@ -93,13 +93,13 @@ def test_spec_without_moments_feels_what_it_did():
         (BOTH + ", moment_resolution: 0.1 mN mm", "SIT412", "requirements.moment_resolution"),
     ],
 )
-def test_what_moments_contradict_is_refused_by_name(more, rule, key):
+def test_requirement_that_contradicts_moments_gives_finding(more, rule, key):
     found = check(spec_of("grid", more), hints="none").findings
     assert key in {one.key for one in found if one.rule == rule}
 
 
 @pytest.mark.parametrize(("moment", "severity"), [("4.5 N mm", None), ("6 N mm", "warning"), ("1000 N m", "error")])
-def test_moment_beyond_what_the_pad_bears_is_reported(moment, severity):
+def test_moment_beyond_pad_limit_gives_warning_or_error(moment, severity):
     """The template's pad bears 5.1 N mm; 1000 N m passed `check`, and its data sheet could not be written."""
     text = CELL.replace("moment_x: 4 N mm", f"moment_x: {moment}")
     assert text.count(moment) == 1
@@ -107,20 +107,20 @@ def test_moment_beyond_what_the_pad_bears_is_reported(moment, severity):
     assert [(one.key, str(one.severity)) for one in found] == [("requirements.moment_x", severity)] * bool(severity)
 
 
-def test_moment_without_a_target_is_not_said_to_be_told():
+def test_moment_without_target_is_not_checked():
     text = SMALL.format(array=ARRAYS["grid"], more=BOTH)
     bare = "".join(line for line in text.splitlines(True) if not line.startswith(("target", "elastomer")))
     untold = {one.rule for one in check(sitscad.load_text(bare), hints="none").not_checked}
     assert {"SIT411", "SIT413"} <= untold
 
 
-def test_calibration_of_moments_by_a_level_target_is_refused_as_the_user_s_own_error(cell):
+def test_moment_calibration_with_held_rotation_gives_bench_error(cell):
     with pytest.raises(BenchError, match="rotation held"):
         sitscad.calibrate(cell, rotation="held")
 
 
 @pytest.mark.slow
-def test_tilt_error_judges_the_axes_that_are_asked_for():
+def test_tilt_error_is_checked_only_for_required_axes():
     """A value for all judged shear of sensors that are asked for the normal force alone."""
     many = ", tilt: 1 deg, tilt_error: 60 mN"
     assert "SIT404" not in {one.rule for one in check(spec_of("grid", many), hints="none").findings}
@@ -131,7 +131,7 @@ def test_tilt_error_judges_the_axes_that_are_asked_for():
 
 
 @pytest.mark.slow
-def test_tilt_error_by_axis_judges_each_by_its_own_limit():
+def test_tilt_error_by_axis_uses_limit_of_each_axis():
     own = ", shear_force: 1 N, tilt: 1 deg, tilt_error: {normal: 60 mN, shear_x: 2 N}"
     found = check(spec_of("grid", own), hints="none")
     assert "SIT404" not in {one.rule for one in found.findings}
@@ -139,7 +139,7 @@ def test_tilt_error_by_axis_judges_each_by_its_own_limit():
     assert judged.limit in (0.06, 2.0)
 
 
-def test_force_beside_the_middle_is_the_moment_that_it_has_there():
+def test_offset_force_tilts_like_equivalent_moment():
     spec = sitscad.load_text(CELL)
     pad, force, (x, y) = soft_pad(spec), 4.0, (2e-4, -1e-4)
     beside = pad.pose(np.array([[force, 0.0, 0.0]]), at=np.array([[x, y]]))
@@ -148,7 +148,7 @@ def test_force_beside_the_middle_is_the_moment_that_it_has_there():
 
 
 @pytest.mark.slow
-def test_moment_on_a_level_target_is_refused_and_on_a_free_one_turns_it():
+def test_moment_is_refused_for_held_target_and_tilts_free_target():
     spec = sitscad.load_text(CELL)
     with pytest.raises(ValueError, match="rotation free"):
         respond(spec, loads=[[4.0, 0.0, 0.0, 1e-3, 0.0]], rotation="held")
@@ -164,7 +164,7 @@ def test_moment_on_a_level_target_is_refused_and_on_a_free_one_turns_it():
 
 
 @pytest.mark.slow
-def test_moments_are_felt_in_newton_metres(cell):
+def test_moment_noise_has_expected_size_in_newton_metres(cell):
     felt = cell.sensing.analysis
     assert felt.bench.range.axes == ("normal", "moment_x", "moment_y")
     full = felt.points[-1]
@@ -177,7 +177,7 @@ def test_moments_are_felt_in_newton_metres(cell):
     assert np.abs(full.contact[1:]).max() < 0.02 * 1e-3 * full.load[0]
 
 
-def test_moments_say_where_a_finger_presses(cell):
+def test_moment_to_force_ratio_gives_contact_position(cell):
     """6 N, 0.4 mm along x and -0.3 mm along y beside the middle: read by the map, after nothing but a tare."""
     felt, force, (x, y) = cell.sensing.analysis, 6.0, (4e-4, -3e-4)
     pose = felt.bench.pad.pose(np.array([[force, 0.0, 0.0]]), at=np.array([[x, y]]))
@@ -186,7 +186,7 @@ def test_moments_say_where_a_finger_presses(cell):
     assert (about_y / normal, -about_x / normal) == approx((x, y), rel=0.02)
 
 
-def test_working_range_of_moments_has_them_in_its_loads():
+def test_working_range_includes_moment_loads():
     found = working_range(sitscad.load_text(CELL))
     assert found.width == 5
     assert found.inside(50).shape == (50, 5)
@@ -197,7 +197,7 @@ def test_working_range_of_moments_has_them_in_its_loads():
 
 
 @pytest.mark.slow
-def test_performance_of_moments_has_their_own_units_and_the_pads_stiffness(cell):
+def test_performance_document_has_moment_units_and_tilt_stiffness(cell):
     points = cell.performance
     assert [point.at for point in points] == ["rest", "half", "full"]
     document = points[-1].document()
@@ -216,7 +216,7 @@ def test_performance_of_moments_has_their_own_units_and_the_pads_stiffness(cell)
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_unit_with_moments_is_calibrated_by_its_plan(cell, tmp_path):
+def test_calibrated_unit_reads_moments_within_two_percent(cell, tmp_path):
     """Eight presses beside the middle, of a sensor off by its own errors, read through the bench's table."""
     from sitscad.calibration.calibration import sensors_of
     from sitscad.calibration.unknowns import draw_units
@@ -256,7 +256,7 @@ def test_unit_with_moments_is_calibrated_by_its_plan(cell, tmp_path):
         sitscad.calibrate(cell, rotation="held")
 
 
-def test_stiffness_against_tilts_falls_under_a_press_that_may_push_the_target_over():
+def test_tilt_stiffness_falls_under_normal_force():
     pad = soft_pad(spec_of("grid"))
     soft = replace(pad, thickness=4.0 * pad.thickness)
     level, pressed = tilt_stiffness(soft, np.array([[0.0, 0.0, 0.0], [4.0, 0.0, 0.0]]))

@@ -48,7 +48,7 @@ def placed(x, y=0.0):
 
 
 @pytest.mark.parametrize("made", [spiral_geometry, square_geometry])
-def test_far_coils_reach_the_dipole_limit(made):
+def test_mutual_inductance_of_far_coils_equals_dipole_limit(made):
     geometry, area = made()
     excess = []
     for distance in (0.04, 0.08, 0.3):
@@ -58,7 +58,7 @@ def test_far_coils_reach_the_dipole_limit(made):
     assert abs(excess[2]) < 1e-4
 
 
-def test_equal_displacements_have_equal_inductance_and_the_matrix_is_positive():
+def test_inductance_matrix_is_symmetric_positive_and_translation_invariant():
     geometry, _ = spiral_geometry()
     coils = [(placed(x), geometry) for x in (-4.5e-3, 0.0, 4.5e-3)]
     matrix, errors = inductance_matrix(0.4e-6, 1e-4, coils)

@@ -63,14 +63,14 @@ def by_front(size, room):
 @pytest.mark.parametrize(("size", "room", "exact"), [
     pytest.param(4.1e-3, 0.05e-3, -3.778e-9, marks=pytest.mark.slow), (2.8e-3, 2.05e-3, -1.260e-9),
 ])
-def test_metal_in_front_of_a_disc_is_that_of_recorded_finite_elements(size, room, exact):
+def test_inductance_change_by_front_metal_agrees_with_finite_elements(size, room, exact):
     """`validation/front_of_elements.py` has them."""
     _, found, target = by_front(size, room)
     assert found == approx(exact, abs=0.02 * abs(exact) + 1e-4 * abs(target))
 
 
 @pytest.mark.slow
-def test_metal_far_in_front_changes_nothing():
+def test_distant_front_metal_does_not_change_inductance():
     _, found, target = by_front(4.1e-3, 30e-3)
     assert abs(found) < 1e-5 * abs(target)
 
@@ -81,7 +81,7 @@ def grasper():
 
 
 @pytest.mark.slow
-def test_closed_jaws_are_read_as_force_less_the_more_is_grasped(grasper):
+def test_other_jaw_error_falls_with_grasped_thickness(grasper):
     errors = [point.axes["normal"].errors for point in grasper.performance]
     at_rest_, _, full = [[each[cause] for cause in OTHER_JAW_CAUSES] for each in errors]
     assert at_rest_[0] == approx(8.8, rel=0.05) and at_rest_[1] == approx(1.24, rel=0.05)
@@ -91,20 +91,20 @@ def test_closed_jaws_are_read_as_force_less_the_more_is_grasped(grasper):
     assert axis.errors[OTHER_JAW_CAUSES[0]] < 1e-2
 
 
-def test_the_estimate_of_a_check_is_near_what_is_solved(grasper):
+def test_estimated_other_jaw_change_agrees_with_solved_change(grasper):
     wound = grasper.response.windings
     solved = changes_in_front(wound, np.sqrt(np.prod(grasper.response.band)), [0.0], GRASPED[1:2])[0, 0]
     about = estimated_change(grasper.layout, grasper.estimates.coils, grasper.estimates.temperature, GRASPED[1])
     assert list(about.values()) == approx(solved, rel=0.25)
 
 
-def test_a_pad_on_the_other_jaw_makes_a_note_of_the_warning(grasper):
+def test_pad_on_other_jaw_reduces_warning_to_note(grasper):
     padded = grasper.spec.replace({"mount.jaw": {"based_on": "generic-5mm", "opposing_pad_thickness": "1.5 mm"}})
     bare, less = (list(other_jaw_metal(one)) for one in (grasper, Design(padded)))
     assert [one.severity for one in bare] == [None] and bare[0].measured > bare[0].limit
     assert [one.severity for one in less] == [Severity.NOTE] and less[0].measured < less[0].limit
 
 
-def test_without_a_jaw_no_metal_is_in_front():
+def test_mount_without_jaw_has_no_front_metal():
     assert front_plate(load_text(templates.read("fingertip_cell")).jaw) is None
     assert "SIT221" not in {f.rule for f in sitscad.check(load_text(templates.read("single_coil"))).findings}

@@ -24,7 +24,7 @@ def bench():
     return Design(sitscad.load(TEMPLATES / "bench_7mm.yaml"))
 
 
-def test_axes_are_those_that_the_array_tells_apart():
+def test_array_geometry_determines_measurable_axes():
     found = {name: distinguishable_axes(sitscad.load(TEMPLATES / f"{name}.yaml").array.placements)
              for name in ("single_coil", "bench_7mm", "three_axis_triangle", "three_axis_grid")}
     assert found["single_coil"] == ("normal",)
@@ -33,13 +33,13 @@ def test_axes_are_those_that_the_array_tells_apart():
 
 
 @pytest.mark.slow
-def test_it_is_taken_at_rest_half_and_full_load(bench):
+def test_performance_has_rest_half_and_full_load_points(bench):
     found = bench.performance
     force = bench.spec.requirements.normal_force
     assert [(point.at, point.load[0]) for point in found] == [("rest", 0.0), ("half", force / 2), ("full", force)]
 
 
-def test_resolution_is_the_converter_s_noise_through_the_map(bench):
+def test_resolution_equals_converter_noise_over_sensitivity(bench):
     """Of two alike coils: normal force by their sum, shear by their difference, so noise falls by the root of two."""
     point, readout = bench.performance[1], bench.estimates.readout
     reading = bench.response.respond_to_loads(np.array([point.load]))
@@ -50,7 +50,7 @@ def test_resolution_is_the_converter_s_noise_through_the_map(bench):
         assert axis.errors["noise"] == axis.resolution
 
 
-def test_sensitivity_is_the_slope_of_the_readings(bench):
+def test_sensitivity_equals_slope_of_frequency_over_load(bench):
     point = bench.performance[2]
     loads = np.array([[point.load[0] - 0.05, 0.0, 0.0], [point.load[0] + 0.05, 0.0, 0.0]])
     low, high = bench.response.respond_to_loads(loads).frequency
@@ -71,7 +71,7 @@ loads: {press: {}, scissor: {opening: 2 deg}}
 
 
 @pytest.mark.slow
-def test_the_error_by_tilt_is_what_a_load_case_with_that_tilt_reads():
+def test_tilt_error_equals_reading_of_tilted_load_case():
     """One coil under the middle of its target feels tilts at second order: slopes said 0.01 mN."""
     design = Design(sitscad.load_text(ALONE))
     level, tilted = (sitscad.respond(design, case=name).frequency[0, 0] for name in ("press", "scissor"))
@@ -91,7 +91,7 @@ def test_tilt_about_y_is_read_as_shear_along_x(bench):
     assert tilt["shear_x"]["ry"] > 0.0, "the +x side comes nearer, as under a shear along +x"
 
 
-def test_the_map_of_two_coils_can_be_inverted(bench):
+def test_map_of_two_coils_is_invertible(bench):
     for point in bench.performance:
         assert point.invertible
         assert 1.0 <= point.condition_number < 10.0
@@ -99,7 +99,7 @@ def test_the_map_of_two_coils_can_be_inverted(bench):
         assert 0.0 < point.axes["normal"].nonlinearity < 0.1
 
 
-def test_errors_grow_with_the_load_that_they_go_with(bench):
+def test_load_dependent_errors_grow_from_rest_to_full_load(bench):
     rest, half, full = (point.axes["normal"].errors for point in bench.performance)
     for cause in ("modulus, before calibration", "creep", "manufacture, before calibration"):
         assert rest[cause] < half[cause] < full[cause]
@@ -108,20 +108,20 @@ def test_errors_grow_with_the_load_that_they_go_with(bench):
     assert 0.0 < bench.performance[2].friction_error < 1.0
 
 
-def test_what_manufacture_does_holds_what_the_modulus_does(bench):
+def test_manufacture_error_exceeds_modulus_error(bench):
     """Units a third stiffer alone were looked at: 1.6 N of all causes stood beside 2.1 N of the modulus alone."""
     for axis in bench.performance[2].axes.values():
         assert axis.errors["manufacture, before calibration"] > axis.errors["modulus, before calibration"]
 
 
-def test_calibration_takes_most_of_what_manufacture_does(bench):
+def test_calibration_reduces_manufacture_error(bench):
     """Gains and cross gains are fitted; what the coil or the pad does otherwise remains."""
     for axis in bench.performance[2].axes.values():
         before, after = (axis.errors[f"manufacture, {when} calibration"] for when in ("before", "after"))
         assert 0.0 < after < 0.7 * before
 
 
-def test_a_curved_map_takes_the_crosstalk_that_a_straight_one_leaves(bench):
+def test_polynomial_map_has_less_crosstalk_than_linear_map(bench):
     for point in bench.performance:
         for name, row in point.crosstalk.items():
             for other, value in row.items():
@@ -129,18 +129,18 @@ def test_a_curved_map_takes_the_crosstalk_that_a_straight_one_leaves(bench):
                 assert value < 0.05
 
 
-def test_a_force_beside_the_middle_tilts_a_free_target(bench):
+def test_offset_force_gives_contact_error_in_shear_x(bench):
     rest, _, full = bench.performance
     assert rest.contact_error["shear_x"] == {"x": 0.0, "y": 0.0}
     assert abs(full.contact_error["shear_x"]["x"]) > 10.0 * abs(full.contact_error["shear_x"]["y"])
 
 
-def test_the_axis_that_is_not_measured_is_an_error(bench):
+def test_unmeasured_shear_axis_is_counted_as_error(bench):
     errors = bench.performance[2].axes["normal"].errors
     assert errors["shear_y at full scale, which is not measured"] > 0.0
 
 
-def test_warm_pads_read_less_and_every_cause_is_there(bench):
+def test_pad_warming_gives_negative_force_error(bench):
     """Expansion lifts the target, a stiffer pad gives way less: both read as less force."""
     point = bench.performance[2]
     causes = {name: row["normal"] for name, row in point.temperature_causes.items()}
@@ -149,7 +149,7 @@ def test_warm_pads_read_less_and_every_cause_is_there(bench):
     assert point.temperature_error["normal"] == approx(math.hypot(known, causes["capacitors"]), rel=1e-6)
 
 
-def test_what_copper_does_is_what_two_temperatures_read(bench):
+def test_copper_temperature_error_agrees_with_two_estimates(bench):
     warm = sitscad.estimate(bench.layout, temperature=21.0)
     pairs = zip(bench.estimates.coils, warm.coils, strict=True)
     drift = [math.log(b.states["rest"].frequency / a.states["rest"].frequency) for a, b in pairs]
@@ -158,7 +158,7 @@ def test_what_copper_does_is_what_two_temperatures_read(bench):
     assert point.temperature_causes["copper and other metal"]["normal"] == approx(np.mean(drift) / slope, rel=0.1)
 
 
-def test_changed_capacitor_keeps_frequency_ratios_to_tare(bench):
+def test_changed_capacitor_leaves_frequency_ratios_to_tare_unchanged(bench):
     """The frequency of the clock, to which all frequencies are compared, keeps them as well."""
     wanted = bench.spec.replace("readout.capacitance", f"{1.03e12 * bench.estimates.readout.capacitance:.3f} pF")
     loads = np.array([[0.0, 0.0, 0.0], [bench.spec.requirements.normal_force, 0.3, 0.0]])
@@ -167,7 +167,7 @@ def test_changed_capacitor_keeps_frequency_ratios_to_tare(bench):
     assert found[1] == approx(found[0], rel=2e-3)
 
 
-def test_two_loads_of_one_reading_are_found():
+def test_folded_map_gives_ambiguous_load_pairs():
     """A reading that turns back: x - x^2 is alike at 0.2 and 0.8."""
     x, one_axis = np.linspace(0.0, 1.0, 40)[:, None], WorkingRange(("normal",), 1.0, 0.0)
     folded = fit_polynomial(x, x - x**2, 2)
@@ -180,7 +180,7 @@ def test_two_loads_of_one_reading_are_found():
 @pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("shear", [1.2, 1.5, 2.0])
-def test_loads_that_read_equally_are_found_however_wide_the_range(shear):
+def test_ambiguous_loads_are_found_for_any_shear_range(shear):
     """The papers of these said "one load to a reading: yes" beside a finding of two that read alike: their search moved
     the second load onto the first. By the response itself, asked here, there are hundreds of such pairs.
     """
@@ -197,7 +197,7 @@ def test_loads_that_read_equally_are_found_however_wide_the_range(shear):
 
 
 @pytest.mark.slow
-def test_loads_beyond_a_pads_thickness_of_travel_are_charted():
+def test_loads_beyond_pad_thickness_of_travel_are_not_ambiguous():
     """All loads beyond it read like the chart's end, and so alike: a finding where the response tells them apart."""
     spec = sitscad.load(Path(__file__).parents[2] / "templates" / "robotic_jaw_12mm.yaml")
     far = Design(spec.replace("target.size", [0.7 * side for side in spec.target.size]))
@@ -211,7 +211,7 @@ def test_loads_beyond_a_pads_thickness_of_travel_are_charted():
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_four_coils_in_a_cross_are_read_in_other_units_of_the_design_too():
+def test_cross_array_has_small_manufacture_error_after_calibration():
     """The map of three forces by four coils was fitted to how the leads of the one design lie: it read 338 N of 10."""
     cross = (Path(__file__).parents[2] / "templates" / "three_axis_grid.yaml").read_text(encoding="utf-8")
     cross = cross.replace("pattern: grid", "pattern: explicit").replace("  count: [2, 2]\n", "")
@@ -225,7 +225,7 @@ def test_four_coils_in_a_cross_are_read_in_other_units_of_the_design_too():
 
 
 @pytest.mark.slow
-def test_the_grid_feels_shear_alike_along_both_axes():
+def test_grid_array_has_equal_errors_along_x_and_y():
     """Four coils on a square under a square target: what one axis is off by, the other is (0.30 and 0.08 N of 2 N)."""
     full = Design(sitscad.load(Path(__file__).parents[2] / "templates" / "three_axis_grid.yaml")).performance[2]
     x, y = (full.axes[name].errors["manufacture, after calibration"] for name in ("shear_x", "shear_y"))
@@ -233,7 +233,7 @@ def test_the_grid_feels_shear_alike_along_both_axes():
     assert x < 0.02 * full.axes["shear_x"].full_scale
 
 
-def test_a_polynomial_gives_back_what_it_was_fitted_to():
+def test_polynomial_fit_reproduces_polynomial_and_slope():
     points = np.random.default_rng(3).uniform(-1.0, 1.0, (60, 2))
     values = np.stack([points[:, 0] * points[:, 1] ** 2 + 2.0 * points[:, 0], points[:, 1] ** 3], axis=1)
     found = fit_best_polynomial(points[:40], values[:40], (points[40:], values[40:]), 5)
@@ -242,7 +242,7 @@ def test_a_polynomial_gives_back_what_it_was_fitted_to():
     assert found.slope(points[:1])[0, 0, 0] == approx(points[0, 1] ** 2 + 2.0, rel=1e-4)
 
 
-def test_a_document_is_json(bench):
+def test_performance_document_is_json_with_required_keys(bench):
     document = json.loads(json.dumps([point.document() for point in bench.performance], allow_nan=False))
     assert {"at", "axes", "crosstalk", "tilt_error_N_per_rad", "temperature_error_N_per_K", "friction_error",
             "bandwidth_Hz", "condition_number", "invertible"} <= set(document[0])
@@ -251,5 +251,5 @@ def test_a_document_is_json(bench):
     )
 
 
-def test_without_a_pad_or_a_target_there_is_nothing_to_feel():
+def test_spec_without_target_has_no_performance():
     assert Design(sitscad.load(TEMPLATES / "single_coil.yaml")).performance == ()

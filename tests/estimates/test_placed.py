@@ -33,7 +33,7 @@ def _changes(spec, coils, cover, placed):
         pytest.param("stainless-17-4ph", 200e-6, 9.0, 0.2, marks=[pytest.mark.slow, pytest.mark.more]),
     ],
 )
-def test_what_is_left_out_of_a_wide_target_is_within_what_is_stated_for_it(material, thickness, across, height):
+def test_error_of_partial_wide_target_is_within_stated_error(material, thickness, across, height):
     spec = sitscad.load_text(templates.read("bench_7mm"), "bench.yaml").replace("target.material", material)
     size = max(spec.coil.size)
     spec = replace(spec, target=replace(spec.target, thickness=thickness, size=(across * size, across * size)))
@@ -49,14 +49,14 @@ def test_what_is_left_out_of_a_wide_target_is_within_what_is_stated_for_it(mater
     assert abs(part[0].real - whole[0].real) < cover.error * least
 
 
-def test_a_target_of_twice_its_coils_is_solved_whole():
+def test_target_not_much_wider_than_coils_is_solved_completely():
     spec = sitscad.load_text(templates.read("bench_7mm"), "bench.yaml")
     placed = TargetPoses.of(spec.target, at_rest(spec), np.zeros((1, 6)))
     cover = placed.cover(spec.target, spec.coil, sitscad.lay_out(spec).coils, spec.array.middle)
     assert cover.half == placed.half and cover.error == 0.0 and cover.part(spec.target) is spec.target
 
 
-def test_poses_alike_are_served_by_one_solution():
+def test_similar_poses_share_few_solutions():
     spec = sitscad.load_text(templates.read("bench_7mm"), "bench.yaml")
     spec = replace(spec, target=replace(spec.target, size=(0.08, 0.08)))
     coils, rest = sitscad.lay_out(spec).coils, at_rest(spec)
@@ -71,7 +71,7 @@ def test_poses_alike_are_served_by_one_solution():
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_a_target_of_200_mm_takes_no_gigabytes(tmp_path):
+def test_check_of_200_mm_target_needs_less_than_two_gigabytes(tmp_path):
     # It took 23 GB to see what a degree of tilt does to it: the fuzzer's find
     text = templates.read("robotic_jaw_12mm").replace("size: [9, 8.4]", "size: 200", 1)
     assert "size: 200" in text

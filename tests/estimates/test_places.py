@@ -53,7 +53,7 @@ def turned(spec, angle):
 TRIANGLE = "array: {pattern: triangle, pitch: 5.8}"
 
 
-def test_a_target_turned_over_an_array_is_that_array_turned_back_under_it():
+def test_rotated_target_equals_array_rotated_backwards():
     straight = sensor(TRIANGLE, "shape: rectangle, size: [6, 3]")
     angle = math.radians(37.0)
     oblique = replace(straight, target=replace(straight.target, rotation=angle))
@@ -63,7 +63,7 @@ def test_a_target_turned_over_an_array_is_that_array_turned_back_under_it():
     assert ours["C2"] != approx(shares(straight)["C2"], rel=0.02)
 
 
-def test_a_target_offset_over_an_array_is_that_array_moved_back_under_it():
+def test_offset_target_equals_array_shifted_backwards():
     spec = sensor(TRIANGLE, "size: 6, offset: [1.2, 0.7]")
     ours = shares(spec)
     for place in spec.array.placements:
@@ -80,14 +80,14 @@ def test_a_target_offset_over_an_array_is_that_array_moved_back_under_it():
     ("shape: circle, size: 5, rotation: 33 deg", "shape: circle, size: 5"),
     ("size: 5, rotation: -90 deg", "size: 5"),
 ])
-def test_quarter_turns_and_turned_discs_are_what_they_look_like(one, other):
+def test_equivalent_target_rotations_give_equal_ratios(one, other):
     one, other = sensor(TRIANGLE, one), sensor(TRIANGLE, other)
     for name, share in shares(one).items():
         assert share == approx(shares(other)[name], rel=1e-3)
     assert pressed_pad(one).strain == approx(pressed_pad(other).strain, rel=1e-9)
 
 
-def test_a_single_coil_feels_a_target_less_the_farther_it_stands_aside():
+def test_target_effect_on_single_coil_falls_with_offset():
     found = [shares(sensor("", f"size: 5, offset: [{away}, 0]"))["C1"][0] for away in (0.0, 0.5, 1.0, 2.0, 4.0, 8.0)]
     assert found == sorted(found, reverse=True) and found[-1] < 0.05 * found[0]
 
@@ -111,7 +111,7 @@ def loaded(pad, target):
 
 @settings(max_examples=60)
 @given(PLATES, PLATES)
-def test_the_loaded_area_is_that_of_the_overlap(pad, target):
+def test_loaded_area_equals_overlap_of_pad_and_target(pad, target):
     n, width = 400, MM * min(pad[1], target[1])
     x = [(i + 0.5) / n * 0.5 * width for i in range(n)]
 
@@ -125,7 +125,7 @@ def test_the_loaded_area_is_that_of_the_overlap(pad, target):
 
 
 @pytest.mark.parametrize(("pad", "is_round"), [((True, 8.0, 8.0), False), ((False, 8.0, 8.0), True)])
-def test_a_growing_target_loads_more_without_a_jump(pad, is_round):
+def test_loaded_area_and_strain_change_continuously_with_target_size(pad, is_round):
     """A square of 5.66 mm on a round pad of 8 mm loaded a fifth less than one of 5.65 mm."""
     faces = [loaded(pad, (is_round, side, side)) for side in np.arange(3.0, 12.0, 0.05)]
     whole = loaded(pad, pad)
@@ -135,7 +135,7 @@ def test_a_growing_target_loads_more_without_a_jump(pad, is_round):
     assert faces[-1].area == approx(whole.area, rel=1e-6)
 
 
-def test_a_target_half_beside_its_pad_loads_half_of_it_and_tilts():
+def test_half_overlapping_target_loads_overlap_and_tilts():
     spec = sensor("", "size: 4, offset: [3, 0]", "size: 6, shape: square")
     face, beside = loaded_face(spec)
     assert face.area == approx(8e-6, rel=1e-6) and beside == approx(1e-3, rel=1e-6)
@@ -144,14 +144,14 @@ def test_a_target_half_beside_its_pad_loads_half_of_it_and_tilts():
     assert found.strain > pressed_pad(sensor("", "size: 4", "size: 6, shape: square")).strain
 
 
-def test_a_turned_target_within_its_pad_loads_all_of_itself():
+def test_rotated_target_within_pad_loads_its_full_area():
     spec = sensor("", "shape: rectangle, size: [5, 3], rotation: 30 deg, offset: [1, 0.5]")
     face, beside = loaded_face(spec)
     assert (face.width_x, face.width_y) == approx((5e-3, 3e-3), rel=1e-6) and beside == approx(0.0, abs=1e-12)
     assert "tilts" not in pressed_pad(spec).note
 
 
-def test_a_pad_of_no_stated_size_carries_a_target_that_is_turned_or_offset():
+def test_default_pad_size_covers_rotated_and_offset_target():
     spec = sensor(TRIANGLE, "size: 4, rotation: 45 deg, offset: [0.5, -0.2]", "thickness: 1")
     pad, target = footprint(spec, spec.elastomer), footprint(spec, spec.target)
     assert target.hangs_over(pad.outline()) <= 1e-9
@@ -164,7 +164,7 @@ JAW_COIL = CoaxialRings(
 
 
 @pytest.mark.parametrize("gap", [0.5e-3, 1e-3])
-def test_a_coil_beyond_a_corner_feels_a_square_more_than_the_disc_in_it_and_less_than_the_disc_about_it(gap):
+def test_square_target_ratio_lies_between_inscribed_and_circumscribed_discs(gap):
     """More metal never does less, in whatever direction the coil stands; the disc is solved in a basis of its own."""
     side, places = 4.5e-3, np.array([[0.0, 0.0], [1.5e-3, 1.5e-3], [2.25e-3, 2.25e-3], [3e-3, 3e-3], [2e-3, 3.5e-3]])
     square = plate_ratio(FinitePlate((side, side), 20e-6), JAW_COIL, places, gap)

@@ -35,7 +35,7 @@ def test_reference_coil_is_routed_clear_of_coils_and_plates(design):
     assert {"C3.A", "C3.B"} <= {pad.pin for pad in layout.pads}
 
 
-def test_reference_coil_has_no_target_in_its_estimate(design):
+def test_reference_coil_estimate_has_no_target_change(design):
     estimates = design.estimates
     assert [coil.name for coil in estimates.all_coils] == ["C1", "C2", "C3"] and len(estimates.coils) == 2
     assert list(estimates.reference.states) == ["free", "rest"]
@@ -45,27 +45,27 @@ def test_reference_coil_has_no_target_in_its_estimate(design):
     assert rest.inductance - other.inductance == approx(-other.target_change, rel=0.1)
 
 
-def test_reference_coil_takes_its_part_of_the_scan(design, without):
+def test_reference_coil_shortens_dwell_time_and_lengthens_read_back(design, without):
     shorter, longer = design.estimates.readout, without.estimates.readout
     assert shorter.scan_rate == approx(longer.scan_rate, rel=1e-3)
     assert shorter.dwell_time == approx(longer.dwell_time * 2 / 3, rel=1e-3)
     assert shorter.read_back_time == approx(1.5 * longer.read_back_time, rel=1e-9)
 
 
-def test_response_and_performance_leave_the_reference_coil_out(design, without):
+def test_response_excludes_reference_coil(design, without):
     press = [[0.0] * 6, [0.0, 0.0, -0.05e-3, 0.0, 0.0, 0.0]]
     with_it, alone = (sitscad.respond(each, press) for each in (design, without))
     assert with_it.coils == ("C1", "C2")
     assert np.diff(with_it.inductance, axis=0) == approx(np.diff(alone.inductance, axis=0), rel=1e-3)
 
 
-def test_offset_places_the_reference_coil(without):
+def test_reference_offset_sets_coil_centre(without):
     spec = without.spec.replace("array.reference", {"offset": [-6.6e-3, 0.0]})
     layout = sitscad.lay_out(spec)
     assert layout.shortfalls == () and layout.coils[-1].centre.x == approx(-6.6e-3, rel=1e-9)
 
 
-def test_offset_onto_another_coil_is_refused(without):
+def test_reference_offset_onto_other_coil_gives_spec_error(without):
     with pytest.raises(SpecError) as refused:
         without.spec.replace("array.reference", {"offset": [5.0e-3, 0.0]})
     (finding,) = refused.value.findings
@@ -73,12 +73,12 @@ def test_offset_onto_another_coil_is_refused(without):
     assert finding.measured == approx(5.0e-3 - 2.1e-3 - 3.95e-3, rel=1e-9)
 
 
-def test_default_place_follows_the_coils(without):
+def test_default_reference_place_follows_array_pitch(without):
     spec = without.spec.replace({"array.reference": {}, "array.pitch": "5 mm"})
     assert spec.reference_placement.centre[0] == approx(2.5e-3 + 3.95e-3 + 0.5e-3, rel=2e-3)
 
 
-def test_target_signal_on_the_reference_coil_falls_with_the_distance(root):
+def test_target_signal_in_reference_coil_falls_with_distance(root):
     spec = sitscad.load(root / "tests" / "report" / "broken" / "SIT223.yaml")
     shares = []
     for x in (9.0e-3, 11.0e-3, 17.0e-3):
@@ -91,7 +91,7 @@ def test_target_signal_on_the_reference_coil_falls_with_the_distance(root):
     assert 0.01 < shares[0] < 0.1 and shares[0] > 5.0 * shares[1] and shares[2] < 1e-4
 
 
-def test_other_jaw_changes_the_reference_coil_as_a_plate_over_a_coil_without_target(design):
+def test_other_jaw_change_of_reference_coil_equals_plate_over_coil(design):
     estimates = design.estimates
     changes = [reference_change(design.layout, estimates.reference, estimates.temperature, grasped)
                for grasped in (0.0, 1e-3, 4e-3, 20e-3)]
@@ -114,7 +114,7 @@ def test_reference_coil_on_a_second_converter_is_checked_for_coupling(design):
     assert finding.measured == approx(abs(matrix[1][2]) / matrix[1][1], rel=1e-6)
 
 
-def test_reference_coil_too_long_for_its_jaw_is_refused_with_the_missing_length(design):
+def test_reference_coil_beyond_jaw_length_gives_error(design):
     spec = design.spec.replace("mount.jaw", {"based_on": "generic-5mm", "length": 13e-3})
     finding = next(each for each in sitscad.check(spec).findings if each.rule == "SIT302")
     assert finding.severity == "error" and finding.measured > finding.limit == 13e-3
@@ -122,13 +122,13 @@ def test_reference_coil_too_long_for_its_jaw_is_refused_with_the_missing_length(
 
 
 @pytest.mark.parametrize("changes", [{}, {"readout.capacitor_at": None, "readout.capacitors_on_board": "chip-0402"}])
-def test_every_coil_of_a_board_with_a_reference_coil_ends_at_its_contacts(design, changes):
+def test_every_coil_with_reference_coil_has_contacts_and_capacitors(design, changes):
     layout = sitscad.lay_out(design.spec.replace(changes) if changes else design.spec)
     assert {pad.pin for pad in layout.pads if pad.pin} == {f"C{k}.{end}" for k in (1, 2, 3) for end in "AB"}
     assert [each.coil for each in layout.capacitors] == (["C1", "C2", "C3"] if changes else [])
 
 
-def test_calibration_ignores_the_column_of_the_reference_coil(design, tmp_path):
+def test_calibration_ignores_reference_coil_column(design, tmp_path):
     loads = [[0.0, 0.0, 0.0], *([n, 0.15 * n * way, 0.0] for n in range(1, 7) for way in (-1, 0, 1)), [0.0, 0.0, 0.0]]
     counts = np.round(sitscad.respond(design, loads=loads, rotation="held").counts).astype(int)
     rows = [(load[:2], row) for load, row in zip(loads, counts.tolist(), strict=True)]

@@ -57,7 +57,7 @@ def squares():
 
 
 @pytest.mark.parametrize("name", ["plain", "grasper", "squares"])
-def test_at_rest_and_pressed_it_is_what_the_states_say(name, request):
+def test_response_at_rest_and_pressed_agrees_with_states(name, request):
     """Where their errors are those of a finite plate's share (a few per cent of the change of L)."""
     design = request.getfixturevalue(name)
     estimates = design.estimates
@@ -77,7 +77,7 @@ def test_at_rest_and_pressed_it_is_what_the_states_say(name, request):
 POSE = np.array([0.4, -0.3, -0.2, 0.05, -0.08, 0.2]) * [MM, MM, MM, 1, 1, 1]
 
 
-def test_the_matrix_is_reciprocal_metal_lowers_l_and_loses(plain, grasper, squares):
+def test_target_change_matrix_is_symmetric_negative_and_lossy(plain, grasper, squares):
     for design in (plain, grasper, squares):
         found = respond(design, [POSE])
         change = found.target_change[0]
@@ -86,13 +86,13 @@ def test_the_matrix_is_reciprocal_metal_lowers_l_and_loses(plain, grasper, squar
         assert np.all(found.target_resistance > 0.0)
 
 
-def test_a_target_far_away_changes_nothing(plain):
+def test_distant_target_does_not_change_inductance(plain):
     near, far = respond(plain, [[0.0] * 6, [0.0, 0.0, 30.0 * MM, 0.1, 0.0, 0.0]]).target_change
     assert np.abs(far).max() < 1e-4 * np.abs(near).max()
 
 
 @pytest.mark.slow
-def test_a_large_target_is_an_endless_sheet():
+def test_large_copper_target_equals_infinite_sheet():
     design = sensor(target="shape: square, size: 20")
     at = 5e6
     found = respond(design, [[0.0] * 6, [0.0, 0.0, -0.6 * MM, 0.0, 0.0, 0.0]], frequency=at)
@@ -106,7 +106,7 @@ def test_a_large_target_is_an_endless_sheet():
         assert change[0, 1] == approx(mutual, abs=0.02 * scale)
 
 
-def test_numbers_at_a_frequency_are_those_of_the_tank_there(plain):
+def test_response_at_tank_frequency_equals_default_response(plain):
     usual = respond(plain, [POSE])
     at = respond(plain, [POSE], frequency=float(usual.frequency[0, 0]))
     assert at.inductance[0, 0] == approx(usual.inductance[0, 0], rel=1e-6)
@@ -115,7 +115,7 @@ def test_numbers_at_a_frequency_are_those_of_the_tank_there(plain):
     assert at.frequency == approx(usual.frequency, rel=1e-6)
 
 
-def test_numbers_at_a_frequency_are_solved_at_that_frequency_alone():
+def test_stated_frequency_is_solved_alone():
     design = sensor(target="shape: square, size: 8")
     respond(design, [POSE], frequency=5e6)
     bands = {band for _, band in design.response.solved}
@@ -123,7 +123,7 @@ def test_numbers_at_a_frequency_are_solved_at_that_frequency_alone():
 
 
 @pytest.mark.slow
-def test_a_target_that_takes_minutes_to_solve_is_refused_with_the_reason():
+def test_too_expensive_target_gives_no_response_error_with_time():
     design = sensor(target="shape: rectangle, size: [150, 60]")
     began = time.process_time()
     with pytest.raises(NoResponse, match=r"processor time .* 29 s at most"):
@@ -141,7 +141,7 @@ def work_of(design, pose):
 
 
 @pytest.mark.parametrize("target", ["shape: square, size: 6", "shape: rectangle, size: [14, 5]"])
-def test_only_functions_that_are_solved_count_as_work(target):
+def test_solving_work_counts_largest_symmetry_class(target):
     design = sensor(target=target)
     respond(design, [POSE])
     (near,) = design.response.solved.values()
@@ -151,7 +151,7 @@ def test_only_functions_that_are_solved_count_as_work(target):
 
 @pytest.mark.slow
 @pytest.mark.more
-def test_a_target_just_below_the_limit_takes_about_the_time_that_is_told():
+def test_solving_time_near_limit_agrees_with_stated_time():
     """The nearest case that was tried before took half of the limit."""
     design, pose = sensor(target="shape: rectangle, size: [150, 32]"), [8.0 * MM, 0.0, -0.9 * MM, 0.0, 0.0, 0.0]
     work = work_of(design, pose)
@@ -163,18 +163,18 @@ def test_a_target_just_below_the_limit_takes_about_the_time_that_is_told():
     assert 0.5 * told < taken < 2.0 * told
 
 
-def test_counts_are_the_converter_s(plain):
+def test_counts_convert_back_to_frequency(plain):
     found, counter = respond(plain, [POSE]), plain.estimates.readout.conversion
     back = found.counts / 2.0**28 * counter.input_divider * counter.reference_frequency
     assert back == approx(found.frequency, rel=1e-7)
 
 
-def test_tilting_one_side_nearer_is_seen_by_its_coil(grasper):
+def test_tilt_towards_coil_increases_its_target_change(grasper):
     change = respond(grasper, [[0.0, 0.0, 0.0, 0.0, 0.05, 0.0]]).target_change[0]
     assert change[1, 1] < 1.1 * change[0, 0] < 0.0
 
 
-def test_loads_move_the_target_as_the_pad_gives_way(plain):
+def test_loads_move_target_by_pad_deformation(plain):
     estimates = plain.estimates
     found = respond(plain, loads=[[2.0, 0.0, 0.0], [2.0, 0.3, -0.1]], rotation="free")
     assert found.poses[0, 2] == approx(estimates.gaps["pressed"] - estimates.gaps["rest"], rel=1e-9)
@@ -186,7 +186,7 @@ def test_loads_move_the_target_as_the_pad_gives_way(plain):
     assert found.poses[1, 4] > 0.0 and found.poses[1, 3] > 0.0
 
 
-def test_a_pose_and_the_load_that_holds_it_are_one(plain):
+def test_force_at_pose_equals_pad_force(plain):
     from sitscad.estimates.loads.pad import soft_pad
 
     found = respond(plain, [[0.05e-3, 0.02e-3, -0.1e-3, 0.01, -0.02, 0.03], [0.0, 0.0, -0.9e-3, 0.0, 0.0, 0.0]])
@@ -198,13 +198,13 @@ def test_a_pose_and_the_load_that_holds_it_are_one(plain):
     assert not level.poses[0, 3:].any() and free.poses[0, 0] > 1.02 * level.poses[0, 0]
 
 
-def test_a_pad_that_gives_way_says_so(plain):
+def test_collapsing_pad_gives_note(plain):
     found = plain.response.respond_to_loads(np.array([[60.0, 20.0, 0.0]]), np.array([False]))
     assert np.isfinite(found.poses).all()
     assert any("gives way sideways" in note for note in found.notes[0])
 
 
-def test_a_map_of_many_poses_is_what_each_of_them_is(plain):
+def test_surrogate_of_many_poses_agrees_with_exact_poses(plain):
     axes = [np.linspace(-1.0, 1.0, 12), np.linspace(-1.0, 1.0, 12), np.linspace(-0.5, 0.0, 10)]
     places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3) * MM
     poses = np.concatenate([places, np.zeros_like(places)], axis=1)
@@ -217,7 +217,7 @@ def test_a_map_of_many_poses_is_what_each_of_them_is(plain):
     assert many.frequency[some] == approx(few.frequency, rel=1e-4)
 
 
-def test_what_a_map_cannot_follow_is_worked_out_pose_by_pose():
+def test_discontinuous_changes_are_solved_pose_by_pose():
     def rough(poses):
         values = np.sign(poses[:, 0] - 0.3)[None, :, None, None] * np.ones((2, 1, 1, 1), dtype=complex)
         return values, values
@@ -229,7 +229,7 @@ def test_what_a_map_cannot_follow_is_worked_out_pose_by_pose():
     assert np.array_equal(found.total, rough(poses)[0])
 
 
-def test_changes_follow_the_skin_depth():
+def test_changes_are_interpolated_over_skin_depth():
     one = np.full((2, 1, 1, 1), 1.0, dtype=complex)
     one[1] = 2.0
     found = Changes((1e6, 4e6), one, one)
@@ -239,7 +239,7 @@ def test_changes_follow_the_skin_depth():
 
 
 @pytest.mark.parametrize("metal, thickness", [("stainless-17-4ph", 0.3), ("stainless-304", 0.05), ("copper", 0.02)])
-def test_between_two_frequencies_a_target_is_as_at_them(metal, thickness):
+def test_interpolated_target_change_agrees_with_solution_between_frequencies(metal, thickness):
     """Straight in the skin depth steel was 0.28 and 0.25 % of its change off, of which its inductance may be little."""
     spec = sitscad.load_text(
         "sitscad: 1\nname: a\ncoil: {shape: circle, outer_diameter: 6, turns: 8, layers: 2, trace_width: 100 um, "
@@ -257,14 +257,14 @@ def test_between_two_frequencies_a_target_is_as_at_them(metal, thickness):
     assert np.abs(found - middle[0]).max() < 1.5e-3 * np.abs(middle[0]).max()
 
 
-def test_curves_go_through_smooth_functions():
+def test_band_interpolation_reproduces_smooth_functions():
     found = interpolate_over_band((1e6, 4e6), lambda at: (np.sqrt(at) + 1j * at)[:, None])
     at = np.array([1.1e6, 2.7e6, 3.9e6])
     assert found(at)[:, 0] == approx(np.sqrt(at) + 1j * at, rel=1e-5)
 
 
 @pytest.mark.parametrize("at_coil", [True, False])
-def test_many_tanks_swing_like_one(at_coil):
+def test_vectorised_oscillation_equals_single_oscillations(at_coil):
     network = Network(20e-12, 10e-12, 300e-12, at_coil, 0.02, 180e-9, 0.3)
     inductance, resistance = np.array([2e-6, 1.5e-6, 2e-6]), np.array([3.0, 5.0, 4e3])
     found = oscillate_similar(network, inductance, resistance, 5e-9)
@@ -275,14 +275,14 @@ def test_many_tanks_swing_like_one(at_coil):
     assert np.isnan(found.frequency[2])
 
 
-def test_a_pose_inside_the_board_says_so(plain):
+def test_pose_inside_board_gives_contact_note(plain):
     found = respond(plain, [[0.0, 0.0, -1.2 * MM, 0.0, 0.0, 0.0], [0.0] * 6])
     assert "contact" in found.notes[0][0]
     assert found.notes[1] == ()
     assert np.all(np.isfinite(found.inductance))
 
 
-def test_poses_beyond_what_the_pad_s_law_was_held_against_say_so(plain):
+def test_poses_beyond_validated_pad_range_give_extrapolation_note(plain):
     """A target sheared by four thicknesses and tilted by 22 degrees under 50 N was told without a word."""
     thick = plain.spec.elastomer.thickness
     found = respond(plain, [[0.49 * thick, 0.0, 0.0, 0.0, 0.0, 0.0], [0.4 * thick, 0.4 * thick, 0.0, 0.0, 0.0, 0.0],
@@ -295,13 +295,13 @@ def test_poses_beyond_what_the_pad_s_law_was_held_against_say_so(plain):
 
 
 @pytest.mark.filterwarnings("error")
-def test_a_pad_pressed_shut_has_no_force_and_no_warning(plain):
+def test_fully_compressed_pad_has_no_finite_force_and_note(plain):
     found = respond(plain, [[0.0, 0.0, -plain.spec.elastomer.thickness, 0.0, 0.0, 0.0]])
     assert not np.any(np.isfinite(found.force[0][2]))
     assert any("pressed by 100 %" in note for note in found.notes[0])
 
 
-def test_a_document_has_the_contract_s_names(plain):
+def test_point_document_has_required_keys_and_units(plain):
     document = respond(plain, [POSE]).point_document(0)
     assert list(document["pose"]) == ["x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad"]
     assert {"inductance_H", "resistance_ohm", "target_change_H", "target_change_error", "target_resistance_ohm",
@@ -311,7 +311,7 @@ def test_a_document_has_the_contract_s_names(plain):
     assert len(document["force_N"]) == len(document["moment_Nm"]) == 3
 
 
-def test_no_zero_of_a_document_has_a_sign(plain):
+def test_point_document_has_no_negative_zeros(plain):
     """At rest the strain, a force and turns were written as -0.0."""
     document = respond(plain, [[-0.0, 0.0, 0.0, -0.0, 0.0, -0.0]]).point_document(0)
     assert document["strain"] == 0.0 and not re.search(r"-0\.0\b(?!\d)", json.dumps(document))
@@ -329,7 +329,7 @@ def magnetic(material, size):
 
 
 @pytest.mark.slow
-def test_a_large_steel_target_is_an_endless_sheet():
+def test_large_steel_target_equals_infinite_sheet():
     design, at = magnetic("stainless-17-4ph", 20), 5e6
     found = respond(design, [[0.0] * 6], frequency=at)
     wound, metal = design.response.windings, design.response.spec.target.material
@@ -341,7 +341,7 @@ def test_a_large_steel_target_is_an_endless_sheet():
     assert lost == approx(-own.imag, abs=0.01 * abs(own))
 
 
-def test_a_ferrite_target_draws_the_field_in_wherever_it_is():
+def test_ferrite_target_raises_inductance():
     found = respond(magnetic("ferrite", 7), [[0.0] * 6, [2.0 * MM, 0.0, 0.0, 0.0, 0.0, 0.0], POSE])
     assert np.all(np.einsum("pcc->pc", found.target_change) > 0.0)
     assert found.target_change[1, 1, 1] > found.target_change[1, 0, 0]
@@ -349,7 +349,7 @@ def test_a_ferrite_target_draws_the_field_in_wherever_it_is():
     assert found.target_change_error.max() < 0.05
 
 
-def test_what_cannot_respond_says_why(plain):
+def test_invalid_response_request_gives_error_with_reason(plain):
     with pytest.raises(NoResponse, match="no target"):
         respond(sitscad.load(TEMPLATES / "single_coil.yaml"), [[0.0] * 6])
     with pytest.raises(ValueError, match="6 numbers"):
@@ -364,7 +364,7 @@ def test_what_cannot_respond_says_why(plain):
 
 @pytest.mark.parametrize(("shape", "size", "target"), [("racetrack", (12, 4), (12, 4)), ("rectangle", (4, 16), (4, 16)),
                                                        ("rectangle", (16, 4), (14, 3))])
-def test_states_of_elongated_coils_are_what_the_response_says(shape, size, target):
+def test_states_of_elongated_coils_agree_with_response(shape, size, target):
     """As round coils of the same area they felt a target of their own size by 0.4 to 0.6 of what it changes."""
     wide = f"shape: rectangle, size: {list(target)}"
     design = Design(
@@ -384,7 +384,7 @@ def test_states_of_elongated_coils_are_what_the_response_says(shape, size, targe
     assert rest - free == approx(change, rel=1e-9, abs=0.0)
 
 
-def test_no_pose_is_answered_that_no_target_can_have(plain):
+def test_impossible_pose_gives_no_response_error(plain):
     for pose in ([2.0, 0, 0, 0, 0, 0], [0, 0, -0.5, 0, 0, 0], [0, 0, 0, 0, math.pi / 2, 0]):
         with pytest.raises(NoResponse, match="the pose x="):
             respond(plain, [[0.0] * 6, pose])
@@ -393,7 +393,7 @@ def test_no_pose_is_answered_that_no_target_can_have(plain):
 
 
 @pytest.mark.slow
-def test_a_disc_far_above_a_finger_has_a_response(tmp_path):
+def test_disc_far_above_finger_has_finite_response(tmp_path):
     """Of one of its symmetries no currents are felt by way of the finger, 4 mm below: it ended in a ValueError."""
     path = tmp_path / "far.yaml"
     path.write_text(
@@ -408,7 +408,7 @@ def test_a_disc_far_above_a_finger_has_a_response(tmp_path):
     assert np.all(np.isfinite(found.target_change)) and np.all(np.diagonal(found.target_change[0]) < 0.0)
 
 
-def test_what_a_lossy_jaw_returns_is_as_smooth_at_the_target_as_a_few_points_say(grasper):
+def test_smooth_sampling_of_lossy_jaw_agrees_with_full_sampling(grasper):
     model = grasper.response
     poses = 0.5 * model.pad_ends
     model.respond(poses, within=model.pad_ends)
@@ -428,7 +428,7 @@ def test_what_a_lossy_jaw_returns_is_as_smooth_at_the_target_as_a_few_points_say
 
 
 @pytest.mark.slow
-def test_a_foil_over_a_mirror_has_a_response_however_thin_it_is():
+def test_thin_foil_over_shield_has_monotonic_response():
     """The faces of 11 um of brass cancel so far that the integrals made an energy negative: an internal error."""
     bench, jaw = sitscad.load(TEMPLATES / "square_bench.yaml"), sitscad.load(TEMPLATES / "grasper_4layer.yaml")
     found = []

@@ -18,7 +18,7 @@ ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "validation"))
 
 
-def test_finer_surfaces_change_less_than_is_stated():
+def test_finer_surface_mesh_changes_response_within_stated_error():
     spec = sitscad.load(ROOT / "templates" / "bench_7mm.yaml")
     model = Design(spec).response
     some = np.array([[1e-3, -2e-3, -0.8e-3, 0.1, -0.05, 0.2], [0.0, 4e-3, -1.5e-3, 0.0, 0.0, 0.0]])
@@ -51,7 +51,7 @@ def over_a_jaw(behind, size):
     )
 
 
-def test_air_between_shield_and_jaw_is_no_trouble():
+def test_air_gap_between_shield_and_jaw_gives_finite_response():
     found = over_a_jaw(BEHIND[2], 5).response.respond(np.zeros((1, 6)))
     assert np.all(np.isfinite(found.inductance))
     assert found.target_change[0, 0, 0] < 0.0
@@ -60,7 +60,7 @@ def test_air_between_shield_and_jaw_is_no_trouble():
 @pytest.mark.slow
 @pytest.mark.parametrize("behind", [pytest.param(each, marks=() if each is BEHIND[1] else pytest.mark.more)
                                     for each in BEHIND])
-def test_an_endless_sheet_over_any_jaw(behind):
+def test_large_target_over_jaw_equals_infinite_sheet_within_error(behind):
     design, at = over_a_jaw(behind, 15), 5e6
     found = design.response.respond(np.array([[0.0] * 6, [0.0, 0.0, -0.7e-3, 0.0, 0.0, 0.0]]), at)
     wound, jaw = design.response.windings, design.response.behind
@@ -80,7 +80,7 @@ def test_an_endless_sheet_over_any_jaw(behind):
 @pytest.mark.parametrize(
     ("shape", "size", "thickness"), [("rectangle", (4.5, 2.5), 0.2), ("circle", (5.0, 5.0), 0.035)]
 )
-def test_a_few_random_poses(shape, size, thickness):
+def test_random_poses_agree_with_finer_solution_within_stated_error(shape, size, thickness):
     from random_poses import compared, poses
 
     spec = sitscad.load(ROOT / "templates" / "grasper_4layer.yaml")

@@ -18,7 +18,7 @@ TEMPLATES = Path(__file__).parents[2] / "templates"
 
 @pytest.mark.parametrize("name", ["bench_7mm", pytest.param("grasper_4layer", marks=pytest.mark.slow),
                                   pytest.param("three_axis_triangle", marks=pytest.mark.slow)])
-def test_the_table_is_within_its_error_of_the_response(name):
+def test_response_table_agrees_with_response_within_error(name):
     model = Design(sitscad.load(TEMPLATES / f"{name}.yaml")).response
     table = response_table(model)
     assert table.error < 0.03 and table.document()["rotation"] == "held"
@@ -38,7 +38,7 @@ def test_the_table_is_within_its_error_of_the_response(name):
 
 
 @pytest.mark.slow
-def test_table_of_a_sensor_that_tells_moments_is_that_of_a_free_target():
+def test_response_table_with_moments_uses_free_target():
     """Its target was kept level, where map and data sheet have it free to tilt, and no moment could be put on it."""
     model = Design(sitscad.load(TEMPLATES / "fingertip_cell.yaml")).response
     table = response_table(model)

@@ -35,7 +35,7 @@ def _sigmas(design):
     return {one.name: one.sigma for one in manufacturing_scatter(design.spec, design.estimates.coils)}
 
 
-def test_every_cause_has_a_unit_a_source_and_a_name_of_its_own(grasper):
+def test_every_scatter_cause_has_unit_source_and_unique_name(grasper):
     names = [one.name for one in manufacturing_scatter(grasper.spec, grasper.estimates.coils)]
     assert len(set(names)) == len(names)
     for one in manufacturing_scatter(grasper.spec, grasper.estimates.coils):
@@ -45,7 +45,7 @@ def test_every_cause_has_a_unit_a_source_and_a_name_of_its_own(grasper):
         assert one.source
 
 
-def test_it_holds_what_the_spec_says(grasper):
+def test_scatter_sigmas_follow_stated_tolerances(grasper):
     """The template asks 50 um of pad and placement; a band that is evenly filled has its half over the root of 3."""
     found = _sigmas(grasper)
     assert found[PAD] == approx(50e-6 / math.sqrt(3.0), rel=1e-6)
@@ -55,25 +55,25 @@ def test_it_holds_what_the_spec_says(grasper):
     assert found[CAPACITOR] == approx(0.05 / math.sqrt(3.0), rel=1e-6)
 
 
-def test_coils_scatter_as_the_estimate_says(grasper):
+def test_inductance_scatter_equals_estimate_of_coils(grasper):
     free = [coil.states["free"] for coil in grasper.estimates.coils]
     assert _sigmas(grasper)[scatter.INDUCTANCE] == max(one.spread.inductance / one.inductance for one in free)
     assert 1e-3 < _sigmas(grasper)[scatter.INDUCTANCE] < 2e-2, "23 measured coils scattered by 0.31 %"
 
 
-def test_it_follows_the_spec(grasper):
+def test_default_tolerances_give_larger_scatter(grasper):
     looser = Design(replace(grasper.spec, assembly=replace(grasper.spec.assembly, tolerances=())), grasper.layout,
                     grasper.estimates)
     assert _sigmas(looser)[scatter.OFFSET_X] == approx(2.0 * _sigmas(grasper)[scatter.OFFSET_X], rel=1e-6)
     assert _sigmas(looser)[PAD] == approx(3.0 * _sigmas(grasper)[PAD], rel=1e-6)
 
 
-def test_a_coil_alone_has_no_target_and_no_pad():
+def test_coil_only_spec_has_three_scatter_causes():
     names = set(_sigmas(Design(sitscad.load(TEMPLATES / "single_coil.yaml"))))
     assert names == {scatter.INDUCTANCE, CAPACITOR, scatter.CLOCK}
 
 
-def test_the_states_gaps_scatter_by_the_glue_as_performance_has_it(grasper):
+def test_gap_scatter_includes_glue_and_pad(grasper):
     """They had the pad alone: 29 um where performance and calibration had 33."""
     found, estimates = _sigmas(grasper), grasper.estimates
     glue = found[GLUE]
@@ -88,7 +88,7 @@ def test_the_states_gaps_scatter_by_the_glue_as_performance_has_it(grasper):
                 assert by_glue / by_pad == approx(glue / found[PAD], rel=0.05)
 
 
-def test_a_target_without_a_pad_has_one_line_of_glue(grasper):
+def test_target_without_pad_has_one_glue_line(grasper):
     bare = replace(grasper.spec, elastomer=None)
     two, one = (uncertainty.tolerance_sigmas(spec)[GLUE] for spec in (grasper.spec, bare))
     assert one == approx(two / math.sqrt(2.0), rel=1e-6)
@@ -96,7 +96,7 @@ def test_a_target_without_a_pad_has_one_line_of_glue(grasper):
 
 
 @pytest.mark.parametrize("band", ["20 um", "200 um"])
-def test_the_states_and_the_pad_take_the_spec_s_own_tolerance(band):
+def test_pad_tolerance_of_spec_sets_gap_scatter(band):
     """They took the table's 150 um whatever the spec wrote: a third too much scatter of the signal for 50."""
     spec = sitscad.load(TEMPLATES / "grasper_4layer.yaml")
     tolerances = (("elastomer", 1e-6 * float(band.split()[0])), ("elastomer_size", 0.1e-3))
@@ -136,7 +136,7 @@ def _readings(bench, loads):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["bench_7mm", pytest.param("three_axis_triangle", marks=pytest.mark.slow)])
-def test_three_levels_of_simulated_units_read_equally(name):
+def test_three_models_of_simulated_units_agree(name):
     """One sigma of each cause, by the response, by a calibration's chart, and of a design that
     is worked out anew, of what all causes together do.
     """
@@ -155,7 +155,7 @@ def test_three_levels_of_simulated_units_read_equally(name):
 @pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["bench_7mm", pytest.param("three_axis_triangle", marks=pytest.mark.slow)])
-def test_errors_by_cause_add_up_to_those_of_simulated_units(name):
+def test_errors_by_cause_add_up_to_error_of_simulated_units(name):
     """What one map reads of units after their tare, over one range: to first order, and of 24 that are drawn."""
     design = Design(sitscad.load(TEMPLATES / f"{name}.yaml"))
     found = plan_calibration(design.response, is_held=True)
@@ -174,7 +174,7 @@ def _metal_behind(**parts):
     return replace(spec, **{name: replace(getattr(spec, name), **values) for name, values in parts.items()})
 
 
-def test_height_over_the_shield_scatters_by_mount_and_glue_as_the_fit_has_them():
+def test_height_over_shield_scatters_by_mount_and_glue():
     """The fit check knew both, and no number moved by them."""
     spec = _metal_behind()
     glue, mount = spec.assembly.glue_tolerance, dict(spec.assembly.tolerances)["mount"]
@@ -195,7 +195,7 @@ def _sigma(spec, name):
 
 
 @pytest.mark.parametrize("standoff", [0.6e-3, 1e-3])
-def test_unit_with_metal_farther_away_has_it_there(standoff):
+def test_moved_unit_has_shifted_shield_metal_or_target(standoff):
     """Heights of one unit add to glue and pieces, and glue below the target moves nothing behind the board."""
     spec = _metal_behind(mount={"standoff": standoff})
     shield, metal, gap = backing_of(spec).shield_span, backing_of(spec).metal_face, bodies.target_gap(spec)
@@ -212,7 +212,7 @@ def test_unit_with_metal_farther_away_has_it_there(standoff):
         assert backing_of(unit).metal_face == approx(metal - off, rel=1e-9)
 
 
-def test_every_tolerance_that_moves_a_number_is_a_cause():
+def test_every_assembly_tolerance_increases_a_scatter_cause():
     """All of `assembly.tolerances` but those of the board's outline and of the other jaw, which no coil sees."""
     film = {"material": sitscad.load(TEMPLATES / "bench_7mm.yaml").elastomer.material}
     spec = _metal_behind()
@@ -225,7 +225,7 @@ def test_every_tolerance_that_moves_a_number_is_a_cause():
         assert moved, name
 
 
-def test_unit_as_made_has_its_own_copper_and_tracks(grasper):
+def test_unit_as_made_has_changed_copper_and_tracks(grasper):
     """Studies moved the stack-up and left the windings as thick and as far apart as they were drawn."""
     spec = grasper.spec
     thick = as_made(grasper.layout, scatter.MOVED[scatter.FOIL](spec, 0.1))
@@ -252,7 +252,7 @@ LARGEST = (
                                   pytest.param("racetrack_jaw", marks=pytest.mark.slow),
                                   pytest.param("jaw_5x20", marks=pytest.mark.slow),
                                   pytest.param("grasper_4layer", marks=pytest.mark.slow)])
-def test_stated_sigma_of_states_is_that_of_units(name):
+def test_stated_state_sigma_agrees_with_recomputed_units(name):
     """In a jaw half of the inductance's sigma and a tenth of R_P's were missing, and of tracks seven skin depths wide a
     fifth of R's. Both sides count the same causes: the modulus was left out of the units, not of what is stated.
     """
@@ -266,7 +266,7 @@ def test_stated_sigma_of_states_is_that_of_units(name):
 
 
 @pytest.mark.slow
-def test_target_s_share_grows_as_it_comes_nearer():
+def test_pad_thickness_sigma_includes_change_of_target_ratio():
     """The share was held: of pads with targets as wide as the coil, a sixth of the inductance's sigma was missing."""
     design = scatter_of_units.drawn("fingertip_cell")
     for state, causes in scatter_of_units.by_causes(design, (PAD,)).items():
@@ -275,7 +275,7 @@ def test_target_s_share_grows_as_it_comes_nearer():
 
 
 @pytest.mark.slow
-def test_simulated_sensors_scatter_by_what_is_behind_them(grasper):
+def test_calibration_scatter_includes_height_over_shield(grasper):
     """What a calibration takes sensors of a jaw to differ by has the height over the shield in it."""
     known = {one.name: one.sigma for one in sensors_of(grasper.response).unknowns}
     rest = grasper.estimates.coils[0].states["rest"]

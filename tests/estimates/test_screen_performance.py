@@ -22,7 +22,7 @@ TEMPLATES = Path(__file__).parents[2] / "templates"
 
 @pytest.mark.parametrize("name", ["bench_7mm", pytest.param("grasper_4layer", marks=pytest.mark.slow),
                                   pytest.param("three_axis_triangle", marks=pytest.mark.slow)])
-def test_screen_resolution_is_within_its_error_of_the_response(name):
+def test_screen_resolution_agrees_with_response_within_error(name):
     design = Design(sitscad.load(TEMPLATES / f"{name}.yaml"))
     screened = Design(design.spec, design.layout, estimated(design.layout, tolerance=SCREENING))
     for point, other in zip(screened.sensing.analysis.points, design.sensing.analysis.points, strict=True):
@@ -48,7 +48,7 @@ FIGURES = {
 
 
 @pytest.mark.slow
-def test_rules_and_data_sheet_have_the_same_figures():
+def test_rules_and_data_sheet_have_equal_values():
     spec = sitscad.load(TEMPLATES / "bench_7mm.yaml")
     asked = replace(spec.requirements, normal_resolution=1.0, tilt=0.02, tilt_error=100.0)
     design = Design(replace(spec, requirements=asked))
@@ -59,7 +59,7 @@ def test_rules_and_data_sheet_have_the_same_figures():
         assert one.measured == approx(of(point, one.axis), rel=1e-12, abs=0.0), requirement
 
 
-def test_a_target_too_large_to_solve_is_not_judged_by_shares(monkeypatch):
+def test_unsolvable_large_target_leaves_resolution_not_checked(monkeypatch):
     from sitscad.estimates.states import solved_target
 
     monkeypatch.setattr(solved_target, "MOST", 1.0)
@@ -72,12 +72,12 @@ def test_a_target_too_large_to_solve_is_not_judged_by_shares(monkeypatch):
     assert not any(one.rule == "SIT401" for one in result.findings)
 
 
-def test_without_target_there_is_nothing_to_feel():
+def test_spec_without_target_has_no_sensing_analysis():
     design = Design(sitscad.load(TEMPLATES / "single_coil.yaml"))
     assert design.sensing.analysis is None and design.performance == ()
 
 
-def test_performance_has_the_tanks_of_the_states():
+def test_performance_has_rest_frequencies_of_states():
     design = Design(sitscad.load(TEMPLATES / "bench_7mm.yaml"))
     rest = [coil.states["rest"].frequency for coil in design.estimates.coils]
     assert np.abs(design.sensing.analysis.bench.rest / rest - 1.0).max() < 1e-5

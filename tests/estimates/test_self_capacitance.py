@@ -19,7 +19,7 @@ BENCH = "{shape: circle, outer_diameter: 7, turns: 12, layers: 2, trace_width: 1
 
 
 @pytest.mark.parametrize("shape", ["square", "hexagon", "octagon"])
-def test_polygons_hold_about_as_much_as_their_area_says(shape):
+def test_polygon_self_capacitance_scales_with_area(shape):
     own, _, _ = of(BENCH.replace("circle", shape), "flex-2l-35um")
     round_one, _, _ = of(BENCH, "flex-2l-35um")
     area = {"square": 4.0 / math.pi, "hexagon": 6 * math.tan(math.pi / 6) / math.pi,
@@ -27,7 +27,7 @@ def test_polygons_hold_about_as_much_as_their_area_says(shape):
     assert own == approx(round_one * area, rel=0.05)
 
 
-def test_turn_lengths_add_up_to_the_track():
+def test_turn_lengths_add_up_to_track_length():
     layout = lay_out(load_text(f"sitscad: 1\nname: c\ncoil: {BENCH}\n", "c.yaml"))
     turns = layout.spec.coil.turns
     lengths = turn_lengths(layout.coils[0], layout.spec.coil, turns * (np.arange(12) + 0.5) / 12)
@@ -35,7 +35,7 @@ def test_turn_lengths_add_up_to_the_track():
     assert lengths[0] == approx(2 * math.pi * (3.45e-3 - 0.1e-3), rel=1e-3)
 
 
-def test_more_layers_of_one_build_hold_less_than_two():
+def test_four_layers_have_less_self_capacitance_than_two():
     # each gap sees half of the voltage at most, and gaps work in series
     two, _, _ = of("{shape: circle, outer_diameter: 4, turns: 7.75, layers: [1, 2], trace_width: 80 um, "
                    "trace_spacing: 80 um}", "flex-4l")
@@ -45,7 +45,7 @@ def test_more_layers_of_one_build_hold_less_than_two():
 
 
 @pytest.mark.parametrize(("stackup", "width"), [("flex-2l-35um", 200), ("flex-2l-35um", 100), ("flex-4l", 80)])
-def test_the_tail_pair_s_formula_against_the_whole_stackup(stackup, width, monkeypatch):
+def test_stacked_strip_capacitance_agrees_with_layered_sum(stackup, width, monkeypatch):
     """Thick copper under coverlay and air, by the layered sum with pairs far apart, against thin strips all in one."""
     monkeypatch.setattr(capacitance, "OFFSETS", ((0.0, 1.0),))
     monkeypatch.setattr(capacitance, "CELLS", 6)
@@ -61,7 +61,7 @@ def test_the_tail_pair_s_formula_against_the_whole_stackup(stackup, width, monke
     ("one", "other"),
     [("7.75", "7.750001"), ("8", "8.000001"), ("19", "19.00001"), ("[9.5, 9.5]", "[9.5, 9.50001]")],
 )
-def test_a_millionth_more_of_the_turns_changes_nothing(one, other):
+def test_tiny_change_of_turns_hardly_changes_self_capacitance(one, other):
     """From eight turns on every further turn began with one place more along the layer: 2e-3 at once."""
     coil = "{shape: circle, outer_diameter: 11, turns: 7.75, layers: 2, trace_width: 100 um, trace_spacing: 100 um}"
     found = []

@@ -20,7 +20,7 @@ FIGURES = ("inductance", "resistance", "frequency", "parallel_resistance")
 @pytest.mark.few(4)
 @pytest.mark.parametrize("name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow)
                                   for name in TEMPLATES if name != "single_coil"])
-def test_states_of_templates_equal_the_response_at_their_poses(name):
+def test_states_of_templates_equal_response_at_their_poses(name):
     """Beside poses that another solution of the target answers. A cell's response leaves the idle coils of other cells
     out.
     """

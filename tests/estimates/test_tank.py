@@ -25,7 +25,7 @@ LDC1614 = presets.converter("ldc1614")
 ROOT = Path(__file__).parents[2]
 
 
-def test_the_curve_is_the_function_that_it_stands_for():
+def test_interpolated_curve_reproduces_inductance_and_resistance():
     """Inductance and resistance of a winding before a metal wall, as smooth as they come, to 5e-4 of their values."""
     layers = [SpiralLayer(1.96e-3, 0.16e-3, 7.75, 0.0, 1, True, -49e-6 * k, 80e-6, 18e-6) for k in range(2)]
     loss = winding_loss(layers, 58e6, 1)
@@ -42,7 +42,7 @@ def test_the_curve_is_the_function_that_it_stands_for():
 
 
 @pytest.mark.parametrize("capacitance", ["47 pF", "3300 pF"])
-def test_slow_and_fast_tanks_meet_their_own_frequency(capacitance):
+def test_slow_and_fast_tanks_use_values_at_their_frequency(capacitance):
     """Far below and above 1 to 11 MHz too, inductance and resistance are those at the frequency that is stated."""
     for outer, turns in ((4, 2), (14, 30)):
         found = estimate(lay_out(load_text(
@@ -59,7 +59,7 @@ def test_slow_and_fast_tanks_meet_their_own_frequency(capacitance):
         assert 0.7 * plain < free.frequency < plain
 
 
-def test_a_chosen_capacitor_says_what_its_tolerance_does():
+def test_chosen_capacitor_reason_states_effect_of_tolerance():
     text = "sitscad: 1\nname: t\ncoil: {shape: circle, outer_diameter: 7, turns: 12, layers: 2, trace_width: 100 um, "
     readout = estimate(lay_out(load_text(text + "trace_spacing: 100 um}\n", "t.yaml"))).readout
     assert any(readout.capacitance == approx(value, rel=1e-6) for value in preferred_values(LDC1614))
@@ -68,7 +68,7 @@ def test_a_chosen_capacitor_says_what_its_tolerance_does():
 
 
 @pytest.mark.parametrize(("clock", "divider"), [("30 MHz", 2), ("40 MHz", 1)])
-def test_the_input_divider_suits_fast_specimens_too(clock, divider):
+def test_input_divider_leaves_two_sigma_frequency_margin(clock, divider):
     """7.44 MHz of 7.5 MHz that a 30 MHz clock allows undivided: two sigma of manufacture are 0.2 MHz."""
     text = (ROOT / "templates/grasper_4layer.yaml").read_text(encoding="utf-8")
     found = estimate(lay_out(load_text(text.replace("clock: 40 MHz", f"clock: {clock}"), "t.yaml")))
@@ -80,7 +80,7 @@ def test_the_input_divider_suits_fast_specimens_too(clock, divider):
 
 
 @pytest.mark.parametrize(("diameter", "turns", "strong"), [(4.5, 4, False), (5, 4, True), (6, 5, True), (7, 8, False)])
-def test_the_high_current_drive_is_for_coils_that_it_does_not_overdrive(diameter, turns, strong):
+def test_high_current_drive_is_used_only_without_overdrive(diameter, turns, strong):
     """R_P of 239, 281, 385 and 518 ohm: below 250 TI allows none, above 404 even 3.5 mA pass 1.8 V."""
     size = f"outer_diameter: {diameter}, turns: {turns}, trace_width: 0.16, trace_spacing: 0.16"
     coil = f"{{shape: circle, layers: 2, {size}}}"
@@ -92,7 +92,7 @@ def test_the_high_current_drive_is_for_coils_that_it_does_not_overdrive(diameter
     assert swing < 1.8 or not strong
 
 
-def test_the_screen_interpolates_what_metal_changes_of_crowding():
+def test_screen_crowding_near_metal_agrees_with_exact_value():
     tuned = with_target(solve_windings(sketch(load(ROOT / "templates" / "grasper_4layer.yaml")), tolerance=SCREENING))
     for circuit in tuned.circuits:
         for state in circuit.reflections:
@@ -103,7 +103,7 @@ def test_the_screen_interpolates_what_metal_changes_of_crowding():
             assert found[1][2] - found[1][0] == approx((own + exact[1])[2] - (own + exact[1])[0], rel=0.03)
 
 
-def test_no_capacitor_beyond_the_converters_band_is_worth_a_curve():
+def test_no_curve_is_computed_beyond_converter_band():
     tuned = with_target(solve_windings(sketch(load(ROOT / "templates" / "three_axis_triangle.yaml")),
                                        tolerance=SCREENING))
     assert {band for circuit in tuned.circuits for _, _, band in circuit.curves} == {0}

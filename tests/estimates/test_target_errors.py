@@ -54,7 +54,7 @@ def targets(metal, shape, quantity):
 @pytest.mark.parametrize("quantity", ["size", "thickness", "gap", "conductivity"])
 @pytest.mark.parametrize("shape", ["circle", "rectangle"])
 @pytest.mark.parametrize("metal", METALS)
-def test_errors_go_on_without_a_jump(metal, shape, quantity, monkeypatch):
+def test_target_ratio_errors_change_continuously(metal, shape, quantity, monkeypatch):
     """The shares' own values, which are smooth, are held here: the errors alone are looked at."""
     monkeypatch.setattr(finite_target, "plate_ratio", lambda *_: np.array([0.8]))
     monkeypatch.setattr(finite_target, "plate_loss_ratio", lambda *_: np.array([0.7]))
@@ -84,7 +84,7 @@ def stepped_loss_error(thick, wide):
     return 0.15 if thick <= 0.03 else 0.2
 
 
-def test_nowhere_is_less_stated_than_was_seen_and_away_from_the_limits_no_more():
+def test_smooth_errors_are_never_below_stepped_errors():
     diameter = 2.0 * float(RINGS.radii.max())
     for wide in np.geomspace(0.1, 3.0, 60):
         for thick in np.geomspace(2e-3, 0.3, 40):
@@ -101,7 +101,7 @@ def test_nowhere_is_less_stated_than_was_seen_and_away_from_the_limits_no_more()
             assert magnetic_ratio_error(plate, RINGS) >= ratio - 1e-12
 
 
-def test_easing_ends_where_it_says():
+def test_eased_error_reaches_its_end_values():
     assert eased_error(0.6, 0.6, 0.12, 0.03) == 0.12
     assert eased_error(0.6 * EASED, 0.6, 0.12, 0.03) == approx(0.03, rel=1e-6)
     assert 0.03 < eased_error(0.7, 0.6, 0.12, 0.03) < 0.12

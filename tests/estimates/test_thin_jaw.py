@@ -53,7 +53,7 @@ def by_dodd_and_deeds(radii, height, thickness, conductivity, permeability):
 
 @pytest.mark.parametrize("depths", [0.1, 0.3, 1.0, 2.0, 3.0, 5.0, 20.0])
 @pytest.mark.parametrize("permeability", [1.0, 50.0])
-def test_change_by_a_jaw_of_any_thickness_is_that_of_dodd_and_deeds(depths, permeability):
+def test_change_by_jaw_of_any_thickness_equals_dodd_deeds_integral(depths, permeability):
     thickness = depths * skin_depth(FREQUENCY, STEEL, permeability)
     spec = jaw(thickness, permeability=permeability)
     coil, (_, around) = lay_out(spec).coils[0], assemble(spec).states
@@ -67,20 +67,20 @@ def test_change_by_a_jaw_of_any_thickness_is_that_of_dodd_and_deeds(depths, perm
     assert found[1] == approx(true[1], rel=5e-4)
 
 
-def test_thick_jaw_is_a_half_space():
+def test_thick_jaw_equals_half_space():
     """Twenty skin depths and more: no figure may move."""
     plain = estimate(lay_out(jaw(0.02))).coils[0].states["rest"]
     thick = estimate(lay_out(jaw(0.01))).coils[0].states["rest"]
     assert (thick.inductance, thick.resistance) == (plain.inductance, plain.resistance)
 
 
-def test_thin_poor_jaw_does_not_lose_what_a_deep_one_does():
+def test_thin_poor_conductor_differs_from_deep_one():
     """0.3 mm of 0.1 MS/m are half a skin depth there, and were taken as endlessly deep."""
     thin, deep = (estimate(lay_out(jaw(height, 0.1e6))).coils[0].states["rest"] for height in (0.3e-3, 20e-3))
     assert abs(thin.resistance / deep.resistance - 1.0) > 0.1
 
 
-def test_finger_of_metal_is_as_thick_as_it_is_high():
+def test_metal_finger_thickness_equals_its_height():
     finger = "{kind: fingertip, standoff: 0.5, finger: {size: [16, 10], material: brass}}"
     (plate,) = metal_behind(load_text(TEXT.replace("{standoff: 0.5}", finger), "finger.yaml")).plates
     assert plate.thickness == approx(10e-3, rel=1e-9)

@@ -79,7 +79,7 @@ def winding_inductance(spec):
 @pytest.mark.slow
 @pytest.mark.parametrize("layers", [2, 4])
 @pytest.mark.parametrize("shape", ["circle", "square"])
-def test_slopes_of_the_inductance_are_its_differences(shape, layers):
+def test_inductance_slopes_equal_finite_differences(shape, layers):
     """Wider tracks in layers face to face count: the slope with the width was a third too small of polygons."""
     spec = design(shape, layers)
     coil = lay_out(spec).coils[0]
@@ -96,7 +96,7 @@ def test_slopes_of_the_inductance_are_its_differences(shape, layers):
 
 
 @pytest.mark.parametrize("turns", [2, 12, 60])
-def test_short_waves_hardly_count_for_the_slope_with_the_layers_distance(monkeypatch, turns):
+def test_short_waves_contribute_little_to_layer_distance_slope(monkeypatch, turns):
     """They took four of ten seconds of a coil of two hundred turns."""
     one = SpiralLayer((1.0 + 0.22 * turns) * 1e-3, 2e-4, turns, 0.0, 1, True, 0.0, 1e-4, 18e-6)
     layers = [one, replace(one, z=-6e-5, sense=-1, inward=False)]
@@ -106,7 +106,7 @@ def test_short_waves_hardly_count_for_the_slope_with_the_layers_distance(monkeyp
 
 
 @pytest.mark.parametrize("frequency", [1e6, 5e6, 10e6])
-def test_slopes_of_the_resistance_are_its_differences(frequency):
+def test_resistance_slopes_equal_finite_differences(frequency):
     spec = design()
     circuit_slopes = _circuit_slopes(spec, frequency)
     for name, key in ((WIDTH, "width"), (THICKNESS, "copper")):
@@ -117,7 +117,7 @@ def test_slopes_of_the_resistance_are_its_differences(frequency):
 
 
 @pytest.mark.parametrize(("width", "frequency"), [(60e-6, 2e6), (150e-6, 1e6), (150e-6, 5e6), (300e-6, 6e6)])
-def test_width_slope_of_the_resistance_is_the_difference_of_fine_solutions(width, frequency):
+def test_resistance_width_slope_equals_difference_of_fine_solutions(width, frequency):
     """Skin depths: narrow tracks by rough solutions, wide tracks by usual ones, and a mean of both in between."""
     first = SpiralLayer(4e-3, 2.0 * width, 6, 0.0, 1, True, 0.0, width, 35e-6)
     layers = first, replace(first, z=-75e-6, sense=-1, inward=False)
@@ -177,7 +177,7 @@ def _circuit_slopes(spec, frequency):
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_the_spread_is_that_of_a_sample():
+def test_stated_sigma_agrees_with_sampled_designs():
     """Designs drawn from the tolerances, each estimated whole, scatter as the derivatives say."""
     spec = design()
     sigma = tolerance_sigmas(spec)
@@ -217,7 +217,7 @@ readout: {device: ldc1614, capacitance: 220 pF, drive_code: 20}
 
 @pytest.mark.slow
 @pytest.mark.parametrize("shape", ["circle", "square"])
-def test_slopes_near_metal_are_those_of_the_design_solved_again(shape, monkeypatch):
+def test_slopes_near_metal_equal_recomputed_designs(shape, monkeypatch):
     """Images hold the crowding down that grows with the width: slopes of the coil alone were twice as steep."""
     spec = load_text(BETWEEN_METAL.replace("SHAPE", shape), "between.yaml")
     sigma, found = tolerance_sigmas(spec), moves(monkeypatch, spec)["rest"]
@@ -230,7 +230,7 @@ def test_slopes_near_metal_are_those_of_the_design_solved_again(shape, monkeypat
         assert found[name][0] == approx(0.5 * (more.inductance - less.inductance), abs=3e-3 * state.inductance)
 
 
-def test_the_recommended_design_is_driven_as_it_scatters_in_the_jaw():
+def test_recommended_design_has_expected_scatter_and_drive_code():
     """Units solved as whole designs scatter R at rest by 2.8 % and R_P by 4.1 % (tests/validation/scatter_of_units.py):
     a third of that of R_P is the height of the board over the shield.
     """
@@ -243,7 +243,7 @@ def test_the_recommended_design_is_driven_as_it_scatters_in_the_jaw():
     assert rest.amplitude == approx(1.47, abs=0.01)
 
 
-def test_a_soft_pad_scatters_the_pressed_state_alone():
+def test_soft_pad_modulus_scatters_only_pressed_state():
     text = (
         TEXT.replace("SHAPE", "circle")
         + """
@@ -286,7 +286,7 @@ def moves(monkeypatch, spec):
     return found
 
 
-def test_the_pad_s_thickness_scatters_rest_and_pressed(monkeypatch):
+def test_pad_thickness_scatters_rest_and_pressed_states(monkeypatch):
     found = moves(monkeypatch, padded())
     sigma = usual_tolerances()[PAD].sigma
     low, high = (estimate(lay_out(padded(elastomer={"thickness": 1e-3 + s * sigma}))).coils[0] for s in (-1.0, 1.0))
@@ -300,7 +300,7 @@ def test_the_pad_s_thickness_scatters_rest_and_pressed(monkeypatch):
     assert found["pressed"]["elastomer modulus"][0] < 0.0
 
 
-def test_a_finite_target_s_share_scatters_by_its_stated_error(monkeypatch):
+def test_target_ratio_error_scatters_rest_and_pressed_states(monkeypatch):
     found = moves(monkeypatch, padded())
     states = estimate(lay_out(padded())).coils[0].states
     for state in ("rest", "pressed"):
@@ -311,7 +311,7 @@ def test_a_finite_target_s_share_scatters_by_its_stated_error(monkeypatch):
     assert SHARE not in found["free"]
 
 
-def test_permittivity_scatters_what_the_board_has_of_the_capacitance(monkeypatch):
+def test_permittivity_scatters_self_capacitance_of_board(monkeypatch):
     found = moves(monkeypatch, padded())
     own = estimate(lay_out(padded())).coils[0].self_capacitance
     assert found["free"][PERMITTIVITY] == approx((0.0, 0.0, own * 0.06 / math.sqrt(3.0)), rel=1e-6, abs=1e-12)
@@ -323,7 +323,7 @@ def test_permittivity_scatters_what_the_board_has_of_the_capacitance(monkeypatch
     assert estimate(lay_out(more)).coils[0].self_capacitance / own == approx(1.1, abs=0.02)
 
 
-def test_every_tolerance_has_a_source_and_says_whether_it_was_seen():
+def test_every_usual_tolerance_has_source_and_sigma():
     for name, row in usual_tolerances().items():
         assert row.source, name
         assert 0.0 < row.sigma < row.band < 0.5, name
@@ -334,13 +334,13 @@ def _thickest(spec):
     return thickest_copper(spec.coil_copper, spec.fpc.stackup)
 
 
-def test_the_estimate_says_which_tolerances_nobody_has_seen():
+def test_estimate_notes_list_unverified_tolerances():
     spec = design()
     note = next(note for note in estimate(lay_out(spec)).notes if note.startswith("scatter"))
     assert "unverified: layer distance, diameter, permittivity, capacitor" in note
 
 
-def test_copper_scatters_by_its_foil_and_by_its_plating():
+def test_copper_sigma_combines_foil_and_plating():
     """Foil within 10 %, plating within 3.5 um of what is ordered; what is not plated has the foil's scatter alone."""
     panel = TEXT.replace("SHAPE", "circle").replace("flex-2l-35um", "flex-2l-30um, plating: 17 um")
     spec = load_text(panel, "panel.yaml")
@@ -352,7 +352,7 @@ def test_copper_scatters_by_its_foil_and_by_its_plating():
     assert _thickest(buttons) == approx(0.1, rel=1e-9)
 
 
-def test_what_a_fabricator_does_not_say_of_his_copper_is_in_doubt():
+def test_unstated_plating_increases_thickest_copper():
     """Whether OSH Park's 35 um contain the plating stands nowhere: they may come as 47 um and more."""
     text = TEXT.replace("SHAPE", "circle").replace("flex-2l-35um", "flex-2l-osh-park")
     assert _thickest(load_text(text, "osh.yaml")) > 12.0 / 35.0
@@ -364,7 +364,7 @@ def changed_pad(spec, factor):
     return replace(spec, elastomer=replace(spec.elastomer, material=material))
 
 
-def test_strain_gap_and_change_per_newton_carry_the_modulus_s_scatter():
+def test_strain_gap_and_sensitivity_include_modulus_scatter():
     """A modulus known to a factor of two made strain, gap and henries per newton with no +- at all."""
     spec = padded(elastomer={"thickness": 2e-3})
     found = estimate(lay_out(spec))
@@ -393,7 +393,7 @@ def test_strain_gap_and_change_per_newton_carry_the_modulus_s_scatter():
     assert document["gaps_sigma_m"]["pressed"] == approx(math.hypot(scatter.gap, glue), rel=1e-6)
 
 
-def test_a_target_on_part_of_its_pad_makes_the_pressed_state_less_sure():
+def test_partly_loaded_pad_increases_pressed_state_sigma():
     aside = {"size": (14e-3, 14e-3), "thickness": 2e-3, "offset": (2e-3, 0.0)}
     whole, part = (
         estimate(lay_out(padded(elastomer=pad))) for pad in ({"size": (8e-3, 8e-3), "thickness": 2e-3}, aside)
@@ -407,7 +407,7 @@ def test_a_target_on_part_of_its_pad_makes_the_pressed_state_less_sure():
     assert any(note.startswith("pressed gap: the target loads 33 %") for note in part.notes)
 
 
-def test_what_depends_on_the_modulus_is_printed_with_its_scatter():
+def test_modulus_dependent_values_are_printed_with_sigma():
     found = estimate(lay_out(padded(elastomer={"thickness": 2e-3})))
     rows = {row[0]: row[1] for row in [row for each in numbers.stack_tables(found) for row in each.rows]}
     for name in ("strain", "thickness left", "apparent modulus", "at rest (assembled)", "pressed (required force)"):
@@ -430,7 +430,7 @@ requirements: {normal_force: 2.5 N}
 
 
 @pytest.mark.parametrize(("metal", "is_by_loss"), [("stainless-17-4ph", True), ("copper", False)])
-def test_a_reading_that_losses_turn_says_what_inductance_alone_would_make(metal, is_by_loss):
+def test_loss_dominated_signal_states_inductance_part(metal, is_by_loss):
     """-725 pH/N stood beside +0.016 % of the reading, and nothing said why."""
     found = estimate(lay_out(load_text(STEEL.replace("METAL", metal), "steel.yaml")))
     (signal,) = signals(found)
@@ -458,11 +458,11 @@ def test_a_reading_that_losses_turn_says_what_inductance_alone_would_make(metal,
     [(-6.49e-9, 2.4e-9, "-6.49 +- 2.4 nH/N"), (1e-9, 0.2e-12, "1 nH/N +- 0.2 pH/N"), (5e-9, None, "5 nH/N"),
      (math.nan, 1.0, "-"), (1.15e-6, 87e-9, "1.15 +- 0.087 uH/N"), (-0.95e-9, 1.2e-9, "-950 +- 1200 pH/N")],
 )
-def test_a_number_and_its_sigma_share_a_unit_where_they_can(value, sigma, shown):
+def test_value_and_sigma_share_unit_if_possible(value, sigma, shown):
     assert plus_minus(value, sigma, "H", "/N") == shown
 
 
-def test_a_pad_s_scatter_has_its_law_s_error_in_it():
+def test_pad_scatter_includes_error_of_block_law():
     """Finite elements are met within 2.5 %, one sigma, and twice that where the law was not held against them."""
     near = padded(elastomer={"thickness": 2e-3})
     flat = padded(elastomer={"thickness": 0.2e-3})

@@ -31,7 +31,7 @@ POOR = BARE.replace(JAW, "jaw: {based_on: generic-5mm, material: {name: poor, co
 
 
 @pytest.mark.slow
-def test_numbers_lie_between_the_whole_face_and_none_and_say_how_far():
+def test_jaw_window_values_lie_between_whole_face_and_none():
     """A window of 19.5 x 4.3 mm in a face of 20 x 4.386 mm left L and Rp as they were; then it took half, give or take
     half. Surface currents leave of 480 nH 9 % for 3 x 1 mm and 55 % for 10 x 2 mm (tests/validation).
     """
@@ -50,7 +50,7 @@ def test_numbers_lie_between_the_whole_face_and_none_and_say_how_far():
 
 
 @pytest.mark.slow
-def test_signal_response_and_states_say_one_thing():
+def test_signal_response_and_states_agree_for_jaw_window():
     """Signals counted the jaw's metal as whole: -4.41 nH/N with and without a window of 10 x 2 mm."""
     specs = [sitscad.load_text(text, "t.yaml") for text in (BARE, windowed("[10, 2]"), POOR)]
     found = [sitscad.estimate(sitscad.lay_out(spec)) for spec in specs]
@@ -67,7 +67,7 @@ def test_signal_response_and_states_say_one_thing():
 
 
 @pytest.mark.slow
-def test_signals_before_a_jaw_that_is_nearly_all_window_are_off_by_less_than_they_state():
+def test_signal_error_at_large_jaw_window_is_within_stated_sigma():
     """14 % too large beside a jaw that does not conduct: what a window may be off is in the errors stated."""
     specs = [sitscad.load_text(text, "t.yaml") for text in (windowed("[19.5, 4.3]"), POOR)]
     window, none = (sitscad.estimate(sitscad.lay_out(spec)) for spec in specs)
@@ -83,13 +83,13 @@ def test_signals_before_a_jaw_that_is_nearly_all_window_are_off_by_less_than_the
 
 
 @pytest.mark.slow
-def test_a_sheet_of_copper_before_the_window_hides_it():
+def test_copper_shield_hides_jaw_window():
     (plain, _), (found, estimates) = (at_rest(text) for text in (BARE + SHIELD, windowed("[10, 2]", BARE + SHIELD)))
     assert found.inductance == approx(plain.inductance, rel=1e-4)
     assert any("window" in note for note in estimates.notes)
 
 
-def test_a_rim_of_a_few_hundredths_beside_a_window_is_refused():
+def test_too_thin_rim_beside_jaw_window_gives_finding():
     def said(size):
         spec = sitscad.load_text(windowed(size), "t.yaml")
         return apply_rule(RULES[0], Design(spec))[0]
