@@ -84,7 +84,7 @@ def test_unknown_column_is_refused(tmp_path, head):
         ({"scans": [""]}, "scans nothing"),
     ],
 )
-def test_unreadable_motion_states_allowed_forms(asked, said):
+def test_unreadable_motion_error_states_allowed_form(asked, said):
     with pytest.raises(MotionError, match=said):
         read_motions(**asked)
 
@@ -94,7 +94,7 @@ def test_unreadable_motion_states_allowed_forms(asked, said):
     [("", "first line"), ("x,q\n1,2\n", "column 'q'"), ("x,x_m\n1,2\n", "each once"), ("x,y\n1\n", "row 2"),
      ("x_N\n1\n", "column 'x_N'"), ("x\nabc\n", "abc"), ("x_m\nnan\n", "finite")],
 )
-def test_unreadable_file_states_row(tmp_path, text, said):
+def test_unreadable_motion_file_error_states_row(tmp_path, text, said):
     path = tmp_path / "poses.csv"
     path.write_text(text)
     with pytest.raises(MotionError, match=said):
@@ -128,7 +128,7 @@ def test_negative_force_and_endless_file_are_refused(tmp_path):
         read_motions(load_files=["/dev/zero"])
 
 
-def test_old_line_ends_are_read_and_huge_cells_refused(tmp_path):
+def test_carriage_return_lines_are_read_and_huge_cells_refused(tmp_path):
     """Both ended in a traceback of the csv module."""
     path = tmp_path / "loads.csv"
     path.write_bytes(b"normal_N,shear_x_N\r1,0.5\r2,0\r")

@@ -44,7 +44,7 @@ def test_long_taper_has_no_cheeks():
     assert found.along == approx((layout.body[2], layout.spec.jaw.length / 2 - 0.2e-3), rel=1e-6)
 
 
-def test_templates_include_tongues_with_cheeks():
+def test_short_taper_leaves_room_for_cheeks():
     text = JAW.format(diameter=5, pitch=6, margin=0, connector="zif-0.5mm")
     found = relief(sitscad.lay_out(sitscad.load_text(text, "jaw.yaml")))
     assert found is not None and found.cheeks is not None

@@ -64,7 +64,7 @@ def test_states_have_target_pose():
     assert found[PRESSED].force == layout_of("bench_7mm").spec.requirements.normal_force
 
 
-def test_states_have_texts():
+def test_state_names_have_texts():
     assert {state_text(kind.name) for kind in STATES}.isdisjoint((FREE, REST))
     assert state_title("behind_the_board") == "behind the board"
     assert state_text("scissor") == "scissor"

@@ -77,7 +77,7 @@ def test_plate_and_cap_support_board_and_finger_supports_flat_part():
     assert 0.0 < on(handmade.Mount("fingertip", None, 0.0, finger=flat))[1] < 1.0
 
 
-def test_mount_cut_to_lens_is_error_with_both_areas():
+def test_seat_cut_to_lens_gives_error_with_both_areas():
     """Such a mount was called held, and built with --force."""
     result = check(load(LENS), hints="none")
     (lens,) = [finding for finding in result.findings if finding.rule == "SIT319"]
@@ -97,7 +97,7 @@ def test_template_boards_are_supported(template):
 
 
 @pytest.mark.slow
-def test_missing_tenth_of_support_is_warning():
+def test_support_below_nine_tenths_gives_warning():
     ((finding,), _) = said("{jaw: {based_on: generic-10mm, fenestration: [4, 2]}, standoff: 0}")
     assert finding.severity is Severity.WARNING and "carried-window" in finding.cases
     assert (finding.measured, finding.limit) == (approx(24e-6, rel=1e-6), approx(0.9 * 32e-6, rel=1e-6))

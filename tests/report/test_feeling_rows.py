@@ -11,7 +11,7 @@ from sitscad.estimates.performance_values import full_scale_text, largest_lastin
 from sitscad.files.report.page import _performance_section
 
 
-def test_an_axis_that_no_reading_tells_has_no_figures():
+def test_unmeasurable_axis_has_no_values():
     """Its document has none (None): the page ended in a TypeError, and its largest error was nothing."""
     assert load_text(math.inf, "normal") == "no reading tells it" and load_text(3e-3, "normal") == "3 mN"
     untold = dict.fromkeys(("noise", "creep", "capacitors, without a tare"))
@@ -24,12 +24,12 @@ def test_an_axis_that_no_reading_tells_has_no_figures():
     [(0.01, "0.01 N (0.5 %)"), (0.5, "0.5 N (25 %)"), (20.1, "more than 10 times full scale"),
      (math.inf, "more than 10 times full scale")],
 )
-def test_errors_are_reported_beside_full_scale(error, words):
+def test_error_text_gives_percent_of_full_scale(error, words):
     """A unit without a tare read 2.5e+07 N off, to ten digits of a per cent."""
     assert full_scale_text(error, 2.0) == words
 
 
-def test_the_page_has_the_words_of_the_data_sheet():
+def test_performance_section_contains_unit_to_unit_table():
     """Shares were of another full scale than the map's, and rounded again: 76 % beside the data sheet's 75 %."""
     said = [["error over all loads, of", "normal, of 2 N"], ["any unit, read without a tare", "1.5 N (75 %)"]]
     page = _performance_section({"unit_to_unit": {"errors_are": "One sigma.", "in_words": said}})
@@ -38,7 +38,7 @@ def test_the_page_has_the_words_of_the_data_sheet():
 
 
 @pytest.mark.parametrize("free", [None, 88.5])
-def test_the_overload_of_a_free_target_stands_beside_that_of_a_level_one(free):
+def test_overload_of_free_target_is_listed_beside_level_target(free):
     """155 N stood alone where a target that is free to tilt is lost at 88."""
     full = {
         "at": "full", "axes": {"normal": {"limited_by": "strain"}}, "condition_number": 2.0,

@@ -52,16 +52,16 @@ not ok: 1 error, 1 warning, 1 note; 2 rules not checked
 """
 
 
-def test_short_text_has_errors_in_full_warnings_in_a_line_and_counts_the_rest():
+def test_brief_text_shows_full_errors_and_short_warnings():
     assert as_text([replace(CHECKED, findings=(ERROR, NOTE, WEAK))]) == BRIEF
 
 
-def test_whole_text_is_one_line_a_finding_with_its_source_detail_and_hint():
+def test_verbose_text_shows_detail_and_hint_of_every_finding():
     assert as_text([replace(CHECKED, findings=(ERROR, NOTE, WEAK))], WHOLE) == EXPECTED
 
 
 @pytest.mark.parametrize(("fail_on", "told"), [("error", 0), ("warning", 1), ("note", 2)])
-def test_what_fails_the_command_is_reported_in_full(fail_on, told):
+def test_findings_at_fail_level_are_shown_with_hints(fail_on, told):
     milder = CheckedSpec("a.yaml", TEXT, (replace(NOTE, hint="so"), WEAK))
     text = as_text([milder], OutputOptions(fail_on=Severity(fail_on)))
     assert text.count("hint: ") == told
@@ -72,7 +72,7 @@ NARROW = OutputOptions(width=40)
 
 
 @pytest.mark.parametrize("output", [NARROW, replace(NARROW, verbose=True)], ids=["brief", "whole"])
-def test_lines_are_folded_at_the_width_and_say_all_the_same(output):
+def test_folded_lines_fit_width_and_preserve_words(output):
     long = replace(WEAK, message="the reading of 12 mm changes by 3 %, " * 5 + "C1", hint="a thinner pad " * 9)
     checked = CheckedSpec("a.yaml", "coil: {" + "turns: 6, " * 90 + "}", (replace(long, line=1),), SKIPPED, signals=(
         Signal("C1", 1.0, 1e-6, -1e-9, 1e-10, 10.0, 1.0, -0.01, 0.005, 90.0),))
@@ -84,14 +84,14 @@ def test_lines_are_folded_at_the_width_and_say_all_the_same(output):
 
 
 @pytest.mark.parametrize("column", [1, 2, 70, 150, 400, 499, 500])
-def test_an_excerpt_is_as_long_as_there_is_room_and_points_at_the_column(column):
+def test_excerpt_fits_width_and_caret_marks_column(column):
     line = "".join(chr(ord("a") + k % 26) for k in range(500))
     text, caret = excerpt(line, column, 60)
     assert len(text) == 60 and text[caret] == line[column - 1]
     assert excerpt("short", 3, 60) == ("short", 2)
 
 
-def test_colours_are_added_around_the_same_text():
+def test_colours_do_not_change_text():
     import re
 
     for output in (WHOLE, OutputOptions(), OutputOptions(width=30)):
@@ -100,7 +100,7 @@ def test_colours_are_added_around_the_same_text():
         assert re.sub(r"\x1b\[[\d;]*m", "", coloured) == plain
 
 
-def test_several_specs_are_distinguished():
+def test_findings_of_several_specs_name_their_file():
     text = as_text([CHECKED, CheckedSpec("b.yaml", "", ())], WHOLE)
     assert "a b.yaml: not checked: SIT301" in text
     assert text.endswith("not ok: 1 error, 1 note in 2 specs; 2 rules not checked\n")
@@ -109,19 +109,19 @@ def test_several_specs_are_distinguished():
     assert text.endswith("not ok: 1 error, 1 note in 2 specs (check -v shows notes)\n")
 
 
-def test_what_is_ignored_stands_in_both_forms_with_its_reason():
+def test_ignored_findings_are_listed_with_reason():
     ignored = CheckedSpec("a.yaml", "", (), ignored=(Ignored(WEAK, "their quotation", "comment"),) * 2)
     assert "ignored: SIT217 2 times (comment: their quotation)\n" in as_text([ignored])
     assert as_text([ignored], WHOLE).count("ignored: SIT217 hardly felt (comment: their quotation)\n") == 2
 
 
-def test_runs_of_rules_are_drawn_together():
+def test_consecutive_rules_are_shortened_to_ranges():
     rules = ("SIT101", "SIT102", "SIT103", "SIT105", "SIT107", "SIT108", "SIT099", "SIT100")
     checked = CheckedSpec("x", "", (), tuple(NotChecked(rule, "why") for rule in rules))
     assert as_text([checked], WHOLE).startswith("not checked: SIT099-SIT103, SIT105, SIT107, SIT108 (why)\n")
 
 
-def test_requirements_that_are_not_stated_make_one_line():
+def test_missing_requirements_are_merged_in_one_line():
     reasons = ("no requirements.bandwidth in the spec", "no shield in the spec",
                "no requirements.tilt and requirements.tilt_error in the spec")
     checked = CheckedSpec("x", "", (), tuple(map(NotChecked, ("SIT210", "SIT309", "SIT404"), reasons)))
@@ -131,14 +131,14 @@ def test_requirements_that_are_not_stated_make_one_line():
     ]
 
 
-def test_exit_codes_follow_the_worst_finding():
+def test_exit_code_follows_worst_finding():
     spec_error = Finding("SIT004", "type", Severity.ERROR, "x")
     warning = Finding("SIT201", "floor", Severity.WARNING, "x")
     cases = ((), (warning,), (ERROR,), (ERROR, spec_error))
     assert [CheckedSpec("x", "", found).exit_code for found in cases] == [0, 0, 1, 2]
 
 
-def test_json_numbers_round_trip_and_what_is_not_finite_is_null():
+def test_json_preserves_floats_and_writes_nan_as_null():
     numbers = Finding("SIT201", "x", Severity.ERROR, "x", measured=0.1 + 0.2, limit=float("nan"))
     document = json.loads(as_json([CheckedSpec("x", "", (numbers, NOTE))]))
     first, second = document["specs"][0]["findings"]
@@ -147,7 +147,7 @@ def test_json_numbers_round_trip_and_what_is_not_finite_is_null():
     assert second["line"] is None
 
 
-def test_nothing_that_steers_a_terminal_is_printed():
+def test_control_characters_are_escaped_in_output():
     assert escape_controls("a\tb\x1b[2J\u202e\x07\u00b5m") == "a b\\x1b[2J\\u202e\\x07\u00b5m"
     hostile = CheckedSpec("x", "\x1b[2J", (Finding("SIT001", "x", Severity.ERROR, "\x1b]0;x\x07", line=1, column=1),))
     assert "\x1b" not in as_text([hostile])

@@ -20,7 +20,7 @@ def measure(nominal, likely, worst, limit=5e-3):
     return Measure("closed pair", nominal, likely, worst, limit, "jaw", (Share("jaw", 1.3e-3, 5e-5, "a source"),))
 
 
-def test_a_board_that_stands_back_from_the_edge_is_said_to():
+def test_negative_overhang_text_says_below_zero():
     words = "of 5 mm (below zero: back from the face's edge), 5.44 mm to spare"
     assert fit_words([measure(-0.618e-3, -0.504e-3, -0.443e-3)])[0].endswith(words)
     assert "below zero" not in fit_words([measure(0.1e-3, 0.2e-3, 0.3e-3)])[0]
@@ -31,11 +31,11 @@ def test_a_board_that_stands_back_from_the_edge_is_said_to():
     ((4.6e-3, 4.7e-3, 5.1e-3), "at worst 5.1 of 5 mm, 100 um short"),
     ((4.9e-3, 5.2e-3, 5.4e-3), "at worst 5.4 of 5 mm, 400 um short (200 um by root-sum-square)"),
 ])
-def test_the_line_says_what_is_to_spare(sizes, words):
+def test_fit_line_gives_remaining_or_missing_length(sizes, words):
     assert all(fit_words([measure(*sizes)], whole)[0].endswith(words) for whole in (False, True))
 
 
-def test_a_sensor_that_passes_prints_its_margin():
+def test_passing_sensor_prints_fit_margin():
     checked = CheckedSpec("a.yaml", "", (), fit=(measure(4.6e-3, 4.7e-3, 4.95e-3),))
     assert "fit: closed pair at worst 4.95 of 5 mm, 50 um to spare\n" in as_text([checked])
     whole = as_text([checked], OutputOptions(verbose=True))
@@ -43,7 +43,7 @@ def test_a_sensor_that_passes_prints_its_margin():
     assert "fit:" not in as_text([CheckedSpec("a.yaml", "", ())])
 
 
-def test_json_has_every_number_and_where_it_comes_from():
+def test_json_fit_contains_values_sources_and_margin():
     checked = CheckedSpec("a.yaml", "", (), fit=MEASURED)
     found = json.loads(as_json([checked]))["specs"][0]["fit"]
     assert [entry["name"] for entry in found] == [entry.name for entry in MEASURED]
@@ -52,7 +52,7 @@ def test_json_has_every_number_and_where_it_comes_from():
     assert json.loads(as_json([CheckedSpec("a.yaml", "", ())]))["specs"][0]["fit"] == []
 
 
-def test_the_page_s_tables_have_a_row_a_measure_and_a_row_a_part():
+def test_fit_tables_have_row_per_measure_and_part():
     fit, parts = fit_tables(MEASURED)
     assert [len(row) for row in fit.rows] == [len(fit.head)] * len(MEASURED)
     assert len(parts.rows) == len(MEASURED[0].parts) and {len(row) for row in parts.rows} == {len(parts.head)}

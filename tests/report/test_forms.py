@@ -32,36 +32,36 @@ def held_against(name: str, text: str) -> None:
     assert text == path.read_text(encoding="utf-8"), f"{name} is told otherwise; REWRITE=1 keeps the new text"
 
 
-def test_every_form_has_a_kept_text():
+def test_every_output_format_has_snapshot():
     assert set(NAMES) == set(FINDING_FORMATS)
     assert {path.name for path in KEPT.iterdir()} == {*NAMES.values(), "summary.md", "whole.txt"}
 
 
 @pytest.mark.parametrize("form", NAMES)
-def test_a_form_says_what_it_said(form):
+def test_output_format_equals_snapshot(form):
     held_against(NAMES[form], FINDING_FORMATS[form](told.BOTH, FEW))
 
 
-def test_the_whole_text_says_what_it_said():
+def test_verbose_text_equals_snapshot():
     held_against("whole.txt", FINDING_FORMATS["text"](told.BOTH, replace(FEW, verbose=True)))
 
 
-def test_the_page_of_a_job_says_what_it_said():
+def test_job_summary_equals_snapshot():
     held_against("summary.md", job_summary(told.BOTH, {told.FIRST.path: "\u28ff picture"}))
 
 
 @pytest.mark.parametrize("form", NAMES)
-def test_a_form_is_printable_and_the_same_twice(form):
+def test_output_format_is_printable_and_reproducible(form):
     one, two = (FINDING_FORMATS[form](told.BOTH, told.OUTPUT) for _ in range(2))
     assert one == two and "\x1b" not in one and one.endswith("\n")
 
 
 @pytest.mark.parametrize("form", NAMES)
-def test_a_form_takes_no_specs_and_no_findings(form):
+def test_output_format_accepts_no_specs(form):
     assert FINDING_FORMATS[form]((), told.OUTPUT)
 
 
-def test_the_json_document_keeps_to_its_published_schema():
+def test_json_document_matches_published_schema():
     import jsonschema
 
     schema = json_file("check.schema")
@@ -77,7 +77,7 @@ def test_the_json_document_keeps_to_its_published_schema():
 
 
 @pytest.mark.parametrize("form", NAMES)
-def test_a_line_of_any_length_is_quoted_in_part(form):
+def test_very_long_line_is_quoted_in_part(form):
     """300 kB of zeros as a spec printed 1 MB, and 1.7 MB as SARIF."""
     text = "turns: " + "0" * 300_000
     finding = Finding("SIT004", "type", Severity.ERROR, "no", "", "turns", 1, 8)
@@ -86,7 +86,7 @@ def test_a_line_of_any_length_is_quoted_in_part(form):
 
 
 @pytest.mark.parametrize("form", NAMES)
-def test_a_file_name_that_is_no_utf_8_is_reported(form):
+def test_non_utf8_file_name_is_reported(form):
     name = os.fsdecode(b"n\xff.yaml")
     said = FINDING_FORMATS[form]((CheckedSpec(name, "a: 1\n", (replace(TURNS, line=1, column=1),)),), FEW)
     assert "SIT201" in said

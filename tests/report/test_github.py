@@ -32,7 +32,7 @@ def unescaped(text: str) -> str:
     return text
 
 
-def test_a_finding_is_an_annotation_at_its_place():
+def test_finding_gives_annotation_with_file_and_line():
     first, unread, *_ = commands(render(told.BOTH, told.OUTPUT))
     assert first == {
         "name": "error",
@@ -45,19 +45,19 @@ def test_a_finding_is_an_annotation_at_its_place():
     assert unread["file"] == "second.yaml" and unread["title"] == "SIT001 not-yaml"
 
 
-def test_errors_come_first_and_names_are_githubs():
+def test_annotations_are_sorted_with_errors_first():
     names = [command["name"] for command in commands(render(told.BOTH, told.OUTPUT))]
     assert names == ["error", "error", "warning", "warning", "notice", "notice"]
 
 
-def test_no_text_of_a_spec_becomes_a_command():
+def test_spec_text_cannot_inject_workflow_command():
     lines = render(told.BOTH, told.OUTPUT).splitlines()
     assert len(commands("\n".join(lines))) == len([line for line in lines if line.startswith("::")]) == 6
     hostile = replace(told.FIRST, path="x\n::error::y")
     assert len(commands(render((hostile,), told.OUTPUT))) == 5
 
 
-def test_the_ten_worst_are_shown_and_the_others_counted():
+def test_only_ten_worst_findings_are_annotated():
     milds = tuple(Finding("SIT206", "x", Severity.WARNING, str(i), line=i + 1) for i in range(SHOWN + 4))
     many = CheckedSpec("many.yaml", "", (*milds, told.TURNS))
     text = render((many,), told.OUTPUT)
@@ -67,7 +67,7 @@ def test_the_ten_worst_are_shown_and_the_others_counted():
     assert text.splitlines()[-1] == "sitscad: not ok: 1 error, 14 warnings"
 
 
-def test_the_page_names_every_finding_and_means_nothing_by_its_text():
+def test_job_summary_lists_every_finding_with_escaped_text():
     page = job_summary(told.BOTH, {told.FIRST.path: "\u28ff"})
     for finding in (*told.FIRST.findings, *told.SECOND.findings, told.WAIVED):
         assert f"{finding.rule}" in page

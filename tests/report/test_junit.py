@@ -33,21 +33,21 @@ def outcomes(path) -> dict[str, dict[str, str]]:
     }
 
 
-def test_there_is_one_case_a_rule_and_spec(written):
+def test_junit_has_one_case_per_rule_and_spec(written):
     found = outcomes(written)
     assert list(found) == ["sensors/first, 100%: new.yaml", "second.yaml"]
     for cases in found.values():
         assert set(cases) == {rule.id for rule in sitscad.RULES}
 
 
-def test_outcomes_are_the_findings(written):
+def test_junit_outcomes_equal_findings(written):
     first, second = outcomes(written).values()
     told_of = {rule: outcome for rule, outcome in first.items() if outcome != "passed"}
     assert told_of == {"SIT103": "skipped", "SIT201": "failed", "SIT301": "skipped", "SIT302": "skipped"}
     assert {rule for rule, outcome in second.items() if outcome == "error"} == {"SIT001"}
 
 
-def test_a_second_reader_counts_the_same(written):
+def test_two_junit_readers_count_equal_outcomes(written):
     report = Junit(filename=str(written))
     found = outcomes(written)
     assert [suite.name for suite in report.suites] == list(found)
@@ -59,7 +59,7 @@ def test_a_second_reader_counts_the_same(written):
         assert len(suite.passed()) == words.count("passed")
 
 
-def test_counts_stand_at_suites_and_in_all(written):
+def test_junit_totals_equal_counted_cases(written):
     document = junitparser.JUnitXml.fromfile(str(written))
     stated = (document.tests, document.failures, document.errors, document.skipped)
     document.update_statistics()
@@ -78,20 +78,20 @@ def test_counts_stand_at_suites_and_in_all(written):
         (Severity.NOTE, {"SIT201", "SIT206", "SIT308", "SIT108"}),
     ],
 )
-def test_what_fails_the_command_fails_the_case(tmp_path, fail_on, failed):
+def test_finding_at_fail_level_fails_junit_case(tmp_path, fail_on, failed):
     path = tmp_path / "junit.xml"
     path.write_text(render((told.FIRST,), replace(told.OUTPUT, fail_on=fail_on)), encoding="utf-8")
     (cases,) = outcomes(path).values()
     assert {rule for rule, outcome in cases.items() if outcome == "failed"} == failed
 
 
-def test_milder_findings_stand_in_the_output(written):
+def test_finding_below_fail_level_is_in_system_out(written):
     (first, _) = junitparser.JUnitXml.fromfile(str(written))
     (case,) = [case for case in first if case.name.startswith("SIT206")]
     assert "first, 100%: new.yaml:3:43 warning: near; one sigma is 3 %\nhint: fewer layers" in case.system_out
 
 
-def test_any_text_is_xml(tmp_path):
+def test_invalid_xml_characters_give_readable_xml(tmp_path):
     hostile = Finding("SIT001", "x", Severity.ERROR, "]]><&\x00\x0b\ud800\ufffe\x1b", "\x7f\u2028", None, 1, 1)
     path = tmp_path / "junit.xml"
     path.write_text(render((CheckedSpec("<&\x01.yaml", "", (hostile,)),), told.OUTPUT), encoding="utf-8")

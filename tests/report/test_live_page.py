@@ -52,7 +52,7 @@ def _opened(page: Browser, folder: Path, text: str, said: str, where: str = "sai
              f".includes({json.dumps(said)}) ? done(1) : setTimeout(look, 5); }})(); }})")
 
 
-def test_lines_become_forces_and_what_is_damaged_is_counted(tmp_path):
+def test_serial_lines_give_forces_and_damaged_lines_are_counted(tmp_path):
     design = sitscad.Design(sitscad.load(TEMPLATE))
     found = sitscad.calibrate(design)
     path = tmp_path / "live.html"
@@ -119,7 +119,7 @@ def test_lines_become_forces_and_what_is_damaged_is_counted(tmp_path):
 
 
 @pytest.mark.more
-def test_cells_have_forces_each_by_its_own_map(tmp_path):
+def test_each_cell_shows_forces_of_its_map(tmp_path):
     """A reading in which the second alone is pressed; a map of one coil was laid over the counts of all."""
     text = (TEMPLATE.parent / "skin_strip_6.yaml").read_text(encoding="utf-8").replace("count: 6", "count: 2")
     design = sitscad.Design(sitscad.load_text(text))

@@ -21,7 +21,7 @@ ROWS = [
 
 
 @pytest.mark.slow
-def test_tables_of_forces_and_axes_are_whole_at_390_pixels(tmp_path):
+def test_tables_fit_390_pixel_width(tmp_path):
     """The last column of the force table and the second axis of the data sheet were cut off."""
     path = tmp_path / "page.html"
     tables = "".join(table(head, [row], [k > 0 for k in range(len(head))]) for head, row in ROWS)
@@ -33,7 +33,7 @@ def test_tables_of_forces_and_axes_are_whole_at_390_pixels(tmp_path):
         assert browser.run("document.querySelectorAll('.scroll').length") == len(ROWS) and cut == 0
 
 
-def test_box_of_a_watched_page_can_be_closed_and_opens_for_the_next_save():
+def test_closed_watch_box_reopens_at_next_save():
     showing = PageState()
     made = server(showing, "127.0.0.1", 0)
     threading.Thread(target=made.serve_forever, daemon=True).start()

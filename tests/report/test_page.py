@@ -87,7 +87,7 @@ def _read(page: str) -> _Reader:
     return reader
 
 
-def test_the_page_is_whole_and_loads_nothing_from_outside(design):
+def test_page_is_well_formed_and_loads_no_external_files(design):
     page = _page(design)
     reader = _read(page)
     assert not {"link", "iframe", "img", "object", "embed"} & {tag for tag, _ in reader.tags}
@@ -97,7 +97,7 @@ def test_the_page_is_whole_and_loads_nothing_from_outside(design):
     assert not re.search(r"url\(|@import|https?://(?!www\.w3\.org/2000/svg)", page)
 
 
-def test_every_section_stands_in_the_page(design):
+def test_page_contains_all_sections_findings_and_defaults(design):
     _, estimates, checked = design
     text = " ".join(_read(_page(design)).text)
     for heading in ("Findings", "Layout", "Electrical numbers", "Readout settings", "Stack", "Cross-checks"):
@@ -118,7 +118,7 @@ def test_every_section_stands_in_the_page(design):
     assert "folder/" not in text
 
 
-def test_what_the_layout_lacks_stands_before_the_numbers(design):
+def test_incomplete_layout_note_precedes_values(design):
     spec, estimates, checked = design
     missing = "INCOMPLETE LAYOUT: C1 & C2"
     lacking = dataclasses.replace(estimates, incomplete=missing, notes=(missing, *estimates.notes))
@@ -126,7 +126,7 @@ def test_what_the_layout_lacks_stands_before_the_numbers(design):
     assert text.count(missing) == 1 and text.index(missing) < text.index("sensor frequency")
 
 
-def test_whatever_the_spec_says_is_escaped(design):
+def test_spec_text_is_escaped_in_page(design):
     evil = "</pre><script>alert('x')</script>&\"'"
     spec, estimates, _ = design
     finding = Finding("SIT999", evil, Severity.ERROR, evil, evil, "coil", 1, 1, 1.0, 2.0, evil, evil)
@@ -139,7 +139,7 @@ def test_whatever_the_spec_says_is_escaped(design):
     assert "".join(reader.text).count("alert('x')") >= 8
 
 
-def test_verdict_and_banner_follow_the_findings(design):
+def test_verdict_and_banner_follow_findings(design):
     error = Finding("SIT201", "x", Severity.ERROR, "too weak")
     warning = Finding("SIT202", "x", Severity.WARNING, "rather weak")
     bad = _page(design, CheckedSpec("s.yaml", "", (error,)))
@@ -156,7 +156,7 @@ def test_verdict_and_banner_follow_the_findings(design):
     assert "verdict good'>No errors found<" in _page(design, CheckedSpec("s.yaml", "", (note,)))
 
 
-def test_the_change_per_newton_stands_under_the_verdict(design):
+def test_signal_line_follows_verdict(design):
     _, estimates, _ = design
     page = _page(design)
     felt = signals(estimates)
@@ -168,7 +168,7 @@ def test_the_change_per_newton_stands_under_the_verdict(design):
     assert f"{show(100.0 * share, '%', 3)} of the inductance at the contacts over 1 N" in line
 
 
-def test_each_inductance_says_what_it_is_for(design):
+def test_inductance_tables_state_their_use(design):
     _, estimates, checked = design
     text = numbers.as_text("a.yaml", estimates, checked)
     titles = [line for line in text.splitlines() if line and not line.startswith(" ")]
@@ -181,14 +181,14 @@ def test_each_inductance_says_what_it_is_for(design):
     assert row[2:] == [quantity(state.apparent_inductance, "H"), quantity(state.converter_inductance, "H")]
 
 
-def test_a_sensor_without_a_signal_says_what_it_lacks():
+def test_sensor_without_signal_gives_reason_in_table():
     spec = sitscad.load_text(SPEC.replace("requirements: {normal_force: 1 N}\n", ""), "no.yaml")
     estimates = sitscad.estimate(sitscad.lay_out(spec))
     assert signals(estimates) == () and "class='signal'" not in _page((spec, estimates, CheckedSpec("s", "", ())))
     assert signal_table((), estimates.coils, estimates.readout.drive_code).rows == [["change per newton", NO_SIGNAL]]
 
 
-def test_the_headline_has_the_amplitude_at_which_the_sensor_works():
+def test_headline_shows_amplitude_of_working_states():
     """5.5 V stood there without a word, which the coil alone has on the bench; assembled it is held below 1.8 V."""
     spec = sitscad.load(Path(__file__).parents[2] / "templates" / "grasper_4layer.yaml")
     estimates = sitscad.estimate(sitscad.lay_out(spec))
@@ -202,7 +202,7 @@ def test_the_headline_has_the_amplitude_at_which_the_sensor_works():
     assert f"{min(volts['free']):.2f}" in note
 
 
-def test_absent_numbers_are_dashes_and_never_nan(design):
+def test_missing_values_are_shown_as_dashes(design):
     spec, estimates, checked = design
     coil = estimates.coils[0]
     states = {
@@ -214,11 +214,11 @@ def test_absent_numbers_are_dashes_and_never_nan(design):
     assert not re.search(r"\b(nan|inf|None)\b", " ".join(_read(page).text))
 
 
-def test_the_same_design_gives_the_same_page(design):
+def test_page_is_reproducible(design):
     assert _page(design) == _page(design)
 
 
-def test_places_are_numbered_as_in_the_pictures():
+def test_placed_findings_are_numbered_errors_first():
     """Errors first; a finding without a place has no number, and the page says where each number stands."""
     warning = Finding("SIT120", "acute-angle", Severity.WARNING, "sharp", place=Place(2e-3, -1e-3, 2, ("C1", "C2")))
     plain = Finding("SIT201", "low", Severity.ERROR, "nowhere")
@@ -233,7 +233,7 @@ def test_places_are_numbered_as_in_the_pictures():
     assert text.count("in the pictures") == 2 and text.index("near") < text.index("sharp")
 
 
-def test_contacts_and_unverified_figures_are_listed(design):
+def test_page_lists_contacts_and_unverified_values(design):
     spec, estimates, found = design
     wiring = contacts(sitscad.lay_out(spec))
     page = render(found, spec, estimates, {}, {}, contact_rows(sitscad.lay_out(spec)))
@@ -246,7 +246,7 @@ def test_contacts_and_unverified_figures_are_listed(design):
     assert {"jaw generic-5mm width", "connector zif-0.5mm contact_width"} <= {figure.what for figure in grasper}
 
 
-def test_an_unverified_metal_is_listed_with_what_it_is_taken_as():
+def test_unverified_metal_is_listed_with_assumed_values():
     """The row of a metal had no value: who read it did not see that a permeability of 95 was assumed."""
     text = templates.read("grasper_4layer").replace(
         "jaw: generic-5mm ", "jaw: {based_on: generic-5mm, material: stainless-17-4ph} "
@@ -255,7 +255,7 @@ def test_an_unverified_metal_is_listed_with_what_it_is_taken_as():
     assert figures["conductor stainless-17-4ph"] == "1.3 MS/m, relative permeability 95"
 
 
-def test_the_times_of_a_coil_alone_add_up_to_its_scans_a_second():
+def test_single_coil_period_equals_inverse_scan_rate():
     """The time on one coil contained the settling, which a single channel has once only; 1 over it was no scan rate."""
     spec = sitscad.load_text(
         "sitscad: 1\nname: one\ncoil: {shape: circle, outer_diameter: 8, turns: 12, layers: 2, trace_width: 0.1, "
@@ -271,12 +271,12 @@ def test_the_times_of_a_coil_alone_add_up_to_its_scans_a_second():
     assert not {"- settling", "time on one coil, of every scan"} & rows.keys()
 
 
-def test_the_head_says_that_turns_are_those_of_each_layer(design):
+def test_page_head_gives_turns_per_layer(design):
     """12 turns on 2 layers could be six on each."""
     assert "12 turns on each of 2 layers" in _page(design)
 
 
-def test_the_times_of_a_coil_and_its_capacitances_add_up_as_they_are_printed(design):
+def test_printed_times_and_capacitances_add_up(design):
     """The conversion was rounded to a digit less than the sum, and the capacitance of leads and tail was left out."""
     factors = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "pF": 1.0}
 
@@ -292,7 +292,7 @@ def test_the_times_of_a_coil_and_its_capacitances_add_up_as_they_are_printed(des
     assert shown(rows["- between its layers and turns"]) + shown(rows["- of leads and tail"]) == approx(own, rel=1e-3)
 
 
-def test_a_racetrack_s_size_is_both_of_its_sides():
+def test_racetrack_size_shows_both_sides():
     """It gave the short side as the coil's size."""
     text = SPEC.replace("circle, outer_diameter: 8, turns: 12", "racetrack, outer_diameter: [12, 8], turns: 9")
     spec = sitscad.load_text(text.replace("pitch: 9", "pitch: 13"), "long.yaml")
@@ -300,7 +300,7 @@ def test_a_racetrack_s_size_is_both_of_its_sides():
     assert "2 racetrack coils of 12 mm x 8 mm, 9 turns" in page
 
 
-def test_boards_that_come_are_tested_with_a_usual_meter_and_a_drive_of_their_own(design):
+def test_incoming_test_states_meter_values_and_bare_board_drive_code(design):
     spec, estimates, found = design
     whole = Design(spec)
     page = render(found, spec, estimates, {}, {}, bench=incoming(whole).board)
@@ -319,7 +319,7 @@ def test_boards_that_come_are_tested_with_a_usual_meter_and_a_drive_of_their_own
     assert "Incoming test" not in render(found, spec, estimates, {}, {})
 
 
-def test_on_paper_the_page_is_dense_and_its_lists_are_in_columns(design):
+def test_print_style_has_dense_columns(design):
     """Printed, the report of grasper_4layer was 22 pages, and is 10 (chromium --headless --print-to-pdf, pdfinfo)."""
     page = _page(design)
     style = page[page.index("@media print") : page.index("</style>")]

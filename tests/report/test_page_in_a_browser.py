@@ -37,7 +37,7 @@ def page(package):
 
 
 @pytest.mark.slow
-def test_states_and_the_pushed_sensor_have_one_frequency_at_rest(package):
+def test_states_and_pushed_sensor_have_equal_rest_frequency(package):
     """Files of one package had two frequencies at rest, 0.01 % apart."""
     coils = json.loads((package / "estimate.json").read_text())["coils"]
     states = [coil["states"]["rest"]["frequency_Hz"] for coil in coils]
@@ -64,7 +64,7 @@ def _drawn(page: Browser) -> bytes:
     return base64.b64decode(page.call("Page.captureScreenshot", clip=clip)["data"])
 
 
-def test_all_is_ready_and_nothing_is_thrown_or_fetched(page, package):
+def test_page_loads_without_exceptions_or_requests(page, package):
     assert page.run("document.documentElement.dataset.sitscadError") is None and page.exceptions == []
     assert page.requests == [(package / "report.html").as_uri()]
     assert (package / "report.html").stat().st_size < 3e6
@@ -73,7 +73,7 @@ def test_all_is_ready_and_nothing_is_thrown_or_fetched(page, package):
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_the_pushed_sensor_reads_what_the_response_says(page, package):
+def test_pushed_sensor_agrees_with_response_and_map(page, package):
     """Within 2 % of the span; what is read back of its counts is what the library's map makes of them."""
     model = Design(sitscad.load(TEMPLATE)).response
     known = map_of(package / "calibration" / "calibration.json")
@@ -102,7 +102,7 @@ def test_the_pushed_sensor_reads_what_the_response_says(page, package):
     assert float(_out(page, "change_Hz.C1")) == 0.0 and float(_out(page, "force_N.normal")) == 0.0
 
 
-def test_a_turned_opened_exploded_cut_assembly_is_another_picture(page):
+def test_each_view_control_changes_assembly_picture(page):
     seen = [_drawn(page)]
     for act in ("open=1", "apart=0.5", "cut=y", "at=0.2"):
         _put(page, *act.split("="))
@@ -115,7 +115,7 @@ def test_a_turned_opened_exploded_cut_assembly_is_another_picture(page):
     assert len(set(seen)) == len(seen)
 
 
-def test_a_place_marked_twice_is_no_way_from_itself(page):
+def test_distance_between_equal_marked_points_is_zero(page):
     page.run("[...document.querySelectorAll('.views button')].find(b => b.textContent === 'top').click()")
     for name, value in (("cut", "none"), ("apart", 0), ("open", 0)):
         _put(page, name, value)
@@ -127,7 +127,7 @@ def test_a_place_marked_twice_is_no_way_from_itself(page):
     assert re.search(r"; 0\.000 mm apart: x -?0\.000, y -?0\.000, z -?0\.000$", said), said
 
 
-def test_a_finding_and_its_mark_lead_to_each_other(page):
+def test_finding_and_board_mark_link_to_each_other(page):
     page.run("document.querySelector('[data-place] a').click()")
     shown = "document.querySelector('figure.board svg svg').getAttribute('viewBox')"
     assert float(page.run(shown).split()[2]) < 1000.0
@@ -136,7 +136,7 @@ def test_a_finding_and_its_mark_lead_to_each_other(page):
     assert page.run("document.querySelector('[data-place]').open && document.activeElement.tagName") == "SUMMARY"
 
 
-def test_layers_and_nets_of_the_board_go_on_and_off(page):
+def test_board_layers_and_nets_can_be_hidden(page):
     hidden = "[...document.querySelectorAll('figure.board g.copper-1')].every(g => g.style.display === 'none')"
     assert page.run(hidden) is False
     page.run("document.querySelector('figure.board .bar input').click()")
@@ -146,7 +146,7 @@ def test_layers_and_nets_of_the_board_go_on_and_off(page):
     assert page.run("document.querySelector('figure.board g.net-C1').style.opacity") == "0.12"
 
 
-def test_the_keyboard_alone_reaches_everything(page):
+def test_all_controls_are_reachable_by_keyboard(page):
     wanted = page.run("[...document.querySelectorAll('input, select, button, summary, canvas, a[href]')]"
                       ".filter(e => e.getClientRects().length).length")
     page.run("window.scrollTo(0, 0); document.activeElement.blur(); window.reached = new Set()")
@@ -158,7 +158,7 @@ def test_the_keyboard_alone_reaches_everything(page):
     assert reached == []
 
 
-def test_a_phone_shows_it_without_scrolling_sideways(page):
+def test_page_fits_phone_width(page):
     page.size(375, 800)
     try:
         assert page.run("document.documentElement.scrollWidth") <= 375
@@ -166,7 +166,7 @@ def test_a_phone_shows_it_without_scrolling_sideways(page):
         page.size(1280, 1000)
 
 
-def test_without_webgl_the_pictures_are_named(package):
+def test_page_without_webgl_shows_message(package):
     with Browser("--disable-3d-apis") as browser:
         browser.open(package / "report.html")
         assert browser.run("document.querySelector('#solids').hidden") is True
@@ -175,14 +175,14 @@ def test_without_webgl_the_pictures_are_named(package):
         assert browser.exceptions == []
 
 
-def test_printed_it_has_at_most_eleven_pages(page):
+def test_printed_page_has_at_most_eleven_sheets(page):
     document = base64.b64decode(page.call("Page.printToPDF", preferCSSPageSize=True)["data"])
     assert 1 <= len(re.findall(rb"/Type ?/Page\b", document)) <= 11
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(not AXE.exists(), reason="axe-core is not installed")
-def test_axe_finds_nothing_serious(page):
+def test_axe_reports_no_serious_violations(page):
     page.run(AXE.read_text(encoding="utf-8"))
     found = page.run("axe.run({resultTypes: ['violations']}).then(r => r.violations.map(v => [v.id, v.impact,"
                      " v.nodes.length, v.nodes[0].html.slice(0, 200)]))")
@@ -190,7 +190,7 @@ def test_axe_finds_nothing_serious(page):
 
 
 @pytest.mark.slow
-def test_a_sensor_without_a_target_has_neither_view(tmp_path):
+def test_sensor_without_target_has_no_canvas(tmp_path):
     spec = sitscad.load_text("sitscad: 1\nname: bare\ncoil: {shape: circle, outer_diameter: 8, turns: 12, layers: 2, "
                              "trace_width: 100 um, trace_spacing: 100 um}\n")
     with Browser() as browser:
@@ -200,7 +200,7 @@ def test_a_sensor_without_a_target_has_neither_view(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.more
-def test_a_cell_is_chosen_and_its_neighbours_are_reported(tmp_path):
+def test_selected_cell_shows_forces_and_neighbour_change(tmp_path):
     """Two cells joined by a web: either is pushed, and the other one's coil says what it changes at most."""
     text = (TEMPLATE.parent / "skin_strip_6.yaml").read_text(encoding="utf-8").replace("count: 6", "count: 2")
     text = text.replace("coils: 1 ", "coils: 1\n  web: 2 mm\n")
@@ -232,7 +232,7 @@ def test_a_cell_is_chosen_and_its_neighbours_are_reported(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.more
-def test_moments_are_put_on_a_free_target_and_read_back(tmp_path):
+def test_moments_on_free_target_are_read_back(tmp_path):
     """Nothing could put moments on, and shear was that of a level target beside a map of a free one."""
     spec = sitscad.load(TEMPLATE.parent / "fingertip_cell.yaml")
     package = build(spec, tmp_path, only=("datasheet", "calibration", "report")).directory

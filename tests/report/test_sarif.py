@@ -32,7 +32,7 @@ def results_of(checked: CheckedSpec) -> list[dict]:
     return document_of((checked,))["runs"][0]["results"]
 
 
-def test_it_is_valid_by_the_official_schema():
+def test_sarif_is_valid_by_official_schema():
     assert SCHEMA["title"].startswith("Static Analysis Results Format (SARIF) Version 2.1.0")
     (run,) = document_of(told.BOTH)["runs"]
     assert [rule["id"] for rule in run["tool"]["driver"]["rules"]] == [rule.id for rule in sitscad.RULES]
@@ -42,13 +42,13 @@ def test_it_is_valid_by_the_official_schema():
     assert document_of(())["runs"][0]["results"] == []
 
 
-def test_the_validator_does_refuse():
+def test_sarif_validator_refuses_invalid_level():
     document = json.loads(render(told.BOTH, told.OUTPUT))
     document["runs"][0]["results"][0]["level"] = "fatal"
     assert not VALID.is_valid(document)
 
 
-def test_rules_carry_the_text_of_explain():
+def test_sarif_rules_contain_explanation_texts():
     rules = document_of(())["runs"][0]["tool"]["driver"]["rules"]
     for rule, told_rule in zip(sitscad.RULES, rules, strict=True):
         for text in (rule.summary, rule.why, rule.mend, rule.source):
@@ -56,14 +56,14 @@ def test_rules_carry_the_text_of_explain():
         assert told_rule["defaultConfiguration"]["level"] == rule.severity.value
 
 
-def test_what_was_not_checked_is_a_notification_and_no_result():
+def test_rule_not_checked_gives_sarif_notification():
     (run,) = document_of(told.BOTH)["runs"]
     notes = run["invocations"][0]["toolExecutionNotifications"]
     assert [note["associatedRule"]["id"] for note in notes] == ["SIT301", "SIT302", "SIT002"]
     assert "no mount in the spec" in notes[0]["message"]["text"]
 
 
-def test_what_is_ignored_is_a_suppressed_result_with_its_reason():
+def test_ignored_finding_gives_suppressed_result_with_reason():
     (suppressed,) = [result for result in results_of(told.FIRST) if "suppressions" in result]
     assert suppressed["ruleId"] == "SIT103"
     assert suppressed["suppressions"][0]["kind"] == "inSource"
@@ -86,12 +86,12 @@ def test_what_is_ignored_is_a_suppressed_result_with_its_reason():
         ("a: ", 4, ""),
     ],
 )
-def test_a_region_ends_where_the_value_does(line, column, text):
+def test_sarif_region_ends_at_end_of_value(line, column, text):
     assert value_length(line, column) == max(1, len(text))
     assert line[column - 1 : column - 1 + value_length(line, column)] == text
 
 
-def test_paths_count_from_the_root(tmp_path):
+def test_sarif_paths_are_relative_to_root(tmp_path):
     spec = replace(told.FIRST, path=str(tmp_path / "sensors" / "a b.yaml"))
     (run,) = document_of((spec,), replace(told.OUTPUT, root=str(tmp_path)))["runs"]
     place = run["results"][0]["locations"][0]["physicalLocation"]["artifactLocation"]
@@ -112,7 +112,7 @@ def marks_of(text: str, path: Path) -> dict[str, int]:
 
 
 @pytest.mark.slow
-def test_fingerprints_survive_moved_lines_and_other_numbers(tmp_path):
+def test_fingerprints_are_unchanged_by_moved_lines(tmp_path):
     text = next(path for path in TEMPLATES if path.stem == "grasper_3p5mm").read_text(encoding="utf-8")
     path = tmp_path / "sensor.yaml"
     before = marks_of(text, path)
@@ -121,7 +121,7 @@ def test_fingerprints_survive_moved_lines_and_other_numbers(tmp_path):
     assert any(result.message for result in inspect(str(path), "none").checked.findings)
 
 
-def test_fingerprints_tell_specs_apart(tmp_path):
+def test_fingerprints_differ_between_specs(tmp_path):
     text = TEMPLATES[0].read_text(encoding="utf-8")
     assert not set(marks_of(text, tmp_path / "a.yaml")) & set(marks_of(text, tmp_path / "b.yaml"))
 
@@ -140,7 +140,7 @@ def applied(text: str, fix: dict) -> str:
 
 
 @pytest.mark.parametrize("text", [told.TEXT, told.TEXT.replace("\n", "\r\n"), told.TEXT.rstrip()])
-def test_fixes_are_what_our_own_writer_makes_of_the_edits(text):
+def test_sarif_fixes_equal_edits_of_rewriter(text):
     from sitscad.basics.finding import Edit, Remedy
     from sitscad.spec.yaml.rewriting import rewritten
 

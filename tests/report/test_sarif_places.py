@@ -74,7 +74,7 @@ def assert_points_at_its_key(result: dict, text: str) -> None:
             assert place[1] < region["endColumn"] <= len(lines[place[0] - 1]) + 1
 
 
-def test_every_rule_is_broken_somewhere():
+def test_every_rule_has_broken_spec_or_manual_case():
     assert {path.stem for path in BROKEN} | DRAWN | set(BY_HAND) == {rule.id for rule in sitscad.RULES}
 
 
@@ -86,7 +86,7 @@ SOME = [
 
 
 @pytest.mark.parametrize("path", SOME)
-def test_sarif_points_at_the_key(path):
+def test_sarif_result_points_at_key_of_finding(path):
     checked = inspect(str(path), "none").checked
     results = results_of(checked)
     assert path.stem in {result["ruleId"] for result in results}
@@ -96,7 +96,7 @@ def test_sarif_points_at_the_key(path):
 
 
 @pytest.mark.slow
-def test_faults_of_the_drawing_point_at_the_key():
+def test_layout_fault_result_points_at_key():
     source = Path(__file__).parents[1] / "checks" / "test_broken_layouts.py"
     spec = importlib.util.spec_from_file_location("broken_layouts", source)
     faults = sys.modules["broken_layouts"] = importlib.util.module_from_spec(spec)
@@ -113,7 +113,7 @@ def test_faults_of_the_drawing_point_at_the_key():
 
 
 @pytest.mark.parametrize("rule", sorted(BY_HAND))
-def test_a_finding_by_hand_points_at_the_key(rule, root):
+def test_manual_finding_result_points_at_key(rule, root):
     spec = sitscad.load(root / "templates" / "grasper_4layer.yaml")
     (row,) = (each for each in sitscad.RULES if each.id == rule)
     finding = locate_finding(finding_of(row, Violation("it is so", key=BY_HAND[rule]), spec.readout.device),
