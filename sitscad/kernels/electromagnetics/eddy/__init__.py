@@ -1,6 +1,6 @@
 """Eddy currents on the closed surface of a target of finite size, and the changes that they make in nearby coils.
 
-The unknown is a stream function on the surface (Kameari, J. Comput. Phys. 42, 1981, uses one on thin shells). Seen from
-outside, the surface currents stand for the whole body. `body` computes how the metal inside responds to the tangential
-field.
+The unknown is a stream function on the surface (Kameari, J. Comput. Phys. 42, 1981, uses stream functions on thin
+shells). Outside the target, its surface currents have the same field as the currents in its volume. `body` computes how
+the metal inside responds to the field along the surface.
 """

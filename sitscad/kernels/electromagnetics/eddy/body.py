@@ -4,22 +4,22 @@ Any thickness, conductivity and permeability is allowed.
 
 Notes
 -----
-On the surface the tangential field is the gradient of a potential phi, because no current leaves the body. The body's
-response is a normal field T phi through the surface. Vacuum in its place would respond with S phi.
+On the surface the tangential field is the gradient of a potential phi, because no current leaves the body. The normal
+field through the surface is T phi in metal. In vacuum it would be S phi.
 
-The body seen from outside is a jump of potential, (1/T - 1/S) T phi (Calderon's relations: Steinbach, Numerical
+Seen from outside, the body is a jump of potential, (1/T - 1/S) T phi (Calderon's relations: Steinbach, Numerical
 Approximation Methods for Elliptic Boundary Value Problems, 2008, chapter 6).
 
 Inside, the field has two parts. The first is the gradient of the harmonic extension of phi. The second comes from the
 currents and has no tangential component on the surface. In a box, each component of the second part is a series of
-sines along two edges and cosines along the third. Each term decays on its own: the square of its wave number, lambda,
-competes with g = j omega mu0 mu sigma. So
+sines along two edges and cosines along the third. Each term decays on its own, by the ratio of lambda, the square of
+its wave number, to g = j omega mu0 mu sigma. So
 
     T = mu (S - D),    D = sum over terms of g / (lambda + g) times the squared coefficient of grad phi,
 
 without the terms that are gradients themselves, because gradients carry no current. The formula is exact for sines and
-cosines. Here splines with the same relations are used (`LineModes`; of the kind in Arnold, Falk and Winther, Acta
-Numerica 15, 2006). T is stationary about the true field. Derived here.
+cosines. Here it is applied to splines with the same relations (`LineModes`; of the kind in Arnold, Falk and Winther,
+Acta Numerica 15, 2006). T is stationary about the true field. Derived here.
 """
 
 from __future__ import annotations
@@ -37,36 +37,40 @@ from sitscad.kernels.electromagnetics.eddy.graded_line import PARITIES, LineMode
 
 @record(eq=False)
 class BodyEnergies:
-    """Energies (m) of a body's surface functions.
+    """Energies (m) inside a body for functions that are potentials on its surface.
 
-    `vacuum` (n, n) is S, the energy of the functions as potentials in vacuum. `within` takes a g (1/m2) and returns D,
-    its real and imaginary part (2, n, n).
+    `vacuum` (n, n) is S, the energy if the body is vacuum. `within` returns D (2, n, n; real and imaginary part) for
+    the squared wave number g (1/m2) in the metal.
     """
 
     vacuum: Array
     within: Callable[[complex], Array]
 
     def jump(self, square: complex, permeability: float) -> Array:
-        """Return S - T (2, n, n; m; real and imaginary part) for g = `square` (1/m2) and a relative permeability."""
+        """Return S - T (2, n, n; m), the vacuum's energies minus the metal's, as real and imaginary part.
+
+        `square` is g (1/m2), the squared wave number in the metal at relative permeability 1; `permeability` is
+        relative.
+        """
         difference = permeability * self.within(square)
         difference[0] += (1.0 - permeability) * self.vacuum
         return difference
 
 
 CONSTANT = 1e-9
-"""Stiffness of a function, relative to a straight line's, below which the function counts as a constant."""
+"""Stiffness of a function, divided by the stiffness of a straight line, below which the function counts as constant."""
 
 
 def _is_constant(lines: Sequence[LineModes]) -> bool:
-    """Whether the product of the last functions of all lines is a constant."""
+    """Whether the product of the last functions along all lines is a constant."""
     return all(line.stiffness * line.mass < CONSTANT for line in lines)
 
 
 def _body_without_response(body: BodyEnergies, number: int) -> BodyEnergies:
-    """Return a body (m) in which a constant function, number `number`, has no response and no coupling to others.
+    """Return a body (m) in which the constant function with the given number has no response and couples to no other.
 
-    A constant potential has no gradient and so no field. Its own energy is set to the mean diagonal of S, which keeps
-    the matrices invertible.
+    A constant potential has no gradient and so no field. Its energy in vacuum is set to the mean diagonal of S, so the
+    matrices can be inverted.
     """
     vacuum = body.vacuum.copy()
     vacuum[number, number] = np.trace(vacuum) / len(vacuum)
@@ -80,20 +84,21 @@ def _body_without_response(body: BodyEnergies, number: int) -> BodyEnergies:
 
 
 KINDS = tuple(kind for kind in product((0, 1), repeat=3) if any(kind))
-"""Kinds of surface functions of a box: for each axis, 1 if the factor along it is the function that is 1 at the end.
+"""Kinds of surface functions of a box: for each axis, 1 if the factor along it is the end function, else 0.
 
-A triple with one 1 is a function of a face, with two of an edge, with three of a corner.
+The end function is 1 at the end of the axis, all others are 0 at the end. A triple with one 1 is a function of a face,
+with two of an edge, with three of a corner.
 """
 
 PAIRS = tuple((one, two) for k, one in enumerate(KINDS) for two in KINDS[k:])
-"""All unordered pairs of kinds."""
+"""All pairs of kinds of surface functions, each pair once."""
 
 
 def on_surface(counts: Sequence[int]) -> Index:
-    """Return numbers of the products of functions along x, y and z that are not zero on a box's surface.
+    """Return a number (no unit) for each product of functions along x, y and z; -1 if it is zero on the box's surface.
 
-    `counts` are the numbers of functions along x, y and z. The last function along each axis is not 0 at the end of the
-    axis. The result (of shape `counts`, no unit) is -1 for products that are zero on the surface.
+    `counts` are the numbers of functions along x, y and z, and the shape of the result. The last function along each
+    axis is not 0 at the end of the axis.
     """
     number = np.full(counts, -1)
     is_outer = np.zeros(number.shape, dtype=bool)
@@ -104,10 +109,11 @@ def on_surface(counts: Sequence[int]) -> Index:
 
 @record(eq=False)
 class _Axis:
-    """`LineModes` of one axis and both parities, as arrays that broadcast over all products of functions.
+    """Integrals of the functions along one axis, as arrays that broadcast over all products of functions.
 
-    The first three dimensions are the parities along x, y and z, the last three are the functions along x, y and z.
-    Dimensions of the other two axes have length 1. If a parity has fewer functions than the other, the array is padded.
+    The fields `squares` (1/m2), `ends` (m), `mass` (m) and `stiffness` (1/m) are explained at `LineModes`. The first
+    three dimensions are the parities along x, y and z, the last three the functions along x, y and z. Dimensions of the
+    other two axes have length 1. If a parity has fewer functions than the other, the array is padded.
     """
 
     squares: Array
@@ -117,7 +123,7 @@ class _Axis:
 
     @classmethod
     def of(cls, modes: Mapping[int, LineModes], axis: int) -> _Axis:
-        """Return the relations (1/m2, m, m, 1/m) of both parities along an axis."""
+        """Return the integrals (1/m2, m, m, 1/m) of both parities' functions along an axis (0 to 2 for x to z)."""
         parities = [modes[parity] for parity in PARITIES]
         count = max(line.squares.size for line in parities)
 
@@ -137,9 +143,9 @@ class _Axis:
 class _FieldDrive:
     """Squared coefficients (m) with which a pair of surface functions drives fields inside the body.
 
-    `amounts` has a coefficient for each field. They are summed over the axes `end_axes`, along which both functions
-    have the end function as factor. `level` maps each of these axes to the coefficients of fields that do not vary
-    along it.
+    `amounts` has one coefficient for each field. `end_axes` are the axes along which both functions have the end
+    function as factor; coefficients are summed over them. `level` maps each of these axes to the coefficients of fields
+    that are constant along it.
     """
 
     end_axes: tuple[int, ...]
@@ -147,10 +153,10 @@ class _FieldDrive:
     level: Mapping[int, Array]
 
     def summed(self, waves: Array, level: Sequence[Array]) -> Array:
-        """Return D (m; real and imaginary part) for one pair of kinds.
+        """Return D (m; real and imaginary part) for one pair of kinds of surface functions.
 
-        `waves` are the factors g / (lambda + g) (no unit) of all waves. `level` are the factors of fields that do not
-        vary along each axis.
+        `waves` are the factors g / (lambda + g) (no unit) of all fields. `level` has these factors for fields that are
+        constant along x, along y and along z.
         """
         over = tuple(4 + axis for axis in self.end_axes)
         total = (self.amounts * waves).sum(axis=over, keepdims=True)
@@ -161,9 +167,9 @@ class _FieldDrive:
 
 @record(eq=False)
 class _Entries:
-    """Places of pairs of functions in the matrix (`size`, `size`) of one parity: numbers of `rows` and `columns`.
+    """Positions in a symmetric matrix (`size`, `size`) at which pairs of functions stand: their `rows` and `columns`.
 
-    `functions` flags, among all pairs, those pairs with both functions in use.
+    `functions` flags, among all pairs, the pairs with both functions in use.
     """
 
     size: int
@@ -172,23 +178,26 @@ class _Entries:
     functions: Flags
 
     def filled(self, values: Array) -> Array:
-        """Return symmetric matrices (n, size, size) from values (n, pairs), in their unit."""
+        """Return symmetric matrices (n, size, size) from the values of all pairs of functions (n, pairs).
+
+        The matrices have the unit of the values.
+        """
         matrices = np.zeros((len(values), self.size, self.size))
         matrices[:, self.rows, self.columns] = matrices[:, self.columns, self.rows] = values[:, self.functions]
         return matrices
 
 
 def box_bodies(lines: Sequence[Mapping[int, LineModes]], selections: Flags) -> list[BodyEnergies]:
-    """Return the bodies of a box, one for each parity along x, y and z.
+    """Return the energies inside a box (m), one `BodyEnergies` for each parity along x, y and z.
 
     Parameters
     ----------
     lines : sequence of mapping of int to LineModes
-        relations of the functions along x, y and z, by parity. Surface functions are products of functions along the
-        axes.
+            integrals of the functions along x, y and z, by parity (1, -1). Surface functions are products of functions
+        along the axes.
     selections : array of bool
-        flags (parities, functions) of the functions in use, in the numbers of `on_surface`. Those numbers assume as
-        many odd functions as even ones along every axis.
+            flags (parities, functions) of the functions in use, in the numbers of `on_surface`. These numbers assume
+        equal counts of odd and even functions along every axis.
 
     Returns
     -------
@@ -234,7 +243,7 @@ def box_bodies(lines: Sequence[Mapping[int, LineModes]], selections: Flags) -> l
 def _of_parity(
     number: int, selection: Flags, vacuum: Array, pairs: Index, answers: Callable[[complex], Array]
 ) -> BodyEnergies:
-    """Return the body (m) of the functions of one parity that `selection` flags.
+    """Return the energies (m) inside a box for the functions of one parity that `selection` flags.
 
     `number` is the parity's row in the results of `answers`. `vacuum` (m) and `answers` (m) are the energies S and D of
     all pairs of functions, and `pairs` (2, pairs) are their function numbers.
@@ -246,7 +255,7 @@ def _of_parity(
 
 
 def _product(factors: Sequence[Array]) -> Array:
-    """Return the product of arrays that broadcast together, in the product of their units."""
+    """Return the product of arrays whose shapes broadcast together, in the product of their units."""
     result = factors[0]
     for factor in factors[1:]:
         result = result * factor
@@ -254,15 +263,15 @@ def _product(factors: Sequence[Array]) -> Array:
 
 
 def _real_and_imaginary(values: ComplexArray) -> Array:
-    """Return real and imaginary parts along a new first axis, in the values' unit."""
+    """Return the real parts and the imaginary parts along a new first axis, in the unit of `values`."""
     return np.stack([values.real, values.imag])
 
 
 def _gradient_product(axes: Sequence[_Axis], shared: Sequence[int]) -> Array:
-    """Return the integral (m) of the product of the gradients of two functions.
+    """Return the integral (m) over a box of the product of two functions' gradients.
 
-    `shared` counts, for each axis, how many of the two have the end function as their factor. If both have, the factor
-    is one number for the axis. Otherwise the result keeps the axis, by the number of the function that is not the end
+    `shared` counts, for each axis, how many of the two functions have the end function as factor. With 2, the axis
+    contributes one number. With 0 or 1, the result has a dimension for the axis, over the factors other than the end
     function.
     """
     total, masses = np.zeros((1,) * 6), np.ones((1,) * 6)
@@ -274,19 +283,20 @@ def _gradient_product(axes: Sequence[_Axis], shared: Sequence[int]) -> Array:
 
 
 def disc_body(radial: LineModes, turning: tuple[Array, Array], wall: LineModes, around: float) -> BodyEnergies:
-    """Return the body (m) of a disc's functions of one order round the axis and one parity across the disc.
+    """Return the energies (m) inside a disc for functions of one order m and one parity across the middle plane.
 
     Parameters
     ----------
     radial : LineModes
-        relations of the face's functions along the radius. The last one is 1 at the edge.
+        integrals of the face's functions along the radius. The last function is 1 at the edge.
     turning : tuple[array, array]
-        squares (1/m2) of the currents that run along the faces with no potential in their plane, and the squared
-        coefficients (no unit) with which the last radial function drives them.
+            two arrays for currents that run along the faces with no potential in their plane: squared wave numbers
+        (1/m2), and squared coefficients (no unit). With these coefficients, the last radial function drives the
+        currents.
     wall : LineModes
-        relations of the wall's functions along the height. Its last function is joined with the last radial one.
+        integrals of the wall's functions along the height. The last function continues the last radial function.
     around : float
-        integral (rad) of the squared azimuthal function.
+        integral (rad) of the squared azimuthal function: 2 pi for order 0, pi for others.
     """
     inner, through = radial.squares[:, None], wall.squares[None]
     edge, count = inner.size, inner.size + 1 + through.size

@@ -1,9 +1,9 @@
 """Eddy currents on a box: rectangular targets with side walls and edges.
 
 Stream functions are products of splines along two edges and are continuous over the box's edges. The box's three mirror
-planes divide them into eight classes. The inductance of two functions is a sum over Gaussians of products of
-one-dimensional integrals (`GaussianSum`). So the double integrals over the surface are matrix products and have no
-singular points.
+planes divide them into eight classes. The function 1/R is written as a sum of Gaussians (`GaussianSum`), so an
+inductance is a sum of products of one-dimensional integrals. The double integrals over the surface become matrix
+products without singular points.
 """
 
 from __future__ import annotations
@@ -36,20 +36,21 @@ ACROSS = ((1, 2), (0, 2), (0, 1))
 """The two axes in the plane of a face, by the axis normal to the face."""
 
 TURN = (1.0, -1.0, 1.0)
-"""Sign of n x grad psi along the axes a and b of a face, by the axis normal to the face.
+"""Sign of the current n x grad psi in a face's axes a and b, by the axis normal to the face (no unit).
 
 n x grad psi is -dpsi/db along a and dpsi/da along b. Faces normal to y have the opposite sign.
 """
 
 THICKNESS = 2
+"""Number of the axis along which the box's thickness is measured (z)."""
 
 
 @record(eq=False)
 class BoxFunctions:
-    """Stream functions of one parity along x, y and z.
+    """Stream functions of one parity (1 even, -1 odd) along each of x, y and z.
 
-    `numbers` (functions along a, along b) are the numbers of each face's functions, by the axis normal to the face.
-    `kept` flags the functions in use among all. `inductance` is in H.
+    `numbers` (functions along a, along b; one array per normal axis) are the numbers of each face's functions. `kept`
+    flags the functions in use among all numbers. `inductance` (n, n; H) and `body` are for the functions in use.
     """
 
     parity: Parity
@@ -60,15 +61,16 @@ class BoxFunctions:
 
     @cached_property
     def energies(self) -> Energies:
-        """Energies inside the body and outside (see `StreamFunctions`)."""
+        """Energy matrices (H, 1/H, no unit) of the stream functions inside and outside the box."""
         return energies(self.inductance, self.body)
 
 
 @record(eq=False)
 class BoxClass:
-    """Eddy currents (A) of a box with one symmetry: even or odd along x, y and z (`parity`).
+    """Eddy currents (A) of a box with one symmetry: even (1) or odd (-1) along each of x, y and z (`parity`).
 
-    `projections` holds one pair of matrices per axis (see `GradedLine.projections`).
+    `projections` has for each axis two matrices that integrate a field with functions and with slopes (see
+    `GradedLine.projections`).
     """
 
     functions: BoxFunctions
@@ -76,16 +78,19 @@ class BoxClass:
 
     @property
     def parity(self) -> Parity:
-        """Parity along x, y and z (no unit)."""
+        """Parity (1 even, -1 odd; no unit) of the stream functions along x, y and z."""
         return self.functions.parity
 
     @property
     def in_plane(self) -> tuple[int, int]:
-        """Parities along x and y (no unit)."""
+        """Parities (1 even, -1 odd; no unit) of the stream functions along x and y."""
         return self.parity[:2]
 
     def drive(self, potential: Array) -> Array:
-        """Return flux linkages (Wb; see `CurrentClass`)."""
+        """Return the flux linkages (n, fields; Wb) of the n functions for a vector potential at the points.
+
+        `potential` (points, 3, fields; Wb/m) holds x, y and z components. There is one field per coil and pose.
+        """
         linkages = np.zeros((self.functions.kept.size, potential.shape[-1]))
         for across, (a, b) in enumerate(ACROSS):
             faces = self._face(potential, across)
@@ -98,7 +103,10 @@ class BoxClass:
         return linkages[self.functions.kept]
 
     def spread(self, functions: Array) -> Array:
-        """Return the weights (m) of potentials in the linkages, which are also currents (A m; see `CurrentClass`)."""
+        """Return the weights (points, 3, m; m) of potentials in the linkages of m current patterns `functions` (n, m).
+
+        A weight is also the current moment (A m) at a point that represents the pattern at a distance.
+        """
         pieces, whole = [], np.zeros((self.functions.kept.size, functions.shape[1]))
         whole[self.functions.kept] = functions
         for across, (a, b) in enumerate(ACROSS):
@@ -112,7 +120,11 @@ class BoxClass:
         return np.concatenate(pieces)
 
     def _face(self, potential: Array, across: int) -> Array:
-        """Return the potentials (2, points along a, along b, 3, fields; Wb/m) on both faces normal to an axis."""
+        """Return the potentials (2, points along a, along b, 3, fields; Wb/m) on both faces normal to an axis.
+
+        `potential` (points, 3, fields; Wb/m) is on all faces, `across` the number of the axis. The first axis of the
+        result is the upper face, then the lower face.
+        """
         counts = [self.projections[axis][0].shape[1] for axis in range(3)]
         sizes = [2 * counts[a] * counts[b] for a, b in ACROSS]
         a, b = ACROSS[across]
@@ -124,9 +136,9 @@ class BoxClass:
 class Box:
     """Box centred on the origin, for eddy currents on its faces.
 
-    `lines` are the edges along x, y and z; `counts` are the numbers of field points along them. Functions that vary
-    along both edges of a face faster than the wave number `shortest` (1/m) are omitted, because currents vary fast only
-    across a nearby edge.
+    `lines` hold the functions along x, y and z. `counts` are the numbers of field points along them. Functions with
+    wave numbers above `shortest` (1/m) along both edges of a face are omitted. Near an edge, currents vary fast only
+    across the edge.
     """
 
     lines: tuple[GradedLine, ...]
@@ -135,7 +147,10 @@ class Box:
 
     @cached_property
     def points(self) -> Array:
-        """Field points (m) on the faces normal to x, y and z, the upper face of each pair first (see `Surface`)."""
+        """Positions (points, 3; m) at which fields are evaluated.
+
+        The order is faces normal to x, to y and to z. The upper face of each pair is first.
+        """
         places = [line.half * gauss(count)[0] for line, count in zip(self.lines, self.counts, strict=True)]
         pieces = []
         for across, (a, b) in enumerate(ACROSS):
@@ -148,13 +163,13 @@ class Box:
 
     @property
     def largest(self) -> int:
-        """Number of functions of the largest class, which is even along x, y and z (no unit)."""
+        """Number of functions (no unit) in the largest class, which is even along x, y and z."""
         number = _numbers(self.lines)
         return int(np.count_nonzero(_of_parity(self.lines, (1, 1, 1), number, self.shortest)[1]))
 
     @cached_property
     def mirrored(self) -> tuple[Index, Index]:
-        """Numbers (points; no unit) of the points mirrored across x = 0 and y = 0 (see `Surface`)."""
+        """For each point, the number (points; no unit) of its mirror image across x = 0 and across y = 0."""
         pieces: tuple[list[Index], list[Index]] = [], []
         start = 0
         for across, (a, b) in enumerate(ACROSS):
@@ -167,7 +182,7 @@ class Box:
 
     @cached_property
     def classes(self) -> tuple[BoxClass, ...]:
-        """Current classes of the eight parities, with inductances in H (see `Surface`)."""
+        """Classes of eddy currents for the eight parities along x, y and z, with inductances in H."""
         sizes = zip(self.lines, self.counts, strict=True)
         projections = [line.projections(count) for line, count in sizes]
         return tuple(
@@ -178,9 +193,9 @@ class Box:
 
 @lru_cache(maxsize=1)
 def _functions(lines: tuple[GradedLine, ...], shortest: float) -> tuple[BoxFunctions, ...]:
-    """Return the functions of every parity.
+    """Return the stream functions of each of the eight parities along x, y and z, with inductances in H.
 
-    Functions whose wave numbers exceed `shortest` (1/m) along two edges at once are left out.
+    Functions with wave numbers above `shortest` (1/m) along two edges at once are omitted.
     """
     reach = 2.0 * math.hypot(*(line.half for line in lines))
     finest = min(float(line.steps.min()) for line in lines)
@@ -199,9 +214,9 @@ def _functions(lines: tuple[GradedLine, ...], shortest: float) -> tuple[BoxFunct
 
 
 def _numbers(lines: Sequence[GradedLine]) -> Index:
-    """Return numbers (no unit) of all products of functions along the lines that are not zero on the surface.
+    """Return a number (no unit) for each product of functions along x, y and z; -1 if it is zero on the surface.
 
-    Along each line, the parity with more functions sets the count.
+    Even and odd functions share the numbers. The parity with more functions sets the length of each axis.
     """
     return on_surface([max(line_modes.squares.size for line_modes in line.modes.values()) + 1 for line in lines])
 
@@ -209,10 +224,10 @@ def _numbers(lines: Sequence[GradedLine]) -> Index:
 def _of_parity(
     lines: Sequence[GradedLine], parity: Parity, number: Index, shortest: float
 ) -> tuple[tuple[Index, ...], Flags]:
-    """Return the numbers (no unit) of the functions on the faces of one parity, and flags of the kept functions.
+    """Return numbers (no unit) of the functions on the faces normal to x, y and z, and flags of functions in use.
 
-    `number` holds the numbers of all products. Functions that vary along two edges at once with wave numbers beyond
-    `shortest` (1/m) are not kept.
+    `number` (x, y, z) holds the numbers of all products. Functions with wave numbers above `shortest` (1/m) along two
+    edges at once are not in use.
     """
     modes = [line.modes[axis_parity] for line, axis_parity in zip(lines, parity, strict=True)]
     places = [np.append(np.arange(row.squares.size), count - 1) for row, count in zip(modes, number.shape, strict=True)]
@@ -227,9 +242,9 @@ def _of_parity(
 class _Folded:
     """Integrals of a line's functions of one parity, with each pair of functions stored once.
 
-    `mass` and `slope` (Gaussians + 1, pairs) are as in `LineIntegrals` (m2, no unit). Their last row is for the tail of
-    the `GaussianSum` and comes from `GradedLine.grams` (m, 1/m). `end` is as in `LineIntegrals`. `which` (n, n) is the
-    number of the pair of two functions.
+    `mass` (Gaussians + 1, pairs; m2) and `slope` (Gaussians + 1, pairs; no unit) are explained at `LineIntegrals`.
+    Their last row (m, 1/m) is for the tail of the `GaussianSum` and comes from `GradedLine.grams`. `end` (Gaussians, n;
+    no unit) is also explained there. `which` (n, n) is the number of the pair that two functions form.
     """
 
     mass: Array
@@ -239,7 +254,7 @@ class _Folded:
 
 
 def _folded(line: GradedLine, scales: Array) -> dict[int, _Folded]:
-    """Return a line's integrals (m2, no unit), by parity."""
+    """Return a line's integrals (m2, no unit) with Gaussians of the given `scales` (1/m), by parity (1, -1)."""
     folded = {}
     for parity, integrals in line.integrals(scales).items():
         upper = np.triu_indices(integrals.mass.shape[1])
@@ -255,12 +270,15 @@ def _inductance(
     lines: Sequence[GradedLine], parity: Parity, gaussians: GaussianSum, folded: Sequence[_Folded],
     numbers: Sequence[Index], selection: Flags,
 ) -> Array:
-    """Return the inductance matrix (n, n; H) of the kept functions.
+    """Return the inductance matrix (n, n; H) of the functions in use, for one parity along x, y and z.
+
+    `folded` are the integrals along the three lines. `numbers` and `selection` are explained at `BoxFunctions`
+    (`numbers`, `kept`).
 
     Notes
     -----
-    Neumann's integral of n x grad psi, with 1/R as a `GaussianSum`: for every Gaussian it is a product of
-    one-dimensional integrals. Derived here.
+    Neumann's integral of n x grad psi, with 1/R as a `GaussianSum`: for every Gaussian it is a product of one-
+    dimensional integrals. Derived here.
     """
     place = np.where(selection, np.cumsum(selection) - 1, -1)
     count = int(np.count_nonzero(selection))
@@ -289,9 +307,9 @@ def _inductance(
 
 
 def _kept_functions(places: Index) -> tuple[Index, tuple[Index, ...]]:
-    """Return the matrix places (no unit) of a face's functions in use, and their function numbers along both edges.
+    """Return the rows (no unit) of a face's functions in the inductance matrix, and their numbers along both edges.
 
-    `places` is -1 for functions that are not in use.
+    `places` (functions along a, along b) are these rows, -1 for functions not in use.
     """
     at = np.nonzero(places >= 0)
     return places[at], at
@@ -307,11 +325,11 @@ def box(
     size : tuple[float, float, float]
         lengths along x, y and z (m)
     first, widest : float
-        distances of the knots at the edges and in the middle of the faces (m)
+        distances of the spline knots at the edges and in the middle of the faces (m)
     counts : tuple[int, int, int]
         numbers of field points along x, y and z
     finer : int, optional
-        nodes for each knot (see `graded_line`)
+        number of nodes per knot (see `graded_line`)
     """
     through = min(first, 0.22 * size[THICKNESS]), max(0.25 * size[THICKNESS], first)
     steps = (first, widest), (first, widest), through
@@ -320,21 +338,22 @@ def box(
 
 
 SHORTEST = 3.0
-"""Wave number of currents along both edges of a face, times the distance of knots in its middle.
+"""Largest wave number of functions along both edges of a face, multiplied by the knot distance in the face's middle.
 
-With all functions, changes of L differ by at most 2e-4 of themselves, losses by 4e-4.
+Without this limit, changes of L differ by at most 2e-4 (ratio), losses by 4e-4.
 """
 
 
 def _with_axis(numbers: Index, first: int, across: int) -> Index:
-    """Return a face's numbers with axis `first` as the first dimension."""
+    """Return a face's function numbers with axis `first` as the first dimension, for the face normal to `across`."""
     return numbers if ACROSS[across][0] == first else numbers.T
 
 
 def _projected(field: Array, along_a: Array, along_b: Array) -> Array:
     """Return a field's integrals (functions along a, along b, ...) from its values at points (along a, along b, ...).
 
-    Two matrix products are faster here than einsum, whose search for a path costs more than the few fields of a pose.
+    `along_a` and `along_b` (functions, points) are quadrature matrices. Two matrix products are faster here than
+    einsum, whose search for a path costs more than the few fields of a pose.
     """
     half = along_a @ field.reshape(field.shape[0], -1)
     return along_b @ half.reshape(len(along_a), *field.shape[1:])

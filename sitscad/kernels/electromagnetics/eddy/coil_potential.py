@@ -1,12 +1,12 @@
-"""Vector potential above a flat coil of any shape, tabulated once from its real tracks.
+"""Vector potential above a flat coil of any shape, tabulated from its real tracks.
 
-Cubic splines assign the currents of every layer to a grid. Their Fourier transform is continued upwards by exp(-k z)
-(particle-mesh method; Hockney and Eastwood 1988). Mirrors behind and in front of the coil reflect every wave by their
-own factors.
+Cubic splines assign the currents of every layer to a grid. The Fourier transform of the grid is continued upwards by
+exp(-k z) (particle-mesh method; Hockney and Eastwood 1988). Mirrors behind and in front of the coil reflect every wave
+by a factor that depends on the wave number k.
 
-The grid is twice as coarse for every doubling of the height. Cubic splines interpolate between its nodes, and cubics in
-the logarithm of the height between heights. The grid repeats the coil periodically. The repeated coils are far enough
-to be dipoles, and their field is subtracted.
+The grid spacing doubles with every doubling of the height. Between the nodes, cubic splines interpolate. Between
+heights, cubics in the logarithm of the height interpolate. The Fourier transform repeats the coil periodically. The
+repeated coils are far enough to be dipoles, and the field of these dipoles is subtracted.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ Table = NDArray[np.complex64]
 ReflectionFactor = Callable[[Array], ComplexArray]
 
 FINE = 0.36
-"""Grid spacing over the lowest tabulated height."""
+"""Grid spacing divided by the lowest tabulated height."""
 
 ROOM = 3.6
-"""Side of the grid over the coil's diameter, or over half the diameter plus the reach if that is larger."""
+"""Side of the grid divided by the coil's diameter, or by half the diameter plus the reach if this is larger."""
 
 LEVELS = 5
 """Number of heights tabulated per octave (doubling of the height)."""
@@ -43,32 +43,38 @@ OCTAVES = 7
 """Number of tabulated octaves, from the lowest height on."""
 
 TRACK_FILAMENTS = 2
-"""Number of filaments across a track, at the Gauss points of its width."""
+"""Number of filaments that represent a track, at the Gauss points of its width."""
 
 LATTICE_REST = 9.0336217 - 4.0 - math.sqrt(2.0)
-"""Sum of 1/n^3 over the square lattice without its origin and the eight neighbours.
+"""Sum of 1/n^3 over a square lattice with spacing 1, n the distance from the origin, without the eight neighbours.
 
-The whole sum is 4 zeta(3/2) beta(3/2) = 9.0336 (Borwein et al. 2013).
+The sum with the neighbours is 4 zeta(3/2) beta(3/2) = 9.0336 (Borwein et al. 2013).
 """
 
 AT_ONCE = 8192
 """Number of points interpolated at once, so that intermediate arrays stay in a processor's cache."""
 
 REPEATED = 14
-"""Number of repeated images between two mirrors, on each side, whose dipoles represent the field far away."""
+"""Number of repeated images between two mirrors, counted on each side, that are included as dipoles far away."""
 
 FAR = 0.5
-"""Least height above a dipole, in sides of the grid, at which the field of its repetitions is a sum of waves.
+"""Least height above a dipole, divided by the grid's side, at which its repetitions are summed as waves.
 
-At lower heights, a uniform field stands for the repetitions beyond the eight nearest, with an error of up to 5e-4 of
-the coil's field.
+At lower heights, a uniform field replaces the repetitions beyond the eight nearest, with an error of up to 5e-4 of the
+coil's field.
 """
 
 FAR_BETWEEN = 0.25
-"""Height as in `FAR`, for a coil between two mirrors, where many images lie near this height."""
+"""Height divided by the side of the grid, used instead of `FAR` for a coil between two mirrors.
+
+Many images of the coil lie near this height.
+"""
 
 WAVES = 6
-"""Highest order of the waves along x and y. The next order has exp(-2 pi x 7 x 0.25) = 2e-5 of a dipole's field."""
+"""Highest order of the waves along x and y that represent repeated dipoles.
+
+The next order contributes exp(-2 pi x 7 x 0.25) = 2e-5 of a dipole's field.
+"""
 
 SMOOTH = 24
 """Number of points along a side of the grid from which the smooth field of the repeated coils is interpolated."""
@@ -76,9 +82,10 @@ SMOOTH = 24
 
 @record
 class _Dipole:
-    """Small loop that represents the whole coil at a distance: moment (m2) and height of its middle (m).
+    """Small loop that represents the whole coil, or an image of the coil, at a distance.
 
-    `ends` (x + i y; m) is the vector from the first end of the tracks to the last end, because a winding alone is open.
+    `moment` (m2) is the area times the number of turns, `height` (m) the height of the loop. `ends` (x + i y; m) runs
+    from the first end of the tracks to the last, because the winding is not a closed loop.
     """
 
     moment: float
@@ -88,13 +95,13 @@ class _Dipole:
 
 @record(eq=False)
 class _Octave:
-    """Potentials on grids at the heights of one octave.
+    """Potentials on grids at the heights of one octave (from a height to twice this height).
 
-    The grid has a `spacing` and a `side` (m). `waves` is the transform of the potential (m; spline coefficients) at the
-    mid-plane `top` of the top layer. `reflected_waves` is the transform of the waves that a mirror at a distance
-    `mirror_distance` (m) reflects, or None. `dipoles` are the coil's, which repeat beyond the grid. `values` (levels,
-    side, side) are potentials at the levels in `computed_levels`. Single precision is enough: its 1e-7 is far below
-    their error.
+    `lowest` (m) is the octave's lowest height above `top`, the height (m) of the top layer's mid-plane. The grid has a
+    `spacing` and a `side` (m). `waves` is the transform of the potential at `top`, as spline coefficients.
+    `reflected_waves` is the transform of the waves that a mirror at a distance `mirror_distance` (m) reflects, or None.
+    `dipoles` represent the coil and its images, which repeat beyond the grid. `values` (levels, side, side; Wb/m) are
+    potentials at the heights in `computed_levels`. Single precision is enough: its 1e-7 is far below the tables' error.
     """
 
     lowest: float
@@ -109,7 +116,7 @@ class _Octave:
     reflected_waves: ComplexArray | None = None
 
     def table(self, levels: Sequence[int]) -> Table:
-        """Return potentials (Wb/m) on the grids, after computing the `levels` levels that are missing."""
+        """Return potentials (levels, side, side; Wb/m) on the grids, after computing missing entries of `levels`."""
         missing = sorted({*levels} - self.computed_levels)
         count = len(self.waves)
         k, whole = _wave_numbers(count, self.spacing)
@@ -133,10 +140,11 @@ class _Octave:
 
 @record(eq=False)
 class CoilPotential:
-    """Potential of a coil with 1 A at any place above it, with its centre at x = y = 0.
+    """Vector potential of a coil with 1 A at any place above it, with the coil's centre at x = y = 0.
 
-    The coil's images in mirrors below and above are included. The table holds from the height `nearest` (m) above the
-    mid-plane of the top track.
+    The coil's images in mirrors below and above are included. `top` (m) is the height of the top track's mid-plane. The
+    tables hold from `nearest` (m) above it, in a square of width `side` (m). `dipoles` represent the coil and its
+    images outside the tables.
     """
 
     top: float
@@ -146,9 +154,9 @@ class CoilPotential:
     dipoles: tuple[_Dipole, ...]
 
     def __call__(self, points: Array) -> ComplexArray:
-        """Return A_x + i A_y (n; Wb/m) at points (n, 3) in metres; A_z is 0.
+        """Return A_x + i A_y (n; Wb/m) at points (n, 3; m). A_z is 0.
 
-        Far away the coil is a dipole (`_dipole_potential`).
+        Outside the tables the coil is a dipole (`_dipole_potential`).
         """
         height = np.maximum(points[:, 2] - self.top, self.nearest)
         octave = np.floor(np.log2(height / self.nearest) + 1e-12).astype(np.intp)
@@ -168,17 +176,17 @@ class CoilPotential:
 
 @record(eq=False)
 class Plane:
-    """A mirror at a height `z` (m).
+    """Mirror normal to z, at a height `z` (m).
 
-    `reflection_factor` gives the reflection factor (no unit) by wave number (1/m). If None, the factor is -1, for a
-    perfect conductor.
+    `reflection_factor` returns the ratio (no unit) of the reflected to the incident wave for wave numbers (1/m). If
+    None, the ratio is -1, a perfect conductor.
     """
 
     z: float
     reflection_factor: ReflectionFactor | None = None
 
     def factor(self, k: Array) -> ComplexArray:
-        """Return the reflection factor (no unit) of each wave number (1/m)."""
+        """Return the ratio (no unit) of the reflected to the incident wave for each wave number `k` (1/m)."""
         return np.full(k.shape, -1.0 + 0.0j) if self.reflection_factor is None else self.reflection_factor(k)
 
 
@@ -186,28 +194,30 @@ def coil_potentials(
     tracks: Sequence[PolylineTrack], nearest: float, reach: float, floor: Plane | None = None,
     roof: Plane | None = None, is_lossy: bool = False,
 ) -> tuple[CoilPotential, ...]:
-    """Tabulate the potential (Wb/m) of tracks in series, layers above each other, with the current along their corners.
+    """Tabulate the vector potential (Wb/m) above tracks in series, in layers above each other.
+
+    The current runs along the corners of each track.
 
     Parameters
     ----------
     tracks : sequence of PolylineTrack
         layers of the coil
     nearest : float
-        least height above the top mid-plane at which the table holds (m)
+        least height above the top layer's mid-plane for which the table holds (m)
     reach : float
         radius about the centre in which the table is finest (m)
     floor : Plane or None, optional
         mirror below the coil, if any
     roof : Plane or None, optional
-        mirror above the coil, if any. The table holds below it
+        mirror above the coil, if any. The table holds below it.
     is_lossy : bool, optional
-        whether to return a second potential
+        whether to return a second potential, the part reflected out of phase
 
     Returns
     -------
     tuple of CoilPotential
-        the potential, by the real parts of the reflection factors. If `is_lossy`, also the potential that the mirrors
-        reflect out of phase
+            potential in phase with the current (real parts of the reflection factors). If `is_lossy`, also the
+        potential that the mirrors reflect out of phase (imaginary parts)
 
     Notes
     -----
@@ -252,10 +262,10 @@ def coil_potentials(
 
 
 def _roof_factors(k: Array, top: float, floor: Plane | None, roof: Plane | None) -> tuple[ComplexArray, ComplexArray]:
-    """Return the factors (no unit) by wave number (1/m) by which a roof changes the waves at the height `top` (m).
+    """Return two factors (no unit) by which a mirror above the coil changes waves at the height `top` (m).
 
-    The first is the amplification of rising waves, the second the ratio of falling waves to rising waves. `top` is the
-    top mid-plane. With a floor, repeated reflections form a geometric series.
+    The first is the amplification of rising waves, the second the ratio of falling to rising waves. `k` are wave
+    numbers (1/m), `top` is the top layer's mid-plane. With a floor, repeated reflections form a geometric series.
     """
     if roof is None:
         return np.ones(k.shape, dtype=complex), np.zeros(k.shape, dtype=complex)
@@ -273,8 +283,9 @@ def _octave(
 ) -> _Octave:
     """Return a coil's potential (Wb/m) on grids over one octave of heights.
 
-    The dipoles that repeat beyond the grid are removed. The waves are divided by the spline's own values at the nodes,
-    (2 + cos) / 3 of a wave.
+    `rising` and `falling` are the transforms at the height `top` (m). `lowest` (m) is the octave's lowest height above
+    it and `number` its number from 0. `above` (m) is the distance of the upper mirror. Dipoles that repeat beyond the
+    grid are removed. The waves are divided by the spline's own values at the nodes, (2 + cos) / 3 of a wave.
     """
     whole = rising.shape[0]
     count = min(max(2 * math.ceil(0.5 * whole / 2**number), 64), whole)
@@ -293,9 +304,10 @@ def _octave(
 
 
 def _wave_numbers(count: int, spacing: float) -> tuple[Array, tuple[Index, Index]]:
-    """Return wave numbers (1/m) of one quarter of a Fourier transform, for a grid of a spacing (m).
+    """Return wave numbers (1/m) of one quarter of a grid's Fourier transform, and indices into this quarter.
 
-    Also return the index into that quarter for each wave of the whole transform (count, count).
+    The indices (rows and columns of (count, count)) give the wave number of each wave of the whole transform. The grid
+    has `count` nodes a side at a `spacing` (m).
     """
     number = np.minimum(np.arange(count), count - np.arange(count))
     k = 2.0 * math.pi / (count * spacing) * np.arange(count // 2 + 1)
@@ -307,8 +319,9 @@ def _wave_numbers(count: int, spacing: float) -> tuple[Array, tuple[Index, Index
 def _source_spectrum(corners: bytes, width: float, count: int, spacing: float) -> ComplexArray:
     """Return the spectrum (count, count) of a layer's sheet current (A/m, x + i y) on the grid, with rows along y.
 
-    `corners` are the bytes of the track's corners (n, 2; m), so that layers which repeat are cached. The spectrum is
-    divided by the splines' transform, sinc^4 (Hockney and Eastwood 1988).
+    `corners` are the bytes of the track's corners (n, 2; m), so that equal layers share one cached result. The track
+    has a `width` (m), the grid a `spacing` (m). The spectrum is divided by the splines' transform, sinc^4 (Hockney and
+    Eastwood 1988).
     """
     track = PolylineTrack(np.frombuffer(corners).reshape(-1, 2), width, 0.0, 0.0)
     nodes, weights = gauss(TRACK_FILAMENTS)
@@ -326,7 +339,10 @@ def _source_spectrum(corners: bytes, width: float, count: int, spacing: float) -
 
 
 def _pieces(corners: Array, spacing: float) -> tuple[Array, ComplexArray]:
-    """Return Gauss points (m) of pieces no longer than the spacing (m), and the length (x + i y, m) of each."""
+    """Return Gauss points (n, 2; m) on a polyline, and the length vector (n; x + i y, m) that each represents.
+
+    The sides between `corners` (m) are divided into pieces no longer than `spacing` (m).
+    """
     sides = np.diff(corners, axis=0)
     counts = np.ceil(np.hypot(*sides.T) / spacing).astype(np.intp)
     owner = np.repeat(np.arange(len(sides)), counts)
@@ -341,9 +357,9 @@ def _pieces(corners: Array, spacing: float) -> tuple[Array, ComplexArray]:
 
 
 def _spline(x: Array) -> tuple[Index, Array]:
-    """Return the four nodes (n, 4) about every place (n; in spacings) and their cubic B-spline weights (n, 4; no unit).
+    """Return the four grid nodes (n, 4) nearest to every place and their cubic B-spline weights (n, 4; no unit).
 
-    Source: de Boor, A Practical Guide to Splines, 1978.
+    `x` (n) are the places divided by the grid spacing. Source: de Boor, A Practical Guide to Splines, 1978.
     """
     first = np.floor(x).astype(np.intp)
     t = x - first
@@ -354,10 +370,10 @@ def _spline(x: Array) -> tuple[Index, Array]:
 
 
 def _interpolated(octave: _Octave, points: Array, height: Array, half: float) -> ComplexArray:
-    """Return the potential (n; Wb/m) at points (n, 2; m) and heights (n; m).
+    """Return the potential (n; Wb/m) at points (n, 2 or 3; m; x and y are used) and heights above the coil (n; m).
 
-    Cubic splines interpolate on the grids, and Lagrange's polynomial over the logarithm of the height (Abramowitz and
-    Stegun 25.2.13).
+    `half` (m) is half the side of the grid. Cubic splines interpolate on the grids, Lagrange's polynomial over the
+    logarithm of the height (Abramowitz and Stegun 25.2.13).
     """
     count = len(octave.waves)
     (columns, along_x), (rows, along_y) = (_spline((points[:, axis] + half) / octave.spacing) for axis in (0, 1))
@@ -382,10 +398,10 @@ def _interpolated(octave: _Octave, points: Array, height: Array, half: float) ->
 
 
 def _images(k: float, floor: Plane | None, roof: Plane | None) -> tuple[tuple[float, float, complex], ...]:
-    """Return a coil and its images, with the reflection factors of the mirrors at a wave number k (1/m).
+    """Return a coil and its images as (way, shift in m, strength without unit), with the coil first.
 
-    Each is (way, shift (m), strength (no unit) for horizontal currents). The way is 1 or -1: a current at z has its
-    image at way z + shift.
+    A current at height z has its image at height way z + shift, with way 1 or -1. The strength holds for horizontal
+    currents. The mirrors' reflection factors are taken at the wave number `k` (1/m).
     """
     at, images = np.array([k]), [(1.0, 0.0, 1.0 + 0.0j)]
     ends = [None if plane is None else complex(plane.factor(at)[0]) for plane in (floor, roof)]
@@ -406,10 +422,10 @@ def _images(k: float, floor: Plane | None, roof: Plane | None) -> tuple[tuple[fl
 def _dipoles(
     tracks: Sequence[PolylineTrack], images: Sequence[tuple[float, float, complex]], of: Callable[[Any], Any]
 ) -> tuple[_Dipole, ...]:
-    """Return a point dipole for the coil and for each of its images (`images` from `_images`, with the coil first).
+    """Return the point dipoles (m2, m) that represent the coil and each of its images at a distance.
 
-    `of` is the function for the real or the imaginary part of a strength. Images whose part is zero are left out. The
-    moment (m2) is the area by Gauss's shoelace formula times the strength.
+    `images` are the results of `_images`. `of` takes the real or the imaginary part of a strength. Images whose part is
+    zero are omitted. The moment (m2) is the area by Gauss's shoelace formula, multiplied by the strength.
     """
     areas, ends = [], []
     for track in tracks:
@@ -444,11 +460,11 @@ def _repeated(
     place : array
         coordinates of the grid along x and along y (m)
     dipoles : sequence of _Dipole
-        the coil and its images
+        dipoles of the coil and its images
     side : float
-        period of the repetitions (m)
+        period of the repetitions along x and y (m)
     height : float
-        distance from a dipole's plane from which its repetitions are a sum of waves (m)
+        distance from a dipole's plane at which the sum of waves replaces the sum over neighbours (m)
 
     Notes
     -----
@@ -484,8 +500,8 @@ def _repeated(
 
 @lru_cache(maxsize=OCTAVES)
 def _to_grid(count: int) -> Array:
-    """Return the matrix (count, SMOOTH; no unit) that interpolates a smooth field to the nodes of a grid.
+    """Return the matrix (count, SMOOTH; no unit) that interpolates a smooth field to the nodes of a grid's side.
 
-    The field is given at the Gauss points of the grid's side.
+    The field is given at `SMOOTH` Gauss points of the side.
     """
     return interpolation(SMOOTH, 2.0 * np.arange(count) / count - 1.0)

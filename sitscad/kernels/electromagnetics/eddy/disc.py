@@ -1,9 +1,9 @@
 """Eddy currents on a disc: round targets with side wall and edges.
 
-Stream functions are cos(m phi) or sin(m phi) times splines along the meridian, which runs from the axis over the edge
-down the wall. Orders m, cosine and sine, and both parities across the disc are independent. Inductances are integrals
-over the meridian of the mean of cos(n phi) / distance between circles. Its logarithmic singularity is integrated
-separately.
+Stream functions are cos(m phi) or sin(m phi) times splines along the meridian. The meridian is half of the outline:
+from the axis over the face to the edge, then down the wall. Orders m, cosine and sine, and both parities across the
+middle plane are independent. Inductances are integrals over the meridian of the mean of cos(n phi) / distance between
+two circles. The logarithmic singularity of this mean is integrated separately.
 """
 
 from __future__ import annotations
@@ -35,13 +35,13 @@ STABLE = 0.3
 """Value of acosh(x) below which the recursion of Q_(n-1/2)(x) from low to high orders n is stable."""
 
 BEYOND = 21.0
-"""Number of extra orders, times acosh(x), above the highest order, at which the downward recursion starts.
+"""Product of acosh(x) and the number of extra orders above the highest, at which the downward recursion starts.
 
 Source: Gil and Segura, Comput. Phys. Commun. 124, 2000.
 """
 
 BANDS = (STABLE, 2.0 * STABLE, 4.0 * STABLE, 8.0 * STABLE, math.inf)
-"""Limits of the argument's acosh between which the downward recursion starts at one common order."""
+"""Limits (no unit) of ranges of acosh(x). In each range, the downward recursion starts at one order for all x."""
 
 
 def toroidal(excess: Array, order: int) -> Array:
@@ -50,7 +50,7 @@ def toroidal(excess: Array, order: int) -> Array:
     Parameters
     ----------
     excess : array
-        argument less 1, positive, any shape
+        argument minus 1, positive, any shape
     order : int
         highest n
 
@@ -61,9 +61,9 @@ def toroidal(excess: Array, order: int) -> Array:
 
     Notes
     -----
-    The integral of cos(n phi) / distance over phi is 2 Q / sqrt(r1 r2) for circles of radii r1 and r2, with 1 + excess
-    = (r1^2 + r2^2 + z^2) / (2 r1 r2) (Cohl and Tohline, Astrophysical Journal 527, 1999). The recursion is from Gil and
-    Segura (2000).
+    The integral of cos(n phi) / distance over phi is 2 Q / sqrt(r1 r2) for circles of radii r1 and r2 at axial distance
+    z. The argument is 1 + excess = (r1^2 + r2^2 + z^2) / (2 r1 r2) (Cohl and Tohline, Astrophysical Journal 527, 1999).
+    The recursion is from Gil and Segura (2000).
     """
     x = excess.ravel()
     first, elliptic_e = _elliptic(np.sqrt(x / (x + 2.0)))
@@ -96,7 +96,7 @@ def toroidal(excess: Array, order: int) -> Array:
 
 
 def _elliptic(complement: Array) -> tuple[Array, Array]:
-    """Return the complete elliptic integrals K and E (no unit) from the complementary modulus.
+    """Return the complete elliptic integrals K and E (no unit) for complementary moduli `complement`.
 
     Method: arithmetic-geometric mean of 1 and the complementary modulus (Abramowitz and Stegun 17.6).
     """
@@ -117,10 +117,13 @@ POINTS = 3
 """Number of Gauss points on each straight piece of the meridian."""
 
 NEAR = 2.5
-"""Distance of a point from a piece's middle, over the piece's length, below which the logarithm is integrated apart."""
+"""Distance of a point from a piece's middle, divided by the piece's length, below which the piece counts as near.
+
+For near pieces, the logarithm in the integrand is integrated separately.
+"""
 
 COINCIDENT = 1e-3
-"""Distance, in lengths of a piece, assumed between a point and itself."""
+"""Distance assumed between a point and itself, divided by the length of its piece of the meridian. It avoids ln 0."""
 
 
 @record(eq=False)
@@ -128,8 +131,8 @@ class Meridian:
     """Upper half of a disc's outline, from the axis to the edge and down to the middle plane, as Gauss points.
 
     `places` (n, 2; m) are radius and height of the points, and `weights` (n; m) are their quadrature weights. `on_face`
-    is true for points of the face and false for points of the wall. `starts` and `ends` (pieces, 2; m) are the ends of
-    the straight pieces.
+    is true for points of the face and false for points of the wall. `starts` and `ends` (pieces, 2; m) are radius and
+    height of the ends of the straight pieces.
     """
 
     starts: Array
@@ -146,10 +149,10 @@ class Meridian:
 
 @record(eq=False)
 class DiscFunctions:
-    """Stream functions of one order m and one parity across the disc.
+    """Stream functions of one order m and one parity (1 even, -1 odd) across the middle plane of a disc.
 
-    Each is cos(m phi) or sin(m phi) times a function of the meridian. `values` and `slopes` (points of the meridian, n)
-    are the values and derivatives of the functions of the meridian.
+    Each is cos(m phi) or sin(m phi) times a function along the meridian. `values` (no unit) and `slopes` (1/m; both
+    (points of the meridian, n)) are the values and derivatives of the n functions. `inductance` (n, n) is in H.
     """
 
     order: int
@@ -161,10 +164,10 @@ class DiscFunctions:
 
     @cached_property
     def projections(self) -> tuple[Array, Array, Array, Array]:
-        """Weights (points, n; m) with which a potential drives the functions, for its four components.
+        """Weights (points, n; m) with which a vector potential drives the n functions, for its four components.
 
-        The components are along circles and radii of a face, then along circles and heights of the wall. Derived here
-        from the current n x grad psi of a stream function psi.
+        The components are, in this order: along circles of a face, along radii of a face, along circles of the wall,
+        along the height of the wall. Derived here from the current n x grad psi of a stream function psi.
         """
         disc, shape = self.disc, self.disc.meridian
         on_face = shape.on_face
@@ -180,30 +183,33 @@ class DiscFunctions:
 
     @cached_property
     def body(self) -> BodyEnergies:
-        """Energies (m) of the functions as potentials on the disc (see `StreamFunctions`)."""
+        """Energies (m) inside the disc, in vacuum and in metal, of the functions as potentials on its surface."""
         radial, around = self.disc.radials[self.order], 2.0 * math.pi if self.order == 0 else math.pi
         return disc_body(radial.modes, radial.turning, self.disc.wall.modes[self.parity], around)
 
     @cached_property
     def energies(self) -> Energies:
-        """Energies inside the body and outside (see `StreamFunctions`)."""
+        """Energy matrices (H, 1/H, no unit) of the stream functions inside and outside the disc."""
         return energies(self.inductance, self.body)
 
 
 @record(eq=False)
 class DiscClass:
-    """Currents of one order, one parity across the disc, and one phase ("cos" or "sin")."""
+    """Eddy currents of a disc with one order m, one parity across the middle plane, and one phase ("cos" or "sin")."""
 
     functions: DiscFunctions
     phase: str
 
     @property
     def in_plane(self) -> tuple[int, str]:
-        """Order and phase round the axis (no unit)."""
+        """Order m and phase ("cos" or "sin") of the currents round the axis (no unit)."""
         return self.functions.order, self.phase
 
     def drive(self, potential: Array) -> Array:
-        """Return flux linkages (Wb; see `CurrentClass`)."""
+        """Return the flux linkages (n, fields; Wb) of the n functions for a vector potential at the points.
+
+        `potential` (points, 3, fields; Wb/m) holds x, y and z components. There is one field per coil and pose.
+        """
         count, fields = self.functions.disc.counts[0], potential.shape[-1]
         rings = potential.reshape(-1, 3 * self.functions.disc.angles.size, fields)
         faces = rings[:count] - self.functions.parity * rings[count : 2 * count]
@@ -214,7 +220,10 @@ class DiscClass:
         return np.asarray(round_face.T @ azimuthal + out_face.T @ out + round_wall.T @ round_it + up_wall.T @ up)
 
     def spread(self, functions: Array) -> Array:
-        """Return the weights (m) of potentials in the linkages, which are also currents (A m; see `CurrentClass`)."""
+        """Return the weights (points, 3, m; m) of potentials in the linkages of m current patterns `functions` (n, m).
+
+        A weight is also the current moment (A m) at a point that represents the pattern at a distance.
+        """
         azimuthal, out, round_it, up = (projection @ functions for projection in self.functions.projections)
         on_face, on_wall = self._waves
         face = on_face[0, :, None] * azimuthal[:, None] + on_face[1, :, None] * out[:, None]
@@ -223,9 +232,9 @@ class DiscClass:
 
     @cached_property
     def _waves(self) -> tuple[Array, Array]:
-        """Weights (2, points times 3; no unit) of the potential at the points of a circle, for a face and for the wall.
+        """Weights (2, points times 3; no unit) of the potential at the points of a circle, on a face and on the wall.
 
-        For a face: along the circle and outwards. For the wall: along the circle and upwards.
+        Rows for a face: components along the circle and outwards. Rows for the wall: along the circle and upwards.
         """
         order, angle = self.functions.order, self.functions.disc.angles
         wave, turned = np.cos(order * angle), np.sin(order * angle)
@@ -240,10 +249,10 @@ class DiscClass:
 
 @record(eq=False)
 class Radial:
-    """Functions of one order m of cos(m phi) along the radius.
+    """Functions along the radius of a disc that are multiplied by cos(m phi), for one order m.
 
-    `values` (nodes, functions; no unit) are their values at the nodes. `modes` are their masses and stiffnesses, which
-    are integrals over radius times its step. `turning` is the argument of `disc_body` with that name.
+    `values` (nodes, functions; no unit) are their values at the nodes. `modes` are their masses and stiffnesses, as
+    integrals over radius times its differential. `turning` is the argument `turning` of `disc_body`.
     """
 
     values: Array
@@ -255,7 +264,7 @@ class Radial:
 class Disc:
     """Disc centred on the origin, for eddy currents on its faces and its wall.
 
-    `face` is the line of functions along the radius, `wall` the line along the height; half of each line is used.
+    `face` holds the functions along a diameter, `wall` the functions along the height; half of each line is used.
     `counts` are the numbers of field points along radius and height. `orders` is the highest order m of cos(m phi).
     """
 
@@ -268,19 +277,19 @@ class Disc:
     def mirrored(self) -> None:
         """None (no unit): mirror planes are not used for a disc.
 
-        Orders and phases divide its currents into more classes than mirror planes do (see `Surface`).
+        Orders and phases divide the currents into more classes than mirror planes would.
         """
         return None
 
     @cached_property
     def angles(self) -> Array:
-        """Azimuths (rad) of the field points."""
+        """Azimuths (rad) of the field points on each circle, equally spaced."""
         count = 2 * self.orders + 2
         return np.asarray(2.0 * math.pi / count * np.arange(count))
 
     @cached_property
     def points(self) -> Array:
-        """Field points (m) of the upper face, the lower face and the wall (see `Surface`)."""
+        """Positions (points, 3; m) at which fields are evaluated: upper face, lower face, then wall."""
         radius = 0.5 * self.face.half * (1.0 + gauss(self.counts[0])[0])
         height = self.wall.half * gauss(self.counts[1])[0]
         cosine, sine = np.cos(self.angles), np.sin(self.angles)
@@ -289,10 +298,10 @@ class Disc:
 
     @cached_property
     def resolved(self) -> tuple[Array, Array, Array]:
-        """Interpolation matrices (points of the meridian, field points; no unit) to the meridian's points.
+        """Interpolation matrices (points of the meridian, field points; no unit) from the field points to the meridian.
 
         The first interpolates along the radius to points of the face. The second interpolates along the height to
-        points of the wall, the third to their mirror images below the middle plane.
+        points of the wall, the third to the mirror images of these points below the middle plane.
         """
         on_face, places = self.meridian.on_face, self.meridian.places
         height = places[~on_face, 1] / self.wall.half
@@ -301,7 +310,7 @@ class Disc:
 
     @cached_property
     def meridian(self) -> Meridian:
-        """Half of the disc's outline (m), from the axis over the face down the wall."""
+        """Upper half of the disc's outline (m), from the axis over the face and down the wall to the middle plane."""
         # Gauss points of half the disc's section, from the axis over the face down the wall
         radii, heights = self.face.nodes[self.face.nodes.size // 2 :], self.wall.nodes[self.wall.nodes.size // 2 :]
         top = np.stack([radii, np.full_like(radii, self.wall.half)], axis=1)
@@ -316,7 +325,7 @@ class Disc:
 
     @cached_property
     def classes(self) -> tuple[DiscClass, ...]:
-        """Current classes by order, parity and phase, with inductances in H (see `Surface`)."""
+        """Classes of eddy currents by order, parity and phase, with inductances in H."""
         same, other = (_kernel(self.meridian, side, self.orders + 1) for side in (1.0, -1.0))
         kernels = {parity: same - parity * other for parity in PARITIES}
         classes = []
@@ -330,9 +339,10 @@ class Disc:
 
     @cached_property
     def radials(self) -> tuple[Radial, ...]:
-        """Functions (no unit) of every order m along the radius (m).
+        """Functions (no unit) along the radius (m), for every order m from 0 to the highest.
 
-        Near the axis they go like rho^m up to m = 3. Higher even orders go like rho^2, higher odd orders like rho^3.
+        Near the axis, functions of order m up to 3 vary with the radius rho like rho^m. Higher even orders vary like
+        rho^2, higher odd orders like rho^3.
         """
         middle, radials = self.face.nodes.size // 2, []
         radii = self.face.nodes[middle:]
@@ -344,7 +354,7 @@ class Disc:
         return tuple(radials)
 
     def _functions(self, order: int, parity: int) -> tuple[Array, Array]:
-        """Return values (no unit) and slopes (1/m) along the meridian at its points."""
+        """Return values (no unit) and slopes (1/m) of one order's functions, each (points of meridian, functions)."""
         face = self.radials[order].values
         wall = self.wall.values[parity][self.wall.nodes.size // 2 :][::-1]
         joined = face.shape[1] - 1
@@ -360,12 +370,15 @@ class Disc:
     def _inductance(
         self, order: int, parity: int, kernels: Mapping[int, Array], values: Array, slopes: Array
     ) -> Array:
-        """Return the inductance (n, n; H) of one order and parity.
+        """Return the inductance matrix (n, n; H) of the functions with one order m and one parity.
+
+        `kernels` (m; by parity) are the integrals from `_kernel`. `values` and `slopes` are the functions along the
+        meridian.
 
         Notes
         -----
-        Neumann's integral, with the kernels (m) of currents along the disc that are even and odd across it. Currents
-        along x +- i y have the orders m +- 1 (derived here).
+        Neumann's integral, with separate kernels for currents along the disc that are even and odd across the middle
+        plane. Currents along x +- i y have the orders m +- 1 (derived here).
         """
         radius, on_face = self.meridian.places[:, 0][:, None], self.meridian.on_face[:, None]
         wall, out = ~self.meridian.on_face, np.where(on_face, order * values, 0.0)
@@ -381,10 +394,10 @@ class Disc:
 
 
 def _radial(radii: Array, nodes: Array, order: int) -> Radial:
-    """Return the functions (no unit) of an order m from their values `nodes` at radii (m).
+    """Return the functions along the radius for an order m (no unit), with their masses and stiffnesses.
 
-    Relations are integrals over radius times its step of products of functions and of gradients, (d/d rho)^2 + m^2 /
-    rho^2 (textbook).
+    `nodes` (radii, functions) are their values at `radii` (m). Masses integrate products of two functions over radius
+    times its differential. Stiffnesses integrate products of gradients: (d/d rho)^2 + m^2 / rho^2 (textbook).
     """
     at, share = gauss(4)
     steps = np.diff(radii)
@@ -415,13 +428,13 @@ def disc(
     diameter, thickness : float
         size of the disc (m)
     first, widest : float
-        distances of the knots at the edges and in the middle of the face (m)
+        distances of the spline knots at the edges and in the middle of the face (m)
     counts : tuple[int, int]
         numbers of field points along the radius and the height
     orders : int
-        highest order of cos(m phi)
+        highest order m of cos(m phi)
     finer : int, optional
-        nodes for each knot (see `graded_line`)
+        number of nodes per knot (see `graded_line`)
     """
     face = graded_line(0.5 * diameter, first, widest, finer)
     wall = graded_line(0.5 * thickness, min(first, 0.22 * thickness), max(0.25 * thickness, first), finer)
@@ -429,7 +442,10 @@ def disc(
 
 
 def _circles(radius: Array, height: Array, cosine: Array, sine: Array) -> Array:
-    """Return points (circles times azimuths, 3; m) on circles of radii and heights (n; m)."""
+    """Return points (circles times azimuths, 3; m) on circles, given by radius and height of each circle (n; m).
+
+    `cosine` and `sine` belong to the azimuths.
+    """
     points = np.empty((radius.size, cosine.size, 3))
     points[..., 0], points[..., 1] = radius[:, None] * cosine, radius[:, None] * sine
     points[..., 2] = height[:, None]
@@ -437,9 +453,10 @@ def _circles(radius: Array, height: Array, cosine: Array, sine: Array) -> Array:
 
 
 def _kernel(shape: Meridian, side: float, orders: int) -> Array:
-    """Return integrals (orders + 1, points, points; m) of cos(n phi) / distance for every pair of points.
+    """Return integrals (orders + 1, points, points; m) of cos(n phi) / distance over phi, for n from 0.
 
-    Both quadrature weights are included. `side` -1 takes the mirror image of the second point below the middle plane.
+    Both quadrature weights are included. With `side` -1, the second point is mirrored below the middle plane; with 1 it
+    is not.
 
     Notes
     -----
@@ -477,8 +494,9 @@ def _kernel(shape: Meridian, side: float, orders: int) -> Array:
 def _log_weights(points: Array, starts: Array, ends: Array) -> Array:
     """Return weights (n, POINTS; no unit) for the integral of a function times ln(distance from a point) over a piece.
 
-    The function is given at the piece's Gauss points, and the piece's length is 1. Points are graded like x^4 about the
-    nearest place.
+    The function is given at the piece's Gauss points, and the piece's length counts as 1. `points`, `starts` and `ends`
+    (n, 2; m) are the point and the piece's ends. Quadrature points are graded like x^4 about the place nearest to the
+    point.
     """
     sides = ends - starts
     nearest = np.clip(np.einsum("nc,nc->n", points - starts, sides) / np.einsum("nc,nc->n", sides, sides), 0.0, 1.0)

@@ -1,7 +1,8 @@
 """Smooth functions along one edge of a box or the radius of a disc: cubic splines, with knots dense towards both ends.
 
-At a metal's edge a current grows like a root of the distance, so knots crowd there geometrically. Every spline is
-stored as its values at finer nodes and is linear between them. Then all integrals with Gaussians have a closed form.
+Near a metal's edge, a current varies like a root of the distance from the edge, so knots are spaced geometrically.
+Every spline is stored as its values at finer nodes and is linear between them. Then all integrals with Gaussians have a
+closed form.
 """
 
 from __future__ import annotations
@@ -18,18 +19,19 @@ from sitscad.basics.record import record
 from sitscad.kernels.electromagnetics.special_functions import gauss, legendre
 
 STEP = 0.45
-"""Step of the trapezoidal rule in ln s (see `GaussianSum`), for a relative error of 2e-5 in 1/R.
+"""Step of the trapezoidal rule in ln s (no unit) by which `GaussianSum` approximates 1/R.
 
-The error falls like exp(-pi^2 / 2 step).
+The relative error of 1/R is 2e-5. It falls like exp(-pi^2 / (2 step)).
 """
 
 
 @record(eq=False)
 class GaussianSum:
-    """Approximation of 1/R as the sum of `weights` exp(-(scales R)^2) (1/m), for R between two distances.
+    """Approximation of 1/R (1/m) as the sum of weights exp(-(scales R)^2), for R between two distances.
 
-    Each term is a product of functions of x, y and z, so integrals over boxes separate. On a surface, nearer points
-    contribute `tail` (m) times a delta function, which the sum lacks.
+    `scales` and `weights` (Gaussians) are in 1/m. Each term is a product of functions of x, y and z, so integrals over
+    boxes separate. The sum is too small at shorter distances. On a surface, `tail` (m) times a delta function replaces
+    the missing part.
 
     Notes
     -----
@@ -44,9 +46,9 @@ class GaussianSum:
 
 
 def gaussian_sum(nearest: float, farthest: float) -> GaussianSum:
-    """Return the sum that holds from `nearest` to `farthest` (m).
+    """Return the sum of Gaussians that equals 1/R for distances R from `nearest` to `farthest` (m).
 
-    It is the trapezoidal rule of `GaussianSum`. Its tail is the integral over larger s.
+    It is the trapezoidal rule of `GaussianSum`. The tail is the integral over s above the largest scale.
     """
     count = math.ceil(math.log(40.0 * farthest / nearest) / STEP)
     scales = 0.05 / farthest * np.exp(STEP * np.arange(count + 1))
@@ -67,7 +69,7 @@ def repeated_integrals(scales: Array, u: Array) -> tuple[Array, Array, Array, Ar
     Returns
     -------
     four arrays (scales, n)
-        in m, m2, m3 and m4. Their parity alternates, beginning with odd
+        integrals in m, m2, m3 and m4: odd, even, odd and even functions of u
 
     Notes
     -----
@@ -88,7 +90,7 @@ def repeated_integrals(scales: Array, u: Array) -> tuple[Array, Array, Array, Ar
 
 
 FAR = 6.0
-"""Argument of erf from which its value is 1 up to rounding."""
+"""Argument of erf above which its value counts as 1. The difference is below rounding."""
 
 ERF_STEPS = 512
 """Number of tabulated values of erf per unit of its argument."""
@@ -96,14 +98,15 @@ ERF_STEPS = 512
 
 @lru_cache(maxsize=1)
 def _known_erf() -> Array:
+    """Return erf(x) (no unit) for x from 0 to `FAR`, at `ERF_STEPS` values per unit of x."""
     return np.array([math.erf(k / ERF_STEPS) for k in range(int(FAR * ERF_STEPS) + 1)])
 
 
 def _erf(x: Array, falling: Array) -> Array:
     """Return erf(x) (no unit) to rounding, for x from 0 to `FAR`; `falling` is exp(-x^2).
 
-    It is Taylor's series from the nearest tabulated value. The next term is below 1e-16 (derivatives: Abramowitz and
-    Stegun 7.1.19).
+    Method: Taylor's series about the nearest tabulated value. The first omitted term is below 1e-16 (derivatives:
+    Abramowitz and Stegun 7.1.19).
     """
     place = np.rint(x * ERF_STEPS)
     t = x - place / ERF_STEPS
@@ -114,18 +117,22 @@ def _erf(x: Array, falling: Array) -> Array:
 
 
 RATIO = 1.7
-"""Ratio of successive knot distances, from the ends of the line inwards."""
+"""Ratio of successive knot distances, counted from each end of the line towards the middle."""
 
 FINER = 6
-"""Number of Gauss nodes for each knot."""
+"""Number of nodes per knot distance. Functions are stored as their values at the nodes."""
 
 DEGREE = 3
-"""Degree of the splines."""
+"""Degree of the splines (3: cubic)."""
 
 PARITIES = (1, -1)
+"""Parities of functions about the middle: 1 even, -1 odd."""
 
 EQUAL = 1e-12
-"""Largest difference of two distances, over half the line, that is rounding alone: the distances count as equal."""
+"""Largest difference of two distances, divided by half the line's length, at which the distances count as equal.
+
+Such a difference is rounding.
+"""
 
 
 @record(eq=False)
@@ -133,8 +140,8 @@ class LineIntegrals:
     """Double integrals of a line's functions with each Gaussian exp(-s^2 (x - x')^2).
 
     `mass` (scales, n, n; m2) integrates products of two functions, `slope` (scales, n, n; no unit) products of two
-    slopes. `end` (scales, n; no unit) is a single integral: a slope times the Gaussian of the distance from the upper
-    end.
+    slopes. `end` (scales, n; no unit) is a single integral of a slope times a Gaussian of the distance from the line's
+    upper end.
     """
 
     mass: Array
@@ -146,11 +153,10 @@ class LineIntegrals:
 class LineModes:
     """Functions of one parity along a line, or of one order along a radius, described by their integrals.
 
-    A mass is the integral of the product of two functions, a stiffness is the integral of the product of their slopes.
-    All but the last function are 0 at the end. They have unit mass, are orthogonal in mass and stiffness, and have the
-    stiffnesses `squares` (n - 1; 1/m2). The last function is 1 at the end and orthogonal to the others in stiffness.
-    `ends` (n - 1) are the masses of the last function with the others. `mass` and `stiffness` are the last function's
-    own values.
+    A mass is the integral of the product of two functions, a stiffness the integral of the product of their slopes. All
+    but the last function are 0 at the end, have unit mass and are orthogonal in mass and stiffness. `squares` (n - 1;
+    1/m2) are their stiffnesses. The last function is 1 at the end and orthogonal to the others in stiffness. `ends` (n
+    - 1) are its masses with the other functions, `mass` and `stiffness` its own mass and stiffness.
     """
 
     squares: Array
@@ -160,10 +166,10 @@ class LineModes:
 
 
 def line_modes(mass: Array, stiffness: Array) -> tuple[Array, LineModes]:
-    """Return combinations of functions (n, n; columns, no unit) as in `LineModes`, and their relations.
+    """Return combinations of functions (n, n; columns, no unit) that are orthogonal, and their integrals.
 
-    `mass` and `stiffness` are the matrices of the functions (textbook). Only the last function is not 0 at the end, and
-    it is 1 there.
+    `mass` and `stiffness` (n, n) are the integrals of the given functions (textbook). Only the last function is not 0
+    at the end: it is 1 there. `LineModes` describes the combinations.
     """
     root = np.linalg.inv(np.linalg.cholesky(mass[:-1, :-1]))
     squares, vectors = np.linalg.eigh(root @ stiffness[:-1, :-1] @ root.T)
@@ -177,10 +183,11 @@ def line_modes(mass: Array, stiffness: Array) -> tuple[Array, LineModes]:
 
 @record(eq=False)
 class GradedLine:
-    """Functions on [-half, half] (m): even ones under the key 1, odd ones under -1, as values (nodes, n) at the nodes.
+    """Even and odd functions on a line from -half to half (m), dense in knots towards both ends.
 
-    Only the last function of each parity is not 0 at the end. It is 1 there: a constant or a straight line. `modes` are
-    the relations of the functions.
+    `nodes` (m) are the places at which functions are stored. `values` (nodes, n) are the functions by parity (1 even,
+    -1 odd). All but the last function of each parity are 0 at the ends. The last function is a constant or a straight
+    line and is 1 at the upper end. `modes` are the functions' integrals by parity.
     """
 
     half: float
@@ -190,19 +197,19 @@ class GradedLine:
 
     @cached_property
     def steps(self) -> Array:
-        """Distances of the nodes (m)."""
+        """Distances between successive nodes (m)."""
         return np.diff(self.nodes)
 
     def bends(self, parity: int) -> Array:
-        """Return the jumps of the slope (nodes, n; 1/m). Beyond both ends the slope is 0."""
+        """Return the jumps of the functions' slopes at the nodes (nodes, n; 1/m). Outside the line the slope is 0."""
         slopes = np.diff(self.values[parity], axis=0) / self.steps[:, None]
         nothing = np.zeros_like(slopes[:1])
         return np.diff(np.concatenate([nothing, slopes, nothing]), axis=0)
 
     def integrals(self, scales: Array) -> dict[int, LineIntegrals]:
-        """Return integrals with exp(-s^2 (x - x')^2) for every s (1/m), by parity.
+        """Return double integrals of the functions with exp(-s^2 (x - x')^2) for every s in `scales` (1/m), by parity.
 
-        Integration by parts leaves the jumps of the slopes times repeated integrals (derived here).
+        Integration by parts leaves the jumps of the slopes times repeated integrals of the Gaussian (derived here).
         """
         # half of the line is enough: every function and its bends are even or odd
         middle = self.nodes.size // 2
@@ -228,11 +235,11 @@ class GradedLine:
         return integrals
 
     def grams(self, parity: int) -> tuple[Array, Array]:
-        """Return integrals of products of functions (n, n; m) and of products of slopes (n, n; 1/m)."""
+        """Return integrals of products of two functions (n, n; m) and of two slopes (n, n; 1/m), for one parity."""
         return _grams(self.nodes, self.values[parity])
 
     def projections(self, count: int) -> dict[int, tuple[Array, Array]]:
-        """Return matrices (n, count) that integrate a smooth field with functions (m) and slopes (no unit), by parity.
+        """Return two matrices (n, count) that integrate a field times functions (m) and slopes (no unit), by parity.
 
         The field is given at `count` Gauss points. The matrices are exact for polynomials of degree `count` - 1.
         """
@@ -251,8 +258,8 @@ class GradedLine:
 def _quadratic_forms(functions: Sequence[Array], here: Array, mirrored: Array) -> list[Array]:
     """Return f' M f (m, n, n) for even and for odd functions f (nodes, n), in the product of their units.
 
-    M are matrices (m, nodes, nodes): `here` plus (even) or minus (odd) `mirrored`, the matrix of the line's mirrored
-    half.
+    f' is the transpose of f. The matrices M (m, nodes, nodes) are `here` + `mirrored` for even functions and `here` -
+    `mirrored` for odd functions. `mirrored` is the matrix from the upper half of the line to its lower half.
     """
     results = []
     for table, between in zip(functions, (here + mirrored, here - mirrored), strict=True):
@@ -261,7 +268,7 @@ def _quadratic_forms(functions: Sequence[Array], here: Array, mirrored: Array) -
 
 
 def interpolation(count: int, places: Array) -> Array:
-    """Return the matrix (n, count; no unit) that interpolates from `count` Gauss points to `places` (n) in -1 to 1.
+    """Return the matrix (n, count; no unit) that interpolates from `count` Gauss points to `places` (n; -1 to 1).
 
     Legendre coefficients are (k + 1/2) times the integral with P_k (Jackson, Classical Electrodynamics, equation 3.24).
     """
@@ -273,16 +280,16 @@ def interpolation(count: int, places: Array) -> Array:
 
 @lru_cache(maxsize=8)
 def graded_line(half: float, first: float, widest: float, finer: int = FINER) -> GradedLine:
-    """Return the line from -half to half with its splines.
+    """Return the spline functions on the line from -half to half.
 
     Parameters
     ----------
     half : float
-        half of its length (m)
+        half of the line's length (m)
     first, widest : float
-        distance of the knots at the ends and largest distance in the middle (m)
+        distance of the knots at the ends, and largest distance of knots in the middle (m)
     finer : int, optional
-        nodes for each knot
+        number of nodes per knot distance
 
     Notes
     -----
@@ -323,9 +330,9 @@ def graded_line(half: float, first: float, widest: float, finer: int = FINER) ->
 
 
 def _grams(nodes: Array, values: Array) -> tuple[Array, Array]:
-    """Return integrals of products of functions (n, n; m) and of products of slopes (n, n; 1/m).
+    """Return integrals of products of two functions (n, n; m) and of products of two slopes (n, n; 1/m).
 
-    Functions are linear between the nodes (textbook).
+    `values` (nodes, n) are the functions, linear between the `nodes` (m) (textbook).
     """
     steps = np.diff(nodes)[:, None]
     slopes = np.diff(values, axis=0) / steps

@@ -1,9 +1,9 @@
-"""A target over a mirror: the effect of the image of its own eddy currents.
+"""Effect on a target of the mirror image of its own eddy currents.
 
-The image is at least twice as far away as the mirror, so only long waves of the currents matter. A few combinations of
-currents represent them. They are solved once, at the nearest pose, separately for each symmetry in the plane, because
-the image of a level target keeps that symmetry. At any other pose the image couples these combinations alone
-(Woodbury's formula).
+The image is at least twice as far from the target as the mirror, so only long waves of the currents couple to it. A few
+current patterns (weighted sums of stream functions) represent these waves. They are solved once, at the pose nearest to
+the mirror, separately for each symmetry in the plane. The image of a level target keeps this symmetry. At any other
+pose, only these patterns are coupled to the image (Woodbury's formula).
 """
 
 from __future__ import annotations
@@ -43,14 +43,15 @@ class Folding:
 
     @property
     def kept(self) -> Index:
-        """Numbers of the quarter's own points (n)."""
+        """Numbers (n; no unit) of the points in the quarter itself, without mirror images."""
         return np.asarray(self.mirrored_points[0])
 
     def kernels(self, points: Array, mirror: Mirror) -> Kernels:
-        """Return `inverse_distances` (two arrays (4, n, n); 1/m) of the quarter to the images of its mirrored copies.
+        """Return the sums of inverse distances (two arrays (4, n, n); 1/m) from the quarter's points to mirror images.
 
-        `points` (all, 3; m) cover the whole surface. The first axis is the mirrored copy of the quarter. Values are
-        weighted so that points in a plane count once.
+        The two arrays are for currents along and across the mirror. The first axis is the copy of the quarter: itself,
+        mirrored across x = 0, across y = 0, across both. `points` (all, 3; m) cover the whole surface. Points in a
+        symmetry plane, which are their own copies, have a lower weight so that they count once.
         """
         weights = 0.25 * self.root_multiplicity[:, None] * self.root_multiplicity
         each = [inverse_distances(points[self.kept], points[numbers], mirror) for numbers in self.mirrored_points]
@@ -59,7 +60,7 @@ class Folding:
 
 
 def folding(surface: Surface) -> Folding | None:
-    """Return the folding of a surface (weights without unit), or None if the surface has no mirror planes.
+    """Return the quarter of a surface and its mirror images (weights without unit). None if it has no mirror planes.
 
     Derived here: see `Folding`.
     """
@@ -75,13 +76,15 @@ def folding(surface: Surface) -> Folding | None:
 
 
 def signs(parity: tuple[int, int]) -> Array:
-    """Return signs (4, 3; no unit) of the current's components at mirrored points, relative to the point itself.
+    """Return the signs (4, 3; no unit) of the current's x, y and z components at the four mirror images of a point.
+
+    Rows are the point itself, then its images across x = 0, across y = 0 and across both.
 
     Notes
     -----
-    The stream function has `parity` along x and y. Derived here: currents are perpendicular to the gradient of the
-    stream function. Across x = 0 the x component has the parity of the stream function, and the y component has the
-    opposite parity.
+    The stream function has `parity` (1 even, -1 odd) along x and y. Derived here: currents are perpendicular to the
+    gradient of the stream function. Across x = 0 the x component has the parity of the stream function, and the y
+    component has the opposite parity.
     """
     x, y = parity
     across_x, across_y = np.array([x, -x, -x], dtype=float), np.array([-y, y, -y], dtype=float)
@@ -89,7 +92,11 @@ def signs(parity: tuple[int, int]) -> Array:
 
 
 def by_axis(kernels: Kernels, parity: tuple[int, int]) -> Sequence[Array]:
-    """Return sums (n, n; 1/m) of `Folding.kernels` for the x, y and z components of currents of a parity."""
+    """Return three matrices (n, n; 1/m) of inverse distances, for the currents' x, y and z components, in one quarter.
+
+    They are the sums of `kernels` (from `Folding.kernels`) over the four mirror images. The signs are for a stream
+    function with `parity` (1 or -1) along x and y.
+    """
     horizontal, vertical = kernels
     if horizontal is vertical:
         return list(np.tensordot(signs(parity).T, horizontal, axes=1))
@@ -97,9 +104,9 @@ def by_axis(kernels: Kernels, parity: tuple[int, int]) -> Sequence[Array]:
 
 
 def inverse_distances(points: Array, others_at: Array, mirror: Mirror) -> Kernels:
-    """Return sums of inverse distances (n, m; 1/m) of points (n, 3; m) from the images of others (m, 3; m).
+    """Return sums of inverse distances (n, m; 1/m) of points (n, 3; m) from the mirror images of points (m, 3; m).
 
-    The first sum is for currents along the mirrors, the second for currents across them.
+    The first sum is for currents parallel to the mirrors, the second for currents perpendicular to them.
 
     Notes
     -----
@@ -119,9 +126,9 @@ def inverse_distances(points: Array, others_at: Array, mirror: Mirror) -> Kernel
 
 
 def inverse_distance(points: Array, image_points: Array, way: float, shift: float) -> Array:
-    """Return 1 / distance (n, m; 1/m) of points (n, 3; m) from others (m, 3; m) that are mirrored and shifted.
+    """Return 1 / distance (n, m; 1/m) of points (n, 3; m) from the images of other points (m, 3; m).
 
-    The z of the others is multiplied by `way` (1 or -1), then `shift` (m) is added.
+    The image of a point at height z is at height `way` z + `shift` (m), with `way` 1 or -1.
     """
     image = image_points * np.array([1.0, 1.0, way]) + np.array([0.0, 0.0, shift])
     square = np.zeros((len(points), len(image)))
@@ -132,43 +139,48 @@ def inverse_distance(points: Array, image_points: Array, way: float, shift: floa
 
 
 LEAST = 2e-4
-"""Least coupling of a combination of currents with its image, over its own energy, at which it is kept.
+"""Least coupling of a current pattern with its mirror image, divided by its own energy, at which the pattern is used.
 
-Omitting the others changes an inductance change by at most 1e-5, and the loss that comes with it by 5e-4. Cases: boxes
+Without the weaker patterns, the inductance change by the target is off by at most 1e-5, the loss by 5e-4. Cases: boxes
 and discs of 3 to 20 mm over mirrors, moved and tilted.
 """
 
 NOISE = 1e-5
-"""Least energy of a current, relative to the largest energy. Lower energies are within the error of the integrals.
+"""Least energy of a current, divided by the largest energy, that exceeds the error of the integrals.
 
-Lower energies are raised to this value if the inductance matrix is not positive definite.
+If the inductance matrix is not positive definite, lower energies are raised to this value.
 """
 
 AMONG = 64
-"""Number of pseudo-random combinations, for one symmetry, from which the significant combinations are computed.
+"""Number of pseudo-random current patterns, for one symmetry, from which the significant patterns are computed.
 
-The number is doubled until at most a third of the combinations is significant. The omission is below 1e-11 of a change
-(templates, compared with all combinations).
+The number is doubled until at most a third of the patterns is significant. The omitted patterns change an inductance
+change by less than 1e-11 (templates, compared with all patterns).
 """
 
 REPEATED_IMAGES = 6
-"""Number of repeated images between two mirrors, on each side.
+"""Number of repeated images between two mirrors, counted on each side of the target.
 
-Omitting the next images causes an error of 1e-4 of a front plate's effect.
+Without the images beyond, the effect of a front plate is off by 1e-4 (ratio).
 """
 
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+"""Golden ratio minus 1 (no unit), the step of the pseudo-random numbers in `_significant_currents`."""
 
 MIRRORED = np.array([-1.0, -1.0, 1.0])
-"""Sign of the image of a current by axis: along a perfect conductor it is reversed, across the conductor it is kept."""
+"""Sign of a current's x, y and z components in its image in a perfect conductor normal to z (no unit).
+
+Components along the conductor are reversed, the component perpendicular to it is not.
+"""
 
 
 @record
 class Roof:
-    """Metal in front of a target, as planes that reflect fields like perfect conductors times a strength.
+    """Metal in front of a target, replaced by planes that reflect fields.
 
-    `planes` are heights (m) and strengths (no unit, complex) that together represent the metal. `far` is a single plane
-    with a real strength that represents it for repeated reflections between both mirrors.
+    A plane reflects like a perfect conductor, multiplied by a strength (no unit). `planes` (height in m, complex
+    strength) together represent the metal. `far` (height in m, real strength) is a single plane for waves that are
+    reflected repeatedly between both mirrors.
     """
 
     planes: tuple[tuple[float, complex], ...]
@@ -177,9 +189,10 @@ class Roof:
 
 @record
 class Mirror:
-    """A plane behind a target that reflects fields like a perfect conductor, and the metal in front of the target.
+    """Plane behind a target that reflects fields, and the metal in front of the target.
 
-    The plane's height is `floor` (m), -inf if there is none. Its reflection is multiplied by `strength`.
+    The plane is at the height `floor` (m), -inf if there is none. It reflects like a perfect conductor, multiplied by
+    `strength` (no unit). `roof` is the metal in front, None if there is none.
     """
 
     floor: float
@@ -188,18 +201,18 @@ class Mirror:
 
     @property
     def scale(self) -> float:
-        """Factor (no unit) of a single mirror's image.
+        """Factor (no unit) on the coupling to the image in a single mirror; 1 with two mirrors.
 
-        It is 1 for two mirrors, whose `images` have their own strengths.
+        With two mirrors, `images` contain the strength of each image.
         """
         return self.strength if self.roof is None else 1.0
 
     @cached_property
     def images(self) -> tuple[tuple[float, float, complex], ...]:
-        """Images by `way` (1 or -1), shift (m) and strength (no unit): a current at z has its image at way z + shift.
+        """Images as (way, shift in m, strength without unit): a current at height z has an image at way z + shift.
 
-        Between two mirrors every image has an image in the other mirror (textbook). The series ends after
-        `REPEATED_IMAGES` images on each side.
+        The way is 1 or -1. Between two mirrors, every image has an image in the other mirror (textbook). The series
+        ends after `REPEATED_IMAGES` images on each side.
         """
         floor: list[tuple[float, float, complex]] = [(-1.0, 2.0 * self.floor, self.strength)]
         if self.roof is None:
@@ -217,7 +230,7 @@ class Mirror:
 
     @property
     def in_phase(self) -> Mirror:
-        """The mirror without its out-of-phase reflection."""
+        """Mirror with real strengths (no unit): only the part of the reflection in phase with the current."""
         if self.roof is None:
             return self
         planes = tuple((z, complex(strength.real)) for z, strength in self.roof.planes)
@@ -226,11 +239,12 @@ class Mirror:
 
 @record(eq=False)
 class ImageModes:
-    """Combinations of currents that the image couples.
+    """Current patterns by which a target couples to its own mirror image.
 
-    `within` (functions, k), by class, is in units of flux linkage. `currents` (points, 3, k; A m) are the combinations
-    at `points` (m, from the middle of the near face). If the target can be folded, `parities` lists each symmetry with
-    its number of combinations, in their order.
+    `within` (functions, k; one array per class) are the k patterns as weights of the class's stream functions. `points`
+    (points, 3; m) are relative to the middle of the near face. `currents` (points, 3, k; A m) are the patterns at these
+    points. `folding` is the quarter of a symmetric target, None if the target has no symmetry. `parities` lists the
+    symmetries along x and y, each with its number of patterns, in their order.
     """
 
     within: tuple[Array, ...]
@@ -240,16 +254,16 @@ class ImageModes:
     parities: tuple[tuple[tuple[int, int], int], ...] = ()
 
     def coupling(self, turn: Array, place: Array, mirror: Mirror) -> Array:
-        """Return inductances (k, k; H) of the combinations with their images.
+        """Return the mutual inductances (k, k; H) of the current patterns with the images of all patterns.
 
         Parameters
         ----------
         turn : array
             rotation matrix (3, 3) of the target about the middle of its near face
         place : array
-            middle of the near face (m)
+            middle of the near face (x, y, z; m)
         mirror : Mirror
-            plane in which the images are taken
+            planes that reflect the currents
 
         Notes
         -----
@@ -274,20 +288,22 @@ class ImageModes:
 
 
 def image_modes(surface: Surface, coarse: Surface, near_face: float, closest: float, mirror: Mirror) -> ImageModes:
-    """Solve the combinations that matter if the near face is at z = `closest` (m) or farther from the floor.
+    """Return the current patterns by which a target couples to its mirror image (weights without unit, A m).
+
+    They are complete for every pose with the near face at z = `closest` (m) or farther from the mirror.
 
     Parameters
     ----------
     surface : Surface
         target's surface
     coarse : Surface
-        the same surface with as few points as resolve a field from the image's distance
+        the same surface with fewer points, enough for fields from the distance of the image
     near_face : float
-        height of the near face in the coarse surface (m)
+        height of the near face in the frame of `coarse` (m)
     closest : float
-        least height of the near face (m)
+        height of the near face at the pose nearest to the mirror (m)
     mirror : Mirror
-        plane in which the images are taken
+        planes that reflect the currents
     """
     points = coarse.points - np.array([0.0, 0.0, near_face])
     high, fold = points + np.array([0.0, 0.0, closest]), folding(coarse)
@@ -315,9 +331,9 @@ def image_modes(surface: Surface, coarse: Surface, near_face: float, closest: fl
 
 
 def _unfolded(currents: Array, fold: Folding, parity: tuple[int, int]) -> Array:
-    """Return currents (points, 3, k; A m) at all points from the currents of a quarter.
+    """Return the current patterns (points, 3, k; A m) on the whole surface from the patterns on one quarter.
 
-    The quarter's currents are weighted by `Folding.root_multiplicity`.
+    `currents` of the quarter are weighted by `Folding.root_multiplicity`. `parity` is the symmetry along x and y.
     """
     unfolded = np.empty((int(fold.mirrored_points.max()) + 1, *currents.shape[1:]))
     unweighted = currents / fold.root_multiplicity[:, None, None]
@@ -331,10 +347,10 @@ def _modes(
     classes: Sequence[CurrentClass], coarse: Sequence[CurrentClass], inverse: Sequence[Array],
     fold: Folding | None = None
 ) -> tuple[list[Array], Array]:
-    """Return the combinations of classes of one symmetry: within each class, and their currents (points, 3, k; A m).
+    """Return the current patterns of one symmetry: weights of the functions by class, and currents (points, 3, k; A m).
 
-    They are the eigenvectors of the coupling (`_coupling`) over a current's own energy. `inverse` are inverse distances
-    (1/m) by the axis of a current. With a `fold`, points cover a quarter, and currents are weighted by
+    They are the eigenvectors of the coupling to the image, relative to a current's own energy. `inverse` are inverse
+    distances (1/m) for currents along x, y and z. With a `fold`, points cover a quarter, and currents are weighted by
     `Folding.root_multiplicity`.
     """
     factors = [_matrix_factor(currents.functions.inductance) for currents in classes]
@@ -350,13 +366,15 @@ def _modes(
 
 
 def _matrix_factor(inductance: Array) -> Array:
-    """Return a matrix F with F F' equal to an inductance matrix (n, n; in the root of its unit): Cholesky's factor.
+    """Return a matrix F with F F' equal to an inductance matrix (n, n; in the square root of its unit).
+
+    F is Cholesky's factor if the matrix is positive definite.
 
     Notes
     -----
-    The two faces of a foil nearly cancel. Currents that run in opposite directions on both have an energy below the
-    integrals' error, which may come out negative. Then each energy is raised to that error at least. With more energy
-    than in truth, these currents couple even less with the image.
+    In a foil, currents that run in opposite directions on the two faces nearly cancel. Their energy is below the error
+    of the integrals and may be computed as negative. Then every energy is raised to at least this error (`NOISE`). With
+    too large an energy, these currents couple even less with the image.
     """
     try:
         return np.asarray(np.linalg.cholesky(inductance), dtype=float)
@@ -367,7 +385,10 @@ def _matrix_factor(inductance: Array) -> Array:
 
 
 def _significant_currents(densities: Array, inverse: Sequence[Array]) -> Array:
-    """Return an orthonormal basis of the currents (n, points, 3; A m) with a significant reflected potential.
+    """Return an orthonormal basis (n, k; no unit) of the currents whose reflected potential is significant.
+
+    `densities` (n, points, 3; A m) are the n currents. `inverse` are inverse distances (1/m) for currents along x, y
+    and z.
 
     Notes
     -----
@@ -396,17 +417,18 @@ def _significant_currents(densities: Array, inverse: Sequence[Array]) -> Array:
 
 
 def _is_kept(size: Array) -> Flags:
-    """Whether combinations are significant, by their squared singular values (n, rising; H2/m2).
+    """Whether each current pattern is significant, judged by its squared singular value (n, rising; H2/m2).
 
-    The limit is the larger of 1e-9 of the largest value and the square of 0.01 `LEAST`.
+    The least significant value is 1e-9 of the largest value or the square of 0.01 `LEAST`, whichever is larger.
     """
     return size > max(float(size[-1]) * 1e-9, (0.01 * LEAST) ** 2)  # squared singular values (H2/m2)
 
 
 def _by_energy(currents: CurrentClass, factor: Array, fold: Folding | None) -> Array:
-    """Return currents at the points (n, points, 3; A m) of functions that each store one unit of energy.
+    """Return currents at the points (n, points, 3; A m), each with one unit of energy and orthogonal in energy.
 
-    The functions are orthogonal in energy. With a `fold`, points cover a quarter, and currents are weighted.
+    `factor` is the factor of the class's inductance matrix (see `_matrix_factor`). With a `fold`, points cover a
+    quarter, and currents are weighted by `Folding.root_multiplicity`.
     """
     unit = np.asarray(np.linalg.inv(factor).T, dtype=float)
     densities = currents.spread(unit)
@@ -416,9 +438,9 @@ def _by_energy(currents: CurrentClass, factor: Array, fold: Folding | None) -> A
 
 
 def _coupling(inverse: Sequence[Array], currents: Array) -> Array:
-    """Return inductances (k, k; H) of currents (3, points, k; A m) with their images (Neumann's formula).
+    """Return mutual inductances (k, k; H) of k currents (3, points, k; A m) with their images (Neumann's formula).
 
-    `inverse` are inverse distances (1/m) by axis. The list of currents may be empty.
+    `inverse` are inverse distances (1/m) for the x, y and z components. k may be 0.
     """
     total = sum(sign * (component.T @ (near @ component))
                 for near, component, sign in zip(inverse, currents, MIRRORED, strict=True))
@@ -426,9 +448,9 @@ def _coupling(inverse: Sequence[Array], currents: Array) -> Array:
 
 
 def combined(blocks: Sequence[ComplexArray], within: Sequence[Array]) -> ComplexArray:
-    """Return the sum over classes of the products within' block (k, any), in the unit of the blocks.
+    """Return the sum over classes of within' block (k, any), in the unit of the blocks.
 
-    `blocks` (functions, any) and `within` (functions, k) have one array per class.
+    `blocks` (functions, any) and `within` (functions, k) have one array per class; within' is the transpose.
     """
     total = np.zeros((within[0].shape[1], blocks[0].shape[1]), dtype=complex)
     for w, block in zip(within, blocks, strict=True):

@@ -24,27 +24,27 @@ class Metal:
 
     @property
     def square(self) -> complex:
-        """Square of the complex wave number (1/m2) at which fields decay in the metal.
+        """Square of the complex wave number (1/m2) at which fields decay in the metal: j omega mu sigma.
 
-        It is j omega mu sigma (Landau and Lifshitz, Electrodynamics of Continuous Media, section 59).
+        Source: Landau and Lifshitz, Electrodynamics of Continuous Media, section 59.
         """
         return 2j * math.pi * self.frequency * MU0 * self.permeability * self.conductivity
 
 
 class StreamFunctions(Protocol):
-    """Stream functions (A) of surface currents of one symmetry, with their energies in any metal."""
+    """Stream functions (A) of surface currents with equal symmetry, and their energies inside and outside any metal."""
 
     @property
     def inductance(self) -> Array:
-        """Inductance matrix (n, n; H) of the functions, positive definite."""
+        """Inductance matrix (n, n; H) of the stream functions' currents, positive definite."""
 
     @property
     def body(self) -> BodyEnergies:
-        """Energies (m) of the functions as potentials on the body, in vacuum and in metal."""
+        """Energies (m) inside the target, in vacuum and in metal, of the functions as potentials on its surface."""
 
     @property
     def energies(self) -> Energies:
-        """Energies inside the body and outside."""
+        """Energy matrices (H, 1/H, no unit) of the stream functions inside and outside the target."""
 
 
 class CurrentClass(Protocol):
@@ -56,35 +56,42 @@ class CurrentClass(Protocol):
 
     @property
     def in_plane(self) -> object:
-        """Symmetry in the surface's plane (no unit). The image in a level mirror keeps it."""
+        """Symmetry in the plane of the near face (no unit).
+
+        The target's image in a mirror parallel to this face has the symmetry too.
+        """
 
     def drive(self, potential: Array) -> Array:
-        """Return flux linkages (n, fields; Wb) of vector potentials (points, 3, fields; Wb/m) at the points."""
+        """Return the flux linkages (n, fields; Wb) of the n stream functions for vector potentials at the points.
+
+        `potential` (points, 3, fields; Wb/m) holds x, y and z components. There is one field per coil and pose.
+        """
 
     def spread(self, functions: Array) -> Array:
-        """Return the weights (points, 3, m; m) of potentials in the linkages of combinations (n, m) of the functions.
+        """Return the weights (points, 3, m; m) of potentials at the points in the flux linkages of m current patterns.
 
-        A weight is also the current (A m) at a point that represents the combination at a distance.
+        `functions` (n, m) are the patterns as weights of the n stream functions. A weight is also the current moment (A
+        m) at a point that represents the pattern at a distance.
         """
 
 
 class Surface(Protocol):
-    """A target's closed surface, centred on the origin with its near face at -z.
+    """Closed surface of a target, centred on the origin, with the near face (towards the coils) at negative z.
 
-    It has `points` (m) at which fields are evaluated, and classes of currents.
+    It has `points` (m) at which fields are evaluated, and `classes` of currents, separated by symmetry.
     """
 
     @property
     def points(self) -> Array:
-        """Points (points, 3; m) at which fields are evaluated."""
+        """Positions (points, 3; m) on the surface at which the coils' fields are evaluated."""
 
     @property
     def classes(self) -> Sequence[CurrentClass]:
-        """Classes of currents (A), by symmetry."""
+        """Classes of surface currents (A). Currents of different classes do not couple: their symmetries differ."""
 
     @property
     def mirrored(self) -> tuple[Index, Index] | None:
-        """Numbers (no unit) of the points mirrored across x = 0 and across y = 0, or None.
+        """For each point, the number (no unit) of its mirror image across x = 0 and across y = 0, or None.
 
         None if some class is neither even nor odd across one of these planes. Otherwise `in_plane` of each class is the
         two parities (1 or -1) of its stream functions.
@@ -92,10 +99,10 @@ class Surface(Protocol):
 
 
 def made_definite(inductance: Array, constant: int) -> Array:
-    """Return the inductance matrix (n, n; H) with an energy for its constant stream function.
+    """Return the inductance matrix (n, n; H) with an energy added for the constant stream function.
 
-    A constant stream function (number `constant`) has no current and stores no energy, so the matrix would be singular.
-    No field drives the function, so its energy does not matter. Derived here.
+    A constant stream function (row `constant`) has no current and stores no energy, so the matrix would be singular. No
+    field drives this function, so its energy has no effect on the result. Derived here.
     """
     definite = inductance.copy()
     definite[constant, constant] += np.trace(inductance) / len(inductance)
@@ -106,8 +113,8 @@ def made_definite(inductance: Array, constant: int) -> Array:
 class Energies:
     """Energies of surface functions inside and outside the body, as matrices (n, n).
 
-    `vacuum` (H) is S, the energy inside if the body is vacuum. `inverse` is the inverse of S (1/H). `outside` is the
-    part of the energy outside, 1 - S^-1 L (no unit), with the inductance matrix L.
+    `vacuum` (H) is S, the energy inside if the body is vacuum. `inverse` (1/H) is the inverse of S. `outside` is 1 -
+    S^-1 L (no unit), with the inductance matrix L.
     """
 
     vacuum: Array
@@ -116,21 +123,28 @@ class Energies:
 
 
 def energies(inductance: Array, body: BodyEnergies) -> Energies:
-    """Return the energies (H, 1/H, no unit) of functions with inductances (n, n; H) on a body."""
+    """Return the energy matrices (H, 1/H, no unit) of stream functions with inductances (n, n; H) on a body."""
     vacuum = MU0 * body.vacuum
     inverse = np.linalg.inv(vacuum)
     return Energies(vacuum, np.asarray(inverse, dtype=float), np.eye(len(vacuum)) - inverse @ inductance)
 
 
 def solve_currents(currents: CurrentClass, metal: Metal, drives: Array) -> ComplexArray:
-    """Solve the currents (n, m; A) that linkages `drives` (n, m; Wb) cause in a class of currents in metal.
+    """Return the eddy currents (n, m; A) of one symmetry class for flux linkages `drives` (n, m; Wb) in metal.
 
     Notes
     -----
-    Outside, the currents store L. Inside they store 1/X = S (S - T)^-1 S - S (see `body`). They are driven by their
-    linkages, so (L + 1/X) times the current is the drive. The form solved is (S - (S - T) (1 - S^-1 L)) times the
-    current = (S - T) S^-1 times the drive (derived here). It avoids the inverses of S - T, nearly singular in poor
-    conductors, and of S - L, nearly singular in foils.
+    S is the energy matrix of the functions if the body is vacuum, T if it is metal (both from `body`). L is the
+    inductance matrix of the surface currents I. Energy stored outside gives L, energy inside gives 1/X = S (S - T)^-1 S
+    - S. The currents therefore follow from
+
+        (L + 1/X) I = drives.
+
+    The form solved is (derived here)
+
+        (S - (S - T) (1 - S^-1 L)) I = (S - T) S^-1 drives.
+
+    It avoids the inverse of S - T, nearly singular in poor conductors, and of S - L, nearly singular in foils.
     """
     jump, energies = MU0 * currents.functions.body.jump(metal.square, metal.permeability), currents.functions.energies
     real, imaginary = jump @ energies.outside

@@ -1,8 +1,8 @@
 """Changes of the inductances and resistances of coils by a target of finite size at any pose.
 
-The target's currents are solved once per frequency. A pose is a projection of the coils' vector potential on the
-currents. With a mirror behind the coils, the potential includes the image of every coil. The image of the target's
-currents then couples a few of the currents.
+The eddy currents per unit of flux are solved once per frequency. For each pose, the coils' vector potential gives the
+flux linkages, and so the currents. With a mirror behind the coils, the potential includes the image of every coil. The
+target's own mirror image then adds a coupling between a few current patterns.
 """
 
 from __future__ import annotations
@@ -22,22 +22,22 @@ from sitscad.kernels.electromagnetics.eddy.surface import Metal, Surface, solve_
 Answered: TypeAlias = tuple[ComplexArray, ComplexArray | None, ComplexArray | None]
 
 AT_ONCE = 100_000
-"""Number of points at which fields are evaluated together."""
+"""Largest number of target points, summed over coils and poses, for one evaluation of fields. It limits memory."""
 
 NOTHING = 1e-11
-"""Least response of a class of currents, relative to the largest class, at which the class is solved.
+"""Least squared drive of a class of currents, divided by the largest class's, at which its currents are solved.
 
-The responses that are compared are approximate.
+The squared drive is the sum of linkage^2 / inductance over the functions, an estimate of the energy.
 """
 
 
 @record(eq=False)
 class SolvedTarget:
-    """Metal target at a frequency, with the currents that magnetic flux causes on its surface.
+    """Metal target with the eddy currents that flux causes on its surface, solved at one frequency.
 
-    `near_face` (m) is the height of its near face in the surface's own frame. With a mirror, `images` are the
-    combinations of currents that the image couples. `smooth` is the surface with fewer points, which still resolve the
-    reflected field.
+    `near_face` (m) is the height of the near face in the surface's own frame. `mirror` is a reflecting plane behind the
+    board, None if there is none. `images` are the current patterns by which the target couples to its own mirror image.
+    `smooth` is the surface with fewer points, enough for the reflected field.
     """
 
     surface: Surface
@@ -49,10 +49,10 @@ class SolvedTarget:
 
     @cached_property
     def currents(self) -> tuple[Array, ...]:
-        """Response matrices (2 functions, functions; 1/H) of the classes: currents per flux linkage of each function.
+        """Currents per flux linkage (2 functions, functions; 1/H), one matrix for each symmetry class.
 
-        Real parts come first, then imaginary parts. They are separate because the drives are real. The matrices serve
-        many poses.
+        Rows are the real parts, then the imaginary parts, because the flux linkages are real. The matrices hold for all
+        poses.
         """
         currents = [solve_currents(each, self.metal, np.eye(len(each.functions.inductance)))
                     for each in self.surface.classes]
@@ -60,7 +60,7 @@ class SolvedTarget:
 
     @cached_property
     def image_currents(self) -> tuple[Array, ...]:
-        """Responses (functions, 2 combinations; no unit) of every class to the image's combinations of currents.
+        """Currents (functions, 2 patterns; no unit) per current pattern of the mirror image, one matrix per class.
 
         Columns are the real parts, then the imaginary parts. Empty if there is no mirror.
         """
@@ -70,11 +70,14 @@ class SolvedTarget:
 
     @cached_property
     def image_inductance(self) -> ComplexArray | None:
-        """Responses (1/H) between the image's combinations, or None if there is no mirror."""
+        """Currents per flux linkage (patterns, patterns; 1/H) between the patterns of `images`, or None.
+
+        None if there is no mirror.
+        """
         return None if self.images is None else _complex(_summed(self.images.within, self.image_currents), 1)
 
     def changes(self, turns: Array, places: Array, coils: Sequence[CoilPotential], centres: Array) -> ComplexArray:
-        """Return the change of the coils' inductance matrix (poses, coils, coils; H).
+        """Return the changes of the coils' inductance matrix that the target causes (poses, coils, coils; H).
 
         Parameters
         ----------
@@ -83,23 +86,25 @@ class SolvedTarget:
         places : array
             middle of the near face (poses, 3) (m)
         coils : sequence of CoilPotential
-            potentials of the coils about their own axes
+            vector potential of each coil about its own axis
         centres : array
-            axes of the coils (coils, 2) (m)
+            x and y of the coils' axes (coils, 2) (m)
 
         Notes
         -----
-        The change is complex; times j omega it is the change of impedance.
+        The change is complex. Multiplied by j omega, it is the change of impedance.
         """
         return changes_at([self], turns, places, coils, centres)[0]
 
     def _changes(
         self, linked: Sequence[Array], couplings: Sequence[Array], shape: tuple[int, int], is_single_use: bool
     ) -> ComplexArray:
-        """Return the change (poses, coils, coils; H) from linkages and the image's couplings in every pose.
+        """Return the change (poses, coils, coils; H) from the coils' flux linkages, with the target's mirror image.
 
-        `linked` are the coils' linkages (Wb) with every class. The couplings enter by Woodbury's formula (Golub and Van
-        Loan, Matrix Computations, section 2.1). With `is_single_use`, the systems are solved without their inverses.
+        `linked` (one array per class; Wb) are the coils' linkages. `couplings` (one matrix per pose; H) couple the
+        target to its image. They enter by Woodbury's formula (Golub and Van Loan, Matrix Computations, section 2.1).
+        `shape` is (poses, coils). With `is_single_use`, systems are solved for these poses alone, without inverse
+        matrices.
         """
         total, driven, among = self._currents_once(linked, shape) if is_single_use else self._currents(linked, shape)
         if driven is None or among is None:
@@ -114,14 +119,15 @@ class SolvedTarget:
         return total
 
     def _currents(self, linked: Sequence[Array], shape: tuple[int, int]) -> Answered:
-        """Return the change (poses, coils, coils; H) without the image, and two responses of the image's combinations.
+        """Return the change (poses, coils, coils; H) without the target's image, and two responses of image patterns.
 
-        The second value is the response (combinations, poses, coils; no unit) to the coils, the third (1/H) the
-        response to each other. Both are None if there is no mirror.
+        The second value is the response (patterns, poses, coils; no unit) of the patterns to the coils. The third is
+        the response (patterns, patterns; 1/H) to each other. Both are None if there is no mirror.
 
         Notes
         -----
-        Uses `currents`. A target's change is -drive' system^-1 drive (reciprocity, derived here).
+        Uses the matrices `currents`, which serve many poses. A target's change is -drive' system^-1 drive (reciprocity,
+        derived here).
         """
         total = np.zeros((*shape, shape[1]), dtype=complex)
         for drive, reply in zip(linked, self.currents, strict=True):
@@ -135,7 +141,10 @@ class SolvedTarget:
         return total, _complex(_summed(self.image_currents, linked), 0).reshape(-1, *shape), self.image_inductance
 
     def _currents_once(self, linked: Sequence[Array], shape: tuple[int, int]) -> Answered:
-        """Return the results of `_currents` (H, no unit, 1/H) from systems solved for these poses alone."""
+        """Return the change and the pattern responses (H, no unit, 1/H), solved for these poses alone.
+
+        `_currents` returns equal values. For few poses, this function costs less, because it needs no inverse matrices.
+        """
         total = np.zeros((*shape, shape[1]), dtype=complex)
         responses, among = self._linkages_once(linked)
         for drive, response in zip(linked, responses, strict=True):
@@ -145,9 +154,10 @@ class SolvedTarget:
         return total, combined(responses, self.images.within).reshape(-1, *shape), among
 
     def _linkages_once(self, linked: Sequence[Array]) -> tuple[list[ComplexArray], ComplexArray | None]:
-        """Solve the currents (A) in every class and the responses (1/H) between the image's combinations.
+        """Return the currents (A) of every class, and the responses (1/H) between the image patterns.
 
-        The second value is None if there is no mirror.
+        `linked` are the flux linkages (Wb) of each class. Classes with a negligible drive (`NOTHING`) get zero
+        currents. The second value is None if there is no mirror.
         """
         images = self.images
         driven_classes = list(zip(self.surface.classes, linked, strict=True))
@@ -171,7 +181,7 @@ class SolvedTarget:
     def _linkages(
         self, surface: Surface, turns: Array, places: Array, coils: Sequence[CoilPotential], centres: Array
     ) -> list[Array]:
-        """Return linkages (functions, poses, coils; Wb) of every coil with the classes of a surface in every pose.
+        """Return the flux linkages (functions, poses, coils; Wb) of each coil with each class of currents.
 
         Fields are evaluated at the points of `surface`, which has the same functions as the target's surface.
         """
@@ -191,31 +201,31 @@ def changes_at(
     targets: Sequence[SolvedTarget], turns: Array, places: Array, coils: Sequence[CoilPotential], centres: Array,
     is_single_use: bool = False, returned: Sequence[CoilPotential] = (),
 ) -> ComplexArray:
-    """Return `SolvedTarget.changes` (targets, poses, coils, coils; H) of one target solved at several frequencies.
+    """Return a target's changes of the coils' inductance matrix (targets, poses, coils, coils; H) by frequency.
 
-    The coils' linkages are computed once for all frequencies.
+    The coils' flux linkages are computed once for all frequencies.
 
     Parameters
     ----------
     targets : sequence of SolvedTarget
-        the target at each frequency
+        the same target, solved at each frequency
     turns : array
-        see `SolvedTarget.changes`
+        rotation matrices (poses, 3, 3) of the target about the middle of its near face
     places : array
-        see `SolvedTarget.changes`
+        middle of the near face (poses, 3) (m)
     coils : sequence of CoilPotential
-        see `SolvedTarget.changes`
+        vector potential of each coil about its own axis
     centres : array
-        see `SolvedTarget.changes`
+        x and y of the coils' axes (coils, 2) (m)
     is_single_use : bool, optional
-        whether to avoid the inverses of the systems. For few poses it saves two thirds of the work, and their memory.
+        whether to solve for these poses alone. For few poses this saves two thirds of the work, and memory.
     returned : sequence of CoilPotential, optional
-        potentials of reflected fields alone, at the same centres. They follow the coils in the result.
+        potentials that mirrors reflect, for the same centres. In the result, they follow the coils.
 
     Notes
     -----
-    Fields of `returned` come from as far as the mirror. They are as smooth as the image's own, so the surface with few
-    points is enough.
+    Reflected potentials come from as far as the mirror, so they vary smoothly. The target's surface with few points is
+    enough for them.
     """
     first = targets[0]
     count = len(coils) + len(returned)
@@ -238,7 +248,7 @@ def changes_at(
 def rotation_matrices(angles: Array) -> Array:
     """Return rotation matrices Rx Ry Rz (n, 3, 3; no unit) for angles (n, 3; rad) about x, y and z (textbook).
 
-    A matrix applies to a point of the target.
+    A matrix turns a point given in the target's frame into the sensor's frame.
     """
     (cx, cy, cz), (sx, sy, sz) = np.cos(angles).T, np.sin(angles).T
     ones, zeros = np.ones_like(cx), np.zeros_like(cx)
@@ -249,19 +259,19 @@ def rotation_matrices(angles: Array) -> Array:
 
 
 def _summed(left_tables: Sequence[Array], right_tables: Sequence[Array]) -> Array:
-    """Return the sum over classes of a' b, in the product of their units.
+    """Return the sum over classes of a' b, with a' the transpose of a, in the product of their units.
 
-    `left_tables` holds a and `right_tables` holds b for each class; a' is the transpose of a.
+    `left_tables` has one matrix a per class, `right_tables` one matrix b.
     """
     return np.asarray(sum(a.T @ b for a, b in zip(left_tables, right_tables, strict=True)))
 
 
 def _complex(parts: Array, axis: int) -> ComplexArray:
-    """Return complex numbers from real parts followed by imaginary parts along an axis, in their unit."""
+    """Return complex numbers from real parts followed by imaginary parts along an axis, in the unit of `parts`."""
     real, imaginary = np.split(parts, 2, axis=axis)
     return np.asarray(real + 1j * imaginary)
 
 
 def _stacked(*rows: tuple[Array, Array, Array]) -> Array:
-    """Return matrices (n, 3, 3) from rows of elements (n,) each."""
+    """Return matrices (n, 3, 3) from three rows of three elements; each element is an array (n)."""
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
