@@ -47,6 +47,11 @@ def coil_file(path, **section):
             TWO, {**TWO, "layers": 4, "turns": 9, "stackup": "flex-4l"}, {**TWO, "shape": "square"},
             {**TWO, "shape": "racetrack", "outer_diameter": ["12 mm", "8 mm"]}, {**TWO, "shape": "hexagon", "turns": 6},
             {**TWO, "turns": 3, "trace_width": "300 um", "trace_spacing": "300 um"},
+            {**SPIRAL, "shape": "rectangle", "outer_diameter": ["12 mm", "8 mm"], "turns": 10},
+            {**SPIRAL, "shape": "square", "turns": 9},
+            {**TWO, "shape": "hexagon", "layers": 4, "stackup": "flex-4l", "turns": 8},
+            {**TWO, "outer_diameter": "30 mm", "turns": 30, "stackup": "rigid-2l-1.6mm", "trace_width": "200 um",
+             "trace_spacing": "200 um"},
         )),
     ],
 )
