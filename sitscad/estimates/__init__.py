@@ -1,4 +1,4 @@
-"""Electrical estimates of a layout: the package where drawn geometry and the physics kernels meet."""
+"""Electrical estimates of a layout, computed by the physics kernels from the drawn geometry."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def estimate(
 
 
 def missed_tolerance(coils: tuple[CoilEstimate, ...], tolerance: float, method: str | None) -> tuple[str, ...]:
-    """Return a note that the tolerance of the inductance is not met. Empty if it is met."""
+    """Return a note if the largest inductance error of all coils exceeds `tolerance`. Empty if it does not."""
     worst = max(coils, key=lambda coil: coil.inductance_error)
     if worst.inductance_error <= tolerance:
         return ()
@@ -87,10 +87,11 @@ def estimated(
     layout: Layout, method: str | None = None, tolerance: float | None = None, temperature: float | None = None,
     is_solved: bool | None = None,
 ) -> Estimates:
-    """Return the estimates of a layout whose spec is valid or is a trial spec.
+    """Return the estimates of a layout.
 
-    `is_solved` sets whether the target is solved, so that estimates can be compared. If None, the target's size
-    decides.
+    The spec is valid or a trial spec. `is_solved` selects how the target's effect is computed: by the field solution
+    (True), or by correction ratios of an infinite plate (False). If None, the field solution is used for targets that
+    are small enough to be solved in about a second.
     """
     tuned = with_target(solve_windings(layout.sensing, temperature, method, tolerance), is_solved)
     alone = layout.reference_alone

@@ -1,4 +1,4 @@
-"""Frozen values of an estimate (coil, state, readout) and their JSON document."""
+"""Results of an estimate for coils, states and readout, and their JSON document."""
 
 from __future__ import annotations
 
@@ -95,10 +95,11 @@ METER_FREQUENCY = 100e3  # Highest frequency (Hz) of a usual LCR meter
 
 
 PARTS = ("winding", "bends", "stubs", "leads", "tail", "coupling", "vias", "crowding")
-"""Parts of the terminal inductance, in this order.
+"""Names of the parts of the terminal inductance, in this order.
 
-"winding" is for evenly spread direct current. "bends" is the reduction by direct current that cuts corners. The next
-five are in `lead_parts`. "crowding" is the reduction by current crowding at the sensor frequency.
+"winding" is for direct current that is even across each track. "bends" is the reduction because direct current takes
+the inside of corners. The next five are in `lead_parts`. "crowding" is the reduction by current crowding at the sensor
+frequency.
 """
 
 CROWDING_ERROR = 3e-3
@@ -108,18 +109,22 @@ Source: comparison with filament models, 0.1 to 20 MHz (tests/validation/test_al
 
 
 def crowding_error(inductance: float, change: float) -> float:
-    """Return the error bound (H) of the `change` (H) of a direct-current `inductance` (H) by current crowding."""
+    """Return the error bound (H) of an inductance change by current crowding.
+
+    `inductance` (H) is for direct current, `change` (H) is its change by current crowding. The bound never exceeds the
+    magnitude of the change.
+    """
     return min(CROWDING_ERROR * inductance, abs(change))
 
 
 @record
 class StateSigmas:
-    """Standard deviations of a state's values (H, ohm, Hz, ohm, V) by manufacturing tolerances.
+    """Standard deviations of a state's values by manufacturing tolerances: H, ohm, Hz, ohm, V.
 
-    `causes` names, for each value, the tolerance with the largest contribution. `shifts` are the signed changes of
-    inductance (H), frequency (Hz), resistance and R_P (ohm) by one sigma of each tolerance. All states of a coil share
-    these causes. ``thickest_copper`` is the change of R_P (ohm) by the thickest copper delivered: foil and plating both
-    at their limits.
+    `causes` maps each value to the tolerance with the largest contribution. `shifts` maps each tolerance to the signed
+    changes by one standard deviation: inductance (H), frequency (Hz), resistance (ohm), R_P (ohm). All states of a coil
+    have these tolerances in common. ``thickest_copper`` is the change of R_P (ohm) if foil and plating are both as
+    thick as the fabricator may deliver.
     """
 
     inductance: float
@@ -442,7 +447,7 @@ def _numbers(values: Mapping[str, float]) -> dict[str, float | None]:
 
 
 def _coil_document(coil: CoilEstimate, place: Channel, force: float | None) -> dict[str, Any]:
-    """Return the JSON part of a coil, with its channel and its sensitivities to force."""
+    """Return the JSON part of a coil: its values, channel `place`, and sensitivities to the normal `force` (N)."""
     change = coil.resistance_change or (None, None)
     inductance, frequency = coil.sensitivity(force) or (None, None)
     of_inductance, of_frequency = coil.sensitivity_sigma(force) or (None, None)
@@ -475,7 +480,7 @@ def _coil_document(coil: CoilEstimate, place: Channel, force: float | None) -> d
 
 
 def _compression_document(estimates: Estimates) -> dict[str, Any] | None:
-    """Return the JSON part of the pressed pad. None if there is no pad."""
+    """Return the JSON part of the pressed pad: compression and its scatter. None if there is no pad."""
     scatter = estimates.compression_scatter
     if estimates.compression is None:
         return None
@@ -485,7 +490,7 @@ def _compression_document(estimates: Estimates) -> dict[str, Any] | None:
 
 
 def _readout_document(readout: ReadoutEstimate) -> dict[str, Any]:
-    """Return the JSON part of the converter's settings."""
+    """Return the JSON part of the converter's settings: tank, drive, conversion and scan times."""
     conversion = readout.conversion
     part = {} if conversion is None else conversion.result_settings
     return {

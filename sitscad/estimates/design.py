@@ -157,7 +157,10 @@ class Cells:
 
     @cached_property
     def reference_drift(self) -> float | None:
-        """Change (per K) of ln(frequency) of the reference coil by metal. None if there is no reference coil."""
+        """Drift (per K) of ln(frequency) of the reference coil by warming of metal.
+
+        None if there is no reference coil.
+        """
         alone, estimates = self.whole.layout.reference_alone, self.whole.estimates
         if alone is None:
             return None
@@ -165,7 +168,7 @@ class Cells:
 
     @cached_property
     def parts(self) -> tuple[Design, ...]:
-        """Designs of all cells, without the reference coil."""
+        """Designs of all cells, each as a separate sensor. The reference coil is left out."""
         whole = self.whole
         if whole.spec.cells is None:
             if whole.spec.array.reference is None:
@@ -196,14 +199,14 @@ class Cells:
 
     @cached_property
     def skin(self) -> Skin:
-        """Properties that cells share, and their crosstalk. Empty without cells."""
+        """Crosstalk, groups and worst performance of all cells. Empty if the sensor has no cells."""
         if self.whole.bare is not self.whole:
             return self.whole.bare.cells.skin
         return skin_of(self.whole.layout.sensing, self.whole.estimates.sensing, self.parts)
 
     @property
     def weakest_number(self) -> int:
-        """Number of the cell with the least signal: the cell with the longest leads or the most webs."""
+        """Number (from 1) of the cell with the least signal, which has the longest leads or the most webs."""
         return 1 if self.whole.spec.cells is None else self.skin.weakest
 
     @property
@@ -213,9 +216,9 @@ class Cells:
 
     @property
     def extremes(self) -> dict[int, Design]:
-        """Cells that stand for all cells in checks, by number: least signal first, then softest pad.
+        """Cells that checks examine in place of all cells, by number.
 
-        Both may be the same cell.
+        The first has the least signal, the second the softest pad. Both may be the same cell.
         """
         if self.whole.spec.cells is None:
             return {1: self.weakest}
@@ -224,9 +227,9 @@ class Cells:
 
 
 def cached_per_board(design: Design, name: str, make: Callable[[], Value]) -> Value:
-    """Return `make()` of the drawn board, computed once for all designs with equal boards.
+    """Return the result of `make`, computed once for all designs with equal boards (`has_same_board`).
 
-    Designs that differ in their pad alone measure no copper anew (`has_same_board`).
+    `name` identifies the result in the cache. Designs that differ only in their pads share measurements of the copper.
     """
     if name not in design.of_board:
         design.of_board[name] = make()
@@ -242,11 +245,11 @@ def at_room_temperature(design: Design) -> Design:
 
 
 def has_same_board(first: SensorSpec, second: SensorSpec) -> bool:
-    """Whether two specs have the same board."""
+    """Whether two specs have equal boards: coil, array, film, readout chip, and length and width of the jaw."""
     return _board(first) == _board(second)
 
 
 def _board(spec: SensorSpec) -> tuple[object, ...]:
-    """Return all parts of a spec that determine the board."""
+    """Return the parts of a spec that determine the board, for comparison with another spec."""
     jaw = spec.jaw
     return spec.coil, spec.array, spec.fpc, spec.readout.chip, (jaw.length, jaw.width) if jaw is not None else None

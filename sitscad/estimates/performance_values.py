@@ -17,7 +17,7 @@ from sitscad.basics.units import show
 FORCES = ("normal", "shear_x", "shear_y")
 MOMENTS = ("moment_x", "moment_y")
 AXES = (*FORCES, *MOMENTS)
-"""Order of a load's components. Loads without moments may end after the forces."""
+"""Components of a load in their order: forces (N), then moments (N m). A load without moments has three components."""
 
 AXIS_WORDS = {"normal": "normal", "shear_x": "shear along x", "shear_y": "shear along y", "moment_x": "moment about x",
               "moment_y": "moment about y"}
@@ -31,23 +31,26 @@ def load_words(axes: Iterable[str]) -> str:
 
 
 INSTABILITY = "instability"
-"""Limit of an axis if no stable shape of the pad bears the load: the pad buckles sideways."""
+"""Name of an axis limit beyond which no stable shape of the pad carries the load: the pad buckles sideways."""
 
 Loads = tuple[float, ...]
 Table = Mapping[str, Mapping[str, float]]
 
 
 def unit_of(axis: str) -> str:
-    """Return the SI unit of an axis."""
+    """Return the SI unit of a load component: N for forces, N m for moments."""
     return "N m" if axis in MOMENTS else "N"
 
 
 SHOWN = {"N": (1.0, "N"), "N m": (1e3, "N mm")}
-"""Factor and unit of forces and moments in tables and plots, by their SI unit."""
+"""Display units: factor from the SI unit, and the unit in tables and plots, by SI unit of forces and moments."""
 
 
 def shown_scales(axes: Sequence[str]) -> Array:
-    """Return the factors from SI units (N, N m) to table units (N, N mm), by axis."""
+    """Return the factors from SI units (N, N m) to display units (N, N mm), one for each axis.
+
+    An axis may have a prefix that ends with a dot.
+    """
     return np.array([SHOWN[unit_of(axis.rpartition(".")[2])][0] for axis in axes])
 
 
@@ -62,7 +65,7 @@ def by_unit(before: str, after: str, table: Mapping[str, Any]) -> dict[str, dict
 
 
 def loads_on_axis(load: Array | Loads, axis: str, forces: Array) -> Array:
-    """Return a load (3 or 5; N, N m), repeated with (n,) values on one axis: (n, 3 or 5)."""
+    """Return loads (n, 3 or 5; N, N m): `load` with one component replaced by each of the (n) `forces`."""
     loads = np.tile(np.asarray(load, dtype=float), (len(forces), 1))
     loads[:, AXES.index(axis)] = forces
     return loads
@@ -214,7 +217,10 @@ class Performance:
 
 
     def _drift_left(self) -> dict[str, object]:
-        """Return the drift that a compensation leaves, by its coefficients and parts. Empty without a compensation."""
+        """Return the drift that remains after temperature compensation. Empty without a compensation.
+
+        It is sorted by source of the coefficients, part and axis.
+        """
         if not self.drift_left:
             return {}
         parts = {source: {part: by_unit("drift_", "", row) for part, row in table.items()}
@@ -231,12 +237,12 @@ class Performance:
 
 
 def _finite_or_none(value: float) -> float | None:
-    """Return a finite number unchanged. None if it is infinite, such as the noise on an axis without a signal."""
+    """Return a finite number unchanged. None if it is infinite, such as the resolution of an axis without a signal."""
     return value if math.isfinite(value) else None
 
 
 def worst_of(each: Sequence[Performance]) -> Performance:
-    """Return the performance of several cells at one working point: for each value, the worst of all cells.
+    """Return the worst value of several cells for each quantity, all at one working point.
 
     Coils of different cells are matched by their place in the cell.
     """
@@ -272,7 +278,10 @@ def _worst_axis(each: Sequence[AxisPerformance]) -> AxisPerformance:
 
 
 def _worst(each: Sequence[Any], pick: Callable[[Sequence[Any]], Any]) -> Any:
-    """Return the worst of some figures, for tables row by row. None if all are None."""
+    """Return the worst of several values; tables are compared entry by entry. None if all values are None.
+
+    `pick` returns the worst number of a sequence.
+    """
     values = [value for value in each if value is not None]
     if not values or not isinstance(values[0], Mapping):
         return pick(values) if values else None
@@ -287,22 +296,22 @@ def _farthest(numbers: Sequence[float]) -> float:
 
 OTHER_JAW_CAUSES = tuple(f"other jaw's metal with {what} in the jaws, without a tare there"
                          for what in ("nothing", "1 mm", "2 mm"))
-"""Names of the errors by the other jaw's metal, in the order of the grasped thicknesses in `other_jaw.GRASPED`."""
+"""Names of errors by the other jaw's metal, one for each grasped thickness in `other_jaw.GRASPED`."""
 
 UNMEASURED = "at full scale, which is not measured"
-"""Text after the name of a force axis that the coils cannot measure, in the name of the error by this force."""
+"""End of an error's name if it is caused by a full-scale force on an axis that the coils cannot measure."""
 
 UNCOMPENSATED = "without compensation"
-"""Text at the end of the name of a drift that the sensor has no more after its compensation by temperature."""
+"""End of the name of a drift that would exist without temperature compensation. The compensated sensor lacks it."""
 
 TILTED = "tilt of "
-"""Text before the angle in the name of the error by a tilted contact."""
+"""Start of the name of an error by a tilted contact. The angle follows."""
 
 
 def lasts_after_tare(cause: str) -> bool:
-    """Return whether an error by this cause remains in a calibrated unit that is tared before each grasp.
+    """Return whether an error remains in a calibrated unit that is tared before each grasp.
 
-    No loads act on axes that the sensor does not measure.
+    `cause` is the error's name. Axes that the sensor does not measure are taken as free of load.
     """
     is_drift, is_tared = "drift" in cause, "with a tare" in cause
     is_tared = is_tared and not cause.endswith(UNCOMPENSATED)
@@ -310,9 +319,9 @@ def lasts_after_tare(cause: str) -> bool:
 
 
 def combined_error(errors: Mapping[str, float]) -> float:
-    """Return the root sum of squares of errors (N, N m) for which `lasts_after_tare` is true.
+    """Return the root sum of squares of the errors (N, N m) that remain after calibration and tare.
 
-    The causes are taken as independent.
+    `errors` are by cause; `lasts_after_tare` selects them. The causes are taken as independent.
     """
     return math.hypot(*(error for cause, error in errors.items() if lasts_after_tare(cause)))
 
@@ -320,7 +329,7 @@ def combined_error(errors: Mapping[str, float]) -> float:
 def largest_lasting(errors: Mapping[str, float | None]) -> tuple[float, str]:
     """Return the largest error (N, N m) that neither calibration nor tare removes, and its cause.
 
-    It is infinite on an axis without a signal. `errors` has None for infinite values if it is from a JSON document.
+    It is infinite for an axis without a signal. In a JSON document, infinite values are None.
     """
     lasting = {
         cause: math.inf if error is None else error
@@ -332,14 +341,14 @@ def largest_lasting(errors: Mapping[str, float | None]) -> tuple[float, str]:
 
 
 SENSELESS = 10.0
-"""Largest error of an axis, over its full scale, that is shown as a number.
+"""Largest error that is shown as a number, divided by the axis's full scale.
 
 A larger result of the first-order calculation is meaningless.
 """
 
 
 def full_scale_text(error: float, full: float, axis: str = "normal") -> str:
-    """Return an error (N, N m) of an axis as text, with its percentage of full scale."""
+    """Return an error (N, N m) of an axis as text, with its percentage of the full scale `full` (N, N m)."""
     if error > SENSELESS * full:
         return f"more than {SENSELESS:.0f} times full scale"
     share, text = error / full, amount_text(error, axis, 2)

@@ -1,4 +1,4 @@
-"""Readings of a design at requested poses, loads and load cases."""
+"""Coil readings of a design at poses, loads and load cases that a user requests."""
 
 from __future__ import annotations
 
@@ -108,9 +108,10 @@ def respond_to(
     progress: Callable[[int, int], None] | None = None,
     derivatives: bool = False,
 ) -> Response:
-    """Return the response at poses, loads and load cases, in this order.
+    """Return one response for all poses, loads and load cases of `motions`, in this order.
 
-    `derivatives` adds the derivatives of the frequencies.
+    `derivatives` adds the derivatives of the frequencies by pose. `progress` is called with the number of finished and
+    of all points.
     """
     model, parts = design.response, []
     if len(motions.poses):

@@ -1,4 +1,4 @@
-"""Sensing performance of a sensor in newtons, by its response model, and of the cells of a skin.
+"""Sensing performance in newtons: of a sensor, from its response model, and of the cells of a skin.
 
 Values are computed at first use and cached.
 """
@@ -31,7 +31,10 @@ from sitscad.layout.board import Layout
 
 
 class SensorModel(Protocol):
-    """A sensor without cells. Its response raises `NoResponse` if nothing can respond."""
+    """Values of a sensor without cells from which its sensing performance is computed.
+
+    `response` raises `NoResponse` if no coil can respond to the target.
+    """
 
     @property
     def layout(self) -> Layout:
@@ -54,14 +57,15 @@ class Sensing:
 
     @cached_property
     def solved(self) -> SensingAnalysis:
-        """Sensing performance by the full response model. Raises `NoResponse` if the sensor cannot respond."""
+        """Sensing performance from the sensor's response model. Raises `NoResponse` if the sensor cannot respond."""
         return analyse_sensing(self.sensor.layout, self.sensor.estimates, self.sensor.response)
 
     @cached_property
     def analysis(self) -> SensingAnalysis | None:
-        """Sensing performance for checks: `solved`, or at screen level by correction ratios of an infinite plate.
+        """Sensing performance for checks: `solved`, or an approximation if the estimates are for screening.
 
-        None if the sensor cannot respond, or if its target is too large to be solved in a check.
+        The approximation multiplies the effect of an infinite plate by correction ratios. None if the sensor cannot
+        respond, or if its target is too large to be solved in a check.
         """
         estimates = self.sensor.estimates
         try:
@@ -83,7 +87,7 @@ class Sensing:
 
     @cached_property
     def curves(self) -> Curves | None:
-        """Curves of the data sheet. None if `performance` is empty."""
+        """Curves of readings and errors for the data sheet. None if `performance` is empty."""
         return curves(self.solved) if self.performance else None
 
     @property
@@ -93,7 +97,7 @@ class Sensing:
 
     @property
     def no_performance(self) -> str:
-        """Reason for an empty `performance`. Empty if the sensor has performance."""
+        """Reason why `performance` is empty. Empty text if the sensor has a performance."""
         return self._performance[1]
 
     @cached_property
@@ -106,7 +110,7 @@ class Sensing:
 
 
 class Cell(Protocol):
-    """A cell as a separate sensor."""
+    """Sensing performance of one cell, computed as for a separate sensor."""
 
     @property
     def performance(self) -> tuple[Performance, ...]:
@@ -115,7 +119,10 @@ class Cell(Protocol):
 
 @record(eq=False)
 class Skin:
-    """All cells of a sensor. Empty if the sensor has no cells."""
+    """Values of all cells together: crosstalk, groups of identical cells, worst performance.
+
+    Empty if the sensor has no cells.
+    """
 
     layout: Layout
     estimates: Estimates
@@ -127,17 +134,17 @@ class Skin:
 
     @cached_property
     def weakest(self) -> int:
-        """Number of the cell with the least signal: the cell with the longest leads or the most webs."""
+        """Number (from 1) of the cell with the least signal, which has the longest leads or the most webs."""
         return weakest_cell(self.layout.spec, self.estimates.coils) if self._has_cells else 1
 
     @cached_property
     def crosstalk(self) -> CellCrosstalk | None:
-        """Crosstalk between cells. None if there are no cells, or if they have no signal."""
+        """Readings of each cell by loads on its neighbours. None if there are no cells, or if they have no signal."""
         return cell_crosstalk(self.layout, self.estimates) if self._has_cells else None
 
     @cached_property
     def groups(self) -> tuple[CellGroup, ...]:
-        """Cells grouped by identical pads and drive, without performance. Empty without cells."""
+        """Cells grouped by identical pads and drive, without sensing performance. Empty if the sensor has no cells."""
         if not self._has_cells:
             return ()
         estimates = self.estimates
@@ -145,9 +152,10 @@ class Skin:
 
     @cached_property
     def table(self) -> CellTable:
-        """Cell groups with their performance (seconds of processor time for each group).
+        """Groups of identical cells, each with the worst performance of its extreme cells.
 
-        It has no groups without cells, or if a cell has no performance.
+        The computation takes seconds of processor time for each group. The table is empty if the sensor has no cells,
+        or if a cell has no performance.
         """
         groups = []
         for group in self.groups:
@@ -161,6 +169,6 @@ class Skin:
 
     @property
     def performance(self) -> tuple[Performance, ...]:
-        """Worst figure of all cells for each value. Production limits are for all coils."""
+        """Worst value of all cells, for each quantity and working point. Production limits are for all coils."""
         points = map(worst_of, zip(*(group.performance for group in self.table.groups), strict=True))
         return tuple(replace(point, production=production_limits(self.estimates.coils)) for point in points)

@@ -1,4 +1,4 @@
-"""Signal of a coil: the change of its reading from rest to the required force."""
+"""Signal of a coil: change of its inductance, frequency and counts from rest to the required force."""
 
 from __future__ import annotations
 
@@ -13,13 +13,16 @@ if TYPE_CHECKING:
 
 
 def signals(estimates: Estimates) -> tuple[Signal, ...]:
-    """Return the signals of all coils with both states. Empty without a required force, target or elastomer."""
+    """Return the signal of each coil that has a rest and a pressed state.
+
+    Empty if the spec has no required force, no target or no elastomer.
+    """
     by_coil = (_coil_signal(coil, estimates.normal_force, estimates.readout) for coil in estimates.coils)
     return tuple(signal for signal in by_coil if signal is not None)
 
 
 def _coil_signal(coil: CoilEstimate, force: float | None, readout: ReadoutEstimate) -> Signal | None:
-    """Return the change of a coil's reading under a force (N). None if the coil lacks a state or the force."""
+    """Return the signal of a coil under a normal force (N). None if a state (rest, pressed) or the force is missing."""
     change = coil.sensitivity(force)
     if change is None or not force or not all(map(math.isfinite, change)):
         return None

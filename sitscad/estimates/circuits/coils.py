@@ -1,6 +1,6 @@
-"""Every coil as a circuit: its winding in its surroundings, with leads and idle neighbours.
+"""Every coil as a circuit: its winding near metal, with leads and idle neighbouring coils.
 
-The module also finds states without values, with the reason: the model of the metal fails, or the tank does not
+The module also finds states without values, and the reason: the model of the metal fails, or the tank does not
 oscillate.
 """
 
@@ -33,36 +33,42 @@ from sitscad.spec.sensor import ReadoutSpec
 
 
 class SolvedEffect(Protocol):
-    """Solved effect of a target, as circuits need it. See `states.solved_target.SolvedStates`."""
+    """Effect of a target on the coils by the field solution, with the members that circuits use.
+
+    `states.solved_target.SolvedStates` implements it.
+    """
 
     @property
     def totals(self) -> Mapping[str, ComplexArray]:
-        """Changes of the inductance matrix (H), by state."""
+        """Changes of the bare windings' inductance matrix, by state: (2 frequencies, coils, coils; H, complex)."""
 
     @property
     def errors(self) -> Mapping[str, Array]:
-        """Bounds of each coil's own change (H) and loss (ohm), by state."""
+        """Signed error bounds of each coil's inductance change (H) and loss (ohm), by state: (coils, 2)."""
 
     @property
     def band(self) -> tuple[float, float]:
-        """Frequencies (Hz) of the solution."""
+        """Lowest and highest frequency (Hz) at which the target is solved."""
 
     @property
     def like(self) -> Callable[[Array], ComplexArray]:
-        """Spectrum with the frequency dependence of the changes."""
+        """Function of frequency (Hz) by which changes are interpolated: reflection factor of an infinite sheet."""
 
     def key(self, number: int, coil: str, state: str) -> tuple[complex, ...]:
-        """Return a key that is equal for coils with an equal change in a state."""
+        """Return a cache key. It is equal for coils whose inductances change equally in a state."""
 
     def crowded(self, state: str, number: int) -> Callable[[Array], ComplexArray]:
-        """Return a function of frequency (Hz): relative addition of current crowding to a coil's change."""
+        """Return a function of frequency (Hz): addition of current crowding to a coil's inductance change.
+
+        It is a fraction of this change.
+        """
 
     def put_oscillations(self, circuits: Sequence[CoilCircuit], tank: Tank) -> None:
-        """Store the tanks' oscillations in the states in the circuits."""
+        """Compute the tanks' oscillations in all states with a target, and store them in the circuits."""
 
 
 LEAST_SHARE = 0.02
-"""Least accepted ratio of a coil's inductance in a state to its inductance in free air.
+"""Least accepted inductance of a coil in a state, divided by its inductance in free air.
 
 Below this ratio, the half-space model of the metal overestimates the reduction, and the state has no values.
 """
@@ -73,11 +79,11 @@ UNRESOLVED = (
     "no numbers for this state: the current within the tracks cannot be resolved, for they are far nearer to each "
     "other than they are thick or wide"
 )
-"""Reason for a state without values if `ProximityLoss.is_resolved` is False."""
+"""Reason for a state without values if the tracks lie too close together (`ProximityLoss.is_resolved` is False)."""
 
 
 def without_failed_states(circuits: list[CoilCircuit]) -> tuple[list[CoilCircuit], dict[str, str]]:
-    """Return the circuits without the states in which the model fails, and the reason for each such state."""
+    """Return the circuits without the states in which the model fails, and the reasons by state."""
     failed: dict[str, str] = {}
     states = list(circuits[0].reflections)
     impedances = terminals(circuits, states, np.full((len(circuits), len(states), 1), PROBE))
@@ -111,7 +117,7 @@ def drop_states(circuit: CoilCircuit, failed: Mapping[str, object]) -> CoilCircu
 
 
 def overdamped(circuits: list[CoilCircuit], tank: Tank, target: TargetRatios | SolvedEffect) -> dict[str, float]:
-    """Return the states in which the tank of some coil does not oscillate, with its quality factor."""
+    """Return the states in which a coil's tank does not oscillate, each with the least quality factor of all coils."""
     quality_factors: dict[str, float] = {}
     tank.oscillate(circuits)
     if not isinstance(target, TargetRatios):
@@ -128,10 +134,10 @@ def coil_circuits(
     layout: Layout, winding: SolvedWinding, matrix: Array, assembly: AssemblyStates,
     target: TargetRatios | SolvedEffect,
 ) -> list[CoilCircuit]:
-    """Return circuits of all coils in their order.
+    """Return the circuits of all coils, in the order of the coils.
 
-    `matrix` (H) holds the inductances of the bare windings. `target` is its effect: solved, or by correction ratios of
-    an infinite plate.
+    `matrix` (coils, coils; H) holds the inductances of the bare windings. `target` is the target's effect: the field
+    solution, or correction ratios of an infinite plate.
     """
     spec, first = layout.spec, layout.coils[0]
     conductivity, loss = winding.conductivity, winding.loss
@@ -167,7 +173,10 @@ def coil_circuits(
 def _neighbours(
     active: int, circuits: list[CoilCircuit], matrix: Array, distances: list[list[float]], readout: ReadoutSpec
 ) -> dict[str, Circuit]:
-    """Return the effect of idle neighbours on a coil in every state but "free", in which the coil is alone."""
+    """Return the effect of idle neighbouring coils on coil number `active`, by state.
+
+    The state "free" is left out, because the coil is alone in it. `distances` (m) are between the centres of coils.
+    """
     idle_changes = {}
     for state, reflection in circuits[active].reflections.items():
         if state == FREE:
@@ -190,9 +199,10 @@ def _reflections(
     winding: SolvedWinding, assembly: AssemblyStates, distances: list[float], layout: Layout,
     target: TargetRatios | SolvedEffect,
 ) -> dict[str, dict[str, Reflection]]:
-    """Return the changes by metal, a `Reflection` for each coil and state, corrected for a window in the jaw.
+    """Return the inductance changes by metal: a `Reflection` for each coil name and state.
 
-    Coils for which target and window have equal effects share one `Reflection`.
+    They are corrected for a window in the jaw. Coils for which target and window have equal effects share one
+    `Reflection`.
     """
     missing, without = window_effects(layout), metal_behind(layout.spec, without_jaw=True)
     solved_reflections: dict[tuple[str, tuple[complex, ...], WindowEffect | None], Reflection] = {}
@@ -237,9 +247,9 @@ def _reflection(
 
 
 FAINT = 0.0015
-"""Additional error bound of the target's inductance change if it is computed by ratios, over the free inductance.
+"""Error bound of a target's inductance change by correction ratios, divided by the coil's inductance in free air.
 
-It dominates if the target has almost no effect.
+It is added to the errors of the ratios. It dominates if the target has almost no effect.
 """
 
 
@@ -247,6 +257,6 @@ _led_out, _led_roughly = lru_cache(maxsize=64)(estimate_leads), lru_cache(maxsiz
 
 
 def self_resonance(circuit: CoilCircuit) -> float:
-    """Return the frequency (Hz) at which winding and leads resonate with their own capacitance."""
+    """Return the frequency (Hz) at which winding and leads resonate with their own capacitance alone."""
     inductance = circuit.inductance + circuit.leads.inductance
     return resonance_frequency(inductance, max(circuit.self_capacitance, 1e-16))

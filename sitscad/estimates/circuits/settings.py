@@ -1,6 +1,6 @@
 """Settings of converters and firmware: drive codes, registers, serial port, and frequency bands of faultless boards.
 
-Driver, self-test and test bench accept a coil by its bands.
+Driver, self-test and test bench accept a coil if its frequency is inside its band.
 """
 
 from __future__ import annotations
@@ -21,16 +21,19 @@ from sitscad.spec.materials import CellsSpec
 from sitscad.spec.sensor import ReadoutSpec
 
 SIGMAS_BELOW = 1.0
-"""Margin below the largest permitted amplitude, in standard deviations of the coil's parallel resistance.
+"""Margin of parallel resistance for the drive code, in standard deviations. It keeps amplitudes below their limit.
 
-TI recommends the strongest drive code below the largest amplitude, since clamping is worse than noise (8.1.5; SNOA950).
-This advice is for one known sensor. The margin is for sensors still to be made.
+TI recommends the strongest drive code below the largest permitted amplitude, because clamping is worse than noise
+(8.1.5; SNOA950). This advice is for one known sensor. The margin is for the scatter of sensors still to be made.
 """
 
 
 @record
 class ParallelResistanceRange:
-    """Range of R_P (ohm) of a coil in its working states: the least, and the largest with its margin."""
+    """Parallel resistance (ohm) of a coil over its working states.
+
+    `least` is the smallest value, `careful` the largest value plus its margin.
+    """
 
     least: float
     careful: float
@@ -39,12 +42,13 @@ class ParallelResistanceRange:
 def with_drive_codes(
     coils: Sequence[CoilEstimate], readout: ReadoutEstimate, spec: ReadoutSpec
 ) -> tuple[tuple[CoilEstimate, ...], ReadoutEstimate]:
-    """Return coils and readout settings with the drive codes: the spec's code, or the strongest suitable code.
+    """Return coils and readout settings for the final drive codes: the spec's code, or the strongest suitable code.
 
-    A suitable code keeps each coil below the largest amplitude in each working state. The margin is one sigma and the
-    thickest copper that the fabricator delivers. All coils of a board share one foil and one plating, and no test of
-    the board shows their thickness. Channels have separate codes only if a common code leaves a coil below the
-    low-noise window and separate codes leave none below it.
+    A suitable code keeps each coil below the largest permitted amplitude in each working state. Parallel resistance has
+    a margin: the larger of one standard deviation and the change by the thickest copper that the fabricator delivers.
+    All coils of a board share one foil and one plating, and no test of the board shows their thickness. Channels have
+    separate codes only if a common code leaves a coil below the low-noise window and separate codes leave none below
+    it.
     """
     if readout.drive_code is None or readout.high_current:
         return tuple(coils), readout
@@ -80,7 +84,7 @@ def with_drive_codes(
 
 
 def drive_codes(swings: Sequence[ParallelResistanceRange], converter: Converter) -> tuple[int, ...]:
-    """Return the drive code of every channel.
+    """Return the drive code of every channel, from its range of parallel resistance.
 
     Codes are equal, unless only separate codes bring the amplitudes of all coils above the lower end of the low-noise
     window.
@@ -102,9 +106,10 @@ def _resistance_with_margin(state: StateEstimate) -> float:
 
 
 def bare_board_code(coils: Sequence[CoilEstimate], converter: Converter) -> int | None:
-    """Return the strongest drive code for every coil without target and jaw.
+    """Return the strongest drive code that suits every coil of the bare board, without target and jaw.
 
-    It keeps each coil one sigma below the largest amplitude. None if no coil's free state has a parallel resistance.
+    It keeps each coil below the largest permitted amplitude, with the margin of `SIGMAS_BELOW`. None if no coil has a
+    finite parallel resistance in the free state.
     """
     resistances = [_resistance_with_margin(coil.states[FREE]) for coil in coils if FREE in coil.states]
     finite = [value for value in resistances if math.isfinite(value)]
@@ -126,10 +131,10 @@ class Device:
 
 
 def devices(spec: ReadoutSpec, coils: tuple[CoilEstimate, ...], readout: ReadoutEstimate) -> tuple[Device, ...]:
-    """Return the converters, on each bus in the order of their addresses. They share the coils evenly.
+    """Return the converters with their registers, ordered by bus and address. Coils are divided evenly among them.
 
     Raises ValueError if a setting is unknown or does not fit its field, or if the buses have too few addresses. Raises
-    it also if sitscad has no registers of the family.
+    it also if sitscad has no registers of the converter's family.
     """
     converter = spec.device
     needed, most = converter.needed(len(coils)), spec.buses * len(converter.addresses)
@@ -186,9 +191,9 @@ def serial_settings(placements: tuple[CoilPlacement, ...], cells: CellsSpec | No
 
 
 def identity(sensor: str, programmed: Sequence[Device]) -> int:
-    """Return a 32-bit number that identifies a board's serial lines.
+    """Return a 32-bit number that identifies the board in its serial lines.
 
-    It is equal for equal names, coils and settings.
+    Boards with equal sensor names, coils and register values have equal numbers.
     """
     rows = [(device.coils, [(int(row.address), int(row.value)) for row in device.registers]) for device in programmed]
     return zlib.crc32(repr((sensor, rows)).encode())
@@ -203,12 +208,12 @@ Fewer than one in 1e7 pairs of readings differ by more.
 """
 
 STATUS = ("good", "stale", "under range", "over range", "watchdog", "out of band", "amplitude")
-"""Status texts of a coil's reading, in the order of the driver's numbers. The last is a warning."""
+"""Status texts of a coil's reading; the index is the driver's status number. The last status is only a warning."""
 
 
 @record
 class Band:
-    """Frequency (Hz) of the design, and the lowest and highest frequency (Hz) of manufactured coils."""
+    """Frequency (Hz) of the design, and the lowest and highest frequency (Hz) of faultless manufactured coils."""
 
     design: float
     low: float
@@ -221,10 +226,10 @@ class Band:
 
 @record
 class CoilBands:
-    """Frequency bands of one coil: of the bare board, of the assembled sensor at rest, and of all states and loads.
+    """Frequency bands of one coil: on the bare board, in the assembled sensor at rest, and in all states and loads.
 
-    `working` covers loads up to 1.5 times the required force. `own_sigma` (Hz) is the part of the scatter that is
-    independent for each coil of a board.
+    `working` covers loads up to 1.5 times the required force. `own_sigma` (Hz) is the standard deviation of the part of
+    the frequency scatter that is independent for each coil of a board.
     """
 
     coil: str
@@ -235,10 +240,10 @@ class CoilBands:
 
 
 def bands(coils: tuple[CoilEstimate, ...], own_inductance: float) -> tuple[CoilBands, ...]:
-    """Return the bands of every coil.
+    """Return the frequency bands of every coil, `SIGMAS` standard deviations wide to either side.
 
     `own_inductance` is the relative standard deviation between the inductances of coils on one board. Raises ValueError
-    if a coil lacks a state, or if its scatter is unknown.
+    if a coil has no states, or if the scatter of a frequency is unknown.
     """
     coil_bands = []
     for coil in coils:

@@ -1,9 +1,9 @@
 """A winding, solved once for all identical coils: inductance, loss, and their changes by metal.
 
 It also bounds the error of the winding's resistance at a frequency. The direct resistance is exact except for the
-copper itself. The added loss by alternating current is computed with a finite number of modes, at a finite number of
-azimuths or of cuts of the sides. The errors by these numbers were fitted to random designs of every shape, solved again
-with more of everything (tests/validation/resistance_designs.py). They are tested on designs outside the fit.
+properties of the copper. The added loss by alternating current is computed with a finite number of current modes, in a
+finite number of cross-sections. The errors by these numbers were fitted to random designs of every shape, solved again
+with finer resolution (tests/validation/resistance_designs.py). They are tested on designs outside the fit.
 """
 
 from __future__ import annotations
@@ -52,39 +52,45 @@ from sitscad.spec.sensor import SensorSpec
 ALONG = 2e-5  # Relative error of the resistance at any frequency, by lengths and corners of the winding's path
 
 MODEL = 0.0015
-"""Error of the added loss by the model, relative to the added loss.
+"""Error of the added loss by the straight-track model, as a fraction of the added loss.
 
-The model assumes that the current crowding in one track acts on other tracks as it does between straight tracks. Closed
-rings and open spirals were compared with converged filaments (tests/validation/test_alternating_current.py).
+Added loss is the loss at a frequency less the loss of direct current. The model assumes that the current crowding in
+one track acts on other tracks as it does between straight tracks. Closed rings and open spirals were compared with
+converged filaments (tests/validation/test_alternating_current.py).
 """
 
 ENDS = 1.2
-"""Error of a round coil's added loss by the ends of its layers, over track width divided by winding length.
+"""Error of a round coil's added loss by the ends of its layers: factor on track width divided by winding length.
 
-The loss is computed at cuts across the winding, which leave out the ends. The error is relative to the added loss.
+The product is a fraction of the added loss. The loss is computed in cross-sections of the winding, which leave out the
+ends of the spirals.
 """
 
 ONE_CUT = 0.1  # Relative error of the added loss if one cut stands for all of a winding
 
 MODES = {False: 0.011, True: 0.007}
-"""Error of the added loss by the number of modes: usual (False) or fine (True); relative to the added loss.
+"""Error of the added loss by the finite number of current modes: usual (False) or fine (True) number of modes.
 
-The full error is reached at `WIDE` skin depths of track width or `THICK` skin depths of track thickness.
+It is a fraction of the added loss. The full error is reached at `WIDE` skin depths of track width or `THICK` skin
+depths of track thickness.
 """
 
 WIDE, THICK = 12.0, 3.0  # Skin depths of width and of thickness at which this error is reached
 
 SHARP_POLYGON_ERROR = 0.017
-"""Error of the added loss of polygons with one layer and sharp corners, relative to the added loss."""
+"""Error of the added loss of polygons with one layer and sharp corners, as a fraction of the added loss."""
 
 ROUNDED_POLYGON_ERROR = 0.017
-"""Error of the added loss of polygons with rounded corners, relative to the added loss."""
+"""Error of the added loss of polygons with rounded corners, as a fraction of the added loss.
+
+Rounded corners have a radius of at least half the track width.
+"""
 
 RACETRACK = 0.003
-"""Error of the added loss of racetracks, relative to the added loss."""
+"""Error of the added loss of racetracks with few turns, as a fraction of the added loss."""
 
 LONG = 0.009
-"""Error of the added loss of racetracks with at least ALIKE_ROUNDED turns, relative to the added loss.
+"""Error of the added loss of racetracks with at least ALIKE_ROUNDED turns, as a fraction of the added loss.
 
 The two halves of these racetracks are computed as equal.
 """
@@ -92,41 +98,47 @@ The two halves of these racetracks are computed as equal.
 CROSSING = {
     "square": (0.055, 0.02), "rectangle": (0.055, 0.02), "hexagon": (0.038, 0.016), "octagon": (0.036, 0.013),
 }
-"""Errors of the added loss of polygons with several layers and sharp corners, relative to the added loss.
+"""Errors of the added loss of polygons with several layers and sharp corners, as fractions of the added loss.
 
-The first value of a shape is for fewer than FEW turns in a layer, the second for more. Near corners, where the layers'
-sides do not lie face to face, the layers are cut at few places. The sharper the corner, the larger the error.
+The first value of a shape is for fewer than FEW turns in a layer, the second for more. Near corners the sides of two
+layers do not lie face to face, and the loss is computed in few cross-sections. The sharper the corner, the larger the
+error.
 """
 
 METAL = 0.03
-"""Error of the resistance by metal farther than `ERROR_FADE_FACTOR` times `NEAR_DISTANCE`, relative to the resistance.
+"""Error of the resistance by distant metal, as a fraction of the resistance.
 
-Source: round coils over and between copper, steel and mirrors, by filaments (tests/validation/test_near_metal.py).
-Other shapes add POLYGONS_NEAR_METAL.
+Distant means farther than `ERROR_FADE_FACTOR` times `NEAR_DISTANCE`. Source: round coils over and between copper, steel
+and mirrors, by filaments (tests/validation/test_near_metal.py). Other shapes add POLYGONS_NEAR_METAL.
 """
 
 NEAR = 0.04
-"""Error of the resistance by metal nearer than `NEAR_DISTANCE`, relative to the resistance.
+"""Error of the resistance by metal nearer than `NEAR_DISTANCE`, as a fraction of the resistance.
 
 Between `NEAR_DISTANCE` and `ERROR_FADE_FACTOR` times `NEAR_DISTANCE`, the error falls linearly from `NEAR` to `METAL`.
 """
 
 NEAR_DISTANCE = 0.2e-3
-"""Distance (m) from the copper's middle to metal up to which the error of the resistance is `NEAR`."""
+"""Distance (m) from the copper's middle to metal up to which the resistance has the error `NEAR`."""
 
 ERROR_FADE_FACTOR = 1.5
-"""Factor on the distance up to which an error holds: at this multiple it has fallen linearly to the next value.
+"""Width of the transition between two errors: end of the transition, divided by the distance at its start.
 
-A sweep over the distance then has no jumps.
+Up to its start the full error holds. It falls linearly to the next value at the end. A sweep over the distance then has
+no jumps.
 """
 
 OWN_ROUNDING = 1e-6
-"""Largest distance (m) of a drawn polygon from its shape by rounding alone: the bounds of the shape then hold."""
+"""Largest deviation (m) of a drawn polygon from its nominal shape that counts as rounding of coordinates.
+
+Up to this deviation, the error bounds of the nominal shape hold.
+"""
 
 MISFIT = 8.0
-"""Relative change of the inductance if all turns lie further out by a distance, over that distance per outer diameter.
+"""Relative inductance change of a coil, divided by an outward displacement of all turns in outer diameters.
 
-An inductance goes at most with the square of the mean radius, which is at least a quarter of the outer diameter.
+An inductance is at most proportional to the square of the mean radius, which is at least a quarter of the outer
+diameter.
 """
 
 FEW = 4.0  # Turns of a layer below which corners are a large part of a polygon
@@ -148,7 +160,10 @@ class ResistanceBound:
     conductivity: float
 
     def relative(self, ratio: float, frequency: float) -> float:
-        """Return the relative error bound of a resistance, `ratio` times the direct one, at a frequency (Hz)."""
+        """Return the relative error bound of a resistance at a frequency (Hz).
+
+        `ratio` is this resistance divided by the direct resistance.
+        """
         depth = skin_depth(frequency, self.conductivity)
         reached = min(1.0, max(self.width / (WIDE * depth), self.thickness / (THICK * depth)) ** 2)
         return ALONG + (1.0 - 1.0 / ratio) * (self.share + self.modes * reached)
@@ -156,7 +171,11 @@ class ResistanceBound:
 
 def resistance_bound(spec: CoilSpec, coil: Coil, spirals: Sequence[SpiralLayer], conductivity: float,
                      tolerance: float) -> ResistanceBound:
-    """Return the error bound of the resistance by `losses.winding_losses` with a tolerance of 3e-2 or 1e-2."""
+    """Return the error bound of the resistance that `losses.winding_losses` computes.
+
+    `spirals` are the layers of a round coil, empty for other shapes. `conductivity` is in S/m. `tolerance` is 3e-2 or
+    1e-2.
+    """
     if spirals:
         length = 2.0 * math.pi * math.fsum(s.turns * (s.radius - 0.5 * s.pitch * s.turns) for s in spirals)
         cuts = suited_resolution(spirals, conductivity, tolerance).cuts
@@ -174,7 +193,10 @@ def resistance_bound(spec: CoilSpec, coil: Coil, spirals: Sequence[SpiralLayer],
 
 
 def near_metal_error(spec: CoilSpec, nearest: float) -> float:
-    """Return the relative error bound of a resistance by metal at least `nearest` (m) from the copper's middle."""
+    """Return the error of a resistance by metal, as a fraction of the resistance.
+
+    `nearest` (m) is the least distance from the copper's middle to metal.
+    """
     error = METAL + (NEAR - METAL) * _error_weight(nearest / NEAR_DISTANCE)
     if not spec.outline.is_round:
         error += max(row[2] * _error_weight(nearest / (row[0] * spec.trace_width)) for row in POLYGONS_NEAR_METAL)
@@ -182,9 +204,10 @@ def near_metal_error(spec: CoilSpec, nearest: float) -> float:
 
 
 def _error_weight(reach: float) -> float:
-    """Return the weight of an error at `reach`, a distance over the distance up to which the error holds.
+    """Return the weight of an error, from 0 to 1.
 
-    It is 1 up to a reach of 1, 0 from `ERROR_FADE_FACTOR` on, and linear between.
+    `reach` is the distance to metal, divided by the distance up to which the error holds in full. The weight is 1 up to
+    a reach of 1, 0 from `ERROR_FADE_FACTOR` on, and linear between.
     """
     return min(1.0, max(0.0, (ERROR_FADE_FACTOR - reach) / (ERROR_FADE_FACTOR - 1.0)))
 
@@ -193,11 +216,11 @@ def _error_weight(reach: float) -> float:
 class SolvedWinding:
     """Values that all identical coils share: their winding's geometry, inductance (H), loss and error bounds.
 
-    `spirals` are the round layers by which the loss of any shape is computed near metal, and `method` is the method of
-    the inductance. `conductivity` (S/m) is the copper's. `loss` is the loss by alternating current without metal, and
-    `crowding` its change by metal. `nearest` (m) is the least distance of metal in any state. `spectrum` is the current
-    spectrum from which changes by metal are computed. `nearest`, `crowding` and `spectrum` are None if there is no
-    metal. `bound` is the error bound of the resistance. `is_rough` marks screening solutions.
+    `spirals` are round layers that replace a winding of any shape when its loss near metal is computed. `method` is the
+    method of the inductance. `conductivity` (S/m) is the copper's. `loss` is the loss by alternating current without
+    metal, and `crowding` its change by metal. `nearest` (m) is the least distance of metal in any state. Changes by
+    metal are computed from the current `spectrum`. `nearest`, `crowding` and `spectrum` are None if there is no metal.
+    `bound` is the error bound of the resistance. `is_rough` marks screening solutions.
     """
 
     geometry: WindingGeometry
@@ -215,7 +238,8 @@ class SolvedWinding:
     def resistance_error(self, circuit: CoilCircuit, state: StateEstimate, coil: CoilSpec) -> float:
         """Return the relative error bound of the resistance at a coil's contacts in a state.
 
-        It combines the errors of the winding, the leads, the metal around, and the target's ratio.
+        It combines the errors of the winding, of the leads, of the effect of surrounding metal, and of the target's
+        loss.
         """
         winding = circuit.winding_resistance(state.frequency)
         leads = float(circuit.leads.resistances_at(np.array([state.frequency]), circuit.conductivity)[0])
@@ -226,7 +250,10 @@ class SolvedWinding:
 
     @property
     def inductance_error(self) -> float:
-        """Relative error bound of the inductance. For a drawn coil, its distance from its shape counts."""
+        """Relative error bound of the inductance.
+
+        For a coil from a drawing, it includes the deviation from the fitted shape.
+        """
         copper, error = self.geometry.spec.copper, self.method.error(self.geometry)
         if copper is None:
             return error
@@ -239,9 +266,9 @@ _spectrum = lru_cache(maxsize=4)(metal_spectrum)
 
 
 def shared_spectrum(geometry: WindingGeometry, nearest: float) -> CurrentSpectrum:
-    """Return the spectrum of a winding (m2) for a target at least `nearest` (m) from any mid-plane.
+    """Return the current spectrum of a winding (m2) for a target at least `nearest` (m) from any layer's mid-plane.
 
-    Nearly equal distances share the cached spectrum of `solve_winding`.
+    The distance is rounded down, so that nearly equal distances share the spectrum that `solve_winding` caches.
     """
     return _spectrum(geometry, _rounded_down(_rounded_down(nearest, HEIGHT_STEP), NO_NEARER), False)
 
@@ -250,9 +277,10 @@ def solve_winding(
     spec: CoilSpec, first: Coil, assembly: AssemblyStates, conductivity: float, method: str | None,
     tolerance: float | None,
 ) -> SolvedWinding:
-    """Solve the winding of the first of identical coils, its copper of a conductivity (S/m).
+    """Solve the winding of identical coils.
 
-    See `sitscad.estimates.estimate`.
+    `first` is the first coil, and `conductivity` (S/m) is its copper's. `method` and `tolerance` are explained in
+    `sitscad.estimates.estimate`.
     """
     winding, rough = replace(first, series=()), is_rough(tolerance)
     geometry, chosen, inductance = _solved(spec, winding, method, tolerance)
@@ -268,7 +296,7 @@ def solve_winding(
 
 
 def nearest_metal(geometry: WindingGeometry, assembly: AssemblyStates) -> float | None:
-    """Return the least distance (m) of metal to a layer's mid-plane in any state. None if there is no metal."""
+    """Return the least distance (m) of metal from a layer's mid-plane in any state. None if there is no metal."""
     heights = [layer.z for layer in geometry.spirals or geometry.drawn]
     # one sigma of pad or glue brings metal little nearer, and only a difference is taken
     small = (PAD, PAD_SIZE, GLUE)
@@ -282,8 +310,8 @@ def nearest_metal(geometry: WindingGeometry, assembly: AssemblyStates) -> float 
 def _distance_step(nearest: float, assembly: AssemblyStates, is_rough: bool = False) -> float:
     """Return the distance (m) of metal for which the winding's current spectrum is computed: `nearest` rounded down.
 
-    Boards with nearly equal distances then share the spectrum. With a target, the distance is rounded like the heights
-    for which the target is solved.
+    Boards with nearly equal distances then share the spectrum. If there is a target, the distance is first rounded down
+    to powers of `HEIGHT_STEP`, like the heights for which the target is solved.
     """
     if not is_rough and any(around.above is not None for around in assembly.states):
         nearest = _rounded_down(nearest, HEIGHT_STEP)
@@ -291,15 +319,15 @@ def _distance_step(nearest: float, assembly: AssemblyStates, is_rough: bool = Fa
 
 
 def _rounded_down(length: float, ratio: float) -> float:
-    """Return the largest power of a ratio that is not above a length (m). Rounding errors of powers are ignored."""
+    """Return the largest integer power of `ratio` that is not above a length (m).
+
+    Rounding errors of powers are ignored.
+    """
     return float(ratio ** math.floor(math.log(length, ratio) + 1e-9))
 
 
 def spectrum_near_metal(spec: CoilSpec, first: Coil, assembly: AssemblyStates) -> CurrentSpectrum | None:
-    """Return the spectrum of `solve_winding` (m2) alone. None if there is no metal.
-
-    It is cached after `solve_winding`.
-    """
+    """Return only the current spectrum (m2) that `solve_winding` computes and caches. None if there is no metal."""
     geometry = winding_geometry(spec, replace(first, series=()))
     nearest = nearest_metal(geometry, assembly)
     return None if nearest is None else _spectrum(geometry, _distance_step(nearest, assembly), False)
@@ -323,16 +351,16 @@ def _loss(spec: CoilSpec, coil: Coil, conductivity: float, tolerance: float | No
 
 
 NO_NEARER = 1.2
-"""Ratio of successive rounded distances of metal for which a winding's current spectrum is computed."""
+"""Ratio of successive distances of metal, rounded down, for which a winding's current spectrum is computed."""
 
 HEIGHT_STEP = 1.5
-"""Ratio of successive rounded heights of a target for which its effect is solved."""
+"""Ratio of successive heights of a target, rounded down, for which the target's effect is solved."""
 
 
 def winding_inductance_matrix(
     spec: CoilSpec, coils: tuple[Coil, ...], winding: SolvedWinding, is_rough: bool = False
 ) -> tuple[Array, Array]:
-    """Return the inductance matrix (H) of the bare windings of all coils, and error bounds of its elements (H)."""
+    """Return the inductance matrix (coils, coils; H) of the bare windings, and the error bounds of its elements (H)."""
     if is_rough and winding.geometry.spirals:
         return rings_beside_each_other(winding.geometry.spirals, [coil.placement.centre for coil in coils],
                                        winding.inductance, winding.inductance_error)
@@ -350,9 +378,10 @@ LEAST_DISTANCE = 10e-6  # Least distance (m) of metal from a layer's mid-plane t
 
 @record(eq=False)
 class SolvedWindings:
-    """Layout at a temperature (degrees Celsius), with the assembly of each state and the solved winding.
+    """Layout at a temperature (degrees Celsius), with the metal around the coils in each state and the solved winding.
 
-    `matrix` and `matrix_errors` (H) belong to the bare windings. The winding was solved with `method` and `tolerance`.
+    `matrix` (coils, coils; H) holds the inductances of the bare windings, `matrix_errors` (H) their error bounds. The
+    winding was solved with `method` and `tolerance`.
     """
 
     layout: Layout
@@ -366,17 +395,17 @@ class SolvedWindings:
 
     @property
     def spec(self) -> SensorSpec:
-        """Spec with its metals at the temperature."""
+        """Spec whose metals have their conductivities at `temperature`."""
         return self.layout.spec
 
     @property
     def has_target(self) -> bool:
-        """Whether a target is over the coils in a state."""
+        """Whether any state has a target over the coils."""
         return any(around.above is not None for around in self.assembly.states)
 
     @property
     def first_cell(self) -> SolvedWindings:
-        """First cell by itself. Without cells it is the whole sensor."""
+        """Solved winding of the first cell as a separate sensor. Without cells, the whole sensor."""
         layout = self.layout.cell(1)
         count = len(layout.coils)
         return replace(self, layout=layout, matrix=self.matrix[:count, :count],

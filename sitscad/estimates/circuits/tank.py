@@ -1,4 +1,4 @@
-"""Tank of each coil in each state, the capacitor that suits all coils, and the converter's settings."""
+"""Oscillating circuit (tank) of each coil and state, choice of its capacitor, and the converter's settings."""
 
 from __future__ import annotations
 
@@ -46,10 +46,13 @@ ROBUST_CAPACITANCE = 100e-12  # Below this (F), pins, tail and cable make up a g
 
 @record(eq=False)
 class CoilCircuit:
-    """One coil as the tank's circuit: winding, leads, own capacitance, and surroundings in every state.
+    """Circuit of one coil: winding, leads, own capacitance, and effects of metal in every state.
 
-    `neighbours` are the effects of idle coils. `curves` and `known` cache values. `oscillations` caches the tanks'
-    oscillations by state and capacitor (F), for a single readout.
+    `inductance` (H) and `resistance` (ohm) are the bare winding's at direct current, `conductivity` (S/m) is its
+    copper's. `loss` is the added loss by alternating current. `self_capacitance` (F) is for winding and leads,
+    `winding_capacitance` (F) for the winding alone. `reflections` are the changes by metal and `neighbours` the changes
+    by idle coils, by state. `curves` and `known` cache impedances. `oscillations` caches the tanks' oscillations by
+    state and capacitor (F), for a single readout.
     """
 
     name: str
@@ -67,15 +70,15 @@ class CoilCircuit:
     oscillations: dict[tuple[str, float], Oscillation] = field(default_factory=dict)
 
     def winding_resistance(self, frequency: float) -> float:
-        """Return the resistance (ohm) of the winding alone at a frequency (Hz)."""
+        """Return the resistance (ohm) of the winding without leads and metal at a frequency (Hz)."""
         return self.resistance * self.loss.resistance_ratio(frequency)
 
     def crowding(self, state: str, frequencies: Array) -> tuple[Array, Array]:
-        """Return the inductance (H) and resistance (ohm) by eddy currents in the winding's tracks.
+        """Return the inductance (H) and resistance (ohm) that eddy currents in the winding's tracks add.
 
-        They are for a state at (n,) frequencies (Hz), near to each other. They sum the eddy currents of the coil alone
-        and their changes by metal. In rough solutions the latter are interpolated from the frequencies of the terminal
-        values.
+        They are for a state at (n) frequencies (Hz), close to each other. They sum the eddy currents of the coil
+        without metal and their changes by metal. In screening solutions the changes are interpolated from the Chebyshev
+        points of a band.
         """
         if self.reflections[state].is_rough:
             band = int(band_numbers(frequencies.mean()))
@@ -88,14 +91,14 @@ class CoilCircuit:
         return self.loss.inductance_changes(frequencies) + change, added + lost
 
     def by_metal(self, state: str, frequencies: Array) -> tuple[Array, Array]:
-        """Return the change of `crowding` by metal (H, ohm)."""
+        """Return the changes by metal of the values of `crowding`: inductance (n; H) and resistance (n; ohm)."""
         change = self.reflections[state].crowding(frequencies)
         return change.real, -2.0 * math.pi * frequencies * change.imag
 
     def own(self, state: str, frequencies: Array) -> tuple[Array, Array]:
-        """Return inductance (H) and resistance (ohm) between the contacts, with neighbours open.
+        """Return inductance (n; H) and resistance (n; ohm) between the contacts if all neighbouring coils are open.
 
-        They are for a state at (n,) frequencies (Hz).
+        They are for a state at (n) frequencies (Hz).
         """
         key = state, frequencies.tobytes()
         if key not in self.known:
@@ -107,7 +110,10 @@ class CoilCircuit:
         return self.known[key]
 
     def exactly(self, state: str, frequencies: Array) -> tuple[Array, Array]:
-        """Return the values of `own` with the neighbours idle, if the state has neighbours."""
+        """Return inductance (n; H) and resistance (n; ohm) between the contacts, with idle neighbouring coils.
+
+        They are for a state at (n) frequencies (Hz) and computed without interpolation.
+        """
         inductance, resistance = self.own(state, frequencies)
         if state not in self.neighbours:
             return inductance, resistance
@@ -115,14 +121,17 @@ class CoilCircuit:
         return inductance + change, resistance + added
 
     def terminal(self, state: str, frequencies: Array) -> tuple[Array, Array]:
-        """Return inductance (H) and resistance (ohm) between the contacts in a state at (n,) frequencies (Hz)."""
+        """Return inductance (n; H) and resistance (n; ohm) between the contacts, interpolated over frequency.
+
+        They are for a state at (n) frequencies (Hz).
+        """
         inductance, resistance = terminals([self], [state], frequencies[None, None])
         return inductance[0, 0], resistance[0, 0]
 
     def curve(self, of: str, state: str, band: int) -> Array:
-        """Return inductance (H) and resistance (ohm) of a state at the Chebyshev points of a band, (`POINTS`, 2).
+        """Return inductance (H) and resistance (ohm) of a state at the Chebyshev points of a band: (`POINTS`, 2).
 
-        `of` names the method that computes them.
+        `of` is the name of the method of this class that computes them.
         """
         key = of, state, band
         if key not in self.curves:
@@ -131,20 +140,21 @@ class CoilCircuit:
 
 
 def frequency_points(band: int) -> Array:
-    """Return logarithms of the frequencies (Hz) at which curves are computed over a band."""
+    """Return logarithms of the frequencies (Hz) at which impedances are computed in a band: its Chebyshev points."""
     low = math.log(LOWEST) + band * math.log(BAND)
     return chebyshev_points(low, low + math.log(BAND), POINTS)
 
 
 def band_numbers(frequencies: Array) -> Index:
-    """Return the band numbers of frequencies (Hz)."""
+    """Return the band number (from 0) of each frequency (Hz)."""
     return np.floor(np.log(frequencies / LOWEST) / math.log(BAND)).astype(int)
 
 
 def terminals(circuits: Sequence[CoilCircuit], states: Sequence[str], frequencies: Array) -> tuple[Array, Array]:
-    """Return inductances (H) and resistances (ohm) of coils between their contacts in states.
+    """Return inductances (H) and resistances (ohm) between the contacts: two arrays (coils, states, n).
 
-    Each coil and state has its own frequencies (coils, states, n; Hz).
+    Each coil and state has its own `frequencies` (coils, states, n; Hz). Values are interpolated from the Chebyshev
+    points of a band.
     """
     bands, impedance = band_numbers(frequencies), np.empty((2, *frequencies.shape))
     for band in set(bands.ravel().tolist()):
@@ -158,20 +168,21 @@ def terminals(circuits: Sequence[CoilCircuit], states: Sequence[str], frequencie
 
 
 POINTS = 6
+"""Number of Chebyshev points in a band, from which impedances at other frequencies are interpolated."""
 
 
 LOWEST = 1e6
-"""Lowest frequency (Hz) of the first band."""
+"""Lowest frequency (Hz) of band 0."""
 
 BAND = 11.0
-"""Ratio of the highest to the lowest frequency of each band: the first is 1 to 11 MHz."""
+"""Highest frequency of a band, divided by its lowest frequency. Band 0 is 1 to 11 MHz."""
 
 HIGHEST = 0.999999 * LOWEST * BAND  # Last frequency (Hz) of the first band, which most converters do not reach
 
 
 @record
 class Tank:
-    """Circuit between coil and converter: capacitor, pins and cable."""
+    """Circuit between coil and converter: tank capacitor (F), pins and cable."""
 
     capacitor: float
     readout: ReadoutSpec
@@ -187,22 +198,22 @@ class Tank:
 
     @property
     def conversion_capacitance(self) -> float:
-        """Capacitance (F) that converts a frequency to inductance, for all coils and states: capacitor, pins, cable."""
+        """Capacitance (F) with which a measured frequency is converted to inductance: capacitor, pins, cable."""
         cable = self.readout.cable.capacitance if self.readout.cable else 0.0
         return self.capacitor + self.converter.limit("pin_capacitance") + cable
 
     def in_series(self) -> tuple[float, float]:
-        """Return inductance (H) and resistance (ohm) of a cable inside the tank.
+        """Return inductance (H) and resistance (ohm) of a cable that lies between coil and capacitor.
 
-        The capacitor is then at the converter.
+        Both are 0 if the capacitor is at the coil, or if there is no cable.
         """
         cable = self.readout.cable if self.readout.capacitor_at != "coil" else None
         return (0.0, 0.0) if cable is None else (cable.inductance, cable.resistance)
 
     def network(self, self_capacitance: float | Array) -> Network:
-        """Return the two-port between contacts and pins, for coils with a capacitance of their own (F).
+        """Return the two-port between the coil's contacts and the converter's pins.
 
-        Half of the cable's capacitance is at either end (pi section).
+        `self_capacitance` (F) is the coil's own. Half of the cable's capacitance is at either end (pi section).
         """
         cable = self.readout.cable
         half = 0.5 * cable.capacitance if cable else 0.0
@@ -217,28 +228,31 @@ class Tank:
         )
 
     def oscillation(self, circuit: CoilCircuit, state: str) -> Oscillation:
-        """Return the tank's oscillation in a state, with inductance and loss at its own frequency."""
+        """Return the oscillation of a coil's tank in a state, with inductance and loss at the tank's frequency."""
         if (state, self.capacitor) not in circuit.oscillations:
             self.oscillate([circuit])
         return circuit.oscillations[state, self.capacitor]
 
     def oscillate(self, circuits: Sequence[CoilCircuit]) -> None:
-        """Find the tanks' oscillations of coils with equal states, for all states at once."""
+        """Compute the tank's oscillation for several coils and all their states, and store it in the circuits.
+
+        The circuits have equal states.
+        """
         solved = iter(oscillations(circuits, self, np.array([self.capacitor])).as_list())
         for circuit in circuits:
             circuit.oscillations.update(((state, self.capacitor), next(solved)) for state in circuit.reflections)
 
 
 ROUGHLY = 1e-3
-"""Largest relative error of a frequency when capacitors are compared for screening."""
+"""Largest relative error of a tank's frequency if capacitors are compared for screening."""
 
 
 def oscillations(
     circuits: Sequence[CoilCircuit], tank: Tank, capacitors: Array, is_rough: bool = False
 ) -> Oscillations:
-    """Return oscillations (coils, states, n) of tanks that differ by their capacitors (n; F) alone.
+    """Return oscillations (coils, states, n) of tanks that differ only in their capacitors (n; F).
 
-    The coils have equal states. If `is_rough`, the frequency is within `ROUGHLY`.
+    All circuits have equal states. If `is_rough`, each frequency has a relative error of at most `ROUGHLY`.
     """
     self_capacitances, inductance = np.array([
         (circuit.self_capacitance, circuit.inductance + circuit.leads.inductance) for circuit in circuits]).T
@@ -254,7 +268,7 @@ def oscillations(
 
 
 def state_estimates(circuit: CoilCircuit, tank: Tank, readout: ReadoutEstimate) -> dict[str, StateEstimate]:
-    """Return every state of a coil with its tank and the converter's settings."""
+    """Return the estimates of a coil by state, with its tank and drive. Empty if there is no drive code."""
     if readout.drive_code is None:
         return {}
     states, converter = {}, tank.converter
@@ -321,7 +335,7 @@ def neighbour_values(capacitance: float) -> tuple[float, float]:
 
 
 VALUE_TOLERANCE = 0.005
-"""Relative difference between a capacitance in the spec and an E24 value that counts as rounding."""
+"""Largest relative difference between a capacitance in the spec and an E24 value that still counts as this value."""
 
 
 def _extreme_circuits(circuits: Sequence[CoilCircuit]) -> list[CoilCircuit]:
@@ -391,10 +405,9 @@ def converter_settings(
 ) -> ReadoutEstimate:
     """Return the converter's settings for all coils and states with this capacitor.
 
-    None and NaN if no state is left.
-
-    The drive code is the strongest below the largest amplitude. `drive.with_drive_codes` adds margins when the scatter
-    is known.
+    `reason` explains the choice of the capacitor. If no coil has a state, unknown settings are None or NaN. The drive
+    code is the strongest below the largest permitted amplitude. `settings.with_drive_codes` adds margins when the
+    scatter is known.
     """
     tank, device, count = Tank(capacitor, readout), readout.device, len(circuits)
     unset = ReadoutEstimate(
@@ -438,7 +451,7 @@ def converter_settings(
 
 
 SIGMAS = 2.0
-"""Deviation of a sensor's frequency that the converter's settings allow for, in standard deviations of manufacture.
+"""Frequency deviation that the converter's settings allow for, in standard deviations by manufacture.
 
 It counts above and below the estimated frequency of each state.
 """
@@ -463,9 +476,10 @@ def with_margin(readout: ReadoutEstimate, coils: Sequence[CoilEstimate]) -> Read
 
 
 def with_steps(coil: CoilEstimate, tank: Tank, readout: ReadoutEstimate) -> CoilEstimate:
-    """Return the coil with its inductance step (H) in every state, and with the noise (H) by this step alone.
+    """Return the coil with the step of its measured inductance (H) in every state, and with the noise (H) by this step.
 
-    For a fixed capacitor, step and noise are 2 L / f times the step and noise of the frequency f.
+    The capacitor is fixed. A step or noise of the frequency f becomes a step or noise of the inductance L by the factor
+    2 L / f.
     """
     if (conversion := readout.conversion) is None:
         return coil

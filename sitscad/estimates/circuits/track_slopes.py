@@ -1,4 +1,4 @@
-"""Slopes of a coil's inductance with the width, thickness and distance of its tracks."""
+"""Derivatives of a coil's inductance by width, thickness and layer distance of its tracks."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ from sitscad.spec.circuit import Stackup
 from sitscad.spec.coil import CoilSpec
 
 SHORT_WAVES = 0.04
-"""Least layer distance for which its slope of the inductance is exact, over the radial width of the winding.
+"""Least distance of two layers, divided by the winding's radial width, for which the current spectrum is computed.
 
-For closer layers, the spectrum of the current is computed for this distance. The omitted shorter waves change the slope
-by 0.14 % for 200 turns and by 0.05 % for 80 turns.
+For closer layers, the spectrum of this distance is used. It omits shorter waves, which changes the derivative of the
+inductance by 0.14 % for 200 turns and by 0.05 % for 80 turns.
 """
 
 
@@ -36,10 +36,11 @@ def inductance_slopes(
 ) -> dict[str, float]:
     """Return the derivative (H) of the winding's inductance by the logarithm of each toleranced dimension.
 
-    Track width (with fixed centre lines) and thickness act through the geometric mean distances of a track to itself
-    and to its neighbours. The layer distance acts through the coupling of crossing layers. For polygons, whose layers
-    lie face to face, the true slope is up to a third larger. The track width also acts on the coupling of layers face
-    to face, unless `is_rough`.
+    `layers` are the round layers of the winding or their equivalents. Track width (with fixed centre lines) and
+    thickness act through the geometric mean distances of a track to itself and to its neighbours. The layer distance
+    acts through the coupling of the layers, computed by current spectra. For polygons, whose layers lie face to face,
+    the true derivative is up to a third larger. The track width also acts on the coupling of layers face to face,
+    unless `is_rough`.
     """
     width, pitch = dimensions.trace_width, dimensions.pitch
     by_width = by_thickness = 0.0
@@ -59,7 +60,7 @@ def inductance_slopes(
 
 @lru_cache(maxsize=4)
 def facing_slope(coil: Coil, width: float) -> float:
-    """Return the derivative (H) of the coupling of layers face to face by the logarithm of their tracks' width (m)."""
+    """Return the derivative (H) of the coupling of facing layers by the logarithm of their track width (m)."""
     pieces = [_pieces(winding.path) for winding in coil.windings]
     total = 0.0
     for number, other in combinations(range(len(pieces)), 2):
@@ -73,17 +74,20 @@ def facing_slope(coil: Coil, width: float) -> float:
 
 
 PARALLEL = 0.99
-"""Least cosine of the angle between two pieces of tracks that count as parallel."""
+"""Least cosine of the angle between two track pieces that are treated as parallel."""
 
 CHORDS = 8
-"""Number of chords that represent half a turn of an arc."""
+"""Number of chords that replace half a turn of an arc."""
 
 SLOPE_STEP = 1e-3
-"""Relative step of the track width in numerical derivatives."""
+"""Step of the track width in numerical derivatives, as a fraction of the width."""
 
 
 def _pieces(path: Path) -> tuple[Array, Array]:
-    """Return middles (n, 2; m) and directions times lengths (n, 2; m) of a path's lines and chords of its arcs."""
+    """Return the pieces of a path: middles (n, 2; m) and vectors from start to end (n, 2; m).
+
+    Pieces are the path's lines and chords of its arcs.
+    """
     starts, ends = [], []
     for segment in path:
         count = max(1, round(CHORDS * abs(segment.sweep) / math.pi)) if isinstance(segment, Arc) else 1
@@ -95,7 +99,11 @@ def _pieces(path: Path) -> tuple[Array, Array]:
 
 
 def _facing_pieces(first: tuple[Array, Array], second: tuple[Array, Array]) -> tuple[Array, Array]:
-    """Return offsets (n; m) and overlaps (n; m) of pieces of two paths with parallel currents."""
+    """Return lateral distances (n; m) and overlap lengths (n; m) of pairs of pieces with parallel currents.
+
+    One piece of a pair is from the path `first`, the other from `second`. Each path is given by middles and vectors of
+    its pieces (`_pieces`).
+    """
     (middle, way), (middle_other, way_other) = first, second
     length, length_other = np.hypot(*way.T), np.hypot(*way_other.T)
     directions, directions_other = way / length[:, None], way_other / length_other[:, None]
@@ -111,7 +119,7 @@ def _facing_pieces(first: tuple[Array, Array], second: tuple[Array, Array]) -> t
 def lead_slopes(circuit: CoilCircuit) -> dict[str, float]:
     """Return the derivative (H) of the leads' inductance by the logarithm of each toleranced dimension.
 
-    Each stretch contributes by its mean distance to itself and by its mean distance to the return track beside it.
+    Each strip of the leads contributes by its mean distance to itself, and to the return track beside it.
     """
     by_cause = dict.fromkeys((WIDTH, THICKNESS, DISTANCE), 0.0)
     for strip in circuit.leads.strips:
@@ -126,7 +134,8 @@ def lead_slopes(circuit: CoilCircuit) -> dict[str, float]:
 def _pair_slopes(width: float, thickness: float, beside: tuple[float, float] | None) -> tuple[float, float, float]:
     """Return derivatives of ln(g12 / g11) by the logarithms of track width, track thickness and film thickness.
 
-    g11 is the geometric mean distance of a track to itself, g12 its mean distance to the track beside it.
+    g11 is the geometric mean distance of a track to itself, g12 its mean distance to the track beside it. `beside` is
+    the offset (m) of this track, sideways and in height. If it is None, g12 is taken as 1.
     """
 
     def ratio(w: float, t: float, height: float) -> float:
@@ -145,10 +154,10 @@ def _pair_slopes(width: float, thickness: float, beside: tuple[float, float] | N
 
 @lru_cache(maxsize=1024)
 def _mean_distance_slopes(width: float, thickness: float, pitch: float, turns: float) -> tuple[float, float]:
-    """Return derivatives of ln g by ln w and ln t, summed over all pairs of turns in a layer, for each turn.
+    """Return derivatives of ln g by ln w and ln t, summed over all pairs of turns in a layer, divided by the turns.
 
-    g is the geometric mean distance of two tracks, or of a track to itself. w and t are track width and thickness. The
-    sum counts a pair of different turns twice and is divided by the number of turns.
+    g is the geometric mean distance of two tracks, or of a track to itself. w and t are track width and thickness (m).
+    A pair of different turns counts twice.
     """
     across: Array = pitch * np.arange(math.ceil(turns), dtype=np.float64)
     weights = np.where(across > 0.0, 2.0, 1.0) * np.maximum(0.0, 1.0 - np.arange(across.size) / turns)
@@ -163,7 +172,10 @@ def _mean_distance_slopes(width: float, thickness: float, pitch: float, turns: f
 
 
 def distance_slopes(layers: Sequence[SpiralLayer], is_rough: bool = False) -> Array:
-    """Return slopes of the inductance (H/m) with the layers' heights, (layers, layers), by their current spectra."""
+    """Return derivatives of the inductance (H/m) by the distance of each pair of layers: (layers, layers).
+
+    They are computed from current spectra: of turns, or of closed rings if `is_rough`.
+    """
     heights, first = sorted(layer.z for layer in layers), layers[0]
     # Waves much shorter than the winding's width contribute little: many turns need none for the nearest layer.
     wide = first.radius - first.inner_radius + first.pitch
@@ -175,7 +187,7 @@ def distance_slopes(layers: Sequence[SpiralLayer], is_rough: bool = False) -> Ar
 
 
 def _distances(coil: Coil, stackup: Stackup) -> tuple[Array, Array]:
-    """Return mid-plane distances of all pairs of layers, and the copper's part of each: (layers, layers; m)."""
+    """Return mid-plane distances (m) of all pairs of layers, and the copper thickness (m) in them: (layers, layers)."""
     copper = stackup.copper
     size = len(coil.windings)
     whole, part = np.zeros((size, size)), np.zeros((size, size))

@@ -1,4 +1,4 @@
-"""Target and coils, solved for all poses of a range. States and responses share this solution."""
+"""Target and coils, solved for all poses of a range. Estimates of states and responses share this solution."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from sitscad.kernels.electromagnetics.polynomials import Interpolant, barycentri
 from sitscad.kernels.electromagnetics.resonator import Network, Oscillations, oscillate
 
 HEIGHTS = 4
-"""Number of heights of the target, evenly spaced in ln(height), at which current crowding is computed."""
+"""Number of target heights, evenly spaced in ln(height), at which current crowding in the tracks is computed."""
 
 POINTS = 8
 """Number of Chebyshev points in ln f at which values that do not depend on the pose are computed."""
@@ -51,7 +51,7 @@ class NearTarget:
 
     @cached_property
     def behind(self) -> Reflector | None:
-        """Metal behind the board."""
+        """Metal behind the board. None if there is no metal."""
         return metal_behind(self.windings.spec)
 
     @cached_property
@@ -83,14 +83,17 @@ class NearTarget:
 
     @cached_property
     def bare(self) -> Callable[[Array], ComplexArray]:
-        """Function of frequency: inductance matrices (H, complex) at the contacts, without the target."""
+        """Function of frequencies (n; Hz): inductance matrices at the contacts without the target.
+
+        They are (n, coils, coils; H, complex).
+        """
         return interpolate_over_band(self.band, self._bare)
 
     @cached_property
     def crowding(self) -> Callable[[Array], ComplexArray]:
-        """Function of frequency: change of current crowding by an infinite plate, for each of `heights`.
+        """Function of frequencies (n; Hz): addition of current crowding to the inductance change by an infinite plate.
 
-        It is relative to the plate's change of the inductance.
+        It is a fraction of this change, for each of `heights`: (n, heights).
         """
         heights = np.exp(self.heights).tolist()
         return interpolate_over_band(self.band, lambda at: np.stack([self.crowded_at(at, z, heights) for z in heights],
@@ -103,7 +106,10 @@ class NearTarget:
                        spectrum=sheet_spectrum(self.windings.spec.coil.size, self.windings.spec.target))
 
     def impedances(self, target_poses: TargetPoses, changes: Changes) -> Callable[[Array], ComplexArray]:
-        """Return a function: inductance matrices (H) of all coils at (n,) frequencies (Hz), by pose."""
+        """Return a function of frequencies (n; Hz): inductance matrices at the contacts (n, coils, coils; H, complex).
+
+        Frequency number k belongs to pose number k.
+        """
         heights = self.over_coils(target_poses)
         diagonal = np.arange(heights.shape[1])
 
@@ -116,22 +122,23 @@ class NearTarget:
         return whole
 
     def crowded(self, frequencies: Array, height: float) -> ComplexArray:
-        """Return the relative addition of current crowding to the target's change, at (n,) frequencies (Hz).
+        """Return the addition of current crowding to the target's inductance change, as a fraction of this change: (n).
 
-        `height` is the logarithm of the target's height (m).
+        `frequencies` (n) are in Hz. `height` is the logarithm of the target's height (m).
         """
         return _interpolate(self.heights, self.crowding(frequencies), np.full((len(frequencies), 1), height))[:, 0]
 
     def over_coils(self, target_poses: TargetPoses) -> Array:
-        """Return logarithms of the target's heights (m) over the coils, (poses, coils)."""
+        """Return logarithms of the target's heights (m) over the coils' centres: (poses, coils)."""
         return target_poses.heights(np.array([coil.placement.centre for coil in self.windings.layout.coils]))
 
     def oscillations(
         self, target_poses: TargetPoses, changes: Changes, tank: Tank, network: Network, start: Array
     ) -> Oscillations:
-        """Return the oscillation of every coil's tank in every pose, (poses, coils).
+        """Return the oscillation of every coil's tank in every pose: (poses, coils).
 
-        `network` lies between the coils' contacts and the pins. `start` (coils,; Hz) are the starting frequencies.
+        `network` lies between the coils' contacts and the converter's pins. The search begins at the frequencies
+        `start` (coils; Hz).
         """
         whole = self.impedances(target_poses, changes)
         return oscillate(network, lambda at: at_frequencies(whole, at, tank),
@@ -152,9 +159,10 @@ class NearTarget:
         return matrices
 
     def crowded_at(self, frequencies: Array, height: float, expected: Sequence[float] = ()) -> ComplexArray:
-        """Return the relative addition of current crowding to the change by an infinite plate at a height (m).
+        """Return the addition of current crowding to the inductance change by an infinite plate.
 
-        `expected` are heights (m) for which further calls follow. Their solutions share work.
+        It is a fraction (n) of this change at `frequencies` (n; Hz), for a plate at a `height` (m). `expected` are
+        heights (m) for which further calls follow; they are solved together.
         """
         crowding, spectrum, above = self._winding.crowding, self._winding.spectrum, self._endless(height)
         if crowding is None or spectrum is None:
@@ -168,9 +176,9 @@ class NearTarget:
 
 
 def _interpolate(places: Array, values: ComplexArray, at: Array) -> ComplexArray:
-    """Return the polynomial through `values` (n, m) at (m,) evenly spaced places, evaluated at (n, k) places.
+    """Return row i of a polynomial through `values` (n, m) at `places` (m), evaluated at row i of `at` (n, k): (n, k).
 
-    It is constant beyond the ends.
+    The places are evenly spaced. Beyond the first and the last place, the value is constant.
     """
     even = np.array([(-1) ** k * math.comb(len(places) - 1, k) for k in range(len(places))], dtype=float)
     weights = barycentric_weights(places, np.clip(at, places[0], places[-1]).ravel(), even)
@@ -178,10 +186,10 @@ def _interpolate(places: Array, values: ComplexArray, at: Array) -> ComplexArray
 
 
 def at_frequencies(impedances: Callable[[Array], ComplexArray], frequencies: Array, tank: Tank) -> tuple[Array, Array]:
-    """Return inductance (H) and resistance (ohm) at the contacts, (n, coils).
+    """Return inductance (H) and resistance (ohm) at the contacts: two arrays (n, coils).
 
-    Each coil is at its own frequencies (n, coils; Hz). `impedances` returns the matrices that `terminal_values` needs,
-    at (n,) frequencies, a pose for each.
+    Each coil has its own `frequencies` (n, coils; Hz). `impedances` returns the inductance matrices of n poses, pose
+    number k at frequency number k.
     """
     contacts = [terminal_values(k, impedances(at), at, idle_load(2.0 * math.pi * at, tank.readout))
              for k, at in enumerate(frequencies.T)]

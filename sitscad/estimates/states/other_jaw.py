@@ -1,8 +1,8 @@
 """Effect of the other jaw's metal, in front of the target, on the coils' inductances.
 
-A closed jaw comes to less than a millimetre of the target. The uncovered part of the coils' field reaches its metal. A
-sensor that was tared with open jaws then reads a false force. The metal is modelled as an infinite plate, as thick as
-the jaw, level over the target. Windows, pockets and rims in the jaw are left out.
+A closed jaw comes to less than a millimetre of the target. The part of the coils' field that the target does not shield
+reaches the metal of this jaw. A sensor that was tared with open jaws then reads a false force. The metal is modelled as
+an infinite plate, as thick as the jaw and parallel to the target. Windows, pockets and rims in the jaw are left out.
 """
 
 from __future__ import annotations
@@ -28,28 +28,31 @@ from sitscad.spec.materials import Encapsulation
 from sitscad.spec.mount import Jaw
 
 GRASPED = (0.0, 1e-3, 2e-3)
-"""Thicknesses (m) of the object between sensor and other jaw for which the effect is stated.
+"""Thicknesses (m) of the grasped object between sensor and other jaw for which the effect is stated.
 
-They stand for no object, a thin object and a usual object (an assumption).
+0 is no object, 1 mm a thin object and 2 mm a usual object (an assumption).
 """
 
 ERROR, LEAST_ERROR = 0.05, 2e-4
-"""Stated error of the inductance change by the other jaw: over this change, and at least over the target's change.
+"""Stated error of the inductance change by the other jaw, relative to it, and least error.
 
-Discs of finite elements differ by 2 % of the change by the jaw, and by 1e-4 of the target's change
-(tests/validation/test_front_metal.py).
+The least error is relative to the target's change. Discs of finite elements differ by 2 % of the change by the jaw, and
+by 1e-4 of the target's change (tests/validation/test_front_metal.py).
 """
 
 
 def front_plate(jaw: Jaw | None) -> MetalLayer | None:
-    """Return the other jaw's metal as an infinite plate. None if there is no jaw, or if it does not conduct."""
+    """Return the other jaw's metal as an infinite plate. None if the spec has no jaw, or if it does not conduct."""
     if jaw is None or jaw.material.conductivity <= LEAST_CONDUCTIVITY:
         return None
     return sheet_of(jaw.material, jaw.height)
 
 
 def front_room(film: Encapsulation | None, jaw: Jaw | None) -> float:
-    """Return the distance (m) from the target's outer face to the other jaw's metal, in empty closed jaws."""
+    """Return the distance (m) from the target's outer face to the other jaw's metal if the jaws are closed and empty.
+
+    It is the thickness of the encapsulating film and of the pad on the other jaw.
+    """
     assert jaw is not None
     return film_thickness(film) + jaw.opposing_pad_thickness
 
@@ -59,9 +62,9 @@ def changes_in_front(
 ) -> Array:
     """Return each coil's inductance change (heights, grasped, coils; H) by the other jaw's metal.
 
-    The frequency is in Hz. The target is level and moved by `heights` (m) from rest. `grasped` (m) are the thicknesses
-    of an object between the sensor's top and the other jaw. The target is solved in the coils' field with the metal in
-    front. Its currents have images in the metal behind and in front.
+    `frequency` is in Hz. The target is level and displaced by `heights` (m) from rest. `grasped` (m) are the
+    thicknesses of an object between the sensor's top and the other jaw. The target is solved in the coils' field with
+    the metal in front. Its currents are mirrored in the metal behind the board and in front.
     """
     spec, coils = windings.spec, windings.layout.coils
     plate, spectrum, behind = front_plate(spec.jaw), windings.winding.spectrum, metal_behind(spec)
@@ -109,8 +112,8 @@ def estimated_change(
     """Return a rough inductance change (H) of each coil at rest by the other jaw's metal.
 
     It is the change of a coil without a target, times the part of an infinite plate's effect that the target lacks. If
-    the target covers the coils, it is up to 1.5 times the solved value with nothing between, and 2 times with 1 mm.
-    Otherwise it is within 25 % (jaw templates). Empty if nothing is known.
+    the target covers the coils, it is up to 1.5 times the solved value in empty jaws, and 2 times with an object of 1
+    mm. Otherwise it is within 25 % (jaw templates). Empty if the jaw has no metal, or if there is no target.
     """
     spec = at_temperature(layout.spec, temperature)
     plate, behind, target = front_plate(spec.jaw), metal_behind(spec), spec.target

@@ -1,4 +1,4 @@
-"""Places of the target in its poses, and its distances from the coils."""
+"""Poses of the target, their ranges, and the distances between target and coils."""
 
 from __future__ import annotations
 
@@ -22,21 +22,21 @@ from sitscad.spec.materials import Target
 from sitscad.spec.sensor import SensorSpec
 
 FARTHER = 1.3
-"""Ratio of successive rounded lateral reaches for which a target is solved, so that one solution serves many poses.
+"""Ratio of successive lateral reaches of a target, rounded up, for which it is solved.
 
-See `HEIGHT_STEP`.
+Rounding lets one solution serve many poses. See `HEIGHT_STEP`.
 """
 
 LEAST_HEIGHT = 40e-6
 """Least height (m) over the copper's mid-plane at which a coil's field is computed.
 
-At lower points the field of this height is taken, because a near track does not act like a filament.
+At lower points, the field of this height is used, because a near track does not act like a filament.
 """
 
 WIDEST = 4.4
-"""Side of the area over which a coil's potential is tabulated, in coil sizes.
+"""Side of the square over which a coil's potential is tabulated, divided by the coil's size.
 
-Beyond it, the coil is replaced by a dipole. The error is 2e-4 of an inductance change.
+Outside the square, the coil is replaced by a dipole. The error is 2e-4 of an inductance change.
 """
 
 MOST_NODES = 800
@@ -46,24 +46,25 @@ MOST_NODES = 800
 MARGIN, PER_HEIGHT, HIGHEST, MAGNETIC = 0.6, 2.0, 0.75, 1.6
 """Constants of the distance from the outermost coil up to which a target is solved.
 
-It is `MARGIN` coil sizes plus `PER_HEIGHT` times the target's height. Heights count up to `HIGHEST` coil sizes: beyond,
-a change is below 1 % of an inductance. For magnetic metals the distance is `MAGNETIC` times as large.
+The distance is `MARGIN` coil sizes plus `PER_HEIGHT` times the target's height. For this sum, the height is limited to
+`HIGHEST` coil sizes, where a change is below 1 % of an inductance. For magnetic metals the distance is `MAGNETIC` times
+as large.
 """
 
 MAX_PARTIAL_ERROR = 0.003
-"""Largest error of an inductance change if only a part of the target is solved, relative to the change.
+"""Largest error of an inductance change if only a part of the target is solved, as a fraction of the change.
 
 The part was compared with targets of 11 sizes (tests/estimates/test_placed.py).
 """
 
 LEFT_OUT_OF_MAGNETIC = 0.006
-"""Largest error as in LEFT_OUT, for magnetic targets."""
+"""Largest error if only a part of a magnetic target is solved, as a fraction of the inductance change."""
 
 STEP = 0.5
-"""Step to which half the side of the solved part of a target is rounded up, in coil sizes."""
+"""Rounding step, in coil sizes, for half the side of the part of a target that is solved. It is rounded up."""
 
 WHOLE_SIDE_RATIO = 0.8
-"""Least ratio of the solved part's side to the target's side at which the whole side is solved."""
+"""Least side of the solved part, divided by the target's side, from which the whole side is solved."""
 
 FARTHEST = 1.0
 """Largest distance (m) of a requested pose from rest, along each axis."""
@@ -72,10 +73,11 @@ STEEPEST = math.radians(89.0)
 """Largest tilt (rad) of a requested pose about x or y."""
 
 NAMES = ("x", "y", "z", "rx", "ry", "rz")
+"""Names of the components of a pose in messages."""
 
 
 def level_poses(states: Sequence[State]) -> Array:
-    """Return poses (n, 6; m, rad) of the level target in the states with a target."""
+    """Return poses (n, 6; m, rad) of the level target, one for each state that has a target."""
     heights = [state.pose.z for state in states if state.pose is not None]
     poses = np.zeros((len(heights), 6))
     poses[:, 2] = heights
@@ -83,16 +85,16 @@ def level_poses(states: Sequence[State]) -> Array:
 
 
 def at_rest(spec: SensorSpec) -> Array:
-    """Return the centre (m) of the target's near face at rest, in the layout's coordinates."""
+    """Return the centre (x, y, z; m) of the target's near face at rest, in the layout's coordinates."""
     body, gap = plates_of(spec).target, target_gap(spec)
     assert body is not None and gap is not None
     return np.array([*body.footprint.centre, gap])
 
 
 def require_possible(spec: SensorSpec, poses: Array) -> None:
-    """Raise NoResponse with the reason for the first of (n, 6) poses that is impossible for a target.
+    """Raise NoResponse if one of (n, 6; m, rad) poses is impossible for a target, with the reason for the first.
 
-    Poses that the pad cannot take are allowed.
+    It does not check whether the pad permits the pose.
     """
     poses = np.asarray(poses, dtype=float).reshape(-1, 6)
     if not np.all(np.isfinite(poses)):
@@ -119,9 +121,9 @@ def require_possible(spec: SensorSpec, poses: Array) -> None:
 class PoseRange:
     """Range of poses for which a solution of a target holds.
 
-    `lowest` (m) is the lowest height of the target in the layout's coordinates. `reach` (m) is the largest distance of
-    its points from the coils' middle. `half` (m) are half the sides of the solved part of the target. `error` is the
-    relative error of an inductance change if the rest of the target is left out.
+    `lowest` (m) is the lowest height of the target in the layout's coordinates. `reach` (m) is the largest lateral
+    distance of the target's points from a coil's centre. `half` (m) are half the sides of the solved part of the
+    target. `error` is the relative error of an inductance change because the rest of the target is left out.
     """
 
     lowest: float
@@ -130,12 +132,12 @@ class PoseRange:
     error: float = 0.0
 
     def serves(self, other: PoseRange) -> bool:
-        """Whether a solution for this range of poses also serves all poses of the other range."""
+        """Whether a solution for this range of poses also holds for all poses of the `other` range."""
         return (other.lowest >= self.lowest and other.reach <= self.reach and other.half[0] <= self.half[0]
                 and other.half[1] <= self.half[1])
 
     def part(self, target: Target) -> Target:
-        """Return the solved part of a target, about the target's middle."""
+        """Return the part of a target that is solved, a target with equal middle and smaller sides."""
         size = 2.0 * self.half[0], 2.0 * self.half[1]
         return target if size == target.size else replace(target, size=size)
 
@@ -154,7 +156,10 @@ class TargetPoses:
 
     @classmethod
     def of(cls, target: Target, rest: Array, poses: Array) -> TargetPoses:
-        """Return the target in poses (n, 6; m, rad), each with its lowest point (m)."""
+        """Return the poses of a target that is displaced and turned from rest.
+
+        `rest` (m) is the centre of its near face at rest. `poses` (n, 6; m, rad) are displacements and rotations.
+        """
         rotation = 0.0 if target.outline.is_disc else target.rotation
         turns = rotation_matrices(poses[:, 3:]) @ rotation_matrices(np.array([[0.0, 0.0, rotation]]))[0]
         places = rest + poses[:, :3]
@@ -162,9 +167,9 @@ class TargetPoses:
         return cls(turns, places, places[:, 2] - _lowest_depth(target, turns, half), half)
 
     def heights(self, centres: Array) -> Array:
-        """Return logarithms of the heights (m) of the near face's plane over the coils' centres, (n, coils).
+        """Return logarithms of the heights (m) of the near face's plane over the coils' centres: (n, coils).
 
-        They are limited to the range of heights of the face itself.
+        The heights are limited to the range between the lowest and the highest point of the face.
         """
         normal = self.turns[:, :, 2]
         offsets = centres[None, :, :] - self.places[:, None, :2]
@@ -176,7 +181,7 @@ class TargetPoses:
     def cover(
         self, target: Target, coil: CoilSpec, coils: Sequence[Coil], middle: tuple[float, float]
     ) -> PoseRange:
-        """Return a range that serves these poses over coils with the dimensions `coil` and a `middle` (m).
+        """Return a range that contains these poses, over coils with the dimensions `coil` around a `middle` (m).
 
         Its values are rounded to steps, so that a solution serves many poses.
         """
@@ -198,6 +203,9 @@ class TargetPoses:
 
 
 def _lowest_depth(target: Target, turns: Array, half: tuple[float, float]) -> Array:
-    """Return the depth (m) of the target's lowest point below the centre of its near face, for each rotation."""
+    """Return the depth (m) of the target's lowest point below the centre of its near face, for each rotation (n).
+
+    `turns` (n, 3, 3) are the rotations, `half` (m) half the target's sides.
+    """
     by_x, by_y = half[0] * np.abs(turns[:, 2, 0]), half[1] * np.abs(turns[:, 2, 1])
     return np.hypot(by_x, by_y) if target.outline.is_disc else np.asarray(by_x + by_y)

@@ -1,4 +1,4 @@
-"""Target of a design as a surface of eddy currents, with the coils' fields and the mirror behind them.
+"""Target of a design as a surface of eddy currents, with the coils' fields and their reflection by metal.
 
 It also states the error bounds of the changed inductances for every pose. Tests in tests/validation check these bounds.
 """
@@ -33,60 +33,62 @@ from sitscad.spec.coil import CoilSpec
 from sitscad.spec.materials import Target
 
 IMAGED = 0.35
-"""Error of a change by a perfect mirror in place of the metal behind, over the relative difference of their fields.
+"""Error of an inductance change if a perfect mirror replaces the metal behind the board, divided by a field difference.
 
-It is at most 0.3 for steels and ferrite behind infinite sheets. See `mirror_error`.
+The difference is between the fields of metal and mirror, relative to the field. The ratio is at most 0.3 for steels and
+ferrite behind infinite sheets. See `mirror_error`.
 """
 
 LONGEST = 1e-3
 """Least wave number (1/m) at which a reflection factor is computed.
 
-At zero, the layer of air between two plates has no reflection factor of its own.
+At wave number zero, the formula for a layer of air between two plates is undefined.
 """
 
 MOST_WAVES = 4.0
-"""Product of wave number and coil size at which an infinite sheet's reflection stands for a target (`sheet_spectrum`).
+"""Wave number times coil size at which an infinite sheet's reflection is computed for `sheet_spectrum`.
 
 This reflection has nearly the frequency dependence of a target's changes. Steels and foils of 3 to 6 mm over coils of 6
 mm were compared. The remaining error is a fourteenth to a half of the error of straight lines.
 """
 
 SQUEEZED = 0.8
-"""Largest length over which the field is taken to vary at the target, over the target's distance to the mirror.
+"""Largest length over which the field varies at the target, divided by the target's distance to the mirror.
 
-The limit serves coils that are long against this distance. Without it, boxes and discs had errors up to 0.5 and 0.8 %
-of the change (tests/validation/random_poses.py).
+The limit is for coils that are long compared with this distance. Without it, boxes and discs had errors up to 0.5 and
+0.8 % of the change (tests/validation/random_poses.py).
 """
 
 FRONT_WAVES = 0.1
-"""Least distance between target and metal in front for which the field is resolved, over the coils' width."""
+"""Least distance of target and metal in front for which the field is resolved, divided by the coils' shorter side."""
 
 ROOF = (0.3, 0.6, 1.5)
-"""Depths of the planes that stand for metal in front of a target, in skin depths times the metal's permeability.
+"""Depths of the image planes that replace metal in front of a target, in skin depths times relative permeability.
 
-Their reflections are fitted to the metal's reflection. The fit differs from it by 0.5 to 2 % for non-magnetic steels,
-brass and copper.
+The strengths of the planes are fitted to the metal's reflection. The error of the fit is 0.5 to 2 % for non-magnetic
+steels, brass and copper.
 """
 
 ROOF_MAGNETIC = (0.0, 0.5, 1.5)
-"""Depths as in ROOF for magnetic steels. The fitted reflection differs from the metal's by 5 to 10 %."""
+"""Depths of image planes as in ROOF, for magnetic steels. The error of the fitted reflection is 5 to 10 %."""
 
 ROOF_WAVES = 24
-"""Number of wave numbers at which the reflections of the planes are fitted."""
+"""Number of wave numbers at which the reflection of the image planes is fitted to the metal's reflection."""
 
 MOST_ORDERS = 44
-"""Largest order of the currents around a disc: the number of periods along its circumference."""
+"""Largest angular order of the currents in a disc: the number of periods along its circumference."""
 
 OUT_OF_PHASE = 1e-4
-"""Least out-of-phase fraction of a reflected field, caused by loss in the metal, that the solution includes."""
+"""Least imaginary part of a reflection factor, caused by loss in the metal, that the solution includes."""
 
 
 @record
 class Detail:
     """Resolution with which a target's currents are computed.
 
-    `height` (m) is the target's least height over the coils' copper, and `coil` (m) the coils' size. `mirror` (m) is
-    the least distance to a mirror behind the coils. `finer` multiplies the usual resolution, for convergence tests.
+    `height` (m) is the target's least height over the coils' copper, and `coil` (m) the coils' longer side. `mirror`
+    (m) is the least distance of the target to a mirror behind the coils. `finer` multiplies the usual resolution, for
+    convergence tests.
     """
 
     height: float
@@ -98,7 +100,7 @@ class Detail:
     def length(self) -> float:
         """Length (m) over which the coils' field varies at the target.
 
-        Longer waves count less, because the coils' images in the mirror cancel most of them.
+        Waves that are longer have little effect, because the coils' images in the mirror cancel most of their field.
         """
         return (self.height + min(0.1 * self.coil, SQUEEZED * self.mirror)) / self.finer
 
@@ -107,12 +109,12 @@ class Detail:
         return 12 + math.ceil(1.6 * length / self.length)
 
     def widest(self, length: float) -> float:
-        """Return the largest distance (m) between spline knots on a face of this length (m), at its middle."""
+        """Return the largest distance (m) between spline knots, in the middle of a face of this length (m)."""
         return min(0.11 * length / self.finer, 0.85 * self.length)
 
 
 def target_surface(target: Target, detail: Detail, edge: float) -> Box | Disc:
-    """Return the target about its own middle, with knots `edge` (m) apart at its edges."""
+    """Return the target's surface around its own middle, with spline knots `edge` (m) apart at its edges."""
     (x, y), z = target.size, target.thickness
     through = 4 + math.ceil(z / detail.length)
     if target.outline.is_disc:
@@ -123,7 +125,7 @@ def target_surface(target: Target, detail: Detail, edge: float) -> Box | Disc:
 
 
 def with_points(whole: Box | Disc, distance: float) -> Surface:
-    """Return the surface with the fewest points that resolve the field of its own image, `distance` (m) away."""
+    """Return the surface with the fewest field points that resolve the field of its own image, `distance` (m) away."""
 
     def count(length: float) -> int:
         return 4 + math.ceil(1.2 * length / distance)
@@ -136,11 +138,11 @@ def with_points(whole: Box | Disc, distance: float) -> Surface:
 
 @record
 class PlateProblem:
-    """A target of metal or ferrite over coils, with metal behind the coils and in front of the target.
+    """Problem of a target of metal or ferrite over coils, with metal behind the coils and in front of the target.
 
-    It holds all inputs that determine the target's currents, at `frequencies` (Hz). `lowest` (m) is the least height
-    over the coils, and `reach` (m) the largest distance of points from a coil. `finer` is as in `Detail`. Solutions are
-    computed at their first use.
+    It holds all inputs that determine the target's currents, at `frequencies` (Hz). `lowest` (m) is the target's least
+    height in the layout's coordinates, and `reach` (m) the largest lateral distance of its points from a coil. `finer`
+    is as in `Detail`. Solutions are computed at their first use.
     """
 
     target: Target
@@ -155,12 +157,12 @@ class PlateProblem:
 
     @property
     def middle(self) -> float:
-        """Frequency (Hz) that represents all frequencies."""
+        """Geometric mean (Hz) of the lowest and the highest frequency, used for mirrors and potentials."""
         return math.sqrt(min(self.frequencies) * max(self.frequencies))
 
     @cached_property
     def mirror(self) -> Mirror | None:
-        """Mirror for the image of the target's own currents."""
+        """Mirror in which the target's own currents have images. None if no metal is behind the board or in front."""
         mirror = None if self.behind is None else equivalent_mirror(self.behind, self.middle, self.lowest)
         if self.front is None:
             return mirror
@@ -169,9 +171,9 @@ class PlateProblem:
 
     @property
     def _room(self) -> float:
-        """Distance (m) between target and front for which the field between them is resolved.
+        """Distance (m) between target and metal in front for which the field between them is resolved.
 
-        It is at least `FRONT_WAVES` of the coils' width.
+        It is at least `FRONT_WAVES` times the coils' shorter side.
         """
         assert self.front is not None
         room = self.front.distance - self.lowest - self.target.thickness
@@ -179,9 +181,9 @@ class PlateProblem:
 
     @cached_property
     def mirror_error(self) -> float:
-        """Relative error of a change by a perfect mirror in place of the metal behind.
+        """Relative error of an inductance change because a perfect mirror replaces the metal behind the board.
 
-        The mirror stands for the image of the target's currents alone.
+        The mirror serves only for the image of the target's currents. The error is 0 without metal.
         """
         if self.mirror is None or self.behind is None:
             return 0.0
@@ -189,7 +191,7 @@ class PlateProblem:
 
     @property
     def tabulated_coils(self) -> _Coils:
-        """Coils, in the form in which their potentials are tabulated."""
+        """Coils with the values that determine the tables of their potentials."""
         height = _detail(self.coil, self.coils, self.lowest, self.behind, self.finer).height
         return _Coils(self.coils, self.coil.trace_width, height / self.finer, self.reach)
 
@@ -203,7 +205,7 @@ class PlateProblem:
 
     @cached_property
     def potentials(self) -> tuple[CoilPotential, ...]:
-        """Potentials of all coils. If `is_lossy`, the out-of-phase potentials follow in the same order."""
+        """Potentials of all coils, for in-phase reflections. If `is_lossy`, the out-of-phase potentials follow."""
         frequency = None if self.behind is None and self.front is None else self.middle
         return _potentials(self.tabulated_coils, self.behind, frequency, self.is_lossy, self.front)
 
@@ -224,11 +226,16 @@ class PlateProblem:
 
     @cached_property
     def cache_key(self) -> bytes:
-        """Text of all inputs, used as the cache key of solutions."""
+        """All inputs as text, by which solutions are cached."""
         return repr(self).encode("utf-8")
 
     def changes(self, turns: Array, places: Array, is_single: bool) -> tuple[ComplexArray, ComplexArray]:
-        """Return the results of `TargetPlate.changes`, without a cache."""
+        """Return the target's whole changes of the inductance matrix, and the changes for a lossless mirror.
+
+        Both are (frequencies, poses, coils, coils; H, complex), computed without a cache. `turns` (poses, 3, 3) are the
+        target's rotations, `places` (poses, 3; m) the centres of its near face. Set `is_single` if no other poses
+        follow.
+        """
         n = len(self.coils)
         centres = np.array([coil.placement.centre for coil in self.coils])
         direct, returned = self.potentials[:n], self.potentials[n:]
@@ -242,10 +249,10 @@ class PlateProblem:
 
 @record(eq=False)
 class TargetPlate:
-    """A target of metal or ferrite over coils.
+    """A target of metal or ferrite over coils, solved for the inputs `solving`.
 
-    `mirror_error` is the relative error of a change by a perfect mirror in place of the metal behind. The mirror stands
-    for the image of the target's currents.
+    `mirror_error` is the relative error of a change because a perfect mirror replaces the metal behind the board. The
+    mirror serves only for the image of the target's currents.
     """
 
     solving: PlateProblem
@@ -258,15 +265,16 @@ class TargetPlate:
 
     @property
     def is_over_a_poor_mirror(self) -> bool:
-        """Whether the metal behind the coils returns only part of the field, or a part out of phase."""
+        """Whether the metal behind the board reflects only part of the coils' field, or a part out of phase."""
         mirror = self.solving.mirror
         return mirror is not None and (self.solving.is_lossy or abs(mirror.strength - 1.0) > 0.02)
 
     def changes(self, turns: Array, places: Array, is_single: bool = False) -> tuple[ComplexArray, ComplexArray]:
-        """Return changes of the coils' inductance matrix (H, complex), (frequencies, poses, coils, coils).
+        """Return the target's whole changes of the inductance matrix, and the changes for a lossless mirror.
 
-        The first result is the whole change. The second is for a lossless mirror, so that its loss is the target's own.
-        Set `is_single` if no other poses follow.
+        Both are (frequencies, poses, coils, coils; H, complex). The second result has the loss of the target alone.
+        `turns` (poses, 3, 3) are the target's rotations, `places` (poses, 3; m) the centres of its near face. Set
+        `is_single` if no other poses follow.
         """
         matrices = cached_solution(
             lambda: (self.solving, turns.tobytes(), places.tobytes(), is_single),
@@ -277,12 +285,18 @@ class TargetPlate:
 
 @record(eq=False)
 class WindowedPlate(TargetPlate):
-    """A target before a jaw with a window. Its changes grow by the `missing` part of the jaw behind each coil."""
+    """A target over a jaw with a window, whose changes of the inductance matrix are increased for the missing metal.
+
+    `missing` holds the window's effect for each coil.
+    """
 
     missing: tuple[WindowEffect, ...] = ()
 
     def changes(self, turns: Array, places: Array, is_single: bool = False) -> tuple[ComplexArray, ComplexArray]:
-        """Return the changes of `TargetPlate`, increased for the missing part of the jaw behind each coil."""
+        """Return whole and lossless changes of the inductance matrix, increased for the jaw's window behind each coil.
+
+        Arguments and results are as in `TargetPlate.changes`.
+        """
         matrices = super().changes(turns, places, is_single)
         among_coils = np.einsum("fpcc->cfp", matrices[0].real)
         more = np.stack([
@@ -292,7 +306,7 @@ class WindowedPlate(TargetPlate):
 
 
 def plate_over_jaw(layout: Layout, frequencies: Sequence[float], cover: PoseRange, finer: float = 1.0) -> TargetPlate:
-    """Return the target of a layout, solved at frequencies (Hz) with its jaw and the jaw's window."""
+    """Return the target of a layout over its jaw and the jaw's window, solved at frequencies (Hz)."""
     spec, missing = layout.spec, window_effects(layout)
     assert spec.target is not None
     plate = solved_plate(spec.target, spec.coil, layout.coils, frequencies, metal_behind(spec), cover, finer)
@@ -307,11 +321,11 @@ def solved_plate(
     target: Target, coil: CoilSpec, coils: Sequence[Coil], frequencies: Sequence[float], behind: Reflector | None,
     cover: PoseRange, finer: float = 1.0, front: Reflector | None = None,
 ) -> TargetPlate:
-    """Return a target, solved at frequencies (Hz) for the poses of `cover`; `finer` is as in `Detail`.
+    """Return a target, solved at frequencies (Hz) for the poses of `cover`.
 
-    `coil` has the dimensions of the coils.
+    `coil` has the dimensions of the coils. `finer` is as in `Detail`.
 
-    `front` is metal in front of the target. Its distance (m) counts from the board's top face. With it, the solution is
+    `front` is metal in front of the target, with its distance (m) from the board's top face. With it, the solution is
     for a single pose, whose height is the cover's lowest.
     """
     windings = tuple(replace(each, series=()) for each in coils)
@@ -322,14 +336,14 @@ def solved_plate(
 
 
 _solving = lru_cache(maxsize=4)(PlateProblem)
-"""Cache of solutions: designs with another pad or converter reuse them."""
+"""Cache of problems and their solutions: designs with another pad or converter reuse them."""
 
 
 def _resolved(
     target: Target, coil: CoilSpec, coils: Sequence[Coil], frequency: float, lowest: float, behind: Reflector | None,
     finer: float = 1.0,
 ) -> tuple[Detail, Box | Disc]:
-    """Return the target's resolution at a frequency (Hz), and its surface."""
+    """Return the target's resolution at a frequency (Hz), and its surface with this resolution."""
     detail = _detail(coil, coils, lowest, behind, finer)
     depth = skin_depth_in(target.material, frequency)
     edge = min(0.5 * depth, 0.25 * target.thickness, 0.02 * min(target.size)) / finer
@@ -346,7 +360,7 @@ def _detail(
 def solving_work(
     target: Target, coil: CoilSpec, coils: Sequence[Coil], frequency: float, behind: Reflector | None, cover: PoseRange
 ) -> float:
-    """Return the work of solving a target for the poses of `cover`, with metal `behind` the coils.
+    """Return a measure of the work to solve a target for the poses of `cover`, with metal `behind` the coils.
 
     For a box it is the cube of the number of functions in its largest class of currents. For a disc it is scaled so
     that equal work takes equal time.
@@ -363,18 +377,18 @@ def solving_work(
 
 
 DISCS, IMAGES = 50.0, 12.0
-"""Factors that convert the work for a disc to the unit of `solving_work`.
+"""Factors that convert the work for a disc to the unit of the work for a box (`solving_work`).
 
 `DISCS` is the work for each function, order and point. `IMAGES` is the work for the image of the currents, for each
-order and each pair of points at which they are taken.
+order and each pair of field points.
 """
 
 
 def sheet_spectrum(size: tuple[float, float], target: Target | None) -> Callable[[Array], ComplexArray]:
-    """Return a function: reflection factors (no unit) of an infinite sheet at (n,) frequencies (Hz).
+    """Return a function: reflection factors (no unit) of an infinite sheet at (n) frequencies (Hz).
 
-    The sheet has the target's metal and thickness. The wave length is the strongest one of coils of that size. The
-    target's changes have nearly the same frequency dependence.
+    The sheet has the target's metal and thickness. The wavelength is the strongest in the field of coils of this `size`
+    (m). The target's changes have nearly this frequency dependence.
     """
     assert target is not None
     k = np.array([MOST_WAVES / max(size)])
@@ -387,10 +401,11 @@ def sheet_spectrum(size: tuple[float, float], target: Target | None) -> Callable
 
 
 def equivalent_mirror(behind: Reflector, frequency: float, height: float) -> Mirror:
-    """Return a perfect mirror, deeper and weaker, that reflects nearly like the metal behind.
+    """Return a perfect mirror, deeper and weaker, that reflects nearly like the metal behind the board.
 
-    It is matched at wave numbers 0.7 and 1.4 over the metal's distance from a target at a height (m). It serves for the
-    image of the target's own currents alone; the image of the coils is exact.
+    Its reflection equals the metal's at two wave numbers: 0.7 and 1.4, divided by the distance of metal and target. The
+    target is at a height (m). The mirror serves only for the image of the target's own currents; the image of the coils
+    is exact.
     """
     distance = height + behind.distance
     k = np.array([0.7, 1.4]) / distance
@@ -403,10 +418,11 @@ def equivalent_mirror(behind: Reflector, frequency: float, height: float) -> Mir
 
 
 def equivalent_roof(front: Reflector, frequency: float, room: float, floor: float) -> Roof:
-    """Return planes whose combined reflection is nearly the reflection of the metal in front of a target.
+    """Return image planes whose combined reflection is nearly the reflection of the metal in front of a target.
 
-    It is a least-squares fit over wave numbers up to 3 / `room`, where `room` (m) is the distance between target and
-    metal. Each wave is weighted by its decay over this distance. `floor` (m) is the height of the mirror behind.
+    They are a least-squares fit over wave numbers up to 3 / `room`, where `room` (m) is the distance between target and
+    metal. Each wave is weighted by its decay over this distance. `floor` (m) is the height of the mirror behind the
+    board.
     """
     k = np.linspace(0.02, 1.0, ROOF_WAVES) * 3.0 / room
     first = front.plates[0]
@@ -422,11 +438,11 @@ def equivalent_roof(front: Reflector, frequency: float, room: float, floor: floa
 
 
 def mirror_error(behind: Reflector, mirror: Mirror, frequency: float, height: float, size: float) -> float:
-    """Return the relative error of a target's changes if a mirror replaces the metal behind.
+    """Return the relative error of a target's inductance changes if `mirror` replaces the metal behind the board.
 
-    It is `IMAGED` times the largest relative difference of the field, reflected to and fro. Targets are at 1, 2 and 5
-    times a height (m). Wave lengths are of the order of the coils' size (m). The changes differ by less than this
-    field, because shorter waves make most of the changes.
+    It is `IMAGED` times the largest relative difference of the field, with multiple reflections between target and
+    metal. Targets are at 1, 2 and 5 times a height (m). Wavelengths are of the order of the coils' `size` (m). The
+    changes differ by less than this field, because shorter waves make most of the changes.
     """
     k = np.array([2.0, 2.5, 4.0]) / size
     returned, worst = reflection(k, frequency, behind.plates), 0.0
@@ -467,7 +483,7 @@ class _Coils:
 def _potentials(
     coils: _Coils, behind: Reflector | None, frequency: float | None, is_lossy: bool, front: Reflector | None = None
 ) -> tuple[CoilPotential, ...]:
-    """Return the coils' potentials with in-phase reflections. Out-of-phase ones follow if `is_lossy`."""
+    """Return the coils' potentials for in-phase reflections. If `is_lossy`, the out-of-phase potentials follow."""
     # without metal around the coils, the potentials are equal at all frequencies and for all targets at this height
     if frequency is None:
         return coils.potentials()
@@ -477,7 +493,7 @@ def _potentials(
 
 
 def _reflection_factors(behind: Reflector, frequency: float) -> Callable[[Array], ComplexArray]:
-    """Return a function: reflection factor of waves by their wave numbers (1/m)."""
+    """Return a function: reflection factors of metal for waves with wave numbers k (1/m)."""
 
     def factor(k: Array) -> ComplexArray:
         return reflection(np.maximum(k.ravel(), LONGEST), frequency, behind.plates).reshape(k.shape)
@@ -486,7 +502,7 @@ def _reflection_factors(behind: Reflector, frequency: float) -> Callable[[Array]
 
 
 USUAL = 0.006
-"""Error of every inductance change, relative to the magnitude of the complex change.
+"""Error of every inductance change, as a fraction of the magnitude of the complex change.
 
 For any thickness, conductivity and permeability, half of the error covers the difference from infinite plates and from
 discs of finite elements (tests/validation/test_plates.py). The rest is for a coil's tracks and the resolution (0.07 %
@@ -494,51 +510,51 @@ for 95 of 100 poses, 0.33 % at most, tests/validation/random_poses.csv).
 """
 
 CLOSE = 0.01
-"""Additional relative error of the change by a target that touches the copper.
+"""Additional relative error of the inductance change by a target that touches the copper.
 
-A track is computed as two filaments, too few for a target so near.
+A track is computed as two filaments, which is too coarse for a target at this distance.
 """
 
 CLOSE_WIDTHS = 1.5
 """Height of the target over the copper, in track widths, at which the error `CLOSE` has fallen linearly to 0."""
 
 WIDE = 0.0002
-"""Additional relative error of the change by a large target, per unit of size / length above `WIDE_FROM`.
+"""Additional relative error of the change by a large target, for each unit of size / length above `WIDE_FROM`.
 
 The length is the length over which the coils' field varies at the target (`Detail.length`).
 """
 
 WIDE_FROM = 8.0
-"""Ratio of the target's size to the length over which the field varies, above which the error `WIDE` counts."""
+"""Size of the target, divided by the length over which the field varies, above which the error `WIDE` is added."""
 
 MUTUAL = 0.0008
-"""Error of the change of a mutual inductance, over the geometric mean of both coils' own changes."""
+"""Error of the change of a mutual inductance, divided by the geometric mean of both coils' self-inductance changes."""
 
 LOSSY = 0.001
-"""Additional relative error of changes before metal that has loss or reflects only part of the field.
+"""Additional relative error of changes if the metal behind the board has loss or reflects only part of the field.
 
 `TargetPlate.mirror_error` is added to this error.
 """
 
 
 MAGNET = 0.006
-"""Additional error of the change by permeable metals, relative to the magnitude of the complex change.
+"""Additional error of a permeable target's inductance change, as a fraction of the magnitude of the complex change.
 
-With magnetic steels the inductance's change may pass zero. A thin steel carries the field farther than its width (discs
-of finite elements, rods and plates of ferrite).
+The real change alone is no suitable reference, because it passes zero for magnetic steels. A thin steel carries the
+field farther than its width. Source: discs of finite elements, rods and plates of ferrite.
 """
 
 LOSS = 0.015
 """Error of the loss in a target, relative to the loss (infinite plates: 1.2 %, discs of finite elements: 0.1 %)."""
 
 TALL = 0.007
-"""Additional error of the loss in a target that is thicker than wide, relative to the loss.
+"""Additional error of the loss in a target that is thicker than wide, as a fraction of the loss.
 
-The loss in a brass rod of 2 x 3 mm was 2.0 % off.
+The computed loss in a brass rod of 2 x 3 mm had an error of 2.0 %.
 """
 
 LEAST_LOSSY = 5.0
-"""Largest complex change (as omega L) of a magnetic target that counts in the error of its loss, over the loss.
+"""Upper limit of the complex change (as omega L) in the loss error of a magnetic target, divided by the loss.
 
 The limit keeps this error small for targets with little loss.
 """
@@ -546,11 +562,12 @@ The limit keeps this error small for targets with little loss.
 
 def stated_errors(target: Target, coil: CoilSpec, change: Array, size: Array, scale: float, lowest: Array,
                   mapping: float, mirror: float) -> Array:
-    """Return errors (poses, coils, coils) of inductance changes, each over the larger of the change and 1 % of `scale`.
+    """Return relative errors of the coils' inductance changes (poses, coils, coils).
 
-    `change` and `size` (poses, coils, coils; H) are the real changes and the magnitudes of the complex changes. `scale`
-    (H) is the free inductance. `lowest` (poses; m) is the height of the target's lowest point. `mapping` is the error
-    by interpolation between poses, and `mirror` the error by the mirror behind the coils.
+    Each error is divided by the larger of the change and 1 % of `scale`, the free inductance (H). `change` (poses,
+    coils, coils; H) are the real changes, `size` the magnitudes of the complex changes. `lowest` (poses; m) is the
+    height of the target's lowest point. `mapping` is the error by interpolation between poses, and `mirror` the error
+    by the mirror behind the coils.
     """
     near, least = _more_errors(coil, target, lowest), np.maximum(np.abs(change), 0.01 * scale)
     relative = (mapping + mirror + near)[:, None, None]
@@ -563,9 +580,9 @@ def stated_errors(target: Target, coil: CoilSpec, change: Array, size: Array, sc
 
 
 def _more_errors(coil: CoilSpec, target: Target, lowest: Array) -> Array:
-    """Return the additional relative errors (poses,) of near targets and of targets far wider than their distance.
+    """Return additional relative errors (poses) for close targets, and for targets much wider than the field's length.
 
-    `lowest` (m) is the height of the target's lowest point.
+    `lowest` (poses; m) is the height of the target's lowest point.
     """
     near = np.clip(1.0 - lowest / (CLOSE_WIDTHS * coil.trace_width), 0.0, 1.0)
     length = Detail(1.0, max(coil.size)).length - 1.0 + np.maximum(lowest, 0.0)
@@ -576,8 +593,8 @@ def stated_losses(target: Target, coil: CoilSpec, lost: Array, size: Array, scal
                   mapping: float, mirror: float, frequency: float) -> Array:
     """Return error bounds (poses, coils; ohm) of the losses in a target.
 
-    `lost` (poses, coils; ohm) are the losses, and `size` (poses, coils; H) the magnitudes of the complex changes. The
-    other arguments are as in `stated_errors`. The frequency is in Hz.
+    `lost` (poses, coils; ohm) are the losses, and `size` (poses, coils; H) the magnitudes of the complex inductance
+    changes. `scale`, `lowest`, `mapping` and `mirror` are as in `stated_errors`. The frequency is in Hz.
     """
     omega = 2.0 * math.pi * frequency
     near = _more_errors(coil, target, lowest)[:, None]
@@ -587,7 +604,7 @@ def stated_losses(target: Target, coil: CoilSpec, lost: Array, size: Array, scal
 
 
 def poles_error(target: Target | None) -> float:
-    """Return the additional error of the change by permeable metals, relative to the magnitude of the complex change.
+    """Return the additional error of the change by permeable metals, as a fraction of the complex change's magnitude.
 
     It is 0 at permeability 1 and rises with permeability, so weakly magnetic steels have a small error.
     """

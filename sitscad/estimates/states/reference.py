@@ -15,9 +15,10 @@ from sitscad.layout.board import Layout
 
 @record
 class ReferenceSignal:
-    """Inductance changes (H) of the reference coil, and of the sensing coil `coil` that changes most, when pressed.
+    """Inductance changes (H) by the target from rest to the pressed state, of the reference coil and of a sensing coil.
 
-    `at_rest` (H) is the change of the reference coil by the target at rest.
+    `sensing` belongs to the sensing coil named `coil`, which has the largest change. `at_rest` (H) is the change of the
+    reference coil by the target at rest.
     """
 
     coil: str
@@ -27,15 +28,15 @@ class ReferenceSignal:
 
     @property
     def share(self) -> float:
-        """Part of a full-scale reading that the reference coil sees."""
+        """Change of the reference coil, divided by the change of the sensing coil. Infinite if the latter is 0."""
         return abs(self.reference / self.sensing) if self.sensing else math.inf
 
 
 def reference_signal(layout: Layout, estimates: Estimates) -> ReferenceSignal | None:
-    """Return the solved signal of the target on the reference coil, from rest to the required force.
+    """Return the target's signals on the reference coil and on a sensing coil, from rest to the required force.
 
-    With cells, it is the signal of the nearest cell's target. None if there is no reference coil, if
-    the target's effect is not solved for the states, or if no state is pressed.
+    If the sensor has cells, the target is the nearest cell's. None if there is no reference coil, if the target's
+    effect is not by the field solution, or if no state is pressed.
     """
     reference, z = layout.reference, estimates.pressed_place
     if reference is None or estimates.reference is None or z is None or not estimates.is_solved:
@@ -52,7 +53,10 @@ def reference_signal(layout: Layout, estimates: Estimates) -> ReferenceSignal | 
 
 
 def metal_share(coil: CoilEstimate) -> float:
-    """Return the relative inductance change of a coil without a target by the metal behind it, 0 without metal."""
+    """Return the relative inductance change of a coil without a target by the metal behind it.
+
+    It is 0 if the state at rest or the free state is missing.
+    """
     if REST not in coil.states or FREE not in coil.states:
         return 0.0
     return coil.states[REST].inductance / coil.states[FREE].inductance - 1.0

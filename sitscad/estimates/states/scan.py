@@ -13,7 +13,9 @@ from sitscad.basics.record import record
 from sitscad.kernels.electromagnetics.polynomials import Interpolant, chebyshev_points
 
 Progress = Callable[[int, int], None]
+"""Function that is called with the number of finished poses and the number of all poses."""
 Spectrum = Callable[[Array], NDArray[np.generic]]
+"""Function of frequencies (n; Hz) that returns factors (n) without a unit."""
 
 FEW = 300  # Number of poses up to which each is solved
 LINE = 21  # Chebyshev points along a line of poses that sets the number of grid points
@@ -24,7 +26,7 @@ USUAL = 2e-3  # Largest error of an interpolant, relative to a change or 1 % of 
 
 @record(eq=False)
 class ExactSolver:
-    """Solver of the inductance changes at (n, 6) poses and some `frequencies` (Hz).
+    """Solver of the inductance changes by the target at any (n, 6; m, rad) poses, at some `frequencies` (Hz).
 
     `solve` returns two arrays (frequencies, poses, coils, coils; H, complex). The first holds the whole changes, the
     second the changes with a lossless mirror behind the coils. `spectrum` is as in `Changes`.
@@ -37,15 +39,15 @@ class ExactSolver:
 
 @record(eq=False)
 class Changes:
-    """Changes of the inductance matrix (H, complex), (frequencies, poses, coils, coils).
+    """Changes of the inductance matrix at one or two frequencies: (frequencies, poses, coils, coils; H, complex).
 
-    `lossless` are those with a lossless mirror. `error` is the additional relative error by interpolation between
-    poses.
+    `total` are the whole changes, `lossless` the changes with a lossless mirror behind the coils. `error` is the
+    additional relative error by interpolation between poses.
 
-    Between the frequencies, and a little beyond, the ratio of a change to the spectrum `spectrum` (no unit, by
-    frequency in Hz) is linear in f^(-1/2), as skin depths are. `spectrum` is the reflection of an infinite sheet of the
-    metal. Compared with interpolation of the change itself, it leaves half the error or less: a magnetic sheet's change
-    of L passes zero. With a single frequency, its changes serve for every frequency.
+    Changes are interpolated between the two frequencies, and extrapolated a little. The ratio of a change to `spectrum`
+    is taken as linear in f^(-1/2), as skin depths are. `spectrum` (no unit, by frequency in Hz) is the reflection of an
+    infinite sheet of the metal. Compared with interpolation of the change itself, this halves the error or better: a
+    magnetic sheet's change of L passes zero. If there is a single frequency, its changes are used for every frequency.
     """
 
     frequencies: tuple[float, ...]
@@ -55,19 +57,26 @@ class Changes:
     spectrum: Spectrum = np.ones_like
 
     def complex_at(self, frequencies: Array) -> ComplexArray:
-        """Return the whole changes at (n,) frequencies (Hz), a pose for each."""
+        """Return the whole changes (n, coils, coils; H, complex) of n poses.
+
+        Pose number k is at frequency number k (n; Hz).
+        """
         return self._between(self.total, frequencies[:, None, None])
 
     def at(self, frequencies: Array) -> tuple[Array, Array]:
-        """Return the change (H) at (n, coils) frequencies (Hz), and the loss in the target alone (n, coils; ohm)."""
+        """Return the inductance changes (n, coils, coils; H), and the loss in the target alone (n, coils; ohm).
+
+        Each pose and coil has its own frequency (n, coils; Hz).
+        """
         pairs = 0.5 * (frequencies[:, :, None] + frequencies[:, None, :])
         lost = self._between(np.einsum("fpcc->fpc", self.lossless), frequencies).imag
         return self._between(self.total, pairs).real, np.asarray(-2.0 * math.pi * frequencies * lost)
 
     def _between(self, changes: ComplexArray, frequencies: Array) -> ComplexArray:
-        """Return changes (2, poses, ...), interpolated to frequencies (Hz).
+        """Return changes interpolated to frequencies (Hz): (poses, ...).
 
-        The frequencies have the shape of the changes at one frequency, or a shape that broadcasts to it.
+        `changes` (1 or 2, poses, ...) are for the solved frequencies. `frequencies` broadcast to the shape (poses,
+        ...).
         """
         if len(self.frequencies) == 1:
             return changes[0].copy()
@@ -95,10 +104,11 @@ def changes_at_poses(
 
 
 AT_ONCE = 64
+"""Number of poses that are solved in one batch."""
 
 
 def _solve_all(exact: ExactSolver, poses: Array, progress: Progress | None) -> tuple[ComplexArray, ComplexArray]:
-    """Return the changes in all poses, solved in batches, with reports of progress."""
+    """Return whole and lossless changes in all poses, solved in batches. `progress` is called after each batch."""
     parts = []
     for k in range(0, max(len(poses), 1), AT_ONCE):
         parts.append(exact.solve(poses[k : k + AT_ONCE]))
@@ -153,7 +163,7 @@ def _pack_parts(changes: tuple[ComplexArray, ComplexArray]) -> Array:
 
 
 def _decay(exact: ExactSolver, low: Array, high: Array) -> float:
-    """Return the decay rate (1/m) of the changes with height."""
+    """Return the decay rate (1/m) of the changes with the target's height, from the lowest to the highest pose."""
     if high[2] - low[2] < 1e-12:
         return 0.0
     ends = np.tile(0.5 * (low + high), (2, 1))
@@ -163,10 +173,10 @@ def _decay(exact: ExactSolver, low: Array, high: Array) -> float:
 
 
 def _grid(exact: ExactSolver, low: Array, high: Array, moved: Sequence[int], decay: float) -> list[Array]:
-    """Return grid points along each moved axis of the pose.
+    """Return Chebyshev points along each component of the pose that varies (`moved`).
 
-    Their number is chosen by the changes on three lines along the axis. The lines lie in the middle of the range, at
-    the lowest height, and off-centre at that height.
+    Their number is chosen by the changes on three lines along this component. The lines lie in the middle of the range,
+    at the lowest height, and off-centre at the lowest height.
     """
     axes = []
     for axis in moved:

@@ -1,4 +1,4 @@
-"""Solved effect of the target on the coils in the states, by the response's own solver at their poses."""
+"""Effect of the target on the coils in each state, computed by the field solver that responses use."""
 
 from __future__ import annotations
 
@@ -29,20 +29,20 @@ from sitscad.layout.board import Layout
 from sitscad.spec.sensor import SensorSpec
 
 MOST = 800.0**3
-"""Largest work (`solving_work`) of solving a target for the states; above, correction ratios are used instead.
+"""Largest work (`solving_work`) of a target that is solved for the states: one or two seconds.
 
-It takes one or two seconds.
+For more work, correction ratios are used instead.
 """
 
 MAGNETIC = 1100.0**3
-"""Largest work as in MOST for magnetic metals: three or four seconds.
+"""Largest work (`solving_work`) of a magnetic target that is solved for the states: three or four seconds.
 
-It is higher because correction ratios of magnetic metals may give a change of the wrong sign.
+It is higher than `MOST`, because correction ratios of magnetic metals may give a change of the wrong sign.
 """
 
 
 def is_affordable(windings: SolvedWindings, band: tuple[float, float]) -> bool:
-    """Whether the target of the states can be solved in a second or two.
+    """Whether the target can be solved for all states in a second or two, at both frequencies (Hz) of a band.
 
     It cannot if it is far larger than its distance to coils or metal.
     """
@@ -56,18 +56,18 @@ def is_affordable(windings: SolvedWindings, band: tuple[float, float]) -> bool:
 
 
 def _state_poses(spec: SensorSpec, assembly: AssemblyStates) -> TargetPoses:
-    """Return the target's poses in the states, in their order."""
+    """Return the target's poses in all states that have a target, in the order of the states."""
     assert spec.target is not None
     return TargetPoses.of(spec.target, at_rest(spec), level_poses([around.state for around in assembly.states]))
 
 
 @record(eq=False)
 class SolvedStates:
-    """Solved effect of the level target on the coils in its states (`names`).
+    """Effect of the level target on the coils in the states `names`, by the field solution.
 
-    `totals` holds changes of the inductance matrix of the bare windings by state: (2 frequencies, coils, coils; H,
-    complex). The frequencies are `band`. `errors` holds bounds of each coil's own change (H) and loss (ohm) by state:
-    (coils, 2), with the signs of change and loss.
+    `totals` holds the changes of the inductance matrix of the bare windings by state: (2 frequencies, coils, coils; H,
+    complex). The frequencies are `band`. `errors` holds error bounds of each coil's inductance change (H) and loss
+    (ohm) by state: (coils, 2). They have the signs of change and loss.
     """
 
     near: NearTarget
@@ -79,24 +79,27 @@ class SolvedStates:
 
     @property
     def band(self) -> tuple[float, float]:
-        """Frequencies (Hz) at which the target is solved."""
+        """Lowest and highest frequency (Hz) at which the target is solved."""
         low, high = self.near.band
         return low, high
 
     @property
     def like(self) -> Callable[[Array], ComplexArray]:
-        """Spectrum with the frequency dependence of the changes, as in `Changes`."""
+        """Function of frequency (Hz) by which changes are interpolated, as in `Changes`."""
         return sheet_spectrum(self.near.windings.spec.coil.size, self.near.windings.spec.target)
 
     def key(self, number: int, coil: str, state: str) -> tuple[complex, ...]:
-        """Return a key that is equal for coils with an equal change in a state."""
+        """Return a cache key. It is equal for coils whose inductances change equally in a state."""
         if state not in self.totals:
             return ()
         changes = self.totals[state][:, number, number]
         return tuple(complex(f"{value:.9e}") for value in changes)
 
     def crowded(self, state: str, number: int) -> Callable[[Array], ComplexArray]:
-        """Return a function of frequency (Hz): relative addition of current crowding to a coil's change."""
+        """Return a function of frequency (Hz): addition of current crowding to a coil's inductance change.
+
+        It is a fraction of this change.
+        """
         coil_number, near = number % len(self.near.windings.layout.coils), self.near
         height = float(near.over_coils(self.poses)[self.names.index(state), coil_number])
         if self.has_other_cells:  # the circuits' own values are final
@@ -109,10 +112,10 @@ class SolvedStates:
         return len(next(iter(self.errors.values()))) != len(self.near.windings.layout.coils)
 
     def put_oscillations(self, circuits: Sequence[CoilCircuit], tank: Tank) -> None:
-        """Store the tanks' oscillations in the states in the circuits, as solved for the response.
+        """Compute the tanks' oscillations in all states as a response does, and store them in the circuits.
 
-        With other cells, circuits stay unchanged: their coils also couple to idle coils of other cells, which a cell's
-        response leaves out.
+        If the sensor has other cells, circuits stay unchanged: their coils also couple to idle coils of other cells,
+        which a cell's response leaves out.
         """
         if self.has_other_cells:
             return
@@ -139,9 +142,9 @@ class SolvedStates:
 
 
 def solve_states(windings: SolvedWindings, band: tuple[float, float]) -> SolvedStates:
-    """Solve the level target of every state at both ends of a band (Hz).
+    """Solve the level target in every state at both ends of a band (Hz).
 
-    The first cell is solved. The target's effect on coils of other cells is neglected.
+    Only the first cell is solved. The target's effect on coils of other cells is neglected.
     """
     first, scale = windings.first_cell, windings.winding.inductance
     spec, coils = first.spec, first.layout.coils
@@ -171,9 +174,9 @@ def solve_states(windings: SolvedWindings, band: tuple[float, float]) -> SolvedS
 
 
 def own_changes(layout: Layout, poses: Array, frequency: float) -> ComplexArray:
-    """Return changes of the coils' inductances (n, coils; H, complex) by the target of one cell.
+    """Return the changes of the coils' own inductances by the target of one cell: (n, coils; H, complex).
 
-    They are at (n, 6) poses (m, rad) and one frequency (Hz), for evenly spread current.
+    They are at (n, 6) poses (m, rad) and one frequency (Hz), for current that is even across the tracks.
     """
     spec = layout.spec
     assert spec.target is not None
