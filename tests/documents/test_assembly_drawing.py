@@ -50,11 +50,11 @@ def _scale(sheet):
     return float(larger) / float(smaller)
 
 
-def test_it_is_legible(sensor):
+def test_assembly_drawing_is_legible(sensor):
     assert_legible(plan_view.drawing(sensor))
 
 
-def test_pieces_are_drawn_to_scale_where_they_lie_on_the_coils(sensor):
+def test_pieces_are_drawn_to_scale_at_their_positions(sensor):
     sheet = plan_view.drawing(sensor)
     scale, pieces = _scale(sheet), plates_of(sensor.spec).all
     ink = {pen: [i.paths[0] for i in sheet.items if isinstance(i, Shape) and i.pen == pen and i.paths[0].is_closed]
@@ -71,7 +71,7 @@ def test_pieces_are_drawn_to_scale_where_they_lie_on_the_coils(sensor):
     assert sum(map(len, ink.values())) == len(pieces)
 
 
-def test_edges_and_centres_are_dimensioned(sensor):
+def test_edges_and_centres_of_pieces_are_dimensioned(sensor):
     sheet = plan_view.drawing(sensor)
     labels = {item.text for item in sheet.items if isinstance(item, Label)}
     words = " ".join(item.text for item in sheet.items if isinstance(item, Label))
@@ -83,7 +83,7 @@ def test_edges_and_centres_are_dimensioned(sensor):
         assert {coil.name, mm(coil.centre.x), mm(coil.centre.y)} <= labels
 
 
-def test_a_sensor_without_pieces_has_no_such_drawing(board):
+def test_sensor_without_pieces_has_no_assembly_drawing(board):
     assert plan_view.drawing(board) is None and assembly_drawing.assembly_pdf(board, "") == {}
 
 
@@ -95,7 +95,7 @@ def test_a_sensor_without_pieces_has_no_such_drawing(board):
         ("", "The part with the coils, seen from the top, to scale"),
     ],
 )
-def test_the_report_shows_it_and_speaks_of_a_jaw_only_where_there_is_one(tmp_path, mount, caption):
+def test_report_shows_assembly_drawing_and_names_jaw_only_if_present(tmp_path, mount, caption):
     text = f"sitscad: 1\nname: over\n{COIL}\ntarget: {{size: 6}}\nelastomer: {{size: 6}}\n{mount}\n"
     built = sitscad.build(load_text(text), tmp_path, ("laser", "report"), force=True)
     page = (built.directory / "report.html").read_text()
@@ -105,7 +105,7 @@ def test_the_report_shows_it_and_speaks_of_a_jaw_only_where_there_is_one(tmp_pat
 
 
 @pytest.mark.parametrize("name", ["skin_strip_6", "skin_grid_3x3"])
-def test_pieces_of_cells_are_listed_in_the_order_of_their_cells_as_coils_are(name):
+def test_pieces_of_cells_are_listed_in_cell_order(name):
     """Pieces ran from 6 down to 1, coils from 1 up."""
     spec = load_text(templates.read(name))
     plates = plates_of(spec)

@@ -66,19 +66,19 @@ def in_order(said: str, *words: str) -> bool:
     return -1 not in places and places == sorted(places)
 
 
-def test_steps_are_numbered_and_fit_a_page():
+def test_assembly_steps_are_numbered_and_fit_page_width():
     lines = text(GRASPER).splitlines()
     numbers = [int(found[1]) for line in lines if (found := re.match(r" ?(\d+)\. ", line))]
     assert numbers and numbers == list(range(1, len(numbers) + 1))
     assert max(map(len, lines)) <= WIDTH
 
 
-def test_every_layer_is_listed_and_they_add_up_to_the_pair():
+def test_listed_layers_add_up_to_closed_pair_height():
     rows = re.findall(r"^  ([a-z -]+?) +([\d.]+) \+-([\d.]+) mm(?:  unverified)?$", text(GRASPER), re.M)
     assert sum(float(size) for _, size, _ in rows) == approx(closed_section(GRASPER).height * 1e3, abs=1e-6)
 
 
-def test_what_hangs_on_an_unverified_jaw_metal_or_density_says_so():
+def test_unverified_jaw_and_metals_are_marked_in_notes():
     said = text(GRASPER)
     marked = re.findall(r"^  ([a-z -]+?) +[\d.]+ \+-[\d.]+ mm  unverified$", said, re.M)
     assert marked == ["jaw", "opposing-jaw"]
@@ -92,7 +92,7 @@ def test_what_hangs_on_an_unverified_jaw_metal_or_density_says_so():
     assert not re.findall(r"^  jaw .*unverified$", text(measured), re.M)
 
 
-def test_the_heaviest_pieces_are_named_and_their_densities_marked():
+def test_weight_table_lists_heaviest_pieces_with_unverified_densities():
     pieces = [
         {"name": "mount", "is_carrier": False, "material": "resin", "mass_kg": 6e-5, "copper_m3": 0.0,
          "density_source": "unverified: from memory"},
@@ -112,24 +112,24 @@ def test_the_heaviest_pieces_are_named_and_their_densities_marked():
 
 
 @pytest.mark.slow
-def test_every_piece_of_the_jig_that_is_named_is_made():
+def test_every_named_jig_piece_is_built():
     from sitscad.assembly.solids import assembly_aids
 
     named = set(re.findall(r"(jig-[a-z-]+|mould-[a-z]+)", text(GRASPER).replace("\n    ", " ")))
     assert named <= {solid.name for solid in assembly_aids(GRASPER)}
 
 
-test_every_piece_of_the_jig_that_is_named_is_made = pytest.mark.cad(test_every_piece_of_the_jig_that_is_named_is_made)
+test_every_named_jig_piece_is_built = pytest.mark.cad(test_every_named_jig_piece_is_built)
 
 
-def test_a_bench_plate_has_no_jaw_to_glue_into():
+def test_bench_plate_notes_mention_no_jaw():
     bench = sitscad.lay_out(sitscad.load_text(templates.read("bench_7mm"), "t.yaml"))
     said = text(bench)
     assert "M2 x 6 screws" in said and "port" not in said and "jaw" not in said
 
 
 @pytest.mark.parametrize("template", ["bench_7mm", "fingertip_foil", "round_button_12mm"])
-def test_each_gluing_step_ends_in_a_height_without_jaws_too(template):
+def test_each_gluing_step_states_resulting_height(template):
     """Only sensors in jaws had the heights that docs/assembling.md promises."""
     layout = sitscad.lay_out(sitscad.load_text(templates.read(template), "t.yaml"))
     spec, said = layout.spec, in_one_line(layout)
@@ -143,7 +143,7 @@ def test_each_gluing_step_ends_in_a_height_without_jaws_too(template):
         assert f"{words} {1e3 * height:.3f} +-" in said
 
 
-def test_the_weight_says_what_is_of_the_mount():
+def test_weight_text_states_mass_of_mount():
     """A fingertip "without what carries it" weighed 6.2 g, 5.6 g of it the mount."""
     pieces = [{"name": name, "is_carrier": False, "material": "steel", "mass_kg": mass, "copper_m3": 0.0,
                "density_source": "x"} for name, mass in (("mount", 5e-3), ("mount-spacer", 1e-3), ("target", 1e-3))]
@@ -155,7 +155,7 @@ def test_the_weight_says_what_is_of_the_mount():
     assert said.startswith("The sensor with its mount (6 g of it), without the jaws, weighs 7 g;")
 
 
-def test_without_a_mount_there_is_no_page_and_without_a_pad_no_mould():
+def test_notes_are_absent_without_mount_and_mould_without_pad():
     bare = handmade.bare()
     assert render(bare, SENSOR.estimates, incoming(SENSOR).board, "", {}) == {}
     none = replace(GRASPER, spec=replace(GRASPER.spec, elastomer=None))
@@ -178,7 +178,7 @@ OWN = "{kind: custom}"
         ("grasper_4layer", "pins", ("Drill two holes of 1.31 mm", "Glue the tail down")),
     ],
 )
-def test_how_the_mount_is_fastened_is_reported(template, mount, words):
+def test_notes_describe_fastening_of_each_mount(template, mount, words):
     from sitscad.spec.load import rewritten_spec
     from sitscad.spec.yaml.source import read_yaml
 
@@ -191,7 +191,7 @@ def test_how_the_mount_is_fastened_is_reported(template, mount, words):
     assert all(word in said for word in words), said
 
 
-def test_a_thick_skin_is_cast_and_a_thin_one_brushed():
+def test_thick_film_is_cast_and_thin_film_is_brushed():
     assert "brushed on: mix" in re.sub(r"\s+", " ", text(GRASPER))
     thick = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml").replace("encapsulation.thickness", "0.4 mm")
     said = re.sub(r"\s+", " ", text(sitscad.lay_out(thick)))
@@ -199,7 +199,7 @@ def test_a_thick_skin_is_cast_and_a_thin_one_brushed():
 
 
 @pytest.mark.parametrize("changes", [{}, {"encapsulation.thickness": "0.4 mm"}, {"mount": {"kind": "custom"}}])
-def test_height_with_film_is_stated(changes):
+def test_notes_state_height_with_film(changes):
     """The notes gave heights of pad and target, and none of the finished face."""
     spec = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml").replace(changes)
     layout = sitscad.lay_out(spec)
@@ -213,7 +213,7 @@ def test_height_with_film_is_stated(changes):
         assert toleranced(at["encapsulation"][1] - at["board"][1]) == toleranced(sealed)
 
 
-def test_a_skin_is_cast_before_the_board_leaves_the_jig_on_whose_pins_its_mould_goes():
+def test_film_is_cast_before_board_leaves_jig():
     thick = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml").replace("encapsulation.thickness", "0.4 mm")
     said = in_one_line(sitscad.lay_out(thick))
     assert in_order(said, "on the foot of jig-target-press", "Cast the skin", "Push the board out")
@@ -230,7 +230,7 @@ def test_a_skin_is_cast_before_the_board_leaves_the_jig_on_whose_pins_its_mould_
         ("jaw_5x20", {"mount.standoff": 0, "shield": None}, "Make the jig from"),
     ],
 )
-def test_what_is_made_is_what_the_package_has(template, changes, made):
+def test_notes_make_only_pieces_of_package(template, changes, made):
     """With a mount of one's own the first step made one from mount/, where none is."""
     layout = sitscad.lay_out(sitscad.load_text(templates.read(template), "t.yaml").replace(changes))
     said, names = in_one_line(layout), {each.name for each in (*parts.solids(layout), *parts.assembly_aids(layout))}
@@ -248,7 +248,7 @@ KINDS = ("fingertip_cell", "grasper_4layer", "racetrack_jaw", "square_bench")
 @pytest.mark.parametrize(
     "template", [pytest.param(n, marks=() if n in KINDS else (pytest.mark.slow, pytest.mark.more)) for n in MOUNTED]
 )
-def test_steps_name_what_is_there(template):
+def test_assembly_steps_agree_with_solids_of_pieces(template):
     """`jaw_5x20` was pushed against a stop that it has not, and glued over 3 mm to 0.13 mm of metal."""
     layout = sitscad.lay_out(sitscad.load_text(templates.read(template), "t.yaml"))
     said, spec = in_one_line(layout), layout.spec
@@ -270,7 +270,7 @@ def test_steps_name_what_is_there(template):
     assert spec.mount.jaw is not None or "under the board's whole body" in said
 
 
-def test_the_tail_is_glued_to_the_tongue_once_the_board_lies_on_the_mount():
+def test_tail_is_glued_after_board_and_before_sealing():
     said = in_one_line(GRASPER)
     assert in_order(
         said, "the shield with", "the mount with", "Glue the board on", "Glue the tail down with",
@@ -278,7 +278,7 @@ def test_the_tail_is_glued_to_the_tongue_once_the_board_lies_on_the_mount():
     )
 
 
-def test_the_bare_board_is_tested_before_any_glue_and_the_sensor_at_the_end():
+def test_bare_board_is_tested_first_and_sensor_last():
     said, coil = in_one_line(GRASPER), incoming(SENSOR).board.coils[0]
     free, rest = (FREQUENCY.shown(coil.states[name].frequency).split()[0] for name in ("free", "rest"))
     direct = show(coil.terminal_resistance_dc, "ohm", 4).split()[0]
@@ -295,7 +295,7 @@ def table_below(words):
     return {row[0]: row[1:] for row in (re.split(r"\s{2,}", line) for line in lines[head:])}
 
 
-def test_each_figure_of_a_test_has_the_instrument_that_reads_it():
+def test_each_test_value_has_its_instrument():
     """An inductance without the coil's capacitance, which no instrument reads, stood first in every line."""
     bench = incoming(SENSOR).board
     bare, finished = table_below("Test the bare board"), table_below("Measure each coil again")
@@ -311,7 +311,7 @@ def test_each_figure_of_a_test_has_the_instrument_that_reads_it():
     assert len(bare["coil"]) == len(bare["C1"]) and "100 kHz" in bare["coil"][2] + bare["coil"][1]
 
 
-def test_the_bare_board_has_a_drive_code_that_does_not_clamp_it():
+def test_bare_board_drive_code_stays_below_amplitude_limit():
     """What was a note of every check of an assembled sensor stands here, and in the report."""
     (told,) = re.findall(r"use drive code (\d+) for the bare board; the assembled sensor has 27", in_one_line(GRASPER))
     bare = [coil.states["free"].parallel_resistance for coil in incoming(SENSOR).board.coils]
@@ -319,26 +319,26 @@ def test_the_bare_board_has_a_drive_code_that_does_not_clamp_it():
     assert device.amplitude(max(bare), int(told)) < device.limit("amplitude_max") < device.amplitude(max(bare), 27)
 
 
-def test_a_usual_meter_has_figures_for_the_bare_board():
+def test_bare_board_table_has_meter_inductance_with_sigma():
     rows = table_below("Test the bare board")
     for read in incoming(SENSOR).board.metered:
         assert plus_minus(read.inductance, read.inductance_sigma, "H", digits=4) in rows[read.coil]
 
 
-def test_a_drive_code_that_serves_bare_and_assembled_boards_is_named_once():
+def test_equal_drive_code_for_bare_and_assembled_board_is_stated_once():
     """Use drive code 25 for the bare board; the assembled sensor has 25, it said."""
     used = str(SENSOR.estimates.readout.drive_code)
     said = firmware_driver.bare_drive(SENSOR.layout.spec.readout.device, SENSOR.estimates.readout, int(used))
     assert said.endswith(f"use drive code {used} for the bare board as for the assembled sensor.")
 
 
-def test_raw_resin_is_sealed_before_it_is_cast_in_and_filament_need_not_be():
+def test_resin_is_sealed_before_casting_but_filament_is_not():
     assert in_order(in_one_line(GRASPER), "may not cure on raw photopolymer", "try a drop first", "Cut the elastomer")
     filament = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml").replace("mount.process", "filament")
     assert "photopolymer" not in in_one_line(sitscad.lay_out(filament))
 
 
-def test_silicone_alone_is_primed_before_it_is_glued():
+def test_pad_is_primed_only_for_glue_that_needs_primer():
     said = in_one_line(GRASPER)
     assert in_order(
         said, "Wipe Loctite 770 once and thinly on the elastomer's upper and lower face", "Let it dry before",
@@ -352,7 +352,7 @@ def test_silicone_alone_is_primed_before_it_is_glued():
 
 
 @pytest.mark.parametrize("template", ["grasper_4layer", "bench_7mm", "three_axis_triangle"])
-def test_contact_1_is_at_the_left_edge_along_the_tail(template):
+def test_contact_1_is_at_left_edge_along_tail(template):
     layout = sitscad.lay_out(sitscad.load_text(templates.read(template), "t.yaml"))
     pads = sorted(layout.pads, key=lambda pad: pad.number)
     first, last = pads[0].centre, pads[-1].centre
@@ -362,7 +362,7 @@ def test_contact_1_is_at_the_left_edge_along_the_tail(template):
         assert f"contact 1 ({pads[0].pin}) is at the left edge" in in_one_line(layout)
 
 
-def test_a_forced_package_without_an_assembly_has_its_steps():
+def test_forced_package_without_solids_has_assembly_steps():
     """Where pieces cannot be put together nothing is weighed, and a build with --force ended in a KeyError."""
     layout = sitscad.lay_out(sitscad.load_text(templates.read("grasper_3p5mm")))
     estimates = sitscad.estimate(layout)
@@ -370,7 +370,7 @@ def test_a_forced_package_without_an_assembly_has_its_steps():
     assert b" 1. " in text and b"weighs" not in text
 
 
-def test_a_mount_that_nothing_places_is_said_how_to_be_placed():
+def test_mount_without_pocket_gets_alignment_instructions():
     """A reader of the package alone had to guess how the mount is squared on the jaw, and where the pictures are."""
     pages = {}
     for jaw in ("generic-5mm", "toothless-5mm"):
@@ -398,7 +398,7 @@ mount: {{kind: grasper-pad, jaw: {jaw}, standoff: 0.5}}
 
 
 @pytest.mark.slow
-def test_a_plate_is_screwed_down_after_its_tail_is_bent_and_its_sensor_sealed():
+def test_plate_is_screwed_down_after_bending_and_sealing():
     """Nothing is dipped, and no rod of 11 mm lies under a tail, once the plate is screwed to a bench."""
     said = in_one_line(sitscad.lay_out(sitscad.load_text(templates.read("round_button_12mm"), "t.yaml")))
     assert in_order(said, "Glue the board into", "Bend the tail", "Seal board", "Screw the mount down", "Plug the tail")
@@ -409,14 +409,14 @@ def test_a_plate_is_screwed_down_after_its_tail_is_bent_and_its_sensor_sealed():
     assert in_order(cap, "Tap both holes", "Bend the tail", "Slip the cap", "Plug the tail")
 
 
-def test_a_board_out_of_a_panel_is_cut_out_before_it_is_tested():
+def test_board_is_cut_from_panel_before_test():
     spec = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml")
     assert "coupons" not in in_one_line(sitscad.lay_out(spec))
     said = in_one_line(sitscad.lay_out(spec.replace("fpc.panel", {"parts": [1, 2]})))
     assert in_order(said, "cut the board out", "grasper-4layer-panel-readme.txt", "Test the bare board")
 
 
-def test_a_mount_of_the_user_s_own_has_its_height_over_the_metal_behind():
+def test_custom_mount_notes_state_height_over_metal_behind():
     metal = {"material": "aluminium", "distance": "3 mm", "thickness": "4 mm"}
     spec = sitscad.load_text(templates.read("fingertip_foil"), "t.yaml").replace(
         {"mount": {"kind": "custom", "metal_behind": metal}})
@@ -433,7 +433,7 @@ PIECES = Package({
 """What `--only mount` writes of a grasper, as far as the steps read it."""
 
 
-def test_every_piece_to_be_made_is_listed_with_its_size_and_use():
+def test_every_piece_to_make_is_listed_with_size_and_use():
     said = assembly_notes.text(GRASPER, SENSOR.estimates, incoming(SENSOR).board, PIECES)
     rows = {line.split()[0]: line for line in said.partition(" 1. ")[0].splitlines() if line.startswith("  ")}
     assert {"mount", "jig-target-press", "mould-lid", "jaw"} <= set(rows)
@@ -444,7 +444,7 @@ def test_every_piece_to_be_made_is_listed_with_its_size_and_use():
 
 @pytest.mark.parametrize(("stages", "lacks"), [
     ({"gerber", "laser", "firmware", "report"}, []), ({"laser"}, ["gerber", "firmware", "report"])])
-def test_files_that_the_steps_name_and_the_package_lacks_have_their_command(stages, lacks):
+def test_files_missing_from_package_have_their_build_command(stages, lacks):
     """`--only mount` writes steps that name bom.csv, laser/ and fpc/, and nothing said where those are."""
     package = Package(PIECES.files, PIECES.stages | stages)
     (content,) = render(GRASPER, SENSOR.estimates, incoming(SENSOR).board, "", package).values()
@@ -452,7 +452,7 @@ def test_files_that_the_steps_name_and_the_package_lacks_have_their_command(stag
     assert is_current(content.decode(), package.stages) and not is_current(content.decode(), frozenset({"firmware"}))
 
 
-def test_a_cast_pad_has_mixing_ratio_cure_time_and_release():
+def test_cast_pad_notes_state_mixing_ratio_cure_time_and_release():
     said = in_one_line(GRASPER)
     known = presets.casting("dragon-skin-10")
     assert known.mix in said and f"cure for {known.cure_time / 3600:.2g} h" in said and "mould release" in said
@@ -461,7 +461,7 @@ def test_a_cast_pad_has_mixing_ratio_cure_time_and_release():
     assert presets.casting("mold-star-16") is None and "maker's sheet" in said and "cure time" in said
 
 
-def test_screws_of_a_plate_have_a_length_that_engages():
+def test_plate_screws_have_engaging_length():
     for name in ("bench_7mm", "three_axis_grid"):
         layout = sitscad.lay_out(sitscad.load_text(templates.read(name), "t.yaml"))
         (length,) = map(float, re.findall(r"M2 x ([0-9.]+) screws", in_one_line(layout)))
@@ -474,13 +474,13 @@ def test_screws_of_a_plate_have_a_length_that_engages():
     ("breadboard-m6-25mm", "M6 x 16 screws"), ("breadboard-quarter-inch", "1/4-20 screws are longer"),
     ([{"at": [20, 0]}, {"at": [-20, 0]}], "the screws are longer"),
 ])
-def test_screws_of_every_pattern_of_holes_have_a_length(holes, said):
+def test_screws_of_every_hole_pattern_have_length(holes, said):
     spec = sitscad.load_text(templates.read("bench_7mm"), "t.yaml")
     mounted = rewritten_spec(spec, [("mount", {"kind": "bench-plate", "holes": holes})])
     assert said in " ".join(in_place(sitscad.lay_out(mounted)))
 
 
-def test_the_cap_of_a_finger_has_its_outer_width():
+def test_finger_cap_notes_state_outer_width():
     layout = sitscad.lay_out(sitscad.load_text(templates.read("fingertip_cell"), "t.yaml"))
     width, side = cap_size(layout.body, layout.spec.mount)
     finger = layout.spec.mount.finger
@@ -494,7 +494,7 @@ def test_the_cap_of_a_finger_has_its_outer_width():
 @pytest.mark.slow
 @pytest.mark.cad
 @pytest.mark.parametrize("name", ["fingertip_cell", "bench_7mm"])
-def test_check_states_the_outer_size_of_plate_and_cap(name):
+def test_check_states_outer_size_of_plate_and_cap(name):
     """How wide the cap over a finger is was told nowhere."""
     spec = sitscad.load_text(templates.read(name), "t.yaml")
     result = sitscad.check(spec, hints="none")
@@ -506,7 +506,7 @@ def test_check_states_the_outer_size_of_plate_and_cap(name):
 
 
 @pytest.mark.parametrize("kind", ["bench-plate", "custom"])
-def test_whether_the_part_below_may_be_of_metal_is_reported(kind):
+def test_notes_state_minimum_distance_of_metal_below_board(kind):
     spec = sitscad.load_text(templates.read("three_axis_grid"), "t.yaml")
     spec = spec if kind == "bench-plate" else spec.replace({"mount": {"kind": kind}})
     said = in_one_line(sitscad.lay_out(spec))
@@ -517,14 +517,14 @@ def test_whether_the_part_below_may_be_of_metal_is_reported(kind):
     assert "of metal only from" not in in_one_line(behind) and "aluminium" in in_one_line(behind)
 
 
-def test_two_hands_are_enough_for_a_mount_of_the_user_s_own():
+def test_custom_mount_is_clamped_before_glue_is_spread():
     """One hand held a bar on the press, the other pressed the rim, and nothing held the board, in five seconds."""
     own = sitscad.load_text(templates.read("fingertip_foil"), "t.yaml").replace({"mount": {"kind": "custom"}})
     said = in_one_line(sitscad.lay_out(own))
     assert in_order(said, "(1) Clamp", "Load jig-board-press", "(3) Spread", "(4) Lay the board on", "stands by itself")
 
 
-def test_the_rod_for_a_bend_is_clear_of_the_plate():
+def test_bending_rod_is_clear_of_plate():
     """The rod of three_axis_grid met the plate's lower edge by 0.4 mm."""
     layout = sitscad.lay_out(sitscad.load_text(templates.read("three_axis_grid"), "t.yaml"))
     (bend,) = bends(layout)
@@ -538,7 +538,7 @@ def test_the_rod_for_a_bend_is_clear_of_the_plate():
 
 
 @pytest.mark.parametrize("width", ["4.2 mm", "4.8 mm", "6 mm"])
-def test_a_mount_of_any_width_has_a_gap_that_a_gauge_measures(width):
+def test_mount_of_any_width_has_gap_of_at_least_50_um(width):
     """A jaw of 4.386 mm and a mount of 4.427 mm left no gap between strips on the jaw's sides."""
     jaw = {"based_on": "generic-5mm", "width": width, "port_diameter": "7 mm"}
     layout = sitscad.lay_out(GRASPER.spec.replace("mount.jaw", jaw))
@@ -556,7 +556,7 @@ def test_a_mount_of_any_width_has_a_gap_that_a_gauge_measures(width):
 
 @pytest.mark.cad
 @pytest.mark.slow
-def test_widths_and_ends_of_the_steps_are_those_of_the_solids():
+def test_widths_and_ends_in_steps_equal_solids():
     pieces = {each.name: each.shape.bounding_box() for each in parts.solids(GRASPER)}
     for name, (end, width) in piece_sizes(GRASPER).items():
         assert approx(1e3 * end, abs=1e-3) == pieces[name].min.X
@@ -564,7 +564,7 @@ def test_widths_and_ends_of_the_steps_are_those_of_the_solids():
 
 
 @pytest.mark.parametrize("template", ["bench_7mm", "fingertip_cell", "grasper_4layer", "round_button_12mm"])
-def test_each_piece_has_its_place_and_how_near_to_it(template):
+def test_each_placing_step_states_position_and_tolerance(template):
     """The spec counts how far a piece is glued beside its place, and no step said how that is reached."""
     layout = sitscad.lay_out(sitscad.load_text(templates.read(template), "t.yaml"))
     band = f"+-{1e3 * placement(layout.spec.assembly).band:.3f} mm"
@@ -577,7 +577,7 @@ def test_each_piece_has_its_place_and_how_near_to_it(template):
     assert float(end) == approx(1e3 * (target.footprint.box[0] - x0), abs=6e-4)
 
 
-def test_a_stop_that_is_not_to_be_touched_has_its_gap():
+def test_notes_state_gap_between_board_and_stop():
     """"Against the stop" put the board 0.15 mm beside the place that the same page gave."""
     said, inner = in_one_line(GRASPER), stop_place(GRASPER.body, GRASPER.spec.jaw, GRASPER.spec.mount)[1]
     (gap,) = re.findall(r"Do not push the board against the stop itself: leave a gap of ([0-9.]+) mm", said)
@@ -588,7 +588,7 @@ def test_a_stop_that_is_not_to_be_touched_has_its_gap():
     assert f"shield {1e3 * (GRASPER.body[0] - tip):.2f}, mount {1e3 * (stop - tip):.2f}" in said
 
 
-def test_a_piece_is_pressed_at_once_and_measured_afterwards():
+def test_pieces_are_pressed_first_and_measured_afterwards():
     """"Press until it is as high as this" asked for a gauge within the five seconds that the glue flows."""
     said = in_one_line(GRASPER)
     assert in_order(
@@ -599,7 +599,7 @@ def test_a_piece_is_pressed_at_once_and_measured_afterwards():
     assert re.search(r"Glue the tail down with 0\.24 mm3", said)
 
 
-def test_a_drive_code_has_the_word_that_sets_it():
+def test_drive_code_is_given_with_register_word():
     (code, word), = re.findall(r"drive code (\d+) for the bare board; .*? Write (0x[0-9A-F]{4}) ", in_one_line(GRASPER))
     assert int(word, 16) >> 11 == int(code)
 
@@ -612,7 +612,7 @@ INSTRUMENTS = (
 
 
 @pytest.mark.parametrize("template", ["grasper_4layer", "three_axis_grid", "fingertip_cell", "skin_strip_6"])
-def test_every_instrument_of_the_steps_is_listed_at_the_head(template):
+def test_every_instrument_in_steps_is_listed_as_tool(template):
     said = in_one_line(sitscad.lay_out(sitscad.load_text(templates.read(template), "t.yaml")))
     head, _, steps = said.partition(" 1. ")
     listed = head.partition("Tools:")[2]
@@ -625,7 +625,7 @@ MOUNTED = [name for name in templates.names() if sitscad.load_text(templates.rea
 
 
 @pytest.mark.parametrize("name", [*templates.names()])
-def test_glue_that_a_step_names_flows_until_the_piece_is_put_down_and_pressed(name):
+def test_board_glue_stays_liquid_until_board_is_pressed(name):
     """Five seconds were to do for a board, a frame and a weight, and for a shield between feeler gauges."""
     spec = sitscad.load_text(templates.read(name), "t.yaml")
     layout = sitscad.lay_out(spec)
@@ -642,7 +642,7 @@ def test_glue_that_a_step_names_flows_until_the_piece_is_put_down_and_pressed(na
 
 
 @pytest.mark.parametrize("name", MOUNTED)
-def test_every_film_and_dose_of_the_steps_is_bought(name):
+def test_parts_list_contains_every_film_and_dose_of_steps(name):
     """Steps wanted a film of 0.1 mm and doses of 61 mm3; bought were 0.05 mm and a dispenser for 10 at most."""
     layout, said = steps_of(name)
     rows = {row.item: row.size for row in parts_list._carriers(layout)}
@@ -655,7 +655,7 @@ def test_every_film_and_dose_of_the_steps_is_bought(name):
 
 
 @pytest.mark.parametrize("name", MOUNTED)
-def test_what_presses_the_board_keeps_off_recess_films_and_pads_of_any_height(name):
+def test_board_press_clears_recess_films_and_pads(name):
     """A frame stood on the films and on the mount's rim, a glass plate on the highest of six pads."""
     layout, said = steps_of(name)
     pockets, (x0, y0, x1, y1) = tooling.foot_pockets(layout), layout.body
@@ -673,7 +673,7 @@ def test_what_presses_the_board_keeps_off_recess_films_and_pads_of_any_height(na
     assert worst < 0.2 * tooling.FOAM_STRAIN * tooling.FOAM, "foam presses the lowest pad and the highest nearly alike"
 
 
-def test_a_part_of_the_user_s_own_is_not_printed_and_places_the_board():
+def test_custom_mount_part_is_not_printed_and_locates_board():
     part = StepPart("block.step", "0" * 64, (0.0, 0.0, 4e-3), "x", "z")
     bench = sitscad.load_text(templates.read("bench_7mm"), "t.yaml")
     layout = sitscad.lay_out(bench.replace({"mount": {"kind": "custom"}}))
@@ -687,7 +687,7 @@ def test_a_part_of_the_user_s_own_is_not_printed_and_places_the_board():
     assert f"{1e3 * layout.body_size[0]:.2f}"[:4] in flat
 
 
-def test_round_and_joined_pads_are_spoken_of_as_they_are():
+def test_round_pad_notes_mention_no_corner_or_long_wall():
     said = in_one_line(sitscad.lay_out(sitscad.load_text(templates.read("round_button_12mm"), "t.yaml")))
     assert "out from the edge" in said and "a corner" not in said.partition("Test the bare board")[0]
     assert "long wall" not in said[said.index("Put the frame jig-elastomer"):said.index("Push the board out")]
@@ -700,7 +700,7 @@ def steps_of(name):
 
 
 @pytest.mark.parametrize("name", ["round_button_12mm", "bench_7mm", "grasper_4layer"])
-def test_places_of_pieces_name_only_walls_and_edges_that_exist(name):
+def test_placing_steps_name_only_existing_walls_and_edges(name):
     """A round recess has no long wall, and no edge of the body is free where the tail leaves it."""
     layout, said = steps_of(name)
     is_round = layout.spec.fpc.body is not None and layout.spec.fpc.body.shape == "circle"
@@ -715,7 +715,7 @@ def test_places_of_pieces_name_only_walls_and_edges_that_exist(name):
     assert "lift the frame off without moving" in said and re.search("films? out when the glue has set", said)
 
 
-def test_strips_that_are_closer_than_the_board_are_taken_away_before_it():
+def test_alignment_strips_are_removed_before_gluing_board():
     layout, said = steps_of("grasper_4layer")
     (film,) = re.findall(r"a film of ([0-9.]+) mm between each", said)
     apart = jaw_section(layout.spec.jaw).face + 2e-3 * float(film)
@@ -723,7 +723,7 @@ def test_strips_that_are_closer_than_the_board_are_taken_away_before_it():
     assert in_order(said, "clamp two straight waxed strips", "Take strips and films away", "Glue the board on")
 
 
-def test_each_glue_line_has_the_dose_of_the_faces_that_it_joins():
+def test_each_glue_line_has_dose_for_its_area():
     layout, said = steps_of("grasper_4layer")
     areas, length = line_areas(layout), layout.body_size[0]
     wide = {part: width for part, (_, width) in piece_sizes(layout).items()}
@@ -734,7 +734,7 @@ def test_each_glue_line_has_the_dose_of_the_faces_that_it_joins():
         assert f"under {1e6 * area:.3g} mm2" in said, part
 
 
-def test_screws_have_their_spacing_and_heads_above_the_sensor_are_said():
+def test_notes_state_screw_spacing_and_height_of_heads():
     layout, said = steps_of("round_button_12mm")
     metal = layout.spec.array.placements, plate_holes(layout)
     apart = screw_spacing(plate_holes(layout))
@@ -746,7 +746,7 @@ def test_screws_have_their_spacing_and_heads_above_the_sensor_are_said():
     assert not is_near_metal(replace(layout.spec.coil, size=(1e-3, 1e-3)), *metal)
 
 
-def test_a_pocket_s_room_beside_a_mount_has_its_films():
+def test_notes_state_film_thickness_for_pocket_clearance():
     layout = sitscad.lay_out(sitscad.load_text(JAW.format(jaw="toothless-5mm", tail=""), "jaw.yaml"))
     said, pocket = in_one_line(layout), layout.spec.jaw.pocket
     (end, side), = re.findall(r"at the sides, in mm: mount ([0-9.]+) and ([0-9.]+)\.", said)

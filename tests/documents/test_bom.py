@@ -63,7 +63,7 @@ def rows_of(layout, estimates=ESTIMATES) -> dict[str, dict[str, str]]:
     return found
 
 
-def test_everything_of_a_full_spec_is_there():
+def test_full_spec_lists_every_part_with_size():
     rows = rows_of(full())
     assert list(rows["target"]) == [
         "item", "quantity", "part", "material", "size", "note", "maker", "order_code", "for_boards",
@@ -79,7 +79,7 @@ def test_everything_of_a_full_spec_is_there():
     assert "4 contacts 300 um wide and 3 mm long, pitch 500 um" in made
 
 
-def test_where_plates_are_mounted_is_said_where_it_is_not_over_the_mean():
+def test_offset_plate_note_states_its_centre():
     layout = full()
     pad = replace(layout.spec.elastomer, offset=(0.5 * MM, -0.25 * MM))
     rows = rows_of(replace(layout, spec=replace(layout.spec, elastomer=pad)))
@@ -87,13 +87,13 @@ def test_where_plates_are_mounted_is_said_where_it_is_not_over_the_mean():
     assert "mean" not in rows["target"]["note"]
 
 
-def test_outline_and_thickness_of_the_circuit():
+def test_circuit_row_has_outline_thickness_and_stackup():
     row = rows_of(full())["flexible printed circuit"]
     assert row["size"] == "20.4 x 4.7 x 0.15 mm"
     assert row["material"] == "flex-2l-35um, 2 copper layers"
 
 
-def test_a_bare_coil_board_lists_no_soft_parts_and_no_connector():
+def test_bare_board_lists_no_soft_parts_and_no_connector():
     rows = rows_of(layouts.two_coils(tail=False))
     readout = ["capacitor", "converter", "clock", "decoupling", "reservoir", "bus pull-up", "SD pull-up",
                "converter board", "controller"]
@@ -102,7 +102,7 @@ def test_a_bare_coil_board_lists_no_soft_parts_and_no_connector():
 
 
 @pytest.mark.parametrize(("coils", "converters"), [(1, 1), (4, 1), (5, 2), (8, 2)])
-def test_four_coils_a_converter(coils, converters):
+def test_converter_count_follows_number_of_coils(coils, converters):
     layout = full()
     placements = tuple(CoilPlacement(f"C{i}", (i * 4 * MM, 0.0)) for i in range(coils))
     more = tuple(replace(layout.coils[0], placement=placement, net=placement.name) for placement in placements)
@@ -110,20 +110,20 @@ def test_four_coils_a_converter(coils, converters):
     assert (rows["converter"]["quantity"], rows["capacitor"]["quantity"]) == (str(converters), str(coils))
 
 
-def test_no_capacitor_found_is_reported():
+def test_missing_capacitor_row_gives_reason():
     none = SimpleNamespace(readout=SimpleNamespace(capacitance=None, capacitance_reason="no value fits both windows"))
     row = rows_of(full(), none)["capacitor"]
     assert row["part"] == "none found" and "no value fits" in row["note"]
 
 
-def test_a_formula_is_no_cell():
+def test_spreadsheet_formula_in_cell_is_escaped():
     layout = full()
     odd = replace(layout.spec.elastomer, material=replace(RUBBER, name='=HYPERLINK("x"),\n"y"'))
     row = rows_of(replace(layout, spec=replace(layout.spec, elastomer=odd)))["elastomer"]
     assert row["material"] == '\'=HYPERLINK("x"),\n"y"'
 
 
-def test_same_bytes_twice():
+def test_bill_of_materials_is_reproducible():
     assert bom.render(full(), ESTIMATES) == bom.render(full(), ESTIMATES)
 
 
@@ -135,7 +135,7 @@ def test_same_bytes_twice():
         (0.7, None, {"mount": "0.7 mm thick"}),
     ],
 )
-def test_the_mount_is_named_and_measured_as_in_drawing_and_report(standoff, shield, pieces):
+def test_mount_pieces_have_sizes_of_stack_section(standoff, shield, pieces):
     layout = full()
     mount = replace(layout.spec.mount, standoff=standoff * MM)
     sheet = Shield(COPPER, 0.1 * MM, shield * MM) if shield else None
@@ -150,7 +150,7 @@ def test_the_mount_is_named_and_measured_as_in_drawing_and_report(standoff, shie
         assert words + (f"{float(shown.split()[0]) * 1e3:g} um" if float(shown.split()[0]) < 1 else shown) in drawn
 
 
-def test_the_drawings_pieces_are_those_of_the_list():
+def test_mount_rows_equal_mount_solids():
     pytest.importorskip("build123d", reason="build123d is not installed")
     from sitscad.assembly.solids.pieces import mount as solids_of
 
@@ -164,7 +164,7 @@ def test_the_drawings_pieces_are_those_of_the_list():
 
 
 @pytest.mark.parametrize("template", ["grasper_4layer", "racetrack_jaw"])
-def test_a_shield_is_listed_as_large_as_the_model_has_it_and_passes_the_port(template):
+def test_shield_width_in_list_fits_port(template):
     """The list had the body's width, of which a quarter of a millimetre would have stood out of the port."""
     layout = lay_out(load_text(templates.read(template)))
     rows = rows_of(layout)
@@ -177,7 +177,7 @@ def test_a_shield_is_listed_as_large_as_the_model_has_it_and_passes_the_port(tem
     assert (length, thickness) == (approx(layout.body_size[0] / MM, abs=1e-4), 0.1)
 
 
-def test_codes_of_capacitors_are_those_of_the_trade():
+def test_capacitor_codes_equal_trade_codes():
     from sitscad.files.documents.preparing import capacitor, three_digits
 
     known = {220e-12: "221", 330e-12: "331", 47e-12: "470", 1e-9: "102", 4.7e-12: "4R7", 10e-12: "100", 1.5e-9: "152"}
@@ -186,7 +186,7 @@ def test_codes_of_capacitors_are_those_of_the_trade():
     assert capacitor("chip-0402", 10e-9) is None and capacitor("chip-1206", 220e-12) is None
 
 
-def test_parts_can_be_ordered_for_as_many_boards_as_are_wanted():
+def test_rows_have_order_codes_and_quantities_for_all_boards():
     text = templates.read("grasper_4layer").replace("  margin:", "  boards: 40\n  margin:")
     layout = lay_out(load_text(text, "forty.yaml"))
     rows = rows_of(layout)
@@ -201,7 +201,7 @@ def test_parts_can_be_ordered_for_as_many_boards_as_are_wanted():
     assert one["elastomer"]["for_boards"] == "1"
 
 
-def test_every_silicone_of_the_data_says_how_it_is_bought():
+def test_every_silicone_has_order_information():
     from sitscad.data import rows
     from sitscad.files.documents.preparing import order_of
 
@@ -211,7 +211,7 @@ def test_every_silicone_of_the_data_says_how_it_is_bought():
 
 
 @pytest.mark.slow
-def test_metal_behind_is_listed_and_in_the_section_and_made_by_nobody():
+def test_metal_behind_is_listed_and_drawn_in_section():
     layout = lay_out(load_text(templates.read("fingertip_cell")))
     row = rows_of(layout)["metal behind"]
     assert (row["material"], row["size"]) == ("aluminium", "2 mm thick")
@@ -223,13 +223,13 @@ def test_metal_behind_is_listed_and_in_the_section_and_made_by_nobody():
     assert "gap to" not in stack_section(section_layers(replace(layout.spec, mount=near)))
 
 
-def test_finger_of_metal_is_in_the_section():
+def test_metal_finger_is_drawn_in_section():
     text = templates.read("fingertip_foil").replace("size: [16, 10]}", "size: [16, 10], material: brass}")
     assert "finger, brass, 10 mm thick, cut off here" in stack_section(section_layers(load_text(text)))
 
 
 @pytest.mark.parametrize("name", ["round_button_12mm", "grasper_4layer", "skin_strip_6"])
-def test_the_parts_list_has_every_weight_that_the_steps_ask_for(name):
+def test_parts_list_contains_every_weight_of_steps(name):
     """The list counted the washers of the pieces' presses and left out what presses the board."""
     spec = load_text(templates.read(name), "t.yaml")
     listed = {row.part: row.quantity for row in bom.items(lay_out(spec), ESTIMATES.readout)
@@ -245,7 +245,7 @@ def test_the_parts_list_has_every_weight_that_the_steps_ask_for(name):
     ("skin_strip_6", {"elastomer": "cut", "target": "etched or punched"}),
     ("round_button_12mm", {"elastomer": "cut", "target": "cut"}),
 ])
-def test_a_sheet_is_cut_one_way_in_the_list_and_in_the_steps(name, ways):
+def test_cutting_method_is_equal_in_list_and_steps(name, ways):
     """A target that no known laser cuts was to be "etched or punched" in the list and "cut" in the steps."""
     spec = load_text(templates.read(name), "t.yaml")
     listed = {row.item: row.note for row in bom.items(lay_out(spec), ESTIMATES.readout)}
@@ -256,7 +256,7 @@ def test_a_sheet_is_cut_one_way_in_the_list_and_in_the_steps(name, ways):
 
 
 @pytest.mark.parametrize("template", ["bench_7mm", "fingertip_cell"])
-def test_screws_of_the_list_have_the_length_of_the_steps(template):
+def test_screw_length_is_equal_in_list_and_steps(template):
     """The list had "screw, M2"; its length was in the steps alone."""
     layout = lay_out(load_text(templates.read(template), "t.yaml"))
     (part,) = (item.part for item in bom._mount(layout, layout.spec, layout.spec.mount) if "screw" in item.item)
@@ -266,7 +266,7 @@ def test_screws_of_the_list_have_the_length_of_the_steps(template):
 
 
 @pytest.mark.parametrize(("contacts", "coded"), [(13, True), (7, False)])
-def test_a_connector_that_is_not_made_with_so_many_contacts_has_no_order_code(contacts, coded):
+def test_connector_with_unavailable_contact_count_has_no_order_code(contacts, coded):
     from sitscad.files.documents.preparing import connector_order
 
     order = connector_order(presets.connector("zif-0.3mm"), contacts)
@@ -274,7 +274,7 @@ def test_a_connector_that_is_not_made_with_so_many_contacts_has_no_order_code(co
     assert (str(contacts) in order.words) != coded
 
 
-def test_metal_stays_as_far_from_a_long_coil_as_from_a_round_one_of_its_area():
+def test_metal_free_distance_of_long_coil_equals_round_coil_of_equal_area():
     """A racetrack of 16 x 2 mm was told 32 mm, twice its length, where no catheter has room."""
     from sitscad.assembly.places.seating import FAR, metal_free_distance
 

@@ -30,7 +30,7 @@ def laid(*changes):
     ("flex-6l", 6, {2, 3, 4, 5}, {"2 to 3", "4 to 5"}, "one"),
     ("flex-8l", 2, {3, 4, 5, 6, 7}, {"2 to 3", "4 to 5", "6 to 7"}, "two"), ("flex-4l", 4, {2, 3}, {"2 to 3"}, "one"),
 ])
-def test_build_of_several_cores_names_every_inner_etching_and_every_bond(stackup, tail, etched, bonds, laminations):
+def test_lamination_text_names_every_inner_etching_and_bond(stackup, tail, etched, bonds, laminations):
     text = lamination_text(laid(("flex-4l  ", f"{stackup}  "), ("layers: 2   ", f"layers: {tail}   ")))
     assert text.startswith(laminations)
     found = re.findall(r"copper ([\d, ]+) etched on", text)
@@ -41,7 +41,7 @@ def test_build_of_several_cores_names_every_inner_etching_and_every_bond(stackup
 
 
 @pytest.mark.slow
-def test_holes_keep_the_coverlays_registration_from_the_tails_own_coverlay():
+def test_holes_are_clear_of_tail_coverlay_by_registration():
     layout = laid()
     rules = layout.spec.fpc.rules
     gap = min(layout.lap_start - via.centre.x - via.drill / 2 for via in layout.vias if via.lowest is None)
@@ -54,7 +54,7 @@ def test_holes_keep_the_coverlays_registration_from_the_tails_own_coverlay():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("size", ["chip-0402", "chip-0603"])
-def test_openings_over_capacitors_allow_for_the_coverlays_registration(size):
+def test_capacitor_openings_include_coverlay_registration(size):
     layout = laid(("capacitor_at: converter", f"capacitors_on_board: {size}"))
     rules, chip = layout.spec.fpc.rules, layout.spec.readout.chip
     beyond = chip_opening(rules, chip)
@@ -68,7 +68,7 @@ def test_openings_over_capacitors_allow_for_the_coverlays_registration(size):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("bend", ["static", "dynamic"])
-def test_tail_tracks_are_narrow_only_between_the_vias_at_the_contacts(bend):
+def test_tail_tracks_are_narrow_only_near_contact_vias(bend):
     layout = laid(("connector: zif-0.5mm", "connector: zif-0.3mm"), ("bend: static", f"bend: {bend}"))
     assert not layout.shortfalls
     tail = [trace for trace in layout.traces if trace.role.value == "tail"]

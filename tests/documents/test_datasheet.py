@@ -72,7 +72,7 @@ def drawn(bench):
 
 
 @pytest.mark.slow
-def test_report_and_data_sheet_have_the_same_rows(bench, files):
+def test_report_and_data_sheet_have_equal_rows(bench, files):
     """Each named and rounded them by itself."""
     sheet = json.loads(files["datasheet.json"])
     page, paper = _performance_section(sheet), files["datasheet.html"].decode()
@@ -85,7 +85,7 @@ def test_report_and_data_sheet_have_the_same_rows(bench, files):
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_shear_beyond_the_law_is_said_once():
+def test_extrapolated_shear_note_appears_once():
     design = Design(sitscad.load(TEMPLATES / "three_axis_triangle.yaml"))
     found = list(notes(design.performance, plan_calibration(design.response, is_held=True)))
     assert sum("is extrapolated" in note for note in found) == 1
@@ -93,7 +93,7 @@ def test_shear_beyond_the_law_is_said_once():
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_it_says_what_the_performance_says(bench, files):
+def test_data_sheet_contains_values_of_performance(bench, files):
     page, full = files["datasheet.html"].decode(), bench.performance[-1]
     for axis in full.axes.values():
         assert show(axis.resolution, "N", 3) in page and show(axis.range, "N", 3) in page
@@ -104,7 +104,7 @@ def test_it_says_what_the_performance_says(bench, files):
 
 
 @pytest.mark.slow
-def test_errors_from_unit_to_unit_are_those_of_the_calibration_beside_it(bench, files):
+def test_unit_errors_equal_calibration_errors(bench, files):
     """Three papers had three errors of manufacture, of different definitions."""
     made = nominal_calibration(bench)
     stated = json.loads(made["calibration/calibration.json"])
@@ -124,7 +124,7 @@ def test_errors_from_unit_to_unit_are_those_of_the_calibration_beside_it(bench, 
     assert "before calibration" not in page
 
 
-def test_crosstalk_is_reported_for_the_curved_map_and_of_the_one_that_is_delivered(bench, files):
+def test_data_sheet_crosstalk_equals_crosstalk_of_delivered_map(bench, files):
     """The sheet had 0.09 % by a polynomial in exact readings alone, where the map in calibration/ left 0.9 %."""
     told = json.loads(files["datasheet.json"])["map_crosstalk"]["normal"]["shear_x"]
     found = plan_calibration(bench.response, is_held=True)
@@ -137,7 +137,7 @@ def test_crosstalk_is_reported_for_the_curved_map_and_of_the_one_that_is_deliver
     assert "crosstalk, map to newtons, design as drawn, half load" in files["datasheet.html"].decode()
 
 
-def test_plots_have_letters_of_one_size_on_the_page(files):
+def test_plots_have_two_fixed_widths(files):
     """Narrow ones were drawn as wide as the page, with letters of twice the size."""
     curves = files["datasheet.html"].decode().partition("<h2>Curves</h2>")[2].partition("</section>")[0]
     wide, _, narrow = curves.partition("<div class='narrow'>")
@@ -147,7 +147,7 @@ def test_plots_have_letters_of_one_size_on_the_page(files):
     assert sizes["narrow"] and set(sizes["narrow"]) == {f"{NARROW[0]:g}"}
 
 
-def test_figures_of_one_load_name_it_and_crosstalk_is_that_which_is_judged(bench):
+def test_crosstalk_rows_name_load_and_show_worst_value(bench):
     """Crosstalk and nonlinearity were those at half load and did not say so; SIT403 judged full load, and more."""
     found = plan_calibration(bench.response, is_held=True)
     rows = {row[0]: row[1:] for row in _axes(bench, found)}
@@ -158,14 +158,14 @@ def test_figures_of_one_load_name_it_and_crosstalk_is_that_which_is_judged(bench
     assert rows["crosstalk, best polynomial, design as drawn, worst load"][0].startswith(share)
 
 
-def test_the_file_for_programs_has_the_same_figures(bench, files):
+def test_data_sheet_json_has_values_of_performance(bench, files):
     felt = json.loads(files["datasheet.json"])["performance"]
     assert [point["at"] for point in felt] == ["rest", "half", "full"]
     for point, known in zip(felt, bench.performance, strict=True):
         assert point["axes"]["normal"]["resolution_N"] == approx(known.axes["normal"].resolution, rel=1e-5)
 
 
-def test_the_bandwidth_is_that_of_scans_where_target_and_pad_swing_faster(bench, files):
+def test_bandwidth_is_half_scan_rate_below_mechanical_resonance(bench, files):
     """A copper square of 8 x 8 x 0.2 mm and a third of the pad under it, on the pad's own stiffness."""
     full, spec = bench.performance[-1], bench.spec
     layers = 8960.0 * spec.target.thickness + spec.elastomer.material.density * spec.elastomer.thickness / 3.0
@@ -181,14 +181,14 @@ def test_the_bandwidth_is_that_of_scans_where_target_and_pad_swing_faster(bench,
     assert f"{show(bench.performance[0].resonance['normal'], 'Hz', 2)} normal" in page  # not that of full load
 
 
-def test_the_page_is_whole_by_itself(files):
+def test_data_sheet_page_loads_no_external_files(files):
     page = files["datasheet.html"].decode()
     assert page.count("<svg") == 5  # the drawing, four plots
     assert not re.search(r"(src|href)\s*=\s*[\"']?(http|//)", page)
     assert "nan" not in re.sub(r"<[^>]*>", " ", page).lower().split()
 
 
-def test_the_paper_has_the_same_tables(files):
+def test_data_sheet_pdf_has_five_pages_without_creation_date(files):
     text = files["datasheet.pdf"].decode("latin-1")
     assert text.count("/Type /Page ") == 5
     assert "CreationDate" not in text and "matplotlib" not in text.lower()
@@ -196,7 +196,7 @@ def test_the_paper_has_the_same_tables(files):
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_bytes_are_the_same_in_another_process(tmp_path):
+def test_data_sheet_is_reproducible_in_other_process(tmp_path):
     """Both as the command has it: one thread for linear algebra."""
     code = (
         "import sitscad, sys; from sitscad import Design; from sitscad.files.documents.datasheet import render; "
@@ -219,14 +219,14 @@ def test_bytes_are_the_same_in_another_process(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_forced_sheet_says_so(bench):
+def test_forced_data_sheet_is_marked(bench):
     made = render(bench.layout, bench.estimates, bench.response, bench.performance, bench.sensing.curves, "why",
                   incoming(bench).board)
     page = made["datasheet.html"].decode()
     assert "does not meet its own checks" in page
 
 
-def test_the_curves_are_the_response(bench, drawn):
+def test_curves_equal_response(bench, drawn):
     loads = np.zeros((1, 3))
     loads[0, 0] = drawn.normal.forces[-1]
     last = bench.response.respond_to_loads(loads, np.ones(1, dtype=bool))
@@ -237,7 +237,7 @@ def test_the_curves_are_the_response(bench, drawn):
     assert np.all(drawn.normal.sigma[-1] > 0.0)
 
 
-def test_the_difference_is_that_of_the_thesis(drawn):
+def test_shear_difference_of_two_coils_is_l1_minus_l2(drawn):
     words, weights = difference(drawn, "shear_x")
     assert words == "L1 - L2" and list(weights) == [1.0, -1.0]
 
@@ -257,13 +257,13 @@ def test_data_sheet_of_each_array_pattern_is_rendered(name):
     assert made["datasheet.html"].decode().count("<svg") == (3 if name == "fingertip_foil" else 5)
 
 
-def test_only_what_feels_has_one(bench):
+def test_sensor_without_target_has_no_data_sheet(bench):
     assert WRITER.applies(bench.spec)
     assert not WRITER.applies(sitscad.load(TEMPLATES / "single_coil.yaml"))
     assert render(bench.layout, bench.estimates, bench.response, (), None, "", incoming(bench).board) == {}
 
 
-def test_shear_beyond_the_pad_s_law_is_marked(bench, drawn):
+def test_curves_beyond_validated_shear_are_marked_extrapolated(bench, drawn):
     """Curves ran on to the pad's thickness as if they were as good there as at half of it."""
     most = max(float(np.abs(curve.forces).max()) for curve in drawn.shears)
     for held, is_marked in ((0.6 * most, True), (1.1 * most, False)):
@@ -277,7 +277,7 @@ def test_shear_beyond_the_pad_s_law_is_marked(bench, drawn):
         assert (BEYOND in captions) is is_marked and (BEYOND_LINES in captions) is is_marked
 
 
-def test_the_sum_of_errors_is_the_root_of_squares_of_what_a_tare_before_each_grasp_leaves(bench):
+def test_combined_error_is_root_sum_square_after_tare(bench):
     """Drift, hysteresis, creep, tilt and noise stood side by side, and nothing said what they come to."""
     rows = dict((row[0], row[1:]) for row in _axes(bench))
     for name, shown in zip(bench.performance[-1].axes, rows["errors together, full load, a tare before each grasp"],
@@ -290,7 +290,7 @@ def test_the_sum_of_errors_is_the_root_of_squares_of_what_a_tare_before_each_gra
         assert {cause for cause in errors if lasts_after_tare(cause)} == counted
 
 
-def test_every_drift_says_since_which_tare_its_kelvins_count(bench):
+def test_every_drift_row_names_its_tare(bench):
     rows = [row[0] for row in (*_axes(bench), *error_table(bench.performance).rows)
             if re.search(r"drift.* 10 K", row[0])]
     assert len(rows) == 5
@@ -300,13 +300,13 @@ def test_every_drift_says_since_which_tare_its_kelvins_count(bench):
 
 
 @pytest.mark.parametrize(("coils", "number"), [(1, 1), (4, 1), (5, 2), (6, 2), (9, 3)])
-def test_a_sensor_names_as_many_converters_as_its_coils_need(coils, number):
+def test_data_sheet_states_required_number_of_converters(coils, number):
     """Six channels were said of one LDC1614, which has four."""
     said = _converters(presets.converter("ldc1614"), coils)
     assert int(re.match(r"(\d+) x |", said)[1] or 1) == number and f"{coils} channel" in said
 
 
-def test_a_bare_coil_at_the_design_s_middle_passes_every_limit_with_three_sigma_to_spare(bench):
+def test_acceptance_limits_are_three_sigma_around_expected_values(bench):
     """L up to 1.408 uH was asked for with no frequency. A meter of 100 kHz reads 1.397 +- 0.008 uH of sound coils."""
     board = incoming(bench).board
     head, *rows = acceptance(board.coils, board.metered, board.temperature)
@@ -324,7 +324,7 @@ def test_a_bare_coil_at_the_design_s_middle_passes_every_limit_with_three_sigma_
             assert float(high) * scale == approx(value + 3.0 * sigma, abs=0, rel=1e-3)
 
 
-def test_the_table_says_up_to_where_the_pad_s_law_was_held(bench):
+def test_axis_table_states_limit_of_validated_shear(bench):
     rows = dict((row[0], row[1:]) for row in _axes(bench))
     assert rows["extrapolated by the pad's law beyond"][-1] == show(validated_shear(bench.spec), "N", 3)
     assert rows["extrapolated by the pad's law beyond"][0] == "-"
@@ -343,7 +343,7 @@ requirements: {normal_force: 5 N, shear_force: 1 N}
 
 
 @pytest.mark.slow
-def test_a_pad_that_gives_way_is_overloaded_there(bench):
+def test_overload_of_unstable_pad_equals_its_range(bench):
     """It stood with an overload of 207 N beside a range that ends by instability at 155 N."""
     design = Design(sitscad.load_text(LONG))
     full = design.performance[-1]
@@ -356,7 +356,7 @@ def test_a_pad_that_gives_way_is_overloaded_there(bench):
 
 
 @pytest.mark.slow
-def test_a_free_target_s_overload_is_said_where_it_gives_way_sooner(bench):
+def test_lower_overload_of_free_target_is_stated(bench):
     """Overload and range are a level target's: a free one was lost at 57 % of the 155 N that stood there."""
     design = Design(sitscad.load_text(LONG))
     full, pad = design.performance[-1], soft_pad(design.spec)
@@ -377,7 +377,7 @@ def test_a_free_target_s_overload_is_said_where_it_gives_way_sooner(bench):
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_two_shears_share_one_limit_in_table_and_notes(bench):
+def test_two_shear_axes_share_one_calibrated_limit(bench):
     """3 N and 3 N stood as full scales; of both together the map in calibration/ read 2.67 N normal for 0.2."""
     design = Design(sitscad.load(TEMPLATES / "three_axis_pad.yaml"))
     found = plan_calibration(design.response, is_held=True)
@@ -400,14 +400,14 @@ def test_two_shears_share_one_limit_in_table_and_notes(bench):
     assert not any("any direction" in note for note in notes(bench.performance, calibration))
 
 
-def test_every_table_of_errors_says_of_which_loads(bench):
+def test_every_error_table_names_its_loads(bench):
     """Capacitors, without a tare, at full load stood beside a smaller error of a unit without a tare, over all."""
     found = plan_calibration(bench.response, is_held=True)
     assert found.error_rows[0][0] == "error over all loads, of" and "over all loads" in found.errors_are
     assert "at full load" in error_table(bench.performance).head[0]
 
 
-def test_curves_of_a_cell_name_it_and_one_coil_is_drawn_once(bench, drawn):
+def test_curves_of_cell_name_cell_and_show_coil_once(bench, drawn):
     """The same curve stood twice, once as a sum of coils and a difference over shear that there is none of."""
     normal = drawn.normal
     alone = replace(drawn, coils=("C5",), places=drawn.places[:1], shears=(), ranges=(), normal=replace(
@@ -420,7 +420,7 @@ def test_curves_of_a_cell_name_it_and_one_coil_is_drawn_once(bench, drawn):
     assert not any(word in one.caption for one in figures(drawn, bench.performance) for word in ("Cell", "worst"))
 
 
-def test_it_says_where_the_map_ends(bench):
+def test_axis_table_states_end_of_map(bench):
     """121 N stood as range beside a map that reads no more than 9."""
     found = plan_calibration(bench.response, is_held=True)
     loads = np.array([[share * found.map.full_scale[0], 0.0, 0.0] for share in (0.0, 1.0, 1.5)])
@@ -431,7 +431,7 @@ def test_it_says_where_the_map_ends(bench):
     assert rows["calibrated range: the map to newtons ends at"][0] == f"{show(found.map.end, 'N', 3)}, pressed alone"
 
 
-def test_a_round_target_has_a_diameter(bench):
+def test_round_target_row_states_diameter(bench):
     """It stood as 9 x 9 mm beside a drawing that said a diameter of 9 mm."""
     spec = bench.spec
     plates = replace(spec.target, shape="circle", size=(9e-3, 9e-3)), replace(spec.elastomer, size=(9.5e-3, 9e-3))
@@ -441,7 +441,7 @@ def test_a_round_target_has_a_diameter(bench):
     assert ", 9.5 x 9 mm, " in rows["elastomer"][0]
 
 
-def test_a_plot_is_shapes_and_letters_of_the_sheet():
+def test_plot_consists_of_sheet_shapes_and_labels():
     sheet = Sheet("plot", (80.0, 50.0))
 
     def line(figure):
@@ -461,7 +461,7 @@ def test_a_plot_is_shapes_and_letters_of_the_sheet():
     assert svg(sheet) == svg(sheet) and pdf([sheet])
 
 
-def test_many_rows_on_the_first_sheet_end_above_its_frame(bench, monkeypatch):
+def test_many_rows_on_first_sheet_stay_above_frame(bench, monkeypatch):
     """The note at the foot of skin_strip_6's data sheet ran over the frame."""
     sheets = []
     monkeypatch.setattr("sitscad.files.documents.datasheet.pdf", lambda made: sheets.extend(made) or b"")

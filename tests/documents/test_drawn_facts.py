@@ -91,7 +91,7 @@ def test_all_sheets_of_all_boards_are_legible(real):
 
 
 @pytest.mark.parametrize("connector", ["zif-0.3mm", "zif-0.5mm"])
-def test_readme_and_drawings_state_one_thickness_at_the_contacts(connector):
+def test_readme_and_drawings_state_equal_contact_thickness(connector):
     tail = f"{{length: 30, connector: {connector}, layers: 2}}"
     coil = COIL.format(shape="circle", size=7, turns=6, more="")
     layout = lay_out(load_text(f"sitscad: 1\nname: one\ncoil: {coil}\nfpc: {{tail: {tail}}}\n"))
@@ -123,7 +123,7 @@ def test_readme_and_drawings_state_one_thickness_at_the_contacts(connector):
 # ------------------------------------------------------------------------------------------------------- dimensions
 
 
-def test_the_contacts_sheet_dimensions_width_edge_and_end(real):
+def test_contact_sheet_dimensions_width_edge_and_end(real):
     labels, end = labels_of(contact_sheet(real, "")), board_end(real.outline, real.pads)
     count, connector = len(real.pads), real.spec.fpc.tail.connector if real.spec.fpc.tail else None
     allowed = end_tolerance(real.spec.fpc)
@@ -146,7 +146,7 @@ def test_the_contacts_sheet_dimensions_width_edge_and_end(real):
     assert bool(real.capacitors) == any(label.startswith("Pads of CT1") for label in labels)
 
 
-def test_the_board_drawing_dimensions_the_tail(real):
+def test_board_drawing_dimensions_tail(real):
     labels = labels_of(board_drawing.drawing(real, ""))
     found = tail_width(real.body[2], real.outline, real.pads, real.spec.fpc.tail)
     if real.spec.fpc.tail is None:
@@ -174,7 +174,7 @@ TURNED = [
 
 
 @pytest.mark.parametrize(("shape", "turn", "corner"), TURNED)
-def test_a_coils_envelope_is_that_of_its_copper_however_it_is_turned(shape, turn, corner):
+def test_rotated_coil_extent_encloses_its_copper(shape, turn, corner):
     size = "[9, 6]" if shape in ("rectangle", "racetrack") else 7
     more = f", corner_radius: {corner}" if corner else ""
     coil = COIL.format(shape=shape, size=size, turns=6, more=more)
@@ -201,7 +201,7 @@ def _areas(sheet, colour):
     return [item.paths for item in sheet.items if isinstance(item, Shape) and item.fill == colour and item.pen is None]
 
 
-def test_the_contacts_sheet_shows_the_teardrops_and_pads_that_the_gerber_has(real):
+def test_contact_sheet_shows_teardrops_and_pads_of_gerber(real):
     sheet = contact_sheet(real, "")
     pads = [(p.centre.x, p.centre.y, *p.size) for p in real.pads]
     low = min(x - w / 2 for x, _, w, _ in pads) - 0.6e-3, min(y - h / 2 for _, y, _, h in pads) - 0.6e-3
@@ -234,7 +234,7 @@ def bent(bend):
 
 
 @pytest.mark.parametrize("bend", ["static", "dynamic"])
-def test_a_bend_that_is_only_called_so_is_a_right_angle_down_in_the_middle(bend):
+def test_default_bend_is_right_angle_down_in_middle(bend):
     layout = bent(bend)
     found, (a, b) = own_bend(layout), bend_stretch(layout)
     assert found.line == approx((a + b) / 2, rel=1e-6) and found.angle == approx(math.pi / 2, rel=1e-6)
@@ -246,7 +246,7 @@ def test_a_bend_that_is_only_called_so_is_a_right_angle_down_in_the_middle(bend)
     assert any("90 deg down" in default for default in load_text(BENT.format(bend=bend)).source.defaults)
 
 
-def test_a_bend_written_out_is_drawn_where_and_as_it_is_said():
+def test_stated_bend_is_drawn_with_its_values():
     layout = bent("{kind: static, at: 12, direction: up, angle: 45 deg, radius: 2}")
     bend, x = own_bend(layout), layout.body[2] + 12e-3
     assert bend.line == approx(x, rel=1e-6) and bend.radius == approx(2e-3, rel=1e-6)
@@ -265,7 +265,7 @@ def test_a_bend_written_out_is_drawn_where_and_as_it_is_said():
 
 
 @pytest.mark.parametrize("name", ["straight", "fine", "left", "capacitors"])
-def test_words_of_the_pitch_do_not_lie_on_the_dimension_of_the_edge(name):
+def test_pitch_label_does_not_overlap_edge_dimension(name):
     """They are as long as two pitches or more, and the edge lies half a millimetre beyond the last contact."""
     layout = board_of(name)
     labels = [item for item in contact_sheet(layout, "").items if isinstance(item, Label)]
@@ -277,7 +277,7 @@ def test_words_of_the_pitch_do_not_lie_on_the_dimension_of_the_edge(name):
     assert pitch.anchor == "end" and pitch.at.y < edge.at.y - text_width(edge.text, edge.size) / 2
 
 
-def test_words_of_a_bend_lie_beside_the_tail_and_not_on_a_wide_body():
+def test_bend_labels_lie_beside_wide_body():
     """A wide body lies to the left of the line, at the height of the words: they are written in two lines then."""
     text = (
         "sitscad: 1\nname: wide\narray: {pattern: grid, count: [2, 2], pitch: 9}\n"
@@ -294,7 +294,7 @@ def test_words_of_a_bend_lie_beside_the_tail_and_not_on_a_wide_body():
 
 
 @pytest.mark.parametrize("name", ["skin_strip_6", "skin_grid_3x3"])
-def test_a_short_tail_of_a_wide_body_has_its_labels_apart(name):
+def test_labels_of_short_tail_do_not_overlap(name):
     """They lay over each other and over the body's edge."""
     layout = lay_out(load_text(templates.read(name)))
     sheet = board_drawing.drawing(layout, "x")
@@ -313,7 +313,7 @@ def test_a_short_tail_of_a_wide_body_has_its_labels_apart(name):
         assert one[2] < other[0] or other[2] < one[0] or one[3] < other[1] or other[3] < one[1]
 
 
-def test_kicad_has_the_bend_as_a_line_across_the_tail():
+def test_kicad_board_has_bend_line_across_tail():
     layout = bent("{at: 12}")
     rows = re.findall(
         r'\(gr_line \(start (\S+) (\S+)\) \(end (\S+) (\S+)\).*?\(layer "User.2"\)', kicad_board.board(layout)
@@ -339,14 +339,14 @@ def bend_findings(bend, select="SIT123"):
         ("{kind: dynamic, radius: 2}", Severity.WARNING, "40 thicknesses"),
     ],
 )
-def test_a_bend_where_or_as_it_cannot_be_is_reported(bend, severity, said):
+def test_impossible_bend_gives_warning_or_error(bend, severity, said):
     (found,) = bend_findings(bend)
     assert found.severity is severity and said in found.message
     assert found.key.startswith("fpc.tail.bend.") and found.line == 4
 
 
 @pytest.mark.parametrize("at", [1, 29])
-def test_the_room_that_a_misplaced_bend_is_told_is_room(at):
+def test_bend_positions_in_hint_give_no_finding(at):
     (found,) = bend_findings(f"{{at: {at}}}")
     low, high = map(float, re.search(r"from ([0-9.]+) mm to ([0-9.]+) mm", found.hint).groups())
     assert low < high
@@ -354,7 +354,7 @@ def test_the_room_that_a_misplaced_bend_is_told_is_room(at):
         assert not bend_findings(f"{{at: {place:.3f}}}")
 
 
-def test_a_bend_that_fits_is_not_reported():
+def test_fitting_bend_gives_no_finding():
     assert not bend_findings("{at: 12, radius: 3, angle: 30 deg, direction: up}")
     assert bend_length(bent("{angle: 180 deg}").spec.fpc) == approx(2 * bend_length(bent("static").spec.fpc), rel=1e-6)
 
@@ -369,14 +369,14 @@ def test_a_bend_that_fits_is_not_reported():
         ("sideways", "allowed: none, static, dynamic"),
     ],
 )
-def test_a_bend_that_is_none_is_refused(bend, said):
+def test_invalid_bend_gives_spec_error(bend, said):
     with pytest.raises(SpecError) as refused:
         load_text(BENT.format(bend=bend))
     (finding,) = refused.value.findings
     assert said in f"{finding.message} {finding.hint}"
 
 
-def test_a_wide_bend_inside_a_port_is_reported():
+def test_bend_radius_beyond_port_gives_finding():
     text = BENT.format(bend="{at: 12, radius: 5}") + "target: {shape: square, size: 4}\n"
     spec = load_text(text + "elastomer: {material: ecoflex-00-50, size: 4, thickness: 1}\nmount: {jaw: generic-5mm}\n")
     found = [f for f in check(spec, replace(bent("{at: 12, radius: 5}"), spec=spec)).findings if f.rule == "SIT308"]
@@ -384,7 +384,7 @@ def test_a_wide_bend_inside_a_port_is_reported():
     assert found.measured == approx(5e-3, rel=1e-9)
 
 
-def test_stations_along_the_board_are_in_order(real):
+def test_board_stations_are_dimensioned_in_order(real):
     """Coordinates below the whole board stand in the order of their places."""
     sheet = board_drawing.drawing(real, "")
     texts = [item for item in sheet.items if isinstance(item, Label) and item.angle == 90.0 and item.at.y > 108]
@@ -392,7 +392,7 @@ def test_stations_along_the_board_are_in_order(real):
     assert all(a[1] < b[1] for a, b in pairwise(numbers))
 
 
-def test_a_tail_in_a_jaw_bends_at_the_pivot_of_the_hinge_and_the_papers_say_so():
+def test_tail_in_jaw_bends_at_hinge_pivot():
     layout = lay_out(load_text(templates.read("grasper_4layer")))
     pivot = jaw_range(layout.body, layout.spec.mount.jaw)[1] + layout.spec.mount.jaw.hinge
     way = tail_path(layout, layout.spec.fpc.tail.bend_angle)
@@ -405,7 +405,7 @@ def test_a_tail_in_a_jaw_bends_at_the_pivot_of_the_hinge_and_the_papers_say_so()
         assert said in " ".join(paper.split())
 
 
-def test_a_line_of_the_bend_beside_the_pivot_names_both():
+def test_bend_beside_pivot_names_both_positions():
     text = templates.read("grasper_4layer").replace("bend: static", "bend: {kind: static, at: 12}")
     layout = lay_out(load_text(text))
     assert own_bend(layout).line == approx(layout.body[2] + 12e-3, rel=1e-6)
@@ -414,13 +414,13 @@ def test_a_line_of_the_bend_beside_the_pivot_names_both():
     )
 
 
-def test_a_pivot_without_room_for_the_bend_leaves_it_in_the_middle():
+def test_pivot_without_bend_room_leaves_bend_in_middle():
     text = templates.read("grasper_4layer").replace("length: 30", "length: 14")
     layout = lay_out(load_text(text))
     assert own_bend(layout).line == approx(sum(room_for_own(layout)) / 2, rel=1e-6)
 
 
-def test_a_tail_through_a_hinge_is_bent_by_half_of_the_jaw_s_opening():
+def test_default_bend_at_hinge_is_half_jaw_opening():
     """Both jaws open alike, so each by half of the 60 degrees between them; a free tail, or one whose spec says so,
     by what is usual or written.
     """

@@ -90,7 +90,7 @@ TWO_CHANNELS = replace(SPEC, readout=replace(SPEC.readout, device=presets.conver
 
 
 @pytest.mark.clients("gcc")
-def test_a_converter_of_two_channels_has_its_own_names_and_two_coils_each(tmp_path):
+def test_two_channel_converter_header_has_its_names_and_compiles(tmp_path):
     files = firmware.render(TWO_CHANNELS, estimates(3))
     header, table = files["firmware/ldc1612_config.h"].decode(), json.loads(files["firmware/ldc1612_config.json"])
     assert [device["channels"] for device in table["converters"]] == [["C1", "C2"], ["C3"]]
@@ -104,12 +104,12 @@ def test_a_converter_of_two_channels_has_its_own_names_and_two_coils_each(tmp_pa
     subprocess.run([tmp_path / "a.out"], check=True, timeout=60)
 
 
-def test_more_coils_than_one_bus_can_address_are_refused():
+def test_too_many_coils_for_one_bus_are_refused():
     files = firmware.render(TWO_CHANNELS, estimates(5))
     assert "3 LDC1612 are needed" in json.loads(files["firmware/ldc1612_config.json"])["refused"]
 
 
-def test_a_second_bus_takes_the_third_converter():
+def test_second_bus_addresses_third_converter():
     two = replace(TWO_CHANNELS, readout=replace(TWO_CHANNELS.readout, buses=2))
     files = firmware.render(two, estimates(5))
     table = json.loads(files["firmware/ldc1612_config.json"])
@@ -118,7 +118,7 @@ def test_a_second_bus_takes_the_third_converter():
     assert "#define LDC1612_2_I2C_BUS 1u" in files["firmware/ldc1612_config.h"].decode()
 
 
-def test_words_are_packed_as_the_data_sheet_says():
+def test_register_words_equal_data_sheet_packing():
     _, table = rendered(estimates())
     values = {row["name"]: (row["address"], row["value"]) for row in table["converters"][0]["registers"]}
     assert values["RCOUNT0"] == (0x08, 2000) and values["RCOUNT1"] == (0x09, 2000)
@@ -131,7 +131,7 @@ def test_words_are_packed_as_the_data_sheet_says():
 
 
 @pytest.mark.parametrize("coils", [1, 4, 5, 8])
-def test_header_and_json_agree(coils):
+def test_header_and_json_have_equal_registers(coils):
     header, table = rendered(estimates(coils))
     assert len(table["converters"]) == (coils + 3) // 4
     for number, device in enumerate(table["converters"]):
@@ -167,13 +167,13 @@ def test_header_compiles(language, tmp_path):
     ],
     ids=["no drive code", "conversion too short", "high current with two coils", "nine coils"],
 )
-def test_what_cannot_be_set_up_does_not_compile(found, reason):
+def test_invalid_settings_give_header_with_error_directive(found, reason):
     header, table = rendered(found)
     assert header.startswith("#error") and reason in header and header.count("\n") == 1
     assert reason in table["refused"] and table["converters"] == []
 
 
-def test_results_flags_and_the_address_pin_are_those_of_the_data_sheet():
+def test_header_has_result_flag_and_address_constants():
     header, table = rendered(estimates(5))
     macros = {name: int(value, 16) for name, value in re.findall(r"#define LDC1614_(\w+) 0x(\w+)u", header)}
     assert [macros[f"DATA{n}_{word}"] for n in range(4) for word in ("MSB", "LSB")] == list(range(8))
@@ -185,7 +185,7 @@ def test_results_flags_and_the_address_pin_are_those_of_the_data_sheet():
     assert "L_REST_H" not in header  # these hand-made coils have no such state
 
 
-def test_every_channel_has_its_own_drive_code():
+def test_every_channel_register_has_its_drive_code():
     _, table = rendered(estimates(5, drive_codes=(17, 18, 19, 20, 21)))
     codes = [
         row["value"] >> 11
@@ -196,7 +196,7 @@ def test_every_channel_has_its_own_drive_code():
     assert codes == [17, 18, 19, 20, 21]
 
 
-def test_a_coil_alone_is_not_said_to_settle_in_every_scan():
+def test_single_coil_settles_only_before_first_conversion():
     """Its scans a second were those without settling, beside a sum with it."""
     one, two = (" ".join(rendered(estimates(coils))[0].replace("*", " ").split()) for coils in (1, 2))
     assert "from one result of the coil to the next: 800.8 us" in one
@@ -204,20 +204,20 @@ def test_a_coil_alone_is_not_said_to_settle_in_every_scan():
     assert "time on one coil, of every scan: 804.8 us settling: 4 us conversion: 800 us" in two
 
 
-def test_no_frequency_is_refused():
+def test_coil_without_frequency_is_refused():
     found = estimates()
     for coil in found.coils:
         coil.states = {}
     assert "frequency" in rendered(found)[1]["refused"]
 
 
-def test_comments_cannot_be_ended_from_outside():
+def test_comment_end_in_name_is_escaped():
     spec = replace(SPEC, name="x*/y")
     header = firmware.render(spec, estimates())[HEADER].decode()
     assert "x*/y" not in header and "x* /y" in header
 
 
-def test_the_header_says_what_to_expect_on_the_bench():
+def test_header_states_expected_bench_values():
     header, table = rendered(estimates())
     for words in (
         "settling: 4 us",
@@ -246,7 +246,7 @@ CABLE = "cable: {length: 300, inductance: 180 nH, capacitance: 30 pF, resistance
 
 
 @pytest.mark.parametrize("cable", ["scan_rate: 500 Hz", CABLE], ids=["no cable", "cable"])
-def test_the_header_s_formula_gives_the_printed_inductance(cable):
+def test_header_formula_gives_printed_inductance(cable):
     """It differed by what 4 pF of the converter's pins make: the header named the capacitor alone."""
     spec = load_text(RACETRACK.replace("CABLE", cable), "long.yaml")
     found = estimate(lay_out(spec))
@@ -272,7 +272,7 @@ def test_the_header_s_formula_gives_the_printed_inductance(cable):
     assert table["conversion_capacitance_F"] == approx(capacitance, rel=1e-6)
 
 
-def test_clock_and_reference_are_distinguished():
+def test_header_distinguishes_clock_and_reference_frequency():
     """One coil: 40 MHz at CLKIN, and 20 MHz that are counted; the header's f_REF could be read as either."""
     header, table = rendered(estimate(lay_out(load_text(RACETRACK.replace("CABLE", "scan_rate: 500 Hz"), "long.yaml"))))
     assert "f_CLK 40 MHz at CLKIN; FREF_DIVIDER 2 makes of it f_REF 20 MHz" in header
@@ -283,7 +283,7 @@ def test_clock_and_reference_are_distinguished():
     assert words["CLOCK_DIVIDERS0"] == int(macros["FIN_DIVIDER"]) << 12 | 2
 
 
-def test_every_coil_s_channel_and_place_are_in_header_and_json():
+def test_header_and_json_list_channel_and_position_of_coils():
     header, table = rendered(estimates(6))
     rows = re.findall(r'\{"(\w+)", (\d)u, (\d)u, 0u, 0x(\w\w)u, (\S+)f, (\S+)f\}', header)
     assert len(rows) == len(table["coils"]) == 6
@@ -298,7 +298,7 @@ def test_every_coil_s_channel_and_place_are_in_header_and_json():
 PRESSED = RACETRACK.replace("CABLE", "scan_rate: 500 Hz") + "requirements: {normal_force: 4 N}\n"
 
 
-def test_the_readme_says_what_of_a_band_the_converter_cannot_read():
+def test_readme_states_frequencies_above_converter_limit():
     """A band ended at 10.11 MHz, and nothing said that the converter does at 10."""
     fast = Band(9.4e6, 8.65e6, 10.15e6)  # one sigma is 150 kHz: 10 MHz are four of them away
     slow = Band(8.8e6, 8.1e6, 9.5e6)
@@ -308,7 +308,7 @@ def test_the_readme_says_what_of_a_band_the_converter_cannot_read():
     assert firmware_driver._too_fast(SPEC.readout.device, (CoilBands("C1", slow, slow, slow, 1e4),)) == ""
 
 
-def test_forces_and_what_they_do_are_macros_and_json():
+def test_header_and_json_contain_force_and_sensitivity():
     spec = load_text(PRESSED, "long.yaml")
     found = estimate(lay_out(spec))
     files = firmware.render(spec, found)
@@ -329,7 +329,7 @@ def test_forces_and_what_they_do_are_macros_and_json():
     assert (coil["inductance_H_per_N"], coil["sigma_inductance_H_per_N"]) == approx((change, sigma), rel=1e-6)
 
 
-def test_every_state_has_the_force_that_presses_the_target_there():
+def test_every_state_has_its_force_in_json():
     """A state that was added, by half the force, was pressed by 0 N."""
     found = estimates()
     for coil in found.coils:
@@ -340,7 +340,7 @@ def test_every_state_has_the_force_that_presses_the_target_there():
         assert forces == {"free": 0.0, "pressed": 4.0, "half": 2.0}
 
 
-def test_printed_frequencies_name_their_temperature_and_share_their_digits():
+def test_printed_frequencies_state_temperature_with_equal_digits():
     """The readme had 7.6702 MHz at 37 degC, the assembly notes 7.677 MHz at 20 degC."""
     spec = load_text(templates.read("single_coil")).replace("requirements.temperature", "37 degC")
     design = Design(spec)

@@ -42,12 +42,12 @@ def words(sheet, colour=RED):
     return [i.text for i in flattened(sheet.items) if isinstance(i, Label) and i.colour == colour]
 
 
-def test_nothing_is_drawn_of_what_fits_or_is_no_matter_of_sizes(layout):
+def test_fitting_sensor_has_no_fit_drawing(layout):
     assert drawing(layout, []) is None
     assert drawing(layout, [fault("SIT312", "elastomer-shear", "elastomer.material", 1.1, 1.0)]) is None
 
 
-def test_the_circle_that_is_needed_is_to_scale_with_the_port(layout):
+def test_needed_circle_is_drawn_to_scale_with_port(layout):
     sheet = drawing(layout, [TALL])
     boxes = {item.name: bounding_box(item.paths) for item in flattened(sheet.items) if getattr(item, "name", "")}
     needed, port = boxes["fit-needed"], boxes["jaw-port"]
@@ -66,13 +66,13 @@ def test_the_circle_that_is_needed_is_to_scale_with_the_port(layout):
         (fault("SIT321", "solids-in-port", "mount", 2.7e-3, 2.5e-3), "needs 5.40"),
     ],
 )
-def test_what_is_too_much_stands_in_red(layout, fault, said):
+def test_excess_size_is_labelled_in_red(layout, fault, said):
     sheet = drawing(layout, [fault])
     assert said.format(1e3 * layout.body_size[0]) in words(sheet)
     assert_legible(replace(sheet, items=list(flattened(sheet.items))))
 
 
-def test_the_tail_at_the_pin_and_its_end_in_the_tube_are_drawn(layout):
+def test_tail_at_hinge_pin_and_shaft_is_drawn(layout):
     changed = with_changes(layout, assembly__hinge_pin="2 mm", assembly__shaft_bore="2.4 mm")
     (gap, _) = [each for each in pin_gaps(changed) if not each.is_free]
     faults = [
@@ -86,7 +86,7 @@ def test_the_tail_at_the_pin_and_its_end_in_the_tube_are_drawn(layout):
     assert_legible(replace(sheet, items=list(flattened(sheet.items))))
 
 
-def test_a_pivot_beside_the_middle_is_where_the_tail_passes_it(layout):
+def test_pivot_offset_increases_gap_to_tail(layout):
     mount = layout.spec.mount
     raised = replace(mount, jaw=replace(mount.jaw, pivot_offset=-0.3e-3))
     moved = replace(layout, spec=replace(layout.spec, mount=raised))
@@ -95,7 +95,7 @@ def test_a_pivot_beside_the_middle_is_where_the_tail_passes_it(layout):
 
 
 @pytest.mark.slow
-def test_a_package_has_the_picture_where_its_findings_ask_for_it():
+def test_package_has_fit_drawing_only_with_fit_errors():
     from sitscad.checks.policy import Policy
     from sitscad.package.stages import contents_of
 

@@ -36,7 +36,7 @@ def spec_of(name, **changes):
     return sitscad.load_text(templates.read(name), "t.yaml").replace(changes)
 
 
-def test_a_disc_sinks_in_a_liquid_by_stefan_s_law_and_a_rectangle_by_its_torsion_constant():
+def test_spreading_time_follows_stefan_law_and_torsion_constant():
     glue, force, line = presets.adhesive("cyanoacrylate"), 0.5, 30e-6
     disc, square = Footprint(True, (10e-3, 10e-3), HERE), Footprint(False, (10e-3, 10e-3), HERE)
     flows = [physics.spreading_time(glue, plan, force, line, 2.0) - 2.0 - physics.SPREADING * plan.area
@@ -50,7 +50,7 @@ def test_a_disc_sinks_in_a_liquid_by_stefan_s_law_and_a_rectangle_by_its_torsion
 
 
 @pytest.mark.parametrize("name", ["grasper_4layer", "round_button_12mm", "fingertip_foil", "grasper_3p5mm"])
-def test_the_weight_on_a_piece_presses_the_pad_by_what_the_steps_say(name):
+def test_press_weight_compresses_pad_by_stated_amount(name):
     spec = replace(spec_of(name), encapsulation=None)
     press = physics.piece_press(spec, "target")
     (pose,), _ = loaded_poses(spec, np.array([[press.force, 0.0, 0.0]]), np.array([True]))
@@ -66,7 +66,7 @@ def test_the_weight_on_a_piece_presses_the_pad_by_what_the_steps_say(name):
 
 
 @pytest.mark.parametrize("mass", [5e-3, 45e-3, 67e-3, 0.18, 0.53, 1.4, 2.1])
-def test_a_press_is_loaded_with_washers_only_as_far_as_its_peg_holds_them(mass):
+def test_heavy_press_load_is_steel_bar_instead_of_washers(mass):
     """530 g were 85 washers, 17 cm of them on a peg of 15 mm."""
     diameter, height = PEG
     count, bar = gluing.washers(mass), gluing.steel_bar(mass)
@@ -86,7 +86,7 @@ def test_a_press_is_loaded_with_washers_only_as_far_as_its_peg_holds_them(mass):
     assert "washers" not in said and f"{1e3 * across:g} mm" in said and gluing.grams(mass) in said
 
 
-def test_a_press_on_a_target_without_a_pad_has_a_weight_and_presses_nothing():
+def test_press_on_target_without_pad_has_no_travel():
     press = physics.piece_press(spec_of("bench_7mm", elastomer=None, requirements=None), "target")
     assert press.mass >= physics.LEAST_MASS and press.travel == 0.0
 
@@ -96,7 +96,7 @@ def test_a_press_on_a_target_without_a_pad_has_a_weight_and_presses_nothing():
     ("grasper_4layer", "cyanoacrylate", "epoxy"), ("bench_7mm", "silicone-adhesive", "silicone-adhesive"),
     ("bench_7mm", "transfer-tape", "transfer-tape"),
 ])
-def test_hard_faces_have_the_spec_s_glue_only_if_it_flows_long_enough(name, own, used):
+def test_board_glue_is_replaced_if_stated_glue_sets_too_fast(name, own, used):
     """Boards of 1 to 21 cm2 had an instant glue, of which some seconds are left once a board lies in its place."""
     changes = {"elastomer": None, "requirements": None} if own == "transfer-tape" else {}
     spec = spec_of(name, **changes).replace("assembly.adhesive", own)
@@ -113,7 +113,7 @@ def test_hard_faces_have_the_spec_s_glue_only_if_it_flows_long_enough(name, own,
 
 
 @pytest.mark.cad
-def test_drawn_and_weighed_glue_is_that_of_the_steps():
+def test_glue_solids_have_material_and_volume_of_steps():
     """The board's line was weighed as the pads' glue, and drawn thinner than the steps had it."""
     spec = spec_of("three_axis_triangle")
     design = sitscad.design_of(spec) if hasattr(sitscad, "design_of") else Design(spec)
@@ -125,7 +125,7 @@ def test_drawn_and_weighed_glue_is_that_of_the_steps():
 
 
 @pytest.mark.parametrize("name", ["skin_grid_3x3", "skin_strip_6", "round_button_12mm", "grasper_4layer"])
-def test_the_board_is_pressed_until_its_glue_lies_flat(name):
+def test_board_press_spreads_glue_within_open_time(name):
     layout = sitscad.lay_out(spec_of(name))
     mass, glue, (plan, area) = physics.board_press(layout), physics.hard_adhesive(layout), physics.board_plan(layout)
     takes = physics.spreading_time(glue, plan, mass * physics.STANDARD_GRAVITY, layout.spec.assembly.glue_line,
@@ -138,7 +138,7 @@ def test_the_board_is_pressed_until_its_glue_lies_flat(name):
     assert ("holes in turn" in text) == (len(layout.spec.cell_placements) > 1)
 
 
-def test_the_board_s_press_leaves_a_cast_skin_its_room():
+def test_board_press_pocket_has_room_for_cast_film():
     change = {"encapsulation": {"thickness": "0.5 mm"}, "elastomer.size": "6 mm", "target.size": "6 mm"}
     layouts = [sitscad.lay_out(spec_of("three_axis_triangle", **each))
                for each in ({**change, "encapsulation": None}, change)]
@@ -147,14 +147,14 @@ def test_the_board_s_press_leaves_a_cast_skin_its_room():
     assert cast[0] <= pad[0] - 0.5e-3 - FOOT_ROOM[0] + 1e-9 and cast[0] < bare[0]
 
 
-def test_a_board_without_a_rim_is_pressed_through_foam_alone():
+def test_board_without_rim_is_pressed_through_foam():
     layout = sitscad.lay_out(spec_of("three_axis_triangle", **{"elastomer.size": "10 mm", "target.size": "10 mm"}))
     assert foot_pockets(layout) == ()
     said = gluing.pressing(layout, "Spread.")
     assert "jig-board-press" not in said and "foam" in said and "Clamp" in said
 
 
-def test_a_height_on_silicone_names_a_force_that_does_not_press_it_and_what_a_micrometer_does():
+def test_height_measurement_states_compression_by_micrometer():
     for name in ("grasper_4layer", "grasper_3p5mm"):
         spec, said = spec_of(name), gluing.measuring(spec_of(name))
         is_soft = physics.pad_force(physics.unsealed_pad(spec), gluing.HEIGHT_ERROR) < gluing.LIGHT_GAUGE
@@ -171,13 +171,13 @@ def test_a_height_on_silicone_names_a_force_that_does_not_press_it_and_what_a_mi
      ({"encapsulation": None}, ""), ({"encapsulation.material": {"shear_modulus": "100 kPa"}}, ""),
      ({"assembly.adhesive": "transfer-tape"}, "")],
 )
-def test_what_may_keep_the_film_liquid_is_said_where_it_is_known(changes, named):
+def test_cure_inhibition_of_film_is_stated_if_expected(changes, named):
     spec = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml").replace(changes)
     said = gluing.inhibited(spec.assembly.adhesive, spec.encapsulation)
     assert (named in said and "24 h" in said) if named else said == ""
 
 
-def test_a_tail_bent_in_air_has_a_rod_of_twice_its_radius():
+def test_free_tail_bend_uses_rod_of_twice_bend_radius():
     layout = sitscad.lay_out(spec_of("grasper_4layer"))
     (rod,) = re.findall(r"rod of ([0-9.]+) mm diameter", tail_held(layout))
     radius = bends(layout)[0].radius
@@ -185,7 +185,7 @@ def test_a_tail_bent_in_air_has_a_rod_of_twice_its_radius():
 
 
 @pytest.mark.parametrize("name", ["jaw_5x20", "grasper_4layer", "robotic_jaw_12mm", "grasper_3p5mm"])
-def test_a_bend_whose_rod_would_lie_in_the_jaw_is_made_before_the_board_is_glued(name):
+def test_bend_with_rod_inside_jaw_is_made_before_gluing(name):
     """The steps had the tail 0.7 mm above the jaw's face bent over a rod of 2.4 mm below it, once the board was on."""
     layout = sitscad.lay_out(spec_of(name))
     early, late = tail_formed(layout), tail_held(layout)
@@ -200,7 +200,7 @@ def test_a_bend_whose_rod_would_lie_in_the_jaw_is_made_before_the_board_is_glued
 
 
 @pytest.mark.parametrize("kind", ["pins", "dovetail"])
-def test_what_is_cut_into_the_jaw_has_its_place_from_the_tip_and_the_sides(kind):
+def test_joint_cuts_in_jaw_have_stated_positions(kind):
     """Holes were "where the STEP file of the jaw has them"."""
     from sitscad.assembly.places.jaws import jaw_range
     from sitscad.assembly.places.seating import pin_places
@@ -219,7 +219,7 @@ def test_what_is_cut_into_the_jaw_has_its_place_from_the_tip_and_the_sides(kind)
 @pytest.mark.more
 @pytest.mark.slow
 @pytest.mark.cad
-def test_the_jig_is_drawn_with_what_is_glued_in_it():
+def test_jig_pictures_show_pieces_of_each_step():
     from sitscad.assembly import solids as parts
     from sitscad.files.documents.mounting import render_jig_picture
 
@@ -239,7 +239,7 @@ def test_the_jig_is_drawn_with_what_is_glued_in_it():
     assert render_jig_picture(layout, solids, ()) == {}
 
 
-def test_load_too_heavy_to_stand_on_a_press_is_a_clamp_over_a_spring():
+def test_too_heavy_press_load_is_spring_clamp():
     """A bar of 80 mm and 164 mm high was asked for, on a board of 46 mm."""
     layout = sitscad.lay_out(spec_of("skin_grid_3x3"))
     mass = physics.board_press(layout)

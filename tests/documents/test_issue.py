@@ -58,7 +58,7 @@ def issued(board):
     return _issued(board)
 
 
-def test_every_drawing_has_part_number_revision_and_date_in_its_title_block(issued):
+def test_every_title_block_has_part_number_revision_and_date(issued):
     spec = replace(issued.spec, fpc=replace(issued.spec.fpc, panel=PanelSpec("always")))
     sheets = [
         board_drawing.drawing(issued, "x"),
@@ -72,12 +72,12 @@ def test_every_drawing_has_part_number_revision_and_date_in_its_title_block(issu
             assert labels[labels.index(label) + 1] == text
 
 
-def test_a_drawing_says_what_is_not_stated(board):
+def test_title_block_without_issue_says_not_stated(board):
     labels = _labels(board_drawing.drawing(board, "x"))
     assert [labels[labels.index(label) + 1] for label in ("Part no.", "Rev.", "Date")] == ["not stated"] * 3
 
 
-def test_the_readmes_name_it(issued):
+def test_readmes_state_part_number_revision_and_date(issued):
     text = fabrication_notes.readme(issued)
     assert re.search(r"Part number +TS-104 \(a\)\nRevision +B\.2\nDate +2026-11-22\n", text)
     spec = replace(issued.spec, fpc=replace(issued.spec.fpc, panel=PanelSpec("always")))
@@ -86,7 +86,7 @@ def test_the_readmes_name_it(issued):
 
 
 @pytest.mark.slow
-def test_papers_of_the_assembly_and_the_cut_sheets_name_it(issued):
+def test_assembly_laser_and_calibration_files_state_issue(issued):
     """Their revision was promised in docs/spec.md, and missing."""
     design = Design(load_text(templates.read("bench_7mm"), "t.yaml"))
     spec = replace(design.spec, issue=ISSUE)
@@ -100,7 +100,7 @@ def test_papers_of_the_assembly_and_the_cut_sheets_name_it(issued):
     assert f"<p class='soft'>{ISSUE.words}</p>" in files["calibration/calibration.html"].decode()
 
 
-def test_gerber_drill_and_job_files_carry_it_and_are_read(issued, tmp_path):
+def test_gerber_drill_and_job_files_contain_issue(issued, tmp_path):
     gerbonara = pytest.importorskip("gerbonara")
     files = gerber.render(issued) | gerber.render_drills(issued) | gerber.render_drill_map(issued)
     for path, content in files.items():
@@ -116,7 +116,7 @@ def test_gerber_drill_and_job_files_carry_it_and_are_read(issued, tmp_path):
     assert json.loads(job)["GeneralSpecs"]["ProjectId"]["Revision"] == "B.2"
 
 
-def test_the_panels_images_carry_it(issued):
+def test_panel_images_contain_issue(issued):
     spec = replace(issued.spec, fpc=replace(issued.spec.fpc, panel=PanelSpec("always")))
     whole = plan(replace(issued, spec=spec))
     made = panel.render(whole, gerber.render(issued) | gerber.render_drills(issued))
@@ -124,7 +124,7 @@ def test_the_panels_images_carry_it(issued):
     assert images and all(b"revision B.2" in content and b",B.2" in content for content in images)
 
 
-def test_the_netlist_carries_it_and_is_read(issued):
+def test_netlist_contains_issue_and_is_readable(issued):
     ipc = pytest.importorskip("gerbonara.ipc356")
     (content,) = ipc356.render(issued).values()
     lines = content.decode("ascii").splitlines()
@@ -135,13 +135,13 @@ def test_the_netlist_carries_it_and_is_read(issued):
     assert len(found.test_records) == len(issued.pads) + len(issued.vias)
 
 
-def test_the_board_of_kicad_has_it_in_its_title_block(issued):
+def test_kicad_title_block_contains_issue(issued):
     text = kicad_board.board(issued)
     block = text[text.index("(title_block") : text.index("(layers")]
     assert '(date "2026-11-22")' in block and '(rev "B.2")' in block and '"part number TS-104 (a)"' in block
 
 
-def test_pictures_parts_list_and_laser_sheets_name_it(issued):
+def test_pictures_parts_list_and_laser_sheets_contain_issue(issued):
     words = "part number TS-104 (a), revision B.2, 2026-11-22"
     picture = board_picture.picture(issued)
     rows = re.findall(r"<text transform='translate\([0-9.]+ ([0-9.]+)\)'[^>]*>(.*?)</text>", picture)
@@ -164,7 +164,7 @@ def test_pictures_parts_list_and_laser_sheets_name_it(issued):
     assert words in rows[0]["note"]
 
 
-def test_it_is_read_from_the_spec_as_text():
+def test_issue_is_read_from_spec_as_text():
     spec = load_text(SPEC.format(head='revision: "1.10"\npart_number: A-17\ndate: 2026-11-22'))
     assert spec.issue == Issue("1.10", "A-17", "2026-11-22")
     assert load_text(SPEC.format(head="")).issue == Issue()
@@ -183,14 +183,14 @@ def test_it_is_read_from_the_spec_as_text():
         ("date: d\u00e9cembre", "letters, digits, spaces"),
     ],
 )
-def test_what_no_format_can_hold_is_refused(head, said):
+def test_invalid_issue_text_gives_spec_error(head, said):
     with pytest.raises(SpecError) as refused:
         load_text(SPEC.format(head=head))
     (finding,) = refused.value.findings
     assert said in f"{finding.message} {finding.hint}" and finding.line == 3
 
 
-def test_the_date_is_that_of_the_source_where_the_spec_gives_none(board, monkeypatch):
+def test_default_date_is_source_date_epoch(board, monkeypatch):
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "86400")
     assert _issued(board, Issue("B")).spec.issue.words == "revision B, 1970-01-02"
     assert '(date "1970-01-02")' in kicad_board.board(_issued(board, Issue()))

@@ -40,7 +40,7 @@ def in_jaw(**changes):
     return replace(layout, spec=replace(layout.spec, mount=replace(layout.spec.mount, jaw=jaw)))
 
 
-def test_the_section_is_to_scale_about_the_ports_circle():
+def test_section_is_drawn_to_scale_about_port_circle():
     layout = in_jaw()
     at, pair, jaw = shapes(drawing(layout)), closed_section(layout), layout.spec.jaw
     port = at["jaw-port"]
@@ -55,7 +55,7 @@ def test_the_section_is_to_scale_about_the_ports_circle():
     assert upper[1] >= target[3] > board[3] > lower[3]
 
 
-def test_open_jaws_stand_apart_by_their_angle_about_the_pivot():
+def test_opened_jaws_are_drawn_at_their_angle():
     layout = in_jaw(hinge=8e-3, opening=math.radians(60.0))
     sheet, closes = drawing(layout), closing_motion(layout)
     assert "open by 60 deg" in words(sheet) and f"{closes.most * 1e3:.3g} mm between the faces" in words(sheet)
@@ -66,7 +66,7 @@ def test_open_jaws_stand_apart_by_their_angle_about_the_pivot():
     assert opened[1] < 112.0 - 5.0, "and its tip goes down"
 
 
-def test_jaws_that_are_never_parallel_are_not_drawn_parallel():
+def test_never_parallel_jaws_are_drawn_tilted():
     """They were, above the words that they never are."""
     layout = in_jaw(hinge=8e-3, opening=math.radians(60.0), port_diameter=closed_section(in_jaw()).height - 1e-3)
     sheet, closes = drawing(layout), closing_motion(layout)
@@ -78,19 +78,19 @@ def test_jaws_that_are_never_parallel_are_not_drawn_parallel():
     assert min(abs(a.y - b.y) for a, b in pairwise(corners)) > 0.1, "no side of it lies level"
 
 
-def test_a_jaw_whose_hinge_is_not_known_is_not_drawn_open():
+def test_jaw_without_stated_hinge_is_not_drawn_open():
     text = words(drawing(in_jaw(hinge=None, opening=None)))
     assert "mount.jaw.hinge" in text and "open by" not in text
 
 
 @pytest.mark.parametrize("sizes", [{"length": 10e-3}, {"length": 6e-3, "port_diameter": 12e-3}])
-def test_a_short_jaw_without_a_hinge_is_drawn_inside_the_frame(sizes):
+def test_short_jaw_without_hinge_is_drawn_inside_frame(sizes):
     sheet = drawing(in_jaw(hinge=None, opening=None, **sizes))
     assert_legible(replace(sheet, items=list(flattened(sheet.items))))
     assert all(item.at.y < 200.0 for item in flattened(sheet.items) if isinstance(item, Label))
 
 
-def test_pockets_of_both_jaws_are_cut_out_of_them_and_the_other_pad_lies_in_its_own():
+def test_pockets_of_both_jaws_are_drawn_to_scale():
     plain = drawing(in_jaw(opposing_pad_thickness=0.3e-3))
     sunk = drawing(
         in_jaw(
@@ -106,14 +106,14 @@ def test_pockets_of_both_jaws_are_cut_out_of_them_and_the_other_pad_lies_in_its_
     assert here["jaw-section-jaw"][3] - was["jaw-section-jaw"][3] == approx(0.3e-3 * scale, rel=1e-6)
 
 
-def test_the_film_goes_round_pad_and_target_from_the_side():
+def test_side_view_shows_film_around_pad_and_target():
     sheet = drawing(in_jaw())
     (sides,) = [item for item in sheet.items if isinstance(item, Group) and item.name == "jaw-sides"]
     fills = [getattr(item, "fill", None) for item in flattened(sides.items)]
     assert "#9fc5e8" in fills
 
 
-def test_nothing_is_drawn_without_a_jaw_and_a_forced_one_is_stamped():
+def test_sensor_without_jaw_has_no_drawing_and_forced_one_is_stamped():
     bench = handmade.layout("bench")
     assert drawing(bench) is None and render(bench, "") == {}
     made = render(in_jaw(), "forced")
@@ -123,7 +123,7 @@ def test_nothing_is_drawn_without_a_jaw_and_a_forced_one_is_stamped():
 
 
 @pytest.mark.parametrize("name", [name for name in templates.names() if "jaw" in name or "grasper" in name])
-def test_every_template_in_a_jaw_has_a_legible_drawing(name):
+def test_every_template_with_jaw_has_legible_drawing(name):
     layout = sitscad.lay_out(sitscad.load_text(templates.read(name)))
     sheet = drawing(layout)
     assert sheet is not None
@@ -131,7 +131,7 @@ def test_every_template_in_a_jaw_has_a_legible_drawing(name):
     assert f"{closed_section(layout).height * 1e3:.3f}"[:4] in words(sheet)
 
 
-def test_the_tail_is_led_down_to_the_face_and_on_to_the_pivot_as_the_hinge_is_judged():
+def test_side_view_shows_tail_lowered_to_face_and_pivot():
     """The views had it level at the body's height, and past the pin it runs 0.8 mm lower."""
     layout = sitscad.lay_out(sitscad.load_text(templates.read("grasper_4layer")))
     way = tail_path(layout)

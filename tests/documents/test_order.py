@@ -59,7 +59,7 @@ def drawn(items):
     return [one for item in items for one in (drawn(item.items) if isinstance(item, Group) else [item])]
 
 
-def test_the_outline_is_drawn_to_the_scale_that_the_title_block_states(board):
+def test_outline_is_drawn_to_scale_of_title_block(board):
     sheet = board_drawing.drawing(board, "")
     (scale,) = {item.text for item in sheet.items if isinstance(item, Label) and "(whole)" in item.text}
     factor = float(re.match(r"([0-9.]+):1", scale)[1])
@@ -73,7 +73,7 @@ def test_the_outline_is_drawn_to_the_scale_that_the_title_block_states(board):
     assert any(size == approx(wanted, rel=1e-9) for size in sizes)
 
 
-def test_dimensions_are_coordinates_of_the_files(board):
+def test_dimensions_equal_coordinates_of_files(board):
     texts = {item.text for item in board_drawing.drawing(board, "").items if isinstance(item, Label)}
     stations = [
         board.body[2],
@@ -96,24 +96,24 @@ REAL = {
 
 
 @pytest.mark.parametrize("rest", REAL.values(), ids=REAL)
-def test_the_drawing_of_a_real_board_is_legible(rest):
+def test_drawing_of_complete_board_is_legible(rest):
     text = (
         "sitscad: 1\nname: real\ncoil: {shape: circle, outer_diameter: 4, turns: 5, layers: 2, trace_width: 0.1, "
         f"trace_spacing: 0.1}}\narray: {{pattern: {rest}\n"
     )
     layout = lay_out(load_text(text))
     assert not layout.shortfalls
-    test_everything_stays_on_the_sheet_and_texts_of_one_size_keep_apart(layout)
+    test_drawings_stay_on_sheet_without_overlapping_texts(layout)
 
 
-def test_everything_stays_on_the_sheet_and_texts_of_one_size_keep_apart(board):
+def test_drawings_stay_on_sheet_without_overlapping_texts(board):
     drawn = [board_drawing.drawing(board, "x" * 60), stackup_drawing.drawing(board, "x" * 60)]
     for sheet in (*drawn, *filter(None, [contact_sheet(board, "x" * 60)])):
         assert_legible(sheet)
 
 
 @pytest.mark.parametrize("rest", REAL.values(), ids=REAL)
-def test_a_detail_is_larger_than_the_whole_and_every_contact_is_numbered(rest):
+def test_detail_scale_is_larger_and_every_contact_is_numbered(rest):
     text = (
         "sitscad: 1\nname: real\ncoil: {shape: circle, outer_diameter: 4, turns: 5, layers: 2, trace_width: 0.1, "
         f"trace_spacing: 0.1}}\narray: {{pattern: {rest}\n"
@@ -143,7 +143,7 @@ fpc: {tail: {length: 40, connector: zif-0.5mm, bend: static, layers: 2}}
 """
 
 
-def test_a_board_of_some_70_mm_is_enlarged_and_its_contact_numbers_stand_clear_of_the_dimensions():
+def test_board_of_70_mm_is_enlarged_with_contact_numbers_clear_of_dimensions():
     layout = lay_out(load_text(SIX))
     sheet = board_drawing.drawing(layout, "", forced=True)
     assert_legible(sheet)
@@ -154,14 +154,14 @@ def test_a_board_of_some_70_mm_is_enlarged_and_its_contact_numbers_stand_clear_o
     assert len(upright) == 1 and upright[0] - 0.7 * _drawing.TEXT > twelve.at.x + text_width("12", 2.3) + 1.0
 
 
-def test_the_width_has_the_outlines_tolerance_like_the_length(board):
+def test_width_and_length_have_outline_tolerance(board):
     x0, y0, x1, y1 = bounding_box([board.outline])
     texts = [item.text for item in board_drawing.drawing(board, "").items if isinstance(item, Label)]
     tolerance = _drawing.mm(board.spec.fpc.rules.outline_tolerance)
     assert {f"{_drawing.mm(side)} +/- {tolerance}" for side in (x1 - x0, y1 - y0)} <= set(texts)
 
 
-def test_holes_are_drawn_as_in_their_table(board):
+def test_holes_are_drawn_with_symbols_of_table(board):
     """A circle with its tool's symbol, both in the views and in the table."""
     symbols = [
         item
@@ -173,7 +173,7 @@ def test_holes_are_drawn_as_in_their_table(board):
     assert board.vias and len(symbols) == len(board.vias) + in_body + rows
 
 
-def test_holes_in_a_thinner_tail_are_not_said_to_go_through_all_layers():
+def test_holes_in_thin_tail_are_counted_separately():
     """Drawing and readme asked for ten holes through four layers, of which the tail has two."""
     whole = layouts.two_coils(4)
     thin = layouts.thin_tail(whole)
@@ -185,7 +185,7 @@ def test_holes_in_a_thinner_tail_are_not_said_to_go_through_all_layers():
     assert "finished diameters; through all layers" in layouts.order_set(whole)["fpc/readme.txt"].decode()
 
 
-def test_plating_is_named_only_where_there_are_holes(board):
+def test_plating_is_stated_only_for_boards_with_holes(board):
     six = lay_out(load_text(SIX))
     text = _flex_facts.finish_text(six.pads, six.spec.fpc, bool(six.vias))
     assert "12 um nominal in the holes (copper 1 and 2 once)" in text
@@ -194,7 +194,7 @@ def test_plating_is_named_only_where_there_are_holes(board):
 
 
 @pytest.mark.parametrize("turn", ["none", "left"])
-def test_contacts_and_stiffener_are_measured_on_their_sheet_and_in_the_readme(turn):
+def test_contacts_and_stiffener_are_dimensioned_in_sheet_and_readme(turn):
     layout = lay_out(load_text(SIX.replace("layers: 2}}", f"layers: 2, turn: {turn}}}}}")))
     sheet = contact_sheet(layout, "")
     assert_legible(sheet)
@@ -209,7 +209,7 @@ def test_contacts_and_stiffener_are_measured_on_their_sheet_and_in_the_readme(tu
         assert any(part in text.lower() or part in text for text in texts)
 
 
-def test_the_drawings_of_a_forced_package_are_stamped(board):
+def test_drawings_of_forced_package_are_stamped(board):
     for stamped in (False, True):
         sheets = [
             board_drawing.drawing(board, "x", stamped),
@@ -222,7 +222,7 @@ def test_the_drawings_of_a_forced_package_are_stamped(board):
             assert_legible(sheet)
 
 
-def test_long_names_of_materials_and_sources_stay_on_the_stackup_drawing(board):
+def test_long_material_names_stay_on_stackup_drawing(board):
     stackup = board.spec.fpc.stackup
     layers = tuple(
         replace(layer, material=layer.material + " of a maker with a long name" * 6) for layer in stackup.layers
@@ -238,7 +238,7 @@ def test_long_names_of_materials_and_sources_stay_on_the_stackup_drawing(board):
     assert written.count("a long story without end") == 40
 
 
-def test_the_title_block_names_the_files_by_their_hash(board):
+def test_title_block_contains_hash_of_files(board):
     files = layouts.order_set(board)
     named = sorted(path for path in files if path.endswith((".gbr", ".drl")))
     digest = hashlib.sha256(b"".join(files[path] for path in named)).hexdigest()[:16]
@@ -248,7 +248,7 @@ def test_the_title_block_names_the_files_by_their_hash(board):
 
 @pytest.mark.parametrize("size", [4, 7, 12])
 @pytest.mark.parametrize("parts", [(1, 1), (1, 4), (2, 2)])
-def test_the_panels_drawing_is_legible_and_tells_where_every_part_lies(size, parts):
+def test_panel_drawing_is_legible_and_dimensions_every_part(size, parts):
     text = (
         f"sitscad: 1\nname: x\ncoil: {{shape: circle, outer_diameter: {size}, turns: 5, layers: 2, trace_width: 0.1, "
         f"trace_spacing: 0.1}}\narray: {{pattern: line, count: 2, pitch: {size + 1}}}\n"
@@ -262,7 +262,7 @@ def test_the_panels_drawing_is_legible_and_tells_where_every_part_lies(size, par
 
 
 @pytest.mark.parametrize("wish", ["none", "always"])
-def test_the_fingerprint_can_be_had_from_the_archive_alone(board, tmp_path, wish):
+def test_fingerprint_command_in_archive_prints_stated_hash(board, tmp_path, wish):
     """With the shell line of the readme that lies in it, whatever the fabricator's names are."""
     spec = replace(board.spec, fpc=replace(board.spec.fpc, panel=PanelSpec(wish, (1, 2))))
     layout = replace(board, spec=spec)
@@ -282,7 +282,7 @@ def test_the_fingerprint_can_be_had_from_the_archive_alone(board, tmp_path, wish
 
 
 @pytest.mark.parametrize("wish", ["none", "always"])
-def test_the_readme_in_an_archive_lists_what_is_in_it_apart_from_what_is_not(board, wish):
+def test_readme_lists_archive_files_apart_from_other_files(board, wish):
     """An order of panels had "the files above" in its archive, which holds none of the board's images."""
     layout = replace(board, spec=replace(board.spec, fpc=replace(board.spec.fpc, panel=PanelSpec(wish, (1, 2)))))
     sent = archive(layouts.order_set(layout, plan(layout)))
@@ -296,14 +296,14 @@ def test_the_readme_in_an_archive_lists_what_is_in_it_apart_from_what_is_not(boa
     assert bool(panel) == (wish == "always") == any(name.endswith("Edge_Cuts.gbr") for name in others)
 
 
-def test_a_date_stands_only_where_source_date_epoch_names_one(board, monkeypatch):
+def test_drawing_date_is_stated_only_with_source_date_epoch(board, monkeypatch):
     monkeypatch.delenv("SOURCE_DATE_EPOCH", raising=False)
     assert b"(not stated)" in layouts.order_set(board)["fpc/two-coils-drawing.pdf"]
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "86400")
     assert b"(1970-01-02)" in layouts.order_set(board)["fpc/two-coils-drawing.pdf"]
 
 
-def test_a_pdf_has_a_table_of_its_objects_and_no_identifier(board):
+def test_pdf_has_object_table_and_no_identifier(board):
     text = layouts.order_set(board)["fpc/two-coils-stackup.pdf"]
     start = int(re.search(rb"startxref\n(\d+)\n%%EOF", text)[1])
     table = text[start:].split(b"trailer")[0].splitlines()[3:]
@@ -314,7 +314,7 @@ def test_a_pdf_has_a_table_of_its_objects_and_no_identifier(board):
 
 @pytest.mark.slow
 @pytest.mark.clients("pdftoppm", "rsvg-convert")
-def test_pdf_and_svg_show_the_same(tmp_path):
+def test_pdf_and_svg_show_equal_picture(tmp_path):
     image = pytest.importorskip("PIL.Image", reason="pillow is not installed")
     chops = pytest.importorskip("PIL.ImageChops", reason="pillow is not installed")
     stat = pytest.importorskip("PIL.ImageStat", reason="pillow is not installed")
@@ -337,11 +337,11 @@ def test_pdf_and_svg_show_the_same(tmp_path):
         assert stat.Stat(one).mean[0] < 252, "an empty sheet proves nothing"
 
 
-def test_text_is_as_wide_as_in_helvetica():
+def test_text_width_equals_helvetica_widths():
     assert text_width("Hello", 10.0) == approx((722 + 556 + 222 + 222 + 556) / 100.0, rel=1e-6)
 
 
-def test_words_of_users_are_escaped_in_both_forms():
+def test_user_text_is_escaped_in_pdf_and_svg():
     from sitscad.files.drawing.pdf import pdf
 
     sheet = Sheet("a)b\\c<d>&e")
@@ -353,7 +353,7 @@ def test_words_of_users_are_escaped_in_both_forms():
 # --- Thickness
 
 
-def test_worst_case_thickness_by_place(board):
+def test_finished_thickness_has_tolerance_of_its_place(board):
     rules = replace(
         board.spec.fpc.rules,
         thickness_tolerance={1: 20e-6, 2: 30e-6, 3: 60e-6},
@@ -377,7 +377,7 @@ def test_worst_case_thickness_by_place(board):
 # --- Drill map
 
 
-def test_the_drill_map_has_a_symbol_a_hole_and_the_table(board):
+def test_drill_map_has_symbol_for_each_hole(board):
     shapes = pytest.importorskip("gerber_shapes", reason="gerbonara and shapely are not installed")
     (text,) = gerber.render_drill_map(board).values()
     file = shapes.read(text)
@@ -393,7 +393,7 @@ def test_the_drill_map_has_a_symbol_a_hole_and_the_table(board):
 # --- The archive
 
 
-def test_the_archive_holds_the_set_and_its_own_names(board):
+def test_archive_contains_order_files_under_archive_names(board):
     files = layouts.order_set(board)
     sent = archive(files)
     names = set(sent.namelist())
@@ -411,7 +411,7 @@ def test_the_archive_holds_the_set_and_its_own_names(board):
 
 @pytest.mark.parametrize("naming", ["protel", "kicad"])
 @pytest.mark.parametrize("is_panel", [False, True], ids=["single", "panel"])
-def test_the_archive_opens_by_its_names_alone(board, naming, is_panel, tmp_path):
+def test_archive_layers_are_recognised_by_file_names(board, naming, is_panel, tmp_path):
     """Files of ours beside the outline, called as mechanical layers, made the outline ambiguous."""
     gerbonara = pytest.importorskip("gerbonara")
     rules = replace(board.spec.fpc.rules, file_naming=naming)
@@ -428,7 +428,7 @@ def test_the_archive_opens_by_its_names_alone(board, naming, is_panel, tmp_path)
     assert len(stack.drill_pth) >= len(board.vias)
 
 
-def test_the_archive_keeps_names_where_the_rules_say_so(board):
+def test_kicad_naming_leaves_archive_names_unchanged(board):
     rules = replace(board.spec.fpc.rules, file_naming="kicad")
     board = replace(board, spec=replace(board.spec, fpc=replace(board.spec.fpc, rules=rules)))
     files = layouts.order_set(board)
@@ -436,7 +436,7 @@ def test_the_archive_keeps_names_where_the_rules_say_so(board):
         assert archive(files).read(name) == files[f"fpc/{name}"]
 
 
-def test_the_archives_list_of_files_keeps_its_column_under_shorter_names(board):
+def test_archive_file_list_is_aligned_in_one_column(board):
     lines = archive(layouts.order_set(board)).read("readme.txt").decode().splitlines()
     begin, end = lines.index("Files in the archive"), lines.index("Files in the package only")
     rows = [re.match(r"(\S+)? +", line) for line in lines[begin + 2 : end] if line]
@@ -444,7 +444,7 @@ def test_the_archives_list_of_files_keeps_its_column_under_shorter_names(board):
 
 
 @pytest.mark.parametrize("length", range(40, 60, 3))
-def test_names_of_files_are_not_broken_at_their_hyphens(length):
+def test_file_names_are_not_broken_at_hyphens(length):
     """A broken name cannot be looked for, and is not renamed in the archive."""
     board = layouts.thin_tail(layouts.two_coils(4))
     name = ("a-" * 30)[:length] + "x"
@@ -455,7 +455,7 @@ def test_names_of_files_are_not_broken_at_their_hyphens(length):
             assert not re.search(r"a-$", content.decode(), re.MULTILINE), path
 
 
-def test_both_readmes_of_a_forced_order_begin_with_it(board):
+def test_both_readmes_of_forced_order_begin_with_warning(board):
     spec = replace(board.spec, fpc=replace(board.spec.fpc, panel=PanelSpec("always", (1, 2))))
     layout = replace(board, spec=spec)
     made = layouts.order_set(layout, plan(layout), forced="do not order: 2 errors\n")
@@ -465,20 +465,20 @@ def test_both_readmes_of_a_forced_order_begin_with_it(board):
         assert text.splitlines()[3] == "MADE IN SPITE OF ERRORS, NOT FOR ORDER."
 
 
-def test_a_forced_order_says_so_inside_its_archive(board):
+def test_archive_of_forced_order_contains_warning_note(board):
     assert order_archive.NOTE not in archive(layouts.order_set(board)).namelist()
     sent = archive(layouts.order_set(board, forced="do not order: 2 errors\n"))
     assert sent.read(order_archive.NOTE) == b"do not order: 2 errors\n"
 
 
-def test_the_archive_is_plain_and_undated(board):
+def test_archive_entries_are_stored_without_date(board):
     for entry in archive(layouts.order_set(board)).infolist():
         assert entry.compress_type == zipfile.ZIP_STORED and entry.date_time == (1980, 1, 1, 0, 0, 0)
         assert entry.create_system == 3
 
 
 @needs_kicad
-def test_names_are_those_that_kicad_gives(tmp_path):
+def test_archive_names_end_like_kicad_plots(tmp_path):
     """Copper, openings and outline end as in KiCad's own plots."""
     layout = layouts.two_coils(4)
     board, folder = write(project_files.render(layout), tmp_path), tmp_path / "plots"
@@ -495,7 +495,7 @@ def test_names_are_those_that_kicad_gives(tmp_path):
         assert ours.lower().endswith(theirs[function]), function
 
 
-def test_every_naming_of_the_profiles_is_known():
+def test_every_profile_has_supported_file_naming():
     for name in presets.names("rules"):
         assert installed_rules(name).file_naming in ("protel", "kicad")
 
@@ -520,11 +520,11 @@ def test_order_notes_ask_for_inspection_and_resistance_limits():
     ("rules: generic-fine", 2, "type 2, use A"),
     ("rules: generic-fine", 4, "type 3, use A"),
 ])
-def test_the_order_names_the_ipc_type_of_the_board(fpc, layers, wanted):
+def test_order_states_ipc_type_of_board(fpc, layers, wanted):
     assert wanted in " ".join(fabrication_notes.readme(ordered(fpc, layers)).split())
 
 
-def test_the_job_file_states_the_issue_and_a_panel_has_its_own(board):
+def test_job_file_states_issue_and_panel_size(board):
     issue = Issue(revision="B", part_number="A-17", date="2026-11-22")
     spec = replace(board.spec, issue=issue, fpc=replace(board.spec.fpc, panel=PanelSpec("always", (1, 2))))
     layout = replace(board, spec=spec)
@@ -567,7 +567,7 @@ SPLIT = (
         (SPLIT, ("copper 2 to 3", "50 um from copper to copper: 12.5 um adhesive, 25 um polyimide, 12.5 um adhesive")),
     ],
 )
-def test_readme_and_drawing_say_what_bonds_copper_to_copper(fpc, said):
+def test_readme_and_drawing_state_bonding_sheets(fpc, said):
     layout = ordered(fpc)
     readme = words(fabrication_notes.readme(layout))
     drawn = words(" ".join(item.text for item in stackup_drawing.drawing(layout, "").items if isinstance(item, Label)))
@@ -577,7 +577,7 @@ def test_readme_and_drawing_say_what_bonds_copper_to_copper(fpc, said):
     assert ("is not stated in the stack-up" in readme) is ("flex-6l" in fpc)  # sheets written out are no question
 
 
-def test_a_laminated_film_is_listed_with_what_it_is_made_of_where_the_stack_up_says_so():
+def test_laminated_film_is_listed_with_its_layers():
     film = "coverlay, polyimide-coverlay (12.5 um polyimide + 15 um adhesive)"
     assert words(fabrication_notes.readme(ordered("stackup: flex-2l-18um"))).count(film) == 2
     assert "um adhesive)" not in fabrication_notes.readme(ordered(SPLIT)).partition("Stiffener")[0]
@@ -592,7 +592,7 @@ def test_a_laminated_film_is_listed_with_what_it_is_made_of_where_the_stack_up_s
         ("{based_on: generic-flex, outline_tolerance: 0.2}", "outline +/- 200 um, layers"),
     ],
 )
-def test_a_tolerance_that_the_fabricator_does_not_state_is_said_to_be_anothers(rules, said):
+def test_unstated_tolerance_names_profile_it_comes_from(rules, said):
     layout = ordered(f"rules: {rules}")
     assert said in words(fabrication_notes.readme(layout))
     note = next(text for text in board_drawing.notes(layout) if "utline" in text)
@@ -601,7 +601,7 @@ def test_a_tolerance_that_the_fabricator_does_not_state_is_said_to_be_anothers(r
     assert said.removeprefix("outline ").removesuffix(", layers") in words(panel_drawing.readme(panel, None))
 
 
-def test_a_house_that_makes_every_board_in_one_way_is_asked_and_not_ordered_what_it_does_not_list():
+def test_single_process_house_gets_questions_instead_of_requirements():
     asked = ("IPC-6013 class 2", "rolled annealed (RA)", "film and adhesive", "100 % continuity", "date code or maker")
     own = "panel: none, boards: 10, rules: osh-park-flex, stackup: flex-2l-osh-park, tail: {length: 30, connector: "
     layout = load_text(
@@ -628,7 +628,7 @@ def test_a_house_that_makes_every_board_in_one_way_is_asked_and_not_ordered_what
         ("panel: {parts: [1, 4]}", None),
     ],
 )
-def test_the_wanted_boards_are_counted_in_panels(fpc, quantity):
+def test_wanted_boards_are_counted_in_panels(fpc, quantity):
     layout = ordered(fpc)
     panel = plan(layout)
     readme = words(fabrication_notes.readme(layout, panel))

@@ -44,7 +44,7 @@ def scale_of(svg: str) -> float:
     return (end - 20.0) / (float(number) * (1e-3 if unit == "um" else 1.0))
 
 
-def test_tracks_and_vias_are_drawn_to_the_scale_of_the_bar(board):
+def test_tracks_and_vias_are_drawn_to_scale_of_bar(board):
     for svg in (board_picture.picture(board), board_picture.picture(board, window=board.body)):
         scale = scale_of(svg)
         group = next(g for g in drawing(svg).iter(f"{SVG}g") if g.get("class") == "copper-1")
@@ -57,7 +57,7 @@ def test_tracks_and_vias_are_drawn_to_the_scale_of_the_bar(board):
         assert radii == approx([0.075 * scale, 0.175 * scale], abs=0.006)
 
 
-def test_arcs_stay_arcs_and_turn_the_right_way():
+def test_arcs_are_drawn_as_arcs_in_correct_direction():
     svg = board_picture.picture(layouts.two_coils(), layers=[1])
     spirals = [p.get("d") for p in drawing(svg).iter(f"{SVG}path") if p.get("d").count("A") == 9]
     assert len(spirals) == 2
@@ -67,7 +67,7 @@ def test_arcs_stay_arcs_and_turn_the_right_way():
     assert x0 - x1 == approx(2 * radius, abs=0.03) and y0 == approx(y1, rel=1e-6)
 
 
-def test_layers_are_chosen_and_coloured_apart(board):
+def test_selected_layers_are_drawn_in_different_colours(board):
     last = board.copper_layers
     everything = board_picture.picture(board)
     only = board_picture.picture(board, layers=[last])
@@ -76,7 +76,7 @@ def test_layers_are_chosen_and_coloured_apart(board):
     assert all(f"class='copper-{i}'" in everything for i in range(1, last + 1))
 
 
-def test_labels_and_legend_name_what_is_shown(board):
+def test_labels_and_legend_name_visible_parts(board):
     whole, body = board_picture.picture(board), board_picture.picture(board, window=board.body)
     for word in (
         "C1",
@@ -103,7 +103,7 @@ def test_pictures_are_self_contained(board):
             assert b"nan" not in text.lower().replace(b"dominant", b"") and b"inf" not in text.lower()
 
 
-def test_sheets_name_nets_contacts_and_layers(board):
+def test_sheets_have_element_ids_for_nets_contacts_and_layers(board):
     """So that a page can point at them, as at the pictures of the board."""
     texts = {path.rpartition("/")[2]: ET.fromstring(text) for path, text in layouts.order_set(board).items()
              if path.endswith(("drawing.svg", "contacts.svg", "stackup.svg"))}
@@ -121,7 +121,7 @@ def test_sheets_name_nets_contacts_and_layers(board):
     assert {f"stackup-layer-{k + 1}" for k in range(len(board.spec.fpc.stackup.layers))} <= layers
 
 
-def test_names_are_escaped():
+def test_stackup_name_is_escaped_in_svg():
     board = layouts.two_coils()
     spec = replace(board.spec, fpc=replace(board.spec.fpc, stackup=replace(board.spec.fpc.stackup, name="a<b & c")))
     ET.fromstring(as_svg(stackup_drawing.drawing(replace(board, spec=spec), "a<b")))
@@ -150,7 +150,7 @@ def test_stackup_drawing_has_heights_to_scale(board):
     assert len(contacts) == 1 + len(lower) + 1  # the contacts' copper, all films below, the stiffener
 
 
-def test_readme_states_the_order():
+def test_readme_states_layers_size_thickness_and_holes():
     text = fabrication_notes.readme(layouts.two_coils())
     assert "2 copper layers" in text and "20.4 mm x 4.7 mm" in text
     assert "150 um finished, without stiffener" in text
@@ -158,7 +158,7 @@ def test_readme_states_the_order():
     assert "DO NOT ORDER" not in text
 
 
-def test_readme_compares_the_contacts_with_the_connector():
+def test_readme_marks_contact_thickness_out_of_tolerance():
     board = layouts.two_coils()
     assert finished_thickness(board, Where.CONTACT).nominal == approx(287.5e-6, rel=1e-6)
     good = fabrication_notes.readme(board)
@@ -167,7 +167,7 @@ def test_readme_compares_the_contacts_with_the_connector():
     assert "OUT OF TOLERANCE" in fabrication_notes.readme(thick)
 
 
-def test_a_tail_of_fewer_layers_is_thinner_and_its_end_of_layers_is_reported():
+def test_readme_states_thinner_tail_of_fewer_layers():
     board = layouts.thin_tail(layouts.two_coils(4))
     assert finished_thickness(board, Where.CONTACT).nominal == approx(287.5e-6, rel=1e-6)
     text = " ".join(fabrication_notes.readme(board).split())
@@ -177,7 +177,7 @@ def test_a_tail_of_fewer_layers_is_thinner_and_its_end_of_layers_is_reported():
     assert len([x for x, _ in bars(board) if x < stackup_drawing.JOINT]) == 5 + 3 + 1
 
 
-def test_readme_lists_every_file_of_the_set(board):
+def test_readme_lists_every_order_file(board):
     text = fabrication_notes.readme(board)
     written = (gerber.render, gerber.render_drills, ipc356.render, gerber.render_job, board_pictures.render_pictures)
     for render in written:
@@ -185,13 +185,13 @@ def test_readme_lists_every_file_of_the_set(board):
             assert f"\n{path.rpartition('/')[2]} " in text
 
 
-def test_readme_of_an_incomplete_layout_says_so_first():
+def test_readme_of_incomplete_layout_begins_with_do_not_order():
     lack = Shortfall(Missing.INNER_ROOM, facts=(("count", 1), ("clear", 0.1e-3)))
     text = fabrication_notes.readme(replace(layouts.two_coils(), shortfalls=(lack,)))
     assert "DO NOT ORDER" in text.splitlines()[3] and f"\n- {lack.message}" in text
 
 
-def test_a_board_without_tail_is_described_too():
+def test_board_without_tail_has_readme_and_picture():
     board = layouts.two_coils(tail=False)
     text = fabrication_notes.readme(board)
     assert "Stiffener" not in text and "Bend" not in text
@@ -199,7 +199,7 @@ def test_a_board_without_tail_is_described_too():
 
 
 @pytest.mark.clients("rsvg-convert")
-def test_librsvg_draws_the_pictures(board, tmp_path):
+def test_librsvg_renders_pictures(board, tmp_path):
     for path, text in layouts.order_set(board).items():
         if path.endswith(".svg"):
             picture = tmp_path / "picture.png"
@@ -207,7 +207,7 @@ def test_librsvg_draws_the_pictures(board, tmp_path):
             assert run.returncode == 0 and run.stderr == b"" and picture.stat().st_size > 5000
 
 
-def test_marks_stand_at_their_places_and_do_not_hide_one_another(board):
+def test_marks_are_drawn_at_positions_and_merged_if_close(board):
     """A mark is a ring about its place, one for places that lie together; those outside the window are left out."""
     x0, y0, x1, y1 = board.body
     marks = [
@@ -235,7 +235,7 @@ def test_marks_stand_at_their_places_and_do_not_hide_one_another(board):
 
 
 @pytest.mark.parametrize("tail", ["connector: zif-0.3mm", "connector: zif-0.5mm, length: 200", "turn: left"])
-def test_names_of_contacts_do_not_cover_each_other(tail):
+def test_contact_names_do_not_overlap(tail):
     """Eight contacts at a pitch of 0.3 mm, a board so long that they are tiny, and one whose names stand upright."""
     text = (
         "sitscad: 1\nname: fine\ncoil: {shape: circle, outer_diameter: 4, turns: 5, layers: 2, trace_width: 0.1, "
@@ -253,7 +253,7 @@ def test_names_of_contacts_do_not_cover_each_other(tail):
 
 
 @pytest.mark.parametrize("layers", [1, 2, 4, 6])
-def test_every_colour_of_a_picture_is_in_its_legend_and_nothing_is_transparent(layers):
+def test_every_picture_colour_is_in_legend(layers):
     coil = f"{{shape: circle, outer_diameter: 8, turns: 5, layers: {layers}, trace_width: 0.1, trace_spacing: 0.1}}"
     spec = load_text(f"sitscad: 1\nname: colours\ncoil: {coil}\nfpc: {{tail: {{length: 30}}}}\n")
     for svg in (board_picture.picture(lay_out(spec)), board_picture.picture(lay_out(spec), layers=[1])):
@@ -266,7 +266,7 @@ def test_every_colour_of_a_picture_is_in_its_legend_and_nothing_is_transparent(l
         assert "opacity" not in svg
 
 
-def test_words_of_the_legend_end_before_the_next_sign(template):
+def test_legend_texts_do_not_overlap_signs(template):
     """Where Helvetica is not installed "bend 48.16 deg down" ran into the sign beside it: letters are a fifth wider."""
     root = ET.fromstring(board_picture.picture(lay_out(load(template))))
     rows = {}
@@ -280,7 +280,7 @@ def test_words_of_the_legend_end_before_the_next_sign(template):
         assert max(end for _, end in row) <= board_picture.WIDTH
 
 
-def test_metals_are_drawn_in_colours_of_their_own():
+def test_metals_have_different_colours():
     from sitscad.files.report.page import section_layers, stack_section
     from sitscad.spec.presets import UNKNOWN_METAL, metal_colour, names
 
@@ -299,7 +299,7 @@ def test_metals_are_drawn_in_colours_of_their_own():
         assert (f"fill='{colours['copper']}'" in drawn) == (material == "copper")
 
 
-def test_a_piece_of_the_jig_is_labelled_by_its_whole_height():
+def test_jig_piece_label_states_whole_height():
     """The cut shows no pins and no peg, and its labels contradicted the list of pieces (2.24 for 4 mm)."""
     from types import SimpleNamespace
 
@@ -320,7 +320,7 @@ def test_a_piece_of_the_jig_is_labelled_by_its_whole_height():
     assert texts == {"jig-base: resin, 4.04 mm high", "mount: resin, 2.24 mm"}
 
 
-def test_edges_that_read_equally_have_one_ordinate():
+def test_equal_coordinates_have_one_ordinate():
     """Body and outline, a ten thousandth of a millimetre apart, stood twice at one corner, forked."""
     from sitscad.files.drawing.frame import View, ordinates
     from sitscad.files.drawing.sheet import Sheet

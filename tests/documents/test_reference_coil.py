@@ -32,7 +32,7 @@ def test_firmware_reads_three_coils_and_maps_two(files):
     assert "REFERENCE = 2" in files["firmware/micropython/sensor_config.py"]
 
 
-def test_channel_list_marks_the_reference_coil(files, design):
+def test_channel_list_marks_reference_coil(files, design):
     table = json.loads(files["firmware/ldc1614_config.json"])
     assert [coil.get("is_reference", False) for coil in table["coils"]] == [False, False, True]
     assert table["converters"][0]["channels"] == ["C1", "C2", "C3"]
@@ -40,12 +40,12 @@ def test_channel_list_marks_the_reference_coil(files, design):
     assert {each.coil for each in contacts(design.layout)} == {"C1", "C2", "C3 (ref.)"}
 
 
-def test_assembly_notes_keep_the_reference_coil_bare(design):
+def test_assembly_notes_mention_reference_coil_once(design):
     text = assembly_notes.text(design.layout, design.estimates, design.estimates)
     assert sum("reference coil" in " ".join(step.split()) for step in text.split("\n\n")) == 1
 
 
-def test_data_sheet_states_the_signal_on_the_reference_coil(design):
+def test_data_sheet_states_target_signal_in_reference_coil(design):
     rows = dict(row for row in sensor(design.performance, design.layout, design.estimates) if len(row) == 2)
     share = reference_signal(design.layout, design.estimates).share
     assert rows["reference coil"].startswith("C3")

@@ -34,19 +34,19 @@ def rules(text, least=("error", "warning")):
 
 
 @pytest.mark.parametrize("text", [BARE, PRESET])
-def test_rigid_board_passes_the_check(text):
+def test_rigid_board_passes_check(text):
     assert rules(text) == set()
 
 
 @pytest.mark.parametrize("name", ["rigid-2l-1.6mm", "rigid-4l-1.6mm"])
-def test_rigid_preset_is_as_thick_as_its_name_says(name):
+def test_rigid_preset_has_thickness_and_layers_of_its_name(name):
     stackup = presets.stackup(name)
     assert presets.is_rigid(stackup) and stackup.thickness == approx(1.6e-3, rel=0.02)
     assert len(stackup.copper) == int(name.split("-")[1][0])
     assert not any(presets.is_rigid(presets.stackup(other)) for other in presets.names("stackup") if "flex" in other)
 
 
-def test_capacitance_of_a_rigid_board_is_that_of_its_laminate():
+def test_rigid_board_capacitance_follows_laminate_permittivity():
     thin = BARE.replace("0.8 mm", "0.2 mm")
     dense, light = (check_capacitance(thin.replace("FR4", name)) for name in ("FR4", "polyimide"))
     assert dense / light == approx(4.5 / 3.4, rel=0.1)
@@ -56,7 +56,7 @@ def check_capacitance(text):
     return estimate(lay_out(load_text(text))).coils[0].winding_capacitance
 
 
-def test_tail_of_a_rigid_board_is_straight_and_a_bend_is_an_error():
+def test_bend_in_rigid_tail_gives_error():
     tail = BARE + "  tail: {length: 20, connector: solder-pads"
     assert load_text(tail + "}\n").fpc.tail.bend == "none"
     errors = [one for one in check(load_text(tail + ", bend: static}\n")).findings if one.severity.value == "error"]
@@ -64,12 +64,12 @@ def test_tail_of_a_rigid_board_is_straight_and_a_bend_is_an_error():
     assert [edit.new for one in errors for remedy in one.fixes for edit in remedy.edits] == ["none"]
 
 
-def test_suggested_stackup_with_more_layers_is_of_the_same_kind():
+def test_suggested_stackup_matches_rigid_or_flexible_board():
     assert presets.stackups_of(4, rigid=True) == ["rigid-4l-1.6mm"]
     assert presets.stackups_of(4, rigid=False)[0] == "flex-4l"
 
 
-def test_papers_of_a_rigid_board_say_nothing_of_flexible_ones(tmp_path):
+def test_rigid_board_documents_contain_no_flex_terms(tmp_path):
     (tmp_path / "rigid.yaml").write_text(BARE, encoding="utf-8")
     build(load(tmp_path / "rigid.yaml"), tmp_path, only=["gerber", "kicad"])
     folder = tmp_path / "rigid"
