@@ -58,7 +58,7 @@ def _outcomes(result) -> dict[str, str]:
 
 
 @pytest.mark.slow
-def test_the_manifest_names_every_file_with_its_hash(good, tmp_path):
+def test_manifest_lists_every_file_with_hash(good, tmp_path):
     result = sitscad.build(good, tmp_path, LIGHT)
     manifest = json.loads((result.directory / "manifest.json").read_text())
     found = _hashes(result.directory)
@@ -79,7 +79,7 @@ def test_the_manifest_names_every_file_with_its_hash(good, tmp_path):
 
 
 @pytest.mark.slow
-def test_the_json_files_know_the_spec_by_its_file_name_alone(good, tmp_path):
+def test_json_files_contain_only_file_name_of_spec(good, tmp_path):
     directory = sitscad.build(good, tmp_path, ["report"]).directory
     assert json.loads((directory / "estimate.json").read_text())["spec"] == "good.yaml"
     assert json.loads((directory / "findings.json").read_text())["specs"][0]["spec"] == "good.yaml"
@@ -88,20 +88,20 @@ def test_the_json_files_know_the_spec_by_its_file_name_alone(good, tmp_path):
 
 
 @pytest.mark.slow
-def test_nothing_is_built_of_what_the_spec_does_not_contain(weak, tmp_path):
+def test_absent_spec_sections_build_no_files(weak, tmp_path):
     result = sitscad.build(weak, tmp_path, force=True)
     assert not {name.partition("/")[0] for name in list_files(result.directory)} & {"mount", "laser", "mesh"}
     assert {stage.outcome for stage in result.stages if stage.name in ("mount", "laser", "mesh")} == {"none"}
 
 
-def test_an_error_stops_the_build_and_nothing_is_written(weak, tmp_path):
+def test_spec_error_stops_build_without_output(weak, tmp_path):
     result = sitscad.build(weak, tmp_path / "outputs")
     assert not result.written
     assert result.checked.exit_code == 1
     assert not (tmp_path / "outputs").exists()
 
 
-def test_a_forced_package_is_marked_as_such(weak, tmp_path):
+def test_forced_package_is_marked(weak, tmp_path):
     result = sitscad.build(weak, tmp_path, LIGHT, force=True)
     assert result.forced
     directory = result.directory
@@ -112,13 +112,13 @@ def test_a_forced_package_is_marked_as_such(weak, tmp_path):
     assert "built with --force" in (directory / "report.html").read_text()
 
 
-def test_force_on_a_good_spec_marks_nothing(good, tmp_path):
+def test_forced_build_of_valid_spec_is_not_marked(good, tmp_path):
     result = sitscad.build(good, tmp_path, ["report"], force=True)
     assert not result.forced
     assert "FORCED.txt" not in list_files(result.directory)
 
 
-def test_an_unchanged_package_is_not_touched(good, tmp_path):
+def test_unchanged_package_is_not_rewritten(good, tmp_path):
     first = sitscad.build(good, tmp_path, LIGHT)
     before = {name: (first.directory / name).stat().st_mtime_ns for name in list_files(first.directory)}
     second = sitscad.build(good, tmp_path, LIGHT)
@@ -127,7 +127,7 @@ def test_an_unchanged_package_is_not_touched(good, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_comment_changes_the_report_and_nothing_that_is_made(good, tmp_path):
+def test_changed_comment_rebuilds_only_report(good, tmp_path):
     sitscad.build(good, tmp_path, LIGHT)
     commented = sitscad.load_text("# a remark\n" + GOOD, "good.yaml")
     outcomes = _outcomes(sitscad.build(commented, tmp_path, LIGHT))
@@ -136,7 +136,7 @@ def test_a_comment_changes_the_report_and_nothing_that_is_made(good, tmp_path):
 
 
 @pytest.mark.slow
-def test_an_incremental_build_gives_the_bytes_of_a_fresh_one(good, tmp_path):
+def test_incremental_build_equals_fresh_build(good, tmp_path):
     changed = sitscad.Design(sitscad.load_text(GOOD.replace("thickness: 4", "thickness: 4.5"), "good.yaml"))
     sitscad.build(good, tmp_path / "a", LIGHT)
     sitscad.build(changed, tmp_path / "a", LIGHT)
@@ -148,7 +148,7 @@ def test_an_incremental_build_gives_the_bytes_of_a_fresh_one(good, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_damaged_file_is_made_again_and_the_damaged_one_kept_aside(good, tmp_path):
+def test_damaged_file_is_rebuilt_and_backed_up(good, tmp_path):
     directory = sitscad.build(good, tmp_path, LIGHT).directory
     before = _hashes(directory)
     (directory / "kicad" / "good-coil.kicad_pcb").write_text("edited by hand")
@@ -162,7 +162,7 @@ def test_a_damaged_file_is_made_again_and_the_damaged_one_kept_aside(good, tmp_p
 
 
 @pytest.mark.slow
-def test_only_makes_its_parts_keeps_true_ones_and_drops_stale_ones(good, fewer_turns, tmp_path):
+def test_only_option_rebuilds_stage_and_drops_stale_stages(good, fewer_turns, tmp_path):
     sitscad.build(good, tmp_path, LIGHT)
     same = _outcomes(sitscad.build(good, tmp_path, ["gerber"]))
     assert (same["gerber"], same["kicad"], same["laser"], same["report"]) == ("kept",) * 4
@@ -175,13 +175,13 @@ def test_only_makes_its_parts_keeps_true_ones_and_drops_stale_ones(good, fewer_t
 
 
 @pytest.mark.parametrize("only", [["gerbers"], [], ["gerber", "check"]])
-def test_only_knows_its_names(good, tmp_path, only):
+def test_unknown_stage_gives_package_error(good, tmp_path, only):
     with pytest.raises(PackageError, match="not a stage"):
         sitscad.build(good, tmp_path, only)
     assert not list(tmp_path.iterdir())
 
 
-def test_a_folder_that_is_not_a_package_is_not_touched(good, tmp_path):
+def test_foreign_folder_gives_package_error(good, tmp_path):
     (tmp_path / "good-coil").mkdir()
     (tmp_path / "good-coil" / "thesis.tex").write_text("years of work")
     with pytest.raises(PackageError, match="did not make it"):
@@ -189,7 +189,7 @@ def test_a_folder_that_is_not_a_package_is_not_touched(good, tmp_path):
     assert _hashes(tmp_path) == {"good-coil/thesis.tex": hashlib.sha256(b"years of work").hexdigest()}
 
 
-def test_a_link_is_not_followed(good, tmp_path):
+def test_symbolic_link_as_package_gives_package_error(good, tmp_path):
     (tmp_path / "elsewhere").mkdir()
     (tmp_path / "good-coil").symlink_to(tmp_path / "elsewhere")
     with pytest.raises(PackageError, match="not a folder"):
@@ -198,7 +198,7 @@ def test_a_link_is_not_followed(good, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_damaged_manifest_means_that_everything_is_made_again(good, tmp_path):
+def test_damaged_manifest_rebuilds_everything(good, tmp_path):
     directory = sitscad.build(good, tmp_path, ["gerber"]).directory
     (directory / "manifest.json").write_text("{")
     result = sitscad.build(good, tmp_path, ["gerber"])
@@ -206,19 +206,19 @@ def test_a_damaged_manifest_means_that_everything_is_made_again(good, tmp_path):
     assert sitscad.verify(directory).ok
 
 
-def test_two_specs_of_one_name_are_refused(good):
+def test_two_specs_with_equal_name_give_package_error(good):
     with pytest.raises(PackageError, match="both have the name"):
         require_distinct_names([good.spec, good.spec])
 
 
-def test_a_second_build_at_the_same_time_is_refused(good, tmp_path):
+def test_concurrent_build_gives_package_error(good, tmp_path):
     with opened_for_building(tmp_path, "good-coil"), pytest.raises(PackageError, match="another build"):
         sitscad.build(good, tmp_path, ["gerber"])
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["../x", "/x", "manifest.json", "REPORT.html"])
-def test_a_writer_cannot_leave_the_package_or_write_over_it(good, fewer_turns, tmp_path, monkeypatch, name):
+def test_writer_with_invalid_file_name_leaves_package_unchanged(good, fewer_turns, tmp_path, monkeypatch, name):
     first = sitscad.build(good, tmp_path, ["gerber"]).directory
     before = _hashes(first)
     monkeypatch.setattr(stages.Writer, "render", lambda self, *values: {name: b"x", "report.HTML": b"y"})
@@ -229,7 +229,7 @@ def test_a_writer_cannot_leave_the_package_or_write_over_it(good, fewer_turns, t
 
 
 @pytest.mark.slow
-def test_a_writer_that_refuses_leaves_the_old_package(good, fewer_turns, tmp_path, monkeypatch):
+def test_failing_writer_leaves_package_unchanged(good, fewer_turns, tmp_path, monkeypatch):
     directory = sitscad.build(good, tmp_path, ["gerber"]).directory
     before = _hashes(directory)
 
@@ -244,7 +244,7 @@ def test_a_writer_that_refuses_leaves_the_old_package(good, fewer_turns, tmp_pat
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_a_missing_kernel_stops_the_build_and_names_what_can_be_made_without(good, tmp_path, monkeypatch):
+def test_missing_cad_kernel_error_lists_possible_stages(good, tmp_path, monkeypatch):
     def missing(_layout):
         raise sitscad.MissingExtra("solids need build123d")
 
@@ -256,7 +256,7 @@ def test_a_missing_kernel_stops_the_build_and_names_what_can_be_made_without(goo
     assert not (tmp_path / "good-coil").exists()
 
 
-def test_a_forced_build_goes_on_without_what_cannot_be_written_and_says_so(weak, tmp_path, monkeypatch):
+def test_forced_build_continues_without_failing_writer(weak, tmp_path, monkeypatch):
     real = stages.Writer.render
 
     def refuse(self, *values):
@@ -271,7 +271,7 @@ def test_a_forced_build_goes_on_without_what_cannot_be_written_and_says_so(weak,
     assert {path.name for path in (directory / "firmware").iterdir()} == {"wiring", "readme.txt"}
 
 
-def test_progress_tells_each_stage_once(good, tmp_path):
+def test_progress_reports_each_stage_once(good, tmp_path):
     told: list[tuple[str, str]] = []
     sitscad.build(good, tmp_path, ["gerber"], progress=lambda stage, outcome, seconds: told.append((stage, outcome)))
     assert [stage for stage, outcome in told if outcome == "start"] == ["check", "gerber"], "nothing else is made"
@@ -288,7 +288,7 @@ assert not {"build123d", "cadquery", "OCP", "gmsh"} & set(sys.modules), "a CAD k
 
 
 @pytest.mark.slow
-def test_the_same_bytes_in_another_place_time_zone_locale_and_hash_seed(tmp_path):
+def test_build_is_reproducible_across_place_zone_locale_and_hash_seed(tmp_path):
     for number, seed in enumerate(("0", "12345")):
         home = tmp_path / str(number) / ("x" * 5 * number)
         home.mkdir(parents=True)
@@ -308,12 +308,12 @@ class TestVerify:
     """`verify` of a package, whole and damaged."""
 
     @pytest.mark.slow
-    def test_a_whole_package_is_equal(self, good, tmp_path):
+    def test_intact_package_passes_verification(self, good, tmp_path):
         pytest.importorskip("gerbonara", reason="reading Gerber files back needs gerbonara")
         found = sitscad.verify(sitscad.build(good, tmp_path, LIGHT).directory)
         assert (found.ok, found.nets) == (True, ("C1",))
 
-    def test_what_was_changed_added_or_removed_is_named(self, good, tmp_path):
+    def test_changed_added_and_removed_files_are_listed(self, good, tmp_path):
         directory = sitscad.build(good, tmp_path, ["kicad"]).directory
         (directory / "findings.json").write_text("{}")
         (directory / "estimate.json").unlink()
@@ -323,7 +323,7 @@ class TestVerify:
             assert words in differences
 
     @pytest.mark.slow
-    def test_copper_that_joins_two_nets_is_found_though_every_hash_agrees(self, tmp_path):
+    def test_joined_nets_are_found_despite_correct_hashes(self, tmp_path):
         pytest.importorskip("gerbonara", reason="reading Gerber files back needs gerbonara")
         array = "array: {pattern: line, count: 2, pitch: 12}\n"
         spec = sitscad.load_text(GOOD.replace("size: 10", "size: 22") + array, "two.yaml")
@@ -339,13 +339,13 @@ class TestVerify:
         differences = sitscad.verify(result.directory).differences
         assert any("C1 and C2 are joined" in difference for difference in differences)
 
-    def test_what_is_not_a_package_is_unreadable(self, tmp_path):
+    def test_folder_without_manifest_gives_package_error(self, tmp_path):
         with pytest.raises(PackageError):
             sitscad.verify(tmp_path)
         with pytest.raises(PackageError):
             sitscad.verify(tmp_path / "absent")
 
-    def test_the_folder_of_packages_names_them(self, good, tmp_path):
+    def test_verify_of_output_folder_lists_packages(self, good, tmp_path):
         built = sitscad.build(good, tmp_path, ("firmware",)).directory
         with pytest.raises(PackageError, match=f"it holds {re.escape(str(built))}: name one of these"):
             sitscad.verify(tmp_path)
@@ -363,7 +363,7 @@ requirements: {normal_force: 20 N}
 
 
 @pytest.mark.slow
-def test_a_package_without_calibration_names_what_its_target_would_take(tmp_path):
+def test_missing_calibration_states_processor_time_of_target(tmp_path):
     result = sitscad.build(sitscad.load_text(WIDE, "wide.yaml"), tmp_path, ["calibration"], force=True)
     assert _outcomes(result)["calibration"] == "none"
     missing = result.missing(["calibration"])

@@ -54,7 +54,7 @@ def board(*case):
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_pads_stand_across_the_pairs_on_the_stiffener(case):
+def test_capacitor_pads_lie_across_track_pairs_on_stiffener(case):
     layout = board(*case)
     chip = presets.chip(case[1])
     assert layout.shortfalls == ()
@@ -80,7 +80,7 @@ def test_pads_stand_across_the_pairs_on_the_stiffener(case):
 
 @pytest.mark.parametrize("web", ["0.1 mm", "0.2 mm", "0.3 mm"])
 @pytest.mark.parametrize("chip", ["chip-0402", "chip-0603"])
-def test_the_coverlay_keeps_its_web_beside_the_pads(chip, web):
+def test_coverlay_web_beside_capacitor_pads_meets_minimum(chip, web):
     """Between an opening over a capacitor's pad and the tail's edge; half a web less of board and the check says so."""
     text = text_of("bench_7mm", chip)
     spec = sitscad.load_text(re.sub(r"rules: .*", f"rules: {{coverlay_web: {web}}}", text), "tank.yaml")
@@ -103,7 +103,7 @@ def _holds(outline, pad):
 @pytest.mark.few(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
-def test_the_checks_find_no_error_in_the_board(case):
+def test_board_with_capacitors_has_no_layout_error(case):
     layout = board(*case)
     found = [f for f in sitscad.check(layout.spec, layout).findings if f.rule.startswith("SIT1")]
     assert [f for f in found if f.severity == "error"] == []
@@ -113,7 +113,7 @@ def test_the_checks_find_no_error_in_the_board(case):
 
 
 @pytest.mark.slow
-def test_the_files_name_both_pads_of_every_capacitor():
+def test_files_contain_both_pads_of_every_capacitor():
     layout = board(*CASES[0])
     top = next(t for n, t in gerber.render(layout).items() if n.endswith("F_Cu.gbr")).decode()
     netlist = next(iter(ipc356.render(layout).values())).decode()
@@ -140,7 +140,7 @@ def test_the_files_name_both_pads_of_every_capacitor():
 
 
 @pytest.mark.slow
-def test_the_estimate_has_the_capacitor_at_the_coil():
+def test_capacitor_on_board_is_estimated_at_coil():
     on_board = sitscad.load_text(text_of("grasper_4layer", "chip-0402"), "tank.yaml")
     assert on_board.readout.capacitor_at == "coil"
     assert "readout.capacitor_at: coil, the default" in on_board.source.defaults
@@ -164,7 +164,7 @@ def test_the_estimate_has_the_capacitor_at_the_coil():
         (("chip-0402", "402")),
     ],
 )
-def test_capacitors_without_a_place_are_refused(change):
+def test_capacitors_without_position_give_spec_error(change):
     text = text_of("grasper_4layer", "chip-0402")
     assert change[0] in text
     with pytest.raises(SpecError) as caught:
@@ -173,7 +173,7 @@ def test_capacitors_without_a_place_are_refused(change):
 
 
 @pytest.mark.parametrize(("case", "turned"), [(CASES[0], 90), (CASES[1], 0), (CASES[2], 90)])
-def test_footprints_name_kicads_own_model_of_the_chip(case, turned):
+def test_footprints_reference_kicad_model_of_chip(case, turned):
     """Lying along the line of its pads; contacts and coils are printed copper and name none."""
     layout = board(*case)
     size = {"chip-0402": "0402_1005", "chip-0603": "0603_1608"}[case[1]]
@@ -192,7 +192,7 @@ def test_footprints_name_kicads_own_model_of_the_chip(case, turned):
 @pytest.mark.cad
 @pytest.mark.clients("kicad-cli")
 @pytest.mark.parametrize("case", [CASES[0], CASES[1]])
-def test_kicad_finds_the_model_and_lays_it_on_the_pads(case, tmp_path):
+def test_kicad_places_chip_model_on_pads(case, tmp_path):
     """A brick in the chip's size stands for KiCad's library; the board's STEP file has one on every pair of pads."""
     from build123d import Box, export_step, import_step
 
@@ -230,7 +230,7 @@ def test_kicad_finds_the_model_and_lays_it_on_the_pads(case, tmp_path):
         assert approx((*sides, height), abs=1e-3) == (box.size.X, box.size.Y, box.size.Z)
 
 
-def test_a_coupon_carries_none():
+def test_coupon_has_no_capacitors():
     spec = sitscad.load_text(text_of("grasper_4layer", "chip-0402"), "tank.yaml")
     assert sitscad.lay_out(coupon_spec(spec)).capacitors == ()
 
@@ -242,7 +242,7 @@ def test_a_coupon_carries_none():
     CASES[0], pytest.param(CASES[1], marks=pytest.mark.slow),
     *(pytest.param(case, marks=[pytest.mark.slow, pytest.mark.more]) for case in CASES[2:]),
 ])
-def test_kicad_accepts_it_and_the_files_read_back(case, tmp_path):
+def test_board_with_capacitors_passes_kicad_and_verification(case, tmp_path):
     pytest.importorskip("gerbonara", reason="verify reads Gerbers through gerbonara, which sitscad[all] brings")
     sitscad.build(sitscad.load_text(text_of(*case), "tank.yaml"), tmp_path, only=("gerber", "kicad"), force=True)
     folder = tmp_path / "tank"

@@ -28,7 +28,7 @@ BUILT = [
 @pytest.mark.slow
 @pytest.mark.clients("kicad-cli")
 @pytest.mark.parametrize(("template", "terminal"), BUILT)
-def test_a_template_with_another_terminal(template, terminal, tmp_path):
+def test_template_with_other_connector_passes_kicad_and_verification(template, terminal, tmp_path):
     pytest.importorskip("gerbonara", reason="verify reads Gerbers through gerbonara, which sitscad[all] brings")
     text = (TEMPLATES / f"{template}.yaml").read_text(encoding="utf-8")
     text, changed = re.subn(r"connector: [\w.-]+", f"connector: {terminal}", text)

@@ -83,7 +83,7 @@ def keys_with_a_value(path):
 
 
 @pytest.mark.slow
-def test_every_key_of_the_format_has_a_value_in_a_sample_that_is_no_default(every_key_folder):
+def test_every_spec_key_has_non_default_value_in_samples(every_key_folder):
     written = [key for name in EVERY_KEY for key in keys_with_a_value(every_key_folder / f"{name}.yaml")]
     without = [path for path, _ in keys_of_the_format() if not any(is_key(path, key) for key in written)]
     assert without == []
@@ -101,7 +101,7 @@ def through(capfd, path, *arguments):
 @pytest.mark.cad
 @pytest.mark.parametrize(
     "name", [pytest.param(n, marks=() if n in EVERY_TIME else pytest.mark.more) for n in EVERY_KEY])
-def test_a_spec_with_every_key_goes_through_every_command(name, folder_with_parts, tmp_path, monkeypatch, capfd):
+def test_sample_with_every_key_passes_every_command(name, folder_with_parts, tmp_path, monkeypatch, capfd):
     monkeypatch.setenv("SITSCAD_CACHE", str(tmp_path / "cache"))
     path, out = folder_with_parts / f"{name}.yaml", tmp_path / "out"
     spec = sitscad.load(path)
@@ -121,7 +121,7 @@ def test_a_spec_with_every_key_goes_through_every_command(name, folder_with_part
 
 @pytest.mark.slow
 @pytest.mark.cad
-def test_a_watched_step_file_that_is_saved_shows_its_new_solid(folder_with_parts, tmp_path):
+def test_changed_step_file_updates_watched_solid(folder_with_parts, tmp_path):
     import build123d as bd
 
     path = shutil.copytree(folder_with_parts, tmp_path / "specs") / "own_mount.yaml"
@@ -229,7 +229,7 @@ def with_more(every_key_folder, values, taken, path, word):
 
 
 @pytest.mark.slow
-def test_every_word_of_every_key_is_laid_out_estimated_and_checked(every_key_folder):
+def test_every_allowed_value_of_every_key_is_checked(every_key_folder):
     left = list(all_words())
     assert len(left) > 200
     while left:

@@ -60,7 +60,7 @@ def built(name, folder, stages):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("stages", [DRAWN, pytest.param(None, marks=[pytest.mark.more, pytest.mark.cad])])
-def test_packages_on_another_processor_are_what_their_specs_make(tmp_path, stages):
+def test_package_from_other_processor_passes_rebuild_verification(tmp_path, stages):
     names = ("single_coil", "bench_7mm") if stages else ("fingertip_foil", "grasper_4layer")
     asked = [[str(tmp_path), built(name, tmp_path, stages).name] for name in names]
     for differences, rebuilt, by_value in on_another_processor(asked):
@@ -86,7 +86,7 @@ def moved(folder, name, factor):
 
 
 @pytest.mark.parametrize(("factor", "is_equal"), [(1.0 + 1e-9, True), (1.0 + 5e-5, True), (1.0 + 3e-4, False)])
-def test_a_figure_moved_by_more_than_the_tolerance_is_a_difference(whole, tmp_path, factor, is_equal):
+def test_value_changed_beyond_tolerance_is_difference(whole, tmp_path, factor, is_equal):
     folder = shutil.copytree(whole, tmp_path / whole.name)
     moved(folder, "estimate.json", factor)
     assert sitscad.verify(folder).ok  # by its own manifest it is as it was built
@@ -97,7 +97,7 @@ def test_a_figure_moved_by_more_than_the_tolerance_is_a_difference(whole, tmp_pa
     assert found.by_value == is_equal
 
 
-def test_a_stale_comparison_takes_equal_figures_for_equal(whole, tmp_path):
+def test_stale_comparison_ignores_changes_within_tolerance(whole, tmp_path):
     folder = shutil.copytree(whole, tmp_path / whole.name)
     moved(folder, "estimate.json", 1.0 + 1e-9)
     spec = sitscad.load_text(templates.read("single_coil"), "single_coil.yaml")
@@ -109,7 +109,7 @@ def test_a_stale_comparison_takes_equal_figures_for_equal(whole, tmp_path):
     assert [words.split()[0] for words in stale(spec, tmp_path, ["report"]).stale] == ["estimate.json"]
 
 
-def test_a_hash_that_differs_is_a_difference_though_the_figure_agrees(whole, tmp_path):
+def test_wrong_hash_is_difference_although_value_agrees(whole, tmp_path):
     folder = shutil.copytree(whole, tmp_path / whole.name)
     path = folder / "estimate.json"
     path.write_text(re.sub(r"(\d\.\d{12})\d", r"\g<1>0", path.read_text()))
@@ -137,7 +137,7 @@ OTHER = [
 
 @pytest.mark.parametrize(("one", "other", "is_equal"),
                          [*((*pair, True) for pair in EQUAL), *((*pair, False) for pair in OTHER)])
-def test_numbers_agree_within_their_tolerances_and_text_exactly(one, other, is_equal):
+def test_numbers_agree_within_tolerance_and_text_exactly(one, other, is_equal):
     assert agree(one.encode(), other.encode()) is is_equal
     assert agree(other.encode(), one.encode()) is is_equal
     kept = with_equal_figures({"x": other.encode()}, {"x": one.encode()})
@@ -149,11 +149,11 @@ def test_numbers_agree_within_their_tolerances_and_text_exactly(one, other, is_e
     "kicad/a.kicad_pcb", "laser/a-target.dxf", "laser/a-target.svg", "mount/a-jaw.step", "mount/a-jaw.stl",
     "mount/assembly.glb", "bom.csv", "mesh/a-elastomer.inp", "firmware/wiring/a.kicad_sch", "spec/a.yaml",
 ])
-def test_files_that_are_made_from_are_compared_byte_by_byte(name):
+def test_manufacturing_files_are_compared_byte_by_byte(name):
     assert not has_figures(name)
 
 
-def test_every_pattern_of_figure_files_stands_in_the_documentation():
+def test_documentation_lists_every_pattern_of_value_files():
     page = (ROOT / "docs" / "package.md").read_text("utf-8")
     rows = [line for line in page.splitlines() if line.startswith("| by value |")]
     assert len(rows) == 1

@@ -30,7 +30,7 @@ def _replace(parent: Path, files: dict[str, bytes], name: str = "pack") -> Path 
 
 
 @pytest.mark.parametrize("exchanges", [True, False], ids=["exchange", "two renames"])
-def test_a_new_package_takes_the_place_of_the_old_one_whole(tmp_path, monkeypatch, exchanges):
+def test_new_package_replaces_old_one_completely(tmp_path, monkeypatch, exchanges):
     if not exchanges:
         monkeypatch.setattr(building, "_exchange", lambda one, other: False)
     _replace(tmp_path, {"a/one.txt": b"1", "two.txt": b"2"})
@@ -39,7 +39,7 @@ def test_a_new_package_takes_the_place_of_the_old_one_whole(tmp_path, monkeypatc
     assert os.listdir(tmp_path) == ["pack"], "nothing else is left beside it"
 
 
-def test_an_exception_while_building_leaves_the_old_package(tmp_path):
+def test_exception_during_build_leaves_old_package(tmp_path):
     _replace(tmp_path, {"one.txt": b"1"})
     with pytest.raises(KeyboardInterrupt), opened_for_building(tmp_path, "pack") as staged:
         write_files(staged, {"half.txt": b"half"})
@@ -75,7 +75,7 @@ def _build_and_die(parent: Path, files: dict[str, bytes], instant: int, exchange
 @pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
 @pytest.mark.parametrize("exchanges", [True, False], ids=["exchange", "two renames"])
-def test_killed_at_any_instant_the_old_or_the_new_package_is_whole(tmp_path, exchanges):
+def test_build_killed_at_any_step_leaves_complete_package(tmp_path, exchanges):
     old, new = {"a/one.txt": b"old"}, {"a/one.txt": b"new 1", "two.txt": b"new 2"}
     seen = set()
     for instant in range(60):
@@ -102,7 +102,7 @@ def _open(parent: Path, name: str) -> bool:
         return staged.is_dir()
 
 
-def test_a_second_build_of_the_same_name_is_refused_and_another_name_is_not(tmp_path):
+def test_second_build_of_equal_name_gives_package_error(tmp_path):
     with opened_for_building(tmp_path, "pack"):
         with pytest.raises(PackageError, match="another build of pack"):
             _open(tmp_path, "pack")
@@ -114,19 +114,19 @@ ESCAPES = ["../x", "/etc/x", "a/../../x", "a//b", "a\\b", ".hidden", "a/.b", "",
 
 
 @pytest.mark.parametrize("name", ESCAPES)
-def test_no_file_name_leaves_the_package(tmp_path, name):
+def test_file_name_outside_package_gives_package_error(tmp_path, name):
     with pytest.raises(PackageError):
         write_files(tmp_path, {name: b""})
     assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("name", ["", "..", "a/b", "A", "-x", "x" * 65, "x\n"])
-def test_no_package_name_leaves_the_output_folder(name):
+def test_package_name_outside_output_folder_gives_package_error(name):
     with pytest.raises(PackageError):
         folder.require_package_name(name)
 
 
-def test_changed_files_are_kept_in_a_folder_of_their_own(tmp_path):
+def test_changed_files_are_backed_up_in_numbered_folders(tmp_path):
     files = {"kicad/board.txt": b"1", "two.txt": b"2"}
     _replace(tmp_path, files)
     (tmp_path / "pack" / "kicad" / "board.txt").write_bytes(b"mine")
@@ -164,7 +164,7 @@ KINDS = ("backups", "a lock", "settings", "a cache", "hidden", "capitals", "a pi
 
 @pytest.mark.parametrize(
     ("what", "exchanges"), [*((kind, True) for kind in KINDS), ("a pipe", False), ("a folder that is closed", False)])
-def test_a_users_file_of_any_kind_is_kept_when_the_package_is_replaced(
+def test_user_file_of_any_kind_is_backed_up_on_replacement(
     open_folder, as_a_user, monkeypatch, what, exchanges
 ):
     open_folder.chmod(0o777)
@@ -188,7 +188,7 @@ def test_a_users_file_of_any_kind_is_kept_when_the_package_is_replaced(
         assert not (kept / MANIFEST).exists(), "what is kept is no package"
 
 
-def test_a_file_that_appears_while_the_package_is_replaced_is_kept(tmp_path, monkeypatch):
+def test_file_that_appears_during_replacement_is_backed_up(tmp_path, monkeypatch):
     _replace(tmp_path, {"one.txt": b"1"})
     real = building.intact
 
@@ -202,7 +202,7 @@ def test_a_file_that_appears_while_the_package_is_replaced_is_kept(tmp_path, mon
 
 
 @pytest.mark.slow
-def test_a_build_that_is_killed_while_it_removes_the_old_package_loses_no_file(tmp_path):
+def test_build_killed_during_removal_loses_no_user_file(tmp_path):
     for instant in range(60):
         parent = tmp_path / str(instant)
         _replace(parent, {"a/one.txt": b"old"})
@@ -220,7 +220,7 @@ BY_KICAD = ("kicad/coil.kicad_prl", "kicad/fp-info-cache", "kicad/~coil.kicad_pc
             "kicad/coil-backups/coil-2026-11-28_121314.zip")
 
 
-def test_what_kicad_leaves_beside_its_project_stays_there(tmp_path):
+def test_kicad_user_files_stay_beside_project(tmp_path):
     files = {"kicad/coil.kicad_pro": b"1", "kicad/coil.kicad_pcb": b"2"}
     _replace(tmp_path, files)
     for name in BY_KICAD:
@@ -232,7 +232,7 @@ def test_what_kicad_leaves_beside_its_project_stays_there(tmp_path):
     assert _contents(kept) == dict.fromkeys(BY_KICAD, b"left"), "without the project they are kept aside"
 
 
-def test_one_file_written_by_many_threads_is_whole_and_no_write_fails(tmp_path):
+def test_concurrent_writes_leave_one_complete_file(tmp_path):
     target = tmp_path / "out.txt"
     contents = [bytes([letter]) * 1000 for letter in range(40)]
     with ThreadPoolExecutor(8) as pool:
@@ -241,13 +241,13 @@ def test_one_file_written_by_many_threads_is_whole_and_no_write_fails(tmp_path):
     assert os.listdir(tmp_path) == ["out.txt"]
 
 
-def test_a_folder_that_cannot_be_written_is_one_sentence(tmp_path):
+def test_unwritable_folder_gives_package_error(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(PackageError, match="cannot build in"):
         _open(tmp_path / "file", "pack")
 
 
-def test_packages_are_readable_by_others_as_the_umask_says(tmp_path):
+def test_package_permissions_follow_umask(tmp_path):
     before = os.umask(0o022)
     try:
         _replace(tmp_path, {"one.txt": b"1"})

@@ -30,7 +30,7 @@ def built(tmp_path, name, change, force=True):
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_a_package_says_that_it_was_forced_wherever_somebody_works_from_it(tmp_path):
+def test_every_working_file_of_forced_package_is_marked(tmp_path):
     done = built(tmp_path, "forced", ("  thickness: 0.65", "  thickness: 1.25"))
     assert done.written and not done.checked.ok
     for path in MARKED:
@@ -43,7 +43,7 @@ def test_a_package_says_that_it_was_forced_wherever_somebody_works_from_it(tmp_p
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_errors_that_solids_add_to_others_stand_in_the_order_archive_too(tmp_path):
+def test_errors_found_on_solids_are_in_order_archive(tmp_path):
     text = templates.read("grasper_4layer").replace("  thickness: 0.65", "  thickness: 1.25")
     done = sitscad.build(sitscad.load_text(text), tmp_path, only=("gerber", "mount"), force=True)
     assert {"SIT303", "SIT321"} <= {each.rule for each in done.checked.findings if each.severity.value == "error"}
@@ -52,7 +52,7 @@ def test_errors_that_solids_add_to_others_stand_in_the_order_archive_too(tmp_pat
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_a_package_without_errors_says_nothing_of_it(tmp_path):
+def test_package_without_errors_is_not_marked(tmp_path):
     done = built(tmp_path, "fine", ("coil:", "coil:"), force=False)
     assert done.written
     for path in (tmp_path / "fine").rglob("*"):

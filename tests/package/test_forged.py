@@ -183,7 +183,7 @@ CHANGES = {
 
 
 @pytest.mark.slow
-def test_a_package_is_what_its_spec_makes(package, capsys):
+def test_unchanged_package_passes_rebuild_verification(package, capsys):
     found = sitscad.verify(package, rebuild=True)
     assert found.ok and found.rebuilt == 0 and found.wrong_archive == 0
     with pytest.raises(SystemExit) as stop:
@@ -192,7 +192,7 @@ def test_a_package_is_what_its_spec_makes(package, capsys):
 
 
 @pytest.mark.parametrize("what", CHANGES)
-def test_a_change_is_found_though_every_hash_agrees(package, what, monkeypatch):
+def test_change_is_found_by_rebuild_despite_correct_hashes(package, what, monkeypatch):
     monkeypatch.setattr(verification, "_with_boards", lambda read, folder, manifest: read)  # by its bytes alone
     name, change = CHANGES[what]
     change(package)
@@ -223,7 +223,7 @@ def test_a_change_is_found_though_every_hash_agrees(package, what, monkeypatch):
         ("tracks of 140 um", "order.zip: single-coil.GTL is not as the file beside it"),
     ],
 )
-def test_much_shows_without_building_again(package, what, said):
+def test_change_is_found_without_rebuild(package, what, said):
     _, change = CHANGES[what]
     change(package)
     signed(package)
@@ -232,7 +232,7 @@ def test_much_shows_without_building_again(package, what, said):
     assert not found.ok and found.rebuilt is None
 
 
-def test_the_kept_spec_is_held_against_the_manifests_own_hash(package):
+def test_changed_spec_copy_is_found_by_manifest_hash(package):
     kept = (package / MANIFEST).read_text()
     CHANGES["turns of the spec"][1](package)
     text = re.sub(f'("{SPEC}": {{\n.*?"sha256": )"[0-9a-f]+"', rf'\1"{sha256((package / SPEC).read_bytes())}"', kept)
@@ -252,7 +252,7 @@ def test_the_kept_spec_is_held_against_the_manifests_own_hash(package):
         ({"built": {"from": "", "for": ["soup"]}}, "no stage of sitscad's"),
     ],
 )
-def test_what_cannot_be_built_again_is_not_said_to_be_equal(package, capsys, change, said):
+def test_package_that_cannot_be_rebuilt_gives_exit_code_2(package, capsys, change, said):
     of_manifest(lambda document: document.update(change))[1](package)
     with pytest.raises(SystemExit) as stop:
         main(["verify", str(package), "--rebuild"])
@@ -260,7 +260,7 @@ def test_what_cannot_be_built_again_is_not_said_to_be_equal(package, capsys, cha
 
 
 @pytest.mark.parametrize("text", ["sitscad: 2\n", "", "coil: [", "\xff"])
-def test_a_spec_that_builds_nothing_is_said_to(package, capsys, text):
+def test_invalid_spec_copy_gives_exit_code_2(package, capsys, text):
     (package / SPEC).write_bytes(text.encode("latin-1"))
     signed(package)
     with pytest.raises(SystemExit) as stop:
@@ -277,7 +277,7 @@ fpc: {rules: ourshop.yaml}
 
 
 @pytest.mark.slow
-def test_what_a_build_is_held_against_is_held_against_when_built_again(tmp_path, monkeypatch, capsys):
+def test_rebuild_uses_stored_profile_configuration_and_baseline(tmp_path, monkeypatch, capsys):
     """A profile of one's own, a configuration, a waiver and a baseline: no package of those is said to be forged."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "sitscad.toml").write_text(
@@ -303,7 +303,7 @@ def test_what_a_build_is_held_against_is_held_against_when_built_again(tmp_path,
 @pytest.mark.parametrize(
     "lost", [*(f"{ZIP}{end}" for end in (".GTL", ".GBS", "-PTH.drl", "-netlist.d356")), "readme.txt", ""]
 )
-def test_an_order_with_plugins_has_all_layers_and_drills(package, lost):
+def test_order_archive_with_plugins_lists_missing_files(package, lost):
     of_manifest(lambda document: document.update(configuration={"plugins": {"own.py": "0"}}))[1](package)
     (package / "fpc" / "own.csv").write_text("a file that a plugin writes and nobody sends\n")
     if lost:

@@ -109,7 +109,7 @@ HOSTILE = {
 
 
 @pytest.mark.parametrize("what", HOSTILE)
-def test_a_hostile_file_is_refused_in_words_and_soon(package, what, monkeypatch):
+def test_hostile_file_gives_difference_within_25_seconds(package, what, monkeypatch):
     HOSTILE[what](package)
     monkeypatch.setattr(limits, "MAX_POINTS", limits.MAX_POINTS // 20)  # at which files take half a minute
     began = time.process_time()
@@ -120,7 +120,7 @@ def test_a_hostile_file_is_refused_in_words_and_soon(package, what, monkeypatch)
 
 
 @pytest.mark.parametrize("name", [COPPER, HOLES, JOB, "fpc/more.json", "spec/single_coil.yaml", "fpc/FORCED.txt"])
-def test_a_pipe_in_the_place_of_a_file_is_not_waited_for(package, name):
+def test_named_pipe_in_place_of_file_is_difference(package, name):
     (package / name).unlink(missing_ok=True)
     os.mkfifo(package / name)
     assert not sitscad.verify(package).ok
@@ -129,7 +129,7 @@ def test_a_pipe_in_the_place_of_a_file_is_not_waited_for(package, name):
 @pytest.mark.parametrize("content", [
     None, "[" * 200_000, '{"a": 1, "a": 2}', "9" * 100_000, " " * 17_000_000,
 ])
-def test_a_hostile_manifest_is_refused(package, content):
+def test_hostile_manifest_gives_package_error(package, content):
     """A pipe if there is no content."""
     (package / MANIFEST).unlink()
     if content is None:
@@ -143,7 +143,7 @@ def test_a_hostile_manifest_is_refused(package, content):
 @pytest.mark.parametrize("names", [
     ["../x"], ["/etc/passwd"], ["a/../../x"], ["a\\b"], ["a\nb"], ["\x1b[2J"], [""], ["a", "A"], ["fpc/x", "FPC/X"],
 ])
-def test_a_manifest_with_names_that_leave_the_package_or_are_equal_is_refused(package, names):
+def test_manifest_with_unsafe_or_equal_names_gives_package_error(package, names):
     document = json.loads((package / MANIFEST).read_text())
     document["files"] |= {name: {"sha256": "0", "stage": "kicad", "made_from": "0"} for name in names}
     (package / MANIFEST).write_text(json.dumps(document))
@@ -151,14 +151,14 @@ def test_a_manifest_with_names_that_leave_the_package_or_are_equal_is_refused(pa
         sitscad.verify(package)
 
 
-def test_a_file_beyond_every_limit_is_not_read(package, monkeypatch):
+def test_file_beyond_size_limit_gives_package_error(package, monkeypatch):
     with (package / "fpc" / "huge.bin").open("wb") as stream:
         stream.truncate(10**12)
     with pytest.raises(sitscad.PackageError):
         sitscad.verify(package)
 
 
-def test_an_exchanged_order_is_found_though_the_manifest_names_another_sensor(package):
+def test_exchanged_order_archive_is_found_despite_other_manifest_name(package):
     """The archive is looked for under the name of the spec, not of the manifest."""
     (package / ORDER).write_bytes(b"of somebody else")
     document = json.loads((package / MANIFEST).read_text())
@@ -170,7 +170,7 @@ def test_an_exchanged_order_is_found_though_the_manifest_names_another_sensor(pa
     assert any(words.startswith(ORDER) for words in found.differences)
 
 
-def test_a_layer_left_out_of_the_order_is_found_though_the_manifest_gives_it_another_stage(package):
+def test_missing_layer_in_order_archive_is_found_despite_other_stage(package):
     with zipfile.ZipFile(package / ORDER) as archive:
         contents = {name: archive.read(name) for name in archive.namelist() if not name.endswith(".GBL")}
     with zipfile.ZipFile(package / ORDER, "w") as archive:
@@ -233,7 +233,7 @@ def test_package_text_with_control_characters_is_printed_escaped(package, change
 
 
 @pytest.mark.parametrize("limit", ["MAX_BYTES", "MAX_STATEMENT", "MAX_OBJECTS", "MAX_POINTS", "MAX_PAIRS"])
-def test_every_limit_is_far_above_what_the_largest_board_needs(package, monkeypatch, limit):
+def test_largest_board_stays_far_below_every_limit(package, monkeypatch, limit):
     """A template's board stays within a fiftieth of each limit, but for the length of statements."""
     share = 4 if limit == "MAX_STATEMENT" else 50
     monkeypatch.setattr(limits, limit, getattr(limits, limit) // share)
@@ -244,6 +244,6 @@ DEEP = "[" * 200_000
 
 
 @pytest.mark.parametrize("content", [DEEP, '{"specs": [5]}', '{"specs": ["x"]}', '{"specs": [{"ignored": [5]}]}'])
-def test_invalid_findings_file_is_computed_again(content):
+def test_invalid_findings_file_is_ignored(content):
     """A build that has nothing to do reads what the checks of the package found."""
     assert read_findings(content.encode(), "small.yaml", "") is None

@@ -67,7 +67,7 @@ def before(tmp_path_factory) -> dict[str, bytes]:
     return files_of(TEXT, LIGHT, tmp_path_factory.mktemp("before"))
 
 
-def test_what_no_stage_reads_is_what_is_tried_here():
+def test_unread_sections_of_stages_match_tested_keys():
     assert {stage for stage, unread in UNREAD.items() if set(unread) == {"requirements", "readout", "source"}} == {
         *LIGHT,
         *SOLID,
@@ -78,7 +78,7 @@ def test_what_no_stage_reads_is_what_is_tried_here():
 @pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("key", ELECTRICAL)
-def test_electrical_values_leave_every_byte_that_is_drawn(key, before, tmp_path):
+def test_electrical_values_do_not_change_drawn_files(key, before, tmp_path):
     assert files_of(changed(key, ELECTRICAL[key]), LIGHT, tmp_path) == before
 
 
@@ -87,7 +87,7 @@ def test_electrical_values_leave_every_byte_that_is_drawn(key, before, tmp_path)
 @pytest.mark.parametrize(
     ("name", "key", "value"), [("grasper_4layer", "shield.thickness", "0.09"), ("bench_7mm", "target.size", "30")]
 )
-def test_bend_lines_in_kicad_move_with_the_mount_that_makes_the_bends(name, key, value, tmp_path):
+def test_bend_lines_in_kicad_follow_changed_mount(name, key, value, tmp_path):
     """A thicker shield lets the tail down deeper, a larger target widens the plate under it: stale lines once."""
     text = templates.read(name).replace("bend: static", "bend: {angle: 30 deg}")
     sitscad.build(design_of(text), tmp_path, ("kicad",), force=True)
@@ -100,7 +100,7 @@ def test_bend_lines_in_kicad_move_with_the_mount_that_makes_the_bends(name, key,
 @pytest.mark.more
 @pytest.mark.cad
 @pytest.mark.slow
-def test_electrical_values_leave_every_byte_that_is_solid(tmp_path):
+def test_electrical_values_do_not_change_solid_files(tmp_path):
     text = TEXT
     for key, value in ELECTRICAL.items():
         text = changed(key, value, text)
@@ -111,7 +111,7 @@ def test_electrical_values_leave_every_byte_that_is_solid(tmp_path):
 @pytest.mark.more
 @pytest.mark.cad
 @pytest.mark.slow
-def test_another_readout_makes_of_an_assembly_what_says_numbers(tmp_path, monkeypatch):
+def test_changed_readout_rewrites_only_assembly_text(tmp_path, monkeypatch):
     """assembly.txt has what the coils read; solids stay, and are what a fresh build makes, beside all else or not."""
     other = changed("readout.capacitance", "330 pF", changed("readout.scan_rate", "400 Hz"))
     first = files_of(TEXT, ("assembly",), tmp_path)
@@ -129,7 +129,7 @@ def test_another_readout_makes_of_an_assembly_what_says_numbers(tmp_path, monkey
 
 @pytest.mark.cad
 @pytest.mark.slow
-def test_steps_of_a_package_that_grows_name_what_it_still_lacks(tmp_path):
+def test_assembly_steps_list_stages_missing_from_growing_package(tmp_path):
     """Steps of `--only mount` said which files are lacking, also once these were there."""
     spec = design_of(templates.read("bench_7mm"))
 
@@ -144,7 +144,7 @@ def test_steps_of_a_package_that_grows_name_what_it_still_lacks(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_process_of_solids_that_is_killed_stops_the_build(tmp_path, monkeypatch):
+def test_killed_solid_process_stops_build_and_leaves_package(tmp_path, monkeypatch):
     """By too little memory, mostly: the package before stays as it is, and the error is told."""
     spec = sitscad.load_text(TEXT, "sensor.yaml")  # of no other test, which may have its solids
     before = sitscad.build(spec, tmp_path, ("report",))
@@ -158,7 +158,7 @@ def test_a_process_of_solids_that_is_killed_stops_the_build(tmp_path, monkeypatc
 @pytest.mark.cad
 @pytest.mark.slow
 @pytest.mark.more
-def test_a_longer_tail_makes_no_new_mount(tmp_path):
+def test_longer_tail_rebuilds_no_mount(tmp_path):
     """Neither is anything of it made, nor would a fresh build make other bytes."""
     longer = changed("fpc.tail.length", "40")
     first = sitscad.build(design_of(TEXT), tmp_path, SOLID)
@@ -182,7 +182,7 @@ def outcomes(result: sitscad.BuildResult) -> dict[str, str]:
         (("coil.turns", "6.75"), {"gerber", "kicad", "laser", "firmware", "check", "report"}),
     ],
 )
-def test_a_changed_value_makes_only_what_depends_on_it(tmp_path, change, made):
+def test_changed_value_rebuilds_only_dependent_stages(tmp_path, change, made):
     light = ("gerber", "kicad", "laser", "firmware", "report")
     sitscad.build(design_of(TEXT), tmp_path, light)
     result = sitscad.build(design_of(changed(*change)), tmp_path, light, force=True)
@@ -202,7 +202,7 @@ def built(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_second_build_of_the_same_does_nothing_and_says_the_same(built, monkeypatch):
+def test_second_build_of_unchanged_spec_writes_nothing(built, monkeypatch):
     spec, first, out = built
     stamps = {path: path.stat().st_mtime_ns for path in first.directory.rglob("*")}
     monkeypatch.setattr("sitscad.package.stages.make_all", None)
@@ -216,7 +216,7 @@ def test_a_second_build_of_the_same_does_nothing_and_says_the_same(built, monkey
 @pytest.mark.few(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("harm", ["a changed file", "a missing file", "a foreign file", "a missing stage", "a date"])
-def test_anything_else_is_built(built, monkeypatch, harm):
+def test_changed_file_stage_or_date_triggers_rebuild(built, monkeypatch, harm):
     spec, first, out = built
     only: tuple[str, ...] = ("report",)
     if harm == "a changed file":
@@ -235,7 +235,7 @@ def test_anything_else_is_built(built, monkeypatch, harm):
 
 
 @pytest.mark.slow
-def test_what_a_killed_build_left_is_cleaned_though_nothing_has_changed(built):
+def test_leftovers_of_killed_build_are_removed(built):
     spec, _, out = built
     (out / ".grasper-4layer.new-0123456789ab").mkdir()
     (out / ".grasper-4layer.lock").touch()
@@ -245,14 +245,14 @@ def test_what_a_killed_build_left_is_cleaned_though_nothing_has_changed(built):
 
 
 @pytest.mark.slow
-def test_stages_that_were_built_one_after_the_other_count_together(built):
+def test_stages_built_in_sequence_count_together(built):
     spec, _, out = built
     assert not sitscad.build(spec, out, ("laser",)).is_unchanged
     assert sitscad.build(spec, out, ("laser", "firmware", "report")).is_unchanged
 
 
 @pytest.mark.slow
-def test_a_package_in_spite_of_errors_is_judged_every_time(tmp_path):
+def test_forced_package_is_checked_at_every_build(tmp_path):
     spec = design_of(templates.read("grasper_3p5mm"))
     assert sitscad.build(spec, tmp_path, ("firmware",), force=True).forced
     again = sitscad.build(spec, tmp_path, ("firmware",), force=True)
@@ -261,7 +261,7 @@ def test_a_package_in_spite_of_errors_is_judged_every_time(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_second_build_costs_under_half_a_second_of_processor_time(tmp_path):
+def test_second_build_needs_under_half_second_of_processor_time(tmp_path):
     """With every module compiled; the best of some runs, on a machine that has other work."""
     (tmp_path / "sensor.yaml").write_text(TEXT)
     env = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONPYCACHEPREFIX": str(tmp_path / "cache")}
@@ -284,7 +284,7 @@ def test_a_second_build_costs_under_half_a_second_of_processor_time(tmp_path):
 
 
 @pytest.mark.slow
-def test_what_is_stale_is_named_and_nothing_is_written(built):
+def test_stale_files_are_listed_without_writing(built):
     spec, first, out = built
     only = ("firmware", "report")
     fresh = stale(spec, out, only)
@@ -306,6 +306,6 @@ def test_what_is_stale_is_named_and_nothing_is_written(built):
 
 
 @pytest.mark.slow
-def test_a_package_that_is_not_there_is_stale(tmp_path):
+def test_missing_package_is_stale(tmp_path):
     found = stale(design_of(TEXT), tmp_path / "outputs", ("firmware",))
     assert "manifest.json is missing" in found.stale and not (tmp_path / "outputs").exists()

@@ -41,7 +41,7 @@ WHOLE = {
 }
 
 
-def test_what_the_hostile_ones_are_made_from_is_a_manifest(tmp_path):
+def test_base_of_hostile_manifests_is_valid(tmp_path):
     (tmp_path / MANIFEST).write_text(json.dumps({**WHOLE, "files": {"a": ENTRY}}))
     assert read_manifest(tmp_path).files["a"].stage == "gerber"
 
@@ -58,7 +58,7 @@ def _package(tmp_path, **files: bytes):
     return manifest
 
 
-def test_a_manifest_reads_back_as_it_was_written(tmp_path):
+def test_manifest_round_trip_preserves_content(tmp_path):
     manifest = _package(tmp_path, one=b"1", two=b"2")
     assert read_manifest(tmp_path) == manifest
     document = json.loads((tmp_path / MANIFEST).read_bytes())
@@ -95,7 +95,7 @@ def test_a_manifest_reads_back_as_it_was_written(tmp_path):
         ),
     ],
 )
-def test_what_is_not_a_manifest_is_said_to_be_none_in_plain_words(tmp_path, text):
+def test_invalid_manifest_gives_plain_package_error(tmp_path, text):
     (tmp_path / MANIFEST).write_bytes(text.encode("latin-1"))
     with pytest.raises(PackageError) as said:
         read_manifest(tmp_path)
@@ -116,7 +116,7 @@ def test_changed_added_linked_and_missing_files_are_distinguished(tmp_path):
         assert intact(tmp_path, {name: manifest.files[name]}) is None
 
 
-def test_the_hash_depends_on_values_and_kinds_and_not_on_order(monkeypatch):
+def test_hash_depends_on_values_and_types_but_not_order(monkeypatch):
     assert made_from(One(1.0, {"x": 1.0, "y": 2.0})) == made_from(One(1.0, MappingProxyType({"y": 2.0, "x": 1.0})))
     different = [
         One(1.0, {}),
@@ -132,7 +132,7 @@ def test_the_hash_depends_on_values_and_kinds_and_not_on_order(monkeypatch):
     assert made_from(1.0) != before
 
 
-def test_what_has_no_fixed_text_cannot_be_hashed():
+def test_value_without_fixed_text_gives_type_error():
     with pytest.raises(TypeError):
         made_from({1, 2})
     with pytest.raises(TypeError):

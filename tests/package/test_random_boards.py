@@ -40,7 +40,7 @@ def random_spec(seed):
 @pytest.mark.slow
 @needs_kicad
 @pytest.mark.parametrize("seed", [*range(3), *(pytest.param(n, marks=pytest.mark.more) for n in range(3, 16))])
-def test_a_random_board_passes_kicad_and_reads_back(seed, tmp_path):
+def test_random_board_passes_kicad_and_verification(seed, tmp_path):
     pytest.importorskip("gerbonara", reason="verify reads Gerbers through gerbonara, which sitscad[all] brings")
     spec = sitscad.load_text(random_spec(seed), "random.yaml")
     layout = sitscad.lay_out(spec)

@@ -41,7 +41,7 @@ def cache(tmp_path, monkeypatch) -> Path:
 
 
 @pytest.mark.slow
-def test_another_scan_rate_solves_nothing_anew_and_gives_the_same_bytes(cache, tmp_path, monkeypatch):
+def test_changed_scan_rate_reuses_all_cached_solutions(cache, tmp_path, monkeypatch):
     said = set[bytes]()
 
     def heard(question, solve):
@@ -87,7 +87,7 @@ def asked(store: Solutions) -> tuple[list[float], list[complex]] | None:
     return (found[0].tolist(), found[1].tolist()) if found else None
 
 
-def test_a_file_holds_every_bit_and_nobody_changes_an_answer():
+def test_cache_file_preserves_every_bit_and_results_are_read_only():
     answers = (0.1, -0.0, np.inf, 5e-324)
     again = read_cache(stored(*answers).as_bytes("code"), "code")
     assert asked(again) == ([*answers], [1j]) and str(asked(again)[0][1]) == "-0.0"
@@ -95,7 +95,7 @@ def test_a_file_holds_every_bit_and_nobody_changes_an_answer():
         cached_solution(lambda: QUESTION, lambda: ())[0][0] = 1.0
 
 
-def test_answers_of_other_code_or_in_a_damaged_file_are_none(monkeypatch):
+def test_cache_of_other_code_or_damaged_file_is_ignored(monkeypatch):
     file = stored(0.1).as_bytes("code")
     assert asked(read_cache(file, "other code")) is None
     for at in range(0, len(file), 7):
@@ -105,7 +105,7 @@ def test_answers_of_other_code_or_in_a_damaged_file_are_none(monkeypatch):
     assert asked(read_cache(file, "code")) is None
 
 
-def test_a_store_is_never_larger_than_stated_and_drops_what_was_not_asked_for(monkeypatch):
+def test_full_store_drops_unused_solutions(monkeypatch):
     monkeypatch.setattr(solutions, "MOST", 3 * (solutions.HEAD + 80))
     store = Solutions()
     with store_results(store):
@@ -119,7 +119,7 @@ def test_a_store_is_never_larger_than_stated_and_drops_what_was_not_asked_for(mo
 
 
 @pytest.mark.parametrize("harm", ["damaged", "a folder", "a pipe", "no folder may be made", "relative"])
-def test_a_file_that_cannot_be_used_is_as_if_there_were_none(cache, harm, tmp_path, monkeypatch):
+def test_unusable_cache_file_is_ignored(cache, harm, tmp_path, monkeypatch):
     cache.parent.mkdir()
     if harm == "damaged":
         cache.write_bytes(b"[]\n[]\n")
@@ -145,7 +145,7 @@ def asked_for_one() -> float:
     return float(cached_solution(lambda: ("one",), lambda: (np.ones(1),))[0][0])
 
 
-def test_two_builds_at_once_and_a_full_cache_cost_time_alone(cache, monkeypatch):
+def test_concurrent_builds_and_full_cache_give_correct_results(cache, monkeypatch):
     with cached_solutions("bench-7mm"):
         asked_for_one()
         with cached_solutions("bench-7mm"):
@@ -162,7 +162,7 @@ def test_two_builds_at_once_and_a_full_cache_cost_time_alone(cache, monkeypatch)
 
 
 @pytest.mark.parametrize("parts", ['[["<f8", -1]]', '[["<f8", 10, 10]]', "[" * 5000, '[["", 1]]'])
-def test_a_file_of_somebody_else_s_with_the_right_hash_is_as_if_there_were_none(cache, parts):
+def test_malformed_cache_file_with_valid_hash_is_ignored(cache, parts):
     cache.parent.mkdir()
     head = f'{{"by": {json.dumps(solutions._setting(code()))}, "solutions": {{"one": {parts}}}}}\n'.encode()
     cache.write_bytes(hashlib.sha256(head).hexdigest().encode() + b"\n" + head)

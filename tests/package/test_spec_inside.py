@@ -31,7 +31,7 @@ def _written(folder, name, content):
     return path
 
 
-def test_the_package_holds_the_bytes_of_the_spec_as_they_were_read(tmp_path):
+def test_package_contains_bytes_of_spec(tmp_path):
     content = b"\xef\xbb\xbf" + SPEC.replace("\n", "\r\n").encode()
     path = _written(tmp_path, "mine.yaml", content)
     built = sitscad.build(sitscad.load(path), tmp_path / "out", ("firmware",))
@@ -41,7 +41,7 @@ def test_the_package_holds_the_bytes_of_the_spec_as_they_were_read(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_package_is_built_again_from_its_own_spec_and_profiles(tmp_path):
+def test_package_rebuilds_from_stored_spec_and_profiles(tmp_path):
     path = _written(tmp_path, "mine.yaml", (SPEC + "fpc: {rules: shops/our shop.yaml}\n").encode())
     _written(tmp_path, "shops/our shop.yaml", OWN)
     _written(tmp_path, "base.yaml", BASE)
@@ -53,7 +53,7 @@ def test_a_package_is_built_again_from_its_own_spec_and_profiles(tmp_path):
     assert _contents(again) == _contents(first)
 
 
-def test_a_linked_profile_is_kept_where_it_is_named_and_where_it_lies(tmp_path):
+def test_linked_profile_is_stored_under_both_paths(tmp_path):
     path = _written(tmp_path, "mine.yaml", (SPEC + "fpc: {rules: shops/ours.yaml}\n").encode())
     _written(tmp_path, "all/real.yaml", b"based_on: ../base.yaml\n")
     _written(tmp_path, "base.yaml", BASE)
@@ -65,7 +65,7 @@ def test_a_linked_profile_is_kept_where_it_is_named_and_where_it_lies(tmp_path):
     assert again.fpc.rules.trace_spacing == approx(95e-6, rel=1e-6)
 
 
-def test_a_changed_comment_of_a_profile_is_a_changed_package(tmp_path):
+def test_changed_profile_comment_changes_package(tmp_path):
     path = _written(tmp_path, "mine.yaml", (SPEC + "fpc: {rules: base.yaml}\n").encode())
     _written(tmp_path, "base.yaml", BASE)
     sitscad.build(sitscad.load(path), tmp_path / "out", ("firmware",))
@@ -75,7 +75,7 @@ def test_a_changed_comment_of_a_profile_is_a_changed_package(tmp_path):
     assert (built.directory / "spec" / "base.yaml").read_bytes() == BASE + b"# read again\n"
 
 
-def test_a_text_without_a_file_and_a_name_that_no_package_holds_are_kept_under_safe_names(tmp_path):
+def test_spec_without_valid_file_name_is_stored_under_safe_name(tmp_path):
     spec = sitscad.load_text(SPEC)
     built = sitscad.build(spec, tmp_path / "one", ("firmware",)).directory
     assert [n for n in list_files(built) if n.startswith("spec/")] == ["spec/spec.yaml"]
@@ -86,7 +86,7 @@ def test_a_text_without_a_file_and_a_name_that_no_package_holds_are_kept_under_s
 
 
 @pytest.mark.slow
-def test_a_spec_that_names_a_step_file_is_built_again_when_the_bytes_of_the_file_change(tmp_path):
+def test_changed_step_file_rebuilds_package(tmp_path):
     path = _written(tmp_path, "mine.yaml", (SPEC + "mount: {kind: custom, step: parts/own.step}\n").encode())
     one, other = (b"ISO-10303-21;\n%s\nEND-ISO-10303-21;\n" % inside for inside in (b"DATA;", b"DATA; "))
     _written(tmp_path, "parts/own.step", one)

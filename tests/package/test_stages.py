@@ -59,7 +59,7 @@ def whole(design, tmp_path_factory):
     return {name: (folder / name).read_bytes() for name in list_files(folder)}
 
 
-def test_every_row_of_the_page_of_packages_has_its_stage(root):
+def test_every_row_of_package_page_has_its_stage(root):
     page = (root / "docs" / "package.md").read_text(encoding="utf-8")
     rows = re.findall(r"(?m)^\| `([^`]+)`", page.partition("\n## ")[0])
     assert [row for row in rows if "." in row or row.endswith("/")] == list(ROWS)
@@ -67,7 +67,7 @@ def test_every_row_of_the_page_of_packages_has_its_stage(root):
 
 @pytest.mark.few(4)
 @pytest.mark.parametrize("stage", STAGES)
-def test_a_stage_alone_writes_what_a_whole_build_has_of_it(stage, design, whole, tmp_path):
+def test_single_stage_writes_files_of_whole_build(stage, design, whole, tmp_path):
     folder = sitscad.build(design, tmp_path, only=(stage,)).directory
     asked = {stage, "assembly"} if stage == "mount" else {stage}
     assert set(list_files(folder)) == {name for name in whole if set(stages_of(name)) <= asked}

@@ -40,7 +40,7 @@ def settings(package):
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_it_speaks_of_no_other_converter(package):
+def test_ldc1314_package_mentions_no_other_converter(package):
     files = [path for path in package.rglob("*") if path.is_file()]
     assert len(files) > 20
     told = {str(path.relative_to(package)): OTHERS.findall(path.read_bytes()) for path in files}
@@ -62,7 +62,7 @@ def test_registers_offsets_and_documents_agree(package, settings):
     assert "LDC1314_COUNTS of results" in (package / "calibration" / "plan.txt").read_text()
 
 
-def test_every_expected_frequency_has_its_result(settings):
+def test_every_expected_frequency_is_within_result_range(settings):
     """With two sigma of manufacture to both sides no result comes near its ends."""
     full = settings["input_divider"] * settings["reference_frequency_Hz"]
     for coil in settings["coils"]:
@@ -88,7 +88,7 @@ int main(void)
 
 
 @pytest.mark.clients("gcc")
-def test_the_header_makes_counts_and_frequencies_of_results(package, settings, tmp_path):
+def test_header_converts_results_to_counts_and_frequencies(package, settings, tmp_path):
     """By SNOSCZ0A 8.1.3.1, in the words of its own formula; flags above a result are left out."""
     (tmp_path / "config.h").write_bytes((package / "firmware" / "ldc1314_config.h").read_bytes())
     (tmp_path / "main.c").write_text(PROGRAM)
@@ -111,7 +111,7 @@ FORCES = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wconv
 
 
 @pytest.mark.clients("gcc")
-def test_the_calibration_takes_those_counts_and_refuses_results_at_their_ends(package, settings, tmp_path):
+def test_calibration_code_uses_counts_and_refuses_saturated_results(package, settings, tmp_path):
     folder = package / "calibration"
     document = json.loads((folder / "calibration.json").read_text())["map"]
     rest, offsets = np.array(document["rest"]), np.array([coil["offset"] for coil in settings["coils"]])
@@ -127,7 +127,7 @@ def test_the_calibration_takes_those_counts_and_refuses_results_at_their_ends(pa
 
 
 @pytest.mark.slow
-def test_a_signal_below_a_step_of_twelve_bits_is_reported_with_its_step():
+def test_signal_below_twelve_bit_step_gives_finding_with_step():
     """120 mN are 36 steps of an LDC1614, and one of an LDC1314: longer conversions would not make that finer."""
     assert "SIT215" not in {f.rule for f in sitscad.check(spec_of("ldc1614", normal_force="0.12 N")).findings}
     spec = spec_of("ldc1314", normal_force="0.12 N")

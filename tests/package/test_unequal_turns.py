@@ -45,7 +45,7 @@ def spec_of(name):
 
 
 @pytest.mark.parametrize("name", COILS)
-def test_layers_meet_and_all_currents_circulate_the_same_way(name):
+def test_unequal_layers_connect_and_circulate_in_one_direction(name):
     spec = spec_of(name)
     layout = sitscad.lay_out(spec)
     assert layout.shortfalls == ()
@@ -63,7 +63,7 @@ def test_layers_meet_and_all_currents_circulate_the_same_way(name):
 
 
 @pytest.mark.parametrize("name", ["every layer another", "hexagon"])
-def test_resistance_goes_with_the_copper_that_is_drawn(name):
+def test_resistance_follows_drawn_copper(name):
     layout = sitscad.lay_out(spec_of(name))
     coil, spec = layout.coils[0], layout.spec
     found = estimate(layout).coils[0]
@@ -71,7 +71,7 @@ def test_resistance_goes_with_the_copper_that_is_drawn(name):
     assert found.resistance_dc == approx(squares / 58e6, rel=0.02)
 
 
-def test_nearly_equal_layers_are_as_equal_ones():
+def test_nearly_equal_layer_turns_give_values_of_equal_turns():
     equal = sitscad.load_text(text_of("circle", 4, 7.75, 4), "x.yaml")
     nearly = sitscad.load_text(text_of("circle", 4, [7.75, 7.749999, 7.75, 7.749999], 4), "x.yaml")
     one, other = (estimate(sitscad.lay_out(spec)).coils[0] for spec in (equal, nearly))
@@ -79,7 +79,7 @@ def test_nearly_equal_layers_are_as_equal_ones():
         assert getattr(other, field) == approx(getattr(one, field), rel=1e-4), field
 
 
-def test_a_turn_fewer_lies_between():
+def test_one_turn_fewer_on_some_layers_gives_intermediate_values():
     values = []
     for turns in (7.75, [7.75, 6.75, 7.75, 6.75], 6.75):
         found = estimate(sitscad.lay_out(sitscad.load_text(text_of("circle", 4, turns, 4), "x.yaml"))).coils[0]
@@ -111,7 +111,7 @@ def test_turns_list_that_exceeds_layers_or_room_is_refused(turns, layers, rule, 
     assert [(f.rule, f.key) for f in caught.value.findings] == [(rule, key)]
 
 
-def test_a_broken_turn_of_one_layer_is_named_where_it_stands():
+def test_invalid_turns_of_one_layer_give_finding_at_its_position():
     with pytest.raises(SpecError) as caught:
         sitscad.load_text(text_of("square", 5, [7, 6.3], 2))
     (found,) = caught.value.findings
@@ -119,7 +119,7 @@ def test_a_broken_turn_of_one_layer_is_named_where_it_stands():
     assert found.column == text_of("square", 5, [7, 6.3], 2).splitlines()[2].index("6.3") + 1
 
 
-def test_the_other_coils_of_an_array_are_wound_equally():
+def test_all_coils_of_array_have_equal_windings():
     array = "{pattern: line, count: 2, pitch: 5.2}"
     spec = sitscad.load_text(text_of("circle", 4, [7.75, 6.75, 7.75, 6.75], 4, array), "x.yaml")
     layout = sitscad.lay_out(spec)
@@ -136,7 +136,7 @@ def test_the_other_coils_of_an_array_are_wound_equally():
     pytest.param(n, marks=() if n in ("one turn fewer below", "hexagon") else [pytest.mark.slow, pytest.mark.more])
     for n in COILS
 ])
-def test_kicad_accepts_the_board_and_the_files_read_back(name, tmp_path):
+def test_unequal_turns_board_passes_kicad_and_verification(name, tmp_path):
     pytest.importorskip("gerbonara", reason="verify reads Gerbers through gerbonara, which sitscad[all] brings")
     spec = spec_of(name)
     errors = [f for f in sitscad.check(spec).findings if f.severity == "error" and f.rule.startswith("SIT1")]
@@ -154,7 +154,7 @@ def test_kicad_accepts_the_board_and_the_files_read_back(name, tmp_path):
 @pytest.mark.slow
 @pytest.mark.needs("gmsh", "scipy")
 @pytest.mark.parametrize("name", ["every layer another", "hexagon"])
-def test_the_resistance_of_the_extracted_copper_is_the_estimated_one(name, tmp_path):
+def test_resistance_of_extracted_copper_equals_estimate(name, tmp_path):
     for module in ("gerbonara", "shapely", "gmsh", "scipy"):
         pytest.importorskip(module)
     from sitscad.files.extraction.differences import extract

@@ -77,7 +77,7 @@ def drawn(commands):
 
 
 @pytest.mark.slow
-def test_a_whole_panel_is_equal(whole):
+def test_intact_panel_passes_verification(whole):
     found = sitscad.verify(whole)
     assert (found.differences, found.panel_boards) == ((), 6)
 
@@ -113,12 +113,12 @@ def test_a_whole_panel_is_equal(whole):
         (".json", without_last_part, ["F_Cu.gbr has objects that belong to no board", "PTH.drl shows"]),
     ],
 )
-def test_what_is_changed_on_the_panel_alone_is_found(package, name, change, words):
+def test_change_on_panel_alone_is_found(package, name, change, words):
     said = changed(package, name, change)
     assert all(word in said for word in words), said
 
 
-def test_a_hole_that_is_not_on_the_panel_is_found_though_every_hash_agrees(package):
+def test_missing_panel_hole_is_found_despite_correct_hash(package):
     said = changed(package, "-PTH.drl", without(2, r"^X.*\n"))
     name = "fpc/panel/small-part-panel-PTH.drl"
     manifest = json.loads((package / "manifest.json").read_text())
@@ -130,7 +130,7 @@ def test_a_hole_that_is_not_on_the_panel_is_found_though_every_hash_agrees(packa
     assert (found.wrong_nets, found.wrong_archive, found.wrong_boards) == (0, 1, len(said.splitlines()))
 
 
-def test_a_coupon_that_is_wrong_in_every_place_is_found(package):
+def test_coupon_without_holes_in_every_place_is_found(package):
     """Its holes taken from both coupons: they are like each other still, but no coil."""
     boards, coupons = 4 * 6, 1
     text = (package / "fpc/panel/small-part-panel-PTH.drl").read_text()
@@ -149,7 +149,7 @@ def cut_paths(text):
 
 
 @pytest.mark.parametrize("which", range(3))
-def test_a_cut_that_all_boards_lack_is_found(package, which):
+def test_cut_missing_on_all_boards_is_found(package, which):
     """What no copy has, no comparison of copies finds: the cuts are held against the listed bridges."""
     text = (package / "fpc/panel/small-part-panel-Part_Cuts.gbr").read_text()
     boards = 6
@@ -167,7 +167,7 @@ def test_a_cut_that_all_boards_lack_is_found(package, which):
 
 
 @pytest.mark.slow
-def test_a_bridge_that_all_boards_lack_is_found(package):
+def test_bridge_missing_on_all_boards_is_found(package):
     """Every bridge cut through: the boards are alike, and fall out."""
 
     def change(text):
@@ -180,7 +180,7 @@ def test_a_bridge_that_all_boards_lack_is_found(package):
 
 
 @pytest.mark.slow
-def test_a_bridge_cut_there_and_back_is_found(package):
+def test_bridge_cut_in_both_directions_is_found(package):
     """The cut then ends where it did, and nothing holds the boards."""
 
     def change(text):
@@ -202,18 +202,18 @@ def test_a_bridge_cut_there_and_back_is_found(package):
     ],
     ids=["a number of 401 digits", "brackets without end", "inches", "no unit"],
 )
-def test_a_list_of_places_that_is_none_is_said_to_be_none(package, change):
+def test_invalid_list_of_places_gives_error(package, change):
     assert "is no list of places" in changed(package, ".json", change)
 
 
-def test_a_file_of_the_panel_that_is_gone_is_found(package):
+def test_missing_panel_file_is_found(package):
     (package / "fpc/panel/small-part-panel-B_Mask.gbr").unlink()
     said = "\n".join(compare_panel(package / "fpc", package / "fpc/panel")[1])
     assert "the panel has nothing like small-part-B_Mask.gbr" in said
 
 
 @pytest.mark.slow
-def test_the_layers_that_tails_are_without_are_on_the_rails_and_not_between_the_boards(tmp_path):
+def test_body_layers_are_on_rails_and_not_between_boards(tmp_path):
     text = (SPEC % "[1, 2]").replace("3.5, turns: 6.5, layers: 2", "4, turns: 5.75, layers: 4").replace("0.1", "80 um")
     text = text.replace("pitch: 4", "pitch: 4.5").replace("fpc:", "fpc:\n  stackup: flex-4l\n  rules: generic-fine")
     spec = sitscad.load_text(text.replace("0.5mm}", "0.5mm, layers: 2}"), "four.yaml")
@@ -226,7 +226,7 @@ def test_the_layers_that_tails_are_without_are_on_the_rails_and_not_between_the_
     assert "small-part-panel-Body_Layers.gbr shows what the list does not have" in said
 
 
-def test_the_summary_says_what_was_not_so(package, capsys):
+def test_verification_summary_counts_differences(package, capsys):
     hole = package / "fpc/small-part-PTH.drl"
     hole.write_text(without(0, r"^X.*\n")(hole.read_text()))
     (package / "estimate.json").unlink()
@@ -244,7 +244,7 @@ def test_the_summary_says_what_was_not_so(package, capsys):
     )
 
 
-def test_every_drawing_of_a_forced_package_is_stamped_in_the_archive_too(whole):
+def test_every_drawing_in_forced_archive_is_stamped(whole):
     with zipfile.ZipFile(whole / "fpc/small-part-order.zip") as archive:
         drawings = [name for name in archive.namelist() if name.endswith(".pdf")]
         assert len(drawings) == 3
@@ -253,7 +253,7 @@ def test_every_drawing_of_a_forced_package_is_stamped_in_the_archive_too(whole):
 
 
 @pytest.mark.slow
-def test_hundreds_of_boards_take_seconds(tmp_path):
+def test_verification_of_500_boards_takes_under_15_seconds(tmp_path):
     spec = sitscad.load_text(SPEC % "[10, 50]", "small.yaml")
     folder = sitscad.build(spec, tmp_path, ["gerber"], force=True).directory
     began = time.process_time()
@@ -262,7 +262,7 @@ def test_hundreds_of_boards_take_seconds(tmp_path):
     assert time.process_time() - began < 15.0
 
 
-def test_package_without_a_panel_passes_verify(tmp_path):
+def test_package_without_panel_passes_verification(tmp_path):
     spec = sitscad.load_text(SPEC.replace("{parts: %s}", "none"), "small.yaml")
     built = sitscad.build(spec, tmp_path, ["gerber"], force=True)
     read = sitscad.verify(built.directory)

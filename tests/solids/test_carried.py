@@ -60,7 +60,7 @@ KINDS = dict(kinds())
 @pytest.mark.few(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
-def test_support_from_figures_matches_solids(kind):
+def test_computed_support_area_matches_solids(kind):
     """Within 1 %: a face is looked for 5 um below itself, where a seat cut round by the port is narrower."""
     layout = KINDS[kind]
     plane, (pressed, body) = support(layout), support_areas(layout, whole(layout))
@@ -79,7 +79,7 @@ mount: {kind: custom, step: own.step, standoff: 4}
 
 
 @pytest.mark.slow
-def test_part_under_tail_bend_is_found_with_volume(tmp_path):
+def test_part_under_tail_bend_gives_warning_with_volume(tmp_path):
     """The steps had the tail bent about a line that the user's own block reaches under, and nothing was found."""
     import build123d as bd
 
@@ -136,7 +136,7 @@ def test_sufficient_block_has_no_finding(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("side", "severity"), [(5.0, Severity.WARNING), (2.0, Severity.ERROR)])
-def test_block_smaller_than_pad_is_found_with_both_areas(tmp_path, side, severity):
+def test_block_smaller_than_pad_gives_finding_with_both_areas(tmp_path, side, severity):
     (found, *_), _ = built(tmp_path, (side, 6.0, 3.0))
     assert (found.rule, found.severity) == ("SIT326", severity)
     assert (found.measured, found.limit) == (approx(6e-3 * side * 1e-3, rel=1e-6), approx(0.9 * 36e-6, rel=1e-6))

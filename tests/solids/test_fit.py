@@ -37,7 +37,7 @@ FITTED = {
 @pytest.mark.slow
 @pytest.mark.cad
 @pytest.mark.parametrize("case", FITTED)
-def test_envelope_from_figures_matches_meshes(case):
+def test_computed_envelope_matches_meshes(case):
     layout = handmade.jaw_sensor(**FITTED[case])
     pair = closed_pair(layout)
     section = closed_section(layout)
@@ -111,7 +111,7 @@ def test_part_moved_into_neighbour_is_found():
 
 @pytest.mark.slow
 @pytest.mark.cad
-def test_shield_keeps_gap_and_board_keeps_standoff():
+def test_shield_gap_and_board_standoff_have_stated_values():
     gaps = {(c.first, c.second): c.gap for c in clearances(handmade.solids("jaw"))}
     assert gaps["shield", "board"] == approx(0.6e-3, rel=1e-6)
     assert gaps["jaw", "board"] == approx(1.0e-3, rel=1e-6)

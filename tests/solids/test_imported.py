@@ -105,7 +105,7 @@ def test_plane_rules_state_reason_if_not_checked(tmp_path, jaw_file):
     assert measure_solids(layout, whole(layout)).faults == ()
 
 
-def test_file_metal_counts_behind_coils(tmp_path, jaw_file):
+def test_metal_of_jaw_file_is_reflector_behind_coils(tmp_path, jaw_file):
     from sitscad.estimates.targets.assembly import metal_behind
 
     spec = beside(tmp_path, jaw_file, f"{{jaw: {{{LIES}, material: titanium-grade-5}}, standoff: 1}}")
@@ -207,7 +207,7 @@ def test_spec_without_its_file_is_refused(tmp_path, jaw_file):
         ("{kind: bench-plate, holes: [{at: [9, 9], diameter: 5, head: 3}]}", "mount.holes", "SIT009"),
     ],
 )
-def test_contradictory_keys_are_flaws(tmp_path, jaw_file, mount, key, rule):
+def test_contradictory_keys_give_spec_error(tmp_path, jaw_file, mount, key, rule):
     (tmp_path / "jaw.step").write_bytes(jaw_file.read_bytes())
     with pytest.raises(SpecError) as caught:
         load(written(tmp_path, mount))

@@ -67,7 +67,7 @@ def test_thin_seat_has_no_grooves_and_round_tail_edge():
     assert floors == [4, 0]
 
 
-def test_tail_without_tongue_leaves_over_round_heel():
+def test_tail_without_tongue_has_rounded_heel():
     """The jaw ends just behind the body."""
     short = seats(mount=pad(0.6e-3, length=9.6e-3), shield=None)[0].shape
     assert bounds(seats(mount=pad(0.6e-3, length=9.6e-3), shield=None)[0])[3] == approx(4.5e-3, rel=1e-6)
@@ -76,7 +76,7 @@ def test_tail_without_tongue_leaves_over_round_heel():
 
 
 @pytest.mark.slow
-def test_cheeks_keep_tail_clearance():
+def test_cheeks_have_clearance_to_tail():
     layout = handmade.jaw_sensor(shield=None)
     tongue = relief(layout)
     assert tongue.cheeks is not None and tongue.across == approx((-1.55e-3, 1.55e-3), rel=1e-6)
@@ -128,7 +128,7 @@ def test_board_on_metal_has_no_seat():
 
 
 @pytest.mark.slow
-def test_stop_stands_before_board_except_on_short_jaw():
+def test_stop_before_board_is_absent_on_short_jaw():
     with_stop, without = seats(shield=None)[0], seats(shield=None, mount=pad(1e-3, length=9e-3))[0]
     assert bounds(with_stop)[0] == approx(-4.5e-3 - 0.15e-3 - 0.6e-3, rel=1e-6)  # as thick as resin stands free
     assert bounds(without)[5] == approx(-0.2e-3, rel=1e-6)

@@ -57,7 +57,7 @@ def random_sensor(seed):
         *(pytest.param(seed, marks=[pytest.mark.slow, pytest.mark.more]) for seed in range(12, 40)),
     ],
 )
-def test_fit_from_figures_matches_solids(seed):
+def test_computed_fit_matches_solids(seed):
     layout = random_sensor(seed)
     proof, plane = measure_solids(layout, whole(layout)), closed_section(layout)
     assert proof.radius == approx(plane.radius, abs=6e-6)
@@ -134,7 +134,7 @@ def test_piece_beyond_port_circle_is_found(hinged, pieces):
     assert findings[0].rule == "SIT321" and findings[0].measured > 2.9e-3 and findings[0].limit == 2.75e-3
 
 
-def test_loaded_target_and_pad_meet_neighbours(hinged, pieces):
+def test_loaded_target_and_pad_collide_with_neighbour(hinged, pieces):
     target = next(s for s in pieces if s.name == "target").shape.bounding_box()
     edge = (target.max.X + 0.3) * 1e-3
     block = box(edge, -1e-3, 0.1e-3, edge + 1e-4, 1e-3, target.max.Z * 1e-3)
@@ -151,7 +151,7 @@ def test_loaded_target_and_pad_meet_neighbours(hinged, pieces):
     assert travel.second == "post" and travel.value == approx(0.1e-3, abs=1e-6)
 
 
-def test_bulged_pad_keeps_volume():
+def test_bulged_pad_has_unchanged_volume():
     """A parabola over the height that is left, round the pad: what the press took away."""
     spec = handmade.jaw_sensor().spec
     pad, press = spec.elastomer, 0.1 * spec.elastomer.thickness

@@ -41,7 +41,7 @@ def test_shapes_carry_no_location(sensor):
 
 
 @pytest.mark.parametrize("sensor", handmade.SENSORS)
-def test_solids_contain_only_written_parts(sensor):
+def test_solids_contain_only_parts_of_spec(sensor):
     assert [solid.name for solid in handmade.solids(sensor)] == NAMES[sensor].split()
 
 
@@ -128,7 +128,7 @@ def test_rotated_target_and_offset_pad_have_written_positions():
     assert min(math.dist(corner, place) for place in at) < 1e-9
 
 
-def test_contacts_on_body_stay_open_in_film():
+def test_contacts_on_body_are_not_covered_by_film():
     film, opening = named("solder-pads")["encapsulation"], handmade.layout("solder-pads").top_openings[0]
     covered = named("jaw")["encapsulation"]
     assert covered.volume - film.volume == approx(opening.area * 0.1e-3, rel=1e-3)

@@ -249,7 +249,7 @@ def test_unknown_coordinate_system_is_finding_at_datum(tmp_path):
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_forced_package_lists_files_missing_for_unread_file(tmp_path):
+def test_forced_package_lists_files_missing_for_unreadable_step_file(tmp_path):
     layout = layout_of(tmp_path, unread("two solids"), FIGURES)
     stopped = sitscad.build(layout.spec, tmp_path / "out", only=["laser", "mount"])
     assert not stopped.written and [each.rule for each in errors_of(stopped)] == ["SIT333"]

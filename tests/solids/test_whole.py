@@ -61,7 +61,7 @@ def test_films_fill_board(layout, pieces):
     assert sum(s.volume for s in films) == approx(coverlay * layout.spec.fpc.stackup.thickness, rel=1e-9)
 
 
-def test_bent_tail_keeps_flat_volume(layout, pieces):
+def test_bent_tail_has_volume_of_flat_tail(layout, pieces):
     """A film above the middle of the tail is stretched by one bend and shortened by the other, which is equal."""
     path = tail_path(layout)
     assert path.radius and not path.reason
