@@ -68,7 +68,7 @@ def test_unknown_hint_level_gives_value_error(hints):
         check(spec_of(), hints=hints)
 
 
-def test_exhausted_budget_suggests_no_fix():
+def test_exhausted_hint_budget_gives_no_fix():
     spec = spec_of("octagon", turns=4, layers=2, size=5.0, readout=REFUSED)
     subject = Design(spec)
     said = [outcome for rule in RULES for outcome in outcomes(rule, subject)[0]]

@@ -318,7 +318,7 @@ def test_gain_at_other_target_length_agrees_with_noise_ratio(design):
     assert (gain.normal, gain.shear) == approx((noise[0][0] / noise[1][0], noise[0][1] / noise[1][1]), rel=0.2)
 
 
-def test_target_length_with_both_resolutions_required_is_not_checked(judge, design):
+def test_long_target_with_both_resolutions_required_gives_no_length_finding(judge, design):
     asked = {"normal_force": "4.8 N", "shear_force": "1 N", "normal_resolution": "1 N", "shear_resolution": "1 N"}
     size = {"target__shape": "rectangle", "target__size": [10, 4.5]}
     assert judge("SIT306", design(**size, requirements=asked)) == []

@@ -39,7 +39,7 @@ def most_turns(row, diameter):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("row", ROWS, ids=[f"{row['profile']} {row['layers']}" for row in ROWS])
-def test_smallest_coil_reaches_the_resistance_and_a_smaller_one_does_not(row):
+def test_only_coil_of_stated_smallest_size_reaches_required_resistance(row):
     floor = parse_quantity(row["parallel_resistance"], "resistance")
     size = parse_quantity(row["outer_diameter"], "length")
     reached = [sitscad.estimate(sitscad.lay_out(most_turns(row, round(size + more, 7)))).coils[0].states["free"]

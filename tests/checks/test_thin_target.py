@@ -54,7 +54,7 @@ def test_household_foil_target_gives_only_note():
 @pytest.mark.parametrize(
     ("thickness", "severity"), [("5 um", Severity.WARNING), ("20 um", Severity.NOTE), ("120 um", None)]
 )
-def test_thinner_target_gives_graver_severity(thickness, severity, judge):
+def test_thinner_target_gives_higher_severity(thickness, severity, judge):
     assert [f.severity for f in judge_alone(judge, foil(thickness))] == ([severity] if severity else [])
 
 

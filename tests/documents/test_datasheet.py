@@ -226,7 +226,7 @@ def test_forced_data_sheet_is_marked(bench):
     assert "does not meet its own checks" in page
 
 
-def test_curves_equal_response(bench, drawn):
+def test_data_sheet_curves_equal_response(bench, drawn):
     loads = np.zeros((1, 3))
     loads[0, 0] = drawn.normal.forces[-1]
     last = bench.response.respond_to_loads(loads, np.ones(1, dtype=bool))

@@ -143,7 +143,7 @@ def test_header_and_json_have_equal_registers(coils):
 
 @pytest.mark.clients("gcc", "g++")
 @pytest.mark.parametrize("language", ["c", "c++"])
-def test_header_compiles(language, tmp_path):
+def test_header_compiles_in_c_and_cpp(language, tmp_path):
     path = tmp_path / "config.h"
     path.write_text(rendered(estimates(5))[0])
     flags = ["-std=c99"] if language == "c" else ["-std=c++11"]

@@ -40,7 +40,7 @@ def in_jaw(**changes):
     return replace(layout, spec=replace(layout.spec, mount=replace(layout.spec.mount, jaw=jaw)))
 
 
-def test_section_is_drawn_to_scale_about_port_circle():
+def test_jaw_section_is_drawn_to_scale_about_port_circle():
     layout = in_jaw()
     at, pair, jaw = shapes(drawing(layout)), closed_section(layout), layout.spec.jaw
     port = at["jaw-port"]

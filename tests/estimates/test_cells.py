@@ -147,7 +147,7 @@ def row() -> Design:
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_performance_takes_worst_cell_for_each_value(row):
+def test_performance_uses_worst_cell_for_each_value(row):
     """Figures of the cell with the least signal alone had more range and less error by tilt than its neighbours."""
     ends, middle = row.cells.skin.table.groups
     assert (ends.numbers, middle.numbers, middle.coils) == ((1, 3), (2,), ("C2",))

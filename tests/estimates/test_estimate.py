@@ -241,7 +241,7 @@ def test_cable_lowers_frequency_less_with_capacitor_at_coil():
     assert at_coil.states["free"].coil_amplitude == approx(at_coil.states["free"].amplitude, rel=0.02)
 
 
-def test_json_has_required_keys_and_error_bounds(mounted):
+def test_estimate_json_has_required_keys_and_error_bounds(mounted):
     document = json.loads(json.dumps(mounted.as_json("jaw.yaml"), allow_nan=False))
     assert document["spec"] == "jaw.yaml"
     coil = document["coils"][0]

@@ -49,7 +49,7 @@ def test_two_coupled_idle_neighbours_equal_closed_solution():
     assert (found[0][0] * omega, found[1][0]) == approx((both.imag, both.real), rel=1e-6)
 
 
-def test_several_frequencies_equal_separate_calls():
+def test_idle_coupling_at_several_frequencies_equals_separate_calls():
     matrix = np.array([[0, -80, -10], [-80, 0, -80], [-10, -80, 0]]) * 1e-9
     circuits = [lambda f: (2.5e-6 + 0.0 * f, 1e-3 * np.sqrt(f))] * 3
     idle = idle_neighbours(

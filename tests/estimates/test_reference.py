@@ -24,7 +24,7 @@ def design(without):
     return sitscad.Design(without.spec.replace("array.reference", {}))
 
 
-def test_reference_coil_is_routed_clear_of_coils_and_plates(design):
+def test_reference_coil_is_placed_clear_of_coils_and_plates(design):
     layout, spec = design.layout, design.spec
     *sensing, reference = layout.coils
     radius, edge = spec.coil.size[0] / 2, max(spec.target.size[0], spec.elastomer.size[0]) / 2
@@ -107,7 +107,7 @@ def test_other_jaw_change_of_reference_coil_equals_plate_over_coil(design):
     assert covered.target_change == approx(changes[1], rel=0.1)
 
 
-def test_reference_coil_on_a_second_converter_is_checked_for_coupling(design):
+def test_reference_coil_on_second_converter_gives_coupling_finding(design):
     spec = design.spec.replace("readout.device", "ldc1612")
     finding = next(each for each in sitscad.check(spec).findings if each.rule == "SIT211")
     matrix = sitscad.Design(spec).estimates.inductance_matrix

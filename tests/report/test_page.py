@@ -139,7 +139,7 @@ def test_spec_text_is_escaped_in_page(design):
     assert "".join(reader.text).count("alert('x')") >= 8
 
 
-def test_verdict_and_banner_follow_findings(design):
+def test_page_verdict_and_banner_follow_severity_of_findings(design):
     error = Finding("SIT201", "x", Severity.ERROR, "too weak")
     warning = Finding("SIT202", "x", Severity.WARNING, "rather weak")
     bad = _page(design, CheckedSpec("s.yaml", "", (error,)))
@@ -214,7 +214,7 @@ def test_missing_values_are_shown_as_dashes(design):
     assert not re.search(r"\b(nan|inf|None)\b", " ".join(_read(page).text))
 
 
-def test_page_is_reproducible(design):
+def test_report_page_is_reproducible(design):
     assert _page(design) == _page(design)
 
 
