@@ -90,7 +90,8 @@ def estimated_values(cells: Cells) -> tuple[RequirementResult, ...]:
             # forces and moments are compared apart; beside a limit, by the ratio to it
             key = result.requirement, result.unit if result.limit is None else ""
             if key not in worst or _limit_ratio(result) > _limit_ratio(worst[key]):
-                worst[key] = replace(result, at=f"{result.at}{f', cell {number}' * (cell is not cells.whole)}")
+                place = f", cell {number}" if cells.whole.spec.cells else ""
+                worst[key] = replace(result, at=result.at + place)
     return tuple(worst.values())
 
 

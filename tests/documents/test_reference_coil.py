@@ -6,6 +6,7 @@ import pytest
 from tolerance import approx
 
 import sitscad
+from sitscad.checks.performance import estimated_values
 from sitscad.estimates.states.reference import reference_signal
 from sitscad.files.documents import assembly_notes, firmware
 from sitscad.files.documents.datasheet import sensor
@@ -50,3 +51,8 @@ def test_data_sheet_states_target_signal_in_reference_coil(design):
     share = reference_signal(design.layout, design.estimates).share
     assert rows["reference coil"].startswith("C3")
     assert float(rows["signal of the target on C3"].split(" %")[0]) == approx(100.0 * share, rel=0.05)
+
+
+def test_estimated_values_beside_reference_coil_name_no_cell(design):
+    results = estimated_values(design.cells)
+    assert results and not [result.at for result in results if "cell" in result.at]
