@@ -1,4 +1,4 @@
-"""Calibration: simulated sensors, the plan of points, the fit of measured points, and maps from readings to forces."""
+"""Calibration: simulated sensors, planned loads, the fit to measured points, and maps from readings to forces."""
 
 from __future__ import annotations
 

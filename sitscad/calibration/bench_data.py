@@ -1,4 +1,4 @@
-"""A bench's table of points: loads or poses, and the readings of every coil."""
+"""Table of measured points from a test bench: applied loads or poses, and the readings of each coil."""
 
 from __future__ import annotations
 
@@ -20,27 +20,32 @@ from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import usual_value
 
 READING_UNITS = {"counts": 1.0, "Hz": 1.0, "kHz": 1e3, "MHz": 1e6, "H": 1.0, "mH": 1e-3, "uH": 1e-6, "nH": 1e-9}
-"""Units of a coil's column, written after its name and an underscore, with their factors to SI or counts."""
+"""Units of a coil's column, with their factors to Hz, H or counts.
+
+The unit follows the coil's name and an underscore.
+"""
 
 MOTION_UNITS = {"N": 1.0, "mN": 1e-3, "Nm": 1.0, "Nmm": 1e-3, "m": 1.0, "mm": 1e-3, "um": 1e-6, "rad": 1.0,
                 "deg": math.pi / 180.0}
-"""Units of a load's or a pose's column, with their factors to SI."""
+"""Units of a column with loads or poses, with their factors to SI units."""
 
 READING_KINDS = "counts", "Hz", "H"
-"""Kinds of readings, in order of preference if a coil has several columns.
+"""Kinds of readings, in the order in which they are used if a coil has several columns.
 
-Inductances come last, because they depend on the capacitor's value in the firmware.
+Inductances come last, because they depend on the capacitor value that the firmware assumes.
 """
 
 KINDS = {**dict.fromkeys(FORCE, ("N", "mN")), **dict.fromkeys(MOMENT, ("Nmm", "Nm")),
          **dict.fromkeys(POSE[:3], ("m", "mm", "um")), **dict.fromkeys(POSE[3:], ("rad", "deg"))}
-"""Units of every load and pose."""
+"""Permitted units of each load and each pose component, by its name."""
 
 ROTATION_LINE = re.compile(r"\s*#+\s*rotation\s*[:=](.*)", re.IGNORECASE)
-"""Pattern of a line that states the rotation, with the statement as its group."""
+"""Pattern of a line that states whether the target could tilt. Its group is the text after the colon."""
 
 USUAL_ROTATION = "held"  # Of a table without the line: a flat face keeps the target level, as in the data sheet
+"""Rotation of the target in a table without a rotation line: kept level by a flat face."""
 LARGEST = 16_000_000  # Largest size (bytes) of a file
+"""Largest accepted size (bytes) of a table file."""
 
 
 class BenchError(ValueError):
@@ -52,7 +57,7 @@ class BenchError(ValueError):
 
 @record
 class Column:
-    """A column: its number (from 1), the name of its coil, load or pose, its unit, and whether it is a coil's."""
+    """A column of the table: number from 1, coil, load or pose component (`name`), unit, and whether it is a coil's."""
 
     number: int
     name: str
@@ -61,7 +66,7 @@ class Column:
 
     @property
     def factor(self) -> float:
-        """Factor from the column's unit to SI. Counts have 1."""
+        """Factor from the column's unit to SI. 1 for counts."""
         return (READING_UNITS if self.is_coil else MOTION_UNITS)[self.unit]
 
     @property
@@ -74,11 +79,11 @@ class Column:
 
 @record(eq=False)
 class BenchTable:
-    """A table of a bench.
+    """A table of measured points.
 
-    ``lines`` (n) are the line numbers of the rows, and ``values`` (n, columns) their numbers in the columns' units.
-    ``rotation`` is the line that states how the target was loaded, and its word (`free` or `held`). The word is empty
-    if there is no such line.
+    ``lines`` (n) are the file's line numbers of the rows, and ``values`` (n, columns) the numbers in the units of the
+    columns. ``rotation`` is (line number, word) of the line that states the target's rotation. The word is `free` or
+    `held`, or empty without this line.
     """
 
     path: str
@@ -88,7 +93,7 @@ class BenchTable:
     rotation: tuple[int, str] = (0, "")
 
     def is_held(self, rotation: str | None, usual: str = USUAL_ROTATION) -> bool:
-        """Whether the target was kept level: by `rotation`, else by the table's line, else by `usual`.
+        """Whether the target was kept level: decided by `rotation`, else by the table's line, else by `usual`.
 
         Raises BenchError if `rotation` contradicts the table, or if the table's word is unknown.
         """
@@ -101,20 +106,20 @@ class BenchTable:
         return (rotation or word or usual) == "held"
 
     def where(self, row: int, column: Column) -> str:
-        """Return the place of a number, as path:line:column."""
+        """Return the position of a number in the file, as path:line:column."""
         return f"{self.path}:{self.lines[row]}:{column.number}"
 
     def columns_named(self, name: str) -> int | None:
-        """Return the index of the column of a coil, load or pose. None if the table has no such column.
+        """Return the index of the column of a coil, load or pose component. None if the table has no such column.
 
-        If a coil has several columns, the index is that column's whose kind is `used_kind`.
+        If a coil has several columns, it is the column of the kind `used_kind`.
         """
         places = [k for k, column in enumerate(self.columns) if column.name == name]
         kind = used_kind(self.columns)
         return next((k for k in places if self.columns[k].kind in ("", kind)), places[0] if places else None)
 
     def column(self, name: str) -> Column:
-        """Return the used column of a coil, load or pose that the table has."""
+        """Return the used column of a coil, load or pose component. The table must have this column."""
         place = self.columns_named(name)
         assert place is not None
         return self.columns[place]
@@ -125,7 +130,7 @@ class BenchTable:
 
 
 def used_kind(columns: Sequence[Column]) -> str:
-    """Return the first of `READING_KINDS` that every coil has a column of. Empty if no kind has all coils."""
+    """Return the first of `READING_KINDS` for which each coil has a column. Empty if there is no such kind."""
     coils = {column.name for column in columns if column.is_coil}
     return next((kind for kind in READING_KINDS if {c.name for c in columns if c.kind == kind} == coils), "")
 
@@ -161,9 +166,9 @@ def read_table(path: str, coils: Sequence[str], unused: str = "") -> BenchTable:
 
 
 def _rotation(path: str, whole: Sequence[tuple[int, list[str]]]) -> tuple[int, str]:
-    """Return the line ``# rotation: held`` (or with ``=``) and its word.
+    """Return (line number, word) of the line ``# rotation: held`` (or with ``=``). Word empty if there is no such line.
 
-    Raises BenchError if another line contradicts.
+    Raises BenchError if two lines contradict each other.
     """
     first = 0, ""
     for number, cells in whole:
@@ -178,7 +183,10 @@ def _rotation(path: str, whole: Sequence[tuple[int, list[str]]]) -> tuple[int, s
 
 
 def _columns(where: str, head: Sequence[str], coils: Sequence[str], unused: str) -> tuple[Column, ...]:
-    """Return the columns of a table from its header. Raises BenchError for an unknown title, or one without a unit."""
+    """Return the columns of a table from its header.
+
+    Raises BenchError for an unknown title, or a title without a unit.
+    """
     columns = []
     for number, title in enumerate((cell.strip() for cell in head), start=1):
         name, _, unit = (title, "", "") if title in coils or title in KINDS else title.rpartition("_")
@@ -198,7 +206,7 @@ def _columns(where: str, head: Sequence[str], coils: Sequence[str], unused: str)
 
 
 def _require_all(where: str, columns: Sequence[Column], coils: Sequence[str]) -> None:
-    """Raise BenchError for double or missing columns, or if the table has both loads and poses."""
+    """Raise BenchError for double or missing columns, or if the table has both loads and poses, or neither."""
     names, titles = [column.name for column in columns], [(column.name, column.kind) for column in columns]
     end = f"{where}:{max((column.number for column in columns), default=1)}"
     for column in columns:
@@ -215,9 +223,9 @@ def _require_all(where: str, columns: Sequence[Column], coils: Sequence[str]) ->
 
 
 def _numbers(where: str, cells: Sequence[str], head: Sequence[str], columns: Sequence[Column]) -> list[float]:
-    """Return a row's values in the order of the columns.
+    """Return the values of a row in the order of the columns.
 
-    Raises BenchError for short rows, and cells without a finite number.
+    Raises BenchError for rows that are too short or too long, and for cells without a finite number.
     """
     if len(cells) != len(head):
         raise BenchError(f"{where}:{min(len(cells), len(head)) + 1} {len(cells)} cells under {len(head)} columns")
@@ -236,9 +244,9 @@ def _numbers(where: str, cells: Sequence[str], head: Sequence[str], columns: Seq
 
 
 def points_of(table: BenchTable, sensors: Sensors) -> Points:
-    """Return a table's points: loads or poses in SI units, and readings as frequencies.
+    """Return the points of a table: loads or poses in SI units, and readings as frequencies.
 
-    Raises BenchError if a load pulls, if there is no tare, or if there are too few points.
+    Raises BenchError for a negative normal force, without a row at rest, or with too few points.
     """
     motion = LOAD if table.columns_named("normal") is not None or not any(c.name in POSE
                                                                           for c in table.columns) else POSE
@@ -263,10 +271,14 @@ def points_of(table: BenchTable, sensors: Sensors) -> Points:
 
 
 FEWEST = 3  # Least number of points besides the tare
+"""Least number of different loads or poses in a table, in addition to the rows at rest."""
 
 
 def _require_enough(table: BenchTable, moved: Array, at_rest: Flags, motion: tuple[str, ...]) -> None:
-    """Raise BenchError without a tare, with fewer than FEWEST other points, or for loads that pull."""
+    """Raise BenchError without a row at rest, with fewer than `FEWEST` other points, or for a negative normal force.
+
+    `moved` are the loads or poses, and `motion` the names of their columns.
+    """
     end = f"{table.path}:{table.lines[-1] if table.lines else 1}:1"
     if not at_rest.any():
         raise BenchError(
@@ -281,17 +293,24 @@ def _require_enough(table: BenchTable, moved: Array, at_rest: Flags, motion: tup
 
 
 FINEST = 12  # Largest number of decimals that is recognised
+"""Largest number of decimals that is recognised in a column of readings."""
 
 
 def rounding_error(table: BenchTable, column: Column) -> Array:
-    """Return half a unit of the last decimal of a coil's column, as a relative error of the frequency (n)."""
+    """Return the rounding error of a coil's column, as a relative error of the frequency (n).
+
+    It is half a unit of the last decimal.
+    """
     values = table.numbers(column)
     digits = next((d for d in range(FINEST) if np.array_equal(np.round(values, d), values)), FINEST)
     return np.asarray((0.5 if column.kind == "H" else 1.0) * 0.5 * 10.0**-digits / np.abs(values))
 
 
 def frequencies_of(table: BenchTable, sensors: Sensors, column: Column) -> Array:
-    """Return a coil's frequencies (Hz; n) from a column. Raises BenchError for impossible readings."""
+    """Return the frequencies (Hz; n) of a coil from a column.
+
+    Raises BenchError for readings outside the converter's range.
+    """
     readout = sensors.model.estimates.readout
     values = table.numbers(column) * column.factor
     if np.any(values <= 0.0):

@@ -1,4 +1,4 @@
-"""The calibration of a design: its expected quality before measurements, and its map after measurements."""
+"""The calibration of a design: before measurements its expected errors, after measurements the map of one sensor."""
 
 from __future__ import annotations
 
@@ -35,27 +35,35 @@ from sitscad.estimates.response.model import ResponseModel
 from sitscad.kernels.electromagnetics.threads import one_thread
 
 USUAL_POINTS, FEWEST, MOST = 8, 3, 40  # Numbers of loads of a plan besides the tare: default, least and largest
+"""Number of loads in a plan without the rows at rest: default, least and largest."""
 
 SHOWN = (3, 5)  # Numbers of points whose error is shown besides the whole plan's
+"""Numbers of calibration points for which the expected error is shown, in addition to all points of the plan."""
 TARES = 3  # Rows without load needed to separate noise from drift: at the start, in the middle, at the end
+"""Number of rows without load needed to separate noise from drift: at the start, in the middle and at the end."""
 MAX_SURROGATES = 3  # Largest number of surrogates made in turn about a fitted sensor
+"""Largest number of successive surrogates that are made about a fitted sensor."""
 
 MAX_EXCESS_RATIO = 2.0
-"""Largest ratio of `ModelFit.excess` with a surrogate about the fitted sensor to its value with the surrogate before.
+"""Largest ratio of a fit's `ModelFit.excess` to the excess of the fit with the surrogate before.
 
-Beyond it, the surrogate before is used: the new surrogate is then far from all sensors of the design.
+Above it, the fit before is used, because the new surrogate is then far from all sensors of the design.
 """
 
 STATED_FRACTION = 0.95
-"""Fraction of the simulated sensors that agree with measured points whose error is below the stated error."""
+"""Fraction of simulated sensors whose force error is below the stated error.
+
+They all agree with the measured points.
+"""
 
 
 @record(eq=False)
 class ForceError:
-    """Error of forces of one kind of unit. `error` (axes; N, or N m for moments) is rms over the working range.
+    """Force error of one group of sensors.
 
-    ``of`` describes the unit, and states whether the error is a standard deviation or a 95 % limit. ``points`` is the
-    number of the unit's calibration points. None if the unit has no tare.
+    `error` (axes; N, or N m for moments) is the rms error over the working range. ``of`` is the text that describes the
+    group and states whether the error is a standard deviation or a 95 % limit. ``points`` is the number of calibration
+    points of each sensor. None if the sensor is read without a tare.
     """
 
     of: str
@@ -204,9 +212,12 @@ class Calibration:
 @lru_cache(maxsize=4)
 @one_thread
 def plan_calibration(model: ResponseModel, is_held: bool = True, count: int = USUAL_POINTS) -> Calibration:
-    """Return the plan of a calibration, and the map of the sensor as drawn with its error on manufactured sensors.
+    """Return the planned loads of a calibration, and the map of the nominal sensor.
 
-    Raises NoResponse if the design has no oscillating tank or no pad, and ValueError for too few or too many points.
+    The map's error is stated for manufactured sensors.
+
+    `count` is the number of loads. Raises NoResponse if the design has no oscillating tank or no pad, and ValueError
+    for too few or too many loads.
     """
     if not FEWEST <= count <= MOST:
         raise ValueError(f"{FEWEST} to {MOST} points are planned, not {count}")
@@ -222,10 +233,10 @@ def plan_calibration(model: ResponseModel, is_held: bool = True, count: int = US
 
 
 def forces_with_wrong_rotation(calibration: Calibration, errors: Array) -> tuple[tuple[str, float, float], ...]:
-    """Return (axis, applied force, force by the map; N) for full shear on each axis, with the wrong rotation assumed.
+    """Return (axis, applied force, force by the map; N) for full shear on each axis with a wrongly assumed rotation.
 
-    The map assumes a level target and the target tilts, or the reverse. The normal force is half of full scale. Empty
-    if the pad fails under that load, or if the map has moments, which need a free target.
+    The map assumes a level target although the target tilts, or the reverse. The normal force is half of full scale.
+    Empty if the pad fails under this load, or if the map has moments, which need a target that tilts.
     """
     sensors = calibration.sensors
     if sensors.range.has_moments:
@@ -249,7 +260,7 @@ def forces_with_wrong_rotation(calibration: Calibration, errors: Array) -> tuple
 @lru_cache(maxsize=4)
 @one_thread
 def sensors_of(model: ResponseModel, is_held: bool = True) -> Sensors:
-    """Return the sensors of a design, with a cached surrogate.
+    """Return the simulated sensors of a design. Results are cached with their surrogate.
 
     Raises NoResponse if a tank does not oscillate, or if the pad fails sideways under the required loads.
     """
@@ -274,10 +285,10 @@ def sensors_of(model: ResponseModel, is_held: bool = True) -> Sensors:
 
 @one_thread
 def calibrate_by(sensors: Sensors, points: Points) -> Calibration:
-    """Return the calibration of the measured sensor, from the fitted unknowns of the model.
+    """Return the calibration of the measured sensor, from a fit of the model's unknowns to the points.
 
-    Its errors of force are rms over the working range and over all sensors that agree with the points. They include
-    the unknowns' remaining uncertainty, the scatter of the loads and the error of the map.
+    Its force errors are rms over the working range and over all sensors that agree with the points. They include the
+    remaining uncertainty of the unknowns, the scatter of the loads and the error of the map.
     """
     sensors, fit = fit_by_surrogate(sensors, points)
     fitted, errors = fit_unit_map(sensors, fit.errors), error_by_unknowns(sensors, fit)
@@ -288,10 +299,10 @@ def calibrate_by(sensors: Sensors, points: Points) -> Calibration:
 
 
 def fit_by_surrogate(sensors: Sensors, points: Points) -> tuple[Sensors, ModelFit]:
-    """Return the fit of a sensor, and the sensors with the surrogate of the fit.
+    """Return the sensors with the surrogate that was used last, and the fit of a sensor to the points.
 
-    The first surrogate covers all sensors. The next surrogate is made about the fitted sensor, as wide as the
-    uncertainty of the fit. It is made again if the new fit lies outside it.
+    The first surrogate covers all manufactured sensors. The next surrogate is made about the fitted sensor, as wide as
+    the fit's uncertainty. Another follows if the new fit lies outside the surrogate.
     """
     fit = fit_model(sensors, points, rounds=1)
     moving = [each.name in (*POSE_ERRORS, *PAD_ERRORS) for each in sensors.unknowns]

@@ -1,4 +1,4 @@
-"""Maps from readings to forces, as functions of arrays and as documents."""
+"""Maps from readings to forces: functions of arrays, stored as JSON documents."""
 
 from __future__ import annotations
 
@@ -17,7 +17,9 @@ from sitscad.estimates.performance_values import unit_of
 from sitscad.kernels.electromagnetics.polynomials import Exponents, monomials
 
 LEAST = 1e-6  # Least ratio of a target's change of L to the change at rest, for its logarithm
+"""Least value of 1 - gain s in the logarithm of a map's input u (see `InverseMap`)."""
 BEYOND = 0.1  # Allowed distance of a reading from the map's range (full scales)
+"""Distance (full scales) beyond the map's range up to which readings are used unchanged."""
 
 
 @record(eq=False)
@@ -107,7 +109,7 @@ class InverseMap:
 
 
 ARRAYS = "full_scale", "error", "rest", "gain", "mix", "low", "high", "powers", "coefficients"
-"""Arrays of a document, in its order."""
+"""Names of the arrays in a map's document, in its order."""
 
 
 @checked_arguments
@@ -151,6 +153,6 @@ def map_of(document: Mapping[str, Any] | str | Path) -> InverseMap:
 
 
 def map_inputs(readings: Array, rest: Array, gain: Array) -> Array:
-    """Return u of an `InverseMap` for every coil (n, coils)."""
+    """Return the inputs u of an `InverseMap` for each coil (n, coils): u = ln(1 - gain s), s = (rest/reading)^2 - 1."""
     share = (rest - readings) / readings
     return np.asarray(np.log(np.maximum(1.0 - gain * share * (2.0 + share), LEAST)))

@@ -1,4 +1,4 @@
-"""Maps from readings to forces of simulated sensors: the sensor as drawn, or a sensor with fitted errors.
+"""Fit of maps from readings to forces: for the nominal sensor, or for a sensor with fitted errors.
 
 All maps are polynomials, of the highest degree that the number of samples allows.
 """
@@ -19,44 +19,48 @@ from sitscad.calibration.unknowns import draw_stratified_units
 from sitscad.kernels.electromagnetics.polynomials import POINTS_A_TERM, Exponents, exponents, monomials
 
 SMALLEST = 1e-4
-"""Least ratio of a singular value of a map's terms to the largest singular value. Smaller values are neglected.
+"""Least singular value of a map's terms that is used, divided by the largest singular value.
 
-This costs no accuracy for templates (1e-3 does). It keeps a map bounded if its samples come from a surrogate far beyond
-its poses.
+Omitting smaller values costs no accuracy for templates (a limit of 1e-3 does). It keeps a map bounded if the surrogate
+is extrapolated far beyond its poses.
 """
 
 MAX_DEGREE = 6
-"""Largest degree of a map.
+"""Largest degree of a map's polynomial.
 
-For templates, degree five leaves 0.06 to 0.3 % of full scale, degree six up to a third less, and degree seven hardly
-less than six.
+For templates, degree five leaves errors of 0.06 to 0.3 % of full scale. Degree six leaves up to a third less, and
+degree seven hardly less than degree six.
 """
 
 SHARE = 0.5
-"""Fraction of the target's change of inductance at rest that enters the logarithm of a map (`map_gain`).
+"""Fraction of the inductance change by the target at rest that a map's logarithm contains (`map_gain`).
 
-The remaining fraction counts as constant. The logarithm of the whole change has a pole where a distant target has no
-effect. Maps near that pole were wrong by half of full scale.
+With a fraction of 1, the logarithm has a pole at the readings without a target. Maps had errors of half of full scale
+near that pole.
 """
 
 FITTED_LOADS, TEST_LOADS = 240, 80  # Numbers of loads to fit a map to, and of other loads for its error
+"""Number of loads to which a map is fitted, and number of other loads at which its error is computed."""
 
 SEED = 7  # Seed of the noise in the readings at the other loads
+"""Seed of the random noise in the readings at the test loads."""
 
 TEST_SENSORS = 64
-"""Number of simulated sensors, on which the drawn sensor's map is tested for its error on other sensors."""
+"""Number of simulated sensors for which the error of the nominal sensor's map is computed."""
 
 SCATTER_SEED = 8
-"""Seed of these simulated sensors."""
+"""Seed of the `TEST_SENSORS` simulated sensors."""
 
 SOLVED_LOADS, DEGREE = 40, 3  # Number of solved loads for a sensor's own map, and degree of the correction from them
+"""Number of solved loads for one sensor's own map, and degree of the polynomial that is fitted to their corrections."""
 
 LEAST_LEFT = 0.05  # Least divisor 1 - leverage of a residual
+"""Least value of 1 - leverage, by which a residual is divided."""
 
 
 @record(eq=False)
 class Samples:
-    """Readings (n, coils) of one sensor with the tare (coils), and forces (n, axes) in full scales."""
+    """Samples for a map: readings (n, coils), the reading at rest (coils), and forces (n, axes) in full scales."""
 
     readings: Array
     rest: Array
@@ -64,9 +68,10 @@ class Samples:
 
 
 def map_gain(sensors: Sensors) -> Array:
-    """Return `SHARE` times L(rest) / (L(without target) - L(rest)) of each coil (coils), for the drawn sensor.
+    """Return the gain of each coil in an `InverseMap` (coils), for the nominal sensor with all unknowns zero.
 
-    The inductances L are computed from frequencies. It is the gain of an `InverseMap`.
+    The gain is `SHARE` L(rest) / (L(without target) - L(rest)). The ratio of inductances is the inverse squared ratio
+    of frequencies.
     """
     rest = sensors.frequencies_under(np.zeros(len(sensors.unknowns)), np.zeros((1, 3)))[0]
     share = np.square(sensors.free_frequencies / rest)
@@ -74,24 +79,24 @@ def map_gain(sensors: Sensors) -> Array:
 
 
 def sensor_samples(sensors: Sensors, errors: Array, loads: Array) -> Samples:
-    """Return readings of one sensor under loads (n, 3 or 5; N, N m)."""
+    """Return the samples of one sensor with these `errors` under loads (n, 3 or 5; N, N m), from the surrogate."""
     frequency = sensors.frequencies_under(errors, np.vstack([sensors.range.pressed(0.0), loads]))
     return Samples(frequency[1:], frequency[0], loads[:, sensors.range.columns] / sensors.range.full_scales)
 
 
 def map_terms(axes: int, count: int) -> Exponents:
-    """Return the exponents (terms, axes) of a map for `count` samples.
+    """Return the exponents (terms, axes) of a map's polynomial for `count` samples.
 
-    The degree is the highest, at most `MAX_DEGREE`, with `POINTS_A_TERM` samples per term.
+    The degree is the highest, up to `MAX_DEGREE`, for which each term has `POINTS_A_TERM` samples.
     """
     terms = (exponents([1.0] * axes, degree, 1) for degree in range(MAX_DEGREE, 0, -1))
     return next(each for each in terms if count >= POINTS_A_TERM * len(each))
 
 
 def fitted_map(sensors: Sensors, learnt: Samples, rest: Array) -> InverseMap:
-    """Return the map of one sensor by least squares of its samples, without its error.
+    """Return the map of one sensor by least squares from samples. Its stated error is left at 0.
 
-    `rest` (coils; Hz) is the reading without load.
+    `rest` (coils; Hz) are the frequencies without load.
     """
     gains, spec, scope = map_gain(sensors), sensors.model.spec, sensors.range
     signals = map_inputs(learnt.readings, learnt.rest, gains)
@@ -110,7 +115,7 @@ def fitted_map(sensors: Sensors, learnt: Samples, rest: Array) -> InverseMap:
 
 
 def error_on_others(sensors: Sensors, fitted: InverseMap) -> Array:
-    """Return the rms error (axes; N) of a map for the readings of simulated sensors, each after its own tare."""
+    """Return the rms force error (axes; N) of a map for simulated sensors. Each sensor has its own tare."""
     loads, square = sensors.range.inside(TEST_LOADS // 2, FITTED_LOADS), []
     for errors in draw_stratified_units(sensors.unknowns, TEST_SENSORS, SCATTER_SEED):
         other = sensor_samples(sensors, errors, loads)
@@ -119,12 +124,12 @@ def error_on_others(sensors: Sensors, fitted: InverseMap) -> Array:
 
 
 def fit_unit_map(sensors: Sensors, errors: Array) -> InverseMap:
-    """Return the map of one sensor with these `errors` (zeros: as drawn), and its error.
+    """Return the map of one sensor with these `errors` (all zero for the nominal sensor), with its stated error.
 
-    The samples come from the surrogate, corrected by some solved loads. The error has three parts. The first is the
-    error of the polynomial at loads that it was not fitted to, and the second is the converter's noise there. The third
-    is the error of the surrogate at the solved loads, each as if it had not been used for the correction. It shows a
-    surrogate that does not cover this sensor.
+    The samples come from the surrogate and are corrected by some solved loads. The stated error has three parts: the
+    polynomial's error at test loads, the converter's noise there, and the surrogate's error at the solved loads. For
+    the third part, each solved load is left out of the correction in turn. This part is large if the surrogate does not
+    cover the sensor.
     """
     # the fitted loads include the edge of the range: the map must not end before the required load
     learnt = np.vstack([sensors.range.inside(FITTED_LOADS), sensors.range.rim])
@@ -143,7 +148,7 @@ def fit_unit_map(sensors: Sensors, errors: Array) -> InverseMap:
 
 
 def error_by_unknowns(sensors: Sensors, fit: ModelFit) -> Array:
-    """Return rms errors (sensors, axes; N) of the fitted sensor's map for the sensors `ModelFit.likely`."""
+    """Return rms force errors (sensors, axes; N) of the fitted sensor's map for the sensors `ModelFit.likely`."""
     loads = np.vstack([sensors.range.pressed(0.0), sensors.range.inside(TEST_LOADS // 2, FITTED_LOADS)])
     slopes = unknown_slopes(sensors, loads, True, fit.errors)
     towards = np.linalg.pinv(load_slopes(sensors, fit.errors, loads[1:]))
@@ -153,11 +158,12 @@ def error_by_unknowns(sensors: Sensors, fit: ModelFit) -> Array:
 
 
 def _with_rest_corrected(sensors: Sensors, errors: Array, loads: Array, solved: Array) -> tuple[Array, Array]:
-    """Return two factors: for readings of the surrogate under loads (n, coils), and for solved readings.
+    """Return two factors: for the surrogate's readings under loads (n, coils), and for the solved readings.
 
-    The first corrects readings of the surrogate to agree with `solved` ones, at rest and under the first loads. The
-    second changes each solved reading so that it differs from the correction as if it had not been used for it. In
-    least squares this difference is the residual over 1 - its leverage (Allen, Technometrics 16, 1974).
+    The first factor makes the surrogate agree with the `solved` readings at rest and under the first loads. The second
+    factor changes each solved reading by the additional difference that it would have without its own use in the
+    correction. In least squares, this leave-one-out difference is the residual divided by 1 - leverage (Allen,
+    Technometrics 16, 1974).
     """
     solved_loads = np.vstack([sensors.range.pressed(0.0), loads[: len(solved) - 1]])
     off = np.log(solved) - np.log(sensors.frequencies_under(errors, solved_loads))

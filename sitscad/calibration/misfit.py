@@ -1,7 +1,7 @@
 """Notes on disagreements between a table of measured points and the fitted model.
 
-They concern the row that agrees least with the others, unusual values of unknowns, and noise at rest. A further note
-concerns tables whose target tilted, although the fit assumes a level target (or the reverse).
+They report the row that agrees least with the others, unusual values of unknowns, and noise at rest. A further note
+reports that the target probably tilted although the fit assumes a level target, or the reverse.
 """
 
 from __future__ import annotations
@@ -25,24 +25,24 @@ from sitscad.estimates.loads.pad import NoResponse
 from sitscad.estimates.performance_values import amount_text
 
 UNUSUAL = 3.0
-"""Limit for the fitted value of an unknown, in standard deviations of manufacture. Larger values are reported.
+"""Limit for a fitted unknown, in manufacturing standard deviations from nominal. Larger values are reported.
 
-Errors of simulated sensors are limited to 2 standard deviations.
+Simulated sensors stay within 2 standard deviations.
 """
 
 LIKELIER = 12.0
-"""Least difference of the `cost` of two fits for a note that the assumed rotation was wrong.
+"""Least difference of the `cost` of two fits from which a note reports the other rotation of the target.
 
 The cost is minus twice the logarithm of the likelihood, so at this difference the odds are 400 to 1.
 """
 
 ODD = 3.7
-"""Limit for `ModelFit.disagreement` of a row, in standard deviations. The row is reported if it exceeds this limit."""
+"""Limit for `ModelFit.disagreement` of a row, in standard deviations. Rows with a larger value are reported."""
 
 NOISY = 0.5
-"""Limit for the ratio of the force error by noise to the error of the loads (`usual("force")`).
+"""Limit for the force error by noise, divided by the error of the applied loads (`usual("force")`).
 
-A note is given if the ratio exceeds this limit. Both errors are relative.
+Above it, a note is given. The force error is a fraction of full scale, the load error a fraction of the load.
 """
 
 CAUSES = {
@@ -67,13 +67,13 @@ CAUSES = {
 
 
 def cause_text(name: str) -> str:
-    """Return a text with the possible cause of an unusual unknown."""
+    """Return the text with the possible cause of an unusual value of the unknown `name`."""
     first = name.partition(".")[0]
     return CAUSES.get(first) or CAUSES[first.rpartition("_")[0]]
 
 
 def unusual_unknowns(sensors: Sensors, fit: ModelFit) -> Iterator[str]:
-    """Yield a note on each unknown that is `UNUSUAL`, the largest first."""
+    """Yield a note on each unknown that exceeds `UNUSUAL` standard deviations, the largest first."""
     for k in np.argsort(-np.abs(fit.moved), kind="stable"):
         unknown, deviation = sensors.unknowns[k], float(fit.moved[k])
         if abs(deviation) > UNUSUAL:
@@ -86,8 +86,8 @@ def unusual_unknowns(sensors: Sensors, fit: ModelFit) -> Iterator[str]:
 def worst_row(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit) -> tuple[str, str, float, float]:
     """Return the row that agrees least with the other rows: (place, text, standard deviations, error).
 
-    The place is path:line:1. The standard deviations are `ModelFit.disagreement`. The error is the largest error of a
-    force, in full scales, predicted from the other rows; 0 for poses.
+    The place is path:line:1. The standard deviations are `ModelFit.disagreement`. The error is the row's largest
+    difference from the force that the other rows predict, in full scales; 0 for poses.
     """
     row = int(np.argmax(np.where(points.at_rest, -np.inf, fit.disagreement)))
     text, share = f"by {fit.disagreement[row]:.1f} sigma of what the others scatter", 0.0
@@ -100,7 +100,10 @@ def worst_row(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit
 
 
 def disagreement(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit) -> str:
-    """Return a note if all loads disagree with the readings, or one row with all others. Empty otherwise."""
+    """Return a note if loads and readings disagree on the whole, or if one row contradicts the others.
+
+    Empty otherwise.
+    """
     where, text, odd, _ = worst_row(table, points, sensors, fit)
     if fit.excess <= SUSPECT and odd <= ODD:
         return ""
@@ -109,7 +112,10 @@ def disagreement(table: BenchTable, points: Points, sensors: Sensors, fit: Model
 
 
 def noise_share(points: Points, sensors: Sensors, fit: ModelFit) -> float:
-    """Return the standard deviation of a force near rest by noise of a row and its tare (full scales, worst axis)."""
+    """Return the standard deviation of a force near rest by the noise of a reading and its tare.
+
+    It is the largest of all axes, in full scales.
+    """
     slopes = load_slopes(sensors, fit.errors, sensors.range.pressed(0.0)[None])[0]
     noise = math.sqrt(2.0) * points.noise_ratio * sensors.mean_noise(int(usual_value("readings")))
     return float(np.sqrt(np.sum((np.linalg.pinv(slopes) * noise) ** 2, axis=1)).max())
@@ -126,7 +132,7 @@ def noise_text(table: BenchTable, points: Points, share: float) -> str:
 
 
 def noise_note(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit) -> str:
-    """Return a note if rows without load scatter much more than the converter's noise (`NOISY`). Empty otherwise."""
+    """Return a note if rows without load scatter more than the converter's noise, beyond `NOISY`. Empty otherwise."""
     share = noise_share(points, sensors, fit)
     if points.noise_ratio <= 1.0 or share < NOISY * usual_value("force"):
         return ""
@@ -135,10 +141,10 @@ def noise_note(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFi
 
 @record(eq=False)
 class OppositeRotationFit:
-    """Fit of the same points with the opposite assumption on the target's rotation (level or free to tilt).
+    """Fit of the same points with the opposite assumption on the target's rotation (kept level, or free to tilt).
 
-    `sensors` are the sensors with this rotation. `cost_advantage` is the `cost` of the original fit minus the `cost` of
-    this `fit`: positive if this fit is better.
+    `sensors` are the simulated sensors with this rotation. `cost_advantage` is the `cost` of the original fit minus the
+    `cost` of this `fit`. It is positive if this fit is better.
     """
 
     cost_advantage: float
@@ -147,7 +153,7 @@ class OppositeRotationFit:
 
     @property
     def note(self) -> str:
-        """Remark on the rotation. Empty if the fit is not clearly better."""
+        """Note on the target's rotation. Empty if this fit is not better by `LIKELIER`."""
         if self.cost_advantage < LIKELIER:
             return ""
         rotation = self.sensors.rotation
@@ -157,7 +163,10 @@ class OppositeRotationFit:
                 f"calibrated so? Then `--rotation {rotation}`, and the map is for such use")
 
     def error(self, fitted: InverseMap) -> Array:
-        """Return the rms error (axes; N) of a map for this target's rotation. 0 unless this fit is clearly better."""
+        """Return the rms force error (axes; N) of the map `fitted` if the target has this rotation.
+
+        0 unless this fit is better by `LIKELIER`.
+        """
         if self.cost_advantage < LIKELIER:
             return np.zeros(len(fitted.axes))
         loads = np.vstack([np.zeros((1, 3)), self.sensors.range.inside(TEST_LOADS // 2, FITTED_LOADS)])
@@ -170,10 +179,10 @@ class OppositeRotationFit:
 def fit_opposite_rotation(
     sensors: Sensors, other: Callable[[], Sensors], points: Points, fit: ModelFit
 ) -> OppositeRotationFit | None:
-    """Return the fit of the same loads with the other rotation of the target. `other` returns the sensors with it.
+    """Return the fit of the same loads with the opposite rotation. `other` returns the sensors with that rotation.
 
-    None for points with poses, and for loads without shear, because their readings do not depend on the rotation. Also
-    None if no such fit converges or the pad fails sideways.
+    None for poses, and for loads without shear, because their readings do not depend on the rotation. Also None if the
+    fit does not converge or the pad fails sideways.
     """
     if points.loads is None or not np.any(points.loads[:, [k for k in sensors.range.columns if k]]):
         return None

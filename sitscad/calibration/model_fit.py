@@ -1,6 +1,6 @@
-"""The fit of one sensor's own errors to a few points.
+"""Fit of one sensor's deviations from the design to a few measured points.
 
-The model's unknowns are found by nonlinear least squares, with the scatter of manufacture as prior.
+The unknowns are found by nonlinear least squares. Their manufacturing scatter is the prior.
 """
 
 from __future__ import annotations
@@ -29,27 +29,29 @@ from sitscad.calibration.sensors import Sensors
 Residuals = Callable[[Array], Array]
 
 STEP = 1e-3  # Step of the differences for derivatives (prior standard deviations)
+"""Step (prior standard deviations) of the finite differences for derivatives by fitted unknowns."""
 
 MOST_STEPS = 25
 """Largest number of steps of a fit."""
 
 ENOUGH = 1e-2
-"""Limit for the size of a step (prior standard deviations). Below it, the fit checks whether it has converged."""
+"""Step size (prior standard deviations) below which the fit checks whether it has converged."""
 
 SHORT = 0.1  # Largest step (prior standard deviations) after which derivatives are reused
+"""Largest step (prior standard deviations) after which the derivatives of the step before are used again."""
 
 
 class NoFit(ValueError):
-    """Raised if residuals or their derivatives are not finite at the start or the end of a fit."""
+    """Raised if the residuals of a fit or their derivatives are not finite at its start or its end."""
 
 
 @record(eq=False)
 class LeastSquaresFit:
-    """The result of a fit.
+    """Result of a least-squares fit of k values to n residuals.
 
     `values` (k) are the most likely values, in prior standard deviations, and `covariance` (k, k) is their covariance.
     `residuals` (n) are the residuals at these values, in standard deviations and without the prior. `slopes` (n, k) are
-    their derivatives by the values. `settled` is True if the fit converged.
+    the derivatives of the residuals by the values. `settled` is True if the fit converged.
     """
 
     values: Array
@@ -60,7 +62,7 @@ class LeastSquaresFit:
 
     @property
     def cost(self) -> float:
-        """Sum of squares of the residuals and of the prior."""
+        """Sum of the squares of the residuals and of the values (the prior)."""
         return float(self.residuals @ self.residuals + self.values @ self.values)
 
 
@@ -121,9 +123,9 @@ def levenberg_marquardt(residuals: Residuals, start: Array) -> LeastSquaresFit:
 
 
 def _slopes(residuals: Residuals, values: Array, there: Array, size: float = STEP) -> Array:
-    """Return derivatives (n, k) of the residuals by the values: forward differences with a step of `size`.
+    """Return the derivatives (n, k) of residuals by values, from forward differences with a step of `size`.
 
-    Backward differences are used if the residuals are not finite at the forward step. `there` (n) are the residuals at
+    Backward differences are used if residuals are not finite at the forward step. `there` (n) are the residuals at
     `values` (k).
     """
     columns = []
@@ -134,31 +136,35 @@ def _slopes(residuals: Residuals, values: Array, there: Array, size: float = STE
 
 
 ROUNDS = 6
-"""Largest number of rounds of a fit. Each round uses the scatter of the round before and a corrected surrogate."""
+"""Largest number of rounds of a fit. Each round uses the scatter from the round before and a corrected surrogate."""
 
 NEAR = 0.1
-"""Limit for the change of each value from round to round (prior standard deviations). Rounds end below it."""
+"""Largest change of each unknown between two rounds (prior standard deviations) at which the fit ends."""
 
 SAME = 0.3
-"""Limit for the change of the logarithm of the scatter from round to round. Rounds end below it and `NEAR`."""
+"""Largest change of the scatter's natural logarithm between two rounds at which the fit ends. `NEAR` must hold, too."""
 
 SCATTERS = np.geomspace(1e-4, 1.0, 33)
 """Trial values of the scatter: the standard deviation of errors in addition to the expected errors.
 
-For loads it is in full scales. For poses it is relative to the change of ln f from rest. All trial values are equally
-likely before the fit (Jeffreys' prior of a scale).
+For loads, it is in full scales. For poses, it is relative to the change of ln f from rest (f: frequency). All trial
+values are equally likely before the fit (Jeffreys' prior of a scale).
 """
 
 COARSE = 0.1
-"""Scatter at the start of a fit. With a smaller value a fit may end at a wrong minimum or at the limit `FARTHEST`."""
+"""Scatter at the start of a fit. With a smaller value, a fit may end at a wrong minimum or at the limit `FARTHEST`."""
 
 SUSPECT = 1.5  # Ratio of errors to expected errors above which this is reported
+"""Ratio of actual errors to expected errors (`ModelFit.excess`) above which a note is given."""
 
 LIKELY, LIKELY_SEED = 400, 8  # Number of drawn sensors that agree with measured points, and their seed
+"""Number of randomly drawn sensors that agree with the measured points, and seed of the random numbers."""
 
 CONSIDERED = 0.1  # Step (prior standard deviations) of derivatives by unknowns that are not fitted
+"""Step (prior standard deviations) of the finite differences for derivatives by unknowns that are not fitted."""
 
 FARTHEST = 8.0  # Largest value of a fitted unknown (prior standard deviations)
+"""Limit for a fitted unknown (prior standard deviations). Steps beyond it are rejected."""
 
 
 @record(eq=False)
@@ -205,10 +211,10 @@ class ModelFit:
 
 
 def fit_model(sensors: Sensors, points: Points, start: ModelFit | None = None, rounds: int = ROUNDS) -> ModelFit:
-    """Fit the most likely errors of a sensor to its readings, after removal of drift. Raises NoFit.
+    """Return the most likely errors of a sensor by its readings, after removal of drift. Raises NoFit.
 
-    The fit begins at the values of `start`, a fit with another surrogate. In every round, solved poses correct the
-    surrogate for the next round; with `rounds` of 1 there is no such correction.
+    The fit begins at the values of `start`, a fit with another surrogate. After every round, solved poses correct the
+    surrogate for the next round. With `rounds` of 1, the surrogate is not corrected.
     """
     points = points.settled
     fitted = [each.is_fitted for each in sensors.unknowns]
@@ -235,10 +241,10 @@ def fit_model(sensors: Sensors, points: Points, start: ModelFit | None = None, r
 class _Problem:
     """Points to be fitted, with the covariances of their errors.
 
-    `measured` (n, coils) is the measured ln f, corrected for errors of the surrogate. `expected` (n, coils, coils) are
-    covariances of the expected errors, and `more` the covariances that a scatter of 1 adds. `whitening` (n, coils,
-    coils) are the matrices of `whiteners` for the value `scatter`. `sigma` (unknowns) are the prior standard
-    deviations, and `chosen` (unknowns) is True for fitted unknowns.
+    `measured` (n, coils) are the natural logarithms of the frequencies, corrected for errors of the surrogate.
+    `expected` (n, coils, coils) are covariances of the expected errors, and `more` the additional covariances for a
+    scatter of 1. `whitening` (n, coils, coils) are the matrices of `whiteners` for the present `scatter`. `sigma`
+    (unknowns) are the prior standard deviations, and `chosen` (unknowns) is True for fitted unknowns.
     """
 
     sensors: Sensors
@@ -252,13 +258,16 @@ class _Problem:
     chosen: Flags
 
     def errors(self, values: Array) -> Array:
-        """Return errors (unknowns; own units) from values (prior standard deviations) of the fitted unknowns."""
+        """Return errors (unknowns; own units) from values of the fitted unknowns (prior standard deviations)."""
         errors = np.zeros(len(self.sigma))
         errors[self.chosen] = values * self.sigma[self.chosen]
         return errors
 
     def off(self, errors: Array) -> Array:
-        """Return differences (n, coils) of measured and predicted ln f, `minus_tare`, of a sensor with `errors`."""
+        """Return differences (n, coils) of measured and predicted ln f for a sensor with `errors`.
+
+        f is the frequency. The mean difference at rest is subtracted (`minus_tare`).
+        """
         return minus_tare(self.measured - np.log(predicted_frequencies(self.sensors, errors, self.points)),
                           self.points.at_rest)
 
@@ -270,7 +279,10 @@ class _Problem:
 
 
 def _problem(sensors: Sensors, points: Points, aim: Array, values: Array, scatter: float) -> _Problem:
-    """Return the points to be fitted, with covariances at these `values` of the fitted unknowns. Raises NoFit."""
+    """Return the points to be fitted, with covariances at these `values` of the fitted unknowns. Raises NoFit.
+
+    `aim` (n, coils) are the measured ln f, corrected for errors of the surrogate.
+    """
     sigma, chosen = (np.array([getattr(each, name) for each in sensors.unknowns]) for name in ("sigma", "is_fitted"))
     empty = np.zeros((0, 0, 0))
     problem = _Problem(sensors, points, aim, empty, empty, scatter, empty, sigma, chosen)
@@ -284,11 +296,11 @@ def _problem(sensors: Sensors, points: Points, aim: Array, values: Array, scatte
 
 @record(eq=False)
 class _LikelySensors:
-    """Randomly drawn sensors, and the scatter, that agree with the readings.
+    """Randomly drawn sensors that agree with the readings, and the scatter of the readings.
 
     `sensors` (`LIKELY`, unknowns; prior standard deviations) are differences from the fitted sensor. `scatter` is the
     geometric mean of `SCATTERS`, weighted by their likelihoods. `cost` is minus twice the logarithm of the likelihood
-    at the likeliest scatter. `odd` (n) is as in `ModelFit`.
+    at the likeliest scatter. `odd` (n) is the `ModelFit.disagreement` of each point.
     """
 
     sensors: Array
@@ -298,10 +310,10 @@ class _LikelySensors:
 
 
 def _draw_likely_sensors(problem: _Problem, fitted: LeastSquaresFit) -> _LikelySensors:
-    """Return sensors and scatter that agree with the readings. The model is linearised about the fit.
+    """Return random sensors that agree with the readings, and the scatter. The model is linearised about the fit.
 
-    Unknowns that the fit does not change are included. The likelihood of a scatter is integrated over all unknowns, and
-    sensors are drawn for scatters in proportion to their likelihood (Gelman, Bayesian Data Analysis, 2013, 5.4).
+    Unknowns that are not fitted vary, too. The likelihood of a scatter is integrated over all unknowns. Sensors are
+    drawn for scatters in proportion to their likelihood (Gelman, Bayesian Data Analysis, 2013, 5.4).
     """
     used = np.zeros(len(problem.sigma))
     used[problem.chosen] = fitted.values
@@ -332,15 +344,16 @@ def _draw_likely_sensors(problem: _Problem, fitted: LeastSquaresFit) -> _LikelyS
 
 
 def _weights(costs: Array) -> Array:
-    """Return the likelihoods (scatters, ...) of the trial scatters, with a sum of 1. `costs` are -2 ln likelihood."""
+    """Return the likelihoods (scatters, ...) of the trial scatters, with a sum of 1, from `costs`: -2 ln likelihood."""
     weights = np.exp(-0.5 * (costs - costs.min(axis=0)))
     return np.asarray(weights / weights.sum(axis=0))
 
 
 def _all_slopes(problem: _Problem, fitted: LeastSquaresFit, errors: Array) -> Array:
-    """Return derivatives (n, coils, unknowns) of `_Problem.off` by every unknown, per prior standard deviation.
+    """Return derivatives (n, coils, unknowns) of `_Problem.off` by each unknown, per prior standard deviation.
 
-    Unknowns that are not fitted are included. Raises NoFit if a derivative is not finite.
+    `errors` (unknowns) are the fitted errors. Unknowns that are not fitted are included. Raises NoFit if a derivative
+    is not finite.
     """
     chosen, slopes = problem.chosen, np.empty((*problem.measured.shape, len(errors)))
 
@@ -358,10 +371,11 @@ def _all_slopes(problem: _Problem, fitted: LeastSquaresFit, errors: Array) -> Ar
 
 
 def _given_other_points(white: Array, slope: Array, inverse: Array, remainder: Array) -> tuple[Array, Array]:
-    """Return two values (n) for each point, given all other points.
+    """Return two values (n) for each point, computed from a fit to all other points.
 
-    The first is minus twice the logarithm of the point's likelihood. The second is the probability of a larger
-    chi-square of its readings. Both use the linearised model, with the inverse of the readings' covariance.
+    The first is minus twice the logarithm of the point's likelihood. The second is the probability that chi-square of
+    its readings is larger. The model is linearised: `white` are whitening matrices, `slope` the whitened derivatives,
+    `inverse` the covariance of the unknowns, and `remainder` the whitened residuals.
     """
     pulled = np.einsum("ndc,nd->nc", white, remainder.reshape(white.shape[:2]))
     projection = np.eye(white.shape[1]) - slope @ inverse @ np.swapaxes(slope, 1, 2)
@@ -371,7 +385,7 @@ def _given_other_points(white: Array, slope: Array, inverse: Array, remainder: A
 
 
 def _model_fit(problem: _Problem, fitted: LeastSquaresFit, likely: _LikelySensors) -> ModelFit:
-    """Return the fit for reports: values of the unknowns, their uncertainty, and the errors of every point."""
+    """Return the values of the unknowns, their uncertainty, and the errors of each point."""
     sensors, points, count = problem.sensors, problem.points, len(problem.points)
     errors = problem.errors(fitted.values)
     expected = sensors.surrogate_error if points.loads is None else float(
@@ -391,7 +405,7 @@ def _model_fit(problem: _Problem, fitted: LeastSquaresFit, likely: _LikelySensor
 
 
 def leave_one_out_residuals(fitted: LeastSquaresFit, count: int) -> Array:
-    """Return the residuals (count, coils) of each point for a fit without this point, by the linearised model."""
+    """Return the residuals (count, coils) of each point in a fit without this point, by the linearised model."""
     residuals = fitted.residuals.reshape(count, -1)
     slopes = fitted.slopes.reshape(count, residuals.shape[1], -1)
     remainder = np.eye(residuals.shape[1]) - slopes @ fitted.covariance @ np.swapaxes(slopes, 1, 2)

@@ -1,6 +1,6 @@
-"""Points of a calibration: loads or poses with the coils' readings, the errors of readings, and the plan of loads.
+"""Points of a calibration: loads or poses with the readings of the coils, their expected errors, and the planned loads.
 
-The plan chooses the most informative loads, one after the other.
+The most informative loads are planned, one after the other.
 """
 
 from __future__ import annotations
@@ -18,22 +18,27 @@ from sitscad.calibration.unknowns import usual_value
 from sitscad.estimates.performance_values import AXES, MOMENTS
 
 AT_REST = 1e-4  # Relative error of a frequency at rest; all others are relative to it
+"""Assumed relative error of a frequency at rest. All other frequencies are compared with the frequency at rest."""
 LEAST_LOAD = 1e-3  # Least error of a load (full scales)
+"""Least error of an applied load (full scales)."""
 
 CHANCE = 1e-4  # Probability below which the scatter of rows without load is not by chance
+"""Probability of the scatter of rows without load, below which more noise than the converter's is assumed."""
 
 STEP = 1e-3  # Step (full scales) of the differences for derivatives by loads
+"""Step (full scales) of the finite differences for derivatives by loads."""
 MOVE = 0.02  # Step (prior standard deviations) of the differences for derivatives by unknowns
+"""Step (prior standard deviations) of the finite differences for derivatives by unknowns."""
 
 
 @record(eq=False)
 class Points:
-    """Points (n) of a calibration.
+    """Measured points (n) of a calibration.
 
     Either `loads` or `poses` are given. `loads` (n, 3; N) are normal force and shear along x and y, or (n, 5) with
-    moments about x and y (N m). `poses` (n, 6; m, rad) are relative to rest. `frequency` (n, coils; Hz) are the
-    readings. `at_rest` (n) is True for the tares: points without load. `noise_ratio` is the ratio of the readings'
-    noise to the converter's noise; 1 unless the tares scatter more.
+    moments about x and y (N m). `poses` (n, 6; m, rad) are relative to the pose at rest. `frequency` (n, coils; Hz) are
+    the readings. `at_rest` (n) is True for rows without load, the tares. `noise_ratio` is the noise of the readings
+    divided by the converter's noise; 1 unless the tares scatter more.
     """
 
     loads: Array | None
@@ -47,25 +52,28 @@ class Points:
 
     @property
     def rest(self) -> Array:
-        """Mean of all tares (coils; Hz)."""
+        """Mean of all readings at rest (coils; Hz)."""
         return np.asarray(self.frequency[self.at_rest].mean(axis=0))
 
     @property
     def settled(self) -> Points:
-        """Points with drift removed: frequencies over the tare before each (or the first tare), times the mean tare."""
+        """Points without drift.
+
+        Each frequency is divided by the tare before it (or by the first tare), and multiplied by the mean tare.
+        """
         tares = self.frequency[self.at_rest]
         number = np.maximum(np.cumsum(self.at_rest) - 1, 0)
         return replace(self, frequency=self.frequency * self.rest / tares[number])
 
     def part(self, chosen: Flags | Array) -> Points:
-        """Return the chosen points. `chosen` are flags (n) or indices."""
+        """Return some of the points, chosen by flags (n) or indices."""
         loads = None if self.loads is None else self.loads[chosen]
         poses = None if self.poses is None else self.poses[chosen]
         return Points(loads, poses, self.frequency[chosen], self.at_rest[chosen], self.noise_ratio)
 
     @property
     def restless(self) -> Array:
-        """Residuals (tares, coils) of the tares' ln f from a linear drift with the row number.
+        """Noise of ln f at rest (tares, coils): residuals from a straight line over the row number.
 
         Empty for fewer than three tares.
         """
@@ -77,9 +85,9 @@ class Points:
 
 
 def predicted_frequencies(sensors: Sensors, errors: Array, points: Points, exact: bool = False) -> Array:
-    """Return the frequencies (n, coils; Hz) that a sensor with these errors (unknowns) would have at the points.
+    """Return the frequencies (n, coils; Hz) at the points for a sensor with these errors (unknowns).
 
-    They come from the surrogate, or with `exact` from solved poses.
+    They come from the surrogate, or with `exact` from the field solution of each pose.
     """
     if points.loads is not None:
         return sensors.frequencies_under(errors, points.loads, exact)
@@ -88,10 +96,10 @@ def predicted_frequencies(sensors: Sensors, errors: Array, points: Points, exact
 
 
 def load_slopes(sensors: Sensors, errors: Array, loads: Array) -> Array:
-    """Return derivatives of ln f by each force, per full scale: (n, coils, axes).
+    """Return the derivatives (n, coils, axes) of ln f by each force, per full scale of the force.
 
-    They are one-sided differences. The step points to smaller loads if the load exceeds half of full scale. It is
-    reversed if the pad fails there.
+    They are one-sided differences. The step reduces the load if the load exceeds half of full scale, and increases it
+    otherwise. The step is reversed if the pad fails there.
     """
     scale, slopes = sensors.range.full_scales, []
     here = np.log(sensors.frequencies_under(errors, loads))
@@ -109,9 +117,10 @@ def load_slopes(sensors: Sensors, errors: Array, loads: Array) -> Array:
 
 
 def unknown_slopes(sensors: Sensors, loads: Array, of_all: bool = False, errors: Array | None = None) -> Array:
-    """Return derivatives (n, coils, unknowns) of ln f under loads by the fitted unknowns, or `of_all` unknowns.
+    """Return the derivatives (n, coils, unknowns) of ln f under loads by the fitted unknowns, or with `of_all` by all.
 
-    They are per prior standard deviation, for the sensor as drawn or with these `errors` (unknowns).
+    They are per prior standard deviation of the unknown, for the nominal sensor or for a sensor with these `errors`
+    (unknowns).
     """
     slopes, here = [], np.zeros(len(sensors.unknowns)) if errors is None else errors
     for k, each in enumerate(sensors.unknowns):
@@ -124,11 +133,11 @@ def unknown_slopes(sensors: Sensors, loads: Array, of_all: bool = False, errors:
 
 
 def covariances(sensors: Sensors, errors: Array, points: Points) -> tuple[Array, Array]:
-    """Return two covariances (n, coils, coils) of errors of `minus_tare` ln f: expected, and for a scatter of 1.
+    """Return two covariances (n, coils, coils) of errors of ln f minus its tare: expected, and for a scatter of 1.
 
     Expected errors are noise of the converter, errors of the surrogate and errors of loads. The scatter is the standard
-    deviation of additional errors. For loads it is in full scales on every axis. For poses it is relative to the change
-    of ln f from rest.
+    deviation of additional errors. For loads, it is in full scales on each axis. For poses, it is relative to the
+    change of ln f from rest.
     """
     here = np.log(predicted_frequencies(sensors, errors, points))
     rest = np.log(
@@ -154,7 +163,7 @@ def covariances(sensors: Sensors, errors: Array, points: Points) -> tuple[Array,
 def place_changes(sensors: Sensors, errors: Array, loads: Array) -> Array:
     """Return the changes (n, coils, 2) of ln f if the load acts one standard deviation farther along x, and along y.
 
-    The standard deviation is `usual("place")`. Zero for targets that are kept level.
+    The standard deviation is `usual("place")`. The changes are 0 for targets that are kept level.
     """
     if sensors.is_held or not len(loads):
         return np.zeros((len(loads), len(sensors.coils), 2))
@@ -175,9 +184,9 @@ def whiteners(covariance: Array) -> Array:
 
 
 def noise_ratio(points: Points, expected: Array) -> float:
-    """Return the ratio of the readings' noise, from the residuals of the tares, to the `expected` noise.
+    """Return the noise of the readings at rest, divided by the `expected` noise of the converter.
 
-    `expected` (coils) is one sigma of a row's ln f. The result is 1 if the ratio may be chance.
+    `expected` (coils) is the standard deviation of ln f in one row. The result is 1 if the difference may be chance.
     """
     residuals = points.restless / expected
     free = residuals.size - 2 * residuals.shape[1] * bool(residuals.size)
@@ -186,7 +195,7 @@ def noise_ratio(points: Points, expected: Array) -> float:
 
 
 def chi_square_chance(square: Array, free: int) -> Array:
-    """Return the probability that chi-square with `free` degrees of freedom exceeds `square`.
+    """Return the probability that a chi-square variable with `free` degrees of freedom exceeds `square`.
 
     Source: Abramowitz and Stegun 26.4.4 and 26.4.5.
     """
@@ -199,13 +208,16 @@ def chi_square_chance(square: Array, free: int) -> Array:
 
 
 def load_errors(sensors: Sensors, loads: Array) -> Array:
-    """Return the standard deviation (n; full scales) of the error of each applied load. `loads` are as in `Points`."""
+    """Return the standard deviation (n; full scales) of the error of each applied load.
+
+    `loads` has the columns of `Points.loads`.
+    """
     size = np.linalg.norm(loads[:, sensors.range.columns] / sensors.range.full_scales, axis=1)
     return np.asarray(np.hypot(usual_value("force") * size, LEAST_LOAD))
 
 
 def minus_tare(values: Array, at_rest: Flags) -> Array:
-    """Return values (n, ...) minus the mean of the rows `at_rest` (n). Rows at rest are set to this mean."""
+    """Return values (n, ...) minus the mean of the rows `at_rest` (n). The rows at rest themselves become this mean."""
     rest = values[at_rest].mean(axis=0)
     changes = values - rest
     changes[at_rest] = rest
@@ -213,24 +225,28 @@ def minus_tare(values: Array, at_rest: Flags) -> Array:
 
 
 LEVELS = 4
-"""Number of normal forces of the offered loads, evenly spaced up to full scale.
+"""Number of different normal forces among the loads that may be planned, in equal steps up to full scale.
 
-It is multiplied by a whole number if the plan needs more loads.
+It is multiplied by a whole number if more loads are planned.
 """
 
 SHEARS = (0.5, 1.0)  # Shears of the offered loads (full scales), in each of `DIRECTIONS`
+"""Shear forces of the loads that may be planned (full scales), in each of `DIRECTIONS` directions."""
 DIRECTIONS = 8  # Number of directions of shear, for arrays that separate both axes
+"""Number of shear directions of the loads that may be planned, for sensors that measure shear along both axes."""
 EXPECTED_ERROR_LOADS = 40  # Number of loads for the expected error of the map
+"""Number of loads over which the expected error of the map is averaged."""
 
 
 @record(eq=False)
 class Plan:
-    """The planned loads, with the expected errors.
+    """Planned loads of a calibration, with the expected errors.
 
-    `loads` (n, 3; N, or n, 5 with moments, N m) begin with the load that gives most information; rows at rest are not
-    included. `errors` (n + 1, axes; N) is the standard deviation of forces after a tare and none, one, two, ... of the
-    loads. `errors_without_tare` (axes; N) is the standard deviation without a tare. `errors_of_offset` (axes; N) is the
-    additional error if all loads act one standard deviation beside their place along x, or along y if that is worse.
+    `loads` (n, 3; N, or n, 5 with moments, N m) begin with the most informative load, without rows at rest. `errors` (n
+    + 1, axes; N) are the standard deviations of forces after a tare and the first 0, 1, ..., n loads.
+    `errors_without_tare` (axes; N) are the standard deviations without a tare. `errors_of_offset` (axes; N) are
+    additional errors if all loads act one standard deviation beside their intended position. The worse of the
+    directions x and y counts.
     """
 
     loads: Array
@@ -240,12 +256,12 @@ class Plan:
 
     @property
     def rows(self) -> Array:
-        """Loads to apply in turn (n + 3, 3; N), with rest at the start, in the middle and at the end."""
+        """Loads to apply in turn (n + 3, 3 or 5; N, N m). Rows without load are first, in the middle and last."""
         return np.insert(self.loads, [0, len(self.loads) // 2, len(self.loads)], 0.0, axis=0)
 
 
 def candidate_loads(sensors: Sensors, count: int) -> Array:
-    """Return the loads (n, 3 or 5; N, N m) from which the plan chooses, `count` or more, with three digits."""
+    """Return the loads (n, 3 or 5; N, N m) from which the plan chooses: at least `count`, rounded to three digits."""
     scope = sensors.range
     axes = [k for k in scope.columns if k]
     directions = [np.zeros(len(axes))]
@@ -261,10 +277,11 @@ def candidate_loads(sensors: Sensors, count: int) -> Array:
 
 
 def plan(sensors: Sensors, count: int) -> Plan:
-    """Return a plan of `count` of the offered loads.
+    """Return a plan with `count` loads.
 
-    Each load adds most to the determinant of the information on the unknowns, after a tare (D-optimal; Fedorov, Theory
-    of Optimal Experiments, 1972). Then each load is exchanged if another adds more.
+    Each load is the candidate that most increases the determinant of the information on the unknowns after a tare
+    (D-optimal; Fedorov, Theory of Optimal Experiments, 1972). Then each load is exchanged if another candidate
+    increases it more.
     """
     loads = candidate_loads(sensors, count)
     # Information (n, unknowns, unknowns; per prior variance) by a reading under each load; the first is at rest
@@ -281,9 +298,10 @@ def plan(sensors: Sensors, count: int) -> Plan:
 
 
 def _choose_greedily(facts: Array, start: list[int], count: int, among: list[int] | None = None) -> list[int]:
-    """Return the numbers in `start` and `count` further points, each with the largest gain of information.
+    """Return the point numbers in `start` and `count` further numbers, each with the largest gain of information.
 
-    `facts` (n, unknowns, unknowns) is the information by each point. Candidates are the points `among`; None for all.
+    `facts` (n, unknowns, unknowns) is the information matrix of each point. Candidates are the numbers `among`; all
+    points if it is None.
     """
     chosen = list(start)
     information = np.eye(facts.shape[1]) + facts[chosen].sum(axis=0)
@@ -296,9 +314,10 @@ def _choose_greedily(facts: Array, start: list[int], count: int, among: list[int
 
 
 def _exchange_points(facts: Array, chosen: list[int]) -> list[int]:
-    """Return the `chosen` points after exchanges: each is replaced by another point if this adds information.
+    """Return the `chosen` point numbers after exchanges: each is replaced by another point if this adds information.
 
-    The first point is never replaced. `facts` is as in `_choose_greedily`.
+    The first point, at rest, is never replaced. `facts` (n, unknowns, unknowns) is the information matrix of each
+    point.
     """
     chosen = list(chosen)
     for _ in range(len(chosen)):
@@ -312,12 +331,13 @@ def _exchange_points(facts: Array, chosen: list[int]) -> list[int]:
 
 
 def _predicted_errors(sensors: Sensors, facts: Array, pulls: Array, order: list[int]) -> tuple[Array, Array, Array]:
-    """Return three errors of force by axis (N), rms over the working range.
+    """Return three force errors by axis (N), rms over the working range.
 
-    The first is one sigma after the tare and none, one, ... of the other points. The second is one sigma without a
-    tare. The third is the part by loads that all act beside their place in one direction. The errors come from the
-    uncertainty of the unknowns, to first order, without noise and without the map's own error. `pulls` (n, unknowns, 2)
-    is the effect of such a shift on the unknowns. A fit attributes the shift to the sensor, and its error is added.
+    The first (points, axes) is one standard deviation after the tare and 0, 1, ... of the other points in `order`. The
+    second is one standard deviation without a tare. The third is the error if all loads act beside their intended
+    position in one direction. They follow from the uncertainty of the unknowns, linearised, without noise and without
+    the map's own error. `pulls` (n, unknowns, 2) is the effect of the displaced loads on the unknowns. A fit attributes
+    this effect to the sensor.
     """
     test_loads = np.vstack([sensors.range.pressed(0.0), sensors.range.inside(EXPECTED_ERROR_LOADS)])
     none = np.zeros(len(sensors.unknowns))
@@ -338,7 +358,7 @@ def _predicted_errors(sensors: Sensors, facts: Array, pulls: Array, order: list[
 
 
 def table_head(sensors: Sensors) -> list[str]:
-    """Return the first lines of a table of points: the rotation of the target, and the columns."""
+    """Return the first two lines of a table of points: the rotation of the target, and the column titles."""
     loads = [f"{name}_{'Nmm' if name in MOMENTS else 'N'}" for name in AXES if name in sensors.range.axes]
     return [f"# rotation: {sensors.rotation}", ",".join([*loads, *(f"{coil}_counts" for coil in sensors.coils)])]
 
@@ -347,7 +367,7 @@ GRAVITY = 9.80665  # Standard acceleration of free fall (m/s^2), by definition
 
 
 def load_place(load: Array) -> tuple[float, float]:
-    """Return the place of a load (3 or 5; N, N m): x and y (m) from the middle of the outermost face."""
+    """Return the position of a load (3 or 5; N, N m): x and y (m) from the middle of the outermost face."""
     if len(load) <= AXES.index("moment_x") or not load[0]:
         return 0.0, 0.0
     x, y = load[AXES.index("moment_y")] / load[0], -load[AXES.index("moment_x")] / load[0]
@@ -355,9 +375,9 @@ def load_place(load: Array) -> tuple[float, float]:
 
 
 def load_words(load: Array, axes: Sequence[str], rotation: str) -> str:
-    """Return the instruction for a load (3 or 5; N, N m).
+    """Return the instruction for applying a load (3 or 5; N, N m).
 
-    A moment is a press beside the middle of the outermost face.
+    A moment is applied as a press beside the middle of the outermost face.
     """
     if len(load) > len(AXES) - len(MOMENTS) and load[0]:
         beside = [f"{name} {1e3 * part:+.2f} mm" for part, name in zip(load_place(load), "xy", strict=True) if part]

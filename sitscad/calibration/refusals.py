@@ -1,7 +1,6 @@
-"""Checks of tables that no sensor of a design can have given.
+"""Checks that refuse tables of measured points which no sensor of the design can produce.
 
-Impossible rows, columns and fits are refused with place and reason. The module also compares several columns of one
-coil.
+Impossible rows, columns and fits are reported with place and reason. If a coil has several columns, they are compared.
 """
 
 from __future__ import annotations
@@ -24,55 +23,59 @@ from sitscad.estimates.performance_values import amount_text
 from sitscad.kernels.mechanics.motion import rotations
 
 STEEPEST = math.radians(15.0)  # Largest tilt of the response model (the contract of `sitscad response`)
+"""Largest accepted tilt (rad) of the target: the limit of the response model."""
 
 STIFF = 2.0
-"""Standard deviations by which a pad may be stiffer than its preset, in the test of a load that it cannot bear."""
+"""Stiffness of the pad above nominal (standard deviations) for which a load without equilibrium is refused."""
 
 THINNEST = 0.1
-"""Least accepted height of the target's lowest point above the board, over this height at rest.
+"""Least accepted height of the target's lowest point above the board, divided by its height at rest.
 
-Silicone that is compressed further is damaged.
+More compression damages silicone.
 """
 
 CONTRADICTED = 5.0
-"""Limit for `ModelFit.disagreement` of a row, in standard deviations. Above it, the row may be refused (`OUT_OF_LINE`).
+"""Limit for `ModelFit.disagreement` of a row, in standard deviations.
 
-Slips made 6 to 11 standard deviations, and a target with the other rotation 3.7.
+The row is refused above it and above `OUT_OF_LINE`. Slips of one load or reading gave 6 to 11 standard deviations, and
+a target with the other rotation gave 3.7.
 """
 
 OUT_OF_LINE = 0.3
-"""Limit for a row's force error, predicted from the other rows (full scales).
+"""Limit for the difference between a row's force and the force predicted by the other rows (full scales).
 
-A row is refused if it exceeds this limit and `CONTRADICTED`.
+A row above this limit and above `CONTRADICTED` is refused.
 """
 
 MAX_UNCONVERGED_EXCESS = 2.5
-"""Largest ratio of errors to expected errors for a fit that did not converge.
+"""Largest accepted ratio of errors to expected errors if the fit did not converge.
 
-Below it, the fit is accepted with a note that its unknowns are unreliable. True readings of few points can lie there.
+Below it, the fit is accepted with a note that its unknowns are unreliable. Correct readings of few points can have such
+a ratio.
 """
 
 MAX_UNKNOWN_SIGMAS = 3.0
-"""Largest fitted value of an unknown, in standard deviations of manufacture, if loads and model disagree as well.
+"""Largest accepted fitted unknown (manufacturing standard deviations) if loads and readings disagree as well.
 
-Larger values are refused. Tables in which all loads were entered at half their value reached 3.2 to 3.9, with errors of
-up to 39 % of the normal force.
+Tables in which all loads were entered at half their value reached 3.2 to 3.9, with errors of up to 39 % of the normal
+force.
 """
 
 WORST = 25.0
-"""Largest ratio of errors to expected errors in a calibration by loads.
+"""Largest accepted ratio of errors to expected errors in a calibration by loads.
 
-25 corresponds to load errors of a tenth of full scale (hysteresis of a tenth makes 4 to 14).
+A ratio of 25 corresponds to load errors of a tenth of full scale. Hysteresis of a tenth gives ratios of 4 to 14.
 """
 
 WORST_OF_POSES = 40.0
-"""Largest ratio of errors to expected errors in a calibration by poses. No errors of poses are expected."""
+"""Largest accepted ratio of errors to expected errors in a calibration by poses, whose own errors are taken as 0."""
 
 MOST_NOISE = 0.075  # Largest force error (full scale) of a calibration by the noise of rows without load
+"""Largest accepted force error (full scales) by the noise of rows without load."""
 
 
 def require_possible(table: BenchTable, points: Points, sensors: Sensors) -> None:
-    """Raise BenchError for impossible poses, and for loads that not even a stiff pad bears."""
+    """Raise BenchError for impossible poses, and for loads under which even a stiff pad fails."""
     if points.poses is not None:
         # Poses must be above the board, and tilted no more than the response model allows
         turned = rotations(points.poses[:, 3:])
@@ -102,11 +105,11 @@ def require_possible(table: BenchTable, points: Points, sensors: Sensors) -> Non
 
 
 def require_agreement(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit, note: str = "") -> None:
-    """Raise BenchError if no sensor of the design reads as the table states.
+    """Raise BenchError if the readings cannot come from a sensor of this design.
 
-    Reasons are: loads and readings disagree, a row contradicts all others, or an unknown is far beyond manufacture. Too
-    much noise, and a load under which the pad fails sideways, are refused, too. `note` is a further remark at the end
-    of the message.
+    Reasons are: the residuals are too large, one row contradicts the others, or an unknown is too many standard
+    deviations from nominal. Further reasons are too much noise, and a load under which the pad fails sideways. `note`
+    is added at the end of the message.
     """
     k = int(np.argmax(np.abs(fit.moved)))
     of_shear = [n for n, unknown in enumerate(sensors.unknowns) if unknown.name in SHEAR_ERRORS]
@@ -137,7 +140,10 @@ def require_agreement(table: BenchTable, points: Points, sensors: Sensors, fit: 
 
 
 def _require_borne(table: BenchTable, loads: Array, sensors: Sensors, errors: Array, how: str) -> None:
-    """Raise BenchError for a load under which the pad has no equilibrium."""
+    """Raise BenchError for a load under which the pad of a sensor with these `errors` has no equilibrium.
+
+    `how` is a part of the message that describes the pad.
+    """
     lost = sensors.gives_way(errors, loads)
     if lost.any():
         row = int(np.argmax(lost))
@@ -149,43 +155,45 @@ def _require_borne(table: BenchTable, loads: Array, sensors: Sensors, errors: Ar
 
 
 def _place(table: BenchTable, row: int, names: tuple[str, ...]) -> str:
-    """Return the place of the first of some columns that the table has."""
+    """Return the file position of a row in the first of the columns `names` that the table has."""
     column = next((table.columns[k] for name in names if (k := table.columns_named(name)) is not None), None)
     return f"{table.path}:{table.lines[row]}:{1 if column is None else column.number}"
 
 
 FAR_BEYOND = 4.0  # Load (full scales) above which the unit is assumed wrong
+"""Load (full scales) above which a wrong unit in the header is assumed."""
 
 LARGEST_CHANGE = 2.0
-"""Largest ratio of a reading's change from rest to the largest change of a simulated sensor with a soft pad.
+"""Largest accepted change of a reading from rest, divided by the largest change of a simulated sensor with a soft pad.
 
 The simulated sensor has the loads or poses of the table.
 """
 
 MODULI = tuple(np.linspace(-1.2, 1.2, 9))  # Logarithms of moduli to compare readings with
+"""Logarithms of factors on the pad's modulus, for which the expected changes of readings are computed."""
 
 MAX_CHANGE_DIFFERENCE = 0.3
-"""Limit for the rms difference of changes of readings from the design's changes, over the rms of the changes.
+"""Largest accepted rms difference of measured and expected changes of readings, divided by the rms measured change.
 
-Above it, a wrong order of columns or a wrong sign is suspected.
+Above it, exchanged columns or a wrong sign are suspected.
 """
 
 BETTER = 0.5
-"""Largest ratio of the difference in another order of columns to the difference in the given order.
+"""Ratio of the difference with another order of columns to the difference with the given order.
 
-Below it, the table is refused, and the message names the other order.
+Below it, the table is refused, and the message states the other order.
 """
 
 EQUAL_ORDER_LIMITS = 1.05, 0.02
-"""Limits for orders that are named together: ratio to the best error, and difference of errors (of the readings).
+"""Limits below which several orders of columns are equally good and stated together.
 
-With two coils, exchanged columns nearly equal reversed shear. They differ by 0.2 % of the readings, less than units
-differ.
+They are the ratio to the smallest difference, and the excess over it (fraction of the readings). With two coils,
+exchanged columns look nearly like reversed shear: they differ by 0.2 % of the readings, less than sensors differ.
 """
 
 
 def require_plausible(table: BenchTable, points: Points, sensors: Sensors) -> None:
-    """Raise BenchError for readings beyond the scatter of manufacture, and for columns that look exchanged."""
+    """Raise BenchError for readings outside the manufacturing scatter, and for columns that appear exchanged."""
     # Loads must not be far beyond full scale
     if points.loads is not None:
         columns, full = sensors.range.columns, sensors.range.full_scales
@@ -219,7 +227,7 @@ def require_plausible(table: BenchTable, points: Points, sensors: Sensors) -> No
 
 
 def _require_changes(table: BenchTable, points: Points, sensors: Sensors) -> None:
-    """Raise BenchError for changes from rest that are larger than a soft sensor's, or far too small."""
+    """Raise BenchError for changes from rest that are larger than a soft sensor's changes, or far too small."""
     soft = np.array([-2.0 * each.sigma * (each.name == "modulus") for each in sensors.unknowns])
     settled = points.settled
     change = np.log(settled.frequency / settled.rest)
@@ -267,9 +275,9 @@ def _require_order(table: BenchTable, points: Points, sensors: Sensors) -> None:
 
 
 def _exchanged_readings(sensors: Sensors, loaded: bool) -> Iterator[tuple[list[int], Array, str]]:
-    """Yield orders of the coils and signs of the load or pose, each with the fault that it would reveal.
+    """Yield (order of the coils, signs of the load or pose, fault) for exchanged columns and for reversed signs.
 
-    The fault is empty for the given order.
+    The fault is the text of the message for this order. It is empty for the given order.
     """
     names, count = (LOAD, sensors.range.width) if loaded else (POSE, 6)
     coils = sensors.coils
@@ -288,13 +296,17 @@ def _exchanged_readings(sensors: Sensors, loaded: bool) -> Iterator[tuple[list[i
 
 
 BEYOND = 6.0  # Largest difference of two columns of one coil (standard deviations of the converter's noise)
+"""Largest difference between two columns of one coil (standard deviations of the converter's noise)."""
 
 CAPACITOR = 0.01
-"""Relative difference of two columns' inductances at rest from which a remark names another capacitor's value."""
+"""Relative difference at rest between the inductances from two columns of one coil.
+
+Above it, a remark reports that the unused column was computed with another capacitor value.
+"""
 
 
 def second_readings(table: BenchTable, points: Points, sensors: Sensors) -> tuple[str, ...]:
-    """Return remarks on columns that are not used. Empty if every coil has one column."""
+    """Return remarks on the columns that are not used. Empty if each coil has one column."""
     remarks, used_of = [], {coil: table.column(coil) for coil in sensors.coils}
     seconds = [(used_of[c.name], c) for c in table.columns if c.is_coil and c != used_of[c.name]]
     for used, other in sorted(seconds, key=lambda pair: sensors.coils.index(pair[0].name)):

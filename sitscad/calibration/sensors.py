@@ -1,6 +1,6 @@
-"""Simulated sensors of a design: readings of a sensor with its own errors, under loads and in poses.
+"""Simulated sensors of a design: the readings of a sensor with given manufacturing errors, under loads or in poses.
 
-Readings come from a surrogate: polynomials through the response at some poses. Fits need thousands of readings.
+Fits need thousands of readings. They come from a surrogate: polynomials fitted to the computed response at some poses.
 """
 
 from __future__ import annotations
@@ -41,20 +41,24 @@ DEGREE = 6.0
 """Largest weighted degree of a term of the surrogate: sum of exponents times `WEIGHTS`. It allows 151 terms."""
 
 CHECKED = 8, 3  # Numbers of sensors, and of loads of each, to compare a surrogate with solved poses
+"""Number of sensors, and number of loads of each sensor, for which a surrogate is compared with the field solution."""
 FAR = 0.02  # Height (m) at which a target of a few millimetres has no effect: 1e-6 of its change at rest
+"""Height (m) at which a target of a few millimetres changes the inductance by 1e-6 of its change at rest."""
 LEAST = 1e-7  # Least relative change by a target, for its logarithm in the surrogate
+"""Least relative inductance change by a target that enters the surrogate's logarithm."""
 BOTH_WAYS = 0.01  # Largest change of the other sign that a surrogate allows, relative to a coil's largest change
+"""Largest inductance change with the opposite sign that a surrogate accepts, divided by the coil's largest change."""
 
 
 @record(eq=False)
 class Surrogate:
-    """Surrogate of the inductance (H) and resistance (ohm) of every coil at its contacts, at its tank's frequency.
+    """Surrogate for the inductance (H) and resistance (ohm) of each coil at its contacts, at its tank's frequency.
 
     `mean_rotation` (2; rad/m) is the mean rotation of a target about x per travel along y, and about y per travel along
     x. `through` is a polynomial in poses (6; m, rad) minus these rotations. It returns ln |1 - L/L0| of all coils, then
     their resistances. `free_inductance` (coils) is the inductance L0 without target. `sign` (coils) is 1 if the target
-    reduces it, and -1 if it increases it. `error` is the error of the surrogate relative to a sensor's change of L from
-    rest: rms over `CHECKED` poses.
+    reduces the inductance, and -1 if it increases it. `error` is the error of the inductance divided by its change from
+    rest, rms over `CHECKED` poses.
     """
 
     mean_rotation: Array
@@ -64,27 +68,28 @@ class Surrogate:
     error: float
 
     def __call__(self, poses: Array) -> tuple[Array, Array]:
-        """Return inductances (H) and resistances (ohm), (n, coils) each, at (n, 6) poses."""
+        """Return the inductances (H) and resistances (ohm), (n, coils) each, at poses (n, 6; m, rad)."""
         change, loss = np.hsplit(self.through(minus_mean_rotation(poses, self.mean_rotation)), 2)
         return self.free_inductance * (1.0 - self.sign * np.exp(change)), loss
 
 
 def solve_terminal_impedance(model: ResponseModel, poses: Array) -> tuple[Array, Array]:
-    """Return the coils' inductances (H) and resistances (ohm) at (n, 6) poses. Each pose is solved, not interpolated.
-
-    The target is held as in the performance.
-    """
+    """Return the coils' inductances (H) and resistances (ohm) at poses (n, 6), each from its own field solution."""
     parts = [model.respond(poses[k : k + AT_ONCE], within=model.pad_ends) for k in range(0, len(poses), AT_ONCE)]
     return np.concatenate([part.inductance for part in parts]), np.concatenate([part.resistance for part in parts])
 
 
 AT_ONCE = 256  # Number of poses solved at once: few enough that none is interpolated
+"""Number of poses for which fields are solved at once.
+
+With more poses, the solution would interpolate between poses.
+"""
 
 
 def minus_mean_rotation(poses: Array, lean: Array, sign: float = -1.0) -> Array:
-    """Return poses (n, 6; m, rad) minus the rotations `lean` times lateral travel (see `Surrogate`).
+    """Return poses (n, 6; m, rad) minus the rotations `lean` (rad/m) times the lateral travel (see `Surrogate`).
 
-    With a `sign` of 1 these rotations are added.
+    If `sign` is 1, these rotations are added instead.
     """
     plain = poses.copy()
     plain[:, 3:5] += sign * lean * poses[:, [1, 0]]
@@ -152,51 +157,57 @@ def fit_surrogate(model: ResponseModel, free: Array, reached: Array, moved: Arra
 
 
 def _slope(travel: Array, turn: Array) -> float:
-    """Return the slope (rad/m) of rotations `turn` (n) over travels (n), by least squares; 0 without travel."""
+    """Return the slope (rad/m) of rotations `turn` (n) over `travel` (n; m), by least squares; 0 without travel."""
     centred = travel - travel.mean()
     size = float(centred @ centred)
     return float(centred @ turn) / size if size > 0.0 else 0.0
 
 
 WIDER = 1.1  # Width of the box relative to the reached poses
+"""Width of the surrogate's range of poses, divided by the width of the poses that sensors reach."""
 SMALLEST = np.array([1e-6, 1e-6, 1e-6, 1e-4, 1e-4, 1e-4])  # Least half widths (m, rad) of a surrogate
+"""Least half widths of the surrogate's range for x, y, z (m) and the rotations about x, y, z (rad)."""
 
 MAX_CACHED_POSES = 500  # Number of cached solutions of the pad
+"""Largest number of cached sets of poses under loads."""
 
 FARTHEST_SHEAR = 2.0
-"""Limit for the shear over `HELD_SHEAR`, above which the error `shear_curve` no longer grows: no law is valid there."""
+"""Shear strain divided by `HELD_SHEAR` above which the error `shear_curve` no longer increases.
+
+No pad law is valid there.
+"""
 
 FARTHEST_CHARTED = 1.25
-"""Largest lateral travel of the surrogate, in thicknesses of the pad.
+"""Largest lateral travel in the surrogate's range, in pad thicknesses.
 
-It is a quarter beyond the valid range of the pad's law (`VALID_SHEAR`). A surrogate up to the shear of the softest pad
-would be inaccurate for all.
+It exceeds the valid range of the pad's law (`VALID_SHEAR`) by a quarter. A surrogate up to the shear of the softest pad
+would be inaccurate for all sensors.
 """
 
 SOLVED_WELL = 0.003
-"""Relative error of a change of inductance from rest that is computed from solved poses.
+"""Relative error of an inductance change from rest that is computed by the field solution.
 
-It is the largest difference from another solver (tests/validation/random_poses.csv).
+It is the largest difference from another field solver (tests/validation/random_poses.csv).
 """
 
 LEAST_SURE = 0.2
-"""Least width of a surrogate about a fitted sensor, in prior standard deviations."""
+"""Least width of a surrogate about a fitted sensor, in prior standard deviations of the fitted unknowns."""
 
 NOT_FITTED = 0.1
 """Width of a surrogate about a fitted sensor for unknowns that are not fitted, in prior standard deviations."""
 
 DRAWN, SEED = 40, 15  # Number of simulated sensors for the box of poses, and their seed
+"""Number of simulated sensors that determine the surrogate's range of poses, and seed of their random errors."""
 
 
 @record(eq=False)
 class Sensors:
-    """The sensors of a design: the response model with possible errors.
+    """Simulated sensors of a design: its response model with possible manufacturing errors.
 
-    `is_held`: whether loads keep the target level.
-
-    Errors (unknowns) of a sensor are in the order of `unknowns`, and all zero for the sensor as drawn. The surrogate is
-    made about the sensor with the errors `around` (None: as drawn). Its width is `width` (unknowns; prior standard
-    deviations; None: the whole scatter of manufacture).
+    `is_held` is True if loads keep the target level, and False if the target may tilt. `loaded_poses` caches target
+    poses under loads. Errors (unknowns) of a sensor are in the order of `unknowns`, and all 0 for the nominal sensor.
+    The surrogate is made about the sensor with the errors `around` (None: nominal). Its width is `width` (unknowns;
+    prior standard deviations; None: the whole manufacturing scatter).
     """
 
     model: ResponseModel
@@ -207,17 +218,17 @@ class Sensors:
 
     @property
     def rotation(self) -> str:
-        """Rotation of the target under the loads, from `ROTATIONS`."""
+        """Rotation of the target under loads: "held" or "free", a key of `ROTATIONS`."""
         return "held" if self.is_held else "free"
 
     @cached_property
     def unknowns(self) -> tuple[Unknown, ...]:
-        """Possible errors of a sensor."""
+        """Possible manufacturing errors of a sensor, with their standard deviations."""
         return unknowns(self.model.spec, self.model.estimates.coils)
 
     @cached_property
     def range(self) -> WorkingRange:
-        """The range of loads."""
+        """Range of loads that the requirements specify."""
         return working_range(self.model.spec)
 
     @property
@@ -227,7 +238,7 @@ class Sensors:
 
     @cached_property
     def surrogate(self) -> Surrogate:
-        """Surrogate over all poses of simulated sensors in the working range."""
+        """Surrogate over all poses that simulated sensors reach in the working range."""
         errors_drawn = self._middle + np.vstack([np.zeros(len(self.unknowns)),
                                                  self.surrogate_width * draw_units(self.unknowns, DRAWN, SEED)])
         loads, pad = np.vstack([self.range.pressed(0.0), self.range.corners]), self.model.spec.elastomer
@@ -238,21 +249,21 @@ class Sensors:
 
     @cached_property
     def impedances_without_target(self) -> tuple[Array, Array]:
-        """Inductances (H) and resistances (ohm) of the coils as drawn without the target, (coils,) each."""
+        """Inductances (H) and resistances (ohm) of the nominal coils without the target, (coils,) each."""
         inductance, resistance = solve_terminal_impedance(self.model,
                                                           np.array([[0.0] * 6, [0.0, 0.0, FAR, 0.0, 0.0, 0.0]]))
         return inductance[1], resistance[1]
 
     @property
     def surrogate_error(self) -> float:
-        """Error of a reading by the surrogate over the reading's change from rest, at least `SOLVED_WELL`."""
+        """Relative error of a reading's change from rest if it comes from the surrogate: at least `SOLVED_WELL`."""
         return max(self.surrogate.error, SOLVED_WELL)
 
     def with_centre(self, errors: Array, sure: Array) -> Sensors:
-        """Return these sensors with a surrogate about the sensor with fitted `errors` (unknowns).
+        """Return these sensors with a surrogate about the sensor with the fitted `errors` (unknowns).
 
-        `width` (unknowns; prior standard deviations) is the uncertainty of the errors: the width of the surrogate, at
-        least `LEAST_SURE`.
+        `sure` (unknowns; prior standard deviations) is the uncertainty of the errors. It becomes the width of the
+        surrogate, but at least `LEAST_SURE`.
         """
         fitted = np.array([each.is_fitted for each in self.unknowns])
         return replace(self, around=errors, width=np.where(fitted, np.maximum(sure, LEAST_SURE), NOT_FITTED))
@@ -268,7 +279,7 @@ class Sensors:
         return np.zeros(len(self.unknowns)) if self.around is None else self.around
 
     def _pose_changes(self, loads: Array) -> Array:
-        """Return the changes of pose under (n, 3) loads by each unknown's widest error: (ways, unknowns, n, 6)."""
+        """Return pose changes (2 signs, unknowns, n, 6) under loads (n, 3) by the largest error of each unknown."""
         nominal = self.poses(self._middle, loads)
         alone = WIDEST * np.diag(self.surrogate_width * [each.sigma for each in self.unknowns])
         return np.array(
@@ -276,9 +287,9 @@ class Sensors:
         )
 
     def poses(self, errors: Array, loads: Array) -> Array:
-        """Return the target's poses (n, 6) of one sensor under loads, relative to the pose as drawn.
+        """Return the target's poses (n, 6) of one sensor under loads, relative to the nominal pose at rest.
 
-        Loads are (n, 3; N: normal, shear along x, y), or (n, 5) with moments (N m).
+        Loads are (n, 3; N: normal, shear along x and y), or (n, 5) with moments (N m).
         """
         off = errors_by_name(self.unknowns, errors)
         # travel (n, 6) of the target by the pad's law is cached for a while
@@ -299,13 +310,16 @@ class Sensors:
         return self.poses_after_travel(errors, travel)
 
     def gives_way(self, errors: Array, loads: Array) -> Flags:
-        """Return flags: whether one sensor's pad fails sideways under each load (n, 3; N), so that no pose exists."""
+        """Return, for each load (n, 3; N), whether the pad of one sensor fails sideways, so that no pose exists."""
         off = errors_by_name(self.unknowns, errors)
         notes = loaded_poses(self._with_pad_errors(off), loads, np.full(len(loads), self.is_held))[1]
         return np.array([bool(note) for note in notes])
 
     def _with_pad_errors(self, off: Mapping[str, float]) -> SensorSpec:
-        """Return the spec with the thickness, modulus and Ogden exponent of one sensor's pad (errors `off` by name)."""
+        """Return the spec with the pad thickness, modulus and Ogden exponent of one sensor.
+
+        `off` are its errors by name.
+        """
         spec = with_modulus("elastomer")(with_thickness("elastomer")(self.model.spec, off["gap"]), off["modulus"])
         pad = spec.elastomer
         assert pad is not None
@@ -313,7 +327,7 @@ class Sensors:
         return replace(spec, elastomer=replace(pad, material=material))
 
     def poses_after_travel(self, errors: Array, travel: Array) -> Array:
-        """Return the poses (n, 6) of one sensor's target after `travel` (n, 6; m, rad) from rest."""
+        """Return the target's poses (n, 6) of one sensor after the displacement `travel` (n, 6; m, rad) from rest."""
         off = errors_by_name(self.unknowns, errors)
         gap, glue, *rest = (off[name] for name in POSE_ERRORS)
         place = np.array([*rest[:2], gap + glue])
@@ -321,10 +335,10 @@ class Sensors:
         return np.hstack([travel[:, :3] + place, angles(turn)])
 
     def frequencies(self, errors: Array, poses: Array, exact: bool = False) -> Array:
-        """Return frequencies (Hz; n, coils) of one sensor with its target in (n, 6) poses.
+        """Return the frequencies (Hz; n, coils) of one sensor with its target in poses (n, 6).
 
-        They come from the surrogate, or with `exact` from solved poses. Errors of the coils change inductances at the
-        frequency of the coils as drawn. One per cent of frequency changes the inductances by 1e-5.
+        Inductances come from the surrogate, or with `exact` from the field solution. They are computed at the frequency
+        of the nominal coils, although errors of the coils shift it. A shift of 1 % changes the inductances by 1e-5.
         """
         inductance, resistance = solve_terminal_impedance(self.model, poses) if exact else self.surrogate(poses)
         off, free = errors_by_name(self.unknowns, errors), self.impedances_without_target[0]
@@ -336,36 +350,39 @@ class Sensors:
         return oscillate_similar(unit, changed + more, resistance, delay).frequency * (1.0 - off["clock"])
 
     def frequencies_under(self, errors: Array, loads: Array, exact: bool = False) -> Array:
-        """Return frequencies (Hz; n, coils) of one sensor under (n, 3) loads (N)."""
+        """Return the frequencies (Hz; n, coils) of one sensor under loads (n, 3; N)."""
         return self.frequencies(errors, self.poses(errors, loads), exact)
 
     @cached_property
     def free_frequencies(self) -> Array:
-        """Frequencies (Hz; coils) of the sensor as drawn without its target. Jaw and shield stay in place."""
+        """Frequencies (Hz; coils) of the nominal sensor without its target. Jaw and shield stay in place."""
         delay = self.model.tank.converter.limit("drive_delay")
         return oscillate_similar(self.model.network, *self.impedances_without_target, delay).frequency
 
     @cached_property
     def conversion(self) -> Conversion:
-        """Conversion of the converter. `sensors_of` has refused designs without one."""
+        """Conversion from frequencies to counts by the converter. `sensors_of` refuses designs without it."""
         conversion = self.model.estimates.readout.conversion
         assert conversion is not None
         return conversion
 
     @property
     def rest_frequencies(self) -> list[float]:
-        """Frequencies (Hz) of the coils at rest, used for the noise of readings."""
+        """Frequencies (Hz) of the coils at rest, at which the noise of readings is computed."""
         states = (coil.states.get(REST) or next(iter(coil.states.values())) for coil in self.model.estimates.coils)
         return [state.frequency for state in states]
 
     @cached_property
     def rounding(self) -> Array:
-        """Standard deviation of rounding over the frequency (coils). Averaging several readings does not reduce it."""
+        """Relative standard deviation of frequency by rounding to counts (coils).
+
+        Averaging readings does not reduce it.
+        """
         return np.array([self.conversion.rounding(each) / each for each in self.rest_frequencies])
 
     @cached_property
     def counting(self) -> Array:
-        """Standard deviation of the counting noise of one reading over the frequency (coils).
+        """Relative standard deviation of frequency by the counting noise of one reading (coils).
 
         Averaging several readings reduces it.
         """
@@ -373,17 +390,17 @@ class Sensors:
 
     @property
     def noise(self) -> Array:
-        """Standard deviation of one reading over the frequency (coils): counting noise and rounding."""
+        """Relative standard deviation of the frequency of one reading (coils), by counting noise and rounding."""
         return self.mean_noise(1)
 
     def mean_noise(self, readings: int) -> Array:
-        """Return the standard deviation of the mean of `readings` readings over the frequency (coils)."""
+        """Return the relative standard deviation of frequency for the mean of `readings` readings (coils)."""
         return np.asarray(np.hypot(self.counting / math.sqrt(readings), self.rounding))
 
     def read(self, frequency: Array, generator: np.random.Generator, readings: int | None = None) -> Array:
-        """Return frequencies (Hz; n, coils) with random noise: each is the mean of `readings` readings.
+        """Return frequencies (Hz; n, coils) with random noise, each as the mean of `readings` readings.
 
-        By default, `readings` is `usual("readings")`.
+        The default number of readings is `usual("readings")`.
         """
         many = int(usual_value("readings")) if readings is None else readings
         return frequency * (1.0 + self.mean_noise(many) * generator.normal(size=frequency.shape))

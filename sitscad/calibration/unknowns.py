@@ -1,6 +1,6 @@
-"""Possible differences of a manufactured sensor from its drawing, with their standard deviations.
+"""Possible manufacturing errors of a sensor, with their standard deviations.
 
-Each difference is an *unknown*. A calibration fits some unknowns to the readings.
+Each possible error is called an *unknown*. A calibration fits some unknowns to the readings.
 """
 
 from __future__ import annotations
@@ -33,34 +33,34 @@ from sitscad.estimates.tolerances.scatter import (
 from sitscad.spec.sensor import SensorSpec
 
 POSE_ERRORS = ("gap", "glue", "offset_x", "offset_y", "tilt_x", "tilt_y", "twist")
-"""Errors of the target's pose at rest, which are added to the pose as drawn.
+"""Errors of the target's pose at rest, relative to the nominal pose.
 
-`gap` and `glue` both raise the target. `gap` also increases the pad's thickness, `glue` does not.
+`gap` is an error of the pad's thickness and `glue` an error of the glue's thickness. Both raise the target.
 """
 
 PAD_ERRORS = ("modulus", "shear_modulus", "pad_curve", "softening", "shear_curve", "exponent")
-"""Errors of the pad's stiffness. All but `exponent` are logarithms of factors.
+"""Errors of the pad's stiffness. All but `exponent` are natural logarithms of factors.
 
-`modulus`: factor on the modulus. `shear_modulus`: on the ratio of the stiffness in shear to the stiffness in
-compression. `pad_curve`: on the stiffness in compression at the strain `HELD_STRAIN`. `softening`: on the lateral
-travel under the full normal force. `shear_curve`: on the stiffness in shear at the shear `HELD_SHEAR`. `exponent` is
-added to the Ogden exponent.
+`modulus`: factor on the modulus. `shear_modulus`: on the shear stiffness divided by the compression stiffness.
+`pad_curve`: on the compression stiffness at the strain `HELD_STRAIN`. `softening`: on the lateral travel under the full
+normal force. `shear_curve`: on the shear stiffness at the shear strain `HELD_SHEAR`. `exponent` is added to the Ogden
+exponent.
 """
 
 SHEAR_ERRORS = ("shear_modulus", "softening", "shear_curve")
-"""Errors that together have nearly the same effect on the readings as shear loads entered with a wrong size."""
+"""Errors of the pad in shear. Together they change readings nearly like shear loads entered with a wrong size."""
 
 BOARD_ERRORS = ("inductance", "target_change", "clock")
-"""Errors common to all coils, relative: inductance without target, change by the target, clock frequency."""
+"""Relative errors common to all coils: inductance without target, inductance change by the target, clock frequency."""
 
 
 @record
 class Unknown:
-    """A possible error of a sensor.
+    """A possible manufacturing error of a sensor.
 
-    `unit` is ``1`` for a relative change. `sigma` is the standard deviation over manufactured sensors. `is_fitted` is
-    True if a calibration fits this error to the readings. Other errors are part of simulated sensors and of the stated
-    errors.
+    `unit` is ``1`` for a relative error. `sigma` is the standard deviation over manufactured sensors, in this unit.
+    `is_fitted` is True if a calibration fits this error to the readings. Other errors only contribute to simulated
+    sensors and to stated errors.
     """
 
     name: str
@@ -79,9 +79,9 @@ def unknowns(spec: SensorSpec, coils: tuple[CoilEstimate, ...]) -> tuple[Unknown
     """Return all possible errors of a sensor, in the order of the columns of `draw_units`.
 
     Errors with a standard deviation of 0 are omitted. Standard deviations come from `estimates.tolerances.scatter`,
-    from the pad's law and from the model. Tilts include the difference of a pad's thickness between its ends. It is
-    assumed to be as large as between two pads. Most scatter of the inductance is common to all coils of a board, also
-    by metal behind them. Raises NoResponse without a pad.
+    from the pad's law and from the model. Tilts include the thickness difference between two ends of a pad, which is
+    assumed as large as between two pads. Most scatter of the inductance is common to all coils of a board, because of
+    the metal behind them, too. Raises NoResponse without a pad.
     """
     law, target = soft_pad(spec).sigma, spec.target
     assert target is not None
@@ -116,17 +116,18 @@ WIDEST = 2.0
 """Largest error of a simulated sensor, in standard deviations. Sensors with larger errors count as rejects."""
 
 SURELY = 6.0
-"""Largest accepted value of a fitted unknown, and largest accepted difference of a reading from the design.
+"""Largest accepted fitted unknown, and largest accepted difference of a reading from the design.
 
-Both are in standard deviations of manufacture. Larger values are refused: they belong to another design.
+Both are in manufacturing standard deviations. Tables with larger values are refused, because they belong to another
+design.
 """
 
 
 def draw_units(unknown_list: tuple[Unknown, ...], count: int, seed: int) -> Array:
     """Return random errors (count, unknowns; m, rad, relative) of simulated sensors. Equal seeds give equal errors.
 
-    They are normally distributed, as the fit assumes, and limited to `WIDEST` standard deviations. Uniform
-    distributions with the same standard deviation, as in studies, end at 1.7.
+    Errors are normally distributed, as the fit assumes, and limited to `WIDEST` standard deviations. Studies use
+    uniform distributions instead. With the same standard deviation, these end at 1.7 standard deviations.
     """
     generator = np.random.default_rng(seed)
     normals = generator.normal(size=(count, len(unknown_list)))
@@ -136,10 +137,10 @@ def draw_units(unknown_list: tuple[Unknown, ...], count: int, seed: int) -> Arra
 
 
 def draw_stratified_units(unknown_list: tuple[Unknown, ...], count: int, seed: int) -> Array:
-    """Return errors (count, unknowns; m, rad, relative) of manufactured sensors that cover each distribution evenly.
+    """Return errors (count, unknowns; m, rad, relative) of simulated sensors that cover each distribution evenly.
 
     For each unknown, the normal distribution is divided into `count` equally likely parts. Each sensor has the middle
-    of one part, in random order (a Latin hypercube). Equal seeds give equal errors. They are not limited to `WIDEST`,
+    of one part, in random order (a Latin hypercube). Equal seeds give equal errors. Errors are not limited to `WIDEST`,
     because rare soft pads contribute much to the mean error.
     """
     generator, normal = np.random.default_rng(seed), NormalDist()
@@ -149,6 +150,6 @@ def draw_stratified_units(unknown_list: tuple[Unknown, ...], count: int, seed: i
 
 
 def errors_by_name(unknown_list: tuple[Unknown, ...], errors: Array) -> dict[str, float]:
-    """Return the errors (unknowns) of one sensor by the names of the unknowns. Names without an unknown have 0."""
+    """Return the errors (unknowns) of one sensor by name. Errors that are not among the unknowns are 0."""
     by_name = dict.fromkeys((*POSE_ERRORS, *PAD_ERRORS, *BOARD_ERRORS), 0.0)
     return by_name | {each.name: float(error) for each, error in zip(unknown_list, errors, strict=True)}

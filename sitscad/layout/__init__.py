@@ -1,6 +1,6 @@
 """Layout of the board from a spec: coils, vias, leads, tail, contacts and outline.
 
-`Layout.shortfalls` names what found no room.
+`Layout.shortfalls` lists each kind of room that is too small: the available and the needed size.
 """
 
 from __future__ import annotations
@@ -77,11 +77,11 @@ def lay_out(spec: SensorSpec) -> Layout:
 
 
 def arrange(spec: SensorSpec, searches: SearchLimit | None = None) -> Layout:
-    """Lay out the whole board. A lack of room raises no error.
+    """Return the layout of the whole board. A lack of room raises no error.
 
-    Pieces without room are missing from the layout and named in `Layout.shortfalls`. Coils without leads are still
-    wound, so that they can be estimated. Trials count against `searches`. If it is None, they count against a new
-    limit.
+    Pieces without room are missing from the layout, and `Layout.shortfalls` lists the missing room. Coils without leads
+    still have their turns, so that their inductance can be estimated. `searches` limits the number of search trials for
+    leads. None: a new limit of the default size.
     """
     if spec.coil.copper is not None:
         return replace(drawn_layout(_with_all_coils(spec), spec.coil.copper), spec=spec)
@@ -93,10 +93,10 @@ def arrange(spec: SensorSpec, searches: SearchLimit | None = None) -> Layout:
 def sketch(spec: SensorSpec, wider: int = 0) -> Layout:
     """Return an approximate layout without routing, at a hundredth of the cost of `arrange`.
 
-    Coils are spirals within `SKETCHED`. No leads and no inner joins are drawn. The board is the narrowest with room. If
-    `wider` is above 0, the board is wider by this number of steps, with leads at the widest spacing. `Coil.undrawn`
-    holds the lengths of the missing leads. All windings lie about the origin, because the coils differ only in their
-    positions.
+    Coils are spirals within the chord tolerance `SKETCHED`. Leads and inner vias are not drawn; `Coil.undrawn` holds
+    the lengths of the missing leads. All windings lie about the origin, because the coils differ only in their
+    positions. The board has the smallest sufficient width. `wider` is the number of steps by which the board is wider.
+    Above 0, its leads have their widest spacing.
     """
     if spec.coil.copper is not None:
         return replace(drawn_layout(_with_all_coils(spec), spec.coil.copper), spec=spec)
@@ -123,16 +123,20 @@ def sketch(spec: SensorSpec, wider: int = 0) -> Layout:
 FRONTMOST, ROUND, ROUND_FREE = 2e-3, 0.8, 0.3
 """Lengths of the undrawn leads in a sketch, within 2 mm of the drawn templates (tests/validation/screen_level.py).
 
-`FRONTMOST` (m) is the lead length of a coil in line that stands next to the tail. Leads of other coils are longer than
-the distance from the coil's middle to the body's end. The excess, in coil sizes along the board, is `ROUND` for coils
-in line and `ROUND_FREE` otherwise.
+`FRONTMOST` (m) is the lead length of the coil next to the tail, if the coils lie in line. Leads of other coils are
+longer than the distance from the coil's middle to the body's end. This excess length, divided by the coil's size along
+the board, is `ROUND` for coils in line and `ROUND_FREE` otherwise.
 """
 
 PARTED = 4e-3  # Length (m) at the end of a tail over which both leads run apart to their contacts
+"""Length (m) at the tail's end over which the two leads of a pair diverge to their contacts."""
 
 
 def _undrawn(artwork: ArtworkSpec, bus: Bus, coils: tuple[Coil, ...], body_end: float) -> list[tuple[LeadPair, ...]]:
-    """Estimate, for each coil, the pairs of leads beside the coils and down the tail from `body_end` (m) on."""
+    """Estimate the leads of each coil: the part beside the coils and the part in the tail.
+
+    The tail begins at x = `body_end` (m).
+    """
     tail = body_frame(artwork, bus, front_of(artwork, bus), boards(artwork, bus)[0][1])
     lined = artwork.array.is_in_line
     length, width = max(tail.end - tail.body_end - PARTED, 0.0), tail.lane_width
@@ -149,7 +153,11 @@ def _undrawn(artwork: ArtworkSpec, bus: Bus, coils: tuple[Coil, ...], body_end: 
 
 @record
 class _Attempt:
-    """Result of one trial: wound coils, routing (None if it failed), tail, body, and shortfalls."""
+    """Result of one attempt to lay out the board with a given gap between leads.
+
+    `wound` holds the coils with their inner vias, and `bus` the widths and gaps of the leads. `routing` is None if the
+    leads found no room. `shortfalls` lists the missing room.
+    """
 
     wound: tuple[WoundCoil, ...]
     routing: Routing | None
@@ -160,7 +168,11 @@ class _Attempt:
 
 
 def _attempt(artwork: ArtworkSpec, searches: SearchLimit) -> _Attempt:
-    """Wind, route and outline the board as far as there is room. Shortfalls name the rest."""
+    """Lay out coils, leads, tail and body with the widest gap between leads for which the board has room.
+
+    If no gap above the fabricator's minimum has room, the minimum is used, and shortfalls list the room that is
+    missing.
+    """
     windings = wind_all(artwork)
     *wider, least = lead_spacings(artwork.coil.trace_spacing, artwork.fpc.rules.trace_spacing)
     before = searches.left
@@ -179,22 +191,25 @@ def _attempt(artwork: ArtworkSpec, searches: SearchLimit) -> _Attempt:
 
 
 WIDE_TRIALS = 1_500
-"""Largest number of search trials at each gap between leads that is wider than the fabricator's minimum."""
+"""Largest number of search trials for each gap between leads above the fabricator's minimum."""
 
 UNSEEN = 0.1
-"""Excess of the gaps over the fabricator's minimum, divided by the outline tolerance, that needs no spare width.
+"""Excess of a lead gap over the fabricator's minimum gap, divided by the outline tolerance.
 
-Up to this excess, the board may be as wide as the jaw. Above it, `ROOMY` limits the width.
+Up to this ratio, the board may be as wide as the jaw. Above it, `ROOMY` limits the board's width.
 """
 
 ROOMY = 0.9
-"""Largest width of a board with wider gaps, divided by the jaw's width. A wider board may stand out of the port."""
+"""Largest board width divided by jaw width, in attempts with lead gaps above the fabricator's minimum (see `UNSEEN`).
+
+A wider board may project beyond the port.
+"""
 
 
 def _largest_body(artwork: ArtworkSpec, wider: float) -> tuple[float, float]:
-    """Return the largest permitted length and width (m) of a body. Infinite if nothing limits them.
+    """Return the largest permitted length and width (m) of a body. Infinite without a limit.
 
-    `wider` (m) is the excess of the gaps between leads over the fabricator's minimum.
+    `wider` (m) is the excess of the lead gaps over the fabricator's minimum gap.
     """
     length = width = math.inf
     if (jaw := artwork.jaw) is not None:
@@ -207,7 +222,7 @@ def _largest_body(artwork: ArtworkSpec, wider: float) -> tuple[float, float]:
 
 
 def _spaced(artwork: ArtworkSpec, windings: tuple[WoundCoil, ...], bus: Bus, searches: SearchLimit) -> _Attempt:
-    """Route the leads with the gaps and layers of `bus`, and lay out tail and body. Shortfalls name failures."""
+    """Route the leads with the gaps and layers of `bus`, and lay out tail and body. Shortfalls list missing room."""
     shortfalls = list(windings[0].shortfalls)
     if not artwork.array.is_in_line and not bus.is_stacked:
         # side by side on one layer, pairs are led along the jaw only
@@ -237,14 +252,14 @@ def _spaced(artwork: ArtworkSpec, windings: tuple[WoundCoil, ...], bus: Bus, sea
 def _unrouted(
     artwork: ArtworkSpec, bus: Bus, windings: tuple[WoundCoil, ...], shortfalls: tuple[Shortfall, ...], breadth: Breadth
 ) -> _Attempt:
-    """Return the tail and body of a board of a given breadth, without leads."""
+    """Return the attempt without leads: tail and body for a board with given y limits (`breadth`)."""
     start = far_end(artwork.array.placements, artwork.coil, artwork.fpc.rules.copper_to_edge, (), ())
     tail = reaching_ahead(artwork, start, body_frame(artwork, bus, front_of(artwork, bus), breadth))
     return _Attempt(windings, None, bus, tail, body_of(artwork, start, breadth, tail), shortfalls)
 
 
 def _tail_is_clear(rules: DesignRules, routing: Routing) -> bool:
-    """Whether the conductors from funnel to contacts keep the clearance to conductors of other coils."""
+    """Whether the conductors from the body's end to the contacts keep their clearance to conductors of other coils."""
     board = Obstacles(rules, rules.trace_spacing)
     for run in (run for ends in routing.ends for run in ends):
         tracks = [piece for piece in run.pieces if isinstance(piece, TrackToPlace)]
@@ -256,9 +271,10 @@ def _tail_is_clear(rules: DesignRules, routing: Routing) -> bool:
 
 
 def _no_tail_room(placements: tuple[CoilPlacement, ...], rules: DesignRules, tail: TailFrame) -> Shortfall:
-    """Return the shortfall for tracks to the contacts that are too close.
+    """Return the shortfall for tail tracks that lie too close together at the contacts.
 
-    Its needed size is known only if it exceeds the pitch.
+    It compares the contacts' pitch with the sum of track width and track gap. The needed size is None if this sum does
+    not exceed the pitch.
     """
     contacts = tail.connector
     needed = rules.trace_width + rules.trace_spacing
@@ -272,7 +288,7 @@ def _no_tail_room(placements: tuple[CoilPlacement, ...], rules: DesignRules, tai
 
 
 def _assemble(spec: SensorSpec, attempt: _Attempt) -> Layout:
-    """Return the layout of an attempt. Its tail is turned if the spec has a turn."""
+    """Return the layout of an attempt. If the spec has a tail turn, the tail is bent in the board's plane."""
     bus, windings, routing, tail, body = attempt.bus, attempt.wound, attempt.routing, attempt.tail, attempt.body
     coils: list[Coil] = []
     pads, capacitors = [], []
@@ -316,9 +332,10 @@ def _assemble(spec: SensorSpec, attempt: _Attempt) -> Layout:
 
 
 def _copper_points(traces: tuple[Trace, ...], vias: tuple[Via, ...], before: float) -> list[tuple[Point, float]]:
-    """Return points of the copper up to x = `before` (m), each with the half width there (m).
+    """Return points on the copper, each with half the width (m) of its track or via pad.
 
-    The points are the ends of all pieces, the middles of the windings' arcs, and the vias.
+    The points are the vias, the starts of all tracks, and the quarter points of track segments that reach below x =
+    `before` (m).
     """
     points = [(via.centre, via.pad / 2) for via in vias]
     for trace in traces:
@@ -334,7 +351,8 @@ def _series(
 ) -> tuple[Trace | Via, ...]:
     """Return all conductors of a coil in the order of the current, from contact A to contact B.
 
-    `width` (m) is the width of its tracks.
+    `width` (m) is the width of the coil's tracks. `way` holds the two leads in the body, and `ends` their conductors in
+    the tail. Both are None if the coil has no leads.
     """
     # holes of a tail of fewer layers than the body has end with these
     lowest = fpc.tail_copper if fpc.tail_copper < len(fpc.stackup.copper) else None
@@ -373,7 +391,10 @@ def _series(
 def _mapped(
     layout: Layout, path: Callable[[Path], Path], place: Callable[[Point], Point], is_across: bool = False
 ) -> Layout:
-    """Move all drawn pieces except the windings. `is_across` turns moved contacts by a right angle."""
+    """Move all drawn pieces except the windings by the maps `path` and `place` (for points).
+
+    `is_across` exchanges length and width of moved contacts, for a tail that ends at a right angle to its beginning.
+    """
 
     def piece(item: Trace | Via) -> Trace | Via:
         if isinstance(item, Trace):
@@ -401,14 +422,17 @@ def _mapped(
 
 
 def _with_all_coils(spec: SensorSpec) -> SensorSpec:
-    """Return the spec with the reference coil as the last coil of its array. The spec itself without a reference."""
+    """Return the spec with the reference coil as the last coil of its array.
+
+    Without a reference coil: the spec itself.
+    """
     return spec if spec.array.reference is None else replace(spec, array=spec.artwork.array)
 
 
 def _about_axis(spec: SensorSpec) -> SensorSpec:
-    """Return the spec with coil positions relative to the tail's axis, at the mean height of the coils.
+    """Return the spec with the coils shifted across the board, so that their mean y is 0.
 
-    The layout therefore does not depend on the spec's origin.
+    The tail's axis is at y = 0, so the layout does not depend on the spec's origin.
     """
     if not (height := _axis_height(spec.array)):
         return spec

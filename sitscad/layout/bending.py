@@ -1,7 +1,4 @@
-"""Board thickness by place, and bending of the tail.
-
-Bending covers the copper that runs down the tail, the range that may be bent, and defects in this range.
-"""
+"""Thickness of the board by region, and bending of the tail: tracks in the bend, permitted range, and defects."""
 
 from __future__ import annotations
 
@@ -20,7 +17,7 @@ from sitscad.spec.presets import stock_stiffeners
 
 
 class Where(StrEnum):
-    """A region of the board with its own layer stack: at the coils, in the tail, or at the contacts."""
+    """A region of the board with its own stack of layers: at the coils, in the tail, or at the contacts."""
 
     COIL = "coil"
     TAIL = "tail"
@@ -29,9 +26,9 @@ class Where(StrEnum):
 
 @record
 class FinishedThickness:
-    """Thickness (m) of the finished board: the sum of the layers, and the least and largest delivered thickness.
+    """Thickness (m) of the finished board: the sum of its layers, and the least and largest delivered thickness.
 
-    `source` names the origin of this range.
+    `source` names the origin of the tolerance.
     """
 
     minimum: float
@@ -41,13 +38,13 @@ class FinishedThickness:
 
 
 def finished_thickness(layout: Layout, where: Where) -> FinishedThickness:
-    """Return the finished thickness in a region: the sum of the layers and the fabricator's tolerance.
+    """Return the thickness of the finished board in a region: the sum of its layers and the fabricator's tolerance.
 
-    At the coils all layers count. In the tail the layers down to its last copper layer and the bottom coverlay count.
-    At the contacts `contact_layers` and the stiffener count. The fabricator states a tolerance for the whole board, not
-    for each film. With a stiffener the tolerance depends on its material. It is the largest if the material is not
-    listed. Otherwise it is the tolerance of `fpc.rules` for the number of copper layers. The largest listed number
-    stands for larger numbers.
+    At the coils, all layers are added. In the tail, these are the layers down to its last copper layer, and the bottom
+    coverlay. At the contacts, these are `contact_layers` and the stiffener. The fabricator states one tolerance for the
+    whole board. With a stiffener, it depends on the stiffener's material, and the largest is used for materials that
+    are not listed. Without a stiffener, it depends on the number of copper layers; the largest listed number is used
+    for larger numbers.
     """
     rules, plate = layout.spec.fpc.rules, layout.stiffener if where is Where.CONTACT else None
     layers = layout.spec.fpc.stackup.layers if where is Where.COIL else layout.spec.fpc.tail_layers
@@ -66,7 +63,7 @@ def finished_thickness(layout: Layout, where: Where) -> FinishedThickness:
 
 
 def contact_copper(layout: Layout) -> frozenset[int]:
-    """Return the numbers of the copper layers with copper under the bare part of a contact.
+    """Return the numbers of the copper layers with copper above or below the bare part of a contact.
 
     Only layer 1 if there are no contacts.
     """
@@ -90,7 +87,7 @@ def contact_copper(layout: Layout) -> frozenset[int]:
 
 
 def _bare_box(top_openings: tuple[Region, ...], pad: Pad) -> Box | None:
-    """Return the box (m) of a contact's bare part. None if the coverlay covers the whole contact."""
+    """Return the rectangle (m) of a contact's bare part. None if the coverlay covers the whole contact."""
     (x, y), (w, h) = pad.centre, pad.size
     for opening in top_openings:
         x0, y0, x1, y1 = bounding_box([opening.outline])
@@ -100,10 +97,10 @@ def _bare_box(top_openings: tuple[Region, ...], pad: Pad) -> Box | None:
 
 
 def contact_layers(layout: Layout) -> tuple[StackLayer, ...]:
-    """Return the layers of the tail under the contacts, with the contacts' own copper.
+    """Return the layers of the tail at the contacts, including the contacts' own copper.
 
-    Opened coverlays and copper layers that end before the contacts do not count. Coverlay and bond films count with
-    their stated thickness. Without copper their adhesive has no gaps to fill, and the film is no thicker.
+    Coverlays with an opening there and copper layers that end before the contacts are left out. Coverlay and bonding
+    films have their stated thickness, because their adhesive has no gaps between tracks to fill.
     """
     layers, number, copper = [], 0, contact_copper(layout)
     for index, layer in enumerate(layout.spec.fpc.tail_layers):
@@ -126,13 +123,14 @@ def tail_thickness(fpc: FpcSpec) -> float:
 
 
 def stiffener(layout: Layout, tail: TailFrame) -> Stiffener | None:
-    """Return the stiffener that brings the contacts to the connector's insertion thickness.
+    """Return the stiffener that makes the tail at the contacts as thick as the connector requires.
 
     None if there is no tail, the connector has no insertion thickness (solder pads), or no stiffener is needed.
 
-    If the spec gives the thickness, the stiffener has this thickness; its adhesive is taken from a stock film of equal
-    thickness, or is 0. Otherwise the stock film nearest to the needed thickness is used, or none if 0 is nearer. If its
-    error exceeds the connector's tolerance, the exact needed thickness is returned, with an adhesive of 0.
+    If the spec states the thickness, the stiffener has this thickness. Its adhesive is taken from a stock film of equal
+    thickness, or is 0. Otherwise the stock film nearest to the needed thickness is used, or no stiffener if 0 is
+    nearer. If the error of this film exceeds the connector's tolerance, the exact needed thickness is returned, with an
+    adhesive of 0.
     """
     fpc, connector = layout.spec.fpc, tail.connector
     if fpc.tail is None or connector.insertion_thickness <= 0.0:
@@ -153,6 +151,7 @@ def stiffener(layout: Layout, tail: TailFrame) -> Stiffener | None:
 
 
 STRAIGHT = math.radians(10.0)  # Tracks may cross the bend zone at this angle (rad) to the tail's length
+"""Largest angle (rad) between the tail's length and a track in the bend zone."""
 
 _ROUNDING = 1e-9
 _SAME_PLACE = 1e-8
@@ -160,7 +159,7 @@ _SAME_PLACE = 1e-8
 
 @record
 class Unfit:
-    """A place in the bend zone that is unfit for bending, because a track runs obliquely or changes its width.
+    """A range of the bend zone that must not be bent, because a track is oblique or changes its width there.
 
     `first` to `last` is the range of x (m). `y` (m), `layer` and `net` belong to the track.
     """
@@ -174,7 +173,7 @@ class Unfit:
 
 @record
 class Stretch:
-    """Range of x (m) from `start` to `end`. Its length is 0 or negative if there is no such range."""
+    """Range of x (m) from `start` to `end`. Empty if its length is 0 or negative."""
 
     start: float
     end: float
@@ -186,7 +185,7 @@ class Stretch:
 
 
 def bend_stretch(layout: Layout) -> tuple[float, float] | None:
-    """Return the range of x (m) in which the tail may be bent. None if it has no bend or no straight part."""
+    """Return the longest range of x (m) in which the tail may be bent. None if it has no bend or no straight part."""
     if layout.bend_zone is None:
         return None
     longest = longest_straight(layout.bend_zone, unfit_for_bending(layout.bend_zone, layout.in_bend_zone,
@@ -196,10 +195,11 @@ def bend_stretch(layout: Layout) -> tuple[float, float] | None:
 
 @record
 class Bend:
-    """Bend about the line x = `line` (m) across the tail by an angle (rad), ``down`` (away from the coils) or ``up``.
+    """Bend of the board by `angle` (rad) about the line x = `line` (m) across the tail.
 
-    It covers the board from `start` to `end` (m). Both equal `line` if no radius is known. `radius` (m) is the inside
-    radius. `why` gives the reason for a bend that the mount sets.
+    `direction` is ``down`` (away from the coils) or ``up``. The bent part extends from `start` to `end` (m). Both equal
+    `line` if no radius is known. `radius` (m) is the inside radius. `why` is the reason for a bend that the mount
+    causes; empty for a bend in the spec.
     """
 
     line: float
@@ -213,13 +213,13 @@ class Bend:
 
     @property
     def angle_text(self) -> str:
-        """Angle as text. An angle set by the mount is rounded to whole degrees, finer than a hand can bend."""
+        """Angle as text. An angle caused by the mount is rounded to whole degrees."""
         degrees = math.degrees(self.angle)
         return f"about {degrees:.0f} deg" if self.why else f"{degrees:.4g} deg"
 
 
 def bend_figure(fpc: FpcSpec) -> tuple[str, float] | None:
-    """Return the fabricator's rule for the tail's bend radius: its name, and the smallest radius divided by thickness.
+    """Return the fabricator's rule for the tail's bend: (name, smallest inside radius divided by tail thickness).
 
     None if there is no such rule or no bend.
     """
@@ -234,26 +234,29 @@ def bend_figure(fpc: FpcSpec) -> tuple[str, float] | None:
 
 
 def least_bend_radius(fpc: FpcSpec) -> float | None:
-    """Return the smallest inside bend radius (m) of the tail by the fabricator's rules. None if no rule exists."""
+    """Return the smallest inside bend radius (m) of the tail by the fabricator's rule. None if there is no rule."""
     figure = bend_figure(fpc)
     return None if figure is None else figure[1] * tail_thickness(fpc)
 
 
 def bend_radius(fpc: FpcSpec) -> float | None:
-    """Return the inside bend radius (m): the spec's, or the fabricator's minimum. None if neither is stated."""
+    """Return the inside bend radius (m): the spec's value, or else the fabricator's minimum.
+
+    None if there is neither.
+    """
     tail = fpc.tail
     radius = tail.bend_radius if tail is not None else None
     return least_bend_radius(fpc) if radius is None else radius
 
 
 def bend_length(fpc: FpcSpec) -> float:
-    """Return the length (m) of tail within the bend, along the middle of its thickness. 0 if no radius is known."""
+    """Return the length (m) of tail in the bend, along the middle of its thickness. 0 if no radius is known."""
     tail, radius = fpc.tail, bend_radius(fpc)
     return 0.0 if tail is None or radius is None else tail.bend_angle * (radius + tail_thickness(fpc) / 2)
 
 
 def longest_straight(zone: tuple[float, float], unfit: list[Unfit]) -> Stretch:
-    """Return the longest range in a zone (m) without unfit places."""
+    """Return the longest range of a zone (x from and to, m) without the ranges `unfit`."""
     unfit = sorted(unfit, key=lambda each: (each.first, each.last))
     starts = accumulate([zone[0], *(each.last for each in unfit)], max)
     ends = [*(each.first for each in unfit), zone[1]]
@@ -264,7 +267,11 @@ def longest_straight(zone: tuple[float, float], unfit: list[Unfit]) -> Stretch:
 def unfit_for_bending(
     zone: tuple[float, float] | None, in_bend_zone: tuple[tuple[Trace, Segment], ...], traces: tuple[Trace, ...]
 ) -> list[Unfit]:
-    """Return places in the bend zone that are unfit for bending, from the body on."""
+    """Return the ranges of the bend zone that must not be bent, in order of x.
+
+    `zone` is the bend zone (x from and to, m). `in_bend_zone` lists each track segment that extends into the zone, with
+    its track.
+    """
     if zone is None:
         return []
     places = [*_askew(in_bend_zone, zone), *_steps(traces, zone)]
@@ -272,7 +279,7 @@ def unfit_for_bending(
 
 
 def _askew(in_bend_zone: tuple[tuple[Trace, Segment], ...], zone: tuple[float, float]) -> Iterator[Unfit]:
-    """Yield ranges inside the zone (x from and to, m) in which a track is not parallel to the tail."""
+    """Yield the ranges in the zone (x from and to, m) in which a track is not parallel to the tail."""
     for trace, segment in in_bend_zone:
         x0, y0, x1, _ = segment.box
         if x0 < zone[1] - _ROUNDING and x1 > zone[0] + _ROUNDING and _angle(segment) > STRAIGHT:
@@ -280,7 +287,7 @@ def _askew(in_bend_zone: tuple[tuple[Trace, Segment], ...], zone: tuple[float, f
 
 
 def _steps(traces: tuple[Trace, ...], zone: tuple[float, float]) -> Iterator[Unfit]:
-    """Yield ranges inside the zone (x from and to, m) in which a track's width changes."""
+    """Yield the places in the zone (x from and to, m) at which a track's width changes."""
     widths: dict[tuple[int, int, int], float] = {}
     for trace in traces:
         for end in (trace.path.start, trace.path.end):
@@ -290,7 +297,7 @@ def _steps(traces: tuple[Trace, ...], zone: tuple[float, float]) -> Iterator[Unf
 
 
 def _angle(segment: Segment) -> float:
-    """Return the angle (rad, 0 to a right angle) between a segment and the tail: the larger value of its two ends."""
+    """Return the larger of the two angles (rad, 0 to pi/2) between the ends of a segment and the tail's direction."""
     (ax, ay), (bx, by) = segment.start, segment.end
     if isinstance(segment, Arc):
         centre = segment.centre

@@ -381,19 +381,23 @@ class Layout:
 
 
 TEARDROP_LENGTHS = (1.5, 1.2, 0.9, 0.75)
-"""Teardrop lengths to try: in pad diameters from the centre of a via, or in contact widths from the edge of a
-contact.
+"""Teardrop lengths in the order of trial: distance from a via's centre in pad diameters, or from a contact's edge.
+
+Distances from a contact's edge are in contact widths.
 """
 
 INSIDE = 10e-6  # How far (m) a contact's teardrop reaches into the contact, so that rounding leaves no slit
+"""Length (m) of the teardrop inside its contact. With this overlap, rounding errors leave no slit between them."""
 
 CHORD = 1e-6
+"""Largest distance (m) of a teardrop's arcs from their chords."""
 
 SLACK = 1e-9
+"""Rounding error (m) of lengths: shorter distances count as 0, and clearances may be smaller by this."""
 
 
 def teardrops(layout: Layout) -> tuple[Teardrop, ...]:
-    """Return teardrops of a layout that keep the fabricator's clearance to all copper, holes and the edge."""
+    """Return teardrops at track ends that keep the fabricator's clearance to other copper, to holes and to the edge."""
     if layout.spec.fpc.teardrops == "none":
         return ()
     tries: list[_Try] = []  # all outlines at all ends, long ones first at each
@@ -430,7 +434,11 @@ def _outlines(layout: Layout, trace: Trace, leg: Segment) -> Iterator[Path]:
 
 @record
 class _Try:
-    """A teardrop outline to be checked, the track (index) at whose end it lies, and the segment at this end."""
+    """A teardrop outline to be checked.
+
+    `track` is the index of the track in the layout. `leg` is the track's segment at the teardrop, directed away from
+    the via or contact.
+    """
 
     outline: Path
     track: int
@@ -439,7 +447,7 @@ class _Try:
 
 
 def _of_via(via: Via, leg: Line, width: float) -> Iterator[Path]:
-    """Yield the hulls of a via's pad and a circle on the track, as wide as the track."""
+    """Yield convex hulls of a via's pad and a circle on the track's centre line, with the track's `width` (m)."""
     large, small = via.pad / 2, width / 2
     if small >= large:
         return
@@ -457,7 +465,7 @@ def _of_via(via: Via, leg: Line, width: float) -> Iterator[Path]:
 
 
 def _of_contact(pad: Pad, leg: Line, width: float) -> Iterator[Path]:
-    """Yield the trapezoids from the edge of a contact to a track that leaves it at a right angle."""
+    """Yield trapezoids from the edge of a contact to a track of `width` (m) that leaves the edge at a right angle."""
 
     def exchanged(point: Point) -> Point:
         return Point(point.y, point.x)
@@ -483,7 +491,7 @@ def _of_contact(pad: Pad, leg: Line, width: float) -> Iterator[Path]:
 
 
 class _CopperAround:
-    """Copper of a layer, holes, and the board's edge, each with the clearance (m) that a teardrop needs to it."""
+    """Copper of one layer, holes, and the board's edge, each with the clearance (m) that a teardrop must keep."""
 
     def __init__(self, layout: Layout, layer: int) -> None:
         self._layout = layout
@@ -526,7 +534,10 @@ class _CopperAround:
         self._ways = stations
 
     def leave_room(self, tries: Sequence[_Try]) -> list[bool]:
-        """Whether each outline has enough clearance. Pieces that are joined at the track's end do not count."""
+        """Return, for each outline, whether it keeps all clearances.
+
+        Copper that is joined to the track's end does not count.
+        """
         rows = [(row, k) for k, attempt in enumerate(tries) for row, _ in path_rows(attempt.outline)]
         edges, owner = from_rows([row for row, _ in rows]), [k for _, k in rows]
         pairs = nearest_pairs(edges.boxes, np.zeros(len(edges)), self._boxes, self._keep)
@@ -540,9 +551,10 @@ class _CopperAround:
         return [k not in short for k in range(len(tries))]
 
     def _farther_on(self, tries: Sequence[_Try], numbers: Index, pieces: Index) -> tuple[Array, Array]:
-        """Return start and end of the part of each piece that counts, as fractions of the piece's length.
+        """Return start and end of the part of each piece that is checked, as fractions of the piece's length.
 
-        On the teardrop's own track, the part next to the teardrop does not count. `numbers` are indices of `tries`.
+        `numbers` are indices into `tries`, and `pieces` are indices of copper pieces: one pair per element. On the
+        teardrop's own track, the part next to the teardrop is not checked.
         """
         first, last = np.zeros(len(pieces)), np.ones(len(pieces))
         for at, (k, piece) in enumerate(zip(numbers.tolist(), pieces.tolist(), strict=True)):
@@ -560,7 +572,10 @@ class _CopperAround:
         return first, last
 
     def _is_joined(self, piece: int, index: int, leg: Segment) -> bool:
-        """Whether a piece of copper is joined to a track segment, so that the teardrop may touch it."""
+        """Whether copper piece number `piece` is joined to the track number `index` at `leg`.
+
+        The teardrop may then touch it.
+        """
         (kind, number), trace = self._owner[piece], self._layout.traces[index]
         if kind == "edge" or self._net[piece] != trace.net:
             return False
@@ -579,10 +594,10 @@ class _CopperAround:
 
 
 def as_made(layout: Layout, spec: SensorSpec) -> Layout:
-    """Return the layout of one manufactured unit, whose deviations are in `spec`.
+    """Return the layout of one manufactured unit. `spec` has the unit's deviations from the nominal dimensions.
 
-    Track widths of windings and leads follow its `coil.trace_width`. Winding sizes, copper heights and copper
-    thicknesses follow its coils and stack-up. The routing stays.
+    Widths of winding tracks and leads scale like `coil.trace_width` in `spec`. Winding sizes, copper heights and copper
+    thicknesses are taken from its coils and stack-up. Positions of leads and vias stay nominal.
     """
     nominal, coil = layout.spec.coil, spec.coil
     wider = coil.trace_width / nominal.trace_width

@@ -1,4 +1,4 @@
-"""Obstacles on the board, and the clearance of a new track or via to them."""
+"""Clearances between copper: whether a new track or via keeps its distance from all copper already on the board."""
 
 from __future__ import annotations
 
@@ -23,25 +23,26 @@ from sitscad.kernels.geometry.primitives import (
 from sitscad.spec.design_rules import DesignRules
 
 SLACK = 1e-9
+"""Rounding error (m) by which a distance may be smaller than the required clearance."""
 
 ALONG = 1.0 / math.sin(math.pi / 8.0)
-"""Factor that separates the bends of a conductor from its gaps.
+"""Limit for the distance along one conductor between two of its pieces, divided by their needed centre distance.
 
-Two pieces of one conductor are a bend if their distance along the conductor is small: less than this factor times the
-needed centre distance. Otherwise they need the clearance. Legs that part at 45 degrees or more are then never compared.
+Below it, the two pieces are joined by a bend and need no clearance. Above it, they need the clearance. Two tracks that
+meet at 45 degrees or more are then never compared.
 """
 
 
 @record
 class Breadth:
-    """Extent across the tail's axis of a board, or of the area for its leads: y of the lower and the upper edge (m)."""
+    """Range across the tail's axis of a board, or of the area for its leads: y of the lower and the upper edge (m)."""
 
     low: float
     high: float
 
     @property
     def half(self) -> float:
-        """Half of the width (m) from edge to edge."""
+        """Half of the width (m) between the edges."""
         return (self.high - self.low) / 2
 
     @property
@@ -50,7 +51,7 @@ class Breadth:
         return max(-self.low, self.high)
 
     def holds(self, low: float, high: float, keep: float) -> bool:
-        """Whether a piece from y = `low` to y = `high` is at least `keep` away from both edges (m)."""
+        """Whether a piece between y = `low` and y = `high` is at least `keep` from both edges (all in m)."""
         return low >= self.low + keep and high <= self.high - keep
 
 
@@ -77,7 +78,7 @@ class TrackToPlace:
 
     @cached_property
     def copper(self) -> CopperBoxes:
-        """The track as a cached table, because a candidate is compared with many obstacles."""
+        """The track as a table of segments. It is cached, because a candidate is compared with many obstacles."""
         return CopperBoxes.of([self])
 
 
@@ -92,7 +93,11 @@ class ViaToPlace:
 
 @record
 class CopperBoxes:
-    """Segments of several tracks as a table: boxes (n, 4; m) of their centre lines and half widths (n; m)."""
+    """Segments of several tracks as arrays.
+
+    `pieces` are the lines and arcs, `boxes` (n, 4; m) the bounding boxes of their centre lines, and `half_width` (n; m)
+    half their widths.
+    """
 
     pieces: Primitives
     boxes: Array
@@ -107,9 +112,9 @@ class CopperBoxes:
 
 
 class Obstacles:
-    """Tracks and holes on the board.
+    """Tracks and holes already on the board, with the design rules.
 
-    `admits` checks whether new tracks and holes keep the rules' clearances to all obstacles.
+    `admits` checks whether new tracks and holes keep the required clearances to all of them.
     """
 
     def __init__(self, rules: DesignRules, spacing: float, breadth: Breadth = ENDLESS) -> None:
@@ -135,14 +140,14 @@ class Obstacles:
         return other
 
     def admits(self, tracks: Iterable[TrackToPlace], holes: Iterable[ViaToPlace] = ()) -> bool:
-        """Whether all new pieces keep their clearance to the obstacles.
+        """Whether all new tracks and holes keep their clearances to the copper on the board.
 
-        Clearances between the new pieces are not checked.
+        Clearances among the new pieces are not checked.
         """
         return all(self._admits_track(t) for t in tracks) and all(bool(self.admitted([h])) for h in holes)
 
     def admits_each(self, tracks: Sequence[TrackToPlace]) -> Flags:
-        """Whether each of several tracks on one layer keeps its clearances, as in `admits`."""
+        """Return, for each of several tracks on one layer, whether it keeps its clearances as in `admits`."""
         segments = CopperBoxes.of(tracks)
         of = np.repeat(np.arange(len(tracks)), [len(track.boxes) for track in tracks])
         keep = self._rules.copper_to_edge + segments.half_width - 2 * SLACK
@@ -156,7 +161,7 @@ class Obstacles:
         return free
 
     def admitted(self, holes: Sequence[ViaToPlace]) -> list[ViaToPlace]:
-        """Return the holes that keep their clearance to the obstacles. Each hole is checked alone."""
+        """Return the holes that keep their clearances to the copper on the board. Each hole is checked by itself."""
         if not holes:
             return []
         centres = np.array([hole.centre for hole in holes])
@@ -177,7 +182,7 @@ class Obstacles:
         return self._copper[layer]
 
     def _admits_track(self, track: TrackToPlace) -> bool:
-        """Whether a track keeps its clearances to edge, holes and tracks."""
+        """Whether a track keeps its clearances to the board's edge, to holes and to tracks."""
         from_edge = self._rules.copper_to_edge + track.width / 2 - 2 * SLACK
         if not self._breadth.holds(track.boxes[:, 1].min(), track.boxes[:, 3].max(), from_edge):
             return False
@@ -187,14 +192,14 @@ class Obstacles:
         return track.layer not in self._tracks or not bool(self._touching(segments, self._on(track.layer)).size)
 
     def _kept_by_holes(self) -> tuple[Array, Array]:
-        """Return the centres of the holes (n, 2; m), and the least distance (n; m) from each centre to copper."""
+        """Return the centres of the holes (n, 2; m), and the least distance (n; m) of copper edges from each centre."""
         if self._kept is None:
             keep = [hole_keep_out(hole, self._rules, self._spacing) for hole in self._holes]
             self._kept = np.array([hole.centre for hole in self._holes]), np.array(keep)
         return self._kept
 
     def _touching(self, track: CopperBoxes, other: CopperBoxes) -> Index:
-        """Return the indices of the pieces in `track` that are closer to a piece in `other` than the spacing."""
+        """Return the indices of pieces in `track` whose gap to a piece in `other` is below the required spacing."""
         reach = track.half_width + self._spacing
         pairs = nearest_pairs(track.boxes, reach, other.boxes, other.half_width)
         if not len(pairs):
@@ -204,7 +209,10 @@ class Obstacles:
 
 
 def _meetings(copper: CopperBoxes, centres: Array, keep: Array) -> Index:
-    """Return index pairs (m, 2) of copper pieces and centres whose gap is less than the centre's `keep` (m)."""
+    """Return index pairs (m, 2) of copper pieces and centres whose distance is less than the centre's `keep` (m).
+
+    The distance is measured to the edge of the copper.
+    """
     pairs = nearest_pairs(copper.boxes, copper.half_width, np.hstack([centres, centres]), keep)
     piece, hole = pairs[:, 0], pairs[:, 1]
     gaps = to_points(copper.pieces.take(piece), centres[hole])
@@ -212,9 +220,9 @@ def _meetings(copper: CopperBoxes, centres: Array, keep: Array) -> Index:
 
 
 def off_stretch(x: Array, y: Array, dx: Array, dy: Array) -> Array:
-    """Return the distances (m) of points from straight stretches.
+    """Return the distances (m) of points from straight segments.
 
-    Points (x, y) are relative to the start of each stretch, and (dx, dy) is the vector to its end. All arrays are
+    Points (x, y) are relative to the start of each segment, and (dx, dy) is the vector to its end. Arrays are
     broadcast. The distance of a nan point is nan.
     """
     share = (x * dx + y * dy) / np.maximum(dx * dx + dy * dy, 1e-30)
@@ -223,21 +231,24 @@ def off_stretch(x: Array, y: Array, dx: Array, dy: Array) -> Array:
 
 
 def via_room(rules: DesignRules, spacing: float, width: float) -> float:
-    """Return the room (m) for the smallest via that joins tracks of a width (m).
+    """Return the width (m) of the area that the smallest via for tracks of `width` (m) needs beside foreign copper.
 
-    It is the distance from the far edge of the via's pad to copper that is not joined to the via.
+    It extends from the far edge of the via's pad to the edge of copper that is not joined to the via.
     """
     hole = joined_hole(rules, width)
     return hole_keep_out(hole, rules, spacing) + hole.pad / 2
 
 
 def joined_hole(rules: DesignRules, width: float) -> ViaToPlace:
-    """Return the smallest via for tracks of a width (m). Its pad covers their round ends. It has no position yet."""
+    """Return the smallest via for tracks of `width` (m), at the origin.
+
+    Its pad covers the round ends of these tracks.
+    """
     return ViaToPlace(Point(0.0, 0.0), max(rules.via_pad, width), rules.via_drill)
 
 
 def hole_keep_out(hole: ViaToPlace, rules: DesignRules, spacing: float) -> float:
-    """Return the distance (m) from a hole's centre to the edge of copper that is not joined to it."""
+    """Return the smallest permitted distance (m) from a hole's centre to copper that is not joined to the hole."""
     return max(hole.pad / 2 + spacing, hole.drill / 2 + rules.drill_to_copper)
 
 

@@ -1,4 +1,4 @@
-"""Layout of a board whose coil the user drew: its copper at the place of each coil, and the outline of the body."""
+"""Layout of a board whose coil the user drew: the file's copper at each coil's position, and the body's outline."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from sitscad.spec.sensor import SensorSpec
 def drawn_layout(spec: SensorSpec, copper: DrawnCopperCoil) -> Layout:
     """Return the layout of coils that the user drew, with the copper of the file about each coil's centre.
 
-    The body is the outline in the spec, or a rectangle about the copper with the fabricator's clearance. There is no
-    tail: the tracks beyond the turns are in the drawing.
+    The body is the outline in the spec, or else a rectangle about the copper with the fabricator's edge distance. The
+    layout has no tail, because the drawing contains the tracks beyond the turns.
     """
     coils = tuple(_coil(spec.fpc.stackup, copper, placement) for placement in spec.array.placements)
     pieces = [piece for coil in coils for piece in coil.series]
@@ -50,7 +50,7 @@ def _conductor(piece: DrawnPiece | DrawnHole, placement: CoilPlacement) -> Trace
 
 
 def _pads(copper: DrawnCopperCoil, placement: CoilPlacement, before: int) -> tuple[Pad, ...]:
-    """Return both contacts of a coil, numbered after the contacts `before`."""
+    """Return the two contacts of a coil, with the numbers `before` + 1 and `before` + 2."""
     return tuple(
         Pad(_place(end.centre, placement), end.size, end.layer, placement.name, f"{placement.name}.{pin}", number)
         for number, (end, pin) in enumerate(zip(copper.terminals, "AB", strict=True), before + 1)
@@ -70,7 +70,7 @@ def _place(point: Point, placement: CoilPlacement) -> Point:
 def _outline_about(
     traces: tuple[Trace, ...], vias: tuple[Via, ...], pads: tuple[Pad, ...], room: tuple[float, float]
 ) -> Path:
-    """Return a rectangle about all copper, with `room` (m) along x and y on each side."""
+    """Return a rectangle about all copper. `room` is the margin (m) along x and along y on each side."""
     boxes = [(*bounding_box([trace.path]), trace.width / 2, trace.width / 2) for trace in traces]
     boxes += [(*via.centre, *via.centre, via.pad / 2, via.pad / 2) for via in vias]
     boxes += [(*pad.centre, *pad.centre, pad.size[0] / 2, pad.size[1] / 2) for pad in pads]

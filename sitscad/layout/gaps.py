@@ -1,6 +1,6 @@
-"""All copper of a layout as exact pieces with their positions along each coil's conductor, and the gaps between pieces.
+"""Gaps between all pieces of copper of a layout: between turns of one coil and between coils.
 
-Gaps are found between turns of one net and between nets.
+Pieces are exact lines and arcs, and their positions along each coil's conductor are known. Joined pieces have no gap.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ if TYPE_CHECKING:
     from sitscad.basics.arrays import Array, Flags, Index
 
 ROUNDING = 1e-9
-"""Largest difference (m) between lengths that count as equal."""
+"""Difference (m) below which two lengths count as equal."""
 
 DETOUR = 1.5
-"""Distance along the conductor, divided by the direct distance, from which two pieces count as a turn back.
+"""Least ratio of the distance along the conductor to the direct distance at which two pieces count as a turn back.
 
 The ratio is 1.41 for a right angle and 1.57 for a half circle.
 """
@@ -45,11 +45,12 @@ Item = Trace | Via | Pad | Teardrop
 
 @record
 class Copper:
-    """All copper by piece and layer, as arrays of equal length. A via has a piece on each layer.
+    """All copper as arrays with one element per piece and layer. A via has a piece on each layer.
 
-    `half` is half the width (m). `chain` is the number of the conductor. `first` and `last` are the positions (m) of a
-    piece's ends along its conductor. `reach` (m) is the extra distance along the conductor within which copper counts
-    as joined: half the diagonal of a contact, 0 for tracks. `item` is the index into `items`.
+    `half` (m) is half the piece's width, and `chain` the number of its conductor. `first` and `last` (m) are the
+    positions of its ends along this conductor. `item` is the index into `items` of the track, via, pad or teardrop with
+    this piece. `reach` (m) is added to the distance along the conductor within which copper counts as joined. It is
+    half the diagonal of a contact, and 0 for tracks.
     """
 
     layer: Index
@@ -65,10 +66,10 @@ class Copper:
 
 @record
 class Nearness:
-    """Two pieces of copper whose gap is compared with the minimum gap `asked` (m).
+    """A narrow place between two pieces of copper, whose gap is compared with the minimum gap `asked` (m).
 
-    `one` and `other` are the pieces, on copper layer `layer`. `distance` (m) is the distance of their centre lines.
-    `half_one` and `half_other` (m) are half their widths. `x` and `y` (m) are the place.
+    `one` and `other` are the two items, on copper layer `layer`. `distance` (m) is the distance of their centre lines,
+    and `half_one` and `half_other` (m) are half their widths. `x` and `y` (m) give the position.
     """
 
     one: Item
@@ -83,25 +84,25 @@ class Nearness:
 
     @property
     def gap(self) -> float:
-        """Gap between copper edges (m). Negative if the pieces overlap."""
+        """Gap (m) between the copper edges. Negative if the pieces overlap."""
         return self.distance - self.half_one - self.half_other
 
     @property
     def nets(self) -> tuple[str, ...]:
-        """The nets of both pieces."""
+        """Nets of the two items, without repetition."""
         return tuple(sorted({self.one.net, self.other.net}))
 
 
 @record
 class _Stand:
-    """Position of an item on its conductor: chain number, and distance (m) along the chain to the item's start."""
+    """Position of an item on its conductor: number of the conductor, and distance (m) along it to the item's start."""
 
     chain: int
     at: float
 
 
 def name_of(item: Item) -> str:
-    """Return a text that names a piece of copper."""
+    """Return a text for a track, via, contact or teardrop with its net."""
     if isinstance(item, Via):
         return f"a via of {item.net}"
     if isinstance(item, Pad):
@@ -112,13 +113,13 @@ def name_of(item: Item) -> str:
 
 
 def pair_in_words(near: Nearness) -> str:
-    """Return a text that names two pieces of copper."""
+    """Return a text for the two pieces of copper at a narrow place."""
     first, second = name_of(near.one), name_of(near.other)
     return f"two parts of {first}" if near.one is near.other else f"{first} and {second}"
 
 
 def copper_of(layout: Layout) -> Copper:
-    """Return the copper of a whole layout."""
+    """Return all copper of a layout as arrays."""
     positions = dict(_conductor_positions(layout))
     items: tuple[Item, ...] = (*layout.traces, *layout.vias, *layout.all_pads, *layout.teardrops)
     rows: list[Row] = []
@@ -138,10 +139,10 @@ def copper_of(layout: Layout) -> Copper:
 
 
 def too_near(copper: Copper, spacing: float, winding_spacing: float) -> Iterator[Nearness]:
-    """Yield pairs of items that are not joined and have copper closer than `spacing` (m) on one layer.
+    """Yield pairs of items that are not joined and whose gap on a layer is smaller than `spacing` (m).
 
-    `winding_spacing` (m) holds for the turns of a coil and the conductors that lead to them. Each pair of items yields
-    its closest place on each layer.
+    `winding_spacing` (m) is the minimum between two tracks of one coil if at least one is a turn. For each pair of
+    items and each layer, only the narrowest place is yielded.
     """
     track = np.array([isinstance(item, Trace) for item in copper.items], dtype=bool)
     turn = np.array([isinstance(item, Trace) and item.role is Role.WINDING for item in copper.items], dtype=bool)
@@ -158,10 +159,10 @@ def too_near(copper: Copper, spacing: float, winding_spacing: float) -> Iterator
 
 
 def smallest_gaps(layout: Layout) -> dict[int, Nearness]:
-    """Return the smallest gap between two pieces of copper on each copper layer, as drawn.
+    """Return the smallest gap between two pieces of copper on each copper layer, by the layer's number.
 
-    Layers with a single piece of copper are left out. Successive pieces of one conductor have a gap only if the
-    conductor turns back.
+    Layers with a single piece of copper are left out. Successive pieces of one conductor count only if the conductor
+    turns back.
     """
     copper, smallest = copper_of(layout), dict[int, Nearness]()
     layers, reach = set(copper.layer.tolist()), 2.0 * layout.spec.coil.trace_spacing
@@ -175,9 +176,9 @@ def smallest_gaps(layout: Layout) -> dict[int, Nearness]:
 
 
 def drill_nearness(copper: Copper, clearance: float) -> Iterator[Nearness]:
-    """Yield each via whose drilled hole is closer than `clearance` (m) to copper that is not joined to it.
+    """Yield each via whose drilled hole is closer than `clearance` (m) to copper that is not joined to the via.
 
-    All layers count. The half width of the via is then its drill's radius.
+    Copper on all layers is compared. `half_one` or `half_other` of the via is the radius of its hole.
     """
     radius = np.array([item.drill / 2.0 if isinstance(item, Via) else np.nan for item in copper.items])
     drilled = radius[copper.item] if len(radius) else np.empty(0)
@@ -189,10 +190,10 @@ def drill_nearness(copper: Copper, clearance: float) -> Iterator[Nearness]:
 
 
 def conductor_notches(copper: Copper, spacing: float) -> Iterator[Nearness]:
-    """Yield pieces of one conductor that count as joined but have an open gap of less than `spacing` (m) between them.
+    """Yield places at which one conductor turns back and leaves a gap of less than `spacing` (m).
 
-    The distance along the conductor between them is at least `DETOUR` times the centre distance. Legs that meet in a
-    corner form no notch, at any angle.
+    Two pieces belong to a turn back if their distance along the conductor is at least `DETOUR` times the direct centre
+    distance. Two straight tracks that meet in a corner are never reported, at any angle.
     """
     i, j = _pairs(copper, spacing)
     i, j = np.where(copper.first[i] <= copper.first[j], (i, j), (j, i))
@@ -234,11 +235,11 @@ def _pairs(copper: Copper, clearance: float, chosen: Flags | None = None) -> tup
 def _gaps(
     copper: Copper, i: Index, j: Index, spacings: Array, half: Array | None = None, factor: float = ALONG
 ) -> Array:
-    """Return the gaps (m) between the pieces `i` and `j` of each pair. Infinite if all of both is joined.
+    """Return the gap (m) between the pieces `i` and `j` of each pair. Infinite if both pieces are joined completely.
 
-    Parts that are joined along one conductor do not count. Parts are joined if their distance along the conductor is
-    less than `factor` times the needed centre distance. `spacings` (m) are the needed gaps of the pairs. `half` (m)
-    replaces `copper.half`.
+    Parts of one conductor count as joined if their distance along the conductor is less than `factor` times the needed
+    centre distance. Joined parts are left out. `spacings` (m) are the needed gaps of the pairs. `half` (m) replaces
+    `copper.half` if it is given.
     """
     half = copper.half if half is None else half
     widths = half[i] + half[j]
@@ -280,7 +281,7 @@ def _trimmed(copper: Copper, earlier: Index, later: Index, cut: Array, other_cut
 
 
 def _worst_by_items(copper: Copper, i: Index, j: Index, gap: Array, half: Array, spacings: Array) -> Iterator[Nearness]:
-    """Yield the smallest gap of each pair of items on each layer, smallest first.
+    """Yield the narrowest place of each pair of items on each layer, the smallest gap first.
 
     `i` and `j` are the pieces of each pair, `gap` (m) is their gap, and `spacings` (m) the needed gap. `half` (m) is
     half the width of each piece.
@@ -300,9 +301,9 @@ def _worst_by_items(copper: Copper, i: Index, j: Index, gap: Array, half: Array,
 
 
 def _place(copper: Copper, a: int, b: int) -> tuple[float, float]:
-    """Return a point (m) near the meeting of two pieces.
+    """Return x and y (m) of a place at which two pieces are closest.
 
-    It is the sampled point of the shorter piece that is nearest to the other piece.
+    It is the nearest of 33 points on the shorter piece.
     """
     if float(copper.last[a] - copper.first[a]) > float(copper.last[b] - copper.first[b]):
         a, b = b, a
@@ -316,7 +317,11 @@ def _place(copper: Copper, a: int, b: int) -> tuple[float, float]:
 
 
 def _pieces(item: Item) -> Iterator[tuple[Row, float, float, float, float]]:
-    """Yield (row, half width, distance from the item's start, length along it, reach) for each piece of an item."""
+    """Yield the pieces of an item as (row, half width, distance from the item's start, length, reach), in metres.
+
+    `row` is the line or arc of the piece. `reach` is added to the distance along the conductor within which copper
+    counts as joined.
+    """
     if isinstance(item, Via):
         yield line_row(*item.centre, *item.centre), item.pad / 2.0, 0.0, 0.0, 0.0
     elif isinstance(item, Pad):
@@ -341,7 +346,7 @@ def _pieces(item: Item) -> Iterator[tuple[Row, float, float, float, float]]:
 
 
 def _conductor_positions(layout: Layout) -> Iterator[tuple[int, _Stand]]:
-    """Yield the identity of each item of the layout and its position along its coil's conductor."""
+    """Yield (identity, position along its coil's conductor) for each item of the layout."""
     positions: dict[tuple[object, ...], _Stand] = {}
     for number, coil in enumerate(layout.coils):
         station = 0.0
@@ -361,7 +366,10 @@ def _conductor_positions(layout: Layout) -> Iterator[tuple[int, _Stand]]:
 
 
 def _contact_stands(pads: Sequence[Pad], coil: Coil, number: int, length: float) -> Iterator[tuple[int, _Stand]]:
-    """Yield the identity of each contact of a coil and its position (m) along the coil's conductor."""
+    """Yield (identity, position along the conductor) for each contact of a coil.
+
+    `number` is the number of the conductor, and `length` (m) its total length.
+    """
     traces = [element for element in coil.series if isinstance(element, Trace)]
     if not traces:
         return
@@ -381,7 +389,7 @@ def _contact_stands(pads: Sequence[Pad], coil: Coil, number: int, length: float)
 
 
 def _key(item: Trace | Via) -> tuple[object, ...]:
-    """Return a key that identifies a conductor of a layout. It is cheaper than a comparison of whole paths."""
+    """Return a key that identifies a track or via of a layout. It is cheaper than comparing whole paths."""
     if isinstance(item, Via):
         return ("via", item.centre, item.net)
     return ("trace", item.layer, item.path.start, item.path.end, len(item.path.segments), item.net)

@@ -11,12 +11,15 @@ from sitscad.spec.presets import is_rigid
 
 
 def tail_holes(layout: Layout) -> int:
-    """Return the number of holes that pass fewer layers than the others: holes in a tail of fewer layers."""
+    """Return the number of holes that end above the last copper layer. The tail then has fewer layers than the body."""
     return sum(layout.lowest_layer(via) < layout.copper_layers for via in layout.vias)
 
 
 def cores(stackup: Stackup) -> list[list[int]]:
-    """Return copper layers (numbers from 1) of each laminate in a stack-up, the uppermost laminate first."""
+    """Return the copper layers (numbers from 1) of each laminate in a stack-up, the uppermost laminate first.
+
+    Layers belong to one laminate if no bonding film lies between them.
+    """
     laminates = [[1]]
     for upper, lower in pairwise(layer.number for layer in stackup.copper):
         if is_bonded(stackup.between(upper, lower)):
@@ -27,15 +30,15 @@ def cores(stackup: Stackup) -> list[list[int]]:
 
 
 def is_bonded(films: tuple[StackLayer, ...]) -> bool:
-    """Whether the films between two copper layers are laid when cores are bonded.
+    """Whether the films between two copper layers are added when laminates are bonded.
 
-    False for the single film of a core.
+    False for the single film inside a laminate.
     """
     return len(films) != 1 or films[0].material == "bondply"
 
 
 def lamination_text(layout: Layout) -> str:
-    """Return the sequence of steps for a flexible board of several cores, or with a tail of fewer layers than the body.
+    """Return the fabrication steps of a flexible board with several laminates, or with fewer layers in the tail.
 
     Empty for other boards.
     """

@@ -1,8 +1,9 @@
-"""Paths outside a coil: its ring road, and the lanes along the jaw past the other coils and into the tail.
+"""Paths of leads outside a coil: around the coil, and then along the jaw past the other coils into the tail.
 
-The ring road is the track next outside a coil, for its leads and the stubs of its outer vias. The coil next to the tail
-leaves forwards. The others pass it above and below in turn, the nearest on the inner lanes, so that no pair crosses
-another. A pair runs stacked on two copper layers, or side by side if the tail has only one layer.
+The ring road is the closed track next outside a coil, for its leads and the stubs of its outer vias. A lane is the
+straight path, parallel to the tail's axis, of one coil's pair of leads. The leads of the coil next to the tail run
+straight to it. The other pairs pass this coil alternately above and below. Coils nearer to the tail use the inner
+lanes, so that pairs never cross. A pair runs on two copper layers, or side by side if the tail has only one layer.
 """
 
 from __future__ import annotations
@@ -21,7 +22,10 @@ from sitscad.spec.sensor import ArtworkSpec
 
 @record
 class Ring:
-    """The closed curve at `offset` (m) outside a coil's copper, parametrised by angle (rad) about the coil's centre."""
+    """The closed curve `offset` (m) outside a coil's copper.
+
+    Its points are given by angle (rad) about the coil's centre.
+    """
 
     coil: CoilSpec
     placement: CoilPlacement
@@ -34,14 +38,14 @@ class Ring:
 
     @cached_property
     def boundary(self) -> Path:
-        """The ring about the origin, without rotation."""
+        """The curve of a coil that lies at the origin without rotation."""
         return self.coil.outline.boundary(self.coil.size, self.offset)
 
     @cached_property
     def half_size(self) -> tuple[float, float]:
-        """Largest distances (m) of the ring's outline from its centre along x and y.
+        """Largest distances (m) of the curve from the coil's centre, along x and along y.
 
-        If the outline is not symmetric (a triangle), the larger side counts.
+        If the curve is not symmetric (a triangle), the larger side counts.
         """
         if self.coil.outline.is_round:
             radius = 0.5 * self.coil.size[0] + self.offset
@@ -54,10 +58,7 @@ class Ring:
         return {}
 
     def at(self, angle: float) -> Point:
-        """Return the ring's point in a direction (rad) from its centre.
-
-        It is cached, because many paths share their ends.
-        """
+        """Return the curve's point in the direction `angle` (rad) from the coil's centre. Results are cached."""
         if angle not in self._known:
             if self.coil.outline.is_round:
                 distance = self.coil.size[0] / 2 + self.offset
@@ -69,10 +70,10 @@ class Ring:
         return self._known[angle]
 
     def facing(self, point: Point) -> tuple[float, float]:
-        """Return directions (rad) from the centre to the ring's points nearest to `point`, cached.
+        """Return the directions (rad) from the coil's centre to the curve's points nearest to `point`.
 
-        The first is clockwise of the second. A point on the diagonal of a corner has two nearest points. Otherwise both
-        values are equal.
+        Results are cached. The first direction is clockwise of the second. They differ only if the point is on the
+        diagonal of a corner, so that two points of the curve are equally near.
         """
         if point not in self._known:
             centre, turn = self.centre, self.placement.rotation
@@ -88,7 +89,7 @@ class Ring:
         return self._known[point]
 
     def is_outside(self, line: Line) -> bool:
-        """Whether a straight line stays outside the ring or touches it."""
+        """Whether a straight line does not enter the closed curve. It may touch the curve."""
         if self.coil.outline.is_round:
             return line.distance(self.centre) >= self.coil.size[0] / 2 + self.offset - 1e-9
         for side in self.boundary.rotated(self.placement.rotation).shifted(*self.centre):
@@ -99,10 +100,7 @@ class Ring:
         return False
 
     def along(self, start: float, end: float, ccw: bool) -> Path:
-        """Return the path along the ring from one angle to another, counter-clockwise or clockwise.
-
-        Empty if the angles are equal.
-        """
+        """Return the path along the curve between two angles (rad), counter-clockwise if `ccw`, else clockwise."""
         sweep = (end - start) % TWO_PI if ccw else -((start - end) % TWO_PI)
         if abs(sweep) < 1e-9 or TWO_PI - abs(sweep) < 1e-9:
             return Path(())
@@ -121,7 +119,7 @@ class Ring:
 def _ray_length(segment: Segment, ux: float, uy: float) -> float:
     """Return the distance from the origin at which a ray in direction (ux, uy) meets a straight side.
 
-    0 if the ray misses it.
+    0 if the ray does not meet the side.
     """
     dx, dy = segment.end.x - segment.start.x, segment.end.y - segment.start.y
     determinant = ux * dy - uy * dx
@@ -135,19 +133,22 @@ def _ray_length(segment: Segment, ux: float, uy: float) -> float:
 STAGGER = math.sqrt(2.0) - 1.0
 """Distance along the tail between the 45 degree bends of two parallel tracks, divided by the tracks' centre distance.
 
-With this value, the tracks are equally far apart before and after their bends.
+With this ratio, the tracks have equal distances before, between and after their bends.
 """
 
 PAIR_EXIT_ANGLES = (-15, 15, -30, 30, 45)
-"""Exit angles of a pair that are tried if the ring's corner fails.
+"""Angles (degrees) from the ring's corner at which a pair of leads may leave the ring road, in the order of trial.
 
-They are degrees from the corner, positive away from the tail.
+Positive angles are away from the tail. They are tried if the pair cannot leave at the corner itself.
 """
 
 
 @record
 class Exit:
-    """Exit of a coil's end from its ring: angle (rad), corners of its path up to the tail (`way`), and copper layer."""
+    """Beginning of one lead: angle (rad) at which it leaves the ring road, further corner points, and copper layer.
+
+    `way` lists the corner points up to the tail's funnel.
+    """
 
     angle: float
     way: tuple[Point, ...]
@@ -155,24 +156,24 @@ class Exit:
 
 
 BENT_BACK = math.sin(math.radians(22.5))
-"""Sine of the largest angle beyond a right angle by which a lead may turn: 22.5 degrees.
+"""Sine of the largest angle by which a lead may turn beyond a right angle: 22.5 degrees.
 
-It holds for leads under the turns, and for leads that leave the ring.
+It limits turns of leads under the coil's turns and at the place where leads leave the ring road.
 """
 
 
 def straightness(before: Point, corner: Point, after: Point) -> float:
-    """Return the cosine of the angle by which a path turns at a corner."""
+    """Return the cosine of the angle by which a path changes its direction at a corner."""
     ahead, onward = (corner.x - before.x, corner.y - before.y), (after.x - corner.x, after.y - corner.y)
     return (ahead[0] * onward[0] + ahead[1] * onward[1]) / max(math.hypot(*ahead) * math.hypot(*onward), 1e-30)
 
 
 @record
 class Bus:
-    """Dimensions of all lanes (m): track width, gap between tracks, and the layers of both conductors.
+    """Dimensions (m) common to all leads: track width, gap between tracks, and the copper layers of a pair's two leads.
 
-    `coils` is the extent of the coils' copper across the jaw. Between coils and lanes lie the ring road and the
-    distance `base`, which leaves room for tracks or vias.
+    `coils` is the extent of the coils' copper across the jaw. Between the coils and the innermost lane lie the ring
+    road and an additional distance `base`, which leaves room for tracks or vias.
     """
 
     width: float
@@ -183,7 +184,7 @@ class Bus:
 
     @property
     def reach(self) -> float:
-        """Largest distance (m) of the coils' copper from the axis."""
+        """Largest distance (m) of the coils' copper from the tail's axis."""
         return self.coils.farthest
 
     @property
@@ -193,21 +194,21 @@ class Bus:
 
     @property
     def pitch(self) -> float:
-        """Centre distance (m) of neighbouring tracks."""
+        """Centre distance (m) of neighbouring leads."""
         return self.width + self.spacing
 
     @property
     def is_stacked(self) -> bool:
-        """Whether the two conductors of a pair lie above each other."""
+        """Whether the two leads of a pair lie above each other on two layers."""
         return self.layers[0] != self.layers[1]
 
 
 @record
 class Lane:
-    """Path of one coil's pair of leads past the other coils and into the tail.
+    """Straight path of one coil's pair of leads past the other coils and into the tail.
 
-    `side` is +1 above, -1 below and 0 ahead of the coils. `index` counts lanes outwards from the coils. `rank` counts
-    pairs from the top in the tail.
+    `side` is +1 above the coils, -1 below, and 0 for the coil next to the tail. `index` counts lanes outwards from the
+    coils. `rank` counts pairs in the tail from the top.
     """
 
     placement: CoilPlacement
@@ -217,17 +218,17 @@ class Lane:
 
 
 WIDEST_GAP = 8 * 25.4e-6
-"""Largest gap (m) between leads: 8 mil. No profile requires a larger gap between turns in 35 um copper.
+"""Largest gap (m) between leads that is tried: 8 mil.
 
-Sources: hkgalaxy, jselectronic, ship.ie.
+No fabricator's profile requires a larger gap between turns in 35 um copper. Sources: hkgalaxy, jselectronic, ship.ie.
 """
 
 
 def lead_spacings(trace_spacing: float, least: float) -> tuple[float, ...]:
-    """Return gaps (m) between leads, vias and turns, in the order of trial.
+    """Return gaps (m) to try between leads, vias and turns, the largest first.
 
-    The turns' own gap comes first, then half and a quarter of its excess over the fabricator's minimum, then the
-    minimum.
+    The largest is the gap between turns, at most `WIDEST_GAP`. Half and a quarter of its excess over the fabricator's
+    minimum `least` follow, then the minimum.
     """
     widest = min(trace_spacing, WIDEST_GAP)
     fractions = (1.0, 0.5, 0.25, 0.0) if widest > least + 1e-9 else (0.0,)
@@ -235,9 +236,9 @@ def lead_spacings(trace_spacing: float, least: float) -> tuple[float, ...]:
 
 
 def bus_for(artwork: ArtworkSpec, spacing: float | None = None) -> Bus:
-    """Return the bus for the coils' trace width, a spacing (m), and the two top layers if the tail has two.
+    """Return the dimensions of leads with the coils' track width and a gap `spacing` (m), on the two top layers.
 
-    If the spacing is None, it is the fabricator's minimum.
+    With a tail of one layer, both leads are on this layer. If `spacing` is None, it is the fabricator's minimum.
     """
     second = min(artwork.fpc.tail_copper, 2)
     breadth = coils_breadth(artwork.array.placements, artwork.coil)
@@ -245,13 +246,17 @@ def bus_for(artwork: ArtworkSpec, spacing: float | None = None) -> Bus:
 
 
 def coils_breadth(placements: tuple[CoilPlacement, ...], coil: CoilSpec) -> Breadth:
-    """Return the extent (m) of the coils' copper across the jaw."""
+    """Return the extent (m) of the coils' copper across the jaw, relative to the tail's axis."""
     halves = [(p.centre[1], Ring(coil, p, 0.0).half_size[1]) for p in placements]
     return Breadth(min(y - half for y, half in halves), max(y + half for y, half in halves))
 
 
 def assign_lanes(placements: tuple[CoilPlacement, ...], first_side: int) -> tuple[Lane, ...]:
-    """Return a lane for each coil, in the order of the placements. The first lane is on `first_side`."""
+    """Return a lane for each coil, in the order of the placements.
+
+    The coil next to the tail has none (side 0). The next coil uses the inner lane on `first_side` (+1 above, -1 below),
+    the following coil the other side, and so on.
+    """
     near_first = sorted(range(len(placements)), key=lambda i: -placements[i].centre[0])
     lane_of = {near_first[0]: (0, 0)}
     for distance, coil in enumerate(near_first[1:]):
@@ -261,12 +266,13 @@ def assign_lanes(placements: tuple[CoilPlacement, ...], first_side: int) -> tupl
 
 
 def rows_of_lanes(placements: tuple[CoilPlacement, ...]) -> list[tuple[Lane, ...]]:
-    """Return the lanes of coils in several rows: one tuple per order of the coils in the tail, in the order of trial.
+    """Return the lanes of coils in several rows: one tuple for each order of the pairs in the tail.
 
-    In the first order, the far coils of each row are outermost, so that they pass outside the near coils. In the
-    second, the far coils are innermost, so that they pass between the rows. In further orders, a middle row passes all
-    others on one side. If all coils have different heights, two orders come first: as seen from the tail, and as for
-    coils in line.
+    Orders are listed in the order of trial.
+
+    In the first orders, the leads of a row's far coils pass outside its near coils, or between the rows. In further
+    orders, a middle row passes all others on one side. If all coils have different heights, two orders come first: as
+    seen from the tail, and as for coils in line.
     """
     middle = sum(p.centre[1] for p in placements) / len(placements)
     far_first = sorted(placements, key=lambda p: (-round(p.centre[1], 7), p.centre[0]))
@@ -291,26 +297,27 @@ def rows_of_lanes(placements: tuple[CoilPlacement, ...]) -> list[tuple[Lane, ...
 
 
 def lane_height(bus: Bus, index: int, track: int = 0) -> float:
-    """Return the distance (m) from the axis to a track of a lane.
+    """Return the distance (m) from the tail's axis to a track of a lane.
 
-    `index` counts lanes outwards. If the pairs lie side by side, `track` is 0 for the inner and 1 for the outer track.
+    `index` counts lanes outwards from the coils. If the leads of a pair lie side by side, `track` is 0 for the inner
+    and 1 for the outer lead.
     """
     tracks = index if bus.is_stacked else 2 * index + track
     return bus.reach + bus.ring_offset + bus.base + tracks * bus.pitch
 
 
 def exits(coil: CoilSpec, bus: Bus, lane: Lane, funnel_x: float, turned: bool = False) -> list[tuple[Exit, Exit]]:
-    """Return pairs of exits for a coil's two ends (A, B), in the order of trial.
+    """Return pairs of candidate beginnings of a coil's two leads (A, B), in the order of trial.
 
-    Exits are at the ring's corner. If `turned` is True, they are beside the corner, for coils whose own ends are at the
-    corner. `funnel_x` (m) is the end of the path.
+    Leads on a lane leave the ring road at its corner, or if `turned`, at the angles `PAIR_EXIT_ANGLES` from the corner.
+    The latter are for coils whose winding ends at the corner. `funnel_x` (m) is the x at which the paths end.
     """
     ring = Ring(coil, lane.placement, bus.ring_offset)
     corner = math.atan2(ring.half_size[1], ring.half_size[0])
     upper, lower = bus.layers
 
     def passing(angle: float, track: int = 0) -> tuple[Point, ...]:
-        """Return the path at 45 degrees towards the tail up to the lane, and along the lane."""
+        """Return the path from the ring at 45 degrees towards the tail up to the lane, and along the lane."""
         start, height = ring.at(angle), lane.side * lane_height(bus, lane.index, track)
         return Point(start.x + abs(height - start.y), height), Point(funnel_x, height)
 
@@ -336,7 +343,10 @@ def exits(coil: CoilSpec, bus: Bus, lane: Lane, funnel_x: float, turned: bool = 
 
 
 def _forwards(coil: CoilSpec, ring: Ring, funnel_x: float) -> list[tuple[float, tuple[Point, ...]]]:
-    """Return exits of the coil next to the tail: the angle (rad) on its ring and the path to the funnel."""
+    """Return candidate beginnings of leads for the coil next to the tail: (angle, corner points).
+
+    The angle (rad) is on the ring road, and the corner points lead to the funnel.
+    """
     paths: list[tuple[float, tuple[Point, ...]]] = []
     length, breadth = ring.half_size
     for turn in map(math.radians, (0, 20, -20, 40, -40)):

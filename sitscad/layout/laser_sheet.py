@@ -1,4 +1,8 @@
-"""Laser cutting sheets: contours of one part and its kerf coupon on named layers, independent of file formats."""
+"""Sheets for laser cutting: the outlines of one part and of its kerf coupon on named layers, for all file formats.
+
+The kerf is the width of material that the beam removes. The kerf coupon is a small square with a hole to measure the
+kerf.
+"""
 
 from __future__ import annotations
 
@@ -22,30 +26,35 @@ from sitscad.spec.sensor import SensorSpec
 joined_boxes = late("sitscad.kernels.geometry.areas", "joined_boxes")  # loads shapely, for sheets with webs only
 
 MARGIN = 5e-3
+"""Smallest distance (m) of contours from the sheet's edge and from each other."""
 COUPON_SIZE = 10e-3
+"""Side (m) of the kerf coupon."""
 COUPON_HOLE = 5e-3
+"""Side or diameter (m) of the hole in the kerf coupon."""
 MARK_ARM = 1e-3
+"""Half length (m) of the strokes of a cross mark."""
 TEXT_HEIGHT = 1.2e-3
+"""Height (m) of the notes on a sheet."""
 _LINE_STEP = 2e-3
 _LETTER_WIDTH = 0.8  # of the height, for the room that a note takes in any plain font
 
 
 def laser_limit(material: str) -> float | None:
-    """Return the largest thickness (m) of a material that a known laser cuts. None if no limit is known."""
+    """Return the largest thickness (m) of a material that a common laser cutter cuts. None if no limit is known."""
     limits = (row["most"] for row in rows("laser_cutting") if row["material"] == material)
     return max((parse_quantity(text, "length") for text in limits if text), default=None)
 
 
 def is_laser_cut(material: str, thickness: float) -> bool:
-    """Whether a known laser may cut this thickness (m) of a material. True if no limit is known."""
+    """Whether a common laser cutter cuts this thickness (m) of a material. True if no limit is known."""
     most = laser_limit(material)
     return most is None or thickness <= most + 1e-9
 
 
 class CutLayer(StrEnum):
-    """Laser operations on a contour, in their order.
+    """Laser operation on a contour, in the order of execution.
 
-    Engraving comes first, then inside cuts, because a loose piece may move.
+    Engraving comes first. Inside cuts come before outside cuts, because a loose piece may move. REF is not executed.
     """
 
     ENGRAVE = "ENGRAVE"
@@ -56,9 +65,9 @@ class CutLayer(StrEnum):
 
 @record
 class Look:
-    """Appearance of a layer in all formats: colour name, ``#rrggbb``, AutoCAD colour index, and the laser's action.
+    """Appearance of a layer in all file formats: colour name, ``#rrggbb``, AutoCAD colour index, and operation.
 
-    The action is empty if the laser ignores the layer.
+    The operation is empty if the laser ignores the layer.
     """
 
     colour: str
@@ -73,15 +82,19 @@ LOOKS = {
     CutLayer.CUT_OUTER: Look("magenta", "#ff00ff", 6, "cut outside"),
     CutLayer.REF: Look("grey", "#999999", 8, ""),
 }
-"""Layer appearances. Laser drivers order their work by colour, so each step has a colour that all drivers support.
+"""Appearance of each layer. Laser drivers order operations by colour.
 
-Most shops engrave black and cut red. Blue is left out, because it is scored.
+Each operation has a colour that all drivers support. Most shops engrave black and cut red. Blue is not used, because
+shops score it.
 """
 
 
 @record
 class Contour:
-    """A path on a layer. `diameter` (m) is set for a full circle: some file formats have a circle element."""
+    """A closed path on a layer.
+
+    `diameter` (m) is set for a full circle, because some file formats have a circle element.
+    """
 
     layer: CutLayer
     path: Path
@@ -89,7 +102,7 @@ class Contour:
 
     @property
     def centre(self) -> Point:
-        """Centre of a circle. It is meaningless for other contours."""
+        """Centre of a circle. It has no meaning for other contours."""
         return Point((self.path.start.x + self.path.segments[0].end.x) / 2, self.path.start.y)
 
     @property
@@ -100,9 +113,9 @@ class Contour:
 
 @record
 class Nest:
-    """Arrangement of copies on a sheet: `columns` by `rows` places for `count` copies.
+    """Arrangement of copies on a sheet: `count` copies in a grid of `columns` by `rows`.
 
-    `number` is the number of the sheet, from 1. `times` is how often the sheet is cut.
+    `number` is the number of the sheet, from 1. `times` is the number of equal sheets to cut.
     """
 
     count: int = 1
@@ -114,10 +127,10 @@ class Nest:
 
 @record
 class LaserSheet:
-    """One part to be cut: contours, with the origin in the sheet's lower left corner, and notes on layer REF.
+    """Drawing of one part to be cut: contours, and notes on layer REF. The origin is the sheet's lower left corner.
 
-    `size` is the nominal size [x, y] of the finished part. `kerf` is the width of material that the beam removes.
-    `width` and `height` are the size of the drawing. All are in metres.
+    `size` is the nominal size [x, y] of the finished part, and `thickness` its thickness. `kerf` is the width of
+    material that the beam removes. `width` and `height` are the size of the drawing. All are in metres.
     """
 
     part: str
@@ -134,7 +147,7 @@ class LaserSheet:
 
     @property
     def name(self) -> str:
-        """File name: the part, with a number if there are several sheets."""
+        """File name without suffix: the part, with a number if there are several sheets."""
         return self.part if self.nest.number == 1 else f"{self.part}-{self.nest.number}"
 
     def on(self, layer: CutLayer) -> tuple[Contour, ...]:
@@ -143,7 +156,7 @@ class LaserSheet:
 
     @property
     def cut(self) -> Contour:
-        """Path of the beam's centre for the outside cut: the part's outline grown by half a kerf."""
+        """Path of the beam's centre for the outside cut: the part's outline enlarged by half a kerf."""
         return self.on(CutLayer.CUT_OUTER)[0]
 
 
@@ -151,9 +164,9 @@ class LaserSheet:
 class CutPart:
     """A part that is cut from a sheet.
 
-    `part` is its name, `size` its nominal size [x, y] (m), and `place` its place over or under the coils. `words` is a
-    note on the place, and `count` the number per sensor. Thickness and kerf are in m. `boxes` are the rectangles of a
-    part that is one piece of several rectangles. Its `size` is then their overall size.
+    `part` is its name, `size` its nominal size [x, y] (m), and `place` its position above or below the coils. `words`
+    is a note on the position, and `count` the number in each sensor. `thickness` and `kerf` are in m. If the part
+    consists of several joined rectangles, these are `boxes`, and `size` is the overall size.
     """
 
     part: str
@@ -168,7 +181,7 @@ class CutPart:
     boxes: tuple[Box, ...] = ()
 
     def contours(self, layer: CutLayer, grown: float, centre: Point) -> Iterator[Contour]:
-        """Yield the part's outline about a centre, grown by `grown` (m) on each side, and its holes."""
+        """Yield the part's outline about a centre, enlarged by `grown` (m) on each side, and its holes."""
         if not self.boxes:
             yield plate(layer, self.shape, (self.size[0] + 2 * grown, self.size[1] + 2 * grown), centre)
             return
@@ -181,7 +194,7 @@ class CutPart:
 
 
 def joined_part(spec: SensorSpec) -> CutPart | None:
-    """Return all pads as a single piece, joined by webs. None if there are no webs."""
+    """Return all pads as a single piece whose pads are joined by webs, narrow strips. None if there are no webs."""
     pad, strips = spec.elastomer, webs(spec)
     if pad is None or spec.web is None or not strips:
         return None
@@ -196,7 +209,7 @@ def joined_part(spec: SensorSpec) -> CutPart | None:
 
 
 def cut_parts(spec: SensorSpec) -> tuple[CutPart, ...]:
-    """Return elastomer and target, if the spec has them."""
+    """Return the pad and the target as parts to cut, if the spec has them."""
     joined = joined_part(spec)
     if joined is not None:
         return (joined, *(part for part in cut_parts(replace(spec, elastomer=None)) if part.part == "target"))
@@ -211,9 +224,10 @@ def cut_parts(spec: SensorSpec) -> tuple[CutPart, ...]:
 
 
 def laser_sheets(layout: Layout, more: tuple[CutPart, ...] = (), stop: str = "") -> tuple[LaserSheet, ...]:
-    """Return the sheets of elastomer and target, if the spec has them, and of the parts in `more`.
+    """Return the sheets of pad and target, if the spec has them, and of the parts in `more`.
 
-    `sitscad.assembly.places.stack.sheets` adds the shield. `stop` is the first note of each sheet.
+    `sitscad.assembly.places.stack.sheets` adds the shield. `stop` is a warning that becomes the first note of each
+    sheet.
 
     Raises
     ------
@@ -233,10 +247,10 @@ def laser_sheets(layout: Layout, more: tuple[CutPart, ...] = (), stop: str = "")
 
 
 def nests(size: tuple[float, float], kerf: float, cutting: Cutting, boards: int) -> tuple[Nest, ...]:
-    """Lay out the copies of a plate [x, y] (m) on sheets: full sheets, and a last sheet with the rest.
+    """Return the arrangement of `boards` copies of a plate [x, y] (m) on full sheets, and a last sheet with the rest.
 
-    Rows are filled from the left, as nearly square as the sheet permits. Each sheet has room for the coupon beside the
-    plates.
+    Rows are filled from the left. The arrangement is as square as the sheet permits. Each sheet also has room for the
+    kerf coupon beside the plates.
 
     Raises
     ------
@@ -261,12 +275,12 @@ def nests(size: tuple[float, float], kerf: float, cutting: Cutting, boards: int)
 
 
 def sheet_needed(size: tuple[float, float], kerf: float) -> tuple[float, float]:
-    """Return the sheet size (m) for one plate [x, y] and the coupon beside it, with their kerfs and margins."""
+    """Return the sheet size (m) for one plate [x, y] (m) and the kerf coupon beside it, with kerfs and margins."""
     return (size[0] + kerf + 3 * MARGIN + COUPON_SIZE + 2 * kerf, max(size[1] + kerf, COUPON_SIZE + kerf) + 2 * MARGIN)
 
 
 def plate(layer: CutLayer, shape: str, size: tuple[float, float], centre: Point) -> Contour:
-    """Return the outline of a circle, square or rectangle of a size [x, y] (m) about a centre."""
+    """Return the outline of a circle, square or rectangle with this size [x, y] (m) about a centre, on a layer."""
     if PLATES[shape].is_disc:
         return Contour(layer, circle(centre, size[0] / 2), size[0])
     x, y = size[0] / 2, size[1] / 2
@@ -274,9 +288,9 @@ def plate(layer: CutLayer, shape: str, size: tuple[float, float], centre: Point)
 
 
 def _sheet(part: CutPart, nest: Nest, gap: float, titles: tuple[str, ...], coils: list[Point]) -> LaserSheet:
-    """Return the sheet of one plate: contours with kerf compensation, the coupon beside them, and the notes above.
+    """Return the sheet of one part: contours enlarged by half a kerf, the kerf coupon beside them, and the notes above.
 
-    Copies are `gap` (m) apart. `titles` are the first notes. `coils` are the centres of the covered coils.
+    Copies are `gap` (m) apart. `titles` are the first notes. `coils` are the centres of the coils under the part.
     """
     shape, size, kerf = part.shape, part.size, part.kerf
     if not 0.0 <= kerf < COUPON_HOLE:
@@ -308,7 +322,7 @@ def _sheet(part: CutPart, nest: Nest, gap: float, titles: tuple[str, ...], coils
 
 
 def _place(index: int, columns: int, step: tuple[float, ...]) -> tuple[float, float]:
-    """Return the position (m) of a copy relative to the first.
+    """Return the position (m) of copy number `index` (from 0) relative to the first copy.
 
     Rows alternate in direction, so that the beam travels little.
     """
@@ -317,7 +331,7 @@ def _place(index: int, columns: int, step: tuple[float, ...]) -> tuple[float, fl
 
 
 def _counted(nest: Nest) -> Iterator[str]:
-    """Yield notes on the number of copies and the number of cuts. Empty for a single copy."""
+    """Yield notes on the number of copies and the number of sheets to cut. Empty for a single copy."""
     if nest.count > 1:
         yield f"{nest.count} pieces in {count_text(nest.rows, 'row')}"
     if nest.times > 1:
@@ -351,14 +365,14 @@ def _texts(part: CutPart) -> tuple[str, ...]:
 
 
 def _order(is_engraved: bool) -> Iterator[str]:
-    """Yield the legend: the order of the steps, and the colour by which a driver identifies each."""
+    """Yield the lines of the legend: the order of the laser's operations, each with its colour and layer."""
     steps = [layer for layer in CutLayer if LOOKS[layer].work and (is_engraved or layer is not CutLayer.ENGRAVE)]
     for i, layer in enumerate(steps, 1):
         yield f"{i}. {LOOKS[layer].colour}: {LOOKS[layer].work} (layer {layer})"
 
 
 def _marks(part: CutPart, coils: list[Point], centre: Point, width: float, height: float) -> Iterator[Contour]:
-    """Yield crosses on REF: the part's centre, the coils under it, and two corners to register the sheet."""
+    """Yield cross marks on REF: at the part's centre, at the coils under it, and in two corners to align the sheet."""
     marks = (centre.shifted(*part.place.place_of(coil)) for coil in coils)
     under = [mark for mark in marks if 0.0 < mark.x < width and 0.0 < mark.y < height]
     inset = MARGIN / 2
@@ -387,7 +401,7 @@ _DIGIT_WIDTH, _DIGIT_STEP = 0.6e-3, 1.0e-3
 
 
 def _label(coupon: Point, kerf: float) -> Iterator[Contour]:
-    """Yield the strokes of the kerf in millimetres, engraved between the coupon's hole and its lower edge.
+    """Yield the digits of the kerf in millimetres as strokes, engraved between the coupon's hole and its lower edge.
 
     Empty without a kerf.
     """

@@ -1,4 +1,4 @@
-"""Outline of the board: the body under the coils, a taper, and the tail. Openings of the coverlay."""
+"""Outline of the board: the body with the coils, a taper, and the tail. Also the openings of the coverlay."""
 
 from __future__ import annotations
 
@@ -33,14 +33,15 @@ from sitscad.spec.sensor import ArtworkSpec
 _NEAR = 1e-9
 
 CHORD = 1e-6  # How far (m) chords of an outline lie from its arcs where points are held against it
+"""Largest distance (m) between an outline's arcs and their chords, if points are compared with the outline."""
 
 
 @record
 class Root:
-    """Rounded inner corner between one side of the tail and the body.
+    """Concave rounded corner between one edge of the tail and the body.
 
-    `centre` is the centre of the rounding. `on_body` is its contact point with the body's edge, on segment number
-    `piece` of this edge. `on_tail` is its contact point with the tail's edge.
+    `centre` is the centre of its arc. The arc touches the body's edge at `on_body`, on segment number `piece` of this
+    edge, and the tail's edge at `on_tail`.
     """
 
     centre: Point
@@ -51,10 +52,10 @@ class Root:
 
 @lru_cache(maxsize=64)
 def root(edge: Path, side: int, half_width: float, radius: float) -> Root | None:
-    """Return the rounded corner between the body and one side (+1 above, -1 below) of a tail with its axis at y = 0.
+    """Return the concave corner between the body's edge and one edge (`side` +1 above, -1 below) of a tail along y = 0.
 
-    A circle of a radius (m) moves along the tail's edge until it touches the body's edge. None if the tail's edge does
-    not meet the body.
+    `half_width` (m) is half the tail's width, and `radius` (m) the corner's radius. None if the tail's edge does not
+    meet the body.
     """
     height = side * (half_width + radius)
     touching = [(x, k, foot) for k, segment in enumerate(edge) for x, foot in _contacts(segment, height, radius)]
@@ -65,9 +66,9 @@ def root(edge: Path, side: int, half_width: float, radius: float) -> Root | None
 
 
 def _contacts(segment: Segment, height: float, radius: float) -> Iterator[tuple[float, Point]]:
-    """Yield x (m) of the centre of each circle that touches a segment, and the contact point (m).
+    """Yield (x of the centre, point of contact) for each circle that touches a segment, in metres.
 
-    The circles have the given radius, and their centres lie at y = `height` (m).
+    The circles have the given radius (m), and their centres lie at y = `height` (m).
     """
     start = segment.start
     for x in _abscissae(start, height, radius):
@@ -97,15 +98,15 @@ def _abscissae(centre: Point, height: float, reach: float) -> tuple[float, ...]:
 
 
 def roots(edge: Path, tail: TailFrame) -> tuple[Root, Root] | None:
-    """Return the lower and the upper corner between tail and body. None if the tail is wider than the body."""
+    """Return the lower and the upper concave corner between tail and body. None if the tail is wider than the body."""
     lower, upper = (root(edge, side, tail.half_width, tail.inner_radius) for side in (-1, 1))
     return None if lower is None or upper is None else (lower, upper)
 
 
 def board(edge: Path, tail: TailFrame) -> Path:
-    """Return the closed outline, counter-clockwise, of body and tail.
+    """Return the closed outline, counter-clockwise, of a body with the given edge and its tail.
 
-    The body's box if the tail is wider than the body.
+    If the tail is wider than the body, the result is the body's edge alone.
     """
     sides = roots(edge, tail)
     if sides is None:
@@ -137,7 +138,7 @@ def _between(edge: Path, first: Root, last: Root) -> list[Segment]:
 
 
 def _along(segment: Segment, point: Point) -> float:
-    """Return the distance (m, or rad on an arc) along a segment to a point on it."""
+    """Return the distance along a segment from its start to a point on it: m for a line, rad for an arc."""
     if isinstance(segment, Line):
         return segment.start.distance(point)
     angle = math.atan2(point.y - segment.centre.y, point.x - segment.centre.x) - segment.start_angle
@@ -145,10 +146,10 @@ def _along(segment: Segment, point: Point) -> float:
 
 
 def walls(artwork: ArtworkSpec, tail: TailFrame) -> tuple[TrackToPlace, ...]:
-    """Return the body's edge in the spec as tracks on all layers. Empty if the spec gives no outline.
+    """Return the edge of the body as tracks on all layers, as obstacles for leads. Empty if the spec gives no outline.
 
-    The tracks are obstacles: a lead that keeps the track spacing from them keeps the fabricator's distance from the
-    edge. Their width is negative if the edge distance is smaller than the spacing.
+    The track width is twice the difference of copper-to-edge distance and track spacing. A lead that keeps the track
+    spacing to these tracks therefore keeps the fabricator's distance from the edge. The width may be negative.
     """
     edge = artwork.body_outline
     if edge is None:
@@ -159,10 +160,10 @@ def walls(artwork: ArtworkSpec, tail: TailFrame) -> tuple[TrackToPlace, ...]:
 
 
 def lack(artwork: ArtworkSpec, tail: TailFrame | None) -> Shortfall | None:
-    """Return the largest known shortfall of a body with an outline in the spec, before leads are laid out.
+    """Return the largest known shortfall of room in a body whose outline is in the spec. None if there is none.
 
-    Candidates are the joint of tail and body, and the outermost coil with the fabricator's distance from the edge. A
-    board that the user drew has no `tail` of its own.
+    Two sizes are compared before leads are laid out: the tail's width with the body's, and each coil's distance from
+    the edge with the fabricator's minimum. `tail` is None for a board that the user drew.
     """
     edge, clearance = artwork.body_outline, artwork.fpc.rules.copper_to_edge
     if edge is None:
@@ -176,7 +177,10 @@ def lack(artwork: ArtworkSpec, tail: TailFrame | None) -> Shortfall | None:
 
 
 def edge_room(artwork: ArtworkSpec, edge: Path) -> dict[str, float]:
-    """Return the distance (m) from each coil's turns to the edge of the body, by the coil's name."""
+    """Return the smallest distance (m) from each coil's turns to the edge of the body, by the coil's name.
+
+    Negative if the turns cross the edge.
+    """
     coil, room = artwork.coil.outline.boundary(artwork.coil.size, 0.0), dict[str, float]()
     for placement in artwork.array.placements:
         turns = coil.rotated(placement.rotation).shifted(*placement.centre)
@@ -191,10 +195,10 @@ def _lacking(fpc: FpcSpec, have: float, need: float, *facts: tuple[str, object])
 
 @record
 class BodyExtent:
-    """The part of the board on the jaw.
+    """Size of the body, which is the part of the board in the jaw.
 
-    It reaches from `start` to `end` along x and from `low` to `high` across (m), with y = 0 at the tail's axis. `edge`
-    is its outline if the spec gives one.
+    It extends from `start` to `end` along x and from `low` to `high` across (m), with y = 0 at the tail's axis. `edge`
+    is the body's outline from the spec; None if the spec gives none.
     """
 
     start: float
@@ -204,12 +208,12 @@ class BodyExtent:
     edge: Path | None = None
 
     def half_width(self, side: int) -> float:
-        """Return the distance (m) from the axis to the edge on one side: +1 above, -1 below."""
+        """Return the distance (m) from the tail's axis to the body's edge on one side: +1 above, -1 below."""
         return self.high if side > 0 else -self.low
 
     @property
     def corner_room(self) -> float:
-        """Largest radius (m) of the far corners that the sides permit: a fifth of the shorter side."""
+        """Largest radius (m) of the corners away from the tail: a fifth of the shorter side."""
         return 0.2 * min(self.high - self.low, self.end - self.start)
 
 
@@ -217,7 +221,10 @@ def far_end(
     placements: tuple[CoilPlacement, ...], coil: CoilSpec, copper_to_edge: float, tracks: Iterable[TrackToPlace],
     holes: Iterable[ViaToPlace]
 ) -> float:
-    """Return the smallest x (m) of the body for coils, tracks and holes, including the edge distance of copper."""
+    """Return the x (m) of the body's end away from the tail.
+
+    It lies at the edge distance of copper beyond all coils, tracks and holes.
+    """
     least = min(p.centre[0] - Ring(coil, p, 0.0).half_size[0] for p in placements)
     for hole in holes:
         least = min(least, hole.centre.x - hole.pad / 2)
@@ -229,15 +236,15 @@ def far_end(
 
 
 def least_x(segment: Segment) -> float:
-    """Return a lower bound of x (m) on a segment. It is cheaper than the exact minimum."""
+    """Return a lower limit of x (m) on a segment. It is cheaper to compute than the exact minimum."""
     return min(segment.start.x, segment.end.x) - segment.length
 
 
 def ends(artwork: ArtworkSpec, first: float, last: float) -> tuple[float, float]:
-    """Return the x range (m) of the body for coils and leads that need `first` to `last`.
+    """Return the x range (m) of the body if coils and leads extend from `first` to `last` (m).
 
-    The margin is added at both ends. Then the shorter end grows until the mean of the coils' centres is in the middle,
-    within the length of the jaw. A given outline determines both ends.
+    The margin of the spec is added at both ends. Then one end is moved outwards until the mean of the coils' centres is
+    in the middle, but the body gets no longer than the jaw. An outline in the spec determines both ends instead.
     """
     if (box := artwork.body_box) is not None:
         return box[0], box[2]
@@ -248,7 +255,7 @@ def ends(artwork: ArtworkSpec, first: float, last: float) -> tuple[float, float]
 
 
 def body_breadth(artwork: ArtworkSpec, needed: Breadth) -> Breadth:
-    """Return the extent of the body across the tail's axis for coils and leads that need `needed`, as in `ends`."""
+    """Return the y range of the body if coils and leads extend over the range `needed`, with the steps of `ends`."""
     if (box := artwork.body_box) is not None:
         return Breadth(box[1], box[3])
     margin, jaw = artwork.fpc.margin[1], artwork.jaw
@@ -257,18 +264,18 @@ def body_breadth(artwork: ArtworkSpec, needed: Breadth) -> Breadth:
 
 
 def _centred_range(middle: float, low: float, high: float, room: float) -> tuple[float, float]:
-    """Extend the range `low` to `high` on one side until `middle` is its middle, or until its length is `room`."""
+    """Extend the range `low` to `high` on one side until its midpoint is `middle`, or until its length is `room`."""
     lacks = (middle - low) - (high - middle)
     more = min(abs(lacks), max(0.0, room - (high - low)))
     return (low, high + more) if lacks > 0.0 else (low - more, high)
 
 
 def body_of(artwork: ArtworkSpec, first: float, needed: Breadth, tail: TailFrame) -> BodyExtent:
-    """Return the body for coils and leads that begin at x = `first` (m) and need the extent `needed` across.
+    """Return the size of the body if coils and leads begin at x = `first` (m) and need the y range `needed`.
 
-    If the tail is wider than these, the body is as wide as the tail in three cases. First, the inner corner between
-    tail and body does not fit beside the far corner. Second, the body reaches beyond the place at which leads part to
-    the tail. Third, only one side of the body is narrower than the tail.
+    If the tail is wider than this range, the body is made as wide as the tail in three cases. First, the concave corner
+    between tail and body and the far corner of the body do not both fit. Second, the body extends beyond the x at which
+    leads move outwards into the tail. Third, only one side of the body is narrower than the tail.
     """
     across = body_breadth(artwork, needed)
     low, high = across.low, across.high
@@ -288,10 +295,10 @@ def body_of(artwork: ArtworkSpec, first: float, needed: Breadth, tail: TailFrame
 
 
 def outline(body: BodyExtent, tail: TailFrame, copper: list[tuple[Point, float]], edge: float) -> Path:
-    """Return the closed outline, counter-clockwise from the body's far lower corner.
+    """Return the closed outline, counter-clockwise from the body's lower corner away from the tail.
 
-    `copper` lists points of the body's copper with their half widths (m). A corner of the body is rounded only as far
-    as they keep the distance `edge` (m). A given outline stays unchanged.
+    `copper` lists (point, half width of the copper there in m). The radius of a body corner is limited, so that all
+    copper keeps the distance `edge` (m) from the outline. An outline in the spec stays unchanged.
     """
     if body.edge is not None:
         return board(body.edge, tail)
@@ -314,7 +321,11 @@ def outline(body: BodyExtent, tail: TailFrame, copper: list[tuple[Point, float]]
 
 
 def _far_corner_radius(body: BodyExtent, side: int, copper: list[tuple[Point, float]], edge: float) -> float:
-    """Return the largest radius (m) of a far corner that leaves all copper its distance, at most `CORNER_RADIUS`."""
+    """Return the largest permitted radius (m) of a body corner at the end away from the tail.
+
+    All copper keeps at least the distance `edge` (m) from the rounded corner. The radius is at least `edge` and at most
+    `CORNER_RADIUS`, and never exceeds `BodyExtent.corner_room`. `side` is +1 for the upper and -1 for the lower corner.
+    """
 
     def keeps(radius: float, point: Point, need: float) -> bool:
         x, y = body.start + radius, body.half_width(side) - radius
@@ -331,13 +342,13 @@ def _far_corner_radius(body: BodyExtent, side: int, copper: list[tuple[Point, fl
 def openings(
     rules: DesignRules, tail: TailFrame, contacts: tuple[Pad, ...], chip_pads: Iterable[Pad]
 ) -> tuple[Region, ...]:
-    """Return the coverlay's openings: for a plug, for each solder contact, and for capacitor pads.
+    """Return the coverlay's openings: one for all plug contacts or one for each solder contact, and for capacitor pads.
 
-    The opening for a plug covers the whole width of the plugged part and goes past its end. A strip of coverlay would
-    make it thicker there. It reaches back far enough that the contacts are bare over their length with misregistered
-    coverlay. Past the edges it reaches as far as the joint tolerance of outline and coverlay. The coverlay covers the
-    rims of solder contacts and leaves at least half of their area bare. Capacitor pads are bare as far as
-    `chip_opening` permits.
+    The opening for plug contacts covers the whole width of the plugged part and extends past its end, because a strip
+    of coverlay would make the plug thicker. It is long enough that misregistered coverlay still leaves the full contact
+    length bare. It extends past the edges by the sum of outline and coverlay tolerance. The coverlay covers the rims of
+    solder contacts and leaves at least half of their area bare. Openings over capacitor pads are larger than the pads
+    by `chip_opening`.
     """
     over_chips = (_grown(pad, tail.chip_opening) for pad in chip_pads)
     if tail.connector.kind == "pads":
@@ -349,9 +360,9 @@ def openings(
 
 
 def rim_lap(rules: DesignRules, pad: Pad) -> float:
-    """Return the width (m) of a solder contact's rim that the coverlay covers.
+    """Return the width (m) of the rim of a solder contact that the coverlay covers.
 
-    This is the lap in the design rules, or less if half of the contact's area would not stay bare.
+    It is the lap in the design rules, or less if more than half of the contact's area would be covered.
     """
     # The lap that bares just half of w x h solves (w - 2 lap) (h - 2 lap) = w h / 2; whole micrometres stay above half
     w, h = pad.size

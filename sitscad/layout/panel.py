@@ -1,10 +1,11 @@
-"""The panel: copies of a part that is too small to be handled alone, held by bridges in a frame and ordered as a whole.
+"""The panel: a frame with several copies of a part that is too small to be handled alone.
 
-The frame has three tooling holes and three fiducials, so that it cannot be loaded in a wrong orientation. It also has
-coupons: the sensor's first coil alone with solder pads. Its inductance can be measured before any part is cut out. All
-parts have the same orientation, so that all tails run along the same grain of the film. Parts stay whole: a perforation
-in their outline would start a tear, so the cut stops at each bridge. Lengths are in metres. The origin is the panel's
-lower left corner.
+Bridges are short uncut pieces of outline that hold the copies in the frame. The panel is ordered as a whole. The frame
+has three tooling holes and three fiducials, so that it cannot be loaded in a wrong orientation. It also has coupons. A
+coupon is the sensor's first coil alone with solder pads. Its inductance can be measured before any part is cut out. All
+parts have the same orientation, so that all tails lie along the same grain of the film. Bridges are not perforated,
+because holes in a part's outline would start a tear. Lengths are in metres. The origin is the panel's lower left
+corner.
 """
 
 from __future__ import annotations
@@ -26,24 +27,28 @@ from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.sensor import SensorSpec
 
 BRIDGE_RUN = 25e-3
-"""Largest length (m) of outline per bridge: a longer outline has more bridges.
+"""Largest length (m) of outline for each bridge. Longer outlines have more bridges.
 
-At least three bridges are added to those at the tail's end, if there is room.
+At least three bridges are added to the bridges at the tail's end, if there is room.
 """
 
 FEWEST_BRIDGES = 3
-"""Smallest number of bridges per part.
+"""Smallest number of bridges for each part.
 
-With fewer, a part tilts or drops out in production, and `checks` refuses the panel.
+With fewer bridges, a part tilts or drops out in production, and a rule refuses the panel.
 """
 
 NARROWER, NARROWEST = 0.1e-3, 0.2e-3
-"""Step (m) by which bridges become narrower if too few wide bridges fit, and the smallest width (m)."""
+"""Step (m) by which the bridge width is reduced if too few bridges fit, and smallest bridge width (m)."""
 
 FREE_OF_BRIDGES = 1.0e-3  # Distance (m) of bridges from contacts and from the bend zone
+"""Smallest distance (m) of bridges from contacts, stiffener and bend zone."""
 
 BESIDE_CONTACTS = 0.25e-3
-"""Smallest distance (m) of a bridge at the tail's end from the contacts: its remnant must not be plugged in."""
+"""Smallest distance (m) between a contact and a bridge at the tail's end.
+
+The bridge's remnant must not be plugged in.
+"""
 
 _STEP, _FINE_STEP = 0.25e-3, 0.05e-3
 _ON_EDGE = 1e-9
@@ -51,24 +56,27 @@ _ON_EDGE = 1e-9
 
 @record
 class Bridge:
-    """A gap in the cut round a part: number of the outline's segment, and the uncut range (m) along this segment."""
+    """An uncut piece of a part's outline: number of the outline's segment, begin and end (m) along this segment."""
 
     segment: int
     begin: float
     end: float
 
     def middle(self, outline: Path) -> Point:
-        """Return the middle of the bridge, on the outline."""
+        """Return the middle of the bridge on the given outline."""
         piece = outline.segments[self.segment]
         return piece.at((self.begin + self.end) / 2.0 / piece.length)
 
 
 _Place = tuple[Bridge, Point]
-"""A possible bridge, and its middle on the outline."""
+"""A possible bridge, and its midpoint."""
 
 
 def cut_lines(outline: Path, stops: tuple[Bridge, ...]) -> tuple[Path, ...]:
-    """Return a closed outline without its bridges, as open paths. The outline itself if there are no bridges."""
+    """Return the cuts along a closed outline: open paths that stop at the bridges.
+
+    The outline itself without bridges.
+    """
     runs: list[list[Segment]] = [[]]
     for index, segment in enumerate(outline):
         at = 0.0
@@ -83,18 +91,18 @@ def cut_lines(outline: Path, stops: tuple[Bridge, ...]) -> tuple[Path, ...]:
 
 
 def bridge_ends(outline: Path, stops: tuple[Bridge, ...]) -> tuple[tuple[Point, Point], ...]:
-    """Return, for each bridge, the end of the cut before it and the start of the cut after it, along the outline."""
+    """Return the two ends of each bridge, in the direction of the outline."""
     pieces = ((_piece(outline.segments[stop.segment], stop.begin, stop.end)[0]) for stop in stops)
     return tuple((piece.start, piece.end) for piece in pieces)
 
 
 def bridges(layout: Layout, width: float | None = None) -> tuple[Bridge, ...]:
-    """Return the bridges along an outline, of a width (m; the spec's if None).
+    """Return the bridges along a board's outline. `width` (m) is their length; None for the spec's value.
 
-    One is at the end of the tail on each side. The others are as far apart as possible. There are none at the contacts,
-    beside the plugged part or in the bend zone, where a nick in the edge would do harm. They are on straight edges
-    unless these offer too few places. A small part may have room for fewer wide bridges than `FEWEST_BRIDGES`. Then
-    only these are returned.
+    One bridge is at the end of the tail on each side. The others are as far apart as possible. No bridge is at the
+    contacts, beside the plugged part or in the bend zone, where its remnant would do harm. Bridges are on straight
+    edges unless these have too few places. If a small part has room for fewer wide bridges than `FEWEST_BRIDGES`, only
+    these are returned.
     """
     width = layout.spec.fpc.panel.bridge if width is None else width
     edge, least = layout.outline, 2.0 * width
@@ -125,9 +133,9 @@ def bridges(layout: Layout, width: float | None = None) -> tuple[Bridge, ...]:
 
 
 def narrower_bridge(layout: Layout) -> float | None:
-    """Return the widest narrower bridge (m), in steps, for which enough bridges fit on a board.
+    """Return the largest bridge width (m) below the spec's for which `FEWEST_BRIDGES` bridges fit.
 
-    None if there is none.
+    None if there is none. Widths are multiples of `NARROWER`.
     """
     most, least = math.ceil(layout.spec.fpc.panel.bridge / NARROWER - 1e-6) - 1, round(NARROWEST / NARROWER)
     widths = (steps * NARROWER for steps in range(most, least - 1, -1))
@@ -135,7 +143,10 @@ def narrower_bridge(layout: Layout) -> float | None:
 
 
 def _places(outline: Path, width: float, is_fit: Callable[[Segment], bool], step: float) -> Iterator[_Place]:
-    """Yield the possible bridges of a width (m) on fit parts of the edge, at steps (m) along each segment."""
+    """Yield possible bridges of `width` (m) on segments, at steps (m) along each.
+
+    `is_fit` selects the permitted pieces.
+    """
     for index, segment in enumerate(outline):
         length = segment.length
         room = length - 2.0 * width
@@ -147,7 +158,7 @@ def _places(outline: Path, width: float, is_fit: Callable[[Segment], bool], step
 
 
 def _is_free(plate: Box | None, bend_zone: tuple[float, float] | None, pads: tuple[Pad, ...], edge: Segment) -> bool:
-    """Whether a piece of the edge lies on the film, away from contacts, stiffener and bend zone."""
+    """Whether a piece of the edge keeps the distance from contacts, stiffener and bend zone."""
     at, keep = edge.at(0.5), FREE_OF_BRIDGES
     if bend_zone is not None and bend_zone[0] - keep < at.x < bend_zone[1] + keep:
         return False
@@ -165,7 +176,10 @@ def _is_near(box: Box, at: Point, keep: float) -> bool:
 
 
 def _is_at_end(plate: Box | None, bend_zone: tuple[float, float] | None, pads: tuple[Pad, ...], edge: Segment) -> bool:
-    """Whether a piece of the edge and its surroundings are stiffened or never bent, and lie off the contacts."""
+    """Whether a piece of the edge at the tail's end may have a bridge: it is stiffened, or outside the bend zone.
+
+    It must also keep its distance from the contacts.
+    """
     at = edge.at(0.5)
     ends = [Point(1.5 * p.x - 0.5 * at.x, 1.5 * p.y - 0.5 * at.y) for p in (edge.start, edge.end)]
     if plate is not None:
@@ -186,16 +200,21 @@ def _piece(segment: Segment, begin: float, end: float) -> list[Segment]:
 
 
 TOOLING_HOLE = 1.5e-3
+"""Diameter (m) of the tooling holes."""
 FIDUCIAL = 1.0e-3
+"""Diameter (m) of the copper dot of a fiducial."""
 FIDUCIAL_OPENING = 2.0e-3
+"""Diameter (m) of the coverlay opening around a fiducial."""
 FIDUCIAL_STEP = 5.0e-3  # Distance (m) of a fiducial from its tooling hole
+"""Distance (m) between a fiducial and its tooling hole."""
 
 
 @record
 class Panel:
     """Copies of a board in a frame.
 
-    `parts` and `coupons` are the displacements of each copy's origin. `coupon` is None if there is no coupon;
+    `layout` is the board, `size` the panel's outer size [x, y] (m), and `rail` the width (m) of the frame. `parts` and
+    `coupons` are the positions of each copy's origin. `coupon` is the layout of the coupon. None if there is no coupon;
     `no_coupon` then gives the reason.
     """
 
@@ -215,7 +234,7 @@ class Panel:
 
     @property
     def cuts(self) -> tuple[Path, ...]:
-        """Cuts round all parts and coupons: open paths that stop at the bridges."""
+        """Cuts along the outlines of all parts and coupons: open paths that stop at the bridges."""
         paths = [piece.shifted(*at) for at in self.parts for piece in cut_lines(self.layout.outline, self.bridges)]
         if self.coupon is not None:
             pieces = cut_lines(self.coupon.outline, self.coupon_bridges)
@@ -224,19 +243,19 @@ class Panel:
 
 
 def is_too_small(size: tuple[float, float], rules: DesignRules) -> bool:
-    """Whether a board of a size (m) is smaller than the smallest part that the fabricator handles singly."""
+    """Whether a board of this size (m) is smaller than the smallest part that the fabricator handles singly."""
     return any(side < least - 1e-9 for side, least in zip(sorted(size), sorted(rules.part_size), strict=True))
 
 
 def is_wanted(size: tuple[float, float], fpc: FpcSpec) -> bool:
-    """Whether the spec requests a panel, or leaves the choice to the board's size (m) and the board is too small."""
+    """Whether the spec requests a panel, or leaves the choice open and the board is too small to be handled singly."""
     return fpc.panel.wish == "always" or (fpc.panel.wish == "auto" and is_too_small(size, fpc.rules))
 
 
 def least_size(size: tuple[float, float], wish: PanelSpec) -> tuple[float, float]:
     """Return the smallest panel sides (m) for the number of parts in the spec, or for one part.
 
-    Coupons do not count.
+    Coupons are left out.
     """
     (length, width) = size
     columns, rows = wish.parts or (1, 1)
@@ -247,9 +266,9 @@ def least_size(size: tuple[float, float], wish: PanelSpec) -> tuple[float, float
 def plan(layout: Layout) -> Panel | None:
     """Return the panel of a board. None if no panel is wanted.
 
-    Copies fill the fabricator's usual panel unless the spec states their number. There is at least one and at most
-    `MOST_PARTS`. A coupon stands at either end of the lowest row, to show a drift across the panel. There is one coupon
-    if there is no room for two. Tooling holes are in three corners of the frame, each with a fiducial beside it.
+    Copies fill the fabricator's usual panel unless the spec states their number, which is 1 to `MOST_PARTS`. One coupon
+    is at each end of the lowest row, to show a drift across the panel, or a single coupon if there is no room for two.
+    Tooling holes are in three corners of the frame, each with a fiducial beside it.
     """
     if not is_wanted(layout.size, layout.spec.fpc):
         return None
@@ -297,7 +316,10 @@ def plan(layout: Layout) -> Panel | None:
 
 
 def _coupon(spec: SensorSpec) -> tuple[Layout | None, str]:
-    """Return the first coil alone on a piece of the same stack-up with solder pads, or None and the reason."""
+    """Return the layout of the coupon, and an empty text; or None, and the reason why there is no coupon.
+
+    The coupon is the first coil alone on a piece of the same stack-up with solder pads.
+    """
     if spec.fpc.tail is None and len(spec.all_placements) == 1:
         return None, "the part is a single coil with solder pads: every part is its own coupon"
     coupon = arrange(coupon_spec(spec))

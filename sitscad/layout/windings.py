@@ -1,7 +1,8 @@
-"""Windings of the coils and the joins inside them, before they are led out.
+"""Windings of the coils, and the vias and short tracks that join their layers inside the coil.
 
-Each layer's spiral is joined to the next, so that the current circulates in one sense through all layers. The inner
-vias are searched once for all coils of the same rotation.
+The spiral of each layer is joined to the spiral of the next layer, so that the current circulates in one sense through
+all layers. A stub is the short track from a spiral's inner end to a via. Inner vias are searched once for all coils
+with the same rotation.
 """
 
 from __future__ import annotations
@@ -27,29 +28,38 @@ from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.sensor import ArtworkSpec
 
 RADII, ANGLES = 7, 48  # Rings of places about the centre
+"""Number of rings about a coil's centre, and number of trial positions for a via on each ring."""
 ROWS, COLUMNS = 9, 61  # The grid of places in a coil that is longer than wide
+"""Numbers of rows and columns in the grid of trial positions for a via in a coil that is longer than wide."""
 
 MOST = 160
-"""Largest number of candidates of a join that are compared with candidates of other joins.
+"""Largest number of candidate vias for each pair of layers that are compared with the candidates of other pairs.
 
 They are the candidates with the shortest stubs, and an even selection of the others.
 """
 
 TRIALS = 4_000  # Combinations after which the search gives up
+"""Largest number of trials in the search for vias that keep their distance from each other."""
 SAMPLE = 60e-6  # Distance (m) of the points that stand for a turn
+"""Distance (m) of sampled points on a turn or stub."""
 
 SHARPEST = math.cos(math.radians(82.0))
-"""Cosine of the smallest permitted angle between a straight stub and its turn. Sharper corners hold etchant."""
+"""Cosine of the smallest permitted angle between a straight stub and the turn at its end.
+
+Etchant stays in sharper corners.
+"""
 
 AT_ONCE = 60_000  # Places and points that are compared at once: as many as stay near the processor
+"""Number of pairs of position and turn point that are compared at once. More pairs would not fit into the cache."""
 ROUNDING = 0.5e-6  # Error (m) of distances between sampled points
+"""Error (m) of distances between sampled points."""
 
 
 @record
 class InnerJoin:
-    """A via inside the winding (`hole`) and its stubs.
+    """A via inside the coil (`hole`), and its stubs.
 
-    Each stub is a copper layer and a path from the winding's inner end to the via.
+    Each stub is (copper layer, path from the winding's inner end to the via).
     """
 
     hole: ViaToPlace
@@ -63,7 +73,7 @@ class InnerJoin:
 
 @record
 class InnerEnd:
-    """Inner end of one layer: position, copper layer, and the unit vector `back` from the end along its turn."""
+    """Inner end of one layer's spiral: position, copper layer, and unit vector `back` along its turn."""
 
     point: Point
     layer: int
@@ -72,9 +82,10 @@ class InnerEnd:
 
 @record
 class Inside:
-    """Free area inside a winding: its centre, and the radius (m) of the circle about the centre without copper.
+    """Free area inside a coil.
 
-    `longer` (m) is the winding's length less its width. The length is along the direction `rotation` (rad).
+    `clear_radius` (m) is the radius of the largest circle about `centre` without copper. `longer` (m) is the coil's
+    length minus its width, and `rotation` (rad) is the direction of its length.
     """
 
     centre: Point
@@ -87,11 +98,13 @@ def place_inner_vias(
     windings: Sequence[Winding], turns: Sequence[float], inside: Inside, width: float, rules: DesignRules,
     spacing: float, turn_spacing: float, thorough: bool = True,
 ) -> tuple[InnerJoin, ...] | None:
-    """Place one via for each pair of inner ends, or for the last end alone if the number of layers is odd.
+    """Return one via and its stubs for each pair of inner ends.
 
-    `turns` are the numbers of turns of the windings. `width` (m) is the track width, `spacing` (m) the gap of vias and
-    stubs, and `turn_spacing` (m) the gap between turns. The result has short stubs and keeps all clearances. None if
-    there is no room. All places are tried only if `thorough`.
+    If the number of layers is odd, the last end has its own via.
+
+    `turns` are the numbers of turns of the windings. `width` (m) is the track width, `spacing` (m) the gap that vias
+    and stubs must keep, and `turn_spacing` (m) the gap between turns. Positions with short stubs are preferred. All
+    positions are tried only if `thorough`. None if there is no room.
     """
     innermost = [_Innermost.of(winding, count) for winding, count in zip(windings, turns, strict=True)]
     joins = [tuple(turn.end for turn in innermost[i : i + 2]) for i in range(0, len(innermost), 2)]
@@ -138,7 +151,7 @@ class _Innermost:
 
     @classmethod
     def of(cls, winding: Winding, turns: float) -> _Innermost:
-        """Return the innermost turn of a winding with `turns` turns."""
+        """Return the innermost 1.25 turns of a winding with `turns` turns."""
         path = winding.path if winding.inward else winding.path.reversed()
         end, before = path.end, path.segments[-1].at(1.0 - min(0.5, 20e-6 / path.segments[-1].length))
         length = end.distance(before)
@@ -152,7 +165,7 @@ class _Innermost:
 
 
 def room_needed(joins: int, rules: DesignRules, spacing: float) -> float:
-    """Return the smallest clear inner diameter (m) for a number of inner vias on one ring that keep their distance."""
+    """Return the smallest inner diameter (m) without copper for `joins` vias on one ring with the gap `spacing` (m)."""
     hole = joined_hole(rules, 0.0)
     keep = hole_keep_out(hole, rules, spacing)
     if joins == 1:
@@ -161,7 +174,11 @@ def room_needed(joins: int, rules: DesignRules, spacing: float) -> float:
 
 
 def _clear_places(inside: Inside, towards: Point, copper: Sequence[Array], keep: float, width: float) -> Array:
-    """Return places (n, 2) for a via inside all turns and with sufficient clearance on each layer."""
+    """Return positions (n, 2; m) for a via inside the coil that keep their distance from the turns of each layer.
+
+    `towards` is the position at which the order of positions begins. `copper` lists points (n, 2; m) on the turns.
+    `keep` (m) is the least distance from the via's centre to the edge of a track of `width` (m).
+    """
     reach = inside.clear_radius - keep
     if reach < -1e-9:
         return np.empty((0, 2))
@@ -177,9 +194,9 @@ def _clear_places(inside: Inside, towards: Point, copper: Sequence[Array], keep:
 
 
 def _places(inside: Inside, towards: Point, reach: float) -> Iterator[Point]:
-    """Yield places on rings about the centre.
+    """Yield trial positions for a via: the centre, then rings about it with a radius of `reach` (m) or less.
 
-    A long coil also has a grid along it, no farther across than the rings.
+    A long coil also has a grid along its length, no wider than the rings.
     """
     centre = inside.centre
     start = math.atan2(towards.y - centre.y, towards.x - centre.x)
@@ -198,9 +215,10 @@ def _places(inside: Inside, towards: Point, reach: float) -> Iterator[Point]:
 
 
 class _StubRoom:
-    """Check of stubs against the turns, which are points (n, 2; m) on each layer's innermost turn.
+    """Check of stubs against the turns. Each layer's turn is represented by points (n, 2; m).
 
-    A stub's centre line must be `wanted` (m) or more from the turns. Near its own end, `asked` (m) suffices.
+    The distance of a stub's centre line from the turns must be `wanted` (m) or more. Near the stub's own end, the
+    smaller distance `asked` (m) is sufficient.
     """
 
     def __init__(self, points: dict[int, Array], spacing: float, least_spacing: float) -> None:
@@ -216,9 +234,10 @@ class _StubRoom:
         self._known: dict[tuple[int, Point], int | None] = {}
 
     def stub(self, end: InnerEnd, place: Point) -> Path | None:
-        """Return the path from a turn's end to a via: straight, first at a right angle, or first along the turn's line.
+        """Return the path from a turn's end to a via at `place`.
 
-        None if each path bends back sharply or comes too close to a turn beyond its own end.
+        It is straight, or begins at a right angle to the turn, or begins along the turn. None if each path bends back
+        sharply or comes too close to a turn away from its own end.
         """
         if end.point.distance(place) < 1e-9:
             return None
@@ -230,7 +249,10 @@ class _StubRoom:
         return None if which is None else polyline(next(islice(_stub_paths(end, place, self.wanted), which, None)))
 
     def admits(self, end: InnerEnd, corners: list[Point]) -> bool:
-        """Whether a stub is `wanted` from the turns away from its end, and `asked` near its end."""
+        """Whether a stub keeps the distance `wanted` from the turns, and `asked` near its own end.
+
+        `corners` are the stub's corner points.
+        """
         turns, points = self.points[end.layer], _spread(corners)
         beside = _in_box(turns, points, max(self.wanted, self.asked))
         squares = np.square(turns[beside, :1] - points[:, 0])
@@ -248,9 +270,9 @@ class _StubRoom:
 
 
 def _in_box(points: Array, centres: Array, reach: float) -> Index:
-    """Return the indices of `points` in the bounding box of `centres`, grown by `reach` (m).
+    """Return the indices of `points` in the bounding box of `centres`, enlarged by `reach` (m) on each side.
 
-    Only these points can be within the reach.
+    Other points are farther than `reach` from all centres.
     """
     (low_x, low_y), (high_x, high_y) = (centres.min(axis=0) - reach).tolist(), (centres.max(axis=0) + reach).tolist()
     x, y = points.T
@@ -258,7 +280,10 @@ def _in_box(points: Array, centres: Array, reach: float) -> Index:
 
 
 def _stub_paths(end: InnerEnd, place: Point, keep: float) -> Iterator[list[Point]]:
-    """Yield the corners of possible stubs from an inner end to a via: straight, or with one corner."""
+    """Yield the corner points of possible stubs from an inner end to a via at `place`: straight, or with one bend.
+
+    `keep` (m) is the distance of the stub from the turns.
+    """
     dx, dy = place.x - end.point.x, place.y - end.point.y
     back = dx * end.back[0] + dy * end.back[1]
     if back <= SHARPEST * math.hypot(dx, dy):
@@ -274,7 +299,7 @@ def _stub_paths(end: InnerEnd, place: Point, keep: float) -> Iterator[list[Point
 
 
 def _spread(corners: list[Point]) -> Array:
-    """Return points (n, 2) on a stub, as dense as those on the turns, with at least eight per straight piece."""
+    """Return points (n, 2; m) on a stub, at most `SAMPLE` apart and at least eight on each straight piece."""
     parts = []
     for start, end in pairwise(corners):
         fractions = _shares(max(8, math.ceil(start.distance(end) / SAMPLE)))
@@ -284,14 +309,14 @@ def _spread(corners: list[Point]) -> Array:
 
 @lru_cache(maxsize=256)
 def _shares(count: int) -> Array:
-    """Return the fractions (n, 1) of a length at the ends of `count` equal parts."""
+    """Return the fractions 1/`count` to 1, in steps of 1/`count`: (count, 1)."""
     return np.asarray(np.arange(1, count + 1)[:, None] / count)
 
 
 class _Candidates:
-    """Joins whose stubs keep clear of the turns, near ones first.
+    """Candidate vias for one or two inner ends, in the order of the total straight distance to these ends.
 
-    They are computed on demand, because few are needed.
+    All candidates keep the distance to the turns. They are computed on demand, because few are needed.
     """
 
     def __init__(self, ends: tuple[InnerEnd, ...], places: Array, room: _StubRoom, hole: ViaToPlace) -> None:
@@ -305,14 +330,14 @@ class _Candidates:
 
     @property
     def thinned(self) -> list[InnerJoin]:
-        """The nearest candidates, and an even selection of the others: at most `MOST`."""
+        """At most `MOST` candidates: a third with the shortest stubs, and an even selection of the others."""
         near = list(islice(self, MOST // 3))
         rest = range(max(self._known, default=-1) + 1, len(self._places))
         stride = max(1, math.ceil(len(rest) / (MOST - len(near))))
         return near + list(self._at(rest[::stride]))
 
     def _at(self, order: range) -> Iterator[InnerJoin]:
-        """Yield the joins at the places of an order. Each is computed once."""
+        """Yield the candidates at the positions with the indices `order`. Each candidate is computed once."""
         for index in order:
             if index not in self._known:
                 self._known[index] = self._join(Point(*self._places[index].tolist()))
@@ -333,7 +358,10 @@ class _Candidates:
 def _at_once(
     options: Sequence[_Candidates], rules: DesignRules, spacing: float, width: float
 ) -> tuple[InnerJoin, ...] | None:
-    """Return for each join the first candidate that is clear of the earlier joins: the first trial of the search."""
+    """Return, for each join, the first candidate that keeps the clearances to the vias chosen before.
+
+    None if a join has no such candidate.
+    """
     chosen: list[InnerJoin] = []
     for each in options:
         near = islice(each, MOST // 3)
@@ -346,7 +374,10 @@ def _at_once(
 
 
 def holes_fit(places: Array, count: int, apart: float) -> bool:
-    """Whether `count` holes may find room at the places, regardless of their stubs. False is certain."""
+    """Whether `count` holes could lie at some of the positions with centre distances of `apart` (m) or more.
+
+    Stubs are not considered. False is certain; True may be wrong.
+    """
     if len(places) < count:
         return False
     apart_sets = _sets(np.hypot(*(places[:, None] - places).transpose(2, 0, 1)) >= apart - 1e-9)
@@ -358,7 +389,7 @@ def holes_fit(places: Array, count: int, apart: float) -> bool:
 def _choose(
     candidates: list[list[InnerJoin]], rules: DesignRules, spacing: float, width: float
 ) -> tuple[InnerJoin, ...] | None:
-    """Return one candidate per join, all clear of each other, by depth-first search over the remaining sets."""
+    """Return one candidate per join, so that all keep their clearances to each other. None if the search finds none."""
     if not all(candidates):
         return None
     apart = {pair: _sets(table) for pair, table in _apart(candidates, rules, spacing, width).items()}
@@ -367,16 +398,19 @@ def _choose(
 
 
 def one_of_each(sizes: Sequence[int], apart: dict[tuple[int, int], list[int]]) -> tuple[list[int] | None, bool]:
-    """Return one candidate number per join so that all are clear of each other, and whether the search was exhaustive.
+    """Return one candidate number per join so that all keep their clearances, and whether the search was complete.
 
-    None for the candidates if the search finds none. `sizes` are the numbers of candidates. `apart` maps two joins to a
-    list of sets, one set per candidate of the first join. Bit k of a set is 1 if candidate k of the second join is
-    clear of this candidate.
+    None instead of the numbers if the search finds none. `sizes` are the numbers of candidates. `apart` maps two joins
+    to a list of bit sets, one for each candidate of the first join. Bit k is 1 if candidate k of the second join keeps
+    its clearance to this candidate.
     """
     count, trials = len(sizes), 0
 
     def search(join: int, remaining: list[int]) -> list[int] | None:
-        """Return candidate numbers, one per join, that are clear of each other. None if there are none."""
+        """Return candidate numbers for the joins from `join` on. None if no combination keeps all clearances.
+
+        `remaining` holds a bit set of possible candidates per join.
+        """
         nonlocal trials
         options = remaining[join]
         while options and trials < TRIALS:
@@ -396,16 +430,16 @@ def one_of_each(sizes: Sequence[int], apart: dict[tuple[int, int], list[int]]) -
 
 
 def _sets(table: Flags) -> list[int]:
-    """Return the rows of a table as sets: bit k is column k."""
+    """Return each row of a table of flags as an integer whose bit k is the flag in column k."""
     return [int.from_bytes(np.packbits(row, bitorder="little").tobytes(), "little") for row in table]
 
 
 def _apart(
     candidates: list[list[InnerJoin]], rules: DesignRules, spacing: float, width: float
 ) -> dict[tuple[int, int], Flags]:
-    """Return, for each pair of joins, whether candidate i of one is clear of candidate j of the other (first, second).
+    """Return, for each pair of joins, flags (first, second): whether two candidates keep their clearances.
 
-    Joins with equal places for their holes share the distances to these holes.
+    If two joins have the same positions for their holes, the distances to these holes are computed once.
     """
     hole = candidates[0][0].hole
     keep = hole_keep_out(hole, rules, spacing) + width / 2 - 1e-9
@@ -423,7 +457,7 @@ def _apart(
 
 
 def _stubs_clear(joins: list[InnerJoin], holes: Array, keep: float) -> Flags:
-    """Return whether the stubs of each join are `keep` (m) or more from each hole's centre: (joins, holes)."""
+    """Return flags (joins, holes): whether the stubs of each join are `keep` (m) or more from each hole's centre."""
     rows = [(k, *line.start, *line.end) for k, join in enumerate(joins) for _, path in join.stubs for line in path]
     table = np.array(rows)
     start, step = table[:, 1:3], table[:, 3:5] - table[:, 1:3]
@@ -436,9 +470,9 @@ def _stubs_clear(joins: list[InnerJoin], holes: Array, keep: float) -> Flags:
 def wind_coil(
     artwork: ArtworkSpec, placement: CoilPlacement, tolerance: float = CHORD_TOLERANCE
 ) -> tuple[Winding, ...]:
-    """Return the coil's layers in winding order: odd layers inwards, even layers mirrored and outwards.
+    """Return the coil's layers in the order of the current: odd layers inwards, even layers mirrored and outwards.
 
-    Tolerance in m.
+    `tolerance` (m) is the largest distance between the spiral and the segments that replace it.
     """
     windings = _wind(artwork.coil, tuple(artwork.coil_copper), placement.rotation, tolerance)
     if placement.centre == (0.0, 0.0):
@@ -448,7 +482,7 @@ def wind_coil(
 
 @lru_cache(maxsize=16)
 def _wind(coil: CoilSpec, layers: tuple[CopperLayer, ...], rotation: float, tolerance: float) -> tuple[Winding, ...]:
-    """Return the windings of a coil about the origin: the coils of an array differ only in their positions."""
+    """Return the windings of a coil about the origin. Coils of an array with equal rotation differ only in position."""
     sense = -1 if coil.clockwise else 1
     sweeps = [sense * 2.0 * math.pi * turns for turns in coil.layer_turns]
     angle = coil.outline.start(coil.start_angle, sense, coil.is_mid_side)
@@ -469,7 +503,11 @@ def _wind(coil: CoilSpec, layers: tuple[CopperLayer, ...], rotation: float, tole
 
 @record
 class WoundCoil:
-    """A coil before it is led out: windings, inner joins, and shortfalls."""
+    """A coil without leads.
+
+    `inner` holds its inner vias. `way_out_layer` is the copper layer on which a lead leaves the inside under the turns;
+    None if the number of layers is even or if no layer is free. `shortfalls` lists missing room.
+    """
 
     windings: tuple[Winding, ...]
     inner: tuple[InnerJoin, ...]
@@ -478,7 +516,7 @@ class WoundCoil:
 
 
 def wind_all(artwork: ArtworkSpec) -> tuple[WoundCoil, ...]:
-    """Wind all coils and join them inside. Vias are searched once per rotation, about the origin."""
+    """Return all coils with their inner vias, which are searched once for each rotation of a coil."""
     coils = []
     # the copper layer on which a coil with an odd number of layers comes out from under its turns: the second if free
     free = [layer.number for layer in artwork.fpc.stackup.copper if layer.number not in artwork.coil.layers]
@@ -497,9 +535,9 @@ def wind_all(artwork: ArtworkSpec) -> tuple[WoundCoil, ...]:
 def _joined_inside(
     artwork: ArtworkSpec, placement: CoilPlacement, way_out: int | None
 ) -> tuple[tuple[InnerJoin, ...], tuple[Shortfall, ...]]:
-    """Return the inner joins of a coil's layers, and the shortfalls.
+    """Return the inner vias of a coil with their stubs, and the shortfalls of room.
 
-    Vias and stubs keep the first of `lead_spacings` for which the inside has room.
+    Vias and stubs keep the first gap of `lead_spacings` for which the inside has room.
     """
     coil, stackup, rules, centre = artwork.coil, artwork.fpc.stackup, artwork.fpc.rules, Point(0.0, 0.0)
     windings = wind_coil(artwork, replace(placement, centre=centre))
@@ -522,9 +560,9 @@ def _joined_inside(
 
 
 def no_inner_room(count: int, have: float, need: float | None) -> Shortfall:
-    """Return the shortfall of room for a number of inner vias: clear and needed diameter (m).
+    """Return the shortfall of room for inner vias: `have` and `need` are the available and the needed diameter (m).
 
-    The needed diameter is None if it is unknown, as it is if the vias have room and their stubs have none.
+    `need` is None if the needed diameter is unknown, because the vias have room but their stubs have not.
     """
     return Shortfall(Missing.INNER_ROOM, have, need, "m", facts=(("count", count), ("clear", max(0.0, have))))
 

@@ -1,16 +1,16 @@
-"""Paths round one coil: tracks on its ring road, vias outside it, and the cost of going round it.
+"""Connections outside one coil: tracks on its ring road, vias, and the cost of a path around the coil.
 
-A branch is one connection outside the winding, of one or two legs. Each leg runs from a point to the ring, round it,
-and on to its end.
+The ring road is the closed track next outside the coil. A branch is one connection, of one leg or of two legs joined by
+a via. Each leg runs from a point to the ring road, along it, and on to its end.
 
-From contact to contact the current goes round the coil a whole number of times, because both conductors of a pair come
-from one place. The layers' turns may fall short of a whole number. The leads then run round the ring for the rest. This
-closing arc links the winding's flux like a turn. If both leads run round together, above each other, they cancel. A
-coil that ends inside its turns needs no closing arc: its lead comes out under the turns in any direction. The area that
-this lead sweeps inside counts.
+From contact to contact, the current circulates around the coil a whole number of times, because the two contacts of a
+pair are side by side. The turns of the layers may add up to a fraction. The leads then run around the ring road for the
+rest. This closing arc links the winding's flux like a part of a turn. If both leads run around together, above each
+other, their effects cancel. A coil whose winding ends inside needs no closing arc, because its lead comes out under the
+turns in any direction. The area between this lead and the coil's centre also links flux, and counts as an angle.
 
-As arrays, the branches of one coil are compared by their angle ranges on the ring road, which is cheap. Vias and last
-stretches are compared by true distances.
+Branches of one coil are compared by arrays of their angle ranges on the ring road, which is cheap. Vias and the
+straight parts beyond the ring road are compared by exact distances.
 """
 
 from __future__ import annotations
@@ -43,45 +43,49 @@ from sitscad.spec.coil import CoilPlacement, CoilSpec
 from sitscad.spec.sensor import ArtworkSpec
 
 FLATTENED = 1e-6  # Arcs become chords within this distance (m)
+"""Largest distance (m) of arcs from their chords."""
 
 Values = TypeVar("Values", float, Array)
 
 WEIGHT = 10.0
-"""Cost of a closing arc, divided by its length.
+"""Cost of a closing arc divided by its length.
 
-The arc changes the inductance by several per cent per quarter turn. A pair that runs round together only adds
+The arc changes the inductance by several per cent per quarter turn. A pair of leads that runs around together only adds
 resistance.
 """
 
 RUNNING_ON = 0.9
-"""Cost of an arc that continues the winding's sense, divided by the cost of an equal arc in the other sense.
+"""Cost of a closing arc in the winding's sense, divided by the cost of an equal arc in the other sense.
 
-Such an arc adds inductance. The opposite arc removes inductance at the same resistance. Of two half turns the former is
-therefore chosen.
+An arc in the winding's sense adds inductance, and the opposite arc reduces it at the same resistance. Of two half
+turns, the former is therefore chosen.
 """
 
 
 def closing_turns(coil: CoilSpec, sweep_a: Values, sweep_b: Values) -> Values:
-    """Return the turns of a circuit's closing arc, positive in the winding's sense.
+    """Return the turns of the closing arc of a coil's circuit, positive in the winding's sense.
 
-    `sweep_a` and `sweep_b` (rad) are the angles by which the two leads go round the coil.
+    `sweep_a` and `sweep_b` (rad) are the signed angles by which the two leads run around the coil.
     """
     sense = -1.0 if coil.clockwise else 1.0
     return sense * (sweep_b - sweep_a) / TWO_PI
 
 
 def closing_cost(turns: Values, radius: float) -> Array:
-    """Return the cost of a closing arc of some turns on a ring of a radius (m), as a length (m) of lead."""
+    """Return the cost of closing arcs as a length (m) of lead.
+
+    `turns` are their turns, on a ring road with this radius (m).
+    """
     return WEIGHT * TWO_PI * radius * counted(turns)
 
 
 def counted(turns: Values) -> Array:
-    """Return the turns of closing arcs as they count for the cost: fewer if the arc continues the winding's sense."""
+    """Return the size of closing arcs (turns), multiplied by `RUNNING_ON` if the arc continues the winding's sense."""
     return np.where(np.asarray(turns) > 0.0, RUNNING_ON * np.asarray(turns), np.abs(turns))
 
 
 def least_closing(coil: CoilSpec) -> float:
-    """Return the closing arc (turns, with sign) of least cost for a coil's leads, regardless of room."""
+    """Return the closing arc of least cost for a coil's leads (turns, signed), regardless of room."""
     if len(coil.layers) % 2:
         return 0.0
     beyond = math.fsum(coil.layer_turns) % 1.0
@@ -89,9 +93,10 @@ def least_closing(coil: CoilSpec) -> float:
 
 
 def swept_inside(inner: Point, outer: Point, centre: Point) -> float:
-    """Return the angle (rad) about the centre for a straight lead from inside a coil to its ring.
+    """Return the equivalent angle (rad, signed) on the ring road for a straight lead from inside a coil.
 
-    It is the angle on the ring with an equal swept area, because the field inside the turns is nearly uniform.
+    The angle's sector has the area between the lead and the centre, because the field inside the turns is nearly
+    uniform.
     """
     x, y, beyond_x, beyond_y = inner.x - centre.x, inner.y - centre.y, outer.x - centre.x, outer.y - centre.y
     return (x * beyond_y - y * beyond_x) / max(math.hypot(x, y), math.hypot(beyond_x, beyond_y)) ** 2
@@ -115,11 +120,12 @@ def drawn_closing(spec: CoilSpec, coil: Coil) -> float:
 
 
 VIA_PLACES = 32  # Directions round a coil in which vias may stand
+"""Number of directions around a coil in which vias may be placed."""
 
 
 @record
 class OuterEnd:
-    """An end of the winding from which a track leads outwards: position and copper layer.
+    """An end of the winding at which a lead or a join begins: position and copper layer.
 
     It is the outer end of a layer. If the coil has an odd number of layers, the last end is an inner via
     (`from_inside`).
@@ -132,7 +138,7 @@ class OuterEnd:
 
 @record
 class BranchGround:
-    """Inputs of one coil's search: artwork, bus, placement, and the extent across the tail that is open to vias."""
+    """Inputs of the search for one coil: artwork, lead dimensions, placement, and range of y that is open to vias."""
 
     artwork: ArtworkSpec
     bus: Bus
@@ -141,22 +147,22 @@ class BranchGround:
 
     @cached_property
     def joined(self) -> ViaToPlace:
-        """A via, including the ends of the leads that meet there."""
+        """Smallest via for leads. Its pad covers the round ends of the tracks."""
         return joined_hole(self.artwork.fpc.rules, self.bus.width)
 
     @cached_property
     def keep_out(self) -> float:
-        """The distance (m) from a via's centre to the edge of copper that is not joined to it."""
+        """Smallest permitted distance (m) from a via's centre to the edge of copper that is not joined to it."""
         return hole_keep_out(self.joined, self.artwork.fpc.rules, self.bus.spacing)
 
     @cached_property
     def ring(self) -> Ring:
-        """Ring road of the coil."""
+        """Ring road of the coil: the centre line of the closed track next outside it."""
         return Ring(self.artwork.coil, self.placement, self.bus.ring_offset)
 
     @cached_property
     def radius(self) -> float:
-        """Smallest radius (m) of the ring. It turns angles into distances that are never too large."""
+        """Smallest radius (m) of the ring road. Angles times this radius never exceed the true distances."""
         return min(self.artwork.coil.size) / 2 + self.bus.ring_offset
 
     @cached_property
@@ -167,7 +173,7 @@ class BranchGround:
         return obstacles
 
     def via_places(self) -> Iterator[ViaToPlace]:
-        """Yield holes with room in the outline: next to the coil, and farther out so that the ring road stays free."""
+        """Yield possible vias with sufficient distance from the edge: next to the coil, or beyond a free ring road."""
         rules, beyond = self.artwork.fpc.rules, self.bus.ring_offset + self.bus.width / 2 + self.keep_out
         placement = CoilPlacement("", (0.0, 0.0), self.placement.rotation)
         places = _via_places(self.artwork.coil, placement, self.bus.ring_offset, (self.keep_out, beyond))
@@ -183,12 +189,12 @@ class BranchGround:
         return {}
 
     def stand(self, hole: ViaToPlace) -> tuple[float, float]:
-        """Return the angle (rad) at which the ring road passes a via place, and the distance (m) between them."""
+        """Return the angle (rad) at which the ring road passes a via position, and the distance (m) between them."""
         return self._stands[hole.centre]
 
 
 def outermost_turns(coil: CoilSpec, placement: CoilPlacement) -> Iterator[TrackToPlace]:
-    """Yield a closed track on the outermost turn of a coil, for each of the coil's layers."""
+    """Yield a closed track along the outermost turn of a coil, for each of the coil's layers."""
     boundary = coil.outline.boundary(coil.size, -coil.trace_width / 2)
     path = boundary.rotated(placement.rotation).shifted(*placement.centre)
     for layer in coil.layers:
@@ -199,10 +205,10 @@ def outermost_turns(coil: CoilSpec, placement: CoilPlacement) -> Iterator[TrackT
 def _via_places(
     coil: CoilSpec, placement: CoilPlacement, road: float, offsets: tuple[float, ...]
 ) -> tuple[tuple[Point, float, float], ...]:
-    """Return places round a coil at given offsets, each with angle (rad) and distance (m) of the ring road.
+    """Return positions around a coil: (position, angle of the ring road in rad, distance from the ring road in m).
 
-    `road` (m) is the offset of the ring road. The result is cached for coils that differ only in position, and for
-    successive trial boards.
+    `offsets` (m) are distances of the positions from the coil's copper, and `road` (m) is the distance of the ring
+    road. The result is cached for coils that differ only in position, and for successive trial boards.
     """
     ring, places = Ring(coil, placement, road), []
     for offset in offsets:
@@ -215,14 +221,14 @@ def _via_places(
 
 
 def fold_chord(first: Line, second: Line, apart: float) -> Line | None:
-    """Return a chord that cuts off the corner between a stretch and a later stretch that leads back.
+    """Return a line that cuts off the corner between a straight track and a later track that leads back.
 
-    Both stretches then lie `apart` (m) or farther from each other. None if they lie so far apart already, or if a
-    stretch is too short for the chord's end.
+    Both tracks then lie `apart` (m) or farther from each other. None if they are as far apart without it, or if a track
+    is too short for it.
 
     Notes
     -----
-    The chord is equally far from the corner on both lines.
+    The line's ends are equally far from the corner on both tracks.
     """
     (ax, ay), (bx, by) = (((line.end.x - line.start.x) / line.length, (line.end.y - line.start.y) / line.length)
                           for line in (first, second))
@@ -242,9 +248,9 @@ def fold_chord(first: Line, second: Line, apart: float) -> Line | None:
 
 
 def square_fold(first: Line, short: Line, second: Line) -> tuple[Line, Line, Line] | None:
-    """Return three stretches of a path that turns back, with a right angle in place of each acute one beside `short`.
+    """Return three straight tracks that turn back with right angles instead of acute angles beside the track `short`.
 
-    None if both corners are wider than acute, or if the stretch beside a corner is too short. Both stretches become
+    None if neither corner is acute, or if the track beside a corner is too short. The first and the last track become
     shorter, so that the path needs no additional area.
     """
     if straightness(first.start, first.end, short.end) < -ACUTE:
@@ -259,11 +265,11 @@ def square_fold(first: Line, short: Line, second: Line) -> tuple[Line, Line, Lin
 
 
 ACUTE = math.cos(math.radians(60.0)) + 1e-9
-"""Cosine of the smallest permitted angle between two legs of a track: an etchant erodes a sharper corner."""
+"""Cosine of the smallest permitted angle between two straight tracks. Etchant erodes sharper corners."""
 
 
 def _along(line: Line, point: Point) -> tuple[float, float]:
-    """Return the vector (m, m) from a line's start to the foot of the perpendicular from a point."""
+    """Return the vector (m, m) from a line's start to the foot of the perpendicular from a point to the line."""
     x, y = line.end.x - line.start.x, line.end.y - line.start.y
     part = ((point.x - line.start.x) * x + (point.y - line.start.y) * y) / (x * x + y * y)
     return part * x, part * y
@@ -271,7 +277,10 @@ def _along(line: Line, point: Point) -> tuple[float, float]:
 
 @record
 class Leg:
-    """A track: from `begin` to the ring at `angle`, round it by `sweep` (rad, signed), and on through `finish`."""
+    """A track on one layer: from `begin` to the ring road, along it, and on through the points `finish`.
+
+    It meets the ring road at `angle` (rad) and follows it by `sweep` (rad, positive counter-clockwise).
+    """
 
     around: BranchGround
     layer: int
@@ -282,18 +291,18 @@ class Leg:
 
     @property
     def end_angle(self) -> float:
-        """Angle (rad) at which the leg leaves the ring."""
+        """Angle (rad) at which the leg leaves the ring road."""
         return self.angle + self.sweep
 
     @cached_property
     def stretches(self) -> list[tuple[Point, Point]]:
-        """Start and end of each straight stretch beyond the ring."""
+        """Start and end of each straight part after the ring road."""
         corners = (self.around.ring.at(self.end_angle), *self.finish)
         return [(start, end) for start, end in pairwise(corners) if start.distance(end) > 1e-12]
 
     @cached_property
     def track(self) -> TrackToPlace:
-        """Track of the leg."""
+        """Track of the leg, without narrow notches."""
         ring = self.around.ring
         first = ring.at(self.angle)
         path = Path((Line(self.begin, first),)) if self.begin.distance(first) > 1e-9 else Path(())
@@ -305,8 +314,8 @@ class Leg:
     def _unfolded(self, path: Path) -> Path:
         """Return a path without narrow notches and acute corners.
 
-        A chord or a right angle replaces each short stretch on which the path turns back. On the coil's own layers,
-        chords stay outside the ring.
+        A straight line or a right angle replaces each short part on which the path turns back. On the coil's own
+        layers, these lines stay outside the ring road.
         """
         segments, apart = list(path), self.around.bus.pitch
         is_free = self.layer not in self.around.artwork.coil.layers
@@ -323,21 +332,22 @@ class Leg:
 
     @cached_property
     def round(self) -> float:
-        """Angle of the leg round the coil (rad, signed): on the ring, and inside if it begins there."""
+        """Angle of the leg around the coil (rad, signed), including a part inside the coil if the leg begins there."""
         ring = self.around.ring
         return self.sweep + swept_inside(self.begin, ring.at(self.angle), ring.centre)
 
     @cached_property
     def cost(self) -> float:
-        """Approximate length (m) on the ring and before it, for sorting."""
+        """Approximate length (m) on the ring road and before it, for sorting."""
         return abs(self.sweep) * self.around.radius + self.begin.distance(self.around.ring.at(self.angle))
 
 
 @record
 class Branch:
-    """A connection outside the winding: one or two legs with a via between them.
+    """A connection outside the winding: one leg, or two legs with a via between them.
 
-    `returns` is set if the second leg was drawn from its own end towards the via. The current flows along it backwards.
+    `returns` is True if the second leg is drawn from its own end towards the via. The current then flows along it
+    backwards.
     """
 
     legs: tuple[Leg, ...]
@@ -346,7 +356,7 @@ class Branch:
 
     @cached_property
     def pieces(self) -> tuple[TrackToPlace | ViaToPlace, ...]:
-        """Tracks and hole in the order of the current."""
+        """Tracks and via in the order of the current."""
         if self.hole is None:
             return self.tracks
         first, second = self.tracks
@@ -354,39 +364,39 @@ class Branch:
 
     @property
     def tracks(self) -> tuple[TrackToPlace, ...]:
-        """Tracks as drawn."""
+        """Tracks in the direction in which they are drawn."""
         return tuple(leg.track for leg in self.legs)
 
     @property
     def holes(self) -> tuple[ViaToPlace, ...]:
-        """The hole, if there is one."""
+        """The via of the connection. Empty if there is only one leg."""
         return (self.hole,) if self.hole else ()
 
     @cached_property
     def cost(self) -> float:
-        """Length (m). A via counts as a millimetre."""
+        """Cost as a length (m): the legs' lengths, and a millimetre for a via."""
         return sum([leg.cost for leg in self.legs]) + (1e-3 if self.hole else 0.0)
 
     @cached_property
     def round(self) -> float:
-        """Angle of the branch round the coil from the start of its first leg (rad, signed)."""
+        """Angle of the connection around the coil (rad, signed), from the start of its first leg."""
         first, *second = (leg.round for leg in self.legs)
         return first + sum(-sweep if self.returns else sweep for sweep in second)
 
 
 ROWS_AT_ONCE = 16
-"""Number of branches, cheapest first, that are compared at once with all branches of another connection."""
+"""Number of branches, the cheapest first, that are compared at once with all branches of another connection."""
 
 
 @record(eq=False)
 class BranchTable:
-    """Branches of one connection as arrays, one row per branch, the cheapest first.
+    """Possible branches of one connection as arrays with one row per branch, the cheapest first.
 
-    `cost` (n; m) is the cost, and `round` (n; rad) the angle round the coil. Arrays of the two legs are (n, 2): `layer`
-    is the copper layer (-1 if there is no such leg). `low` and `sweep` (rad) are start and length of the range on the
-    ring. For the vias (n), `centre` is the position (m; nan if there is no via), `angle` the angle (rad), and `beside`
-    the distance (m) from the ring road. Straight stretches beyond the ring have `starts` and `steps` (w, 2; m), and the
-    branch `owner` (w).
+    `cost` (n; m) is the cost, and `round` (n; rad) the angle around the coil. Arrays (n, 2) describe the two legs:
+    `layer` is the copper layer, -1 without a second leg. `low` and `sweep` (rad) are start and length of the range on
+    the ring road. Arrays (n) describe the via: `centre` (n, 2; m) is its position, nan without a via. `angle` (rad) is
+    the angle of the ring road beside the via, and `beside` (m) the distance between them. `starts` and `steps` (w, 2;
+    m) are start and vector of each straight part after the ring road, and `owner` (w) is its branch.
     """
 
     around: BranchGround
@@ -404,9 +414,9 @@ class BranchTable:
     owner: Index
 
     def beside_branch(self, other: BranchTable, row: int) -> int:
-        """Return the set of branches in this table that are clear of branch `row` of another table.
+        """Return the set of branches in this table that keep their clearance to branch `row` of another table.
 
-        Bit k of the set is branch k. The other table caches it.
+        The result is an integer whose bit k is branch k. It is cached.
         """
         sets = other._known.setdefault(id(self), (self, {}))[1]  # by identity, so this table is kept, too
         if row not in sets:
@@ -420,7 +430,7 @@ class BranchTable:
         return {}
 
     def beside_branches(self, other: BranchTable, rows: range) -> list[int]:
-        """Return, for each branch in `rows` of another table, the set of clear branches in this table."""
+        """Return, for each branch in `rows` of another table, the branches of this table with sufficient clearance."""
         around, some = self.around, slice(rows.start, rows.stop)
         layer, low, sweep = (table[some][:, None, None, :] for table in (other.layer, other.low, other.sweep))
         same = (self.layer[:, :, None] == layer) & (layer >= 0)
@@ -448,12 +458,12 @@ class BranchTable:
 
     @cached_property
     def has_vias(self) -> bool:
-        """Whether any branch has a via."""
+        """Whether at least one branch has a via."""
         return not bool(np.isnan(self.angle).all())
 
 
 def branch_table(around: BranchGround, branches: Sequence[Branch]) -> BranchTable:
-    """Return the arrays of several branches."""
+    """Return a table of several branches, whose order is kept."""
     legs, vias, stretches, owner = [], [], [], []
     for k, branch in enumerate(branches):
         rows = [(leg.layer, leg.angle + min(leg.sweep, 0.0), abs(leg.sweep)) for leg in branch.legs]
@@ -474,13 +484,16 @@ def branch_table(around: BranchGround, branches: Sequence[Branch]) -> BranchTabl
 
 
 def _interval_gap(low: Any, sweep: Any, other_low: Any, other_sweep: Any) -> Array:
-    """Return the gaps (rad) between ranges on a circle, each given by start and length (rad). 0 if they overlap."""
+    """Return the gaps (rad) between ranges on a circle, each given by start and length (rad).
+
+    0 if the ranges overlap.
+    """
     ahead = (other_low - low) % TWO_PI
     behind = np.where(ahead > 0.0, TWO_PI - ahead, 0.0) - other_sweep
     return np.asarray(np.maximum(0.0, np.minimum(ahead - sweep, behind)))
 
 
 def _to_stretches(starts: Array, steps: Array, points: Array) -> Array:
-    """Return the distances (m) of points (p, 2) from straight stretches: (stretches, p). nan for nan points."""
+    """Return the distances (m) of points (p, 2; m) from straight parts: (parts, p). nan for nan points."""
     x, y = (points[:, k] - starts[:, k, None] for k in (0, 1))
     return off_stretch(x, y, *steps.T[:, :, None])

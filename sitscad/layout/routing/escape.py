@@ -1,10 +1,11 @@
-"""Escape of one coil's outer ends: stubs to the vias outside the winding, and leads round the ring to their exits.
+"""Search for the tracks outside one coil: joins between layers, and leads around the coil to their lanes.
 
-Each end may go round the ring in either sense. Each outer via may stand at several places. The search takes the
-combination that keeps the rules' clearances and whose leads link least of the winding's flux (see `branches`). Among
-equal combinations it takes the shortest. Branches of one coil are compared by their angle ranges on the ring, which is
-cheap. They are compared with the rest of the board by their true geometry. The budget of a board is a number of trials,
-not a time. Each machine therefore finds the same board.
+The ring road is the closed track next outside the coil. Each connection may go around it in either sense, and each
+outer via may have several positions. The search takes the combination that keeps the design rules' clearances and whose
+leads link the smallest part of the winding's flux (see `branches`). Among equal combinations, it takes the shortest.
+Connections of one coil are compared by their angle ranges on the ring road, which is cheap. They are compared with
+other copper by their exact geometry. The limit of a search is a number of trials, not a time, so every computer finds
+the same board.
 """
 
 from __future__ import annotations
@@ -35,26 +36,28 @@ from sitscad.layout.routing.branches import (
 )
 
 TRIALS_OF_A_WAVE = 50  # Cost, in trials, of a search for the paths through the array to one coil
+"""Number of trials that one maze search for one coil counts as."""
 
 BUDGET = 16_000
-"""Largest number of branch trials for all searches of one board: a few seconds.
+"""Largest number of trial connections for all searches of one board: a few seconds.
 
 Of 329 random boards with complete routing (tests/validation/random_boards.py, tests/benchmarks/check_times.py), ten
 took over 4,000 trials, two over 8,000, and one 13,699.
 """
 
 MAX_TRIALS_WITHOUT_PROGRESS = 4_000
-"""Number of trials without progress after which the searches end while two or more coils have no escape.
+"""Number of trials without progress after which the searches end while two or more coils have no leads.
 
-Progress is a try that leads out more coils than all earlier tries. Of 112 boards of four layers or more with complete
+Progress is a board on which more coils have leads than before. Of 112 boards of four layers or more with complete
 routing (random_boards.py, seeds 0 to 449), none made progress after more than 3,209 trials.
 """
 
 
 class SearchLimit:
-    """Remaining number of branch trials for one board.
+    """Remaining number of trial connections for one board.
 
-    `stuck` is the number of the coil without an escape on the last tried board. None if each coil has one.
+    `left` is this number. `stuck` is the index of the coil without leads on the last trial board. None if each coil has
+    leads.
     """
 
     def __init__(self, budget: int = BUDGET) -> None:
@@ -67,23 +70,23 @@ class SearchLimit:
         self._missing, self._since = coils, self.left
 
     def led_out(self, coils: int, of: int) -> None:
-        """Record that a try has led out `coils` of `of` coils."""
+        """Record that on the present trial board, `coils` of `of` coils have leads."""
         if of - coils < self._missing:
             self._missing, self._since = of - coils, self.left
 
     @property
     def is_lost(self) -> bool:
-        """Whether two coils or more have had no escape for `MAX_TRIALS_WITHOUT_PROGRESS` trials."""
+        """Whether two or more coils have had no leads for `MAX_TRIALS_WITHOUT_PROGRESS` trials."""
         return self._missing > 1 and self._since - self.left >= MAX_TRIALS_WITHOUT_PROGRESS
 
     @property
     def is_spent(self) -> bool:
-        """Whether no further search may begin."""
+        """Whether no further search may begin: the trials are used up, or there was no progress."""
         return self.left <= 0 or self.is_lost
 
     @property
     def is_overdrawn(self) -> bool:
-        """Whether a running search must end."""
+        """Whether a running search must end: more trials were made than permitted, or there was no progress."""
         return self.left < 0 or self.is_lost
 
     @contextmanager
@@ -96,40 +99,50 @@ class SearchLimit:
 
 
 TRIALS = 2_000
-"""Largest number of branch trials in the search of one coil. Successful searches for 1,000 coils took at most 1,100."""
+"""Largest number of trial connections in the search for one coil.
+
+Successful searches for 1,000 coils took at most 1,100.
+"""
 
 QUICK = 100
-"""Number of trials per exit if the first escape is taken. An exit without an escape spends them all."""
+"""Number of trials for each pair of beginnings if the first solution is accepted. Without a solution, all are used."""
 
 PIECES = 48  # Number of pieces of the ring road that are marked open or closed to tracks
+"""Number of equal pieces of the ring road that are marked as open or closed to tracks."""
 REFUSED_LEGS_BEFORE_MARKING = 8  # Refused legs on a layer before the pieces are marked: most searches succeed earlier
+"""Number of refused tracks on a layer after which the pieces of the ring road are marked."""
 NEGLIGIBLE_ARC_TURNS = 0.04  # Excess (turns) of a closing arc that counts as none
+"""Excess of the leads' path around the coil (turns) that counts as 0."""
 
 INSIDE = 0.1
-"""Largest closing arc (turns) that counts as no excess for a coil with an odd number of layers.
+"""Number of turns around a coil with an odd number of layers that leads may run without counting as excess.
 
-The lead of such a coil begins inside, and may have to go round inner vias.
+One lead of such a coil begins inside, and may have to pass inner vias.
 """
 
 INSIDE_LEAD_ANGLES = tuple(math.radians(degrees) for degrees in (0, 10, -10, 20, -20, 30, -30, 45, -45))
-"""Angles (rad) from the other end at which a lead from inside may come out from under the turns.
+"""Angles (rad), from the outer end of the winding, at which a lead from inside may come out from under the turns.
 
-They compensate the area that this lead sweeps inside, or pass an inner via.
+They compensate the area between this lead and the coil's centre line inside, or they pass an inner via.
 """
 
 NEAR = math.radians(60.0)
-"""Largest angle (rad) about the coil between a via for an inside lead and the lead's exit.
+"""Largest angle (rad) about the coil's centre between an inside lead's via and the beginning of its lane.
 
-The via may also be as near to the place where this lead comes out from under the turns.
+The via may also be within this angle of the place where the lead comes out from under the turns.
 """
 
 STEP_BACK = 1e-3  # Step back on the ring (rad) for the ring's direction
+"""Step (rad) along the ring road for the finite difference that gives its direction."""
 
 SHARPEST = math.cos(math.radians(40.0))
-"""Cosine of the smallest permitted angle between a lead and the ring: the parts of a sharper lead would overlap."""
+"""Cosine of the smallest permitted angle between a lead and the ring road.
+
+With a smaller angle, their copper overlaps.
+"""
 
 Joined = dict[tuple[tuple[OuterEnd, OuterEnd], tuple[Point, ...]], BranchTable]
-"""Cache of joins: the branches that join two ends, by the ends and the possible places of a via.
+"""Cache of connections that join two layer ends, by these ends and the possible positions of a via.
 
 Successive trial boards share it.
 """
@@ -137,7 +150,7 @@ Successive trial boards share it.
 
 @record
 class Escape:
-    """Paths out of one coil: the joins between layers outside the winding, and the two leads A and B."""
+    """Tracks outside one coil: the joins between its layers, and the two leads A and B up to the tail."""
 
     joins: tuple[Branch, ...]
     lead_a: Branch
@@ -145,31 +158,34 @@ class Escape:
 
     @property
     def branches(self) -> tuple[Branch, ...]:
-        """Joins and leads."""
+        """All connections: joins, lead A and lead B."""
         return (*self.joins, self.lead_a, self.lead_b)
 
     @property
     def entries(self) -> tuple[Point, Point]:
-        """Points at which the two leads enter the tail."""
+        """Points at which the two leads enter the tail's funnel."""
         return self.lead_a.legs[-1].track.path.end, self.lead_b.legs[-1].track.path.end
 
     @property
     def closing(self) -> float:
-        """Total turns of leads and joins round the coil, positive in the winding's sense."""
+        """Total turns of leads and joins around the coil, positive in the winding's sense."""
         around = self.lead_a.legs[0].around
         joins = math.fsum(join.round for join in self.joins)
         return float(closing_turns(around.artwork.coil, self.lead_a.round, self.lead_b.round + joins))
 
     @property
     def excess(self) -> float:
-        """Closing turns that count for the cost, less the least possible value (turns). 0 or more."""
+        """Number of turns of leads around the coil, as weighted for the cost, minus the least possible number.
+
+        At least 0.
+        """
         coil = self.lead_a.legs[0].around.artwork.coil
         least = INSIDE if len(coil.layers) % 2 else float(counted(least_closing(coil)))
         return max(0.0, float(counted(self.closing)) - least)
 
     @property
     def cost(self) -> float:
-        """Total length (m), with vias as in `Branch.cost`, plus the cost of the closing arc."""
+        """Cost as a length (m): tracks, vias as in `Branch.cost`, and the cost of turns around the coil."""
         radius = self.lead_a.legs[0].around.radius
         return sum(branch.cost for branch in self.branches) + float(closing_cost(self.closing, radius))
 
@@ -179,10 +195,11 @@ def escape(
     choices: Iterable[tuple[Exit, Exit]], obstacles: Obstacles, searches: SearchLimit, first: bool = False,
     cache: Joined | None = None,
 ) -> Escape | None:
-    """Find the cheapest escape that keeps all clearances. None if the search finds none.
+    """Return the cheapest tracks of one coil that keep all clearances. None if the search finds none.
 
-    With `first`, it is the first escape whose leads run no farther round the coil than necessary. `cache` holds joins
-    of earlier trial boards.
+    `joins` are the pairs of layer ends to connect. `ends` are the two layer ends with leads, and `choices` pairs of
+    candidate beginnings of their lanes. With `first`, the result is the first solution whose leads run no farther
+    around the coil than necessary. `cache` holds joins from earlier trial boards.
     """
     places = obstacles.admitted(list(around.via_places()))
     search = _BranchSearch(obstacles, searches)
@@ -218,12 +235,15 @@ def escape(
 
 
 def cheapest_first(branches: Iterable[Branch]) -> list[Branch]:
-    """Return branches by cost. Branches of nearly equal cost keep their order."""
+    """Return connections in the order of cost. Connections of nearly equal cost keep their order."""
     return sorted(branches, key=lambda branch: round(branch.cost, 9))
 
 
 class _BranchSearch:
-    """Depth-first search over the branches of all connections, cheapest first, on sets of the remaining branches."""
+    """Depth-first search for one connection per table, cheapest first.
+
+    Sets hold the connections that are still possible.
+    """
 
     def __init__(self, obstacles: Obstacles, searches: SearchLimit) -> None:
         self._obstacles = obstacles
@@ -241,10 +261,10 @@ class _BranchSearch:
     def lead_tables(
         self, around: BranchGround, ends: tuple[OuterEnd, OuterEnd], exits: tuple[Exit, Exit], places: list[ViaToPlace]
     ) -> list[BranchTable] | None:
-        """Return the paths of two leads, the cheapest first. None if one lead has no admissible path.
+        """Return the possible connections of both leads, the cheapest first. None if one lead has no permitted path.
 
-        The many paths of the other lead are then not computed. A lead from inside may come out at the other end or near
-        it.
+        The paths of the other lead are then not computed. A lead from inside may come out from under the turns at the
+        other end or near it.
         """
         beside = list(dict.fromkeys(around.ring.facing(ends[0].point)))
         leads = []
@@ -255,9 +275,9 @@ class _BranchSearch:
         return [branch_table(around, options) for options in leads]
 
     def find(self, tables: Sequence[BranchTable], most: int) -> Escape | None:
-        """Return one branch per table, leads first, all clear of each other and the board.
+        """Return one connection per table, leads first, so that all keep their clearances. None if there are none.
 
-        None also if it `gave_up`.
+        Also None, with `gave_up` set, if `most` trials are exceeded.
         """
         self._asked.append(tables)  # what is remembered goes by identity, so the tables have to live on
         self._left = min(most, self._total)
@@ -280,7 +300,10 @@ class _BranchSearch:
     def _combine(
         self, tables: Sequence[BranchTable], remaining: list[int], chosen: tuple[Branch, ...]
     ) -> tuple[Branch, ...] | None:
-        """Return the first branches, one per remaining table, that keep clear of each other. None if there are none."""
+        """Return `chosen` and one connection per remaining table, so that all keep their clearances.
+
+        None if there are none. `remaining` holds a bit set of possible connections for each table.
+        """
         if not tables:
             return chosen
         options = remaining[0] & ~self._barred.get(id(tables[0]), 0)
@@ -303,7 +326,10 @@ class _BranchSearch:
         return None
 
     def _clear(self, branch: Branch, other: Branch) -> bool:
-        """Whether two branches keep the fabricator's clearance. Angles on the ring ignore bends at a corner."""
+        """Whether two connections keep the fabricator's clearance, by their exact geometry.
+
+        Angle ranges on the ring road do not include the bends at its corners.
+        """
         key = (id(branch), id(other))
         if key not in self._exact:
             if id(other) not in self._single:
@@ -314,7 +340,7 @@ class _BranchSearch:
         return self._exact[key]
 
     def _goes_on(self) -> bool:
-        """Count a trial. Return whether the search may continue."""
+        """Count a trial, and return whether the search may continue."""
         self._spend()
         self.gave_up = self._left < 0 or self._searches.is_overdrawn
         return not self.gave_up
@@ -325,9 +351,9 @@ class _BranchSearch:
         self._searches.left -= 1
 
     def lets_out(self, around: BranchGround, out: Exit) -> bool:
-        """Whether the common path of leads from ring to tail is free, including the coil's own turns.
+        """Whether the path from the ring road to the tail is free, also of the coil's own turns.
 
-        A blocked path costs a single trial instead of one per lead.
+        All leads with `out` share it. A blocked path then costs one trial instead of one trial per lead.
         """
         way = polyline([around.ring.at(out.angle), *out.way])
         track = TrackToPlace(way, around.bus.width, out.layer)
@@ -337,7 +363,10 @@ class _BranchSearch:
         return is_free
 
     def admits(self, branch: Branch) -> bool:
-        """Whether a branch's legs keep clear of the board. The place of its via is already checked."""
+        """Whether the tracks of a connection keep their clearances to copper on the board.
+
+        Its via is already checked.
+        """
         for leg in branch.legs:
             if id(leg) not in self._admitted:  # the leg is kept too, so that no other gets its identity
                 self._admitted[id(leg)] = leg, self._is_free(leg)
@@ -346,7 +375,10 @@ class _BranchSearch:
         return True
 
     def _is_free(self, leg: Leg) -> bool:
-        """Whether a leg keeps its clearances by its true geometry. A trial unless it is certainly refused."""
+        """Whether a track keeps its clearances by its exact geometry.
+
+        Counts as a trial unless it is certainly refused.
+        """
         if self._runs_into(leg):
             return False
         self._spend()
@@ -356,7 +388,7 @@ class _BranchSearch:
         return is_free
 
     def _runs_into(self, leg: Leg) -> bool:
-        """Whether a leg covers a whole piece of the ring road that is closed to tracks."""
+        """Whether a track covers a whole piece of the ring road that is closed to tracks."""
         piece, layer = TWO_PI / PIECES, leg.layer
         if self._refused.get(layer, 0) < REFUSED_LEGS_BEFORE_MARKING or abs(leg.sweep) < piece:
             return False
@@ -370,7 +402,7 @@ class _BranchSearch:
 
 
 def _cheapest_pairs(leads_a: BranchTable, leads_b: BranchTable) -> Iterator[tuple[int, int]]:
-    """Yield rows of two leads' branches, by their joint cost."""
+    """Yield (row, row) of the connections of leads A and B, in the order of their joint cost."""
     around = leads_a.around
     turns = closing_turns(around.artwork.coil, leads_a.round[:, None], leads_b.round[None, :])
     costs = leads_a.cost[:, None] + leads_b.cost[None, :] + closing_cost(turns, around.radius)
@@ -381,7 +413,11 @@ def _cheapest_pairs(leads_a: BranchTable, leads_b: BranchTable) -> Iterator[tupl
 def _ways_out(
     around: BranchGround, end: OuterEnd, out: Exit, places: list[ViaToPlace], beside: list[float]
 ) -> Iterator[Branch]:
-    """Yield paths from a coil's end to its exit: directly, or by a nearby via if the layers differ."""
+    """Yield possible paths of a lead: directly, or by a nearby via if the layers of `end` and `out` differ.
+
+    `end` is the layer end of the winding, and `out` the beginning of the lane. `beside` are angles (rad) at which a
+    lead from inside may come out.
+    """
     if end.layer == out.layer:
         near = [angle + turned for turned in INSIDE_LEAD_ANGLES for angle in beside]
         for sweep in _sweeps(around, end, out.angle, near):
@@ -403,7 +439,7 @@ def _ways_out(
 
 
 def _doubles_back(around: BranchGround, out: Exit, sweep: float) -> bool:
-    """Whether a lead that comes round the ring by `sweep` (rad) would leave it back over itself."""
+    """Whether a lead that comes along the ring road by `sweep` (rad) would leave it at too sharp an angle."""
     if not sweep:
         return False
     leaves, before = around.ring.at(out.angle), around.ring.at(out.angle - math.copysign(STEP_BACK, sweep))
@@ -412,18 +448,18 @@ def _doubles_back(around: BranchGround, out: Exit, sweep: float) -> bool:
 
 
 def _legs_to_via(around: BranchGround, end: OuterEnd, hole: ViaToPlace, beside: Sequence[float] = ()) -> list[Leg]:
-    """Return the paths from a coil's end to a via beside the ring."""
+    """Return the possible paths from a layer end to a via beside the ring road."""
     angle, _ = around.stand(hole)
     sweeps = _sweeps(around, end, angle, beside)
     return [Leg(around, end.layer, end.point, angle - sweep, sweep, (hole.centre,)) for sweep in sweeps]
 
 
 def _sweeps(around: BranchGround, end: OuterEnd, angle: float, beside: Sequence[float] = ()) -> list[float]:
-    """Return the sweeps (rad) in both senses from an end to an angle.
+    """Return the angles (rad, signed) around the ring road from a layer end to `angle`, in both senses.
 
-    From an inner via, the lead goes straight under the turns, or comes out at one of the angles `beside` and goes round
-    from there. Its bend at the ring must not be sharp. At a corner each sense begins on its own side, so that no lead
-    bends back sharply.
+    From an inner via, the lead runs straight under the turns, or comes out at one of the angles `beside` and continues
+    on the ring road from there. Its bend at the ring road must not be sharp. If the end is at a corner, each sense
+    begins on its own side of the corner, so that no lead bends back sharply.
     """
     if end.from_inside:
         sweeps = [0.0]

@@ -1,8 +1,9 @@
-"""Paths through an array of coils that do not stand in one line: the shortest for each pair that keeps all clearances.
+"""Shortest paths of leads through an array whose coils are not in one line, with all clearances.
 
-A pair runs stacked on two layers. It is therefore one track from its coil's ring road to its place in the tail. A wave
-from there over a lattice (Dijkstra) finds the shortest paths to all exits of the ring at once. Each path is then pulled
-taut between its obstacles. The clearance is checked at points along the path, not on the lattice.
+The two leads of a pair run above each other on two layers, so the search treats them as one track. It runs from its
+coil's ring road (the track around the coil) to its place in the tail. A shortest-path search from the tail over a
+lattice (Dijkstra) finds the paths to all points of the ring road at once. Each path is then straightened between its
+obstacles. Clearances are checked at points along the path, not on the lattice.
 """
 
 from __future__ import annotations
@@ -31,10 +32,10 @@ _STEPS = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1))
 
 @record(eq=False)
 class Wave:
-    """Distances over a lattice with a border, row by row, and the predecessor of each node.
+    """Result of a shortest-path search over a lattice: the distance and the predecessor of each node, row by row.
 
-    `stride` is the number of nodes in a row. `reached` are distances in steps of the lattice, infinite for nodes that
-    the wave did not reach. `before` is the index of the predecessor, or -1.
+    The lattice has a border of one node. `stride` is the number of nodes in a row. `reached` are distances in steps of
+    the lattice, infinite for nodes that the search did not reach. `before` is the index of the predecessor, or -1.
     """
 
     stride: int
@@ -42,11 +43,11 @@ class Wave:
     before: Sequence[int]
 
     def distance(self, node: Node) -> float:
-        """Return the distance (steps) of a node from the start of the wave."""
+        """Return the distance (lattice steps) of a node from the nearest source."""
         return self.reached[self._place(node)]
 
     def back(self, node: Node) -> Iterator[Node]:
-        """Yield the nodes from one node back to the start of the wave."""
+        """Yield the nodes of the shortest path from a node back to its source."""
         place = self._place(node)
         while place >= 0:
             yield place // self.stride - 1, place % self.stride - 1
@@ -59,10 +60,11 @@ class Wave:
 def spread(
     free: Flags, sources: Sequence[Node], between: Flags | None = None, goals: Iterable[Node] | None = None
 ) -> Wave:
-    """Return the wave from source nodes over the free nodes, with eight neighbours each.
+    """Return the shortest paths from source nodes over the free nodes. Each node has eight neighbours.
 
-    `between` (2 n - 1, 2 m - 1) marks the free places of the lattice at half its step, over which steps may lead. If it
-    is None, all steps are free. The wave ends after the `goals` nodes. If they are None, it covers all nodes.
+    `between` (2 n - 1, 2 m - 1) is a lattice of half the step; it marks the free points that a step may cross. If it is
+    None, all steps are free. The search ends when it has reached all nodes in `goals`. If they are None, it covers all
+    nodes.
     """
     stride = free.shape[1] + 2
     size = (free.shape[0] + 2) * stride
@@ -89,7 +91,7 @@ def spread(
 
 
 def _ways(free: Flags, between: Flags | None) -> Sequence[int]:
-    """Return the free steps of each node, the border included, as a set: bit k is step k of the eight."""
+    """Return the permitted steps from each node, including the border, as an integer: bit k is step k of the eight."""
     n, m = free.shape
     step_bits = np.zeros((n + 2, m + 2), dtype=np.intp)
     bordered = np.zeros((n + 2, m + 2), dtype=bool)
@@ -106,24 +108,31 @@ def _ways(free: Flags, between: Flags | None) -> Sequence[int]:
 
 @lru_cache(maxsize=16)
 def _onward(stride: int) -> tuple[tuple[tuple[int, float], ...], ...]:
-    """Return, for each set of steps, their index offsets in a lattice with `stride` nodes a row, and their lengths.
+    """Return, for each set of permitted steps, (index offset, length) of each step. `stride` is the nodes in a row.
 
-    The result is indexed by the set: bit k is step k. Lengths are in steps of the lattice.
+    The result is indexed by the integer whose bit k is step k. Lengths are in steps of the lattice.
     """
     steps = [(dx * stride + dy, math.hypot(dx, dy)) for dx, dy in _STEPS]
     return tuple(tuple(step for bit, step in enumerate(steps) if bits >> bit & 1) for bits in range(1 << len(steps)))
 
 
 EXITS = 24
+"""Number of equally spaced directions in which a path may leave the ring road."""
 MARGIN = 2e-6  # Margin (m) on the rules' clearance, for places between the sampled points of a path
+"""Margin (m) added to the required clearance, for places between the sampled points of a path."""
 
 CHORD = 2e-6
+"""Largest distance (m) of arcs from their chords."""
 STRIDE = 0.71  # Half a diagonal step of the lattice, in steps
+"""Half of a diagonal step of the lattice, in steps."""
 
 
 @record
 class Ground:
-    """The board between the coils: x (m) of its front at the start of the tail, and its extent across there (m)."""
+    """Free area for paths: the body up to x = `front` (m), then the taper up to x = `tail_start` (m).
+
+    `breadth` is the range of y of the body, and `tail_half_width` (m) half the tail's width.
+    """
 
     front: float
     tail_start: float
@@ -131,7 +140,10 @@ class Ground:
     tail_half_width: float
 
     def limits(self, x: Array) -> tuple[Array, Array]:
-        """Return the lower and the upper edge (m) of the board at each x: the body's, then tapering to the tail's."""
+        """Return the y (m) of the lower and upper edge of the board at each x.
+
+        Beyond the front, the edges run linearly from the body's width to the tail's width.
+        """
         progress = np.clip((x - self.front) / max(self.tail_start - self.front, 1e-9), 0.0, 1.0)
         low, high = self.breadth.low, self.breadth.high
         return low + progress * (-self.tail_half_width - low), high + progress * (self.tail_half_width - high)
@@ -139,7 +151,10 @@ class Ground:
 
 @record(eq=False)
 class Lattice:
-    """Points over the whole array with their distances from each coil: equal for all trial boards."""
+    """Lattice points over the whole array, with their distances from each coil.
+
+    All trial boards use the same lattice.
+    """
 
     artwork: ArtworkSpec
     bus: Bus
@@ -149,29 +164,29 @@ class Lattice:
 
     @cached_property
     def step(self) -> float:
-        """Step (m): fine enough for a track between two others, coarse enough for some 20 000 nodes."""
+        """Lattice step (m): at least half the pitch of leads, and coarse enough for at most about 20,000 nodes."""
         area = (self.end - self.start) * 2 * self.breadth.half
         return max(self.bus.pitch / 2, math.sqrt(area / 20_000))
 
     @cached_property
     def xs(self) -> Array:
-        """Columns (m)."""
+        """Positions x (m) of the lattice columns."""
         return self.start + self.step * np.arange(math.ceil((self.end - self.start) / self.step) + 1.0)
 
     @cached_property
     def ys(self) -> Array:
-        """Rows (m)."""
+        """Positions y (m) of the lattice rows."""
         below, above = (math.floor(reach / self.step) for reach in (-self.breadth.low, self.breadth.high))
         return self.step * np.arange(-below, above + 1.0)
 
     @property
     def halves(self) -> tuple[int, int]:
-        """Numbers of columns and rows of points at half a step."""
+        """Numbers of columns and rows of the lattice with half the step."""
         return 2 * len(self.xs) - 1, 2 * len(self.ys) - 1
 
     @cached_property
     def points(self) -> Array:
-        """All nodes and the points halfway between them (n, 2; m), column by column."""
+        """Points (n, 2; m) of the lattice with half the step, column by column."""
         columns, rows = (
             first + self.step / 2 * np.arange(count)
             for first, count in zip((self.xs[0], self.ys[0]), self.halves, strict=True)
@@ -180,13 +195,13 @@ class Lattice:
 
     @cached_property
     def outside(self) -> dict[CoilPlacement, Array]:
-        """Distances (m) of all points from each coil's outer copper edge, negative inside."""
+        """Distances (m) of all points in `points` from each coil's outer copper edge. Negative inside the coil."""
         return {placement: self.from_coil(placement, self.points) for placement in self.artwork.array.placements}
 
     def from_coil(self, placement: CoilPlacement, points: Array) -> Array:
-        """Return the distances (m) of points (n, 2) from a coil's outer copper edge, negative inside.
+        """Return the distances (m) of points (n, 2; m) from a coil's outer copper edge. Negative inside the coil.
 
-        Never above the true distance.
+        A result may be smaller than the true distance, but never larger.
         """
         offsets = points - np.array(placement.centre)
         if self.artwork.coil.outline.is_round:
@@ -203,7 +218,7 @@ class Lattice:
 
     @cached_property
     def inside(self) -> dict[Ground, Flags]:
-        """For each board, the points on it that keep a track's distance from its edge."""
+        """For each board, flags of the points in `points` that keep a track's distance from the board's edge."""
         return {}
 
     @cached_property
@@ -211,14 +226,14 @@ class Lattice:
         return {}
 
     def around(self, low: Array, high: Array) -> tuple[slice, slice]:
-        """Return the columns and rows between two corners of a rectangle."""
+        """Return the lattice columns and rows in the rectangle from corner `low` to corner `high` (m)."""
         i, j = np.searchsorted(self.xs, [low[0], high[0]]), np.searchsorted(self.ys, [low[1], high[1]])
         return slice(int(i[0]), int(i[1])), slice(int(j[0]), int(j[1]))
 
 
 @dataclass
 class Maze:
-    """Obstacles of one board, and the path search between them."""
+    """Obstacles on one trial board, and the search for paths between them."""
 
     lattice: Lattice
     bus: Bus
@@ -232,7 +247,7 @@ class Maze:
         self._free = np.ones((len(self.lattice.xs), len(self.lattice.ys)), dtype=bool)
 
     def add(self, tracks: Iterable[TrackToPlace], holes: Iterable[ViaToPlace]) -> None:
-        """Put tracks and holes on the board."""
+        """Add tracks and holes as obstacles."""
         for hole in holes:
             self.holes.append(hole)
             centre = np.array(hole.centre)
@@ -248,7 +263,7 @@ class Maze:
                 self._take(np.array(a), np.array(b), max(need, STRIDE * self.step))
 
     def _take(self, a: Array, b: Array, need: float) -> None:
-        """Mark nodes closer than `need` (m) to the stretch from a to b as occupied."""
+        """Mark the nodes that are closer than `need` (m) to the straight line from a to b as occupied."""
         columns, rows = self.lattice.around(np.minimum(a, b) - need, np.maximum(a, b) + need)
         x, y = self.lattice.xs[columns, None], self.lattice.ys[None, rows]
         self._free[columns, rows] &= off_stretch(x - a[0], y - a[1], *(b - a)) >= need
@@ -257,9 +272,9 @@ class Maze:
         return hole_keep_out(hole, self.artwork.fpc.rules, self.bus.spacing) + self.bus.width / 2 + MARGIN
 
     def exits(self, placement: CoilPlacement, entry: Point) -> Iterator[tuple[Exit, Exit]]:
-        """Yield the paths from a coil's ring to its entry of the tail, shortest first.
+        """Yield paths of a coil's two leads from its ring road to the point `entry` at the tail, the shortest first.
 
-        Both conductors take the same path.
+        Both leads have the same path, on two layers.
         """
         # nodes, and halfway between, where a long step would cut a coil's corner
         if self.ground not in self.lattice.inside:
@@ -286,12 +301,15 @@ class Maze:
                 yield Exit(angle, way, self.bus.layers[0]), Exit(angle, way, self.bus.layers[1])
 
     def _room(self, placement: CoilPlacement, led_coil: CoilPlacement | None) -> float:
-        """Return the distance (m) of a pair's centre line from a coil's copper edge."""
+        """Return the smallest distance (m) of a pair's centre line from the copper edge of the coil `placement`.
+
+        `led_coil` is the pair's own coil.
+        """
         beside = self.bus.pitch if placement == led_coil else self.bus.base
         return self.bus.ring_offset + beside + MARGIN / 2 - 1e-9
 
     def _starts(self, placement: CoilPlacement) -> Iterator[tuple[float, Point]]:
-        """Yield exits round the ring: the angle, and the point outside from which the path may turn."""
+        """Yield (angle on the ring road in rad, first point outside it at which a path may turn) for each direction."""
         ring = Ring(self.artwork.coil, placement, self.bus.ring_offset)
         outside = Ring(self.artwork.coil, placement, self.bus.ring_offset + self.bus.pitch + MARGIN)
         for k in range(EXITS):
@@ -303,21 +321,24 @@ class Maze:
                     yield angle, lead
 
     def _nodes_near(self, point: Point) -> list[Node]:
-        """Return the nodes around a point."""
+        """Return the lattice nodes near a point."""
         reach = 1.6 * self.step
         near_x = np.flatnonzero(np.abs(self.lattice.xs - point.x) <= reach).tolist()
         near_y = np.flatnonzero(np.abs(self.lattice.ys - point.y) <= reach).tolist()
         return list(product(near_x, near_y))
 
     def _is_seen(self, point: Point, node: Node) -> bool:
-        """Whether the line from a point to a node crosses no track."""
+        """Whether the straight line from a point to a node keeps its distance from all tracks."""
         return bool(self._off_tracks(_between(point, self._point(node), self.step / 4)).all())
 
     def _point(self, node: Node) -> Point:
         return Point(float(self.lattice.xs[node[0]]), float(self.lattice.ys[node[1]]))
 
     def _taut(self, corners: list[Point], placement: CoilPlacement) -> list[Point]:
-        """Return the path without needless corners: from each point straight to the farthest visible one."""
+        """Return a path without unneeded corners.
+
+        Each point is followed by the farthest point that a straight line can reach with sufficient clearance.
+        """
         way, here = [corners[0]], 0
         while here < len(corners) - 1:
             low, high = here + 1, len(corners) - 1
@@ -332,7 +353,10 @@ class Maze:
         return way
 
     def _clear(self, points: Array, led_coil: CoilPlacement | None, but: CoilPlacement | None = None) -> Flags:
-        """Return whether a track's centre line may pass through each point (n, 2), for the pair of `led_coil`."""
+        """Return, for each point (n, 2; m), whether a lead of the coil `led_coil` may pass through it.
+
+        The coil `but` is not treated as an obstacle.
+        """
         clear = self._inside(points)
         for placement in self.artwork.array.placements:
             if placement != but:
@@ -343,7 +367,7 @@ class Maze:
         return clear & self._off_tracks(points)
 
     def _inside(self, points: Array) -> Flags:
-        """Return whether points lie before the tail and keep a track's distance from the board's edge."""
+        """Return, for each point (n, 2; m), whether it is on the board with a track's distance from the edge."""
         edge = self.artwork.fpc.rules.copper_to_edge + self.bus.width / 2
         x, y = points[:, 0], points[:, 1]
         low, high = self.ground.limits(x)
@@ -354,9 +378,9 @@ class Maze:
         return (on_taper | beside) & (x <= self.ground.tail_start + 1e-9)
 
     def _off_tracks(self, points: Array) -> Flags:
-        """Return whether points keep the spacing from all tracks on the pair's layers.
+        """Return, for each point (n, 2; m), whether it keeps its distance from all tracks on the pair's layers.
 
-        Arcs are chords within `CHORD`.
+        Arcs are replaced by chords with an error of `CHORD`.
         """
         if not len(self._chords):
             return np.ones(len(points), dtype=bool)
@@ -370,7 +394,7 @@ class Maze:
 
 
 def _between(start: Point, end: Point, step: float) -> Array:
-    """Return points (n, 2) from one place to another, at most a step (m) apart."""
+    """Return points (n, 2; m) on the line between two points, at most `step` (m) apart."""
     count = max(2, math.ceil(start.distance(end) / step) + 1)
     t = np.linspace(0.0, 1.0, count)[:, None]
     return np.array([start]) + t * (np.array([end]) - np.array([start]))

@@ -1,4 +1,4 @@
-"""Routing of all coils: along lanes if they stand in one line, otherwise through a maze."""
+"""Routing of the leads of all coils: along lanes if the coils lie in one line, otherwise by a maze search."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ from sitscad.spec.sensor import ArtworkSpec
 
 @record
 class Routing:
-    """A complete result of the search, on a board of the extent `breadth`.
+    """Complete leads of all coils, on a body with the y range `breadth`.
 
-    For each coil, `escapes` has the way out to the tail, and `ends` both conductors from there to their contacts. `far`
-    (m) is the least x that the board then needs.
+    For each coil, `escapes` holds its leads up to the tail, and `ends` the two conductors from there to the contacts.
+    `far` (m) is the x at which the body must then begin.
     """
 
     bus: Bus
@@ -41,20 +41,23 @@ class Routing:
 
     @property
     def excess(self) -> float:
-        """Largest excess (turns) of a coil's leads round the coil over the least possible value."""
+        """Largest number of turns by which a coil's leads run around the coil in excess of the necessary minimum."""
         return max(way.excess for way in self.escapes)
 
 
 @record
 class Stuck:
-    """The coil (index) without an escape. `walled` if no path leaves its ring: more room elsewhere does not help."""
+    """The coil (index) for which no path to the tail was found.
+
+    `walled` is True if no path even leaves its ring road. A wider board then does not help.
+    """
 
     coil: int
     walled: bool = False
 
 
 def front_of(artwork: ArtworkSpec, bus: Bus) -> float:
-    """Return x (m) behind which all coils, their vias and leads lie. Beyond it only lanes run."""
+    """Return the x (m) from which only lanes run: all coils, their vias and the turns of leads lie below this x."""
     placements = artwork.array.placements
     reach = via_room(artwork.fpc.rules, bus.spacing, bus.width)
     lanes = (len(placements) - 1) // 2 + 1
@@ -63,10 +66,10 @@ def front_of(artwork: ArtworkSpec, bus: Bus) -> float:
 
 
 def boards(artwork: ArtworkSpec, bus: Bus) -> list[tuple[Bus, Breadth]]:
-    """Return the boards to try, narrow ones first. Each has a bus with the lanes' base, and the body's extent across.
+    """Return the trial boards, narrow ones first: (dimensions of the leads, y range of the body).
 
-    Between coils and lanes there is no room, room for a track, or room for a via. Each of these has three boards.
-    Beside the coils they have the lanes alone, room for a track, or room for a via.
+    Between the coils and the innermost lane, there is no additional room, room for a track, or room for a via. For each
+    of these cases, three widths are tried: the lanes alone, room for a track beside the coils, and room for a via.
     """
     rules = artwork.fpc.rules
     room = via_room(rules, bus.spacing, bus.width)
@@ -85,19 +88,19 @@ def boards(artwork: ArtworkSpec, bus: Bus) -> list[tuple[Bus, Breadth]]:
 
 
 def _beyond_coils(bus: Bus, room: float) -> Breadth:
-    """Return a board with `room` (m) beside the outermost coils."""
+    """Return the y range of a body with `room` (m) beside the outermost coils."""
     return Breadth(round(bus.coils.low - room, 9), round(bus.coils.high + room, 9))
 
 
 def route_in_line(
     artwork: ArtworkSpec, bus: Bus, windings: tuple[WoundCoil, ...], front: float, searches: SearchLimit
 ) -> Routing | None:
-    """Return the routing on the narrowest board with room. None if there is none.
+    """Return the leads of coils in one line, on the narrowest body with sufficient room. None if none has.
 
-    The first lane is on the side where the far coil begins, or else on the other side. Pairs leave their rings at the
-    corner towards the tail, and the far coils choose first. If no board has room, pairs may also leave beside the
-    corner, and a coil without an escape chooses first. If leads run farther round their coils than necessary, the other
-    side and wider boards are also tried, as far as the jaw permits.
+    The first lane is on the side where the winding of the far coil begins, or else on the other side. Pairs leave their
+    ring roads at the corner towards the tail. The far coils are routed first. If no board has room, pairs may also
+    leave beside the corner, and a coil without a path is routed first. If leads run farther around their coils than
+    necessary, the other side and wider boards are tried as well, up to the jaw's width.
     """
     searches.begin(len(windings))
     placements = artwork.array.placements
@@ -139,10 +142,10 @@ def route_in_line(
 
 
 def _least_round(routed: Iterator[Routing], widest: float, searches: SearchLimit) -> Routing | None:
-    """Return the routing whose leads exceed the least possible closing arc by the least.
+    """Return the routing whose leads run around their coils by the smallest excess over the necessary minimum.
 
-    The first board is always considered. Others are considered up to a half width `widest` (m) until the search limit
-    ends.
+    The first board is always considered. Others are considered up to a half width of `widest` (m), until the search
+    limit is reached.
     """
     best = next(routed, None)
     if best is None or best.excess < NEGLIGIBLE_ARC_TURNS:
@@ -158,14 +161,14 @@ def _least_round(routed: Iterator[Routing], widest: float, searches: SearchLimit
 
 
 def widest(margin: tuple[float, float], jaw: Jaw | None) -> float:
-    """Return half the largest width (m) of a body that is widened only for its leads: the jaw's width."""
+    """Return the largest half width (m) of a body that is made wider only for its leads: the jaw's limit."""
     return math.inf if jaw is None else jaw.width / 2 - margin[1]
 
 
 def _in_turn(board: _BoardToRoute, order: list[int], way_out: _WayOut, reordered: bool) -> dict[int, Escape] | Stuck:
-    """Lead out the coils in order.
+    """Return the leads of all coils up to the tail, routed in the given order, or the coil without a path.
 
-    With `reordered`, a stuck coil comes first in another try. Returns the stuck coil on failure.
+    With `reordered`, a coil without a path is moved to the first place and the search is repeated.
     """
     orders: set[tuple[int, ...]] = set()
     while True:
@@ -179,7 +182,7 @@ def _in_turn(board: _BoardToRoute, order: list[int], way_out: _WayOut, reordered
 
 
 def _led_out(board: _BoardToRoute, order: list[int], way_out: _WayOut) -> dict[int, Escape] | Stuck:
-    """Return each coil's escape, found one after the other, or the coil without an escape."""
+    """Return the leads of each coil up to the tail, routed one coil after the other, or the coil without a path."""
     escapes: dict[int, Escape] = {}
     for index in order:
         board.searches.stuck = index
@@ -196,9 +199,10 @@ def _led_out(board: _BoardToRoute, order: list[int], way_out: _WayOut) -> dict[i
 
 @record
 class _BoardToRoute:
-    """A board whose coils are to be led out. From `front` (m) on, only the tail's lanes run.
+    """A trial board whose coils are to be routed. From x = `front` (m) on, only the tail's lanes run.
 
-    `joined` holds joins of two ends from earlier boards. `walls` are the board's edges, if the spec gives them.
+    `joined` caches connections between two layer ends from earlier boards. `walls` are the board's edges as tracks;
+    empty if the spec gives no outline.
     """
 
     artwork: ArtworkSpec
@@ -212,7 +216,7 @@ class _BoardToRoute:
     walls: tuple[TrackToPlace, ...] = ()
 
     def laid(self, there: Iterable[Escape]) -> Obstacles:
-        """Return the obstacles on the board: its walls, and the tracks and vias of the escapes `there`."""
+        """Return the obstacles on the board: its edges, and the tracks and vias of the routed coils `there`."""
         obstacles = Obstacles(self.artwork.fpc.rules, self.bus.spacing, self.breadth)
         obstacles.add(self.walls)
         for branch in chain.from_iterable(way.branches for way in there):
@@ -220,19 +224,20 @@ class _BoardToRoute:
         return obstacles
 
     def key(self, index: int, there: Iterable[Escape]) -> tuple[Any, ...]:
-        """Return the key under which the result of a coil's search is cached.
+        """Return the key under which the search result of coil number `index` is cached.
 
-        Searches with another budget or order reuse the result of an equal search. `there` are escapes of other coils.
+        `there` are the leads of the coils routed before. Equal searches in another order, or with another limit, use
+        the same key.
         """
         return (self.bus.base, self.breadth, self.lanes[index], index, *map(id, there))
 
 
 _WayOut = Callable[[int, tuple[Escape, ...]], "Escape | Stuck"]
-"""Function of a coil's index and the escapes of some other coils. It returns the coil's escape, or `Stuck`."""
+"""Function of a coil's index and the leads of the coils routed before. It returns the coil's leads, or `Stuck`."""
 
 
 def _routing(board: _BoardToRoute, escapes: dict[int, Escape], tail: TailFrame) -> Routing:
-    """Return the routing once all coils are led out. The tail is made long enough for its tracks."""
+    """Return the complete routing after all coils have leads. The tail is made long enough for its tracks."""
     artwork, bus, lanes = board.artwork, board.bus, board.lanes
     leads = tuple(escapes[i] for i in range(len(lanes)))
     pieces = [branch for way in leads for branch in way.branches]
@@ -247,7 +252,7 @@ def _routing(board: _BoardToRoute, escapes: dict[int, Escape], tail: TailFrame) 
 
 
 def _necks_keep(routing: Routing, board: _BoardToRoute) -> bool:
-    """Whether the leads' paths to the tail's lanes keep their clearance from a board edge that the spec gives."""
+    """Whether the tracks in the funnel keep their clearance from a board outline in the spec."""
     edge = Obstacles(board.artwork.fpc.rules, board.bus.spacing)
     edge.add(board.walls)
     return edge.admits(run.neck for pair in routing.ends for run in pair)
@@ -256,7 +261,11 @@ def _necks_keep(routing: Routing, board: _BoardToRoute) -> bool:
 def _lead_out(
     board: _BoardToRoute, index: int, choices: Iterable[tuple[Exit, Exit]], laid: Obstacles, first: bool = False
 ) -> Escape | None:
-    """Return one coil's escape among the other coils and the laid tracks."""
+    """Return the leads of coil number `index` that keep their clearances to other coils and to the tracks in `laid`.
+
+    `choices` are pairs of candidate beginnings. With `first`, the first solution is returned instead of the cheapest.
+    None if there is none.
+    """
     windings = board.wound[index]
     turns = [
         turn
@@ -280,12 +289,12 @@ def _lead_out(
 def route_freely(
     artwork: ArtworkSpec, bus: Bus, windings: tuple[WoundCoil, ...], front: float, searches: SearchLimit
 ) -> Routing | None:
-    """Return the routing of coils that do not stand in one line. None if there is none.
+    """Return the leads of coils that are not in one line. None if none are found.
 
-    Near coils come first, each by the shortest remaining path. The narrowest board with room is taken, in one of the
-    likely orders of the tail, or else in another order. If no board has room, a coil without an escape chooses before
-    the others. If leads run farther round their coils than necessary, the next boards are also tried, as far as the jaw
-    permits.
+    The coils near the tail are routed first, each with its shortest possible path. The narrowest board with room is
+    used, in one of the likely orders of pairs in the tail, or else in another order. If no board has room, a coil
+    without a path is routed before the others. If leads run farther around their coils than necessary, the next wider
+    boards are tried as well, up to the jaw's width.
     """
     searches.begin(len(windings))
     widest_body = widest(artwork.fpc.margin, artwork.jaw)
@@ -294,7 +303,10 @@ def route_freely(
 
 @record(eq=False)
 class _Mazes:
-    """Escapes of coils through mazes on one lattice. `known` caches their results, each with its number of trials."""
+    """Search results for coils routed through mazes on one lattice.
+
+    `known` caches them, each with its number of trials.
+    """
 
     artwork: ArtworkSpec
     wound: tuple[WoundCoil, ...]
@@ -307,7 +319,7 @@ class _Mazes:
     def rows(
         self, ground: tuple[Bus, Breadth, TailFrame], lanes: tuple[Lane, ...]
     ) -> tuple[_BoardToRoute, TailFrame, _WayOut]:
-        """Return a board, its tail, and the function that leads a coil out through a maze."""
+        """Return a trial board, its tail, and the function that routes one coil through a maze."""
         tail = ground[2]
         edges = walls(self.artwork, tail)
         board = _BoardToRoute(
@@ -343,7 +355,7 @@ class _Mazes:
 def _free_ways(
     artwork: ArtworkSpec, bus: Bus, windings: tuple[WoundCoil, ...], front: float, searches: SearchLimit
 ) -> Iterator[Routing]:
-    """Yield boards on which all coils are led out, narrow boards and likely orders first."""
+    """Yield the routings of boards on which all coils have leads, narrow boards and likely orders first."""
     placements = artwork.array.placements
     grounds = []
     for raised, breadth in grounds_between(artwork, bus):
@@ -379,10 +391,10 @@ def _free_ways(
 
 
 def grounds_between(artwork: ArtworkSpec, bus: Bus) -> list[tuple[Bus, Breadth]]:
-    """Return the boards to try for coils not in one line, narrow ones first.
+    """Return trial boards for coils that are not in one line, narrow ones first: (lead dimensions, y range).
 
-    Each has the room kept beside other coils, and the body's extent across. Outside the coils there is room for a
-    track, for a via, or for a via and a track beside it.
+    The dimensions include the distance that leads keep from other coils. Outside the coils, there is room for a track,
+    for a via, or for a via and a track beside it.
     """
     rules = artwork.fpc.rules
     keep_out = hole_keep_out(joined_hole(rules, bus.width), rules, bus.spacing)
@@ -394,7 +406,7 @@ def grounds_between(artwork: ArtworkSpec, bus: Bus) -> list[tuple[Bus, Breadth]]
 
 
 def body_frame(artwork: ArtworkSpec, bus: Bus, front: float, needed: Breadth) -> TailFrame:
-    """Return the tail of the body for coils and leads that need the extent `needed`."""
+    """Return the tail of a body for coils and leads that need the y range `needed`."""
     half_width = body_breadth(artwork, needed).farthest
     contacts = artwork.fpc.tail.connector if artwork.fpc.tail else connector("solder-pads")
     tail, edge, box = frame(artwork, bus, contacts, front, half_width), artwork.body_outline, artwork.body_box
@@ -408,23 +420,32 @@ def body_frame(artwork: ArtworkSpec, bus: Bus, front: float, needed: Breadth) ->
 
 
 def reaching_ahead(artwork: ArtworkSpec, first: float, tail: TailFrame) -> TailFrame:
-    """Return the tail with a later start if the body needs a margin, or more length to centre the coils."""
+    """Return the tail, moved if the body must be longer for its margin or to centre the coils.
+
+    `first` is the x (m) at which coils and leads begin.
+    """
     ahead = ends(artwork, first, tail.body_end - tail.ahead)[1] - tail.body_end
     return tail.reaching(ahead, _leads_wait(artwork, tail)) if ahead > 1e-12 else tail
 
 
 def _leads_wait(artwork: ArtworkSpec, tail: TailFrame) -> bool:
-    """Whether leads may run on beyond the coils before they part to a tail wider than the body.
+    """Whether leads may run on straight beyond the coils before they move outwards to a tail wider than the body.
 
-    Lanes beside coils in line may. Leads through a maze end where they part.
+    This holds for coils in line. Leads through a maze end at the beginning of the funnel.
     """
     return artwork.array.is_in_line and not tail.taper.narrows
 
 
 LONG_LEAD_TRIALS = 1_500  # Extra trials if leads run farther round their coils than necessary
+"""Number of additional trials if leads run farther around their coils than necessary."""
 BASES = 3  # Distances of paths from other coils: the minimum, plus a track, plus a via
+"""Number of distances that paths keep from other coils: the minimum, plus a track, plus a via."""
 
 LIKELY_ORDERS = 2
-"""Number of orders in the tail that are tried on all boards first: a wider board costs less than all orders."""
+"""Number of orders of pairs in the tail that are tried on all boards first.
+
+A wider board costs less than a trial of all orders.
+"""
 
 MAX_EXITS = 8  # Exits of a coil that are tried in an array not in line, shortest way first
+"""Largest number of candidate beginnings tried for a coil in an array not in line, the shortest path first."""

@@ -1,8 +1,8 @@
-"""Frame of the tail from the taper at the body's end to the contacts, and the tail's turn in its own plane.
+"""Geometry of the tail: taper at the body's end, vias, bends and contacts, and the tail's turn in its own plane.
 
-The frame also has the places of vias and bends. The board is laid out straight with the tail's axis at y = 0. Within a
-turn only tracks and edges along the tail run. They become concentric arcs: tracks keep their widths and their distances
-from each other and from the edge. All beyond the turn is moved rigidly.
+The board is first laid out straight, with the tail's axis at y = 0. Within a turn, only tracks and edges parallel to
+the axis are permitted. They become concentric arcs, so tracks keep their widths and their distances from each other and
+from the edge. Beyond the turn, all pieces are moved rigidly.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ SAME = 1e-9  # Half widths that differ by less (m) are equal: there is no corner
 
 @record
 class Taper:
-    """A change of the half width from `near` to `far` (m) along x from `begin` to `end` (m).
+    """A change of the tail's half width from `near` to `far` (m) between x = `begin` and x = `end` (m).
 
-    `inner` and `outer` (m) are the radii of the inner and the outer corner. If the slope from `begin` to `end` is too
-    steep for both radii, the taper becomes longer at its inner corner. The board then only grows.
+    `inner` and `outer` (m) are the edge radii of the concave and the convex corner. If the slope from `begin` to `end`
+    is too steep for both radii, the taper becomes longer at its concave corner, and the board becomes larger.
     """
 
     begin: float
@@ -40,40 +40,40 @@ class Taper:
 
     @property
     def narrows(self) -> bool:
-        """Whether the far part is narrower than the near part. The far corner is then the inner corner."""
+        """Whether the width decreases from `begin` to `end`. The concave corner is then at `end`."""
         return self.far < self.near
 
     @property
     def step(self) -> float:
-        """Change (m) of the half width."""
+        """Difference (m) between the two half widths, without sign."""
         return abs(self.near - self.far)
 
     @cached_property
     def angle(self) -> float:
-        """Angle (rad) by which the edge turns at both corners.
+        """Angle (rad) between the sloping edge and the tail's axis.
 
-        The two arcs together must not climb more than the step.
+        It is limited so that the two corner arcs together do not span more than the difference of the half widths.
         """
         steepest = math.acos(max(0.0, 1.0 - self.step / (self.inner + self.outer)))
         return min(math.atan2(self.step, self.end - self.begin), steepest)
 
     @property
     def length(self) -> float:
-        """Length (m) along x from corner to corner."""
+        """Length (m) along x between the two corner points of the unrounded edge."""
         return self.step / math.tan(self.angle) if self.step > SAME else 0.0
 
     @property
     def reach_before(self) -> float:
-        """Distance (m) by which the rounding of the first corner reaches back along the near part."""
+        """Distance (m) along x from the start of the first corner's arc to the corner point."""
         return self._cut(self.outer if self.narrows else self.inner)
 
     @property
     def reach_beyond(self) -> float:
-        """Distance (m) by which the rounding of the second corner reaches along the far part."""
+        """Distance (m) along x from the second corner point to the end of its arc."""
         return self._cut(self.inner if self.narrows else self.outer)
 
     def corners(self) -> list[tuple[Point, float]]:
-        """Return the two corners of the lower edge with their radii (m). Empty if the widths are equal."""
+        """Return the two corner points of the lower edge with their radii (m). Empty if the widths are equal."""
         if self.step <= SAME:
             return []
         if self.narrows:
@@ -88,28 +88,37 @@ class Taper:
 
 
 TAIL_TRACE_WIDTH = 0.2e-3  # Tracks widen to this outside the jaw, for their resistance (m)
+"""Largest width (m) of tracks in the tail outside the jaw. Wide tracks reduce the resistance."""
 
 BARE_LENGTH = 2.0e-3
-"""Length (m) of the strip with solder pads if the spec has no tail: pads, vias and a little to hold."""
+"""Length (m) of the strip with solder pads, vias and a part to grip, for a spec without a tail."""
 
 END_GAP = 0.2e-3  # Between the contacts and the end of the board (m); solder pads keep the fabricator's edge distance
+"""Distance (m) between plug contacts and the end of the board.
+
+Solder pads keep the fabricator's edge distance instead.
+"""
 CHIP_ROOM = 0.3e-3  # Between a capacitor's pads and the vias behind and the bends before them (m), at least
+"""Smallest distance (m) of a capacitor's pads from the vias on one side and the track bends on the other side."""
 
 CORNER_RADIUS = 0.5e-3
-"""Radius (m) of rounded corners: no sharp edge touches tissue, and sharp inner corners of a flexible circuit tear.
+"""Radius (m) of rounded corners.
 
-Inner corners have the fabricator's radius if it is larger.
+Sharp convex corners hurt tissue, and sharp concave corners of a flexible circuit tear. Concave corners have the
+fabricator's smallest radius if it is larger.
 """
 
 CAP = 0.25e-3  # Straight copper left between the bends and the vias at the contacts (m)
+"""Length (m) of straight track between the bends and the vias near the contacts."""
 
 
 @record
 class Row:
-    """The contacts at the tail's end, numbered from 1 at the top.
+    """The row of contacts at the tail's end, numbered from 1 at the top.
 
-    `pitch` (m) is their centre distance, and `count` their number. The coils use `used` contacts from number `first`
-    on. Unused contacts are divided between both sides, so that the tail stays in line. An odd contact is below.
+    `pitch` (m) is the centre distance of neighbours, and `count` the number of contacts. Coils use the contacts `first`
+    to `first` + `used` - 1. Unused contacts are divided equally between top and bottom. If their number is odd, the
+    extra contact is at the bottom.
     """
 
     pitch: float
@@ -118,72 +127,100 @@ class Row:
 
     @property
     def first(self) -> int:
-        """Number of the first contact with a coil."""
+        """Number of the uppermost contact that a coil uses."""
         return (self.count - self.used) // 2 + 1
 
     @property
     def offset(self) -> float:
-        """Height (m) of the middle of the coils' contacts above the axis: half a pitch if an odd contact is below."""
+        """Height (m) of the middle of the used contacts above the tail's axis.
+
+        It is half a pitch if the number of unused contacts is odd, because the extra contact is at the bottom.
+        Otherwise it is 0.
+        """
         return self.pitch * ((self.count - self.used) % 2) / 2
 
     def height(self, number: int) -> float:
-        """Return the height (m) of a contact above the axis. Number 1 is at the top."""
+        """Return the height (m) of contact number `number` above the tail's axis. Number 1 is at the top."""
         return contact_height(self.pitch, self.count, number)
 
 
 @record
 class TailFrame:
-    """Position of the tail (m) before it is turned: start and end along x, half width, and connector.
+    """Dimensions of the tail in metres, before it is bent in its plane.
 
-    `turn` is the length of its turn, which lies before the stiffener and before the pairs part. Leads arrive with
-    `lead_width`. They draw together as necks of `neck_width`, no wider than their lanes permit. Tracks of pairs are
-    `lane_width` wide along the tail, and `trace_width` wide from the place where a pair parts. `fan_pitch` is the pitch
-    of the tracks in the tail, up to the vias. It exceeds the contacts' pitch if vias or capacitors (`chip`) need more.
-    `outer_contact` is the height of a coil's outermost contact above the middle of all contacts.
+    The axis is y = 0, and x points to the contacts. A funnel is the area at the body's end in which leads move from
+    their heights beside the coils to their heights in the tail. A lane is the straight path of a pair of leads along
+    the tail.
     """
 
     connector: Connector
     body_end: float
+    """Position x (m) of the body's end, where the taper to the tail begins."""
     funnel: float
+    """Position x (m) at which leads enter the funnel and may begin to change their heights."""
     start: float
+    """Position x (m) at which the tail has its full width: the end of the taper."""
     end: float
+    """Position x (m) of the tail's free end."""
     body_half_width: float
+    """Distance (m) from the axis to the body's edge at the taper."""
     half_width: float
+    """Half of the tail's width (m)."""
     plug_half_width: float
+    """Half of the width (m) of the part with the contacts, which is plugged into the connector."""
     outer_contact: float
+    """Height (m) of the uppermost used contact above the middle of the used contacts."""
     inner_radius: float
+    """Radius (m) of concave edge corners."""
     end_gap: float
+    """Distance (m) from the contacts' copper to the free end."""
     trace_width: float
+    """Width (m) of single tracks, from the place where the two leads of a pair separate up to the contacts."""
     lane_width: float
+    """Width (m) of the tracks of pairs along the tail."""
     lead_width: float
+    """Width (m) of the leads beside the coils, as they enter the funnel."""
     neck_width: float
+    """Width (m) of the tracks in the funnel. The spacing of the lanes limits it."""
     fan_pitch: float
-    edge: float
-    row: Row
-    finger_lap: float = 0.0
-    """Length (m) of plugged-in contacts under the coverlay."""
-    chip: Chip | None = None
-    chip_opening: float = 0.0
-    """Distance (m) by which the coverlay's opening over a capacitor pad reaches beyond the pad."""
-    turn: float = 0.0
-    wait: float = 0.0
-    """Distance (m) from the bend of the innermost lane to the later bend of the outermost.
+    """Centre distance (m) of tracks in the tail up to the vias at the contacts.
 
-    The body's end leaves this room.
+    It exceeds the contacts' pitch if vias or capacitors (`chip`) need more room.
+    """
+    edge: float
+    """Smallest distance (m) of copper from the board's edge."""
+    row: Row
+    """Contacts at the free end."""
+    finger_lap: float = 0.0
+    """Length (m) of the part of each plug contact that the coverlay covers."""
+    chip: Chip | None = None
+    """Capacitor across each pair of leads in the tail. None if there are no capacitors."""
+    chip_opening: float = 0.0
+    """Distance (m) by which the coverlay's opening over a capacitor pad extends beyond the pad."""
+    turn: float = 0.0
+    """Length (m) of the tail's turn along the axis.
+
+    It lies before the stiffener and before the leads of pairs separate.
+    """
+    wait: float = 0.0
+    """Distance (m) along x from the bend of the innermost lane to the later bend of the outermost lane in the funnel.
+
+    Tracks that move to the same side bend one after the other. If the tail is narrower than the body, the body is
+    longer by this distance.
     """
     covered: float = 0.0
-    """Distance (m), beyond `CAP`, of a via at the contacts from an opening of the coverlay."""
+    """Distance (m), in addition to `CAP`, that a via at the contacts keeps from an opening of the coverlay."""
     chip_room: float = CHIP_ROOM
-    """Distance (m) of a capacitor's pads from the vias behind them and the bends before them."""
+    """Distance (m) of a capacitor's pads from the vias on one side and the track bends on the other side."""
     ahead: float = 0.0
-    """Distance (m) by which the body reaches beyond the need of coils and leads."""
+    """Length (m) by which the body extends beyond the length that coils and leads need."""
     waiting: float = 0.0
-    """Part of `ahead` (m) along which leads run on before they part to a wider tail."""
+    """Part (m) of `ahead` along which leads run straight on before they move outwards to a wider tail."""
 
     def reaching(self, ahead: float, leads_wait: bool = False) -> TailFrame:
-        """Return the tail of a body that reaches farther by `ahead` (m).
+        """Return the tail of a body that is longer by `ahead` (m).
 
-        The leads reach their lanes at the old place, or later by `ahead` if `leads_wait`.
+        The leads enter the funnel at the same x, or if `leads_wait`, `ahead` (m) later.
         """
         begin, start, end = self.body_end + ahead, self.start + ahead, self.end + ahead
         later = ahead if leads_wait else 0.0
@@ -192,28 +229,34 @@ class TailFrame:
 
     @property
     def pad_start(self) -> float:
-        """Start (m) of the contacts' copper along x."""
+        """Position x (m) at which the contacts' copper begins."""
         return self.end - self.end_gap - self.contact_length
 
     @property
     def contact_length(self) -> float:
-        """Length (m) of the contacts' copper: the bare part, and the part under the coverlay."""
+        """Length (m) of the contacts' copper: the bare part and the part under the coverlay."""
         return self.connector.contact_length + self.finger_lap
 
     @property
     def shoulder(self) -> float:
-        """Width (m), on each side, of the tail beyond the plugged part: room for the outer vias' edge distance."""
+        """Half width (m) of the tail minus half width of its plugged part.
+
+        Vias of the outer tracks need this room to the edge.
+        """
         return self.half_width - self.plug_half_width
 
     @property
     def taper(self) -> Taper:
-        """Taper from the body to the tail. At an outer first corner a lead bends and keeps clear of the rounding."""
+        """Taper between body and tail.
+
+        Its convex corner radius leaves room for a lead that bends at the body's edge.
+        """
         shoulder = self.edge + self.lead_width / 2
         return Taper(self.body_end, self.start, self.body_half_width, self.half_width, self.inner_radius, shoulder)
 
     @cached_property
     def plug_taper(self) -> Taper:
-        """Taper from the tail to the plugged part, which has its own width from the contacts on."""
+        """Taper between the tail and its plugged part, which ends where the contacts' copper begins."""
         widths = (self.half_width, self.plug_half_width, self.inner_radius, 0.0)
         corners = Taper(0.0, self.shoulder, *widths)
         end = self.pad_start - corners.reach_beyond
@@ -222,15 +265,15 @@ class TailFrame:
 
     @property
     def squeeze(self) -> float:
-        """Distance from the axis of the outermost contact's track at its via, less its distance at the contact (m)."""
+        """Height (m) of the outermost track above the axis at its via, minus its height at the contact."""
         return self.outer_contact * (self.fan_pitch / self.connector.pitch - 1.0)
 
     @property
     def squeeze_start(self) -> float:
-        """Position x (m) at which tracks at the vias' pitch begin to draw together.
+        """Position x (m) at which tracks begin to converge from the pitch of the vias to the pitch of the contacts.
 
-        All tracks are straight again before the contacts. The outermost draws in at 45 degrees beside the shoulder and
-        keeps its distance from the edge.
+        They bend by 45 degrees and are straight again before the contacts. The outermost track keeps its distance from
+        the edge of the narrower plugged part.
         """
         plug_begin = self.plug_taper.begin + self.shoulder
         beside = math.sqrt(2.0) * (self.edge + self.trace_width / 2)
@@ -240,21 +283,21 @@ class TailFrame:
 
     @property
     def fan_end(self) -> float:
-        """End (m) of the vias along x. Capacitors, if any, lie behind it."""
+        """Position x (m) at which the range for vias ends. Capacitors, if any, lie between it and `chip_end`."""
         if self.chip:
             return self.chip_end - self.chip.pad_across - 2.0 * self.chip_room
         return min(self.chip_end, self.pad_start - self.covered)
 
     @property
     def chip_end(self) -> float:
-        """End (m) along x of the range for capacitors and of the tail's full width, clear of the shoulder."""
+        """Position x (m) at which the range for capacitors and the tail's full width end."""
         shoulder = self.plug_taper.begin
         if self.shoulder > SAME:
             shoulder -= max(0.0, (math.sqrt(2.0) - 1.0) * self.edge - CAP)
         return min(shoulder, self.squeeze_start) if self.squeeze > 1e-9 else shoulder
 
     def strip(self, start: float) -> Path:
-        """Return the closed outline of the tail from `start` to its end, with the shoulders before the contacts."""
+        """Return the closed outline of the tail from x = `start` (m) to its end, with the taper to the plugged part."""
         end = [(Point(self.end, -self.plug_half_width), 0.0)]
         lower = [(Point(start, -self.half_width), 0.0), *self.plug_taper.corners(), *end]
         corners = lower + [(Point(point.x, -point.y), radius) for point, radius in reversed(lower)]
@@ -262,9 +305,9 @@ class TailFrame:
 
 
 def frame(artwork: ArtworkSpec, bus: Bus, connector: Connector, front: float, body_half_width: float) -> TailFrame:
-    """Lay out the tail.
+    """Return the dimensions of the tail.
 
-    `front` is the x (m) at which the coils' leads have come together. Beyond it, lanes run along x.
+    `front` is the x (m) from which all leads run parallel to the axis, each at its own height.
     """
     rules, tail, chip = artwork.fpc.rules, artwork.fpc.tail, chip_of(artwork.fpc.tail, artwork.chip, bus)
     edge, is_soldered = rules.copper_to_edge, connector.kind == "pads"
@@ -318,19 +361,20 @@ def frame(artwork: ArtworkSpec, bus: Bus, connector: Connector, front: float, bo
 
 
 def chip_opening(rules: DesignRules, chip: Chip) -> float:
-    """Return the distance (m) by which the coverlay's opening reaches beyond a capacitor pad.
+    """Return the distance (m) by which the coverlay's opening extends beyond a capacitor pad.
 
-    It is the coverlay's registration tolerance, or less if the web between the two pads is narrow.
+    It is the coverlay's registration tolerance, or less if the strip of coverlay between the two pads would be too
+    narrow.
     """
     between = (chip.pitch - chip.pad_along - rules.coverlay_web) / 2
     return max(0.0, min(rules.coverlay_registration, between))
 
 
 def contact_row(placements: tuple[CoilPlacement, ...], tail: Tail | None, connector: Connector) -> Row:
-    """Return the contacts at the tail's end.
+    """Return the row of contacts at the tail's end.
 
-    Their number is the spec's, or the smallest sufficient number in which the connector is made. If the connector has
-    no sufficient number, it is the number that the coils need. It is never smaller than this.
+    The number of contacts is the spec's, or else the smallest size of the connector with enough contacts. Without such
+    a size, the number is two per coil. It is never below two per coil.
     """
     used = 2 * len(placements)
     written = tail.contacts if tail is not None else None
@@ -339,9 +383,9 @@ def contact_row(placements: tuple[CoilPlacement, ...], tail: Tail | None, connec
 
 
 def fan_pitch(fpc: FpcSpec, readout_chip: Chip | None, bus: Bus, connector: Connector) -> float:
-    """Return the pitch (m) of tracks with a via beside every second track.
+    """Return the centre distance (m) of tracks in the tail, if every second track has a via beside its neighbour.
 
-    It is the contacts' pitch, or more if such a row needs more.
+    It is the contacts' pitch, or more if vias or capacitors need more room.
     """
     if not bus.is_stacked:
         return connector.pitch
@@ -350,39 +394,48 @@ def fan_pitch(fpc: FpcSpec, readout_chip: Chip | None, bus: Bus, connector: Conn
 
 
 def _beside_via(rules: DesignRules) -> float:
-    """Return the distance (m) from a via's centre to the nearest edge of a track beside it."""
+    """Return the smallest distance (m) from a via's centre to the near edge of a neighbouring track."""
     return hole_keep_out(joined_hole(rules, 0.0), rules, rules.trace_spacing)
 
 
 def chip_of(tail: Tail | None, chip: Chip | None, bus: Bus) -> Chip | None:
-    """Return the capacitor across each pair before its contacts.
+    """Return the capacitor that is soldered across each pair of leads before the contacts.
 
-    None if there is no tail, or if pairs lie side by side.
+    None if there is no tail, or if the leads of a pair lie side by side on one layer.
     """
     return chip if tail is not None and bus.is_stacked else None
 
 
 def contact_height(pitch: float, contacts: int, number: int) -> float:
-    """Return the height (m) above the axis of a contact, or of its track in the tail. Number 1 is at the top."""
+    """Return the height (m) of contact number `number`, or of its track in the tail, above the axis.
+
+    Number 1 is at the top.
+    """
     return pitch * ((contacts - 1) / 2 - (number - 1))
 
 
 def pair_height(placements: tuple[CoilPlacement, ...], tail: TailFrame, lane: Lane) -> float:
-    """Return the height (m) above the axis of the middle between a coil's two contacts, where its stacked pair runs."""
+    """Return the height (m) above the axis of a stacked pair of leads: the middle between the coil's two contacts."""
     contacts = 2 * len(placements)
     first = contact_height(tail.fan_pitch, contacts, 2 * lane.rank + 1)
     return tail.row.offset + (first + contact_height(tail.fan_pitch, contacts, 2 * lane.rank + 2)) / 2
 
 
 def parting(rules: DesignRules, bus: Bus, tail: TailFrame) -> float:
-    """Return x (m) at which the two tracks of a stacked pair part, or up to which a flat pair must reach its lanes."""
+    """Return x (m) at which the two leads of a stacked pair separate.
+
+    Pairs side by side must have reached their lanes there.
+    """
     if not bus.is_stacked:
         return tail.pad_start - CAP
     return first_via(rules, tail) - tail.fan_pitch / 2
 
 
 def turn_begin(rules: DesignRules, bus: Bus, tail: TailFrame) -> float:
-    """Return x (m) at which the turn begins. On a straight tail: x up to which the pairs must reach their lanes."""
+    """Return x (m) at which the tail's turn begins.
+
+    On a straight tail: x before which leads must have reached their lanes.
+    """
     apart = parting(rules, bus, tail)
     if not tail.turn:
         return apart
@@ -390,12 +443,15 @@ def turn_begin(rules: DesignRules, bus: Bus, tail: TailFrame) -> float:
 
 
 def turn_lag(rules: DesignRules, bus: Bus, tail: TailFrame) -> float:
-    """Return the length (m) to add to the tail so that its turn begins beyond its root's taper. 0 without a turn."""
+    """Return the length (m) to add to the tail, so that its turn begins beyond the taper at the body.
+
+    0 without a turn.
+    """
     return max(0.0, tail.start + tail.taper.reach_beyond - turn_begin(rules, bus, tail)) if tail.turn else 0.0
 
 
 def first_via(rules: DesignRules, tail: TailFrame) -> float:
-    """Return x (m) at which the vias at the contacts begin. The tail may be bent up to this place."""
+    """Return x (m) at which the range for vias near the contacts begins. The tail must not be bent beyond this x."""
     return tail.fan_end - rules.via_pad - 2.0 * CAP
 
 
@@ -404,10 +460,10 @@ ASKEW = "within a tail's turn everything has to run along the tail"
 
 @record
 class FrameStretch:
-    """A part of a tail's middle line from `begin` (m along the straight tail).
+    """A straight or curved part of a bent tail's axis, from x = `begin` (m) of the straight tail on.
 
-    It starts at `origin` with a heading (rad from +x). `radius` (m) is positive for an arc to the left and negative for
-    an arc to the right. None for a straight part.
+    `origin` and `heading` (rad from +x) are its start on the bent board. `radius` (m) is positive for an arc to the
+    left, negative for an arc to the right, and None for a straight part.
     """
 
     begin: float
@@ -417,12 +473,12 @@ class FrameStretch:
 
     @cached_property
     def centre(self) -> Point:
-        """Centre of an arc."""
+        """Centre of the arc. Only arcs have a centre."""
         assert self.radius is not None
         return _shifted_left(self.origin, self.heading, self.radius)
 
     def place(self, point: Point) -> Point:
-        """Map a point of the straight tail to its place on this stretch."""
+        """Return the position on the bent board of a point of the straight tail."""
         length = point.x - self.begin
         if self.radius is None:
             cosine, sine = round(math.cos(self.heading), 15), round(math.sin(self.heading), 15)  # exact along an axis
@@ -431,25 +487,25 @@ class FrameStretch:
 
 
 def _shifted_left(point: Point, heading: float, distance: float) -> Point:
-    """Return a point at a distance (m) to the left of another along a heading.
+    """Return the point at `distance` (m) to the left of `point`, as seen along `heading` (rad).
 
-    Exact if the heading is along an axis.
+    The result is exact if the heading is along the x or y axis.
     """
     return point.shifted(-distance * round(math.sin(heading), 15), distance * round(math.cos(heading), 15))
 
 
 @record
 class Course:
-    """Successive stretches of a tail's middle line. The board before the first stretch stays in place."""
+    """Axis of a bent tail as successive parts. The board before the first part stays in place."""
 
     stretches: tuple[FrameStretch, ...]
 
     def place(self, point: Point) -> Point:
-        """Map a point of the straight board to its place."""
+        """Return the position on the bent board of a point of the straight board."""
         return self._at(point.x).place(point)
 
     def path(self, path: Path) -> Path:
-        """Map a path of the straight board. Raises ValueError if it runs obliquely in the turn."""
+        """Return a path on the bent board. Raise ValueError if the path is not parallel to the axis within an arc."""
         laid: list[Segment] = []
         for segment in path:
             low, _, high, _ = segment.box
@@ -487,12 +543,12 @@ def _moved(segment: Segment, stretch: FrameStretch) -> Segment:
 
 
 def turn_length(tail: Tail | None, half_width: float) -> float:
-    """Return the length (m) of a tail's turn along the middle line. 0 for a straight tail."""
+    """Return the length (m) of a tail's turn along the axis. 0 for a straight tail."""
     return math.fsum(abs(length) for length, _ in _plan(tail, half_width))
 
 
 def course(tail: Tail | None, half_width: float, begin: float) -> Course | None:
-    """Return the course of a tail whose turn begins at `begin` (m). None for a straight tail."""
+    """Return the bent axis of a tail whose turn begins at x = `begin` (m). None for a straight tail."""
     plan = _plan(tail, half_width)
     if not plan:
         return None
@@ -508,9 +564,11 @@ def course(tail: Tail | None, half_width: float, begin: float) -> Course | None:
 
 
 def _plan(tail: Tail | None, half_width: float) -> list[tuple[float, float | None]]:
-    """Return lengths and middle-line radii (m) of the turn's parts.
+    """Return the parts of a tail's turn: (length along the axis, radius of the axis), in metres.
 
-    Radii are positive to the left, None if straight.
+    Empty for a straight tail.
+
+    Radii are positive for arcs to the left, negative for arcs to the right, and None for straight parts.
     """
     if tail is None:
         return []

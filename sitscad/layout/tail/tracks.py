@@ -1,10 +1,11 @@
-"""Tracks in the tail, and the contact table.
+"""Tracks in the tail, and the table of contacts.
 
-Each pair runs down the funnel to its lane and apart to its two contacts.
+Each pair of leads runs through the funnel to its lane and then separates to its two contacts.
 
-In the funnel, tracks that come side by side past the coils draw together or apart. Each track bends by 45 degrees at
-its own height and bends back at the height of its lane. Tracks never cross: their order across the tail is the order of
-their lanes. Two tracks can therefore only come too close if both run towards the same side. The rear track then waits.
+The funnel is the area at the body's end in which tracks change from their heights beside the coils to their lanes in
+the tail. Each track bends by 45 degrees, and bends back at the height of its lane. Tracks never cross: their order
+across the tail is the order of their lanes. Two tracks can therefore come too close only if both move to the same side.
+The second track then bends later.
 """
 
 from __future__ import annotations
@@ -29,7 +30,10 @@ SAME = 1e-9  # Heights that differ by less (m) are equal
 
 @record
 class Descent:
-    """A track in the funnel: entry point, y of its lane (`height`, m), and x (m) at which it bends towards the lane."""
+    """A track in the funnel, which runs along x, then at 45 degrees, then along its lane.
+
+    `entry` is its start, `bend` the x (m) of its first bend, and `height` (m) the y of its lane.
+    """
 
     entry: Point
     height: float
@@ -37,31 +41,30 @@ class Descent:
 
     @property
     def climb(self) -> float:
-        """Height (m) of the lane above the entry. Negative for a lower lane."""
+        """Height (m) of the lane above the entry point. Negative for a lower lane."""
         return self.height - self.entry.y
 
     @property
     def parts(self) -> bool:
-        """Whether the lane is at least as far from the axis as the entry."""
+        """Whether the track moves away from the axis or keeps its distance."""
         return abs(self.height) >= abs(self.entry.y)
 
     @property
     def foot(self) -> Point:
-        """Point at which the track reaches its lane."""
+        """Second bend of the track, at the beginning of its lane."""
         return Point(self.bend + abs(self.climb), self.height)
 
     def neck(self, length: float) -> Path:
-        """Return the path from the entry to the foot and a `length` (m) along the lane."""
+        """Return the track's centre line: from its entry over both bends, and then `length` (m) along its lane."""
         bend = Point(self.bend, self.entry.y)
         return polyline([self.entry, bend, self.foot, self.foot.shifted(length, 0.0)])
 
 
 def descents(funnel: float, entries: Sequence[Point], heights: Sequence[float], pitch: float) -> list[Descent]:
-    """Return the paths of one layer's tracks from x = `funnel` (m) to lanes at given heights.
+    """Return the tracks of one layer from x = `funnel` (m) to lanes at the given heights (m).
 
-    `pitch` (m) is the centre distance of the tracks. Parting tracks bend in turn, the outermost first: a track widens
-    only after its neighbour has gone. Other tracks bend at once, or later if they follow another track to the same
-    side.
+    `pitch` (m) is the smallest centre distance of two tracks. Tracks that move away from the axis bend one after the
+    other, the outermost first. Other tracks bend at once, or later if the track before them moves to the same side.
     """
     tracks = [Descent(entry, height, funnel) for entry, height in zip(entries, heights, strict=True)]
     outermost = max((abs(way.entry.y) for way in tracks if way.parts), default=0.0)
@@ -82,9 +85,10 @@ Ends = tuple[Point, Point]  # Where a coil's two conductors (A, B) enter the fun
 
 @record
 class Run:
-    """A conductor from the funnel to its contact, in this direction.
+    """A conductor from the funnel to its contact.
 
-    Its parts are the lead's last track down to its lane, the tail's tracks and holes, the contact, and a capacitor pad.
+    `neck` is the track in the funnel. `lane` lists the tracks and vias of the tail in order. `pad` is the contact, and
+    `chip_pad` the pad of a capacitor (None if there are no capacitors).
     """
 
     neck: TrackToPlace
@@ -94,17 +98,17 @@ class Run:
 
     @property
     def pieces(self) -> tuple[TrackToPlace | ViaToPlace, ...]:
-        """All tracks and holes."""
+        """All tracks and vias of the conductor."""
         return (self.neck, *self.lane)
 
 
 def _track_height(tail: TailFrame, number: int) -> float:
-    """Return the height (m) of a track in the tail above the axis. The coils' tracks are numbered from 1 at the top."""
+    """Return the height (m) above the axis of used track number `number` in the tail. Number 1 is at the top."""
     return tail.row.offset + contact_height(tail.fan_pitch, tail.row.used, number)
 
 
 def _numbers(bus: Bus, lane: Lane, entries: Ends) -> tuple[int, int]:
-    """Return the contact numbers of a coil's ends A and B."""
+    """Return the positions, among the used contacts from 1 at the top, of a coil's ends A and B."""
     first = 2 * lane.rank + 1
     return (first, first + 1) if bus.is_stacked or entries[0].y >= entries[1].y else (first + 1, first)
 
@@ -112,7 +116,7 @@ def _numbers(bus: Bus, lane: Lane, entries: Ends) -> tuple[int, int]:
 def ways_down(
     placements: tuple[CoilPlacement, ...], bus: Bus, tail: TailFrame, lanes: tuple[Lane, ...], entries: list[Ends]
 ) -> list[tuple[Descent, Descent]]:
-    """Return the descents of both conductors of each coil from their entries into the funnel to their lanes."""
+    """Return the tracks in the funnel of each coil's conductors A and B, from their entry points to their lanes."""
     if bus.is_stacked:  # both at the pair's middle, above each other on two layers
         middles = [pair_height(placements, tail, lane) for lane in lanes]
         return [(way, way) for way in descents(tail.funnel, [a for a, _ in entries], middles, bus.pitch)]
@@ -123,7 +127,10 @@ def ways_down(
 
 
 def stretched(rules: DesignRules, bus: Bus, tail: TailFrame, pairs: list[tuple[Descent, Descent]]) -> TailFrame:
-    """Make the tail longer if pairs reach their lanes too late. Its start is later if the outer pairs wait."""
+    """Return the tail, made longer if tracks reach their lanes too late, and moved if outer tracks bend too late.
+
+    `pairs` are the tracks in the funnel of each coil's two conductors.
+    """
     tracks = [way for pair in pairs for way in pair]
     waited = max((way.bend - tail.funnel for way in tracks if not way.parts), default=0.0) - tail.wait
     if waited > SAME and tail.taper.narrows:
@@ -135,15 +142,15 @@ def stretched(rules: DesignRules, bus: Bus, tail: TailFrame, pairs: list[tuple[D
 
 
 def runs(fpc: FpcSpec, bus: Bus, tail: TailFrame, lane: Lane, pair: tuple[Descent, Descent]) -> tuple[Run, Run]:
-    """Return both conductors (A, B) of a coil from the funnel's entry to the contacts."""
+    """Return both conductors (A, B) of a coil from the funnel to the contacts."""
     a, b = _numbers(bus, lane, (pair[0].entry, pair[1].entry))
     return _run(fpc, bus, tail, lane, pair[0], a, "A"), _run(fpc, bus, tail, lane, pair[1], b, "B")
 
 
 def _run(fpc: FpcSpec, bus: Bus, tail: TailFrame, lane: Lane, way: Descent, number: int, end: str) -> Run:
-    """Return a conductor from the funnel to its contact.
+    """Return the conductor of coil end `end` ("A" or "B") from the funnel to its contact.
 
-    End B of a stacked pair changes to the contact's layer by a via.
+    `number` is its position among the used contacts. End B of a stacked pair has a via to the contact's layer.
     """
     name, width, rules = lane.placement.name, tail.trace_width, fpc.rules
     layer = bus.layers[0] if end == "A" else bus.layers[1]
@@ -178,7 +185,7 @@ def _run(fpc: FpcSpec, bus: Bus, tail: TailFrame, lane: Lane, way: Descent, numb
 
 
 def unused_contacts(tail: TailFrame) -> tuple[Pad, ...]:
-    """Return the contacts without a coil: copper without a net, by which the connector holds the tail."""
+    """Return the contacts that no coil uses. Their copper has no net and gives the plug its full width."""
     used = range(tail.row.first, tail.row.first + tail.row.used)
     return tuple(_bare_contact(tail, number) for number in range(1, tail.row.count + 1) if number not in used)
 
@@ -190,7 +197,7 @@ def _bare_contact(tail: TailFrame, number: int) -> Pad:
 
 @record
 class Contact:
-    """A contact: its number, pin (``C1.A``), net, coil, converter, converter channel, and converter pin."""
+    """Row of the contact table: number, pin (``C1.A``), net, coil, and the converter with its channel and pin."""
 
     number: int
     pin: str
@@ -202,13 +209,13 @@ class Contact:
 
     @property
     def cells(self) -> tuple[str, ...]:
-        """Row for `contact_rows`."""
+        """Texts of all fields, as a row of `contact_rows`."""
         pin = self.converter_pin
         return str(self.number), self.pin, self.net, self.coil, self.converter, self.channel, pin
 
 
 def contacts(layout: Layout) -> tuple[Contact, ...]:
-    """Return the contacts of the tail in the order of their numbers. Empty if no coils are routed to them."""
+    """Return the contacts of the tail in the order of their numbers. Empty if no leads are routed."""
     places = layout.spec.readout.device.places(len(layout.coils))
     labels = layout.labels
     wired = {coil.net: (channel, labels[coil.name]) for channel, coil in zip(places, layout.coils, strict=True)}
@@ -225,7 +232,7 @@ def contacts(layout: Layout) -> tuple[Contact, ...]:
 
 
 def contact_rows(layout: Layout) -> list[tuple[str, ...]]:
-    """Return the table of the contacts, with the column heads first. Empty if there are no contacts."""
+    """Return the contact table: a row of column heads, then one row per contact. Empty if there are no contacts."""
     head = "contact", "pin", "net", "coil", layout.spec.readout.device.part, "channel", "its pin"
     rows = [contact.cells for contact in contacts(layout)]
     return [head, *rows] if rows else []
