@@ -50,7 +50,7 @@ def volumes(points, rows):
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_every_region_has_its_volume():
+def test_mesh_regions_have_expected_volumes_and_fill_the_box():
     points, groups = read()
     layers = SPEC.fpc.stackup.copper
     height = layers[0].z + layers[0].thickness / 2 - layers[1].z + layers[1].thickness / 2
@@ -71,7 +71,7 @@ def test_every_region_has_its_volume():
 
 
 @pytest.mark.slow
-def test_regions_share_their_faces_and_each_is_named_once():
+def test_mesh_regions_share_faces_and_each_face_has_one_name():
     """Every face of a tetrahedron has two tetrahedra, or is of the air's end; those between two regions are named."""
     _, groups = read()
     regions = [name for name in groups if groups[name].shape[1] == 4]
@@ -95,38 +95,38 @@ def test_regions_share_their_faces_and_each_is_named_once():
         assert named[k] == "outer" if count[k] == 1 else set(named[k].rsplit("_", 1)) == here, (named[k], here)
 
 
-def test_the_quality_is_said_also_of_a_coarse_mesh():
+def test_coarse_mesh_report_states_element_quality_and_counts():
     document = json.loads(made()["json"])
     assert document["all"]["least_quality"] > 0.05 and document["all"]["share_below_0.1"] < 0.05
     assert document["all"]["tetrahedra"] == sum(region["tetrahedra"] for region in document["regions"].values())
     assert document["size_at_edges_m"] == 0.7e-3 and document["air_m"] == 7e-3
 
 
-def test_elements_are_small_at_edges_and_large_far_away():
+def test_mesh_elements_are_small_at_target_and_large_in_air():
     points, groups = read()
     target, air = np.cbrt(volumes(points, groups["target"])), np.cbrt(volumes(points, groups["air"]))
     assert np.median(target) < 0.7e-3 < 1.4e-3 < air.max()
 
 
-def test_both_files_have_the_same_regions():
+def test_msh_and_inp_files_have_equal_regions():
     text = made()["inp"].decode("ascii")
     assert set(re.findall(r"\*ELSET,ELSET=(\w+)", text)) == set(read()[1]) and "/tmp" not in text[:200]
 
 
 @pytest.mark.slow
-def test_layers_shield_and_jaw_are_regions_of_their_own():
+def test_copper_layers_shield_and_jaw_are_separate_mesh_regions():
     spec = sitscad.load_text(templates.read("grasper_4layer")).replace({"array": {"pattern": "single"}})
     found = json.loads(sitscad.field_mesh(sitscad.lay_out(spec), size=0.5e-3, copper="layers")["json"])["regions"]
     assert set(found) == {*(f"coil_C1_{n}" for n in (1, 2, 3, 4)), "target", "shield", "jaw", "elastomer", "air"}
 
 
 @pytest.mark.parametrize("wrong", [{"size": 0.0}, {"air": -1e-3}, {"copper": "rings"}])
-def test_what_no_mesh_can_be_is_refused(wrong):
+def test_invalid_mesh_options_raise_value_error(wrong):
     with pytest.raises(ValueError):
         sitscad.field_mesh(sitscad.lay_out(SPEC), **wrong)
 
 
-def test_a_pad_mesh_needs_a_pad_and_a_size():
+def test_pad_mesh_without_elastomer_or_positive_size_is_refused():
     layout = sitscad.lay_out(sitscad.load_text(templates.read("single_coil")))
     with pytest.raises(sitscad.PartsError, match="elastomer"):
         sitscad.pad_mesh(layout)
@@ -135,7 +135,7 @@ def test_a_pad_mesh_needs_a_pad_and_a_size():
 
 
 @pytest.mark.slow
-def test_metal_behind_and_a_finger_of_metal_are_regions():
+def test_metal_behind_board_and_metal_finger_are_mesh_regions():
     """A finger of metal was missing among them: what a field program solved was another sensor."""
     sheet = {"kind": "custom", "metal_behind": {"material": "brass", "distance": "2 mm", "thickness": "0.8 mm"}}
     finger = {"kind": "fingertip", "finger": {"size": ["12 mm", "5 mm"], "material": "brass"}}

@@ -46,14 +46,14 @@ def drawn_copper(board, layer):
     return unary_union(shapes)
 
 
-def test_one_file_for_every_layer(board):
+def test_gerber_set_has_one_file_per_layer(board):
     inner = ["In1_Cu.gbr", "In2_Cu.gbr"] if board.copper_layers == 4 else []
     faces = ["F_Mask.gbr", "B_Mask.gbr", "B_Stiffener.gbr"]
     expected = ["F_Cu.gbr", *inner, "B_Cu.gbr", *faces, "Edge_Cuts.gbr"]
     assert list(gerber.render(board)) == [f"fpc/two-coils-{ending}" for ending in expected]
 
 
-def test_file_attributes(board):
+def test_gerber_files_have_expected_file_attributes(board):
     count = board.copper_layers
     wanted = {
         "F_Cu.gbr": ("Copper", "L1", "Top"),
@@ -82,7 +82,7 @@ def test_copper_area_agrees_with_the_layout(board):
         assert found.symmetric_difference(expected).area < 1e-4 * expected.area
 
 
-def test_winding_area_agrees_with_its_length():
+def test_winding_area_equals_length_times_width():
     """A winding alone covers its length times its width and one round end: no reader involved in the expectation."""
     board = layouts.two_coils()
     winding = next(trace for trace in board.traces if trace.role is Role.WINDING)
@@ -92,7 +92,7 @@ def test_winding_area_agrees_with_its_length():
     assert image(read(files_of(alone)["F_Cu.gbr"])).area == approx(expected, rel=1e-4)
 
 
-def test_every_object_has_its_net_and_function(board):
+def test_gerber_objects_carry_net_and_aperture_function(board):
     for layer, name in ((1, "F_Cu.gbr"), (board.copper_layers, "B_Cu.gbr")):
         objects = read(files_of(board)[name]).objects
         for net in board.nets:
@@ -104,7 +104,7 @@ def test_every_object_has_its_net_and_function(board):
             assert kinds.count("Conductor") == segments
 
 
-def test_nets_do_not_touch_and_each_net_is_where_the_layout_has_it(board):
+def test_gerber_nets_are_separate_and_match_layout(board):
     objects = read(files_of(board)["F_Cu.gbr"]).objects
     by_net = {net: [item for item in objects if net_of(item) == net] for net in board.nets}
     first, second = (unary_union([area_of(item) for item in by_net[net]]) for net in board.nets)
@@ -118,7 +118,7 @@ def test_nets_do_not_touch_and_each_net_is_where_the_layout_has_it(board):
     assert first.symmetric_difference(drawn_copper(alone, 1)).area < 1e-4 * first.area
 
 
-def test_contacts_name_component_pin_and_function(board):
+def test_gerber_contacts_carry_component_pin_and_function(board):
     text = files_of(board)["F_Cu.gbr"]
     flashes = [item for item in read(text).objects if ".P" in item.attrs]
     assert sorted(item.attrs[".P"] for item in flashes) == [
@@ -130,14 +130,14 @@ def test_contacts_name_component_pin_and_function(board):
         assert (item.aperture.w, item.aperture.h) == approx((3.0, 0.3), rel=1e-6)
 
 
-def test_solder_pads_are_not_connector_pads():
+def test_solder_pads_have_smd_pad_function():
     board = layouts.two_coils()
     tail = replace(board.spec.fpc.tail, connector=replace(layouts.ZIF, insertion_thickness=0.0))
     board = replace(board, spec=replace(board.spec, fpc=replace(board.spec.fpc, tail=tail)))
     assert b"%TA.AperFunction,SMDPad,CuDef*%" in files_of(board)["F_Cu.gbr"]
 
 
-def test_openings_and_stiffener(board):
+def test_mask_openings_and_stiffener_have_expected_areas(board):
     files = files_of(board)
     assert image(read(files["F_Mask.gbr"])).area == approx(3.3 * 2.5, rel=1e-9)
     assert read(files["B_Mask.gbr"]).objects == []
@@ -146,14 +146,14 @@ def test_openings_and_stiffener(board):
     assert len(plate.interiors) == 1
 
 
-def test_layers_that_the_tail_has_not_end_with_the_body():
+def test_body_layers_file_bounds_layers_missing_in_tail():
     board = layouts.thin_tail(layouts.two_coils(4))
     extent = read(files_of(board)["Body_Layers.gbr"])
     assert extent.file_attrs[".FileFunction"] == ("Other", "Extent_of_L3_to_L4")
     assert image(extent).bounds == approx(tuple(c / MM for c in board.body), rel=1e-6)
 
 
-def test_outline_is_closed_on_the_grid_and_encloses_the_board(board):
+def test_gerber_outline_is_closed_and_encloses_board_area(board):
     objects = read(files_of(board)["Edge_Cuts.gbr"]).objects
     assert {function_of(item) for item in objects} == {("Profile",)}
     for here, there in zip(objects, [*objects[1:], objects[0]], strict=True):
@@ -166,7 +166,7 @@ def test_outline_is_closed_on_the_grid_and_encloses_the_board(board):
     assert doubled == approx(enclosed_area(board.outline) * 1e6, rel=1e-6)
 
 
-def test_no_coverlay_no_file():
+def test_side_without_coverlay_has_no_mask_file():
     board = layouts.two_coils()
     stackup = replace(board.spec.fpc.stackup, layers=board.spec.fpc.stackup.layers[:-1])
     board = replace(board, spec=replace(board.spec, fpc=replace(board.spec.fpc, stackup=stackup)), stiffener=None)
@@ -211,19 +211,19 @@ def test_no_arc_is_a_full_circle():
         assert all(arc.p1 != arc.p2 and arc.sweep_angle() < 1.01 * math.pi for arc in arcs)
 
 
-def test_an_arc_that_rounding_closes_is_not_drawn_at_all():
+def test_arc_shorter_than_grid_is_omitted():
     speck = Arc(Spot(1e-3, 0.0), Spot(1e-3, 1e-10), Spot(0.0, 0.0))
     assert read(drawing(layouts.two_coils(), speck)).objects == []
 
 
-def test_a_very_flat_arc_is_a_line():
+def test_arc_flatter_than_grid_is_drawn_as_line():
     angle = 1e-6
     flat = Arc(Spot(1.0, 0.0), Spot(math.cos(angle), math.sin(angle)), Spot(0.0, 0.0))
     objects = read(drawing(layouts.two_coils(), flat)).objects
     assert [type(item).__name__ for item in objects] == ["Line"]
 
 
-def test_syntax_that_readers_reject_is_absent(board):
+def test_gerber_files_avoid_syntax_rejected_by_readers(board):
     for text in gerber.render(board).values():
         lines = text.decode("ascii").splitlines()
         assert lines[-1] == "M02*"
@@ -247,7 +247,7 @@ def write(folder: Path, board) -> list[Path]:
 
 
 @pytest.mark.clients("gerbv")
-def test_gerbv_draws_every_file_without_complaint(board, tmp_path):
+def test_gerbv_renders_each_file_without_warning(board, tmp_path):
     files = [file for file in write(tmp_path, board) if file.suffix in (".gbr", ".drl")]
     for file in files:
         picture = tmp_path / f"{file.stem}.png"
@@ -263,7 +263,7 @@ def test_gerbv_draws_every_file_without_complaint(board, tmp_path):
 
 @pytest.mark.clients
 @pytest.mark.needs("pygerber")
-def test_pygerber_reads_the_copper(tmp_path):
+def test_pygerber_renders_the_copper_layer(tmp_path):
     write(tmp_path, layouts.two_coils())
     file, picture = tmp_path / "two-coils-F_Cu.gbr", tmp_path / "F_Cu.png"
     command = [sys.executable, "-m", "pygerber", "render", "raster", "-t", "copper", "-d", "100", "-o", picture, file]
@@ -271,7 +271,7 @@ def test_pygerber_reads_the_copper(tmp_path):
     assert picture.stat().st_size > 1000
 
 
-def test_gerbonara_takes_the_set_as_one_board(board, tmp_path):
+def test_gerbonara_reads_the_set_as_one_board(board, tmp_path):
     from gerbonara import LayerStack
 
     write(tmp_path, board)
@@ -301,13 +301,13 @@ def digest(**changes: str) -> str:
 
 
 @pytest.mark.slow
-def test_same_bytes_in_every_process():
+def test_gerber_bytes_are_equal_in_every_process():
     first = digest(PYTHONHASHSEED="1", TZ="UTC", LC_ALL="C")
     assert first == digest(PYTHONHASHSEED="4242", TZ="Asia/Kolkata", LC_ALL="de_DE.UTF-8")
     assert first != digest(SOURCE_DATE_EPOCH="86400")
 
 
-def test_creation_date_only_from_source_date_epoch(monkeypatch):
+def test_creation_date_is_written_only_with_source_date_epoch(monkeypatch):
     board = layouts.two_coils()
     monkeypatch.delenv("SOURCE_DATE_EPOCH", raising=False)
     everything = {
@@ -322,7 +322,7 @@ def test_creation_date_only_from_source_date_epoch(monkeypatch):
 
 
 @pytest.mark.parametrize("epoch", ["abc", "-5", "99999999999999"])
-def test_a_source_date_that_is_no_date_is_refused_by_its_name(monkeypatch, epoch):
+def test_invalid_source_date_epoch_is_refused_by_name(monkeypatch, epoch):
     monkeypatch.setenv("SOURCE_DATE_EPOCH", epoch)
     with pytest.raises(ValueError, match="SOURCE_DATE_EPOCH"):
         gerber.render(layouts.two_coils())

@@ -77,14 +77,14 @@ FAULTS = {
 
 @pytest.mark.clients("gerbv", "rsvg-convert")
 @pytest.mark.parametrize(("spoil", "is_seen"), FAULTS.values(), ids=FAULTS)
-def test_two_renderers_agree_on_a_layer_and_see_what_is_wrong_with_it(spoil, is_seen, tmp_path):
+def test_two_renderers_agree_and_show_each_injected_fault(spoil, is_seen, tmp_path):
     layout = lay_out(load(TEMPLATES / "grasper_3p5mm.yaml"))
     one, other = drawn_by_both(layout, spoil(layout), "F_Cu", tmp_path)
     share = differing(one, other)
     assert one.any() and (share > 10 * LIMIT if is_seen else share <= LIMIT), share
 
 
-def test_pixels_beside_an_edge_are_let_pass_and_no_others():
+def test_image_comparison_tolerates_only_pixels_at_edges():
     import numpy as np
 
     one = np.zeros((40, 60), dtype=bool)
@@ -99,7 +99,7 @@ def test_pixels_beside_an_edge_are_let_pass_and_no_others():
 @pytest.mark.slow
 @needs_kicad
 @pytest.mark.clients("gerbv", "rsvg-convert")
-def test_every_layer_of_every_template_by_every_renderer(template, tmp_path):
+def test_template_layers_render_equally_in_all_renderers(template, tmp_path):
     """Ours by gerbv and librsvg, and KiCad's files of our board by both: nothing differs beyond an edge's pixel."""
     layout = lay_out(load(template))
     seen: dict[str, set[str]] = {}
@@ -116,7 +116,7 @@ def test_every_layer_of_every_template_by_every_renderer(template, tmp_path):
 @pytest.mark.slow
 @pytest.mark.clients("gerbv")
 @pytest.mark.needs("pygerber")
-def test_a_third_parser_draws_the_same_top_copper(template, tmp_path, request):
+def test_pygerber_renders_same_top_copper_as_gerbv(template, tmp_path, request):
     """pygerber gives no frame and rounds to pixels: smaller ones are drawn, and what is drawn is laid on gerbv's."""
     if template.stem == "three_axis_pad":
         strays = "pygerber 2.4 draws some arcs of its leads a second time, where gerbv, librsvg and KiCad draw nothing"
@@ -129,7 +129,7 @@ def test_a_third_parser_draws_the_same_top_copper(template, tmp_path, request):
     assert one.any() and differing(one, other, finer * EDGE) <= LIMIT
 
 
-def test_the_finest_track_of_a_template_is_wider_than_what_is_let_pass():
+def test_finest_template_track_is_wider_than_image_tolerance():
     """Else a track could vanish between the tolerated pixels."""
     finest = min(load(path).coil.trace_width for path in TEMPLATES.glob("*.yaml"))
     assert finest / MM * gerber_rasters.DOTS > 2 * gerber_rasters.EDGE + 1

@@ -16,7 +16,7 @@ def job_of(board) -> dict:
     return json.loads(text)
 
 
-def test_names_every_gerber_file_with_its_own_attributes(board):
+def test_job_file_lists_each_gerber_file_with_its_attributes(board):
     listed = {entry["Path"]: entry for entry in job_of(board)["FilesAttributes"]}
     files = {path.rpartition("/")[2]: text for path, text in gerber.render(board).items()}
     drills = {path.rpartition("/")[2] for path in gerber.render_drills(board)}
@@ -27,7 +27,7 @@ def test_names_every_gerber_file_with_its_own_attributes(board):
         assert listed[name]["FilePolarity"] == attributes[".FilePolarity"][0]
 
 
-def test_stackup_has_every_layer_with_its_thickness(board):
+def test_job_file_stackup_lists_every_layer_with_thickness(board):
     rows, layers = job_of(board)["MaterialStackup"], board.spec.fpc.stackup.layers
     kinds = {"coverlay": "SolderMask", "copper": "Copper", "dielectric": "Dielectric"}
     assert [(row["Type"], row["Thickness"]) for row in rows] == [
@@ -38,7 +38,7 @@ def test_stackup_has_every_layer_with_its_thickness(board):
     assert dielectric["DielectricConstant"] == 3.4 and dielectric["Material"] == "polyimide"
 
 
-def test_general_specs(board):
+def test_job_file_states_layer_count_size_and_thickness(board):
     specs = job_of(board)["GeneralSpecs"]
     assert specs["LayerNumber"] == board.copper_layers
     assert specs["Size"] == {"X": approx(20.4, rel=1e-6), "Y": approx(4.7, rel=1e-6)}
@@ -47,7 +47,7 @@ def test_general_specs(board):
     )
 
 
-def test_identifier_follows_from_the_name_alone():
+def test_project_identifier_depends_only_on_name():
     def guid(board):
         return job_of(board)["GeneralSpecs"]["ProjectId"]["GUID"]
 

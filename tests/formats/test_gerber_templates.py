@@ -63,7 +63,7 @@ def test_copper_area_agrees_with_the_layout(template, laid_out):
 
 
 @pytest.mark.slow
-def test_arcs_keep_one_radius_and_nets_keep_apart(template, laid_out):
+def test_template_arcs_keep_one_radius_and_nets_keep_distance(template, laid_out):
     layout = laid_out(template)
     for file in copper(layout).values():
         arcs = [item for item in file.objects if hasattr(item, "clockwise")]
@@ -73,7 +73,7 @@ def test_arcs_keep_one_radius_and_nets_keep_apart(template, laid_out):
             assert all(one.is_empty or other.is_empty or one.distance(other) > 0.05 for other in shapes[i + 1 :])
 
 
-def test_windings_are_drawn_with_arcs(template, laid_out):
+def test_circular_windings_are_drawn_with_arcs(template, laid_out):
     layout = laid_out(template)
     if layout.spec.coil.shape == "circle":
         for layer in layout.spec.coil.layers:
@@ -92,7 +92,7 @@ def test_holes_stand_in_via_pads(template, laid_out):
         assert {(pad.x, pad.y) for pad in file.objects if function_of(pad) == ("ViaPad",)} == reached[layer]
 
 
-def test_netlist_has_two_contacts_a_coil(template, laid_out):
+def test_netlist_has_two_contacts_per_coil(template, laid_out):
     layout = laid_out(template)
     (text,) = ipc356.render(layout).values()
     records = Netlist.from_string(text.decode("ascii"), "board.d356").test_records
@@ -100,13 +100,13 @@ def test_netlist_has_two_contacts_a_coil(template, laid_out):
         assert len([r for r in records if r.net_name == coil.net and r.ref_des == "J1"]) == 2
 
 
-def test_contacts_fit_the_connector(template, laid_out):
+def test_order_readme_reports_no_contact_out_of_tolerance(template, laid_out):
     text = fabrication_notes.readme(laid_out(template))
     assert "OUT OF TOLERANCE" not in text and "DO NOT ORDER" not in text
 
 
 @pytest.mark.clients("gerbv")
-def test_gerbv_draws_the_set_without_complaint(template, laid_out, tmp_path):
+def test_gerbv_renders_template_set_without_warning(template, laid_out, tmp_path):
     layout, files = laid_out(template), []
     for render in (gerber.render, gerber.render_drills):
         for path, text in render(layout).items():
@@ -119,6 +119,6 @@ def test_gerbv_draws_the_set_without_complaint(template, laid_out, tmp_path):
     assert (tmp_path / "set.png").stat().st_size > 1000
 
 
-def test_every_writer_gives_the_same_bytes_twice(template, laid_out):
+def test_order_set_is_byte_identical_when_repeated(template, laid_out):
     layout, again = laid_out(template), lay_out(load(str(template)))
     assert order_set(layout, plan(layout)) == order_set(again, plan(again))

@@ -16,7 +16,7 @@ from sitscad.files.formats import meshes
 pytestmark = pytest.mark.cad
 
 
-def test_every_piece_is_there_in_metres_with_y_upwards():
+def test_glb_contains_every_solid_in_metres_with_y_up():
     import trimesh
 
     solids = handmade.solids("jaw")
@@ -33,7 +33,7 @@ def test_every_piece_is_there_in_metres_with_y_upwards():
         assert merged.volume == approx(solid.volume, rel=0.02), solid.name
 
 
-def test_a_sensor_named_as_one_of_its_pieces_keeps_every_piece_in_the_viewer_s_file():
+def test_glb_of_sensor_named_like_a_part_contains_every_part():
     import trimesh
 
     solids, spec = handmade.solids("jaw"), handmade.layout("jaw").spec
@@ -44,7 +44,7 @@ def test_a_sensor_named_as_one_of_its_pieces_keeps_every_piece_in_the_viewer_s_f
     assert not [child for child in names if scene.graph.transforms.parents.get(child) in names]
 
 
-def test_the_file_is_gltf_2_and_the_same_twice():
+def test_glb_file_is_gltf_2_and_repeatable():
     solids, spec = handmade.solids("jaw"), handmade.layout("jaw").spec
     (data,) = meshes.render_glb(solids, spec).values()
     assert data[:4] == b"glTF" and int.from_bytes(data[4:8], "little") == 2
@@ -57,7 +57,7 @@ def test_the_file_is_gltf_2_and_the_same_twice():
     assert meshes.render_glb(solids, spec)["mount/assembly.glb"] == data
 
 
-def test_the_3mf_of_all_pieces_is_in_place_and_in_millimetres():
+def test_assembly_3mf_has_parts_in_place_in_millimetres():
     import trimesh
 
     solids = handmade.solids("jaw")

@@ -29,7 +29,7 @@ def parsed(board) -> Netlist:
         return Netlist.from_string(text_of(board), "board.d356")
 
 
-def test_records_are_the_contacts_and_vias(board):
+def test_netlist_records_match_contacts_and_vias(board):
     records = parsed(board).test_records
     contacts = [(r.net_name, r.ref_des, r.pin) for r in records if not r.is_via]
     assert contacts == [(pad.net, "J1", str(pad.number)) for pad in board.pads]
@@ -52,13 +52,13 @@ def test_each_coil_is_a_net_with_both_contacts(board):
         assert len([r for r in netlist.records_by_net_name(net) if r.ref_des == "J1"]) == 2
 
 
-def test_access_and_cover_follow_the_openings(board):
+def test_netlist_access_and_mask_codes_follow_openings(board):
     for record in parsed(board).test_records:
         assert record.access_layer == (0 if record.is_via else 1)
         assert record.solder_mask == (SoldermaskInfo.BOTH if record.is_via else SoldermaskInfo.SECONDARY)
 
 
-def test_a_contact_on_the_last_layer_is_reached_from_below():
+def test_contact_on_last_layer_has_bottom_access_code():
     board = layouts.two_coils()
     pads = tuple(replace(pad, layer=2) for pad in board.pads)
     board = replace(board, pads=pads, bottom_openings=board.top_openings, top_openings=())
@@ -66,7 +66,7 @@ def test_a_contact_on_the_last_layer_is_reached_from_below():
     assert {(r.access_layer, r.solder_mask) for r in records} == {(2, SoldermaskInfo.PRIMARY)}
 
 
-def test_columns_of_the_standard():
+def test_netlist_fields_are_in_columns_of_the_standard():
     board = layouts.two_coils(name="n" * 64)
     lines = text_of(board).splitlines()
     assert lines[-1] == "999"

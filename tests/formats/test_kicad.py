@@ -43,7 +43,7 @@ def board_text(layout) -> str:
 
 @needs_kicad
 @pytest.mark.parametrize(("copper", "tail"), [(2, True), (2, False), (3, True), (4, True)])
-def test_rule_check_finds_nothing(copper, tail, tmp_path):
+def test_kicad_rule_check_finds_no_violation(copper, tail, tmp_path):
     layout = layouts.two_coils(copper, tail)
     if not tail:  # without contacts the leads' ends hang free, so only the coils are left
         layout = replace(layout, traces=tuple(t for t in layout.traces if t.role in (Role.WINDING, Role.STUB)))
@@ -111,13 +111,13 @@ def _open_outline(layout):
     ],
     ids=lambda value: value.__name__.strip("_") if callable(value) else "",
 )
-def test_rule_check_sees_what_is_spoilt(spoil, kind, tmp_path):
+def test_kicad_rule_check_finds_each_injected_fault(spoil, kind, tmp_path):
     """The clean verdict means something: each rule of the design is really armed."""
     assert kinds(write(kicad.render(spoil(layouts.two_coils())), tmp_path)) & kind
 
 
 @needs_kicad
-def test_rules_file_and_library_are_read(tmp_path):
+def test_kicad_applies_rules_file_and_footprint_library(tmp_path):
     layout = layouts.two_coils()
     files = kicad.render(layout)
     rules = f"kicad/{layout.spec.name}.kicad_dru"
@@ -146,7 +146,7 @@ def test_binding_coil_width_holds_for_windings_only(tmp_path):
 @pytest.mark.slow
 @needs_kicad
 @pytest.mark.parametrize("copper", [2, 3, 4])
-def test_plots_are_the_layouts_copper(copper, tmp_path):
+def test_kicad_plots_match_copper_of_layout(copper, tmp_path):
     shapes = pytest.importorskip("gerber_shapes", reason="gerbonara and shapely are not installed")
     layout = layouts.two_coils(copper)
     files = plots(write(kicad.render(layout), tmp_path))
@@ -180,7 +180,7 @@ def drawn_copper(layout, number):
 
 @pytest.mark.slow
 @needs_kicad
-def test_drill_file_has_the_layouts_holes(tmp_path):
+def test_kicad_drill_file_matches_vias_of_layout(tmp_path):
     gerbonara = pytest.importorskip("gerbonara", reason="gerbonara is not installed")
     layout = layouts.two_coils()
     file = gerbonara.ExcellonFile.open(plots(write(kicad.render(layout), tmp_path))["drill"])
@@ -192,7 +192,7 @@ def test_drill_file_has_the_layouts_holes(tmp_path):
 # --- what the files say
 
 
-def test_nothing_is_ignored_or_excluded(board):
+def test_kicad_project_ignores_and_excludes_no_rule(board):
     project = json.loads(kicad.render(board)[f"kicad/{board.spec.name}.kicad_pro"])
     settings = project["board"]["design_settings"]
     assert settings["drc_exclusions"] == []
@@ -200,7 +200,7 @@ def test_nothing_is_ignored_or_excluded(board):
     assert len(settings["rule_severities"]) >= 50
 
 
-def test_board_setup_follows_the_design_rules(board):
+def test_kicad_board_setup_equals_fabricator_rules(board):
     rules = board.spec.fpc.rules
     project = json.loads(kicad.render(board)[f"kicad/{board.spec.name}.kicad_pro"])
     setup = project["board"]["design_settings"]["rules"]
@@ -215,7 +215,7 @@ def test_board_setup_follows_the_design_rules(board):
     assert [row["pattern"] for row in patterns] == list(board.nets)
 
 
-def test_every_rule_of_the_file_carries_its_source():
+def test_kicad_rules_file_cites_source_and_date_of_each_rule():
     layout = layouts.two_coils()
     rules = replace(layout.spec.fpc.rules, sources={"hole_to_hole": "a page,\n  seen by hand"}, checked_on="2026-11-20")
     spec = replace(layout.spec, fpc=replace(layout.spec.fpc, rules=rules))
@@ -224,7 +224,7 @@ def test_every_rule_of_the_file_carries_its_source():
     assert "seen 2026-11-20" in text
 
 
-def test_stackup_adds_up(board):
+def test_kicad_stackup_thicknesses_sum_to_board_thickness(board):
     text = stackup_section(board.spec.fpc.stackup, "enig")
     total = sum(float(value) for value in re.findall(r"\(thickness ([\d.]+)\)", text))
     assert total == approx(board.spec.fpc.stackup.thickness * 1e3, abs=1e-9)
@@ -240,7 +240,7 @@ def test_stackup_adds_up(board):
         (4, ["F.Cu", "In1.Cu", "In2.Cu", "B.Cu"], None),
     ],
 )
-def test_copper_layers_stand_in_order_from_the_top(copper, names, unused):
+def test_kicad_copper_layers_are_listed_from_top_to_bottom(copper, names, unused):
     """KiCad drops inner layers that follow B.Cu in the table from its plots, and refuses an odd number of layers."""
     rows = re.findall(r'"([FIB]\w*\.Cu)" signal(.*)\)', layer_table(copper))
     assert [name for name, _ in rows] == names
@@ -251,14 +251,14 @@ def test_copper_layers_stand_in_order_from_the_top(copper, names, unused):
     assert total == approx(layouts.stackup(copper).thickness * 1e3, rel=1e-6)
 
 
-def test_pads_carry_net_number_and_pin(board):
+def test_kicad_pads_have_net_number_and_pin_function(board):
     text = board_text(board)
     for pad in board.pads:
         row = next(line for line in text.splitlines() if f'(pad "{pad.number}" ' in line)
         assert f'"{pad.net}")' in row and f'(pinfunction "{pad.pin}")' in row and '(layers "F.Cu")' in row
 
 
-def test_every_identity_is_unique_and_stable(board):
+def test_kicad_uuids_are_unique_and_repeatable(board):
     found = re.findall(r'\(uuid "([0-9a-f-]{36})"\)', board_text(board))
     assert len(found) == len(set(found)) > 50
     assert all(value[14] == "5" for value in found)
@@ -273,7 +273,7 @@ def test_parentheses_balance_outside_strings(board):
 
 
 @needs_kicad
-def test_the_jobs_of_the_project_plot_what_kicad_exports(tmp_path):
+def test_kicad_jobset_writes_same_plots_as_export_commands(tmp_path):
     layout = layouts.two_coils(4)
     board = write(kicad.render(layout), tmp_path)
     command = ["kicad-cli", "jobset", "run", "--stop-on-error", "-f", board.with_suffix(".kicad_jobset")]
@@ -292,14 +292,14 @@ def _undated(path):
     return [line for line in path.read_text().splitlines() if "CreationDate" not in line and "Created by" not in line]
 
 
-def test_a_contact_inside_the_board_is_refused():
+def test_contact_on_inner_layer_is_refused():
     layout = layouts.two_coils(4)
     inner = replace(layout, pads=(replace(layout.pads[0], layer=2), *layout.pads[1:]))
     with pytest.raises(ValueError, match=r"In1\.Cu"):
         kicad.render(inner)
 
 
-def test_an_opening_with_a_hole_is_refused():
+def test_mask_opening_with_hole_is_refused():
     layout = layouts.two_coils()
     opening = layout.top_openings[0]
     island = Region(opening.outline, (circle(Point(14 * MM, 0.0), 0.2 * MM),))
@@ -314,7 +314,7 @@ def _numbers(text: str, name: str) -> list[tuple[float, ...]]:
     return [tuple(map(float, found.split())) for found in re.findall(rf"\({name} ([-\d. ]+)\)", text)]
 
 
-def test_the_board_lies_in_the_middle_of_the_sheet(board):
+def test_kicad_board_is_centred_on_a4_sheet(board):
     text = board_text(board)
     assert '(paper "A4")' in text
     ((ox, oy),) = _numbers(text, "aux_axis_origin")
@@ -327,7 +327,7 @@ def test_the_board_lies_in_the_middle_of_the_sheet(board):
             assert 0 < x < 297 and 0 < y < 210
 
 
-def test_a_long_board_gets_a_sheet_of_its_own_size():
+def test_kicad_board_longer_than_a4_gets_custom_sheet():
     layout = layouts.two_coils()
     long = replace(layout, outline=rectangle(-5 * MM, -3 * MM, 600 * MM, 3 * MM))
     text = board_text(long)
@@ -351,16 +351,16 @@ def test_a_long_board_gets_a_sheet_of_its_own_size():
         (1_000_001, "1.000001"),
     ],
 )
-def test_millimetres(nanometres, text):
+def test_nanometres_are_written_as_millimetres(nanometres, text):
     assert millimetres(nanometres) == text
 
 
-def test_lengths_meet_the_grid_that_kicad_has():
+def test_lengths_are_rounded_to_kicad_grid():
     assert length(0.1 * MM) == "0.1"
     assert length(27.5e-6) == "0.0275"
 
 
-def test_text_is_escaped():
+def test_quotes_and_backslashes_are_escaped():
     assert quoted('a "b" \\') == '"a \\"b\\" \\\\"'
 
 
@@ -369,7 +369,7 @@ def _points(text: str) -> dict[str, tuple[float, float]]:
 
 
 @pytest.mark.parametrize("arc", layouts.rotated_arcs(), ids=lambda arc: f"{arc.radius * 1e3:.2f} mm")
-def test_three_points_stand_on_the_mirrored_arc(arc):
+def test_start_middle_and_end_lie_on_mirrored_arc(arc):
     """KiCad knows an arc by three points: all must stand on the circle, the middle one on the right side."""
     if is_straight(arc):
         assert arc.radius * (1 - math.cos(arc.sweep / 2)) < 1.5e-9
@@ -384,7 +384,7 @@ def test_three_points_stand_on_the_mirrored_arc(arc):
     assert middle.distance(arc.at(0.5)) < 1e-9
 
 
-def test_an_arc_flatter_than_the_grid_is_a_line():
+def test_arc_flatter_than_kicad_grid_is_written_as_line():
     flat = Arc(Point(-1e-6, 0.0), Point(1e-6, 0.0), Point(0.0, -1.0), ccw=False)
     assert curve(flat)[0] == "line"
     assert curve(Line(Point(0, 0), Point(1 * MM, 2 * MM))) == ("line", "(start 0 0) (end 1 -2)")
@@ -414,7 +414,7 @@ def hashes_in_another_process(**environment: str) -> str:
     return done.stdout
 
 
-def test_same_bytes_across_processes():
+def test_kicad_bytes_are_equal_in_every_process():
     one = hashes_in_another_process(PYTHONHASHSEED="1", TZ="UTC", LC_ALL="C")
     two = hashes_in_another_process(PYTHONHASHSEED="2", TZ="Asia/Kolkata", LC_ALL="de_DE.UTF-8")
     assert one == two and one.count("\n") == 10

@@ -49,7 +49,7 @@ def layout(request):
     return laid_out(request.param)
 
 
-def test_the_description_says_which_pads_are_ends(layout):
+def test_footprint_description_names_pads_at_winding_ends(layout):
     for name, text in coil_footprints(layout).items():
         pads = len(set(re.findall(r'pad "(\d+)"', text)))
         words = re.search(r'descr "([^"]*)"', text)[1]
@@ -127,13 +127,13 @@ def _contact(at, number: str) -> str:
         *(pytest.param(k, marks=pytest.mark.slow) for k in ("inner layers", "four layers", "three layers")),
     ],
 )
-def test_rule_check_finds_nothing(kind, tmp_path):
+def test_rule_check_of_coil_footprint_finds_no_violation(kind, tmp_path):
     assert rule_check(write(own_board(laid_out(kind)), tmp_path)) == ([], [])
 
 
 @needs_kicad
 @pytest.mark.parametrize("net", [1, 2])
-def test_rule_check_is_armed_there(net, tmp_path):
+def test_rule_check_finds_track_across_footprint_turns(net, tmp_path):
     """A track over the turns is found although the footprint is a net tie, whichever end's net it has."""
     files = own_board(laid_out("two layers"))
     board = files["kicad/library.kicad_pcb"]
@@ -145,7 +145,7 @@ def test_rule_check_is_armed_there(net, tmp_path):
 @pytest.mark.slow
 @needs_kicad
 @pytest.mark.parametrize("kind", ["two layers", "four layers"])
-def test_kicad_plots_the_layouts_turns_and_joints(kind, tmp_path):
+def test_kicad_plot_of_footprint_matches_turns_and_joints(kind, tmp_path):
     """KiCad's own plot of the user's board: the coil's copper as laid out, the user's tracks, and nothing else."""
     artwork = pytest.importorskip("sitscad.files.extraction.artwork", reason="gerbonara and shapely are not installed")
     from shapely import LineString, union_all
@@ -177,7 +177,7 @@ def test_kicad_plots_the_layouts_turns_and_joints(kind, tmp_path):
         assert there.symmetric_difference(wish).area < 2e-3 * wish.area, name
 
 
-def test_every_coil_has_its_footprint_and_every_pad_is_tied(layout):
+def test_each_coil_has_footprint_with_net_tie_of_all_pads(layout):
     files = coil_footprints(layout)
     assert list(files) == [f"coil-{coil.name}" for coil in layout.coils]
     for text in files.values():
@@ -189,14 +189,14 @@ def test_every_coil_has_its_footprint_and_every_pad_is_tied(layout):
         assert len(found) == len(set(found))
 
 
-def test_ends_on_outer_layers_are_dots_and_others_are_holes():
+def test_outer_layer_ends_are_smd_pads_and_inner_ends_are_holes():
     kinds_of = {kind: re.findall(r'\(pad "[12]" (\w+)', coil_footprints(laid_out(kind))["coil-C1"]) for kind in KINDS}
     assert kinds_of["two layers"] == kinds_of["four layers"] == ["smd", "smd"]
     assert kinds_of["inner layers"] == ["thru_hole", "thru_hole"]
     assert kinds_of["one layer"] == kinds_of["three layers"] == ["smd", "thru_hole"]
 
 
-def test_the_courtyard_surrounds_all_copper(layout):
+def test_footprint_courtyard_surrounds_all_copper(layout):
     text = coil_footprints(layout)["coil-C1"]
     x0, y0, x1, y1 = map(float, re.search(r"fp_rect \(start (\S+) (\S+?)\) \(end (\S+) (\S+?)\)", text).groups())
     for x, y in re.findall(r"fp_(?:line|arc) \(start (\S+) (\S+?)\)", text) + re.findall(r"\(at (\S+) (\S+?)\)", text):
@@ -204,7 +204,7 @@ def test_the_courtyard_surrounds_all_copper(layout):
         assert y0 < float(y) < y1 or abs(float(y)) > max(-y0, y1)  # the texts stand above and below
 
 
-def test_a_coil_that_leads_nowhere_has_no_footprint():
+def test_coil_without_closed_circuit_has_no_footprint():
     board = layouts.two_coils()
     first, second = board.coils
     assert list(coil_footprints(replace(board, coils=(replace(first, is_closed_circuit=False), second)))) == ["coil-C2"]
@@ -216,7 +216,7 @@ def test_a_coil_that_leads_nowhere_has_no_footprint():
 @pytest.mark.few(2)
 @needs_kicad
 @pytest.mark.slow
-def test_rule_check_finds_nothing_for_the_templates_coils(template, tmp_path):
+def test_rule_check_of_template_coil_footprints_finds_no_violation(template, tmp_path):
     layout = lay_out(load(str(template)))
     layout = replace(layout, spec=replace(layout.spec, name="library"))
     for coil in layout.coils:

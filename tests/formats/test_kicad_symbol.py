@@ -54,7 +54,7 @@ def footprint_of(symbol):
 
 
 @pytest.mark.parametrize("array", ["single", "line, count: 3, pitch: 8", "grid, count: [2, 2], pitch: 8"])
-def test_the_pins_of_the_sensor_are_the_pads_of_its_footprint(array):
+def test_sensor_symbol_pins_equal_footprint_pads(array):
     layout = spec_board(array)
     sensor = symbols_of(kicad_symbol.symbol_library(layout))["drawn"]
     pins = pins_of(sensor)
@@ -69,7 +69,7 @@ def test_the_pins_of_the_sensor_are_the_pads_of_its_footprint(array):
     assert all(used[int(number)].startswith(f"{net}.") for number, net in nets.items() if net)
 
 
-def test_a_contact_that_no_coil_has_is_a_pin_that_stays_unconnected():
+def test_unused_contact_is_no_connect_pin():
     layout = spec_board("single")
     extra = replace(layout.pads[0], net="", pin="", number=1 + max(pad.number for pad in layout.pads))
     pins = pins_of(symbols_of(kicad_symbol.symbol_library(replace(layout, pads=(*layout.pads, extra))))["drawn"])
@@ -77,7 +77,7 @@ def test_a_contact_that_no_coil_has_is_a_pin_that_stays_unconnected():
 
 
 @pytest.mark.parametrize("layers", [1, 2, 4])
-def test_the_pins_of_a_coil_are_the_first_two_pads_of_its_footprint(layers):
+def test_coil_symbol_pins_are_first_two_footprint_pads(layers):
     layout = spec_board(layers=layers) if layers != 1 else spec_board("single", 1)
     files, symbols = kicad.render(layout), symbols_of(kicad_symbol.symbol_library(layout))
     for coil in layout.coils:
@@ -89,14 +89,14 @@ def test_the_pins_of_a_coil_are_the_first_two_pads_of_its_footprint(layers):
             assert set(pins_of(symbol)) == {1, 2} <= {int(n) for n in re.findall(rb'\(pad "(\d+)"', footprint)}
 
 
-def test_all_pins_end_on_the_grid_and_apart(board):
+def test_symbol_pins_end_at_separate_grid_points(board):
     for symbol in symbols_of(kicad_symbol.symbol_library(board)).values():
         places = [place for _, _, place in pins_of(symbol).values()]
         assert len(set(places)) == len(places) >= 2
         assert all(abs(c / GRID - round(c / GRID)) < 1e-9 for place in places for c in place)
 
 
-def test_the_projects_tables_name_both_libraries(board):
+def test_library_tables_name_footprint_and_symbol_library(board):
     files = kicad.render(board)
     for table, library in (("fp-lib-table", "two-coils.pretty"), ("sym-lib-table", "two-coils.kicad_sym")):
         assert f"${{KIPRJMOD}}/{library}".encode() in files[f"kicad/{table}"]
@@ -105,7 +105,7 @@ def test_the_projects_tables_name_both_libraries(board):
 
 @needs_kicad
 @pytest.mark.parametrize("layers", [2, 4])
-def test_kicad_draws_the_symbols_and_keeps_them(tmp_path, layers):
+def test_kicad_exports_symbols_and_upgrade_keeps_their_pins(tmp_path, layers):
     layout = spec_board("line, count: 2, pitch: 8", layers)
     place = write(kicad.render(layout), tmp_path).with_suffix(".kicad_sym")
     for command in (
@@ -126,7 +126,7 @@ def test_kicad_draws_the_symbols_and_keeps_them(tmp_path, layers):
 
 
 @needs_kicad
-def test_the_board_with_body_layers_bend_and_finish_passes_the_rule_check(tmp_path):
+def test_board_with_body_layers_and_bend_passes_rule_check(tmp_path):
     layout = spec_board("line, count: 2, pitch: 8", 4)
     layout = replace(layout, spec=replace(layout.spec, fpc=replace(layout.spec.fpc, finish="immersion-tin")))
     assert rule_check(write(kicad.render(layout), tmp_path)) == ([], [])
@@ -136,14 +136,14 @@ def test_the_board_with_body_layers_bend_and_finish_passes_the_rule_check(tmp_pa
 
 
 @pytest.mark.parametrize("finish", FINISHES)
-def test_the_board_names_the_finish_of_the_order(board, finish):
+def test_kicad_board_states_copper_finish_of_spec(board, finish):
     ordered = replace(board, spec=replace(board.spec, fpc=replace(board.spec.fpc, finish=finish)))
     (said,) = re.findall(r'\(copper_finish "([^"]+)"\)', kicad_board.board(ordered))
     assert said.lower().replace(" ", "-") == finish
 
 
 @pytest.mark.parametrize("name", ["flex-2l-18um", "flex-4l", "flex-6l", "flex-8l"])
-def test_what_bonds_copper_to_copper_is_no_core(name):
+def test_bondply_between_copper_is_prepreg_in_kicad_stackup(name):
     from sitscad.spec import presets
 
     stackup = presets.stackup(name)
@@ -157,7 +157,7 @@ def test_what_bonds_copper_to_copper_is_no_core(name):
     assert kinds == expected and ("prepreg" in kinds.values()) == (len(copper) > 2)
 
 
-def test_the_extent_of_layers_that_end_at_the_body_is_on_a_layer_of_its_own():
+def test_extent_of_body_only_layers_is_drawn_on_user_layer():
     layout = spec_board("line, count: 2, pitch: 8", 4)
     text, corner = kicad_board.board(layout), kicad_board.sheet_corner(layout.outline)
     rows = re.findall(r'\(gr_line \(start (\S+) (\S+)\) \(end (\S+) (\S+)\).*?\(layer "User.3"\)', text)

@@ -21,14 +21,14 @@ def layout(template):
 
 @pytest.mark.slow
 @needs_kicad
-def test_rule_check_finds_nothing(layout, tmp_path):
+def test_rule_check_of_template_finds_no_violation(layout, tmp_path):
     assert rule_check(write(kicad.render(layout), tmp_path)) == ([], [])
 
 
 @pytest.mark.few(2)
 @pytest.mark.slow
 @needs_kicad
-def test_plots_show_what_our_gerber_files_show(layout, tmp_path):
+def test_kicad_plots_of_template_match_gerber_files(layout, tmp_path):
     shapes = pytest.importorskip("gerber_shapes", reason="gerbonara and shapely are not installed")
     theirs = plots(write(kicad.render(layout), tmp_path))
     ours = {name.rpartition("/")[2]: content for name, content in gerber.render(layout).items()}

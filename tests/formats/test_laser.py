@@ -65,7 +65,7 @@ def nominal_area(shape, size) -> float:
 
 
 @pytest.mark.parametrize("kerf", [0.0, 0.15 * MM])
-def test_pads_that_webs_join_are_cut_as_one_piece_with_its_holes(kerf):
+def test_pads_joined_by_webs_are_cut_as_one_piece_with_holes(kerf):
     """Three by two pads of 10 mm, 16 mm apart, webs 2 mm wide: two holes, cut before the piece comes loose."""
     text = (TEMPLATES / "skin_grid_3x3.yaml").read_text().replace("[3, 3]", "[3, 2]").replace(
         "coils: 1 ", "coils: 1\n  web: 2 mm\n").replace("kerf: 0.15", f"kerf: {1e3 * kerf:g}")
@@ -86,7 +86,7 @@ def test_pads_that_webs_join_are_cut_as_one_piece_with_its_holes(kerf):
 
 @pytest.mark.parametrize(("shape", "size"), SHAPES, ids=[name for name, _ in SHAPES])
 @pytest.mark.parametrize("kerf", [0.0, 0.15 * MM])
-def test_outside_grows_and_holes_shrink_by_half_a_kerf(shape, size, kerf):
+def test_outer_cuts_grow_and_holes_shrink_by_half_kerf(shape, size, kerf):
     sheet = laser_sheets(layout_with(shape, size, kerf))[0]
     grown = (size[0] + kerf, size[1] + kerf)
     assert sheet.cut.area * 1e6 == approx(nominal_area(shape, grown), rel=1e-6)
@@ -97,7 +97,7 @@ def test_outside_grows_and_holes_shrink_by_half_a_kerf(shape, size, kerf):
 
 
 @pytest.mark.parametrize(("shape", "size"), SHAPES, ids=[name for name, _ in SHAPES])
-def test_what_the_beam_leaves_is_the_nominal_part(shape, size):
+def test_part_left_by_beam_of_kerf_width_has_nominal_size(shape, size):
     """A beam as wide as the kerf, run along the contours, leaves exactly the part, and the coupon with its hole."""
     shapely = pytest.importorskip("shapely", reason="shapely is not installed")
     sheet = laser_sheets(layout_with(shape, size))[0]
@@ -118,7 +118,7 @@ def test_what_the_beam_leaves_is_the_nominal_part(shape, size):
     assert left.distance(ring) > 3.0
 
 
-def test_every_step_has_a_colour_of_its_own_and_the_sheet_says_in_which_order():
+def test_laser_steps_have_unique_colours_and_sheet_lists_their_order():
     """A driver that sorts by colour keeps the order: what is inside is cut before what sets it free."""
     for field in ("colour", "rgb", "index"):
         assert len({getattr(LOOKS[layer], field) for layer in CutLayer}) == len(CutLayer)
@@ -133,7 +133,7 @@ def test_every_step_has_a_colour_of_its_own_and_the_sheet_says_in_which_order():
     assert not plain.on(CutLayer.ENGRAVE) and steps == ["1. red", "2. mag"]
 
 
-def test_pieces_and_marks_stay_apart_and_on_the_sheet():
+def test_laser_pieces_and_marks_are_separate_and_inside_sheet():
     for sheet in laser_sheets(layout_with("rectangle", (15 * MM, 7 * MM))):
         points = [p for contour in sheet.contours for p in contour.path.flattened(1e-6)]
         assert all(0 < p.x < sheet.width and 0 < p.y < sheet.height for p in points)
@@ -143,7 +143,7 @@ def test_pieces_and_marks_stay_apart_and_on_the_sheet():
         assert all(low < p.y < hole for stroke in label for p in stroke.path.flattened(1e-6))
 
 
-def test_coil_marks_lie_as_the_coils_do():
+def test_coil_marks_have_pitch_of_coils():
     sheet = laser_sheets(layout_with())[0]
     crosses = [c.path for c in sheet.on(CutLayer.REF)[1:] if c.path.start.y == c.path.end.y]
     arms = {round(path.length * 1e3, 6): [] for path in crosses}
@@ -154,7 +154,7 @@ def test_coil_marks_lie_as_the_coils_do():
     assert (left.x + right.x) / 2 == approx(sheet.on(CutLayer.REF)[0].path.segments[0].at(0.5).x, rel=1e-6)
 
 
-def test_coil_marks_lie_under_a_target_as_it_is_offset_and_turned():
+def test_coil_marks_follow_target_offset_and_rotation():
     """Laid on the board with its marks over the coils, the part lies as the spec says."""
     layout = layout_with()
     turned = replace(layout.spec.target, offset=(1 * MM, 0.5 * MM), rotation=math.radians(90.0))
@@ -170,7 +170,7 @@ def test_coil_marks_lie_under_a_target_as_it_is_offset_and_turned():
     assert "centre [1, 0.5] mm from the coils' mean, turned by 90 deg" in [text for _, text in sheet.notes]
 
 
-def test_only_what_the_spec_has():
+def test_laser_sheets_exist_only_for_parts_in_spec():
     layout = layouts.two_coils()
     assert laser_sheets(layout) == () and laser.render_dxf(layout) == {} and laser.render_svg(layout) == {}
     only = replace(layout, spec=replace(layout.spec, target=Target("circle", (4 * MM, 4 * MM), 0.2 * MM, COPPER)))
@@ -178,12 +178,12 @@ def test_only_what_the_spec_has():
 
 
 @pytest.mark.parametrize("kerf", [-0.1 * MM, COUPON_HOLE, 9 * MM, math.nan])
-def test_a_kerf_that_cannot_be_is_refused(kerf):
+def test_impossible_kerf_is_refused(kerf):
     with pytest.raises(ValueError, match="kerf"):
         laser_sheets(layout_with(kerf=kerf))
 
 
-def test_a_part_without_kerf_says_so():
+def test_part_without_kerf_is_drawn_at_nominal_size_with_note():
     _, target = laser_sheets(layout_with(target_kerf=0.0))
     texts = [text for _, text in target.notes]
     assert "kerf not compensated: drawn at nominal size" in texts
@@ -228,7 +228,7 @@ def entity_area(entity) -> float:
 
 
 @pytest.mark.parametrize(("shape", "size"), SHAPES, ids=[name for name, _ in SHAPES])
-def test_dxf_areas_are_the_intended(shape, size):
+def test_dxf_contours_have_intended_areas(shape, size):
     layout = layout_with(shape, size)
     for (_, document), sheet in zip(dxf_of(layout), laser_sheets(layout), strict=True):
         space = document.modelspace()
@@ -239,7 +239,7 @@ def test_dxf_areas_are_the_intended(shape, size):
         assert space.query('*[layer=="CUT_OUTER"]').first.dxftype() == kind
 
 
-def test_dxf_says_millimetres_and_names_its_layers():
+def test_dxf_states_millimetres_and_layer_names():
     for _, document in dxf_of(layout_with()):
         assert document.dxfversion == "AC1015"
         assert document.header["$INSUNITS"] == 4 and document.header["$MEASUREMENT"] == 1
@@ -258,7 +258,7 @@ def test_dxf_handles_are_unique():
         assert len(handles) == len(set(handles)) and max(int(h, 16) for h in handles) < seed
 
 
-def test_dxf_arcs_are_bulges():
+def test_dxf_rounded_corners_are_bulges():
     """A contour with rounded corners keeps its arcs: no format word for it, but the area is exact."""
     corners = [Point(0, 0), Point(8 * MM, 0), Point(8 * MM, 5 * MM), Point(0, 5 * MM)]
     contour = Contour(CutLayer.CUT_OUTER, rounded_polygon(corners, 1 * MM))
@@ -271,7 +271,7 @@ def test_dxf_arcs_are_bulges():
 
 @pytest.mark.slow
 @pytest.mark.needs("ezdxf")
-def test_ezdxf_audit_command(tmp_path):
+def test_ezdxf_audit_finds_no_error(tmp_path):
     for name, content in laser.render_dxf(layout_with()).items():
         path = tmp_path / name.rpartition("/")[2]
         path.write_bytes(content)
@@ -282,7 +282,7 @@ def test_ezdxf_audit_command(tmp_path):
 
 @pytest.mark.clients("librecad")
 @pytest.mark.parametrize("shape", ["circle", "square"])
-def test_librecad_prints_it(shape, tmp_path):
+def test_librecad_prints_dxf_to_pdf(shape, tmp_path):
     name, content = next(iter(laser.render_dxf(layout_with(shape)).items()))
     path, printed = tmp_path / "part.dxf", tmp_path / "part.pdf"
     path.write_bytes(content)
@@ -322,7 +322,7 @@ def drawn(group):
 
 
 @pytest.mark.parametrize(("shape", "size"), SHAPES, ids=[name for name, _ in SHAPES])
-def test_svg_areas_are_the_intended(shape, size):
+def test_svg_contours_have_intended_areas(shape, size):
     layout = layout_with(shape, size)
     for tree, sheet in zip(svg_of(layout), laser_sheets(layout), strict=True):
         for layer in (CutLayer.CUT_INNER, CutLayer.CUT_OUTER):
@@ -331,7 +331,7 @@ def test_svg_areas_are_the_intended(shape, size):
             assert found == approx([c.area * 1e6 for c in sheet.on(layer)], rel=1e-5)
 
 
-def test_svg_is_in_millimetres_with_hairlines_and_a_colour_a_step():
+def test_svg_is_in_millimetres_with_hairlines_and_colour_per_step():
     for tree, sheet in zip(svg_of(layout_with()), laser_sheets(layout_with()), strict=True):
         assert tree.get("width") == f"{sheet.width * 1e3:.6f}".rstrip("0").rstrip(".") + "mm"
         assert tree.get("viewBox").split()[2:] == [tree.get("width")[:-2], tree.get("height")[:-2]]
@@ -346,7 +346,7 @@ def test_svg_is_in_millimetres_with_hairlines_and_a_colour_a_step():
         assert layers == list(groups)
 
 
-def test_svg_keeps_arcs_and_turns_them_the_right_way():
+def test_svg_rounded_corners_are_arcs_of_correct_sense():
     """Rounded corners stay outside the chord when y is turned over: the area is that of the path."""
     tools = pytest.importorskip("svgpathtools", reason="svgpathtools is not installed")
     corners = [Point(1 * MM, 1 * MM), Point(9 * MM, 1 * MM), Point(9 * MM, 6 * MM), Point(1 * MM, 6 * MM)]
@@ -356,7 +356,7 @@ def test_svg_keeps_arcs_and_turns_them_the_right_way():
         assert abs(tools.parse_path(data).area(chord_length=1e-2)) == approx(40 - (4 - math.pi), rel=1e-5)
 
 
-def test_svg_and_dxf_show_the_same_points():
+def test_svg_and_dxf_contain_equal_points():
     layout = layout_with("rectangle", (9 * MM, 5 * MM))
     for (_, document), tree, sheet in zip(dxf_of(layout), svg_of(layout), laser_sheets(layout), strict=True):
         group = next(g for g in tree.iter(f"{SVG}g") if g.get("id") == "CUT_OUTER")
@@ -366,7 +366,7 @@ def test_svg_and_dxf_show_the_same_points():
         assert flipped == sorted((round(float(x), 6), round(float(y), 6)) for x, y in entity.get_points("xy"))
 
 
-def test_names_and_notes_are_escaped():
+def test_names_and_notes_are_escaped_in_svg_and_dxf():
     layout = layout_with()
     odd = replace(layout.spec.elastomer, material=replace(RUBBER, name='a<b>&"c" \N{MICRO SIGN}'))
     layout = replace(layout, spec=replace(layout.spec, elastomer=odd))
@@ -388,7 +388,7 @@ for render in (laser.render_dxf, laser.render_svg):
 
 
 @pytest.mark.slow
-def test_same_bytes_across_processes():
+def test_laser_bytes_are_equal_in_every_process():
     here, tests = Path(__file__).parent, Path(__file__).parents[1]
     paths = os.pathsep.join(map(str, (here, tests / "samples", tests / "oracles", tests.parent)))
 
@@ -407,7 +407,7 @@ def test_closed_contours_do_not_repeat_their_first_point():
     assert [point for point, _ in laser.bulged_vertices(path)] == [s.start for s in path if isinstance(s, Line)]
 
 
-def test_forty_boards_lie_on_sheets_that_hold_them():
+def test_forty_boards_are_distributed_over_sheets_of_given_size():
     """Every piece is there, none nearer to another than the gap, and all within the material."""
     import sitscad
     from sitscad.spec import templates
@@ -436,7 +436,7 @@ def text_lines(sheet):
     return [(text, place) for place, text in sheet.notes]
 
 
-def test_a_sheet_too_small_for_one_piece_is_refused():
+def test_sheet_smaller_than_one_piece_is_refused():
     import sitscad
     from sitscad.spec import templates
 
@@ -449,7 +449,7 @@ def test_a_sheet_too_small_for_one_piece_is_refused():
 @pytest.mark.parametrize(("material", "thickness", "is_soft"), [
     ("copper", 0.2, True), ("copper", 0.3, False), ("aluminium", 0.1, True), ("stainless-304", 0.1, False),
 ])
-def test_a_scalpel_is_advised_for_thin_soft_metal_alone(material, thickness, is_soft):
+def test_scalpel_is_suggested_only_for_thin_soft_metal(material, thickness, is_soft):
     text = f"{{shape: square, size: 4, thickness: {thickness}, material: {material}}}"
     coil = "{shape: circle, outer_diameter: 3.5, turns: 6, layers: 2, trace_width: 0.1, trace_spacing: 0.1}"
     pad = "{material: ecoflex-00-30, shape: square, size: 4, thickness: 1}"
@@ -458,7 +458,7 @@ def test_a_scalpel_is_advised_for_thin_soft_metal_alone(material, thickness, is_
     assert ("with a scalpel" in said.replace("\n", " ")) == is_soft
 
 
-def test_the_shop_is_told_which_laser_cuts_what():
+def test_laser_readme_states_laser_type_per_part():
     import sitscad
     from sitscad.files.documents import laser_notes
     from sitscad.spec import templates
@@ -475,7 +475,7 @@ def test_the_shop_is_told_which_laser_cuts_what():
 
 
 @pytest.mark.parametrize("kerf", [0.0, 0.1 * MM])
-def test_a_shield_has_a_sheet_as_wide_as_the_port_leaves_it(kerf):
+def test_shield_sheet_has_width_limited_by_jaw_port(kerf):
     """The size of the body that the parts have, which is narrower than the board; marks lie under the coils."""
     layout = handmade.jaw_sensor(shield=Shield(COPPER, 0.1 * MM, 0.5 * MM, kerf))
     (sheet,) = [sheet for sheet in sheets(layout) if sheet.part == "shield"]
@@ -488,7 +488,7 @@ def test_a_shield_has_a_sheet_as_wide_as_the_port_leaves_it(kerf):
     assert "-shield.dxf" in readme and "ferrite breaks" in readme
 
 
-def test_a_shield_too_large_for_its_sheet_is_found():
+def test_shield_larger_than_sheet_yields_finding():
     text = (
         "sitscad: 1\nname: s\ncoil: {shape: circle, outer_diameter: 20, turns: 14, layers: 2, trace_width: 100 um, "
         "trace_spacing: 100 um}\nfpc: {boards: 4}\nshield: {}\ncutting: {sheet: [30, 30]}\n"
@@ -508,14 +508,14 @@ def copies(gap, boards=4):
 
 
 @pytest.mark.parametrize(("gap", "boards", "is_found"), [(0, 4, True), (0.15, 4, True), (0.2, 4, False), (0, 1, False)])
-def test_copies_whose_cuts_meet_are_refused(gap, boards, is_found):
+def test_copies_with_touching_cuts_yield_finding(gap, boards, is_found):
     """An edge of two copies would be cut twice."""
     said = [each for each in check(copies(gap, boards), hints="none").findings if each.rule == "SIT317"]
     assert [(each.key, each.measured, each.limit) for each in said] == [("cutting.gap", gap * MM, 0.15 * MM)] * is_found
 
 
 @pytest.mark.parametrize("kerf", [0.0, 0.1])
-def test_the_readme_says_of_each_sheet_what_is_drawn_for_its_kerf(kerf):
+def test_laser_readme_states_kerf_of_each_sheet(kerf):
     """It said of every sheet that half a kerf is added, and targets are drawn at nominal size."""
     layout = layout_with(target_kerf=kerf * MM)
     said = " ".join(laser_notes.render(layout)["laser/readme.txt"].decode().split())
@@ -528,7 +528,7 @@ def test_the_readme_says_of_each_sheet_what_is_drawn_for_its_kerf(kerf):
 
 
 @pytest.mark.parametrize(("thickness", "is_cut"), [("0.2 mm", True), ("0.3 mm", False)])
-def test_a_target_too_thick_for_every_known_laser_is_not_said_to_be_cut_by_one(thickness, is_cut):
+def test_readme_names_no_laser_for_target_too_thick_to_cut(thickness, is_cut):
     spec = load_text(templates.read("bench_7mm"), "t.yaml").replace("target.thickness", thickness)
     layout = lay_out(spec)
     said = laser_notes.render(layout)["laser/readme.txt"].decode()
@@ -536,7 +536,7 @@ def test_a_target_too_thick_for_every_known_laser_is_not_said_to_be_cut_by_one(t
     assert ("none that we know cuts 0.3 mm" in said) != is_cut
 
 
-def test_the_readme_counts_what_stays_between_copies():
+def test_laser_readme_states_material_left_between_copies():
     """Not only what is between the two cuts of one: with no gap it said 5.85 mm where one edge is cut twice."""
     for gap, words in (
         ("0", "0 mm between two cuts"),

@@ -21,11 +21,11 @@ def files() -> dict[str, bytes]:
     return meshes.render_3mf(handmade.solids("jaw"), handmade.layout("jaw").spec)
 
 
-def test_every_piece_of_mount_and_jaw_has_a_file(files):
+def test_each_part_of_mount_and_jaw_has_3mf_file(files):
     assert set(files) == {f"mount/hand-made-{name}.3mf" for name in ("jaw", "mount", "mount-spacer")}
 
 
-def test_archives_hold_the_three_parts_undated_and_stored(files):
+def test_3mf_archives_have_three_entries_with_fixed_date_and_no_compression(files):
     for data in files.values():
         with zipfile.ZipFile(BytesIO(data)) as archive:
             assert archive.namelist() == ["[Content_Types].xml", "_rels/.rels", "3D/3dmodel.model"]
@@ -34,7 +34,7 @@ def test_archives_hold_the_three_parts_undated_and_stored(files):
                 assert entry.compress_type == zipfile.ZIP_STORED
 
 
-def test_the_model_is_in_millimetres_named_and_coloured(files):
+def test_3mf_model_is_in_millimetres_with_name_and_colour(files):
     with zipfile.ZipFile(BytesIO(files["mount/hand-made-mount.3mf"])) as archive:
         model = ElementTree.fromstring(archive.read("3D/3dmodel.model"))
     assert model.get("unit") == "millimeter"
@@ -45,7 +45,7 @@ def test_the_model_is_in_millimetres_named_and_coloured(files):
 
 
 @pytest.mark.needs("networkx", "lxml")
-def test_trimesh_reads_a_closed_body_of_the_solid_s_volume(files):
+def test_trimesh_reads_watertight_3mf_with_volume_of_solid(files):
     import trimesh
 
     for solid in handmade.solids("jaw"):
@@ -56,5 +56,5 @@ def test_trimesh_reads_a_closed_body_of_the_solid_s_volume(files):
             assert body.volume == approx(solid.shape.volume, rel=2e-3)
 
 
-def test_without_a_mount_there_is_no_file():
+def test_sensor_without_mount_has_no_3mf_file():
     assert meshes.render_3mf(handmade.solids("bare"), handmade.layout("bare").spec) == {}

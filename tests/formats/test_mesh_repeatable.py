@@ -46,7 +46,7 @@ print(json.dumps(found))
 
 
 @pytest.mark.slow
-def test_another_process_writes_the_same_bytes():
+def test_mesh_bytes_are_equal_in_another_process():
     ours = {}
     for sensor in ("jaw", "bench"):
         for render in WRITERS:
@@ -81,7 +81,7 @@ print(json.dumps({name: hashlib.sha256(data).hexdigest() for name, data in files
 @pytest.mark.parametrize("name", [
     pytest.param(n, marks=pytest.mark.more) for n in ("jaw_5x20", "three_axis_grid", "three_axis_triangle")
 ])
-def test_a_template_s_files_and_corners_are_the_same_wherever_its_solids_lie_in_memory(name):
+def test_template_meshes_do_not_depend_on_memory_addresses(name):
     found = []
     for seed, kept in (("1", "0"), ("271828", "3001"), ("31", "777")):
         surroundings = {**os.environ, "PYTHONHASHSEED": seed, "PYTHONPATH": str(ROOT)}

@@ -27,7 +27,7 @@ def files(sensor) -> dict[str, bytes]:
     return meshes.render_stl(handmade.solids(sensor), handmade.layout(sensor).spec)
 
 
-def test_meshes_are_watertight_with_the_solid_s_volume_and_stand_on_the_bed(sensor, files):
+def test_stl_meshes_are_watertight_on_print_bed_with_volume_of_solid(sensor, files):
     import trimesh
 
     solids = {f"mount/{handmade.layout(sensor).spec.name}-{s.name}.stl": s for s in handmade.solids(sensor)}
@@ -42,7 +42,7 @@ def test_meshes_are_watertight_with_the_solid_s_volume_and_stand_on_the_bed(sens
 
 
 @pytest.mark.clients("admesh")
-def test_admesh_finds_no_open_and_no_backward_edge(files, tmp_path):
+def test_admesh_finds_no_open_or_reversed_facets(files, tmp_path):
     for data in files.values():
         path = tmp_path / "part.stl"
         path.write_bytes(data)
@@ -55,7 +55,7 @@ def test_admesh_finds_no_open_and_no_backward_edge(files, tmp_path):
 @pytest.mark.clients("prusa-slicer")
 @pytest.mark.slow
 @pytest.mark.parametrize("render", [meshes.render_stl, meshes.render_3mf])
-def test_prusaslicer_slices_every_part(render, tmp_path):
+def test_prusaslicer_slices_each_part(render, tmp_path):
     for name, data in render(handmade.solids("jaw"), handmade.layout("jaw").spec).items():
         path, out = tmp_path / name.rpartition("/")[2], tmp_path / "out.gcode"
         path.write_bytes(data)
@@ -64,7 +64,7 @@ def test_prusaslicer_slices_every_part(render, tmp_path):
         assert out.read_text().count("G1 ") > 100, name
 
 
-def test_an_open_mesh_is_refused():
+def test_open_or_reversed_mesh_raises_not_manifold():
     mesh = tessellate(handmade.solids("jaw")[1])
     with pytest.raises(NotManifold, match="mount"):
         meshes.stl(TriangleMesh("mount", mesh.vertices, mesh.triangles[1:]))
@@ -72,5 +72,5 @@ def test_an_open_mesh_is_refused():
         meshes.stl(TriangleMesh("mount", mesh.vertices, np.fliplr(mesh.triangles)))
 
 
-def test_without_a_mount_there_is_no_file():
+def test_sensor_without_mount_has_no_stl_file():
     assert meshes.render_stl(handmade.solids("bare"), handmade.layout("bare").spec) == {}

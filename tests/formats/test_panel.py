@@ -75,7 +75,7 @@ def area(layout, at: Point):
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_every_copy_shows_what_the_boards_own_file_shows(small):
+def test_panel_copies_equal_artwork_of_single_board(small):
     layout, panel, files = small
     for ending in ("F_Cu.gbr", "B_Cu.gbr", "F_Mask.gbr", "B_Stiffener.gbr"):
         own = image(files, f"fpc/small-part-{ending}")
@@ -86,7 +86,7 @@ def test_every_copy_shows_what_the_boards_own_file_shows(small):
 
 
 @pytest.mark.slow
-def test_nothing_but_fiducials_and_the_name_lies_outside_the_parts(small):
+def test_panel_frame_has_only_fiducials_and_name(small):
     layout, panel, files = small
     whole = image(files, "fpc/panel/small-part-panel-B_Cu.gbr")
     for at in panel.parts:
@@ -103,7 +103,7 @@ def test_nothing_but_fiducials_and_the_name_lies_outside_the_parts(small):
 
 
 @pytest.mark.slow
-def test_the_coupon_is_the_first_coil_with_two_pads(small):
+def test_coupon_is_first_coil_with_two_pads(small):
     layout, panel, files = small
     assert len(panel.coupons) == 2 and len(panel.coupon.pads) == 2
     (coil,) = panel.coupon.coils
@@ -118,7 +118,7 @@ def test_the_coupon_is_the_first_coil_with_two_pads(small):
 
 
 @pytest.mark.slow
-def test_layers_that_tails_are_without_are_wherever_else_the_panel_has_copper():
+def test_extent_of_body_layers_covers_all_other_copper_of_panel():
     """Rails carry fiducials on the lowest layer, coupons coils on all: the extent drew the boards' bodies alone."""
     layout = lay_out(load_text(FOUR_LAYERS))
     panel = plan(layout)
@@ -138,7 +138,7 @@ def test_layers_that_tails_are_without_are_wherever_else_the_panel_has_copper():
     assert "Copper 3 to 4 and what lies between and below: the parts' bodies, the coupons and the rails only" in said
 
 
-def test_holes_are_those_of_all_copies_and_the_tooling_holes_are_not_plated(small):
+def test_panel_drills_holes_of_all_copies_and_unplated_tooling_holes(small):
     layout, panel, files = small
 
     def drilled(name):
@@ -157,7 +157,7 @@ def test_holes_are_those_of_all_copies_and_the_tooling_holes_are_not_plated(smal
             assert b"TF.Part,Array" in file and b"TO.N" not in file, name
 
 
-def test_cuts_and_bridges_together_are_the_outline(small):
+def test_cut_lines_and_bridges_add_up_to_outline(small):
     layout, panel, _ = small
     stops = panel.bridges
     pieces = cut_lines(layout.outline, stops)
@@ -170,7 +170,7 @@ def test_cuts_and_bridges_together_are_the_outline(small):
     assert len(cut_lines(layout.outline, ())) == 1 and cut_lines(layout.outline, ())[0].is_closed
 
 
-def test_bridges_keep_off_contacts_and_bend(small):
+def test_bridges_avoid_contacts_and_bend_zone(small):
     layout, panel, _ = small
     low, high = layout.bend_zone
     for bridge in panel.bridges:
@@ -191,7 +191,7 @@ TAILS = [
 
 @pytest.mark.parametrize("tail", TAILS)
 @pytest.mark.parametrize("more", ["", "readout: {capacitors_on_board: chip-0603}\n"])
-def test_a_long_tail_is_held_at_its_end_on_both_sides(tail, more):
+def test_long_tail_has_bridges_on_both_sides_of_its_end(tail, more):
     """A tongue of film that hangs free is folded or torn off in the bath: it is held just before what is plugged in."""
     if more and "solder" in tail:
         return
@@ -213,7 +213,7 @@ def test_a_long_tail_is_held_at_its_end_on_both_sides(tail, more):
             assert max(abs(at.x - x) - w / 2, abs(at.y - y) - h / 2) > 0.45 * MM
 
 
-def test_a_panel_has_so_many_boards_and_no_more():
+def test_panel_is_limited_to_500_boards():
     """Written out, more is a finding that says why; left to itself, the panel stays below."""
     with pytest.raises(SpecError) as caught:
         load_text(TEXT % "panel: {parts: [60, 60]}")
@@ -225,7 +225,7 @@ def test_a_panel_has_so_many_boards_and_no_more():
     assert 400 < len(panel.parts) <= 500
 
 
-def test_copies_and_marks_keep_apart_inside_the_frame(small):
+def test_panel_copies_and_marks_are_separate_and_inside_frame(small):
     layout, panel, files = small
     areas = [area(layout, at) for at in panel.parts] + [area(panel.coupon, at) for at in panel.coupons]
     for i, one in enumerate(areas):
@@ -244,12 +244,12 @@ def rectangle_of(x0, y0, x1, y1):
     ("line", "wanted"),
     [("rules: generic-flex", True), ("rules: generic-fine", False), ("panel: none", False), ("panel: {gap: 3}", True)],
 )
-def test_a_panel_comes_where_the_part_is_too_small_or_the_spec_says_so(line, wanted):
+def test_panel_is_made_for_small_part_or_if_spec_requires(line, wanted):
     layout = lay_out(load_text(TEXT % line))
     assert is_wanted(layout.size, layout.spec.fpc) == wanted
 
 
-def test_a_panel_left_to_itself_fills_the_fabricators_size():
+def test_default_panel_fills_panel_size_of_fabricator():
     layout = lay_out(load_text(TEXT % "rules: generic-flex"))
     panel = plan(layout)
     room = layout.spec.fpc.rules.panel_size
@@ -258,14 +258,14 @@ def test_a_panel_left_to_itself_fills_the_fabricators_size():
     assert panel.size[0] + x1 - x0 + 2 * MM > room[0] and panel.size[1] + y1 - y0 + 2 * MM > room[1]
 
 
-def test_a_single_coil_with_pads_is_its_own_coupon():
+def test_single_coil_with_solder_pads_needs_no_coupon():
     text = TEXT.replace("  tail: {length: 30, connector: zif-0.5mm}\n", "").replace("count: 2", "count: 1")
     panel = plan(lay_out(load_text(text % "panel: {parts: [1, 2]}")))
     assert panel.coupon is None and "its own coupon" in panel.no_coupon
     assert "There is no coupon" in panel_drawing.readme(panel, None)
 
 
-def test_a_coupon_that_its_bridges_cannot_hold_is_left_out_and_the_reason_told(small):
+def test_coupon_too_small_for_its_bridges_is_omitted_with_reason(small):
     """Bridges of 3 mm find fewer than three places on a coupon of 4 mm; it would drop out of the panel."""
     layout, panel, _ = small
     spec = layout.spec
@@ -276,14 +276,14 @@ def test_a_coupon_that_its_bridges_cannot_hold_is_left_out_and_the_reason_told(s
     assert "bridges of 3 mm" in panel_drawing.readme(without, None)
 
 
-def test_a_board_without_straight_edges_still_gets_bridges(board):
+def test_round_board_has_at_least_three_bridges(board):
     round_board = replace(board, outline=circle(Point(0.0, 0.0), 6 * MM), bend_zone=None, stiffener=None, pads=())
     assert len(bridges(round_board)) >= 3
     wide = replace(board.spec.fpc, panel=PanelSpec(bridge=40 * MM))
     assert bridges(replace(round_board, spec=replace(board.spec, fpc=wide))) == ()
 
 
-def test_the_archive_holds_the_panel_and_not_the_single_board(small):
+def test_order_archive_contains_panel_instead_of_single_board(small):
     files = small[2]
     names = zipfile.ZipFile(io.BytesIO(files["fpc/small-part-order.zip"])).namelist()
     own = {f"small-part-panel{ending}" for ending in (".GTL", "-Part_Cuts.gbr", "-NPTH.drl")}
@@ -291,7 +291,7 @@ def test_the_archive_holds_the_panel_and_not_the_single_board(small):
     assert "small-part.GTL" not in names and "small-part-netlist.d356" in names
 
 
-def test_the_archive_says_of_every_image_of_the_panel_what_it_is():
+def test_archive_readme_describes_each_panel_file():
     """The readme of the archive named the single board's files alone."""
     layout = lay_out(load_text(FOUR_LAYERS))
     sent = zipfile.ZipFile(io.BytesIO(layouts.order_set(layout, plan(layout))["fpc/small-part-order.zip"]))
@@ -305,7 +305,7 @@ def test_the_archive_says_of_every_image_of_the_panel_what_it_is():
     assert len({len(name) + 2 + len(text) - len(text.lstrip()) for name, text in listed.items()}) == 1
 
 
-def test_the_coupon_s_inductance_says_at_which_frequency(small):
+def test_coupon_inductance_is_stated_with_its_frequency(small):
     """It stood there without one, and a meter at 100 kHz reads another value than at the sensor's."""
     layout, panel, _ = small
     found = estimate(panel.coupon)

@@ -29,17 +29,17 @@ def read(data: bytes, folder: Path):
     return bd.import_step(path)
 
 
-def test_every_piece_of_mount_and_jaw_and_the_assembly_have_a_file(files):
+def test_each_part_and_the_assembly_have_step_file(files):
     pieces = {f"mount/hand-made-{name}.step" for name in ("jaw", "mount", "mount-spacer")}
     assert set(files) == {*pieces, "mount/assembly.step"}
 
 
-def test_without_a_mount_there_is_no_file():
+def test_sensor_without_mount_has_no_step_file():
     assert step.render(handmade.solids("bare"), handmade.layout("bare").spec) == {}
 
 
 @pytest.mark.slow
-def test_the_assembly_holds_every_solid_in_place_valid_named_and_coloured(files, tmp_path):
+def test_step_assembly_contains_each_solid_in_place_named_and_coloured(files, tmp_path):
     whole = read(files["mount/assembly.step"], tmp_path)
     wanted = handmade.solids("jaw")
     assert [child.label for child in whole.children] == [solid.name for solid in wanted]
@@ -54,7 +54,7 @@ def test_the_assembly_holds_every_solid_in_place_valid_named_and_coloured(files,
 
 
 @pytest.mark.parametrize("name", ["jaw", "target", "elastomer"])
-def test_a_sensor_named_as_one_of_its_pieces_keeps_every_piece_in_the_assembly(name, tmp_path):
+def test_step_assembly_of_sensor_named_like_a_part_contains_every_part(name, tmp_path):
     """The build ended with "Unique name is required" after all other work was done."""
     solids, spec = handmade.solids("jaw"), replace(handmade.layout("jaw").spec, name=name)
     assert name in {solid.name for solid in solids}
@@ -64,7 +64,7 @@ def test_a_sensor_named_as_one_of_its_pieces_keeps_every_piece_in_the_assembly(n
     assert len(products) == len(set(products)) == len(solids) + 1
 
 
-def test_a_part_is_its_solid(files, tmp_path):
+def test_step_part_has_volume_of_solid_in_millimetres(files, tmp_path):
     solid = next(s for s in handmade.solids("jaw") if s.name == "mount")
     found = read(files["mount/hand-made-mount.step"], tmp_path)
     assert found.is_valid
@@ -72,7 +72,7 @@ def test_a_part_is_its_solid(files, tmp_path):
     assert b"SI_UNIT(.MILLI.,.METRE.)" in files["mount/hand-made-mount.step"]
 
 
-def test_cadquery_reads_the_assembly_too(files, tmp_path):
+def test_cadquery_reads_step_assembly_with_equal_volumes(files, tmp_path):
     import cadquery as cq
 
     path = tmp_path / "assembly.step"
@@ -81,13 +81,13 @@ def test_cadquery_reads_the_assembly_too(files, tmp_path):
     assert volumes == approx(sorted(s.shape.volume for s in handmade.solids("jaw")), rel=1e-6)
 
 
-def test_files_do_not_depend_on_what_was_written_before(files):
+def test_step_files_do_not_depend_on_earlier_exports(files):
     solids, spec = handmade.solids("jaw"), handmade.layout("jaw").spec
     again = step.render(solids, spec) | step.render_whole(solids, spec)
     assert again == files
 
 
-def test_the_header_s_time_is_the_epoch_or_what_the_environment_says(files, monkeypatch):
+def test_step_header_time_is_epoch_or_source_date_epoch(files, monkeypatch):
     for data in files.values():
         assert re.findall(rb"'(\d{4}-\d\d-\d\dT[\d:]+)'", data) == [b"1970-01-01T00:00:00"]
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
@@ -95,12 +95,12 @@ def test_the_header_s_time_is_the_epoch_or_what_the_environment_says(files, monk
     assert b"'2023-11-14T22:13:20'" in data
 
 
-def test_occurrences_are_counted_from_one(files):
+def test_step_occurrences_are_numbered_from_one(files):
     numbers = re.findall(rb"NEXT_ASSEMBLY_USAGE_OCCURRENCE\('(\d+)'", files["mount/assembly.step"])
     assert [int(n) for n in numbers] == list(range(1, 10))
 
 
-def test_an_entity_stands_on_one_line_and_zero_has_no_sign_and_no_dust(files):
+def test_step_entities_take_one_line_and_zeros_are_exact(files):
     long = "a-name-" * 14 + "longer-than-a-line-of-opencascade"
     for data in (*files.values(), step.part(handmade.solids("jaw")[1], long)):
         lines = data.decode("ascii").splitlines()

@@ -63,7 +63,7 @@ def flashes(text: bytes) -> set[tuple[float, float]]:
     return {(round(item.x, 4), round(item.y, 4)) for item in found}
 
 
-def test_holes_in_the_tail_end_with_its_layers(thin):
+def test_tail_vias_end_at_last_tail_layer(thin):
     last = thin.spec.fpc.tail.layers
     assert not thin.shortfalls
     inside = [via for via in thin.vias if via.lowest is not None]
@@ -72,7 +72,7 @@ def test_holes_in_the_tail_end_with_its_layers(thin):
     assert all(via.centre.x <= thin.body[2] for via in thin.vias if via.lowest is None)
 
 
-def test_every_span_has_its_drill_file_and_pads_on_its_layers_only(thin):
+def test_each_drill_span_has_file_and_pads_only_on_its_layers(thin):
     last, count = thin.spec.fpc.tail.layers, thin.copper_layers
     drills = gerber.render_drills(thin)
     assert sorted(drills) == ["fpc/thin-PTH.drl", f"fpc/thin-front-in{last - 1}.drl"]
@@ -89,7 +89,7 @@ def test_every_span_has_its_drill_file_and_pads_on_its_layers_only(thin):
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_the_files_read_back_keep_their_word(thin, tmp_path):
+def test_files_of_thin_tail_pass_readback_and_wrong_span_is_found(thin, tmp_path):
     files = order_set(thin, plan(thin))
     for path, content in files.items():
         (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
@@ -103,7 +103,7 @@ def test_the_files_read_back_keep_their_word(thin, tmp_path):
     assert {"no-layer", "hole-off-pad"} <= kinds
 
 
-def test_copper_beyond_the_end_of_its_layer_is_found(tmp_path):
+def test_readback_finds_copper_beyond_end_of_body_layer(tmp_path):
     files = order_set(thin_tail(two_coils(4)))
     for path, content in files.items():
         (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
@@ -114,7 +114,7 @@ def test_copper_beyond_the_end_of_its_layer_is_found(tmp_path):
     assert "no-layer" in {difference.kind.value for difference in compare(extract(tmp_path))}
 
 
-def test_the_test_netlist_meets_holes_of_the_tail_from_the_top(thin):
+def test_test_netlist_gives_tail_vias_top_access(thin):
     records = [line for line in order_set(thin)["fpc/thin-netlist.d356"].decode().splitlines() if line[:3] == "317"]
     access = [line[38:41] for line in records]
     assert access.count("A01") == len(thin.coils) and set(access) == {"A00", "A01"}
@@ -122,7 +122,7 @@ def test_the_test_netlist_meets_holes_of_the_tail_from_the_top(thin):
 
 @pytest.mark.slow
 @needs_kicad
-def test_kicad_takes_them_for_blind_vias_and_finds_nothing(thin, tmp_path):
+def test_kicad_reads_tail_vias_as_blind_vias_without_violation(thin, tmp_path):
     files = kicad.render(thin)
     text = files["kicad/thin.kicad_pcb"].decode()
     assert text.count("(via blind ") == len(thin.coils)
@@ -130,7 +130,7 @@ def test_kicad_takes_them_for_blind_vias_and_finds_nothing(thin, tmp_path):
     assert rule_check(write(files, tmp_path)) == ([], [])
 
 
-def test_the_tail_has_a_coverlay_of_its_own_that_laps_into_the_body(thin):
+def test_tail_coverlay_overlaps_body_by_fabricator_lap(thin):
     """Drawn from the lap on over all of the tail, named in the papers; the body's ends at the step."""
     files, lap = order_set(thin), thin.spec.fpc.rules.coverlay_lap
     last = thin.spec.fpc.tail.layers
@@ -152,7 +152,7 @@ def test_the_tail_has_a_coverlay_of_its_own_that_laps_into_the_body(thin):
 
 
 @pytest.mark.slow
-def test_copper_of_the_tail_that_nothing_covers_from_below_is_found(thin, tmp_path):
+def test_readback_finds_tail_copper_without_bottom_coverlay(thin, tmp_path):
     for path, content in order_set(thin).items():
         (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / path).write_bytes(content)
@@ -163,7 +163,7 @@ def test_copper_of_the_tail_that_nothing_covers_from_below_is_found(thin, tmp_pa
 
 
 @pytest.mark.slow
-def test_a_hole_near_the_step_is_found_and_the_margin_that_is_named_mends_it(thin):
+def test_via_near_step_yields_finding_and_suggested_margin_removes_it(thin):
     found = [f for f in sitscad.check(thin.spec, thin, hints="full").findings if f.rule == "SIT130"]
     gaps = [thin.body[2] - via.centre.x - via.drill / 2 for via in thin.vias if via.lowest is None]
     holes = [f for f in found if f.measured == approx(min(gaps), rel=1e-6)]
@@ -177,14 +177,14 @@ def test_a_hole_near_the_step_is_found_and_the_margin_that_is_named_mends_it(thi
 
 
 @pytest.mark.slow
-def test_a_tail_of_all_layers_has_no_step():
+def test_tail_with_all_layers_has_no_tail_coverlay_or_step_finding():
     whole = board(tail=4)
     assert {path for path in order_set(whole) if "Tail_Coverlay" in path} == set()
     assert "SIT130" not in {f.rule for f in sitscad.check(whole.spec, whole).findings}
 
 
 @pytest.mark.parametrize("turned", [0, 30, 90, 180])
-def test_turned_coils_reach_to_the_step_as_they_are_drawn(turned):
+def test_distance_of_rotated_coils_to_step_matches_drawn_copper(turned):
     """What is said of the outermost turns is measured on the copper itself, whatever way a coil lies."""
     laid = lay_out(
         load_text(
@@ -213,7 +213,7 @@ fpc: {{tail: {{length: 30, layers: 2}}, rules: {{name: wide, coverlay_lap: 9}}}}
         ("buttons", ["18 um"] * 4, "12 um in holes and pads alone"),
     ],
 )
-def test_every_paper_has_one_truth_of_the_copper(plated, finished, core):
+def test_finished_copper_is_equal_in_all_order_documents(plated, finished, core):
     """The readme had copper 2 plated before lamination, and the stack-up said 18 um of foil, not plated."""
     text = SPEC.format(layers=4, tail=2, array="{pattern: single}", across=6, turn="")
     spec = load_text(text.replace("fpc: {", f"fpc: {{plated: {plated}, "), "thin.yaml")
@@ -236,7 +236,7 @@ def test_every_paper_has_one_truth_of_the_copper(plated, finished, core):
     assert {"tail-layers", "tail-layers-bends"} <= set(note.cases)
 
 
-def test_plain_build_of_two_cores_is_one_lamination_without_a_finding():
+def test_two_cores_without_blind_vias_need_one_lamination():
     text = SPEC.format(layers=4, tail=4, array="{pattern: single}", across=6, turn="")
     layout = lay_out(load_text(text, "thin.yaml"))
     assert not [finding for finding in sitscad.check(layout.spec).findings if finding.rule == "SIT132"]

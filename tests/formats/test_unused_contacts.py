@@ -36,7 +36,7 @@ def written(layout, folder):
     return folder
 
 
-def test_every_paper_names_them(single):
+def test_order_documents_list_unused_contacts(single):
     files = order_set(single)
     copper = files["fpc/one-F_Cu.gbr"].decode()
     for number in unused(single):
@@ -51,7 +51,7 @@ def test_every_paper_names_them(single):
     assert re.search(rf"tail {width:g} mm \+/- (70|50) um wide there", words)
 
 
-def test_they_stand_alone_and_read_back_so(single, tmp_path):
+def test_unused_contacts_are_separate_nets_after_readback(single, tmp_path):
     folder = written(single, tmp_path)
     board = extract(folder)
     assert compare(board) == ()
@@ -60,7 +60,7 @@ def test_they_stand_alone_and_read_back_so(single, tmp_path):
     assert {net.names for net in alone} == {(f"N/C J1-{number}",) for number in unused(single)}
 
 
-def test_one_that_touches_a_coil_is_found(single, tmp_path):
+def test_readback_finds_unused_contact_joined_to_coil(single, tmp_path):
     folder = written(single, tmp_path)
     path = folder / "fpc/one-F_Cu.gbr"
     first = next(a for a, b in zip(single.pads, single.pads[1:], strict=False) if a.is_unused and not b.is_unused)
@@ -72,7 +72,7 @@ def test_one_that_touches_a_coil_is_found(single, tmp_path):
 
 
 @needs_kicad
-def test_kicad_finds_nothing(single, tmp_path):
+def test_rule_check_with_unused_contacts_finds_no_violation(single, tmp_path):
     files = kicad.render(single)
     text = files["kicad/one.kicad_pcb"].decode()
     assert all(f'(pad "{number}" connect rect' in text for number in unused(single))

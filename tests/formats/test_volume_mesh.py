@@ -72,7 +72,7 @@ def mesh(sensor: str) -> Msh:
 
 
 @pytest.mark.slow
-def test_a_square_pad_in_metres_with_its_bonded_faces():
+def test_square_pad_mesh_is_in_metres_with_bonded_and_free_faces():
     found = mesh("jaw")
     assert set(found.groups) == {"bonded_bottom", "bonded_top", "free", "elastomer"}
     assert found.area("bonded_bottom") == approx(16e-6, rel=1e-9)
@@ -86,7 +86,7 @@ def test_a_square_pad_in_metres_with_its_bonded_faces():
 
 
 @pytest.mark.slow
-def test_what_overhangs_the_board_or_the_target_is_free():
+def test_pad_overhang_beyond_board_or_target_is_free_face():
     """The bench pad, 8 mm square, stands on a board 7.6 mm wide; the jaw's target reaches over its pad along x only."""
     bench = mesh("bench")
     assert bench.area("bonded_bottom") == approx(8e-3 * 7.6e-3, rel=1e-6)
@@ -97,21 +97,21 @@ def test_what_overhangs_the_board_or_the_target_is_free():
 
 
 @pytest.mark.slow
-def test_a_round_pad_under_a_smaller_round_target():
+def test_round_pad_under_smaller_target_has_expected_face_areas():
     found = mesh("round")
     assert found.area("bonded_top") == approx(np.pi * 1.5e-3**2, rel=0.02)
     assert found.area("bonded_bottom") == approx(np.pi * 2e-3**2, rel=0.02)
     assert found.volumes().sum() == approx(np.pi * 2e-3**2 * 1e-3, rel=0.02)
 
 
-def test_a_finer_mesh_has_more_elements_and_the_same_volume():
+def test_finer_pad_mesh_has_more_elements_and_equal_volume():
     solids = handmade.solids("jaw")
     coarse, fine = (Msh(volume_mesh.elastomer_meshes(solids, pad_of("jaw"), size)["msh"]) for size in (0.5e-3, 0.25e-3))
     assert len(fine.groups["elastomer"]) > 3 * len(coarse.groups["elastomer"])
     assert fine.volumes().sum() == approx(coarse.volumes().sum(), rel=1e-9)
 
 
-def test_gmsh_itself_reads_it_and_a_session_that_is_open_survives(tmp_path):
+def test_gmsh_reads_pad_mesh_and_open_session_is_kept(tmp_path):
     import gmsh
 
     gmsh.initialize(readConfigFiles=False, interruptible=False)
@@ -136,19 +136,19 @@ def test_gmsh_itself_reads_it_and_a_session_that_is_open_survives(tmp_path):
 
 
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="needs Linux")
-def test_a_reader_that_goes_away_does_not_end_a_process_that_has_meshed():
+def test_meshing_keeps_sigpipe_ignored():
     """Gmsh has SIGPIPE end the process: test processes ended so long after, at the next closed socket."""
     assert volume_mesh.elastomer_meshes(handmade.solids("jaw"), pad_of("jaw"))
     (ignored,) = re.findall(r"SigIgn:\s*(\w+)", Path("/proc/self/status").read_text())
     assert int(ignored, 16) >> (signal.SIGPIPE - 1) & 1
 
 
-def test_without_an_elastomer_there_is_no_file():
+def test_sensor_without_elastomer_has_no_volume_mesh():
     assert volume_mesh.render(handmade.solids("bare"), handmade.layout("bare").spec) == {}
 
 
 @pytest.mark.slow
-def test_the_second_order_mesh_has_named_faces_and_says_what_it_is_worth():
+def test_second_order_mesh_has_named_faces_and_states_element_quality():
     import json
 
     from sitscad.files.formats.volume_mesh import elastomer_meshes
@@ -173,7 +173,7 @@ def test_the_second_order_mesh_has_named_faces_and_says_what_it_is_worth():
 @pytest.mark.parametrize(
     ("sensor", "through"), [("jaw", 2), pytest.param("round", 3, marks=[pytest.mark.slow, pytest.mark.more])]
 )
-def test_calculix_runs_the_deck_and_needs_the_force_of_the_pads_law(sensor, through, tmp_path):
+def test_calculix_force_of_deck_agrees_with_pad_law(sensor, through, tmp_path):
     """As it is written, no word changed: the force that holds the pressed target, within 10 % with two elements through
     the thickness of a pad that is loaded all over, with three under a smaller target. Coarse elements lock: with four
     it is 6 % there (docs/package.md has the package's own five).
@@ -196,7 +196,7 @@ def test_calculix_runs_the_deck_and_needs_the_force_of_the_pads_law(sensor, thro
     assert max(sideways) < 0.01 * force
 
 
-def test_the_deck_has_the_specs_own_rubber_but_for_its_bulk_modulus():
+def test_deck_has_ogden_constants_of_spec_with_reduced_bulk_modulus():
     """Ogden's constants in Abaqus' convention, D = 2 / K; the more its faces hold the pad, the more K it takes."""
     pad = pad_of("jaw")
     text = volume_mesh.elastomer_meshes(handmade.solids("jaw"), pad, 0.5e-3)["inp"].decode("ascii")
@@ -210,7 +210,7 @@ def test_the_deck_has_the_specs_own_rubber_but_for_its_bulk_modulus():
     assert volume_mesh.bulk_ratio(firm) == approx(2.0, rel=1e-12)
 
 
-def test_the_deck_of_a_cell_says_that_it_has_no_webs():
+def test_deck_of_webbed_cell_states_that_webs_are_omitted():
     """It was taken for all of the elastomer; the file for the laser has the webs."""
     text = (TEMPLATES / "skin_strip_6.yaml").read_text(encoding="utf-8").replace("cells:\n", "cells:\n  web: 2 mm\n")
     spec = sitscad.load_text(text)
@@ -220,7 +220,7 @@ def test_the_deck_of_a_cell_says_that_it_has_no_webs():
 
 
 @pytest.mark.parametrize("name", ["round_button_12mm", "grasper_4layer", "bench_7mm"])
-def test_the_deck_says_by_how_much_the_film_that_it_lacks_stiffens_the_pad(name):
+def test_deck_states_stiffening_by_omitted_film(name):
     """The pad of a button is 9.5 % stiffer with the film that its deck left out without a word."""
     spec = sitscad.load_text(templates.read(name), "t.yaml")
     said = volume_mesh._left_out(spec)
@@ -235,7 +235,7 @@ def test_the_deck_says_by_how_much_the_film_that_it_lacks_stiffens_the_pad(name)
 @pytest.mark.slow
 @pytest.mark.more
 @pytest.mark.clients("ccx")
-def test_calculix_ends_the_deck_of_a_round_pad_as_packaged(tmp_path):
+def test_calculix_completes_deck_of_round_button_with_expected_force(tmp_path):
     """The second of two increments diverged, for all its iterations."""
     spec = sitscad.load_text(templates.read("round_button_12mm"), "t.yaml")
     made = volume_mesh.pad_mesh(sitscad.lay_out(spec))
@@ -250,7 +250,7 @@ def test_calculix_ends_the_deck_of_a_round_pad_as_packaged(tmp_path):
 
 
 @pytest.mark.slow
-def test_every_face_of_the_deck_is_the_one_that_its_surface_names():
+def test_deck_surfaces_and_node_sets_match_their_faces():
     """The faces S1 to S4 by their corners, and their area: CalculiX takes another face without a word."""
     sensor = "bench"
     text = volume_mesh.elastomer_meshes(handmade.solids(sensor), pad_of(sensor), 1e-3)["inp"].decode("ascii")
@@ -277,7 +277,7 @@ def test_every_face_of_the_deck_is_the_one_that_its_surface_names():
         )
 
 
-def test_a_pad_without_a_target_has_a_deck_without_a_step():
+def test_deck_of_pad_without_target_has_no_load_step():
     assert b"*STEP" in volume_mesh.elastomer_meshes(handmade.solids("jaw"), pad_of("jaw"), 0.5e-3)["inp"]
     solids = tuple(s for s in handmade.solids("jaw") if s.role is not BodyRole.TARGET)
     made = volume_mesh.elastomer_meshes(solids, pad_of("jaw"), 0.5e-3)["inp"]

@@ -25,7 +25,7 @@ def _design(name, converter):
 @pytest.mark.slow
 @pytest.mark.clients("kicad-cli")
 @pytest.mark.parametrize(("name", "converter"), [("three_axis_pad", "ldc1614"), ("three_axis_triangle", "ldc1612")])
-def test_kicad_finds_nothing_wrong_and_reads_the_nets(name, converter, tmp_path):
+def test_kicad_checks_schematic_without_error_and_reads_expected_nets(name, converter, tmp_path):
     """One converter, and two of two channels of which one is left over."""
     design = _design(name, converter)
     for path, content in schematic.render(design.layout, design.estimates).items():
@@ -66,7 +66,7 @@ def test_kicad_finds_nothing_wrong_and_reads_the_nets(name, converter, tmp_path)
 
 
 @pytest.mark.slow
-def test_the_picture_names_every_net():
+def test_wiring_picture_labels_every_net():
     design = _design("three_axis_pad", "ldc1614")
     picture = schematic.render(design.layout, design.estimates)["firmware/wiring/wiring.svg"].decode()
     assert all(f">{word}<" in picture for word in ("SD", "INTB1", "ADDR", "CLKIN", "C1.A", "IN3B", "GND"))

@@ -102,7 +102,7 @@ def test_long_search_finds_least_sufficient_amount():
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_grid_lacking_little_pitch_suggests_least_pitch(sensor):
+def test_grid_slightly_too_dense_suggests_smallest_sufficient_pitch(sensor):
     """Four coils in a grid that are led out 0.1 mm farther apart: what was tried first is six times that."""
     text = (
         "sitscad: 1\nname: grid\narray: {pattern: grid, count: [2, 2], pitch: 7.3}\nfpc: {tail: {length: 30}}\n"

@@ -38,7 +38,7 @@ def refused(call) -> tuple[sitscad.Finding, ...]:
     return caught.value.findings
 
 
-def test_a_mapping_and_keywords_say_what_a_text_says():
+def test_mapping_keywords_and_text_give_equal_specs():
     text = """
 sitscad: 1
 name: small
@@ -51,22 +51,22 @@ coil: {shape: circle, outer_diameter: 7, turns: 12, layers: 2, trace_width: 100 
 
 
 @pytest.mark.parametrize("key", [[], ["coil.turns"], {1}, (1, 2), None, 3, {(1, 2): 3}, {"coil.turns": object()}])
-def test_a_key_that_is_no_text_is_refused_as_any_other_mistake(key):
+def test_non_string_key_raises_spec_error(key):
     refused(lambda: BENCH.replace(key, 1))
 
 
 @pytest.mark.parametrize("sections", [3, "coil", ["coil"]])
-def test_sections_that_are_no_mapping_are_refused_as_any_other_mistake(sections):
+def test_invalid_sections_raise_spec_error(sections):
     refused(lambda: SensorSpec.from_mapping(sections))
 
 
-def test_a_number_with_many_zeros_is_the_number():
+def test_number_with_5000_zeros_equals_plain_number():
     text = SMALL.source.text.replace("outer_diameter: 7", f"outer_diameter: 7.{'0' * 5000}")
     assert sitscad.load_text(text).coil == SMALL.coil
 
 
 @pytest.mark.parametrize("name", templates.names())
-def test_every_template_is_the_same_from_a_mapping(name):
+def test_template_from_mapping_equals_template_from_text(name):
     text = templates.read(name)
     made, read = SensorSpec.from_mapping(read_yaml(text).data), sitscad.load_text(text)
     assert replace(made, source=read.source) == read
@@ -80,7 +80,7 @@ def test_every_template_is_the_same_from_a_mapping(name):
     "target: {size: 8, thickness: 0.2, material: {name: own, conductivity: 30 MS/m}}",
     "mount: {kind: grasper-pad, standoff: 0.7, jaw: {based_on: generic-5mm, height: 2}}",
 ])
-def test_section_written_out_is_as_usable_in_python_as_in_its_text(own):
+def test_spec_with_written_section_is_usable_after_dataclass_replace(own):
     """Rules of one's own have no date; `lay_out` of a changed spec refused their empty `checked_on`."""
     text = f"sitscad: 1\nname: own\ncoil: {{shape: circle, outer_diameter: 8, turns: 5, layers: 2, {TRACKS}}}\n{own}\n"
     read = sitscad.load_text(text)
@@ -90,12 +90,12 @@ def test_section_written_out_is_as_usable_in_python_as_in_its_text(own):
 TRACKS = "trace_width: 150 um, trace_spacing: 150 um"
 
 
-def test_numbers_of_numpy_serve():
+def test_numpy_numbers_are_accepted_in_mapping():
     coil = COIL | {"turns": np.array([12.0, 11.0]), "outer_diameter": np.float64(7.0), "layers": np.int64(2)}
     assert SensorSpec.from_mapping(name="small", coil=coil).coil.layer_turns == (12.0, 11.0)
 
 
-def test_a_change_keeps_the_comments_and_is_read_as_a_file_is():
+def test_replaced_value_keeps_comments_and_updates_spec():
     changed = BENCH.replace("coil.turns", 7.5)
     assert changed.coil == replace(BENCH.coil, turns=7.5)
     assert changed.source.text == rewritten(BENCH.source.text, [Edit("coil.turns", "7.5")])
@@ -103,12 +103,12 @@ def test_a_change_keeps_the_comments_and_is_read_as_a_file_is():
     assert changed.replace("coil.turns", BENCH.coil.most_turns).coil == BENCH.coil
 
 
-def test_several_changes_are_judged_together():
+def test_several_replaced_values_are_validated_together():
     assert {f.rule for f in refused(lambda: BENCH.replace("coil.outer_diameter", 3e-3))} == {"SIT016"}
     assert BENCH.replace({"coil.outer_diameter": 3e-3, "coil.turns": 4}).coil.size == (3e-3, 3e-3)
 
 
-def test_sections_come_and_go():
+def test_replace_adds_and_removes_sections():
     target = SMALL.replace("target", {"shape": "square", "size": "4 mm"})
     assert target.target.size == (4e-3, 4e-3)
     assert target.replace({"target.size": [4e-3, "5 mm"], "target.shape": "rectangle"}).target.size == (4e-3, 5e-3)
@@ -116,7 +116,7 @@ def test_sections_come_and_go():
     assert target.replace("target", None).target is None
 
 
-def test_entries_of_lists_are_counted_from_nought():
+def test_replace_indexes_list_entries_from_zero():
     spec = SMALL.replace("array", {"pattern": "explicit", "centres": [[-4e-3, 0], [4e-3, 0]]})
     assert spec.replace("array.centres.1.0", 5e-3).array.placements[1].centre == (5e-3, 0.0)
     assert refused(lambda: spec.replace("array.centres.2", [9e-3, 0]))[0].key == "array.centres.2"
@@ -140,14 +140,14 @@ def test_entries_of_lists_are_counted_from_nought():
         ("fpc.rules.trace_width", "1 mm", "SIT002"),
     ],
 )
-def test_what_is_wrong_is_refused_and_the_key_named(key, value, rule):
+def test_invalid_replacement_is_refused_with_rule_and_key(key, value, rule):
     spec = SMALL.replace("fpc", {"rules": "generic-fine"})
     found = refused(lambda: spec.replace(key, value))[0]
     assert found.rule == rule and found.key is not None and key.startswith(found.key.split(".")[0])
     assert (found.key or "").rpartition(".")[2] in found.message
 
 
-def test_a_change_past_the_text_is_not_undone_in_silence():
+def test_replace_refuses_spec_whose_fields_differ_from_text():
     past = replace(BENCH, coil=replace(BENCH.coil, turns=5.0))
     found = refused(lambda: past.replace("coil.layers", 2))[0]
     assert (found.rule, found.key) == ("SIT009", "coil")
@@ -170,7 +170,7 @@ KEYS = st.sampled_from([
 @pytest.mark.slow
 @given(key=KEYS | st.text(max_size=12), value=HOSTILE)
 @settings(max_examples=300, deadline=None)
-def test_any_value_gives_a_spec_or_a_spec_error(key, value):
+def test_random_replacement_gives_spec_or_spec_error_within_5_seconds(key, value):
     began = time.process_time()
     try:
         assert isinstance(BENCH.replace(key, value), SensorSpec)
@@ -182,7 +182,7 @@ def test_any_value_gives_a_spec_or_a_spec_error(key, value):
 @pytest.mark.slow
 @given(sections=st.dictionaries(st.sampled_from(["name", "coil", "array", "fpc", "target", "x"]), HOSTILE, max_size=4))
 @settings(max_examples=200, deadline=None)
-def test_any_mapping_gives_a_spec_or_a_spec_error(sections):
+def test_random_mapping_gives_spec_or_spec_error(sections):
     for given_sections in (sections, {"name": "x", "coil": COIL} | sections):
         try:
             assert isinstance(SensorSpec.from_mapping(given_sections), SensorSpec)
@@ -190,12 +190,12 @@ def test_any_mapping_gives_a_spec_or_a_spec_error(sections):
             assert error.findings
 
 
-def test_a_number_too_long_to_be_written_is_refused():
+def test_number_of_5000_digits_is_refused():
     assert refused(lambda: BENCH.replace("coil.turns", 10**5000))[0].key == "coil.turns"
     assert refused(lambda: sitscad.lay_out(replace(BENCH, coil=replace(BENCH.coil, turns=10**5000))))
 
 
-def test_a_list_that_holds_itself_is_refused():
+def test_list_containing_itself_is_refused():
     endless: list[object] = [1e-3, 2e-3, 3e-3]
     endless += [endless] * 9
     assert refused(lambda: BENCH.replace("array.centres", endless))[0].rule in ("SIT004", "SIT010")
@@ -213,7 +213,7 @@ PLAIN = st.recursive(
 @pytest.mark.slow
 @given(data=st.dictionaries(WORDS, PLAIN, min_size=1, max_size=5))
 @settings(deadline=None)
-def test_what_is_written_is_read_back(data):
+def test_written_yaml_is_read_back_equally(data):
     assert read_yaml(yaml_text(plain_data(data))).data == data
 
 
@@ -224,7 +224,7 @@ PLACES = [(part, one) for part in ("coil", "array", "fpc", "target", "readout", 
 @pytest.mark.slow
 @given(place=st.sampled_from(PLACES), value=HOSTILE | st.sampled_from([1e30, 1e-30, (1,), (1e3, 1.0)]))
 @settings(max_examples=300, deadline=None)
-def test_any_value_put_into_a_spec_is_used_or_refused_in_seconds(place, value):
+def test_random_field_value_is_laid_out_or_refused_within_10_seconds(place, value):
     part, one = place
     spec = replace(BENCH, **{part: value if one is None else replace(getattr(BENCH, part), **{one: value})})
     began = time.process_time()
@@ -247,7 +247,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("field", WRONG)
-def test_what_lays_out_estimates_and_checks_refuses_it_equally(field):
+def test_layout_check_estimate_and_design_refuse_wrong_coil_field(field):
     spec = replace(BENCH, coil=replace(BENCH.coil, **{field: WRONG[field]}))
     drawn = replace(sitscad.lay_out(BENCH), spec=spec)
     for call in (
@@ -259,6 +259,6 @@ def test_what_lays_out_estimates_and_checks_refuses_it_equally(field):
         assert any(finding.key.startswith("coil.") for finding in refused(call))
 
 
-def test_what_is_no_spec_at_all_is_a_type_error():
+def test_layout_of_mapping_raises_type_error():
     with pytest.raises(TypeError, match="SensorSpec"):
         sitscad.lay_out({"coil": 3})

@@ -29,18 +29,18 @@ def loaded(*sections, coil=COIL):
 
 
 @pytest.mark.parametrize("name", ["con", "nul", "aux.txt", "lpt1", "com9.b", "prn", "a.", "a.b."])
-def test_a_name_that_windows_cannot_keep_is_refused(name):
+def test_name_reserved_by_windows_is_refused(name):
     with pytest.raises(SpecError) as refused:
         load_text(MINIMAL.replace("name: a\n", f"name: {name}\n"))
     assert [(one.rule, one.key) for one in refused.value.findings] == [("SIT006", "name")]
 
 
 @pytest.mark.parametrize("name", ["console", "nul-1", "auxiliary", "lpt", "com", "a.b", "a", "0", "a.con", "con-a"])
-def test_a_name_that_only_resembles_a_reserved_one_is_taken(name):
+def test_name_similar_to_reserved_windows_name_is_accepted(name):
     assert load_text(MINIMAL.replace("name: a\n", f"name: {name!r}\n")).name == name
 
 
-def test_a_minimal_spec_takes_stated_defaults():
+def test_minimal_spec_lists_its_defaults():
     spec = load_text(MINIMAL, "minimal.yaml")
     assert spec.coil.layers == (1,)
     assert [placement.centre for placement in spec.array.placements] == [(0.0, 0.0)]
@@ -56,16 +56,16 @@ def test_a_minimal_spec_takes_stated_defaults():
 
 
 @pytest.mark.parametrize("name", templates.names())
-def test_every_template_loads(name):
+def test_each_template_loads_with_its_name(name):
     spec = load(templates.directory() / f"{name}.yaml")
     assert spec.name == name.replace("_", "-")
 
 
-def test_the_four_templates_are_there():
+def test_template_list_includes_the_four_first_templates():
     assert set(templates.names()) >= {"bench_7mm", "grasper_3p5mm", "grasper_4layer", "single_coil"}
 
 
-def test_values_become_si():
+def test_spec_values_are_stored_in_si_units():
     spec = load(templates.directory() / "grasper_4layer.yaml")
     assert spec.coil.size == (0.00395, 0.00395)
     assert (spec.coil.turns, spec.coil.layers) == (8.75, (1, 2, 3, 4))
@@ -93,11 +93,11 @@ def test_values_become_si():
         ("[1, 3]", "flex-4l"),
     ],
 )
-def test_the_default_stackup_has_a_way_out_for_odd_layers(layers, name):
+def test_default_stackup_adds_free_layer_for_odd_coil_layers(layers, name):
     assert loaded(coil=COIL.replace("turns:", f"layers: {layers}, turns:")).fpc.stackup.name == name
 
 
-def test_places_point_at_values_and_missing_keys_at_their_parent():
+def test_locate_returns_place_of_value_or_parent_of_missing_key():
     source = load_text(
         "sitscad: 1\nname: a\ncoil:\n"
         + COIL[7:-2].replace(", ", "\n").replace("shape", "  shape").replace("\n", "\n  ")
@@ -110,7 +110,7 @@ def test_places_point_at_values_and_missing_keys_at_their_parent():
     assert source.line(6) == "  turns: 6.5"
 
 
-def test_a_stackup_can_be_written_out():
+def test_stackup_can_be_written_as_list_of_layers():
     spec = loaded(
         "fpc:",
         "  stackup:",
@@ -131,7 +131,7 @@ def test_a_stackup_can_be_written_out():
 ROWS = "[{coverlay: 27.5 um}, {copper: %s}, {dielectric: 25 um}, {copper: %s}, {coverlay: 27.5 um}]"
 
 
-def test_a_written_stackup_gives_finished_copper_and_its_foil_is_what_plating_leaves():
+def test_foil_of_written_stackup_is_finished_copper_minus_plating():
     spec = loaded("fpc:", f"  stackup: {ROWS % ('30 um', '47 um')}")
     own = spec.fpc.stackup
     assert own.plating_thickness == 12e-6 and [layer.thickness for layer in own.copper] == [30e-6, 47e-6]
@@ -148,7 +148,7 @@ def test_a_written_stackup_gives_finished_copper_and_its_foil_is_what_plating_le
     assert bare.plating_thickness == 0.0 and bare.copper[0].foil == 35e-6
 
 
-def test_a_preset_is_plated_on_top_of_its_foil_as_the_spec_says():
+def test_finished_copper_of_preset_stackup_follows_plating_method():
     stackup = loaded("fpc:", "  stackup: flex-2l-30um").fpc.stackup
     assert [(layer.foil, layer.thickness) for layer in stackup.copper] == [approx((18e-6, 30e-6), rel=1e-9)] * 2
     more = loaded("fpc:", "  stackup: flex-2l-30um", "  plating: 15 um").fpc.stackup
@@ -169,7 +169,7 @@ def test_a_preset_is_plated_on_top_of_its_foil_as_the_spec_says():
         ("panel", "layers: 1", [30, 18, 18, 30], 18),
     ],
 )
-def test_finished_copper_follows_from_how_and_how_often_it_is_plated(method, tail, finished, line_foil):
+def test_finished_copper_follows_plating_method_and_number_of_platings(method, tail, finished, line_foil):
     """A tail of fewer layers with holes of its own is plated before the rest is laminated on: those layers twice."""
     tail = f"  tail: {{length: 30, {tail}}}"
     stackup = loaded("fpc:", "  stackup: flex-4l", f"  plated: {method}", tail).fpc.stackup
@@ -177,7 +177,7 @@ def test_finished_copper_follows_from_how_and_how_often_it_is_plated(method, tai
     assert stackup.line_foil((1, 2, 3, 4)) == approx(line_foil * 1e-6, rel=1e-9)
 
 
-def test_a_tail_that_does_not_say_has_all_layers_of_the_body():
+def test_tail_without_layers_key_has_all_body_layers():
     spec = loaded("fpc:", "  stackup: flex-4l", "  tail: {length: 30}")
     assert spec.fpc.tail.layers == 4 and "fpc.tail.layers: 4, the default" in spec.source.defaults
 
@@ -189,19 +189,19 @@ def test_a_tail_that_does_not_say_has_all_layers_of_the_body():
         ("  stackup: [{copper: 35 um}, {dielectric: 25 um}]", "  plating: 12 um"),
     ],
 )
-def test_plating_that_cannot_be_is_named(lines):
+def test_impossible_plating_is_refused_at_its_key(lines):
     with pytest.raises(SpecError) as stop:
         loaded("fpc:", *lines)
     assert [(finding.rule, finding.key) for finding in stop.value.findings] == [("SIT009", "fpc.plating")]
 
 
-def test_the_scatter_of_a_written_stackup_is_that_of_the_preset_it_repeats():
+def test_written_stackup_equal_to_preset_has_equal_tolerances():
     preset = loaded("fpc: {stackup: flex-2l-30um}")
     own = loaded("fpc:", f"  stackup: {ROWS % ('30 um', '30 um')}")
     assert tolerance_sigmas(own) == approx(tolerance_sigmas(preset), rel=1e-9)
 
 
-def test_rules_can_be_written_out_over_a_preset():
+def test_written_rules_override_preset_rules():
     rules = loaded(
         "fpc: {rules: {based_on: generic-fine, via_drill: 0.2, name: shop, coil_trace_width: 0.2}}"
     ).fpc.rules
@@ -210,7 +210,7 @@ def test_rules_can_be_written_out_over_a_preset():
     assert rules.sources["via_drill"] == "the spec"
 
 
-def test_jaw_and_materials_can_be_written_out():
+def test_jaw_and_materials_can_be_written_in_spec():
     spec = loaded(
         "mount: {jaw: {width: 4.5, length: 18, height: 2, material: {name: steel, conductivity: 1.4 MS/m}}}",
         "elastomer: {material: {name: own, shear_modulus: 24 kPa, uncertainty: 0.1}}",
@@ -225,13 +225,13 @@ def test_jaw_and_materials_can_be_written_out():
     assert spec.elastomer.size == spec.target.size
 
 
-def test_a_finger_that_nobody_stated_is_named():
+def test_default_finger_is_listed_with_request_to_measure():
     spec = load_text("sitscad: 1\nname: tip\n" + COIL + "mount: {kind: fingertip}\n")
     (said,) = (one for one in spec.source.defaults if one.startswith("mount.finger"))
     assert "rectangle, 16 mm x 10 mm, grip 8 mm, screws of 2 mm" in said and "measure yours" in said
 
 
-def test_empty_sections_are_all_defaults():
+def test_empty_sections_get_listed_defaults():
     spec = loaded("target: {}", "elastomer: {}", "encapsulation: {}", "mount: {}", "shield: {}", "array: {}", "fpc: {}")
     assert spec.target.size == (3.5e-3, 3.5e-3)
     assert spec.mount.jaw.name == "generic-5mm"
@@ -239,12 +239,12 @@ def test_empty_sections_are_all_defaults():
     assert "target.thickness: 0.2 mm, the default" in spec.source.defaults
 
 
-def test_a_polygon_gets_the_exact_fraction_of_a_turn():
+def test_hexagon_turns_are_rounded_to_exact_sixth():
     coil = COIL.replace("circle", "hexagon").replace("6.5", "6.166667")
     assert loaded(coil=coil).coil.turns == 37 / 6
 
 
-def test_a_cable_is_completed_in_proportion_to_its_length_and_says_so():
+def test_missing_cable_inductance_is_derived_from_length_and_listed():
     spec = loaded("readout: {cable: {length: 150, resistance: 0.1 ohm}}")
     assert spec.readout.cable.inductance == approx(90e-9, rel=1e-6)
     assert spec.readout.cable.resistance == 0.1
@@ -266,12 +266,12 @@ def test_a_cable_is_completed_in_proportion_to_its_length_and_says_so():
         ("{pattern: line, count: 1}", [(0, 0)]),
     ],
 )
-def test_arrays_stand_where_their_pattern_says(array, centres):
+def test_array_centres_follow_pattern(array, centres):
     found = [placement.centre for placement in loaded(f"array: {array}").array.placements]
     assert found == [approx((x * 1e-3, y * 1e-3), abs=1e-12) for x, y in centres]
 
 
-def test_a_coil_may_touch_the_spacing_exactly():
+def test_pitch_with_exactly_minimum_spacing_is_accepted():
     assert loaded("array: {count: 2, pitch: 3.6}").array.pitch == 3.6e-3
 
 
@@ -288,7 +288,7 @@ def test_a_coil_may_touch_the_spacing_exactly():
         ("hexagon", (4, 4), (0, 5), 5 - 4 / math.cos(math.pi / 6)),  # corner to corner
     ],
 )
-def test_gaps_between_coils(shape, size, offset, expected):
+def test_gap_between_coils_matches_expected_value(shape, size, offset, expected):
     assert gap(shape, size, *coil_placements(((0, 0), offset))) == approx(expected, rel=1e-6)
 
 
@@ -305,7 +305,7 @@ def test_gaps_between_coils(shape, size, offset, expected):
         ("racetrack", 6.25, False, 6.0),
     ],
 )
-def test_turns_are_rounded_to_ends_that_shape_permits(shape, turns, whole, nearest):
+def test_turns_are_rounded_to_allowed_ends_of_shape(shape, turns, whole, nearest):
     assert SHAPES[shape].is_whole(turns) is whole
     assert SHAPES[shape].nearest_turns(turns) == approx(nearest, rel=1e-6)
 
@@ -320,23 +320,23 @@ def test_turns_are_rounded_to_ends_that_shape_permits(shape, turns, whole, neare
         ("circle", (0.2, 0.2), 0.0),
     ],
 )
-def test_the_innermost_trace_stays_clear_of_the_centre(shape, size, most):
+def test_maximum_turns_keep_innermost_trace_off_centre(shape, size, most):
     """Pitch 0.2, width 0.1: the room for pitches is (4.05/2 - 0.1) / 0.2 = 9.625."""
     assert SHAPES[shape].most_turns(size, 0.1, 0.2) == approx(most, abs=1e-6)
 
 
-def test_rule_ids_are_stable_and_complete():
+def test_rule_ids_are_consecutive_with_complete_unique_texts():
     assert list(RULE_NAMES) == [f"SIT{number:03d}" for number in range(1, len(RULE_NAMES) + 1)]
     assert all(row["summary"] and row["why"] and row["mend"] for row in RULE_TEXTS.values())
     assert len({row["name"] for row in RULE_TEXTS.values()}) == len(RULE_TEXTS)
 
 
-def test_loading_is_a_function_of_the_text():
+def test_equal_texts_give_equal_specs_and_hashes():
     assert load_text(MINIMAL) == load_text(MINIMAL)
     assert load_text(MINIMAL).source.sha256 == load_text(MINIMAL).source.sha256
 
 
-def test_loading_imports_nothing_heavy():
+def test_loading_a_spec_imports_no_heavy_package():
     script = f"import sys; from sitscad.spec.load import load_text; load_text({MINIMAL!r}); print(*sorted(sys.modules))"
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, cwd=ROOT)
     heavy = {"numpy", "scipy", "pydantic_core", "email", "importlib.metadata", "build123d", "matplotlib", "shapely"}
@@ -345,7 +345,7 @@ def test_loading_imports_nothing_heavy():
 
 @pytest.mark.parametrize("coefficient", ["-0.005 1/K", "0.012 1/K"])
 @pytest.mark.parametrize("temperature", ["-60 degC", "200 degC"])
-def test_every_metal_that_can_be_written_conducts_at_every_temperature(coefficient, temperature):
+def test_accepted_temperature_coefficients_leave_positive_resistivity(coefficient, temperature):
     """A coefficient of 2 % a kelvin left no resistivity at -40 degC: an internal error of the estimate."""
     metal = f"{{name: x, conductivity: 58 MS/m, temperature_coefficient: {coefficient}}}"
     spec = loaded(f"target: {{size: 8, material: {metal}}}", f"requirements: {{temperature: {temperature}}}")
@@ -362,7 +362,7 @@ elastomer: {offset: %s}
 """
 
 
-def test_places_are_lengths_and_an_angle_with_their_units():
+def test_offset_and_rotation_keys_accept_units():
     spec = load_text(PLACED % ("[0.2, 100 um]", "[0.5, -20 mil]", "45 deg", "[0, 0.1 mm]"))
     assert spec.fpc.margin == approx((0.2e-3, 0.1e-3), rel=1e-6)
     assert spec.target.offset == approx((0.5e-3, -0.508e-3), rel=1e-6)
@@ -382,7 +382,7 @@ def test_places_are_lengths_and_an_angle_with_their_units():
         (("0", "[0, 0]", "0 deg", "[0, 1 N]"), "elastomer.offset", "SIT005", "mm"),
     ],
 )
-def test_places_that_are_none_are_found_where_they_stand(values, key, rule, words):
+def test_invalid_offsets_and_rotations_are_reported_at_their_line(values, key, rule, words):
     text = PLACED % values
     with pytest.raises(SpecError) as refused:
         load_text(text)
@@ -401,7 +401,7 @@ def test_places_that_are_none_are_found_where_they_stand(values, key, rule, word
         (30, 8, 8, None),
     ],
 )
-def test_more_turns_than_can_be_estimated_are_refused_before_anything_is_computed(turns, layers, count, refused):
+def test_too_many_turns_for_estimates_are_refused_on_load(turns, layers, count, refused):
     """They took three gigabytes and minutes, or ended for want of memory."""
     coil = f"{{shape: circle, outer_diameter: 80, turns: {turns}, layers: {layers}, trace_width: 100 um, "
     array = f"array: {{pattern: line, count: {count}, pitch: 90}}" if count > 1 else ""
@@ -415,7 +415,7 @@ def test_more_turns_than_can_be_estimated_are_refused_before_anything_is_compute
     assert (finding.rule, finding.measured, finding.limit, finding.line) == ("SIT019", *refused, 3)
 
 
-def test_a_tolerance_as_large_as_what_it_is_of_is_refused():
+def test_tolerance_as_large_as_its_thickness_is_refused():
     """A pad of 1 mm +- 5 mm was only unusual: half a band can be no more than what comes out of it."""
     plates = "target: {size: 4, thickness: 0.2}\nelastomer: {size: 4, thickness: 1}\n"
     for part, least in (("elastomer", 1.0), ("target", 0.2), ("elastomer_size", 4.0), ("target_size", 4.0)):

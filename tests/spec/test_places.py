@@ -30,7 +30,7 @@ def pointed_at(text):
     return [(f.rule, f.key, lines[f.line - 1][f.column - 1 :].strip()) for f in findings(text)]
 
 
-def test_entries_of_a_list_keep_their_places_behind_an_empty_one():
+def test_list_entries_after_empty_entry_keep_their_index_and_place():
     """The empty entry was taken out first: what followed it was sought one place too early, and found nowhere."""
     text = f"{HEAD}{COIL}fpc:\n  stackup:\n    -\n    - {{coper: 35 um}}\n    - {{copper: 35 um}}\n"
     assert pointed_at(text) == [
@@ -39,14 +39,14 @@ def test_entries_of_a_list_keep_their_places_behind_an_empty_one():
     ]
 
 
-def test_of_a_pair_with_an_empty_entry_only_that_is_said():
+def test_pair_with_empty_entry_reports_only_empty_entry():
     text = f"{HEAD}{COIL}array: {{pattern: explicit, centres: [[0, 0], [~, 3]]}}\n"
     assert pointed_at(text) == [("SIT004", "array.centres.1.0", "~, 3]]}")]
     text = f"{HEAD}{COIL}array: {{pattern: explicit, centres: [~, [2, x]]}}\n"
     assert [key for _, key, _ in pointed_at(text)] == ["array.centres.0", "array.centres.1"]
 
 
-def test_a_key_with_a_dot_in_its_name_is_no_key_of_a_section():
+def test_key_containing_dot_is_not_confused_with_section_key():
     """The value in the section was said to stand at the key of that name at the top."""
     text = f"{HEAD}{COIL.replace('turns: 14', 'turns: -14')}coil.turns: 5\n"
     (_, _, value), (_, key, top) = pointed_at(text)
@@ -59,7 +59,7 @@ def test_a_key_with_a_dot_in_its_name_is_no_key_of_a_section():
     ) and "fpc.tail.length: has" in found.message
 
 
-def test_a_key_twice_within_a_section_twice_is_named_as_it_is_written():
+def test_duplicate_key_in_duplicate_section_is_reported_by_written_key():
     """Its key was an inner word of the reader's."""
     text = f"{HEAD}{COIL}fpc: {{boards: 3}}\nfpc: {{boards: 3, boards: 4}}\n"
     assert pointed_at(text) == [
@@ -70,7 +70,7 @@ def test_a_key_twice_within_a_section_twice_is_named_as_it_is_written():
     assert [here[:3] for rule, _, here in pointed_at(text) if rule == "SIT006"] == ["-14"]
 
 
-def test_a_key_called_like_a_tag_of_the_reader_is_named():
+def test_key_equal_to_internal_tag_is_reported_as_unknown():
     assert pointed_at(f"{HEAD}{COIL}fpc: {{<name>: 3}}\n") == [("SIT002", "fpc.<name>", "<name>: 3}")]
 
 
@@ -85,7 +85,7 @@ def test_a_key_called_like_a_tag_of_the_reader_is_named():
         ("fpc:\n  stackup:\n  - - {copper: 35 um}", "fpc.stackup.0", "- {copper"),
     ],
 )
-def test_what_is_written_in_the_wrong_form_is_pointed_at(section, key, at):
+def test_value_of_wrong_form_is_reported_at_its_place(section, key, at):
     ((_, found, here),) = pointed_at(f"{HEAD}{COIL}{section}\n")
     assert found == key and here.startswith(at)
 

@@ -48,7 +48,7 @@ def readable_keys(spec, section=SpecDocument, path=""):
 
 
 @pytest.mark.parametrize("name", [*templates.names(), *EVERY_KEY])
-def test_replace_of_a_written_key_by_its_attribute_changes_nothing(name, every_key_folder):
+def test_replacing_written_key_by_its_attribute_keeps_all_values(name, every_key_folder):
     spec = spec_named(name, every_key_folder)
     tried = 0
     for key in spec.source.keys:
@@ -63,7 +63,7 @@ def test_replace_of_a_written_key_by_its_attribute_changes_nothing(name, every_k
 
 
 @pytest.mark.parametrize("name", [*templates.names(), *EVERY_KEY])
-def test_replace_of_a_key_left_out_by_its_attribute_changes_nothing_or_is_refused(name, every_key_folder):
+def test_replacing_omitted_key_by_its_attribute_keeps_values_or_is_refused(name, every_key_folder):
     """Some keys cannot be written beside others (`coil.inner_diameter` beside the turns), or below a preset's name.
 
     Keys of a section that is left out are passed over: one of them makes the section.
@@ -83,7 +83,7 @@ def test_replace_of_a_key_left_out_by_its_attribute_changes_nothing_or_is_refuse
 
 
 @pytest.mark.parametrize("name", templates.names())
-def test_replace_of_every_number_by_a_text_of_its_unit_changes_nothing(name):
+def test_replacing_number_by_text_in_si_unit_keeps_all_values(name):
     spec = sitscad.load_text(templates.read(name))
     for key, value in readable_keys(spec):
         kind = kind_at(SpecDocument, key)
@@ -98,7 +98,7 @@ def test_replace_of_every_number_by_a_text_of_its_unit_changes_nothing(name):
      ("elastomer.thickness", 1.5, "1.5 mm"), ("coil.start_angle", 90, "90 deg"), ("coil.outer_diameter", "8", "8 mm"),
      ("target", {"size": 8, "thickness": 2e-4}, "8 mm"), ("array.pitch", np.float64(9), "9 mm")],
 )
-def test_millimetres_without_a_unit_are_refused_with_the_text_that_was_meant(key, value, meant):
+def test_millimetres_without_unit_are_refused_and_text_with_unit_suggested(key, value, meant):
     with pytest.raises(SpecError) as caught:
         BENCH.replace(key, value)
     (found,) = caught.value.findings
@@ -114,16 +114,16 @@ def test_millimetres_without_a_unit_are_refused_with_the_text_that_was_meant(key
      ("requirements.temperature", 37, 37.0), ("coil.turns", 7.5, 7.5), ("coil.sense", True, True),
      ("coil.layers", (1, 2), (1, 2)), ("target.size", np.array([8e-3, 8e-3]), (8e-3, 8e-3))],
 )
-def test_replace_takes_numbers_in_the_units_of_attributes(key, value, expected):
+def test_replacement_numbers_are_in_si_units(key, value, expected):
     assert attribute(BENCH.replace(key, value), key) == expected
 
 
-def test_replace_keeps_the_unit_of_the_text():
+def test_replaced_value_is_written_in_previous_unit():
     text = BENCH.replace("coil.trace_width", 1.2e-4).source.text
     assert re.search(r"trace_width: 120 um\b", text) is not None
 
 
-def test_replace_by_the_parts_of_another_spec_gives_equal_parts(every_key_folder):
+def test_replacing_section_by_part_of_other_spec_gives_equal_part(every_key_folder):
     other = sitscad.load_text(templates.read("grasper_4layer"))
     changed = BENCH.replace({"target": other.target, "shield": other.shield, "fpc.rules": other.fpc.rules.name,
                              "elastomer.material": other.elastomer.material})
@@ -133,14 +133,14 @@ def test_replace_by_the_parts_of_another_spec_gives_equal_parts(every_key_folder
     assert replace(BENCH.replace("target.material", own).target.material, source="") == replace(own, source="")
 
 
-def test_replace_by_a_part_that_is_more_than_its_name_is_refused():
+def test_replacing_preset_by_modified_preset_is_refused():
     thicker = replace(BENCH.fpc.tail.connector, pitch=1e-3)
     with pytest.raises(SpecError) as caught:
         BENCH.replace("fpc.tail.connector", thicker)
     assert caught.value.findings[0].key == "fpc.tail.connector"
 
 
-def test_replace_of_a_worked_out_size_writes_it_beside_other_changes():
+def test_replacing_derived_size_writes_it_with_other_changes():
     """The target's size follows the coils if it is left out, and must not if it is given."""
     free = sitscad.load_text(re.sub(r"(target:(?:\n .*?)*?\n) *size:[^\n]*\n", r"\1", templates.read("bench_7mm")))
     assert "target.size" not in free.source.keys
@@ -149,21 +149,21 @@ def test_replace_of_a_worked_out_size_writes_it_beside_other_changes():
         {"coil.outer_diameter": "9 mm", "array.pitch": "12 mm"}).target.size
 
 
-def test_a_section_that_is_replaced_beside_one_of_its_keys_is_the_new_section():
+def test_replacing_section_and_its_key_together_uses_new_section():
     changed = BENCH.replace({"target": {"size": "9 mm"}, "target.thickness": BENCH.target.thickness * 2})
     assert changed.target.size == (9e-3, 9e-3) and changed.target.thickness == 2 * BENCH.target.thickness
     same = BENCH.replace({"target": {"size": "9 mm", "thickness": "1 mm"}, "target.thickness": BENCH.target.thickness})
     assert same.target.thickness == BENCH.target.thickness
 
 
-def test_from_mapping_keeps_bare_millimetres():
+def test_mapping_numbers_without_unit_are_millimetres():
     coil = {"shape": "circle", "outer_diameter": 7, "turns": 12, "trace_width": 0.1, "trace_spacing": 0.1}
     assert SensorSpec.from_mapping(name="small", coil=coil).coil.outer_diameter == 7e-3
 
 
 @given(value=st.floats(allow_nan=False, allow_infinity=False, min_value=-1e20, max_value=1e20),
        dimension=st.sampled_from(sorted(SI_UNITS)))
-def test_exact_text_of_any_number_is_read_back_as_the_number(value, dimension):
+def test_exact_text_of_any_number_parses_to_same_number(value, dimension):
     assert parse_quantity(exact_text(value, dimension), dimension) == value
 
 
@@ -173,7 +173,7 @@ WITHOUT_SECTION = re.compile(r"loads\.|assembly\.tolerances\.|fpc\.tail\.bend\.|
 
 
 @pytest.mark.parametrize("name", [*templates.names(), *EVERY_KEY])
-def test_a_key_is_an_attribute_or_the_error_says_what_to_read(name, every_key_folder):
+def test_spec_key_is_attribute_or_error_names_attribute_to_read(name, every_key_folder):
     spec = spec_named(name, every_key_folder)
     for key in spec.source.keys:
         if WITHOUT_SECTION.match(key):
@@ -186,7 +186,7 @@ def test_a_key_is_an_attribute_or_the_error_says_what_to_read(name, every_key_fo
             assert re.search(r", read \w+", str(error)), key
 
 
-def test_attributes_that_an_error_names_exist(every_key_folder):
+def test_attributes_named_in_errors_exist(every_key_folder):
     spec = sitscad.load(every_key_folder / "jaw_from_a_file.yaml")
     sheet = sitscad.load(every_key_folder / "jaw_of_sheet.yaml")
     for owner, whole in ((spec, spec), (spec.array, spec), (sheet.fpc.rules, sheet)):
@@ -196,12 +196,12 @@ def test_attributes_that_an_error_names_exist(every_key_folder):
         assert all(hasattr(part, name) for name in type(part).read_instead.values())
 
 
-def test_a_misspelt_attribute_is_no_attribute():
+def test_misspelt_attribute_does_not_exist():
     for owner in (BENCH, BENCH.coil, BENCH.array, BENCH.fpc.rules):
         assert not hasattr(owner, "nonsense")
 
 
-def test_a_coil_without_a_diameter_says_so():
+def test_outer_diameter_of_rectangular_coil_raises_error_naming_size():
     long = sitscad.load_text(templates.read("jaw_5x20"))
     with pytest.raises(AttributeError, match="read size"):
         assert long.coil.outer_diameter

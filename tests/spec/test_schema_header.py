@@ -16,7 +16,7 @@ MODELINE = re.compile(r"# yaml-language-server:\s*\$schema=(\S+)")
 
 
 @pytest.mark.slow
-def test_a_template_names_a_schema_that_it_keeps_to(template, tmp_path):
+def test_written_template_names_schema_and_validates_against_it(template, tmp_path):
     written = write_template(template.stem, tmp_path / "sensor.yaml")
     write_schema(tmp_path)
     header = written.read_text(encoding="utf-8").splitlines()[1]
@@ -30,7 +30,7 @@ def test_a_template_names_a_schema_that_it_keeps_to(template, tmp_path):
         jsonschema.validate(document, schema)
 
 
-def test_a_schema_that_is_there_stays(tmp_path):
+def test_existing_schema_file_is_not_overwritten(tmp_path):
     assert write_schema(tmp_path) == tmp_path / "sitscad.schema.json"
     (tmp_path / "sitscad.schema.json").write_text("mine")
     assert write_schema(tmp_path) is None

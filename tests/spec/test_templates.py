@@ -11,24 +11,24 @@ from tolerance import approx
 from sitscad.spec import templates
 
 
-def test_the_four_templates_are_there():
+def test_template_list_includes_the_four_first_templates():
     assert {"bench_7mm", "grasper_3p5mm", "grasper_4layer", "single_coil"} <= set(templates.names())
 
 
-def test_a_template_is_the_file_of_the_source_tree():
+def test_templates_equal_files_of_source_tree():
     root = Path(__file__).parents[2]
     for name in templates.names():
         assert templates.read(name) == (root / "templates" / f"{name}.yaml").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("name", ["", "../pyproject", "no_such"])
-def test_other_names_are_refused(name):
+def test_unknown_template_name_raises_key_error(name):
     with pytest.raises(KeyError):
         templates.read(name)
 
 
 @pytest.mark.parametrize("name", ["grasper_4layer", "grasper_3p5mm"])
-def test_the_resistances_in_a_comment_are_the_computed_ones(name):
+def test_resistances_in_template_comments_match_estimates(name):
     """The worse coil's Rp in the three states, to the digit shown."""
     import sitscad
 
@@ -65,7 +65,7 @@ INHERENT = {
 @pytest.mark.few(4)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", templates.names())
-def test_a_template_warns_of_nothing_but_what_it_is_and_says_so(name):
+def test_template_warnings_are_expected_and_named_in_its_comments(name):
     import sitscad
 
     spec = sitscad.load_text(templates.read(name))
@@ -78,7 +78,7 @@ def test_a_template_warns_of_nothing_but_what_it_is_and_says_so(name):
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_the_wide_jaw_can_be_ordered_from_the_houses_that_it_names():
+def test_robotic_jaw_template_passes_check_for_fabricators_in_its_comments():
     """As its comments say: a house with a rule for coils waives nothing, and OSH Park has a stack-up of its own."""
     import sitscad
 

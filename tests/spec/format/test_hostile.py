@@ -62,7 +62,7 @@ TEXTS = {
 
 
 @pytest.mark.parametrize("name", TEXTS)
-def test_a_hostile_text_is_refused_at_its_place(name):
+def test_hostile_text_is_refused_with_line_and_column_within_5_seconds(name):
     text, rule, line, column = TEXTS[name]
     started = time.process_time()
     with pytest.raises(SpecError) as caught:
@@ -74,7 +74,7 @@ def test_a_hostile_text_is_refused_at_its_place(name):
 
 
 @pytest.mark.slow
-def test_a_hostile_text_costs_little_memory():
+def test_nested_lists_of_250000_levels_take_under_50_megabytes():
     load_text(MINIMAL)
     tracemalloc.start()
     with pytest.raises(SpecError):
@@ -97,7 +97,7 @@ FILES = {
 
 
 @pytest.mark.parametrize("name", FILES)
-def test_a_file_that_is_no_spec_is_refused(name, tmp_path):
+def test_file_that_is_not_a_spec_is_refused_with_line_and_column(name, tmp_path):
     content, rule, line, column = FILES[name]
     path = tmp_path / "spec.yaml"
     path.write_bytes(content)
@@ -107,7 +107,7 @@ def test_a_file_that_is_no_spec_is_refused(name, tmp_path):
     assert (finding.rule, finding.line, finding.column) == (rule, line, column)
 
 
-def test_a_missing_file_and_a_directory_are_refused(tmp_path):
+def test_missing_file_and_directory_are_refused_as_unreadable(tmp_path):
     for path in (tmp_path / "none.yaml", tmp_path, tmp_path / "none" / "spec.yaml", "nul\0byte.yaml"):
         with pytest.raises(SpecError) as caught:
             load(path)
@@ -125,7 +125,7 @@ def test_a_missing_file_and_a_directory_are_refused(tmp_path):
     ],
     ids=["byte order mark", "windows lines", "old mac lines", "yaml directive", "no last newline"],
 )
-def test_the_same_spec_in_other_clothes_is_read(content, tmp_path):
+def test_spec_with_other_encoding_or_line_ends_gives_equal_coil(content, tmp_path):
     path = tmp_path / "spec.yaml"
     path.write_bytes(content)
     assert load(path).coil == load_text(MINIMAL).coil
@@ -138,7 +138,7 @@ def test_the_same_spec_in_other_clothes_is_read(content, tmp_path):
 @example("? a\n: b")
 @example("- ? a")
 @example("'")
-def test_any_text_gives_findings_and_nothing_else(text):
+def test_random_text_raises_only_spec_errors_with_placed_findings(text):
     with pytest.raises(SpecError) as caught:
         load_text(text)
     assert all(f.rule in RULE_NAMES and f.line >= 1 and f.column >= 1 for f in caught.value.findings)
@@ -146,7 +146,7 @@ def test_any_text_gives_findings_and_nothing_else(text):
 
 @settings(max_examples=150, deadline=None)
 @given(st.integers(0, len(MINIMAL)), st.integers(0, 30), st.text(max_size=8))
-def test_a_damaged_spec_is_read_or_refused(start, length, inserted):
+def test_spec_with_replaced_characters_is_loaded_or_raises_spec_error(start, length, inserted):
     try:
         load_text(MINIMAL[:start] + inserted + MINIMAL[start + length :])
     except SpecError as error:

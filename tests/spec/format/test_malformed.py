@@ -221,16 +221,16 @@ def findings_of(text):
     return caught.value.findings
 
 
-def test_the_good_spec_is_good():
+def test_unchanged_spec_of_these_tests_loads():
     assert load_text(GOOD).name == "pad-1"
 
 
-def test_there_are_more_than_two_hundred():
+def test_more_than_200_wrong_values_are_tested():
     assert len(VALUE_CASES) > 200
 
 
 @pytest.mark.parametrize(("key", "value", "rule"), VALUE_CASES, ids=lambda part: str(part)[:24])
-def test_a_bad_value_is_found_where_it_stands(key, value, rule):
+def test_wrong_value_is_reported_with_its_line_column_and_key(key, value, rule):
     if key in SECTIONS:
         number, column = PLACES[key]
         kept = [line for line in LINES[number:] if len(line) - len(line.lstrip()) < column]
@@ -244,13 +244,13 @@ def test_a_bad_value_is_found_where_it_stands(key, value, rule):
 
 
 @pytest.mark.parametrize(("key", "names"), CHOICES.items())
-def test_a_near_miss_is_suggested(key, names):
+def test_misspelt_value_suggests_nearest_allowed_value(key, names):
     text, _, _ = with_value(key, names[0])
     assert f"did you mean {names[1]}?" in findings_of(text)[0].hint
 
 
 @pytest.mark.parametrize("key", [key for key in PLACES if key != "sitscad"])
-def test_a_misspelt_key_is_found_and_the_right_one_suggested(key):
+def test_misspelt_key_is_reported_and_correct_key_suggested(key):
     number, column = PLACES[key]
     name = key.rpartition(".")[2]
     lines = [*LINES]
@@ -261,7 +261,7 @@ def test_a_misspelt_key_is_found_and_the_right_one_suggested(key):
 
 
 @pytest.mark.parametrize("section", ["", *SECTIONS])
-def test_an_unknown_key_is_found_in_every_section(section):
+def test_unknown_key_is_reported_in_every_section(section):
     number, column = PLACES[section] if section else (0, -1)
     lines = [*LINES[:number], " " * (column + 1) + "bogus: 1", *LINES[number:]]
     (finding,) = findings_of("\n".join(lines))
@@ -272,7 +272,7 @@ def test_an_unknown_key_is_found_in_every_section(section):
     "key",
     ["sitscad", "name", "coil.shape", "coil.outer_diameter", "coil.turns", "coil.trace_width", "coil.trace_spacing"],
 )
-def test_a_missing_key_points_at_its_parent(key):
+def test_missing_key_is_reported_at_place_of_its_section(key):
     lines = [line for number, line in enumerate(LINES, 1) if number != PLACES[key][0]]
     (finding,) = findings_of("\n".join(lines))
     parent = key.rpartition(".")[0]
@@ -282,14 +282,14 @@ def test_a_missing_key_points_at_its_parent(key):
 
 
 @pytest.mark.parametrize("key", [key for key in PLACES if key not in SECTIONS])
-def test_an_empty_value_is_found(key):
+def test_empty_value_is_reported_at_its_key(key):
     text, number, _ = with_value(key, "")
     (finding,) = findings_of(text)
     assert (finding.rule, finding.line, finding.column, finding.key) == ("SIT004", number, PLACES[key][1], key)
 
 
 @pytest.mark.parametrize("key", [key for key in PLACES if key not in SECTIONS])
-def test_a_key_given_twice_is_found(key):
+def test_duplicate_key_is_reported_at_second_place(key):
     number, column = PLACES[key]
     lines = [*LINES[:number], LINES[number - 1], *LINES[number:]]
     (finding,) = findings_of("\n".join(lines))
@@ -370,7 +370,7 @@ CONTRADICTIONS = [
 
 
 @pytest.mark.parametrize(("changes", "rule", "key"), CONTRADICTIONS, ids=lambda part: str(part)[:40])
-def test_values_that_do_not_fit_are_found(changes, rule, key):
+def test_contradictory_values_are_reported_at_their_key(changes, rule, key):
     text = GOOD
     for changed, value in changes.items():
         number, column = PLACES[changed]
@@ -385,7 +385,7 @@ def test_values_that_do_not_fit_are_found(changes, rule, key):
     assert (finding.rule, finding.line) == (rule, PLACES[written][0])
 
 
-def test_everything_that_is_wrong_is_reported_at_once():
+def test_all_faults_of_a_spec_are_reported_together():
     text = GOOD.replace("turns", "turn").replace("4.8 N", "4.8").replace("flex-4l", "flex-9l").replace("4.5", "-4.5", 1)
     found = [(f.rule, f.key) for f in findings_of(text)]
     assert found == [
@@ -397,31 +397,31 @@ def test_everything_that_is_wrong_is_reported_at_once():
     ]
 
 
-def test_another_version_is_reported_alone():
+def test_unsupported_format_version_suppresses_all_other_findings():
     text = GOOD.replace("sitscad: 1", "sitscad: 2").replace("turns", "rounds")
     assert [f.rule for f in findings_of(text)] == ["SIT008"]
 
 
-def test_a_key_in_the_wrong_section_is_told_its_home():
+def test_key_in_wrong_section_suggests_correct_section():
     (finding,) = findings_of(GOOD.replace("  bandwidth", "  scan_rate: 500 Hz\n  bandwidth"))
     assert "did you mean readout.scan_rate?" in finding.hint
 
 
-def test_a_decimal_comma_in_braces_is_reported():
+def test_decimal_comma_in_braces_gives_hint_about_decimals():
     (finding,) = findings_of("sitscad: 1\nname: a\ncoil: {shape: circle, trace_spacing: 0,1}\n")
     assert finding.rule == "SIT013" and "decimal" in finding.hint
     (finding,) = findings_of("sitscad: 1\nname: a\ncoil: {true: 1}\n")
     assert finding.rule == "SIT013" and "decimal" not in finding.hint
 
 
-def test_the_nearest_turns_are_named():
+def test_impossible_turns_of_square_suggest_nearest_quarter():
     text, _, _ = with_value("coil.turns", "7.8")
     (finding,) = findings_of(text.replace("shape: circle", "shape: square"))
     assert "7.75" in finding.hint
     assert finding.limit == 7.75
 
 
-def test_the_most_turns_are_named():
+def test_too_many_turns_message_states_maximum():
     text, _, _ = with_value("coil.turns", "13")
     (finding,) = findings_of(text)
     assert "at most 11.99" in finding.message  # (4.0 / 2 - 0.08) / 0.16 = 12 turns touch the centre
@@ -435,7 +435,7 @@ def test_the_most_turns_are_named():
          "stainless-17-4ph, stainless-304, stainless-316l"),
     ],
 )
-def test_a_family_of_materials_is_named_and_none_of_it_is_guessed(section, named):
+def test_material_family_name_lists_members_without_suggesting_one(section, named):
     coil = "{shape: circle, outer_diameter: 8, turns: 14, layers: 2, trace_width: 100 um, trace_spacing: 100 um}"
     (finding,) = findings_of(f"sitscad: 1\nname: a\ncoil: {coil}\n{section}\n")
     assert f" {named};" in finding.hint and "did you mean" not in finding.hint

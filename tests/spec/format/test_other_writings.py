@@ -33,7 +33,7 @@ def _findings(old, new):
     ("330 pF", "330 PF", "330 pF"),
     ("outer_diameter: 7", "outer_diameter: 7 MM", "7 mm"),
 ])
-def test_another_prefix_is_no_safe_fix_and_none_out_of_range_is_offered(old, new, meant):
+def test_unit_prefix_fixes_are_unsafe_and_within_allowed_range(old, new, meant):
     (finding, *_) = _findings(old, new)
     fixes = [edit.new for fix in finding.fixes for edit in fix.edits]
     assert fixes == ([meant] if meant else [])
@@ -47,12 +47,12 @@ def test_another_prefix_is_no_safe_fix_and_none_out_of_range_is_offered(old, new
     ("ecoflex_00_30", "ecoflex-00-30", True),
     ("circel", "circle", True),
 ])
-def test_a_name_with_other_digits_is_another_thing(word, meant, is_sure):
+def test_similar_name_with_other_digits_is_no_sure_fix(word, meant, is_sure):
     assert is_like(word, meant) is is_sure
 
 
 @pytest.mark.parametrize(("word", "meant"), [("fr4", "FR4"), ("FR-4", "FR4"), ("fr4-prepeg", "FR4-prepreg")])
-def test_a_name_with_capitals_is_found_in_any_case(word, meant):
+def test_material_name_is_suggested_in_any_letter_case(word, meant):
     layers = f"[{{copper: 35 um}}, {{dielectric: 1, material: {word}}}, {{copper: 35 um}}]"
     (finding,) = _findings("readout:", f"fpc: {{stackup: {layers}}}\nreadout:")
     assert finding.rule == "SIT007" and f"did you mean {meant}?" in finding.hint
@@ -73,19 +73,19 @@ TABBED = {
 
 
 @pytest.mark.parametrize("where", TABBED)
-def test_a_tab_that_indents_nothing_is_read_as_a_space(where):
+def test_tab_outside_indentation_is_read_as_space(where):
     text, values = TABBED[where]
     assert read_yaml(text).data == values
 
 
 @pytest.mark.parametrize("text", ["a:\n\tb: 1\n", "a:\n  b: 1\n \tc: 2\n", "\ta: 1\n"])
-def test_a_tab_that_indents_is_refused(text):
+def test_tab_as_indentation_is_refused(text):
     with pytest.raises(TextError) as caught:
         read_yaml(text)
     assert caught.value.rule == "SIT001" and "indent" in caught.value.hint
 
 
-def test_a_text_with_tabs_is_mended_in_its_place():
+def test_replaced_value_in_text_with_tabs_keeps_other_tabs():
     text = SPEC.replace("turns: 12", "turns:\t12\t").replace("4 N", "4\tN")
     spec = sitscad.load_text(text)
     assert spec.coil.turns == 12
@@ -105,7 +105,7 @@ READ = {
 
 @pytest.mark.parametrize("written", READ)
 @pytest.mark.parametrize("kind", [NUMBER, LENGTH, FORCE], ids=["number", "length", "force"])
-def test_a_number_is_read_by_yaml_1_2_or_refused(written, kind):
+def test_number_is_read_as_in_yaml_1_2_or_refused(written, kind):
     value, wanted = read_yaml(f"a: {written}\n").data["a"], READ[written]
     try:
         found = kind.read(value)
@@ -121,13 +121,13 @@ def test_a_number_is_read_by_yaml_1_2_or_refused(written, kind):
 
 
 @pytest.mark.parametrize("version", ["1.1", "1.0", "2.0", "1.3"])
-def test_another_version_of_yaml_is_refused(version):
+def test_yaml_directive_of_other_version_is_refused(version):
     with pytest.raises(TextError) as caught:
         read_yaml(f"%YAML {version}\n---\nturns: 012\n")
     assert caught.value.rule in ("SIT001", "SIT013")
 
 
-def test_yaml_1_2_may_be_stated():
+def test_yaml_directive_1_2_is_accepted():
     assert read_yaml("%YAML 1.2\n---\nturns: 012\n").data == {"turns": 12}
 
 
@@ -135,7 +135,7 @@ def test_yaml_1_2_may_be_stated():
     ("1-2", "[1, 2]"), ("1 - 4", "[1, 2, 3, 4]"), ("1..3", "[1, 2, 3]"), ("1,2", "[1, 2]"), ("1, 4", "[1, 4]"),
     ("2-1", None), ("0-3", None), ("1-99", None), ("two", None),
 ])
-def test_a_range_of_layers_as_text_says_how_it_is_written(written, meant):
+def test_layer_range_as_text_suggests_list_without_sure_fix(written, meant):
     with pytest.raises(Refusal) as caught:
         Layers().read(written)
     assert caught.value.rule == "SIT004"
@@ -143,13 +143,13 @@ def test_a_range_of_layers_as_text_says_how_it_is_written(written, meant):
     assert not (meant and caught.value.facts["is_sure"]), "1-4 may be all four, or two"
 
 
-def test_layers_as_a_range_are_found_where_they_stand():
+def test_layer_range_is_reported_at_coil_layers():
     (finding,) = _findings("layers: 2", "layers: 1-2")
     assert (finding.rule, finding.key, finding.line) == ("SIT004", "coil.layers", 3)
     assert "[1, 2]" in finding.hint and not any(fix.is_safe for fix in finding.fixes)
 
 
-def test_numbers_with_commas_where_a_list_may_stand_say_how_a_list_is_written():
+def test_comma_separated_numbers_give_hint_with_list_brackets():
     with pytest.raises(Refusal) as caught:
         NumberOrList(NUMBER).read("8,7")
     assert "[8, 7]" in caught.value.hint and not caught.value.facts.get("meant")
@@ -157,7 +157,7 @@ def test_numbers_with_commas_where_a_list_may_stand_say_how_a_list_is_written():
 
 @pytest.mark.parametrize(("written", "meant"), [("yes", "true"), ("On", "true"), ("NO", "false"), ("off", "false"),
                                                 ("maybe", ""), ("1", "")])
-def test_booleans_of_yaml_1_1_are_refused_with_their_meaning(written, meant):
+def test_yaml_1_1_booleans_are_refused_and_true_or_false_suggested(written, meant):
     with pytest.raises(Refusal) as caught:
         Truth().read(read_yaml(f"a: {written}\n").data["a"])
     assert (caught.value.facts.get("meant") or "") == meant

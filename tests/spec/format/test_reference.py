@@ -27,14 +27,14 @@ def tables():
     return {title: keys for title, keys in found.items() if keys}
 
 
-def test_every_section_of_the_schema_has_its_keys_in_order():
+def test_reference_page_lists_keys_of_each_section_in_schema_order():
     schema = json_schema()
     wanted = sorted([list(node["properties"]) for node in (schema, *schema["$defs"].values())])
     assert sorted(tables().values()) == wanted
     assert tables()["Top level"] == list(schema["properties"])
 
 
-def test_every_enumeration_of_the_schema_is_spelled_out():
+def test_reference_page_contains_every_enumerated_schema_value():
     def words(node):
         if isinstance(node, dict):
             yield from node.get("enum", ())
@@ -48,7 +48,7 @@ def test_every_enumeration_of_the_schema_is_spelled_out():
 
 
 @pytest.mark.parametrize("kind", ["elastomer", "stackup", "jaw"])
-def test_every_preset_that_a_user_chooses_by_its_figures_has_a_row_with_them(kind):
+def test_reference_page_has_row_with_numbers_for_each_preset(kind):
     rows = {line.split("|")[1].strip(): line for line in TEXT.splitlines() if line.startswith("| ")}
     for name in presets.names(kind):
         assert re.search(r"\d", rows[name].removeprefix(f"| {name} |")), name
@@ -56,7 +56,7 @@ def test_every_preset_that_a_user_chooses_by_its_figures_has_a_row_with_them(kin
     assert "4.8 mm | 20 mm" in rows["generic-5mm"]
 
 
-def test_every_link_leads_to_a_heading():
+def test_every_link_in_reference_page_targets_a_heading():
     slugs = {
         re.sub(r"[^a-z0-9 _-]", "", title.lower()).replace(" ", "-") for title in re.findall(r"^## (.+)$", TEXT, re.M)
     }
@@ -64,7 +64,7 @@ def test_every_link_leads_to_a_heading():
     assert links and set(links) <= slugs
 
 
-def test_the_example_loads_and_passes_its_checks():
+def test_example_of_reference_page_loads_and_passes_check():
     (text,) = re.findall(r"^```yaml\n(.*?)^```", TEXT, re.DOTALL | re.MULTILINE)
     spec = load_text(text, "written-out.yaml")
     assert (spec.fpc.rules.name, spec.mount.jaw.name) == ("my fabricator", "my grasper")
@@ -83,7 +83,7 @@ def test_the_example_loads_and_passes_its_checks():
         ("elastomer: {material: mine}", ["shear_modulus and, if wanted, name, uncertainty"]),
     ],
 )
-def test_an_unknown_name_is_told_how_to_write_it_out(line, words):
+def test_unknown_preset_name_hint_shows_how_to_write_values_out(line, words):
     coil = "coil: {shape: circle, outer_diameter: 8, turns: 8, trace_width: 0.15, trace_spacing: 0.15}"
     with pytest.raises(SpecError) as caught:
         load_text(f"sitscad: 1\nname: x\n{coil}\n{line}\n")

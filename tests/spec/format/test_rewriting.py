@@ -61,7 +61,7 @@ def changed_lines(before, after):
 
 @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"], ids=["line feeds", "windows", "carriage returns"])
 @pytest.mark.parametrize("name", CASES)
-def test_an_edit_changes_its_own_lines_and_keeps_the_style(name, end):
+def test_edit_changes_only_expected_lines_and_keeps_line_ends(name, end):
     edit, lines = CASES[name]
     text = "\ufeff" + TEXT.replace("\n", end)
     after = rewritten(text, [edit])
@@ -80,18 +80,18 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("name", REFUSED)
-def test_what_has_no_place_in_the_text_is_refused(name):
+def test_edit_without_place_in_text_raises_cannot_write_error(name):
     with pytest.raises(CannotWriteError):
         rewritten(TEXT, [REFUSED[name]])
 
 
-def test_what_is_no_mapping_is_refused():
+def test_edit_of_text_without_mapping_raises_cannot_write_error():
     for text in ("", "- 1\n", "a: [", "a: 1\n--- \nb: 2\n"):
         with pytest.raises(CannotWriteError):
             rewritten(text, [Edit("a", "1")])
 
 
-def test_edits_are_reported_as_they_are_written():
+def test_completed_edits_contain_written_quotes_units_and_old_values():
     (quoted,) = completed(TEXT, [Edit("coil.trace_spacing", "120 um")])
     assert quoted == Edit("coil.trace_spacing", '"0.12 mm"', '"0.1 mm"')
     assert rewritten(TEXT, [quoted]) == rewritten(TEXT, [Edit("coil.trace_spacing", "120 um")])
@@ -116,7 +116,7 @@ TEMPLATES = {name: templates.read(name) for name in templates.names()}
 
 @pytest.mark.slow
 @given(st.data())
-def test_any_value_of_any_template_is_replaced_and_nothing_else(data):
+def test_replacing_any_template_value_changes_only_that_value(data):
     text = TEMPLATES[data.draw(st.sampled_from(sorted(TEMPLATES)))]
     before = flat(read_yaml(text).data)
     key = data.draw(st.sampled_from(sorted(before)))
@@ -131,7 +131,7 @@ def test_any_value_of_any_template_is_replaced_and_nothing_else(data):
 
 
 @given(st.data())
-def test_any_new_key_of_any_template_is_added_and_nothing_else(data):
+def test_adding_any_key_to_template_changes_only_that_key(data):
     text = TEMPLATES[data.draw(st.sampled_from(sorted(TEMPLATES)))]
     sections = ["", *(k for k, v in read_yaml(text).data.items() if isinstance(v, dict)), "absent", "absent.too"]
     key = f"{data.draw(st.sampled_from(sections))}.quite_new".strip(".")

@@ -26,7 +26,7 @@ def options(node):
     return [option for entry in node.get("anyOf", node.get("oneOf", [node])) for option in [entry]]
 
 
-def test_the_dialect_and_the_required_keys():
+def test_schema_states_dialect_file_pattern_and_required_keys():
     schema = json_schema()
     assert schema["$schema"] == "https://json-schema.org/draft/2020-12/schema"
     assert schema["fileMatch"] == ["*.sensor.yaml"]
@@ -38,7 +38,7 @@ def test_the_dialect_and_the_required_keys():
     assert schema["additionalProperties"] is False
 
 
-def test_every_schema_has_a_name_of_its_own(capsys):
+def test_each_schema_has_its_own_urn(capsys):
     names = []
     for document in ("spec", "check", "calibration", "study"):
         assert run(["schema", "--of", document]) == 0
@@ -46,7 +46,7 @@ def test_every_schema_has_a_name_of_its_own(capsys):
     assert names == [f"urn:sitscad:{name}:1" for name in ("spec", "check", "calibration", "study")]
 
 
-def test_it_is_json_and_the_same_every_time():
+def test_schema_is_json_and_repeatable():
     assert json.dumps(json_schema()) == json.dumps(json_schema())
 
 
@@ -61,29 +61,29 @@ def test_it_is_json_and_the_same_every_time():
         ("elastomer.material", "elastomer"),
     ],
 )
-def test_presets_are_enumerated(key, kind):
+def test_schema_enumerates_all_presets(key, kind):
     names = [option["enum"] for option in options(section(key)) if "enum" in option]
     assert names == [list(presets.names(kind))]
 
 
-def test_every_key_is_described():
+def test_every_schema_key_has_description():
     schema = json_schema()
     for name, part in [("", schema), *schema["$defs"].items()]:
         for key, node in part["properties"].items():
             assert node.get("description"), f"{name}.{key}"
 
 
-def test_null_is_no_value_anywhere():
+def test_schema_allows_null_nowhere():
     assert "null" not in json.dumps(json_schema())
 
 
-def test_it_has_the_keys_that_the_loader_reads():
+def test_schema_top_level_keys_equal_loader_keys():
     assert list(json_schema()["properties"]) == list(SpecDocument.keys)
 
 
 @pytest.mark.few(4)
 @pytest.mark.parametrize("name", templates.names())
-def test_templates_are_valid(name):
+def test_templates_validate_against_schema(name):
     jsonschema = pytest.importorskip(
         "jsonschema", reason="jsonschema is not installed: the schema is not tried on templates"
     )
@@ -91,7 +91,7 @@ def test_templates_are_valid(name):
     jsonschema.Draft202012Validator(json_schema()).validate(read_yaml(templates.read(name)).data)
 
 
-def test_a_wrong_unit_is_invalid():
+def test_wrong_unit_or_type_fails_schema_validation():
     jsonschema = pytest.importorskip(
         "jsonschema", reason="jsonschema is not installed: the schema is not tried on bad specs"
     )

@@ -40,19 +40,19 @@ def same(text):
 
 
 @pytest.mark.parametrize("name", templates.names())
-def test_every_template_is_read_equally_by_both_parsers(name):
+def test_both_parsers_read_each_template_equally(name):
     assert same(templates.read(name))
 
 
 @given(st.lists(st.sampled_from(PIECES), max_size=14).map("".join))
 @settings(max_examples=300, deadline=None)
-def test_texts_out_of_pieces_are_read_equally(text):
+def test_both_parsers_read_random_yaml_equally(text):
     same(text)
     same("a: 1\nb:\n  " + text)
     same("a: [1, " + text + "]\n")
 
 
-def test_lists_beside_their_key_and_sections_beside_their_dash():
+def test_both_parsers_read_unindented_lists_equally():
     text = "a:\n- 1\n- b: 2\n  c:\n    - {d: e f, g: [3]}\nh: 'i: j'  # k\n"
     assert same(text)
     assert reader.read_yaml(text).data == {"a": [1, {"b": 2, "c": [{"d": "e f", "g": [3]}]}], "h": "i: j"}

@@ -45,17 +45,17 @@ SECTIONS = {
 
 
 @pytest.mark.parametrize(("kind", "name"), ALL)
-def test_every_preset_loads(kind, name):
+def test_each_preset_loads(kind, name):
     assert LOOKUPS[kind](name)
 
 
 @pytest.mark.parametrize(("kind", "name"), ALL)
-def test_every_preset_can_be_named_in_a_spec(kind, name):
+def test_each_preset_name_is_accepted_in_spec(kind, name):
     assert load_text(MINIMAL + SECTIONS[kind].format(name))
 
 
 @pytest.mark.parametrize("kind", LOOKUPS)
-def test_an_unknown_preset_is_a_key_error(kind):
+def test_unknown_preset_raises_key_error(kind):
     with pytest.raises(KeyError):
         LOOKUPS[kind]("no-such-thing")
 
@@ -64,7 +64,7 @@ FITTED = ("pad_films", "rule", "messages")
 """Tables of texts of rules and messages, and of what was fitted here (tests/validation/fit_films.py)."""
 
 
-def test_every_figure_names_its_source_and_says_whether_it_was_seen():
+def test_every_row_of_data_tables_has_source_and_status():
     tables = [path for path in FOLDER.rglob("*.csv") if not path.stem.startswith(FITTED)]
     read = {f"{name}.csv" for kind in ("stackup", "connector", "jaw") for name in presets.names(kind)}
     read |= {"conductors.csv", "converters.csv", "finishes.csv", "tolerances.csv"}
@@ -80,7 +80,7 @@ def test_every_figure_names_its_source_and_says_whether_it_was_seen():
 
 
 @pytest.mark.parametrize("name", presets.names("rules"))
-def test_every_figure_of_a_fabricator_names_its_source(name):
+def test_every_fabricator_value_has_source_or_unverified_status(name):
     """A figure that was not seen says so; what is said to be seen is not from memory alone."""
     data = read_yaml((FOLDER / "fabricators" / f"{name}.yaml").read_text(encoding="utf-8")).data
     rows = [
@@ -93,7 +93,7 @@ def test_every_figure_of_a_fabricator_names_its_source(name):
     assert "checked_on" in data and "based_on" in data
 
 
-def test_the_four_layer_stackup_has_its_copper_where_the_design_wants_it():
+def test_flex_4l_copper_has_expected_depths_and_thicknesses():
     stackup = presets.stackup("flex-4l")
     depths = [layer.z - stackup.copper[0].z for layer in stackup.copper]
     assert depths == approx([0, -49e-6, -127e-6, -176e-6], abs=1e-12)
@@ -101,7 +101,7 @@ def test_the_four_layer_stackup_has_its_copper_where_the_design_wants_it():
 
 
 @pytest.mark.parametrize(("finished", "foil"), [(18, 18), (24, 12), (30, 18), (35, 35)])
-def test_a_two_layer_stackup_is_called_by_its_finished_copper(finished, foil):
+def test_two_layer_stackup_name_states_finished_copper_thickness(finished, foil):
     """That of 18 and 35 um is foil with plated holes and pads: files written for these names keep their meaning."""
     stackup = presets.stackup(f"flex-2l-{finished}um")
     assert [layer.foil for layer in stackup.copper] == approx([foil * 1e-6] * 2, rel=1e-9)
@@ -111,7 +111,7 @@ def test_a_two_layer_stackup_is_called_by_its_finished_copper(finished, foil):
 
 
 @pytest.mark.parametrize("name", presets.names("stackup"))
-def test_stackups_are_symmetric_and_closed(name):
+def test_stackups_are_symmetric_with_coverlay_on_both_sides(name):
     stackup = presets.stackup(name)
     assert [(s.kind, s.thickness) for s in stackup.layers] == [(s.kind, s.thickness) for s in reversed(stackup.layers)]
     assert stackup.layers[0].kind == stackup.layers[-1].kind == "coverlay"
@@ -119,7 +119,7 @@ def test_stackups_are_symmetric_and_closed(name):
 
 
 @pytest.mark.parametrize("name", presets.names("rules"))
-def test_rules_are_consistent(name):
+def test_fabricator_rules_have_consistent_widths_pads_and_dates(name):
     rules = installed_rules(name)
     assert rules.coil_trace_width >= rules.trace_width
     assert rules.via_pad == approx(rules.via_drill + 2 * rules.annular_ring, rel=1e-6)
@@ -131,12 +131,12 @@ def test_rules_are_consistent(name):
     assert {1, 2} <= rules.static_bend_ratio.keys() and {1, 2, 3} <= rules.thickness_tolerance.keys()
 
 
-def test_generic_rules_have_the_widths_in_their_contract():
+def test_generic_rules_have_promised_trace_width_and_spacing():
     assert installed_rules("generic-flex").trace_width == 100e-6
     assert installed_rules("generic-fine").trace_spacing == 76e-6
 
 
-def test_an_elastomer_lies_between_its_datasheet_and_its_measurement():
+def test_ecoflex_modulus_spread_covers_data_sheet_and_measurement():
     material = presets.elastomer("ecoflex-00-30")
     spread = math.exp(material.shear_modulus_sigma)
     doubled, to_30_percent = stiffened(2.42, AT_DOUBLE), stiffened(2.42, TO_30_PERCENT)
@@ -144,7 +144,7 @@ def test_an_elastomer_lies_between_its_datasheet_and_its_measurement():
     assert material.shear_modulus / spread == approx(14.4e3 / to_30_percent, rel=1e-6)
 
 
-def test_a_modulus_is_that_at_rest_of_its_exponent():
+def test_elastomer_modulus_is_extrapolated_to_rest_by_ogden_exponent():
     """Pulled to twice its length the silicone bears the data sheet's 100 % modulus, and no stiffening counts twice;
     without an exponent nothing changes.
     """
@@ -160,7 +160,7 @@ def test_a_modulus_is_that_at_rest_of_its_exponent():
         assert presets.elastomer(name).shear_modulus_sigma < 0.2
 
 
-def test_the_generic_jaw_takes_the_recommended_board_and_is_marked():
+def test_generic_jaw_fits_recommended_board_and_is_marked_unverified():
     jaw = presets.jaw("generic-5mm")
     assert jaw.width >= 4.72e-3
     assert jaw.material.name == "stainless-304"
@@ -172,7 +172,7 @@ def test_the_generic_jaw_takes_the_recommended_board_and_is_marked():
     [("flex-2l-18um", 18e-6, 6), ("flex-2l-35um", 35e-6, 8), ("flex-4l", 18e-6, 6)],
 )
 @pytest.mark.parametrize("rules", ["generic-flex", "generic-fine"])
-def test_loop_lines_follow_the_coils_copper(stackup, copper, wanted, rules):
+def test_coil_trace_limits_depend_on_foil_thickness(stackup, copper, wanted, rules):
     """By the foil before plating: a 30 um outer layer of 18 um foil and 12 um plating counts as 18 um."""
     coil = "coil: {shape: circle, outer_diameter: 8, turns: 8, layers: 2, trace_width: 0.15, trace_spacing: 0.15}"
     text = f"sitscad: 1\nname: x\n{coil}\nfpc: {{stackup: {stackup}, rules: %s}}\n"
@@ -196,14 +196,14 @@ def test_loop_lines_follow_the_coils_copper(stackup, copper, wanted, rules):
         ("{annular_ring: 0.11, annular_ring_4: 0.14}", "flex-6l", 140e-6, "the spec"),
     ],
 )
-def test_the_copper_ring_goes_by_the_number_of_layers(rules, stackup, ring, said):
+def test_annular_ring_limit_depends_on_layer_count(rules, stackup, ring, said):
     """Where the house states a ring of its own it holds; of the generic one four layers ask 0.15 mm, as Rehan does."""
     found = load_text(MINIMAL + f"fpc: {{stackup: {stackup}, rules: {rules}}}").fpc.rules
     assert found.annular_ring == approx(ring, rel=1e-6) and said in found.sources["annular_ring"]
 
 
 @pytest.mark.parametrize("name", presets.names("rules"))
-def test_every_installed_figure_for_lines_says_for_which_copper(name):
+def test_installed_trace_limits_state_valid_copper_thickness(name):
     """A width that holds for 18 um copper says nothing of 210 um: beyond the table there is no figure."""
     rules = installed_rules(name)
     assert rules.track_lines and rules.track_lines[-1].copper >= 35e-6
@@ -213,7 +213,7 @@ def test_every_installed_figure_for_lines_says_for_which_copper(name):
         assert "nothing is stated" not in said[0][field] and "nothing is stated for 210 um" in said[1][field]
 
 
-def test_copper_thicker_than_any_listed_takes_the_largest_lines():
+def test_copper_thicker_than_table_uses_largest_trace_limits():
     rules = installed_rules("generic-flex")
     assert rules.for_foil(70e-6).coil_trace_width == approx(8 * 25.4e-6, rel=1e-6)
     assert rules.for_foil(5e-6).coil_trace_width == approx(6 * 25.4e-6, rel=1e-6)

@@ -61,7 +61,7 @@ def refused(spec):
     return caught.value
 
 
-def test_a_profile_lies_over_its_base_and_names_its_lines(folder):
+def test_profile_values_override_base_and_cite_file_line(folder):
     rules = rules_of(
         folder,
         "based_on: jselectronic\nsource: their quotation\nvia_drill: 0.15\n"
@@ -82,14 +82,14 @@ def test_a_profile_lies_over_its_base_and_names_its_lines(folder):
 
 
 @pytest.mark.parametrize("name", ["./ours.yaml", "ours.yaml", "shops/near.yaml", "shops/../ours.yaml"])
-def test_files_are_named_from_the_folder_of_the_text_that_names_them(folder, name):
+def test_profile_paths_are_relative_to_naming_file(folder, name):
     (folder / "shops").mkdir()
     (folder / "shops" / "near.yaml").write_text("based_on: nearer.yml\n")
     (folder / "shops" / "nearer.yml").write_text("via_drill: 0.11\n")
     assert rules_of(folder, "via_drill: 0.11\n", rules=name).via_drill == approx(110e-6, rel=1e-6)
 
 
-def test_a_chain_of_files_and_the_spec_itself_lie_over_each_other(folder):
+def test_spec_overrides_profile_and_profile_overrides_its_base(folder):
     rules = rules_of(
         folder,
         "based_on: theirs.yaml\ntrace_width: 90 um\n",
@@ -110,7 +110,7 @@ def test_a_chain_of_files_and_the_spec_itself_lie_over_each_other(folder):
 
 @pytest.mark.parametrize(("stackup", "wanted"), [("flex-2l-18um", 80e-6), ("flex-2l-35um", 120e-6)])
 @pytest.mark.parametrize("kind", ["trace", "coil_trace"])
-def test_lines_go_by_the_coils_foil(folder, kind, stackup, wanted):
+def test_profile_trace_limits_are_chosen_by_foil_thickness(folder, kind, stackup, wanted):
     text = "".join(
         f"{kind}_{what}_{foil}um: {size} um\n" for foil, size in ((18, 80), (35, 120)) for what in ("width", "spacing")
     )
@@ -122,7 +122,7 @@ def test_lines_go_by_the_coils_foil(folder, kind, stackup, wanted):
 @pytest.mark.parametrize("kind", ["trace", "coil_trace"])
 @pytest.mark.parametrize("base", ["hkgalaxy", "shop.yaml"])
 @pytest.mark.parametrize("foil", [12, 18])
-def test_a_finer_figure_for_thin_foil_leaves_the_bases_for_thick_foil(folder, kind, base, foil):
+def test_profile_limit_for_thin_foil_keeps_base_limit_for_thick_foil(folder, kind, base, foil):
     rows = "".join(f"{kind}_{what}_{foil}um: 70 um\n" for what in ("width", "spacing"))
     shop = "based_on: hkgalaxy\n" + "".join(
         f"{kind}_{what}_{copper}um: {size} um\n"
@@ -136,7 +136,7 @@ def test_a_finer_figure_for_thin_foil_leaves_the_bases_for_thick_foil(folder, ki
     assert getattr(thick.for_foil(foil * 1e-6), f"{kind}_width") == approx(70e-6, rel=1e-6)
 
 
-def test_a_figure_for_every_copper_takes_the_place_of_the_bases_table(folder):
+def test_plain_profile_limit_replaces_base_table_for_all_copper(folder):
     rules = rules_of(
         folder, "based_on: hkgalaxy\ntrace_width: 70 um\ncoil_trace_width: 75 um\n", stackup="flex-2l-35um"
     )
@@ -156,11 +156,11 @@ def test_a_figure_for_every_copper_takes_the_place_of_the_bases_table(folder):
         ("coil_rule_binding: true\n", True),
     ],
 )
-def test_coil_lines_bind_where_they_are_written_unless_the_profile_says_otherwise(folder, text, binding):
+def test_written_coil_limits_are_binding_unless_profile_states_otherwise(folder, text, binding):
     assert rules_of(folder, text).coil_rule_binding is binding
 
 
-def test_a_limit_of_the_profile_is_what_the_checks_hold_the_board_against(folder):
+def test_check_uses_profile_limit_and_cites_its_line(folder):
     spec = load(write(folder, "ours.yaml", ours="name: our shop\ntrace_width: 0.2\n"))
     found = [f for f in check(spec).findings if f.rule == "SIT101"]
     assert found and all("our shop" in f.message and f.source == "ours.yaml line 2" for f in found)
@@ -172,7 +172,7 @@ def messages(spec, *rules):
 
 
 @pytest.mark.slow
-def test_a_finding_names_the_profile_that_holds_the_figure(folder):
+def test_finding_names_profile_that_states_the_limit(folder):
     """With the one that is based on it, where that is what the spec names; a user's with file and line."""
     said = {name: messages(load(write(folder, name)), "SIT103")["SIT103"] for name in ("wellpcb", "generic-flex")}
     assert "minimum 152.4 um (wellpcb (which takes that from generic-flex))" in said["wellpcb"]
@@ -190,7 +190,7 @@ def test_a_finding_names_the_profile_that_holds_the_figure(folder):
     assert "minimum 250 um (ours (ours.yaml line 2))" in rows["SIT102"]
 
 
-def test_every_figure_of_every_installed_profile_has_its_holder():
+def test_every_installed_limit_names_the_profile_that_states_it():
     for name in presets.names("rules"):
         rules = installed_rules(name)
         assert set(rules.holders.values()) <= set(presets.names("rules")) and set(rules.sources) <= {
@@ -205,7 +205,7 @@ def test_every_figure_of_every_installed_profile_has_its_holder():
             assert (f"(from {rules.holders[field]})" in source) == (rules.holders[field] != name), (name, field)
 
 
-def test_the_console_marks_unverified_figures_and_names_the_line_that_decides(folder):
+def test_console_marks_unverified_limits_and_cites_profile_line(folder):
     """What decides a finding and was not verified says so where people read it, not only in the JSON."""
     text = "trace_width: {value: 0.2, source: on the telephone, status: unverified}\nstatic_bend_2: 800\n"
     spec = write(folder, "ours.yaml", ours=text)
@@ -239,7 +239,7 @@ def unknown(found, copper):
 
 @pytest.mark.parametrize(("thickness", "is_said"), [(18, False), (35, False), (36, True), (210, True)])
 @pytest.mark.parametrize("base", ["generic-flex", "generic-fine", "osh-park-flex", "lab-circuits", "wellpcb"])
-def test_copper_thicker_than_any_stated_is_an_error(folder, thickness, is_said, base):
+def test_copper_thicker_than_stated_limits_yields_errors(folder, thickness, is_said, base):
     """Also for a generic figure: 100 um between tracks of 210 um copper is etched by nobody."""
     found = check(load(write(folder, base, stackup=foil(thickness)))).findings
     said = {("SIT101", "error"), ("SIT102", "error"), ("SIT103", "warning")}
@@ -247,7 +247,7 @@ def test_copper_thicker_than_any_stated_is_an_error(folder, thickness, is_said, 
 
 
 @pytest.mark.slow
-def test_who_writes_widths_for_any_copper_or_for_thick_copper_is_believed(folder):
+def test_user_limits_for_thick_copper_yield_no_unknown_limit_errors(folder):
     """A plain figure holds whatever the copper; one for 70 um holds there, and not beyond."""
     plain = "trace_width: 0.1\ntrace_spacing: 0.1\ncoil_trace_width: 0.1\ncoil_trace_spacing: 0.1\n"
     assert unknown(check(load(write(folder, "ours.yaml", stackup=foil(210), ours=plain))).findings, 210) == set()
@@ -257,7 +257,7 @@ def test_who_writes_widths_for_any_copper_or_for_thick_copper_is_believed(folder
     assert unknown(found[105], 105) == {("SIT101", "error"), ("SIT102", "error"), ("SIT103", "warning")}
 
 
-def test_a_figure_that_does_not_hold_for_the_copper_says_so_wherever_it_is_written(folder):
+def test_output_files_mark_limits_not_valid_for_copper_thickness(folder):
     """A board built in spite of the errors: KiCad's rules and the order's readme do not pass it off as the house's."""
     files = {}
     for thickness in (35, 210):
@@ -269,7 +269,7 @@ def test_a_figure_that_does_not_hold_for_the_copper_says_so_wherever_it_is_writt
     assert not any("copper up to" in text for text in files[35])
 
 
-def test_a_package_knows_that_its_profile_has_changed(folder):
+def test_changed_profile_changes_package_inputs(folder):
     spec = write(folder, "ours.yaml", ours="copper_to_edge: 0.3\n")
     before = made_from(without_text(load(spec)))
     (folder / "ours.yaml").write_text("copper_to_edge: 0.31\n")
@@ -308,7 +308,7 @@ FAULTS = {
 
 
 @pytest.mark.parametrize("fault", FAULTS)
-def test_what_is_wrong_with_a_profile_is_reported_at_its_own_line(folder, fault):
+def test_profile_fault_is_reported_at_line_of_profile_file(folder, fault):
     text, rule, line, column = FAULTS[fault]
     (folder.parent / "theirs.yaml").write_text("via_drill: 0.3\n")
     spec = write(folder, "ours.yaml", ours=text)
@@ -319,7 +319,7 @@ def test_what_is_wrong_with_a_profile_is_reported_at_its_own_line(folder, fault)
     assert first.message and "fpc.rules" not in first.message
 
 
-def test_bytes_that_are_no_text_have_their_place(folder):
+def test_invalid_utf8_in_profile_is_reported_with_line_and_column(folder):
     spec = write(folder, "ours.yaml")
     (folder / "ours.yaml").write_bytes(b"name: x\nsource: \xff\n")
     (found,) = refused(spec).findings
@@ -345,7 +345,7 @@ def test_bytes_that_are_no_text_have_their_place(folder):
         ("generic-flex.yaml", "SIT011", "not there"),
     ],
 )
-def test_a_file_that_cannot_or_must_not_be_read_is_reported_in_the_spec(folder, name, rule, words):
+def test_unreadable_or_forbidden_profile_is_reported_at_fpc_rules(folder, name, rule, words):
     import os
 
     (folder.parent / "theirs.yaml").write_text("via_drill: 0.3\n")
@@ -361,7 +361,7 @@ def test_a_file_that_cannot_or_must_not_be_read_is_reported_in_the_spec(folder, 
 
 
 @pytest.mark.parametrize("name", ["ours.YAML", "Ours.Yml", "ours.YML"])
-def test_the_ending_of_a_profile_may_be_in_capitals(folder, name):
+def test_profile_suffix_in_capitals_is_accepted(folder, name):
     (folder / name).write_text("via_drill: 0.3\n")
     spec = load(write(folder, name))
     assert spec.fpc.rules.via_drill == approx(0.3e-3, rel=1e-6) and spec.fpc.rules.holders["via_drill"].endswith(
@@ -384,7 +384,7 @@ def _all(schema):
             yield from _all(value)
 
 
-def test_a_circle_is_named_with_all_its_files(folder):
+def test_circular_profile_bases_are_reported_with_all_files(folder):
     spec = write(
         folder, "a.yaml", a="based_on: b.yaml\n", b="based_on: c.yaml\n", c="via_drill: 0.2\nbased_on: b.yaml\n"
     )
@@ -393,19 +393,19 @@ def test_a_circle_is_named_with_all_its_files(folder):
     assert (Path(found.file).name, found.line) == ("c.yaml", 2)
 
 
-def test_a_long_chain_ends(folder):
+def test_chain_of_40_profiles_is_refused_at_limit(folder):
     spec = write(folder, "p0.yaml", **{f"p{i}": f"based_on: p{i + 1}.yaml\n" for i in range(40)})
     (found,) = refused(spec).findings
     assert found.rule == "SIT010" and Path(found.file).name == "p7.yaml"
 
 
-def test_faults_of_the_spec_and_of_the_profile_are_reported_together(folder):
+def test_faults_of_spec_and_profile_are_reported_together(folder):
     spec = write(folder, "ours.yaml", ours="trace_widht: 0.1\n")
     spec.write_text(spec.read_text().replace("turns: 5", "turns: 50"))
     assert [(f.rule, f.file is None) for f in refused(spec).findings] == [("SIT016", True), ("SIT002", False)]
 
 
-def test_a_text_without_a_file_has_no_profiles(folder, monkeypatch):
+def test_spec_text_without_path_cannot_name_profile_file(folder, monkeypatch):
     spec = write(folder, "ours.yaml", ours="via_drill: 0.3\n")
     monkeypatch.chdir(folder)
     with pytest.raises(SpecError) as caught:
@@ -414,7 +414,7 @@ def test_a_text_without_a_file_has_no_profiles(folder, monkeypatch):
     assert load("sensor.yaml").fpc.rules.via_drill == approx(0.3e-3, rel=1e-6)
 
 
-def test_the_command_line_shows_the_profiles_line_and_json_its_file(folder):
+def test_check_prints_profile_line_and_json_states_profile_path(folder):
     spec = write(folder, "ours.yaml", ours="# our shop\ntrace_widht: 0.1\n")
     shown = CliRunner().invoke(cli, ["check", str(spec)], standalone_mode=False)
     assert f"{folder / 'ours.yaml'}:2:1 SIT002 error" in shown.output
@@ -423,7 +423,7 @@ def test_the_command_line_shows_the_profiles_line_and_json_its_file(folder):
     assert json.loads(shown.output)["specs"][0]["findings"][0]["file"] == str(folder / "ours.yaml")
 
 
-def test_the_documents_profile_loads(folder):
+def test_profile_example_of_spec_page_loads(folder):
     text = (ROOT / "docs" / "spec.md").read_text(encoding="utf-8")
     (profile,) = re.findall(r"^```yaml profile\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
     rules = rules_of(folder, profile)
@@ -467,7 +467,7 @@ part_size: [5, 10]
 """
 
 
-def test_a_profile_of_the_first_version_is_read_as_it_was(folder):
+def test_profile_of_first_version_gives_unchanged_rules(folder):
     rules = rules_of(folder, YESTERDAYS)
     assert (rules.name, rules.trace_width, rules.trace_spacing) == ("our shop", 80e-6, 80e-6)
     assert [(row.copper, row.width) for row in rules.track_lines] == [(18e-6, 80e-6), (35e-6, 120e-6)]
@@ -491,7 +491,7 @@ tracks:
 NINE_MICROMETRES = "[{coverlay: 25 um}, {copper: 9 um}, {dielectric: 25 um}, {copper: 9 um}, {coverlay: 25 um}]"
 
 
-def test_a_house_of_thin_foil_is_a_file_and_no_code(folder):
+def test_fabricator_of_9_um_foil_is_added_by_profile_file(folder):
     rules = rules_of(folder, NINE, stackup=NINE_MICROMETRES)
     assert (rules.trace_width, rules.trace_spacing) == (approx(40e-6, rel=1e-6), approx(45e-6, rel=1e-6))
     assert rules.sources["trace_width"] == "ours.yaml line 3: page"
@@ -501,14 +501,14 @@ def test_a_house_of_thin_foil_is_a_file_and_no_code(folder):
     assert (thicker.trace_width, thicker.sources["trace_width"]) == (approx(76.2e-6, rel=1e-6), "ours.yaml line 5")
 
 
-def test_a_table_is_the_whole_one_and_a_thicker_foil_is_reported(folder):
+def test_profile_table_replaces_base_table_and_reports_thicker_foil(folder):
     spec = write(folder, "ours.yaml", stackup="flex-2l-35um", ours=NINE)
     rules = load(spec).fpc.rules
     assert [row.copper for row in rules.track_lines] == [9e-6, 18e-6]
     assert rules.beyond["trace_width"] == 18e-6 and "nothing is stated for 35 um" in rules.sources["trace_width"]
 
 
-def test_an_installed_house_of_thin_foil_is_a_file_and_no_code(folder, tmp_path, monkeypatch):
+def test_installed_fabricator_of_9_um_foil_is_added_by_file(folder, tmp_path, monkeypatch):
     data = tmp_path / "data"
     shutil.copytree(FOLDER, data)
     (data / "fabricators" / "nine.yaml").write_text(NINE, encoding="utf-8")
@@ -551,7 +551,7 @@ def test_an_installed_house_of_thin_foil_is_a_file_and_no_code(folder, tmp_path,
         ("based_on: none\nvia_drill: 0.2\n", "SIT003", "based_on"),
     ],
 )
-def test_tables_that_contradict_themselves_are_reported_at_their_line(folder, text, rule, key):
+def test_contradictory_profile_tables_are_reported_at_their_line(folder, text, rule, key):
     findings = refused(write(folder, "ours.yaml", ours=text)).findings
     assert (rule, key) in [(finding.rule, finding.key) for finding in findings]
     assert all(finding.file and finding.file.endswith("ours.yaml") and finding.line for finding in findings)
@@ -562,7 +562,7 @@ def test_tables_that_contradict_themselves_are_reported_at_their_line(folder, te
     st.none(), st.booleans(), st.floats(), st.integers(), st.text(max_size=8),
     st.dictionaries(st.sampled_from(["value", "source", "status", "x"]), st.one_of(st.floats(), st.text(max_size=5))),
 ), max_size=5))
-def test_any_values_give_rules_or_findings(folder, values):
+def test_random_profile_values_give_rules_or_findings(folder, values):
     spec = write(folder, "ours.yaml", ours=json.dumps(values))
     try:
         rules = load(spec).fpc.rules

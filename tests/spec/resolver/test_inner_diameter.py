@@ -50,14 +50,14 @@ def test_inner_diameter_of_circle_matches_drawn_copper():
 
 @pytest.mark.parametrize("shape", ["square", "octagon"])
 @pytest.mark.parametrize("turns", [1, 3, 8.5])
-def test_inner_diameter_of_a_polygon_is_the_closed_formula(shape, turns):
+def test_inner_diameter_of_polygon_matches_mohan_formula(shape, turns):
     """Mohan et al., IEEE JSSC 34 (1999): d = D - 2 N w - 2 (N - 1) s."""
     inner = 7.0 - 2.0 * turns * 0.12 - 2.0 * (turns - 1.0) * 0.1
     assert spec(shape, inner_diameter=inner, **TRACK).coil.layer_turns[0] == approx(turns, rel=1e-9)
     assert spec(shape, turns=turns, **TRACK).coil.inner_diameter == approx(inner * 1e-3, rel=1e-9)
 
 
-def test_inner_diameter_between_whole_sides_takes_the_nearest_and_says_what_results():
+def test_inner_diameter_of_square_is_rounded_to_whole_sides_and_reported():
     design = spec("square", inner_diameter=2.4, **TRACK)
     assert design.coil.layer_turns[0] == 11.0
     assert design.coil.inner_diameter == approx(2.36e-3, rel=1e-9)
@@ -80,7 +80,7 @@ def test_over_or_underdetermined_coil_is_refused_by_its_key(keys, expected):
     assert findings(**keys) == expected
 
 
-def test_one_turn_of_a_square_has_no_spacing_to_work_out():
+def test_spacing_of_one_turn_square_is_refused_as_undetermined():
     assert findings("square", turns=1, inner_diameter=2.0, trace_width="0.1 mm") == [("SIT009", "coil.inner_diameter")]
 
 
@@ -118,12 +118,12 @@ def test_fix_of_turns_and_tracks_edits_the_keys_that_are_written(keys, move):
         assert getattr(again, name) == approx(getattr(fix.spec.coil, name), rel=1e-4)
 
 
-def test_all_but_one_of_the_keys_are_named_in_the_class():
+def test_replaceable_coil_keys_are_keys_of_coil_spec():
     other, replaced = CoilSpec.stands_in
     assert {other, *replaced} <= CoilSpec.keys.keys()
 
 
-def test_finding_of_the_turns_points_at_the_inner_diameter():
+def test_turns_finding_and_fix_name_written_inner_diameter_key():
     found = [one for one in check(spec(inner_diameter=0.5, **TRACK)).findings if one.rule == "SIT112"]
     assert [one.key for one in found] == ["coil.inner_diameter"]
     assert {edit.key for one in found for remedy in one.fixes for edit in remedy.edits} == {"coil.inner_diameter"}

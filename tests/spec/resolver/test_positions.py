@@ -30,7 +30,7 @@ def drawn(shape, size, place) -> Path:
     first=st.floats(-3.0, 3.0),
     second=st.floats(-3.0, 3.0),
 )
-def test_the_gap_is_never_more_than_the_drawn_outlines_are_apart(shape, bearing, distance, first, second):
+def test_computed_gap_never_exceeds_distance_of_drawn_outlines(shape, bearing, distance, first, second):
     centres = ((1.0, 2.0), (1.0 + distance * math.cos(bearing), 2.0 + distance * math.sin(bearing)))
     one, other = coil_placements(centres, (first, second))
     rows = [from_rows([row for row, _ in path_rows(drawn(shape, SHAPES[shape], p))]) for p in (one, other)]
@@ -43,7 +43,7 @@ def test_the_gap_is_never_more_than_the_drawn_outlines_are_apart(shape, bearing,
     assert gap(shape, SHAPES[shape], other, one) == approx(found, abs=1e-9)
 
 
-def test_crossed_racetracks_overlap_and_parallel_ones_do_not():
+def test_crossed_racetracks_overlap_and_parallel_racetracks_have_gap():
     size = (9.0, 4.0)
     across, along = coil_placements(((0.0, 0.0), (3.0, 0.0)), (math.pi / 2, 0.0))
     assert gap("racetrack", size, across, along) < 0.0
@@ -73,7 +73,7 @@ def test_rotations_are_read_in_the_order_of_the_centres():
          "SIT014", "array.centres"),
     ],
 )
-def test_rotations_that_do_not_fit_are_findings(array, rule, key):
+def test_rotations_that_do_not_match_array_are_refused(array, rule, key):
     with pytest.raises(SpecError) as error:
         load_text(array)
     assert (rule, key) in [(finding.rule, finding.key) for finding in error.value.findings]
@@ -102,7 +102,7 @@ def told(shape, array):
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("pattern", ["line, count: 3", "triangle", "grid, count: [2, 2]"])
 @pytest.mark.parametrize("pitch", [1.0, 4.9, 8.02])
-def test_the_pitch_that_is_missing_is_the_one_that_mends_it(shape, pattern, pitch):
+def test_suggested_pitch_increase_removes_overlap_and_is_minimal(shape, pattern, pitch):
     """Not the missing gap: the flat sides of two squares in a triangle open by less than their centres part."""
     more = told(shape, f"pattern: {pattern}, pitch: {pitch}")
     if more is None:
@@ -114,7 +114,7 @@ def test_the_pitch_that_is_missing_is_the_one_that_mends_it(shape, pattern, pitc
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("turned", [(0, 0), (45, 45), (20, 70), (90, 0)])
 @pytest.mark.parametrize("place", [(6.0, 2.0), (3.5, 3.5), (0.5, -4.0)])
-def test_the_factor_that_is_missing_is_the_one_that_mends_it(shape, turned, place):
+def test_suggested_scale_factor_removes_overlap_and_is_minimal(shape, turned, place):
     def array(factor):
         x, y = (factor * each for each in place)
         angles = ", ".join(f"{each} deg" for each in turned)
@@ -127,7 +127,7 @@ def test_the_factor_that_is_missing_is_the_one_that_mends_it(shape, turned, plac
     assert told(shape, array(factor - 3e-4)) is not None
 
 
-def test_coils_in_one_place_are_distinguished():
+def test_coincident_coils_yield_finding_without_scale_factor():
     with pytest.raises(SpecError) as caught:
         array_of("square", "pattern: explicit, centres: [[1, 1], [1, 1]]")
     assert [(f.rule, f.hint) for f in caught.value.findings] == [("SIT014", "move them apart")]
@@ -135,7 +135,7 @@ def test_coils_in_one_place_are_distinguished():
 
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("pattern", ["line", "triangle", "grid"])
-def test_the_pitch_by_default_keeps_coils_apart(shape, pattern):
+def test_default_pitch_keeps_half_millimetre_between_coils(shape, pattern):
     """Also in a triangle, whose flat sides come nearer than its centres; for round coils it is their size and a gap."""
     array = array_of(shape, f"pattern: {pattern}")
     size = (8e-3, 5e-3) if shape in ("racetrack", "rectangle") else (8e-3, 8e-3)
