@@ -13,13 +13,13 @@ from sitscad.kernels.electromagnetics.constants import EPSILON0
 from sitscad.kernels.electromagnetics.special_functions import coaxial_rings
 
 CELLS = 4
-"""Number of cells across each face of a strip. The cells are narrower at its edges."""
+"""Number of cells with uniform charge across each face of a strip. The cells are narrower at its edges."""
 
 HARMONICS = 48
-"""Number of spatial harmonics of the pitch over which the fields are summed."""
+"""Number of spatial harmonics of the strips' pitch over which the electric fields are summed."""
 
 OFFSETS = ((0.1127016654, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.8872983346, 5.0 / 18.0))
-"""Shifts between crossing tracks of two layers, as fractions of half a pitch, with their weights.
+"""Lateral shifts between tracks of two crossing layers, divided by half a pitch, and their weights (no unit).
 
 They are Gauss points, because the shift is uniformly distributed from 0 to half a pitch.
 """
@@ -39,9 +39,9 @@ def stacked_strips(width: float, distance: float, relative_permittivity: float) 
 
     Notes
     -----
-    It is half of a microstrip's capacitance over the plane of symmetry: Hammerstad and Jensen (IEEE MTT-S 1980), stated
-    to 0.2 % for width over half the distance from 0.01 to 100. The thickness of the strips is neglected (it adds 3 to
-    10 %).
+    By symmetry it is half the capacitance of a microstrip over a ground plane at half the distance: Hammerstad and
+    Jensen (IEEE MTT-S 1980). Their error is 0.2 % if the width divided by half the distance is 0.01 to 100. The
+    thickness of the strips is neglected (it adds 3 to 10 %).
     """
     u = 2.0 * width / distance
     shape = 6.0 + (2.0 * math.pi - 6.0) * math.exp(-((30.666 / u) ** 0.7528))
@@ -58,7 +58,7 @@ def coplanar_strips(width: float, spacing: float, relative_permittivity: float) 
     spacing : float
         gap between the strips (m)
     relative_permittivity : float
-        effective permittivity: the mean of dielectric and air for a board thick against the spacing
+        effective permittivity: the mean of dielectric and air if the board is thick compared with the spacing
 
     Notes
     -----
@@ -71,9 +71,9 @@ def coplanar_strips(width: float, spacing: float, relative_permittivity: float) 
 
 @record
 class Slab:
-    """One layer of a stack from top to bottom: thickness (m), relative permittivity, and whether it carries strips.
+    """One layer of a board: thickness (m), relative permittivity, and whether it consists of copper strips.
 
-    In a layer with strips, the permittivity is for the material between the strips.
+    In a layer of strips, the permittivity is for the material between the strips.
     """
 
     thickness: float
@@ -82,21 +82,21 @@ class Slab:
 
 
 def strip_layers(slabs: Sequence[Slab], width: float, pitch: float, reach: float) -> Array:
-    """Return Maxwell's capacitance matrix per area (F/m2) of layers of parallel strips.
+    """Return Maxwell's capacitance matrix per area (layers, layers; F/m2) of layers of parallel strips.
 
-    Every strip of a layer has one voltage. The matrix is within 2 % of finer cells for strips and gaps of comparable
-    size.
+    All strips of a layer have one voltage. For strips and gaps of comparable size, the matrix is within 2 % of the
+    result with finer cells.
 
     Parameters
     ----------
     slabs : sequence of Slab
-        layers of the stack from top to bottom
+        layers of the board from top to bottom
     width : float
         width of the strips (m)
     pitch : float
-        distance of the strips on every copper slab (m)
+        distance of the strips' centre lines on every copper slab (m)
     reach : float
-        size of the coil (m), over which a net charge's field decays
+        size of the coil (m), the distance over which the field of a net charge decays
 
     Notes
     -----
@@ -141,12 +141,12 @@ def strip_layers(slabs: Sequence[Slab], width: float, pitch: float, reach: float
 
 
 def _charges_at_offset(green: Array, form: Array, middle: Array, waves: Array, shift: Array) -> Array:
-    """Return charges per length (F/m) on the layers (rows) if one layer (columns) has 1 V, (layers, layers).
+    """Return the charges per length (layers, layers; F/m) on each layer (rows) if one layer (columns) has 1 V.
 
     Method: Galerkin, with a uniform charge on each cell. `green` (waves, faces, faces; m/F) is the potential on one
     face of a charge wave on another face. `form` (waves, cells) is the mean of a wave over each cell. `middle` (cells;
-    m) are the middles of the cells across a strip. `waves` is in 1/m, `shift` (layers; m) is the shift of each layer's
-    strips.
+    m) are the middles of the cells across a strip. `waves` is in 1/m, `shift` (layers; m) is the lateral shift of each
+    layer's strips.
     """
     count = shift.size
     place = (np.repeat(shift, 2)[:, None] + middle).ravel()
@@ -162,14 +162,14 @@ def _charges_at_offset(green: Array, form: Array, middle: Array, waves: Array, s
 def winding_voltages(
     radii: Array, heights: Sequence[float], inward: Sequence[bool], size: Array, turns: Array
 ) -> Array:
-    """Return the voltage along the layers of a series winding (layers, radii), relative to the whole voltage.
+    """Return the voltage at each turn of a series winding (layers, radii), divided by the voltage between its ends.
 
-    It runs from -1/2 to 1/2 from end to end.
+    It runs from -1/2 at the start to 1/2 at the end.
 
     Parameters
     ----------
     radii : array
-        radii from the outside in (m)
+        radii from the outside to the inside (m)
     heights : sequence of float
         height of each layer (m)
     inward : sequence of bool
@@ -177,7 +177,7 @@ def winding_voltages(
     size : array
         geometric mean distance of each ring from itself (radii; m)
     turns : array
-        turns at each radius (layers, radii); 0 inside a layer's inner end
+        number of turns at each radius (layers, radii); 0 inside a layer's inner end
 
     Notes
     -----
@@ -201,16 +201,16 @@ def winding_voltages(
 
 
 def winding_capacitance(per_area: Array, voltages: Array, areas: Array) -> float:
-    """Return the capacitance (F) between a winding's ends: twice its electric energy at 1 V.
+    """Return the capacitance (F) that layers add between a winding's ends: twice the electric energy at 1 V.
 
     Parameters
     ----------
     per_area : array
-        Maxwell's matrix (layers, layers; F/m2)
+        Maxwell's capacitance matrix (layers, layers; F/m2)
     voltages : array
-        voltages from end to end (layers, places)
+        voltages, divided by the voltage between the ends (layers, places)
     areas : array
-        area of each place (m2)
+        copper area of each place (places; m2)
 
     Notes
     -----
@@ -229,9 +229,9 @@ def turn_capacitance(
     lengths : array
         length of a turn at each place (m)
     voltages : array
-        voltage at each place, relative to the whole voltage
+        voltage at each place, divided by the voltage between the ends
     parts : array
-        turns that each place represents
+        number of turns that each place represents
     width : float
         track width (m)
     spacing : float
@@ -243,9 +243,9 @@ def turn_capacitance(
 
     Notes
     -----
-    A pair has the capacitance of coplanar strips, plus the side walls as plates. A turn's voltage is the
-    voltage gradient at each place, so a place that represents few turns adds little. Derived here from the pairs'
-    electric energy, as in `winding_capacitance`.
+    A pair of turns has the capacitance of coplanar strips, plus the side walls as plates. The voltage between two turns
+    is the voltage gradient at each place, so a place that represents few turns adds little. Derived here from the
+    pairs' electric energy, as in `winding_capacitance`.
     """
     turns = float(parts.sum())
     if turns <= 1.0 or parts.size < 2:
@@ -258,9 +258,9 @@ def turn_capacitance(
 
 
 def series_permittivity(thicknesses: Sequence[float], permittivities: Sequence[float]) -> float:
-    """Return the relative permittivity (no unit) of layers above each other.
+    """Return the effective relative permittivity (no unit) of layers above each other, as for capacitors in series.
 
-    It is total thickness over the sum of thickness (m) over permittivity, as for capacitors in series (textbook).
+    It is the total thickness (m), divided by the sum of each thickness divided by its permittivity (textbook).
     """
     return math.fsum(thicknesses) / math.fsum(t / e for t, e in zip(thicknesses, permittivities, strict=True))
 
@@ -268,7 +268,7 @@ def series_permittivity(thicknesses: Sequence[float], permittivities: Sequence[f
 def _mean(a: float, b: float) -> float:
     """Return the arithmetic-geometric mean of two numbers (no unit).
 
-    K(k) is pi / 2 over the mean of 1 and k' (Abramowitz and Stegun 17.6).
+    K(k) is pi / 2 divided by the mean of 1 and k' (Abramowitz and Stegun 17.6).
     """
     for _ in range(12):
         a, b = 0.5 * (a + b), math.sqrt(a * b)

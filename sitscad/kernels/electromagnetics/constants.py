@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 
 MU0 = 4e-7 * math.pi
-"""Vacuum permeability in H/m (its exact value before 2019; the difference is 5e-10)."""
+"""Vacuum permeability in H/m: the value before 2019, which differs from the present value by 5e-10 (ratio)."""
 
 EPSILON0 = 8.8541878128e-12
 """Vacuum permittivity in F/m."""
 
 
 def skin_depth(frequency: float, conductivity: float, permeability: float = 1.0) -> float:
-    """Return the depth (m) at which a field has fallen to 1/e; infinite in a material that does not conduct.
+    """Return the depth (m) at which a field in metal has fallen to 1/e. Infinite if the material does not conduct.
 
     Parameters
     ----------

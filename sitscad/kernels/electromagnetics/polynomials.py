@@ -17,21 +17,21 @@ from sitscad.basics.record import record
 Exponents = NDArray[np.int64]
 
 POINTS_A_TERM = 1.5
-"""Number of points for each term of a polynomial in a least-squares fit.
+"""Number of points in a least-squares fit divided by the number of terms of the polynomial.
 
 With fewer points the polynomial oscillates between them.
 """
 
 PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
-"""Bases of Halton's sequence."""
+"""Bases of Halton's sequence, one for each variable."""
 
 AT_ONCE = 2000
-"""Number of places at which a polynomial of several variables is evaluated at once: the arrays stay in cache."""
+"""Number of places at which a polynomial in several variables is evaluated together. The arrays then fit the cache."""
 
 
 @lru_cache(maxsize=64)
 def _roots(count: int) -> tuple[Array, Array]:
-    """Return the roots (count,; rising) of a Chebyshev polynomial and the barycentric weights (count,) there (no unit).
+    """Return the roots (count; rising) of a Chebyshev polynomial and the barycentric weights (count; no unit) there.
 
     The weights are (-1)^j sin(angle of the root) (Berrut and Trefethen, SIAM Review 46, 2004).
     """
@@ -40,7 +40,7 @@ def _roots(count: int) -> tuple[Array, Array]:
 
 
 def chebyshev_points(low: float, high: float, count: int) -> Array:
-    """Return the Chebyshev points (count,) of the first kind between two ends, rising and in their unit.
+    """Return the Chebyshev points (count) of the first kind between `low` and `high`, rising and in their unit.
 
     Source: Abramowitz and Stegun 22.16.
     """
@@ -48,10 +48,10 @@ def chebyshev_points(low: float, high: float, count: int) -> Array:
 
 
 def barycentric_weights(points: Array, at: Array, weights: Array | None = None) -> Array:
-    """Return the weights (n, points) that interpolate from values at `points` to the places `at` (n,) by a polynomial.
+    """Return the weights (n, points; no unit) that interpolate values at `points` to the places `at` (n).
 
-    Barycentric formula (Berrut and Trefethen, SIAM Review 46, 2004). `weights` (points) are the barycentric weights. If
-    None, `points` are Chebyshev points.
+    The interpolation is a polynomial by the barycentric formula (Berrut and Trefethen, SIAM Review 46, 2004). `weights`
+    (points) are the barycentric weights. If None, `points` are Chebyshev points.
     """
     offset = at[:, None] - points
     offset[offset == 0.0] = 1e-300  # at a point, its own weight dominates
@@ -60,9 +60,10 @@ def barycentric_weights(points: Array, at: Array, weights: Array | None = None) 
 
 
 def node_counts(half: Sequence[float], longest: float, order: int, apart: float) -> tuple[int, ...]:
-    """Return numbers of Chebyshev points along the half sides (m) of a box, with `order` along the `longest` (m).
+    """Return numbers of Chebyshev points along the sides of a box, enough for a smooth function of distant points.
 
-    Other points see the box from a distance of at least `apart` times the longest half side.
+    `half` are the half sides (m), `longest` (m) the longest half side, with `order` points. The points outside are at
+    least `apart` times `longest` away from the box.
 
     Notes
     -----
@@ -75,10 +76,10 @@ def node_counts(half: Sequence[float], longest: float, order: int, apart: float)
 
 
 def evaluate_polynomials(tensor: NDArray[Any], grid: Sequence[Array], places: Array) -> NDArray[Any]:
-    """Return the values (n, ...) of polynomials in several variables at (n, axes) places, in the unit of the tensor.
+    """Return the values (n, ...) of a polynomial in several variables at places (n, variables), in the tensor's unit.
 
-    `tensor` holds values (points of each axis of the `grid`, then the shape of one value). Uses `barycentric_weights`
-    along each axis.
+    `tensor` holds values at all products of the points of the `grid` (one axis per variable), then the shape of one
+    value. Interpolation is by `barycentric_weights` along each axis.
     """
     weights = [barycentric_weights(points, places[:, axis]) for axis, points in enumerate(grid)]
     values = np.empty((len(places), *tensor.shape[len(grid):]), dtype=tensor.dtype)
@@ -92,10 +93,10 @@ def evaluate_polynomials(tensor: NDArray[Any], grid: Sequence[Array], places: Ar
 
 @record(eq=False)
 class Interpolant:
-    """Polynomial surrogate of a function in a box, from values at all products of Chebyshev points.
+    """Polynomial that replaces a function in a box, through values at all products of Chebyshev points.
 
     `values` has an axis of points for each variable, then the shape of one value. `low` and `high` (variables) are the
-    ends of the box.
+    ends of the box, in the unit of each variable.
     """
 
     low: Array
@@ -104,19 +105,23 @@ class Interpolant:
 
     @cached_property
     def grid(self) -> tuple[Array, ...]:
-        """Chebyshev points of every variable, rising."""
+        """Chebyshev points of every variable, rising, in the variable's unit."""
         ends = zip(self.low, self.high, self.values.shape, strict=False)
         return tuple(chebyshev_points(low, high, count) for low, high, count in ends)
 
     def __call__(self, places: Array) -> NDArray[Any]:
-        """Return values (n, ...) at (n, variables) places. Places beyond the box get the value at its surface."""
+        """Return values (n, ...) at places (n, variables).
+
+        A place outside the box gets the value at the nearest surface.
+        """
         return evaluate_polynomials(self.values, self.grid, np.clip(places, self.low, self.high))
 
 
 def exponents(weights: Sequence[float], degree: float, least: int = 0) -> Exponents:
-    """Return the exponents (terms, variables; no unit) of all products up to a weighted degree of `degree`.
+    """Return the exponents (terms, variables; no unit) of all products of powers up to a weighted degree.
 
-    The sum of the exponents of each term is at least `least`. Low degrees come first.
+    The weighted degree of a product, at most `degree`, is the sum of exponents times `weights`. The sum of exponents is
+    at least `least`. Low degrees come first.
     """
     each = [range(int(degree / weight + 1e-9) + 1) for weight in weights]
     rows = [row for row in product(*each) if np.dot(row, weights) <= degree + 1e-9 and sum(row) >= least]
@@ -126,7 +131,10 @@ def exponents(weights: Sequence[float], degree: float, least: int = 0) -> Expone
 
 
 def monomials(points: Array, powers: Exponents) -> Array:
-    """Return values (n, terms; no unit) of products of powers at (n, variables) points."""
+    """Return products of powers (n, terms; no unit) at points (n, variables).
+
+    `powers` (terms, variables) are exponents.
+    """
     values = np.ones((len(points), len(powers)))
     for k in range(points.shape[1]):
         highest = int(powers[:, k].max(initial=0))
@@ -135,10 +143,10 @@ def monomials(points: Array, powers: Exponents) -> Array:
 
 
 def chebyshev(points: Array, orders: Exponents) -> Array:
-    """Return values (n, terms; no unit) of products of Chebyshev polynomials at (n, variables) points.
+    """Return products of Chebyshev polynomials (n, terms; no unit) at points (n, variables).
 
-    T_n(cos t) = cos(n t) (Abramowitz and Stegun 22.3.15). Beyond -1 and 1 each polynomial is extended linearly, with
-    its slope at that end.
+    `orders` (terms, variables) are the orders. T_n(cos t) = cos(n t) (Abramowitz and Stegun 22.3.15). Beyond -1 and 1
+    each polynomial is continued as a straight line with the slope at that end.
     """
     # T_n(x) = cos(n arccos x) is accurate at orders where sums of powers cancel; T_n' is n^2 at 1
     inside = np.clip(points, -1.0, 1.0)
@@ -152,16 +160,16 @@ def chebyshev(points: Array, orders: Exponents) -> Array:
 
 
 Basis = Callable[[Array, Exponents], Array]
-"""Type of `monomials` and `chebyshev`. The latter suits high orders."""
+"""Function that evaluates products of polynomials: `monomials`, or `chebyshev` for high orders."""
 
 
 @record(eq=False)
 class Polynomial:
-    """Polynomial surrogate of a function in a box, from products of low total order.
+    """Polynomial that replaces a function in a box, as a sum of products of low total order.
 
-    It suits cases in which the grid of an `Interpolant` would need more points than can be solved. The variables are
-    scaled to -1 to 1 between `low` and `high` (variables). `orders` (terms, variables) belong to the `basis`.
-    `coefficients` (terms, outputs) have the function's unit.
+    It suits cases in which the grid of an `Interpolant` would need too many solved points. `low` and `high` (variables)
+    are the ends of the box; variables are scaled to -1 to 1 between them. `orders` (terms, variables) are the orders of
+    each product, evaluated by `basis`. `coefficients` (terms, outputs) have the function's unit.
     """
 
     low: Array
@@ -172,15 +180,15 @@ class Polynomial:
 
     @property
     def degree(self) -> int:
-        """Highest order of a product."""
+        """Highest total order of a product (no unit)."""
         return int(self.orders.sum(axis=1).max())
 
     def __call__(self, points: Array) -> Array:
-        """Return values (n, outputs) at (n, variables) points. Beyond the box the basis is extrapolated."""
+        """Return values (n, outputs) at points (n, variables). Outside the box the polynomial is extrapolated."""
         return np.asarray(self.basis(_scaled_to_box(points, self.low, self.high), self.orders) @ self.coefficients)
 
     def slope(self, points: Array) -> Array:
-        """Return derivatives (n, outputs, variables), by central differences of a thousandth of half the box."""
+        """Return derivatives (n, outputs, variables) by central differences of a thousandth of half the box."""
         steps = 5e-4 * (self.high - self.low)
         differences = [(self(points + step) - self(points - step)) / (2.0 * step.sum()) for step in np.diag(steps)]
         return np.stack(differences, axis=2)
@@ -192,7 +200,7 @@ def least_squares(
 ) -> Polynomial:
     """Fit a polynomial in a box to values by least squares.
 
-    If several polynomials fit equally, the result has the smallest coefficients.
+    If several polynomials fit equally well, the result has the smallest coefficients.
 
     Parameters
     ----------
@@ -201,27 +209,29 @@ def least_squares(
     values : array
         values (n, outputs)
     orders : Exponents
-        orders of the terms (terms, variables)
+        orders of the products (terms, variables)
     low, high : array
         ends of the box (variables)
     basis : Basis, optional
         `monomials` or `chebyshev`
     least : float or None, optional
-        singular value, relative to the largest, below which a combination of terms is undetermined; rounding if None
+            smallest singular value, divided by the largest, that counts. Combinations of terms with smaller values are
+        undetermined. If None, the limit is rounding.
     """
     columns = basis(_scaled_to_box(points, low, high), orders)
     return Polynomial(low, high, orders, np.asarray(np.linalg.lstsq(columns, values, rcond=least)[0]), basis)
 
 
 def _scaled_to_box(points: Array, low: Array, high: Array) -> Array:
-    """Return points (n, variables) scaled so that the box runs from -1 to 1 (no unit)."""
+    """Return points (n, variables; no unit) scaled so that the box from `low` to `high` becomes -1 to 1."""
     return (points - 0.5 * (low + high)) / (0.5 * (high - low))
 
 
 def halton_points(count: int, variables: int, skip: int = 0) -> Array:
-    """Return points (count, variables; no unit) of Halton's sequence (Numerische Mathematik 2, 1960), from `skip` on.
+    """Return points (count, variables; no unit) of Halton's sequence (Numerische Mathematik 2, 1960).
 
-    They fill 0 to 1 evenly and are deterministic. Raises ValueError if there are more variables than `PRIMES`.
+    They fill the range 0 to 1 evenly and are deterministic. The first `skip` points of the sequence are left out.
+    Raises ValueError if there are more variables than `PRIMES`.
     """
     if variables > len(PRIMES):
         raise ValueError(f"at most {len(PRIMES)} variables")
@@ -230,7 +240,7 @@ def halton_points(count: int, variables: int, skip: int = 0) -> Array:
 
 
 def _inverse_digits(number: int, base: int) -> float:
-    """Return van der Corput's radical inverse (no unit): the digits of a number in reverse behind the point."""
+    """Return van der Corput's radical inverse (no unit): the number's digits in reverse order behind the point."""
     inverse, share = 0.0, 1.0
     while number:
         share /= base

@@ -17,7 +17,7 @@ def resonance_frequency(inductance: float, capacitance: float) -> float:
 
 
 def apparent_inductance(inductance: float, resistance: float, capacitance: float, frequency: float) -> float:
-    """Return the series inductance (H) that a meter reads for a coil with a capacitance (F) across it.
+    """Return the series inductance (H) that a meter shows for a coil with a capacitance (F) in parallel.
 
     For a coil without loss it is L / (1 - omega^2 L C). At self-resonance it passes through infinity to negative
     values.
@@ -26,7 +26,7 @@ def apparent_inductance(inductance: float, resistance: float, capacitance: float
 
 
 def apparent_impedance(inductance: float, resistance: float, capacitance: float, frequency: float) -> complex:
-    """Return the impedance (ohm) of a coil with a capacitance (F) across it: the inverse sum of both admittances."""
+    """Return the impedance (ohm) of a coil with a capacitance (F) in parallel: 1 / the sum of both admittances."""
     omega = 2.0 * math.pi * frequency
     return 1.0 / (1.0 / complex(resistance, omega * inductance) + 1j * omega * capacitance)
 
@@ -35,9 +35,10 @@ def apparent_impedance(inductance: float, resistance: float, capacitance: float,
 class Network:
     """Circuit between coils' contacts and the converter's pins, in SI units.
 
-    Fields are numbers, or arrays with a value per coil. `coil_side` is the lossless capacitance at the contacts (the
-    coil's own and half the cable's), `converter_side` the capacitance at the pins. The tank capacitor is at one of both
-    ends, in series with its own resistance. `inductance` and `resistance` are the cable's.
+    Fields are numbers, or arrays with a value per coil. `coil_side` is the lossless capacitance at the contacts: the
+    coil's own and half the cable's. `converter_side` is the capacitance at the pins. The tank capacitor `capacitor` is
+    at the coil if `capacitor_at_coil`, otherwise at the converter, in series with `capacitor_resistance`. `inductance`
+    and `resistance` belong to the cable.
     """
 
     coil_side: float | Array
@@ -49,10 +50,10 @@ class Network:
     resistance: float = 0.0
 
     def admittance(self, omega: Array, inductance: Array, resistance: Array) -> tuple[ComplexArray, ComplexArray]:
-        """Return the admittance (S) at the pins, and the coil voltage over the pin voltage.
+        """Return the admittance (S) at the pins, and the coil's voltage divided by the voltage at the pins.
 
-        Coils have `inductance` (H) and `resistance` (ohm) at `omega` (rad/s). Kirchhoff's laws for the chain of coil,
-        cable and converter (textbook).
+        `inductance` (H) and `resistance` (ohm) of the coils are at the angular frequency `omega` (rad/s). Kirchhoff's
+        laws for the chain of coil, cable and converter (textbook).
         """
         around = 1j * omega
         branch = around * self.capacitor / (1.0 + around * (self.capacitor * self.capacitor_resistance))
@@ -63,20 +64,23 @@ class Network:
         return np.asarray(pin_end + coil_end / behind), np.asarray(1.0 / behind)
 
     def in_tank(self, inductance: Array) -> Array:
-        """Return the inductance (H) that oscillates with the capacitor.
+        """Return the inductance (H) that oscillates with the tank capacitor.
 
-        It is the coil's inductance, plus the cable's if the cable lies between coil and capacitor.
+        It is the coil's inductance. If the cable lies between coil and capacitor, the cable's inductance is added.
         """
         return inductance + (0.0 if self.capacitor_at_coil else self.inductance)
 
     @property
     def capacitance(self) -> float | Array:
-        """Total capacitance (F) of the tank."""
+        """Capacitance (F) of the whole tank: tank capacitor, coil side and converter side."""
         return self.coil_side + self.converter_side + self.capacitor
 
     @np.errstate(divide="ignore", invalid="ignore")  # NaN for a negative inductance
     def resonance(self, inductance: Array) -> Array:
-        """Return angular frequencies (rad/s) of coils with inductances (H), without loss and delay: 1 / sqrt(L C)."""
+        """Return the angular resonance frequencies (rad/s) of coils with inductances (H): 1 / sqrt(L C).
+
+        Losses and the converter's delay are neglected. NaN for a negative inductance.
+        """
         return 1.0 / np.sqrt(self.in_tank(inductance) * self.capacitance)
 
 
@@ -84,10 +88,10 @@ class Network:
 class Oscillation:
     """Operating point of a tank.
 
-    Frequency (Hz), inductance (H) and resistance (ohm) of the coil at that frequency, parallel resistance at the pins
-    (ohm), quality factor (no unit). `coil_share` is the amplitude at the coil's contacts over the amplitude at the
-    pins. An overdamped tank does not oscillate: `exists` is False, and all fields are NaN except the coil's and the
-    quality factor (root of L/C over R).
+    `frequency` is in Hz; `inductance` (H) and `resistance` (ohm) are the coil's at this frequency.
+    `parallel_resistance` (ohm) is at the pins; `quality_factor` has no unit. `coil_share` is the voltage amplitude at
+    the coil's contacts divided by the amplitude at the pins. An overdamped tank does not oscillate: `exists` is False,
+    and all fields are NaN except the coil's and the quality factor (sqrt(L/C) / R).
     """
 
     frequency: float
@@ -115,7 +119,7 @@ class Oscillations:
     coil_share: Array
 
     def as_list(self) -> list[Oscillation]:
-        """Return each tank as an `Oscillation`, in the arrays' order."""
+        """Return each tank as an `Oscillation`, in the order of the arrays."""
         columns = (self.frequency, self.inductance, self.resistance, self.parallel_resistance, self.quality_factor,
                    self.coil_share)
         return [Oscillation(*row) for row in zip(*(column.ravel().tolist() for column in columns), strict=True)]
@@ -127,17 +131,18 @@ one shape.
 """
 
 LOWEST_SHARE = 0.05
-"""Lowest frequency of an oscillation, over the resonance without loss and delay (`Network.resonance`).
+"""Lowest frequency of an oscillation, divided by the resonance without loss and delay (`Network.resonance`).
 
-A phase condition that is met only at lower frequencies belongs to direct current, where every tank conducts.
+If the phase condition is met only at lower frequencies, the tank does not oscillate. Near direct current, every tank
+meets the condition.
 """
 
 STEPS = 40  # Steps after which a tank counts as not oscillating: the shortest end below `LOWEST_SHARE`
 
 STRIDE, STRIDE_OVER_CABLE = 0.3, 0.1
-"""Largest change of the frequency in one step of `oscillate`, relative to the frequency: without and with a cable.
+"""Largest change of the frequency in one step of `oscillate`, divided by the frequency: without and with a cable.
 
-With a cable the step is so short that it skips no extra crossing of the phase.
+With a cable the step is shorter, so that no zero of the phase condition is skipped.
 """
 
 CLOSED = 1e3  # Largest phase error (rad), over the tolerance of the frequency, of a tank that oscillates
@@ -151,7 +156,7 @@ def oscillate(
 ) -> Oscillations:
     """Solve the frequencies at which the phase of the tank matches the drive: arg Y = -omega delay.
 
-    The lowest frequency is returned if a cable causes several.
+    If a cable causes several such frequencies, the lowest is returned.
 
     Parameters
     ----------
@@ -160,16 +165,16 @@ def oscillate(
     terminals : Terminals
         inductances and resistances of the coils at each frequency
     delay : float
-        delay of the drive behind the voltage (s)
+        delay of the drive after the voltage (s)
     start : array
-        estimate of the frequency (Hz), such as the plain resonance. All results have its shape
+        estimate of the frequency (Hz), such as the resonance without loss. All results have its shape.
     tolerance : float, optional
         relative change of the frequency at which the iteration ends
 
     Notes
     -----
-    Without delay the admittance at the pins is real there. For a plain tank the frequency is SNOSCY9A's 1/(2 pi sqrt(L
-    C)) sqrt(1 - 1/Q^2 - delay/(Q sqrt(L C))), with a delay of 5 ns.
+    Without delay, the admittance at the pins is real at this frequency. For a tank without cable the frequency is
+    SNOSCY9A's 1/(2 pi sqrt(L C)) sqrt(1 - 1/Q^2 - delay/(Q sqrt(L C))), with a delay of 5 ns.
     """
     # Secant method, because the derivative's formula is long with a cable. It acts on the part of Y that is out of
     # phase with the drive, over omega. That part is nearly linear in omega about a resonance, while the phase turns
@@ -212,6 +217,9 @@ def oscillate(
 
 
 def oscillate_similar(network: Network, inductance: Array, resistance: Array, delay: float) -> Oscillations:
-    """Solve the operating points of tanks whose coils have a constant inductance (H) and resistance (ohm)."""
+    """Solve the operating points of tanks whose coils have one inductance (H) and resistance (ohm) at all frequencies.
+
+    `delay` (s) is the delay of the drive after the voltage.
+    """
     start = network.resonance(inductance) / (2.0 * math.pi)
     return oscillate(network, lambda _: (inductance, resistance), delay, start)

@@ -1,8 +1,8 @@
-"""Special functions and quadrature that numpy lacks.
+"""Special functions and quadrature rules that numpy lacks.
 
 Legendre polynomials and Gauss points, Bessel functions, and the mutual inductance of coaxial circles. J0 and J1 are
-polynomial fits (Abramowitz and Stegun 9.4.1 to 9.4.6, error below 1e-7); sequences of orders are by recurrence. Scipy
-takes long to load.
+polynomial fits (Abramowitz and Stegun 9.4.1 to 9.4.6, error below 1e-7); higher orders follow by recurrence. Scipy is
+not used because it takes long to load.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from sitscad.kernels.electromagnetics.constants import MU0
 
 
 def legendre(order: int, x: Array) -> Array:
-    """Return P_0 to P_order at every x, (..., order + 1).
+    """Return the Legendre polynomials P_0 to P_order (..., order + 1; no unit) at every x.
 
     Bonnet's recursion (Abramowitz and Stegun 22.7): (n + 1) P_(n+1) = (2 n + 1) x P_n - n P_(n-1).
     """
@@ -31,7 +31,7 @@ def legendre(order: int, x: Array) -> Array:
 
 
 def legendre_integrals(order: int, x: Array) -> Array:
-    """Return integrals (..., order + 1; no unit) of P_0 to P_order from 0 to every x.
+    """Return the integrals (..., order + 1; no unit) of Legendre polynomials P_0 to P_order from 0 to every x.
 
     They are differences of (P_(n+1) - P_(n-1)) / (2 n + 1) (Jackson, Classical Electrodynamics, equation 3.28).
     """
@@ -42,10 +42,10 @@ def legendre_integrals(order: int, x: Array) -> Array:
 
 @lru_cache(maxsize=64)
 def gauss(count: int) -> tuple[Array, Array]:
-    """Return Gauss-Legendre nodes and weights on [-1, 1]; cached and read-only.
+    """Return the nodes and weights (count; no unit) of Gauss-Legendre quadrature on [-1, 1]. They are read-only.
 
-    Nodes are eigenvalues of the recursion's symmetric matrix, weights are twice the squared first elements of its
-    eigenvectors (Golub and Welsch 1969).
+    Nodes are eigenvalues of the recursion's symmetric matrix. Weights are twice the squared first elements of its
+    eigenvectors (Golub and Welsch 1969). Results are cached.
     """
     n = np.arange(1, count)
     beside = n / np.sqrt(4.0 * n * n - 1.0)
@@ -89,10 +89,10 @@ def j1(x: ArrayLike) -> Array:
 
 
 def _modulus_times_cosine(x: Array, modulus: tuple[float, ...], phase: tuple[float, ...]) -> Array:
-    """Return modulus times cosine of the phase (no unit) at every x, with x below 3 taken as 3.
+    """Return modulus times cosine of the phase (no unit) of a Bessel function at every x; x below 3 is replaced by 3.
 
-    Abramowitz and Stegun 9.4.3 and 9.4.6. Arrays are modified in place, because tables are large. The cosine is by the
-    tangent of half the phase, at a tenth of the cost.
+    `modulus` and `phase` are coefficients of Abramowitz and Stegun 9.4.3 and 9.4.6. Arrays are modified in place,
+    because tables are large. The cosine is computed by the tangent of half the phase, at a tenth of the cost.
     """
     high = np.asarray(np.maximum(x, 3.0))
     inverse = 3.0 / high
@@ -110,7 +110,7 @@ def _modulus_times_cosine(x: Array, modulus: tuple[float, ...], phase: tuple[flo
 
 
 def _polynomial(coefficients: tuple[float, ...], x: Array) -> Array:
-    """Return a polynomial at every x by Horner's rule, constant coefficient first (no unit)."""
+    """Return a polynomial (no unit) at every x by Horner's rule. The constant coefficient is first."""
     result = x * coefficients[-1]
     result += coefficients[-2]
     for coefficient in coefficients[-3::-1]:
@@ -120,10 +120,10 @@ def _polynomial(coefficients: tuple[float, ...], x: Array) -> Array:
 
 
 def bessel_orders(x: Array, highest: int, is_spherical: bool = False) -> Array:
-    """Return J_0 to J_highest (highest + 1, n; no unit) of every x > 0 (n,), or with `is_spherical` j_0 to j_highest.
+    """Return Bessel functions J_0 to J_highest (highest + 1, n; no unit) of every x > 0 (n).
 
-    Values are right to rounding relative to the largest order. The spherical ones are sqrt(pi / 2x) J_(n + 1/2)(x)
-    (Abramowitz and Stegun 10.1.1).
+    With `is_spherical`, return the spherical functions j_0 to j_highest, sqrt(pi / 2x) J_(n + 1/2)(x) (Abramowitz and
+    Stegun 10.1.1). Errors are rounding errors relative to the largest order.
 
     Notes
     -----
@@ -150,17 +150,17 @@ def bessel_orders(x: Array, highest: int, is_spherical: bool = False) -> Array:
 
 
 def coaxial_rings(radius: ArrayLike, other: ArrayLike, distance_squared: ArrayLike) -> Array:
-    """Return the mutual inductance (H) of coaxial circular filaments; arrays that broadcast together.
+    """Return the mutual inductance (H) of coaxial circular filaments. The arguments broadcast together.
 
-    The relative error is about 1e-14 from relative distances of 1e-9 to 1e6.
+    The relative error is about 1e-14 for distances from 1e-9 to 1e6 radii.
 
     Parameters
     ----------
     radius, other : ArrayLike
-        radii (m)
+        radii of both circles (m)
     distance_squared : ArrayLike
-        squared shortest distance of the two circles (m2), (r1 - r2)^2 + z^2. As an argument it keeps its digits for
-        circles that nearly touch
+            squared shortest distance of the two circles (m2), (r1 - r2)^2 + z^2. It is an argument because the
+        difference of radii would lose digits for circles that nearly touch.
 
     Notes
     -----

@@ -1,6 +1,6 @@
-"""Linear algebra on a single thread.
+"""Limit of numpy's linear algebra to a single thread.
 
-The matrices are small, and threads that wait for each other cost processor time.
+The matrices are small, so threads that wait for each other cost more processor time than they save.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any
 
 
 class OneThread(ContextDecorator):
-    """Limit the linear algebra of numpy to one thread until the outermost active block ends.
+    """Context that limits the linear algebra of numpy to one thread until the outermost active block ends.
 
     The limit holds for the whole process while a block lasts. Afterwards the process gets its previous setting back. If
     the environment limits OpenBLAS to one thread from the start, the block has no effect and threadpoolctl is not
@@ -50,4 +50,4 @@ def _libraries() -> Any:
 
 
 one_thread = OneThread()
-"""Limit for all solvers, as a decorator or in a `with` statement."""
+"""Limit to one thread for all solvers, as a decorator or in a `with` statement."""

@@ -1,7 +1,8 @@
 """Neumann's integral of circular arcs of tracks with each other and with straight sides.
 
-An arc is summed at Gauss points in the closed potential of a straight strand. Concentric arcs need one integral over
-their difference of azimuth, all other arcs two.
+Neumann's integral is the double integral of t1.t2 / distance along two conductors with unit tangents t1 and t2. With a
+straight side, the inner integral has a closed form, and the arc is summed at Gauss points. Two concentric arcs need one
+integral over their difference of azimuth, all other arcs two.
 """
 
 from __future__ import annotations
@@ -21,51 +22,60 @@ Rule = tuple[Array, Array]
 Method = Callable[..., float]
 
 FAR = 4.0
-"""Distance of an arc's middle from another piece, over the arc's half length, beyond which `POINTS` are enough.
+"""Distance of an arc's middle from another piece, divided by the arc's half length, above which `POINTS` are enough.
 
-There the error is 4e-6 of the pair. It is 1e-7 of the sum over all pairs, because most pairs are farther apart.
+At this distance the relative error of the pair is 4e-6. It is 1e-7 of the sum over all pairs, because most pairs are
+farther apart.
 """
 
 POINTS = ((50.0, 3), (100.0, 4), (360.0, 5))
-"""Largest angle (degrees) of an arc, and the number of Gauss points with an error of 1e-7 up to this angle.
+"""Rows (largest angle of an arc in degrees, number of Gauss points) for arcs far from the other piece.
 
-The current's direction turns along the arc, so the number grows with the angle.
+The error is 1e-7 up to this angle. The current's direction turns along the arc, so the number grows with the angle.
 """
 
 MIDDLING = 1.5
-"""Distance of an arc's middle from another piece, over the arc's half length, from which MIDDLING_POINTS are enough."""
+"""Least distance of an arc's middle from another piece, divided by the arc's half length, for `MIDDLING_POINTS`.
+
+At shorter distances, points crowd at the arc's ends.
+"""
 
 MIDDLING_POINTS = 8
-"""Number of points on an arc that is farther than `MIDDLING` from the other piece."""
+"""Number of Gauss points on an arc whose distance from the other piece is between `MIDDLING` and `FAR`."""
 
 APART = 0.7
-"""Least distance between two arcs, over the longer half length, at which MIDDLING_POINTS on each arc are enough.
+"""Least distance between two arcs, divided by the longer half length, at which `MIDDLING_POINTS` on each are enough.
 
-With the limits APART, SPACED and BESIDE, the total is right to 1e-7.
+With the limits APART, SPACED and BESIDE, the relative error of the total is 1e-7.
 """
 
 SPACED = 0.36
-"""Least distance between two arcs, over the longer half length, at which SPACED_POINTS on each arc are enough."""
+"""Least distance between two arcs, divided by the longer half length, at which `SPACED_POINTS` on each are enough."""
 
 BESIDE = 0.07
-"""Least distance between two arcs, over the longer half length, at which 16 points crowded at the ends are enough.
+"""Least distance between two arcs, divided by the longer half length, at which 16 points crowded at the ends suffice.
 
 The points are for the outer integral; the inner integral is over graded points. Nearer arcs get 20 points.
 """
 
 SPACED_POINTS = 12
+"""Number of Gauss points on each of two arcs whose distance is between `SPACED` and `APART`."""
 
 SAMPLES = 9
-"""Number of points of each arc from which the distance of two arcs is estimated."""
+"""Number of points on each arc from which the least distance of two arcs is estimated."""
 
 CLEAR = 5.0
-"""Distance, in widths, from which the clearance of strands is constant: the last row of its table."""
+"""Distance of two pieces, in track widths, above which the clearance of their strands is constant.
+
+It is the last row of the table of clearances (`mean_distance.clearance_table`).
+"""
 
 
 def _points_near_ends(count: int) -> Rule:
     """Return points in [0, 1] and weights (count; no unit), crowded towards both ends.
 
-    They are Gauss points under t^2 (3 - 2 t). At an end, a continuing piece causes a logarithmic singularity.
+    They are Gauss points t, moved to t^2 (3 - 2 t). At an end, the next piece of the track causes a logarithmic
+    singularity.
     """
     nodes, weights = gauss(count)
     t = 0.5 * (1.0 + nodes)
@@ -73,15 +83,16 @@ def _points_near_ends(count: int) -> Rule:
 
 
 def _gauss_points(count: int) -> Rule:
-    """Return Gauss points of [0, 1] and their weights (count; no unit)."""
+    """Return the Gauss points of [0, 1] and their weights (count; no unit)."""
     nodes, weights = gauss(count)
     return 0.5 * (1.0 + nodes), 0.5 * weights
 
 
 def _arc_points(arcs: Array, offsets: Array, rule: Rule) -> tuple[Array, Array, Array]:
-    """Return points (m, k, p, 2; m), unit tangents (m, 1, p, 2) and lengths (m, k, p; m) of m arcs.
+    """Return points (m, k, p, 2; m), unit tangents (m, 1, p, 2) and line elements (m, k, p; m) on m arcs.
 
-    The rule has p points along each arc. There are k strands at `offsets` (m).
+    `arcs` (m, 6) have the columns of `Track.arcs`. The k strands lie at `offsets` (m) to the left, and the quadrature
+    rule has p points along each arc.
     """
     t, weights = rule
     radius = arcs[:, 2, None] - arcs[:, 4, None] * offsets
@@ -93,31 +104,31 @@ def _arc_points(arcs: Array, offsets: Array, rule: Rule) -> tuple[Array, Array, 
 
 
 def _dot(a: Array, b: Array) -> Array:
-    """Return scalar products (...) of vectors (..., 2), in the product of their units."""
+    """Return scalar products (...) of two arrays of vectors (..., 2), in the product of their units."""
     return np.asarray(a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1])
 
 
 def half_lengths(arcs: Array) -> Array:
-    """Return half the length (n; m) of arcs (n, 6): radius times half the angle."""
+    """Return half the length (n; m) of arcs (n, 6; columns of `Track.arcs`): radius times half the angle."""
     return np.asarray(0.5 * arcs[:, 2] * arcs[:, 5])
 
 
 def middles(arcs: Array) -> Array:
-    """Return middle points (n, 2; m) of arcs (n, 6; m)."""
+    """Return the middle points (n, 2; m) of arcs (n, 6; m; columns of `Track.arcs`)."""
     azimuth = arcs[:, 3] + 0.5 * arcs[:, 4] * arcs[:, 5]
     return np.asarray(arcs[:, :2] + arcs[:, 2:3] * np.stack([np.cos(azimuth), np.sin(azimuth)], axis=1))
 
 
 def _far_rule(arcs: Array) -> Rule:
-    """Return the rule for arcs far from other pieces, with the number of points that the largest angle needs."""
+    """Return the quadrature rule for arcs far from other pieces. The largest angle sets the number of points."""
     turn = math.degrees(float(arcs[:, 5].max()))
     return _gauss_points(next(number for most, number in POINTS if turn <= most))
 
 
 def arc_distances(first: Track, second: Track, pairs: Pairs) -> Array:
-    """Return lower bounds (n; m) of the distance in the plane of pairs of arcs.
+    """Return lower bounds (n; m) of the distance in the plane between two arcs, for each pair.
 
-    The bound is the distance of their middles less both half lengths. It is negative if they may touch.
+    The bound is the distance of their middles minus both half lengths. It is negative if they may touch.
     """
     a, b = first.arcs, second.arcs
     offset = middles(a)[pairs.first] - middles(b)[pairs.second]
@@ -125,13 +136,13 @@ def arc_distances(first: Track, second: Track, pairs: Pairs) -> Array:
 
 
 def arc_side_distances(first: Track, second: Track, pairs: Pairs) -> Array:
-    """Return lower bounds (n; m) of the distance of the first track's arcs from the second track's sides."""
+    """Return lower bounds (n; m) of the distance between arcs of the first track and sides of the second track."""
     arcs = first.arcs
     return np.asarray(_middle_distances(first, second, pairs) - half_lengths(arcs)[pairs.first])
 
 
 def _middle_distances(first: Track, second: Track, pairs: Pairs) -> Array:
-    """Return distances (n; m) of arcs' middles from sides."""
+    """Return the distances (n; m) of arcs' middles (first track) from straight sides (second track)."""
     start, end = second.starts[pairs.second], second.ends[pairs.second]
     t = directions(end - start)
     offset = middles(first.arcs)[pairs.first] - start
@@ -140,9 +151,10 @@ def _middle_distances(first: Track, second: Track, pairs: Pairs) -> Array:
 
 
 def arcs_with_sides(first: Track, second: Track, pairs: Pairs, strands: StrandPairs) -> float:
-    """Return the integral of t1.t2 / distance (m) over pairs of the first track's arcs and the second track's sides.
+    """Return the sum of t1.t2 / distance (m; Neumann's integral) over pairs of an arc and a straight side.
 
-    Arcs are summed at Gauss points in the closed potential of the sides.
+    Arcs belong to the first track, sides to the second. Arcs are summed at Gauss points in the closed potential of the
+    sides.
     """
     if not pairs.first.size:
         return 0.0
@@ -158,7 +170,9 @@ def arcs_with_sides(first: Track, second: Track, pairs: Pairs, strands: StrandPa
 
 
 def _some_arcs_with_sides(arcs: Array, other: Track, pairs: Pairs, strands: StrandPairs, rule: Rule) -> float:
-    """Return the sum of t1.t2 / distance (m) over pairs of arcs and sides.
+    """Return the sum of t1.t2 / distance (m; Neumann's integral) over pairs of an arc and a straight side by one rule.
+
+    `rule` holds the points and weights along an arc.
 
     Notes
     -----
@@ -185,9 +199,9 @@ def _some_arcs_with_sides(arcs: Array, other: Track, pairs: Pairs, strands: Stra
 
 
 def arcs_with_arcs(first: Track, second: Track, pairs: Pairs, strands: StrandPairs) -> float:
-    """Return the integral of t1.t2 / distance (m; Neumann's) over pairs of arcs.
+    """Return the sum of t1.t2 / distance (m; Neumann's integral) over pairs of arcs.
 
-    The distance of each pair decides on the method and the number of points.
+    The distance of each pair sets the method and the number of points.
     """
     if not pairs.first.size:
         return 0.0
@@ -203,7 +217,7 @@ def arcs_with_arcs(first: Track, second: Track, pairs: Pairs, strands: StrandPai
 
 
 def _pairs_by_method(first: Track, second: Track, pairs: Pairs) -> tuple[Flags, ...]:
-    """Return flags (n,) of the pairs of arcs for each method: the far pairs, then one array for each entry of METHODS.
+    """Return flags (n) of the pairs of arcs that each method handles: far pairs first, then each entry of METHODS.
 
     Every pair has exactly one method.
     """
@@ -230,7 +244,7 @@ def _pairs_by_method(first: Track, second: Track, pairs: Pairs) -> tuple[Flags, 
 
 
 def _distances(a: Array, b: Array) -> Array:
-    """Return least distances (n; m) of pairs of arcs (n, 6), from SAMPLES points of each."""
+    """Return the least distances (n; m) of pairs of arcs (n, 6), estimated from `SAMPLES` points on each."""
     points, other_points = (_arc_points(arcs, np.zeros(1), SAMPLED)[0][:, 0] for arcs in (a, b))
     least = np.empty(len(a))
     for part in slices(len(a), 500):
@@ -240,9 +254,10 @@ def _distances(a: Array, b: Array) -> Array:
 
 
 def _opposite_arcs(a: Array, b: Array, strands: StrandPairs, times: Array, rule: Rule) -> float:
-    """Return the sum of t1.t2 / distance (m; Neumann's integral) over pairs of arcs with centres well apart.
+    """Return the sum of t1.t2 / distance (m; Neumann's integral) over pairs of arcs whose centres lie well apart.
 
-    It is a product of two rules, with points crowded at the ends if the arcs may meet.
+    `a` and `b` (n, 6) are the arcs, `times` (n, heights) the multiplicities. The double integral uses `rule` for each
+    arc, with points crowded at the ends if the arcs may meet.
     """
     middle = np.zeros(1)
     p, q = _arc_points(a, middle, rule)[0], _arc_points(b, middle, rule)[0]
@@ -268,12 +283,13 @@ def _opposite_arcs(a: Array, b: Array, strands: StrandPairs, times: Array, rule:
 
 
 def _concentric_arcs(a: Array, b: Array, strands: StrandPairs, times: Array) -> float:
-    """Return the sum of t1.t2 / distance (m) over pairs of arcs of one angle a about one centre.
+    """Return the sum of t1.t2 / distance (m; Neumann's integral) over pairs of concentric arcs with equal angle.
 
     Notes
     -----
-    Derived here. Only the difference v of azimuths matters. So Neumann's double integral is the integral of 2 (a - v)
-    r1 r2 cos v / distance over v from 0 to a. Points are graded by v = scale sinh(t) about the peak at 0.
+    Derived here. Only the difference v of azimuths matters. So, for arcs of angle a, Neumann's double integral is the
+    integral of 2 (a - v) r1 r2 cos v / distance over v from 0 to a. Points are graded by v = scale sinh(t) about the
+    peak at 0.
     """
     r1 = a[:, 2, None] - a[:, 4, None] * strands.offsets[0]
     r2 = b[:, 2, None] - b[:, 4, None] * strands.offsets[1]
@@ -295,10 +311,10 @@ def _concentric_arcs(a: Array, b: Array, strands: StrandPairs, times: Array) -> 
 
 
 def _other_arcs(a: Array, b: Array, strands: StrandPairs, times: Array, rule: Rule) -> float:
-    """Return the sum of t1.t2 / distance (m; Neumann's integral) over the other pairs of arcs.
+    """Return the sum of t1.t2 / distance (m; Neumann's integral) over near pairs of arcs that are not concentric.
 
-    Points of the first arc are summed in the inner integral over the second arc. Its points are graded about the
-    nearest azimuth (`_TurnedTangents`).
+    The outer integral is over the points of `rule` on the first arc. The inner integral over the second arc has points
+    graded about the azimuth nearest to the outer point (`_TurnedTangents`).
     """
     where, tangent, length = _arc_points(a, strands.offsets[0], rule)
     b = b[:, :, None, None]
@@ -328,10 +344,10 @@ def _other_arcs(a: Array, b: Array, strands: StrandPairs, times: Array, rule: Ru
 
 @record(eq=False)
 class _TurnedTangents:
-    """Direction of an arc's tangents relative to another arc's tangents.
+    """Direction of an arc's tangents relative to the tangent at a point of another arc.
 
-    `sine` and `cosine` are of the angle between both at the azimuth of the point's projection (the foot). `angle` (rad)
-    is the azimuth from the nearest point of the arc to the foot.
+    `sine` and `cosine` belong to the angle between both tangents at the foot, the arc's point in the direction of the
+    other point. `angle` (rad) is the azimuth from the arc's nearest point to the foot.
     """
 
     sine: Array
@@ -339,14 +355,14 @@ class _TurnedTangents:
     angle: Array
 
     def integral(self, edge: Array, scale: Array, gap: Array, four: Array) -> Array:
-        """Return the integral (1/m) of the tangents' product over distance, from the nearest azimuth to an edge (rad).
+        """Return the integral (1/m) of the tangents' product / distance, from the nearest azimuth to an edge (rad).
 
         Points are graded by v = `scale` sinh(t) (rad).
 
         Notes
         -----
-        Derived here: with h the tangent of half the angle from the foot, the squared distance is gap + four h^2 / (1 +
-        h^2) (m2), and cosine and sine are rational in h.
+        Derived here. With h the tangent of half the angle from the foot, the squared distance (m2) is gap + four h^2 /
+        (1 + h^2). Cosine and sine are rational in h.
         """
         nodes, weights = gauss(8)
         reach = np.arcsinh(edge / scale)
@@ -360,6 +376,7 @@ class _TurnedTangents:
 
 
 SAMPLED: Rule = (np.linspace(0.0, 1.0, SAMPLES), np.ones(SAMPLES))
+"""Equally spaced places along an arc (0 start, 1 end), with weights 1, for the estimate of distances."""
 
 METHODS: tuple[tuple[Method, int], ...] = (
     (_concentric_arcs, 14),
@@ -369,4 +386,7 @@ METHODS: tuple[tuple[Method, int], ...] = (
     (partial(_other_arcs, rule=_points_near_ends(16)), 128),
     (partial(_other_arcs, rule=_points_near_ends(20)), 160),
 )
-"""Functions that sum the pairs of arcs that are not far, in the order of `_pairs_by_method`, with points per pair."""
+"""Functions that sum the pairs of arcs that are not far, with the number of points per pair.
+
+The order is the order of the flags that `_pairs_by_method` returns.
+"""

@@ -1,9 +1,9 @@
 """Neumann's sum over the points of two windings: near clusters point by point, far clusters by Chebyshev interpolation.
 
-1 / distance is smooth if clusters are far apart compared with their sizes. A polynomial through a few nodes of each box
-then replaces it, and the nodes carry the weights of the points (Fong and Darve, J. Comput. Phys. 228, 2009). So the
-work grows with the number of points, not with its square. Layers with equal plans share one set of points. Their
-heights enter by another polynomial.
+If two clusters are far apart compared with their sizes, 1 / distance is a smooth function of the points. Then a
+polynomial through a few nodes of each cluster's box replaces it, and the nodes carry the points' line elements (Fong
+and Darve, J. Comput. Phys. 228, 2009). So the work grows with the number of points, not with its square. Layers with
+equal plans (courses in x and y) share one set of points. Their heights enter by another polynomial.
 """
 
 from __future__ import annotations
@@ -22,23 +22,24 @@ from sitscad.kernels.electromagnetics.polynomials import barycentric_weights, ch
 Points = tuple[Array, Array]
 
 LEAF = 250
-"""Largest number of points of a cluster that is not divided into halves."""
+"""Largest number of points of a cluster that is not halved further."""
 
 APART = 2.0
-"""Least distance of two clusters' boxes, over the larger half side, at which nodes replace the points."""
+"""Least distance of two clusters' boxes, divided by the larger half side, at which nodes replace the points."""
 
 ORDER = 8
-"""Number of nodes along a box's longer side: with APART, the sum over two windings is right to 1e-6 of itself."""
+"""Number of nodes along a box's longer side. With `APART`, the relative error of Neumann's sum is 1e-6."""
 
 
 PLAN_TOLERANCE = 1e-10
-"""Plans are equal if all their numbers differ by less than this (m, rad)."""
+"""Largest difference (m, rad) of any two numbers of two layers' plans at which the plans count as equal."""
 
 
 def plan_numbers(layers: Sequence[Array]) -> list[int]:
-    """Return the number of each layer's plan.
+    """Return the number of each layer's plan (course in x and y), counted from 0 in order of appearance.
 
-    `layers` are rows (any shape; m, rad) that define where each layer runs. Often every second layer repeats a plan.
+    `layers` are arrays (any shape; m, rad) that define the course of each layer. Often every second layer repeats a
+    plan.
     """
     plans: list[Array] = []
     numbers = []
@@ -52,10 +53,10 @@ def plan_numbers(layers: Sequence[Array]) -> list[int]:
 
 @record(eq=False)
 class Plans:
-    """Points of the distinct plans (courses in x and y) of a winding's layers.
+    """Points on the distinct plans (courses in x and y) of a winding's layers.
 
     `places` (n, 2; m) are the points, `elements` (n, 2; m) their line elements and `owner` (n) their plan numbers.
-    `layers` has (plan number, mid-plane (m), thickness (m)) for every layer.
+    `layers` has (plan number, height of the mid-plane (m), thickness (m)) for every layer.
     """
 
     places: Array
@@ -65,15 +66,15 @@ class Plans:
 
     @property
     def count(self) -> int:
-        """Number of plans (no unit)."""
+        """Number of distinct plans (no unit)."""
         return 1 + max(plan for plan, _, _ in self.layers)
 
 
 @record(eq=False)
 class Cluster:
-    """Points (n, 2; m) with their line elements (n, plans, 2; m), in a box.
+    """Group of points (n, 2; m) with their line elements (n, plans, 2; m), in a box.
 
-    `centre` and `half` (2,) are the centre and the half sides of the box (m).
+    `centre` and `half` (2) are the centre and the half sides of the box (m).
     """
 
     places: Array
@@ -83,7 +84,7 @@ class Cluster:
 
     @cached_property
     def parts(self) -> tuple[Cluster, ...]:
-        """The cluster's two halves (m). Empty if it has few points or all are at one place."""
+        """The cluster's two halves (m). Empty if the cluster has few points or all points coincide."""
         axis = int(self.half[1] > self.half[0])
         lower = self.places[:, axis] < self.centre[axis]
         if len(self.places) <= LEAF or lower.all() or not lower.any():
@@ -92,10 +93,10 @@ class Cluster:
 
     @cached_property
     def relative_positions(self) -> Points:
-        """Points that represent the cluster at a distance: nodes (n, 2; m) and their line elements (n, plans, 2; m).
+        """Points (n, 2; m) and line elements (n, plans, 2; m) that represent the cluster at a distance.
 
-        Each point's element is distributed by the weights of Chebyshev interpolation (Fong and Darve 2009). A cluster
-        with fewer points than nodes keeps its own points.
+        The points are Chebyshev nodes of the box. Each original element is distributed over them by interpolation
+        weights (Fong and Darve 2009). A cluster with fewer points than nodes keeps its own points.
         """
         counts = node_counts(self.half.tolist(), max(*self.half.tolist(), 1e-300), ORDER, APART)
         if math.prod(counts) >= len(self.places):
@@ -112,8 +113,7 @@ class Cluster:
 def neumann_sum(first: Plans, second: Plans) -> float:
     """Return Neumann's sum (m) of dp.dq / distance over all pairs of points of two windings on all their layers.
 
-    The sum interpolates between far clusters (Fong and Darve 2009). It is right to 1e-6 if the windings lie side by
-    side.
+    For windings side by side, the relative error is 1e-6. Far clusters are interpolated (Fong and Darve 2009).
 
     Notes
     -----
@@ -126,7 +126,7 @@ def neumann_sum(first: Plans, second: Plans) -> float:
 
 
 class _Heights:
-    """Squared heights (m2) between all layers of two windings, at as few polynomial nodes as the distance allows."""
+    """Squared heights (m2) between all layers of two windings, reduced to few polynomial nodes for distant points."""
 
     def __init__(self, first: Plans, second: Plans) -> None:
         counts: dict[tuple[int, int, float], float] = {}
@@ -143,9 +143,9 @@ class _Heights:
         self.known: dict[int, tuple[Array, Array]] = {}
 
     def nodes(self, apart: float) -> tuple[Array, Array]:
-        """Return squared heights (k; m2) and the multiplicity of each pair of plans (k, plans, plans).
+        """Return squared heights (k; m2) for points at least `apart` (m) from each other, and multiplicities (no unit).
 
-        The points are at least `apart` (m) from each other.
+        The multiplicities (k, plans, plans) count how often each pair of plans occurs at each height.
         """
         count = int(nodes_enough(self.squares, np.array([apart]))[0])
         if count < self.squares.size:
@@ -156,9 +156,9 @@ class _Heights:
         return self.squares, self.times
 
     def sum(self, first: Points, second: Points, apart: float) -> float:
-        """Return the sum (m) of dp.dq / distance over all pairs of points.
+        """Return the sum (m) of dp.dq / distance over all pairs of points of two sets.
 
-        Both sets have points (n, 2; m) with line elements (n, plans, 2; m). They are at least `apart` (m) from each
+        Each set has points (n, 2; m) with line elements (n, plans, 2; m). The sets are at least `apart` (m) from each
         other.
         """
         middle = 0.5 * (first[0].mean(axis=0) + second[0].mean(axis=0))
@@ -177,14 +177,14 @@ class _Heights:
 
 
 def _whole(plans: Plans) -> Cluster:
-    """Return a cluster of all points of a winding's plans (m). Each element is in the column of its plan."""
+    """Return all points of a winding's plans (m) as one cluster. Each element is in the column of its plan."""
     elements = np.zeros((len(plans.places), plans.count, 2))
     elements[np.arange(len(plans.places)), plans.owner] = plans.elements
     return _cluster(plans.places, elements)
 
 
 def _cluster(places: Array, elements: Array) -> Cluster:
-    """Return points (n, 2; m) and line elements (n, plans, 2; m) with their bounding box."""
+    """Return points (n, 2; m) and line elements (n, plans, 2; m) as a cluster with its bounding box."""
     low, high = places.min(axis=0), places.max(axis=0)
     return Cluster(places, elements, 0.5 * (low + high), 0.5 * (high - low))
 
@@ -192,7 +192,7 @@ def _cluster(places: Array, elements: Array) -> Cluster:
 def _pairs(first: Cluster, second: Cluster) -> list[tuple[Points, Points, float]]:
     """Return pairs of point sets that together cover two clusters, and the least distance (m) of each pair.
 
-    The distance is between the bounding boxes. Distant clusters are represented by their nodes.
+    The distance is between the bounding boxes. For distant clusters, the sets are the nodes.
     """
     gaps = np.maximum(np.abs(first.centre - second.centre) - first.half - second.half, 0.0)
     size, other_size, gap = float(first.half.max()), float(second.half.max()), math.hypot(*gaps.tolist())

@@ -1,4 +1,7 @@
-"""Straight filaments: closed Neumann integrals of parallel and inclined filaments, and tracks made of filaments."""
+"""Straight filaments: closed Neumann integrals of parallel and inclined filaments, and tracks made of filaments.
+
+Neumann's integral is the double integral of dp.dq / distance along two conductors.
+"""
 
 from __future__ import annotations
 
@@ -14,10 +17,13 @@ from sitscad.kernels.electromagnetics.inductance.mean_distance import clearance_
 from sitscad.kernels.electromagnetics.special_functions import gauss
 
 FAR = 12.0
-"""Least distance of two parallel filaments, over the longer length, at which Gauss points replace the closed form."""
+"""Least distance of two parallel filaments, divided by the longer length, at which Gauss points are used.
+
+At shorter distances, the closed form is used.
+"""
 
 TOUCHING = 1e-12
-"""Least distance (m) assumed between filaments, so that crossing filaments do not divide by zero."""
+"""Least distance (m) assumed between two filaments, so that crossing filaments do not cause a division by zero."""
 
 AT_ONCE = 60_000
 """Number of pairs of points and segments processed at once, which fit a processor's cache."""
@@ -25,7 +31,11 @@ AT_ONCE = 60_000
 
 @record(eq=False)
 class PolylineTrack:
-    """A track along straight sides: corners (n, 2; m) along the current, cross-section, mid-plane z (m)."""
+    """Track along straight sides.
+
+    `corners` (n, 2; m) are in the direction of the current. `width`, `thickness` and the height `z` of the mid-plane
+    are in metres.
+    """
 
     corners: Array
     width: float
@@ -38,9 +48,10 @@ class PolylineTrack:
         return float(np.sum(np.hypot(*np.diff(self.corners, axis=0).T)))
 
     def strand(self, offset: float) -> Array:
-        """Return corners (n, 2; m) of the parallel line `offset` metres to the left, mitred at corners, square at ends.
+        """Return the corners (n, 2; m) of a line parallel to the centre line, `offset` (m) to the left.
 
-        The mitre is the sum of both normals over 1 + their product (derived here).
+        The line is mitred at the corners and square at the ends. The mitre is the sum of both normals divided by 1 +
+        their scalar product (derived here).
         """
         sides = np.diff(self.corners, axis=0)
         tangents = sides / np.hypot(sides[:, 0], sides[:, 1])[:, None]
@@ -51,9 +62,9 @@ class PolylineTrack:
 
 
 def distances_in_plane(points: Array, starts: Array, ends: Array) -> Array:
-    """Return distances (points, filaments; m) of points from straight filaments in the plane.
+    """Return the distances (points, filaments; m) of points from straight filaments in a plane.
 
-    Points are (points, 1, 2), starts and ends of the filaments (filaments, 2), in metres.
+    `points` are (points, 1, 2), `starts` and `ends` of the filaments (filaments, 2), in metres.
     """
     span = ends - starts
     offset = points - starts
@@ -62,7 +73,7 @@ def distances_in_plane(points: Array, starts: Array, ends: Array) -> Array:
 
 
 def parallel_filaments(length: Array, start: Array, end: Array, distance_squared: Array) -> Array:
-    """Return the mutual inductance (H) of parallel straight filaments; arrays that broadcast together.
+    """Return the mutual inductance (H) of parallel straight filaments. The arguments broadcast together.
 
     Parameters
     ----------
@@ -71,9 +82,9 @@ def parallel_filaments(length: Array, start: Array, end: Array, distance_squared
     start : array
         start of the second filament along this axis (m)
     end : array
-        end of the second filament (m); less than `start` for opposite current
+        end of the second filament along this axis (m); less than `start` if the current is opposite
     distance_squared : array
-        square of their distance (m2, > 0); for tracks, of the geometric mean distance
+        squared distance of the two axes (m2, > 0). For tracks, it is the squared geometric mean distance.
 
     Notes
     -----
@@ -102,7 +113,10 @@ def _second_integral(u: Array, rho: Array) -> Array:
 
 @record(eq=False)
 class SegmentSet:
-    """Straight tracks of one cross-section on one layer: starts and ends (n, 2; m) along the current."""
+    """Straight track pieces of one cross-section on one layer.
+
+    `starts` and `ends` (n, 2; m) are along the current. `width`, `thickness` and the mid-plane `z` are in metres.
+    """
 
     starts: Array
     ends: Array
@@ -112,7 +126,7 @@ class SegmentSet:
 
 
 def segment_set(tracks: Sequence[PolylineTrack]) -> SegmentSet:
-    """Return all sides (m) of tracks that share width, thickness and mid-plane."""
+    """Return all straight sides (m) of tracks with equal width, thickness and mid-plane as one set."""
     first = tracks[0]
     starts = np.concatenate([track.corners[:-1] for track in tracks])
     ends = np.concatenate([track.corners[1:] for track in tracks])
@@ -120,9 +134,9 @@ def segment_set(tracks: Sequence[PolylineTrack]) -> SegmentSet:
 
 
 def grouped_segments_inductance(sets: Sequence[SegmentSet], groups: Sequence[int]) -> Array:
-    """Return the symmetric matrix (groups, groups; H) of partial mutual inductances of groups of straight tracks.
+    """Return the symmetric matrix (groups, groups; H) of partial inductances between groups of straight track pieces.
 
-    `groups[k]` is the group (from 0) of set k. The diagonal holds each group's partial inductance.
+    `groups[k]` is the group (from 0) of set k. The diagonal holds each group's partial self-inductance.
 
     Notes
     -----
@@ -158,7 +172,7 @@ Segments = tuple[Array, Array]
 
 
 def _directions(p: Segments) -> tuple[Array, Array]:
-    """Return unit vectors (n, 2) along segments, and their lengths (n; m)."""
+    """Return unit vectors (n, 2; no unit) along segments, and the segments' lengths (n; m)."""
     sides = p[1] - p[0]
     lengths = np.hypot(sides[:, 0], sides[:, 1])
     return sides / lengths[:, None], lengths
@@ -167,7 +181,8 @@ def _directions(p: Segments) -> tuple[Array, Array]:
 def _segments_mutual(p: Segments, q: Segments, clearance: Array) -> float:
     """Return the sum of the mutual inductances (H) of all segments of p with all segments of q, in closed form.
 
-    `clearance` (n, m; m2) of each pair is the squared height between them, plus the term that keeps the mean distance.
+    `clearance` (n, m; m2) of each pair is the squared height between them, plus the term that keeps the geometric mean
+    distance.
     """
     t, lengths = _directions(p)
     other, _ = _directions(q)
@@ -188,7 +203,11 @@ def _segments_mutual(p: Segments, q: Segments, clearance: Array) -> float:
 def _inclined_sides(
     p: Segments, q: Segments, axis: Array, lengths: Array, i: Index, j: Index, clearance: Array
 ) -> Array:
-    """Return mutual inductance over cosine (n; H) of inclined sides, by Campbell's form (`inclined_integral`)."""
+    """Return the mutual inductance (n; H) of inclined sides, divided by the cosine of the angle between them.
+
+    `i` and `j` are the numbers of the sides in p and q. `axis` (n, 2) and `lengths` (n; m) are the directions in q and
+    the lengths in p. `clearance` (n; m2) is the squared height. Method: Campbell's form (`inclined_integral`).
+    """
     direction = (p[1][i] - p[0][i]) / lengths[:, None]
     sine, cosine = direction[:, 0] * axis[:, 1] - direction[:, 1] * axis[:, 0], np.sum(direction * axis, axis=1)
     offset = q[0][j] - p[0][i]
@@ -208,11 +227,11 @@ def inclined_integral(
     Parameters
     ----------
     u0, u1 : array
-        start and end of the first filament (m), from the point where the axes cross in plan
+        start and end of the first filament (m), from the point at which the axes cross in plan
     v0, v1 : array
-        start and end of the second filament (m), likewise
+        start and end of the second filament (m), from this point
     cosine, sine : array
-        of the angle between both axes; the sine is positive
+        cosine and sine of the angle between both axes; the sine is positive
     square : array or float
         squared distance of the planes (m2, > 0)
 
@@ -246,7 +265,7 @@ def inclined_integral(
 
 
 def via_inductance(length: float, diameter: float) -> float:
-    """Return the partial self-inductance (H) of a plated hole's barrel, with lengths in metres.
+    """Return the partial self-inductance (H) of a plated hole's barrel. `length` and `diameter` are in metres.
 
     Notes
     -----
@@ -263,11 +282,12 @@ def curve_segments_mutual(curve: tuple[Array, Array], segments: SegmentSet, clea
     Parameters
     ----------
     curve : tuple[array, array]
-        points (n, 3; m) and line elements (n, 2; m), weighted by the quadrature
+        points (n, 3; m) and line elements (n, 2; m), multiplied by quadrature weights
     segments : SegmentSet
         straight segments, whose potential at each point has a closed form
     clearance : float
-        least distance of pieces that touch (m), which represents their mean distance
+            least distance (m) assumed between points and segments. It represents the geometric mean distance of tracks
+        that touch.
     """
     points, elements = curve
     parts = slices(len(points), AT_ONCE // max(1, len(segments.starts)))
@@ -276,10 +296,10 @@ def curve_segments_mutual(curve: tuple[Array, Array], segments: SegmentSet, clea
 
 
 def _weighed_potential(points: Array, elements: Array, segments: SegmentSet, clearance: float) -> float:
-    """Return the sum (m; times mu0 / (4 pi): H) of line elements times the potential of every segment.
+    """Return the sum (m; times mu0 / (4 pi): H) of line elements times the vector potential of every segment.
 
-    The elements (n, 2; m) are at points (n, 3; m). The integral of 1 / distance along a segment is asinh(a / rho) +
-    asinh(b / rho) (Grover 1946, chapter 6).
+    The elements (n, 2; m) are at points (n, 3; m). `clearance` (m) is the least distance. The integral of 1 / distance
+    along a segment is asinh(a / rho) + asinh(b / rho) (Grover 1946, chapter 6).
     """
     sides = segments.ends - segments.starts
     lengths = np.hypot(sides[:, 0], sides[:, 1])

@@ -1,9 +1,9 @@
 """Geometric mean distance (GMD) of two parallel rectangular conductors, and quantities that follow from it.
 
-The inductance of a long straight pair depends on the mean of ln(distance) over both cross-sections (Maxwell 1873, art.
-691). Here the mean across the width has a closed form, and the mean through the thickness is a Gauss sum. That stays
-accurate for infinitely thin tracks, where the fully closed form cancels. Beyond a few widths the closed form cancels,
-too. There the multipole series of the harmonic function ln|zeta| is used.
+The inductance of two long straight conductors depends on the mean of ln(distance) over both cross-sections (Maxwell
+1873, art. 691). Here the mean across the width has a closed form, and the mean through the thickness is a Gauss sum.
+This is accurate also for infinitely thin tracks, for which the fully closed form loses digits. Beyond a few widths the
+closed form loses digits, too. There the multipole series of the harmonic function ln|zeta| is used.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from sitscad.kernels.electromagnetics.polynomials import barycentric_weights, ch
 from sitscad.kernels.electromagnetics.special_functions import gauss
 
 SERIES_FROM = 4.0
-"""Least distance of two rectangles' centres, over the sum of their half diagonals, at which the series is used.
+"""Least distance of two rectangles' centres, divided by the sum of their half diagonals, at which a series is used.
 
-The series has the 10th order and an error below 1e-7.
+The multipole series is of 10th order and has an error below 1e-7.
 """
 
 
@@ -47,12 +47,13 @@ def log_mean_distance(
     Returns
     -------
     array
-        of the shape of `across`. Rectangles may overlap; offsets of 0 give the self distance
+            in the shape of `across`. Rectangles may overlap. With both offsets 0, the result is the mean for a
+        rectangle with itself.
 
     Notes
     -----
-    Far apart, it is the mean of the Taylor series of ln|zeta + xi|, by even moments of the difference xi of two places
-    (derived here).
+    For distant rectangles, it is the mean of the Taylor series of ln|zeta + xi|, by even moments of the difference xi
+    of two places (derived here).
     """
     unit = max(*widths, *thicknesses)
     d = np.abs(np.asarray(across, dtype=float)) / unit
@@ -80,7 +81,7 @@ def strand_clearance(
     across: Array, height: float, widths: tuple[float, float], thicknesses: tuple[float, float], strands: int = 2,
     levels: int = 1
 ) -> Array:
-    """Return the clearance (m2) to add to the squared distances of strands so that the pair keeps its GMD.
+    """Return the term (m2) to add to the squared distances of two tracks' strands so that they keep the tracks' GMD.
 
     Parameters
     ----------
@@ -93,21 +94,21 @@ def strand_clearance(
     thicknesses : tuple[float, float]
         thickness of each track (m)
     strands : int, optional
-        filaments that replace each track, at the Gauss points of its width (1: the centre line)
+        number of filaments that replace each track, at the Gauss points of its width (1: the centre line)
     levels : int, optional
         1, or 2 to count each pair of strands at both heights of `level_heights`
 
     Returns
     -------
     array
-        of the shape of `across`. It may be slightly negative for tracks side by side
+        in the shape of `across`. It may be slightly negative for tracks side by side.
 
     Notes
     -----
-    With the clearance c2, the weighted mean of ln(distance^2 + c2) over all pairs of strands equals the rectangles'
-    mean. So a Neumann sum over strands is exact for long straight pairs. It is right to fourth order in width over
-    radius of curvature. Two levels keep the mean distance, too, on which the ends and corners of tracks above each
-    other depend.
+    With the term c2, the weighted mean of ln(distance^2 + c2) over all pairs of strands equals the rectangles' mean. So
+    a Neumann sum over strands is exact for long straight tracks. Its error is of fourth order in width divided by
+    radius of curvature. Two levels keep the mean distance, too. The mean distance affects the ends and corners of
+    tracks above each other.
     """
     log_square = 2.0 * log_mean_distance(across, height, widths, thicknesses)
     d = np.asarray(across, dtype=float)
@@ -137,13 +138,13 @@ def strand_clearance(
 def clearance_table(
     height: float, widths: tuple[float, float], thicknesses: tuple[float, float], strands: int, levels: int = 1
 ) -> tuple[Array, Array]:
-    """Return distances (101; m) and the `strand_clearance` (101; m2) at each. The table is cached."""
+    """Return distances across (101; m) and the terms of `strand_clearance` (101; m2) at each. The table is cached."""
     across = 5.0 * max(widths) * np.linspace(0.0, 1.0, 101) ** 1.5
     return across, strand_clearance(across, height, widths, thicknesses, strands, levels)
 
 
 def level_heights(height: float, thicknesses: tuple[float, float], levels: int) -> tuple[float, ...]:
-    """Return the heights (m) that represent two layers: the height of their mid-planes, or two for two `levels`.
+    """Return the heights (m) that represent the distance of two layers: one mid-plane distance, or two for 2 `levels`.
 
     Two heights have the mean and the variance of the distance over both thicknesses, t^2 / 12 of each (textbook).
     """
@@ -155,9 +156,9 @@ def level_heights(height: float, thicknesses: tuple[float, float], levels: int) 
 
 @lru_cache(maxsize=256)
 def _even_moments(w: tuple[float, float], t: tuple[float, float]) -> tuple[float, ...]:
-    """Return the real moments <xi^2> to <xi^10> (no unit: lengths over the largest side) of xi = x + i z.
+    """Return the real moments <xi^2> to <xi^10> (no unit) of xi = x + i z, the difference of two places.
 
-    xi is the difference of two places in rectangles of widths w and thicknesses t.
+    The places lie in rectangles of widths w and thicknesses t, divided by the largest side.
 
     Notes
     -----
@@ -175,10 +176,10 @@ def _even_moments(w: tuple[float, float], t: tuple[float, float]) -> tuple[float
 
 
 def _rectangle_mean_logarithm(d: Array, h: float, w: tuple[float, float], t: tuple[float, float]) -> Array:
-    """Return the mean logarithm of the distance of two rectangles, (n,; no unit), with lengths over the largest side.
+    """Return the mean logarithm (n; no unit) of the distance of two rectangles; lengths divided by the largest side.
 
-    The mean across is the second difference of `_twice_integrated`. The mean over the heights is a sum over Gauss
-    points. Derived here.
+    `d` (n) and `h` are the offsets across and in height, `w` the widths, `t` the thicknesses. The mean across is the
+    second difference of `_twice_integrated`. The mean over the heights is a sum over Gauss points. Derived here.
     """
     heights, weights = _height_nodes(h, t)
     outer, inner = 0.5 * (w[0] + w[1]), 0.5 * abs(w[0] - w[1])
@@ -194,16 +195,17 @@ def _rectangle_mean_logarithm(d: Array, h: float, w: tuple[float, float], t: tup
 
 
 def _twice_integrated(x: Array, z: Array) -> Array:
-    """Return the second integral over x of ln sqrt(x^2 + z^2) for z > 0, by parts; all in one unit of length."""
+    """Return the second integral over x of ln sqrt(x^2 + z^2) for z > 0, in the squared unit of x (by parts)."""
     square = x * x + z * z
     return 0.25 * (x * x - z * z) * np.log(square) - 0.75 * x * x + x * z * np.arctan(x / z)
 
 
 @lru_cache(maxsize=256)
 def _height_nodes(h: float, t: tuple[float, float]) -> tuple[Array, Array]:
-    """Return nodes (m) and weights (no unit) over the difference of two uniformly distributed heights.
+    """Return nodes (m) and weights (no unit) for the mean over the difference of heights in two thicknesses.
 
-    Its density is a trapezium with corners at outer and inner, with Gauss points between the corners (derived here).
+    Both heights are uniformly distributed, so the difference has a trapezoidal density. Gauss points lie between the
+    corners of the trapezium (derived here).
     """
     outer, inner = 0.5 * (t[0] + t[1]), 0.5 * abs(t[0] - t[1])
     if outer == 0.0:
@@ -223,13 +225,14 @@ def _height_nodes(h: float, t: tuple[float, float]) -> tuple[Array, Array]:
 
 
 RIGHT = math.log(3e-8)
-"""Natural logarithm of the largest relative error of the polynomial in the squared height, 3e-8."""
+"""Natural logarithm of the largest relative error, 3e-8, of a polynomial in the squared height."""
 
 
 def nodes_enough(squares: Array, apart: Array) -> Index:
-    """Return how many polynomial nodes (n) represent all squared heights (m2), for points at distances `apart` (n; m).
+    """Return the number of polynomial nodes (n; no unit) that represent all squared heights, for each distance (n).
 
-    `squares` are in rising order. If fewer nodes are not accurate to `RIGHT`, the number is the number of heights.
+    `squares` (m2) are the squared heights in rising order, `apart` (n; m) the distances of the points in the plane. If
+    no smaller number reaches the accuracy `RIGHT`, it is the number of heights.
 
     Notes
     -----
@@ -248,7 +251,8 @@ def nodes_enough(squares: Array, apart: Array) -> Index:
 def height_nodes(squares: Array, count: int) -> tuple[Array, Array]:
     """Return `count` squared heights (m2) at Chebyshev points, and weights (heights, count; no unit).
 
-    The weights belong to the interpolation polynomial and distribute `squares` (m2) over the nodes.
+    The weights distribute the given squared heights `squares` (m2) over the nodes, as the interpolation polynomial
+    does.
     """
     if count >= squares.size:
         return squares, np.eye(squares.size)

@@ -1,4 +1,4 @@
-"""A spiral winding as coaxial rings, one for each turn at its mean radius, and the inductance of the rings.
+"""A spiral winding replaced by coaxial rings, one for each turn at its mean radius, and the rings' inductance.
 
 Two coaxial rings have a mutual inductance by elliptic integrals (Maxwell 1873, art. 701).
 """
@@ -19,7 +19,7 @@ from sitscad.kernels.electromagnetics.special_functions import coaxial_rings
 def radii_at(layers: Sequence[SpiralLayer], azimuth: float) -> list[Array]:
     """Return the radii (m) at which each layer's centre line meets the half-plane of an azimuth (rad).
 
-    There is one array for each layer. The centre line is r = radius - pitch theta / (2 pi).
+    The list has one array for each layer. The centre line is r = radius - pitch theta / (2 pi).
     """
     radii = []
     for layer in layers:
@@ -31,9 +31,9 @@ def radii_at(layers: Sequence[SpiralLayer], azimuth: float) -> list[Array]:
 
 @record(eq=False)
 class MeanRings:
-    """One ring for every turn of spiral layers, at its mean position over azimuths.
+    """One ring for every turn of spiral layers, at the turn's mean radius.
 
-    Arrays (n,): radii (m), fractions of a turn (no unit), and layer numbers.
+    Arrays (n): `radii` (m), `parts` (fraction of a turn that the ring represents; no unit), and layer numbers.
     """
 
     radii: Array
@@ -42,7 +42,7 @@ class MeanRings:
 
 
 def mean_rings(layers: Sequence[SpiralLayer]) -> MeanRings:
-    """Return the mean rings of spiral layers (m) from the outside in.
+    """Return one ring (radius in m) for every turn of spiral layers, layer by layer from the outside to the inside.
 
     The last ring of a layer can be a fraction of a turn. A ring's radius is the spiral's radius in the middle of the
     turn (derived here).
@@ -55,13 +55,13 @@ def mean_rings(layers: Sequence[SpiralLayer]) -> MeanRings:
 
 
 def mean_ring_inductance(layers: Sequence[SpiralLayer]) -> float:
-    """Return the inductance (H) of layers in series from one ring for each turn (Maxwell 1873, art. 701).
+    """Return the inductance (H) of layers in series, with each turn replaced by a ring (Maxwell 1873, art. 701).
 
     Notes
     -----
-    Derived here: the squared distance of two rings is from the mean of its logarithm over azimuths. In layers of the
-    same sense, two turns stay beside each other at one of two places. In crossing layers they pass each other by two
-    pitches in a turn. Widths and thicknesses enter by their second moments. For a track with itself the distance is
+    Derived here: the squared distance of two rings is from the mean of its logarithm over azimuths. In layers of equal
+    sense, two turns stay beside each other at one of two distances. In crossing layers they pass each other by two
+    pitches in a turn. Widths and thicknesses enter by their second moments. The distance of a track from itself is
     0.2235 (w + t) (Grover 1946).
     """
     rings, first = mean_rings(layers), layers[0]
@@ -88,7 +88,7 @@ def mean_ring_inductance(layers: Sequence[SpiralLayer]) -> float:
 
 
 def _passing_mean_logarithm(gap: Array, height: Array, reach: float) -> Array:
-    """Return the mean of ln(distance / 1 m), (n,), of tracks that pass each other at a height (m).
+    """Return the mean of ln(distance / 1 m) (n; no unit) of tracks that pass each other at a height (m).
 
     The radial distance runs from `gap` - `reach` to `gap` + `reach` (m). The integral of ln sqrt(x^2 + z^2) over x has
     a closed form.

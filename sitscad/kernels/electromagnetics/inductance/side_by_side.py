@@ -1,7 +1,7 @@
 """Mutual inductance of windings that lie side by side.
 
-Every side, arc or spiral turn is halved until it is short against its distance from the other winding. Each part then
-gets a few Gauss points. So the sampling follows the distance of the other winding.
+Every side, arc or spiral half turn is halved until each part is short compared with its distance from the other
+winding. Each part then gets a few Gauss points. So parts near the other winding are sampled more densely.
 """
 
 from __future__ import annotations
@@ -22,52 +22,56 @@ from sitscad.kernels.electromagnetics.inductance.track_strands import Track
 from sitscad.kernels.electromagnetics.special_functions import gauss
 
 LONG = 1.5
-"""Largest length of a part over its distance from the other winding.
+"""Largest length of a part, divided by its distance from the other winding; longer parts are halved.
 
-The error of eight points is then 1e-7 of the pair.
+With eight points on such a part, the relative error of the mutual inductance is 1e-7.
 """
 
 BEND = 3.2
-"""Largest angle (rad) of a curved part."""
+"""Largest angle (rad) of a curved part; parts with larger angles are halved."""
 
 POINTS = 8
-"""Largest number of Gauss points of a part."""
+"""Largest number of Gauss points on a part."""
 
 SHORT = (0.03, 0.15, 0.4, 0.65, 0.9, 1.2)
-"""Largest length of a part, over its distance from the other winding, for 2, 3, ... 7 points with an error of 1e-7."""
+"""Largest length of a part, divided by its distance from the other winding, for 2, 3, ... 7 Gauss points.
+
+The relative error is 1e-7.
+"""
 
 SLIGHT = (0.1, 0.3, 0.7, 1.2, 1.8, 2.5)
-"""Largest angle (rad) of a curved part for 2, 3, ... 7 points with an error of 1e-7."""
+"""Largest angle (rad) of a curved part for 2, 3, ... 7 Gauss points. The relative error is 1e-7."""
 
 WIDE = 0.003
-"""Track width over the winding's radius above which a track needs two strands.
+"""Track width divided by the winding's radius above which two strands (filaments) represent a track.
 
 A single strand neglects the term in the square of the width.
 """
 
 NEAR = 0.2
-"""Track width over a part's distance from the other winding above which a track needs three strands."""
+"""Track width divided by a part's distance from the other winding above which three strands represent the track."""
 
 HEADINGS = 128
-"""Number of directions in which an outline's reach is evaluated, besides the normals of its straight sides."""
+"""Number of directions in which the extent of a winding's outline is computed, besides the normals of its sides."""
 
 SAMPLED = math.radians(6.0)
-"""Angle (rad) between the points of a curve at which its reach is evaluated."""
+"""Angle (rad) between the points of a curve from which a winding's outline is computed."""
 
 DISTANCES = 1 << 16
-"""Distances of points and pieces computed at once: a few megabytes."""
+"""Number of distances between points and pieces computed together: a few megabytes."""
 
 HALVINGS = 14
-"""Largest number of halvings of a part. Windings that cross are out of scope."""
+"""Largest number of times that a piece is halved. It suffices for windings that do not cross."""
 
 
 @record(eq=False)
 class Pieces:
-    """Pieces of one kind of all plans of a winding's layers, in metres and radians.
+    """Pieces of one kind (straight or curved) of all distinct plans of a winding's layers, in metres and radians.
 
-    Rows of straight pieces (n, 8): start, end, and the mitres by which both move per metre of offset to the left. Rows
-    of curved pieces (n, 7): centre x, y, radius and azimuth at the start, direction (+1 counter-clockwise), angle, and
-    fall of the radius per radian. `owner` (n) are plan numbers.
+    Columns of straight pieces (n, 8): start x, y, end x, y, then the mitre at the start and at the end (x, y each). A
+    mitre is the shift of the end per metre of offset to the left. Columns of curved pieces (n, 7): centre x, y, radius
+    and azimuth at the start, direction (+1 counter-clockwise), angle, and fall of the radius per radian. `owner` (n)
+    are plan numbers. `width` is the track width.
     """
 
     rows: Array
@@ -76,44 +80,47 @@ class Pieces:
 
     @property
     def is_curved(self) -> bool:
-        """Whether the rows are of the curved kind."""
+        """Whether the pieces are curved. Otherwise they are straight."""
         return self.rows.shape[1] == 7
 
     @property
     def lengths(self) -> Array:
-        """Length (m) of every piece. A spiral turn's length uses its radius at the start."""
+        """Length (n; m) of every piece. A spiral piece counts with its radius at the start."""
         if self.is_curved:
             return np.asarray(self.rows[:, 2] * self.rows[:, 5])
         return np.hypot(self.rows[:, 2] - self.rows[:, 0], self.rows[:, 3] - self.rows[:, 1])
 
     @property
     def angles(self) -> Array:
-        """Angle (rad) by which every piece turns."""
+        """Angle (n; rad) by which every piece turns; 0 for straight pieces."""
         return self.rows[:, 5] if self.is_curved else np.zeros(len(self.rows))
 
     @property
     def normals(self) -> Array:
-        """Directions (rad) normal to the straight pieces."""
+        """Directions (n; rad) normal to the straight pieces. Empty for curved pieces."""
         if self.is_curved:
             return np.zeros(0)
         return np.asarray(np.arctan2(self.rows[:, 2] - self.rows[:, 0], self.rows[:, 1] - self.rows[:, 3]))
 
     def reach(self, headings: Array) -> Array:
-        """Return the reach (m) of the centre lines from the origin along headings (2, n)."""
+        """Return the largest coordinate (n; m) of the centre lines along each heading (unit vectors (2, n)).
+
+        The coordinate counts from the origin.
+        """
         most = math.ceil(float(self.angles.max()) / SAMPLED)
         parts = np.tile(np.linspace(0.0, 1.0, most + 2), (len(self.rows), 1))
         points, _ = self.points(np.arange(len(self.rows)), parts, 0.0)
         return np.asarray(np.max(points.reshape(-1, 2) @ headings, axis=0))
 
     def moved(self, dx: float, dy: float) -> Pieces:
-        """Return the pieces moved by (dx, dy) metres."""
+        """Return the pieces shifted by `dx` and `dy` (m)."""
         step = [dx, dy, 0.0, 0.0, 0.0, 0.0, 0.0] if self.is_curved else [dx, dy, dx, dy, 0.0, 0.0, 0.0, 0.0]
         return replace(self, rows=self.rows + np.array(step))
 
     def points(self, index: Index, s: Array, offset: float) -> tuple[Array, Array]:
-        """Return points (k, m, 2; m) and derivatives (m per fraction) at fractions s (k, m) of pieces `index` (k).
+        """Return points (k, m, 2; m) and derivatives (k, m, 2; m per fraction) on pieces with the numbers `index` (k).
 
-        The points are `offset` metres to the left of the centre line.
+        The points are at fractions `s` (k, m) of the pieces' length, `offset` (m) to the left of the centre line.
 
         Notes
         -----
@@ -137,7 +144,7 @@ class Pieces:
         return centre + r[..., None] * outward + offset * normal, step * (shorter * angle)[..., None]
 
     def distance(self, where: Array) -> Array:
-        """Return the least distance (m) in the plane of points (k, 2) from the centre lines."""
+        """Return the least distance (k; m) in the plane of each point (k, 2; m) from the centre lines."""
         if not len(self.rows):
             return np.full(len(where), np.inf)
         least = np.empty(len(where))
@@ -151,9 +158,10 @@ class Pieces:
         return least
 
     def _from_curves(self, p: Array) -> Array:
-        """Return distances (points, pieces; m) of points from pieces of spirals.
+        """Return the distances (points, pieces; m) of points from spiral pieces.
 
-        The distance is radial, or from an end. It is derived here for a small slope of the spiral.
+        Each distance is the radial distance or the distance from an end. The slope of the spiral is assumed small
+        (derived here).
         """
         x, y, radius, azimuth, direction, angle, fall = self.rows.T
         dx, dy = p[..., 0] - x, p[..., 1] - y
@@ -167,13 +175,13 @@ class Pieces:
 
 
 Layers = tuple[tuple[int, float, float], ...]
-"""Plan number, mid-plane (m) and thickness (m) of every layer."""
+"""Rows (plan number, height of the mid-plane (m), thickness (m)), one for each layer."""
 
 
 def track_pieces(tracks: Sequence[Track]) -> tuple[Pieces, Pieces, Layers]:
     """Return the straight and the curved pieces of a winding's distinct plans, and its layers.
 
-    All tracks have the width of the first.
+    All tracks are assumed to have the width of the first.
     """
     sides = [np.concatenate([t.starts, t.ends, t.before, t.after], axis=1) for t in tracks]
     arcs = [np.concatenate([t.arcs, np.zeros((len(t.arcs), 1))], axis=1) for t in tracks]
@@ -183,28 +191,32 @@ def track_pieces(tracks: Sequence[Track]) -> tuple[Pieces, Pieces, Layers]:
 
 
 def spiral_pieces(layers: Sequence[SpiralLayer]) -> tuple[Pieces, Layers]:
-    """Return the half turns (m) of round layers' distinct plans, along the current, and the layers; one width."""
+    """Return the half turns (m) of the distinct plans of spiral layers, along the current, and the layers.
+
+    All layers are assumed to have the width of the first.
+    """
     rows = [_half_turns(layer) for layer in layers]
     plans = plan_numbers([row.ravel() for row in rows])
     return _first_layers(rows, plans, layers[0].width), _layers(plans, layers)
 
 
 def _first_layers(rows: Sequence[Array], plans: Sequence[int], width: float) -> Pieces:
-    """Return the pieces of each plan's first layer (m), plan after plan."""
+    """Return the pieces (m) of the first layer with each plan, plan after plan."""
     first = [plans.index(plan) for plan in range(max(plans) + 1)]
     owner = np.repeat(np.arange(len(first)), [len(rows[k]) for k in first])
     return Pieces(np.concatenate([rows[k] for k in first]), owner, width)
 
 
 def _layers(plans: Sequence[int], layers: Sequence[Track | SpiralLayer]) -> Layers:
-    """Return plan number, mid-plane (m) and thickness (m) of every layer."""
+    """Return rows (plan number, height of the mid-plane (m), thickness (m)), one for each layer."""
     return tuple((plan, layer.z, layer.thickness) for plan, layer in zip(plans, layers, strict=True))
 
 
 def _half_turns(layer: SpiralLayer) -> Array:
-    """Return a layer as rows (n, 7) of half turns, along the current.
+    """Return a spiral layer as rows (n, 7) of half turns, along the current.
 
-    A row is centre, radius (m), azimuth, direction, angle (rad) and fall (m/rad).
+    Columns: centre x, y, radius (m), azimuth (rad), direction (+1 counter-clockwise), angle (rad), fall of the radius
+    (m/rad).
     """
     count, slope = max(1, math.ceil(2.0 * layer.turns)), layer.pitch / (2.0 * math.pi)
     step = layer.span / count
@@ -219,7 +231,10 @@ def _half_turns(layer: SpiralLayer) -> Array:
 
 @record
 class SideBySide:
-    """Mutual inductance (H) of two windings, and the track width over the least distance of their centre lines."""
+    """Mutual `inductance` (H) of two windings, and their `nearness`.
+
+    The nearness is the track width divided by the least distance of the two windings' centre lines.
+    """
 
     inductance: float
     nearness: float
@@ -230,7 +245,7 @@ def spirals_side_by_side(
 ) -> SideBySide:
     """Return the mutual inductance of two round windings in one plane.
 
-    The second winding's centre is `displacement` (m) from the first one's.
+    The second winding's centre is `displacement` (x, y; m) away from the first winding's centre.
     """
     (pieces, layers), (other_pieces, other_layers) = spiral_pieces(first), spiral_pieces(second)
     return _side_by_side([pieces], layers, [other_pieces.moved(*displacement)], other_layers)
@@ -239,9 +254,9 @@ def spirals_side_by_side(
 def tracks_side_by_side(
     first: Sequence[Track], second: Sequence[Track], displacement: tuple[float, float]
 ) -> SideBySide:
-    """Return the mutual inductance of two windings of sides and arcs in one plane.
+    """Return the mutual inductance of two windings of straight sides and arcs in one plane.
 
-    The second winding is moved by `displacement` (m).
+    The second winding is shifted by `displacement` (x, y; m).
     """
     (*kinds, layers), (*other_kinds, other_layers) = track_pieces(first), track_pieces(second)
     moved = [pieces.moved(*displacement) for pieces in other_kinds if len(pieces.rows)]
@@ -253,7 +268,7 @@ def _side_by_side(
 ) -> SideBySide:
     """Return the mutual inductance (H) of two windings that do not overlap.
 
-    It is mu0 / (4 pi) times Neumann's sum over parts.
+    It is mu0 / (4 pi) times Neumann's sum over the points of all parts.
     """
     outline, other_outline = _outline(first), _outline(second)
     parts = [_parts(pieces, other_outline) for pieces in first]
@@ -265,14 +280,14 @@ def _side_by_side(
 
 @record(eq=False)
 class _WindingOutline:
-    """Convex outline of a winding: its `reach` (m) along `headings` (2, n) from the origin."""
+    """Convex outline of a winding, as its largest coordinate `reach` (n; m) along unit vectors `headings` (2, n)."""
 
     pieces: Sequence[Pieces]
     headings: Array
     reach: Array
 
     def distance(self, where: Array) -> Array:
-        """Return the distance (m) of points (k, 2) from the outline.
+        """Return the distance (k; m) of points (k, 2; m) from the outline.
 
         Points inside the outline get the distance from the nearest centre line.
         """
@@ -284,7 +299,7 @@ class _WindingOutline:
 
 
 def _outline(winding: Sequence[Pieces]) -> _WindingOutline:
-    """Return a winding's outline (m) from HEADINGS directions all round and the normals of its straight sides."""
+    """Return a winding's convex outline (m), from `HEADINGS` directions all round and the normals of its sides."""
     angle = 2.0 * math.pi / HEADINGS * np.arange(HEADINGS)
     across = np.array(sorted({round(normal, 6) for pieces in winding for normal in pieces.normals.tolist()}))
     angle = np.concatenate([angle, across, across + math.pi])
@@ -294,10 +309,11 @@ def _outline(winding: Sequence[Pieces]) -> _WindingOutline:
 
 @record(eq=False)
 class _Parts:
-    """Parts of halved pieces.
+    """Parts of pieces after halving.
 
-    For each part: piece number, low end and length (as fractions of the piece), number of points and number of strands.
-    `least` is the least distance (m) of any part's middle from the other winding.
+    For each part (arrays (n)): piece number `index`, start `low` and length `step` as fractions of the piece, number of
+    points `counts`, number of strands `strands`. `least` (m) is the least distance of any part's middle from the other
+    winding.
     """
 
     pieces: Pieces
@@ -310,7 +326,7 @@ class _Parts:
 
 
 def _parts(pieces: Pieces, other: _WindingOutline) -> _Parts:
-    """Return pieces (m) halved until each part is short and straight against its distance from the other winding."""
+    """Return pieces (m) halved until each part is short and straight enough for its distance from the other winding."""
     index = np.arange(len(pieces.rows))
     low, step = np.zeros(len(index)), np.ones(len(index))
     batches, least = [], math.inf
@@ -335,22 +351,25 @@ def _parts(pieces: Pieces, other: _WindingOutline) -> _Parts:
 
 
 def _counts(ratio: Array, angle: Array) -> Index:
-    """Return numbers of Gauss points (n; no unit) of parts.
+    """Return the numbers of Gauss points (n; no unit) on parts.
 
-    `ratio` is their length over their distance from the other winding, `angle` (rad) is their angle.
+    `ratio` (n) is the length of each part divided by its distance from the other winding, `angle` (n; rad) its angle.
     """
     counts = np.maximum(np.searchsorted(SHORT, ratio), np.where(angle > 0.0, np.searchsorted(SLIGHT, angle), 0)) + 2
     return np.minimum(counts, POINTS)
 
 
 def _strands(pieces: Pieces, distances: Array) -> Index:
-    """Return numbers of strands (n; no unit) of parts, from the track's width and the distances (n; m)."""
+    """Return the numbers of strands (n; no unit) of parts, by the track width and the distance from the other winding.
+
+    `distances` (n; m) are these distances.
+    """
     size = float(pieces.rows[:, 2].max()) if pieces.is_curved else 0.5 * float(pieces.lengths.max())
     return np.where(pieces.width > NEAR * distances, 3, 2 if pieces.width > WIDE * size else 1)
 
 
 def _sample_parts(parts: Sequence[_Parts], layers: Layers) -> Plans:
-    """Return all parts as points, line elements (m) and plan numbers, with the layers of their winding."""
+    """Return all parts as points (m), line elements (m) and plan numbers, with the layers of their winding."""
     samples = [
         _points(part, count, strands)
         for part in parts
@@ -361,9 +380,9 @@ def _sample_parts(parts: Sequence[_Parts], layers: Layers) -> Plans:
 
 
 def _points(parts: _Parts, count: int, strands: int) -> tuple[Array, Array, Index]:
-    """Return quadrature points (n, 2; m), line elements (n, 2; m) and plan numbers (n) of some parts.
+    """Return points (n, 2; m), line elements (n, 2; m) and plan numbers (n) on some parts.
 
-    They are the parts that have `count` points and `strands` strands.
+    These are the parts with `count` quadrature points and `strands` strands.
     """
     chosen = (parts.counts == count) & (parts.strands == strands)
     index, low, step = parts.index[chosen], parts.low[chosen, None], parts.step[chosen, None]

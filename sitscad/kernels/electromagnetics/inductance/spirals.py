@@ -1,8 +1,9 @@
 """Neumann's integral over Archimedean spirals, with their slope, their ends and their crossing layers.
 
-One variable is the difference of azimuths. For layers of the same sense, the integrand over the other variable (the
-position along the pair) has no peak. For crossing layers it has one known peak. So the double integral costs a few
-hundred points per turn. Its cost grows linearly with the turns, not with the square of the number of nodes.
+Neumann's integral is the double integral of dp.dq / distance along two conductors. One variable is the difference of
+azimuths. For layers of equal sense, the integrand has no peak in the other variable, the position along the pair. For
+crossing layers it has one peak at a known place. So the double integral costs a few hundred points per turn. Its cost
+grows linearly with the turns, not with the square of the number of nodes.
 """
 
 from __future__ import annotations
@@ -19,18 +20,19 @@ from sitscad.kernels.electromagnetics.inductance.mean_distance import clearance_
 from sitscad.kernels.electromagnetics.special_functions import gauss
 
 CROSSING_STRANDS = 3
-"""Largest number of strands across the width of each of two layers that cross.
+"""Largest number of strands (filaments) that replace each track of two layers that cross.
 
-The clearance of more strands is so small that each pair would need its own points.
+More strands have so small a clearance that each pair would need its own points.
 """
 
 
 @record
 class SpiralLayer:
-    """One layer r(theta) = radius - pitch theta / (2 pi), theta from 0 to 2 pi turns, about the z axis.
+    """One layer r(theta) = radius - pitch theta / (2 pi), with theta from 0 to 2 pi turns, about the z axis.
 
-    Its azimuth is angle + sense * theta (sense +1 or -1). `inward` is true if the current runs with theta. Lengths are
-    in metres. `width` and `thickness` are the track's cross-section, `z` is its mid-plane.
+    Its azimuth is angle + sense * theta (sense +1 or -1; rad). `inward` is true if the current runs with theta. Lengths
+    are in metres: `radius` at the outer end, `pitch` from turn to turn, `width` and `thickness` of the track, `z` of
+    its mid-plane.
     """
 
     radius: float
@@ -45,26 +47,26 @@ class SpiralLayer:
 
     @property
     def span(self) -> float:
-        """Angle (rad) of the whole layer: 2 pi for each turn."""
+        """Angle (rad) from the outer end to the inner end: 2 pi for each turn."""
         return 2.0 * math.pi * self.turns
 
     @property
     def inner_radius(self) -> float:
-        """Radius of the centre line at the inner end (m)."""
+        """Radius (m) of the centre line at the layer's inner end."""
         return self.radius - self.pitch * self.turns
 
     @property
     def circulation(self) -> int:
-        """+1 if the current runs counter-clockwise, -1 otherwise (no unit)."""
+        """Direction of the current (no unit): 1 counter-clockwise, -1 clockwise."""
         return self.sense if self.inward else -self.sense
 
 
 @record
 class Resolution:
-    """Numbers of points in Neumann's integral.
+    """Numbers of points in Neumann's integral over two spirals.
 
-    There are `along` Gauss points along the spiral, `around` Gauss points at each near approach, and `strands` across
-    the width.
+    `along` is the number of Gauss points along the spiral. `around` is the number of Gauss points at each place where
+    two turns come near. `strands` is the number of filaments across the track's width.
     """
 
     around: int = 14
@@ -73,14 +75,14 @@ class Resolution:
 
 
 def spiral_mutual_inductance(first: SpiralLayer, second: SpiralLayer, resolution: Resolution = Resolution()) -> float:
-    """Return the mutual inductance (H) of two coaxial spiral layers of one pitch.
+    """Return the mutual inductance (H) of two coaxial spiral layers with equal pitch.
 
     For two equal layers it is the self-inductance.
 
     Parameters
     ----------
     first, second : SpiralLayer
-        layers. The pitch of the first applies to both
+        both layers. The pitch of the first is used for both.
     resolution : Resolution, optional
         numbers of Gauss points and strands
 
@@ -99,9 +101,9 @@ def spiral_mutual_inductance(first: SpiralLayer, second: SpiralLayer, resolution
 
 
 def spiral_inductance_matrix(layers: list[SpiralLayer], resolution: Resolution = Resolution()) -> Array:
-    """Return the inductance matrix (layers, layers; H) by `spiral_mutual_inductance`.
+    """Return the inductance matrix (layers, layers; H) of coaxial spiral layers with equal pitch.
 
-    Pairs that are equal by symmetry are computed once.
+    Pairs of layers that are equal by symmetry are computed once.
     """
     count = len(layers)
     matrix = np.empty((count, count))
@@ -124,9 +126,10 @@ def spiral_inductance_matrix(layers: list[SpiralLayer], resolution: Resolution =
 
 
 def _graded_points(low: Array, high: Array, scale: Array, count: int) -> tuple[Array, Array]:
-    """Return points on [low, high] and their weights, (panels, count) in the unit of `low`.
+    """Return points on [low, high] and their weights (panels, count), in the unit of `low`.
 
-    They are Gauss points in t, crowded about 0 by x = scale sinh(t).
+    They are Gauss points in t, crowded about 0 by x = scale sinh(t). `low`, `high` and `scale` have one value per
+    panel.
     """
     nodes, weights = gauss(count)
     a, b = np.arcsinh(low / scale)[:, None], np.arcsinh(high / scale)[:, None]
@@ -135,9 +138,10 @@ def _graded_points(low: Array, high: Array, scale: Array, count: int) -> tuple[A
 
 
 def _panels(centres: Array, low: float, high: float, cuts: list[float]) -> tuple[Array, Array, Array]:
-    """Return panels (n; rad) of [low, high]: low ends, high ends and the number of the nearest centre.
+    """Return the panels of [low, high] (rad): low ends (n), high ends (n) and the number (n) of the nearest centre.
 
-    A panel ends at a centre, half-way to the next centre or at a cut.
+    `centres` (rad) are differences of azimuth at which two turns are nearest. A panel ends at a centre, half-way to the
+    next centre or at a value of `cuts` (rad).
     """
     edges = {low, high, *(c for c in cuts if low < c < high)}
     halves = np.concatenate([centres, centres - math.pi, centres + math.pi])
@@ -150,7 +154,7 @@ def _panels(centres: Array, low: float, high: float, cuts: list[float]) -> tuple
 
 
 def _parallel_integral(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: Resolution) -> float:
-    """Return Neumann's integral (over the length `unit`) of two spirals of the same sense, over their angles.
+    """Return Neumann's integral (in lengths `unit`) of two spirals of equal sense, over their angles.
 
     Notes
     -----
@@ -202,22 +206,22 @@ def _over_strands(
     first: Sequence[Strand], second: Sequence[Strand], v: Array, step: Array, sense: float, extra: Array, weight: Array,
     levels_apart: float,
 ) -> float:
-    """Return the sum (over the unit of length) of `weight` over distance, for all pairs of strands (`_normal_strands`).
+    """Return the sum (in the unit of length) of `weight` divided by distance, for all pairs of strands of two layers.
 
     Parameters
     ----------
     first, second : sequence of Strand
-        strands of both layers
+        strands of both layers, from `_normal_strands`
     v : array
         azimuth from the first to the second centre line (rad)
     step : array
-        radius of the second centre line less the radius of the first
+        radius of the second centre line minus the radius of the first
     sense : float
-        1 if both wind in the same direction, otherwise -1
+        1 if both wind in one direction, otherwise -1
     extra : array
         term of the squared distance for heights and cross-sections
     weight : array
-        quadrature weight times the product of the elements
+        quadrature weight times the product of the line elements
     levels_apart : float
         half the difference of the squared heights; 0 for a single height
 
@@ -242,10 +246,10 @@ def _over_strands(
 
 
 def _normal_strands(radius: Array, b: float, width: float, count: int) -> list[Strand]:
-    """Return the strands beside a centre line r(theta) = r0 - b theta, along its normal, with lengths in one unit.
+    """Return the strands beside a centre line r(theta) = r0 - b theta, offset along its normal; lengths in one unit.
 
-    Each strand has its weight, its coordinates along radius and azimuth, its offset outwards, and its length over the
-    centre line's (no unit). That ratio is 1 + x times the curvature (r^2 + 2 b^2) / (r^2 + b^2)^(3/2) (differential
+    Each strand is (weight, coordinate along the radius, coordinate along the azimuth, offset outwards, length divided
+    by the centre line's). The length ratio is 1 + x times the curvature (r^2 + 2 b^2) / (r^2 + b^2)^(3/2) (differential
     geometry of r(theta), textbook).
     """
     speed = np.sqrt(radius**2 + b * b)
@@ -259,21 +263,22 @@ def _normal_strands(radius: Array, b: float, width: float, count: int) -> list[S
 
 
 def _levels(height: float, thicknesses: tuple[float, float], levels: int) -> tuple[float, float]:
-    """Return the mean and half the difference of the squared heights of the strands, in the squared unit of `height`.
+    """Return the mean and half the difference of the squared heights between strands, in the squared unit of `height`.
 
-    Two layers need two heights if they are thick and near each other, because the mean distance alone is not enough.
+    For thick layers near each other the mean height alone is not accurate enough, so `levels` is 2 for them.
     """
     low, *_, high = 2 * level_heights(height, thicknesses, levels)  # a single height serves as both
     return 0.5 * (low**2 + high**2), 0.5 * (high**2 - low**2)
 
 
 def _crossing_integral(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: Resolution) -> float:
-    """Return Neumann's integral (over the length `unit`) of two spirals of opposite sense, which cross each other.
+    """Return Neumann's integral (in lengths `unit`) of two spirals of opposite sense, which cross each other.
 
     Notes
     -----
     Derived here. The variables are the sum of both angles and the difference of radii, `gap`. The integrand's peak is
-    at a gap of 0. The product of the elements is that in `_parallel_integral` with the sign of one angle reversed.
+    at a gap of 0. The product of the line elements is the product in `_parallel_integral` with the sign of one angle
+    reversed.
     """
     b = first.pitch / (2.0 * math.pi * unit)
     ra, rb, spans = first.radius / unit, second.radius / unit, (first.span, second.span)
@@ -318,10 +323,10 @@ def _crossing_integral(first: SpiralLayer, second: SpiralLayer, unit: float, res
 
 @record
 class SheetCoefficients:
-    """Constants of the current-sheet formula (c1..c4), the modified Wheeler formula (K1, K2) and the monomial fit.
+    """Constants of three closed formulas for the inductance of spirals (Mohan et al. 1999), for one shape.
 
-    The monomial's constants are (beta, a1..a5) for lengths in micrometres and nanohenries. None if the paper has no
-    constants.
+    `sheet` are c1 to c4 of the current-sheet formula, `wheeler` K1 and K2 of the modified Wheeler formula. `monomial`
+    are beta and a1 to a5 of the monomial fit, for micrometres and nanohenries. None if the paper has no constants.
     """
 
     sheet: tuple[float, float, float, float]
@@ -335,12 +340,16 @@ COEFFICIENTS: dict[int, SheetCoefficients] = {
     8: SheetCoefficients((1.07, 2.29, 0.00, 0.19), (2.25, 3.55), (1.33e-3, -1.21, -0.163, 2.43, 1.75, -0.049)),
     0: SheetCoefficients((1.00, 2.46, 0.00, 0.20), None, None),
 }
-"""Constants by the number of sides; 0 is the circle."""
+"""Constants of the closed formulas, by the number of sides of the spiral; 0 is the circle."""
 
 
 @record
 class SpiralOutline:
-    """A layer in the terms of the closed formulas: turns, outer diameter across copper edges, width, spacing (m)."""
+    """Dimensions of a spiral layer as the closed formulas need them.
+
+    `turns` is the number of turns. In metres: `outer_diameter` across the copper's outer edges, track `width`,
+    `spacing` between tracks.
+    """
 
     turns: float
     outer_diameter: float
@@ -364,12 +373,12 @@ class SpiralOutline:
 
     @property
     def is_covered(self) -> bool:
-        """Whether the outline lies in the range of the fits: 1 to 20 turns, s <= 3 w, fill 0.1 to 0.9."""
+        """Whether the spiral lies in the range of the fits: 1 to 20 turns, spacing <= 3 widths, fill 0.1 to 0.9."""
         return 1.0 <= self.turns <= 20.0 and self.spacing <= 3.0 * self.width and 0.1 <= self.fill <= 0.9
 
 
 def current_sheet(sides: int, outline: SpiralOutline) -> float:
-    """Return the inductance (H) by equation (4) of Mohan et al. 1999, the current-sheet formula.
+    """Return a spiral's inductance (H) by the current-sheet formula, equation (4) of Mohan et al. 1999.
 
     It is mu0 n^2 d_avg c1 / 2 (ln(c2/rho) + c3 rho + c4 rho^2). Raises KeyError for a number of sides that is not in
     COEFFICIENTS.
@@ -381,7 +390,7 @@ def current_sheet(sides: int, outline: SpiralOutline) -> float:
 
 
 def modified_wheeler(sides: int, outline: SpiralOutline) -> float | None:
-    """Return the inductance (H) by equation (1) of Mohan et al. 1999, or None if the paper has no constants.
+    """Return a spiral's inductance (H) by equation (1) of Mohan et al. 1999, or None if the paper has no constants.
 
     It is K1 mu0 n^2 d_avg / (1 + K2 rho).
     """
@@ -392,7 +401,7 @@ def modified_wheeler(sides: int, outline: SpiralOutline) -> float | None:
 
 
 def monomial(sides: int, outline: SpiralOutline) -> float | None:
-    """Return the inductance (H) by equation (5) of Mohan et al. 1999, or None if the paper has no constants.
+    """Return a spiral's inductance (H) by equation (5) of Mohan et al. 1999, or None if the paper has no constants.
 
     It is beta d_out^a1 w^a2 d_avg^a3 n^a4 s^a5, in micrometres and nanohenries.
     """

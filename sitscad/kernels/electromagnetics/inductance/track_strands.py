@@ -1,9 +1,10 @@
 """One layer's track of straight sides and circular arcs, divided into strands at the Gauss points of its width.
 
-Strands are mitred at corners. Pairs of strands keep the mean distances of the tracks' rectangles.
+A strand is a filament that stands for a part of the width. Strands are mitred at corners. Pairs of strands keep the
+mean distances of the tracks' rectangles.
 
 Most turns of a coil are repeated: rotated about its centre, mirrored, or on another layer. Each piece is described in
-the frame of its own direction, so that a rotation about the centre changes its direction alone. A mirror image and a
+the frame of its own direction, so that a rotation about the centre changes only its direction. A mirror image and a
 piece with reversed current are equivalent. A pair of pieces is defined by both kinds and the angle between their
 directions. Each distinct pair is computed once.
 """
@@ -21,13 +22,13 @@ from sitscad.kernels.electromagnetics.inductance.mean_distance import clearance_
 from sitscad.kernels.electromagnetics.special_functions import gauss
 
 FLOOR = 1e-24
-"""Least squared distance of strands, over the squared size of the tracks.
+"""Least squared distance of strands, divided by the squared size of the tracks.
 
 It avoids a division by zero if strands meet.
 """
 
 THICK = 0.25
-"""Least thickness over width of tracks at which two heights represent the thickness of each pair of layers."""
+"""Least thickness of tracks, divided by their width, at which two heights represent each pair of layers."""
 
 BLOCK = 60_000
 """Number of pairs of pieces processed at once, which fit a processor's cache."""
@@ -37,9 +38,10 @@ BLOCK = 60_000
 class Track:
     """One layer's conductor along its current, in metres and radians.
 
-    Straight sides: `starts`, `ends` (n, 2) and the mitres `before`, `after` (n, 2), which are the shifts of the ends
-    per metre of offset to the left. Arcs (m, 6): centre x, y, radius, azimuth of the start, direction (+1
-    counter-clockwise), angle. `turnings` (k) are the angles by which the track turns at its mitred corners.
+    Straight sides: `starts`, `ends` (n, 2), and the mitres `before` (at the start) and `after` (at the end; n, 2). A
+    mitre is the shift of the end per metre of offset to the left. Columns of `arcs` (m, 6): centre x, y, radius,
+    azimuth of the start, direction (+1 counter-clockwise), angle. `turnings` (k) are the angles by which the track
+    turns at its mitred corners. `z` is the height of the mid-plane.
     """
 
     starts: Array
@@ -53,13 +55,13 @@ class Track:
     z: float
 
     def shifted(self, dx: float, dy: float) -> Track:
-        """Return the track moved by (dx, dy) metres."""
+        """Return the track shifted by `dx` and `dy` (m)."""
         step = np.array([dx, dy])
         arcs = self.arcs + np.array([dx, dy, 0.0, 0.0, 0.0, 0.0])
         return replace(self, starts=self.starts + step, ends=self.ends + step, arcs=arcs)
 
     def scaled(self, factor: float) -> Track:
-        """Return the track with every length (m) multiplied."""
+        """Return the track with every length (m) multiplied by `factor`."""
         arcs = self.arcs * np.array([factor, factor, factor, 1.0, 1.0, 1.0])
         return replace(self, starts=self.starts * factor, ends=self.ends * factor, arcs=arcs, width=self.width * factor,
                        thickness=self.thickness * factor, z=self.z * factor)
@@ -67,9 +69,9 @@ class Track:
 
 @record(eq=False)
 class Pairs:
-    """Pairs of pieces: numbers (n) of the first and of the second piece, and multiplicities.
+    """Pairs of pieces: number of the `first` and of the `second` piece (n each), and multiplicities `times`.
 
-    `times` is (n, 1), or (n, heights) with a multiplicity for each height between the pieces.
+    `times` is (n, 1), or (n, columns) with one column for each height between the layers or each relation of layers.
     """
 
     first: Index
@@ -77,28 +79,28 @@ class Pairs:
     times: Array
 
     def where(self, chosen: Flags | slice) -> Pairs:
-        """Return the chosen pairs (numbers, no unit)."""
+        """Return only the chosen pairs (numbers, no unit)."""
         return Pairs(self.first[chosen], self.second[chosen], self.times[chosen])
 
     def parts(self, size: int) -> list[Pairs]:
-        """Return all pairs (numbers, no unit) in blocks of `size`."""
+        """Return the pairs (numbers, no unit) in blocks of at most `size` pairs."""
         return [self.where(part) for part in slices(len(self.first), size)]
 
     def at(self, columns: Sequence[int]) -> Pairs:
-        """Return the pairs that occur in some columns of `times`, with these columns only (numbers, no unit)."""
+        """Return only the pairs (numbers, no unit) that occur in some `columns` of `times`, with these columns."""
         times = self.times[:, columns]
         return Pairs(self.first, self.second, times).where(np.any(times != 0.0, axis=1))
 
 
 Side = tuple[tuple[float, float], tuple[float, float]]
 BentPiece = tuple[tuple[float, float], float, float, float, float]
-"""An arc: centre, radius, azimuth of the start, direction (+1 counter-clockwise), angle."""
+"""Arc: centre (x, y), radius, azimuth of the start, direction (+1 counter-clockwise), angle (m, rad)."""
 
 
 def track(pieces: Sequence[Side | BentPiece], width: float, thickness: float, z: float) -> Track:
-    """Return a track from its pieces in the current's order.
+    """Return a track from its pieces in the order of the current.
 
-    A piece is (start, end) of a side or a `BentPiece`. Arcs continue their neighbours smoothly.
+    A piece is (start, end) of a straight side, or a `BentPiece`. Arcs must continue their neighbours smoothly.
     """
     sides, arcs, turnings = [], [], []
     for k, piece in enumerate(pieces):
@@ -119,15 +121,15 @@ def track(pieces: Sequence[Side | BentPiece], width: float, thickness: float, z:
 
 
 def _tangent(side: Side | BentPiece) -> Array:
-    """Return the unit vector (2,) along a side."""
+    """Return the unit vector (2) along a straight side."""
     step = np.subtract(side[1], side[0])
     return np.asarray(step / np.hypot(*step))
 
 
 def _mitre(incoming: Array, outgoing: Array) -> Array:
-    """Return the shift (2,; m per metre of offset to the left) of the joint of sides along two unit vectors.
+    """Return the shift (2; m per metre of offset to the left) of the joint of two sides along two unit vectors.
 
-    It is the sum of both normals over 1 + their product (derived here).
+    It is the sum of both normals divided by 1 + their scalar product (derived here).
     """
     incoming_normal, outgoing_normal = np.array([-incoming[1], incoming[0]]), np.array([-outgoing[1], outgoing[0]])
     return np.asarray((incoming_normal + outgoing_normal) / (1.0 + incoming_normal @ outgoing_normal))
@@ -135,10 +137,11 @@ def _mitre(incoming: Array, outgoing: Array) -> Array:
 
 @record(eq=False)
 class StrandPairs:
-    """All pairs of strands of two tracks.
+    """All pairs of a strand of one track with a strand of another track.
 
-    `offsets` (m) and `weights` (k; weights) are by pair of strands, `heights` (m) are between the tracks. `clearances`
-    is a table of distances (m) and of the terms to add to squared distances there (m2).
+    `offsets` are the strands' offsets to the left of each centre line (two arrays (k); m), `weights` (k; no unit) their
+    quadrature weights. `heights` (m) are the heights that represent the distance of the layers. `clearances` is a table
+    of distances (m) and of terms to add to squared distances (m2), which keep the mean distance.
     """
 
     offsets: tuple[Array, Array]
@@ -147,43 +150,43 @@ class StrandPairs:
     clearances: tuple[Array, Array]
 
     def clearance(self, apart: Array) -> Array:
-        """Return the term (m2) to add to the squared distances of pieces `apart` (m)."""
+        """Return the term (m2) to add to the squared distances of pieces at the distances `apart` (m)."""
         return np.asarray(np.interp(apart, *self.clearances))
 
     def blocks(self, count: int, points: int = 3) -> list[slice]:
-        """Return slices of `count` pairs of pieces, each with `points` points.
-
-        A slice fits a processor's cache.
-        """
+        """Return slices of `count` pairs of pieces with `points` points each. A slice fits a processor's cache."""
         return slices(count, BLOCK // (points * self.weights.size * self.heights.size))
 
     def ends(self, track: Track, sides: Index, which: int) -> tuple[Array, Array]:
-        """Return starts and ends (n, k, 2; m) of the strands of some sides of the first (0) or the second (1) track."""
+        """Return starts and ends (n, k, 2; m) of the k strands of some sides (n numbers).
+
+        `which` is 0 if `track` is the first track, 1 if it is the second.
+        """
         offset = self.offsets[which][:, None]
         starts = track.starts[sides, None, :] + offset * track.before[sides, None, :]
         return starts, track.ends[sides, None, :] + offset * track.after[sides, None, :]
 
     def total(self, values: Array, times: Array) -> float:
-        """Return the sum of values (n, k, heights), in their unit.
+        """Return the weighted sum of values (n, k, heights), in their unit.
 
-        Each value is multiplied by the multiplicity of its pair and the weight of its strands.
+        Each value is multiplied by the multiplicity of its pair (`times`) and the weight of its strands.
         """
         weighed = np.matmul(values, self.at_heights(times)[:, :, None])
         return float(np.sum(weighed[..., 0], axis=0) @ self.weights)
 
     def at_heights(self, times: Array) -> Array:
-        """Return multiplicities (n, heights; no unit) at every height.
+        """Return the multiplicities (n, heights; no unit) at every height.
 
-        A single column (n, 1) is divided equally among the heights.
+        A single column `times` (n, 1) is divided equally among the heights.
         """
         heights = self.heights.size
         return times if times.shape[1] == heights else np.repeat(times / heights, heights, axis=1)
 
 
 def strand_pairs(first: Track, second: Track, count: int, levels: int) -> StrandPairs:
-    """Return all pairs of `count` strands per track, at the Gauss points of its width (m).
+    """Return all pairs of `count` strands per track, at the Gauss points of each width (m).
 
-    The pairs are at `levels` heights (m), with clearances from `mean_distance.strand_clearance`.
+    The layers' distance is represented by `levels` heights (m). Clearances are from `mean_distance.strand_clearance`.
     """
     heights = level_heights(first.z - second.z, (first.thickness, second.thickness), levels)
     widths, thicknesses = (first.width, second.width), (first.thickness, second.thickness)
@@ -192,10 +195,11 @@ def strand_pairs(first: Track, second: Track, count: int, levels: int) -> Strand
 
 
 def distant_strand_pairs(width: float, count: int, squares: Array) -> StrandPairs:
-    """Return the pairs of strands of distant pieces, for which squared heights (m2) represent the thickness completely.
+    """Return the pairs of strands of distant pieces, for given squared heights (m2) between the layers.
 
-    For one filament per track, the width's second moments, w^2 / 12 each, are subtracted: the first term of the mean
-    logarithm (`mean_distance`).
+    At these distances, the squared heights represent the thickness completely. With one filament per track, the second
+    moments of the widths, w^2 / 12 each, are subtracted. They are the first term of the mean logarithm
+    (`mean_distance`).
     """
     less = width**2 / 6.0 if count == 1 else 0.0
     return StrandPairs(*_strands(width, width, count), np.sqrt(np.maximum(squares, 0.0)),
@@ -203,9 +207,9 @@ def distant_strand_pairs(width: float, count: int, squares: Array) -> StrandPair
 
 
 def _strands(width: float, other: float, count: int) -> tuple[tuple[Array, Array], Array]:
-    """Return offsets (m) and weights of all pairs of `count` strands per track.
+    """Return the offsets (m) and weights (no unit) of all pairs of `count` strands per track.
 
-    Strands lie at the Gauss points of both widths (m).
+    Strands lie at the Gauss points of both widths `width` and `other` (m).
     """
     nodes, weights = gauss(count)
     a, b = np.divmod(np.arange(count * count), count)
@@ -213,37 +217,38 @@ def _strands(width: float, other: float, count: int) -> tuple[tuple[Array, Array
 
 
 def common_levels(first: Track, second: Track, count: int) -> int:
-    """Return the number of heights (m) of the strands of two layers: two if the copper is thick, else one."""
+    """Return the number of heights (m) that represent the distance of two layers: two for thick copper, else one."""
     thick = max(first.thickness, second.thickness) > THICK * min(first.width, second.width)
     return 2 if first.z != second.z and count > 1 and thick else 1
 
 
 def directions(steps: Array) -> Array:
-    """Return unit vectors (n, 2; no unit) along steps (m)."""
+    """Return the unit vectors (n, 2; no unit) along steps (n, 2; m)."""
     return np.asarray(steps / np.hypot(steps[:, 0], steps[:, 1])[:, None])
 
 
 DIGITS = 9
-"""Number of decimal places to which the coordinates of equal pieces agree, in units of the coil's size."""
+"""Number of decimal places to which the coordinates of equal pieces agree, relative to the coil's size."""
 
 CIRCLE = 720_720_000
-"""Number of parts of a circle. Directions are rounded to whole numbers of parts.
+"""Number of steps into which the full circle is divided. Directions are rounded to whole steps.
 
 Directions of regular polygons with up to 16 sides are exact.
 """
 
 SPACE = 3_000_000
-"""Largest number of possible pair codes at which pairs are counted in a table. If there are more, codes are sorted."""
+"""Largest number of possible pair codes for which pairs are counted in a table. If there are more, codes are sorted."""
 
 AT_ONCE = 500_000
-"""Number of pairs of pieces numbered at once."""
+"""Number of pairs of pieces whose codes are computed together."""
 
 
 @record(eq=False)
 class PieceKinds:
     """Numbers (n) that describe each piece: kind, kind of the mirror image, direction and layer.
 
-    Pieces of one kind are equal up to a rotation about the centre.
+    Fields in this order: `number`, `mirrored`, `heading`, `owner`. Pieces of one kind are equal up to a rotation about
+    the centre.
     """
 
     number: Index
@@ -253,20 +258,24 @@ class PieceKinds:
 
     @property
     def count(self) -> int:
-        """Number of kinds, with mirror images (no unit)."""
+        """Number of kinds (no unit), mirror images included."""
         return 1 + int(max(self.number.max(), self.mirrored.max()))
 
 
 @record(eq=False)
 class Turns:
-    """Numbers of the angles between directions (n, n), and the number of each angle's opposite."""
+    """Numbers of the angles between any two directions.
+
+    `between` (n, n) is the number of the angle from one direction to another, `opposite` the number of each angle's
+    negative.
+    """
 
     between: Index
     opposite: Index
 
 
 def pool_tracks(tracks: Sequence[Track]) -> Track:
-    """Return all pieces of tracks (m) as a single track in one plane, about their common origin."""
+    """Return all pieces of several tracks (m) as one track in one plane, about their common origin."""
     first = tracks[0]
     starts, ends, before, after, arcs, turnings = (
         np.concatenate([getattr(track, name) for track in tracks])
@@ -276,9 +285,9 @@ def pool_tracks(tracks: Sequence[Track]) -> Track:
 
 
 def piece_kinds(tracks: Sequence[Track]) -> tuple[PieceKinds, PieceKinds, Turns]:
-    """Return the kinds of all sides and of all arcs of tracks about their common centre.
+    """Return the kinds of all sides, the kinds of all arcs, and the angles between directions.
 
-    Lengths are relative to the tracks' size (no unit). The third result holds the turns between directions.
+    Lengths of the tracks are relative to the tracks' size (no unit), about their common centre.
     """
     sides = [_sides(track) for track in tracks]
     arcs = [_arcs(track) for track in tracks]
@@ -293,10 +302,10 @@ def piece_kinds(tracks: Sequence[Track]) -> tuple[PieceKinds, PieceKinds, Turns]
 
 
 def _sides(track: Track) -> tuple[Array, Array, Array]:
-    """Return rows (n, 5) of sides, rows of their mirror images, and directions (n; rad).
+    """Return rows (n, 5) that describe sides, rows that describe their mirror images, and directions (n; rad).
 
-    A row is start and end along the side, lateral coordinate, and the mitres at start and end. Coordinates refer to the
-    direction of the side, so equal sides rotated about the centre have equal rows.
+    Columns: start and end along the side, lateral coordinate, component along the side of the mitres at start and end.
+    Coordinates refer to the direction of the side, so equal sides rotated about the centre have equal rows.
     """
     step = track.ends - track.starts
     tangents = step / np.hypot(step[:, 0], step[:, 1])[:, None]
@@ -312,10 +321,11 @@ def _sides(track: Track) -> tuple[Array, Array, Array]:
 
 
 def _arcs(track: Track) -> tuple[Array, Array, Array]:
-    """Return rows (n, 5) of arcs, rows of their mirror images, and directions (n; rad) at the arcs' middles.
+    """Return rows (n, 5) that describe arcs, rows that describe their mirror images, and directions (n; rad).
 
-    A row is outward coordinate, lateral coordinate, radius, sense (1 or -1) and angle (rad). Coordinates refer to the
-    direction from the centre to the arc's middle, so equal arcs rotated about the centre have equal rows.
+    Columns: outward coordinate of the centre, lateral coordinate of the centre, radius, sense (1 or -1), angle (rad).
+    Coordinates refer to the direction from the origin to the arc's middle, so equal arcs rotated about the origin have
+    equal rows. The returned direction is the tangent at the middle.
     """
     x, y, radius, start, way, angle = track.arcs.T
     middle = start + 0.5 * way * angle
@@ -327,7 +337,7 @@ def _arcs(track: Track) -> tuple[Array, Array, Array]:
 
 
 def _number_kinds(tables: Sequence[tuple[Array, Array, Array]], headings: Index) -> PieceKinds:
-    """Return the kinds of pieces: rows (n, 5) that agree to DIGITS places have one kind.
+    """Return the kinds of pieces: rows (n, 5) that agree to `DIGITS` places have one kind.
 
     `tables` are the results of `_sides` or `_arcs` for each track, `headings` the numbers of the directions.
     """
@@ -345,12 +355,12 @@ def distinct_pairs(
 
     Parameters
     ----------
-    kinds, other_kinds : Kinds
-        kinds of both sets of pieces
+    kinds, other_kinds : PieceKinds
+        kinds of the pieces of both sets
     turns : Turns
         angles between directions
     relations : sequence of Sequence[tuple[int, int, float]]
-        lists of layer numbers (first, second) with a multiplicity. The result has a column of `times` for each list
+        lists of (first layer, second layer, multiplicity). The result has a column of `times` for each list.
     """
     layers_in_all = 1 + max(max(i, j) for layers in relations for i, j, _ in layers)
     plans, other_plans = _plans(kinds, layers_in_all), _plans(other_kinds, layers_in_all)
@@ -371,7 +381,7 @@ def distinct_pairs(
 
 
 def _plans(kinds: PieceKinds, count: int) -> list[int]:
-    """Return, for each of `count` layers, the number of the first layer with the same pieces.
+    """Return, for each of `count` layers, the number of the first layer with equal pieces.
 
     Many coils repeat every other layer. Layers may have no pieces of the kind, such as arcs in a track that leads to a
     pad.
@@ -386,9 +396,9 @@ def _plans(kinds: PieceKinds, count: int) -> list[int]:
 def _count_pairs(
     kinds: PieceKinds, other_kinds: PieceKinds, turns: Turns, first: int, second: int
 ) -> Iterator[tuple[Index, Index, Array]]:
-    """Yield codes (no unit) of the distinct pairs of two layers' pieces, their places and their multiplicities.
+    """Yield codes (no unit) of the distinct pairs of two layers' pieces, an index of each, and its multiplicity.
 
-    A place is an index into the table of all pairs. Each step handles some rows.
+    The index refers to the table of all pairs. Each step handles some pieces of the first layer.
     """
     rows, columns = np.nonzero(kinds.owner == first)[0], np.nonzero(other_kinds.owner == second)[0]
     for part in slices(rows.size, AT_ONCE // max(1, columns.size)):
@@ -400,7 +410,7 @@ def _count_pairs(
 
 
 def _codes(kinds: PieceKinds, other_kinds: PieceKinds, turns: Turns, i: Index, j: Index) -> tuple[Index, int]:
-    """Return codes that equivalent pairs share, and the number of possible codes.
+    """Return a code for each pair, equal for equivalent pairs, and the number of possible codes.
 
     A code is the least number of the pair, its mirror image, and both with the pieces exchanged.
     """

@@ -1,11 +1,12 @@
 """Inductance of tracks of straight sides and circular arcs.
 
-Every pair of filaments is integrated in closed form or by a few Gauss points. Partial inductances follow Ruehli (IBM J.
-Res. Dev. 16, 1972) and are summed over the pairs of a winding.
+Tracks are replaced by strands (parallel filaments). Neumann's integral of every pair of strands is in closed form or by
+a few Gauss points. Partial inductances follow Ruehli (IBM J. Res. Dev. 16, 1972) and are summed over all pairs of
+pieces.
 
-Tracks are defined in `track_strands`, pairs with arcs in `arcs`. For straight sides, the distance of a pair decides on
-the numbers of strands and heights. The remaining error of the nearest pairs, at open ends and corners, scales with the
-width, so it is a table.
+Tracks are defined in `track_strands`, pairs with arcs in `arcs`. For straight sides, the distance of a pair sets the
+numbers of strands and heights. The nearest pairs, at open ends and corners, keep an error in proportion to the width.
+It is corrected by a table.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ from sitscad.kernels.electromagnetics.inductance.track_strands import (
 )
 
 NEAR = 3.0
-"""Distance between two straight pieces, in widths, below which the pair gets the larger number of strands."""
+"""Distance between two straight pieces, divided by the width, below which the pair gets more strands."""
 
 ENDS_AND_CORNERS = np.array([
     (0.001, -0.00111, -0.00062, -0.00559, -0.0101, -0.02437), (0.002, -0.00121, -0.00069, -0.00562, -0.01016, -0.02452),
@@ -58,30 +59,32 @@ ENDS_AND_CORNERS = np.array([
     (1.5, 0.07873, 0.08012, 0.03784, 0.06658, 0.16214), (2.0, 0.11804, 0.11816, 0.05621, 0.09776, 0.23573),
     (3.0, 0.19998, 0.19950, 0.09781, 0.16633, 0.39275),
 ])
-"""Error of Neumann's integral by strands. Each row is for one thickness / width, the first column.
+"""Error of Neumann's integral with strands, at open ends and corners of a track.
 
-The next columns are for an open end: the error of two strands, then of three strands. The last columns are the error of
-three strands at corners of 45, 60 and 90 degrees. The unit is mu0/(4 pi) times the width, because a corner has the same
-shape at every size. The error is positive if the strands give too small a value. It is from a volume integral of this
-project over a straight bar and two arms of sixteen widths (tests/validation).
+Columns: thickness divided by width; error at an open end with two strands; error at an open end with three strands;
+error with three strands at corners of 45, 60 and 90 degrees. The unit of an error is mu0/(4 pi) times the width,
+because a corner has one shape at every size. A positive error means that the strands give too small a value. Source: a
+volume integral of this project over a straight bar and two arms of sixteen widths (tests/validation).
 """
 
 FAR = 150.0
-"""Distance, in widths, from which a single filament represents a straight track.
+"""Distance of two straight pieces, divided by the width, above which a single filament represents each track.
 
-The error falls with the distance squared.
+The error falls with the square of the distance.
 """
 
 WIDE = ((1.0, 4), (6.0, 6), (20.0, 8))
-"""Least width over layer distance, and the number of strands from there on, for near sides of two layers."""
+"""Rows (least track width divided by layer distance, number of strands) for near sides of two layers."""
 
 _TURNINGS = np.radians((0.0, 45.0, 60.0, 90.0))
+"""Turning angles (rad) of the corners in `ENDS_AND_CORNERS`, and zero."""
 
 
 def distant_sides(track: Track, pairs: Pairs, apart: Array, count: int, squares: Array) -> float:
-    """Return the integral (m) over pairs of a track's sides that are far `apart` (n; m).
+    """Return Neumann's integral (m) over pairs of a track's sides that are far apart.
 
-    At that distance, layers differ by squared heights (m2) alone. `pairs` have a multiplicity for each height.
+    `apart` (n; m) are the distances, `count` is the number of strands. At these distances, layers differ only by
+    squared heights `squares` (m2). `pairs` have a multiplicity for each height.
     """
     is_distant = apart > FAR * track.width
     return math.fsum(
@@ -92,10 +95,10 @@ def distant_sides(track: Track, pairs: Pairs, apart: Array, count: int, squares:
 
 
 def _levels(first: Track, second: Track, count: int, smooth: bool) -> int:
-    """Return the number of heights (1 or 2; no unit) of the strands of two layers.
+    """Return the number of heights (1 or 2; no unit) that represent the distance of two layers' strands.
 
-    Ends and corners of tracks above each other need two heights. Smooth joints with arcs need the same number for all
-    pieces.
+    Ends and corners of tracks above each other need two heights. If sides and arcs join smoothly (`smooth`), all pieces
+    need the same number.
     """
     if count > 2 and not smooth:
         return 1 if first.z == second.z else 2
@@ -105,7 +108,7 @@ def _levels(first: Track, second: Track, count: int, smooth: bool) -> int:
 def _integral_part(first: Track, second: Track, pairs: Pairs, strands: tuple[int, int], smooth: bool) -> float:
     """Return the sum of t1.t2 / distance (m; Neumann's integral) over pairs of sides.
 
-    Near pairs get more strands.
+    `strands` are the numbers of strands for distant pairs and for near pairs.
     """
     near = side_distances(first, second, pairs) < NEAR * max(first.width, second.width)
     usual = _sum(
@@ -120,7 +123,7 @@ def _integral_part(first: Track, second: Track, pairs: Pairs, strands: tuple[int
 
 
 def _sum(first: Track, second: Track, pairs: Pairs, strands: StrandPairs) -> float:
-    """Return the sum (m) of Neumann's integrals over pairs of sides with one bundle of strands.
+    """Return the sum (m) of Neumann's integrals over pairs of sides, for given pairs of strands.
 
     Parallel and inclined sides are summed separately. Sides at right angles contribute nothing.
     """
@@ -133,13 +136,13 @@ def _sum(first: Track, second: Track, pairs: Pairs, strands: StrandPairs) -> flo
 
 
 def _near_strands(first: Track, second: Track, strands: tuple[int, int], smooth: bool) -> tuple[tuple[int, float], ...]:
-    """Return numbers of strands for near pairs, and the weight of each sum (no unit).
+    """Return (number of strands, weight without unit) of each sum whose weighted total is used for near pairs.
 
     Notes
     -----
-    At corners above each other, each extra strand reduces the error if tracks are wide against their distance. Twice
-    the finer sum less the coarser sum approaches the limit (Richardson extrapolation; its order was found here by
-    comparison).
+    At corners above each other, each extra strand reduces the error if tracks are wide compared with their distance.
+    Twice the finer sum minus the coarser sum approaches the limit (Richardson extrapolation; its order was found here
+    by comparison).
     """
     wide = max(first.width, second.width) / max(abs(first.z - second.z), FLOOR)
     enough = [strands for least, strands in WIDE if wide >= least]
@@ -149,12 +152,12 @@ def _near_strands(first: Track, second: Track, strands: tuple[int, int], smooth:
 
 
 def side_distances(first: Track, second: Track, pairs: Pairs) -> Array:
-    """Return distances (n; m) in the plane of pairs of sides.
+    """Return the distances (n; m) in the plane of pairs of straight sides.
 
     Notes
     -----
-    Derived here: if two sides do not cross, an end of one side is nearest. If they cross, the distance of a middle from
-    the other side is used.
+    Derived here: if two sides do not cross, an end of one side is nearest to the other side. If they cross, the
+    distance of a middle from the other side is used.
     """
     i, j = pairs.first, pairs.second
     p, q = (first.starts[i], first.ends[i]), (second.starts[j], second.ends[j])
@@ -162,7 +165,7 @@ def side_distances(first: Track, second: Track, pairs: Pairs) -> Array:
 
 
 def _points_to_sides(start: Array, end: Array, other_start: Array, other_end: Array) -> Array:
-    """Return least squared distances (n; m2) of both ends and the middle of one side from the other (n, 2; m)."""
+    """Return least squared distances (n; m2) of the ends and the middle of one side from another side (n, 2; m)."""
     step = other_end - other_start
     length = np.hypot(step[:, 0], step[:, 1])
     tx, ty = step[:, 0] / length, step[:, 1] / length
@@ -179,7 +182,7 @@ def _points_to_sides(start: Array, end: Array, other_start: Array, other_end: Ar
 def _parallel_sides(first: Track, second: Track, pairs: Pairs, tangents: Array, strands: StrandPairs) -> float:
     """Return the sum of t1.t2 / distance (m) over pairs of parallel sides, by the closed form of `parallel_filaments`.
 
-    `tangents` (n, 2) are the first sides' directions.
+    `tangents` (n, 2) are the unit vectors along the first sides.
     """
     offset = second.starts[pairs.second] - first.starts[pairs.first]
     lateral = np.abs(tangents[:, 0] * offset[:, 1] - tangents[:, 1] * offset[:, 0])
@@ -202,8 +205,8 @@ def _inclined_sides(
 ) -> float:
     """Return the sum of t1.t2 / distance (m) over pairs of inclined sides, by the closed form of `inclined_integral`.
 
-    `directions` (n, 2 each) belong to both sides. Over crossing tracks the mean of 1/distance needs no heights (to 4th
-    order).
+    `directions` (n, 2 each) are unit vectors along both sides. For tracks that cross above each other, the mean of
+    1/distance needs no second height (to 4th order).
     """
     is_level = first.z == second.z
     extra = strands.clearance(side_distances(first, second, pairs)) if is_level else np.zeros(pairs.first.size)
@@ -225,9 +228,10 @@ def _inclined_sides(
 
 
 def ends_and_corners(track: Track, strands: int) -> float:
-    """Return the error (m) of two or three strands in a track's own integral, from ENDS_AND_CORNERS.
+    """Return the error (m) of Neumann's integral of a track with itself, with two or three strands.
 
-    It is in proportion to the width: at the open ends, and for three strands also at the corners.
+    It comes from the table `ENDS_AND_CORNERS`, at the two open ends, and for three strands also at the corners. It is
+    in proportion to the width.
     """
     row = ENDS_AND_CORNERS
     at = [float(np.interp(track.thickness / track.width, row[:, 0], row[:, k])) for k in range(1, 6)]
@@ -236,25 +240,31 @@ def ends_and_corners(track: Track, strands: int) -> float:
 
 
 Layers = tuple[int, int, float]
-"""Number of the first layer, number of the second layer, and multiplicity of this pair of layers."""
+"""Number of the first layer, number of the second layer, and how often this pair of layers counts."""
 
 DISTANT = 3.0
-"""Least distance of two pieces, over the largest height between layers, at which few heights represent all layers."""
+"""Least distance of two pieces, divided by the largest height between layers, for few heights for all layers."""
 
 FEW = 24
 """Largest number of pieces of a track with arcs to which `FEW_CORNERS` adds strands.
 
-The ends of a short track matter so much that more strands are worth their cost.
+The ends of a short track contribute so much that more strands are worth their cost.
 """
 
 OWN = ((8, 5), (48, 3))
-"""Largest number of pieces, and number of strands for the self-inductance of a layer with arcs. Two for more pieces."""
+"""Rows (largest number of pieces, number of strands) for the self-inductance of a layer with arcs.
+
+With up to 8 pieces 5 strands, with up to 48 pieces 3, with more pieces 2.
+"""
 
 BENT = ((1.0, 3), (8.0, 4))
-"""Least width over layer distance, and number of strands from there on, for two layers with arcs. Two below."""
+"""Rows (least track width divided by layer distance, number of strands) for two layers with arcs.
+
+Narrower tracks have 2 strands.
+"""
 
 FEW_CORNERS = (3.0, 3)
-"""Least width over layer distance, and number of extra strands from there on, for two layers with rounded corners.
+"""Least track width divided by layer distance, and number of extra strands, for two layers with rounded corners.
 
 Only tracks of at most `FEW` pieces get the extra strands.
 """
@@ -268,12 +278,12 @@ def winding_inductance(tracks: Sequence[Track], strands: tuple[int, int] = (2, 3
     tracks : sequence of Track
         layers of the winding
     strands : tuple[int, int], optional
-        numbers of strands across the width: for distant pairs of pieces, and for straight pieces that nearly touch. For
-        tracks with arcs, values of two or more are replaced by a single number for all pieces
+            numbers of strands that replace a track: for distant pairs of pieces, and for straight pieces that nearly
+        touch. For tracks with arcs, values of two or more are replaced by a single number for all pieces.
 
     Notes
     -----
-    Neumann's integral over strands, which are placed so that the geometric mean distance of the track is kept (Grover
+    Neumann's integral over strands. They are placed so that the geometric mean distance of the track is kept (Grover
     1946).
     """
     layers = [(i, j, 1.0 if i == j else 2.0) for i in range(len(tracks)) for j in range(i, len(tracks))]
@@ -281,7 +291,7 @@ def winding_inductance(tracks: Sequence[Track], strands: tuple[int, int] = (2, 3
 
 
 def tracks_mutual_inductance(first: Track, second: Track, strands: tuple[int, int] = (2, 3)) -> float:
-    """Return the mutual inductance (H) of two tracks of equal width, or the self-inductance of the same object.
+    """Return the mutual inductance (H) of two tracks of equal width. For one object twice, return its self-inductance.
 
     See `winding_inductance`.
     """
@@ -291,7 +301,7 @@ def tracks_mutual_inductance(first: Track, second: Track, strands: tuple[int, in
 
 
 def _neumann(tracks: Sequence[Track], layers: Sequence[Layers], strands: tuple[int, int]) -> float:
-    """Return the whole stack's inductance (H).
+    """Return the inductance (H) of the pairs of layers that `layers` lists.
 
     It is mu0 / (4 pi) times Neumann's integral in units of the tracks' size, corrected at ends and corners.
     """
@@ -317,10 +327,11 @@ def _neumann(tracks: Sequence[Track], layers: Sequence[Layers], strands: tuple[i
 
 @record(eq=False)
 class _Stack:
-    """Layers grouped by their position relative to each other.
+    """Layers of a winding, with pairs of layers grouped by height difference and thicknesses.
 
-    `relations` are lists of pairs of layers with equal relative position. `whole` is a single track of all pieces.
-    `squares` (m2) are all squared heights, with two levels for the copper's thickness. `spread` (relations, squares) is
+    `relations` are lists of pairs of layers with equal height difference and thicknesses. `whole` is a single track of
+    all pieces. `strands` are the numbers of strands for distant and near pairs. `squares` (n; m2) are all squared
+    heights between layers, two for each difference because of the copper's thickness. `spread` (relations, squares) is
     the multiplicity of each squared height in each relation.
     """
 
@@ -333,19 +344,21 @@ class _Stack:
 
     @property
     def examples(self) -> list[tuple[Track, Track]]:
+        """First pair of tracks of each relation."""
         return [(self.tracks[layers[0][0]], self.tracks[layers[0][1]]) for layers in self.relations]
 
     @property
     def distant(self) -> float:
-        """Distance (m) from which layers differ by their heights alone."""
+        """Least distance (m) of two pieces at which layers differ only by their heights."""
         return max(CLEAR * self.whole.width, DISTANT * max(abs(first.z - second.z) for first, second in self.examples))
 
     @property
     def is_smooth(self) -> bool:
+        """Whether the winding has arcs, so that straight sides continue smoothly."""
         return len(self.whole.arcs) > 0
 
     def pieces(self) -> Iterator[tuple[Track, Track, tuple[int, int]]]:
-        """Yield all pieces (m) of every relation twice, at the heights of its two layers, and their strands."""
+        """Yield, for each relation, all pieces at the first and at the second height (m), and numbers of strands."""
         for first, second in self.examples:
             strands = self.strands
             if self.is_smooth and strands[0] > 1:
@@ -355,9 +368,9 @@ class _Stack:
 
 
 def _sums(stack: _Stack) -> Iterator[float]:
-    """Yield the parts of Neumann's integral of t1.t2 / distance (m).
+    """Yield the parts of Neumann's integral of t1.t2 / distance (m) over all pieces.
 
-    They are sides with sides, arcs with arcs, and arcs with sides.
+    The parts are sides with sides, arcs with arcs, and arcs with sides.
     """
     sides, arcs, turns = piece_kinds(stack.tracks)
     smooth = stack.is_smooth
@@ -380,9 +393,10 @@ def _sums(stack: _Stack) -> Iterator[float]:
 
 
 def _by_points(stack: _Stack, pairs: Pairs, apart: Array, summed: Callable[..., float]) -> Iterator[float]:
-    """Yield the parts of the integral (m) over pairs that include arcs, `apart` (n; m) from each other.
+    """Yield the parts of Neumann's integral (m) over pairs that include arcs.
 
-    `summed` is applied to near pairs of each relation, and to distant pairs of all layers together.
+    `apart` (n; m) are the distances of the pairs. `summed` integrates the near pairs of each relation, and then the
+    distant pairs of all layers together.
     """
     for (first, second, strands), some in zip(stack.pieces(), _near_pairs(stack, pairs, apart), strict=True):
         yield summed(first, second, some, strand_pairs(first, second, strands[0],
@@ -393,16 +407,17 @@ def _by_points(stack: _Stack, pairs: Pairs, apart: Array, summed: Callable[..., 
 
 
 def _near_pairs(stack: _Stack, pairs: Pairs, apart: Array) -> Iterator[Pairs]:
-    """Yield the pairs (numbers, no unit) of every relation that are not distant. `apart` (n; m) is their distance."""
+    """Yield the pairs (numbers, no unit) of every relation that are not distant. `apart` (n; m) are their distances."""
     near = pairs.where(apart < stack.distant)
     for k in range(len(stack.relations)):
         yield near.at([k])
 
 
 def _distant_pairs(stack: _Stack, pairs: Pairs, apart: Array) -> Iterator[tuple[Pairs, Array, Array]]:
-    """Yield the distant pairs, their distances (m), and squared heights (m2).
+    """Yield distant pairs, their distances (m), and the squared heights (m2) that represent all layers for them.
 
-    The multiplicities (no unit) of the pairs are at as few heights as their distance allows.
+    The number of heights is as small as the distance allows. The multiplicities (no unit) of the pairs are for these
+    heights.
     """
     beyond = apart >= stack.distant
     enough = np.where(beyond, nodes_enough(stack.squares, apart), 0)
@@ -414,7 +429,7 @@ def _distant_pairs(stack: _Stack, pairs: Pairs, apart: Array) -> Iterator[tuple[
 
 
 def _bent_strands(first: Track, second: Track) -> int:
-    """Return the number of strands (no unit) of the tracks of two layers that have arcs."""
+    """Return the number of strands (no unit) of two layers' tracks with arcs."""
     pieces = len(first.starts) + len(first.arcs)
     if first.z == second.z:
         return next((strands for most, strands in OWN if first is second and pieces <= most), 2)
