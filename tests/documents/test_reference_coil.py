@@ -53,6 +53,8 @@ def test_data_sheet_states_target_signal_in_reference_coil(design):
     assert float(rows["signal of the target on C3"].split(" %")[0]) == approx(100.0 * share, rel=0.05)
 
 
-def test_estimated_values_beside_reference_coil_name_no_cell(design):
-    results = estimated_values(design.cells)
+def test_estimated_values_beside_reference_coil_name_no_cell(root):
+    bench = sitscad.load(root / "templates" / "bench_7mm.yaml")
+    bench = bench.replace({"array.reference": {}, "requirements.normal_resolution": 0.05})
+    results = estimated_values(sitscad.Design(bench).cells)
     assert results and not [result.at for result in results if "cell" in result.at]
