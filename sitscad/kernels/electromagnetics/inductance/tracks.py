@@ -61,10 +61,11 @@ ENDS_AND_CORNERS = np.array([
 ])
 """Error of Neumann's integral with strands, at open ends and corners of a track.
 
-Columns: thickness divided by width; error at an open end with two strands; error at an open end with three strands;
-error with three strands at corners of 45, 60 and 90 degrees. The unit of an error is mu0/(4 pi) times the width,
-because a corner has one shape at every size. A positive error means that the strands give too small a value. Source: a
-volume integral of this project over a straight bar and two arms of sixteen widths (tests/validation).
+The first column is thickness divided by width. The next two are the error at an open end, with two and with three
+strands. The last three are the error with three strands at corners of 45, 60 and 90 degrees. The unit of an error is
+mu0/(4 pi) times the width, because a corner has one shape at every size. A positive error means that the strands give
+too small a value. Source: a volume integral of this project over a straight bar and two arms of sixteen widths
+(tests/validation).
 """
 
 FAR = 150.0

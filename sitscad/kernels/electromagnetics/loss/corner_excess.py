@@ -1,9 +1,9 @@
-"""Direct current at a sharp corner, less a current that is even across both sides. It scales with the track width.
+"""Difference between direct current at a sharp corner and a uniform, mitred current. It scales with the track width.
 
-The difference is a loop: forwards on the inside of the corner, back on the outside, and zero beyond about a width. Its
-stream function follows from the conformal map of a bent strip, dz/du = tanh(u/2)^(turn / pi), as the resistance does
-(`bend_squares`; Hall, Thin Solid Films 1, 1967, has bends by such maps). The tables are results of `python
-tests/validation/corner_flow.py`. Lengths are in widths of the track.
+The difference is a loop of current: forwards on the inside of the corner, back on the outside, and zero beyond about a
+width. Its stream function follows from the conformal map of a bent strip, dz/du = tanh(u/2)^(turn / pi), as the
+resistance does (`bend_squares`; Hall, Thin Solid Films 1, 1967, has bends by such maps). The tables are results of
+`python tests/validation/corner_flow.py`. Lengths are divided by the track width.
 """
 
 from __future__ import annotations
@@ -19,32 +19,32 @@ from sitscad.basics.record import record
 from sitscad.kernels.electromagnetics.constants import MU0
 
 TURNS = np.radians((0.0, 45.0, 60.0, 90.0))
-"""Angles (rad) by which a track turns at corners of octagons, hexagons and squares, and zero."""
+"""Angles (rad) by which a track turns: 0, then corners of octagons, hexagons and squares. Columns of the tables."""
 
 TIGHT = (0.0, 0.55, 0.7)
-"""Bend radii of the rows in the tables of corners, over the track width: sharp corners, then rounded corners.
+"""Bend radii of the centre line, divided by the track width: a sharp corner, then rounded corners.
 
-The radius belongs to the centre line.
+Rows of the tables.
 """
 
 MOMENTS = ((0.0, 0.0710, 0.1014, 0.1889), (0.0, 0.0688, 0.0931, 0.1435), (0.0, 0.0681, 0.0915, 0.1391))
-"""Magnetic moment of a corner's loop over current and squared track width. Rows: `TIGHT`, columns: `TURNS`.
+"""Magnetic moment of a corner's current loop, divided by current and squared width. Rows: `TIGHT`, columns: `TURNS`.
 
-The error is below 0.5 %. Rows for rounded corners, here and below, come from `corner_flow.py rounded`, the limit of two
-meshes.
+The error is below 0.5 %. Rows for rounded corners, in this table and the next ones, come from `corner_flow.py rounded`,
+the limit of two meshes.
 """
 
 SQUARES = ((0.0, -0.0890, -0.1666, -0.4413), (0.0, 0.3729, 0.4800, 0.6799), (0.0, 0.4972, 0.6503, 0.9493))
-"""Resistance of a corner in squares, without its straight sides. Rows: `TIGHT`, columns: `TURNS`.
+"""Resistance of a corner in squares, minus the resistance of its straight sides. Rows: `TIGHT`, columns: `TURNS`.
 
-A square is a piece of track with a length equal to its width. The row of sharp corners is from `bend_squares`.
+A square is a piece of track as long as it is wide. The row of sharp corners is from `bend_squares`.
 """
 
 ROUNDED = ((1.0, 1.0, 1.0, 1.0), (1.0, 0.943, 0.884, 0.718), (1.0, 0.911, 0.838, 0.657))
-"""Inductance of a rounded corner's loop over a sharp corner's (`OWN`). Rows: `TIGHT`, columns: `TURNS`."""
+"""Inductance of a rounded corner's loop divided by a sharp corner's (`OWN`). Rows: `TIGHT`, columns: `TURNS`."""
 
 INWARDS = ((0.0, 0.0, 0.0, 0.0), (0.0, 0.023, 0.049, 0.152), (0.0, 0.032, 0.068, 0.212))
-"""Shift of a rounded corner's loop towards the inside (widths), relative to a sharp corner's loop.
+"""Shift of a rounded corner's loop towards the inside, divided by the width, relative to a sharp corner's loop.
 
 Rows: `TIGHT`, columns: `TURNS`.
 """
@@ -54,12 +54,12 @@ POINTS = (
     ((-0.120, 0.155, 0.408), (0.218, 0.550, 0.201), (0.332, 0.164, 0.322), (0.633, 1.026, 0.069)),
     ((-0.212, 0.133, 0.251), (0.155, 0.264, 0.353), (0.504, 0.204, 0.277), (0.752, 0.790, 0.119)),
 )
-"""Points that represent the moment of a corner's loop, for turns of 45, 60 and 90 degrees (rows of the table).
+"""Points that represent the moment of a corner's loop, for turns of 45, 60 and 90 degrees (rows).
 
-Each entry is (distance along the bisector, distance from the bisector, weight), with distances in widths. The first
-distance runs from the corner of the centre lines to the inside. Each entry stands for two points, one on either side of
-the bisector, which share the weight. For sources a third of a width away or farther, the flux of their field through
-these eight points is within 6 % of the loop's.
+Each entry is (distance along the bisector, distance from the bisector, weight), with distances divided by the width.
+The first distance runs from the corner of the centre lines to the inside. Each entry represents two points, one on
+either side of the bisector, which share the weight. Accuracy: for a source at least a third of a width away, the flux
+of its field through the points is within 6 % of the loop's.
 """
 
 OWN = np.array([
@@ -68,10 +68,10 @@ OWN = np.array([
     (0.5, -0.00672, -0.01274, -0.03510), (0.7, -0.00587, -0.01114, -0.03075), (1.0, -0.00496, -0.00940, -0.02596),
     (2.0, -0.00328, -0.00623, -0.01719), (3.0, -0.00247, -0.00468, -0.01291),
 ])
-"""Inductance of the loop of a sharp corner with long arms, by thickness / width (first column).
+"""Inductance of a sharp corner's loop between long arms, divided by mu0 and the width.
 
-The other columns are for turns of 45, 60 and 90 degrees. Inductances are in mu0 times the width. Each is twice the
-coupling with both arms plus the self-inductance, the limit of two meshes, within 1 %.
+Columns: thickness divided by width, then the inductance for turns of 45, 60 and 90 degrees. Each inductance is twice
+the coupling with both arms plus the self-inductance. It is the limit of two meshes, within 1 %.
 """
 
 
@@ -81,22 +81,22 @@ RELAXATION = np.array([
     (1.7, 0.0018, 0.0037, 0.0083, 36.4, 24.0, 19.2), (2.5, 0.0012, 0.0019, 0.0040, 110.0, 50.6, 29.0),
     (4.0, 0.0, 0.0, 0.0, 110.0, 50.6, 29.0),
 ])
-"""Inductance that a bend loses to alternating current, in addition to the modes of its sides and arcs.
+"""Inductance that a bend loses to alternating current, beyond the loss that the modes of its sides and arcs describe.
 
-Columns: radius / width, then the final loss (mu0 widths) for bends of 45, 60 and 90 degrees, then the place of half of
-this loss. The place also has a column for each of the three bends. It is mu0 times conductivity, width, thickness and
-angular frequency; each bend has one relaxation. The values are fitted to meshes of triangles less the modes, for one
-bend of copper 0.03 to 0.04 times as thick as wide. They hold within 0.0005, or 0.001 for 90 degrees and radius 0.6
-(`python tests/validation/corner_relaxation.py`).
+Columns: radius divided by width; final loss (in mu0 widths) for bends of 45, 60 and 90 degrees; place of half this loss
+for the three bends. The place is mu0 times conductivity, width, thickness and angular frequency (no unit); each bend
+has one relaxation. The values are fitted to meshes of triangles minus the modes. The copper of the meshes is 0.03 to
+0.04 times as thick as wide. The values hold within 0.0005, or 0.001 for 90 degrees and radius 0.6 (`python
+tests/validation/corner_relaxation.py`).
 """
 
 THICKER = np.array([
     (0.027, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0), (0.1, 1.09, 1.06, 1.56, 1.14, 1.13, 1.43),
     (0.3, 1.20, 1.06, 3.8, 1.54, 1.60, 2.5), (1.0, 0.0, 0.0, 0.0, 1.54, 1.60, 2.5),
 ])
-"""Factors on the values of `RELAXATION` for thicker copper. Columns: thickness / width, then one factor per value.
+"""Factors on the six values of `RELAXATION` for thicker copper. Columns: thickness divided by width, six factors.
 
-For rounded bends, the factors on the loss are limited to 1. Beyond a thickness of 0.3 widths the current is not even
+For rounded bends, the factors on the loss are limited to 1. Beyond a thickness of 0.3 widths the current is not uniform
 through the thickness, which the meshes assume. There the loss is reduced to zero, because it is unknown.
 """
 
@@ -105,8 +105,8 @@ through the thickness, which the meshes assume. There the loss is reduced to zer
 class Loops:
     """Small loops of current in the plane of a track.
 
-    `places` (n, 2; m) are their middles. `moments` (n; m2 per ampere of the track) are positive upwards. Each moment is
-    distributed over a Gaussian with the standard deviation `spread` (m).
+    `places` (n, 2; m) are their middles. `moments` (n; m2 per ampere of the track's current) are positive upwards. Each
+    moment is distributed over a Gaussian with the standard deviation `spread` (m).
     """
 
     places: Array
@@ -116,19 +116,19 @@ class Loops:
 
 @lru_cache(maxsize=256)
 def corner_moment(turn: float, radius: float = 0.0) -> float:
-    """Return the moment of a corner's loop over current and squared track width (`MOMENTS`).
+    """Return the magnetic moment of a corner's loop, divided by current and squared track width (from `MOMENTS`).
 
-    `turn` is in rad, `radius` is over the track width.
+    `turn` is in rad, `radius` is divided by the track width.
     """
     return _tight_bend_value(MOMENTS, turn, radius)
 
 
 @lru_cache(maxsize=256)
 def corner_points(turn: float, radius: float = 0.0) -> Array:
-    """Return places and weights (8, 3; widths) of the eight points that represent a corner's loop (`POINTS`).
+    """Return places and weights (8, 3; in track widths) of the eight points that represent a corner's loop (`POINTS`).
 
     Columns are the distance from the corner of the centre lines to the inside, the distance to the left of this
-    direction, and the weight. `turn` is in rad, `radius` is over the track width.
+    direction, and the weight. `turn` is in rad, `radius` is divided by the track width.
     """
     nearest = POINTS[int(np.argmin(np.abs(TURNS[1:] - abs(turn))))]
     half = np.array(nearest) * np.array([1.0, 1.0, 0.5]) + np.array([_tight_bend_value(INWARDS, turn, radius), 0.0,
@@ -140,43 +140,44 @@ def corner_points(turn: float, radius: float = 0.0) -> Array:
 
 @lru_cache(maxsize=256)
 def own_inductance(turn: float, width: float, thickness: float, radius: float = 0.0) -> float:
-    """Return the inductance (H, negative) of the loop of a corner between long arms, by the table `OWN`.
+    """Return the inductance (H, negative) of a corner's loop between long arms, by the tables `OWN` and `ROUNDED`.
 
-    Width and thickness in metres, the radius over the width.
+    `turn` is in rad, `width` and `thickness` are in metres, `radius` is divided by the width.
     """
     return MU0 * width * _sharp_corner_inductance(turn, thickness / width) * _tight_bend_value(ROUNDED, turn, radius)
 
 
 @lru_cache(maxsize=256)
 def tight_squares(turn: float, radius: float) -> float:
-    """Return the resistance of a corner in squares beyond its straight sides.
+    """Return the resistance of a tight corner in squares (pieces as long as wide), minus its straight sides.
 
-    The turn is in rad; the radius is over the width, up to the last of `TIGHT`. By the tables of `corner_flow.py`.
+    `turn` is in rad, `radius` is divided by the width, at most the last of `TIGHT`. Source: the table `SQUARES`.
     """
     return _tight_bend_value(SQUARES, turn, radius)
 
 
 def gentle_squares(turn: float, radius: float) -> float:
-    """Return the resistance in squares of a wider arc between straight sides.
+    """Return the resistance in squares (pieces as long as wide) of a wider arc between straight sides.
 
-    `turn` is in rad. `radius` is the centre line's radius over the width, beyond the last of `TIGHT`.
+    `turn` is in rad. `radius` is the centre line's radius divided by the width, above the last of `TIGHT`.
 
     Notes
     -----
-    It is the turn over ln(outer radius / inner radius) (textbook), plus 0.029 radius^-2.6 for the ends. There the
-    current changes to a profile in proportion to 1 / radius. The second term is fitted here to arcs of 45 to 90 degrees
-    and 0.7 to 4.5 widths (`corner_flow.py`), within 0.015 squares. For smaller turns the result is up to 0.08 squares
-    too large.
+    It is the turn divided by ln(outer radius / inner radius) (textbook), plus 0.029 radius^-2.6 for the ends. At the
+    ends, the current changes to a profile in proportion to 1 / radius. The second term is fitted here to arcs of 45 to
+    90 degrees and 0.7 to 4.5 widths (`corner_flow.py`), within 0.015 squares. For smaller turns the result is up to
+    0.08 squares too large.
     """
     return abs(turn) / math.log((radius + 0.5) / (radius - 0.5)) + 0.029 * radius**-2.6
 
 
 @lru_cache(maxsize=256)
 def gentle_inductance(turn: float, width: float, thickness: float, radius: float) -> float:
-    """Return the inductance (H) of a wider arc less its inductance with a 1 / radius profile all along it.
+    """Return the inductance (H) of a wider arc minus its inductance with a 1 / radius current profile everywhere.
 
-    Turn in rad, width and thickness in m, radius over the width. It is 0.0086 (turn / 90 degrees)^2 radius^-2.2 mu0
-    widths at thickness / width = 0.1, fitted by `corner_flow.py` within 0.002 mu0 widths.
+    `turn` is in rad, `width` and `thickness` are in metres, `radius` is divided by the width. The result is 0.0086
+    (turn / 90 degrees)^2 radius^-2.2 mu0 widths at thickness / width = 0.1, fitted by `corner_flow.py` within 0.002 mu0
+    widths.
     """
     profile = _sharp_corner_inductance(math.pi / 2, thickness / width) / _sharp_corner_inductance(math.pi / 2, 0.1)
     return -0.0086 * MU0 * width * profile * (2.0 * turn / math.pi) ** 2 * radius**-2.2
@@ -188,7 +189,8 @@ def lost_inductance(
     """Return the inductance (H) that a bend loses to alternating current, and its relaxation time tau (s).
 
     At the angular frequency w, the inductance falls by the first value times (w tau)^2 / (1 + (w tau)^2), by the table
-    `RELAXATION`. Turn in rad, width and thickness in m, radius over the width, conductivity in S/m.
+    `RELAXATION`. `turn` is in rad, `width` and `thickness` in metres, `radius` divided by the width, conductivity in
+    S/m.
     """
     row = [float(np.interp(radius, RELAXATION[:, 0], column)) for column in RELAXATION.T[1:]]
     thicker = [float(np.interp(math.log(thickness / width), np.log(THICKER[:, 0]), column)) for column in THICKER.T[1:]]
@@ -201,14 +203,17 @@ def lost_inductance(
 
 
 def _sharp_corner_inductance(turn: float, aspect: float) -> float:
-    """Return the inductance of a sharp corner's loop (mu0 widths) at a turn (rad) and an aspect ratio."""
+    """Return the inductance of a sharp corner's loop (in mu0 widths), for a turn (rad) and an aspect ratio.
+
+    The aspect ratio is thickness divided by width.
+    """
     row = [0.0, *(float(np.interp(math.log(aspect), np.log(OWN[:, 0]), column)) for column in OWN.T[1:])]
     return float(np.interp(abs(turn), TURNS, row))
 
 
 def _tight_bend_value(table: Sequence[Sequence[float]], turn: float, radius: float) -> float:
-    """Return the value of a table with rows `TIGHT` and columns `TURNS`, linearly interpolated.
+    """Return the value of a table with rows `TIGHT` and columns `TURNS`, linearly interpolated, in the table's unit.
 
-    `turn` is in rad, `radius` is over the track width. The result has the table's unit.
+    `turn` is in rad, `radius` is divided by the track width.
     """
     return float(np.interp(radius, TIGHT, [np.interp(abs(turn), TURNS, row) for row in table]))

@@ -1,11 +1,12 @@
 """Alternating current in parallel tracks, with the current density over each cross-section as a sum of Legendre modes.
 
-The first mode carries the net current. The other modes carry none, and the magnetic flux between the edges of a track
-drives them. The partial-element equations of the modes (Ruehli 1974) are diagonal in resistance, so one short Lanczos
-run gives R and L at every frequency.
+The first mode carries the net current. The other modes carry none. They are driven by the magnetic flux between the
+edges of a track. The partial-element equations of the modes (Ruehli 1974) are diagonal in resistance, so one short
+Lanczos recursion gives R and L at every frequency.
 
 Modes of different tracks interact as in straight parallel tracks: they carry no net current, so their field is local.
-The flux that drives them is not local. The module that makes a `Cut` computes it from the real path.
+The flux that drives them is not local. The module that makes a `Cut` (cross-sections in a plane) computes this flux
+from the real path.
 """
 
 from __future__ import annotations
@@ -23,20 +24,20 @@ from sitscad.kernels.electromagnetics.loss.track_modes import Cut, ModeSet, loca
 from sitscad.kernels.electromagnetics.special_functions import gauss, legendre
 
 TRUSTED = 1e-3
-"""Largest part of the resistance from negative relaxation times at which the resistance counts as resolved.
+"""Largest part of the resistance from negative relaxation times, divided by the whole, for a resolved resistance.
 
-It is relative to the whole resistance (no unit). Rounding alone leaves 1e-20.
+Negative relaxation times are numerical errors. Rounding alone leaves 1e-20.
 """
 
 SETTLED, SETTLED_AT, FEWEST_STEPS = 3e-4, 20e6, 4
-"""End of a Lanczos run: largest relative change of R and L in a step, their frequency (Hz), least number of steps.
+"""End of a Lanczos recursion: largest relative change of R and L in a step, its frequency (Hz), fewest steps.
 
-A run ends if one step changes R and L at `SETTLED_AT` by at most the fraction `SETTLED`. The result is then right to a
-third of this fraction, and to 1e-5 at 10 MHz.
+The recursion ends if one step changes R and L at `SETTLED_AT` by at most the fraction `SETTLED`. The remaining error is
+a third of this fraction, and 1e-5 at 10 MHz.
 """
 
 FEW = 64
-"""Number of modes up to which a full eigenvalue decomposition takes less time than a Lanczos run."""
+"""Number of modes up to which a full eigenvalue decomposition takes less time than a Lanczos recursion."""
 
 
 @record(eq=False)
@@ -68,26 +69,29 @@ class ProximityLoss:
     unresolved: float = 0.0
 
     def resistance_ratio(self, frequency: float) -> float:
-        """Return R(f) / R(0) of the winding at a frequency (Hz)."""
+        """Return R(f) / R(0), the resistance at a frequency (Hz) divided by the resistance for direct current."""
         return float(self.resistance_ratios(np.array([frequency]))[0])
 
     def resistance_ratios(self, frequencies: Array) -> Array:
-        """Return R(f) / R(0) at (n,) frequencies (Hz)."""
+        """Return R(f) / R(0), the resistance divided by the resistance for direct current, at frequencies (n; Hz)."""
         return 1.0 + self._added(frequencies)[0] / self.direct
 
     def is_resolved(self, frequency: float) -> bool:
-        """Whether modes and points resolve the resistance at a frequency (Hz): `unresolved` is then small."""
+        """Whether the resistance at a frequency (Hz) is accurate: the part from negative relaxation times is small.
+
+        The limit is `TRUSTED`. If it is exceeded, the winding needs more modes or points.
+        """
         doubt = (2.0 * math.pi * frequency) ** 2 * self.unresolved
         return doubt <= TRUSTED * self.direct * self.resistance_ratio(frequency)
 
     def inductance_changes(self, frequencies: Array) -> Array:
-        """Return L(f) less the inductance of an evenly spread current (H), never positive, at (n,) frequencies (Hz)."""
+        """Return L(f) minus the inductance of a uniform current (H; n; never positive), at frequencies (n; Hz)."""
         return self.direct_change - self._added(frequencies)[1]
 
     def _added(self, frequencies: Array) -> tuple[Array, Array]:
-        """Return the resistance (ohm) that eddy currents add and the inductance (H) that they subtract.
+        """Return the resistance (n; ohm) that eddy currents add and the inductance (n; H) that they subtract.
 
-        Both are at (n,) frequencies (Hz). The result is cached, because coils and states share it.
+        Both are at `frequencies` (n; Hz). The result is cached, because coils and states share it.
         """
         key = frequencies.tobytes()
         if key not in self._known:
@@ -98,10 +102,11 @@ class ProximityLoss:
 
     @cached_property
     def _known(self) -> dict[bytes, tuple[Array, Array]]:
+        """Results of `_added` so far (ohm, H), by the bytes of the frequencies."""
         return {}
 
     def scaled(self, direct: float) -> ProximityLoss:
-        """Return the loss of another length of the same conductor, given by its resistance (ohm) for direct current."""
+        """Return the loss of another length of the conductor, with the resistance `direct` (ohm) to direct current."""
         part = direct / self.direct
         return ProximityLoss(
             direct, self.rates, part * self.strengths, part * self.direct_change, part * self.unresolved
@@ -109,7 +114,7 @@ class ProximityLoss:
 
 
 def join_losses(parts: Sequence[ProximityLoss]) -> ProximityLoss:
-    """Return the loss of parts of one winding in series whose modes do not interact: the sum of all parts."""
+    """Return the loss of a winding from its parts in series, whose modes do not interact: the sum of all parts."""
     conducting = [part for part in parts if part.direct > 0.0]
     return ProximityLoss(
         math.fsum(part.direct for part in conducting),
@@ -122,22 +127,23 @@ def join_losses(parts: Sequence[ProximityLoss]) -> ProximityLoss:
 
 @record(eq=False)
 class ModeSystem:
-    """Equations of the modes of a cut, each mode scaled to unit resistance.
+    """Equations of the current modes of the tracks in a plane, each mode scaled to unit resistance.
 
     Attributes
     ----------
     matrix : array (modes, modes) or NearAndFar
         relaxation times (s) of all modes with each other
     coupling : array (modes,)
-        drive of each mode by a unit current
+        drive of each mode by 1 A in the winding
     source : array (modes,)
-        the unit current in modes
+        direct current of 1 A as a sum of modes
     shift : array (modes,)
-        difference of the unit current from an even current
+        this direct current minus a uniform current of 1 A, as a sum of modes
     carrier : array (tracks, modes)
-        density of direct current in each track, a unit vector. Currents orthogonal to it are free
+        density of direct current in each track, a unit vector. Currents orthogonal to it have no net current.
     direct, change : float
-        resistance (ohm) and change of inductance (H) for direct current, as in `ProximityLoss`
+            resistance (ohm) and change of inductance (H) for direct current, as `direct` and `direct_change` of
+        `ProximityLoss`
     """
 
     matrix: Array | NearAndFar
@@ -149,7 +155,7 @@ class ModeSystem:
     change: float
 
     def project(self, vector: Array) -> Array:
-        """Return vectors of modes (modes, ...) without their net current in any track.
+        """Return vectors of modes (modes, ...) after subtracting their net current in every track.
 
         It is the projection orthogonal to the carriers.
         """
@@ -159,20 +165,23 @@ class ModeSystem:
         return np.asarray((table - self.carrier[:, :, None] * net).reshape(vector.shape))
 
     def lengthened(self, factor: float, drive: Array) -> ModeSystem:
-        """Return the system of straight tracks `factor` times as long, with a `drive` (modes,) by the path added."""
+        """Return the equations for straight tracks `factor` times as long.
+
+        `drive` (modes) is the drive by the path's flux, which is added.
+        """
         root = math.sqrt(factor)
         return replace(self, coupling=root * self.coupling + drive, source=root * self.source, shift=root * self.shift,
                        direct=factor * self.direct, change=factor * self.change)
 
     def loss(self, steps: int) -> ProximityLoss:
-        """Return R (ohm) and L (H) at every frequency, by a Lanczos run of at most `steps` steps.
+        """Return R (ohm) and L (H) at every frequency, by a Lanczos recursion of at most `steps` steps.
 
-        Few modes are solved in full.
+        Systems with few modes (`FEW`) are solved by all eigenvalues.
         """
         return losses([self], steps)[0]
 
     def whole(self) -> tuple[Array, Array] | None:
-        """Return all relaxation times (s) and their strengths (ohm s2). None if a Lanczos run takes less time."""
+        """Return all relaxation times (s) and their strengths (ohm s2). None if a Lanczos recursion takes less time."""
         if self.coupling.size > FEW or isinstance(self.matrix, NearAndFar):
             return None
         rates, vectors = np.linalg.eigh(self.project(self.project(self.matrix).T))
@@ -182,7 +191,7 @@ class ModeSystem:
 def losses(systems: Sequence[ModeSystem], steps: int) -> list[ProximityLoss]:
     """Return R (ohm) and L (H) of systems with one matrix and one carrier but different drives.
 
-    Their Lanczos runs go side by side, because reading the matrix takes most of the time.
+    Their Lanczos recursions run together, because reading the matrix takes most of the time.
     """
     whole_measures = [system.whole() for system in systems]
     measures = [measure for measure in whole_measures if measure is not None]
@@ -198,20 +207,20 @@ def losses(systems: Sequence[ModeSystem], steps: int) -> list[ProximityLoss]:
 
 def mode_system(cut: Cut, smooth: Array | None, conductivity: float, modes: ModeSet,
                 current: Array | None = None) -> ModeSystem:
-    """Return the equations of the modes of a cut's tracks in series.
+    """Return the equations of the current modes of tracks in series.
 
     Parameters
     ----------
     cut : Cut
-        tracks where a plane crosses them
+        cross-sections of the tracks in a plane
     smooth : array (tracks, points) or None
-        flux (Wb/m/A) that the real path adds to the flux of straight parallel tracks, as in `path_drive`
+        flux (Wb/m/A) that the real path adds to the flux of straight parallel tracks (see `path_drive`)
     conductivity : float
         S/m
     modes : ModeSet
         modes of each cross-section
     current : array (tracks,), optional
-        +1 or -1 along one direction in space; all +1 if left out
+        +1 or -1, the direction of the current through the plane; all +1 if left out
 
     Notes
     -----
@@ -244,11 +253,11 @@ def mode_system(cut: Cut, smooth: Array | None, conductivity: float, modes: Mode
 
 
 def path_drive(cut: Cut, smooth: Array, conductivity: float, modes: ModeSet) -> Array:
-    """Return the drive (modes,) of a cut's modes by the flux that the real path adds to the flux of straight tracks.
+    """Return the drive (modes) of the modes by the flux that the real path adds to the flux of straight tracks.
 
-    `smooth` (tracks, points; Wb/m/A) is the vector potential along each track per ampere, times the length of the path
-    there over the centre line's length. From this, -mu0 / (2 pi) sum of sqrt(length_j / length_i) ln(distance /
-    `cut.unit`) to the other centre lines is taken off. The conductivity is in S/m.
+    `smooth` (tracks, points; Wb/m/A) is the vector potential along each track per ampere. It is multiplied by the
+    path's length at the point, divided by the centre line's length. The sum of -mu0 / (2 pi) sqrt(length_j / length_i)
+    ln(distance / `cut.unit`) over the other centre lines is subtracted from it. The conductivity is in S/m.
     """
     scale = mode_conductances(cut, conductivity, modes) * np.sqrt(cut.length)[:, None]
     stretch = np.sqrt(1.0 + cut.curvature[:, None] * 0.5 * cut.width[:, None] * local_points(modes)[0])
@@ -291,7 +300,7 @@ def _lanczos(
 
 
 def _relative_effects(diagonal: Array, beside: Array) -> Array:
-    """Return the relative effects on R and L at `SETTLED_AT` (2, k) from matrices of relaxation times (s).
+    """Return the relative effects on R and L at `SETTLED_AT` (2, k; no unit), from matrices of relaxation times (s).
 
     The k symmetric tridiagonal matrices have diagonals (k, n) and off-diagonals (k, n - 1). Both effects are for a
     drive vector of length 1.
@@ -307,9 +316,9 @@ def _relative_effects(diagonal: Array, beside: Array) -> Array:
 
 
 def _spectral_measure(diagonal: Array, beside: Array, norm: float) -> tuple[Array, Array]:
-    """Return nodes (s) and weights of a symmetric tridiagonal matrix, for a vector of this norm.
+    """Return nodes (s) and weights of the spectral measure of a symmetric tridiagonal matrix (Golub and Welsch 1969).
 
-    Golub and Welsch 1969.
+    `norm` is the length of the driving vector.
     """
     if not diagonal.size:
         return np.zeros(1), np.zeros(1)

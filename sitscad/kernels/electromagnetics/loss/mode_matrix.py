@@ -1,8 +1,8 @@
 """Interaction matrix of current modes in parallel tracks: mean logarithm of the distance for each pair of tracks.
 
-Modes without net current have short-range fields, and distant tracks need only the lowest modes of each other. The
-matrix of many tracks therefore has full blocks for neighbours, and the modes of the lowest orders beyond them. Because
-turns have one pitch, many pairs of tracks have equal relative positions. Each relative position is computed once.
+Modes without net current have short-range fields, so distant tracks interact only by their lowest modes. The matrix of
+many tracks therefore has full blocks for neighbours, and blocks of the lowest modes for other pairs. Because turns have
+one pitch, many pairs of tracks have equal relative positions. Each relative position is computed once.
 """
 
 from __future__ import annotations
@@ -22,19 +22,22 @@ from sitscad.kernels.electromagnetics.loss.track_modes import Cut, ModeSet, mode
 from sitscad.kernels.electromagnetics.special_functions import gauss, legendre
 
 AT_ONCE = 16_000
-"""Number of distances evaluated at once: these fit into the processor's cache."""
+"""Number of distances evaluated together: these fit into the processor's cache."""
 
 MANY = 60
 """Least number of tracks in a cut at which distant pairs of tracks interact by their lowest modes only."""
 
 REACH = 6.0
-"""Largest distance between two centres, in diagonals of the larger cross-section, at which all modes interact."""
+"""Largest distance between two tracks' centres, divided by the larger cross-section's diagonal, for all modes.
+
+Pairs at larger distances interact by their lowest modes.
+"""
 
 LOW = 2
-"""Highest order of the modes by which distant tracks interact: the sum of the orders across and through a track."""
+"""Highest order of the modes by which distant tracks interact: order across plus order through the track."""
 
 FAR_POINTS = 3
-"""Number of points across a distant track, and largest number through it: exact for the orders of `LOW`."""
+"""Number of Gauss points across a distant track, and largest number through it. It is exact for the orders of `LOW`."""
 
 
 SAME = 9
@@ -60,11 +63,11 @@ class Neighbourhood:
 
 @record(eq=False)
 class NearAndFar:
-    """Symmetric mode matrix of many tracks, for products with vectors (n modes,) or (n modes, k).
+    """Symmetric matrix of current modes in many tracks, for products with vectors (n modes) or (n modes, k).
 
     `near` holds the full blocks of near pairs; each track belongs to exactly one of its groups. `far` (n low, n low;
-    single precision) holds the lowest modes (indices `low`) of all other pairs. Both are multiplied by `scale` (n,
-    modes) on either side.
+    single precision) holds the lowest modes of all other pairs. `low` are the numbers of the lowest modes. Both
+    matrices are multiplied by `scale` (n, modes) on either side.
     """
 
     near: tuple[Neighbourhood, ...]
@@ -88,9 +91,9 @@ class NearAndFar:
 
 
 def mode_matrix(cut: Cut, conductivity: float, modes: ModeSet) -> Array | NearAndFar:
-    """Return the relaxation times (s) of all modes of a cut with each other, (n modes, n modes).
+    """Return the relaxation times (n modes, n modes; s) of all modes of n tracks with each other.
 
-    They are scaled by the resistances of the modes.
+    They are mutual inductances per metre, scaled by the modes' resistances.
 
     Notes
     -----
@@ -117,7 +120,10 @@ def mode_matrix(cut: Cut, conductivity: float, modes: ModeSet) -> Array | NearAn
 
 
 def _near_and_far(cut: Cut, modes: ModeSet, scale: Array) -> NearAndFar:
-    """Return the matrix of modes (s) as blocks of near pairs and a coarse matrix of all others."""
+    """Return the matrix of modes (s) as full blocks of near pairs and blocks of the lowest modes of all other pairs.
+
+    `scale` (tracks, modes) is the square root of each mode's conductance.
+    """
     count = len(scale)
     size = np.hypot(cut.width, cut.thickness)
     apart = np.hypot(cut.across[:, None] - cut.across, cut.height[:, None] - cut.height)
@@ -162,7 +168,7 @@ def _neighbourhoods(cut: Cut, modes: ModeSet, near: Flags) -> tuple[Neighbourhoo
 
 
 def _relative_positions(cut: Cut, i: Index, j: Index) -> tuple[Index, Index]:
-    """Return an example of each distinct relative position, and the position number of each pair of tracks.
+    """Return an example pair for each distinct relative position, and the position number of each pair of tracks.
 
     Pair number p consists of the tracks `i[p]` and `j[p]`. The examples are pair numbers.
     """
@@ -178,7 +184,7 @@ def _relative_positions(cut: Cut, i: Index, j: Index) -> tuple[Index, Index]:
 
 
 def _blocks_by_pair(blocks: Array, way: Index) -> Iterator[tuple[slice, Array]]:
-    """Yield some pairs at a time: their slice, and the block (modes, modes) of each pair.
+    """Yield a slice of the pairs, and the matrix blocks (pairs, modes, modes) of these pairs.
 
     `blocks` (positions, modes, modes) has a block for each relative position. `way` is the position number of each
     pair.
@@ -188,9 +194,10 @@ def _blocks_by_pair(blocks: Array, way: Index) -> Iterator[tuple[slice, Array]]:
 
 
 def _mutual_logs(cut: Cut, modes: ModeSet, i: Index, j: Index, selected: Index | None = None) -> Array:
-    """Return means <P_m ln(distance / unit) P_n> of pairs of tracks (pairs, modes, modes), by Gauss points on both.
+    """Return the means <P_m ln(distance / unit) P_n> over pairs of tracks (pairs, modes, modes; no unit).
 
-    Only the modes `selected` are used, if given.
+    `i` and `j` are the track numbers. Both means are sums over Gauss points. If given, only the modes `selected` are
+    used.
     """
     x, z = (table / cut.unit for table in points_of(cut, modes))
     weights = projection(modes) if selected is None else projection(modes)[selected]
@@ -207,9 +214,9 @@ def _mutual_logs(cut: Cut, modes: ModeSet, i: Index, j: Index, selected: Index |
 
 
 def _own_logs(cut: Cut, modes: ModeSet) -> Array:
-    """Return means of the logarithm of distances within each track (n, modes, modes), in `cut.unit`.
+    """Return the means <P_m ln(distance / unit) P_n> within each track (tracks, modes, modes; no unit).
 
-    See `log_block`.
+    The unit of length is `cut.unit`. Method: `log_block`.
     """
     means = np.empty((cut.across.size, len(modes.orders), len(modes.orders)))
     for width, thickness in {(float(w), float(t)) for w, t in zip(cut.width, cut.thickness, strict=True)}:
@@ -221,7 +228,9 @@ def _own_logs(cut: Cut, modes: ModeSet) -> Array:
 
 @lru_cache(maxsize=32)
 def log_block(aspect: float, modes: ModeSet) -> Array:
-    """Return means over one rectangle of mode times ln(distance / width) times mode, for `aspect` thickness / width.
+    """Return the means of mode times ln(distance / width) times mode over one rectangle (modes, modes; no unit).
+
+    `aspect` is thickness divided by width.
 
     Notes
     -----
@@ -248,9 +257,9 @@ def log_block(aspect: float, modes: ModeSet) -> Array:
 
 
 def _difference_density(gap: Array, order: int) -> Array:
-    """Return mean of P_a(x) P_c(x') over pairs on [-1, 1] with a difference of `gap`, both ways: (gaps, a, c).
+    """Return the mean of P_a(x) P_c(x') over pairs on [-1, 1] with |x - x'| = `gap` (gaps, a, c; no unit).
 
-    Gauss points make it exact.
+    Both signs of the difference are added. Gauss points make the mean exact.
     """
     nodes, weights = gauss(order + 1)
     half = 1.0 - 0.5 * gap[:, None]

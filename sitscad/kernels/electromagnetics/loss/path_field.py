@@ -1,8 +1,8 @@
-"""Normal field of a path of straight filaments at the tracks of a cut, with distant filaments by interpolation.
+"""Normal field of a path of straight filaments at points of tracks, with distant filaments by interpolation.
 
-The points of a cut lie along a line of its plane, at the heights of the layers. The field of a filament that is farther
-away than the size of a box of points is nearly a polynomial in the box. So it is evaluated at a few nodes. Nearer
-filaments are passed on to the two halves of the box (Fong and Darve, J. Comput. Phys. 228, 2009).
+The points lie along a line in a plane that crosses the tracks, at the heights of the layers. If a filament is farther
+away than the size of a box of points, its field is nearly a polynomial in the box. So it is evaluated at a few nodes.
+For nearer filaments, the box is halved (Fong and Darve, J. Comput. Phys. 228, 2009).
 """
 
 from __future__ import annotations
@@ -24,30 +24,31 @@ AT_ONCE = 60_000
 """Number of pairs of points and filaments evaluated at once: these fit into the processor's cache."""
 
 APART = 1.0
-"""Least distance of a filament from a box of points, over the box's half side, at which the field is interpolated."""
+"""Least distance of a filament from a box of points, divided by the box's half side, for interpolation."""
 
 ORDER = 5
-"""Number of nodes along the longest side of a box.
+"""Number of interpolation nodes along the longest side of a box.
 
 With `APART`, the error is 1e-3 of the field of the nearest filaments that are interpolated.
 """
 
 LINE = 5
-"""Number of points on the middle line of a box from which distances are measured."""
+"""Number of points on the middle line of a box from which the distances of filaments are measured."""
 
 LEAST_POINTS_PER_NODE = 3.0
-"""Least number of points per node of a box at which interpolation saves time."""
+"""Least number of points in a box, divided by its number of nodes, at which interpolation saves time."""
 
 LEAST = 100_000
-"""Largest number of pairs of points and filaments that are all summed directly, without boxes."""
+"""Largest number of pairs of points and filaments that are summed directly, without boxes."""
 
 
 @record(eq=False)
 class Filaments:
-    """Straight filaments: starts and ends (n, 2; m), heights (n; m), and the squared least distance (n; m2) of each.
+    """Straight filaments of a path, in metres.
 
-    `owner` are the filament numbers of a cut's own tracks. `block` is the block of arcs to which each filament belongs,
-    or -1.
+    `start` and `end` are (n, 2), `height` (n). `clearance` (n; m2) is the squared least distance that a point is
+    assumed to have from each filament. `owner` are the filament numbers of the tracks in the plane of the points.
+    `block` (n) is the number of the block of arcs to which each filament belongs, or -1.
     """
 
     start: Array
@@ -58,24 +59,24 @@ class Filaments:
     block: Index
 
     def some(self, chosen: Flags) -> Filaments:
-        """Return the chosen filaments. No chosen filament counts as a cut's own."""
+        """Return the chosen filaments only. The result has an empty `owner`."""
         return Filaments(self.start[chosen], self.end[chosen], self.height[chosen], self.clearance[chosen],
                          np.zeros(0, dtype=np.intp), self.block[chosen])
 
 
 def path_field(filaments: Filaments, point: Array, level: Array, ratio: Array, block: Index) -> Array:
-    """Return the normal field per ampere (tracks, nodes; 1/m), without the factor of Biot and Savart.
+    """Return the normal field per ampere (tracks, nodes; 1/m), without the factor mu0 / (4 pi) of Biot and Savart.
 
     Parameters
     ----------
     filaments : Filaments
-        the path
+        all filaments of the path
     point : array (tracks, nodes, 2)
-        places (m)
+        positions at which the field is evaluated (m)
     level : array (tracks,)
-        heights (m)
+        heights of the tracks (m)
     ratio : array (tracks, own)
-        factor of each own track. The field of an infinite straight filament, times 2 `ratio`, is subtracted
+        factor for each filament in `owner`. The field of an infinite straight filament, times 2 `ratio`, is subtracted.
     block : array (tracks,)
         block of arcs of each track, whose filaments are left out
 
@@ -99,7 +100,7 @@ def path_field(filaments: Filaments, point: Array, level: Array, ratio: Array, b
 def _add_field(filaments: Filaments, where: Array, index: Index, total: Array) -> None:
     """Add the field (1/m) of filaments to `total` at the points with numbers `index`.
 
-    `where` (n, 3; m) are all points.
+    `where` (n, 3; m) are the positions of all points.
     """
     points = where[index]
     count = len(filaments.block)
@@ -120,7 +121,7 @@ def _add_field(filaments: Filaments, where: Array, index: Index, total: Array) -
 
 @record(eq=False)
 class PointBox:
-    """Box around points: `centre` (m), axes as rows (3, 3), and half sides along the axes (m).
+    """Box around points: `centre` (3; m), unit vectors of the `axes` as rows (3, 3), and half sides `half` (3; m).
 
     The first axis is the points' longest direction in the plane, the last axis is the height.
     """
@@ -131,27 +132,27 @@ class PointBox:
 
     @cached_property
     def counts(self) -> tuple[int, ...]:
-        """Number of nodes along every axis: `node_counts`."""
+        """Numbers of interpolation nodes along the three axes (no unit)."""
         return node_counts(self.half.tolist(), float(self.half[0]), ORDER, APART)
 
     @property
     def nodes(self) -> Array:
-        """Chebyshev nodes (n, 3; m)."""
+        """Chebyshev nodes of the box (n, 3; m), at which fields are evaluated for interpolation."""
         axes = [chebyshev_points(-1.0, 1.0, count) for count in self.counts]
         local = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
         return np.asarray(self.centre + (local.reshape(-1, 3) * self.half) @ self.axes)
 
     def weights(self, points: Array) -> Array:
-        """Return interpolation weights (n, nodes) of the nodes at points (n, 3; m)."""
+        """Return the weights (n, nodes; no unit) that interpolate from the nodes to points (n, 3; m)."""
         at = (points - self.centre) @ self.axes.T / np.maximum(self.half, 1e-300)
         x, y, z = (barycentric_weights(chebyshev_points(-1.0, 1.0, count), at[:, k]) for k,
                    count in enumerate(self.counts))
         return np.asarray(np.einsum("na,nb,nc->nabc", x, y, z).reshape(len(at), -1))
 
     def distance(self, start: Array, end: Array) -> Array:
-        """Return a lower bound (n; m) of the distance between filaments (n, 2; m) and the middle line of the box.
+        """Return a lower bound (n; m) of the distance in the plane between filaments and the middle line of the box.
 
-        Distances are in the plane.
+        `start` and `end` (n, 2; m) are the ends of the filaments.
         """
         lean, half = self.axes[0, :2], float(self.half[0])
         first, last = start - self.centre[:2], end - self.centre[:2]
@@ -166,7 +167,7 @@ class PointBox:
 
 
 def box_of(points: Array) -> PointBox:
-    """Return box of points (n, 3; m), or (n, 2), along their longest direction in the plane."""
+    """Return the box around points (n, 3 or 2; m). Its first axis is the points' longest direction in the plane."""
     if points.shape[1] == 2:
         points = np.column_stack([points, np.zeros(len(points))])
     offsets = points[:, :2] - points[:, :2].mean(axis=0)
@@ -180,10 +181,11 @@ def box_of(points: Array) -> PointBox:
 
 
 def _total_field(filaments: Filaments, where: Array, twice: Single | None = None, block: Index | None = None) -> Array:
-    """Return the field (n; 1/m) of all filaments at points (n, 3; m): Biot and Savart, integrated along each filament.
+    """Return the field (n; 1/m) of all filaments at points (n, 3; m), by Biot and Savart's law for each filament.
 
-    It is the distance to the right of the filament over the squared distance, times the difference of the cosines at
-    both ends. To the right of the current the field points down.
+    It is the distance to the right of the filament divided by the squared distance, times the difference of the cosines
+    at both ends. To the right of the current the field points down. `twice` (n, own) times an infinite filament is
+    subtracted for `owner`. Filaments with the point's `block` number are left out.
     """
     # Where they lie to the points in double precision, the rest in single.
     axis = (filaments.end - filaments.start).T

@@ -1,4 +1,7 @@
-"""Cross-sections of parallel tracks, and the Legendre modes of the current in them: orders, points and projections."""
+"""Cross-sections of parallel tracks, and the Legendre modes of the current density: orders, points and projections.
+
+A mode is a product of Legendre polynomials P_a across the width and P_b through the thickness.
+"""
 
 from __future__ import annotations
 
@@ -14,20 +17,21 @@ from sitscad.kernels.electromagnetics.special_functions import gauss, legendre, 
 FIELD_POINTS = 3
 """Largest number of points across a track at which the field of distant currents is evaluated.
 
-The field is smooth. Beside a bend it is less so: three points leave up to 0.0018 mu0 widths of L for each bend
-(tests/validation/test_corner_current.py).
+This field is smooth except beside a bend. There, three points leave an error of L of up to 0.0018 mu0 widths for each
+bend (tests/validation/test_corner_current.py).
 """
 
 SMOOTH_POINTS = 4, 2
-"""Largest number of points, across and through a track, for the difference between rings and straight tracks."""
+"""Largest number of points, across and through a track, for the flux difference of rings and straight tracks."""
 
 
 @record
 class ModeSet:
-    """Modes of a cross-section: highest orders across and through it, and numbers of Gauss points.
+    """Legendre modes of the current density in a track, and numbers of Gauss points.
 
-    Tracks interact at the Gauss points. A mode (a, b) is used if a / across + b / through is at most 1, or always if
-    `full`.
+    `across` and `through` are the highest orders across the width and through the thickness. `points` are the numbers
+    of Gauss points across and through, at which tracks interact. A mode (a, b) is used if a / across + b / through is
+    at most 1. With `full`, all modes are used.
     """
 
     across: int = 4
@@ -37,7 +41,7 @@ class ModeSet:
 
     @property
     def orders(self) -> tuple[tuple[int, int], ...]:
-        """Orders (across, through) of all modes. The first is (0, 0), which carries the current."""
+        """Orders (across, through) of all modes that are used. The first is (0, 0), which carries the net current."""
         pairs = [(a, b) for b in range(self.through + 1) for a in range(self.across + 1)]
         if self.full:
             return tuple(pairs)
@@ -45,14 +49,14 @@ class ModeSet:
 
 
 def suited_modes(width: float, thickness: float, gap: float, depth: float, fine: bool) -> ModeSet:
-    """Return modes that give R within 1 % if `fine`, else 3 %, for tracks (m) at a skin depth (m).
+    """Return modes for a resistance within 1 % if `fine`, else 3 %, of tracks (m) at a skin depth `depth` (m).
 
     Notes
     -----
     Legendre polynomials resolve a boundary layer of width / order^2 (Gottlieb and Orszag, Numerical Analysis of
-    Spectral Methods, 1977). So the orders follow the square roots of width and of thickness over the depth, by factors
-    found here. The number of points follows the orders, because a Gauss rule takes higher orders for lower ones, and
-    the width over `gap` (m), the least distance of tracks.
+    Spectral Methods, 1977). So the orders follow the square roots of width / depth and thickness / depth, by factors
+    found here. The number of points follows the orders, because a Gauss rule takes higher orders for lower ones. It
+    also follows the width divided by `gap` (m), the least distance of tracks.
     """
     across = math.ceil((2.2 if fine else 1.8) * math.sqrt(width / depth))
     through = math.ceil((2.2 if fine else 1.5) * math.sqrt(thickness / depth))
@@ -62,9 +66,10 @@ def suited_modes(width: float, thickness: float, gap: float, depth: float, fine:
 
 
 def rough_modes(width: float, thickness: float, gap: float, depth: float) -> ModeSet:
-    """Return fewest modes for screening: the resistance that they add to R is right within about a tenth.
+    """Return the fewest modes for screening: the added resistance at alternating current is right within about 10 %.
 
-    Arguments as in `suited_modes`.
+    Lengths are in metres: `width` and `thickness` of a track, `gap` the least distance of tracks, `depth` the skin
+    depth.
     """
     across = min(max(2, math.ceil(1.1 * math.sqrt(width / depth))), 8)
     through = min(max(1, math.ceil(0.9 * math.sqrt(thickness / depth))), 4)
@@ -73,10 +78,11 @@ def rough_modes(width: float, thickness: float, gap: float, depth: float) -> Mod
 
 @record(eq=False)
 class Cut:
-    """Tracks where a plane crosses them at right angles: arrays (tracks,) in metres.
+    """Cross-sections of tracks in a plane that crosses them at right angles: arrays (tracks).
 
-    `across` and `height` are the centres in the plane. `length` is the length of centre line that the cut represents.
-    `curvature` (1/m) belongs to the centre line, positive if `across` grows away from the centre of curvature.
+    In metres: `across` and `height` of the centres in the plane, `width`, `thickness`, and `length` of the centre line
+    that the cross-section represents. `curvature` (1/m) belongs to the centre line. It is positive if `across` grows
+    away from the centre of curvature.
     """
 
     across: Array
@@ -88,26 +94,30 @@ class Cut:
 
     @property
     def unit(self) -> float:
-        """Unit of length (m) of logarithms: the mean radius of curvature, or the width of the widest track."""
+        """Unit of length (m) in logarithms of distances.
+
+        It is the mean radius of curvature, or the width of the widest track if all are straight.
+        """
         bend = float(np.mean(np.abs(self.curvature)))
         return 1.0 / bend if bend > 0.0 else float(np.max(self.width))
 
 
 def points_of(cut: Cut, modes: ModeSet) -> tuple[Array, Array]:
-    """Return points of the plane (tracks, points) at which the drive is evaluated: across and height (m)."""
+    """Return the positions across and in height (two arrays (tracks, points); m) of all Gauss points in a plane."""
     x, z = local_points(modes)
     return cut.across[:, None] + 0.5 * cut.width[:, None] * x, cut.height[:, None] + 0.5 * cut.thickness[:, None] * z
 
 
 def field_nodes(modes: ModeSet) -> Array:
-    """Return nodes across a track (half widths) at which `flux_to_points` needs the field of distant currents."""
+    """Return the points across a track (half widths) at which `flux_to_points` needs the field of distant currents."""
     return gauss(min(FIELD_POINTS, modes.points[0]))[0]
 
 
 def flux_to_points(field: Array, cut: Cut, modes: ModeSet) -> Array:
-    """Return the flux (tracks, points; Wb/m/A) between a track's centre line and its points.
+    """Return the flux (tracks, points; Wb/m/A) between a track's centre line and its Gauss points.
 
-    It is the integral of the polynomial through the field at the nodes (tracks, nodes; T/A).
+    `field` (tracks, nodes; T/A) is the normal field at the nodes of `field_nodes`. The flux is the integral of the
+    polynomial through these values.
     """
     return np.asarray(0.5 * cut.width[:, None] * (field @ _integrals(modes)), dtype=np.float64)
 
@@ -116,7 +126,7 @@ def flux_to_points(field: Array, cut: Cut, modes: ModeSet) -> Array:
 def _integrals(modes: ModeSet) -> Array:
     """Return the matrix (nodes, points) from values at the nodes to the integral of their polynomial.
 
-    The integral runs from the centre to each point.
+    The integral runs from the track's centre to each point, in half widths.
     """
     nodes = field_nodes(modes)
     coefficients = np.linalg.inv(legendre(nodes.size - 1, nodes))
@@ -124,16 +134,16 @@ def _integrals(modes: ModeSet) -> Array:
 
 
 def smooth_nodes(modes: ModeSet) -> ModeSet:
-    """Return the mode set with at most `SMOOTH_POINTS`, which are enough for a smooth function on a cross-section.
+    """Return the mode set with at most `SMOOTH_POINTS` Gauss points, enough for a smooth function on a cross-section.
 
-    See `from_few_points`.
+    `from_few_points` interpolates from these points to all points.
     """
     return replace(modes, points=(min(SMOOTH_POINTS[0], modes.points[0]), min(SMOOTH_POINTS[1], modes.points[1])))
 
 
 @lru_cache(maxsize=16)
 def from_few_points(modes: ModeSet) -> Array:
-    """Return the matrix (few points, points) that interpolates from the points of `smooth_nodes` to all points.
+    """Return the matrix (few points, points; no unit) that interpolates from points of `smooth_nodes` to all points.
 
     It evaluates the polynomial through the few points.
     """
@@ -146,10 +156,10 @@ def from_few_points(modes: ModeSet) -> Array:
 
 
 def mode_conductances(cut: Cut, conductivity: float, modes: ModeSet) -> Array:
-    """Return square roots of the conductance of each mode per metre of track (tracks, modes; sqrt(S m)).
+    """Return the square root of each mode's conductance per metre of track (tracks, modes; sqrt(S m)).
 
-    It is sigma w t (2 a + 1) (2 b + 1), because the mean square of P_a is 1 / (2 a + 1) (Abramowitz and Stegun
-    22.2.10).
+    The conductance is sigma w t (2 a + 1) (2 b + 1), because the mean square of P_a is 1 / (2 a + 1) (Abramowitz and
+    Stegun 22.2.10).
     """
     area = np.sqrt(conductivity * cut.width * cut.thickness)
     return np.asarray(area[:, None] * np.array([math.sqrt((2 * a + 1) * (2 * b + 1)) for a, b in modes.orders]))
@@ -157,23 +167,29 @@ def mode_conductances(cut: Cut, conductivity: float, modes: ModeSet) -> Array:
 
 @lru_cache(maxsize=16)
 def local_points(modes: ModeSet) -> tuple[Array, Array]:
-    """Return the Gauss points of a cross-section in half widths and half thicknesses. Points through it run fastest."""
+    """Return the Gauss points of a cross-section: across (points; half widths) and through (points; half thicknesses).
+
+    The index through the thickness runs fastest.
+    """
     nx, nz = modes.points
     return np.repeat(gauss(nx)[0], nz), np.tile(gauss(nz)[0], nx)
 
 
 @lru_cache(maxsize=16)
 def split_projection(modes: ModeSet) -> tuple[Array, Array]:
-    """Return weights that project values at the points across, and through, a track on Legendre polynomials."""
+    """Return weights (orders, points; no unit) that project values on Legendre polynomials, across and through.
+
+    The first matrix is for values across the track's width, the second for values through its thickness.
+    """
     (gx, wx), (gz, wz) = gauss(modes.points[0]), gauss(modes.points[1])
     return (legendre(modes.across, gx) * 0.5 * wx[:, None]).T, (legendre(modes.through, gz) * 0.5 * wz[:, None]).T
 
 
 @lru_cache(maxsize=16)
 def projection(modes: ModeSet) -> Array:
-    """Return weights (modes, points) that project values on a cross-section on the modes.
+    """Return weights (modes, points; no unit) that project values at a cross-section's points on the modes.
 
-    They are the weights of Gauss-Legendre quadrature.
+    They are the weights of Gauss-Legendre quadrature, multiplied by the modes.
     """
     across, through = split_projection(modes)
     return np.array([np.outer(across[a], through[b]).ravel() for a, b in modes.orders])
