@@ -1,4 +1,7 @@
-"""Scatter of inductance, resistance, frequency and R_P by manufacturing tolerances, to first order (R, R_P: second)."""
+"""Scatter of inductance, resistance, frequency and parallel resistance (R_P) by manufacturing tolerances.
+
+It is computed to first order, for resistance and R_P to second order.
+"""
 
 from __future__ import annotations
 
@@ -39,54 +42,59 @@ from sitscad.spec.circuit import CopperLayer, LayerKind, Stackup
 from sitscad.spec.sensor import SensorSpec
 
 SHARE, WINDOW = "share of the target", "window in the jaw"
-"""Names of two causes that are not in `scatter.CAUSES`: error bounds of the effect of metal."""
+"""Names of two error bounds of the effect of metal, which count as causes of scatter.
+
+They are not in `scatter.CAUSES`.
+"""
 
 EXTRA = {WIDTH: (0.42, 1.12), THICKNESS: (-0.35, 0.68)}
 EXTRA_BENT = {WIDTH: (-0.69, 1.82), THICKNESS: (-0.55, 0.79)}
-"""Factors (a, b) of the exponent of the extra loss in track width and thickness: round coils, and all others.
+"""Factors (a, b) for the exponent of the extra loss in track width and thickness: EXTRA for round coils.
 
-The extra loss E is the resistance by eddy currents. Its exponent is d ln E / d ln x = a + b E'/E, with E' = dE / d ln
-f. The factors were fitted to differences of full solutions of eleven templates, free and at rest. They give d ln R / d
-ln x within 0.15. Round coils without metal use `width_power` for the width, except in screening.
+EXTRA_BENT is for all other coils. The extra loss E is the resistance by eddy currents. Its exponent is d ln E / d ln x
+= a + b E'/E, with E' = dE / d ln f. The factors were fitted to differences of full solutions of eleven templates, free
+and at rest. They give d ln R / d ln x within 0.15. Round coils without metal use `width_power` for the width, except in
+screening.
 """
 
 WIDER = 0.02
-"""Relative change of the track width for the numerical derivative in `width_power`."""
+"""Relative increase of the track width for the numerical derivative in `width_power`."""
 
 ROUGHLY_SOLVED = 4.0
-"""Largest track width, in skin depths, at which `width_power` uses rough solutions alone (within 2 %).
+"""Largest track width, in skin depths, at which `width_power` uses only rough solutions (error 2 %).
 
-From one depth more on, the usual solutions are taken; between, a weighted mean. (At 7 depths the rough power was 10 %
-too small, and one sigma of R was 20 % too small.)
+One skin depth above this limit, only the usual solutions are used; between, a weighted mean. At 7 skin depths the rough
+power was 10 % too small, and the standard deviation of R was 20 % too small.
 """
 
 EXTRA_OF_LEADS = {WIDTH: (-0.5, 0.0), THICKNESS: (-1.0, 1.0)}
-"""Factors (a, b) as in EXTRA for the extra loss of the leads, which lie in their own field.
+"""Factors (a, b) as in EXTRA for the extra loss of leads, whose currents crowd by their own field.
 
 The loss of wide leads is proportional to 1/w and increases with their thickness.
 """
 
 EXTRA_INDUCTANCE = {WIDTH: 1.85, THICKNESS: -0.2}
-"""Factors a of the derivative of the inductance change by eddy currents in the tracks, for track width and thickness.
+"""Factors a for the derivative of the inductance change by eddy currents in the tracks, by width and thickness.
 
 Let D be this change (H). Its derivative by ln x is a D + dD / d ln f. Full solutions of eleven templates gave factors
 of 1.7 to 2.1 for the width of round coils, and of 1.6 to 2.2 for others.
 """
 
 OWN_CAPACITANCE = {WIDTH: 1.0, DISTANCE: -0.75}
-"""Exponents of track width and film thickness in the capacitance of winding and leads: C ~ width^1 thickness^-0.75.
+"""Exponents of track width and film thickness in the capacitance C of winding and leads.
 
-Full solutions gave exponents of 0.75 to 1.1 (width) and -0.65 to -0.8 (thickness).
+C is proportional to width^1 thickness^-0.75. Full solutions gave exponents of 0.75 to 1.1 (width) and -0.65 to -0.8
+(thickness).
 """
 
 STEP = 1.02  # Ratio of the frequencies between which the growth of the winding's loss with frequency is taken
 
 def tolerance_sigmas(spec: SensorSpec) -> dict[str, float]:
-    """Return standard deviations of all causes by name. They are 0 for parts that the sensor lacks.
+    """Return the standard deviation of each manufacturing tolerance by name; 0 for parts that the sensor lacks.
 
     The unit is metres for the pad's thickness and size, for the glue below the target and for the target's place. It is
-    radians for angles. All other standard deviations are relative. Copper thickness holds foil and plating of this
-    stack-up together.
+    radians for angles. All other standard deviations are relative. Copper thickness joins foil and plating of this
+    stack-up.
     """
     def found() -> dict[str, float]:
         copper = math.hypot(*_copper_bands(spec.coil_copper, spec.fpc.stackup)) / math.sqrt(3.0)
@@ -99,7 +107,7 @@ def _copper_bands(copper: tuple[CopperLayer, ...], stackup: Stackup) -> tuple[fl
     """Return relative half widths of the tolerance bands of the coil's copper thickness: by foil, and by plating.
 
     Layers are weighted as in the resistance: in series, each by 1/thickness. The foil's error is equal on all layers.
-    If the fabricator does not state whether his copper includes the plating, all of the plating is uncertain.
+    If the fabricator does not state whether the copper thickness includes the plating, all of the plating is uncertain.
     """
     whole = math.fsum(1.0 / layer.thickness for layer in copper)
     foil = math.fsum(layer.foil / layer.thickness**2 for layer in copper) / whole
@@ -110,17 +118,17 @@ def _copper_bands(copper: tuple[CopperLayer, ...], stackup: Stackup) -> tuple[fl
 
 
 def thickest_copper(copper: tuple[CopperLayer, ...], stackup: Stackup) -> float:
-    """Return the largest relative excess of the coil's copper thickness over the nominal thickness.
+    """Return the largest relative excess of the coil's copper thickness that a fabricator may deliver.
 
-    Foil and plating are both at the upper limit of delivery. Layers are weighted as in the resistance.
+    Foil and plating are both at their upper limits. Layers are weighted as in the resistance.
     """
     return sum(_copper_bands(copper, stackup))
 
 
 def direct_resistance_sigma(spec: SensorSpec) -> float:
-    """Return the relative standard deviation of a direct-current resistance.
+    """Return the relative standard deviation of a coil's direct-current resistance.
 
-    The resistance is proportional to the tracks' length over width and thickness.
+    The resistance is proportional to the tracks' length, divided by width and thickness.
     """
     by_cause = tolerance_sigmas(spec)
     return math.hypot(by_cause[WIDTH], by_cause[THICKNESS], by_cause[DIAMETER])
@@ -129,7 +137,10 @@ def direct_resistance_sigma(spec: SensorSpec) -> float:
 Between = Callable[
     [CurrentSpectrum, float, tuple[Surroundings, Surroundings], tuple[complex, complex]], tuple[float, float]
 ]
-"""Change of inductance (H) and resistance (ohm) from one surrounding to another: see `_surroundings_change`."""
+"""Function that returns the change of inductance (H) and resistance (ohm) between two surroundings.
+
+Its arguments are as in `_surroundings_change`: current spectrum, frequency (Hz), pair of surroundings, factors.
+"""
 
 
 ExtraShares = Mapping[str, tuple[float, float]]
@@ -137,7 +148,10 @@ ExtraShares = Mapping[str, tuple[float, float]]
 
 
 def slopes_of(spec: SensorSpec, coil: Coil, winding: SolvedWinding) -> Slopes:
-    """Return the inputs of a coil's `spread`, from its solved winding, without changes by its surroundings."""
+    """Return the inputs for the standard deviations of a coil, from its solved winding.
+
+    The changes by one sigma of the surrounding metal are left empty.
+    """
     inductance = inductance_slopes(winding.spirals, coil, spec.coil, spec.fpc.stackup, winding.is_rough)
     is_round = spec.coil.outline.is_round
     power = width_power(winding.spirals, winding.conductivity) if is_round and not winding.is_rough else None
@@ -150,8 +164,8 @@ def slopes_of(spec: SensorSpec, coil: Coil, winding: SolvedWinding) -> Slopes:
 def width_power(layers: tuple[SpiralLayer, ...], conductivity: float) -> Callable[[float], float]:
     """Return a function of frequency (Hz): exponent of the track width in the extra loss of a winding without metal.
 
-    The conductivity is in S/m. The exponent comes from solutions of the winding and of wider tracks with equal modes
-    and cuts. They are rough for narrow tracks.
+    The conductivity is in S/m. The exponent is computed from solutions of the winding and of wider tracks. Both have
+    equal numbers of modes and cross-sections. For narrow tracks the solutions are rough.
     """
     wider = tuple(replace(layer, width=(1.0 + WIDER) * layer.width) for layer in layers)
 
@@ -176,13 +190,13 @@ def width_power(layers: tuple[SpiralLayer, ...], conductivity: float) -> Callabl
 
 @record
 class Slopes:
-    """Inputs of the `state_sigmas` of a coil's states.
+    """Inputs of `state_sigmas`, common to all states of a coil.
 
     `sigmas` are the standard deviations by cause. `inductance` holds the derivatives (H) of the winding's inductance by
     the logarithm of each dimension. `surroundings` holds the changes (H, ohm) by one sigma of each cause around the
-    coil, by state and cause (`surroundings_changes`). ``thickest_copper`` is the relative excess of the thickest
-    copper delivered over the nominal one. `extra` holds the factors of EXTRA for the coil's shape. `power` is the
-    winding's `width_power`; None if `extra` is used for the width, too.
+    coil, by state and cause (`surroundings_changes`). ``thickest_copper`` is the relative excess of the thickest copper
+    delivered over the nominal copper. `extra` holds the factors of EXTRA for the coil's shape. `power` is the winding's
+    `width_power`; None if `extra` is used for the width, too.
     """
 
     sigmas: Mapping[str, float]
@@ -220,9 +234,9 @@ def resistance_slopes(
 
 
 def _lead_growth(circuit: CoilCircuit, frequency: float) -> tuple[float, tuple[float, float]]:
-    """Return the direct resistance (ohm) of the leads' tracks, and a pair for their extra resistance at a frequency.
+    """Return the direct resistance (ohm) of the leads' tracks, and their extra resistance at a frequency (Hz).
 
-    The frequency is in Hz. The pair holds the extra resistance (ohm) and its derivative (ohm) by ln f.
+    The extra resistance is a pair: its value (ohm) and its derivative (ohm) by ln f.
     """
     at = np.array([DIRECT, frequency / STEP, frequency, frequency * STEP])
     direct, less, here, more = circuit.leads.resistances_at(at, circuit.conductivity).tolist()
@@ -230,29 +244,29 @@ def _lead_growth(circuit: CoilCircuit, frequency: float) -> tuple[float, tuple[f
 
 
 DIRECT = 1.0
-"""Frequency (Hz) at which a track's resistance equals its direct-current resistance."""
+"""Frequency (Hz) so low that the computed resistance of a track is its direct-current resistance."""
 
 
 def crowding_growth(circuit: CoilCircuit, state: str, frequency: float) -> tuple[tuple[float, float], ...]:
     """Return inductance (H) and resistance (ohm) by eddy currents in the tracks, each with its derivative by ln f.
 
-    The values are for a state at a frequency (Hz).
+    They are two pairs (value, derivative) for a state at a frequency (Hz).
     """
     parts = circuit.crowding(state, frequency * np.array([1.0 / STEP, 1.0, STEP]))
     return tuple((float(at[1]), float(at[2] - at[0]) / (2.0 * math.log(STEP))) for at in parts)
 
 
 EVEN_SQUARE = math.sqrt(0.8)
-"""Standard deviation of the square of a uniformly distributed value, over its variance."""
+"""Standard deviation of the square of a uniformly distributed value, divided by the value's variance."""
 
 
 def second_order_sigmas(circuit: CoilCircuit, state: StateEstimate, resistance: float, parallel: float,
                         moved: Mapping[str, tuple[float, float, float, float]], slopes: Slopes) -> tuple[float, float]:
     """Return standard deviations of resistance and R_P (ohm) by terms of second order in track width and thickness.
 
-    Direct resistance is proportional to 1/x and the extra loss E to x^p. The second-order factors are 2 and p (p - 1),
-    with p = d ln E / d ln x as in `resistance_slopes`. The effect on R_P follows from R_P = exp(a x - ln R) with its
-    own slope a.
+    Let x be the width or the thickness. Direct resistance is proportional to 1/x and the extra loss E to x^p. The
+    second-order factors are 2 and p (p - 1), with p = d ln E / d ln x as in `resistance_slopes`. The effect on R_P
+    follows from R_P = exp(a x - ln R) with its own slope a. `moved` holds the changes by one sigma of each cause.
     """
     extra, growth = crowding_growth(circuit, state.state, state.frequency)[1]
     direct = circuit.resistance + _lead_growth(circuit, state.frequency)[0]
@@ -272,10 +286,10 @@ def second_order_sigmas(circuit: CoilCircuit, state: StateEstimate, resistance: 
 
 
 def state_sigmas(circuit: CoilCircuit, tank: Tank, state: StateEstimate, slopes: Slopes) -> StateSigmas:
-    """Return standard deviations of a state's values, for independent tolerances.
+    """Return standard deviations of a state's values by independent tolerances.
 
-    With the tank's inductance L, capacitance C and resistance R, d ln f = -(dL/L + dC/C)/2. With the exponent n of R's
-    growth with frequency, d ln R_P = 2 dL/L + (2 - n) d ln f - dR/R.
+    Let the tank have the inductance L, capacitance C and resistance R. Then d ln f = -(dL/L + dC/C)/2. If R grows with
+    the power n of the frequency, d ln R_P = 2 dL/L + (2 - n) d ln f - dR/R.
     """
     more_inductance, more_resistance = tank.in_series()
     inductance, resistance = state.inductance + more_inductance, state.resistance + more_resistance
@@ -320,7 +334,7 @@ def _tank_changes(
 def track_tolerance_changes(
     circuit: CoilCircuit, state: str, frequency: float, slopes: Slopes
 ) -> dict[str, tuple[float, float]]:
-    """Return the change of L (H) and R (ohm) of a coil by one sigma of each track tolerance, at a frequency (Hz)."""
+    """Return the changes of a coil's L (H) and R (ohm) by one sigma of each track tolerance, at a frequency (Hz)."""
     (lost, growth), crowded = crowding_growth(circuit, state, frequency)
     by_l, by_leads = slopes.inductance, lead_slopes(circuit)
     by_r = resistance_slopes(circuit, frequency, crowded, slopes.extra)
@@ -344,7 +358,7 @@ def surroundings_changes(
     """Return changes (H, ohm) by one sigma of each cause around a coil, by state and cause.
 
     For a gap, the change is half the difference between one sigma more and one sigma less. For the target's effect, it
-    is the error bound over the root of 3. `deeper` holds the shifts (m) of the metal by track tolerances
+    is the error bound divided by the root of 3. `deeper` holds the shifts (m) of the metal by track tolerances
     (`reflector_shifts`). The ratio of the target's effect to an infinite plate's effect changes with the gap
     (`ratio_slopes`).
     """
@@ -383,10 +397,10 @@ def surroundings_changes(
 def ratio_slopes(
     assembly: AssemblyStates, states: Mapping[str, StateEstimate], circuit: CoilCircuit
 ) -> dict[str, tuple[float, float]]:
-    """Return derivatives of inductance (H/m) and resistance (ohm/m) by the gap, by state, through the target's ratio.
+    """Return derivatives of inductance (H/m) and resistance (ohm/m) by the gap, because the target's ratio changes.
 
-    The ratio of the target's effect to an infinite plate's effect is interpolated linearly in the gap between rest and
-    pressed. Empty if one of these states is missing.
+    They are by state. The ratio of the target's effect to an infinite plate's effect is interpolated linearly in the
+    gap between rest and pressed. Empty if one of these states is missing.
     """
     gaps = {around.name: around.above.distance for around in assembly.states
             if around.above is not None and around.name in states}
@@ -404,7 +418,10 @@ def ratio_slopes(
 
 
 def _ratio_change(slopes: tuple[float, float] | None, first: Surroundings, second: Surroundings) -> tuple[float, float]:
-    """Return the change of inductance (H) and resistance (ohm) from one surrounding to another, by `ratio_slopes`."""
+    """Return the change of inductance (H) and resistance (ohm) by the target's ratio: first minus second surroundings.
+
+    `slopes` are the derivatives by the gap from `ratio_slopes`.
+    """
     if slopes is None or first.above is None or second.above is None:
         return 0.0, 0.0
     up = first.above.distance - second.above.distance
@@ -414,8 +431,8 @@ def _ratio_change(slopes: tuple[float, float] | None, first: Surroundings, secon
 def reflector_shifts(coil: Coil, stackup: Stackup, sigma: Mapping[str, float]) -> dict[str, tuple[float, float]]:
     """Return increases (m) of the distances to metal above and below a coil, by copper thickness and layer distance.
 
-    Each is for one sigma of the cause. Distances count from the mean of the layers' mid-planes: the material over and
-    under the layers is thicker.
+    Each is for one sigma of the cause. Distances count from the mean of the layers' mid-planes. They increase because
+    the material over and under this mean becomes thicker.
     """
     moves, numbers = {}, {winding.layer for winding in coil.windings}
     for name, is_copper in ((THICKNESS, True), (DISTANCE, False)):
@@ -438,14 +455,15 @@ def _at_larger_distance(reflector: Reflector | None, by: float) -> Reflector | N
 
 def _surroundings_change(spectrum: CurrentSpectrum, frequency: float, pair: tuple[Surroundings, Surroundings],
                          factors: tuple[complex, complex]) -> tuple[float, float]:
-    """Return the change of inductance (H) and resistance (ohm) from one surrounding to another.
+    """Return the difference of inductance (H) and resistance (ohm) between two surroundings: first minus second.
 
-    `factors` are as in `Reflection`. They weight the target's effect, without the effect of metal behind the board.
+    `factors` are as in `Reflection.factors`. They multiply the target's effect only; the effect of metal behind the
+    board is added.
     """
     omega, (ratio, loss_ratio) = 2.0 * math.pi * frequency, factors
 
     def returned(above: Reflector | None, below: Reflector | None) -> complex:
-        """Return the change (H) by metal."""
+        """Return the inductance change (H, complex) by metal above and below."""
         if above is None and below is None:
             return 0j
         return complex(reflected_inductances(spectrum, np.array([frequency]), above, below, (0.0,))[0, 0])
@@ -464,7 +482,7 @@ def _surroundings_change(spectrum: CurrentSpectrum, frequency: float, pair: tupl
 
 
 class _CrowdingSlopes:
-    """Changes of inductance (H) and resistance (ohm) by the winding's eddy currents when the distance of metal changes.
+    """Changes of inductance (H) and resistance (ohm) by the winding's eddy currents if the distance of metal changes.
 
     They are linear in the distances to metal above and below. In rough solutions they are 0.
     """
@@ -473,7 +491,7 @@ class _CrowdingSlopes:
         self._reflection, self._around, self._frequency = reflection, around, frequency
 
     def between(self, first: Surroundings, second: Surroundings) -> tuple[float, float]:
-        """Return the change of inductance (H) and resistance (ohm) from one surrounding to a near one."""
+        """Return the difference of inductance (H) and resistance (ohm) between two surroundings that differ little."""
         up, down = (0.0 if a is None or b is None else a.distance - b.distance
                     for a, b in ((first.above, second.above), (first.below, second.below)))
         if self._reflection.is_rough or not (up or down):
@@ -505,11 +523,14 @@ APART = 1e-2  # Relative change of a distance of metal for numerical slopes
 def _linearised_change(
     spectrum: CurrentSpectrum, assembly: AssemblyStates, states: Mapping[str, StateEstimate]
 ) -> Between:
-    """Return a linearised `_surroundings_change`, with derivatives by the distances to metal above and below."""
+    """Return a linear, faster form of `_surroundings_change`.
+
+    It uses derivatives of the inductance change by the distances to metal above and below.
+    """
     solved_slopes: dict[str, tuple[complex, complex, complex]] = {}
 
     def slopes(around: Surroundings, frequency: float) -> tuple[complex, complex, complex]:
-        """Return three derivatives (H/m) of the inductance change by metal.
+        """Return three derivatives (H/m, complex) of the inductance change by metal.
 
         They are by the distance above, by the distance below, and by the distance below without metal above.
         """
@@ -517,7 +538,7 @@ def _linearised_change(
             reflector_above, reflector_below = around.above, around.below
 
             def returned(over: Reflector | None, under: Reflector | None) -> complex:
-                """Return the change by metal (H) there."""
+                """Return the inductance change (H, complex) by metal over and under the coil."""
                 return complex(reflected_inductances(spectrum, np.array([frequency]), over, under, (0.0,))[0, 0])
 
             here = returned(reflector_above, reflector_below)
@@ -535,7 +556,10 @@ def _linearised_change(
     def between(
         _: CurrentSpectrum, frequency: float, pair: tuple[Surroundings, Surroundings], factors: tuple[complex, complex]
     ) -> tuple[float, float]:
-        """Return differences (H, ohm) as `_surroundings_change` does, by the slopes of the pair's state."""
+        """Return the difference of inductance (H) and resistance (ohm) between both surroundings of a pair.
+
+        It uses the derivatives at the nominal surroundings of the pair's state.
+        """
         nominal = next(around for around in assembly.states if around.name == pair[0].name)
         up, down = (
             0.0 if first is None or second is None else first.distance - second.distance

@@ -30,13 +30,13 @@ LEAST_MASS = 5e-3
 """Least total mass (kg) of a press and the weight on it. A printed press alone weighs about 2 g."""
 
 HARD_PRESSURE = 5e3
-"""Pressure (Pa) on a piece without a soft pad below it. From memory: enough for thin liquids."""
+"""Pressure (Pa) on a glued piece that has no soft pad below it. From memory: enough for thin liquids."""
 
 MOST_PRESSURE = 50e3
 """Largest pressure (Pa) of a weight on a board: 5 kg on 10 cm2. An assumption."""
 
 SPREADING = 1e4
-"""Time (s/m2) in which glue is spread by hand: 1 s for each cm2. From memory, not verified."""
+"""Time to spread glue by hand, divided by the area (s/m2): 1 s for each cm2. From memory, not verified."""
 
 PIECE_HANDLING, HARD_HANDLING = 2.0, 10.0
 """Time (s) from the contact of the glued faces until the weight is on them.
@@ -46,15 +46,15 @@ board, which are first pushed against films, gauges or a block. Assumptions, not
 """
 
 FLAT_SHARE = 0.8
-"""Largest fraction of a glue's working time that may pass until the glue lies flat under a weight chosen for this.
+"""Largest fraction of a glue's working time that may pass until the board's glue lies flat.
 
-An assumption.
+The weight on the board is chosen for this time. An assumption.
 """
 
 
 @record
 class Press:
-    """Dead weight on a piece: its mass (kg, press included), and the compression of the pad (m)."""
+    """Dead weight on a piece while its glue sets: its mass (kg, press included), and the pad's compression (m)."""
 
     mass: float
     travel: float
@@ -66,21 +66,21 @@ class Press:
 
 
 def piece_press(spec: SensorSpec, part: str) -> Press:
-    """Return the weight on a piece of elastomer, or on a target, while the glue sets."""
+    """Return the weight on a piece of elastomer or on a target (`part`) while its glue sets."""
     pad = unsealed_pad(spec if part == "target" else replace(spec, target=None))
     press = _press(pad, plates_of(spec).of(part)[0].footprint.area, PIECE_STRAIN)
     return Press(_rounded(press.mass * _plates_in_one(spec, part)), press.travel)
 
 
 def _plates_in_one(spec: SensorSpec, part: str) -> int:
-    """Return the number of pads in a piece of elastomer; 1 for targets."""
+    """Return the number of pads that one piece of elastomer contains; 1 for targets."""
     return len(plates_of(spec).of(part)) // len(plates_of(spec).glued(part))
 
 
 def unsealed_pad(spec: SensorSpec) -> BondedPad | None:
-    """Return the pad under one whole target or pad, without the film, which is applied later.
+    """Return the pad under a target, without the film, which is applied later.
 
-    None if no pad carries the target.
+    For a piece of elastomer the spec has no target, and the result is the whole pad. None if no pad carries the target.
     """
     try:
         return soft_pad(replace(spec, encapsulation=None))
@@ -89,7 +89,7 @@ def unsealed_pad(spec: SensorSpec) -> BondedPad | None:
 
 
 def _press(pad: BondedPad | None, area: float, strain: float) -> Press:
-    """Return the weight that compresses a pad by a strain. Without a pad it is by the pressure on an area (m2)."""
+    """Return the weight that compresses a pad by `strain`. Without a pad, it follows from a pressure on `area` (m2)."""
     if pad is None:
         return Press(max(LEAST_MASS, _rounded(HARD_PRESSURE * area / STANDARD_GRAVITY)), 0.0)
     force = float(pad.pressure(np.array([strain]))[0])
@@ -112,14 +112,17 @@ def _rounded(mass: float) -> float:
 
 
 def glued_plan(spec: SensorSpec, part: str) -> Footprint:
-    """Return the plate under which glue has to lie flat: elastomer, target, or the box of all pads in one piece."""
+    """Return the plan of the plate under which glue must lie flat (`part`).
+
+    It is the elastomer, the target, or the box around all pads in one piece.
+    """
     return plates_of(spec).glued(part)[0].footprint
 
 
 def may_set_first(spec: SensorSpec, part: str) -> bool:
     """Return whether glue may set before a piece lies flat.
 
-    False is certain, because it is for less than the pad's real stiffness.
+    The force is computed with less than the pad's real stiffness, so False is certain.
     """
     glue, plan, pad = spec.assembly.adhesive, glued_plan(spec, part), spec.elastomer
     if glue is None or glue.open_time is None:
@@ -139,7 +142,7 @@ def glued_area(spec: SensorSpec, part: str) -> float:
 
 
 def board_plan(layout: Layout) -> tuple[Footprint, float]:
-    """Return the box around the board's body, or the disc if it is one, and its area (m2)."""
+    """Return the box around the board's body (the disc if the body is round), and the area of the body (m2)."""
     x0, y0, x1, y1 = layout.body
     body = layout.spec.fpc.body
     centre = Point((x0 + x1) / 2, (y0 + y1) / 2)
@@ -148,7 +151,9 @@ def board_plan(layout: Layout) -> tuple[Footprint, float]:
 
 
 def spreading_time(adhesive: Adhesive, plan: Footprint, force: float, line: float, handling: float) -> float:
-    """Time (s) in which glue is spread, a plate handled and pressed by a force (N) to a line (m); 0 for a tape.
+    """Return the time (s) to spread glue, place a plate and press it by a force (N) to a glue line (m).
+
+    It is 0 for a tape. `handling` (s) is the time from the contact of the faces until the weight is on them.
 
     Notes
     -----
@@ -166,7 +171,7 @@ def spreading_time(adhesive: Adhesive, plan: Footprint, force: float, line: floa
 
 
 def _impulse(adhesive: Adhesive, plan: Footprint, line: float) -> float:
-    """Return force times time (N s) that presses glue under a plate to a line (m)."""
+    """Return the impulse (force times time; N s) that presses glue under a plate to a glue line (m)."""
     assert adhesive.viscosity is not None
     long, short = max(plan.size), min(plan.size)
     torsion = math.pi * (long / 2) ** 4 / 2
@@ -176,9 +181,9 @@ def _impulse(adhesive: Adhesive, plan: Footprint, line: float) -> float:
 
 
 def open_adhesives(plan: Footprint, force: float, on_silicone: bool) -> tuple[Adhesive, ...]:
-    """Return adhesives by name that lie flat in time at their own lines. Tapes are left out.
+    """Return all adhesives that lie flat in time at their own glue lines. Tapes are left out.
 
-    If `on_silicone`, they also hold on silicone.
+    If `on_silicone`, they also hold on silicone. `force` (N) presses the plate `plan`.
     """
     adhesives = (presets.adhesive(name) for name in presets.names("adhesive"))
     return tuple(
@@ -188,9 +193,9 @@ def open_adhesives(plan: Footprint, force: float, on_silicone: bool) -> tuple[Ad
 
 
 def board_force(layout: Layout, glue: Adhesive | None) -> float:
-    """Return the force (N) that presses the board on its mount until a glue lies flat at the spec's line.
+    """Return the force (N) on the board under which its glue lies flat at the spec's glue line before the glue sets.
 
-    Infinite if no glue lies flat before it sets.
+    Infinite if no force is large enough.
     """
     (plan, area), line = board_plan(layout), layout.spec.assembly.glue_line
     least = HARD_PRESSURE * area
@@ -201,7 +206,7 @@ def board_force(layout: Layout, glue: Adhesive | None) -> float:
 
 
 def board_press(layout: Layout) -> float:
-    """Return the mass (kg) of the weight on the board, press included, while the board is glued to its mount."""
+    """Return the mass (kg) of the weight on the board, with its press, while the board is glued to its mount."""
     force = board_force(layout, hard_adhesive(layout))
     area = board_plan(layout)[1]
     return max(LEAST_MASS, _rounded(min(force, MOST_PRESSURE * area) / STANDARD_GRAVITY))
@@ -210,8 +215,8 @@ def board_press(layout: Layout) -> float:
 def hard_adhesive(layout: Layout) -> Adhesive | None:
     """Return the adhesive of all hard faces, from the sensor's carrier up to the board.
 
-    It is the spec's, or the first in the table with which the board can be laid and pressed before it sets. If there is
-    none, it is the adhesive with the least force.
+    It is the spec's adhesive if the board can be placed and pressed before it sets. Otherwise it is the first suitable
+    adhesive of the table. If no adhesive is suitable, it is the adhesive that needs the least force.
     """
     glue, most = layout.spec.assembly.adhesive, MOST_PRESSURE * board_plan(layout)[1]
     if glue is None or board_force(layout, glue) <= most:

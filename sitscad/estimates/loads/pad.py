@@ -1,4 +1,7 @@
-"""Poses of the target from loads and back, for the part of the pad that it covers, by the law of `mechanics.pad`."""
+"""Poses of the target under loads, and loads that hold poses, by the pad's law in `mechanics.pad`.
+
+Only the part of the pad under the target counts.
+"""
 
 from __future__ import annotations
 
@@ -31,16 +34,17 @@ class NoResponse(ValueError):
 
 PAD_INSTABILITY = ("the pad gives way sideways under this load: no tilt holds it, and the pose is that of a target "
                    "held level")
+"""Note for loads under which a target that is free to tilt has no equilibrium."""
 TOO_SOFT = "the pad gives way sideways under this load even with the target held level: a straight estimate"
-"""Note for loads without an equilibrium."""
+"""Note for loads under which even a level target has no equilibrium. The pose is a linear estimate."""
 
 
 def soft_pad(spec: SensorSpec, modulus: float = 1.0) -> BondedPad:
-    """Return the part of the pad under the target with its surroundings. Loads act on the outermost face.
+    """Return the part of the pad under the target, with its surroundings. Loads act on the outermost face.
 
-    As in the states, it has the pad's rim and the film of an encapsulation. It is cut out of the pad if the rim differs
-    from side to side. `modulus` multiplies the shear modulus, for scatter. Raises NoResponse if no pad carries the
-    target.
+    The surroundings are the pad's rim and the film of an encapsulation, as in the states. If the rim differs from side
+    to side, they are left out. `modulus` multiplies the shear modulus, for scatter. Raises NoResponse if no pad carries
+    the target.
     """
     pad = spec.elastomer
     if pad is None or not rests_on_pad(spec):
@@ -53,11 +57,11 @@ def soft_pad(spec: SensorSpec, modulus: float = 1.0) -> BondedPad:
 def loaded_poses(
     spec: SensorSpec, loads: Array, is_level: Flags | None = None, modulus: float = 1.0
 ) -> tuple[Array, tuple[str, ...]]:
-    """Return poses (n, 6; m, rad) of the target under loads, and a note for each (usually empty).
+    """Return poses (n, 6; m, rad) of the target under loads, and a note for each pose (usually empty).
 
     Loads are (n, 3; N): normal, towards the board, and shear along +x and +y. Or (n, 5), with moments about x and y (N
-    m). `is_level` (n,) is True for targets that are kept level against any moment; all are if it is left out. `modulus`
-    multiplies the pad's modulus. Raises NoResponse if no pad carries the target, and ValueError for a pull.
+    m). `is_level` (n) is True for targets that are kept level against any moment; None means all. `modulus` multiplies
+    the pad's modulus. Raises NoResponse if no pad carries the target, and ValueError for a pull.
     """
     pad = soft_pad(spec, modulus)
     loads = np.asarray(loads, dtype=float)
@@ -79,10 +83,10 @@ def loaded_poses(
 
 
 def tilt_stiffness(pad: BondedPad, loads: Array) -> Array:
-    """Return the tilt stiffness of the pad about x and y, (n, 2; N m/rad). NaN if the pad buckles.
+    """Return the tilt stiffness of the pad about x and y: (n, 2; N m/rad). NaN if the pad buckles.
 
-    It is for a free target under loads (n, 3 or 5; N, N m), against a moment on its outermost face, by central
-    differences of `BondedPad.pose`.
+    It is for a free target under loads (n, 3 or 5; N, N m), against a moment on its outermost face. It is computed by
+    central differences of `BondedPad.pose`.
     """
     whole = np.zeros((len(loads), 5))
     whole[:, : np.shape(loads)[1]] = loads
@@ -94,10 +98,11 @@ def tilt_stiffness(pad: BondedPad, loads: Array) -> Array:
 
 
 def tilt_stiffness_error(pad: BondedPad, pose: Array, stiffness: Array) -> Array:
-    """Return the relative standard deviation of `tilt_stiffness` (2; N m/rad) at its load's pose (6): (2,).
+    """Return the relative standard deviation (2) of the `tilt_stiffness` about x and y.
 
-    It is infinite for strains outside the tests with finite elements. Compression reduces the stiffness, to zero at the
-    load at which the pad buckles. The pad's own sigma is for the stiffness against tilts about the near face's middle.
+    `stiffness` (2; N m/rad) belongs to the target's `pose` (6; m, rad). The result is infinite for strains outside the
+    tests with finite elements. Compression reduces the stiffness, to zero at the load at which the pad buckles. The
+    pad's own sigma is for the stiffness against tilts about the near face's middle.
     """
     about_face = np.diag(pad.stiffness(pose[None])[0])[3:5]
     strain = -float(pose[2]) / pad.thickness
@@ -106,20 +111,23 @@ def tilt_stiffness_error(pad: BondedPad, pose: Array, stiffness: Array) -> Array
 
 
 TILT_SIGMAS = ((0.2, 1.0), (0.31, 2.0))
-"""Rows (largest strain, factor): standard deviation of the tilt stiffness, over the pad's `sigma`, up to this strain.
+"""Rows (largest strain, factor): factor on the pad's `sigma` that gives the relative sigma of the tilt stiffness.
 
-Source: finite elements (tests/mechanics/test_pad.py).
+The factor holds up to this strain. Source: finite elements (tests/mechanics/test_pad.py).
 """
 
 SMALL_TILT = 3e-3
-"""Moment for numerical derivatives of the tilt, over the product of shear modulus, area and thickness of the pad.
+"""Moment for numerical derivatives of the tilt, divided by shear modulus, area and thickness of the pad.
 
 It tilts a pad by some thousandths of a radian.
 """
 
 
 def linear_poses(pad: BondedPad, loads: Array) -> Array:
-    """Return linear poses (n, 6) under loads (n, 3 or 5; N, N m), without tilt: compression, and travel F / (G A)."""
+    """Return linear estimates of poses (n, 6; m, rad) under loads (n, 3 or 5; N, N m), without tilt.
+
+    Compression follows the pad's law; lateral travel is F / (G A) times the thickness.
+    """
     poses = np.zeros((len(loads), 6))
     poses[:, 2] = -pad.thickness * pad.strain(loads[:, 0])
     poses[:, :2] = pad.thickness * (1.0 / (pad.shear_modulus * pad.face.area)) * loads[:, 1:3]
@@ -127,11 +135,10 @@ def linear_poses(pad: BondedPad, loads: Array) -> Array:
 
 
 def holding_loads(spec: SensorSpec, poses: Array) -> tuple[Array, Array] | None:
-    """Return force (N) and moment (Nm), (n, 3) each, in board axes, that hold the target in (n, 6) poses.
+    """Return force (n, 3; N) and moment (n, 3; N m) that hold the target in (n, 6) poses. None if there is no pad.
 
-    None if no pad.
-
-    The moment is about the displaced middle of the near face. NaN if the pad would be fully compressed.
+    Both are in board axes. The moment is about the displaced middle of the near face. NaN if the pad would be fully
+    compressed.
     """
     if spec.elastomer is None or not rests_on_pad(spec):
         return None
@@ -140,9 +147,9 @@ def holding_loads(spec: SensorSpec, poses: Array) -> tuple[Array, Array] | None:
 
 
 def reading_slopes(read: Callable[[Array], Array], poses: Array) -> Array:
-    """Return derivatives of readings (n, coils) at (n, 6) poses by each number of the pose (per m and rad).
+    """Return derivatives of readings by each number of the pose (per m and rad): (poses, coils, 6).
 
-    Their shape is (poses, coils, 6).
+    `read` returns readings (n, coils) at (n, 6) poses.
     """
     moves = np.concatenate([np.diag(STEPS), -np.diag(STEPS)])
     readings = read((poses[:, None, :] + moves).reshape(-1, 6)).reshape(len(poses), 2, 6, -1)
@@ -152,7 +159,8 @@ def reading_slopes(read: Callable[[Array], Array], poses: Array) -> Array:
 def pose_slopes(pad: BondedPad, poses: Array) -> Array:
     """Return derivatives of the pose (m, rad) by the load (N; normal, shear along x, along y): (poses, 6, 3).
 
-    The target keeps its rotation. It is the inverse of the pad's stiffness at the pose. NaN for a fully compressed pad.
+    The target keeps its rotation. The derivatives are the inverse of the pad's stiffness at the pose. NaN for a fully
+    compressed pad.
     """
     derivatives = np.zeros((len(poses), 6, 3))
     derivatives[:, :3] = np.linalg.inv(pad.stiffness(poses)[:, :3, :3])[:, :, [2, 0, 1]] * [-1.0, 1.0, 1.0]

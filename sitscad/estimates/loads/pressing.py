@@ -1,4 +1,4 @@
-"""Pad under the required force: its deformation and the scatter of the deformation."""
+"""Pad under the required force: its deformation, and the scatter of the deformation by manufacture."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ WHOLE = 0.99  # Fraction of a pad from which on all of it counts as loaded
 LEAST = 0.05  # Least factor of a pad's modulus and thickness, however large one sigma is
 
 BESIDE_PAD = "the target lies wholly beside the elastomer, so a force on the target does not press the elastomer"
-"""Reason for a missing pressed state."""
+"""Reason why the pressed state is missing."""
 
 SIGMAS_APART = 2.0  # One sigma of a cause is half of the difference between its two cases
 
@@ -52,7 +52,7 @@ class PressingScatter:
 
 
 def rests_on_pad(spec: SensorSpec) -> bool:
-    """Return whether a force on the target, or on the pad without a target, presses the pad.
+    """Return whether a force on the target (without a target: on the pad) presses the pad.
 
     It does not if the target stands wholly beside the pad.
     """
@@ -71,7 +71,7 @@ def pressed_pad(
     spec: SensorSpec, modulus: float = 1.0, thicker: float = 0.0, wider: float = 0.0, film: float = 1.0,
     thicker_film: float = 0.0, load: float = 1.0,
 ) -> Compression:
-    """Return the pad under the required normal force, with its surroundings. A target, if any, carries the force.
+    """Return the deformed pad under the required normal force, which acts through the target if there is one.
 
     `load` is the acting fraction of this force. The other arguments are for scatter: `modulus` and `film` multiply the
     moduli of pad and film, `thicker`, `wider` and `thicker_film` (m) enlarge them.
@@ -95,7 +95,8 @@ def surround(
 ) -> Surround | None:
     """Return the surroundings of the loaded part of the pad: the pad's rim and the encapsulation's film.
 
-    None if the pad reaches beyond the target by more on one side than on another.
+    None if the rim, the part of the pad outside the target, is wider on one side than on another. `wider`, `film` and
+    `thicker_film` are as in `pressed_pad`.
     """
     pad, over = plates_of(spec).elastomer, plates_of(spec).target
     assert pad is not None
@@ -117,7 +118,7 @@ def surround(
 
 
 def pad_webs(spec: SensorSpec) -> Webs:
-    """Return the webs of a pad. For several cells they belong to a mean pad."""
+    """Return the webs of a pad. If there are several cells, the webs belong to a mean pad."""
     if spec.elastomer is None:
         return NO_WEBS
     h, pads = spec.elastomer.thickness, [cell.elastomer.webs for cell in cell_specs(spec) if cell.elastomer is not None]
@@ -127,9 +128,10 @@ def pad_webs(spec: SensorSpec) -> Webs:
 
 
 def formula_sigma(spec: SensorSpec) -> float:
-    """Return the relative standard deviation of the loaded pad's stiffness, by the formula for bonded blocks.
+    """Return the relative error of the loaded pad's stiffness by the formula for bonded blocks, as one sigma.
 
-    For several cells it is for their mean pad. It then includes the differences between pads with more and fewer webs.
+    If there are several cells, it is for their mean pad. It then includes the differences between pads with more and
+    fewer webs.
     """
     pad, around, each = spec.elastomer, surround(spec) or BARE, web_stiffness(spec)
     assert pad is not None
@@ -139,7 +141,7 @@ def formula_sigma(spec: SensorSpec) -> float:
 
 
 def web_stiffness(spec: SensorSpec) -> list[float]:
-    """Return the ratio of the pad's stiffness with webs to the stiffness without, under compression, for each cell."""
+    """Return the stiffness of each cell's pad under compression with webs, divided by the stiffness without webs."""
     assert spec.elastomer is not None
     face, thickness, around = loaded_face(spec)[0], spec.elastomer.thickness, surround(spec) or BARE
     return [replace(around, webs=pad_webs(cell)).block(face, thickness, 1.0).stiffer.press for cell in cell_specs(spec)]
@@ -148,8 +150,9 @@ def web_stiffness(spec: SensorSpec) -> list[float]:
 def loaded_face(spec: SensorSpec, wider: float = 0.0) -> tuple[Face, float]:
     """Return the part of the pad under the target, and the distance (m) of its middle from the target's middle.
 
-    Without a target it is the whole pad. The pad is wider by `wider` (m). The returned face has the area that pad and
-    target share. Its sides are along the sides of the target or of the pad, whichever box the shared area fills better.
+    Without a target it is the whole pad. The pad is enlarged by `wider` (m). The returned face has the area that pad
+    and target share. Its sides are along the sides of the target or of the pad, whichever box the shared area fills
+    better.
     """
     pad, over = plates_of(spec).elastomer, plates_of(spec).target
     assert pad is not None
@@ -159,7 +162,10 @@ def loaded_face(spec: SensorSpec, wider: float = 0.0) -> tuple[Face, float]:
 
 @lru_cache(maxsize=256)
 def _cached_loaded_face(pad: Footprint, over: Footprint | None, wider: float) -> tuple[Face, float]:
-    """Return `loaded_face` for footprints of pad and target. States and causes share the cached results."""
+    """Return the result of `loaded_face` for the footprints of pad and target.
+
+    All states and causes share the cache.
+    """
     whole = Face(*pad.size, pad.is_round).grown(wider)
     if over is None:
         return whole, 0.0
@@ -180,9 +186,10 @@ def _cached_loaded_face(pad: Footprint, over: Footprint | None, wider: float) ->
 def pressed_cases(
     spec: SensorSpec, sigmas: Mapping[str, float], load: float = 1.0
 ) -> dict[str, tuple[Compression, Compression]]:
-    """Return the pad under a fraction of the required force, one sigma to either side, by cause.
+    """Return the pressed pad with one sigma less and one sigma more of each cause.
 
-    PART goes from the stated strain to two sigma less.
+    `load` is the acting fraction of the required force. For the cause PART, the pair is the stated strain and a strain
+    that is two sigma less.
     """
     assert spec.elastomer is not None
     material, around, formula = spec.elastomer.material, surround(spec), formula_sigma(spec)
@@ -213,16 +220,17 @@ def pressed_cases(
 def linearised_cases(
     spec: SensorSpec, sigmas: Mapping[str, float], nominal: Compression, load: float = 1.0
 ) -> dict[str, tuple[Compression, Compression]]:
-    """Return `pressed_cases` by modulus, thickness and formula, linearised about the pressed pad.
+    """Return the pad compressed one sigma to either side of the nominal pad, by cause, interpolated linearly.
 
-    The error of the formula for the stiffness acts like an error of the modulus.
+    The causes are modulus, thickness and the formula for the stiffness. An error of the formula counts as an error of
+    the modulus.
     """
     assert spec.elastomer is not None
     material, formula = spec.elastomer.material, formula_sigma(spec)
     modulus = max(material.shear_modulus_sigma, formula, 1e-3)
 
     def straight(case: Compression, part: float) -> tuple[Compression, Compression]:
-        """Return the case at a fraction of the way from the stated pad, and its mirror image."""
+        """Return the pad at a fraction `part` of the way from the nominal pad to a case, and its mirror image."""
         changes = {name: part * (getattr(case, name) - getattr(nominal, name))
                 for name in ("strain", "gap", "apparent_modulus")}
         less, more = ({name: getattr(nominal, name) + side * way for name, way in changes.items()} for side in (1, -1))
@@ -237,7 +245,10 @@ def linearised_cases(
 
 
 def scatter_of(cases: Mapping[str, tuple[Compression, Compression]]) -> PressingScatter:
-    """Return the scatter of a pressed pad with these independent cases."""
+    """Return the standard deviations of a pressed pad, from pairs of pads one sigma apart to either side, by cause.
+
+    The causes are taken as independent.
+    """
     strain, gap, modulus = (
         {cause: abs(getattr(a, name) - getattr(b, name)) / SIGMAS_APART for cause, (a, b) in cases.items()}
         for name in ("strain", "gap", "apparent_modulus")
@@ -247,7 +258,7 @@ def scatter_of(cases: Mapping[str, tuple[Compression, Compression]]) -> Pressing
 
 
 def _stated_pads(nominal: Compression, thickness: float) -> dict[str, tuple[Compression, Compression]]:
-    """Return the stated pad and, if its strain has a doubt, a pad with two standard deviations less strain.
+    """Return the nominal pad and a pad with two standard deviations less strain. Empty if the strain has no doubt.
 
     The modulus remains the modulus of the loaded part alone.
     """

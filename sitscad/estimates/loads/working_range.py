@@ -1,4 +1,4 @@
-"""Range of computed loads of a design: its required loads and the limits of its pad."""
+"""Range of loads for which a design is computed: its required loads and the limits of its pad."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ OTHER_JAW = (
     "coils, and that is read as force (SIT221; in newtons in the data sheet's rows of the other jaw's metal); tare "
     "with the jaws as near as in use, or see what force is read when it comes as near and touches nothing"
 )
-"""Note for every sensor in a jaw."""
+"""Note for every sensor in a jaw: the metal of the other jaw causes false readings if the jaws close."""
 
 
 @record
 class WorkingRange:
-    """Loads (N): normal force up to `normal`, and shear along the measured `axes` up to `shear` in any direction.
+    """Range of loads (N): normal force up to `normal`, and shear along the measured `axes` up to `shear`.
 
     Two shears together are limited by their root sum of squares. `moments` (N m) are about x and y, and 0 if not
-    measured. Two of these sideways axes share one limit in fractions of their full scales. `notes` report limits below
-    the requirements.
+    measured. If two sideways axes (shears or moments) are measured, the limit is the root sum of squares of their
+    fractions of full scale. `notes` report limits below the requirements.
     """
 
     axes: tuple[str, ...]
@@ -48,17 +48,17 @@ class WorkingRange:
 
     @property
     def has_moments(self) -> bool:
-        """Whether moments are measured. Targets are then free to tilt, and otherwise kept level."""
+        """Whether moments are measured. The target is then free to tilt, and otherwise kept level."""
         return any(self.moments)
 
     @property
     def width(self) -> int:
-        """Number of components of a load: three forces, and the moments if any are measured."""
+        """Number of components of a load: 3 forces, and 2 moments if any moment is measured."""
         return len(AXES) if self.has_moments else len(FORCES)
 
     @property
     def is_round(self) -> bool:
-        """Whether two shears share one limit."""
+        """Whether both shears are measured, so that they share one limit."""
         return set(FORCES) <= set(self.axes)
 
     @property
@@ -72,7 +72,7 @@ class WorkingRange:
         return np.array([self.limits[name] for name in self.axes])
 
     def pressed(self, normal: float) -> Array:
-        """Return the load (3 or 5) of a normal force (N) alone."""
+        """Return a load (3 or 5; N, N m) that is a normal force (N) alone."""
         load = np.zeros(self.width)
         load[0] = normal
         return load
@@ -84,27 +84,27 @@ class WorkingRange:
 
     @property
     def lowest(self) -> Array:
-        """Lower ends of the axes, in full scales."""
+        """Lower ends of the measured axes, as fractions of full scale: 0 for the normal force, -1 for others."""
         return np.array([0.0 if name == "normal" else -1.0 for name in self.axes])
 
     def loads(self, places: Sequence[Sequence[float]] | Array) -> Array:
-        """Return loads (n, 3 or 5; N, N m) at places (n, axes) in full scales."""
+        """Return loads (n, 3 or 5; N, N m) from fractions of full scale on the measured axes: `places` (n, axes)."""
         loads = np.zeros((len(places), self.width))
         loads[:, self.columns] = np.asarray(places) * self.full_scales
         return loads
 
     @property
     def corners(self) -> Array:
-        """Loads at the corners of the range, (n, 3 or 5)."""
+        """Loads (n, 3 or 5; N, N m) at all corners of the range, and in the middle of its sideways axes."""
         ends = [(0.0, self.normal), *((-self.limits[name], 0.0, self.limits[name]) if name in self.axes else (0.0,)
                                       for name in AXES[1 : self.width])]
         return np.array(list(product(*ends)))
 
     @property
     def rim(self) -> Array:
-        """Loads at the edge of the range, (n, 3 or 5).
+        """Loads (n, 3 or 5; N, N m) at the edge of the range.
 
-        They are the full shear in `DIRECTIONS`, or in both directions if one shear is measured, with and without the
+        They are the full shear in `DIRECTIONS`, or in both directions if one shear is measured, without and with the
         full normal force. The full normal force alone follows. Moments are treated as shears.
         """
         shears = [k for k in self.columns if k]
@@ -117,7 +117,10 @@ class WorkingRange:
         return np.vstack([ends.reshape(-1, self.width), alone]) if shears else alone
 
     def inside(self, count: int, skip: int = 0) -> Array:
-        """Return loads (count, 3 or 5) that fill the range evenly. They are deterministic."""
+        """Return loads (count, 3 or 5; N, N m) that fill the range evenly. They are deterministic.
+
+        `skip` leaves out the first points of the sequence.
+        """
         part = halton_points(count, 3, skip)
         loads = np.zeros((count, self.width))
         loads[:, 0] = self.normal * part[:, 0]
@@ -132,11 +135,11 @@ class WorkingRange:
 
 
 def required_range(spec: SensorSpec, is_rough: bool = False) -> WorkingRange:
-    """Return the required forces, or default forces up to the tested range of the pad's law.
+    """Return the required loads, or default forces for loads that are not required.
 
-    The defaults are a normal force that compresses the pad by 20 %, and the shear at slip on tissue, up to half the
-    pad's thickness of travel. Limits come from tests with finite elements. Raises NoResponse without a pad, and for
-    moments that cannot be computed.
+    The default normal force compresses the pad by 20 %. The default shear is the shear at slip on tissue, up to a
+    travel of half the pad's thickness. The pad's law was tested up to this travel with finite elements. Raises
+    NoResponse without a pad, and for moments that cannot be computed.
     """
     normal = full_normal(spec)
     shear = spec.requirements.shear_force or min(SLIP * normal,
@@ -156,9 +159,10 @@ def required_range(spec: SensorSpec, is_rough: bool = False) -> WorkingRange:
 
 
 def working_range(spec: SensorSpec) -> WorkingRange:
-    """Return the calibrated range of loads: the required loads, shear up to the pad's thickness of travel.
+    """Return the range of loads for which a sensor is calibrated, from its required loads.
 
-    Two shears together share one limit. Raises NoResponse without a pad.
+    Shear is limited to a travel of one pad thickness. Two shears together share one limit. Raises NoResponse without a
+    pad.
     """
     required, notes = required_range(spec), []
     most = shear_for_travel(spec, VALID_SHEAR, (0.0, 0.5, 1.0))  # tall pads are softest in shear at half load
@@ -181,7 +185,7 @@ def working_range(spec: SensorSpec) -> WorkingRange:
 
 
 def shared_shear_limit(shear: float) -> str:
-    """Return the note on two shears that share one limit (N)."""
+    """Return the note that both shears together share one limit `shear` (N)."""
     return (
         f"the calibration's map is made for shear up to {shear:.3g} N in any direction: along x and y together, the "
         f"root of the sum of their squares stays within that ({shear / math.sqrt(2.0):.3g} N of each); beyond, all "
@@ -193,8 +197,8 @@ def shared_shear_limit(shear: float) -> str:
 def shear_for_travel(spec: SensorSpec, travel: float, presses: tuple[float, ...] = (0.0, 1.0)) -> float:
     """Return the shear force (N) under which a level target travels by `travel` pad thicknesses.
 
-    It is the least value along x or y, under each of the `presses` (fractions of the full normal force). If the pad
-    buckles before, it is the buckling force.
+    It is the smallest value along x and y, under each of the `presses` (fractions of the full normal force). If the pad
+    buckles first, it is the buckling force.
     """
     pad, normal = soft_pad(spec), full_normal(spec)
     starts = [(axis, share * normal) for axis in (0, 1) for share in presses]
@@ -231,9 +235,10 @@ def validated_shear(spec: SensorSpec) -> float:
 
 
 def interpolated_held_shear(spec: SensorSpec) -> float:
-    """Return `validated_shear` (N) at a tenth of its cost.
+    """Return `validated_shear` (N) by interpolation, at a tenth of its cost.
 
-    It is read from the forces on a level target at this travel, at some heights.
+    The shear forces on a level target with this travel are computed at some heights. They are interpolated to the full
+    normal force and to none.
     """
     pad, normal = soft_pad(spec), full_normal(spec)
     poses = np.zeros((2, len(DEPTHS), 6))
@@ -248,9 +253,9 @@ DEPTHS = np.linspace(-0.15, 0.5, 14)  # Strains of the pad for these forces
 
 
 def extrapolated_shear_note(limit: float) -> str:
-    """Return the note for shear beyond the force (N) of `validated_shear`, for all documents.
+    """Return the note for shear beyond the tested range of the pad's law, for all documents.
 
-    The force is 0 if the pressed pad buckles by itself.
+    `limit` (N) is the force of `validated_shear`. It is 0 if the pressed pad buckles without shear.
     """
     if not limit:
         return (
@@ -275,8 +280,8 @@ def normal_for_strain(pad: BondedPad, strain: float) -> float:
 def largest_moments(pad: BondedPad, normal: float) -> dict[str, float]:
     """Return moments (N m) by axis that tilt a free target by `HELD_TILT`.
 
-    Each is the smaller of the moments with and without the full normal force (N). The pad's law was tested up to this
-    angle with finite elements.
+    For each axis it is the smaller of two moments: with and without the full normal force `normal` (N). The pad's law
+    was tested up to this angle with finite elements.
     """
     moments, tilt = {}, HELD_TILT
     for k, name in enumerate(MOMENTS):
@@ -291,19 +296,19 @@ def largest_moments(pad: BondedPad, normal: float) -> dict[str, float]:
 
 
 FARTHER = 3.0
-"""Largest moment in the search by `largest_moments`, over the moment that tilts the target at rest by this angle.
+"""Largest moment in the search by `largest_moments`, divided by a target's moment at rest for this angle.
 
-A compressed pad bears a larger moment.
+This moment tilts the target on the unloaded pad by `HELD_TILT`. A compressed pad bears a larger moment.
 """
 
 INSTEAD = {"shear_x": "moment_y", "shear_y": "moment_x"}
-"""Moment that changes the readings in the same pattern as a shear: more on one side, less on the other side."""
+"""For each shear axis, the moment axis with an equal pattern of readings: more on one side, less on the other."""
 
 
 def measured_axes(placements: tuple[CoilPlacement, ...], requirements: Requirements) -> tuple[str, ...]:
-    """Return the measured axes of load, which the coils of one target can distinguish.
+    """Return the axes of load that the sensor measures.
 
-    A required moment replaces the shear with the same pattern of readings.
+    The coils of one target can distinguish loads on these axes. A required moment replaces the shear with the same pattern of readings.
     """
     moments = {name for name in MOMENTS if getattr(requirements, name) is not None}
     measured = {INSTEAD[name] if INSTEAD.get(name) in moments else name for name in distinguishable_axes(placements)}
@@ -311,9 +316,10 @@ def measured_axes(placements: tuple[CoilPlacement, ...], requirements: Requireme
 
 
 def distinguishable_axes(placements: tuple[CoilPlacement, ...]) -> tuple[str, ...]:
-    """Return the axes that the coils of an array can distinguish.
+    """Return the axes of force that the coils of an array can distinguish.
 
-    One coil has the normal force alone. Coils in a line also have shear along the line. Others have all three.
+    A single coil measures the normal force alone. Coils in a line also measure shear along the line. Other arrays
+    measure all three forces.
     """
     places = np.array([place.centre for place in placements])
     offsets = places - places.mean(axis=0)

@@ -1,4 +1,4 @@
-"""Load model of a design: readings since the tare, for loads or poses of the target."""
+"""Load model of a design: changes of the readings since the tare, for loads or poses of the target."""
 
 from __future__ import annotations
 
@@ -26,10 +26,11 @@ from sitscad.spec.sensor import SensorSpec
 
 @record(eq=False)
 class LoadModel:
-    """A design with its required loads (`required_range`), and with its metals at the required temperature.
+    """Design with its required loads (`range`), for which readings can be computed.
 
-    The target is kept level if no moments are measured. `frequencies` returns the coils' frequencies (Hz; n, coils) at
-    (n, 6) poses, at least to first order in rotations. `frequencies_at_any_tilt` has all orders.
+    Metals are at the required temperature. The target is kept level if no moments are measured. `frequencies` returns
+    the coils' frequencies (Hz; n, coils) at (n, 6) poses, at least to first order in rotations.
+    `frequencies_at_any_tilt` has all orders.
     """
 
     spec: SensorSpec
@@ -40,7 +41,7 @@ class LoadModel:
 
     @property
     def full(self) -> Mapping[str, float]:
-        """Full scales (N, N m) of all axes, measured or not. Moments that are not measured have 0."""
+        """Full scales (N, N m) of all axes, measured or not; 0 for moments that are not measured."""
         return self.range.limits
 
     @cached_property
@@ -50,7 +51,7 @@ class LoadModel:
 
     @cached_property
     def overload(self) -> float:
-        """Normal force (N) at which the pad reaches the largest strain at which its law is trusted."""
+        """Normal force (N) that compresses the pad to the largest strain at which the pad's law is trusted."""
         return normal_for_strain(self.pad, VALID_STRAIN)
 
     @cached_property
@@ -72,7 +73,7 @@ class LoadModel:
 
     @cached_property
     def farthest(self) -> Mapping[str, float]:
-        """Largest load (N, N m) on every axis for which the pad's law is trusted: by its strain, shear and tilt."""
+        """Largest load (N, N m) on every axis up to which the pad's law is trusted, by its strain, shear and tilt."""
         shear = shear_for_travel(self.spec, VALID_SHEAR)
         forces = dict(zip(FORCES, (self.overload, shear, shear), strict=True))
         if not self.range.has_moments:
@@ -80,9 +81,10 @@ class LoadModel:
         return forces | largest_moments(self.pad, full_normal(self.spec))
 
     def poses(self, loads: Array, pad: BondedPad | None = None) -> Array:
-        """Return poses (n, 6) under loads, on this pad or another. A linear estimate if the pad buckles.
+        """Return poses (n, 6; m, rad) under loads. If the pad buckles, they are linear estimates.
 
-        Under (n, 3) loads the target is level; under (n, 5) loads it is free to tilt.
+        `pad` is another pad in place of the design's. Under (n, 3) loads the target is level; under (n, 5) loads it is
+        free to tilt.
         """
         pad = pad or self.pad
         poses = pad.pose(loads, is_held=not self.range.has_moments)
@@ -91,13 +93,14 @@ class LoadModel:
         return poses
 
     def is_held(self, loads: Array) -> Flags:
-        """Whether the pad holds the target under each of (n, 3 or 5) loads. Under the others it buckles sideways."""
+        """Return whether the pad is stable under each of (n, 3 or 5) loads. If it is not, it buckles sideways."""
         return ~np.isnan(self.pad.pose(loads, is_held=not self.range.has_moments)[:, 0])
 
     def compliance(self, loads: Array, poses: Array) -> Array:
         """Return derivatives of the pose (m, rad) by each measured axis of load (per N, N m): (n, 6, axes).
 
-        They are at loads (n, 3 or 5) and their `poses`. A level target keeps its rotation; a free target tilts.
+        They are at loads (n, 3 or 5) and the target's `poses` (n, 6) under these loads. A level target keeps its
+        rotation; a free target tilts.
         """
         if not self.range.has_moments:
             return pose_slopes(self.pad, poses)[:, :, self.range.columns]
@@ -117,7 +120,7 @@ class LoadModel:
         return np.asarray(self.frequencies(np.zeros((1, 6)))[0])
 
     def readings(self, poses: Array) -> Array:
-        """Return ln of the frequency over the frequency at rest, (n, coils)."""
+        """Return the readings (n, coils) at poses (n, 6): ln(frequency / frequency at rest)."""
         return np.asarray(np.log(self.frequencies(poses) / self.rest))
 
     def slopes(self, poses: Array) -> Array:
@@ -126,14 +129,14 @@ class LoadModel:
 
     @cached_property
     def noise(self) -> Array:
-        """Standard deviation of every coil's reading at the scan rate."""
+        """Standard deviation of every coil's reading, ln(frequency), by noise at the scan rate."""
         conversion = self.estimates.readout.conversion
         assert conversion is not None
         return np.array([conversion.noise(float(f)) / float(f) for f in self.rest])
 
 
 STEP = 1e-3
-"""Step of a load, in full scales, for numerical derivatives of the pose by the load.
+"""Step of a load, as a fraction of full scale, for numerical derivatives of the pose by the load.
 
 It is far above the residual of a pose's solution.
 """
@@ -142,7 +145,7 @@ SEARCHED = 33
 """Number of forces in each interval of the search for the force at which the pad buckles (`gives_way`)."""
 
 NARROWED = 3
-"""Number of successive searches for this force, each in one interval of the last search.
+"""Number of successive searches for the buckling force, each in one interval of the last search.
 
 The result is within 3e-5 of `overload`.
 """

@@ -76,8 +76,9 @@ press_shares = late("sitscad.estimates.states.cells", "press_shares")
 class TunedCircuits:
     """Every coil as a circuit, with the chosen tank and the converter's settings.
 
-    `target` is the target's effect: solved, or by correction ratios of an infinite plate. `failed` holds the reason for
-    each state without values. `overdamped` holds the quality factor for each state in which a tank does not oscillate.
+    `target` is the target's effect: the field solution, or correction ratios of an infinite plate. `failed` holds the
+    reason for each state without values. `overdamped` holds the quality factor for each state in which a tank does not
+    oscillate.
     """
 
     windings: SolvedWindings
@@ -92,9 +93,9 @@ class TunedCircuits:
 def solve_windings(
     layout: Layout, temperature: float | None = None, method: str | None = None, tolerance: float | None = None
 ) -> SolvedWindings:
-    """Solve the windings by themselves and beside each other.
+    """Solve a coil's winding, and the mutual inductances of all windings.
 
-    If `temperature` is None, it is the spec's. A screening tolerance selects rough solutions.
+    If `temperature` (degrees Celsius) is None, it is the spec's. A `tolerance` for screening selects rough solutions.
     """
     temperature = layout.spec.requirements.temperature if temperature is None else temperature
     rough, coils = is_rough(tolerance), layout.coils
@@ -106,7 +107,7 @@ def solve_windings(
 
 
 def choose_readout(windings: SolvedWindings, target: TargetRatios | SolvedStates) -> TunedCircuits:
-    """Return circuits, tank capacitor and converter settings, without the states that have no values."""
+    """Return circuits, tank capacitor and converter settings. States without values are left out."""
     readout = windings.spec.readout
     circuits, failed = without_failed_states(coil_circuits(
         windings.layout, windings.winding, windings.matrix, windings.assembly, target))
@@ -125,10 +126,10 @@ def choose_readout(windings: SolvedWindings, target: TargetRatios | SolvedStates
 
 
 def with_target(windings: SolvedWindings, is_solved: bool | None = None) -> TunedCircuits:
-    """Return circuits and tank with the target's effect solved, as in a response.
+    """Return circuits and tank, with the target's effect by the field solution, as in a response.
 
-    The effect is by correction ratios of an infinite plate in screening, for targets that take longer than a second or
-    two, and if `is_solved` is False.
+    In screening and if `is_solved` is False, the effect is by correction ratios of an infinite plate. If it is None,
+    they also serve for targets whose solution takes longer than a second or two.
     """
     if windings.winding.is_rough or not windings.has_target or is_solved is False:
         return choose_readout(windings, _target_ratios(windings))
@@ -148,22 +149,22 @@ def with_target(windings: SolvedWindings, is_solved: bool | None = None) -> Tune
 
 
 def _target_ratios(windings: SolvedWindings, is_rough: bool = False) -> TargetRatios:
-    """Return the ratios of the target's effect to an infinite plate's."""
+    """Return the correction ratios: the target's effect on each coil, divided by the effect of an infinite plate."""
     heights, rough = [layer.z for layer in windings.layout.coils[0].windings], is_rough or windings.winding.is_rough
     return target_ratios(gathered(windings.spec), heights, windings.assembly.states, rough)
 
 
 BAND = 0.9, 1.15
-"""Factors on the lowest and highest frequency of all states. The target is solved at both products."""
+"""Factors on the lowest and the highest tank frequency of all states. The target is solved at both products (Hz)."""
 
 TRIES = 3  # Largest number of solutions: another capacitor shifts the tank's frequency
 
 
 def coil_estimates(tuned: TunedCircuits, reference: TunedCircuits | None = None) -> Estimates:
-    """Return the estimates of every coil in every state, as the converter reads it.
+    """Return the estimates of every coil in every state, with the settings of the readout.
 
-    They include standard deviations, the drive that keeps its margin, and notes about the values. `reference` is the
-    reference coil, which the converter reads in the same scan.
+    They include standard deviations, drive codes that keep their margins, and notes about the values. `reference` is
+    the reference coil, which the converter reads in the same scan.
     """
     windings = tuned.windings
     spec, assembly, rough = windings.spec, windings.assembly, windings.winding.is_rough
@@ -230,12 +231,13 @@ def _notes(tuned: TunedCircuits, coil: CoilEstimate) -> Iterator[str]:
 
 
 REFERENCE = "{} is the reference coil: no target covers it, and the effect of idle coils beside it is left out"
-"""Note on a reference coil, by its name."""
+"""Note on a reference coil; its name is inserted."""
 
 TOO_LARGE = (
     "the target is too large, too thin or too magnetic to be solved for the states within a second or two: shares of "
     "an endless plate's effect serve, and `response` solves it, or names why not"
 )
+"""Note if correction ratios are used because the target cannot be solved in a second or two."""
 
 
 def _states(tuned: TunedCircuits) -> dict[str, dict[str, StateEstimate]]:
@@ -281,7 +283,7 @@ LEAST_CHANGE = 0.01  # Fraction of the free winding's inductance: errors of smal
 def _coil_estimate(
     coil: Coil, circuit: CoilCircuit, tuned: TunedCircuits, states: Mapping[str, StateEstimate]
 ) -> CoilEstimate:
-    """Return the estimate of one coil."""
+    """Return the estimate of one coil from its drawing, its circuit and its state estimates."""
     free, winding = states.get(FREE, NO_STATE), tuned.windings.winding
     parts = {"winding": circuit.inductance, "bends": circuit.loss.direct_change, **circuit.leads.parts}
     # the remainder; the loss model has it, too, but the terminal inductance is interpolated to within 3e-5
@@ -322,7 +324,7 @@ def _coil_estimate(
 def meter_readings(layout: Layout, temperature: float, frequency: float = METER_FREQUENCY) -> tuple[MeterReadings, ...]:
     """Return the readings of an LCR meter on every coil of the bare board, far from metal.
 
-    The temperature is in degrees Celsius.
+    `temperature` is in degrees Celsius, `frequency` (Hz) is the meter's.
     """
     windings = solve_windings(layout, temperature)
     winding, spec = windings.winding, windings.spec
@@ -343,4 +345,4 @@ def meter_readings(layout: Layout, temperature: float, frequency: float = METER_
 
 
 NO_STATE = StateEstimate(FREE, math.nan, math.nan, math.nan, math.nan, math.nan, math.nan)
-"""Placeholder for a free state without values."""
+"""Placeholder for a free state that has no values: all values are NaN."""

@@ -1,4 +1,4 @@
-"""Surroundings of the coils in each state: gaps, plates, and the pad's compression."""
+"""Metal around the coils in each state: gaps, plates, and the pad's compression."""
 
 from __future__ import annotations
 
@@ -54,7 +54,10 @@ from sitscad.spec.sensor import SensorSpec
 
 @record
 class Surroundings:
-    """Reflectors above and below the coils in a state, with distances from the board's top face."""
+    """Metal around the coils in a state: reflectors above and below.
+
+    Their distances (m) count from the board's top face. None if there is no metal on this side.
+    """
 
     state: State
     above: Reflector | None = None
@@ -68,9 +71,9 @@ class Surroundings:
 
 @record
 class AssemblyStates:
-    """States of a sensor with the coils' surroundings in each, the gaps (m) by name, and notes about the model.
+    """States of a sensor with the metal around the coils, the gaps (m) by name, and notes about the model.
 
-    `ranges` holds two surroundings for each (state, cause): with one sigma less and with one sigma more of the cause.
+    `ranges` holds two surroundings for each (state, cause): with one standard deviation less and more of the cause.
     `compressions` holds the pad of each pressed state by name, and `scatters` the pad's standard deviations. `refused`
     holds the reason for each state of the table `STATES` that is absent although the sensor has the required parts.
     """
@@ -90,10 +93,10 @@ class AssemblyStates:
 
 
 def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None, is_rough: bool = False) -> AssemblyStates:
-    """Return the states of the sensor, by the table `STATES`.
+    """Return all states of the table `STATES` that the sensor has, with the metal around the coils.
 
-    `sigmas` are standard deviations (m) by the names in `scatter.CAUSES`; none if left out. If `is_rough`, the pressed
-    pad's scatter is linearised.
+    `sigmas` are standard deviations (m) by the names in `scatter.CAUSES`; None means no scatter. If `is_rough`, the
+    pressed pad's scatter is linearised.
     """
     sigmas, over, behind = sigmas or {}, plates_of(spec).target, metal_behind(spec)
     around, thicknesses, refused = list[Surroundings](), dict[str, float](), dict[str, str]()
@@ -103,7 +106,10 @@ def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None, is_rou
     is_loaded = over is not None and force > 0.0 and rests_on_pad(spec)
 
     def at_gap(name: str, gap: float, pushed: float = 0.0) -> Surroundings:
-        """Return the state of a target lowered straight by a force (N), with pad thickness `gap` (m) left."""
+        """Return the surroundings for a target that a force lowers straight.
+
+        `gap` (m) is the remaining thickness of the pad, `pushed` (N) the force.
+        """
         assert over is not None
         state = State(name, Pose(z=gap - over.lower), pushed)
         return _surroundings(over, lines, state, behind)
@@ -149,9 +155,9 @@ def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None, is_rou
 def _metal_ranges(
     spec: SensorSpec, sigmas: Mapping[str, float], states: Sequence[Surroundings], causes: Sequence[str]
 ) -> dict[tuple[str, str], tuple[Surroundings, Surroundings]]:
-    """Return the surroundings in each state with one sigma less and with one sigma more, by (state, cause).
+    """Return the surroundings with one standard deviation less and more of each cause, by (state, cause).
 
-    The causes change the thickness of metal or its distance behind the board.
+    The `causes` change the thickness of metal or its distance behind the board. Causes without effect are left out.
     """
     ranges = {}
     for cause in causes:
@@ -170,20 +176,20 @@ def _metal_ranges(
 
 
 MIN_REFLECTION_CHANGE = 1e-4
-"""Change of a reflection factor up to which two surroundings count as equal.
+"""Largest difference of two reflection factors up to which two surroundings are treated as equal.
 
 Metal behind a shield, or deep in a jaw, changes the factor less.
 """
 
 WAVE_NUMBERS = np.array([3e2, 1e3, 3e3])
-"""Wave numbers (1/m) at which reflection factors are compared: the fields of coils of some millimetres."""
+"""Wave numbers (1/m) at which reflection factors are compared. They occur in fields of coils of some millimetres."""
 
 COMPARISON_FREQUENCY = 5e6
-"""Frequency (Hz) at which reflection factors are compared."""
+"""Frequency (Hz) at which reflection factors of two surroundings are compared."""
 
 
 def _differ_noticeably(first: Surroundings, second: Surroundings) -> bool:
-    """Whether two surroundings differ in distance, or in a reflection factor by more than `MIN_REFLECTION_CHANGE`."""
+    """Whether two surroundings differ in a distance, or in a reflection factor by more than `MIN_REFLECTION_CHANGE`."""
     for a, b in ((first.above, second.above), (first.below, second.below)):
         if a is None or b is None or a == b:
             continue
@@ -196,7 +202,7 @@ def _differ_noticeably(first: Surroundings, second: Surroundings) -> bool:
 
 
 def at_rest(spec: SensorSpec) -> Surroundings | None:
-    """Return the surroundings of the coils at rest. None if no target has an effect."""
+    """Return the metal around the coils at rest. None if no conducting or magnetic target is over the coils."""
     around = _surroundings(plates_of(spec).target, target_lines(spec), State(REST, REST_POSE), metal_behind(spec))
     return around if around.above is not None else None
 
@@ -210,7 +216,7 @@ def _surroundings(over: Body | None, lines: float, state: State, behind: Reflect
 
 
 def at_temperature(spec: SensorSpec, temperature: float) -> SensorSpec:
-    """Return the spec with its metals' conductivities at a temperature (degrees Celsius) in place of 20 C."""
+    """Return the spec with the conductivities of its metals at a temperature (degrees Celsius). Unchanged at 20 C."""
 
     def warm(metal: Conductor) -> Conductor:
         at = conductivity_at(temperature, metal.conductivity, metal.temperature_coefficient)
@@ -230,7 +236,10 @@ def at_temperature(spec: SensorSpec, temperature: float) -> SensorSpec:
 
 
 LEAST_CONDUCTIVITY = 1e-3
-"""Least conductivity (S/m) of a metal: its skin depth is then metres, and its effect nothing."""
+"""Least conductivity (S/m) with which a metal is computed.
+
+With this value the skin depth is metres, and the effect of the metal is negligible.
+"""
 
 
 def conductivity_of(metal: Conductor) -> float:
@@ -249,9 +258,9 @@ def sheet_of(metal: Conductor, thickness: float = math.inf) -> MetalLayer:
 
 
 def metal_behind(spec: SensorSpec, without_jaw: bool = False) -> Reflector | None:
-    """Return the metal behind the board: the shield, then air, then jaw, finger or `mount.metal_behind`.
+    """Return the metal behind the board as layers: the shield, then air, then jaw, finger or `mount.metal_behind`.
 
-    Either may be absent.
+    Shield or carrier may be missing. None if there is no metal. `without_jaw` leaves out all metal except the shield.
     """
     material = spec.mount.metal if spec.mount is not None and not without_jaw else None
     sheet, metal = backing_of(spec).shield_span, backing_of(spec).metal_face
@@ -270,7 +279,7 @@ CONTACT = 1e-9  # Gaps (m) below this count as zero
 
 
 def _notes(mount: Mount | None, compression: Compression | None, is_beside: bool) -> list[str]:
-    """Return notes about the assembly's states. `is_beside` is whether the target stands beside its pad."""
+    """Return notes about the assembly's states. `is_beside` is True if the target stands beside its pad."""
     notes = []
     if compression is not None and not compression.valid:
         notes.append(f"pressed gap: {compression.note}")
@@ -295,7 +304,10 @@ def _notes(mount: Mount | None, compression: Compression | None, is_beside: bool
 
 
 def lossless_mirror(reflector: Reflector | None) -> Reflector | None:
-    """Return a lossless conductor in the reflector's place. All loss then occurs in the other metal."""
+    """Return a lossless conductor in the reflector's place, so that all loss occurs in other metal.
+
+    None if no reflector.
+    """
     return None if reflector is None else Reflector(reflector.distance, (MetalLayer(LOSSLESS),))
 
 
@@ -304,16 +316,17 @@ SCREENED_AT = 6e6  # Frequency (Hz) of a target's effect in screening
 
 
 class Reflection:
-    """Change of inductance and resistance of a winding by its surroundings, by frequency. Results are cached.
+    """Change of a winding's inductance and resistance by the metal around it, as a function of frequency.
 
-    Without metal nothing changes, and `spectrum` may be None. `distances` (m) lead to identical coils beside the
-    winding, whose mutual inductance also changes. `share` is the ratio of the target's effect to an infinite plate's,
-    for inductance and loss (`finite_target`). `unsure` holds the relative errors of both ratios, and an additional
-    error of the inductance (H). `crowding` is the change by the winding's own eddy currents (None: left out).
+    Results are cached. `spectrum` is the winding's current spectrum, None if there is no metal; all changes are then 0.
+    `distances` (m) are the distances of identical coils beside the winding, whose mutual inductances also change.
+    `share` is the target's effect divided by an infinite plate's, for inductance and loss (`finite_target`). `unsure`
+    holds the relative errors of both ratios, and an additional error of the inductance (H). `crowding` is the change by
+    the winding's own eddy currents (None: left out).
     """
 
     jaw_left = (1.0, 1.0)
-    """Fractions of the whole jaw's effect on inductance and resistance that a window in it leaves."""
+    """Fractions of the solid jaw's effect on inductance and resistance that remain if the jaw has a window."""
 
     def __init__(
         self, spectrum: CurrentSpectrum | None, around: Surroundings, distances: Sequence[float] = (),
@@ -326,20 +339,23 @@ class Reflection:
         self._known: dict[bytes, ComplexArray] = {}
 
     def __call__(self, frequencies: Array) -> tuple[Array, Array]:
-        """Return the change of inductance (H) and resistance (ohm) at (n,) frequencies (Hz)."""
+        """Return the change of inductance (n; H) and resistance (n; ohm) at (n) frequencies (Hz)."""
         change = self._at(frequencies)[:, 0]
         return change.real, -2.0 * math.pi * frequencies * change.imag
 
     def mutual(self, pair: tuple[int, int], distance: float, frequencies: Array) -> ComplexArray:
-        """Return the change of the mutual inductance (H, complex) of a pair of coils at one of the distances (m)."""
+        """Return the change of the mutual inductance (n; H, complex) of two coils by metal, at (n) frequencies (Hz).
+
+        `pair` are the numbers of the coils. `distance` (m) between their centres is one of `distances`.
+        """
         return self._at(frequencies)[:, self._distances.index(distance)]
 
     def crowding(self, frequencies: Array) -> ComplexArray:
-        """Return the change (H, complex) by the winding's own eddy currents and their images."""
+        """Return the change (n; H, complex) by the winding's own eddy currents and their images in the metal."""
         return self.crowding_near(frequencies, self._around.above, self._around.below)
 
     def crowding_near(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> ComplexArray:
-        """Return the value of `crowding` for other metal above and below."""
+        """Return the change (n; H, complex) by the winding's own eddy currents, for given metal above and below."""
         if self._crowding is None or (above is None and below is None):
             return np.zeros(len(frequencies), dtype=np.complex128)
         full = self._crowding.changes(frequencies, above, below)
@@ -350,11 +366,14 @@ class Reflection:
         return np.asarray(without_target + share * (full - without_target))
 
     def shares(self, frequencies: Array) -> ComplexArray:
-        """Return the ratio of the target's effect to an infinite plate's at (n,) frequencies (Hz)."""
+        """Return the target's effect, divided by an infinite plate's effect, at (n) frequencies (Hz)."""
         return np.full(len(frequencies), self._share[0], dtype=np.complex128)
 
     def factors(self, frequency: float) -> tuple[complex, complex]:
-        """Return factors for small changes: of all reflected field, and of the target's own loss."""
+        """Return factors on small changes by an infinite plate: for all reflected field, and for the target's own loss.
+
+        They convert these changes to changes by the real target.
+        """
         return self._share
 
     def target_change(self, frequency: float) -> complex:
@@ -365,25 +384,28 @@ class Reflection:
         return complex(self.shares(at)[0] * self._of_target(at)[0, 0])
 
     def with_factors(self, frequency: float, factors: tuple[complex, complex]) -> complex:
-        """Return the target's change of the winding's inductance (H, complex) for other `factors`."""
+        """Return the target's change of the winding's inductance (H, complex), computed with other `factors`.
+
+        The factors multiply the effect of an infinite plate: first all reflected field, then the target's own loss.
+        """
         (ratio, loss_ratio), at = factors, np.array([frequency])
         change = ratio * self._of_target(at)[0, 0]
         return complex(change if loss_ratio == ratio else change + 1j * (loss_ratio - ratio) * self._own_loss(at)[0, 0])
 
     def endless_change(self, frequency: float) -> complex:
-        """Return the change of the winding's inductance (H, complex) by an infinite plate."""
+        """Return the change of the winding's inductance (H, complex) by an infinite plate in place of the target."""
         if self._around.above is None:
             return 0j
         return complex(self._of_target(np.array([self._looked_at(frequency)]))[0, 0])
 
     def _looked_at(self, frequency: float) -> float:
-        """Return the frequency (Hz) of the target's effect. Screening takes a single frequency."""
+        """Return the frequency (Hz) at which the target's effect is computed. Screening uses a single frequency."""
         return SCREENED_AT if self.is_rough else frequency
 
     def unsure(self, frequency: float) -> tuple[float, float]:
         """Return signed error bounds of the target's inductance change (H) and of its loss (ohm).
 
-        Both errors occur together with these signs.
+        The two errors occur together: if one has its sign, so has the other.
         """
         if self._around.above is None or not any(self._unsure):
             return 0.0, 0.0
@@ -396,9 +418,9 @@ class Reflection:
         return more + math.copysign(self._unsure[2], more), loss
 
     def window(self, frequency: float) -> tuple[float, float]:
-        """Return error bounds of inductance (H) and resistance (ohm) by a window in the jaw.
+        """Return signed error bounds of inductance (H) and resistance (ohm) by a window in the jaw.
 
-        They are signed: both errors occur together with these signs.
+        The two errors occur together: if one has its sign, so has the other. Both are 0 without a window.
         """
         return 0.0, 0.0
 
@@ -409,7 +431,10 @@ class Reflection:
         return self._known[key]
 
     def _exact(self, frequencies: Array) -> ComplexArray:
-        """Return the change of the coil's inductance (H, complex) by target and metal at frequencies (n,)."""
+        """Return the changes (n, distances; H, complex) of the coil's own and mutual inductances by target and metal.
+
+        The first column is the coil's own inductance.
+        """
         above, below = self._around.above, self._around.below
         full = self._endless(frequencies, above, below)
         if above is None or self._share == (1.0, 1.0):
@@ -444,12 +469,13 @@ class Reflection:
 
 
 class SolvedReflection(Reflection):
-    """A reflection with the solved effect of the real target, in place of an infinite plate's effect times a ratio.
+    """Reflection by the real target, whose effect was computed by the field solution.
 
-    `solved` holds three items: two frequencies (Hz), the changes of the inductance matrix of all coils at both (2,
-    coils, coils; H, complex), and the spectrum by which they are interpolated. `number` is the index of this coil.
-    `errors` are bounds of its own change (H) and of its loss (ohm). `crowded` is a function of frequency (Hz): the
-    addition of current crowding to its own change, relative to this change.
+    No infinite plate and no ratio is used. `solved` holds three items: two frequencies (Hz), the changes of the
+    inductance matrix of all coils at both (2, coils, coils; H, complex), and the spectrum by which they are
+    interpolated. `number` is the index of this coil. `errors` are bounds of its own change (H) and of its loss (ohm).
+    `crowded` is a function of frequency (Hz): the addition of current crowding to its own change, relative to this
+    change.
     """
 
     def __init__(
@@ -463,40 +489,46 @@ class SolvedReflection(Reflection):
         self._ends = self._changes[:, number, number]
 
     def shares(self, frequencies: Array) -> ComplexArray:
-        """Return the ratios of the target's effect to an infinite plate's, crowding included.
+        """Return the target's effect, divided by an infinite plate's effect, at (n) frequencies (Hz).
 
-        They are complex, because the loss has another ratio.
+        Current crowding is included. The ratio is complex, because inductance and loss have different ratios.
         """
         return np.asarray(self._change(self._ends, frequencies) / self._of_target(frequencies)[:, 0])
 
     def factors(self, frequency: float) -> tuple[complex, complex]:
-        """Return factors for small changes: of all reflected field, and of the target's own loss."""
+        """Return factors on small changes by an infinite plate: for all reflected field, and for the target's own loss.
+
+        Both factors are equal for a solved target.
+        """
         share = complex(self.shares(np.array([frequency]))[0])
         return share, share
 
     def mutual(self, pair: tuple[int, int], distance: float, frequencies: Array) -> ComplexArray:
-        """Return the change of the mutual inductance (H, complex) of a pair of coils at one of the distances (m)."""
+        """Return the change of the mutual inductance (n; H, complex) of two coils by target and metal.
+
+        `pair` are the numbers of the coils. `distance` (m) between their centres is one of `distances`.
+        """
         more = self._change(self._changes[:, pair[0], pair[1]], frequencies)
         return np.asarray(super().mutual(pair, distance, frequencies) + more)
 
     def unsure(self, frequency: float) -> tuple[float, float]:
-        """Return signed error bounds of the target's inductance change (H) and of its loss (ohm).
+        """Return signed error bounds of the solved target's inductance change (H) and of its loss (ohm).
 
-        Both errors occur together with these signs.
+        The two errors occur together: if one has its sign, so has the other.
         """
         return self._errors
 
     def _exact(self, frequencies: Array) -> ComplexArray:
-        """Return the changes (H, complex) by metal behind the board, by distance.
+        """Return the changes (n, distances; H, complex) of own and mutual inductances by the metal behind the board.
 
-        The coil's own change includes the target.
+        The first column is the coil's own inductance. It also includes the target.
         """
         change = self._endless(frequencies, None, self._around.below)
         change[:, 0] += self._change(self._ends, frequencies) * (1.0 + self._crowded(frequencies))
         return change
 
     def _change(self, solved: ComplexArray, frequencies: Array) -> ComplexArray:
-        """Return a change (H), interpolated from its values at the two frequencies of the solution."""
+        """Return a change (H), interpolated to (n) frequencies from its values at the two solved frequencies."""
         # The ratio to `like` is linear in f^(-1/2), as skin depths are, and constant far outside of the solved band.
         (low, high), (first, last) = self._places, solved / self._like(self._solved_at)
         part = np.clip((frequencies**-0.5 - low) / (high - low), -BEYOND, 1.0 + BEYOND)
@@ -504,7 +536,7 @@ class SolvedReflection(Reflection):
 
 
 BEYOND = 1.0
-"""Distance outside the solved frequencies up to which a change is extrapolated, over the interval between them.
+"""Largest extrapolation outside the two solved frequencies, as a fraction of the interval between them.
 
-The scale is f^(-1/2).
+Both are measured on a scale of f^(-1/2).
 """

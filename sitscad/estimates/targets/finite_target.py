@@ -38,7 +38,7 @@ Move = tuple[float, float]
 """Displacement (m) of a target from rest, along x and y."""
 
 FREQUENCY = 5e6
-"""Frequency (Hz) of the skin depth in the target. The ratios hardly depend on it."""
+"""Frequency (Hz) at which the skin depth in the target is computed. The ratios hardly depend on it."""
 
 
 @record
@@ -46,7 +46,7 @@ class TargetRatios:
     """Ratios of the target's effect to an infinite plate's effect, by (coil name, state), and notes about them.
 
     `inductance_ratios` are the ratios of the inductance changes, `loss_ratios` the ratios of the losses. `error` and
-    `loss_error` are the largest errors, relative to the ratio.
+    `loss_error` are their largest relative errors.
     """
 
     inductance_ratios: Mapping[tuple[str, str], float]
@@ -55,25 +55,25 @@ class TargetRatios:
     error: float = 0.0
     loss_error: float = 0.0
     def of(self, coil: str, state: str) -> tuple[float, float]:
-        """Return the ratios of inductance and loss for a coil in a state. They are 1 if none are stored."""
+        """Return the ratios of inductance change and loss for a coil in a state. Both are 1 if none are stored."""
         return self.inductance_ratios.get((coil, state), 1.0), self.loss_ratios.get((coil, state), 1.0)
 
     def key(self, number: int, coil: str, state: str) -> tuple[complex, ...]:
-        """Return a key that is equal for coils with an equal effect of the target."""
+        """Return a cache key. It is equal for coils on which the target has equal effects."""
         return self.of(coil, state)
 
 
 WIDER, WIDER_THIN, WIDER_BENT, WIDER_MAGNETIC = (0.1, 0.5), (0.3, 0.8), (0.8, 0.5), (1.5, 0.8)
-"""Additional relative errors (inductance, loss) of the correction ratios, outside the range of their fit.
+"""Additional relative errors (inductance, loss) of the correction ratios, for targets outside the range of their fit.
 
-`WIDER` is for all such targets, and `WIDER_THIN` for targets thinner than the field's depth. `WIDER_BENT` is for
+`WIDER` is for all these targets, and `WIDER_THIN` for targets thinner than the field's depth. `WIDER_BENT` is for
 blocks, for targets at an angle to long coils, and for targets that do not cover long coils. `WIDER_MAGNETIC` is for
 magnetic metals, which may even raise the inductance.
 """
 
 
 NO_RATIOS = TargetRatios({}, {}, ())
-"""Ratios of coils without a target."""
+"""Ratios if there is no target. All ratios are 1."""
 
 
 @record
@@ -94,11 +94,11 @@ class SheetRatios:
 def target_ratios(
     spec: SensorSpec, heights: Sequence[float], states: Sequence[Surroundings], is_rough: bool = False
 ) -> TargetRatios:
-    """Return the ratios of all coils in all states with a target.
+    """Return the correction ratios of all coils in all states that have a target.
 
-    `heights` (m) are the mid-planes of the coils' layers. A place is the coil's centre relative to the target's centre,
-    in the target's axes. Mirrored places are solved once. Other shapes count as round coils whose turns have equal
-    areas. Elongated coils are shortened.
+    `heights` (m) are the mid-planes of the coils' layers. The ratios depend on a coil's place: its centre relative to
+    the target's centre, in the target's axes. Mirrored places are solved once. Coils that are not round are replaced by
+    round coils whose turns have equal areas. Elongated coils are shortened.
     """
     covered = _states_with_target(states)
     if spec.target is None or not covered:
@@ -121,16 +121,19 @@ def target_ratios(
 
 
 ROUGHER = 0.03
-"""Additional relative error of the ratios of the inductance change in screening."""
+"""Additional relative error of the ratios of the inductance change in screening, by rougher computation."""
 
 LOSS_ROUGHER = 0.3
-"""Additional relative error of the ratios of the loss in screening, which are taken as the inductance ratios."""
+"""Additional relative error of the loss ratios in screening, which are set equal to the inductance ratios."""
 
 
 def _ratios_at_gaps(
     target: Target, rings: CoaxialRings, places: Array, gaps: Sequence[float], floor: float, is_rough: bool
 ) -> list[SheetRatios]:
-    """Return the ratios at every gap, with a mirror at a height `floor` (m; -inf: none)."""
+    """Return the ratios at every gap (m), for coils at `places` (n, 2; m) under the target.
+
+    `floor` (m) is the height of a mirror behind the board (-inf: none).
+    """
     if not is_rough or not all(_is_conductor(target, rings, gap) for gap in gaps):
         return [target_sheet_ratios(target, rings, places, gap, floor) for gap in gaps]
     plate, depth = _plate(target)
@@ -143,14 +146,14 @@ def _ratios_at_gaps(
 OPAQUE, THICKEST, MAX_MISALIGNMENT, ASPECT, HANGING, RETURNED = 1.2, 0.1, math.radians(2.0), 1.3, 0.05, 0.7
 """Limits of the range in which the errors of the correction ratios were fitted.
 
-`OPAQUE`: least thickness in skin depths. `THICKEST`: largest thickness over the target's shorter side.
+`OPAQUE`: least thickness in skin depths. `THICKEST`: largest thickness divided by the target's shorter side.
 `MAX_MISALIGNMENT`: largest angle (rad) between the sides of an elongated coil and of the target. `ASPECT`: largest
-length over width of a polygon coil. `HANGING`: largest overhang of an elongated coil beyond the target, over the coil's
-width. `RETURNED`: least fraction of the field that metal behind the board returns.
+length divided by width of a polygon coil. `HANGING`: largest overhang of an elongated coil beyond the target, divided
+by the coil's width. `RETURNED`: least fraction of the field that metal behind the board returns.
 """
 
 BLOCK = 0.2
-"""Least thickness of a target, over its shorter side, at which it counts as a block.
+"""Least thickness of a block-shaped target, divided by its shorter side.
 
 The side walls of a block carry much of the current.
 """
@@ -164,8 +167,8 @@ def errors_outside_fit(
 ) -> tuple[float, float]:
     """Return additional relative errors of the ratios of inductance and loss outside the range of their fit.
 
-    The fit has good conductors that the field does not penetrate, over coils as long as wide, or over longer coils that
-    are covered. Behind the board is nothing or nearly a mirror (tests/validation/states_of_response.py).
+    The fit contains good conductors that the field does not penetrate. They lie over coils as long as wide, or cover
+    longer coils. Behind the board is no metal, or nearly a mirror (tests/validation/states_of_response.py).
     """
     (short, long), thickness = sorted(coil.size), target.thickness
     errors = [(0.0, 0.0)]
@@ -204,7 +207,10 @@ def _largest_misalignment(placements: tuple[CoilPlacement, ...], target: Target)
 def _largest_overhang(
     coil: CoilSpec, placements: tuple[CoilPlacement, ...], target: Target, plate: Footprint
 ) -> float:
-    """Return the largest overhang (m) of a coil beyond the target along its sides. Negative if all are covered."""
+    """Return the largest overhang (m) of a coil beyond the target along its sides.
+
+    Negative if all coils are covered.
+    """
     overhang = -math.inf
     for placement in placements:
         place, turn = plate.place_of(Point(*placement.centre)), target.rotation - placement.rotation
@@ -220,9 +226,10 @@ def _largest_overhang(
 def change_ratios(
     spec: SensorSpec, heights: Sequence[float], gaps: Sequence[float], floor: float, moves: Sequence[Move]
 ) -> Array:
-    """Return rough ratios of the inductance change alone, (gaps, moves, coils).
+    """Return rough ratios of the inductance change for a moved target: (gaps, moves, coils).
 
-    The target has moved by (x, y) (m), at gaps over a mirror at a height `floor` (m).
+    `gaps` (m) are heights of the target. `moves` are its displacements (x, y; m) from rest. `heights` (m) are the
+    mid-planes of the coils' layers, and `floor` (m) is the height of a mirror behind the board.
     """
     assert spec.target is not None
     rings, target, (distinct, member) = _equivalent_round_coil(
@@ -232,7 +239,10 @@ def change_ratios(
 
 
 def _states_with_target(states: Sequence[Surroundings]) -> list[tuple[str, float, float]]:
-    """Return name, gap and height of the mirror behind the board (m; -inf: none) for every state with a target."""
+    """Return name, gap (m) and height (m) of the mirror behind the board, for every state that has a target.
+
+    The height is -inf if there is no mirror.
+    """
     return [
         (around.name, around.above.distance, -math.inf if around.below is None else -around.below.distance)
         for around in states
@@ -241,35 +251,39 @@ def _states_with_target(states: Sequence[Surroundings]) -> list[tuple[str, float
 
 
 PURE, UNSURE = 1e-3, 0.01
-"""Distances of `conductor_weight` from 0 or 1 at which a target counts as a pure magnet or conductor, or as a mixture.
+"""Limits on the distance of `conductor_weight` from 0 (magnet) or 1 (conductor).
 
-Up to `PURE` it counts as pure. From `UNSURE` on it has the full errors of a mixture (`BETWEEN`).
+Up to `PURE` a target is computed as a pure magnet or conductor. From `UNSURE` on it has the full errors of a mixture
+(`BETWEEN`).
 """
 
 MAGNETIC = 1.5
-"""Least relative permeability of targets that may raise the inductance. Below, conducting targets are conductors."""
+"""Least relative permeability of targets that may raise the inductance. Other conducting targets are conductors."""
 
 BETWEEN = (
     ((0.5, 1.3), (0.75, 0.75), (0.95, 0.5), (1.15, 0.35), (1.6, 0.15)),
     ((0.5, 0.95), (0.75, 0.82), (0.95, 0.7), (1.15, 0.5), (1.6, 0.3)),
 )
-"""Relative errors of the ratios of inductance (first row) and loss, for metals that act as a mixture.
+"""Relative errors of the ratios of inductance (first row) and loss (second row), for metals that act as a mixture.
 
-A mixture is neither a conductor nor a magnet. Each entry holds an upper limit of the target's shorter side over the
-coil's diameter, and the error up to this limit. Such metals have less loss than the ratios
+A mixture is neither a conductor nor a magnet. Each entry is a pair: an upper limit of the target's shorter side divided
+by the coil's diameter, and the error up to this limit. These metals have less loss than the ratios
 (tests/validation/disc_of_elements.py).
 """
 
 THIN, OVERHANGING, LOSS_OF_THIN = 2.0, 1.5, 0.3
-"""Limits for the loss of thin or small targets, and its relative error there.
+"""Limits up to which a target counts as thin or small in its loss, and the relative error of this loss.
 
-Up to `THIN` skin depths of thickness the edge current uses the copper of both faces at once. Up to `OVERHANGING` coil
-diameters the edge carries much of the current. The loss ratio is then up to a quarter larger.
+Up to `THIN` skin depths of thickness, the edge current uses the copper of both faces at once. Up to a shorter side of
+`OVERHANGING` coil diameters, the edge carries much of the current. The loss ratio is then up to a quarter larger.
 """
 
 
 def target_sheet_ratios(target: Target, rings: CoaxialRings, places: Array, gap: float, floor: float) -> SheetRatios:
-    """Return the target's ratios of change and loss to an infinite sheet's, at places (n, 2; m), with errors."""
+    """Return the ratios of a target's effect to an infinite sheet's, for coils at places (n, 2; m), with errors.
+
+    `gap` (m) is the target's height, `floor` (m) the height of the mirror behind the board (-inf: none).
+    """
     if _is_conductor(target, rings, gap):
         return _conductor_ratios(target, rings, places, gap, floor)
     like = conductor_weight(target, float(rings.radii.mean()) + gap)
@@ -295,7 +309,10 @@ def target_sheet_ratios(target: Target, rings: CoaxialRings, places: Array, gap:
 
 
 LOSS_OF_MAGNETS = 0.5
-"""Relative error of the loss ratio of targets that are no conductors. It is taken as the inductance ratio."""
+"""Relative error of the loss ratio of targets that are no conductors.
+
+This ratio is set equal to the inductance ratio.
+"""
 
 
 def _is_conductor(target: Target, rings: CoaxialRings, gap: float) -> bool:
@@ -303,7 +320,10 @@ def _is_conductor(target: Target, rings: CoaxialRings, gap: float) -> bool:
 
 
 def _conductor_ratios(target: Target, rings: CoaxialRings, places: Array, gap: float, floor: float) -> SheetRatios:
-    """Return the ratios of a conducting target, whose faces count as half a skin depth deeper."""
+    """Return the ratios of a conducting target.
+
+    It is computed as a perfect conductor whose faces lie half a skin depth inside the metal.
+    """
     plate, depth = _plate(target)
     lost = plate_loss_ratio(plate, rings, places, gap + depth, floor)
     error, loss_error = ratio_error(plate, rings), loss_ratio_error(plate, rings)
@@ -316,12 +336,13 @@ def _conductor_ratios(target: Target, rings: CoaxialRings, places: Array, gap: f
 
 
 RESISTED = 0.3
-"""Error of the ratios of a poor conductor, over the relative reduction of the ratios by its resistance."""
+"""Error of a poor conductor's ratios, divided by the relative reduction of these ratios by its resistance."""
 
 LEAKY = 0.06
-"""Error of a poor conductor's ratios, over (s / l)^2: s is the sheet's length, l the coil's (`_resistive_divisor`).
+"""Error of a poor conductor's ratios, divided by (s / l)^2, with s and l as in `_resistive_divisor`.
 
-Both errors were fitted to discs of finite elements, of steel and titanium from 0.03 mm on.
+s is the length of the sheet, l the length of the coil's field. Both errors were fitted to discs of finite elements, of
+steel and titanium from 0.03 mm on.
 """
 
 
@@ -339,9 +360,9 @@ def _resistive_divisor(target: Target, rings: CoaxialRings) -> tuple[float, floa
 
 
 def conductor_weight(target: Target, distance: float) -> float:
-    """Return 1 if a target reflects a wave like a conductor, 0 if like a magnet, and a value between for others.
+    """Return 1 if a target reflects a wave like a conductor, 0 if like a magnet, and a value between for a mixture.
 
-    The wave number is 1 / `distance` (m).
+    The wave number is 1 / `distance` (1/m).
     """
     metal = target.material
     if metal.relative_permeability < MAGNETIC and metal.conductivity > 0.0:
@@ -354,12 +375,12 @@ def _equivalent_round_coil(
     coil: CoilSpec, placements: tuple[CoilPlacement, ...], target: Target, plate: Footprint,
     heights: Sequence[float], moves: Sequence[Move] = ((0.0, 0.0),),
 ) -> tuple[CoaxialRings, Target, tuple[Array, Index]]:
-    """Return rings and target that stand for an elongated coil, and the coils' places.
+    """Return rings and target for a round coil that replaces an elongated coil, and the coils' places.
 
-    The coil is shortened to its width, and the target by an equal length; a target shorter than the coil, in
-    proportion. The long sides have the same edges all along. Other coils stay unchanged. The places are the distinct
-    ones (n, 2; m), seen from the target, and an index for each coil at each move (m) from rest: all coils of the first
-    move first.
+    The coil is shortened to its width, and the target by an equal length. A target shorter than the coil is shortened
+    in proportion. This is possible because the edges along the long sides are uniform. Other coils stay unchanged. The
+    places are the distinct places (n, 2; m) relative to the target, and an index for each coil at each move (m) from
+    rest. The indices of all coils at the first move come first.
     """
     wide, high = coil.size
     long, short = max(wide, high), min(wide, high)
@@ -379,13 +400,13 @@ def _equivalent_round_coil(
 
 
 ELONGATED = 0.06
-"""Error of a polygon's ratio if the coil is computed as shorter, over the removed fraction of its length.
+"""Error of a polygon's ratio by shortening the coil, divided by the removed fraction of its length.
 
 Rectangles of 16 x 4 mm are within 5.6 % (tests/estimates/test_response.py).
 """
 
 OVAL = 0.02
-"""Error as in ELONGATED for racetracks.
+"""Error of a racetrack's ratio by shortening the coil, divided by the removed fraction of its length.
 
 Racetracks up to 17.6 x 3.8 mm are within 1.5 % (tests/estimates/test_response.py).
 """
@@ -393,7 +414,10 @@ Racetracks up to 17.6 x 3.8 mm are within 1.5 % (tests/estimates/test_response.p
 
 @lru_cache(maxsize=4)
 def equivalent_rings(coil: CoilSpec, heights: tuple[float, ...]) -> CoaxialRings:
-    """Return a coil as coaxial rings with each turn's area. A layer's last, partial turn counts as its fraction."""
+    """Return a coil as coaxial rings with each turn's area.
+
+    The last, partial turn of a layer has its fraction as weight.
+    """
     layers = []
     for count, height in zip(coil.layer_turns, heights, strict=True):
         turns = np.minimum(1.0, count - np.arange(math.ceil(count)))
@@ -424,7 +448,7 @@ def _notes(
     ratios: tuple[Mapping[tuple[str, str], float], Mapping[tuple[str, str], float]], errors: tuple[float, float],
     magnetic: bool,
 ) -> list[str]:
-    """Return notes about a finite target's ratios. Empty if the target is as good as an infinite plate."""
+    """Return notes about a finite target's ratios. Empty if all inductance ratios are above 0.995."""
     if min(ratios[0].values()) > 0.995:
         return []
 

@@ -2,9 +2,11 @@
 
 The window is solved as an opening through an infinite slab (`physics.metal.opening`). The slab ends at the end of the
 window's long walls, and its faces lie half a skin depth inside the metal's. It is solved once without a target, and
-under infinite targets at rest and nearer. The target's change grows by a factor that depends on its size. The missing
-part of the loss in the jaw follows from Wheeler's rule (as in `finite_plate`). It compares the opening's gain as all of
-the jaw's faces recede by a little with the whole face's.
+under infinite targets at rest and nearer. The target's change grows by a factor that depends on its size.
+
+The missing part of the loss in the jaw follows from Wheeler's rule (as in `finite_plate`). For this, all faces of the
+jaw are moved back a little. The change of the opening's inductance gain is divided by the change of the solid jaw's
+effect.
 """
 
 from __future__ import annotations
@@ -32,15 +34,15 @@ from sitscad.spec.mount import Jaw
 ERROR = 0.06
 """Error of the fraction of the jaw's inductance change that the window removes, relative to this fraction.
 
-Slabs of surface currents and round holes of finite elements in steel differ by up to 0.03
+Slabs of surface currents differ by up to 0.03 from round holes in steel by finite elements
 (tests/validation/test_window.py).
 """
 
 PER_DEPTH = 0.5
-"""Addition to `ERROR`, over the ratio of the jaw's skin depth to the opening's shorter side."""
+"""Addition to `ERROR`, divided by the ratio of the jaw's skin depth to the opening's shorter side."""
 
 WALL = 0.75
-"""Distance by which the opening's side walls recede, over the recess of the jaw's face.
+"""Recession of the opening's side walls, divided by the recession of the jaw's face.
 
 Currents follow the edge less closely. The value was fitted to inductance and loss of the same holes (within 0.03 of the
 whole effect of each; with 1, the loss is within 0.07).
@@ -56,12 +58,15 @@ MAGNETIC = 1.1  # Relative permeability from which on the missing part is a gues
 STEP = 0.02  # Recession of the faces for the derivative of Wheeler's rule, over the gap
 
 PRESSED = 0.6
-"""Second height of the target at which the window is solved, over its height at rest. Both count from the top layer."""
+"""Second height of the target at which the window is solved, divided by the target's height at rest.
+
+Both heights count from the top copper layer.
+"""
 
 FARTHEST = 3.0
-"""Largest change by the target, over its change at rest, at which the window's effect on it is still extrapolated.
+"""Largest change by the target, divided by its change at rest, up to which the window's effect is extrapolated.
 
-Larger changes have the growth of this change.
+For larger changes, the window's effect stays at its value for this change.
 """
 
 DIGITS = 9  # Decimal places that are kept: the last digits of a solution depend on the number of threads
@@ -70,7 +75,7 @@ BENT = 0.5
 """Error of the second value of `WindowEffect.growth`, relative to this value."""
 
 SMALL = 0.15
-"""Error of a target's growth by the target's finite size, relative to the growth at rest.
+"""Error of the growth of a target's change by the target's finite size, relative to the growth at rest.
 
 Before a jaw that is nearly all window, grasper_4layer's signal was 14 % larger than without a jaw.
 """
@@ -80,9 +85,9 @@ Before a jaw that is nearly all window, grasper_4layer's signal was 14 % larger 
 class WindowEffect:
     """Fractions of the jaw's effect on inductance and loss that a window removes, each with an error bound.
 
-    They are for a coil without a target. With a target, the target's change by a solid jaw is multiplied by `factor`.
-    It grows by the first value of `growth`, plus the second value for each `scale` (H) of change. `growth_error` is the
-    error of the growth, relative to the target's change.
+    `inductance` and `loss` are for a coil without a target. With a target, the target's change by a solid jaw is
+    multiplied by `factor`. It grows by the first value of `growth`, plus the second value for each `scale` (H) of
+    change. `growth_error` is the error of the growth, relative to the target's change.
     """
 
     inductance: float
@@ -94,12 +99,12 @@ class WindowEffect:
     growth_error: float = 0.0
 
     def factor(self, change: Array) -> Array:
-        """Return the factor by which the target's inductance change (H), computed for a solid jaw, grows."""
+        """Return the factor on a target's inductance change (H) by a solid jaw that accounts for the window."""
         return np.asarray(1.0 + self.growth[0] + self.growth[1] * np.clip(change / self.scale, 0.0, FARTHEST))
 
 
 def window_effects(layout: Layout) -> Mapping[str, WindowEffect]:
-    """Return the window's effect on each coil, by its name. Empty without a window."""
+    """Return the window's effect on each coil, by coil name. Empty if the jaw has no window."""
     spec, face = layout.spec, backing_of(layout.spec).metal_face
     jaw = spec.jaw
     if jaw is None or jaw.fenestration is None or face is None:
@@ -126,11 +131,11 @@ def _window_effect(
     spec: CoilSpec, coil: Coil, jaw: Jaw, place: tuple[float, float], behind: tuple[Reflector | None, Reflector | None],
     between: tuple[float | None, float, float],
 ) -> WindowEffect:
-    """Return the window's effect on a coil at a place (m) from the window's middle.
+    """Return the window's effect on a coil at a place (x, y; m) relative to the window's middle.
 
-    `behind` holds all metal behind the board, and this metal without the jaw. `between` holds the target's distance (m)
-    above the board's top face at rest (None without a target), the jaw's distance below it, and the target's `echo` as
-    in `gained_inductance`.
+    `behind` holds all metal behind the board, and this metal without the jaw. `between` holds three numbers.
+    The first is the target's distance (m) above the board's top face at rest (None without a target). The others are
+    the jaw's distance (m) below this face, and the target's `echo` as in `gained_inductance`.
     """
     (roof, floor, echo), size, metal = between, jaw.fenestration, jaw.material
     assert size is not None
@@ -149,15 +154,18 @@ def _window_effect(
     mirrors = (MetalLayer(LOSSLESS) if echo > 0.0 else MetalLayer(0.0, FERRITE),), (MetalLayer(LOSSLESS),)
 
     def returned(mirror_height: float | None, under: float) -> float:
-        """Return the change (H) by perfect mirrors `mirror_height` (m) above and `under` (m) below z = 0."""
+        """Return the inductance change (H) by two perfect mirrors.
+
+        They are `mirror_height` (m) above z = 0 (None: no mirror) and `under` (m) below z = 0.
+        """
         above = None if mirror_height is None else Reflector(mirror_height, mirrors[0])
         return float(reflected_inductances(spectrum, at, above, Reflector(under, mirrors[1]), (0.0,))[0, 0].real)
 
     def effects(above: float | None, recess: float) -> tuple[float, float]:
-        """Return the inductance gain (H) by the window with the jaw's faces receded (m), and a solid jaw's effect.
+        """Return the inductance gain (H) by the window, and the effect (H) of a solid jaw, for faces that recede (m).
 
-        With a mirror `above` (m), the second value is the mirror's change before the solid jaw. Without it, it is
-        the reduction (H) by the solid jaw.
+        With a mirror `above` (m), the second value is the mirror's change before the solid jaw. Without it, it is the
+        reduction by the solid jaw.
         """
         under, wider = floor + recess, opening_with_skin_depth(opening, recess)
         jaw_change = returned(None, under)
@@ -185,7 +193,7 @@ def _window_effect(
 
 
 def opening_with_skin_depth(opening: Opening, recess: float) -> Opening:
-    """Return the opening in metal whose faces recede by `recess` (m).
+    """Return the opening for metal whose faces recede by `recess` (m).
 
     The depth decreases by 2 `recess`, but not below `recess`. Each side wall moves outward by `WALL` times `recess`.
     """
@@ -200,7 +208,7 @@ class WindowedReflection(Reflection):
     """Reflection by metal with a window in the jaw.
 
     `real` supplies all values that the window does not change. `whole` is the reflection by all metal behind the board,
-    and `none` by this metal without the jaw. Both have no target.
+    and `none` by this metal without the jaw. Both are computed without a target. `missing` is the window's effect.
     """
 
     def __init__(self, real: Reflection, whole: Reflection, none: Reflection, missing: WindowEffect) -> None:
@@ -212,28 +220,34 @@ class WindowedReflection(Reflection):
         self.jaw_left = (1.0 - missing.inductance, 1.0 - missing.loss)
 
     def __call__(self, frequencies: Array) -> tuple[Array, Array]:
-        """Return the change of inductance (H) and resistance (ohm) at (n,) frequencies (Hz)."""
+        """Return the change of inductance (n; H) and resistance (n; ohm) at (n) frequencies (Hz)."""
         real, (more, lost) = self._real(frequencies), self._lacking(frequencies)
         return real[0] + self._missing.inductance * more, real[1] + self._missing.loss * lost
 
     def mutual(self, pair: tuple[int, int], distance: float, frequencies: Array) -> ComplexArray:
-        """Return the change of the mutual inductance (H, complex) of a pair of coils at one of the distances (m)."""
+        """Return the change of the mutual inductance (n; H, complex) of two coils by target and metal.
+
+        `pair` are the numbers of the coils. `distance` (m) is between their centres.
+        """
         whole, none = (series.mutual(pair, distance, frequencies) for series in (self._whole, self._none))
         return np.asarray(self._real.mutual(pair, distance, frequencies) + self._missing.inductance * (none - whole))
 
     def crowding(self, frequencies: Array) -> ComplexArray:
-        """Return the change (H, complex) by the winding's own eddy currents and their images."""
+        """Return the change (n; H, complex) by the winding's own eddy currents and their images in the metal."""
         real, whole, none = (series.crowding(frequencies) for series in (self._real, self._whole, self._none))
         return np.asarray(real + self._missing.inductance * (none - whole))
 
     def crowding_near(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> ComplexArray:
-        """Return the value for a solid jaw: the differences that depend on it are small."""
+        """Return the change by the winding's own eddy currents for a jaw without a window.
+
+        It is used for differences that are small.
+        """
         return self._real.crowding_near(frequencies, above, below)
 
     def window(self, frequency: float) -> tuple[float, float]:
-        """Return error bounds of inductance (H) and resistance (ohm) by a window in the jaw.
+        """Return signed error bounds of inductance (H) and resistance (ohm) by the window.
 
-        They are signed: both errors occur together with these signs.
+        The two errors occur together: if one has its sign, so has the other.
         """
         more, lost = self._lacking(np.array([frequency]))
         return self._missing.error * float(more[0]), self._missing.loss_error * float(lost[0])
