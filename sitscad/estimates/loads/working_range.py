@@ -308,7 +308,8 @@ INSTEAD = {"shear_x": "moment_y", "shear_y": "moment_x"}
 def measured_axes(placements: tuple[CoilPlacement, ...], requirements: Requirements) -> tuple[str, ...]:
     """Return the axes of load that the sensor measures.
 
-    The coils of one target can distinguish loads on these axes. A required moment replaces the shear with the same pattern of readings.
+    The coils of one target can distinguish loads on these axes. A required moment replaces the shear with the same
+    pattern of readings.
     """
     moments = {name for name in MOMENTS if getattr(requirements, name) is not None}
     measured = {INSTEAD[name] if INSTEAD.get(name) in moments else name for name in distinguishable_axes(placements)}
