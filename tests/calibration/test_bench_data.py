@@ -46,14 +46,14 @@ HEAD = "normal_N,shear_x_N,C1_counts,C2_counts\n"
         ("# rotation: free\n" + HEAD + "0,0,5,6\n# rotation: held\n1,0,7,8\n", "4:1", "'held' here, 'free' on line 1"),
     ],
 )
-def test_what_cannot_be_read_is_reported_with_its_place(tmp_path, text, place, words):
+def test_unreadable_table_is_reported_with_line_and_column(tmp_path, text, place, words):
     with pytest.raises(BenchError) as error:
         _read(tmp_path, text)
     assert str(error.value).startswith(f"{tmp_path / 'bench.csv'}:{place} ")
     assert words in str(error.value)
 
 
-def test_counts_that_no_result_makes_are_refused(tmp_path):
+def test_counts_outside_converter_results_are_refused(tmp_path):
     """Results of twelve bits as they are read, instead of counts, were taken for a tank at half its frequency."""
     conversion = ReferenceCounter(presets.converter("ldc1314"), 2, 40e6, 1, 2, 9471, 8, 3, (5443, 5510))
     readout = SimpleNamespace(conversion_capacitance=104e-12)
@@ -67,14 +67,14 @@ def test_counts_that_no_result_makes_are_refused(tmp_path):
 
 
 @pytest.mark.parametrize("said", ["# rotation = held", "#Rotation: HELD, see note", '"# rotation: held",,,'])
-def test_a_line_says_how_the_target_was_loaded(tmp_path, said):
+def test_rotation_comment_line_sets_how_target_was_loaded(tmp_path, said):
     """An equals sign was taken for a remark, the table for one of either way."""
     assert _read(tmp_path, f"{said}\n{HEAD}0,0,5,6\n{said}\n1,0,7,8\n").rotation == (1, "held")
 
 
 @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
 @pytest.mark.parametrize("begin", [b"", b"\xef\xbb\xbf"])
-def test_lines_end_as_they_like(tmp_path, end, begin):
+def test_table_with_any_line_ends_is_read(tmp_path, end, begin):
     """A file of an old Macintosh ended in a traceback."""
     path = tmp_path / "bench.csv"
     path.write_bytes(begin + (HEAD + "0,0,5,6\n1,0,7,8\n").replace("\n", end).encode())
@@ -82,14 +82,14 @@ def test_lines_end_as_they_like(tmp_path, end, begin):
     assert found.values.tolist() == [[0, 0, 5, 6], [1, 0, 7, 8]] and found.lines == (2, 3)
 
 
-def test_a_cell_beyond_all_bounds_is_refused(tmp_path):
+def test_table_field_of_200000_digits_is_refused(tmp_path):
     with pytest.raises(BenchError, match=r"bench.csv:1:1 is no table that can be read"):
         _read(tmp_path, HEAD + "0,0,5," + 200_000 * "6" + "\n")
 
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_units_are_those_of_the_header(tmp_path, sensors):
+def test_table_values_use_units_of_header(tmp_path, sensors):
     table = _read(tmp_path, "z_um,C1_MHz,C2_kHz\n0,7.5,7500\n-10,7.6,7600\n-20,7.7,7700\n-30,7.8,7800\n")
     points = points_of(table, sensors)
     assert points.loads is None and points.poses[:, 2] == approx(np.array([0.0, -10e-6, -20e-6, -30e-6]), rel=1e-12)
@@ -97,7 +97,7 @@ def test_units_are_those_of_the_header(tmp_path, sensors):
 
 
 @pytest.mark.slow
-def test_inductances_are_those_of_the_firmware_s_formula(sensors, bench, table):
+def test_inductance_columns_are_converted_by_firmware_formula(sensors, bench, table):
     """The header's capacitance turns them into frequencies: what it is drops out, because all goes over rest."""
     capacitance = sensors.model.estimates.readout.conversion_capacitance
 
@@ -136,7 +136,7 @@ def _pull(head, rows):
         (_pull, "presses are positive"),
     ],
 )
-def test_too_little_is_refused(table, sensors, change, words):
+def test_table_with_too_few_points_or_columns_is_refused(table, sensors, change, words):
     with pytest.raises(BenchError, match=words):
         points_of(read_table(table(change), sensors.coils), sensors)
 
@@ -162,7 +162,7 @@ def _still(head, rows):
     return head, [[*row[:2], *rows[0][2:]] for row in rows]
 
 
-def test_an_honest_table_is_taken(table, sensors):
+def test_table_of_matching_sensor_is_accepted(table, sensors):
     _judge(table(), sensors)
 
 
@@ -175,6 +175,6 @@ def test_an_honest_table_is_taken(table, sensors):
         (_still, "do not change with the loads"),
     ],
 )
-def test_what_no_sensor_of_the_design_would_give_is_refused(table, sensors, change, words):
+def test_table_that_no_sensor_of_the_design_can_produce_is_refused(table, sensors, change, words):
     with pytest.raises(BenchError, match=words):
         _judge(table(change), sensors)

@@ -99,7 +99,7 @@ def test_forces_of_a_warmed_sensor_are_compensated(tmp_path, cold):
 
 
 @pytest.mark.clients("gcc")
-def test_force_stays_while_the_sensor_warms(tmp_path, cold):
+def test_compensated_force_is_constant_during_warming(tmp_path, cold):
     """17 K in ten minutes under full load, with the lag of the pad that is stated for this rate."""
     design = Design(cold.replace("readout.thermistor.part", "tmp117"))
     solved = design.sensing.solved
@@ -116,7 +116,7 @@ def test_force_stays_while_the_sensor_warms(tmp_path, cold):
 
 
 @pytest.mark.clients("gcc")
-def test_counts_of_the_reference_coil_tell_the_warming(tmp_path, cold):
+def test_reference_coil_counts_give_temperature_rise(tmp_path, cold):
     design = Design(cold.replace("array.reference", {}))
     drift = design.cells.reference_drift
     before = 50_000_000

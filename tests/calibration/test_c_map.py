@@ -76,7 +76,7 @@ def _run_c(tmp_path, found, conversion, counts, tare):
 
 
 @pytest.mark.clients("gcc")
-def test_the_program_beside_the_header_gives_the_same(tmp_path, foretold):
+def test_c_example_program_prints_forces_of_header(tmp_path, foretold):
     (tmp_path / "calibration.h").write_bytes(header(foretold.map, foretold.sensors.conversion))
     (tmp_path / "example.c").write_text(PROGRAM)
     made = tmp_path / "forces"
@@ -102,7 +102,7 @@ def _at_loads(sensors, errors, count):
 
 
 @pytest.mark.clients("gcc")
-def test_the_header_gives_the_map_s_forces(tmp_path, sensors, foretold, capsys):
+def test_c_header_forces_agree_with_numpy_map(tmp_path, sensors, foretold, capsys):
     loads, counts, tare = _at_loads(sensors, np.zeros(len(sensors.unknowns)), 1000)
     result, forces, time = _run_c(tmp_path, foretold.map, foretold.sensors.conversion, counts, tare)
     wanted, full = foretold.map(counts, tare), foretold.map.full_scale
@@ -117,7 +117,7 @@ def test_the_header_gives_the_map_s_forces(tmp_path, sensors, foretold, capsys):
 
 
 @pytest.mark.clients("gcc")
-def test_every_table_of_the_header_is_used(tmp_path, sensors, hidden):
+def test_every_c_header_table_is_used(tmp_path, sensors, hidden):
     found = fit_unit_map(sensors, hidden)
     _, counts, tare = _at_loads(sensors, hidden, 200)
     code = re.sub(r"/\*.*?\*/", "", header(found, sensors.conversion).decode("ascii"), flags=re.DOTALL)
@@ -128,7 +128,7 @@ def test_every_table_of_the_header_is_used(tmp_path, sensors, hidden):
 
 
 @pytest.mark.clients("gcc")
-def test_faults_are_reported(tmp_path, foretold):
+def test_c_forces_report_invalid_counts_and_zero_tare(tmp_path, foretold):
     tare = foretold.map.rest
     counts = np.floor([tare, 0 * tare, 0 * tare + 2**28 - 1, 1.1 * tare, 0.9 * tare])
     result, forces, _ = _run_c(tmp_path, foretold.map, foretold.sensors.conversion, counts, tare)
@@ -137,7 +137,7 @@ def test_faults_are_reported(tmp_path, foretold):
     assert np.abs(forces[3:] - foretold.map(counts[3:], tare)).max() < 1e-4 * foretold.map.full_scale.max()
 
 
-def test_bytes_are_the_same_every_time(foretold):
+def test_c_header_is_repeatable_single_precision_with_short_lines(foretold):
     text = header(foretold.map, foretold.sensors.conversion).decode("ascii")
     assert header(foretold.map, foretold.sensors.conversion).decode("ascii") == text
     assert "malloc" not in text and "double" not in text and max(map(len, text.splitlines())) <= 120
@@ -145,7 +145,7 @@ def test_bytes_are_the_same_every_time(foretold):
         assert word in text
 
 
-def test_the_gain_is_the_target_s_share(sensors):
+def test_map_gain_corresponds_to_target_share_of_inductance(sensors):
     """A gain of 14 says that the target takes 1/29 of the inductance at rest."""
     share = 1.0 / (1.0 + map_gain(sensors) / SHARE)
     assert np.all((share > 0.01) & (share < 0.2))

@@ -34,7 +34,7 @@ def sensors():
 
 @pytest.mark.parametrize("gap", [-WIDEST, -1.9, 0.0, WIDEST])
 @pytest.mark.parametrize("modulus", [-1.0, 0.0])
-def test_a_sensor_at_either_end_of_its_scatter_is_on_the_chart(sensors, gap, modulus):
+def test_surrogate_covers_sensors_at_ends_of_manufacturing_scatter(sensors, gap, modulus):
     """The box was that of forty sensors at random: one of a gap 1.9 sigma thin read the same from 2 N to 8 N."""
     errors = np.array([{"gap": gap, "modulus": modulus}.get(one.name, 0.0) * one.sigma for one in sensors.unknowns])
     loads = np.array([[force, 0.0, 0.0] for force in (0.0, 2.0, 4.0, 8.0)])
@@ -61,7 +61,7 @@ def soft():
 
 
 @pytest.mark.slow
-def test_a_chart_says_what_it_is_off_by(soft):
+def test_surrogate_error_covers_deviation_from_solved_readings(soft):
     """A pad known to 67 % was charted as far as the softest is sheared, four thicknesses: the readings' changes were
     half wrong where 0.6 % was taken for granted, and no calibration noticed.
     """
@@ -75,7 +75,7 @@ def test_a_chart_says_what_it_is_off_by(soft):
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_readings_of_another_modulus_without_noise_give_that_modulus(soft):
+def test_noiseless_readings_of_stiffer_pad_give_its_modulus(soft):
     """The tool's own model with 17 for 13.2 kPa: the gap was moved by 70 um and up to 11 % stated, where the plan
     foretold 0.5 %.
     """
@@ -102,7 +102,7 @@ def _with_target(material: str):
 
 
 @pytest.mark.slow
-def test_a_target_that_adds_inductance_is_charted_by_how_much_it_adds():
+def test_surrogate_of_ferrite_target_has_negative_sign_and_small_error():
     """A ferrite's change counted as next to nothing in every pose, so that the plan promised 6 % of full scale."""
     found = calibrate(_with_target("ferrite"))
     assert np.all(found.sensors.surrogate.sign < 0.0) and found.sensors.surrogate.error < 0.02
@@ -110,20 +110,20 @@ def test_a_target_that_adds_inductance_is_charted_by_how_much_it_adds():
 
 
 @pytest.mark.slow
-def test_no_map_is_made_where_the_change_passes_through_nothing():
+def test_target_whose_inductance_change_crosses_zero_is_refused():
     """A map of such steel read -1.7 N at rest and 1.2 N between nothing and 4 N."""
     steel = "{name: steel, conductivity: 5 MS/m, relative_permeability: 200}"
     with pytest.raises(ValueError, match="adds inductance in some poses and takes it off in others"):
         calibrate(_with_target(steel))
 
 
-def test_the_counts_at_rest_are_those_of_the_response(design, foretold):
+def test_map_counts_at_rest_equal_response_counts(design, foretold):
     found = sitscad.respond(design, loads=[(0.0, 0.0, 0.0)])
     assert foretold.map.rest == approx(found.counts[0], rel=1e-6, abs=0.0)
 
 
 @pytest.mark.slow
-def test_drawn_map_states_its_error_with_the_tail_of_soft_pads(sensors):
+def test_nominal_map_error_includes_soft_pads(sensors):
     """Twenty-four sensors, none softer than two sigma, made a quarter too little of it, or too much by their seed."""
     drawn = fit_unit_map(sensors, 0.0 * _sigmas(sensors))
     loads, square = sensors.range.inside(40, 240), []

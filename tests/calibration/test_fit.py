@@ -46,7 +46,7 @@ def truth(sensors, hidden):
 
 
 @pytest.mark.parametrize(("axes", "count"), [((0,), 8), ((0,), 12), ((0, 1), 20), ((0, 1), 24), ((0, 1, 2), 40)])
-def test_as_many_loads_are_offered_as_are_asked_for(axes, count):
+def test_candidate_loads_are_at_least_the_requested_number(axes, count):
     """The help promised eight, and of one axis four were planned without a word."""
     scope = WorkingRange(tuple(FORCES[k] for k in axes), 8.0, 2.0)
     loads = candidate_loads(SimpleNamespace(range=scope), count)
@@ -61,19 +61,19 @@ def _off(found, truth):
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_eight_points_do_what_a_drawn_map_cannot(foretold, calibrated, truth):
+def test_calibration_by_eight_points_reduces_error_below_30_percent(foretold, calibrated, truth):
     before, after = _off(foretold.map, truth), _off(calibrated.map, truth)
     assert np.all(after < 0.015), "of full scale"
     assert np.all(after < 0.3 * before)
 
 
 @pytest.mark.slow
-def test_the_stated_error_holds_and_is_not_slack(calibrated, truth):
+def test_calibrated_error_is_within_stated_error_below_4_percent(calibrated, truth):
     stated, found = calibrated.map.error / calibrated.map.full_scale, _off(calibrated.map, truth)
     assert np.all(found < 2.0 * stated) and np.all(stated < 0.04)
 
 
-def test_error_of_a_measured_unit_is_reported_in_the_measure_of_the_data_sheet_too(calibrated, foretold):
+def test_calibrated_unit_error_is_reported_as_sigma_and_95_percent(calibrated, foretold):
     """95 % stood for a calibrated unit beside one sigma in the data sheet's table."""
     sigma, sure = calibrated.unit_errors
     assert "one sigma" in sigma.of and "95 %" in sure.of
@@ -83,7 +83,7 @@ def test_error_of_a_measured_unit_is_reported_in_the_measure_of_the_data_sheet_t
 
 
 @pytest.mark.slow
-def test_points_along_one_axis_say_that_they_leave_the_other_open(sensors, foretold, hidden, calibrated, truth):
+def test_loads_along_one_axis_leave_larger_stated_error(sensors, foretold, hidden, calibrated, truth):
     """Found with loads without shear: the leave-one-out error alone was a tenth of the true one."""
     loads = np.zeros((5, 3))
     loads[1:, 0] = np.linspace(0.3, 1.0, 4) * sensors.range.full_scales[0]
@@ -93,7 +93,7 @@ def test_points_along_one_axis_say_that_they_leave_the_other_open(sensors, foret
     assert np.all(_off(found.map, truth) * found.map.full_scale < 2.5 * found.map.error)
 
 
-def test_the_modulus_is_found(sensors, hidden, calibrated):
+def test_fit_finds_modulus_within_its_sigma(sensors, hidden, calibrated):
     names = [one.name for one in sensors.unknowns]
     true = dict(zip(names, hidden, strict=True))["modulus"]
     row = calibrated.moved["modulus"]
@@ -102,7 +102,7 @@ def test_the_modulus_is_found(sensors, hidden, calibrated):
 
 
 @pytest.mark.slow
-def test_drift_goes_with_the_tares(sensors, bench, calibrated, foretold, truth):
+def test_repeated_tares_remove_drift(sensors, bench, calibrated, foretold, truth):
     """All readings creep by 2 %o in the second half; a tare between takes it out."""
     half = len(bench) // 2
     order = np.array([*range(half), 0, *range(half, len(bench))])
@@ -113,7 +113,7 @@ def test_drift_goes_with_the_tares(sensors, bench, calibrated, foretold, truth):
 
 
 @pytest.mark.slow
-def test_poses_find_where_the_target_rests(sensors, hidden):
+def test_poses_determine_target_offset_but_not_modulus(sensors, hidden):
     """Without loads nothing is learnt of the modulus."""
     poses = np.zeros((9, 6))
     poses[1:, 0] = [-5e-4, 5e-4, 0.0, 0.0, -5e-4, 5e-4, 0.0, 3e-4]
@@ -126,7 +126,7 @@ def test_poses_find_where_the_target_rests(sensors, hidden):
     assert rows["modulus"]["sigma"] == approx(rows["modulus"]["sigma_before"], rel=1e-6)
 
 
-def test_each_point_of_the_plan_tells_something(foretold):
+def test_each_plan_point_reduces_predicted_error(foretold):
     errors = foretold.plan.errors
     assert len(errors) == len(foretold.plan.loads) + 1
     assert np.all(np.diff(errors, axis=0) <= 1e-12)
@@ -134,7 +134,7 @@ def test_each_point_of_the_plan_tells_something(foretold):
     assert len({tuple(load) for load in foretold.plan.loads}) == len(foretold.plan.loads)
 
 
-def test_one_figure_for_what_a_tare_leaves(foretold):
+def test_uncalibrated_error_is_equal_in_plan_map_and_page(foretold):
     """The table of errors and the plan beside it had two."""
     assert np.array_equal(foretold.plan.errors[0], foretold.map.error)
     bare, tared, *_, last = foretold.unit_errors
@@ -144,7 +144,7 @@ def test_one_figure_for_what_a_tare_leaves(foretold):
     assert page.count("not calibrated") == 1 and "one sigma N" not in page
 
 
-def test_the_other_way_of_loading_is_reported_with_what_it_reads(sensors, foretold):
+def test_readings_with_other_target_rotation_are_reported(sensors, foretold):
     """A map for a target that tilts as it likes, on one that a face keeps level: shear moves it less."""
     ((axis, force, read),) = foretold.turned
     assert axis == "shear_x" and force == sensors.range.shear and 0.3 * force < read < force
@@ -156,7 +156,7 @@ def test_the_other_way_of_loading_is_reported_with_what_it_reads(sensors, foreto
     (None, "no metal"), ("{kind: bench-plate}", "Screw the mount down"), ("{kind: custom}", "Fasten your mount"),
     ("{kind: fingertip, standoff: 1.2 mm}", "both screws"), ("{kind: grasper-pad}", "vice"),
 ])
-def test_a_plan_says_which_way_x_is_and_what_holds_the_sensor(mount, held):
+def test_plan_states_x_direction_and_sensor_support(mount, held):
     from sitscad.files.report.calibration import directions, held_by
     from sitscad.spec.yaml.source import read_yaml
 
@@ -169,7 +169,7 @@ def test_a_plan_says_which_way_x_is_and_what_holds_the_sensor(mount, held):
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_one_way_of_loading_is_meant_where_nobody_says(design):
+def test_default_target_rotation_is_held_everywhere(design):
     """A package's plan was of a level target and spoke of weights and threads; the command and the library meant a
     free one. Loads of `respond` are put on a target that tilts as it likes, as the contract has it.
     """
@@ -191,7 +191,7 @@ def test_one_way_of_loading_is_meant_where_nobody_says(design):
         sitscad.respond(design, np.zeros((1, 6)), rotation="free")
 
 
-def test_files_are_whole_and_alike_every_time(foretold, calibrated, truth):
+def test_calibration_files_are_complete_and_repeatable(foretold, calibrated, truth):
     for found in (foretold, calibrated):
         files = calibration_files(found)
         assert files == calibration_files(found)
@@ -206,14 +206,14 @@ def test_files_are_whole_and_alike_every_time(foretold, calibrated, truth):
 
 
 @pytest.mark.parametrize("text", ["[" * 200_000, "[]", "5", "null", '{"map": 5}', '{"map": {"axes": 5}}', "{", "\xff"])
-def test_a_file_that_is_no_calibration_is_refused_in_words(tmp_path, text):
+def test_invalid_calibration_file_raises_value_error(tmp_path, text):
     path = tmp_path / "calibration.json"
     path.write_bytes(text.encode("latin-1"))
     with pytest.raises(ValueError):
         map_of(path)
 
 
-def test_table_and_figure_of_the_page_number_the_points_alike(calibrated):
+def test_page_table_and_figure_number_points_equally(calibrated):
     """Where a tare stood between the points the table counted it, the figure did not."""
     rows = np.array([0, 1, 2, 0, *range(3, len(calibrated.points))])
     fit = replace(calibrated.fit, force_errors=calibrated.fit.force_errors[rows])
@@ -224,13 +224,13 @@ def test_table_and_figure_of_the_page_number_the_points_alike(calibrated):
     assert re.findall(r"<td>(\d+|tare)</td>", table) == ["tare", "1", "2", "tare", *counted[2:]]
 
 
-def test_an_unknown_is_unusual_alike_in_the_page_and_in_the_notes(calibrated):
+def test_page_and_documentation_state_same_limit_for_unusual_unknowns(calibrated):
     """The page said more than 2 sigma, docs/calibration.md and the notes 3."""
     assert f"more than {UNUSUAL:g} is unusual" in calibration_page(calibrated).decode()
     assert f"{UNUSUAL:g} sigma is unusual" in (Path(__file__).parents[2] / "docs" / "calibration.md").read_text()
 
 
-def test_the_document_keeps_to_its_published_schema(foretold, calibrated):
+def test_calibration_json_validates_against_published_schema(foretold, calibrated):
     import jsonschema
 
     schema = json_file("calibration.schema")
@@ -245,7 +245,7 @@ def test_the_document_keeps_to_its_published_schema(foretold, calibrated):
         jsonschema.validate(document, schema)
 
 
-def test_map_of_target_that_leaves_its_coil_has_no_pole():
+def test_map_of_target_moving_off_its_coil_has_small_error():
     """In ln(1 - L/L0) the map of this unit was 47 % of full scale off, so that each design had its form chosen out of
     eighteen.
     """
@@ -255,12 +255,12 @@ def test_map_of_target_that_leaves_its_coil_has_no_pole():
 
 
 @pytest.mark.parametrize(("axes", "samples", "degree"), [(1, 241, 6), (2, 41, 6), (2, 40, 5), (3, 273, 6), (5, 273, 4)])
-def test_degree_of_a_map_goes_by_its_samples_alone(axes, samples, degree):
+def test_map_degree_depends_only_on_sample_count(axes, samples, degree):
     terms = map_terms(axes, samples)
     assert terms.sum(axis=1).max() == degree and samples >= 1.5 * len(terms)
 
 
-def test_map_of_an_earlier_version_is_refused_and_not_read_otherwise(foretold):
+def test_map_of_earlier_version_is_refused(foretold):
     """Its numerators without their denominators, or of L itself, would make forces that look right."""
     known = foretold.map.document()
     known["numerator"] = known.pop("coefficients")
@@ -268,12 +268,12 @@ def test_map_of_an_earlier_version_is_refused_and_not_read_otherwise(foretold):
         map_of(known)
 
 
-def test_too_many_points_are_refused(design):
+def test_plan_of_more_than_40_points_is_refused(design):
     with pytest.raises(ValueError, match="3 to 40"):
         calibrate(design, points=41)
 
 
-def test_unknowns_are_found_where_residuals_are_straight():
+def test_levenberg_marquardt_solves_linear_least_squares():
     matrix = np.array([[1.0, 2.0], [0.0, 1.0], [3.0, -1.0]])
     found = levenberg_marquardt(lambda x: matrix @ x - [1.0, 2.0, 3.0], np.zeros(2))
     known = matrix.T @ matrix + np.eye(2)
@@ -283,7 +283,7 @@ def test_unknowns_are_found_where_residuals_are_straight():
 
 
 @pytest.mark.slow
-def test_a_fit_does_not_stop_at_the_edge_of_what_is_looked_for(sensors, foretold):
+def test_fit_of_extreme_unknowns_settles_within_stated_error(sensors, foretold):
     """Found with one of ten simulated sensors, 7 % of full scale off: from the drawn sensor, the target's change went
     to 8 sigma, every step beyond was taken back, and the steps that were left counted as settled.
     """
@@ -303,7 +303,7 @@ def test_a_fit_does_not_stop_at_the_edge_of_what_is_looked_for(sensors, foretold
     assert np.all(off < 0.015) and np.all(off * found.map.full_scale < 2.0 * found.map.error)
 
 
-def test_a_fit_at_an_edge_has_finite_slopes():
+def test_fit_next_to_bound_has_finite_slopes():
     """Closer to an edge than the step of the differences."""
 
     def residuals(values):
@@ -316,7 +316,7 @@ def test_a_fit_at_an_edge_has_finite_slopes():
         levenberg_marquardt(lambda values: values if abs(values[0]) < 1e-4 else np.full(1, np.nan), np.zeros(1))
 
 
-def test_a_reading_beyond_the_map_is_the_force_where_it_ends(foretold):
+def test_reading_outside_map_gives_force_at_map_edge(foretold):
     """Simulated units of a soft pad read 1,400 full scales, and that was stated as the error of any unit."""
     found, rest = foretold.map, foretold.map.rest
     far = np.array([rest * (1.0 + k) for k in (0.1, 0.3, -0.1, -0.3)])
@@ -325,7 +325,7 @@ def test_a_reading_beyond_the_map_is_the_force_where_it_ends(foretold):
     assert np.abs(found.forces_at(found.mixed(far, rest)) / found.full_scale).max() > 10.0
 
 
-def test_steps_that_an_edge_makes_small_are_not_settled():
+def test_fit_stopped_by_bound_is_not_settled():
     def residuals(values):
         return 100.0 * (values - 3.0) if values[0] < 1.0 else np.full(1, np.inf)
 
@@ -335,7 +335,7 @@ def test_steps_that_an_edge_makes_small_are_not_settled():
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_a_map_reaches_the_edge_of_its_range():
+def test_map_covers_edge_of_working_range():
     """It ended before the required load, where it read 2 % too little and said that this lies beyond it."""
     found = calibrate(sitscad.Design(sitscad.load_text(templates.read("three_axis_pad"))))
     sensors, edge = found.sensors, found.sensors.range.rim
@@ -361,7 +361,7 @@ def overloaded():
 @pytest.mark.more
 @pytest.mark.slow
 @pytest.mark.parametrize("which", ["foretold", "coarse", pytest.param("overloaded", marks=pytest.mark.more)])
-def test_a_plan_promises_no_less_than_the_map_itself_leaves(which, request):
+def test_plan_error_is_at_least_map_fit_error(which, request):
     """It promised 0.43 % of full scale where the map of the very sensor as drawn left 0.7 %."""
     found = request.getfixturevalue(which)
     scope, none = found.sensors.range, np.zeros(len(found.sensors.unknowns))
@@ -372,7 +372,7 @@ def test_a_plan_promises_no_less_than_the_map_itself_leaves(which, request):
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_full_normal_force_alone_is_well_inside_the_map(coarse):
+def test_map_covers_full_normal_force_without_shear(coarse):
     """The map was made for it with full shear only, ended at 4.99 of 5 N, and called that beyond what it holds."""
     scope, none = coarse.sensors.range, np.zeros(len(coarse.sensors.unknowns))
     tare, read = coarse.sensors.frequencies_under(none, np.array([[0.0, 0.0, 0.0], [scope.normal, 0.0, 0.0]]),

@@ -27,7 +27,7 @@ def level(design):
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_readings_of_a_level_target_are_reported_from_those_of_a_free_one(sensors, level, foretold, hidden, bench):
+def test_readings_with_wrong_target_rotation_are_reported(sensors, level, foretold, hidden, bench):
     """Found with a simulated unit: the wrong way of loading left 1.7 times the stated error, without a word."""
     held = simulated(level, hidden, foretold.plan.loads, np.random.default_rng(3))
     wrong = fit_opposite_rotation(sensors, lambda: level, held, fit_model(sensors, held))
@@ -40,7 +40,7 @@ def test_readings_of_a_level_target_are_reported_from_those_of_a_free_one(sensor
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_a_map_for_a_target_that_turns_otherwise_states_what_it_is_off_by(design, sensors, hidden, table):
+def test_map_with_wrong_target_rotation_states_its_error(design, sensors, hidden, table):
     """Of a free target calibrated as a level one 7 % of full scale were stated, where 8 % were true."""
     path = Path(table())
     path.write_text(path.read_text().replace("# rotation: free", "# rotation: held"))
@@ -53,14 +53,14 @@ def test_a_map_for_a_target_that_turns_otherwise_states_what_it_is_off_by(design
 
 
 @pytest.mark.slow
-def test_loads_without_shear_do_not_tell_how_a_target_turns(sensors, level, bench, hidden):
+def test_loads_without_shear_give_no_rotation_note(sensors, level, bench, hidden):
     loads = np.zeros((4, 3))
     loads[1:, 0] = [2.0, 4.0, 6.0]
     points = Points(loads, None, sensors.frequencies_under(hidden, loads), np.arange(4) == 0)
     assert fit_opposite_rotation(sensors, lambda: level, points, fit_model(sensors, points)) is None
 
 
-def test_a_table_says_how_its_target_was_loaded(design, foretold, tmp_path, sensors):
+def test_rotation_comment_of_table_decides_target_rotation(design, foretold, tmp_path, sensors):
     text = calibration_files(foretold)["plan.csv"].decode()
     assert text.startswith("# rotation: free\n")
     path = tmp_path / "plan.csv"
@@ -76,7 +76,7 @@ def test_a_table_says_how_its_target_was_loaded(design, foretold, tmp_path, sens
 
 @pytest.mark.slow
 @pytest.mark.parametrize("gap", [4.2, pytest.param(-4.2, marks=[pytest.mark.slow, pytest.mark.more])])
-def test_a_pad_of_another_thickness_is_fitted_and_told(sensors, foretold, hidden, gap):
+def test_pad_of_unusual_thickness_is_fitted_and_reported(sensors, foretold, hidden, gap):
     """A fifth thicker: the chart ended where usual sensors do, and half of full scale was stated."""
     own = 0.7 * hidden
     own[0] = gap * sensors.unknowns[0].sigma
@@ -91,7 +91,7 @@ def test_a_pad_of_another_thickness_is_fitted_and_told(sensors, foretold, hidden
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["softening", "shear_curve"])
-def test_a_pad_that_shears_otherwise_than_its_law_is_fitted(sensors, foretold, hidden, name):
+def test_pad_with_unusual_shear_law_is_fitted_within_stated_error(sensors, foretold, hidden, name):
     """Shear that goes further under the normal force, or stiffens more, was not looked for: 12 points left up to 1.5 %
     of full scale, and stated 3.5 %.
     """
@@ -122,7 +122,7 @@ def test_shear_loads_of_half_the_size_are_refused(design, table):
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_a_map_states_what_its_chart_is_off_by(sensors, foretold, hidden):
+def test_map_error_includes_surrogate_error(sensors, foretold, hidden):
     """A pad half as stiff goes far beyond the chart of usual ones: 6.3 % off where 2.5 % were stated. The chart ended
     there, and now it goes on straight.
     """
@@ -136,7 +136,7 @@ def test_a_map_states_what_its_chart_is_off_by(sensors, foretold, hidden):
 
 
 @pytest.mark.slow
-def test_usual_sensors_get_no_word(sensors, calibrated):
+def test_usual_sensor_yields_no_note(sensors, calibrated):
     assert not list(unusual_unknowns(sensors, calibrated.fit))
     assert calibrated.fit.disagreement[1:].max() < ODD
 
@@ -146,7 +146,7 @@ def test_usual_sensors_get_no_word(sensors, calibrated):
 @pytest.mark.parametrize(
     "more", [20_000, *(pytest.param(off, marks=[pytest.mark.slow, pytest.mark.more]) for off in (60_000, -60_000))]
 )
-def test_row_with_one_slip_is_named_by_its_chi_square(design, table, more):
+def test_row_with_one_wrong_reading_is_reported_by_chi_square(design, table, more):
     """One coil off in one row by 5 % of what it changes: the excess was told, and not the row. Of a third of that the
     slip itself had spread over the other rows, beside which it did not stand out.
     """
@@ -177,7 +177,7 @@ def _with_tares(table, sensors, bench, noise=0.0, slip=0):
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_noise_is_told_by_rows_without_load(design, table, sensors, bench):
+def test_noise_is_estimated_from_rows_without_load(design, table, sensors, bench):
     """3,000 counts on every reading, 16 times the converter's, passed without a word."""
     quiet, loud = (calibrate(design, _with_tares(table, sensors, bench, noise)) for noise in (0.0, 3000.0))
     assert not any("rows without load" in note for note in quiet.notes) and quiet.points.noise_ratio == 1.0
@@ -188,7 +188,7 @@ def test_noise_is_told_by_rows_without_load(design, table, sensors, bench):
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_a_tare_that_is_off_is_named_and_refused_where_it_moves_all_forces(design, table, sensors, bench):
+def test_wrong_tare_is_reported_and_large_error_is_refused(design, table, sensors, bench):
     (note,) = (n for n in calibrate(design, _with_tares(table, sensors, bench, slip=20_000)).notes if "scatter" in n)
     assert "bench.csv:7:1 rows without load" in note
     with pytest.raises(BenchError, match=r"bench.csv:7:1 rows without load scatter by .* find the noise first"):
@@ -197,7 +197,7 @@ def test_a_tare_that_is_off_is_named_and_refused_where_it_moves_all_forces(desig
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_a_table_with_one_tare_does_not_tell_of_noise(design, table, foretold):
+def test_table_with_fewer_than_three_tares_notes_missing_noise_estimate(design, table, foretold):
     assert any(note.startswith("fewer than three rows without load") for note in calibrate(design, table()).notes)
     rows = calibration_files(foretold)["plan.csv"].decode().splitlines()[2:]
     tares = [k for k, row in enumerate(rows) if row.startswith("0,0,")]
@@ -209,7 +209,7 @@ def calibrated(sensors, bench, foretold):
     return calibrate_by(sensors, bench)
 
 
-def test_every_unknown_has_a_cause(sensors):
+def test_every_fitted_unknown_has_cause_text(sensors):
     assert {cause_text(one.name) for one in sensors.unknowns if one.is_fitted} == set(CAUSES.values())
     assert WIDEST < 3.0
 
@@ -217,14 +217,14 @@ def test_every_unknown_has_a_cause(sensors):
 @pytest.mark.parametrize(("square", "free", "chance"), [
     (3.8415, 1, 0.05), (5.9915, 2, 0.05), (7.8147, 3, 0.05), (18.467, 4, 0.001), (29.588, 10, 0.001), (0.0, 3, 1.0),
 ])
-def test_chance_of_a_chi_square_is_that_of_the_tables(square, free, chance):
+def test_chi_square_probability_matches_published_table(square, free, chance):
     """Abramowitz and Stegun, table 26.8."""
     assert float(chi_square_chance(np.array(square), free)) == approx(chance, rel=2e-4)
 
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_the_stated_error_of_five_points_holds_and_is_not_slack(sensors, foretold):
+def test_stated_error_of_five_point_calibration_holds_within_factor_4(sensors, foretold):
     """It was what points foretell of each other, their own loads' errors in it: up to ten times the true one."""
     tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(20, 600)])
     ratios = []
@@ -237,14 +237,14 @@ def test_the_stated_error_of_five_points_holds_and_is_not_slack(sensors, foretol
 
 
 @pytest.mark.slow
-def test_hysteresis_widens_what_is_stated(sensors, foretold, hidden, calibrated):
+def test_hysteresis_increases_stated_map_error(sensors, foretold, hidden, calibrated):
     points = simulated(sensors, hidden, foretold.plan.loads, np.random.default_rng(8), 0.0971)
     worn = calibrate_by(sensors, points)
     assert worn.fit.excess > 3.0 and worn.fit.scatter == approx(0.0971 / np.sqrt(12.0), rel=0.6)
     assert np.all(worn.map.error > 1.6 * calibrated.map.error)
 
 
-def test_unknowns_far_off_are_reported_by_their_distance_with_amount_and_cause():
+def test_unusual_unknowns_are_reported_by_distance_with_cause():
     """The farthest first, relative ones without a unit, and none at the bound itself."""
     units_of = {"gap": "m", "modulus": "1", "capacitor.C1": "1"}
     known = [SimpleNamespace(name=name, unit=unit) for name, unit in units_of.items()]

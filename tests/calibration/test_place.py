@@ -18,7 +18,7 @@ from sitscad.files.report.calibration import plan_card, plan_words
 from sitscad.spec import templates
 
 
-def test_a_load_beside_its_place_reads_as_its_moment_does(sensors):
+def test_reading_change_of_displaced_load_equals_effect_of_its_moment(sensors):
     loads, none = np.array([[4.0, 0.0, 0.0], [2.0, 0.3, 0.0], [0.0, 0.0, 0.0]]), np.zeros(len(sensors.unknowns))
     found, place = place_changes(sensors, none, loads), usual_value("place")
     beside = np.hstack([loads, np.zeros((3, 2))])
@@ -33,7 +33,7 @@ def test_a_load_beside_its_place_reads_as_its_moment_does(sensors):
     assert not place_changes(replace(sensors, is_held=True), none, loads).any()
 
 
-def test_a_plan_counts_the_errors_of_places_and_says_what_a_shift_of_all_adds(sensors, foretold, monkeypatch):
+def test_plan_includes_load_position_errors_and_states_common_offset_effect(sensors, foretold, monkeypatch):
     exact = points.plan(sensors, 8)
     assert np.all(exact.errors_of_offset > 0.0) and np.array_equal(exact.loads, foretold.plan.loads)
     said = re.sub(r"\\s+", " ", plan_words(foretold, foretold.plan).decode())
@@ -46,7 +46,7 @@ def test_a_plan_counts_the_errors_of_places_and_says_what_a_shift_of_all_adds(se
                                                                   * exact.errors_of_offset)
 
 
-def test_a_card_has_every_place_on_the_target_true_to_size(foretold):
+def test_load_card_shows_load_positions_at_scale_one(foretold):
     loads = np.array([[8.0, 0.0, 0.0, 2.8e-3, 2.8e-3], [2.0, 0.0, 0.0, -2.8e-3, 0.0], [2.0, 0.0, 0.0, 0.0, 0.0]])
     card = plan_card(foretold, replace(foretold.plan, loads=loads)).decode()
     wide = float(re.search(r"width='([0-9.]+)mm'", card)[1])
@@ -61,7 +61,7 @@ def test_a_card_has_every_place_on_the_target_true_to_size(foretold):
 
 @pytest.mark.slow
 @pytest.mark.more
-def test_loads_that_all_stand_a_tenth_of_a_millimetre_aside_keep_the_stated_error():
+def test_loads_displaced_by_100_um_are_within_stated_error():
     """Loads 0.1 mm aside made a normal force of 8 N read 8.17, seven stated sigmas off, without a warning."""
     design = sitscad.Design(sitscad.load_text(templates.read("fingertip_cell"), "t.yaml"))
     found = plan_calibration(design.response)

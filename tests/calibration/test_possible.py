@@ -41,12 +41,12 @@ def poses(tmp_path, sensors):
         ("z_um,rx_deg", "0,20", r"poses.csv:3:2: tilted by 20 degrees"),
     ],
 )
-def test_poses_that_no_target_takes_are_refused(poses, sensors, head, row, words):
+def test_impossible_target_poses_are_refused(poses, sensors, head, row, words):
     with pytest.raises(BenchError, match=words):
         require_possible(*poses(head, row), sensors)
 
 
-def test_a_load_that_no_pad_bears_is_refused(table, sensors):
+def test_load_beyond_pad_stability_is_refused(table, sensors):
     def pulled(head, rows):
         return head, [*rows[:4], ["40", "6", *rows[4][2:]], *rows[5:]]
 
@@ -67,13 +67,13 @@ def _read(table, sensors, change=lambda head, rows: (head, rows)):
     return found, points_of(found, sensors)
 
 
-def test_an_honest_fit_is_taken(table, sensors, fit):
+def test_fit_of_matching_readings_is_accepted(table, sensors, fit):
     read, points = _read(table, sensors)
     require_possible(read, points, sensors)
     require_agreement(read, points, sensors, fit)
 
 
-def test_a_fit_that_did_not_settle_is_refused_with_its_row(table, sensors, fit):
+def test_unsettled_fit_is_refused_with_worst_row(table, sensors, fit):
     read, points = _read(table, sensors)
     worst = 1 + int(np.argmax(fit.disagreement[1:]))
     words = rf"bench.csv:{worst + 2}:1 no sensor of this design reads so: .* by 2.8 times what .* without a best fit"
@@ -82,7 +82,7 @@ def test_a_fit_that_did_not_settle_is_refused_with_its_row(table, sensors, fit):
     require_agreement(read, points, sensors, replace(fit, settled=False))  # what is left is as expected
 
 
-def test_an_unknown_far_beyond_manufacture_is_refused_by_its_name(table, sensors, fit):
+def test_unknown_beyond_6_sigma_is_refused_by_name(table, sensors, fit):
     read, points = _read(table, sensors)
     k = [one.name for one in sensors.unknowns].index("offset_x")
     moved = fit.moved.copy()
@@ -92,7 +92,7 @@ def test_an_unknown_far_beyond_manufacture_is_refused_by_its_name(table, sensors
 
 
 @pytest.mark.slow
-def test_a_row_that_all_others_contradict_is_refused(table, sensors):
+def test_row_contradicted_by_all_others_is_refused(table, sensors):
     """The load of a row mistyped by its sign: nothing in it alone is impossible."""
 
     def turned(head, rows):
@@ -106,7 +106,7 @@ def test_a_row_that_all_others_contradict_is_refused(table, sensors):
         require_agreement(read, points, sensors, fit_model(sensors, points))
 
 
-def test_loads_that_say_nothing_of_the_readings_are_refused(table, sensors, fit):
+def test_loads_unrelated_to_readings_are_refused(table, sensors, fit):
     read, points = _read(table, sensors)
     for excess in (30.0, 60.0):
         with pytest.raises(BenchError, match=rf"loads and readings disagree by {excess:.1f} times"):
@@ -129,7 +129,7 @@ FAR_ASIDE = """\
 
 
 @pytest.mark.slow
-def test_readings_of_a_target_far_aside_are_refused_with_a_reason(table, sensors):
+def test_readings_of_far_displaced_target_are_refused_with_worst_row(table, sensors):
     """The fit went to the edge of what is looked for, where slopes were not finite: an internal error."""
     read, points = _read(table, sensors, lambda head, rows: (head, [line.split(",") for line in FAR_ASIDE.split()]))
     with warnings.catch_warnings():
@@ -154,7 +154,7 @@ def _twice(sensors, bench, scale):
 
 
 @pytest.mark.parametrize(("scale", "words"), [(1.0, "agree within"), (1.05, "times the converter's noise")])
-def test_of_two_readings_counts_are_used_and_a_difference_is_reported(table, sensors, bench, scale, words):
+def test_counts_column_is_preferred_and_difference_of_second_column_reported(table, sensors, bench, scale, words):
     read, points = _read(table, sensors, _twice(sensors, bench, scale))
     assert points.frequency == approx(bench.frequency, rel=1e-7)
     one, other = second_readings(read, points, sensors)
@@ -165,7 +165,7 @@ def test_of_two_readings_counts_are_used_and_a_difference_is_reported(table, sen
 
 
 @pytest.mark.slow
-def test_a_table_without_a_fit_is_refused(table, design, monkeypatch):
+def test_table_whose_fit_fails_is_refused(table, design, monkeypatch):
     def nothing(*given, **more):
         raise NoFit("a fit ended where nothing is known of its values")
 

@@ -27,7 +27,7 @@ requirements: {{normal_force: 8 N{asked}}}
     [(None, 0.5, 0), (0.4, 0.4, 0), (0.9, 0.9, 1), (1.4, 1.0, 2)],
     ids=["not asked", "within", "beyond half the thickness", "beyond the thickness"],
 )
-def test_shear_is_calibrated_as_far_as_it_is_asked_for_and_can_be_trusted(asked, travel, notes):
+def test_calibrated_shear_range_is_required_force_limited_by_travel(asked, travel, notes):
     plain = sitscad.load_text(SENSOR.format(asked=""), "pair.yaml")
     words = "" if asked is None else f", shear_force: {shear_for_travel(plain, asked):.9g} N"
     found = working_range(sitscad.load_text(SENSOR.format(asked=words), "pair.yaml"))
@@ -37,7 +37,7 @@ def test_shear_is_calibrated_as_far_as_it_is_asked_for_and_can_be_trusted(asked,
 
 @pytest.mark.parametrize("name", ["grasper_3p5mm", "three_axis_triangle", "bench_7mm", "jaw_5x20"])
 @pytest.mark.parametrize("travel", [0.5, 1.0])
-def test_half_of_a_pad_s_thickness_is_the_force_that_moves_it_so_far(name, travel):
+def test_shear_for_travel_moves_pad_by_half_its_thickness(name, travel):
     """It was G A of it: film, rim, exponent and press left out, three times too little with a film of PDMS."""
     spec = sitscad.load_text(templates.read(name), name)
     force, normal = shear_for_travel(spec, travel), full_normal(spec)
@@ -47,7 +47,7 @@ def test_half_of_a_pad_s_thickness_is_the_force_that_moves_it_so_far(name, trave
     assert moved.max() == approx(travel, rel=0.005)
 
 
-def test_a_tall_pad_is_calibrated_no_farther_than_it_goes_half_pressed():
+def test_shear_range_of_tall_pad_is_limited_at_half_normal_force():
     """Under 1 N with half of the normal force the pad went 2.7 times its thickness, and under neither end of it."""
     spec = sitscad.load_text(templates.read("grasper_3p5mm"), "grasper_3p5mm.yaml")
     found = working_range(spec)
@@ -56,7 +56,7 @@ def test_a_tall_pad_is_calibrated_no_farther_than_it_goes_half_pressed():
     assert np.abs(loaded_poses(spec, loads)[0][:, 0]).max() < 1.01 * spec.elastomer.thickness
 
 
-def test_what_is_said_of_the_other_jaw_stands_with_every_sensor_in_a_jaw_and_no_other():
+def test_opposite_jaw_note_exists_only_for_sensors_in_jaw():
     """No figure counts its metal, and a unit that was calibrated with the jaw open never sees it."""
     from sitscad.estimates.loads.working_range import OTHER_JAW
 

@@ -30,7 +30,7 @@ def without_cad(monkeypatch):
 
 
 @pytest.mark.slow
-def test_build_says_where_the_package_is_and_verify_reads_it_back(run, tmp_path):
+def test_build_prints_package_path_and_verify_passes(run, tmp_path):
     done = run("build", "good.yaml", "--only", LIGHT)
     assert done.code == 0
     assert done.out.startswith("outputs/good-coil: ")
@@ -48,13 +48,13 @@ def test_build_says_where_the_package_is_and_verify_reads_it_back(run, tmp_path)
 
 
 @pytest.mark.parametrize("directory", [".", "absent", "good.yaml"])
-def test_verify_of_what_is_not_a_package_is_exit_2(run, directory):
+def test_verify_of_folder_without_manifest_exits_2(run, directory):
     done = run("verify", directory)
     assert (done.code, done.out) == (2, "")
     assert "manifest.json" in done.err
 
 
-def test_warnings_stop_a_strict_build_and_leave_what_is_there(run, tmp_path):
+def test_strict_build_with_warnings_stops_and_keeps_existing_package(run, tmp_path):
     command = ("build", "good.yaml", "--only", "gerber")
     stopped = run(*command, "--strict")
     assert (stopped.code, stopped.out) == (1, "") and "without --strict" in stopped.err
@@ -67,7 +67,7 @@ def test_warnings_stop_a_strict_build_and_leave_what_is_there(run, tmp_path):
 
 
 @pytest.mark.slow
-def test_errors_stop_a_build_and_force_marks_it(run, tmp_path):
+def test_build_with_errors_stops_and_force_marks_package(run, tmp_path):
     stopped = run("build", "weak.yaml", "--only", LIGHT)
     assert (stopped.code, stopped.out) == (1, "")
     assert "SIT2" in stopped.err
@@ -79,14 +79,14 @@ def test_errors_stop_a_build_and_force_marks_it(run, tmp_path):
     assert (tmp_path / "outputs/weak-coil/FORCED.txt").exists()
 
 
-def test_several_specs_are_built_and_the_highest_exit_code_wins(run, tmp_path):
+def test_build_of_several_specs_returns_highest_exit_code(run, tmp_path):
     done = run("build", "good.yaml", "weak.yaml", "broken.yaml", "--only", "gerber", "-o", "made")
     assert done.code == 2
     assert done.out.startswith("made/good-coil: ")
     assert [path.name for path in (tmp_path / "made").iterdir()] == ["good-coil"]
 
 
-def test_two_specs_of_one_name_are_refused_before_anything_is_made(run, tmp_path):
+def test_build_of_two_specs_with_equal_names_is_refused_without_output(run, tmp_path):
     (tmp_path / "twin.yaml").write_text((tmp_path / "good.yaml").read_text())
     done = run("build", "good.yaml", "twin.yaml", "--only", "gerber")
     assert done.code == 2
@@ -94,7 +94,7 @@ def test_two_specs_of_one_name_are_refused_before_anything_is_made(run, tmp_path
     assert not (tmp_path / "outputs").exists()
 
 
-def test_a_part_that_the_spec_has_nothing_for_is_named(run):
+def test_part_without_content_in_spec_is_reported(run):
     for _ in range(2):  # the second finds it unchanged
         done = run("build", "good.yaml", "--only", "datasheet,firmware")
         assert done.code == 0
@@ -104,7 +104,7 @@ def test_a_part_that_the_spec_has_nothing_for_is_named(run):
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_without_a_plotting_library_the_rest_is_built(run, tmp_path, monkeypatch):
+def test_build_without_matplotlib_omits_datasheet(run, tmp_path, monkeypatch):
     text = (tmp_path / "good.yaml").read_text()
     text += "target: {shape: circle, size: 10}\nelastomer: {shape: circle, size: 10}\n"
     (tmp_path / "felt.yaml").write_text(text)
@@ -120,14 +120,14 @@ def test_without_a_plotting_library_the_rest_is_built(run, tmp_path, monkeypatch
     assert named.code == 2 and "matplotlib" in named.err
 
 
-def test_an_unknown_part_names_the_known_ones(run, tmp_path):
+def test_unknown_part_lists_known_parts(run, tmp_path):
     done = run("build", "good.yaml", "--only", "gerbre")
     assert done.code == 2
     assert "gerber, kicad, laser, mount, mesh, assembly, firmware, datasheet, calibration, report" in done.err
     assert not (tmp_path / "outputs").exists()
 
 
-def test_without_the_extra_one_sentence_names_the_command_that_mends_it(run, tmp_path, without_cad):
+def test_build_without_cad_names_pip_install_command(run, tmp_path, without_cad):
     (tmp_path / "mounted.yaml").write_text(MOUNTED)
     refused = run("build", "mounted.yaml", "--force")
     assert refused.code == 2
@@ -139,7 +139,7 @@ def test_without_the_extra_one_sentence_names_the_command_that_mends_it(run, tmp
     assert {entry["stage"] for entry in files.values()} == {"gerber", "kicad", "check"}
 
 
-def test_an_interrupted_build_leaves_the_old_package_whole(run, tmp_path, monkeypatch):
+def test_interrupted_build_keeps_previous_package(run, tmp_path, monkeypatch):
     assert run("build", "good.yaml", "--only", "gerber").code == 0
     before = (tmp_path / "outputs/good-coil/manifest.json").read_bytes()
     (tmp_path / "good.yaml").write_text((tmp_path / "good.yaml").read_text().replace("turns: 12.5", "turns: 12"))
@@ -157,7 +157,7 @@ def test_an_interrupted_build_leaves_the_old_package_whole(run, tmp_path, monkey
 
 
 @pytest.mark.parametrize(("no_color", "coloured"), [("", True), ("1", False)])
-def test_a_terminal_sees_progress_and_colours_unless_no_color_is_set(run, monkeypatch, no_color, coloured):
+def test_terminal_shows_progress_and_colours_unless_no_color_is_set(run, monkeypatch, no_color, coloured):
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setenv("NO_COLOR", no_color)
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
@@ -167,7 +167,7 @@ def test_a_terminal_sees_progress_and_colours_unless_no_color_is_set(run, monkey
     assert "\x1b" not in done.out, "only standard error is a terminal here"
 
 
-def test_a_pipe_sees_a_line_when_a_long_stage_begins(run):
+def test_piped_build_prints_line_at_start_of_long_stage(run):
     """A build into a pipe said nothing for up to a minute."""
     done = run("build", "good.yaml", "--only", "gerber")
     told = [line for line in done.err.splitlines() if line.endswith(" ...")]
@@ -175,12 +175,12 @@ def test_a_pipe_sees_a_line_when_a_long_stage_begins(run):
     assert " ..." not in run("build", "good.yaml", "--only", "gerber").err, "nothing is made anew"
 
 
-def test_the_version_is_printed(run):
+def test_version_option_prints_version(run):
     assert run("--version").out == f"sitscad {sitscad.__version__}\n"
 
 
 @pytest.mark.slow
-def test_a_comparison_writes_nothing_names_what_is_stale_and_fails(run, tmp_path):
+def test_build_check_lists_stale_files_exits_1_and_writes_nothing(run, tmp_path):
     assert run("build", "good.yaml", "--only", "firmware,report").code == 0
     only = ("--only", "firmware,report")
     fresh = run("build", "good.yaml", "--check", *only)
@@ -199,7 +199,7 @@ def test_a_comparison_writes_nothing_names_what_is_stale_and_fails(run, tmp_path
     assert run("build", "broken.yaml", "--check").code == 2
 
 
-def test_of_several_specs_every_line_names_its_own(run):
+def test_messages_of_several_specs_start_with_spec_name(run):
     said = run("build", "good.yaml", "weak.yaml", "--check", "--only", "firmware").err
     lines = [line for line in said.splitlines() if line and not line.startswith((" ", "sitscad: "))]
     assert lines and all(line.startswith(("good.yaml:", "weak.yaml:")) for line in lines)
@@ -207,7 +207,7 @@ def test_of_several_specs_every_line_names_its_own(run):
 
 
 @pytest.mark.slow
-def test_a_package_of_some_parts_is_not_what_a_build_of_all_makes(run):
+def test_build_check_of_partial_package_fails_without_only(run):
     assert run("build", "good.yaml", "--only", "gerber,report").code == 0
     whole = run("build", "good.yaml", "--check")
     said = whole.out.splitlines()[0]
@@ -219,7 +219,7 @@ def test_a_package_of_some_parts_is_not_what_a_build_of_all_makes(run):
 
 
 @pytest.mark.slow
-def test_packages_are_the_same_from_however_many_processes(run, tmp_path):
+def test_packages_do_not_depend_on_number_of_processes(run, tmp_path):
     text = (tmp_path / "good.yaml").read_text()
     names = [f"coil-{number}" for number in range(3)]
     for name in names:

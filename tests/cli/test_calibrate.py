@@ -14,7 +14,7 @@ from sitscad.calibration.calibration import sensors_of
 from sitscad.calibration.unknowns import draw_units
 
 
-def test_a_bad_table_is_reported_by_its_place(run, pair, tmp_path):
+def test_invalid_bench_table_is_reported_with_line_and_column(run, pair, tmp_path):
     (tmp_path / "bench.csv").write_text("normal_N,C1_counts,C2_counts\n0,5,6\n1,7,nan\n")
     done = run("calibrate", pair, "bench.csv")
     assert (done.code, done.out) == (2, "")
@@ -26,19 +26,19 @@ def test_a_bad_table_is_reported_by_its_place(run, pair, tmp_path):
     ("arguments", "words"),
     [(["--rotation", "fixed"], "held, free"), (["--points", "2"], "3<=x<=40"), (["nowhere.csv"], "nowhere.csv")],
 )
-def test_wrong_usage(run, pair, arguments, words):
+def test_wrong_calibrate_arguments_exit_2(run, pair, arguments, words):
     done = run("calibrate", pair, *arguments)
     assert done.code == 2 and words in done.err
 
 
-def test_a_source_is_not_the_spec_that_is_calibrated(run):
+def test_calibrate_without_spec_and_read_without_source_spec_exit_2(run):
     done = run("calibrate", "--from", "sim:pair.yaml")
     assert done.code == 2 and "SPEC, the sensor that is calibrated, is missing" in done.err
     done = run("read", "sim:?seconds=2")
     assert done.code == 2 and "sim: names no spec" in done.err
 
 
-def test_a_coil_alone_has_nothing_to_calibrate(run, pair, tmp_path):
+def test_calibrate_of_coil_without_target_exits_2(run, pair, tmp_path):
     (tmp_path / "alone.yaml").write_text("\n".join((tmp_path / pair).read_text().splitlines()[:5]) + "\n")
     done = run("calibrate", "alone.yaml")
     assert done.code == 2 and "no target" in done.err
@@ -48,7 +48,7 @@ def test_a_coil_alone_has_nothing_to_calibrate(run, pair, tmp_path):
 @pytest.mark.parametrize(
     "number", [5, pytest.param(6, marks=pytest.mark.more), pytest.param(8, marks=pytest.mark.more)]
 )
-def test_the_plan_filled_in_calibrates(run, pair, tmp_path, number):
+def test_completed_plan_gives_calibration_within_stated_error(run, pair, tmp_path, number):
     """True readings of few points are taken: three of four such sensors were refused for a while."""
     planned = run("calibrate", pair, "--points", "5")
     folder = tmp_path / "pair-calibration"

@@ -13,14 +13,14 @@ from tolerance import approx
 import sitscad
 
 
-def test_a_good_spec_passes(run):
+def test_check_of_good_spec_exits_0(run):
     done = run("check", "good.yaml")
     assert done.code == 0
     assert done.out.splitlines()[-1].startswith("ok: ")
     assert done.err == ""
 
 
-def test_findings_point_into_the_spec(run):
+def test_findings_print_spec_line_with_caret_and_hint(run):
     done = run("check", "weak.yaml")
     assert done.code == 1
     lines = done.out.splitlines()
@@ -33,7 +33,7 @@ def test_findings_point_into_the_spec(run):
     assert lines[-1].startswith("not ok: ")
 
 
-def test_a_broken_spec_is_a_finding_and_exit_2(run):
+def test_check_of_invalid_spec_prints_finding_and_exits_2(run):
     done = run("check", "broken.yaml")
     assert done.code == 2
     assert re.match(r"broken\.yaml:4:\d+ SIT0\d\d error .*circel", done.out)
@@ -43,7 +43,7 @@ def test_a_broken_spec_is_a_finding_and_exit_2(run):
     assert re.search(r"not checked: .*SIT101-SIT\d+.*\(the spec could not be read\)", whole)
 
 
-def test_a_first_screen_is_short_and_says_how_to_see_the_rest(run):
+def test_brief_check_output_names_verbose_option_for_the_rest(run):
     """Nothing is lost: every finding, hint and reason of the document stands in the whole text."""
     short, whole = run("check", "good.yaml").out, run("check", "-v", "good.yaml").out
     (spec,) = json.loads(run("check", "good.yaml", "--format", "json").out)["specs"]
@@ -58,7 +58,7 @@ def test_a_first_screen_is_short_and_says_how_to_see_the_rest(run):
     assert left_out and all(f"({skipped['reason']})" in whole for skipped in left_out)
 
 
-def test_text_is_folded_at_the_terminal_s_width_and_never_in_a_pipe(run, monkeypatch):
+def test_check_text_is_wrapped_in_terminal_and_not_in_pipe(run, monkeypatch):
     monkeypatch.delenv("COLUMNS", raising=False)
     piped = run("check", "-v", "weak.yaml").out
     monkeypatch.setenv("COLUMNS", "60")
@@ -66,7 +66,7 @@ def test_text_is_folded_at_the_terminal_s_width_and_never_in_a_pipe(run, monkeyp
     assert max(map(len, folded.splitlines())) <= 60 < max(map(len, piped.splitlines()))
 
 
-def test_json_is_the_documented_document_and_nothing_else(run):
+def test_json_output_has_documented_content_only(run):
     done = run("check", "--format", "json", "good.yaml", "weak.yaml", "broken.yaml", "absent.yaml")
     document = json.loads(done.out)
     assert (done.code, done.err) == (2, "")
@@ -94,14 +94,14 @@ def test_json_is_the_documented_document_and_nothing_else(run):
     assert {s["rule"] for s in broken["not_checked"]} | {f["rule"] for f in broken["findings"]} >= known
 
 
-def test_every_rule_is_either_applied_or_listed_as_not_checked(run):
+def test_rules_without_needed_sections_are_listed_as_not_checked(run):
     document = json.loads(run("check", "good.yaml", "--format=json").out)
     skipped = {entry["rule"] for entry in document["specs"][0]["not_checked"]}
     assert any(rule.startswith("SIT3") for rule in skipped), "the spec has no jaw, so its rules cannot be applied"
     assert skipped <= {rule.id for rule in sitscad.RULES}
 
 
-def test_select_and_ignore_choose_rules_and_say_so(run):
+def test_select_and_ignore_choose_rules_and_are_reported(run):
     errors = {f["rule"] for f in json.loads(run("check", "weak.yaml", "--format=json").out)["specs"][0]["findings"]}
     ignored = run("check", "weak.yaml", "--ignore", "SIT2", "--format=json")
     document = json.loads(ignored.out)["specs"][0]
@@ -115,7 +115,7 @@ def test_select_and_ignore_choose_rules_and_say_so(run):
     assert json.loads(run("check", "weak.yaml", "--select", name, "--format=json").out)["specs"][0] == selected
 
 
-def test_a_broken_spec_cannot_be_ignored_away(run):
+def test_findings_of_invalid_spec_cannot_be_ignored(run):
     assert run("check", "broken.yaml", "--ignore", "SIT0").code == 2
 
 
@@ -129,14 +129,14 @@ def test_a_broken_spec_cannot_be_ignored_away(run):
         (["chek", "good.yaml"], "check"),
     ],
 )
-def test_wrong_usage_is_exit_2_and_one_message(run, arguments, words):
+def test_wrong_arguments_exit_2_with_one_message(run, arguments, words):
     done = run(*arguments)
     assert done.code == 2
     assert words in done.err
     assert done.out == ""
 
 
-def test_control_characters_of_a_spec_do_not_reach_the_terminal(run, tmp_path):
+def test_control_characters_in_spec_are_not_printed(run, tmp_path):
     (tmp_path / "bad\x1b[31m.yaml").write_bytes(b'sitscad: 1\nname: "a\x1b]0;owned\x07b"\n\x1b[2Jcoil: 3\n')
     done = run("check", str(tmp_path / "bad\x1b[31m.yaml"))
     assert done.code == 2
@@ -144,11 +144,11 @@ def test_control_characters_of_a_spec_do_not_reach_the_terminal(run, tmp_path):
     assert "\x07" not in done.out + done.err
 
 
-def test_no_colour_without_a_terminal(run):
+def test_output_without_terminal_has_no_colour(run):
     assert "\x1b" not in run("check", "weak.yaml").out
 
 
-def test_strict_fails_on_warnings_alone_and_prints_the_same(run):
+def test_strict_check_exits_1_on_warnings_with_equal_output(run):
     """For CI: exit codes without the switch, and what stands on stdout, stay as they are."""
     lenient, strict = (run("check", "good.yaml", "--format", "json", *more) for more in ((), ("--strict",)))
     severities = [f["severity"] for f in json.loads(strict.out)["specs"][0]["findings"]]
@@ -184,11 +184,11 @@ FORMS = ("text", "json", "sarif", "junit", "github")
         *((("weak.yaml", "broken.yaml"), 2, form) for form in FORMS),
     ],
 )
-def test_exit_codes_are_the_same_in_every_form(run, form, arguments, code):
+def test_exit_codes_are_equal_in_every_output_format(run, form, arguments, code):
     assert run("check", *arguments, "--hints", "none", "--format", form).code == code
 
 
-def test_the_job_page_shows_the_boards_and_nothing_is_written_elsewhere(run, monkeypatch, tmp_path):
+def test_github_summary_shows_boards_and_is_the_only_file_written(run, monkeypatch, tmp_path):
     page = tmp_path / "page.md"
     page.write_text("before\n")
     monkeypatch.setenv("GITHUB_STEP_SUMMARY", str(page))
@@ -205,7 +205,7 @@ def test_the_job_page_shows_the_boards_and_nothing_is_written_elsewhere(run, mon
     assert f"file={tmp_path.name}/broken.yaml,line=4" in done.out
 
 
-def test_the_job_page_stays_within_what_github_takes(run, monkeypatch, tmp_path):
+def test_github_summary_is_limited_in_size(run, monkeypatch, tmp_path):
     page = tmp_path / "page.md"
     monkeypatch.setenv("GITHUB_STEP_SUMMARY", str(page))
     monkeypatch.setattr("sitscad.cli.checking.SUMMARY_LIMIT", 4000)
@@ -213,7 +213,7 @@ def test_the_job_page_stays_within_what_github_takes(run, monkeypatch, tmp_path)
     assert page.stat().st_size <= 4000 and "```text" not in page.read_text(encoding="utf-8")
 
 
-def test_the_schema_of_what_check_prints_is_published(run):
+def test_check_json_validates_against_published_schema(run):
     import jsonschema
 
     schema = json.loads(run("schema", "--of", "check").out)
@@ -226,14 +226,14 @@ def test_the_schema_of_what_check_prints_is_published(run):
 TALL = Path(__file__).parents[1] / "report/broken/SIT319.yaml"
 
 
-def test_a_picture_shows_why_it_does_not_fit_without_force(run, tmp_path):
+def test_picture_shows_missing_height_in_jaw(run, tmp_path):
     said = run("check", "--hints", "none", "--picture", "pictures/why.svg", str(TALL))
     drawn = (tmp_path / "pictures/why.svg").read_text()
     assert said.code == 1 and "drawn in pictures/why.svg" in said.err
     assert "needs 7.095" in drawn and "carried 2.095" in drawn and "#b00000" in drawn
 
 
-def test_several_specs_are_drawn_into_a_folder_each_by_its_name(run, tmp_path):
+def test_pictures_of_several_specs_are_named_after_specs(run, tmp_path):
     shutil.copy(TALL, tmp_path / "tall.yaml")
     bare = "coil: {shape: circle, outer_diameter: 8, turns: 14, layers: 2, trace_width: 0.1, trace_spacing: 0.1}\n"
     (tmp_path / "bare.yaml").write_text(f"sitscad: 1\nname: bare\n{bare}")
@@ -251,12 +251,12 @@ def test_several_specs_are_drawn_into_a_folder_each_by_its_name(run, tmp_path):
         (["--picture", "drawn", "good.yaml", "./good.yaml"], "two specs"),
     ],
 )
-def test_a_picture_that_cannot_be_is_a_usage_error(run, options, why):
+def test_impossible_picture_option_exits_2(run, options, why):
     said = run("check", "--hints", "none", *options)
     assert said.code == 2 and why in said.err
 
 
-def test_the_boards_size_is_reported_before_anything_is_built(run):
+def test_check_reports_board_size_of_layout(run):
     """A round coil's board is a rectangle: that was seen only after a build."""
     board = json.loads(run("check", "--format", "json", "good.yaml").out)["specs"][0]["board"]
     layout = sitscad.lay_out(sitscad.load("good.yaml"))

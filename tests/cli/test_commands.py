@@ -16,7 +16,7 @@ from sitscad.spec import templates
 from sitscad.spec.profiles import installed_rules
 
 
-def test_new_writes_every_template_and_refuses_to_write_over(run, tmp_path):
+def test_new_writes_each_template_and_refuses_existing_file(run, tmp_path):
     listed = [line.split()[0] for line in run("new", "--list").out.splitlines()]
     assert set(listed) >= {"bench_7mm", "grasper_3p5mm", "grasper_4layer", "single_coil"}
     said = {}
@@ -40,26 +40,26 @@ def test_new_writes_every_template_and_refuses_to_write_over(run, tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir() if path.name.startswith(".")) == []
 
 
-def test_new_without_a_name_writes_the_recommended_design(run, tmp_path):
+def test_new_without_template_writes_recommended_design(run, tmp_path):
     assert run("new", "-o", "sensor.yaml").code == 0
     spec, first = sitscad.load(tmp_path / "sensor.yaml"), sitscad.load_text(templates.read("grasper_4layer"))
     assert (spec.name, spec.coil, spec.target) == ("sensor", first.coil, first.target)
 
 
 @pytest.mark.parametrize(("template", "rules"), [("single_coil", "generic-flex"), ("grasper_4layer", "generic-fine")])
-def test_new_says_which_fabricators_profile_it_uses_and_what_that_is_for(run, template, rules):
+def test_new_prints_fabricator_profile_and_its_purpose(run, template, rules):
     printed = run("new", template).err
     for name in (rules, "recommended"):
         assert f"{name} ({installed_rules(name).purpose})" in printed
 
 
-def test_every_template_is_described_in_its_first_comment(run):
+def test_new_list_describes_each_template(run):
     for line in run("new", "--list").out.splitlines():
         assert re.fullmatch(r"\w+ +\S.{15,}", line)
 
 
 @pytest.mark.parametrize(("name", "words"), [("single_cole", "single_coil"), ("../secret", "There is no template")])
-def test_an_unknown_template_is_named_with_the_nearest(run, tmp_path, name, words):
+def test_unknown_template_suggests_nearest_name(run, tmp_path, name, words):
     before = sorted(tmp_path.iterdir())
     done = run("new", name)
     assert (done.code, done.out) == (2, "")
@@ -67,18 +67,18 @@ def test_an_unknown_template_is_named_with_the_nearest(run, tmp_path, name, word
     assert sorted(tmp_path.iterdir()) == before
 
 
-def test_a_new_file_of_another_name_is_another_sensor(run, tmp_path):
+def test_new_with_other_file_name_sets_sensor_name(run, tmp_path):
     assert run("new", "single_coil", "-o", "my sensor_2.yaml").code == 0
     assert "\nname: my-sensor-2" in (tmp_path / "my sensor_2.yaml").read_text()
 
 
-def test_new_into_a_folder_that_is_not_there(run):
+def test_new_into_missing_folder_exits_2(run):
     done = run("new", "single_coil", "-o", "absent/x.yaml")
     assert done.code == 2
     assert "cannot write" in done.err
 
 
-def test_explain_and_rules_know_every_rule(run):
+def test_rules_lists_and_explain_describes_every_rule(run):
     listed = run("rules").out.splitlines()
     assert [line.split()[0] for line in listed] == sorted(rule.id for rule in sitscad.RULES)
     for rule in sitscad.RULES:
@@ -91,12 +91,12 @@ def test_explain_and_rules_know_every_rule(run):
     assert (unknown.code, unknown.out) == (2, "")
 
 
-def test_schema_is_json_schema(run):
+def test_schema_command_prints_json_schema(run):
     schema = json.loads(run("schema").out)
     assert "coil" in schema["properties"]
 
 
-def test_estimate_prints_numbers_whatever_the_rules_say(run):
+def test_estimate_of_spec_with_errors_prints_numbers_and_exits_1(run):
     done = run("estimate", "weak.yaml", "--format", "json")
     document = json.loads(done.out)
     assert done.code == 1
@@ -112,14 +112,14 @@ def test_estimate_prints_numbers_whatever_the_rules_say(run):
     assert len(document["inductance_matrix_H"]) == 1
 
 
-def test_estimate_of_a_good_spec_as_text(run):
+def test_estimate_text_of_good_spec_has_expected_rows(run):
     done = run("estimate", "good.yaml")
     assert (done.code, done.err) == (0, "")
     for word in ("winding inductance", "uH", "free (coil alone)", "RCOUNT", "Cross-checks"):
         assert word in done.out
 
 
-def test_estimate_of_an_unreadable_spec_still_prints_json(run):
+def test_estimate_of_invalid_spec_prints_json_with_findings(run):
     done = run("estimate", "broken.yaml", "--format", "json")
     document = json.loads(done.out)
     assert done.code == 2
@@ -129,7 +129,7 @@ def test_estimate_of_an_unreadable_spec_still_prints_json(run):
     assert re.search(r"^broken.yaml:\d+:\d+ SIT\d+ error .*shape", told, re.M) and "nothing was estimated" in told
 
 
-def test_estimate_takes_a_tolerance_and_a_method(run):
+def test_estimate_uses_tolerance_and_method_options(run):
     done = run("estimate", "good.yaml", "--format=json", "--tolerance", "1e-3")
     assert json.loads(done.out)["coils"][0]["inductance_error"] <= 1e-3
     assert run("estimate", "good.yaml", "--tolerance", "-1").code == 2
@@ -141,20 +141,20 @@ def test_estimate_takes_a_tolerance_and_a_method(run):
 @pytest.mark.parametrize(
     "command", ["new", "check", "estimate", "response", "build", "explain", "rules", "schema", "verify"]
 )
-def test_every_help_ends_with_an_example(run, command):
+def test_help_of_every_command_has_example(run, command):
     done = run(command, "--help")
     assert done.code == 0
     assert re.search(rf"Example:\n +sitscad {command}", done.out)
 
 
-def test_the_help_of_estimate_explains_the_words_of_its_tables(run):
+def test_estimate_help_explains_terms_of_its_tables(run):
     text = run("estimate", "--help").out
     words = re.search(r"Words in the tables:\n(.*?)\n\n", text, re.DOTALL).group(1)
     for word in ("Q", "Rp", "step", "shape factor", "sigma"):
         assert re.search(rf"^    {word} {{2,}}", words, re.MULTILINE), word
 
 
-def test_a_fault_of_ours_is_one_sentence_without_a_traceback(run, monkeypatch):
+def test_internal_error_prints_one_sentence_without_traceback(run, monkeypatch):
     def faulty(*_args, **_kwargs):
         raise ZeroDivisionError("oh")
 
@@ -169,7 +169,7 @@ def test_a_fault_of_ours_is_one_sentence_without_a_traceback(run, monkeypatch):
 
 
 @pytest.mark.parametrize(("error", "code"), [(KeyboardInterrupt(), 130), (BrokenPipeError(), 141)])
-def test_an_interruption_has_its_own_exit_code(run, monkeypatch, error, code):
+def test_interrupted_command_has_its_own_exit_code(run, monkeypatch, error, code):
     def interrupted(*_args, **_kwargs):
         raise error
 
@@ -177,7 +177,7 @@ def test_an_interruption_has_its_own_exit_code(run, monkeypatch, error, code):
     assert run("check", "good.yaml").code == code
 
 
-def test_a_missing_extra_is_one_sentence_with_the_command_that_mends_it(run, monkeypatch):
+def test_missing_extra_prints_one_sentence_with_install_command(run, monkeypatch):
     def missing(*_args, **_kwargs):
         raise sitscad.MissingExtra("solids need build123d: pip install 'sitscad[all]'")
 
@@ -200,6 +200,6 @@ def test_estimate_at_a_frequency_needs_no_target_or_tank(run):
 
 
 @pytest.mark.parametrize("frequency", ["13.56", "0 MHz", "nonsense", "99 MHz"])
-def test_estimate_at_no_usable_frequency_is_refused(run, frequency):
+def test_estimate_at_invalid_frequency_exits_2(run, frequency):
     done = run("estimate", "good.yaml", "--at", frequency)
     assert done.code == 2 and "--at" in done.err

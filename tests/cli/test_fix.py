@@ -51,7 +51,7 @@ def slips(run, tmp_path):
     return path
 
 
-def test_fix_writes_what_mends_and_leaves_the_rest_of_the_text(run, slips):
+def test_fix_changes_only_faulty_values_in_spec(run, slips):
     done = run("check", "--fix", "slips.yaml")
     assert slips.read_text() == MENDED
     assert done.code == 0 and done.out.splitlines()[-1].startswith("ok: ")
@@ -67,7 +67,7 @@ def test_fix_writes_what_mends_and_leaves_the_rest_of_the_text(run, slips):
     assert (again.code, again.err) == (0, "") and (slips.stat().st_mtime_ns, slips.stat().st_ino) == before
 
 
-def test_text_says_how_many_findings_can_be_mended(run, slips):
+def test_check_text_counts_fixable_findings(run, slips):
     safe = "fixes: for 3 findings (SIT002, SIT005, SIT007) by check --fix"
     assert safe in run("check", "slips.yaml").out.splitlines()
     slips.write_text(MENDED)
@@ -77,7 +77,7 @@ def test_text_says_how_many_findings_can_be_mended(run, slips):
     assert f"{safe}, for 1 finding more (SIT004) by check --fix --unsafe-fixes" in lines
 
 
-def test_fixes_of_full_hints_are_promised_of_the_command_that_finds_them(run, tmp_path):
+def test_announced_fix_command_applies_announced_fixes(run, tmp_path):
     """A capacitor was promised to `check --fix`, whose few trials went to the six findings before it."""
     path = tmp_path / "late.yaml"
     path.write_text(LATE)
@@ -87,7 +87,7 @@ def test_fixes_of_full_hints_are_promised_of_the_command_that_finds_them(run, tm
     assert all(f"{rule} mended: " in done.err for rule in rules.split(", "))
 
 
-def test_diff_prints_a_patch_and_writes_nothing(run, slips, tmp_path):
+def test_diff_prints_applicable_patch_and_writes_nothing(run, slips, tmp_path):
     done = run("check", "--diff", "slips.yaml")
     assert done.code == 1 and slips.read_text() == SLIPS
     assert done.out.startswith("--- slips.yaml\n+++ slips.yaml\n@@") and "ok: " in done.err
@@ -99,20 +99,20 @@ def test_diff_prints_a_patch_and_writes_nothing(run, slips, tmp_path):
     assert (done.code, done.out) == (0, "")
 
 
-def test_a_last_line_without_an_end_is_reported_as_patches_do(run, slips):
+def test_diff_marks_missing_newline_at_end_of_file(run, slips):
     slips.write_bytes(SLIPS.rstrip().encode())
     lines = run("check", "--diff", "slips.yaml").out.splitlines()
     assert lines.count("\\ No newline at end of file") == 2
 
 
-def test_standard_input_is_printed_mended(run, monkeypatch):
+def test_fix_of_standard_input_prints_fixed_spec(run, monkeypatch):
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(SLIPS.replace("\n", "\r\n").encode())))
     done = run("check", "--fix", "-")
     assert done.code == 0 and done.out.replace("\r\n", "\n") == MENDED
     assert "SIT103 warning" in done.err and "SIT202 mended" in done.err
 
 
-def test_turns_are_changed_only_where_that_is_asked_for(run, tmp_path):
+def test_fix_changes_turns_only_with_unsafe_fixes(run, tmp_path):
     text = Path("good.yaml").read_text().replace("shape: circle", "shape: square").replace("12.5", "5.3")
     Path("square.yaml").write_text(text)
     assert run("check", "--fix", "square.yaml").code == 2
@@ -126,14 +126,14 @@ def test_turns_are_changed_only_where_that_is_asked_for(run, tmp_path):
 
 
 @pytest.mark.parametrize("key", ["target.size", "elastomer.size", "coil.turns", "target.material"])
-def test_what_a_sensor_is_stays_without_being_asked(key):
+def test_edits_of_defining_keys_are_unsafe(key):
     """A pad of 20 mm became one of 17.4 with --fix alone."""
     from sitscad.basics.finding import Edit
 
     assert not Edit(key, "1").is_safe and Edit("fpc.margin", "1").is_safe
 
 
-def test_a_fix_that_makes_nothing_better_is_not_promised_again_and_says_why(run, monkeypatch):
+def test_fix_without_improvement_is_reported_and_not_announced_again(run, monkeypatch):
     monkeypatch.setattr("sitscad.checks.fixes.mending.is_improved", lambda *_: False)
     monkeypatch.setattr("sitscad.checks.fixes.mending._swaps_notes", lambda *_: False)
     Path("slips.yaml").write_text(SLIPS)
@@ -144,7 +144,7 @@ def test_a_fix_that_makes_nothing_better_is_not_promised_again_and_says_why(run,
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_what_is_not_mended_says_in_a_line_what_its_fix_would_bring(run, tmp_path):
+def test_rejected_fix_is_reported_with_its_new_findings(run, tmp_path):
     """JSON had `brings`, and the text nothing: --fix --unsafe-fixes changed nothing and did not say why."""
     broken = (Path(__file__).parents[1] / "report/broken/SIT407.yaml").read_text(encoding="utf-8")
     path = tmp_path / "soft.yaml"
@@ -158,12 +158,12 @@ def test_what_is_not_mended_says_in_a_line_what_its_fix_would_bring(run, tmp_pat
     assert len(said) == len(set(said)) and path.read_bytes() == before
 
 
-def test_only_the_chosen_rules_are_mended(run, slips):
+def test_fix_with_ignored_rule_skips_it(run, slips):
     run("check", "--fix", "slips.yaml", "--ignore", "SIT202")
     assert slips.read_text() == MENDED.replace("150 pF", "47 pF")
 
 
-def test_permissions_and_links_stay(run, slips, tmp_path):
+def test_fix_preserves_permissions_and_symbolic_links(run, slips, tmp_path):
     slips.chmod(0o640)
     os.symlink("slips.yaml", tmp_path / "link.yaml")
     assert run("check", "--fix", "link.yaml").code == 0
@@ -172,7 +172,7 @@ def test_permissions_and_links_stay(run, slips, tmp_path):
     assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
 
 
-def test_a_file_of_two_names_keeps_both(run, slips, tmp_path):
+def test_fix_preserves_hard_links(run, slips, tmp_path):
     os.link(slips, tmp_path / "same.yaml")
     assert run("check", "--fix", "slips.yaml").code == 0
     assert (tmp_path / "same.yaml").read_text() == slips.read_text() == MENDED
@@ -180,7 +180,7 @@ def test_a_file_of_two_names_keeps_both(run, slips, tmp_path):
     assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
 
 
-def test_unsafe_fixes_search_as_long_as_it_takes_unless_told_otherwise(run, slips, monkeypatch):
+def test_unsafe_fixes_search_full_hints_by_default(run, slips, monkeypatch):
     asked, mend = [], inspection.mend
 
     def noted(path, may, hints, options, progress=None):
@@ -193,7 +193,7 @@ def test_unsafe_fixes_search_as_long_as_it_takes_unless_told_otherwise(run, slip
     assert asked == ["full", "decisive", "decisive"]
 
 
-def test_a_file_that_may_only_be_read_is_left(run, open_folder, as_a_user):
+def test_fix_of_read_only_file_exits_2_and_changes_nothing(run, open_folder, as_a_user):
     locked = open_folder / "locked.yaml"
     locked.write_bytes(SLIPS.encode())
     locked.chmod(0o444)
@@ -202,7 +202,7 @@ def test_a_file_that_may_only_be_read_is_left(run, open_folder, as_a_user):
     assert done.code == 2 and "may only be read" in done.err and locked.read_text() == SLIPS
 
 
-def test_json_tells_the_fixes_of_a_finding(run, slips):
+def test_json_output_contains_fixes_of_findings(run, slips):
     (spec,) = json.loads(run("check", "--format", "json", "slips.yaml").out)["specs"]
     fixes = {finding["rule"]: finding["fixes"] for finding in spec["findings"]}
     assert fixes["SIT002"] == [
@@ -227,13 +227,13 @@ WRONG = {
 
 
 @pytest.mark.parametrize("name", WRONG)
-def test_what_makes_no_sense_together_is_wrong_usage(run, slips, name):
+def test_contradictory_fix_options_exit_2(run, slips, name):
     done = run("check", *WRONG[name])
     assert done.code == 2 and done.out == "" and "Usage" in done.err
 
 
 @pytest.mark.parametrize("content", [b"\xff\xfe\x00", b"", b"a: [1, 2\n", b"- 1\n", b"a: 1\na: 2\n" * 3])
-def test_what_is_no_spec_is_reported_and_left(run, tmp_path, content):
+def test_fix_of_invalid_file_exits_2_and_changes_nothing(run, tmp_path, content):
     path = tmp_path / "odd.yaml"
     path.write_bytes(content)
     assert run("check", "--fix", "odd.yaml").code == 2
@@ -243,7 +243,7 @@ def test_what_is_no_spec_is_reported_and_left(run, tmp_path, content):
 
 
 @pytest.mark.slow
-def test_long_search_for_fixes_says_what_it_tries_and_for_how_long(run, tmp_path, monkeypatch):
+def test_long_search_for_fixes_prints_progress(run, tmp_path, monkeypatch):
     """It ran for 50 s without a word."""
     from sitscad.cli import terminal
     from sitscad.spec import templates
@@ -258,7 +258,7 @@ def test_long_search_for_fixes_says_what_it_tries_and_for_how_long(run, tmp_path
 
 
 @pytest.mark.slow
-def test_full_hints_print_the_hints_of_warnings(run, tmp_path):
+def test_full_hints_print_hint_of_every_warning(run, tmp_path):
     from sitscad.spec import templates
 
     (tmp_path / "bench.yaml").write_text(templates.read("bench_7mm"))

@@ -43,7 +43,7 @@ def good(tmp_path) -> Path:
 # --------------------------------------------------------------------------------------------------------- comments
 
 
-def test_a_comment_silences_its_line_and_is_reported_with_its_reason(run, good):
+def test_ignore_comment_silences_its_line_and_is_reported_with_reason(run, good):
     good.write_text(waived(good.read_text(), "trace_width", "SIT103 their quotation of 3 May"))
     spec = spec_of(run, "good.yaml")
     assert [f["key"] for f in spec["findings"] if f["rule"] == "SIT103"] == ["coil.trace_spacing"]
@@ -52,7 +52,7 @@ def test_a_comment_silences_its_line_and_is_reported_with_its_reason(run, good):
     assert "ignored: SIT103 " in text and "(comment: their quotation of 3 May)" in text
 
 
-def test_a_comment_on_a_flow_mapping_is_for_all_its_keys(run, good):
+def test_ignore_comment_on_flow_mapping_covers_all_its_keys(run, good):
     flow = (
         "coil: {shape: circle, outer_diameter: 10, turns: 12.5, layers: 2,   # sitscad: ignore SIT103, SIT116 asked\n"
     )
@@ -63,13 +63,13 @@ def test_a_comment_on_a_flow_mapping_is_for_all_its_keys(run, good):
     assert "SIT116" in spare and "SIT103" not in spare
 
 
-def test_a_comment_on_a_sections_line_is_not_for_the_keys_below(run, good):
+def test_ignore_comment_on_section_line_does_not_cover_keys_below(run, good):
     good.write_text(waived(good.read_text(), "coil:", "SIT103 no"))
     spec = spec_of(run, "good.yaml")
     assert {"SIT103", "SIT020"} <= rules_of(spec) and not spec["ignored"]
 
 
-def test_a_comment_may_follow_another_one_on_its_line(run, good):
+def test_ignore_comment_may_follow_other_comment_on_its_line(run, good):
     good.write_text(
         waived(waived(good.read_text(), "trace_width", "").replace(COMMENT, "# fine"), "trace_width", "SIT103 asked")
     )
@@ -90,7 +90,7 @@ def test_a_comment_may_follow_another_one_on_its_line(run, good):
         ("SIT201 nothing of it is here", "silences nothing"),
     ],
 )
-def test_a_comment_in_vain_is_a_warning_at_its_place(run, good, words, said):
+def test_ineffective_ignore_comment_yields_warning_at_its_place(run, good, words, said):
     good.write_text(waived(good.read_text(), "trace_width", words))
     spec = spec_of(run, "good.yaml")
     (warning,) = [finding for finding in spec["findings"] if finding["rule"] == "SIT020"]
@@ -104,7 +104,7 @@ def test_a_comment_in_vain_is_a_warning_at_its_place(run, good, words, said):
     ("SIT104", "names rules in vain: no finding of SIT104 is"),
     ("SIT104, SIT201, SIT301", "no finding of SIT104, SIT201 is"),
 ])
-def test_spare_names_beside_one_that_silences_are_reported(run, good, more, said):
+def test_ineffective_rule_in_ignore_comment_is_reported(run, good, more, said):
     good.write_text(waived(good.read_text(), "trace_width", f"SIT103, {more} their quotation"))
     spec = spec_of(run, "good.yaml")
     (warning,) = [finding for finding in spec["findings"] if finding["rule"] == "SIT020"]
@@ -112,7 +112,7 @@ def test_spare_names_beside_one_that_silences_are_reported(run, good, more, said
     assert ignored_of(spec)["SIT103"] == ("comment", "their quotation")
 
 
-def test_a_comment_about_a_rule_that_was_not_checked_is_not_in_vain(run, good):
+def test_ignore_comment_for_unchecked_rule_yields_no_warning(run, good):
     good.write_text(waived(good.read_text(), "outer_diameter", "SIT301 the jaw is theirs"))
     assert "SIT020" not in rules_of(spec_of(run, "good.yaml"))
 
@@ -120,14 +120,14 @@ def test_a_comment_about_a_rule_that_was_not_checked_is_not_in_vain(run, good):
 @pytest.mark.parametrize(
     "line", ['name: "x # sitscad: ignore SIT103 no"', "name: 'x # sitscad: ignore SIT103 no'", "a: b#sitscad: ignore x"]
 )
-def test_what_stands_in_quotes_is_no_comment(line):
+def test_hash_in_quotes_starts_no_comment(line):
     assert comments(line, ["SIT103"]) == ()
 
 
 # ---------------------------------------------------------------------------------------------------- configuration
 
 
-def test_the_nearest_configuration_wins(run, tmp_path):
+def test_nearest_configuration_file_is_used(run, tmp_path):
     folder = tmp_path / "sensors" / "inner"
     folder.mkdir(parents=True)
     (folder / "a.yaml").write_text((tmp_path / "good.yaml").read_text())
@@ -144,7 +144,7 @@ def test_the_nearest_configuration_wins(run, tmp_path):
     assert "SIT103" in rules_of(spec_of(run, str(folder / "a.yaml")))
 
 
-def test_severities_and_selection_are_the_configurations(run, tmp_path):
+def test_configuration_sets_severities_and_selection(run, tmp_path):
     Path("sitscad.toml").write_text('select = ["SIT1"]\n[severity]\nSIT103 = "error"\n')
     spec = spec_of(run, "good.yaml")
     assert {f["severity"] for f in spec["findings"] if f["rule"] == "SIT103"} == {"error"}
@@ -170,14 +170,14 @@ def test_severities_and_selection_are_the_configurations(run, tmp_path):
         ("\xff\xfe", "is not TOML"),
     ],
 )
-def test_a_faulty_configuration_is_one_sentence_and_exit_2(run, text, said):
+def test_invalid_configuration_prints_one_sentence_and_exits_2(run, text, said):
     Path("sitscad.toml").write_bytes(text.encode("latin-1"))
     done = run("check", "good.yaml")
     assert (done.code, done.out) == (2, "") and said in done.err and "sitscad.toml" in done.err
 
 
 @pytest.mark.slow
-def test_profiles_stand_in_the_folder_that_the_configuration_names(run, tmp_path):
+def test_profiles_are_found_in_configured_folder(run, tmp_path):
     """And the package holds them where the spec finds them: it builds the same again."""
     (tmp_path / "shops").mkdir()
     (tmp_path / "sensors").mkdir()
@@ -202,7 +202,7 @@ def test_profiles_stand_in_the_folder_that_the_configuration_names(run, tmp_path
 # --------------------------------------------------------------------------------------------------------- baseline
 
 
-def test_what_was_known_does_not_fail_and_what_is_new_does(run, tmp_path):
+def test_baseline_findings_do_not_fail_and_new_findings_do(run, tmp_path):
     known = run("check", "weak.yaml", "--hints", "none", "--format", "json").out
     Path("known.json").write_text(known)
     done = run("check", "weak.yaml", "--hints", "none", "--baseline", "known.json")
@@ -216,7 +216,7 @@ def test_what_was_known_does_not_fail_and_what_is_new_does(run, tmp_path):
     assert run("check", "weak2.yaml", "--baseline", "known.json", "--hints", "none").code == 1
 
 
-def test_a_known_finding_that_became_graver_is_new(run):
+def test_baseline_finding_with_higher_severity_is_new(run):
     document = json.loads(run("check", "weak.yaml", "--hints", "none", "--format", "json").out)
     errors = [f for f in document["specs"][0]["findings"] if f["severity"] == "error"]
     errors[0]["severity"] = "warning"
@@ -245,7 +245,7 @@ def known_of_tight(run, change=lambda finding: None) -> dict:
 
 
 @pytest.mark.slow
-def test_a_known_error_whose_figure_got_worse_is_new(run):
+def test_baseline_error_with_worse_value_is_new(run):
     known_of_tight(run)
     assert run("check", "tight.yaml", "--baseline", "known.json").code == 0
     for spacing, code in (("95 um", 0), ("89 um", 1), ("2 um", 1)):
@@ -255,12 +255,12 @@ def test_a_known_error_whose_figure_got_worse_is_new(run):
 
 
 @pytest.mark.parametrize("figure", [float("nan"), -1e99, None, True, "0"])
-def test_a_baseline_without_the_figure_that_was_measured_silences_nothing(run, figure):
+def test_baseline_without_measured_value_silences_nothing(run, figure):
     known_of_tight(run, lambda finding: finding.update(measured=figure))
     assert run("check", "tight.yaml", "--baseline", "known.json", "--hints", "none").code == 1
 
 
-def test_a_figure_that_keeps_its_limit_by_less_is_graver(run):
+def test_smaller_margin_to_limit_is_not_covered_by_baseline(run):
     """Of what is told because it comes near its limit, less room is worse: of what is beyond it, more is."""
     told = dict(key="coil.turns", limit=1.8)
     for before, now, keeps, is_known in (
@@ -272,7 +272,7 @@ def test_a_figure_that_keeps_its_limit_by_less_is_graver(run):
         assert entry.covers(finding) == is_known, (before, now, keeps)
 
 
-def test_what_was_mended_leaves_the_others_of_its_rule_and_key_known(run):
+def test_fixed_finding_keeps_other_findings_of_same_key_in_baseline(run):
     """Findings of one rule at one key are told apart by their turn: the second is the first once that is mended."""
     figures = {
         "SIT102\0coil.turns\0\0" + turn: BaselineFinding(Severity.ERROR, value, 1.0) for turn,
@@ -289,7 +289,7 @@ def test_what_was_mended_leaves_the_others_of_its_rule_and_key_known(run):
 
 
 @pytest.mark.slow
-def test_a_spec_is_known_by_its_path_from_the_baseline_and_its_name(run, tmp_path, monkeypatch):
+def test_baseline_identifies_spec_by_relative_path_and_name(run, tmp_path, monkeypatch):
     known_of_tight(run)
     here = Path.cwd()
     other = here / "other"
@@ -305,7 +305,7 @@ def test_a_spec_is_known_by_its_path_from_the_baseline_and_its_name(run, tmp_pat
 
 
 @pytest.mark.parametrize("text", ["", "[]", '{"specs": [{}]}', '{"specs": 3}', "\x00"])
-def test_what_is_no_baseline_is_one_sentence(run, text):
+def test_invalid_baseline_prints_one_sentence_and_exits_2(run, text):
     Path("known.json").write_text(text)
     done = run("check", "good.yaml", "--baseline", "known.json")
     assert done.code == 2 and "known.json is no baseline" in done.err and "Traceback" not in done.err
@@ -315,7 +315,7 @@ def test_what_is_no_baseline_is_one_sentence(run, text):
 
 
 @pytest.mark.slow
-def test_a_folder_stands_for_the_specs_in_it(run, tmp_path):
+def test_check_of_folder_checks_all_specs_in_it(run, tmp_path):
     folder = tmp_path / "sensors"
     (folder / "deep").mkdir(parents=True)
     (folder / ".hidden").mkdir()
@@ -335,7 +335,7 @@ def test_a_folder_stands_for_the_specs_in_it(run, tmp_path):
 
 
 @pytest.mark.parametrize(("name", "code"), [("good", 0), ("weak", 1), ("broken", 2)])
-def test_a_spec_may_come_from_standard_input(run, monkeypatch, name, code):
+def test_check_reads_spec_from_standard_input(run, monkeypatch, name, code):
     text = Path(f"{name}.yaml").read_bytes()
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(text)))
     done = run("check", "-", "--hints", "none", "--format", "json")
@@ -345,13 +345,13 @@ def test_a_spec_may_come_from_standard_input(run, monkeypatch, name, code):
 
 
 @pytest.mark.parametrize(("on", "code"), [("note", 1), ("warning", 1), ("error", 0)])
-def test_what_fails_can_be_chosen(run, on, code):
+def test_fail_on_option_sets_failing_severity(run, on, code):
     done = run("check", "good.yaml", "--fail-on", on, "--hints", "none")
     assert done.code == code and (f"--fail-on {on}" in done.err) == bool(code)
     assert run("check", "good.yaml", "--fail-on", "nothing").code == 2
 
 
-def test_processes_change_nothing_but_the_time(run):
+def test_check_with_two_processes_prints_equal_output(run):
     asked = ("check", "good.yaml", "weak.yaml", "broken.yaml", "absent.yaml", "--hints", "none", "--format", "json")
     one, two = run(*asked, "--jobs", "1"), run(*asked, "--jobs", "2")
     assert one == two and one.code == 2
@@ -367,7 +367,7 @@ def package_of(run, *arguments: str) -> tuple[int, dict, Path]:
     return done.code, manifest, folder
 
 
-def test_a_fabricators_waiver_needs_no_force(run):
+def test_build_with_ignored_fabricator_rule_needs_no_force(run):
     Path("sitscad.toml").write_text('[severity]\nSIT103 = "error"\n')
     assert package_of(run, "good.yaml")[0] == 1
     Path("sitscad.toml").write_text('[severity]\nSIT103 = "error"\n[ignore]\nSIT103 = "their quotation of 3 May"\n')
@@ -379,7 +379,7 @@ def test_a_fabricators_waiver_needs_no_force(run):
     assert ignored_of(findings) == {"SIT103": ("configuration", "their quotation of 3 May")}
 
 
-def test_physics_cannot_be_waived_without_a_mark(run):
+def test_build_with_ignored_physics_rule_is_marked(run):
     assert package_of(run, "weak.yaml")[0] == 1
     Path("sitscad.toml").write_text('[ignore]\nSIT2 = "we know better"\n')
     code, manifest, folder = package_of(run, "weak.yaml")
@@ -392,19 +392,19 @@ def test_physics_cannot_be_waived_without_a_mark(run):
 @pytest.mark.parametrize(
     "configuration", ['ignore = ["SIT2"]', 'select = ["SIT1"]', '[severity]\nSIT2 = "warning"', '[ignore]\nSIT2 = "x"']
 )
-def test_physics_is_marked_in_whatever_way_it_is_silenced(run, configuration):
+def test_physics_rule_silenced_by_any_configuration_marks_package(run, configuration):
     Path("sitscad.toml").write_text(configuration + "\n")
     code, manifest, _ = package_of(run, "weak.yaml")
     assert code == 0 and manifest["forced"]
 
 
-def test_physics_known_before_is_marked_too(run):
+def test_physics_rule_silenced_by_baseline_marks_package(run):
     Path("known.json").write_text(run("check", "weak.yaml", "--hints", "none", "--format", "json").out)
     code, manifest, _ = package_of(run, "weak.yaml", "--baseline", "known.json")
     assert code == 0 and manifest["forced"]
 
 
-def test_a_changed_waiver_is_a_changed_package(run):
+def test_changed_ignore_reason_rebuilds_check_and_report(run):
     assert package_of(run, "good.yaml")[0] == 0
     Path("sitscad.toml").write_text('[ignore]\nSIT103 = "one"\n')
     assert "made check, report" in run("build", "good.yaml", "--only", "firmware,report").out
@@ -414,7 +414,7 @@ def test_a_changed_waiver_is_a_changed_package(run):
 
 
 @pytest.mark.slow
-def test_the_repository_of_the_page_on_ci_can_be_checked(run, tmp_path, good):
+def test_example_repository_of_ci_page_passes_with_baseline(run, tmp_path, good):
     """Its configuration, with a profile that a spec names without the folder, a waiver, and a baseline."""
     page = (Path(__file__).parents[2] / "docs" / "ci.md").read_text(encoding="utf-8")
     (tmp_path / "sitscad.toml").write_text(page.partition("```toml\n")[2].partition("```")[0])
@@ -431,7 +431,7 @@ def test_the_repository_of_the_page_on_ci_can_be_checked(run, tmp_path, good):
     assert run("check", "sensors").code == 1 and run("check", "--baseline", "known.json", "sensors").code == 0
 
 
-def test_nothing_is_tried_for_findings_that_are_ignored(run, tmp_path, monkeypatch):
+def test_no_fix_is_tried_for_ignored_findings(run, tmp_path, monkeypatch):
     """A check of a sound spec took a third of its time for hints of findings that its comments silence."""
     from sitscad.checks.trials import Trials
 

@@ -14,7 +14,7 @@ import sitscad
 from sitscad.checks.trials import Trials
 
 
-def test_json_is_the_contract_s(run, pair):
+def test_response_json_has_promised_fields(run, pair):
     done = run("response", pair, "--pose", "z=-0.2,ry=1", "--load", "normal=2", "--format", "json")
     document = json.loads(done.out)
     assert (document["coils"], document["spec"]) == (["C1", "C2"], "pair.yaml")
@@ -36,7 +36,7 @@ def test_json_is_the_contract_s(run, pair):
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_text_says_pose_reading_and_notes(run, pair):
+def test_response_text_contains_pose_readings_and_notes(run, pair):
     done = run("response", pair, "--load", "normal=1,shear_x=0.2")
     assert done.code in (0, 1)
     for word in ("C1", "C2", "counts", "uH", "MHz", "its loss", "1.5 %"):
@@ -51,7 +51,7 @@ def test_text_says_pose_reading_and_notes(run, pair):
     assert run("response", pair, "--load", "normal=1,shear_x=0.2,rotation=free").out == done.out
 
 
-def test_csv_has_a_row_a_point(run, pair):
+def test_response_csv_has_one_row_per_point(run, pair):
     done = run("response", pair, "--scan", "x=-1:1:3", "--frequency", "5MHz", "--format", "csv")
     rows = list(csv.DictReader(io.StringIO(done.out)))
     assert [float(row["x_m"]) for row in rows] == approx([-1e-3, 0.0, 1e-3], rel=1e-6, abs=1e-12)
@@ -61,7 +61,7 @@ def test_csv_has_a_row_a_point(run, pair):
 
 
 @pytest.mark.slow
-def test_files_hold_the_same_numbers(run, pair, tmp_path):
+def test_response_files_have_equal_numbers(run, pair, tmp_path):
     shown = json.loads(run("response", pair, "--pose", "x=0.3", "--jacobian", "--format", "json").out)
     done = run("response", pair, "--pose", "x=0.3", "--jacobian", "-o", "found.npz")
     assert (done.out, "1 point" in done.err) == ("", True)
@@ -98,14 +98,14 @@ def test_files_hold_the_same_numbers(run, pair, tmp_path):
         (("pair.yaml", "--pose", "z=-500"), "inside or under the board"),
     ],
 )
-def test_wrong_usage_is_a_sentence(run, pair, arguments, said):
+def test_wrong_response_arguments_exit_2_with_sentence(run, pair, arguments, said):
     done = run("response", *arguments)
     assert (done.code, done.out) == (2, "")
     assert said in done.err
 
 
 @pytest.mark.slow
-def test_load_cases_by_name(run, pair, tmp_path):
+def test_response_accepts_load_cases_by_name(run, pair, tmp_path):
     text = (tmp_path / pair).read_text()
     text += "loads: {press: {}, scissor: {opening: 10 deg, normal: 1 N}, edge: {normal: 1 N, offset: [1, 0]}}\n"
     (tmp_path / "cases.yaml").write_text(text)
@@ -127,7 +127,7 @@ def test_load_cases_by_name(run, pair, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("command", ["estimate", "response", "calibrate"])
-def test_commands_that_print_no_hints_try_no_changes(run, pair, tmp_path, monkeypatch, command):
+def test_commands_without_hints_try_no_changed_designs(run, pair, tmp_path, monkeypatch, command):
     path = tmp_path / pair
     path.write_text(path.read_text().replace("turns: 12.5", "turns: 8"))
 
@@ -142,7 +142,7 @@ def test_commands_that_print_no_hints_try_no_changes(run, pair, tmp_path, monkey
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("glue", "line"), [("", 30e-6), ("assembly: {glue_line: 0.1}\n", 1e-4)])
-def test_response_names_the_gap_at_rest_and_the_glue_in_it(run, pair, tmp_path, glue, line):
+def test_response_prints_gap_at_rest_and_adhesive_thickness(run, pair, tmp_path, glue, line):
     (tmp_path / pair).write_text((tmp_path / pair).read_text() + glue)
     document = json.loads(run("response", pair, "--pose", "z=-0.1", "--format", "json").out)
     gap = json.loads(run("estimate", pair, "--format", "json").out)["gaps_m"]["rest"]

@@ -24,7 +24,7 @@ def checked(text, tmp_path):
 @pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("conductivity", ["0 S/m", "1e-300 S/m", "1 S/m"])
-def test_a_target_that_does_not_conduct_is_refused(tmp_path, conductivity):
+def test_nearly_insulating_target_yields_error(tmp_path, conductivity):
     result = checked(f"{COIL}target: {{size: 8, material: {{conductivity: {conductivity}}}}}\n", tmp_path)
     (found,) = (finding for finding in result.findings if finding.rule == "SIT305")
     assert found.cases[0] == "poor-conductor" and found.severity == sitscad.Severity.ERROR
@@ -32,27 +32,27 @@ def test_a_target_that_does_not_conduct_is_refused(tmp_path, conductivity):
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("error")
-def test_a_thick_board_close_to_its_shield_has_finite_numbers(tmp_path):
+def test_thick_board_close_to_shield_has_finite_numbers(tmp_path):
     stackup = "fpc: {stackup: [{copper: 35 um}, {dielectric: 4}, {copper: 35 um}]}\n"
     text = COIL + stackup + "target: {size: 8}\nshield: {gap: 0.001}\n"
     result = checked(text, tmp_path)
     assert result.findings and not any("nan" in finding.message for finding in result.findings)
 
 
-def test_rounded_squares_keep_their_turns_apart(tmp_path):
+def test_rounded_square_coil_has_no_spacing_finding(tmp_path):
     square = "coil: {shape: square, outer_diameter: 8, turns: 12, layers: 2, trace_width: 0.1, trace_spacing: 0.1, "
     result = checked(square + "corner_radius: 0.5}\n", tmp_path)
     assert not [finding for finding in result.findings if finding.rule == "SIT108"]
 
 
 @pytest.mark.skipif(not Path("/dev/zero").exists(), reason="there is no /dev/zero here")
-def test_an_endless_file_is_refused_at_once():
+def test_endless_file_is_refused():
     result = CliRunner().invoke(cli, ["check", "/dev/zero"], standalone_mode=False)
     assert result.return_value == 2 and "SIT011" in result.stdout
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full here")
-def test_a_full_disk_is_not_called_a_fault_of_sitscad(tmp_path):
+def test_full_disk_error_is_not_reported_as_internal_error(tmp_path):
     spec = tmp_path / "seen.yaml"
     spec.write_text(f"sitscad: 1\nname: seen\n{COIL}", encoding="utf-8")
     with open("/dev/full", "w") as full:
@@ -67,12 +67,12 @@ def test_a_full_disk_is_not_called_a_fault_of_sitscad(tmp_path):
     assert done.returncode == 2 and "No space left" in done.stderr and "fault of sitscad" not in done.stderr
 
 
-def test_a_tolerance_has_to_be_a_number(tmp_path):
+def test_tolerance_nan_exits_2(tmp_path):
     result = CliRunner().invoke(cli, ["estimate", "any.yaml", "--tolerance", "nan"])
     assert result.exit_code == 2 and "--tolerance" in result.stderr
 
 
-def test_a_coil_without_contacts_does_not_verify(tmp_path):
+def test_verify_of_coil_without_contacts_fails(tmp_path):
     pytest.importorskip("gerbonara", reason="verify reads Gerbers through gerbonara, which sitscad[all] brings")
     spec = tmp_path / "seen.yaml"
     coil = COIL.replace("layers: 2", "layers: 1").replace("turns: 14", "turns: 8")
@@ -85,7 +85,7 @@ def test_a_coil_without_contacts_does_not_verify(tmp_path):
 DAMPED = COIL.replace("0.1", "0.05") + "readout: {device: ldc1614, capacitance: 1 uF}\n"
 
 
-def test_an_overdamped_tank_is_said_to_be_one(tmp_path):
+def test_overdamped_tank_is_reported_without_frequency(tmp_path):
     """It was estimated to run at 1e-10 mHz, and rules for low frequencies gave advice on that."""
     result = checked(DAMPED, tmp_path)
     (finding,) = [finding for finding in result.findings if finding.rule == "SIT203"]
@@ -97,7 +97,7 @@ def test_an_overdamped_tank_is_said_to_be_one(tmp_path):
 
 @pytest.mark.parametrize("command", [["check"], ["estimate"], ["estimate", "--format", "json"], ["build", "--force"]])
 @pytest.mark.parametrize("cause", ["damped", "unresolved"])
-def test_no_state_with_numbers_is_a_finding_and_no_traceback(tmp_path, monkeypatch, command, cause):
+def test_design_without_computable_states_yields_finding_without_traceback(tmp_path, monkeypatch, command, cause):
     monkeypatch.chdir(tmp_path)
     if cause == "unresolved":
         monkeypatch.setattr("sitscad.kernels.electromagnetics.loss.current_modes.TRUSTED", -1.0)
@@ -111,7 +111,7 @@ def test_no_state_with_numbers_is_a_finding_and_no_traceback(tmp_path, monkeypat
         assert ("SIT203 error" if cause == "damped" else "SIT201 error") in done.output
 
 
-def test_a_large_coil_of_very_thick_copper_has_numbers(tmp_path):
+def test_large_coil_of_thick_copper_has_expected_resistance_ratio(tmp_path):
     """70 mm, 8 turns of 1.5 mm in 0.35 mm copper: too few points for the modes' orders made every state fail."""
     stackup = "fpc: {stackup: [{copper: 350 um}, {dielectric: 0.1}, {copper: 350 um}]}\n"
     spec = tmp_path / "seen.yaml"
@@ -132,7 +132,7 @@ def target_of(material, tmp_path):
     return sitscad.check(read), sitscad.estimate(sitscad.lay_out(read))
 
 
-def test_ferrite_is_not_judged_by_skin_depths(tmp_path):
+def test_ferrite_target_needs_no_skin_depth_thickness(tmp_path):
     """SIT305 asked for 0.4 m of ferrite, and its share of an endless plate's effect was that of a conductor."""
     result, found = target_of("ferrite", tmp_path)
     assert "SIT305" not in [finding.rule for finding in result.findings]
@@ -144,7 +144,7 @@ def test_ferrite_is_not_judged_by_skin_depths(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("material", ["stainless-17-4ph", "copper"])
-def test_the_change_by_a_target_over_the_whole_coil_is_solved_within_a_tenth(material, tmp_path):
+def test_inductance_change_error_of_large_target_is_below_10_percent(material, tmp_path):
     """The share of an endless steel was known to 55 %, and R with it."""
     found = target_of(material, tmp_path)[1]
     assert found.is_solved and found.coils[0].states["rest"].target_change_error < 0.1

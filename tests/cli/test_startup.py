@@ -32,7 +32,7 @@ finally:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("command", ["check", "check --picture drawn.svg", "estimate"])
-def test_nothing_heavy_is_imported(tmp_path, command):
+def test_commands_import_no_heavy_packages(tmp_path, command):
     spec = write_template("grasper_4layer", tmp_path / "spec.yaml")
     source = str(Path(sitscad.__file__).parents[1])
     done = subprocess.run([sys.executable, "-c", _RUN, source, *command.split(), str(spec)], capture_output=True,
@@ -44,7 +44,7 @@ def test_nothing_heavy_is_imported(tmp_path, command):
 
 
 @pytest.mark.slow
-def test_a_build_of_what_has_not_changed_loads_neither_rules_nor_numbers(tmp_path):
+def test_unchanged_build_imports_neither_numpy_nor_rules(tmp_path):
     spec = write_template("grasper_4layer", tmp_path / "spec.yaml")
     command = ["build", str(spec), "-o", str(tmp_path), "--only", "firmware"]
     run = [sys.executable, "-c", _RUN.replace('.partition(".")[0]', ""), str(Path(sitscad.__file__).parents[1])]
@@ -57,7 +57,7 @@ def test_a_build_of_what_has_not_changed_loads_neither_rules_nor_numbers(tmp_pat
     assert not {"numpy", "sitscad.checks.judging", "sitscad.estimates", "sitscad.layout"} & set(imported.split())
 
 
-def test_the_list_of_commands_has_the_first_sentence_of_each():
+def test_command_list_shows_first_help_sentence_of_each_command():
     context = click.Context(cli)
     for name, (module, sentence) in COMMANDS.items():
         _, command, rest = cli.resolve_command(context, [name, "-v"])
@@ -66,7 +66,7 @@ def test_the_list_of_commands_has_the_first_sentence_of_each():
         assert command.get_short_help_str(200) == sentence
 
 
-def test_the_list_of_commands_imports_none():
+def test_command_list_imports_no_command_module():
     source = str(Path(sitscad.__file__).parents[1])
     code = "import atexit, sys; atexit.register(lambda: print(*sys.modules, file=sys.stderr)); " \
            "from sitscad.cli import main; main(['--help'])"
@@ -76,7 +76,7 @@ def test_the_list_of_commands_imports_none():
     assert all(f"  {name} " in done.stdout for name in COMMANDS)
 
 
-def test_importing_sitscad_imports_nothing_else():
+def test_importing_sitscad_imports_only_version():
     source = str(Path(sitscad.__file__).parents[1])
     code = "import sys; before = set(sys.modules); import sitscad; print(*sorted(set(sys.modules) - before))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env={"PYTHONPATH": source})
@@ -109,7 +109,7 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before)
 
 @pytest.mark.slow
 @pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="only GNU's C library is asked to keep freed memory")
-def test_freed_memory_is_not_asked_of_the_system_again():
+def test_freed_memory_is_reused_without_page_faults():
     """Large arrays that come and go were cleared by the system every time: a fifth of a check's time."""
     environment = {"PYTHONPATH": str(Path(sitscad.__file__).parents[1]), "NUMPY_MADVISE_HUGEPAGE": "0"}
     found = {

@@ -40,7 +40,7 @@ def ran(folder, arguments: str, redirected: str = "", flags: str = "", **environ
         (">/dev/full 2>/dev/full", 2),
     ],
 )
-def test_a_stream_that_is_closed_or_full_changes_no_verdict_unless_the_result_is_lost(spec, redirected, code):
+def test_closed_or_full_stream_changes_exit_code_only_if_result_is_lost(spec, redirected, code):
     found = ran(spec.parent, "check plain.yaml", redirected)
     assert found.returncode == code, found.stderr
     assert b"internal error" not in found.stderr and b"Traceback" not in found.stderr
@@ -49,13 +49,13 @@ def test_a_stream_that_is_closed_or_full_changes_no_verdict_unless_the_result_is
 
 @pytest.mark.slow
 @pytest.mark.parametrize("redirected", ["<&- >&- 2>&-", "2>/dev/full"])
-def test_a_package_is_whole_where_no_message_can_be_written(spec, redirected):
+def test_build_with_closed_or_full_streams_writes_complete_package(spec, redirected):
     found = ran(spec.parent, "build plain.yaml -o out --only gerber,firmware", redirected)
     assert found.returncode == 0
     assert sitscad.verify(spec.parent / "out" / "plain").ok
 
 
-def test_a_spec_from_a_closed_stream_is_an_empty_one(spec):
+def test_check_of_closed_standard_input_reports_empty_spec(spec):
     found = ran(spec.parent, "check -", "<&-")
     assert (found.returncode, b"SIT001" in found.stdout) == (2, True)
 
@@ -69,7 +69,7 @@ def test_check_output_does_not_depend_on_python_options(spec, flags):
     assert (found.returncode, found.stdout, found.stderr) == (plain.returncode, plain.stdout, plain.stderr)
 
 
-def test_help_of_every_command_without_docstrings_names_the_reason(spec):
+def test_help_without_docstrings_states_the_reason(spec):
     names = list(COMMANDS)
     code = f"from sitscad.cli import run\nfor name in {names}: run([name, '--help'])"
     line = [sys.executable, "-OO", "-c", code]

@@ -19,7 +19,7 @@ def test_explain_takes_identifier_number_and_name(run, word):
     assert done.out.startswith("SIT103 coil-trace (warning, error)\n")
 
 
-def test_explain_takes_several_and_what_they_begin_with_each_once(run):
+def test_explain_accepts_several_rules_and_prefixes_without_duplicates(run):
     alone, both, all_of_them = (run("explain", *words) for words in (["SIT103"], ["SIT204", "103", "SIT204"], ["SIT2"]))
     assert both.out.endswith(f"\n\n\n{alone.out}") and both.out.startswith("SIT204 ")
     named = [line.split()[0] for line in all_of_them.out.splitlines() if line.startswith("SIT")]
@@ -27,14 +27,14 @@ def test_explain_takes_several_and_what_they_begin_with_each_once(run):
 
 
 @pytest.mark.parametrize("word", ["999", "SIT999", "nonsense", "coil-trase"])
-def test_an_unknown_rule_points_at_the_list(run, word):
+def test_unknown_rule_suggests_rules_command(run, word):
     done = run("explain", word)
     assert (done.code, done.out) == (2, "")
     assert "`sitscad rules`" in done.err
     assert ("Did you mean coil-trace?" in done.err) == (word == "coil-trase")
 
 
-def test_numbers_select_rules_too(run):
+def test_check_selects_rules_by_number(run):
     done = run("check", "weak.yaml", "--select", "203")
     assert "SIT203" in done.out and done.code == 1
 
@@ -47,7 +47,7 @@ def test_rules_show_every_severity(run):
 
 
 @pytest.mark.parametrize(("tolerance", "said"), [("1e-9", True), ("1e-2", False)])
-def test_a_tolerance_that_no_method_meets_is_reported(run, tolerance, said):
+def test_tolerance_below_all_methods_is_reported(run, tolerance, said):
     """It was said on stderr alone: a program that read the JSON and the exit code learnt nothing of it."""
     done = run("estimate", "good.yaml", "--format", "json", "--tolerance", tolerance)
     assert done.code == int(said)
@@ -56,7 +56,7 @@ def test_a_tolerance_that_no_method_meets_is_reported(run, tolerance, said):
     assert any("no method meets a tolerance of 1e-09" in note for note in notes) == said
 
 
-def test_a_point_whose_stated_error_is_above_the_tolerance_says_so():
+def test_response_note_reports_error_above_tolerance():
     design = sitscad.Design(sitscad.load_text(templates.read("bench_7mm"), "bench_7mm.yaml"))
     pose = np.array([[0.0, 0.0, -1e-4, 0.0, 0.0, 0.0]])
     for tolerance, said in ((1e-9, True), (0.5, False), (None, False)):
@@ -64,19 +64,19 @@ def test_a_point_whose_stated_error_is_above_the_tolerance_says_so():
         assert any("tolerance of 1e-09" in note for note in notes) == said
 
 
-def test_a_method_that_misses_the_tolerance_is_reported(run):
+def test_chosen_method_above_tolerance_is_reported(run):
     done = run("estimate", "good.yaml", "--method", "spiral-neumann", "--tolerance", "1e-9")
     assert "the method spiral-neumann does not meet a tolerance of 1e-09" in done.err
 
 
-def test_errors_are_counted_in_words(run):
+def test_error_count_is_printed_without_plural_bracket(run):
     done = run("estimate", "weak.yaml")
     assert done.code == 1
     assert "(s)" not in done.err and "the checks found " in done.err
 
 
 @pytest.mark.parametrize("package", ["gerbonara", "shapely"])
-def test_verify_on_a_light_installation_is_one_sentence(run, monkeypatch, package):
+def test_verify_without_gerber_reader_prints_install_command(run, monkeypatch, package):
     assert run("build", "good.yaml", "--only", "gerber").code == 0
     readers = [name for name in sys.modules if "extraction" in name or name.endswith("production_files")]
     for name in [*readers, *(name for name in sys.modules if name.split(".")[0] == package)]:
@@ -88,7 +88,7 @@ def test_verify_on_a_light_installation_is_one_sentence(run, monkeypatch, packag
     assert done.err == f"sitscad: reading Gerber files back needs {package}: pip install 'sitscad[all]'\n"
 
 
-def test_the_template_to_start_from_states_what_is_computed_for_it():
+def test_resistances_in_recommended_template_comment_match_estimates():
     """Its comment gave the resistance at rest for the pressed state, too."""
     text = templates.read("grasper_4layer")
     coil = sitscad.estimate(sitscad.lay_out(sitscad.load_text(text, "it.yaml"))).coils[0]
@@ -97,7 +97,7 @@ def test_the_template_to_start_from_states_what_is_computed_for_it():
     assert f"{free} kohm free, {rest} kohm at rest and {pressed} kohm pressed" in words
 
 
-def test_estimate_says_why_its_frequency_is_not_that_of_l_and_c_alone(run):
+def test_estimate_help_cites_equation_of_resonance_frequency(run):
     assert "equation 1" in " ".join(run("estimate", "--help").out.split())
 
 

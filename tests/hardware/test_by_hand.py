@@ -104,7 +104,7 @@ class Bench:
         return (self.folder / "out/measured.csv").read_text().splitlines()[3:]
 
 
-def test_ctrl_c_keeps_the_points_and_the_same_command_goes_on(tmp_path):
+def test_ctrl_c_keeps_recorded_points_and_same_command_resumes(tmp_path):
     design = sitscad.Design(sitscad.load(SPEC))
     bench = Bench(tmp_path, design)
     bench.until(PROMPT.format(1))

@@ -43,7 +43,7 @@ def built(folder):
     return ["gcc", *STRICT, "-DSIMULATED", "-o", str(folder / "sensor"), *sources]
 
 
-def test_driver_gives_the_force_on_each_cell_by_its_own_map(skin):
+def test_driver_computes_force_of_each_cell_with_its_map(skin):
     """The driver took one map of all coils, and refused that of a cell."""
     cell = skin.design.cells.by_number(PRESSED)
     frequency = sitscad.respond(cell, loads=[[5.0, 0.0, 0.0]]).frequency[0, 0]
@@ -56,13 +56,13 @@ def test_driver_gives_the_force_on_each_cell_by_its_own_map(skin):
     assert np.all(np.abs(np.delete(found[:, 1], PRESSED - 1)) < 0.05)
 
 
-def test_fault_of_one_cell_leaves_the_forces_of_the_others(skin):
+def test_fault_of_one_cell_keeps_forces_of_other_cells(skin):
     told = skin.run("begin", "settle 6", *["settle 1", "tare"] * 16, "coil 1 0 0", "settle 8", "forces")
     found = np.array(told[-1], dtype=float).reshape(CELLS, 2)
     assert found[1, 0] == 2 and np.all(np.delete(found[:, 0], 1) == 0)
 
 
-def test_linux_example_shows_each_cell_and_no_complaint(skin, tmp_path):
+def test_linux_example_prints_each_cell_without_error(skin, tmp_path):
     subprocess.run(built(tmp_path), cwd=skin.folder, check=True)
     run = [tmp_path / "sensor", "-", "3"]
     lines = subprocess.run(run, capture_output=True, text=True, check=True).stdout.splitlines()[-3:]
@@ -82,7 +82,7 @@ def test_sketch_sends_the_forces_of_each_cell(skin, tmp_path):
     assert head.count(".normal_N") == CELLS
 
 
-def test_maps_that_are_exchanged_or_absent_do_not_compile(skin, maps, tmp_path):
+def test_exchanged_or_missing_cell_maps_do_not_compile(skin, maps, tmp_path):
     folder = tmp_path / "firmware"
     shutil.copytree(skin.folder, folder)
     command = ["gcc", *STRICT, "-fsyntax-only", "sensor.c"]
@@ -97,14 +97,14 @@ def test_maps_that_are_exchanged_or_absent_do_not_compile(skin, maps, tmp_path):
         place.write_bytes(kept)
 
 
-def test_without_maps_the_example_says_so_once(skin, tmp_path):
+def test_example_without_maps_names_missing_header_once(skin, tmp_path):
     subprocess.run([*built(tmp_path), "-DSENSOR_NO_CALIBRATION"], cwd=skin.folder, check=True)
     text = subprocess.run([tmp_path / "sensor", "-", "20"], capture_output=True, text=True, check=True).stdout
     assert text.count("calibration.h") == 1
 
 
 @pytest.mark.slow
-def test_cells_of_several_coils_have_their_axes_in_the_line(tmp_path):
+def test_output_line_has_all_axes_of_multi_coil_cells(tmp_path):
     spec = sitscad.load(TEMPLATES / "skin_strip_6.yaml").replace(
         {"cells.coils": 2, "target.size": "20 mm", "elastomer.size": "20 mm"})
     design = sitscad.Design(spec)
@@ -133,7 +133,7 @@ def test_ros_node_publishes_each_cell_on_its_topic(node):
 
 
 @pytest.mark.slow
-def test_calibration_of_one_cell_is_led_through(tmp_path):
+def test_guided_calibration_of_one_cell_completes(tmp_path):
     """It was refused; a coil of another cell does not stop it."""
     path, folder = TEMPLATES / "skin_strip_6.yaml", tmp_path / f"cell-{PRESSED}"
     source = f"sim:{path}?fault=open:C6"

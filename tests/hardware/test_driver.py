@@ -37,7 +37,7 @@ def _tested(row: list[str]) -> tuple[int, int, int, list[int], list[int]]:
     return int(row[0]), int(row[1]), int(row[2]), [*map(int, row[4::4])], [*map(int, row[5::4])]
 
 
-def test_the_driver_s_constants_are_those_of_the_data_sheet():
+def test_driver_constants_match_converter_data():
     """The C files say them again, for they have no tables: both are one."""
     header = (FOLDER / "firmware/ldc161x.h").read_text()
     words = {name: int(value, 16) for name, value in re.findall(r"#define LDC161X_(\w+) 0x(\w+?)u?l?\b", header)}
@@ -54,7 +54,7 @@ def test_the_driver_s_constants_are_those_of_the_data_sheet():
 
 
 @pytest.mark.slow
-def test_it_is_set_up_asleep_read_back_and_woken_last(pad):
+def test_driver_configures_in_sleep_mode_reads_back_and_wakes_last(pad):
     """Today's table left every error off and was trusted unread."""
     (words,) = pad.run("trace", "begin")
     assert words[-2:] == ["0", "good"]
@@ -71,13 +71,13 @@ def test_it_is_set_up_asleep_read_back_and_woken_last(pad):
 
 
 @pytest.mark.slow
-def test_status_comes_first_and_upper_registers_before_lower_ones(pad):
+def test_poll_reads_status_first_and_high_registers_before_low(pad):
     *_, last = pad.run("begin", "advance 8000000", "trace", "poll")
     accesses = [word for word in last if word.startswith("r")]
     assert accesses == ["r2A.18", *(f"r2A.{where:02X}" for where in range(8))]
 
 
-def test_what_is_new_is_given_out_and_what_is_old_is_stale(pad):
+def test_new_results_are_good_and_repeated_results_are_stale(pad):
     rows = pad.run("begin", "poll", "advance 4200000", *["poll"] * 30)[1:]
     nothing, all_new, *later = map(_of_coils, rows)
     assert nothing == (0, [0] * 4, [STALE] * 4)
@@ -91,7 +91,7 @@ def test_what_is_new_is_given_out_and_what_is_old_is_stale(pad):
     assert np.abs(np.array(all_new[1]) / counts - 1.0).max() < 6 * 1.2 / 32 / rcount
 
 
-def test_a_coil_is_stale_once_others_were_read_twice_since(pad):
+def test_coils_polled_within_one_scan_are_not_stale(pad):
     """Polled faster than it scans, the sensor is whole all the same; a coil that does not come any more is told."""
     rows = pad.run("begin", *["next"] * 12)[1:]
     assert all(_of_coils(row)[2] == [GOOD] * 4 for row in rows[4:])
@@ -107,7 +107,7 @@ def test_a_coil_is_stale_once_others_were_read_twice_since(pad):
         ("coil 1 8.423e6 2000", AMPLITUDE),
     ],
 )
-def test_faults_of_a_coil_are_reported_at_once(pad, changed, status):
+def test_coil_fault_is_reported_in_next_scan(pad, changed, status):
     """Out of band, range and watchdog are faults: such counts make no tare. Amplitude is a warning, and counts hold."""
     if status == OVER:
         changed = "coil 1 81e6 4000"
@@ -117,7 +117,7 @@ def test_faults_of_a_coil_are_reported_at_once(pad, changed, status):
     assert rows[-1] == (["0"] if status == AMPLITUDE else ["2"])
 
 
-def test_a_bus_without_answer_and_a_strange_part_are_reported(pad):
+def test_silent_bus_and_wrong_device_identity_are_reported(pad):
     assert pad.run("nack 0 1", "begin")[0][0] == str(BUS)
     assert pad.run("register 0 7F 3054", "begin")[0][0] == str(IDENTITY)
     assert pad.run("register 0 7E 0000", "begin")[0][0] == str(IDENTITY)
@@ -126,7 +126,7 @@ def test_a_bus_without_answer_and_a_strange_part_are_reported(pad):
     assert _of_coils(rows[2])[2] == [STALE] * 4
 
 
-def test_lost_settings_are_found_at_the_fourth_poll_and_set_up_again(pad):
+def test_lost_settings_are_detected_at_fourth_poll_and_restored(pad):
     """After a brown-out a converter sleeps for ever, and says nothing."""
     polls = ["poll"] * 4
     rows = pad.run("begin", *FIRST, "reset 0", *polls, *FIRST, "restarts")
@@ -136,13 +136,13 @@ def test_lost_settings_are_found_at_the_fourth_poll_and_set_up_again(pad):
     assert [int(row[0]) for row in rows[1:]] == [0, 0, 0, IDENTITY, IDENTITY, LOST, 1]
 
 
-def test_a_register_that_does_not_keep_its_value_is_found(pad, tmp_path):
+def test_register_that_does_not_store_its_value_is_reported(pad, tmp_path):
     """Settings that a converter does not take, as those of channels that it has not."""
     bench = compiled(pad.design, tmp_path, [], replaced={"{0u, 0x19u, 0xF801u}": "{0u, 0x1Du, 0xF801u}"})
     assert bench.run("begin")[0][0] == str(SETTINGS)
 
 
-def test_a_single_wrong_value_is_never_given_out(pad):
+def test_single_wrong_result_is_held_back(pad):
     """A step that is true comes one scan late; one that is not never does."""
     ready = ["begin", *FIRST]
     rows = pad.run(*ready, "glitch 0 2", *SCAN, *SCAN)[1:]
@@ -156,7 +156,7 @@ def test_a_single_wrong_value_is_never_given_out(pad):
     assert through[0] == 3 and through[2][1:] == [GOOD] * 3 and through[1][1] > 1.005 * before[1][1]
 
 
-def test_fast_motion_is_not_taken_for_a_fault(pad):
+def test_fast_motion_stays_good(pad):
     """Steps of every scan far beyond the noise: after the first all come through, as fast as they are."""
     words = ["begin", *FIRST]
     for step in range(1, 30):
@@ -165,18 +165,18 @@ def test_fast_motion_is_not_taken_for_a_fault(pad):
     assert [row[2][0] for row in found[2:]] == [GOOD] * len(found[2:])
 
 
-def test_a_result_that_does_not_move_any_more_is_stale(pad):
+def test_frozen_result_becomes_stale_after_200_scans(pad):
     words = ["begin", *FIRST, "stuck 0 2", *SCAN * 210]
     found = [_of_coils(row)[2] for row in pad.run(*words)[1:]]
     assert found[150] == [GOOD] * 4 and found[-1] == [GOOD, STALE, GOOD, GOOD]
 
 
-def test_forces_want_a_tare_and_a_map(pad):
+def test_forces_without_tare_or_map_return_error_codes(pad):
     """Each that is missing is said; nothing is made up."""
     assert pad.run("begin", "settle 4", "forces", "tare", "forces")[2:] == [["-5", "0"], ["0"], ["-6", "0"]]
 
 
-def test_a_tare_is_the_mean_of_scans_however_often_it_is_polled(pad):
+def test_tare_is_mean_of_16_scans_at_any_poll_rate(pad):
     """Polled four times a scan it was begun anew at every call: the noise of one reading was in all forces after it,
     and made of 14 mN of `square_bench` 23.
     """
@@ -201,18 +201,18 @@ def test_a_tare_is_the_mean_of_scans_however_often_it_is_polled(pad):
         (["coil 2 7.2e6 4000"], BEYOND, (380, 420)),
     ],
 )
-def test_coils_are_tested_against_the_design(pad, changed, result, off):
+def test_self_test_compares_coils_with_design(pad, changed, result, off):
     wrong, state, _, results, thousandths = _tested(pad.run("begin", *changed, "test")[1])
     assert wrong == (result != OK) and state == 1
     assert results == [OK, OK, result, OK] and off[0] <= thousandths[2] <= off[1]
 
 
-def test_a_single_wrong_result_accuses_no_coil(pad):
+def test_single_wrong_result_fails_no_self_test(pad):
     """As large as one is: half of them leave the design's band."""
     assert {row[0] for row in pad.run("begin", *["settle 3", "glitch 0 2", "test"] * 12)[2::2]} == {"0"}
 
 
-def test_a_bare_board_is_known_for_one_and_silence_is_reported(pad):
+def test_self_test_recognises_bare_board_and_silent_coils(pad):
     free = [coil.states["free"] for coil in pad.design.estimates.coils]
     bare = [f"coil {k} {one.frequency} {one.parallel_resistance}" for k, one in enumerate(free)]
     assert _tested(pad.run("begin", *bare, "test")[1])[:2] == (0, 0)
@@ -221,7 +221,7 @@ def test_a_bare_board_is_known_for_one_and_silence_is_reported(pad):
     assert wrong == 2 and results == [OK, OK, SILENT, SILENT]
 
 
-def test_exchanged_coils_are_reported_if_their_inductances_differ_enough(pad, tmp_path):
+def test_self_test_reports_exchanged_coils_of_different_inductance(pad, tmp_path):
     """Coils that differ in their leads only cannot be told apart, and the report says so."""
     ours = bands(pad.design.estimates.coils, 0.005)
     swapped = [f"coil {k} {ours[2 - k].assembled.design} 4000" for k in (0, 2)]

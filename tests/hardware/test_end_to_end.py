@@ -62,7 +62,7 @@ def _driven(found: sitscad.Calibration, source: Simulation, folder: Path, freque
     ["bench_7mm", *(pytest.param(name, marks=pytest.mark.more)
                     for name in ("three_axis_pad", "three_axis_triangle", "square_bench", "jaw_5x20"))],
 )
-def test_newtons_come_out_as_they_were_put_on(tmp_path, capsys, name):
+def test_simulated_forces_are_recovered_within_stated_error(tmp_path, capsys, name):
     """What 95 % of sensors stay below is stated, without noise: that of one reading after a tare of 16 comes on top."""
     planned, found, source = _calibrated(name, tmp_path)
     sensors, scope = found.sensors, found.sensors.range

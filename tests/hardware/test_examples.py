@@ -28,7 +28,7 @@ def _made(command: list[object], folder: object) -> str:
 
 
 @pytest.mark.clients("gcc")
-def test_the_linux_example_runs_on_the_simulated_converter(pad, tmp_path):
+def test_linux_example_runs_on_simulated_converter(pad, tmp_path):
     program = tmp_path / "sensor"
     sources = ["example_linux.c", *SOURCES, "simulated/simulated.c"]
     _made(["gcc", *STRICT, "-DSIMULATED", "-o", program, *sources, "-lm"], pad.folder)
@@ -40,7 +40,7 @@ def test_the_linux_example_runs_on_the_simulated_converter(pad, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.clients("gcc")
-def test_the_linux_example_speaks_i2c_dev(pad, tmp_path):
+def test_linux_example_uses_i2c_dev_ioctls(pad, tmp_path):
     """Its ioctls, on a bus of ours; a bus that is not there is said."""
     program, calls = tmp_path / "sensor", ("open=bus_open", "ioctl=bus_ioctl", "nanosleep=bus_sleep")
     sources = ["example_linux.c", *SOURCES, "simulated/simulated.c", HERE / "wired.c"]
@@ -54,7 +54,7 @@ def test_the_linux_example_speaks_i2c_dev(pad, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.clients("gcc")
-def test_the_linux_example_drives_sd_as_the_wiring_needs_it(pad, tmp_path):
+def test_linux_example_drives_sd_pin_as_wired(pad, tmp_path):
     """The resistor of the wiring holds SD high, which shuts the converter down: nothing answers without ``sd=``."""
     program, calls = tmp_path / "sensor", ("open=bus_open", "ioctl=bus_ioctl", "nanosleep=bus_sleep")
     sources = ["example_linux.c", *SOURCES, "simulated/simulated.c", HERE / "wired.c"]
@@ -83,7 +83,7 @@ def run_of_the_sketch(folder: Path, tmp_path: Path, *defined: str) -> list[str]:
 
 
 @pytest.mark.clients("g++")
-def test_the_arduino_sketch_compiles_and_runs_against_a_stub(pad, tmp_path):
+def test_arduino_sketch_runs_against_stub(pad, tmp_path):
     """The stub's Wire is a bus without an answer, then one with a converter that is set up."""
     baud, *lines = run_of_the_sketch(pad.folder, tmp_path)
     assert f"#define SENSOR_BAUD {baud.removeprefix('baud ')} " in (pad.folder / "sensor_config.h").read_text()
@@ -96,13 +96,13 @@ def test_the_arduino_sketch_compiles_and_runs_against_a_stub(pad, tmp_path):
 
 
 @pytest.mark.clients("g++")
-def test_the_arduino_sketch_without_an_sd_output_needs_sd_wired_to_ground(pad, tmp_path):
+def test_arduino_sketch_without_sd_pin_runs_with_sd_grounded(pad, tmp_path):
     lines = run_of_the_sketch(pad.folder, tmp_path, "SENSOR_SD_PIN=-1", "SD_TO_GND")
     assert lines[2:6] == [f"# C{k}: good" for k in range(1, 5)]
 
 
 @pytest.mark.clients("g++")
-def test_the_arduino_sketch_prints_no_report_of_a_self_test_that_failed(pad, tmp_path):
+def test_arduino_sketch_prints_no_report_of_interrupted_self_test(pad, tmp_path):
     """The bus ends within the self-test: the sketch starts anew, and says of the coils what the next test found."""
     lines = run_of_the_sketch(pad.folder, tmp_path, "TRANSFERS_UNTIL_A_FAULT=62")
     assert [line for line in lines[1:8] if line.startswith("# no answer")] == [lines[1], lines[2]]
@@ -110,7 +110,7 @@ def test_the_arduino_sketch_prints_no_report_of_a_self_test_that_failed(pad, tmp
 
 
 @pytest.mark.clients("g++")
-def test_the_driver_compiles_as_cpp_without_a_warning(pad, tmp_path):
+def test_driver_compiles_as_cpp_without_warning(pad, tmp_path):
     flags = ["-std=c++11", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-fsyntax-only"]
     for source in (*SOURCES, "simulated/simulated.c"):
         _made(["g++", "-x", "c++", *flags, source], pad.folder)
@@ -139,14 +139,14 @@ int main()
 
 
 @pytest.mark.clients("cppcheck")
-def test_cppcheck_has_nothing_to_say(pad):
+def test_cppcheck_finds_nothing_in_driver(pad):
     checks = ["--std=c99", "--enable=warning,style,performance,portability", "--error-exitcode=2", "-q"]
     sources = [*SOURCES, "simulated/simulated.c", "example_linux.c"]
     _made(["cppcheck", *checks, "--suppress=missingInclude", "-I.", *sources], pad.folder)
 
 
 @pytest.mark.clients("arm-none-eabi-gcc", "arm-none-eabi-size")
-def test_it_fits_a_small_processor(pad, tmp_path):
+def test_driver_for_cortex_m0_has_documented_size_without_heap(pad, tmp_path):
     """Cortex-M0, nothing but the driver; no heap, no library but the compiler's own."""
     flags = ["-std=c99", "-mcpu=cortex-m0", "-mthumb", "-Os", "-Wall", "-Wextra", "-Werror", "-pedantic"]
     objects = [tmp_path / "sensor.o", tmp_path / "ldc161x.o"]
@@ -200,7 +200,7 @@ def micropython(pad, monkeypatch):
 
 
 @pytest.mark.clients("gcc")
-def test_the_micropython_module_sets_up_and_reads_equally(pad, micropython):
+def test_micropython_module_sets_up_and_reads_like_c_driver(pad, micropython):
     from sitscad.apps.hardware.converter import SimulatedConverter
 
     bus = FakeI2C(SimulatedConverter(pad.design, faults="reset@0.05"))
@@ -219,7 +219,7 @@ def test_the_micropython_module_sets_up_and_reads_equally(pad, micropython):
 
 
 @pytest.mark.clients("gcc")
-def test_the_micropython_module_pulses_sd_and_waits_until_the_converter_answers(pad, micropython):
+def test_micropython_module_pulses_sd_and_waits_for_converter(pad, micropython):
     from sitscad.apps.hardware.converter import SimulatedConverter
 
     levels: list[tuple[int, int]] = []
@@ -229,7 +229,7 @@ def test_the_micropython_module_pulses_sd_and_waits_until_the_converter_answers(
 
 
 @pytest.mark.clients("gcc")
-def test_the_micropython_module_calls_a_coil_stale_only_after_a_whole_scan_without_it(pad, micropython):
+def test_micropython_module_polled_fast_reports_no_stale_coil(pad, micropython):
     """Polled more often than a coil is converted: each poll that finds one coil says good of the others."""
     from sitscad.apps.hardware.converter import SimulatedConverter
 
@@ -245,7 +245,7 @@ def test_the_micropython_module_calls_a_coil_stale_only_after_a_whole_scan_witho
 
 
 @pytest.mark.clients("gcc")
-def test_the_micropython_module_tells_faults(pad, micropython):
+def test_micropython_module_reports_each_fault(pad, micropython):
     from sitscad.apps.hardware.converter import SimulatedConverter
 
     bus = FakeI2C(SimulatedConverter(pad.design, faults=["open:C2", "low-amplitude:C3", "lost-layer:C4"]))
@@ -305,7 +305,7 @@ def _checked(*cells: object) -> bytes:
 
 
 @pytest.mark.clients("gcc")
-def test_the_ros_node_publishes_what_is_whole_and_tells_what_is_not(node):
+def test_ros_node_publishes_valid_lines_and_reports_invalid_lines(node):
     one, received, sent, said = node
     head = _checked("id", "sequence", "C1_counts", "C1_status", "normal_N", "shear_x_N")
     whole = _checked(one.identity, 0, 1, 0, "1.5", "-0.25")
@@ -326,7 +326,7 @@ def test_the_ros_node_publishes_what_is_whole_and_tells_what_is_not(node):
 
 @pytest.mark.slow
 @pytest.mark.clients("gcc")
-def test_the_readme_wires_every_contact_and_has_ten_steps(pad, tmp_path):
+def test_firmware_readme_wires_every_contact_in_ten_steps(pad, tmp_path):
     design = pad.design
     text = firmware_driver.render_readme(design.layout, design.estimates, incoming(design).board)[
         "firmware/readme.txt"

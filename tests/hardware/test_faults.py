@@ -18,7 +18,7 @@ pytestmark = pytest.mark.clients("gcc")
 
 
 @pytest.mark.slow
-def test_every_fault_is_named_and_nothing_that_is_sound():
+def test_every_simulated_fault_is_detected_without_false_alarm():
     """But for coils that are exchanged, which nothing tells apart that are drawn alike."""
     rows = list(faults.table(Design(sitscad.load(TEMPLATES / "bench_7mm.yaml"))))
     assert len(rows) == 2 * (1 + len(FAULTS))
@@ -30,7 +30,7 @@ def test_every_fault_is_named_and_nothing_that_is_sound():
 
 
 @pytest.mark.slow
-def test_two_converters_are_one_sensor(tmp_path):
+def test_driver_treats_two_converters_as_one_sensor(tmp_path):
     """Four coils on two LDC1612: their scans do not keep step, and forces come all the same."""
     spec = sitscad.load(TEMPLATES / "three_axis_pad.yaml")
     spec = replace(spec, readout=replace(spec.readout, device=presets.converter("ldc1612")))

@@ -43,7 +43,7 @@ def _unasked(words: str) -> str:
 
 
 @pytest.mark.slow
-def test_points_are_taken_and_gone_on_with(design, planned):
+def test_guided_calibration_records_points_and_resumes_table(design, planned):
     board, source = _begun(design)
     said: list[str] = []
     leading = GuidedCalibration(board, source, planned, _unasked, said.append)
@@ -60,7 +60,7 @@ def test_points_are_taken_and_gone_on_with(design, planned):
 
 
 @pytest.mark.slow
-def test_tables_and_boards_of_another_sensor_are_refused(design, planned):
+def test_guided_calibration_refuses_table_or_board_of_other_sensor(design, planned):
     board, source = _begun(design)
     other = head_lines(board, planned).replace("3 points", "8 points") + "0,0,1,2\n"
     with pytest.raises(ValueError, match="of another plan"):
@@ -86,13 +86,13 @@ def _by_hand(simulated: Source) -> Source:
     [("fault=open:C2", "C2: watchdog"), ("fault=lost-layer:C1", "C1: out of band: another sensor"),
      ("fault=stuck:C1@0.01", "C1: stuck")],
 )
-def test_readings_that_are_not_good_are_not_taken(design, source, words):
+def test_guided_calibration_refuses_faulty_readings(design, source, words):
     board, given = _begun(design, source)
     with pytest.raises(PointRefused, match=words):
         stable_counts(board, given, print, range(2))
 
 
-def test_it_waits_until_readings_are_at_rest_and_leaves_single_jumps_out(design):
+def test_stable_counts_wait_for_rest_and_omit_single_jumps(design):
     board, source = _begun(design, "load=normal:3:0&seconds=3&fault=glitch:C1@4.5")
     said: list[str] = []
     found = stable_counts(board, source, said.append, range(2))
@@ -120,7 +120,7 @@ def _answered(design, planned, *answers: str, fault: str = ""):
 NOTHING, FOUR = [0.0, 0.0, 0.0], [4.0, 0.5, 0.0]
 
 
-def test_what_is_typed_goes_before_what_was_asked_for(design, planned):
+def test_typed_load_replaces_planned_load(design, planned):
     on = [3.8, 0.4, 0.0]
     texts, said = _answered(
         design, planned, (NOTHING, ""), (on, "three"), (on, "0 0"), (on, "3.8"), (on, "3.8, 0.4")
@@ -132,7 +132,7 @@ def test_what_is_typed_goes_before_what_was_asked_for(design, planned):
     assert "'three' is not normal, shear_x in newtons" in said[-7]
 
 
-def test_a_bad_point_is_said_and_asked_for_again(design, planned):
+def test_implausible_point_is_reported_and_requested_again(design, planned):
     """A weight that was forgotten, a push the wrong way; what somebody insists on is kept."""
     texts, said = _answered(
         design, planned, (NOTHING, ""), (NOTHING, ""), ([4.0, -0.5, 0.0], ""), (FOUR, ""), (FOUR, ""), (FOUR, "0 0")
@@ -146,7 +146,7 @@ def test_a_bad_point_is_said_and_asked_for_again(design, planned):
     assert "reads as about 4 N normal" in [line for line in said if "Once more" in line][2]
 
 
-def test_the_point_before_is_taken_again(design, planned):
+def test_typing_back_repeats_previous_point(design, planned):
     texts, said = _answered(
         design, planned, (NOTHING, "back"), (NOTHING, ""), (FOUR, ""), (FOUR, "back"), ([3.9, 0.5, 0.0], "3.9 0.5")
     )
@@ -155,7 +155,7 @@ def test_the_point_before_is_taken_again(design, planned):
     assert again.splitlines()[-1].startswith("3.9,0.5,") and len(again.splitlines()) == len(second.splitlines())
 
 
-def test_points_of_exchanged_coils_are_refused(design, planned):
+def test_guided_calibration_rejects_points_of_exchanged_coils(design, planned):
     """Nothing else sees them where they are drawn alike."""
     texts, said = _answered(design, planned, (NOTHING, ""), (FOUR, ""), (FOUR, "4 0.5"), fault="fault=swapped:C1:C2")
     next(texts)

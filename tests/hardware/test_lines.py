@@ -64,7 +64,7 @@ def _taken(design: sitscad.Design, lines: list[bytes]) -> tuple[LineBoard, list[
 
 
 @pytest.mark.clients("gcc")
-def test_every_line_is_read_and_its_counts_are_the_design_s(pad, sent):
+def test_all_serial_lines_are_read_with_expected_counts(pad, sent):
     board, rows = _taken(pad.design, sent)
     heads = [line for line in sent if line.startswith(b"id,")]
     assert len(rows) == board.good > 240 and len(heads) == -(-len(rows) // 100) and board.remark.endswith("corrupted")
@@ -75,7 +75,7 @@ def test_every_line_is_read_and_its_counts_are_the_design_s(pad, sent):
 
 
 @pytest.mark.clients("gcc")
-def test_what_is_lost_corrupted_or_of_another_is_counted_and_never_used(pad, sent):
+def test_lost_corrupted_and_foreign_lines_are_counted_and_unused(pad, sent):
     readings = [line for line in sent if line[:1].isalnum() and not line.startswith(b"id")]
     body = readings[20].rpartition(b"*")[0]
     other = b"%08X" % (int(body[:8], 16) ^ 1) + body[8:]

@@ -25,7 +25,7 @@ def fast(tmp_path_factory: pytest.TempPathFactory) -> Bench:
 
 
 @pytest.mark.parametrize("state", ["rest", "free"])
-def test_no_sound_board_is_called_faulty(fast, state):
+def test_10000_faultless_boards_pass_self_test(fast, state):
     """10,000 in each state; every coil's self-test, and every poll of a scan."""
     ohms = [coil.states[state].parallel_resistance for coil in fast.design.estimates.coils]
     words = []
@@ -40,7 +40,7 @@ def test_no_sound_board_is_called_faulty(fast, state):
 
 @pytest.mark.more
 @pytest.mark.parametrize("state", ["rest", "free"])
-def test_no_sound_board_is_diagnosed(fast, state):
+def test_10000_faultless_boards_get_no_diagnosis(fast, state):
     """The same boards by what `read --diagnose` says of a few results of each coil, with the noise of the estimates."""
     board, generator = Board(fast.design, ()), np.random.default_rng(2)
     of_coil = re.compile("C[12] (frequency|amplitude|noise)")
@@ -55,7 +55,7 @@ def test_no_sound_board_is_diagnosed(fast, state):
         assert len(said) == 6 and {one.verdict for one in said} == {MET}, said
 
 
-def test_no_wrong_value_of_a_day_reaches_the_forces(fast, capsys):
+def test_no_wrong_value_in_a_day_changes_forces(fast, capsys):
     """At rest every force that comes is the noise; 24 results were wrong, and hardly any reading was lost."""
     rate = fast.design.estimates.readout.scan_rate
     begun, *_, quiet, day = fast.run(

@@ -43,7 +43,7 @@ def _diagnosed(design: sitscad.Design, seconds: float = 0.5, **given: object) ->
     return {one.name: (one.verdict, one.observation) for one in found}
 
 
-def test_scans_are_whole_though_one_converter_is_faster_than_another(tmp_path):
+def test_scans_contain_all_coils_of_converters_with_different_rates(tmp_path):
     """Three coils on one and two on the other: half of the scans lacked coils, and the log called these stale."""
     path = tmp_path / "strip.yaml"
     path.write_text((TEMPLATES / "skin_strip_6.yaml").read_text().replace("count: 6", "count: 5"))
@@ -62,7 +62,7 @@ def test_scans_are_whole_though_one_converter_is_faster_than_another(tmp_path):
     assert [set(scan) for scan in scans(board, simulated, 0.3)][1:3] == [{0, 1, 2}] * 2
 
 
-def test_no_result_of_four_coils_on_one_converter_is_left_out():
+def test_four_coils_on_one_converter_lose_no_result():
     """One poll finds the last coil of a scan and the first of the next."""
     pad = sitscad.Design(sitscad.load(TEMPLATES / "three_axis_pad.yaml"))
     source, _ = source_of(f"sim:{TEMPLATES}/three_axis_pad.yaml", pad)
@@ -75,7 +75,7 @@ def test_no_result_of_four_coils_on_one_converter_is_left_out():
     assert np.all(steps > 0.7) and np.all(steps < 1.3)
 
 
-def test_a_sound_board_does_all_that_it_must(design):
+def test_diagnosis_of_faultless_board_is_met(design):
     found = _diagnosed(design)
     assert {name for name, (verdict, _) in found.items() if verdict != MET} == {"order of coils"}
     assert set(found) >= {"identity", "settings", "C1 frequency", "C2 amplitude", "C2 noise", "rate"}
@@ -93,20 +93,20 @@ def test_a_sound_board_does_all_that_it_must(design):
         ("glitch:C2@0.2", "C2 frequency", "2 of"),
     ],
 )
-def test_a_fault_is_named_and_the_other_coil_is_not(design, fault, missed, words):
+def test_diagnosis_names_only_the_faulty_coil(design, fault, missed, words):
     found = _diagnosed(design, faults=fault)
     assert found[missed][0] == NOT_MET and words in found[missed][1]
     others = {name for name, (verdict, _) in found.items() if verdict == NOT_MET} - {missed}
     assert not {name for name in others if name.startswith("C1")} and others <= {"rate", "C2 frequency", "C2 amplitude"}
 
 
-def test_a_missing_layer_costs_amplitude_too(design):
+def test_missing_layer_fails_amplitude_requirement(design):
     """It was said to be good: the status told of the band alone."""
     found = _diagnosed(design, faults="lost-layer:C2")
     assert found["C2 amplitude"][0] == NOT_MET and found["C1 amplitude"][0] == MET
 
 
-def test_noise_of_few_results_is_not_called_too_much(design):
+def test_noise_of_12_results_is_not_diagnosed_as_excessive(design):
     """The noise of 12 results is found to be twice the design's on three boards of a hundred; of 200, none."""
     board, noise = Board(design, ()), np.random.default_rng(5)
     hertz = design.estimates.readout.conversion.noise(9e6)
@@ -119,7 +119,7 @@ def test_noise_of_few_results_is_not_called_too_much(design):
     assert set().union(*(said(2.5, 200) for _ in range(20))) == {NOT_MET}
 
 
-def test_a_single_wrong_result_makes_no_force_and_a_step_comes_one_scan_late(design):
+def test_single_wrong_result_is_omitted_and_step_delayed_one_scan(design):
     """As in the driver; a diagnosis counts it all the same."""
     loads = [[0.0, 0, 0, 0], [1.1, 0, 0, 0], [1.11, 3.0, 0, 0]]
     source = Simulation(design, [SimulatedConverter(design, loads=loads, faults="glitch:C2@0.25")])
@@ -137,12 +137,12 @@ NO_LOADS = ["normal=5", "normal:5,shear_x=1", "tilt:1", "normal:1:2:3", "normal:
 
 
 @pytest.mark.parametrize("load", NO_LOADS)
-def test_a_load_that_is_none_is_refused_with_its_form(load):
+def test_invalid_simulated_load_is_refused_with_expected_form(load):
     with pytest.raises(ValueError, match=r"load is AXIS:NEWTONS or AXIS:FIRST:LAST with normal, .* a comma between"):
         source_of(f"sim:{SPEC}?load={load}", None)
 
 
-def test_loads_on_several_axes_stand_in_one_or_in_several():
+def test_simulated_loads_are_given_in_one_or_several_keys():
     one, two = _load_ramps(["normal:0:4,shear_x:1"]), _load_ramps(["shear_x:1", "normal:0:4"])
     assert one.tolist() == two.tolist()
     assert (one[0].tolist(), one[-1].tolist()) == ([0.0, 1.0, 0.0, 0.0, 0.0], [4.0, 1.0, 0.0, 0.0, 0.0])
@@ -155,7 +155,7 @@ def test_loads_on_several_axes_stand_in_one_or_in_several():
 
 
 @pytest.mark.slow
-def test_readings_beyond_the_map_are_said_to_be(design):
+def test_readings_beyond_map_are_flagged(design):
     found = sitscad.calibrate(design).map
     forces, board = Forces([found]), Board(design, ())
     low, high = (
@@ -165,7 +165,7 @@ def test_readings_beyond_the_map_are_said_to_be(design):
 
 
 @pytest.mark.slow
-def test_cells_are_read_each_by_its_own_map(tmp_path):
+def test_read_evaluates_each_cell_with_its_map(tmp_path):
     """The load on the second, nothing on the first; a map of a coil that is not there is refused."""
     text = (TEMPLATES / "skin_strip_6.yaml").read_text(encoding="utf-8").replace("count: 6", "count: 2")
     (tmp_path / "two.yaml").write_text(text, encoding="utf-8")
@@ -191,7 +191,7 @@ def test_exchanged_coils_are_not_evaluated(design):
     assert _diagnosed(design, faults="swapped:C1:C2")["order of coils"][0] == NOT_EVALUATED
 
 
-def test_sound_boards_as_they_are_made_are_not_called_faulty(design):
+def test_manufactured_boards_within_tolerance_pass_diagnosis(design):
     """Boards drawn from manufacture, pressed while they are read."""
     loads = np.array([[0.0, 0, 0, 0], [0.3, 4.0, 0, 0]])
     drawn = sitscad.respond(design, loads=loads[:, 1:], rotation="held").frequency
@@ -208,7 +208,7 @@ def _run(*words: str):
     return CliRunner().invoke(cli, ["read", *words], standalone_mode=False)
 
 
-def test_the_command_diagnoses_logs_and_shows_newtons(tmp_path):
+def test_read_command_diagnoses_logs_and_prints_forces(tmp_path):
     done = _run(f"sim:{SPEC}?seconds=0.4", "--diagnose", "--log", str(tmp_path))
     assert done.return_value == 0 and done.stdout.startswith("MET ") and "NOT MET" not in done.stdout
     rows = list(csv.DictReader((tmp_path / "readings.csv").open()))
@@ -224,7 +224,7 @@ def test_the_command_diagnoses_logs_and_shows_newtons(tmp_path):
 
 
 @pytest.mark.slow
-def test_newtons_are_those_of_the_load(tmp_path, design):
+def test_read_command_prints_applied_force(tmp_path, design):
     """The tare is the mean of 16 scans, so that these come to nothing in the mean; the load comes on after them."""
     found = sitscad.calibrate(design)
     sitscad.write_calibration(found, tmp_path)
@@ -248,7 +248,7 @@ def test_newtons_are_those_of_the_load(tmp_path, design):
         ("com3", "--design says"),
     ],
 )
-def test_what_is_no_source_is_refused(source, words):
+def test_invalid_source_is_refused(source, words):
     done = _run(source.replace("SPEC", str(SPEC)))
     assert words in str(done.exception), done.exception
 
@@ -259,7 +259,7 @@ def test_what_is_no_source_is_refused(source, words):
     "load=normal:1e26", "load=normal:nan", "load=normal:0:inf", "load=shear_x:-1e26", "load=normal:-4",
     "fault=open:C2@nan", "fault=open:C2@-5", "fault=nack@1e22", "fault=glitch:C1@0", "fault=reset@-",
 ])
-def test_a_value_that_a_source_cannot_have_is_refused_with_its_key_and_what_is_allowed(said, design):
+def test_invalid_source_value_is_refused_with_key_and_allowed_values(said, design):
     """A read of nan seconds ended with exit 0 and no reading; any word was a state, and 1e26 N were put on."""
     key, _, value = said.partition("=")
     with pytest.raises(ValueError) as refused:
@@ -273,7 +273,7 @@ def test_a_value_that_a_source_cannot_have_is_refused_with_its_key_and_what_is_a
 @pytest.mark.parametrize("said", [
     "seconds=1&seconds=2", "seed=1&seed=1", "state=free&unit=1", "state=free&load=normal:2", "state=rest&cell=1",
 ])
-def test_keys_of_a_source_that_contradict_each_other_are_refused(said, design):
+def test_contradictory_source_keys_are_refused(said, design):
     """The first of two was passed over without a word, and so was a state beside a load."""
     with pytest.raises(ValueError, match=r"given twice|do not go together"):
         source_of(f"sim:{SPEC}?{said}", design)
@@ -284,13 +284,13 @@ def test_keys_of_a_source_that_contradict_each_other_are_refused(said, design):
     ("calibrate", "SPEC", "--from", "sim:SPEC", "--creep", "nan"),
     ("calibrate", "SPEC", "--from", "sim:SPEC", "--creep", "1e300"),
 ])
-def test_a_time_that_does_not_end_is_refused_by_its_option(arguments):
+def test_infinite_time_option_is_refused(arguments):
     """An infinite one ended in an internal error."""
     done = CliRunner().invoke(cli, [one.replace("SPEC", str(SPEC)) for one in arguments])
     assert done.exit_code == 2 and arguments[-2] in done.output and "is not in the range" in done.output
 
 
-def test_a_bus_is_read_by_its_two_functions(design, monkeypatch):
+def test_i2c_bus_is_read_by_smbus2_block_functions(design, monkeypatch):
     """As smbus2 has them: blocks of two bytes, the upper first."""
 
     class Bus:
@@ -315,7 +315,7 @@ def test_a_bus_is_read_by_its_two_functions(design, monkeypatch):
         source_of("/dev/i2c-7", design)
 
 
-def test_scans_go_to_a_page(design):
+def test_scans_are_served_as_live_page(design):
     source, _ = source_of(f"sim:{SPEC}", design)
     board = source.board(design)
     board.set_up()

@@ -24,7 +24,7 @@ def _masked(value: str) -> set[int]:
     return {channel for channel in range(4) if int(value) >> channel & 1}
 
 
-def test_the_twin_in_python_keeps_to_the_vectors():
+def test_python_simulator_matches_test_vectors():
     chip, tanks, refused, reads = None, {}, False, 0
 
     def tank(channel: int, time: int) -> tuple[float, float]:
@@ -65,7 +65,7 @@ def test_the_twin_in_python_keeps_to_the_vectors():
 
 
 @pytest.mark.clients("gcc")
-def test_the_twin_in_c_keeps_to_the_vectors(tmp_path):
+def test_c_simulator_matches_test_vectors(tmp_path):
     sources = [HERE / "vectors.c", FOLDER / "firmware/simulated/simulated.c"]
     command = ["gcc", *STRICT, *SANE, f"-I{FOLDER / 'firmware'}", "-o", tmp_path / "vectors", *sources, "-lm"]
     subprocess.run([*map(str, command)], check=True, timeout=60)
@@ -100,7 +100,7 @@ def _results(chip: sitscad.SimulatedConverter, count: int) -> list[tuple[int, in
     return found
 
 
-def test_counts_scatter_and_come_as_the_estimates_say():
+def test_simulated_counts_have_estimated_mean_noise_and_rate():
     """Mean, standard deviation and rate of a sensor at rest are those of the estimates."""
     chip = _simulated()
     found = _results(chip, 400)
@@ -116,7 +116,7 @@ def test_counts_scatter_and_come_as_the_estimates_say():
     assert {row[3] for row in found} == {0}
 
 
-def test_loads_over_time_are_read_as_the_response_has_them():
+def test_simulated_load_ramp_matches_response():
     chip = _simulated(loads=[[0.0, 0, 0, 0], [0.5, 4.0, 0, 0]], noise=False)
     found = _results(chip, 120)
     ends = sitscad.respond(DESIGN, loads=[[0, 0, 0], [4.0, 0, 0]], rotation="held").counts[:, 0]
@@ -131,7 +131,7 @@ def test_loads_over_time_are_read_as_the_response_has_them():
     ("fault", "flags", "changed"),
     [("open:C2", 0xB, 0.0), ("short:C2", 0xB, 0.0), ("low-amplitude:C2", 0x1, 1.0), ("lost-layer:C2", None, None)],
 )
-def test_faults_of_a_coil_befall_that_coil_alone(fault, flags, changed):
+def test_simulated_coil_fault_affects_only_that_coil(fault, flags, changed):
     sound, faulty = (_results(_simulated(faults=one, noise=False), 12) for one in ((), fault))
     by_channel = [{row[1]: row for row in found} for found in (sound, faulty)]
     assert by_channel[0][0][2:] == by_channel[1][0][2:]
@@ -143,7 +143,7 @@ def test_faults_of_a_coil_befall_that_coil_alone(fault, flags, changed):
         assert after[2] == changed * before[2]
 
 
-def test_faults_of_the_converter_come_when_they_are_due():
+def test_simulated_converter_faults_occur_at_given_times():
     pair = (_simulated(faults="swapped:C1:C2", noise=False), _simulated(noise=False))
     swapped, sound = ({row[1]: row[2] for row in _results(chip, 4)} for chip in pair)
     assert swapped == {0: sound[1], 1: sound[0]}
@@ -164,7 +164,7 @@ def test_faults_of_the_converter_come_when_they_are_due():
     assert len(wrong) == chip.time // 300_000_000 == 3
 
 
-def test_what_cannot_be_simulated_is_refused():
+def test_unknown_simulated_fault_or_converter_is_refused():
     for fault, words in [("oppen:C1", "is no fault"), ("open:C9", "no coil C9"), ("swapped:C1", "two coils")]:
         with pytest.raises(ValueError, match=words):
             sitscad.SimulatedConverter(DESIGN, faults=fault)

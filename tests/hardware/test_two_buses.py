@@ -30,7 +30,7 @@ def grid(tmp_path_factory) -> Bench:
     return compiled(sitscad.Design(sitscad.load(TEMPLATES / "skin_grid_3x3.yaml")), tmp_path_factory.mktemp("grid"))
 
 
-def test_the_driver_reads_all_and_tells_which_converter_is_lost(grid):
+def test_two_bus_driver_reads_all_coils_and_reports_lost_converter(grid):
     begun, rest, tested, silent = grid.run("begin", "settle 4", "test", "nack 2 1", "poll")
     assert begun == ["0", "good"] and _of_coils(rest)[2] == [GOOD] * COILS
     assert _tested(tested)[0] == 0 and silent[0] == str(BUS)
@@ -39,7 +39,7 @@ def test_the_driver_reads_all_and_tells_which_converter_is_lost(grid):
     assert [status == GOOD for status in _of_coils(wrong)[2]] == [True] * 8 + [False]
 
 
-def test_the_readme_names_the_same_buses_in_every_step(grid):
+def test_two_bus_readme_names_equal_buses_in_every_step(grid):
     design = grid.design
     files = firmware_driver.render_readme(design.layout, design.estimates, incoming(design).board)
     text = " ".join(files["firmware/readme.txt"].decode().split())
@@ -49,7 +49,7 @@ def test_the_readme_names_the_same_buses_in_every_step(grid):
     assert "calibration.h" not in text[text.index("FILES"):]  # cells have maps of their own
 
 
-def test_a_driver_of_two_buses_takes_no_single_one(grid):
+def test_two_bus_driver_does_not_compile_with_single_bus(grid):
     """It read beyond the one that it was given."""
     program = '#include "sensor.h"\nint f(sensor *one, const ldc161x_bus *bus) {return sensor_begin(one, bus);}'
     command = ["gcc", "-x", "c", *STRICT, "-fsyntax-only", f"-I{grid.folder}", "-"]
@@ -59,7 +59,7 @@ def test_a_driver_of_two_buses_takes_no_single_one(grid):
     subprocess.run(command, input=program, text=True, check=True)
 
 
-def test_the_linux_example_takes_two_buses(grid, tmp_path):
+def test_linux_example_runs_with_two_buses(grid, tmp_path):
     made = ["gcc", *STRICT, "-o", str(tmp_path / "sensor"), "example_linux.c", "sensor.c", "ldc161x.c"]
     subprocess.run([*made, "-DSIMULATED", "simulated/simulated.c", "-lm"], cwd=grid.folder, check=True)
     done = subprocess.run([tmp_path / "sensor", "-,-", "3"], capture_output=True, text=True, check=True)
@@ -69,7 +69,7 @@ def test_the_linux_example_takes_two_buses(grid, tmp_path):
 
 
 @pytest.mark.clients("g++")
-def test_the_arduino_sketch_takes_two_buses(grid, tmp_path):
+def test_arduino_sketch_runs_with_two_buses(grid, tmp_path):
     """Each bus of the stub answers at its second try."""
     _, *lines = run_of_the_sketch(grid.folder, tmp_path)
     assert [line[:15] for line in lines[:2]] == ["# no answer on "] * 2
@@ -89,7 +89,7 @@ class TwoAddresses:
         self.chips[address].write(register, int.from_bytes(content, "big"))
 
 
-def test_the_micropython_module_takes_two_buses(grid, monkeypatch):
+def test_micropython_module_reads_two_buses(grid, monkeypatch):
     monkeypatch.syspath_prepend(str(grid.folder / "micropython"))
     for name in ("sensor", "sensor_config"):
         monkeypatch.delitem(sys.modules, name, raising=False)
@@ -107,7 +107,7 @@ def test_the_micropython_module_takes_two_buses(grid, monkeypatch):
         sys.modules.pop(name, None)
 
 
-def test_the_bench_reads_two_buses_of_a_computer(grid, monkeypatch):
+def test_read_source_opens_two_buses(grid, monkeypatch):
     opened = []
     monkeypatch.setitem(sys.modules, "smbus2", SimpleNamespace(SMBus=lambda path: opened.append(path) or path))
     source, _ = source_of("/dev/i2c-1,/dev/i2c-3", grid.design)

@@ -40,7 +40,7 @@ def design(template: str, changes: dict[str, object] | None = None) -> sitscad.S
 
 
 @pytest.mark.parametrize("template", CHANGED)
-def test_figures_and_rules_are_those_of_the_full_level(template):
+def test_screen_values_and_rules_agree_with_full_level(template):
     spec = design(template)
     full, quick = evaluate_design(spec, NAMES), screen_designs([spec], NAMES)[0]
     assert quick.level == SCREEN and quick.values.keys() == full.values.keys()
@@ -53,14 +53,14 @@ def test_figures_and_rules_are_those_of_the_full_level(template):
     assert not set(quick.refused) - set(full.refused)
 
 
-def test_no_design_depends_on_its_batch():
+def test_screen_results_do_not_depend_on_batch():
     one, other = design("grasper_4layer"), design("grasper_4layer", {"coil.turns": 6.5, "target.thickness": "0.2 mm"})
     assert screen_designs([one, other], NAMES) == [*screen_designs([one], NAMES), *screen_designs([other], NAMES)]
     assert screen_designs([other, one], NAMES) == screen_designs([one, other], NAMES)[::-1]
 
 
 @pytest.mark.slow
-def test_no_hints_are_looked_for(monkeypatch):
+def test_screen_searches_no_hints(monkeypatch):
     wide = design("grasper_4layer", {"target.size": [9.9e-3, 4.9e-3], "coil.trace_width": "50 um"})
 
     def looked(*_: object) -> str:
@@ -73,14 +73,14 @@ def test_no_hints_are_looked_for(monkeypatch):
     assert evaluate_design(wide, ("rp",)).refused["SIT101"] == found.refused["SIT101"]
 
 
-def test_what_needs_a_drawing_is_not_known():
+def test_rules_that_need_layout_are_unknown_in_screen():
     found = screen_designs([design("grasper_4layer")], ("rp", "crosstalk"))[0]
     assert {"SIT107", "SIT111", "SIT113"} <= set(found.unknown) and "SIT201" not in found.unknown
     assert found.verdict == UNKNOWN and found.absent == {"crosstalk": IN_FULL}
 
 
 @pytest.mark.parametrize(("part", "known"), [(0.5, True), (1.03, False), (0.97, False), (2.0, True)])
-def test_a_limit_within_the_error_is_not_decided(part, known):
+def test_limit_within_screen_error_is_unknown(part, known):
     spec = design("grasper_4layer")
     value = screen_designs([spec], ("resolution.normal",))[0].values["resolution.normal"][0]
     asked = spec.replace("requirements.normal_resolution", f"{part * value:.6g} N")
@@ -89,7 +89,7 @@ def test_a_limit_within_the_error_is_not_decided(part, known):
     assert ("SIT401" in found.refused) == (part == 0.5) and (found.verdict == FAILS) == (part == 0.5)
 
 
-def test_a_limit_of_the_tank_within_the_error_is_not_decided():
+def test_frequency_limit_within_screen_error_is_unknown():
     spec = design("single_coil")
     ceiling, (least, most) = spec.readout.device.limit("sensor_frequency_max"), (20.0, 200.0)
 
@@ -105,7 +105,7 @@ def test_a_limit_of_the_tank_within_the_error_is_not_decided():
     assert "SIT202" not in beyond.refused and "SIT202" not in beyond.unknown
 
 
-def test_a_shape_without_a_model_is_judged_in_full():
+def test_square_coil_is_evaluated_at_full_level():
     spec = sitscad.load_text(templates.read("square_bench"))
     names = ("inductance", "rp", "board.area")
     found = screen_designs([spec], names)[0]
@@ -113,7 +113,7 @@ def test_a_shape_without_a_model_is_judged_in_full():
 
 
 @pytest.mark.slow
-def test_leads_in_a_given_body_are_known_less_well():
+def test_screen_error_covers_longer_leads_in_given_body():
     """They are longer than the screen takes them to be: R_P was 14.5 % off where 8 % were stated."""
     spec = sitscad.load_text(templates.read("round_button_12mm")).replace("coil.turns", 4.25)
     (rp, error), full = screen_designs([spec], ["rp"])[0].values["rp"], evaluate_design(spec, ["rp"]).values["rp"][0]
@@ -121,7 +121,7 @@ def test_leads_in_a_given_body_are_known_less_well():
 
 
 @pytest.mark.parametrize(("metal", "level"), [("brass", "screen"), ("titanium-grade-5", "full")])
-def test_a_target_that_lets_waves_through_is_judged_in_full(metal, level):
+def test_target_thinner_than_skin_depth_is_evaluated_at_full_level(metal, level):
     """Of titanium 0.15 mm thick the screen said 37 mN where 68 are right, known to 10 %."""
     spec = sitscad.load_text(templates.read("grasper_4layer")).replace("target.material", metal)
     assert screen_designs([spec], ["rp"])[0].level == level
@@ -136,13 +136,13 @@ def test_a_target_that_lets_waves_through_is_judged_in_full(metal, level):
     ("skin_grid_3x3", {"mount": None, "shield": {"material": "copper", "thickness": 0.2e-3, "gap": 0.363e-3}}),
     ("three_axis_pad", {"mount": None, "shield": {"material": "ferrite", "thickness": 0.2e-3, "gap": 0.461e-3}}),
 ])
-def test_shapes_without_a_model_are_judged_in_full(template, changes):
+def test_designs_without_screen_model_are_evaluated_at_full_level(template, changes):
     spec = sitscad.load_text(templates.read(template))
     assert screen_designs([spec], [])[0].level == SCREEN
     assert screen_designs([spec.replace(changes)], [])[0].level == FULL
 
 
-def test_sizes_of_six_coils_in_line_take_the_full_level():
+def test_board_size_of_six_coils_in_line_needs_full_level():
     """Leads made the board wider than its sketch, of which an error of 0 was stated."""
     spec = sitscad.load_text(templates.read("skin_strip_6"))
     narrow = spec.replace({"coil.layers": 2, "fpc.stackup": "flex-2l-18um"})
@@ -150,7 +150,7 @@ def test_sizes_of_six_coils_in_line_take_the_full_level():
     assert found.level == SCREEN and found.absent.keys() == {"fit.width", "board.area"} and "SIT307" in found.unknown
 
 
-def test_target_beyond_the_sketch_alone_is_left_to_the_full_level():
+def test_target_beyond_sketched_board_is_unknown_in_screen():
     """Leads make this board 46 um wider than its sketch: the screen refused it by SIT307, and `check` found nothing."""
     spec = sitscad.load_text(BESIDE, "beside.yaml")
     assert "SIT307" not in {finding.rule for finding in sitscad.check(spec, hints="none").findings}
@@ -161,7 +161,7 @@ def test_target_beyond_the_sketch_alone_is_left_to_the_full_level():
 @pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("thickness", [1.0, 2.0, 2.6])
-def test_a_pad_that_full_load_presses_far_is_charted_to_its_end(thickness):
+def test_screen_of_strongly_compressed_pad_agrees_with_full_level(thickness):
     """To 24, 46 and 56 %: a chart that ended at 40 % said that no reading tells the normal force there."""
     spec = sitscad.load_text(templates.read("grasper_3p5mm")).replace("elastomer.thickness", 1e-3 * thickness)
     names = ["resolution.normal", "resolution.shear_x"]
@@ -172,7 +172,7 @@ def test_a_pad_that_full_load_presses_far_is_charted_to_its_end(thickness):
 
 
 @pytest.mark.parametrize("template", ["grasper_4layer", "bench_7mm", "single_coil", "grasper_3p5mm"])
-def test_a_sketch_has_the_size_of_the_board(template, monkeypatch):
+def test_sketch_has_board_size_and_winding_lengths_of_layout(template, monkeypatch):
     """That of leads at the fabricator's least gap; with wider gaps the board stays within what the screen states."""
     spec = design(template)
     drawn, quick, wider = sitscad.lay_out(spec), sketch(spec), sketch(spec, WIDER)

@@ -111,14 +111,14 @@ def answered(tmp_path_factory):
 
 
 @pytest.mark.parametrize("name", ["jaw_5mm", "miniature_3p5mm", "three_axis_pad"])
-def test_studies_of_the_gallery_are_read_and_are_of_what_varies(name):
+def test_gallery_studies_load_and_their_variables_change_designs(name):
     asked = sitscad.Study.load(ROOT / "templates/studies" / f"{name}.yaml").request
     first, last = (asked.space.changes(tuple(k * (n - 1) for n in asked.space.shape)) for k in (0, 1))
     assert asked.space.size > 10 * asked.evaluations and asked.base.key(first, "full") != asked.base.key(last, "full")
 
 
 @pytest.mark.slow
-def test_all_designs_of_a_small_grid_are_looked_at_and_the_front_is_true(answered):
+def test_small_grid_is_screened_completely_with_correct_front(answered):
     _, answer = answered
     assert answer.results.method == "grid" and len(answer.results.screened) == 20 and answer.is_met
     figures = {point: (one.values["rp"][0], one.values["board.area"][0]) for point, one in answer.results.full.items()
@@ -130,7 +130,7 @@ def test_all_designs_of_a_small_grid_are_looked_at_and_the_front_is_true(answere
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_kept_designs_are_whole_specs_that_differ_and_pass(answered, tmp_path):
+def test_kept_designs_are_different_complete_specs_that_pass_check(answered, tmp_path):
     study, answer = answered
     assert len({one.point for one in answer.kept}) == len(answer.kept) == len(answer.spec_texts)
     for number, text in enumerate(answer.spec_texts, 1):
@@ -143,7 +143,7 @@ def test_kept_designs_are_whole_specs_that_differ_and_pass(answered, tmp_path):
         assert found.values["rp"][0] == approx(answer.kept[number - 1].evaluation.values["rp"][0], rel=1e-12)
 
 
-def test_text_and_json_say_what_was_found(answered):
+def test_answer_text_and_json_report_kept_designs(answered):
     _, answer = answered
     said, text = json.loads(answer_json(answer)), answer_text(answer, "outputs/x-study")
     assert said["met"] and said["screened"] == 20 and len(said["kept"]) == len(answer.kept)
@@ -156,7 +156,7 @@ def test_text_and_json_say_what_was_found(answered):
 @pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["nsga2", "sobol", "grid"])
-def test_the_base_is_looked_at_first_so_that_nothing_worse_is_kept(method, folder):
+def test_base_is_evaluated_first_and_dominates_worse_designs(method, folder):
     """A short search kept designs that the base beat, since it was no candidate itself."""
     base = sitscad.load(folder / "coil.yaml").replace(
         {"coil.turns": 11.5, "coil.trace_width": "125 um", "coil.trace_spacing": "0.125 mm"})
@@ -170,7 +170,7 @@ def test_the_base_is_looked_at_first_so_that_nothing_worse_is_kept(method, folde
     assert answer.results.full[first].values == answer.base.values
 
 
-def test_warnings_that_a_study_accepts_are_reported_beside_the_designs_that_have_them(answered):
+def test_accepted_warnings_are_reported_with_kept_designs(answered):
     """They vanished, though check --strict refuses them."""
     _, answer = answered
     first = answer.kept[0]
@@ -185,7 +185,7 @@ def test_warnings_that_a_study_accepts_are_reported_beside_the_designs_that_have
     assert "accepts" not in answer_text(untold) + study_page(untold)
 
 
-def test_a_low_yield_that_nobody_asked_for_draws_a_caution(answered):
+def test_low_yield_without_required_yield_prints_caution(answered):
     _, answer = answered
     few, most = (yield_of([Unit(k < good, () if k < good else ("SIT202",), True, {}) for k in range(128)],
                           lambda values: ()) for good in (96, 116))
@@ -198,7 +198,7 @@ def test_a_low_yield_that_nobody_asked_for_draws_a_caution(answered):
     assert "Caution" not in yields_text(asks, "x") + study_page(asks)
 
 
-def test_a_varied_entry_of_a_list_is_read_from_the_base(folder):
+def test_base_value_of_varied_list_entry_is_found(folder):
     """It was told as no value of the base, so that the search began at the range's end and the base was no design."""
     base = sitscad.load(folder / "coil.yaml").replace({"target.shape": "rectangle", "target.size": [10e-3, "9 mm"]})
     (folder / "coil.yaml").write_text(base.source.text)
@@ -210,7 +210,7 @@ def test_a_varied_entry_of_a_list_is_read_from_the_base(folder):
     assert value_at_key({"size": [6, 3]}, "size.2") is value_at_key({"size": [6, 3]}, "size.x") is None
 
 
-def test_a_base_that_is_better_than_what_was_found_is_said_to_be(answered):
+def test_base_better_than_kept_designs_is_reported(answered):
     """A short search kept a design that was worse than the base in both goals, without a word."""
     _, answer = answered
     first = answer.kept[0].evaluation
@@ -222,7 +222,7 @@ def test_a_base_that_is_better_than_what_was_found_is_said_to_be(answered):
         assert "The base itself" not in answer_text(replace(answer, base=other, kept=answer.kept[:1]))
 
 
-def test_designs_at_the_end_of_a_range_are_said_to_lie_there(answered):
+def test_designs_at_end_of_a_range_are_reported(answered):
     _, answer = answered
     one = answer.kept[0]
 
@@ -234,7 +234,7 @@ def test_designs_at_the_end_of_a_range_are_said_to_lie_there(answered):
     assert "of its range" not in told((1, 1), (4, 2))
 
 
-def test_sweep_command_of_an_answer_varies_a_key_that_no_other_key_follows(answered):
+def test_suggested_sweep_varies_key_without_linked_keys(answered):
     space = answered[0].request.space
     key, values = parse_range(sweep_range(space))
     assert key == "coil.turns" and values == space.variables[0].values
@@ -244,7 +244,7 @@ def test_sweep_command_of_an_answer_varies_a_key_that_no_other_key_follows(answe
     assert key == "coil.trace_width" and (values[0], values[-1], len(values)) == ("100 um", "130 um", 7)
 
 
-def test_time_left_is_that_of_the_units_that_are_drawn_now(monkeypatch, capsys):
+def test_remaining_time_uses_rate_of_current_units(monkeypatch, capsys):
     """Units of designs that take the place of fallen ones were shared out over the time of all before them."""
     clock = iter([0.0, 100.0, 110.0])
     monkeypatch.setattr(designing.time, "monotonic", lambda: next(clock))
@@ -257,7 +257,7 @@ def test_time_left_is_that_of_the_units_that_are_drawn_now(monkeypatch, capsys):
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_designs_whose_units_fail_make_room_for_the_next_and_are_counted(folder, monkeypatch):
+def test_designs_with_too_small_yield_are_replaced_and_counted(folder, monkeypatch):
     """The first design that is asked about yields nothing, all others everything."""
     from sitscad.apps.study.running import StudyRun
 
@@ -284,7 +284,7 @@ def test_designs_whose_units_fail_make_room_for_the_next_and_are_counted(folder,
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_a_goal_that_nothing_decides_is_reported(folder):
+def test_goal_with_constant_measure_is_reported(folder):
     (folder / "study.yaml").write_text(STUDY.replace("minimize: board.area", "minimize: rate"))
     answer = sitscad.Study.load(folder / "study.yaml").run(draws=0)
     assert [goal.measure for goal in answer.constant_goals] == ["rate"]
@@ -292,7 +292,7 @@ def test_a_goal_that_nothing_decides_is_reported(folder):
 
 
 @pytest.mark.slow
-def test_an_infeasible_study_says_what_binds_and_the_nearest_that_was_tried(folder, capsys, monkeypatch):
+def test_infeasible_study_reports_binding_limit_and_nearest_value(folder, capsys, monkeypatch):
     monkeypatch.chdir(folder)
     text = STUDY.replace(">= 2.5 uH", ">= 1 mH").replace("- minimize: board.area", "")
     (folder / "study.yaml").write_text(text)
@@ -307,7 +307,7 @@ def test_an_infeasible_study_says_what_binds_and_the_nearest_that_was_tried(fold
 
 
 @pytest.mark.slow
-def test_the_answer_is_reported_before_the_yields_and_an_interrupted_study_says_how_it_goes_on(
+def test_study_interrupted_during_yields_reports_answer_and_resume_command(
     folder, capsys, monkeypatch
 ):
     from sitscad.apps.study.running import StudyRun
@@ -332,7 +332,7 @@ def test_the_answer_is_reported_before_the_yields_and_an_interrupted_study_says_
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_a_search_that_is_interrupted_leaves_a_page_of_what_it_looked_at(folder, capsys, monkeypatch):
+def test_interrupted_search_writes_page_and_resumes_equally(folder, capsys, monkeypatch):
     """It left archive.jsonl alone, which nobody reads."""
     from sitscad.apps.study.running import StudyRun
 
@@ -360,7 +360,7 @@ def test_a_search_that_is_interrupted_leaves_a_page_of_what_it_looked_at(folder,
 
 
 @pytest.mark.slow
-def test_designs_without_a_screen_are_judged_in_full_once_and_the_answer_says_so(folder, monkeypatch):
+def test_designs_without_screen_are_evaluated_once_in_full_and_reported(folder, monkeypatch):
     from sitscad.apps.study import evaluating
 
     calls = []
@@ -376,7 +376,7 @@ def test_designs_without_a_screen_are_judged_in_full_once_and_the_answer_says_so
 
 @pytest.mark.slow
 @pytest.mark.parametrize("goal, is_all", [("amplitude", True), ("inductance", False)])
-def test_of_a_goal_by_which_the_screen_does_not_rank_all_are_judged_in_full(goal, is_all, folder, monkeypatch):
+def test_goal_not_ranked_by_screen_evaluates_all_designs_in_full(goal, is_all, folder, monkeypatch):
     from sitscad.apps.study import running
 
     monkeypatch.setattr(running, "LEAST_FULL", 1)
@@ -423,7 +423,7 @@ def _files(folder, name="out"):
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_killed_and_resumed_by_two_processes_gives_the_bytes_of_one(folder, tmp_path_factory):
+def test_killed_study_resumed_by_two_processes_writes_identical_files(folder, tmp_path_factory):
     whole = tmp_path_factory.mktemp("whole")
     for name in ("coil.yaml", "study.yaml"):
         (whole / name).write_text((folder / name).read_text())
@@ -456,7 +456,7 @@ STUDIES = {
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.more) if name != "grid" else name
                                   for name in STUDIES])
-def test_a_study_killed_at_random_moments_ends_with_the_bytes_of_one_left_alone(name, folder, tmp_path_factory):
+def test_study_killed_at_random_times_ends_with_identical_files(name, folder, tmp_path_factory):
     jobs, *others = STUDIES[name]
     text = STUDY
     for old, new in others:
@@ -482,7 +482,7 @@ def test_a_study_killed_at_random_moments_ends_with_the_bytes_of_one_left_alone(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("jobs", ["1", pytest.param("2", marks=pytest.mark.more)])
-def test_a_sweep_killed_at_random_moments_leaves_no_half_file(folder, jobs):
+def test_sweep_killed_at_random_times_leaves_no_partial_file(folder, jobs):
     command = [sys.executable, "-m", "sitscad", "sweep", "coil.yaml", "coil.turns=10:13:13", "--measure", "rp",
                "--jobs", jobs, "-o"]
     began, chance = time.monotonic(), random.Random(jobs)
@@ -525,7 +525,7 @@ def _dask(folder, programs=(ROOT, ROOT)):
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_a_cluster_that_loses_a_worker_gives_the_bytes_of_one_process(folder, tmp_path_factory):
+def test_cluster_with_killed_worker_writes_identical_files(folder, tmp_path_factory):
     """A real scheduler and two workers, one of which is killed half-way."""
     whole = tmp_path_factory.mktemp("whole")
     for name in ("coil.yaml", "study.yaml"):
@@ -540,7 +540,7 @@ def test_a_cluster_that_loses_a_worker_gives_the_bytes_of_one_process(folder, tm
 
 
 @pytest.mark.slow
-def test_workers_of_another_version_are_refused_by_name(folder, capsys):
+def test_workers_of_other_version_are_refused_with_both_versions(folder, capsys):
     """They would judge by other rules, and their figures go into the archive of this one."""
     other = folder / "other"
     shutil.copytree(ROOT / "sitscad", other / "sitscad", ignore=shutil.ignore_patterns("__pycache__"))
@@ -560,7 +560,7 @@ def test_workers_of_another_version_are_refused_by_name(folder, capsys):
 
 
 @pytest.mark.parametrize("address", ["nonsense", "http://x", "tls://127.0.0.1:5"])
-def test_what_is_no_address_of_a_scheduler_is_a_wrong_use(address, folder, capsys):
+def test_invalid_scheduler_address_exits_2(address, folder, capsys):
     pytest.importorskip("distributed")
     assert run(["design", str(folder / "study.yaml"), "--scheduler", address]) == 2
     assert f"--scheduler: {address!r} is no scheduler's address" in capsys.readouterr().err
@@ -589,7 +589,7 @@ def _lines_of(path):
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_a_changed_study_uses_again_what_still_fits(folder):
+def test_changed_study_reuses_matching_archive_rows(folder):
     first = sitscad.Study.load(folder / "study.yaml").run(folder=folder / "out", draws=0)
     (folder / "study.yaml").write_text(STUDY.replace("to: 13,", "to: 13.5,").replace("2.5 uH", "2.6 uH"))
     second = sitscad.Study.load(folder / "study.yaml").run(folder=folder / "out", draws=0)
@@ -605,7 +605,7 @@ PROFILE = "name: {0}\nbased_on: generic-flex\nsource: {0}\n"
     {"vary": {"fpc.rules": ["one.yaml", "two.yaml"]}},
     {"vary": {"coil.turns": [11, 12]}, "with": {"coil.turns": {"12": {"fpc.rules": "two.yaml"}}}},
 ])
-def test_a_file_that_a_varied_value_names_and_that_was_edited_is_judged_anew(asked, folder):
+def test_designs_with_edited_profile_file_are_evaluated_again(asked, folder):
     """The second run took the design of the file as it was before; one that could not be read stayed refused."""
     for name in ("one", "two"):
         (folder / f"{name}.yaml").write_text(PROFILE.format(name))
@@ -627,7 +627,7 @@ def test_a_file_that_a_varied_value_names_and_that_was_edited_is_judged_anew(ask
     assert refused() == (set(), 10)
 
 
-def test_files_that_varied_values_name_stand_beside_the_kept_designs(folder, capsys):
+def test_profiles_of_varied_values_are_copied_beside_kept_designs(folder, capsys):
     for name in ("one", "two"):
         (folder / f"{name}.yaml").write_text(PROFILE.format(name))
     asked = {"base": "coil.yaml", "vary": {"fpc.rules": ["one.yaml", "two.yaml"]}, "goals": [{"maximize": "rp"}]}
@@ -641,7 +641,7 @@ def test_files_that_varied_values_name_stand_beside_the_kept_designs(folder, cap
 
 
 @pytest.mark.slow
-def test_an_answer_does_not_depend_on_what_its_archive_was_asked_before(folder):
+def test_answer_does_not_depend_on_earlier_studies_in_archive(folder):
     """Figures that an earlier study of the folder asked for stood in the next one's answer, too."""
     small = {"base": "coil.yaml", "vary": {"coil.turns": [11, 12]}, "goals": [{"maximize": "rp"}]}
     large = small | {"goals": [{"minimize": "board.area"}, {"maximize": "rp"}], "require": {"q": ">= 1"}}
@@ -650,14 +650,14 @@ def test_an_answer_does_not_depend_on_what_its_archive_was_asked_before(folder):
     assert used == new
 
 
-def test_what_the_screen_has_not_is_no_breach_and_what_no_level_has_is(answered):
+def test_measure_missing_only_in_screen_is_no_breach(answered):
     asked = replace(answered[0].request, goals=(Goal("board.area"),))
     screen = Evaluation({"inductance": (3e-6, 0.0)}, {"board.area": IN_FULL}, level="screen")
     assert violations(asked, screen) == {}
     assert set(violations(asked, replace(screen, absent={"board.area": "it has no board"}))) == {"board.area"}
 
 
-def test_an_undrawable_design_is_no_relaxation(folder):
+def test_design_without_layout_is_excluded_from_relaxations(folder):
     asked = sitscad.Study.load(folder / "study.yaml").request
     unmade = Evaluation({}, {}, {"SIT016": Breach(8.5, 8.24)})
     weak = Evaluation({"rp": (1.0, 0.0), "board.area": (1.0, 0.0), "inductance": (1e-6, 0.0)}, {}, {})
@@ -665,7 +665,7 @@ def test_an_undrawable_design_is_no_relaxation(folder):
     assert smallest_relaxation(asked, found).names == ("inductance",)
 
 
-def test_an_undrawable_design_counts_for_its_own_rule_alone(folder):
+def test_design_without_layout_counts_only_for_its_own_rule(folder):
     """It counted against every requirement, too, and its rule was said to refuse nothing alone."""
     asked = sitscad.Study.load(folder / "study.yaml").request
     unmade, both = (Evaluation({}, {}, {rule: Breach(8.5, 8.24) for rule in rules})
@@ -680,7 +680,7 @@ def test_an_undrawable_design_counts_for_its_own_rule_alone(folder):
     assert "cannot be drawn" in said
 
 
-def test_the_best_that_was_reached_is_reported_where_nothing_refuses_alone(folder):
+def test_nearest_value_is_reported_if_no_limit_binds_alone(folder):
     asked = sitscad.Study.load(folder / "study.yaml").request
     values = {"rp": (1.0, 0.0), "board.area": (1.0, 0.0)}
     one, other = (Evaluation({**values, "inductance": (size, 0.0)}, {}, {"SIT203": Breach(rp, 600.0, "ohm")})
@@ -690,7 +690,7 @@ def test_the_best_that_was_reached_is_reported_where_nothing_refuses_alone(folde
         ("SIT203", 0.0, 500.0, (0, 0)), ("inductance", 0.0, 2e-6, (1, 0))}
 
 
-def test_a_relaxation_is_of_a_design_judged_in_full(folder):
+def test_relaxation_uses_only_designs_evaluated_in_full(folder):
     """By the screen one kept everything else, and full refused it by a rule more."""
     study = sitscad.Study.load(folder / "study.yaml")
     asked = study.request
@@ -719,7 +719,7 @@ search: {method: sobol, evaluations: 80}
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_designs_behind_those_that_only_the_full_level_refuses_are_found(tmp_path):
+def test_designs_ranked_behind_full_level_failures_are_found(tmp_path):
     """Coils of 15 turns have no room for their inner vias, which the screen cannot ask, and rank first: it ended with
     none of 8 turns judged, all of which pass.
     """
@@ -731,7 +731,7 @@ def test_designs_behind_those_that_only_the_full_level_refuses_are_found(tmp_pat
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_scatter_is_told_of_goals_and_limits_without_a_yield_asked(folder):
+def test_scatter_of_goals_and_limits_is_reported_without_required_yield(folder):
     study = sitscad.Study.load(folder / "study.yaml")
     answer = study.run(draws=8)
     assert study.request.least_yield is None and set(study.request.scattered) == {"rp", "inductance"}
@@ -739,7 +739,7 @@ def test_scatter_is_told_of_goals_and_limits_without_a_yield_asked(folder):
     assert all("to first order" in told for told in (yields_text(answer, ""), study_page(answer)))
 
 
-def test_a_folder_of_specs_passes_studies_by(folder, capsys):
+def test_check_of_folder_skips_study_files(folder, capsys):
     assert run(["check", str(folder)]) in (0, 1)
     said = capsys.readouterr()
     assert "is a study and is skipped" in said.err and "sitscad_study" not in said.out
@@ -748,14 +748,14 @@ def test_a_folder_of_specs_passes_studies_by(folder, capsys):
 
 
 @pytest.mark.parametrize("command", [["response"], ["calibrate"], ["estimate"], ["sweep", "coil.turns=11,12"]])
-def test_every_command_of_a_spec_says_what_takes_a_study(command, folder, capsys):
+def test_spec_commands_refuse_study_file_and_name_design_command(command, folder, capsys):
     assert run([command[0], str(folder / "study.yaml"), *command[1:]]) == 2
     said = "".join(capsys.readouterr())
     assert "study.yaml:1:1 SIT002 error the file is a study" in said and "`sitscad design` takes it" in said
     assert "did you mean" not in said
 
 
-def test_a_spec_is_no_study_and_no_base_is_one(folder, capsys):
+def test_design_command_refuses_spec_as_study_and_study_as_base(folder, capsys):
     assert run(["design", str(folder / "coil.yaml")]) == 2
     said = capsys.readouterr().err
     assert "the file is a spec" in said and "`sitscad new --study`" in said and "not ok: 1 error" in said
@@ -809,7 +809,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("old, new, rule, line", BAD.values(), ids=BAD.keys())
-def test_bad_studies_are_findings_with_their_place(folder, old, new, rule, line):
+def test_invalid_study_is_reported_with_rule_and_line(folder, old, new, rule, line):
     text = STUDY.replace(old, new)
     if rule == "SIT010":
         text = text.replace("step: 0.5", "step: 0.0001").replace("step: 10 um", "step: 0.01 um")
@@ -822,7 +822,7 @@ def test_bad_studies_are_findings_with_their_place(folder, old, new, rule, line)
 
 
 @pytest.mark.slow
-def test_the_layers_of_a_board_follow_those_of_its_coil(folder):
+def test_varied_coil_layers_change_board_layers(folder):
     """The goal was refused: only a stack-up that varies was thought to decide it."""
     asked = {"base": "coil.yaml", "vary": {"coil.layers": [2, 4]}, "goals": [{"minimize": "board.layers"}]}
     said = sitscad.Study.from_mapping(asked, folder).run(draws=0)
@@ -832,7 +832,7 @@ def test_the_layers_of_a_board_follow_those_of_its_coil(folder):
 @pytest.mark.few(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["single_coil", "bench_7mm", "grasper_3p5mm", "skin_strip_6"])
-def test_what_a_measure_needs_and_a_spec_has_not_keeps_it_from_every_figure(name):
+def test_measures_whose_needs_are_missing_are_absent(name):
     spec = sitscad.load_text(templates.read(name))
     quick = [row for row in MEASURES.values() if not row.name.startswith(("range.", "error.tilt."))]
     values, absent = measure_values(sitscad.Design(spec), [row.name for row in quick])
@@ -842,7 +842,7 @@ def test_what_a_measure_needs_and_a_spec_has_not_keeps_it_from_every_figure(name
 
 @pytest.mark.parametrize("brings", [{"vary": {"target.thickness": [0.1, 0.2]}},
                                     {"with": {"coil.turns": {"11": {"elastomer.thickness": 1}}}}])
-def test_a_measure_may_need_what_a_varied_key_brings(brings, folder):
+def test_goal_may_need_section_added_by_varied_key(brings, folder):
     base = templates.read("bench_7mm")
     lacks = "target" if "vary" in brings else "elastomer"
     (folder / "coil.yaml").write_text(re.sub(rf"(?m)^{lacks}:\n(?:[ #].*\n|\n)*", "", base))
@@ -862,7 +862,7 @@ def _screened(asked, count):
 @pytest.mark.few(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["single_coil", "grasper_3p5mm", "racetrack_jaw", "three_axis_triangle"])
-def test_the_study_that_new_writes_of_a_template_is_read_and_can_be_screened(name, tmp_path, monkeypatch):
+def test_study_written_by_new_loads_and_first_design_is_screened(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert run(["new", "--study", name.replace("_", "-")]) == 0
     asked = sitscad.Study.load("study.yaml").request
@@ -871,7 +871,7 @@ def test_the_study_that_new_writes_of_a_template_is_read_and_can_be_screened(nam
     assert NOT_COMPUTED not in one.refused and one.verdict
 
 
-def test_a_study_is_not_written_over_and_not_of_a_spec_that_cannot_be_read(tmp_path, monkeypatch, capsys):
+def test_new_study_refuses_existing_file_and_unreadable_spec(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "single_coil.yaml").write_text("sitscad: 1\n")
     assert run(["new", "--study", "single_coil"]) == 2 and "`sitscad check single_coil.yaml`" in capsys.readouterr().err
@@ -882,7 +882,7 @@ def test_a_study_is_not_written_over_and_not_of_a_spec_that_cannot_be_read(tmp_p
 @pytest.mark.slow
 @pytest.mark.more
 @pytest.mark.parametrize("name", templates.names())
-def test_fifty_designs_of_the_study_of_a_template_can_be_screened(name, tmp_path, monkeypatch):
+def test_fifty_designs_of_template_study_are_screened_without_failure(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert run(["new", "--study", name]) == 0
     found = _screened(sitscad.Study.load("study.yaml").request, 50)
@@ -890,13 +890,13 @@ def test_fifty_designs_of_the_study_of_a_template_can_be_screened(name, tmp_path
     assert sum(not any(rule.startswith("SIT0") for rule in one.refused) for one in found) > 25  # can be drawn
 
 
-def test_the_command_shows_them_and_exits_with_two(folder, capsys):
+def test_design_command_prints_study_findings_and_exits_2(folder, capsys):
     (folder / "study.yaml").write_text(STUDY.replace("coil.turns:", "coil.turs:"))
     assert run(["design", str(folder / "study.yaml")]) == 2
     assert "study.yaml:4:" in capsys.readouterr().err
 
 
-def test_fixes_that_no_command_applies_to_a_study_are_not_announced(folder, capsys):
+def test_study_findings_do_not_suggest_check_fix(folder, capsys):
     """They were, though check --fix refuses a study; the hint says what to write."""
     (folder / "study.yaml").write_text(STUDY.replace("keep: 3", "kep: 3"))
     assert run(["design", str(folder / "study.yaml")]) == 2
@@ -904,7 +904,7 @@ def test_fixes_that_no_command_applies_to_a_study_are_not_announced(folder, caps
     assert "did you mean keep?" in told and "--fix" not in told
 
 
-def test_the_schema_takes_the_study_and_refuses_another(folder):
+def test_study_schema_accepts_study_and_refuses_unknown_measure(folder):
     jsonschema = pytest.importorskip("jsonschema")
     from ruamel.yaml import YAML
 
@@ -915,7 +915,7 @@ def test_the_schema_takes_the_study_and_refuses_another(folder):
         jsonschema.validate({**data, "goals": [{"maximize": "rpp"}]}, study_schema())
 
 
-def test_a_study_of_a_program_is_that_of_a_file(folder, answered):
+def test_study_from_mapping_equals_study_from_file(folder, answered):
     from ruamel.yaml import YAML
 
     data = YAML(typ="safe").load(STUDY)
@@ -936,7 +936,7 @@ def _bowl(count, calls):
     return evaluate
 
 
-def test_values_of_a_spec_are_compared_whatever_their_unit():
+def test_study_values_in_different_units_are_compared():
     lengths = Variable("coil.trace_width", ("75 um", "100 um", "125 um"))
     assert [lengths.nearest(one) for one in ("0.1 mm", 0.12, "4 mil", "90 um")] == [1, 2, 1, 1]
     assert [Variable("fpc.rules", ("one", "two")).nearest(one) for one in ("two", "three", None)] == [1, 0, 0]
@@ -946,7 +946,7 @@ def test_values_of_a_spec_are_compared_whatever_their_unit():
 
 
 @pytest.mark.parametrize("method, goals", [("sobol", 1), ("de", 1), ("nsga2", 2)])
-def test_a_search_asks_about_each_point_once_and_draws_the_same_again(method, goals):
+def test_search_evaluates_each_point_once_and_is_repeatable(method, goals):
     pytest.importorskip("pymoo")
     one, other = [], []
     for calls in (one, other):
@@ -958,7 +958,7 @@ def test_a_search_asks_about_each_point_once_and_draws_the_same_again(method, go
         assert any(sum((a - b) ** 2 for a, b in zip(point, (3, 7, 20), strict=True)) <= 3 for point in points)
 
 
-def test_differential_evolution_and_a_grid_find_one_best():
+def test_differential_evolution_finds_optimum_of_grid():
     calls = []
     search("de", BOWL, 900, 1, 1, _bowl(1, calls))
     assert (3, 7, 20) in [point for part in calls for point in part]
@@ -966,7 +966,7 @@ def test_differential_evolution_and_a_grid_find_one_best():
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_a_front_of_nsga2_is_that_of_all_designs():
+def test_nsga2_front_equals_front_of_all_designs():
     pytest.importorskip("pymoo")
     space = Space(tuple(Variable(f"x{k}", tuple(range(9))) for k in range(3)), {}, {})
 
@@ -1001,7 +1001,7 @@ GRIDS = {
 @pytest.mark.slow
 @pytest.mark.more
 @pytest.mark.parametrize("vary, goals", GRIDS.values(), ids=GRIDS)
-def test_the_search_finds_the_front_of_the_whole_grid(folder, vary, goals):
+def test_search_finds_front_of_complete_grid_within_tolerance(folder, vary, goals):
     pytest.importorskip("pymoo")
 
     def found(method, evaluations):
@@ -1024,25 +1024,25 @@ def test_the_search_finds_the_front_of_the_whole_grid(folder, vary, goals):
         assert (excess <= off).all(axis=2).any(axis=0).all()
 
 
-def test_what_keeps_all_is_in_front_of_what_does_not():
+def test_feasible_designs_rank_before_infeasible_designs():
     costs = [Costs((1.0,), 3.0), Costs((5.0,), 0.0), Costs((4.0,), 0.0), Costs((None,), 1.0)]
     assert front_numbers(costs).tolist() == [3, 1, 0, 2]
     assert front_numbers([]).tolist() == []
 
 
-def test_a_sobol_set_fills_every_value_of_a_choice():
+def test_sobol_set_has_requested_size_and_depends_on_seed():
     space = Space((Variable("a", (2, 4)), Variable("b", tuple(range(16)))), {}, {})
     points = sobol_set(space, 32, 5)
     assert len(points) == 32 and points == sobol_set(space, 32, 5) != sobol_set(space, 32, 6)
 
 
-def test_hypervolume_is_exact():
+def test_hypervolume_matches_exact_values():
     assert hypervolume(np.array([[0.0, 0.0]])) == approx(1.21, rel=1e-12)
     assert hypervolume(np.array([[0.0, 1.0], [1.0, 0.0]])) == approx(1.1 * 0.1 * 2 - 0.01, rel=1e-12)
     assert hypervolume(np.array([[0.0, 0.5, 0.0], [0.5, 0.5, 0.5]])) == approx(1.1 * 0.6 * 1.1, rel=1e-12)
 
 
-def test_an_archive_keeps_whole_lines_and_passes_torn_ones_by(tmp_path):
+def test_archive_ignores_incomplete_lines(tmp_path):
     path, said = tmp_path / "a" / ARCHIVE, {"units": [[True, [], True, {}]]}
     with Archive(path) as archive:
         archive.add("one", (("coil.turns", 7),), said)
@@ -1057,7 +1057,7 @@ def test_an_archive_keeps_whole_lines_and_passes_torn_ones_by(tmp_path):
         assert len(archive) == 0
 
 
-def test_each_changed_byte_of_an_archive_is_found_and_its_row_not_used(tmp_path):
+def test_changed_archive_byte_is_detected_and_row_ignored(tmp_path):
     """One digit of a parallel resistance gave other designs and false figures, with exit 0."""
     path = tmp_path / ARCHIVE
     said = {name: Evaluation({"rp": (1500.25, 0.1)}, refused={"SIT103": Breach(1.0, 2.0, "m")}).as_json()
@@ -1078,7 +1078,7 @@ def test_each_changed_byte_of_an_archive_is_found_and_its_row_not_used(tmp_path)
         assert (len(archive), archive.damaged, archive.units("old")) == (3, 1, None)
 
 
-def test_two_that_append_to_one_archive_read_their_own_lines_and_a_cut_one_is_refused(tmp_path):
+def test_two_writers_share_archive_and_truncated_archive_is_refused(tmp_path):
     path = tmp_path / ARCHIVE
     with Archive(path) as one, Archive(path) as other:
         for k in range(4):
@@ -1093,7 +1093,7 @@ def test_two_that_append_to_one_archive_read_their_own_lines_and_a_cut_one_is_re
 
 
 @pytest.mark.parametrize("turns", [8.25, 8.0])
-def test_a_board_that_leads_may_widen_states_by_how_much_at_the_screen(turns):
+def test_screen_error_of_board_width_covers_leads(turns):
     """Width and area stated an error of 0 and were up to 5.8 % off."""
     spec = sitscad.load_text(templates.read("robotic_jaw_12mm"), "robotic_jaw_12mm.yaml").replace({
         "coil.outer_diameter": "7.93 mm", "coil.turns": turns, "coil.trace_width": "170 um",
@@ -1105,13 +1105,13 @@ def test_a_board_that_leads_may_widen_states_by_how_much_at_the_screen(turns):
     assert 0.0 < values["fit.width"][1] < 0.1 * values["fit.width"][0] and values["board.layers"][1] == 0.0
 
 
-def test_wilson_is_the_published_interval():
+def test_wilson_interval_matches_published_values():
     low, high = wilson_interval(81, 263)  # Newcombe 1998, Statistics in Medicine 17, table I: 0.2553 to 0.3662
     assert (round(low, 4), round(high, 4)) == (0.2553, 0.3662)
     assert wilson_interval(10, 10)[1] == approx(1.0, rel=1e-12) and wilson_interval(0, 10)[0] == 0.0
 
 
-def test_what_a_calibration_takes_away_is_distinguished(answered):
+def test_yield_is_reported_before_and_after_calibration(answered):
     judged = [Unit(True, (), True, {"error.gap": 0.1 * k, "rp": float(k)}) for k in range(8)]
     found = yield_of(judged, lambda values: (("error.gap",) if values["error.gap"] > 0.35 else ())
                      + (("rp",) if values["rp"] < 1.0 else ()))
@@ -1121,7 +1121,7 @@ def test_what_a_calibration_takes_away_is_distinguished(answered):
             for head in ("yield", "once calibrated")] == ["37.5%", "87.5%"]
 
 
-def test_which_spread_costs_the_yield_is_the_one_that_decides_it():
+def test_yield_loss_is_attributed_to_causing_spread():
     rows = latin_hypercube(256)
     k = list(SPREADS).index("elastomer.modulus")
     judged = [Unit(u < 0.75, () if u < 0.75 else ("SIT401",), True, {"rp": u}) for u in map(float, rows[:, k])]
@@ -1131,13 +1131,13 @@ def test_which_spread_costs_the_yield_is_the_one_that_decides_it():
     assert found.sigmas["rp"] == approx(1.0 / math.sqrt(12.0), rel=0.01)
 
 
-def test_units_that_could_not_be_computed_are_not_good_and_counted_apart():
+def test_failed_units_count_as_bad_and_separately():
     judged = [Unit(True, (), True, {})] * 7 + [Unit(False, (), False, {})]
     found = yield_of(judged, lambda values: ())
     assert (found.good, found.failed, found.units) == (7, 1, 8)
 
 
-def test_every_spread_moves_a_unit_by_its_sigma():
+def test_every_spread_changes_unit_by_its_sigma():
     spec = sitscad.load_text(templates.read("grasper_4layer"))
     middle = np.full(len(SPREADS), 0.5)
     assert unit_spec(spec, middle, {}) == spec
@@ -1152,7 +1152,7 @@ def test_every_spread_moves_a_unit_by_its_sigma():
     assert unit_spec(spec, row, {"target.rotation": 0.0}) == spec
 
 
-def test_copper_of_a_unit_scatters_the_resistance_as_the_estimate_says():
+def test_copper_width_spread_changes_resistance_by_estimated_sigma():
     """One sigma of the trace's width, by the full model and to first order."""
     from sitscad.estimates.design import Design
 
@@ -1171,7 +1171,7 @@ def test_copper_of_a_unit_scatters_the_resistance_as_the_estimate_says():
 
 
 @pytest.mark.slow
-def test_memory_of_a_design_is_given_back_before_the_next():
+def test_results_of_a_design_are_freed_before_the_next():
     """Units of a design of 33 MB each grew to 3.6 GB: rings of few objects, which Python does not look for."""
     class Ring:
         def __init__(self):
@@ -1183,7 +1183,7 @@ def test_memory_of_a_design_is_given_back_before_the_next():
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_units_of_a_run_that_goes_on_count_from_those_of_its_archive(folder):
+def test_progress_of_resumed_run_includes_archived_units(folder):
     """A study that went on told 0 of what was left, as if nothing had been done."""
     study, out = sitscad.Study.load(folder / "study.yaml"), folder / "out"
     told = []

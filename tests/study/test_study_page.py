@@ -55,7 +55,7 @@ def html(answer):
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_the_answer_stands_in_its_order_and_loads_nothing(answer, html):
+def test_study_page_has_ordered_sections_and_no_external_resources(answer, html):
     titles = re.findall("<h2>(.*?)</h2>", html)
     assert titles[:4] == ["Designs", "Yield", "The front", "Why designs were refused"]
     assert titles[-1] == "How it goes on"
@@ -65,13 +65,13 @@ def test_the_answer_stands_in_its_order_and_loads_nothing(answer, html):
 
 
 @pytest.mark.slow
-def test_tables_hold_the_front_and_every_kept_design(answer, html):
+def test_study_page_tables_contain_front_and_kept_designs(answer, html):
     front = html[html.index("The front as a table") :]
     assert front[: front.index("</details>")].count("<tr>") == len(answer.front) + 1
     assert all(f"id='kept-{k}'" in html for k in range(1, len(answer.kept) + 1))
 
 
-def test_text_page_and_json_of_an_answer_have_the_same_rows(answer):
+def test_answer_text_page_and_json_have_equal_rows(answer):
     """Each was put together by itself, and one had rows that the others did not."""
     breach = Binding("SIT203", 0.5, 0.25, Breach(500.0, 600.0, "ohm"), answer.front[0])
     answer = replace(answer, bindings=(breach,))
@@ -86,7 +86,7 @@ def test_text_page_and_json_of_an_answer_have_the_same_rows(answer):
     assert values["bindings"] == json.loads(json.dumps(refusal_table(answer).rows))
 
 
-def test_a_picture_of_few_shows_what_is_around_them(answer, monkeypatch):
+def test_chart_of_small_front_includes_neighbouring_designs(answer, monkeypatch):
     """Where one design alone is not beaten, axes hold the better four fifths of the others, too."""
     def within(few):
         monkeypatch.setattr("sitscad.apps.study.page.FEW", few)
@@ -98,7 +98,7 @@ def test_a_picture_of_few_shows_what_is_around_them(answer, monkeypatch):
     assert 2 * within(0) < within(2) <= len(answer.results.screened)
 
 
-def test_of_others_so_many_are_shown_and_no_more(answer):
+def test_number_of_other_designs_in_chart_is_limited(answer):
     point = answer.front[0]
     more = {(*point[:-1], 10_000 + k): answer.results.of(point) for k in range(MOST_OTHERS + 500)}
     answer.results.screened.update(more)
@@ -130,7 +130,7 @@ WIDE = {
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_the_page_of_a_wide_study_is_small_and_has_its_whole_front(answer, tmp_path):
+def test_page_of_large_study_is_limited_and_contains_whole_front(answer, tmp_path):
     """Of sixteen keys, twelve measures and a front of 256 it had more than three megabytes."""
     (tmp_path / "grasper_4layer.yaml").write_text(templates.read("grasper_4layer"))
     asked = sitscad.Study.from_mapping(WIDE, tmp_path).request
@@ -149,7 +149,7 @@ def test_the_page_of_a_wide_study_is_small_and_has_its_whole_front(answer, tmp_p
 
 
 @pytest.mark.parametrize("name, targets, arcs", [("round_button_12mm", 1, 200.0), ("skin_strip_6", 6, None)])
-def test_a_small_drawing_has_the_outline_of_the_body_and_all_targets(name, targets, arcs):
+def test_board_thumbnail_shows_body_outline_and_all_targets(name, targets, arcs):
     """A round body of 12 mm is drawn 400 px wide."""
     layout = sketch(sitscad.load_text(templates.read(name)))
     plates = [one.outline() for one in plates_of(layout.spec).targets]
@@ -158,7 +158,7 @@ def test_a_small_drawing_has_the_outline_of_the_body_and_all_targets(name, targe
 
 
 @pytest.mark.clients("chromium")
-def test_a_browser_points_at_designs_and_chooses_one(html, tmp_path):
+def test_study_page_in_browser_shows_tooltip_and_selects_design(html, tmp_path):
     path = tmp_path / "study.html"
     path.write_text(html, encoding="utf-8")
     with Browser() as browser:

@@ -49,12 +49,12 @@ def table(bench):
     return sitscad.sweep(bench, ranges, ["rp", "inductance", "signal.normal", "board.area"])
 
 
-def test_every_measure_of_the_contract_is_there():
+def test_all_promised_measures_exist():
     assert set(MEASURES) >= CONTRACT
 
 
 @pytest.mark.slow
-def test_figures_are_those_of_check_and_estimate():
+def test_measured_values_equal_check_and_estimate():
     spec = sitscad.load_text(templates.read("grasper_4layer"))
     found = sitscad.measure(
         spec, ["inductance", "rp", "fit.spare", "fit.length", "resolution.normal"], level="full"
@@ -68,19 +68,19 @@ def test_figures_are_those_of_check_and_estimate():
     assert found.verdict == "ok" and 0.0 < found.values["rp"][1] < 0.1 * found.values["rp"][0]
 
 
-def test_rows_go_with_the_last_key_fastest(table):
+def test_sweep_rows_vary_last_key_fastest(table):
     assert table.shape == (2, 3) and len(table) == 6
     assert table.keys["coil.turns"] == (10, 10, 10, 12, 12, 12)
     assert table.keys["coil.trace_width"] == ("100 um", "3 mm", "120 um") * 2
     assert table.values["inductance"][3] > table.values["inductance"][0]
 
 
-def test_a_design_that_the_spec_refuses_has_no_figures_and_names_the_rule(table):
+def test_refused_design_has_no_values_and_names_rule(table):
     assert table.verdict[1] == "fails" and table.refused_by[1][0].startswith("SIT01")
     assert np.isnan(table.values["rp"][1]) and np.isfinite(table.values["rp"][0])
 
 
-def test_what_a_design_does_not_have_is_empty(table):
+def test_absent_measures_are_nan_null_or_empty(table):
     assert np.isnan(table.values["signal.normal"]).all()
     rows = list(csv.DictReader(io.StringIO(sweep_csv(table))))
     assert rows[0]["signal.normal"] == "" and float(rows[0]["rp"]) == approx(float(table.values["rp"][0]), rel=1e-9)
@@ -88,20 +88,20 @@ def test_what_a_design_does_not_have_is_empty(table):
 
 
 @pytest.mark.slow
-def test_every_file_is_the_same_bytes_twice(table):
+def test_sweep_files_are_repeatable(table):
     with np.load(io.BytesIO(sweep_npz(table))) as arrays:
         assert arrays["rp.error"].shape == (6,) and arrays["verdict"][1] == "fails"
     assert sweep_npz(table) == sweep_npz(table)
     assert sweep_svg(table) == sweep_svg(table) and "refused within" in sweep_svg(table)
 
 
-def test_a_picture_has_two_keys_at_most(bench):
+def test_sweep_picture_of_three_keys_is_refused(bench):
     ranges = {"coil.turns": [10], "coil.trace_width": ["100 um"], "coil.outer_diameter": [9e-3, 10e-3]}
     with pytest.raises(ValueError, match="one key or two"):
         sweep_svg(sitscad.sweep(bench, ranges, ["rp"]))
 
 
-def test_processes_give_what_one_gives(bench, table):
+def test_sweep_with_two_processes_equals_single_process(bench, table):
     ranges = {"coil.turns": [10, 12], "coil.trace_width": ["100 um", "3 mm", "120 um"]}
     several = sitscad.sweep(bench, ranges, list(table.values), jobs=2)
     assert sweep_csv(several) == sweep_csv(table)
@@ -112,20 +112,20 @@ def test_processes_give_what_one_gives(bench, table):
     ({"coil.turns": []}, "at least one value"),
     ({"coil.turns": list(range(1, 3001)), "coil.trace_width": [1e-6 * k for k in range(1, 3001)]}, "9000000 designs"),
 ])
-def test_a_sweep_that_is_none_is_refused(bench, ranges, message):
+def test_invalid_sweep_raises_value_error(bench, ranges, message):
     with pytest.raises(ValueError, match=message):
         sitscad.sweep(bench, ranges)
 
 
 @pytest.mark.parametrize("key, value, rule", [("coil.turs", 7, "SIT002"), ("coil.turns", "many", "SIT004"),
                                               ("fpc.stackup", "flex-9l", "SIT007"), ("coil.turns", -1, "SIT006")])
-def test_keys_and_values_that_can_be_none_are_refused_at_once(bench, key, value, rule):
+def test_unknown_sweep_keys_and_values_raise_spec_error(bench, key, value, rule):
     with pytest.raises(sitscad.SpecError) as refused:
         sitscad.sweep(bench, {key: [value]})
     assert {finding.rule for finding in refused.value.findings} == {rule}
 
 
-def test_sweep_takes_numbers_as_attributes_give_them(bench):
+def test_sweep_numbers_are_in_si_units(bench):
     sizes = [bench.coil.outer_diameter, 1.1 * bench.coil.outer_diameter]
     table = sitscad.sweep(bench, {"coil.outer_diameter": sizes}, ["inductance"])
     written = sweep_as_written(bench.source, {"coil.outer_diameter": [f"{size!r} m" for size in sizes]}, ["inductance"])
@@ -137,7 +137,7 @@ def test_sweep_takes_numbers_as_attributes_give_them(bench):
     assert "did you mean '10 mm'?" in refused.value.findings[0].hint
 
 
-def test_measure_takes_measures_where_sweep_does(bench):
+def test_measure_and_sweep_take_equal_measure_lists(bench):
     found, table = sitscad.measure(bench, ["rp"]), sitscad.sweep(bench, {"coil.turns": [bench.coil.turns]}, ["rp"])
     assert list(found.values) == list(table.values) == ["rp"]
     assert found.values["rp"][0] == table.values["rp"][0]
@@ -145,7 +145,7 @@ def test_measure_takes_measures_where_sweep_does(bench):
         sitscad.measure(bench, "full")
 
 
-def test_text_of_a_sweep_names_the_rules_that_warn_as_check_does():
+def test_sweep_text_lists_warning_rules_of_check():
     spec = sitscad.load_text(templates.read("bench_7mm"))
     warned = {one.rule for one in sitscad.check(spec, hints="none").findings
               if one.severity is sitscad.Severity.WARNING}
@@ -153,14 +153,14 @@ def test_text_of_a_sweep_names_the_rules_that_warn_as_check_does():
     assert warned and row[head.index("warned by"):].split(", ") == sorted(warned)
 
 
-def test_unknown_measures_name_the_nearest(bench):
+def test_unknown_measure_suggests_nearest_name(bench):
     with pytest.raises(ValueError, match=r"did you mean resolution\.normal"):
         sitscad.sweep(bench, {"coil.turns": [10]}, ["resolution.norml"])
     with pytest.raises(ValueError, match="only the level full"):
         sitscad.sweep(bench, {"coil.turns": [10]}, ["range.normal"])
 
 
-def test_ranges_are_written_as_in_a_spec():
+def test_ranges_are_parsed_with_units():
     assert parse_range("coil.turns=6:8:5") == ("coil.turns", (6, 6.5, 7, 7.5, 8))
     assert parse_range("coil.trace_width=70um:80um:3") == ("coil.trace_width", ("70 um", "75 um", "80 um"))
     assert parse_range("coil.layers=2,4") == ("coil.layers", (2, 4))
@@ -171,14 +171,14 @@ def test_ranges_are_written_as_in_a_spec():
             parse_range(wrong)
 
 
-def test_a_range_without_a_step_has_round_values_and_its_ends():
+def test_range_without_step_has_round_values_and_both_ends():
     values = values_by_step(3.5, 4.6)
     assert values[:3] == (3.5, 3.52, 3.54) and values[-1] == 4.6 and len(values) > 50
     assert values_by_step("75 um", "125 um", "5 um")[-2:] == ("120 um",
                                                               "125 um") and len(values_by_step(0, 1, 0.3)) == 4
 
 
-def test_same_and_what_a_choice_brings_along():
+def test_space_changes_include_linked_and_implied_keys():
     space = Space((Variable("coil.layers", (2, 4), False), Variable("coil.trace_width", ("80 um", "90 um"))),
                   {"coil.trace_spacing": "coil.trace_width"}, {"coil.layers": {"4": {"fpc.stackup": "flex-4l"}}})
     assert space.size == 4 and list(space.points())[2] == (1, 0)
@@ -186,7 +186,7 @@ def test_same_and_what_a_choice_brings_along():
                                            "coil.trace_spacing": "80 um", "fpc.stackup": "flex-4l"}
 
 
-def test_a_computation_that_fails_refuses_its_design_alone(bench, monkeypatch):
+def test_failed_computation_refuses_only_its_design(bench, monkeypatch):
     def fails(specs, measures):
         if any(spec.coil.turns == 11 for spec in specs):
             raise ZeroDivisionError("of this test")
@@ -202,7 +202,7 @@ def test_a_computation_that_fails_refuses_its_design_alone(bench, monkeypatch):
     assert "of this test" in other.absent["board.area"]
 
 
-def test_a_design_that_is_computed_from_values_is_the_one_that_is_written():
+def test_design_from_changes_equals_its_written_spec():
     spec = sitscad.load_text(templates.read("grasper_4layer"))
     from sitscad.spec.sensor import without_text
     base, changes = Base.of(spec.source), (("coil.turns", 7.25), ("target.size", [4.8, 4.0]), ("fpc.tail.length", 31))
@@ -211,7 +211,7 @@ def test_a_design_that_is_computed_from_values_is_the_one_that_is_written():
     assert "# the jaw is 4.8 mm wide" in base.written(changes)
 
 
-def test_another_value_comment_or_level_is_another_key():
+def test_archive_key_depends_on_values_comments_and_level():
     base = _base()
     other = type(base)(base.text.replace("# sitscad: ignore SIT103", "# once: ignore SIT103"), base.path)
     keys = {base.key((("coil.turns", 7.25),), "full"), base.key((("coil.turns", 7.5),), "full"),
@@ -239,7 +239,7 @@ class Counting:
         return future
 
 
-def test_any_executor_serves(bench):
+def test_workers_accept_any_executor(bench):
     executor = Counting()
     with Workers(_base().of(bench.source), 2, executor) as workers:
         designs = [(("coil.turns", turns),) for turns in (10, 11, 12)]
@@ -262,7 +262,7 @@ class Timed:
 
 
 @pytest.mark.parametrize("seconds, count, most", [(0.02, 3000, 1.0), (0.7, 40, 0.7), (0.0001, 20_000, 0.05)])
-def test_chunks_hold_a_second_of_work_or_as_many_designs_as_may_be(seconds, count, most, bench):
+def test_chunks_take_about_one_second_or_maximum_size(seconds, count, most, bench):
     """But for the first ones, whose designs take nobody knows how long, and the last, which are shared out."""
     executor = Timed(seconds)
     with Workers(Base.of(bench.source), 2, executor) as workers:
@@ -273,14 +273,14 @@ def test_chunks_hold_a_second_of_work_or_as_many_designs_as_may_be(seconds, coun
     assert middle and all(taken == approx(most, rel=1e-9) for taken in middle)
 
 
-def test_what_a_figure_may_be_off_by_stands_beside_it_in_the_text(table):
+def test_sweep_text_prints_error_beside_each_value(table):
     first = sweep_text(table).splitlines()[1]
     share = 100.0 * table.errors["rp"][0] / table.values["rp"][0]
     assert re.search(rf" kohm \+-{float(f'{share:.2g}'):g}%  ", first)
     assert re.search(r" [\d.]+ mm2 \+-\d+% +unknown", first)
 
 
-def test_the_command_prints_and_writes(tmp_path, capsys, monkeypatch):
+def test_sweep_command_prints_table_and_writes_files(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "coil.yaml").write_text(templates.read("single_coil"))
     asked = ["sweep", "coil.yaml", "coil.turns=10:12:2", "--measure", "rp", "--jobs", "1"]
