@@ -1,6 +1,7 @@
-"""Values in notebooks: pictures of specs, designs and layouts, tables of estimates, responses and findings.
+"""Display in notebooks: pictures of specs, designs and layouts, and tables of estimates, responses and findings.
 
-`sitscad.load_ipython_extension` gives these functions to IPython. Each shows the values of the commands and the report.
+`sitscad.load_ipython_extension` registers these functions with IPython. They show the same values as the commands and
+the report.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def show_check(result: CheckResult) -> str:
-    """Return the findings as an HTML table, most severe first."""
+    """Return the findings of a check as an HTML table, the most severe first."""
     rows = [[each.severity.value, each.rule, each.whole_message, each.hint] for each in by_severity(result.findings)]
     return html_table(["", "rule", "finding", "to mend it"], rows, "ok" if result.ok else "not ok") or "<p>ok</p>"
 
@@ -38,6 +39,6 @@ SHOWN: dict[tuple[str, str], tuple[str, Callable[[Any], str]]] = {
 
 
 def register(formatters: Any) -> None:
-    """Give the functions to IPython's formatters. `formatters` holds one formatter for each kind of output."""
+    """Register the display functions with IPython. `formatters` holds one formatter for each kind of output."""
     for (module, name), (kind, function) in SHOWN.items():
         formatters[kind].for_type_by_name(module, name, function)

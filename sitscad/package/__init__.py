@@ -1,7 +1,7 @@
-"""Package folders: when to build, and how to write and verify them. All files are written by this subpackage.
+"""Package folders: the files of one sensor, their build from its spec, and their verification.
 
-`building` decides whether a build is needed. `stages` makes files or reuses files of the last build. `folder` writes
-single files and copies example specs. `manifest` lists the files of a package and their inputs. `verification` reads a
-package back. `inspection` checks a single file, whose package it finds from its path. `plugins` adds rules and writers
-from outside.
+A package holds all production files and documents of a sensor. `building` decides whether a build is needed. `stages`
+makes files or reuses files of the last build. `folder` writes single files and `example_specs` copies example specs.
+`manifest` lists the files of a package and their inputs. `verification` compares a package with its manifest.
+`inspection` checks a single spec file. `plugins` adds rules and writers from outside.
 """

@@ -1,11 +1,12 @@
-"""Build of a package, and comparison of a package with its spec.
+"""Build of a package, and comparison of an existing package with its spec.
 
 If nothing has changed, only this module is loaded. The code that checks and draws is in `stages`, and is loaded when
-files have to be made.
+files must be made.
 
-The folder is exchanged as a whole or not at all, by one build at a time. A build writes into a staging folder beside
-the package, exchanges the two, and removes from the old package only the files that match its manifest. It moves all
-other files and never copies them. Pipes, unreadable files and files that appeared meanwhile are therefore kept.
+The folder is replaced as a whole or not at all, by one build at a time. A build writes into a staging folder (a
+temporary folder beside the package) and exchanges the two. It then deletes from the old package only the files that
+match its manifest. All other files are moved and never copied. Pipes, unreadable files and files that appeared during
+the build are therefore not lost.
 """
 
 from __future__ import annotations
@@ -78,14 +79,14 @@ _RENAME_EXCHANGE = 2
 
 @contextlib.contextmanager
 def opened_for_building(parent: Path, name: str) -> Iterator[Path]:
-    """Hold the package `parent/name` for one build and yield an empty staging folder beside it.
+    """Lock the package `parent/name` for one build, and yield an empty staging folder beside it.
 
-    Leftovers of killed builds are removed first. The staging folder is always removed afterwards.
+    Folders that interrupted builds left are removed first. The staging folder is always removed afterwards.
 
     Raises
     ------
     PackageError
-        if another build holds the package, or the folder cannot be written
+        if another build has locked the package, or the folder cannot be written
     """
     with explained(f"cannot build in {parent}"):
         parent.mkdir(parents=True, exist_ok=True)
@@ -115,7 +116,7 @@ def opened_for_building(parent: Path, name: str) -> Iterator[Path]:
 
 
 def write_package(staged: Path, files: Mapping[str, bytes], manifest: Manifest) -> None:
-    """Write the files of a package, and its manifest last. A folder with a manifest is therefore a whole package."""
+    """Write the files of a package, and its manifest last. A folder with a manifest is therefore always complete."""
     write_files(staged, files)
     write_files(staged, {_PARTIAL_MANIFEST: manifest.as_bytes()})
     with explained(f"cannot write into {staged.parent}"):
@@ -126,13 +127,13 @@ _PARTIAL_MANIFEST = f"{MANIFEST}.new"
 
 
 def put_in_place(staged: Path, target: Path) -> Path | None:
-    """Exchange the staged package for the target in one step, and remove the old package.
+    """Replace the package `target` by the staged package in one step, and remove the old package.
 
-    Return the folder that now holds the old package's files that no build wrote (``NAME.kept-1``, 2, 3 ...). None if
-    there are no such files. Files that KiCad left beside its project stay in place.
+    Return the folder that now holds the files of the old package that no build wrote (``NAME.kept-1``, 2, 3 ...). None
+    if there are no such files. Files that KiCad wrote beside its project stay in the package.
 
-    If the system cannot exchange two folders, the old one is renamed first. If a build is killed between the two
-    renames, the next build completes the exchange.
+    If the system cannot exchange two folders, the old folder is renamed first. If a build is interrupted between the
+    two renames, the next build completes the exchange.
     """
     with explained(f"cannot replace {target}"):
         for folder in (staged, *(path for path in staged.rglob("*") if path.is_dir())):
@@ -158,7 +159,7 @@ def put_in_place(staged: Path, target: Path) -> Path | None:
 
 
 def _carry_over(old: Path, target: Path) -> None:
-    """Move the files that KiCad left in the old package into the new one, if that has the same project."""
+    """Move the files that KiCad wrote into the old package to the new package, if it has the same KiCad project."""
     files = read_manifest(target).files
     for name in list_files(old):
         if is_left_by_kicad(name, files) and not os.path.lexists(target / name):
@@ -167,9 +168,9 @@ def _carry_over(old: Path, target: Path) -> None:
 
 
 def _clear(leftover: Path, target: Path) -> None:
-    """Remove the leftover folder of a build.
+    """Remove the folder that an interrupted build left.
 
-    A folder without a manifest is unfinished, and only that build wrote into it.
+    A folder without a manifest is incomplete, and contains only files of that build. It is deleted as a whole.
     """
     if (leftover / MANIFEST).is_file():
         _remove(leftover, target)
@@ -178,7 +179,7 @@ def _clear(leftover: Path, target: Path) -> None:
 
 
 def _remove(old: Path, target: Path) -> Path | None:
-    """Delete an old package, except for files that no build wrote or that were changed since.
+    """Delete an old package, except for files that no build wrote or that were changed after the build.
 
     Return the folder beside `target` that holds these files. None if there are none.
     """
@@ -209,9 +210,10 @@ def _remove(old: Path, target: Path) -> Path | None:
 
 
 def _lock(parent: Path, name: str) -> int | None:
-    """Return the descriptor of an advisory lock that ends with its process. None if the system has no locks.
+    """Return the descriptor of a lock file that is released when its process ends.
 
-    Without locks, staging names keep two builds apart, and the build that ends last wins.
+    None if the system has no file locks. Without locks, two builds still use different staging folders, and the build
+    that ends last replaces the other's package.
     """
     try:
         import fcntl
@@ -235,7 +237,7 @@ def _lock(parent: Path, name: str) -> int | None:
 
 
 def has_leftovers(parent: Path, name: str) -> bool:
-    """Whether a lock or a staging folder, of a killed or a running build, lies beside a package."""
+    """Whether a lock file or a staging folder lies beside a package, from an interrupted or a running build."""
     if not parent.is_dir():
         return False
     ours = _leftovers_of(name)
@@ -247,7 +249,7 @@ def _leftovers_of(name: str) -> re.Pattern[str]:
 
 
 def _exchange(path: Path, other: Path) -> bool:
-    """Swap two folders in one step of the file system (Linux renameat2). False if that is not possible."""
+    """Exchange two folders in one step of the file system (Linux renameat2). Return whether it succeeded."""
     try:
         rename = ctypes.CDLL(None, use_errno=True).renameat2
     except (OSError, AttributeError, TypeError):
@@ -256,7 +258,7 @@ def _exchange(path: Path, other: Path) -> bool:
 
 
 def _sync_folder(folder: Path) -> None:
-    """Write a folder's entries to the disk, if the system can do this."""
+    """Flush the list of a folder's entries to the disk, if the system supports it."""
     with contextlib.suppress(OSError):  # not every system opens folders
         descriptor = os.open(folder, os.O_RDONLY)
         try:
@@ -270,7 +272,12 @@ FINDINGS = "findings.json"
 
 @record
 class BuildRequest:
-    """Parameters of a build."""
+    """Parameters of a build.
+
+    `directory` is the package's folder, and `wanted` are the stages to make. With `force`, errors in the findings do
+    not stop the build. With `strict`, warnings stop it, too. `policy` holds the project's rules and severities, and
+    `baseline` the findings that are already known.
+    """
 
     spec: SensorSpec
     directory: Path
@@ -281,11 +288,11 @@ class BuildRequest:
     strict: bool = False
 
     def stops(self, checked: CheckedSpec) -> bool:
-        """Whether the findings stop the build."""
+        """Whether findings stop the build: errors, or with `strict` also warnings, unless it is forced."""
         return not self.force and checked.fails(Severity.WARNING if self.strict else Severity.ERROR)
 
     def made_from(self, old: Manifest) -> str:
-        """Return the hash of everything that the package depends on. Equal hashes mean equal bytes."""
+        """Return the hash of all inputs of the package. Packages with equal hashes have equal bytes."""
         source = self.spec.source
         files = {name: sha256(content) for name, content in source.kept.items()}
         has_solids = not (self.wanted | _stages_of(old)).isdisjoint(SOLID_STAGES)
@@ -400,13 +407,13 @@ def stale(
     spec: SensorSpec | Design, out: str | Path = "outputs", only: Iterable[str] | None = None,
     policy: Policy | None = None, baseline: Baseline | None = None, jobs: int = 1,
 ) -> BuildResult:
-    """Compare the package in ``out/NAME`` with the result of a build with the same `only`. Nothing is written.
+    """Compare the package in ``out/NAME`` with the files that a build with the same `only` would make.
 
-    The result's ``stale`` names the files that a build would change, add or remove, and files that are missing or were
-    changed by hand. If the package was built with another `only`, it first names the parts that were left out then.
-    Files of computed figures are compared by value (`sitscad.package.manifest`). Errors in the checks are in
-    ``checked``. A package that was built in spite of errors is compared with a build with `force`. Raises the errors of
-    `build`.
+    Nothing is written. The result's ``stale`` has a text on each file that a build would change, add or remove. It also
+    has texts on files that are missing or were changed by hand. If the package was built with another `only`, texts on
+    the stages left out then come first. Files with computed numbers are compared by value (`sitscad.package.manifest`).
+    Errors in the checks are in ``checked``. A package that was built in spite of errors is compared with a build with
+    `force`. Raises the errors of `build`.
     """
     request, design = _request(spec, out, only, True, policy, baseline)
     old = _require_ours(request.directory)
@@ -447,11 +454,10 @@ def _request(
 
 
 def _unchanged(request: BuildRequest, old: Manifest, key: str) -> BuildResult | None:
-    """Return the result for a whole package that was made from the same inputs, with all wanted stages.
+    """Return the build result without a build, if the package is complete and was made from the same inputs.
 
-    None for others.
-
-    None also for packages that were built in spite of errors or with silenced errors: they are checked anew.
+    None if inputs or files have changed, or if a requested stage is missing. Also None for packages that were built in
+    spite of errors or with silenced errors, because they are checked again.
     """
     directory = request.directory
     try:
@@ -477,7 +483,7 @@ def _stages_of(old: Manifest) -> frozenset[str]:
 
 
 def _differing(directory: Path, old: Manifest, files: Mapping[str, bytes]) -> list[str]:
-    """Return a text on each file that differs from a new build."""
+    """Return a text on each file of the package that differs from a new build (`files`)."""
     texts = []
     for name, content in sorted(files.items()):
         path = directory / name
@@ -505,9 +511,9 @@ def require_distinct_names(specs: Sequence[SensorSpec]) -> None:
 
 
 def _require_ours(directory: Path) -> Manifest:
-    """Return the manifest in the target's place. Empty if there is no package, or if its manifest is damaged.
+    """Return the manifest of the package to be replaced. Empty if there is no package, or if its manifest is damaged.
 
-    A folder without a manifest was not made by sitscad and is never replaced. Raises PackageError for it.
+    Raises PackageError for a folder without a manifest. Sitscad did not make it and never replaces it.
     """
     with explained(f"cannot look at {directory}"):
         if directory.is_symlink() or (directory.exists() and not directory.is_dir()):

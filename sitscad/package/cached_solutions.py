@@ -1,4 +1,4 @@
-"""Solutions of earlier builds in the user's cache."""
+"""Results of field solutions from earlier builds, in the user's cache folder."""
 
 from __future__ import annotations
 
@@ -13,15 +13,16 @@ from sitscad.package.folder import replace_file
 from sitscad.package.manifest import code
 
 MOST_CACHED = 64_000_000
-"""Approximate limit (bytes) for all files of solutions in the user's cache. The oldest files are removed."""
+"""Approximate limit (bytes) for all solution files in the user's cache. Above it, the oldest files are removed."""
 
 
 @contextmanager
 def cached_solutions(name: str, writes: bool = True, store: Solutions | None = None) -> Iterator[None]:
-    """Reuse cached solutions, from `store` or from earlier builds of packages with this name.
+    """Reuse field solutions from `store`, or from earlier builds of packages with this name.
 
-    They are in ``NAME.solved``, in the absolute folder that ``SITSCAD_CACHE`` names. The default is ``sitscad`` in the
-    user's cache. If ``SITSCAD_CACHE`` is empty, no file is used. A missing or read-only file costs only time.
+    They are stored in ``NAME.solved``, in the folder given by the environment variable ``SITSCAD_CACHE`` (an absolute
+    path). By default this is ``sitscad`` in the user's cache folder. If ``SITSCAD_CACHE`` is empty, no file is used. If
+    the file is missing, solutions are computed again. New solutions are stored only if `writes`.
     """
     home = os.environ.get("XDG_CACHE_HOME", "")
     default = os.path.join(home if os.path.isabs(home) else os.path.expanduser("~/.cache"), "sitscad")

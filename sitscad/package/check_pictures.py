@@ -1,4 +1,4 @@
-"""Pictures of a check: the board in letters, and the fit of the parts as SVG. They load shapely."""
+"""Pictures for the result of a check: the board drawn in characters, and the fit of the parts as SVG."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from sitscad.layout.board import Layout
 
 
 def board_picture(layout: Layout, checked: CheckedSpec) -> str:
-    """Return the board in letters, with numbers at the places of findings."""
+    """Return the board drawn in characters, with the numbers of findings at their places."""
     numbered = ((number, finding.place) for number, finding in numbered_places(checked.findings))
     marks = [PicturePoint(place.x, place.y, str(number), "") for number, place in numbered if place is not None]
     return dot_picture(layout, marks)
 
 
 def fit_drawing(layout: Layout, checked: CheckedSpec) -> str:
-    """Return a drawing of the fit as SVG, without CAD.
+    """Return a drawing of the fit of the parts as SVG, without CAD.
 
-    If parts do not fit, it shows the closed jaws in section, with excess in red beside its limit, and views of other
-    failures. If they fit, it shows the jaws with dimensions. Without a jaw, it shows the parts on the board from above.
-    Empty if there is nothing to draw, or if shield and standoff contradict each other.
+    If parts do not fit, it shows the closed jaws in section with each excess over a limit in red, and views of other
+    faults. If they fit, it shows the jaws with dimensions. Without a jaw, it shows the parts on the board from above.
+    Empty if there is nothing to draw, or if the dimensions of shield and standoff contradict each other.
     """
     grave = [finding for finding in checked.findings if finding.severity.is_at_least(Severity.WARNING)]
     forced = not checked.is_orderable

@@ -1,8 +1,8 @@
-"""Contents of a package: a design, its findings, the tests of boards, inputs of stages, files of a calibration.
+"""Contents of a package: a design, its findings, estimates for board tests, inputs of stages, calibration files.
 
-If a value of the spec changes, the stages that read it are made again. A stage is only listed as not reading a value if
-a test proves it. The test changes the value and finds every byte of the stage unchanged. Otherwise a package could hold
-a file that does not belong to its spec.
+If a value of the spec changes, the stages that read it are made again. `UNREAD` lists values that a stage does not
+read. A test proves each entry: it changes the value and compares every byte of the stage. Otherwise a package could
+contain files that do not belong to its spec.
 """
 
 from __future__ import annotations
@@ -45,72 +45,78 @@ from sitscad.spec.sensor import SensorSpec
 
 @record(eq=False)
 class Incoming:
-    """Panel, bench estimates and coupon of a design; each is computed on first use and cached."""
+    """Panel of a design, and expected electrical values for the tests of boards and coupons. Computed at first use."""
 
     design: Design
 
     @cached_property
     def panel(self) -> Panel | None:
-        """Panel in which the boards are ordered; None if they are ordered singly."""
+        """Panel in which the boards are ordered. None if boards are ordered singly."""
         return plan(self.design.layout)
 
     @cached_property
     def board(self) -> Estimates:
-        """Electrical estimates at 20 degrees Celsius, the boards' test temperature, with an LCR meter's readings."""
+        """Electrical estimates of a board at 20 degrees Celsius (test temperature), with LCR meter readings."""
         estimates = at_room_temperature(self.design).estimates
         return replace(estimates, metered=meter_readings(self.design.layout, ROOM_TEMPERATURE))
 
     @cached_property
     def coupon(self) -> Estimates | None:
-        """Electrical estimate of the panel's coupon in free air; None if there is no coupon."""
+        """Electrical estimates of the panel's coupon in free air at 20 degrees Celsius. None if there is no coupon.
+
+        A coupon is the first coil alone with solder pads.
+        """
         if self.panel is None or self.panel.coupon is None:
             return None
         return estimated(self.panel.coupon, temperature=ROOM_TEMPERATURE)  # measured on the bench
 
 
 def incoming(design: Design) -> Incoming:
-    """Return the design's `Incoming`, created once and cached with the design."""
+    """Return the `Incoming` of a design. It is created once and cached with the design."""
     return memo(design, "incoming", lambda: Incoming(design))
 
 
 @record
 class Contents:
-    """A design and its findings, as the writers take them.
+    """A design and its findings, as inputs of the functions that write files.
 
-    Drawings use the spec without its text, so that they depend on values only. Only findings and report use the file
-    name.
+    Drawings use the spec without its text, so that they depend only on values. Only the findings and the report contain
+    the file name.
     """
 
     design: Design
     policy: Policy = field(default_factory=Policy)
     baseline: Baseline | None = None
     measured: str = ""
-    """Dimensions measured on the solids: the text of ``mount/fit.json``. Empty if there is none."""
+    """Text of ``mount/fit.json``: dimensions measured on the solids. Empty if the file does not exist yet."""
     hints: str = "decisive"
-    """Name of the budget of trials for hints, as in `sitscad.check`."""
+    """Name of the limit on trial changes for hints, as in `sitscad.check`."""
 
     @cached_property
     def spec(self) -> SensorSpec:
-        """The spec's values without its text."""
+        """Values of the spec, without its text."""
         return self.design.bare.spec
 
     @cached_property
     def layout(self) -> Layout:
-        """The layout of the bare spec."""
+        """Layout of the spec without its text."""
         return self.design.bare.layout
 
     @cached_property
     def estimates(self) -> Estimates:
-        """The electrical estimate."""
+        """Electrical estimates of the design."""
         return self.design.bare.estimates
 
     def value(self, name: str) -> object:
-        """Return an argument that a writer may take. The response is the weakest cell's."""
+        """Return the value of the argument `name` of a writer.
+
+        With cells, response and estimates are of the weakest cell.
+        """
         return self.forced if name == "forced" else VALUES[name](self.design.bare)
 
     @cached_property
     def checked(self) -> CheckedSpec:
-        """The findings, each with its place in the spec's text."""
+        """Findings of the check, each with its position in the spec's text."""
         # Cached in the design: dimensions measured on the solids later do not affect these rules
         source = self.design.spec.source
         is_ignored = ignored_test(source, all_rules(), self.policy)
@@ -130,11 +136,14 @@ class Contents:
 
     @cached_property
     def forced(self) -> str:
-        """Text of the warning not to order from this package, with the errors. Empty if there are none."""
+        """Text of the warning not to order from this package, with its errors. Empty if the package has no errors."""
         return "" if self.checked.is_orderable else self.forced_note([])
 
     def forced_note(self, failures: list[str]) -> str:
-        """Return the note of a package that was built in spite of errors. It lists errors and unwritten files."""
+        """Return the text of the warning in a package built in spite of errors. It lists errors and files not written.
+
+        `failures` are messages about files that could not be written.
+        """
         errors = [finding for finding in self.checked.findings if finding.severity == Severity.ERROR]
         silenced = self.checked.silenced
         how = "with --force" if errors else "with rules silenced"
@@ -152,7 +161,7 @@ class Contents:
 
     @property
     def is_forced(self) -> bool:
-        """Whether the package is marked as not fit for order."""
+        """Whether the package has the warning not to order from it."""
         return bool(self.forced)
 
     @cached_property
@@ -176,7 +185,7 @@ VALUES: dict[str, Callable[[Design], object]] = {
     "curves": lambda design: design.sensing.curves,
     "cell_table": lambda design: design.cells.skin.table,
 }
-"""Functions that compute a writer's argument from a design, by name (`Writer.takes`)."""
+"""Functions that compute a writer's argument from a design, by the argument's name (`Writer.takes`)."""
 
 _ELECTRICAL = ("requirements", "readout", "source")
 
@@ -187,15 +196,15 @@ UNREAD: dict[str, tuple[str, ...]] = {
     "mesh": _ELECTRICAL,
     "assembly": ("readout", "source"),
 }
-"""Fields of the spec that a stage does not read. A change of these fields does not remake the stage.
+"""Top-level fields of the spec that a stage does not read. If only these change, the stage is not made again.
 
-Converter and capacitors' pads of the readout are read by all stages. Writers that take estimates read all but the text
-(`Writer.reads_numbers`).
+Converter and capacitor pads of the readout are read by all stages. Writers that take estimates read all but the spec's
+text (`Writer.reads_numbers`).
 """
 
 
 NEAR = 15e-3
-"""Largest distance (m) from the board's body to which a mount, a jig or a mould extends (an upper bound)."""
+"""Upper limit (m) of the distance to which a mount, an assembly jig or a mould extends from the board's body."""
 
 BESIDE_TAIL = ("mount", "mesh")
 """Stages that depend on the tail only up to the distance `NEAR` from the body."""
@@ -204,7 +213,7 @@ BESIDE_TAIL = ("mount", "mesh")
 def read_by(stage: str, spec: SensorSpec, takes_numbers: bool = False) -> tuple[object, ...]:
     """Return the parts of a spec that a stage reads, in the order of the spec's fields.
 
-    With `takes_numbers`, return the parts that its writers of computed figures read.
+    With `takes_numbers`, return the parts that the stage's writers of computed numbers read.
     """
     unread = ("source",) if takes_numbers else UNREAD.get(stage, ())
     parts = [getattr(spec, field.name) for field in fields(spec) if field.name not in unread]
@@ -212,10 +221,10 @@ def read_by(stage: str, spec: SensorSpec, takes_numbers: bool = False) -> tuple[
 
 
 def read_of_board(stage: str, layout: Layout) -> tuple[object, ...]:
-    """Return the inputs of a stage of printed pieces or meshes.
+    """Return the inputs of a stage that makes printed parts or meshes.
 
-    They are the spec without its tail, and the board up to `NEAR` from its body. A longer tail therefore does not
-    remake the mount.
+    They are the spec without its tail, and the board up to `NEAR` from its body. If only the tail becomes longer, the
+    mount is therefore not made again.
     """
     spec = replace(layout.spec, fpc=replace(layout.spec.fpc, tail=None, boards=None))
     limit = layout.body[2] + NEAR
@@ -230,7 +239,7 @@ def calibration_files(calibration: Calibration) -> dict[str, bytes]:
     """Return the files of a calibration by name.
 
     They are ``calibration.json``, ``calibration.h`` with the program ``example.c``, and ``calibration.html``. Before
-    any measurement ``plan.csv`` and ``plan.txt`` are added, with ``plan.svg`` if loads stand beside the middle.
+    measurements, ``plan.csv`` and ``plan.txt`` are added, and ``plan.svg`` if loads act beside the middle.
     """
     remarks = [*_state(calibration), *(f"{note[0].upper()}{note[1:]}." for note in calibration.notes)]
     files = {
@@ -250,10 +259,11 @@ def calibration_files(calibration: Calibration) -> dict[str, bytes]:
 
 
 def nominal_calibration(design: Design, forced: bool = False) -> dict[str, bytes]:
-    """Return the folder ``calibration`` of a package: a calibration plan, and the map of the sensor as drawn.
+    """Return the files of the folder ``calibration`` in a package: planned loads, and the map of the nominal sensor.
 
-    The target is kept level, as in the data sheet. Each cell has its own folder. If the package is ``forced``, all
-    files but the table and the program have a remark. Empty if there is nothing to calibrate.
+    The target is assumed to be kept level, as in the data sheet. Each cell has its own folder. If the package is
+    ``forced`` (built in spite of errors), all files except table and program have a remark. Empty if the design senses
+    no force.
     """
     if not is_felt(design.spec):
         return {}
@@ -317,7 +327,7 @@ def write_calibration(calibration: Calibration, folder: str | Path) -> tuple[Pat
 
 
 def _state(calibration: Calibration) -> list[str]:
-    """Return a line that states whether the sensor was measured, and how it was loaded."""
+    """Return a line that states whether the sensor was measured, and whether the target could tilt under the loads."""
     tilts = ROTATIONS[calibration.sensors.rotation]
     if calibration.points is None:
         return [f"NOT calibrated: the map of the sensor as it is drawn, its target {tilts}. Calibrate every sensor."]

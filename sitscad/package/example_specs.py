@@ -1,4 +1,4 @@
-"""Example specs: templates, a study of a template, and the schema beside them."""
+"""Example specs for users: templates, a study of a template, and the JSON schema beside them."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ DEFAULT_TEMPLATE = "grasper_4layer"
 
 
 def list_templates() -> dict[str, str]:
-    """Return a line that describes each template, by name: the first comment line of its file."""
+    """Return a description of each template by its name: the first comment line of its file."""
     descriptions = {}
     for name in templates.names():
         comments = (line.strip("# ") for line in templates.read(name).splitlines() if line.startswith("#"))
@@ -35,10 +35,10 @@ def list_templates() -> dict[str, str]:
 
 
 def write_template(name: str = DEFAULT_TEMPLATE, path: str | Path | None = None, force: bool = False) -> Path:
-    """Write a template as a new spec and return its path (by default ``NAME.yaml`` in the working directory).
+    """Write a template as a new spec, and return its path (by default ``NAME.yaml`` in the working directory).
 
-    Hyphens and underscores in `name` are equal. If the file has another name than the template, the sensor gets the
-    file's name, with characters that a sensor's name may have.
+    Hyphens and underscores in `name` are equivalent. If `path` has another file name than the template, the sensor is
+    named after the file; other characters than letters and digits become hyphens.
 
     Raises
     ------
@@ -54,13 +54,14 @@ def write_template(name: str = DEFAULT_TEMPLATE, path: str | Path | None = None,
 
 
 RECOMMENDED = "recommended"
-"""Name of the fabricator's profile that is recommended to start with."""
+"""Name of the fabricator's profile (design rules) that is recommended for first designs."""
 
 
 def profile_lines(path: Path) -> tuple[str, ...]:
-    """Return lines on a spec's fabricator profile: its name and purpose, and whether the recommended one suits.
+    """Return one or two lines on a spec's fabricator profile: its name and purpose, and the recommended profile.
 
-    If the spec has another profile, the second line states whether the board can be made with the recommended profile.
+    The second line states whether the board can be made with the recommended profile. It is omitted if the spec uses
+    that profile.
     """
     spec = load(path)
     uses = [("fpc.rules is", spec.fpc.rules)]
@@ -73,7 +74,10 @@ def profile_lines(path: Path) -> tuple[str, ...]:
 
 
 def refusals(spec: SensorSpec) -> list[str]:
-    """Return the rules about the board (SIT1xx) that a spec breaks. Rules about estimates are not applied."""
+    """Return the ids of the rules on the board (SIT1xx) that report errors in a spec.
+
+    Rules on estimates are not applied.
+    """
     design = Design(spec)
     return [rule.id for rule in RULES if rule.id.startswith("SIT1")
             and any(finding.severity is Severity.ERROR for finding in apply_rule(rule, design, Severity.ERROR)[0])]
@@ -85,8 +89,8 @@ def write_study(
 ) -> Path:
     """Write a study of a template and return its path (by default ``study.yaml`` in the working directory).
 
-    `of` makes the study's text from the template's spec and its file name. The template is written beside the study if
-    it is not there.
+    `of` returns the study's text for the template's spec and its file name. The template is written beside the study,
+    unless a file with its name exists.
 
     Raises
     ------
@@ -118,11 +122,11 @@ def _new_file(target: Path, text: str, force: bool) -> Path:
 
 
 SCHEMA_FILE = "sitscad.schema.json"
-"""File name of the schema in the header of every template. Editors look for it beside the spec."""
+"""File name of the JSON schema that the header of every template names. Editors look for it beside the spec."""
 
 
 def write_schema(folder: str | Path) -> Path | None:
-    """Write the schema that templates name into a folder. None if a file of that name exists.
+    """Write the JSON schema that templates name into a folder, and return its path. None if the file exists already.
 
     Raises PackageError if it cannot be written.
     """
@@ -134,7 +138,10 @@ def write_schema(folder: str | Path) -> Path | None:
 
 
 def _find(name: str) -> str:
-    """Return the template that a name means. Raises PackageError, with the nearest name, if there is none."""
+    """Return the template whose name is `name` apart from case, hyphens and file ending.
+
+    Raises PackageError with the most similar name if there is no such template.
+    """
     names = templates.names()
     template = name.lower().removesuffix(".yaml").removesuffix(".yml").replace("-", "_")
     if template in names:

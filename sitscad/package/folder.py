@@ -1,6 +1,6 @@
-"""Names allowed in a package, the list of files in a folder, and files written in one step.
+"""File names allowed in a package, the list of files in a folder, and writing of files in one step.
 
-An interruption while a file is written leaves the old file whole.
+If writing is interrupted, the old file remains complete.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from sitscad.basics.errors import ExpectedError
 from sitscad.basics.units import escape_controls
 
 _NO_DEVICE = r"(?!(?i:con|prn|aux|nul|com\d|lpt\d)(?:[./]|$))"
-"""Windows takes these names, with any ending, for devices."""
+"""Pattern that excludes names which Windows reserves for devices, with any ending."""
 
 PACKAGE_NAME = re.compile(_NO_DEVICE + r"[a-z0-9][a-z0-9._-]{0,63}")
 _PART = _NO_DEVICE + r"[\w+-](?:[\w .+-]*[\w+-])?"
@@ -36,21 +36,21 @@ class PackageError(ExpectedError):
 
 
 def require_package_name(name: str) -> str:
-    """Return `name` if it can be a folder beside others. Raises PackageError otherwise."""
+    """Return `name` if it may be the name of a package's folder. Raises PackageError otherwise."""
     if not PACKAGE_NAME.fullmatch(name):
         raise PackageError(f"{name!r} cannot name a package: small letters, digits and . _ - only, 64 at most")
     return name
 
 
 def require_inside(path: str) -> str:
-    """Return `path` if it stays inside a package on every system. Raises PackageError otherwise."""
+    """Return `path` if it is a path inside a package on every operating system. Raises PackageError otherwise."""
     if not FILE_NAME.fullmatch(path):
         raise PackageError(f"{path!r} is not a file name that a package may hold")
     return path
 
 
 def write_files(folder: Path, files: Mapping[str, bytes]) -> None:
-    """Write files below `folder` and flush them to the disk. The keys are checked names."""
+    """Write files below `folder` and flush them to the disk. The keys of `files` are paths relative to the folder."""
     with explained(f"cannot write into {folder.parent}"):
         for name in sorted(files):
             target = folder / require_inside(name)
@@ -79,7 +79,7 @@ def list_files(folder: Path) -> list[str]:
 
 @contextlib.contextmanager
 def explained(what: str) -> Iterator[None]:
-    """Raise PackageError, with a sentence on the reason, instead of OSError."""
+    """Convert an OSError inside this context to a PackageError, whose text begins with `what` and gives the reason."""
     try:
         yield
     except OSError as error:
@@ -89,10 +89,10 @@ def explained(what: str) -> Iterator[None]:
 
 
 def write_file(path: str | Path, content: bytes) -> None:
-    """Write a file, or replace it, as a whole.
+    """Write or replace a file completely, or leave it unchanged.
 
-    The target of a link is replaced, not the link. Permissions are kept. A file with several names (hard links) keeps
-    them: the new content is written beside it first, and then over it.
+    If `path` is a link, the file to which it points is replaced. Permissions stay. A file with several names (hard
+    links) keeps them: the new content is first written to a temporary file and then into the file itself.
 
     Raises
     ------
@@ -109,7 +109,7 @@ def write_file(path: str | Path, content: bytes) -> None:
 
 
 def replace_file(target: Path, content: bytes) -> None:
-    """Write a file, or replace it, as a whole. Raises OSError if that fails."""
+    """Write or replace a file completely, or leave it unchanged and raise OSError."""
     partial = target.with_name(f".{target.name}.{os.urandom(6).hex()}")
     try:
         partial.write_bytes(content)

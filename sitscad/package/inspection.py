@@ -1,4 +1,4 @@
-"""Check of one spec file: its findings under the configuration, its pictures, and its text with fixes applied."""
+"""Check of one spec file under its configuration: findings, pictures, and the spec's text with fixes applied."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ fit_drawing = late("sitscad.package.check_pictures", "fit_drawing")
 
 @record
 class Inspection:
-    """A spec after its checks.
+    """Result of checking a spec.
 
-    ``picture`` is its board drawn in letters, and ``drawing`` shows the parts that do not fit, as SVG. Both are empty
-    if they are not requested or not possible.
+    ``picture`` is the board drawn in characters, and ``drawing`` shows the parts that do not fit, as SVG. Both are
+    empty if they are not requested or not possible.
     """
 
     checked: CheckedSpec
@@ -43,9 +43,9 @@ class Inspection:
 
 @record
 class CheckOptions:
-    """Options of a check besides the spec's comments and the nearest configuration.
+    """Options of a check, in addition to comments in the spec and to the configuration file nearest to it.
 
-    ``select`` and ``ignore`` are patterns of rules. ``baseline`` holds findings known before.
+    ``select`` and ``ignore`` are patterns of rule ids or names. ``baseline`` holds findings that are already known.
     """
 
     select: tuple[str, ...] = ()
@@ -61,20 +61,20 @@ def inspect(
     path: str, hints: str = DECISIVE, options: CheckOptions = ALL, draws: bool = False, draws_fit: bool = False,
     least: Severity = Severity.NOTE,
 ) -> Inspection:
-    """Load and check one spec (``-`` is standard input). A spec that cannot be read has findings, too.
+    """Load and check one spec (``-`` is standard input). A spec that cannot be read has findings on the faults.
 
     Parameters
     ----------
     path : str
         path of the spec
     hints : str
-        fixes to try for hints, as in `check`
+        limit on the changes that are tried for hints, as in `check`
     options : CheckOptions
         rules and baseline
     draws, draws_fit : bool
-        whether to draw the board in letters, and the parts that do not fit
+        whether to draw the board in characters, and the parts that do not fit
     least : Severity
-        lowest severity for which fixes are tried
+        lowest severity of findings for which changes are tried
 
     Raises
     ------
@@ -91,7 +91,7 @@ def inspect(
 
 
 def inspect_text(text: str, path: str, hints: str = DECISIVE, options: CheckOptions = ALL) -> Inspection:
-    """Check a spec's text as if it were the file at a path."""
+    """Check the text of a spec as if it were the content of the file at `path`."""
     plain = decoded(text.encode("utf-8"))
     policy = policy_for(path)
     try:
@@ -105,7 +105,7 @@ def _inspected(
     spec: SensorSpec, hints: str, policy: Policy, options: CheckOptions, draws: bool = False, draws_fit: bool = False,
     least: Severity = Severity.NOTE,
 ) -> Inspection:
-    """Check a spec under a policy, with its pictures if requested."""
+    """Return the result of checking a spec under a policy, with its pictures if requested."""
     design = Design(spec)
     is_ignored = ignored_test(spec.source, all_rules(), policy, options.select, options.ignore)
     checked = _checked(spec.name, spec.source, reviewed(design, hints, least, is_ignored))
@@ -118,9 +118,9 @@ def _inspected(
 
 
 def as_configured(spec: SensorSpec, result: CheckResult, policy: Policy | None = None) -> CheckedSpec:
-    """Return the result of a check, with the configuration and the spec's comments applied.
+    """Return the result of a check with severities and exceptions from the configuration and the spec's comments.
 
-    `policy` is by default the nearest configuration above the spec.
+    `policy` is the configuration; None for the file nearest to the spec in its folder or the folders above.
     """
     checked = _checked(spec.name, spec.source, result)
     return apply_policy(checked, spec.source, all_rules(), policy or policy_for(spec.source.path))
@@ -135,10 +135,10 @@ def _checked(name: str, source: SpecSource, result: CheckResult) -> CheckedSpec:
 
 @record(eq=False)
 class MendedSpec:
-    """A spec with fixes of its findings applied.
+    """A spec whose findings were fixed automatically.
 
-    ``before`` and ``after`` are its texts, and ``inspection`` is the check of the new text. ``applied`` are the fixes
-    in order. ``rolled_back`` are fixes that were tried and undone. The findings no longer offer them.
+    ``before`` and ``after`` are its texts, and ``inspection`` is the check of the new text. ``applied`` lists the fixes
+    in order. ``rolled_back`` lists fixes that were tried and undone. The new findings do not offer them again.
     """
 
     path: str
@@ -150,7 +150,7 @@ class MendedSpec:
 
     @property
     def diff(self) -> str:
-        """Difference of both texts as a patch. Empty if they are equal."""
+        """Difference between the two texts as a patch. Empty if they are equal."""
         before, after = (re.findall(r"[^\n]*\n|[^\n]+", text) for text in (self.before, self.after))
         patch = difflib.unified_diff(before, after, self.path, self.path)
         return "".join(line if line.endswith("\n") else f"{line}\n{NO_LINE_END}\n" for line in patch)
@@ -175,7 +175,7 @@ class MendedSpec:
 
     @property
     def words_of_unmended(self) -> str:
-        """Line with the rules of errors and warnings that have no fix. Empty if there are none."""
+        """Line with the rules of errors and warnings for which no fix is known. Empty if there are none."""
         grave = (each for each in self.inspection.checked.findings if each.severity.is_at_least(Severity.WARNING))
         undone = {each.finding.rule for each in self.rolled_back}
         without = sorted({each.rule for each in grave if not each.fixes} - undone)
@@ -189,7 +189,7 @@ def mend(
     path: str, may: Callable[[Finding, Remedy], bool], hints: str = DECISIVE, options: CheckOptions = ALL,
     progress: Callable[[str], None] = lambda step: None,
 ) -> MendedSpec:
-    """Return a spec with every allowed fix that improves it. Nothing is written.
+    """Return a spec with every allowed fix that reduces its findings. Nothing is written.
 
     Parameters
     ----------
@@ -198,7 +198,7 @@ def mend(
     may : callable
         returns whether a fix of a finding is allowed
     hints : str
-        fixes to try, as in `check`
+        limit on the changes that are tried, as in `check`
     options : CheckOptions
         rules and baseline
     progress : callable
@@ -206,7 +206,7 @@ def mend(
 
     Notes
     -----
-    A file that cannot be read as text is only inspected.
+    A file that cannot be read as text is checked, but not fixed.
     """
     try:
         text = read_text(path)

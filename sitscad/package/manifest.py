@@ -1,7 +1,8 @@
-"""The manifest of a package: each file with its hash, its stage and its inputs. Results of a build's stages.
+"""The manifest of a package: each file with its hash, its stage and the hash of its inputs. Results of build stages.
 
-Files of computed figures are compared by value, because the last digits depend on the processor. The text between the
-numbers must be equal, and each number must agree within a tolerance (`agree`). All other files are equal byte by byte.
+Files with computed numbers are compared by value, because the last digits depend on the processor. The text between the
+numbers must be equal, and each number must agree within a tolerance (`agree`). All other files are compared byte by
+byte.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ Part = TypeVar("Part")
 
 @record
 class Entry:
-    """One file: its SHA-256, its stage, and the hash of everything that it was made from."""
+    """Manifest entry of one file: its SHA-256, its stage, and the hash of all inputs from which it was made."""
 
     sha256: str
     stage: str
@@ -45,12 +46,13 @@ class Entry:
 
 @record
 class Manifest:
-    """The contents of a package.
+    """The contents of ``manifest.json``.
 
-    ``drawn`` is the file in which the user drew the board; empty for a board of sitscad's. ``forced`` is True if it was
-    built in spite of errors. ``nets`` names the pins that each net of the layout joins.
-    ``configuration`` holds the project's policy, the baseline and the plugins, if there are any. ``built_from`` is the
-    hash of all inputs of the package, and ``built_for`` names the requested stages.
+    ``version`` is sitscad's version. ``spec`` holds name, file name and SHA-256 of the spec. ``drawn`` is the file in
+    which the user drew the board; empty if sitscad laid it out. ``forced`` is True if the package was built in spite of
+    errors. ``nets`` maps each net of the layout to its pins. ``configuration`` holds the project's policy, the baseline
+    and the plugins, if there are any. ``built_from`` is the hash of all inputs of the package, and ``built_for`` lists
+    the requested stages.
     """
 
     version: str = __version__
@@ -111,9 +113,9 @@ MAX_MANIFEST = 16_000_000
 
 
 def _content(path: Path) -> bytes:
-    """Return the bytes of a manifest.
+    """Return the bytes of a manifest file.
 
-    Raises OSError if it is no file (a pipe would wait), ValueError if it is too large.
+    Raises OSError if it is not a regular file (reading a pipe would block), and ValueError if it is too large.
     """
     if not path.is_file():
         raise OSError(errno.ENOENT, os.strerror(errno.ENOENT) if not os.path.lexists(path) else "it is no file")
@@ -123,7 +125,10 @@ def _content(path: Path) -> bytes:
 
 
 def _mapping(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Return a JSON mapping. Raises ValueError if two keys are equal, because readers differ in the value they use."""
+    """Return a JSON mapping from (key, value) pairs. Raises ValueError if a key occurs twice.
+
+    Programs differ in the value that they use for a repeated key.
+    """
     document = dict(pairs)
     if len(document) != len(pairs):
         raise ValueError("a key occurs twice")
@@ -131,7 +136,7 @@ def _mapping(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _read(document: Any) -> Manifest:
-    """Return the manifest from a JSON document. Raises ValueError, with the fault, if it is no manifest."""
+    """Return the manifest from a JSON document. Raises ValueError with the reason if the document is not a manifest."""
     if not isinstance(document, dict):
         raise ValueError("it is no mapping")
     built = _part(document, "built", dict, {})
@@ -155,7 +160,7 @@ def _read(document: Any) -> Manifest:
 
 
 def _part(document: dict[str, Any], key: str, kind: type[Part], default: Part | None = None) -> Part:
-    """Return the value of a key. Raises ValueError if it is missing or of another type."""
+    """Return the value of a key. Raises ValueError if the key is missing or the value has another type than `kind`."""
     value = document.get(key, default)
     if not isinstance(value, kind):
         raise ValueError(f"{key!r} is {'of another kind' if key in document else 'missing'}")
@@ -176,12 +181,15 @@ def _texts(key: str, value: Any, within: set[str]) -> dict[str, str]:
 
 
 def sha256(content: bytes) -> str:
-    """Return the SHA-256 of a file's bytes, hexadecimal."""
+    """Return the SHA-256 of a file's content as hexadecimal text."""
     return hashlib.sha256(content).hexdigest()
 
 
 def intact(folder: Path, entries: Mapping[str, Entry]) -> dict[str, bytes] | None:
-    """Return the bytes of all these files. None if any is missing, a link, unreadable, or differs from its hash."""
+    """Return the bytes of the files `entries`.
+
+    None if a file is missing, a link, unreadable, or differs from its hash.
+    """
     contents = {}
     for name, entry in entries.items():
         path = folder / name
@@ -197,9 +205,9 @@ def intact(folder: Path, entries: Mapping[str, Entry]) -> dict[str, bytes] | Non
 
 
 def foreign_files(folder: Path, manifest: Manifest) -> list[str]:
-    """Return the names of files that sitscad did not write, or that were changed since.
+    """Return the names of files that sitscad did not write, or that were changed after the build.
 
-    Files that KiCad leaves beside a project of the package do not count.
+    Files that KiCad writes beside a project of the package are left out.
     """
     names = []
     for name in list_files(folder):
@@ -212,9 +220,9 @@ def foreign_files(folder: Path, manifest: Manifest) -> list[str]:
 
 
 def is_left_by_kicad(name: str, files: Collection[str]) -> bool:
-    """Whether a file has a name that KiCad gives to files beside one of the package's projects.
+    """Whether KiCad writes a file with this name beside one of the package's projects.
 
-    KiCad leaves window settings, locks, a footprint cache and backups.
+    Such files are window settings, locks, a footprint cache and backups.
     """
     if name in files:
         return False
@@ -229,16 +237,16 @@ def is_left_by_kicad(name: str, files: Collection[str]) -> bool:
 
 
 def made_from(*ingredients: object) -> str:
-    """Return the hash of a stage's inputs: the values, sitscad's code, and the date in SOURCE_DATE_EPOCH."""
+    """Return the hash of the inputs of a stage: values, sitscad's code, and the variable SOURCE_DATE_EPOCH."""
     setting = (__version__, code(), os.environ.get("SOURCE_DATE_EPOCH", ""))
     text = json.dumps([_plain(value) for value in (*setting, *ingredients)], separators=(",", ":"))
     return sha256(text.encode("ascii"))
 
 
 def _plain(value: object) -> object:
-    """Return frozen values as nested lists with a single JSON form.
+    """Return a value as nested lists with a unique JSON text.
 
-    Floats are exact, and mappings are in order of keys.
+    Floats are exact, and mappings are in the order of their keys.
     """
     if dataclasses.is_dataclass(value):
         fields = [_plain(getattr(value, f.name)) for f in dataclasses.fields(value)]
@@ -259,9 +267,9 @@ def _plain(value: object) -> object:
 
 @cache
 def code() -> str:
-    """Return the hash of sitscad's own modules and data.
+    """Return the hash of sitscad's own modules and data files.
 
-    A changed installation therefore never reuses files that an older one made.
+    Files made by another version of sitscad are therefore never reused.
     """
     root = PACKAGE
     digest = hashlib.sha256()
@@ -273,16 +281,16 @@ def code() -> str:
 
 
 SPEC_FOLDER, UNNAMED = "spec", "spec.yaml"
-"""Folder of a package's input files, and the name of the spec if a package may not hold its own name."""
+"""Folder of a package's input files, and name of the spec if its own name is not allowed in a package."""
 
 CHECK_STAGE = "check"
-"""Stage of the files that every build writes. Its checks always run."""
+"""Stage of the files that every build writes: findings, estimates and spec. Its checks always run."""
 
 SOLID_STAGES = ("mount", "mesh", "assembly")
-"""Stages that need CAD packages, which are only installed with sitscad's optional dependencies (the extra)."""
+"""Stages that need CAD packages. These are optional dependencies of sitscad."""
 
 EXTRA_STAGES = (*SOLID_STAGES, "datasheet")
-"""Stages that need optional packages (the extra): CAD packages, or matplotlib."""
+"""Stages that need optional dependencies: CAD packages, or matplotlib."""
 
 NOTHING_FOR = {
     "laser": "the spec has neither an elastomer nor a target to cut",
@@ -291,31 +299,34 @@ NOTHING_FOR = {
     "assembly": "the spec has no mount",
     "datasheet": "it takes a target that conducts, a pad for it to rest on, and a tank that oscillates",
 }
-"""Reasons why a stage makes no files for a spec, by stage."""
+"""Reasons why a stage makes no files for a spec, by the stage's name."""
 
 KERNELS = ("build123d", "cadquery", "cadquery-ocp", "gmsh", "manifold3d", "trimesh")
-"""Installed packages whose version can change the bytes of solids and meshes. Their versions are stage inputs."""
+"""Installed packages whose version can change the bytes of solids and meshes. Versions are inputs of these stages."""
 
 FORCED_NOTE = "FORCED.txt"
-"""Name of the note in a package that was built in spite of errors.
+"""Name of the warning file in a package that was built in spite of errors.
 
 The fabricator's files contain a copy.
 """
 
 NOT_WRITTEN = "\nLeft out, because it cannot be written:"
-"""Line in `FORCED_NOTE` before the list of files that could not be made."""
+"""Line in `FORCED_NOTE` before the list of files that could not be written."""
 
 Progress = Callable[[str, str, float], None]
-"""Function that is called with a stage, an event, and the seconds that the stage took so far.
+"""Function that is called with a stage, an event, and the time (s) that the stage took so far.
 
-Events are ``start`` if the stage has to be made, then its outcome (``made``, ``kept``, ``dropped``, ``none``,
-``stopped``).
+The first event of a stage is ``start``, if the stage must be made. The second event is its outcome: ``made``, ``kept``
+(files of the old package are unchanged), ``dropped``, ``none``, or ``stopped`` (by errors).
 """
 
 
 @record
 class StageResult:
-    """Outcome of a stage: ``made``, ``kept`` from the old package, ``dropped``, or ``none`` (nothing to make)."""
+    """Outcome of a stage: ``made``, ``kept`` from the old package, ``dropped``, or ``none`` (the spec needs no files).
+
+    `files` is the number of its files, and `seconds` the time that it took.
+    """
 
     name: str
     outcome: str
@@ -362,8 +373,8 @@ class BuildResult:
 def unplotted(spec: SensorSpec) -> dict[str, str]:
     """Return the data sheet's stage with the reason, if it is left out because matplotlib is not installed.
 
-    Empty otherwise. The data sheet is the only paper of the core that needs a package of the extra. Stages of solids
-    are different: a build stops if they cannot be made.
+    Empty otherwise. The data sheet is the only document that needs an optional package. Stages of solids are different:
+    a build stops if their packages are missing.
     """
     if not is_felt(spec) or find_spec("matplotlib") is not None:
         return {}
@@ -384,31 +395,28 @@ FIGURES = (
     "estimate.json", "findings.json", "FORCED.txt", "fpc/FORCED.txt", "report.html", "live.html", "datasheet.*",
     "calibration/*", "firmware/*", "mount/*.json", "mount/assembly.txt", "mesh/*.json",
 )
-"""Patterns of the names of files with computed numbers, which are compared by value and not byte by byte."""
+"""Patterns of names of files with computed numbers. They are compared by value instead of byte by byte."""
 
 EXACT = ("firmware/wiring/*",)
-"""Patterns of files that match `FIGURES` but hold no computed figures, and are compared byte by byte."""
+"""Patterns of files that match `FIGURES` but have no computed numbers. They are compared byte by byte."""
 
 TOLERANCE = 1e-4
-"""Largest difference between old and new value of a number, relative to the larger, with which both count as equal.
+"""Largest difference of two numbers that count as equal, divided by the larger number.
 
 It is far below the stated errors, and far above rounding differences of sums.
 """
 
 LIST_TOLERANCE = 1e-5
-"""Largest difference between old and new value of a number in a list that counts as equal.
-
-It is relative to the largest number of the list.
-"""
+"""Largest difference of two numbers in a list that count as equal, divided by the largest number of the list."""
 
 WHOLE_TOLERANCE = 1e-6
-"""Largest relative difference between old and new value of a whole number with which both count as equal.
+"""Largest difference of two whole numbers that count as equal, divided by the larger number.
 
-Registers, codes and counts below a million must therefore be exactly equal.
+Register values, codes and counts below a million must therefore be exactly equal.
 """
 
 LAST_DIGIT = 0.01
-"""Largest ratio of a unit in a number's last digit to the number, with which it may differ by this unit."""
+"""Upper limit of the tolerance of one unit in the last digit, divided by the number."""
 
 _NUMBER = re.compile(rb"(?<![\w.])[-+]?\d++(?:\.\d++)?+(?:[eE][-+]?\d++)?+(?!\.\d)")
 _BETWEEN = re.compile(rb"f?[\s,\[\]{}]*")  # Text between the numbers of a list
@@ -416,19 +424,22 @@ _PLACES = re.compile(rb"/Length \d+|\nxref\n.*", re.DOTALL)  # Lengths and offse
 
 
 def has_figures(name: str) -> bool:
-    """Whether a package's file holds computed figures and is therefore compared by value."""
+    """Whether a file of a package contains computed numbers and is therefore compared by value."""
     return any(fnmatchcase(name, each) for each in FIGURES) and not any(fnmatchcase(name, each) for each in EXACT)
 
 
 def figure_files(folder: Path, manifest: Manifest) -> dict[str, bytes]:
-    """Return the content of each file of figures by name, without files that differ from their hash in the manifest."""
+    """Return the content of each file with computed numbers, by its name.
+
+    Files that were changed by hand are left out.
+    """
     named = {name: entry for name, entry in manifest.files.items() if has_figures(name)}
     contents = ((name, intact(folder, {name: entry})) for name, entry in named.items())
     return {name: files[name] for name, files in contents if files is not None}
 
 
 def with_equal_figures(files: Mapping[str, bytes], old: Mapping[str, bytes]) -> dict[str, bytes]:
-    """Return the new files by name. A file whose numbers equal those in the old file is replaced by the old file."""
+    """Return the new files by name. A file is replaced by its old version if all numbers agree within tolerance."""
     return {name: old[name] if name in old and agree(old[name], content) else content
             for name, content in files.items()}
 
@@ -461,7 +472,7 @@ def _near(first: bytes, second: bytes, scale: float) -> bool:
 
 
 def _unit(number: bytes) -> float:
-    """Return the value of one unit in the last digit of a decimal number: 0.01 for 2.50."""
+    """Return the value of one unit in the last digit of a decimal number, for example 0.01 for 2.50."""
     digits, _, power = number.lower().partition(b"e")
     return float(10.0 ** (int(power or 0) - len(digits.partition(b".")[2])))
 
@@ -469,8 +480,8 @@ def _unit(number: bytes) -> float:
 def _scales(texts: list[bytes], pairs: list[tuple[bytes, bytes]]) -> Iterator[float]:
     """Yield, for each number of a file, the largest absolute value in its list.
 
-    `texts` are the texts between the numbers, `pairs` the (old, new) numbers. Only commas, brackets and spaces separate
-    numbers of a list.
+    `texts` are the texts between the numbers, and `pairs` the (old, new) numbers. Numbers belong to one list if only
+    commas, brackets and spaces separate them.
     """
     first = 0
     for k in range(1, len(pairs) + 1):

@@ -1,4 +1,7 @@
-"""Comparison of a package's production files with each other. It needs gerbonara and shapely."""
+"""Comparison of the production files of a package with each other.
+
+These are Gerber and drill files, the job file, the order archive and the panel's files.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,7 @@ from sitscad.package.manifest import FORCED_NOTE, NOT_WRITTEN, Manifest
 
 
 def layer_differences(folder: Path, manifest: Manifest) -> Iterator[str]:
-    """Yield the differences between layers and drill files and the job file, for the board and for a panel."""
+    """Yield the differences between layer and drill files and the job file, for the board and for a panel."""
     try:
         with reading("the job file cannot be compared"):
             yield from compare_job(folder / "fpc")
@@ -30,9 +33,9 @@ def _has_panel(manifest: Manifest) -> bool:
 
 
 def archive_differences(folder: Path, manifest: Manifest) -> tuple[str, ...] | None:
-    """Return the differences between the order archive and the files beside it. None if the package has no archive.
+    """Return the differences between the order archive (zip) and the files beside it. None if there is no archive.
 
-    An archive with the name of another sensor is a difference.
+    An archive with the name of another sensor counts as a difference.
     """
     archives = sorted(name for name in manifest.files if _ARCHIVE.fullmatch(name) and (folder / name).is_file())
     archive = f"fpc/{manifest.spec['name']}-order.zip"
@@ -58,7 +61,7 @@ _ARCHIVE = re.compile(r"fpc/.*-order\.zip", re.IGNORECASE)
 
 
 def net_differences(folder: Path, intended: Mapping[str, tuple[str, ...]]) -> Iterator[str]:
-    """Yield differences between the copper and the files' net names, and between these and the layout's nets."""
+    """Yield differences between the connections of the copper, the net names in the files, and the `intended` nets."""
     try:
         with reading("they cannot be read"):
             board = extract(folder)
@@ -80,7 +83,7 @@ def net_differences(folder: Path, intended: Mapping[str, tuple[str, ...]]) -> It
 
 
 def panel_differences(folder: Path, manifest: Manifest) -> tuple[int | None, tuple[str, ...]]:
-    """Return the number of compared boards on the panel, and their differences from the single board.
+    """Return the number of boards on the panel that were compared, and their differences from the single board.
 
     The number is None if there is no panel.
     """

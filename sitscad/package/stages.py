@@ -1,4 +1,4 @@
-"""The stages of a build. Each stage makes its files, or keeps the old ones if their inputs have not changed."""
+"""The stages of a build. A stage makes a group of files, or keeps the old files if their inputs have not changed."""
 
 from __future__ import annotations
 
@@ -60,13 +60,13 @@ from sitscad.package.manifest import (
 from sitscad.spec.sensor import SensorSpec
 
 PERFORMANCE_FILE = "datasheet.json"
-"""Data sheet's file with the sensing performance. Report and estimate repeat its values."""
+"""File of the data sheet with the sensing performance. Report and estimate repeat its values."""
 
 PRINTED, NOTES = "mount/print.json", "mount/assembly.txt"
-"""File with the list of printed pieces, and file with the assembly steps, which repeats that list."""
+"""File with the list of printed parts, and file with the assembly steps, which repeats this list."""
 
 FIT = "mount/fit.json"
-"""File with the dimensions measured on the solids. Findings about the fit use them."""
+"""File with dimensions measured on the solids. Findings on the fit of the parts use them."""
 
 FIT_PICTURE, SOLIDS_PICTURE = "fit.svg", "mount/fit-solids.svg"
 """Pictures of parts that do not fit: sections with dimensions, and views of the solids."""
@@ -74,9 +74,9 @@ FIT_PICTURE, SOLIDS_PICTURE = "fit.svg", "mount/fit-solids.svg"
 
 @record
 class BuiltFiles:
-    """Results of the stages, with the bytes and the manifest entry of each file.
+    """Results of all stages, with the bytes and the manifest entry of each file.
 
-    ``by_value`` names the files that were kept from the old package because their figures agree with the new ones.
+    ``by_value`` lists the files that were taken from the old package because their numbers agree with the new numbers.
     """
 
     results: tuple[StageResult, ...]
@@ -91,7 +91,8 @@ def contents_of(
 ) -> Contents:
     """Return a spec's design with the policy and the baseline for its findings.
 
-    If solids are wanted, STEP files named by the spec are read first. A faulty STEP file is a finding.
+    If `chosen` contains stages with solids, the STEP files that the spec names are read first. A faulty STEP file
+    becomes a finding.
     """
     design = spec if isinstance(spec, Design) else Design(spec)
     measured = "" if chosen.isdisjoint(SOLID_STAGES) else unread_files(design.spec.mount, design.spec.source)
@@ -103,7 +104,7 @@ def manifest_of(
 ) -> Manifest:
     """Return the manifest of a package.
 
-    Stages of the old manifest are included if that package was built from the same inputs.
+    Requested stages of the old manifest are included if the old package was built from the same inputs.
     """
     before = old.built_for if old.built_from == built_from else ()
     # Inputs besides the spec: policy and baseline for its findings, and plugins
@@ -125,12 +126,12 @@ def make_all(
     contents: Contents, directory: Path, old: Manifest, chosen: frozenset[str], progress: Progress, force: bool = False,
     jobs: int = 1, figures: Mapping[str, bytes] | None = None,
 ) -> BuiltFiles:
-    """Make the wanted stages, or keep their files from the old package. Keep valid files of other stages.
+    """Make the chosen stages, or keep their files from the old package if their inputs are unchanged.
 
-    With `force`, and if the solids show further errors, the files before the solids are made a second time. Their mark
-    and the note in the order archive must name these errors. With two or more `jobs`, a second process makes the
-    solids. A file in `figures` (of an old package, by name) is kept if its computed figures agree with the new ones,
-    and later files are made from it (`sitscad.package.manifest`).
+    Unchanged files of other stages are kept, too. With `force`, if the check of the solids finds further errors,
+    earlier files are made again, so that their warning lists all errors. With two or more `jobs`, a second process
+    makes the solids. `figures` are old files with computed numbers, by name. An old file is kept if its numbers agree
+    with the new numbers, and later files then use it (`sitscad.package.manifest`).
     """
     rendered: dict[str, Rendered] = {}
     built = _make_parts(contents, directory, old, chosen, progress, jobs, figures or {}, rendered)
@@ -141,7 +142,7 @@ def make_all(
 
 
 ORDER = (*STAGES[:-1], CHECK_STAGE, STAGES[-1])
-"""Stages in the order of reports. Checks and report come last, because they use the files of all others."""
+"""Stages in the order in which they are reported. Checks and report come last, because they use all other files."""
 
 PARTS = (
     *((stage, False) for stage in ORDER[:-2] if stage not in SOLID_STAGES),
@@ -150,10 +151,10 @@ PARTS = (
     (CHECK_STAGE, False),
     ("report", False),
 )
-"""Parts of the build in the order of making: (stage, True for the writers that read computed numbers).
+"""Parts of the build in the order of making: (stage, whether it is the stage's second pass).
 
-Solids come after the stages that can be made at the same time by another process. The assembly has two parts, because a
-change of the readout leaves its solids as they are.
+With two processes, the second process makes the solids while the first process makes the stages before them. The
+assembly has two passes: solids, then texts with computed numbers. A change of the readout therefore keeps the solids.
 """
 
 
@@ -215,9 +216,9 @@ def _make_parts(
 
 
 def _stages_there(chosen: frozenset[str], entries: Mapping[str, Entry], old: Manifest) -> frozenset[str]:
-    """Return the stages that the package has or is to have.
+    """Return the stages that the package will have.
 
-    The old report stays, even if it is not wanted, if all other files stay the same.
+    An old report is kept, even if it was not requested, if all other files stay the same.
     """
     before = {name: entry for name, entry in old.files.items()
               if entry.stage not in ("assembly", CHECK_STAGE, STAGES[-1])}
@@ -228,9 +229,9 @@ def _stages_there(chosen: frozenset[str], entries: Mapping[str, Entry], old: Man
 def _inputs_hash(
     contents: Contents, stage: str, numbers: bool, entries: dict[str, Entry], failures: list[str]
 ) -> str:
-    """Return the hash of all inputs on which the files of a part depend.
+    """Return the hash of all inputs of the files of one part of the build: a stage, or with `numbers` its second pass.
 
-    With plugins the hash includes the whole spec, because plugins may read any key.
+    If plugins are active, the hash includes the whole spec, because plugins may read any key.
     """
     read = (marks(), contents.spec, contents.design.spec.source.text) if marks() else ()
     printed = (entries.get(PRINTED),) if (stage, numbers) == ("assembly", True) else ()
@@ -238,7 +239,10 @@ def _inputs_hash(
 
 
 def _unchanged_files(directory: Path, old: Manifest, stage: str, made_of: str) -> dict[str, bytes] | None:
-    """Return the files of a part from the old package. None if they were made from other inputs or are damaged."""
+    """Return the files of a stage from the old package.
+
+    None if they have other inputs than `made_of`, or are damaged.
+    """
     before = {name: entry for name, entry in old.of_stage(stage).items() if entry.made_from == made_of}
     return intact(directory, before) if before else None
 
@@ -255,7 +259,7 @@ def _outcome(
 
 @record
 class Rendered:
-    """Files of a part of the build, and messages about files that could not be written.
+    """Files of one part of the build, and messages about files that could not be written.
 
     ``theirs`` maps each file name from a plugin, in lower case, to the plugin's name.
     """
@@ -267,16 +271,19 @@ class Rendered:
 
 @record(eq=False)
 class Aside:
-    """Second process that makes `parts` of the build. It sends each part, or the exception that ended it."""
+    """Second process that makes the parts `parts` of the build, and the connection on which it sends them.
+
+    It sends the files of each part, or the exception that stopped it.
+    """
 
     parts: tuple[tuple[str, bool], ...]
     process: BaseProcess
     sent: Connection
 
     def next_of(self) -> Rendered:
-        """Return the next part.
+        """Return the files of the next part.
 
-        Raises the exception of the process, or BrokenProcessPool if the process ended without one.
+        Raises the exception of the process, or BrokenProcessPool if the process ended without an exception.
         """
         try:
             part = self.sent.recv()
@@ -289,10 +296,11 @@ class Aside:
 
 
 def _start_solids(contents: Contents, directory: Path, old: Manifest, chosen: frozenset[str]) -> Aside | None:
-    """Start a process that makes the wanted solids. None if there are none, or if no other stage takes long.
+    """Start a second process that makes the chosen solids. None if there are none, or if no other stage takes long.
 
-    The process is a fresh one. A copy of this process would have the locks of threads that it does not have, and could
-    wait for them forever. Plugins are not loaded in the new process, so with plugins this process makes the solids.
+    The process is a new one and not a copy of this process. A copy would contain locks of threads that do not run in
+    it, and could wait for them forever. The new process loads no plugins. If plugins are active, this process therefore
+    makes the solids.
     """
     solids = [(stage, False) for stage in SOLID_STAGES if stage in chosen]
     hashes = {part: _inputs_hash(contents, *part, {}, []) for part in solids}
@@ -312,9 +320,10 @@ def _render_solids(
     sent: Connection, spec: SensorSpec, policy: Policy, baseline: Baseline | None, measured: str, forced: str,
     parts: tuple[tuple[str, bool], ...],
 ) -> None:
-    """Render parts in the second process and send them.
+    """Make parts of the build in the second process, and send the files of each part.
 
-    `forced` is passed so that the checks do not run again.
+    `forced` is the text of the warning not to order, from the first process; empty without errors. With it, the checks
+    need not run again.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent process ends this process
     contents = Contents(Design(spec), policy, baseline, measured)
@@ -330,9 +339,11 @@ def _render_solids(
 def _ingredients(
     contents: Contents, stage: str, numbers: bool, entries: dict[str, Entry], failures: list[str]
 ) -> tuple[object, ...]:
-    """Return the inputs of a stage's files, except sitscad itself. With `numbers`, of its writers of computed numbers.
+    """Return the inputs of a stage's files, or with `numbers` of its files with computed numbers.
 
-    `entries` are the files made so far, `failures` the messages about files that could not be written.
+    The code of sitscad is not included.
+
+    `entries` are the files made so far, and `failures` the messages about files that could not be written.
     """
     source = contents.design.spec.source
     baseline = baseline_findings(contents.baseline, source.path, contents.spec.name)
@@ -365,10 +376,10 @@ def _rendered(
     contents: Contents, stage: str, numbers: bool, beside: dict[str, bytes], before: dict[str, bytes],
     there: frozenset[str] = frozenset(),
 ) -> Rendered:
-    """Return the files of a part.
+    """Return the files of one part of the build.
 
     `beside` are files of the stage that exist already, and `before` are the files of all stages. `there` are the stages
-    that the package is to have.
+    that the package will have.
     """
     parted = (stage, True) in PARTS
     writers = [writer for writer in (*WRITERS, *PAPERS, *added_writers())
@@ -395,7 +406,7 @@ def _written_files(
 ) -> dict[str, bytes]:
     """Return the files of some writers.
 
-    A file that cannot be written stops a build. A forced build continues, and its note names the file.
+    A file that cannot be written stops a build. With `force`, the build continues, and the warning file lists the file.
     """
     new: dict[str, bytes] = {}
     for writer in writers:
@@ -419,9 +430,9 @@ def _written_files(
 def _distinct(
     maker: str, before: dict[str, bytes], new: dict[str, bytes], theirs: Mapping[str, str]
 ) -> dict[str, bytes]:
-    """Return the new files if their names are safe and not taken, ignoring case.
+    """Return the new files if their names are allowed and differ from existing names, ignoring case.
 
-    If a plugin took a name of sitscad's before, the plugin is refused. Raises PackageError.
+    If a plugin has used a name of sitscad's files, the error reports the plugin. Raises PackageError.
     """
     names = {name.lower() for name in (*before, MANIFEST)}
     for name in new:
@@ -435,9 +446,9 @@ def _distinct(
 
 
 def _checked_files(contents: Contents, failures: list[str], earlier: Mapping[str, bytes]) -> dict[str, bytes]:
-    """Return findings and estimate as JSON, the spec's files, and the note of a forced package.
+    """Return findings and estimates as JSON files, the spec's files, and the warning file of a package with errors.
 
-    If the package has Gerber files, the note also lies beside them.
+    If the package has Gerber files, a copy of the warning lies beside them.
     """
     checked = dataclasses.replace(contents.checked, path=contents.file_name)
     sensing = {name: value for name, value in _sensing_data(earlier).items() if name in ("performance", "cells")}
@@ -454,16 +465,16 @@ def _checked_files(contents: Contents, failures: list[str], earlier: Mapping[str
 
 
 def _sensing_data(files: Mapping[str, bytes]) -> dict[str, Any]:
-    """Return the sensing performance from the package's data sheet. Empty if there is no data sheet."""
+    """Return the sensing performance from the data sheet among `files`. Empty if there is no data sheet."""
     performance: dict[str, Any] = json.loads(files[PERFORMANCE_FILE]) if PERFORMANCE_FILE in files else {}
     return performance
 
 
 def _spec_files(contents: Contents) -> dict[str, bytes]:
-    """Return the files that the package was made from, unchanged.
+    """Return the input files of the package, unchanged.
 
-    The spec has its own name, or ``spec.yaml`` if a package may not hold that name. Profiles lie where the spec names
-    them, so that the folder builds the same package again.
+    The spec keeps its name, or becomes ``spec.yaml`` if its name is not allowed in a package. Profiles lie at the paths
+    that the spec gives, so that the folder can be built again.
     """
     files, file_name = contents.design.spec.source.kept, contents.file_name
     names = {}
@@ -477,7 +488,7 @@ def _spec_files(contents: Contents) -> dict[str, bytes]:
 
 
 def _live(contents: Contents, files: Mapping[str, bytes]) -> dict[str, bytes]:
-    """Return ``live.html``. Empty if the package has no driver whose lines the page reads."""
+    """Return ``live.html``, which shows forces from a connected sensor. Empty if the package has no firmware driver."""
     if "firmware/sensor_line.h" not in files:
         return {}
     # Documents of all maps in the package: one, or one per cell
@@ -487,9 +498,9 @@ def _live(contents: Contents, files: Mapping[str, bytes]) -> dict[str, bytes]:
 
 
 def page_of(contents: Contents, files: Mapping[str, bytes], is_built: bool = True) -> bytes:
-    """Return the report on a design, with data from files of its package.
+    """Return the report on a design, with data and pictures from the files of its package.
 
-    The pictures are passed in, because a report must not depend on writers. `is_built` is False for a watched design.
+    `is_built` is False for a design in watch mode, whose package is not written.
     """
     design, sensing = contents.design, _sensing_data(files)
     pictures = _pictures(contents, files)
@@ -502,7 +513,7 @@ def page_of(contents: Contents, files: Mapping[str, bytes], is_built: bool = Tru
 
 
 def _moving(contents: Contents, files: Mapping[str, bytes], sensing: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """Return the data of the page's interactive views, for those whose files the package has."""
+    """Return the data of the report's interactive views. Views whose files are missing in the package are left out."""
     views = {}
     if "mount/assembly.glb" in files:
         views["solids"] = solids_document(files["mount/assembly.glb"], contents.layout.spec.jaw,
@@ -519,9 +530,9 @@ def _moving(contents: Contents, files: Mapping[str, bytes], sensing: Mapping[str
 
 
 def failing_fit(contents: Contents, bodies: str) -> dict[str, bytes]:
-    """Return ``fit.svg``, a drawing of the parts that do not fit.
+    """Return ``fit.svg``, a drawing of the parts that do not fit. Empty if all parts fit.
 
-    It refers to the picture `bodies`. Empty if all parts fit.
+    `bodies` is the name of a picture of the solids to which the drawing refers.
     """
     faults = [f for f in contents.checked.findings if f.severity.is_at_least(Severity.WARNING)]
     sheet = fit.drawing(contents.layout, faults, contents.is_forced, bodies)
@@ -529,7 +540,7 @@ def failing_fit(contents: Contents, bodies: str) -> dict[str, bytes]:
 
 
 def _pictures(contents: Contents, files: Mapping[str, bytes]) -> dict[str, str]:
-    """Return drawings for the report by caption. Drawings of solids are included if the package has them."""
+    """Return the drawings for the report by caption. Drawings of solids are included if the package has them."""
     layout = contents.layout
     marks = [
         PicturePoint(finding.place.x, finding.place.y, str(number), finding.severity.value)
@@ -559,9 +570,9 @@ def _pictures(contents: Contents, files: Mapping[str, bytes]) -> dict[str, str]:
 
 
 def _jaws(contents: Contents) -> str | None:
-    """Return the drawing of the jaws.
+    """Return the drawing of the jaws as SVG.
 
-    None if there is no jaw, or if parts of a forced package contradict each other.
+    None if there is no jaw, or if the dimensions of parts contradict each other.
     """
     try:
         sheet = jaw.drawing(contents.layout, contents.is_forced)

@@ -1,11 +1,11 @@
 """Verification of a finished package.
 
-Files are compared with the manifest, and the nets of the copper with the intended ones. Layers and holes are compared
-with job file and netlist, the order archive with the files beside it, and every board of the panel with the single
-board.
+Files are compared with the manifest, and the connections of the copper with the intended nets. Layers and holes are
+compared with job file and netlist, the order archive with the files beside it, and every board of the panel with the
+single board.
 
-The package can also be compared with a new build of its spec in memory. Then only ``spec/`` is trusted. From the
-manifest, only the request is used: stages, policy, baseline and plugins.
+The package can also be compared with a new build of its spec in memory. For this build, the spec and profiles are taken
+from ``spec/``, and only stages, policy, baseline and plugins from the manifest.
 """
 
 from __future__ import annotations
@@ -113,7 +113,7 @@ class Verification:
 
     @property
     def looked_at(self) -> tuple[str, ...]:
-        """A short text on each comparison and its result."""
+        """Short texts, each on one comparison and its result."""
         return tuple(map(escape_controls, self._words()))
 
     def _words(self) -> Iterator[str]:
@@ -149,10 +149,10 @@ class Verification:
 
 
 MAX_FILES = 10_000
-"""Largest number of files in a package's folder."""
+"""Largest number of files accepted in a package's folder."""
 
 MAX_FILE = 500_000_000
-"""Largest size (bytes) of one file in a package. Meshes are the largest files."""
+"""Largest accepted size (bytes) of one file in a package. Meshes are the largest files."""
 
 
 @checked_arguments
@@ -219,7 +219,10 @@ def verify(directory: str | Path, rebuild: bool = False) -> Verification:
 
 
 def _require_small(folder: Path) -> None:
-    """Raise PackageError if the folder has more files, or a larger file, than a package may have. Reads no content."""
+    """Raise PackageError if the folder has too many files or a too large file for a package.
+
+    File contents are not read.
+    """
     names = list_files(folder)
     if len(names) > MAX_FILES:
         raise PackageError(f"{folder} has {len(names)} files, maximum {MAX_FILES} in a package")
@@ -231,7 +234,10 @@ def _require_small(folder: Path) -> None:
 
 
 def _with_boards(read: Verification, folder: Path, manifest: Manifest) -> Verification:
-    """Return the result with the comparisons of the fabricator's files added."""
+    """Return the result with the comparisons of the fabricator's files added.
+
+    `read` is the result so far.
+    """
     nets = tuple(dict.fromkeys(net_differences(folder, manifest.nets)))
     layers, sent = tuple(layer_differences(folder, manifest)), archive_differences(folder, manifest)
     boards, panel = panel_differences(folder, manifest)
@@ -243,13 +249,13 @@ def _with_boards(read: Verification, folder: Path, manifest: Manifest) -> Verifi
 
 
 def spec_path(folder: Path, manifest: Manifest) -> Path:
-    """Return the path of the spec in a package."""
+    """Return the path of the spec inside a package."""
     file_name = manifest.spec["file"]
     return folder / SPEC_FOLDER / (file_name if FILE_NAME.fullmatch(file_name) else UNNAMED)
 
 
 def _spec_differences(folder: Path, manifest: Manifest) -> Iterator[str]:
-    """Yield the differences between the spec in the package and the hash and name in the manifest."""
+    """Yield the differences of the spec in the package from the hash and the name in the manifest."""
     path = spec_path(folder, manifest)
     try:
         text = decoded(read_file(path))
@@ -270,7 +276,7 @@ def _spec_differences(folder: Path, manifest: Manifest) -> Iterator[str]:
 def rebuilt(folder: Path, manifest: Manifest) -> tuple[BuiltFiles, Manifest]:
     """Build the files of a package again in memory from its spec. Return the files and their manifest.
 
-    A file of computed figures is taken from the package if its figures agree with the new ones.
+    A file with computed numbers is taken from the package if its numbers agree with the new numbers.
 
     Raises
     ------
@@ -291,7 +297,7 @@ def rebuilt(folder: Path, manifest: Manifest) -> tuple[BuiltFiles, Manifest]:
 
 
 def rebuilt_differences(folder: Path, manifest: Manifest, rebuilt: BuiltFiles, document: Manifest) -> Iterator[str]:
-    """Yield a description of each difference between a package and a new build of its spec."""
+    """Yield a text on each difference between a package and a new build of its spec."""
     stale = {entry.stage for name, entry in manifest.files.items() if rebuilt.entries.get(name, entry) != entry}
     recorded = {(entry.stage, entry.made_from) for entry in manifest.files.values()}
     is_so = {(entry.stage, entry.made_from) for entry in rebuilt.entries.values()}
@@ -311,7 +317,7 @@ def rebuilt_differences(folder: Path, manifest: Manifest, rebuilt: BuiltFiles, d
 
 
 def _request_of(folder: Path, manifest: Manifest) -> BuildRequest:
-    """Return the build request of a package, from its manifest. Raises PackageError if it cannot be built again."""
+    """Return the build request with which a package was made. Raises PackageError if it cannot be built again."""
     if manifest.version != __version__:
         raise PackageError(
             f"{folder} was built with sitscad {manifest.version}, and this is {__version__}: only that version builds "
@@ -337,7 +343,7 @@ def _request_of(folder: Path, manifest: Manifest) -> BuildRequest:
 
 
 def _packaged_spec(folder: Path, manifest: Manifest) -> SensorSpec:
-    """Return the spec in a package under its original file name, which reports show."""
+    """Return the spec in a package with its original file name, which reports show."""
     path, file_name = spec_path(folder, manifest), manifest.spec["file"]
     try:
         spec = load(path)

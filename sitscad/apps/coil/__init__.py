@@ -1,1 +1,1 @@
-"""One coil without a sensor: inductance, resistance, quality factor and self-resonance of a planar spiral."""
+"""Electrical values of a single coil without a sensor: inductance, resistance, quality factor and self-resonance."""

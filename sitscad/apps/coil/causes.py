@@ -1,4 +1,4 @@
-"""Causes of a difference between a measured coil and the computed one, and the fit of each to the measurement."""
+"""Possible causes of a difference between a measured and a computed coil, each fitted to the measurement."""
 
 from __future__ import annotations
 
@@ -14,31 +14,32 @@ from sitscad.basics.record import record, replace
 from sitscad.basics.units import show
 
 METALS = ("aluminium", "stainless-304", "stainless-17-4ph")
-"""Metals that are tried near a coil: a good conductor, a poor conductor, a magnetic one (`data/conductors.csv`)."""
+"""Metals that are assumed near a coil: a good conductor, a poor one and a magnetic metal (`data/conductors.csv`)."""
 
 ADDED_PARAMETER = 2.0
-"""Penalty on chi-square for each fitted parameter (Akaike 1974)."""
+"""Amount added to chi-square for each fitted parameter (Akaike 1974)."""
 
 CLOSE = 6.0
-"""Difference of penalised chi-squares below which the points do not distinguish two causes: odds below 20 to 1."""
+"""Difference of two penalised chi-squares below which the points do not distinguish the causes: odds below 20 to 1."""
 
 DECISIVE = 10.0
-"""Least decrease of the penalised chi-square for which a cause is preferred to the coil as drawn.
+"""Least decrease of the penalised chi-square for which a cause is preferred to the nominal coil.
 
 It corresponds to odds of 150 to 1.
 """
 
 STEPS = 12
-"""Largest number of Gauss-Newton steps of a fit. Fits of tests need 3 to 6."""
+"""Largest number of Gauss-Newton steps of a fit. Fits in the tests need 3 to 6."""
 
 
 @record(eq=False)
 class PossibleCause:
-    """A cause that changes the impedance of a coil by parameters.
+    """A possible cause of a difference, described by parameters that change the coil's impedance.
 
-    ``impedance`` returns the changed coil for parameter values, and `text` states the cause with the values and their
-    standard deviations. `starts` are the values from which the fit begins; the best fit is taken. They are empty for a
-    cause without parameters. `lowest` and `highest` limit the parameters, and `step` is for their derivatives.
+    ``impedance`` returns the changed coil for given parameters. `text` describes the cause with its parameters and
+    their standard deviations. The fit begins at each of `starts`, and the best result is used. Without parameters,
+    `starts` has one empty entry. `lowest` and `highest` are the limits of the parameters. `step` are the steps of their
+    finite differences.
     """
 
     name: str
@@ -52,18 +53,18 @@ class PossibleCause:
 
 @record(eq=False)
 class Explanation:
-    """A cause fitted to a measurement.
+    """A possible cause, fitted to a measurement.
 
     Attributes
     ----------
     cause : str
         name of the cause
     text : str
-        the cause with its fitted values
+        description of the cause with its fitted parameters
     values, sigmas : tuple of float
         fitted parameters and their standard deviations (SI), empty for causes without parameters
     chi_square : float
-        sum of the squared residuals over their standard deviations
+        sum of the squares of residuals, each divided by its standard deviation
     is_sufficient : bool
         whether the residuals are within the errors of meter, model and manufacture
     impedances : (n,) complex array
@@ -80,30 +81,30 @@ class Explanation:
 
     @property
     def penalized_chi_square(self) -> float:
-        """Chi-square with `ADDED_PARAMETER` for each parameter. The smallest is the best explanation."""
+        """Chi-square plus `ADDED_PARAMETER` for each parameter. The smallest value belongs to the best explanation."""
         return self.chi_square + ADDED_PARAMETER * len(self.values)
 
 
 @record(eq=False)
 class Residuals:
-    """Residuals of impedances from measured ones, in units of their standard deviation and without correlation."""
+    """Residuals of computed impedances from measured impedances, in standard deviations and without correlation."""
 
     measured: ComplexArray
     whitening: Array
 
     @classmethod
     def of(cls, measured: ComplexArray, meter_error: float, tolerances: Sequence[ComplexArray]) -> Residuals:
-        """Return residuals for measured impedances (n; ohm).
+        """Return the residuals from measured impedances.
 
         Parameters
         ----------
         measured
             Impedances (n; ohm).
         meter_error
-            Relative error of the meter, as gain and as phase (rad), equal at all frequencies. Each point scatters by
-            half of it.
+            Relative error of the meter, as gain and as phase (rad), equal at all frequencies. In addition, each point
+            scatters by half of it.
         tolerances
-            Changes (n; ohm) of the impedance by one sigma of each tolerance and of each error of the model.
+            Changes (n; ohm) of the impedance by one standard deviation of each tolerance and of each model error.
         """
         size = np.abs(measured)
         turned = measured / size
@@ -115,23 +116,26 @@ class Residuals:
         return cls(measured, np.linalg.inv(np.linalg.cholesky(covariance)))
 
     def __call__(self, impedances: ComplexArray) -> Array:
-        """Return the residuals (2 n) of impedances (n; ohm)."""
+        """Return the residuals (2 n: real parts, imaginary parts) of impedances (n; ohm)."""
         apart = (impedances - self.measured) / np.abs(self.measured)
         return np.asarray(self.whitening @ np.concatenate((apart.real, apart.imag)))
 
     @property
     def sufficient(self) -> float:
-        """Largest chi-square of a sufficient explanation: three sigma above its mean."""
+        """Largest chi-square of a sufficient explanation: three standard deviations above its mean."""
         count = 2 * len(self.measured)
         return count + 3.0 * math.sqrt(2.0 * count)
 
 
 SCATTER = 0.5
-"""Scatter of single points over the meter's error. Most of a meter's error is equal at neighbouring frequencies."""
+"""Scatter of single points divided by the meter's error.
+
+Most of a meter's error is equal at neighbouring frequencies.
+"""
 
 
 def causes_of(variants: CoilVariants, measured: ComplexArray) -> Iterator[PossibleCause]:
-    """Yield all causes that can change this coil in the direction of the measured impedances (n; ohm)."""
+    """Yield all possible causes for this coil that change its impedance towards the `measured` impedances (n; ohm)."""
     yield from _manufacturing_causes(variants)
     yield from _winding_causes(variants)
     yield from _fixture_causes(variants)
@@ -189,7 +193,10 @@ def _winding_causes(variants: CoilVariants) -> Iterator[PossibleCause]:
 
 
 def _short_causes(variants: CoilVariants, number: int, layer: int) -> Iterator[PossibleCause]:
-    """Yield the cause of a shorted turn on a layer: its number (from 0) in the coil, and its copper layer."""
+    """Yield the cause of a shorted turn on a layer.
+
+    `number` (from 0) is its position in the coil, `layer` its copper layer.
+    """
     count = math.floor(variants.spec.coil.layer_turns[number] + 1e-6)
     if count >= LEAST_TURNS_TO_SHORT:
         yield PossibleCause(
@@ -201,11 +208,14 @@ def _short_causes(variants: CoilVariants, number: int, layer: int) -> Iterator[P
 
 
 LEAST_TURNS_TO_SHORT = 3
-"""Least number of turns of a layer with a shorted turn as a cause: in fewer, little of the coil is left."""
+"""Least number of turns of a layer for which a shorted turn is a possible cause.
+
+With fewer, little of the coil is left.
+"""
 
 
 _MORE = {"missing": "less", "more": "more"}
-"""Word of a text for the word in a cause's name."""
+"""Word for a text, by the word in the cause's name."""
 
 
 def _fixture_causes(variants: CoilVariants) -> Iterator[PossibleCause]:
@@ -230,7 +240,7 @@ def _fixture_causes(variants: CoilVariants) -> Iterator[PossibleCause]:
 
 
 MOST_LEADS = 2e-6
-"""Largest inductance (H) of leads and fixture: some two metres of wire."""
+"""Largest inductance (H) of leads and fixture: about two metres of wire."""
 
 
 def _metal_cause(variants: CoilVariants, metal: str) -> PossibleCause:
@@ -244,7 +254,7 @@ def _metal_cause(variants: CoilVariants, metal: str) -> PossibleCause:
 
 
 def _cause_without_parameters(name: str, text: str, impedance: Callable[[], Impedance]) -> PossibleCause:
-    """Return a cause without parameters."""
+    """Return a possible cause that has no parameters to fit."""
     return PossibleCause(name, lambda values: impedance(), lambda values, sigmas: text)
 
 
@@ -253,7 +263,7 @@ def _with_sigma(value: float, sigma: float, unit: str) -> str:
 
 
 def explain(cause: PossibleCause, residuals: Residuals) -> Explanation:
-    """Fit the parameters of a cause by least squares (Gauss-Newton with halved steps)."""
+    """Return a cause with its parameters fitted by least squares (Gauss-Newton method with halved steps)."""
     fits = [_fit(cause, residuals, start) for start in cause.starts]
     values, sigmas, impedances, misfit = min(fits, key=lambda fit: fit[3])
     return Explanation(cause.name, cause.text(values, sigmas), values, sigmas, misfit,
@@ -261,7 +271,7 @@ def explain(cause: PossibleCause, residuals: Residuals) -> Explanation:
 
 
 Fit = tuple[tuple[float, ...], tuple[float, ...], ComplexArray, float]
-"""Parameters, their standard deviations, impedances (n; ohm) and chi-square."""
+"""Result of a fit: parameters, their standard deviations, impedances (n; ohm) and chi-square."""
 
 
 def _fit(cause: PossibleCause, residuals: Residuals, start: Sequence[float]) -> Fit:
@@ -291,7 +301,10 @@ def _fit(cause: PossibleCause, residuals: Residuals, start: Sequence[float]) -> 
 
 
 def _slopes(cause: PossibleCause, residuals: Residuals, values: Array, apart: Array, steps: Array) -> Array:
-    """Return derivatives of the residuals (2 n, parameters). Steps go away from the limits."""
+    """Return the derivatives (2 n, parameters) of the residuals by the parameters.
+
+    Finite differences with `steps` point away from a limit that is close.
+    """
     columns = []
     for k, step in enumerate(steps.tolist()):
         moved = values.copy()

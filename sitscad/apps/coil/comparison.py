@@ -1,4 +1,4 @@
-"""A measured coil beside the computed one: fitted L, C and R, and the cause that explains a difference."""
+"""Comparison of a measured coil with the computed coil: fitted L, C and R, and the likely cause of a difference."""
 
 from __future__ import annotations
 
@@ -24,15 +24,16 @@ from sitscad.kernels.electromagnetics.threads import one_thread
 from sitscad.layout.board import Layout
 
 METER_ERROR = 0.003
-"""Relative error of a meter if none is given: a bench LCR meter in the middle of its range (its data sheet has it)."""
+"""Relative error of a meter if the user states none. It holds for a bench LCR meter in the middle of its range."""
 
 NEAR_RESONANCE = 0.8
-"""Part of the computed self-resonance up to which points are compared.
+"""Largest compared frequency, divided by the computed self-resonance.
 
-Above it the impedance depends on capacitance and losses that hardly anybody knows."""
+Above it, the impedance depends on capacitance and losses that are rarely known.
+"""
 
 MOST_POINTS = 40
-"""Largest number of compared points. More are thinned evenly over the logarithm of the frequency."""
+"""Largest number of compared points. From more points, some are selected evenly over the logarithm of the frequency."""
 
 
 @record(eq=False)
@@ -103,13 +104,16 @@ class Comparison:
 
     @property
     def cause(self) -> Explanation | None:
-        """The cause that explains the difference best. None if the coil is as drawn, or if no cause is sufficient."""
+        """Cause that explains the difference best.
+
+        None if the coil agrees with its design, or if no cause is sufficient.
+        """
         best = self.explanations[0]
         return None if self.is_as_drawn or not best.is_sufficient else best
 
     @property
     def alternatives(self) -> tuple[Explanation, ...]:
-        """Causes that explain the difference as well as `cause`. Empty if there is no cause."""
+        """Other causes that the points do not distinguish from `cause`. Empty if there is no cause."""
         best = self.cause
         if best is None:
             return ()
@@ -118,7 +122,7 @@ class Comparison:
 
     @property
     def verdict(self) -> str:
-        """The result in one or two sentences."""
+        """Result of the comparison in one or two sentences."""
         if self.is_as_drawn:
             return "As drawn: measurement and computation agree within the errors of meter, model and manufacture."
         if self.cause is None:
@@ -159,7 +163,7 @@ class Comparison:
 
 
 MOST_ALTERNATIVES = 3
-"""Largest number of other causes in the verdict."""
+"""Largest number of other causes in the text of the result."""
 
 
 @one_thread
@@ -242,13 +246,13 @@ def compare(
 
 
 def _self_resonance(coil: Impedance) -> float:
-    """Return the self-resonance (Hz) by the inductance at the first frequency."""
+    """Return the self-resonance (Hz), computed with the inductance at the first frequency."""
     inductance = float(coil.series.imag[0] / (2.0 * math.pi * coil.frequencies[0]))
     return resonance_frequency(inductance, max(coil.capacitance, 1e-16))
 
 
 def _thin_points(numbers: Index, frequencies: Array) -> Index:
-    """Return at most `MOST_POINTS` of the point numbers, evenly over the logarithm of their frequencies."""
+    """Return at most `MOST_POINTS` of the point numbers, spaced evenly over the logarithm of their frequencies."""
     if len(numbers) <= MOST_POINTS:
         return numbers
     logs = np.log(frequencies[numbers])
@@ -257,10 +261,10 @@ def _thin_points(numbers: Index, frequencies: Array) -> Index:
 
 
 def _fit_impedance(variants: CoilVariants, measured: ComplexArray, meter_error: float) -> ImpedanceFit:
-    """Fit inductance, resistance and capacitance.
+    """Fit inductance, resistance and capacitance to the measured impedances (n; ohm).
 
-    Their dependence on the frequency is the computed coil's, times a factor for the inductance and a factor for the
-    resistance that may bend over the frequency.
+    The frequency dependence is taken from the computed coil. The inductance is multiplied by a factor. The resistance
+    is multiplied by a factor that may change with frequency.
     """
     nominal, frequencies = variants.nominal, variants.frequencies
     middle = math.exp(float(np.log(frequencies).mean()))

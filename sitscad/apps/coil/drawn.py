@@ -1,4 +1,4 @@
-"""The electrical figures and the picture of a drawn coil: the net of a KiCad board, or a footprint."""
+"""Electrical values and picture of a coil that is drawn in KiCad: a net of a board, or a footprint."""
 
 from __future__ import annotations
 
@@ -48,17 +48,17 @@ from sitscad.spec.drawn.kicad import read_kicad
 INDUCTANCE_ERROR, RESISTANCE_ERROR = 0.005, 0.05
 """Relative error bounds of a drawn coil's inductance and resistance, far below its self-resonance.
 
-Coils that a spec drew, and whole boards with leads, were read back within 0.25 % and 1.5 %
+Coils drawn by sitscad, and whole boards with leads, were read back within 0.25 % and 1.5 %
 (tests/coil/test_drawn_coil.py). Nine coils of six other generators differ from FastHenry by at most 0.31 % in
-inductance (docs/accuracy.md). If layers turn against each other, the
-error bound is relative to the inductance of the same layers with one sense: a wedge with opposed layers differs by
-0.7 %."""
+inductance (docs/accuracy.md). If layers have opposite senses, the error bound is relative to the inductance of the same
+layers with one sense. A wedge-shaped coil with opposed layers differs by 0.7 %.
+"""
 
 TOLERANCE = 3e-2
-"""Allowed relative error of the resistance due to the numerical resolution of the current within the tracks."""
+"""Accepted relative error of the resistance by the numerical resolution of the current density within the tracks."""
 
 CUTS = 8
-"""Number of places along each straight side at which the current within the tracks is solved."""
+"""Number of cross-sections along each straight side in which the current density within the track is computed."""
 
 
 @record
@@ -153,14 +153,14 @@ class DrawnCoil(CoilResult):
 
 
 def read_drawn_coil(path: str, net: str = "", start: str = "", end: str = "") -> tuple[DrawnCopper, DrawnConductor]:
-    """Read a coil from a KiCad file: the copper of its net, and the conductor between its terminals.
+    """Return the copper in a KiCad file, and the conductor of the coil between its terminals.
 
     Without a net, all copper is followed from the pad `start` to the pad `end`. A board needs a net or both pads.
 
     Raises
     ------
     DrawnCoilError
-        if the file cannot be read, or its copper is no single conductor
+        if the file cannot be read, or its copper is not a single conductor
     OSError
         if the file cannot be opened
     """
@@ -172,11 +172,12 @@ def read_drawn_coil(path: str, net: str = "", start: str = "", end: str = "") ->
 def estimate_drawn_coil(
     conductor: DrawnConductor, heights: Sequence[CopperHeight], frequencies: Sequence[float], temperature: float = 20.0
 ) -> DrawnCoil:
-    """Estimate a drawn coil at each frequency (Hz).
+    """Return the electrical estimates of a drawn coil at each frequency (Hz).
 
-    Runs become tracks with the width of most of their length. Chords that stand for arcs become arcs of equal area.
-    Raises DrawnCoilError for a layer without a height, and FrequencyError if the losses at a frequency cannot be
-    resolved.
+    A run is the part of the conductor on one layer. Each run becomes a track, with the width of most of its length.
+    Chords in the drawing that approximate arcs become arcs with equal area. `heights` are the board's copper layers,
+    and `temperature` the copper's temperature in degrees Celsius. Raises DrawnCoilError for a layer without a height,
+    and FrequencyError if the losses at a frequency cannot be resolved.
     """
     conductivity, width = conductivity_at(temperature), conductor.width
     layers = {layer.name: layer for layer in heights}
@@ -221,14 +222,14 @@ def estimate_drawn_coil(
 
 
 STUB = 6.0
-"""Length, in track widths, below which a straight piece at an end of a run is a stub, not part of the winding."""
+"""Length, in track widths, below which a straight piece at an end of a run is not counted as part of the winding."""
 
 
 def winding_parts(path: Path, width: float, reach: float) -> list[Path]:
-    """Return the parts of a run within `reach` (m) of the origin, without stubs at their ends.
+    """Return the parts of a run within `reach` (m) of the origin, without short straight pieces at their ends.
 
-    The current within the tracks is solved for pieces that lie beside each other. Short pieces to vias and pads lie in
-    line with each other, and leads beyond the turns are far from them.
+    The current density within tracks is computed for neighbouring turns. Short pieces to vias and pads lie in line with
+    other pieces, and leads beyond the turns are far from the turns.
     """
     parts: list[list[Segment]] = [[]]
     for segment in path:
@@ -254,7 +255,7 @@ def _at_frequency(loss: ProximityLoss, inductance: float, error: float, direct: 
 
 
 def _remarks(conductor: DrawnConductor) -> list[str]:
-    """Return remarks on the drawing, the classic fault first: a layer that turns the other way."""
+    """Return remarks on the drawing. The most common fault is first: a layer with the opposite sense."""
     turns = [(layer, count) for layer, count in conductor.turns() if abs(count) >= LEAST_TURNS]
     notes = []
     main = math.copysign(1.0, math.fsum(count for _, count in turns)) if turns else 1.0
@@ -277,17 +278,20 @@ def _remarks(conductor: DrawnConductor) -> list[str]:
 
 
 LEAST_TURNS = 0.75
-"""Least number of turns of a run that counts as a part of the winding."""
+"""Least number of turns of a run that is counted as part of the winding."""
 
 MAX_TURN_DIFFERENCE = 0.3
-"""Difference of turns between layers above which a remark is made. The pieces to vias cause some hundredths."""
+"""Difference of turns between layers above which a remark is given.
+
+The pieces to vias cause differences of about 0.05.
+"""
 
 OTHER_WIDTHS = 0.02
-"""Fraction of the conductor's length, with another width than usual, above which a remark is made."""
+"""Fraction of the conductor's length with another width than usual, above which a remark is given."""
 
 
 def _spacing(conductor: DrawnConductor) -> float:
-    """Return the least gap (m) between turns of one layer, by points along the conductor."""
+    """Return the smallest gap (m) between turns of one layer, from points along the conductor."""
     width, least = conductor.width, math.inf
     for layer in {run.layer for run in conductor.runs}:
         rows, way = [], 0.0
@@ -307,7 +311,7 @@ def _spacing(conductor: DrawnConductor) -> float:
 
 
 MOST_POINTS = 6000
-"""Largest number of points of a layer between which gaps are measured."""
+"""Largest number of points on a layer between which gaps are computed."""
 
 LEAST_TURN_SEPARATION = 12.0
 """Least distance along the conductor, in track widths, between two points that belong to different turns."""
@@ -368,7 +372,10 @@ def drawn_coil(
 
 
 def _with_capacitance(coil: DrawnCoil, copper: DrawnCopper) -> DrawnCoil:
-    """Return the coil with its layout, capacitance and self-resonance, or with a note if it winds no known shape."""
+    """Return the coil with layout, capacitance and self-resonance.
+
+    With a note instead if its turns have no known shape.
+    """
     try:
         layout = layout_of_drawing(copper, coil.conductor, presets.stackup(coil.stackup), coil.temperature)
     except DrawnCoilError as error:
@@ -380,11 +387,10 @@ def _with_capacitance(coil: DrawnCoil, copper: DrawnCopper) -> DrawnCoil:
 
 
 def heights_of(copper: DrawnCopper, stackup: str = "") -> tuple[CopperHeight, ...]:
-    """Return the copper layers of a preset stack-up under the file's layer names.
+    """Return the copper layers of a preset stack-up, with the layer names of the file.
 
-    Without a name, return the file's layers.
-
-    Raises DrawnCoilError if the stack-up has another number of layers, or if neither has heights.
+    Without `stackup`: the file's layers. Raises DrawnCoilError if the stack-up has another number of layers, or if
+    neither has heights.
     """
     if not stackup:
         if not copper.heights:
@@ -405,7 +411,7 @@ def heights_of(copper: DrawnCopper, stackup: str = "") -> tuple[CopperHeight, ..
 
 
 def _fitting_stackups(copper: DrawnCopper) -> list[str]:
-    """Return the names of the preset stack-ups with as many copper layers as a file has."""
+    """Return the names of preset stack-ups with the same number of copper layers as a file."""
     return [name for name in presets.names("stackup") if len(presets.stackup(name).copper) == len(copper.layers)]
 
 
@@ -414,7 +420,7 @@ SIDE, MARGIN, ROW_HEIGHT, LETTER_HEIGHT = 900.0, 40.0, 26.0, 16.0
 
 
 def _picture(conductor: DrawnConductor) -> str:
-    """Return a picture as SVG text, seen from the top, lower layers first."""
+    """Return a picture of the conductor as SVG text, seen from the top. Lower layers are drawn first."""
     x0, y0, x1, y1 = bounding_box([run.path for run in conductor.runs])
     scale = (SIDE - 2.0 * MARGIN) / max(x1 - x0, y1 - y0, 1e-6)
     layers = list(dict.fromkeys(run.layer for run in conductor.runs))

@@ -1,4 +1,4 @@
-"""The layout of a drawn coil without a spec, with its capacitance: for coils that wind a known shape."""
+"""Layout and capacitance of a coil that is drawn in a file, without a spec. Its turns must have a known shape."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from sitscad.spec.sensor import SensorSpec
 def layout_of_drawing(
     copper: DrawnCopper, conductor: DrawnConductor, stackup: Stackup, temperature: float
 ) -> Layout:
-    """Return the layout of a drawn coil alone, at a temperature (degrees Celsius).
+    """Return the layout of a drawn coil alone, at a copper temperature in degrees Celsius.
 
-    `stackup` has as many copper layers as the file. Raises DrawnCoilError if the turns wind no known shape.
+    `stackup` has the same number of copper layers as the file. Raises DrawnCoilError if the turns have no known shape.
     """
     plain = SensorSpec.from_mapping({"name": "coil", "coil": PLAIN_COIL})
     coil = recognised(conductor, copper.names_for(len(stackup.copper)), plain.coil)
@@ -31,7 +31,7 @@ def layout_of_drawing(
 
 
 def terminal_capacitance(layout: Layout) -> float:
-    """Return the capacitance (F) of a drawn coil between its terminals: of the winding and of the leads."""
+    """Return the capacitance (F) of a drawn coil between its terminals: winding and leads."""
     (coil,), spec = layout.coils, layout.spec
     leads = estimate_leads(coil, spec.fpc.stackup, conductivity_at(spec.requirements.temperature))
     return self_capacitance(coil, spec.coil, spec.fpc.stackup) + leads.capacitance

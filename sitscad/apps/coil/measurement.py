@@ -1,4 +1,4 @@
-"""The measured impedance of a coil: Touchstone files, and tables of an LCR meter or an impedance analyser."""
+"""Measured impedance of a coil from a file: Touchstone, or a table from an LCR meter or an impedance analyser."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from sitscad.basics.units import UNITS
 
 
 class MeasurementError(ValueError):
-    """Error for a file that has no impedance of a coil. Its text names the file and the line."""
+    """Raised for a file that does not contain the impedance of a coil. The text gives the file and the line."""
 
 
 @record(eq=False)
 class Measurement:
-    """The impedance of one coil, measured at several frequencies.
+    """Impedance of one coil, measured at several frequencies.
 
     Attributes
     ----------
     path : str
-        the file
+        path of the file
     frequencies : (n,) array
         Hz, ascending
     impedances : (n,) complex array
@@ -40,20 +40,20 @@ class Measurement:
 
     @property
     def inductances(self) -> Array:
-        """Series inductances (H), as an LCR meter shows them: (n,). Negative above the self-resonance."""
+        """Series inductances (n; H), as an LCR meter shows them. Negative above the self-resonance."""
         return self.impedances.imag / (2.0 * np.pi * self.frequencies)
 
     @property
     def resistances(self) -> Array:
-        """Series resistances (ohm): (n,)."""
+        """Series resistances (n; ohm)."""
         return self.impedances.real
 
 
 MAX_SIZE = 8_000_000
-"""Largest size (bytes) of a file. A sweep of 100,000 points is smaller."""
+"""Largest accepted size (bytes) of a file. A sweep of 100,000 points is smaller."""
 
 TOUCHSTONE = re.compile(r"\.[sz]\d+p$", re.IGNORECASE)
-"""Endings of Touchstone files."""
+"""Pattern of the endings of Touchstone files."""
 
 
 def read_measurement(path: str | os.PathLike[str]) -> Measurement:
@@ -103,7 +103,7 @@ def read_measurement(path: str | os.PathLike[str]) -> Measurement:
 
 
 def _text(content: bytes) -> str:
-    """Return the text of a table. Instruments write UTF-8, UTF-16 with a mark, or Latin-1 (for the micro sign)."""
+    """Return the text of a table file. Encodings are UTF-8, UTF-16 with a byte order mark, or Latin-1 (micro sign)."""
     if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return content.decode("utf-16", errors="replace")
     try:
@@ -113,7 +113,7 @@ def _text(content: bytes) -> str:
 
 
 def _touchstone(name: str, content: bytes) -> tuple[Array, ComplexArray]:
-    """Return frequencies and impedances of a Touchstone file of one port."""
+    """Return the frequencies (n; Hz) and impedances (n; ohm) in a Touchstone file with one port."""
     if not re.search(r"1p$", name, re.IGNORECASE):
         raise MeasurementError(f"{name} has several ports: a coil has one (.s1p)")
     try:
@@ -138,10 +138,10 @@ _ALIASES: Mapping[str, Sequence[str]] = {
     "Z": ("z", "absz", "magz", "impedance", "magnitude"),
     "phase": ("theta", "phase", "phi", "thetaz", "angle"),
 }
-"""Names of columns, in small letters and without other characters, by quantity."""
+"""Accepted column names for each quantity, in small letters and without other characters."""
 
 _PARALLEL = {"lp", "rp", "cp", "cs", "gp", "bp", "d"}
-"""Names of columns for other equivalent circuits. They are named in the refusal."""
+"""Column names of other equivalent circuits, which cannot be used. The error message names them."""
 
 _DIMENSIONS = {
     "f": "frequency", "L": "inductance", "R": "resistance", "X": "resistance", "Z": "resistance", "phase": "angle",
@@ -154,11 +154,14 @@ _COMBINATIONS: Mapping[tuple[str, str], Callable[[Array, Array, Array], ComplexA
     ("L", "Q"): lambda omega, inductance, q: omega * inductance * (1.0 / q + 1j),
     ("Z", "phase"): lambda omega, z, phase: z * np.exp(1j * phase),
 }
-"""Impedance (ohm) by angular frequency (1/s) and two quantities. The first pair that a table has is used."""
+"""Functions that return the impedance (ohm) from angular frequency (rad/s) and two quantities, by these quantities.
+
+The first pair whose columns a table has is used.
+"""
 
 
 def _table(name: str, text: str) -> tuple[Array, ComplexArray]:
-    """Return frequencies and impedances of a table."""
+    """Return the frequencies (n; Hz) and impedances (n; ohm) in a table."""
     lines = text.splitlines()
     for number, line in enumerate(lines, 1):
         delimiter = next((each for each in (";", "\t", ",") if each in line), ",")
@@ -188,11 +191,11 @@ def _table(name: str, text: str) -> tuple[Array, ComplexArray]:
 
 
 _HEAD = re.compile(r"^[#!%\s]*(?P<name>[^()\[\]]*?)\s*(?:[(\[](?P<unit>[^()\[\]]*)[)\]])?\s*$")
-"""A column's head: name, and unit in brackets."""
+"""Pattern of a column's head: name, and unit in brackets."""
 
 
 def _columns(heads: Sequence[str]) -> dict[str, tuple[int, float]]:
-    """Return column number and factor to the SI unit by quantity. Columns with unknown names are left out."""
+    """Return (column number, factor to the SI unit) by quantity. Columns with unknown names are left out."""
     columns: dict[str, tuple[int, float]] = {}
     for number, head in enumerate(heads):
         match = _HEAD.match(head)
@@ -210,9 +213,10 @@ def _columns(heads: Sequence[str]) -> dict[str, tuple[int, float]]:
 
 
 def _factor(quantity: str, unit: str | None) -> float | None:
-    """Return the factor of a unit to the quantity's SI unit. None if it is no unit of the quantity.
+    """Return the factor from a unit to the quantity's SI unit. None if the unit does not belong to the quantity.
 
-    A phase without a unit is in degrees. Large and small letters are equal unless two units differ by them (mHz, MHz).
+    A phase without a unit is in degrees. Capital and small letters are equivalent unless two units differ only by them
+    (mHz, MHz).
     """
     units = {name: float(factor) for name, factor in UNITS.get(_DIMENSIONS.get(quantity, ""), {"": 1}).items()}
     written = (unit or "").strip()
@@ -223,7 +227,7 @@ def _factor(quantity: str, unit: str | None) -> float | None:
 
 
 def _missing(heads: Sequence[str]) -> str:
-    """Return the reason why the heads of columns give no impedance."""
+    """Return the reason why the columns with these heads do not determine an impedance."""
     for head in heads:
         if re.sub(r"[^a-z]", "", re.split(r"[(\[_]", head)[0].lower()) in _PARALLEL:
             return (f"{head.strip()!r} is a value of another equivalent circuit: export series values, Ls and Rs, or R "
@@ -232,7 +236,7 @@ def _missing(heads: Sequence[str]) -> str:
 
 
 def _number(name: str, line: int, row: Sequence[str], column: int, delimiter: str) -> float:
-    """Return the number in a cell. Raises MeasurementError if there is none."""
+    """Return the number in a table cell. Raises MeasurementError if the cell contains no number."""
     cell = row[column].strip() if column < len(row) else ""
     try:
         return float(cell.replace(",", ".") if delimiter != "," else cell)

@@ -1,4 +1,4 @@
-"""The common part of results for one coil: frequencies as users write them, and figures at the first frequency."""
+"""Common parts of results for one coil: frequencies in the user's notation, and values at the first frequency."""
 
 from __future__ import annotations
 
@@ -8,11 +8,14 @@ from sitscad.assembly.places.motions import MotionError, frequency_of
 from sitscad.estimates.states.at_frequency import FrequencyError, SeriesImpedance
 
 USUAL_FREQUENCY = 1e6
-"""Frequency (Hz) of the figures if no frequency is given."""
+"""Frequency (Hz) used if the user states none."""
 
 
 def hertz_of(frequency: str | float | Sequence[str | float]) -> tuple[float, ...]:
-    """Return frequencies (Hz) from texts or numbers. Raises FrequencyError for other values."""
+    """Return frequencies (Hz) from one or several texts (``"5 MHz"``) or numbers.
+
+    Raises FrequencyError for other values.
+    """
     values = [frequency] if isinstance(frequency, (str, float, int)) else frequency
     try:
         return tuple(frequency_of(value if isinstance(value, str) else f"{value!r} Hz") for value in values)
@@ -21,7 +24,10 @@ def hertz_of(frequency: str | float | Sequence[str | float]) -> tuple[float, ...
 
 
 class CoilResult:
-    """Figures of one coil without a sensor. Properties are at the first frequency, `at` has all frequencies."""
+    """Electrical values of one coil without a sensor.
+
+    Properties hold at the first frequency, and `at` has all frequencies.
+    """
 
     at: tuple[SeriesImpedance, ...]
 

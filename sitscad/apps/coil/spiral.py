@@ -1,4 +1,4 @@
-"""The electrical figures of a planar spiral with given dimensions."""
+"""Electrical values of a planar spiral coil with given dimensions."""
 
 from __future__ import annotations
 
@@ -141,7 +141,7 @@ class Spiral(CoilResult):
 
 
 def track_length(coil: Coil) -> float:
-    """Return the length (m) of a coil's track on all layers."""
+    """Return the length (m) of a coil's track on all layers, without leads."""
     return math.fsum(winding.path.length for winding in coil.windings)
 
 
@@ -208,7 +208,7 @@ def coil(
 def spiral(
     section: Mapping[str, Any], stackup: Any, frequency: str | float | Sequence[str | float], temperature: float
 ) -> Spiral:
-    """Estimate a spiral from section ``coil`` of a spec, with values as in a YAML file. See `coil`."""
+    """Return the estimates of a spiral from the section ``coil`` of a spec (values as in a YAML file). See `coil`."""
     frequencies = hertz_of(frequency)
     board = {} if stackup is None else {"fpc": {"stackup": stackup}}
     spec = SensorSpec.from_mapping(
@@ -218,7 +218,7 @@ def spiral(
 
 @one_thread
 def estimate_spiral(layout: Layout, frequencies: tuple[float, ...]) -> Spiral:
-    """Estimate the first coil of a layout at each frequency (Hz), without its leads.
+    """Return the estimates of a layout's first coil at each frequency (Hz), without its leads.
 
     Raises FrequencyError if the coil cannot be estimated at a frequency.
     """
@@ -237,7 +237,7 @@ def estimate_spiral(layout: Layout, frequencies: tuple[float, ...]) -> Spiral:
 
 
 def _self_resonance(lone: CoilCircuit, coil: Coil) -> float | None:
-    """Return the self-resonance (Hz), with the inductance at that frequency. None beyond `lumped_limit`."""
+    """Return the self-resonance (Hz), computed with the inductance at this frequency. None above `lumped_limit`."""
     frequency = self_resonance(lone)
     for _ in range(ROUNDS):
         if not lone.loss.is_resolved(frequency):
@@ -248,13 +248,13 @@ def _self_resonance(lone: CoilCircuit, coil: Coil) -> float | None:
 
 
 ROUNDS = 3
-"""Number of iterations of `_self_resonance`. The inductance changes by about 2 % per decade of frequency."""
+"""Number of iterations in `_self_resonance`. The inductance changes by about 2 % per decade of frequency."""
 
 LUMPED_WAVELENGTHS = 0.1
-"""Largest track length, in wavelengths, with nearly equal current along the track (textbook)."""
+"""Largest track length, in wavelengths, for which the current along the track is nearly uniform (textbook)."""
 
 
 def lumped_limit(coil: Coil) -> float:
-    """Return the frequency (Hz) at which the track of a coil is a tenth of a wavelength in polyimide."""
+    """Return the frequency (Hz) at which a coil's track is a tenth of a wavelength long, with waves in polyimide."""
     speed = SPEED_OF_LIGHT / math.sqrt(USUAL_PERMITTIVITY)
     return LUMPED_WAVELENGTHS * speed / track_length(coil)

@@ -1,6 +1,6 @@
-"""The figures of a coil, and its comparison with a measurement, as text, JSON and picture.
+"""Results for a coil, and its comparison with a measurement, as text, JSON and picture.
 
-A new format is one function and one row.
+Each output format is one function and one entry in a mapping.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from sitscad.files.report.numbers import table_text
 
 
 def as_text(spiral: Spiral, colour: bool = False) -> str:
-    """Return the dimensions, the figures with their errors, and closed formulas of other authors beside them."""
+    """Return the dimensions, the electrical values with their errors, and results of published formulas as text."""
     coil = spiral.coil
     outer, inner = (" x ".join(show(each, "m") for each in sorted(set(size), reverse=True))
                     for size in (coil.size, coil.inner_size))
@@ -56,7 +56,7 @@ def as_text(spiral: Spiral, colour: bool = False) -> str:
 
 
 def formula_table(spiral: Spiral) -> Table:
-    """Return closed formulas of other authors, for an inductance without crowding of the current."""
+    """Return results of published formulas for the inductance, with the current spread evenly over the track."""
     title = "Closed formulas (Mohan 1999), to compare with"
     if spiral.no_formula:
         return Table((), [[spiral.no_formula]], title)
@@ -66,7 +66,7 @@ def formula_table(spiral: Spiral) -> Table:
 
 
 def drawn_as_text(coil: DrawnCoil, colour: bool = False) -> str:
-    """Return the conductor that was followed, remarks on it, and its figures."""
+    """Return the conductor that was found in the drawing, remarks on it, and its electrical values as text."""
     conductor = coil.conductor
     vias = count_text(len(conductor.vias), "via")
     runs = [[layer, f"{turns:+.2f}"] for layer, turns in conductor.turns()]
@@ -84,7 +84,7 @@ def drawn_as_text(coil: DrawnCoil, colour: bool = False) -> str:
 
 
 def _joined(title: str, remarks: str, tables: Sequence[Table], colour: bool) -> str:
-    """Return a title, remarks if there are any, and tables with empty lines between them."""
+    """Return a title, remarks (if there are any) and tables, with empty lines between them."""
     blocks = [title, *([remarks] if remarks else []), *(table_text(table, colour) for table in tables)]
     return "\n\n".join(blocks) + "\n"
 
@@ -95,18 +95,18 @@ def as_json(coil: Spiral | DrawnCoil, colour: bool = False) -> str:
 
 
 DRAWN_COIL_FORMATS: Mapping[str, Callable[[DrawnCoil, bool], str]] = {"text": drawn_as_text, "json": as_json}
-"""Output formats of ``sitscad coil FILE``."""
+"""Output formats of ``sitscad coil FILE``: functions of the coil and of the use of colour, by name."""
 
 COIL_FORMATS: Mapping[str, Callable[[Spiral, bool], str]] = {"text": as_text, "json": as_json}
-"""Output formats of ``sitscad coil``."""
+"""Output formats of ``sitscad coil``: functions of the coil and of the use of colour, by name."""
 
 
 ROWS = 8
-"""Largest number of frequencies in the table of the text."""
+"""Largest number of frequencies, and of causes, in the tables of the text."""
 
 
 def comparison_as_text(comparison: Comparison, colour: bool = False) -> str:
-    """Return the verdict, measured and computed figures, fitted values, and the causes that were tried."""
+    """Return the result of a comparison, measured and computed values, fitted values, and all tried causes as text."""
     count = len(comparison.measurement.frequencies)
     lines = [
         styled(escape_controls(comparison.verdict), "bold", colour),
@@ -121,7 +121,7 @@ def comparison_as_text(comparison: Comparison, colour: bool = False) -> str:
 
 
 def _points(comparison: Comparison) -> Table:
-    """Return measured and computed series values at a few frequencies."""
+    """Return a table of measured and computed series values at a few frequencies."""
     numbers = np.unique(np.linspace(0, len(comparison.frequencies) - 1, ROWS).round().astype(int)).tolist()
     rows = []
     for k in numbers:
@@ -141,7 +141,7 @@ def _deviation_text(measured: float, computed: float) -> str:
 
 
 def _fit(comparison: Comparison) -> Table:
-    """Return the fitted values of the measured coil, each with its standard deviation."""
+    """Return a table of the fitted values of the measured coil, each with its standard deviation."""
     fit = comparison.fit
     rows = [
         ["inductance", quantity(fit.inductance, "H"), show(fit.inductance_sigma, "H", 2)],
@@ -155,7 +155,7 @@ def _fit(comparison: Comparison) -> Table:
 
 
 def _causes(comparison: Comparison) -> Table:
-    """Return the causes, the best first, with their misfit."""
+    """Return a table of the tried causes with their chi-squares, the best cause first."""
     marks = {id(comparison.cause): "most likely", **{id(each): "not excluded" for each in comparison.alternatives}}
     if comparison.is_as_drawn:
         marks[id(comparison.drawn)] = "agrees"
@@ -168,14 +168,14 @@ def _causes(comparison: Comparison) -> Table:
 
 COMPARISON_FORMATS: Mapping[str, Callable[[Comparison, bool], str]] = {
     "text": comparison_as_text, "json": lambda comparison, colour: to_json(comparison.document())}
-"""Output formats of ``--measured``."""
+"""Output formats of ``--measured``: functions of the comparison and of the use of colour, by name."""
 
 SIZE = (180.0, 75.0)
-"""Size (mm) of the picture."""
+"""Width and height (mm) of the picture."""
 
 
 def comparison_picture(comparison: Comparison) -> str:
-    """Return a picture (SVG) of measured and computed inductance and resistance over the frequency.
+    """Return a picture (SVG) of measured and computed inductance and resistance over frequency.
 
     Raises `MissingExtra` if matplotlib is not installed.
     """

@@ -1,4 +1,4 @@
-"""The impedance of a coil as drawn, and of the same coil with one thing different."""
+"""Impedance of a nominal coil, and of the same coil with one changed property."""
 
 from __future__ import annotations
 
@@ -33,7 +33,10 @@ from sitscad.spec.sensor import SensorSpec
 
 @record(eq=False)
 class Impedance:
-    """A coil at (n,) frequencies: series impedances (n; ohm) of inductance and resistance, and C (F) across them."""
+    """Impedance of a coil at n frequencies.
+
+    `series` (n; ohm) is inductance and resistance in series, and `capacitance` (F) lies across them.
+    """
 
     frequencies: Array
     series: ComplexArray
@@ -41,17 +44,18 @@ class Impedance:
 
     @property
     def terminal(self) -> ComplexArray:
-        """Impedances (n; ohm) between the terminals, with the capacitance."""
+        """Impedances (n; ohm) between the terminals, including the capacitance."""
         return self.series / (1.0 + 2j * math.pi * self.frequencies * self.capacitance * self.series)
 
 
 @record(eq=False)
 class CoilVariants:
-    """Impedances of one coil and of its variants at (n,) frequencies (Hz).
+    """Impedances of one coil and of its variants at n frequencies (Hz).
 
-    `nominal` is the coil as drawn, between the terminals. A variant changes only the winding: `spec` has this coil
-    alone, and `winding` is its impedance without leads. The leads of `nominal` stay. `spirals` are round layers with
-    the pitch and the length of the winding's layers.
+    `nominal` is the unchanged coil between the terminals, with its leads. `spec` has this coil alone. `winding` is its
+    impedance without leads. Variants change only the winding; leads stay the same. `inductance_error` and
+    `resistance_errors` (n) are relative errors of the model. `spirals` are round layers with the same pitch and track
+    length as the winding's layers.
     """
 
     frequencies: Array
@@ -64,7 +68,7 @@ class CoilVariants:
 
     @classmethod
     def of(cls, layout: Layout, number: int, has_leads: bool, frequencies: Array) -> CoilVariants:
-        """Return the variants of coil `number` (from 0) of a layout, with its leads if `has_leads`."""
+        """Return the variants of coil number `number` (from 0) of a layout, including its leads if `has_leads`."""
         spec = _lone_coil_spec(layout.spec.coil, layout.spec.fpc.stackup, layout.spec.requirements.temperature)
         solved, circuit = _solve(spec)
         winding = _impedance(circuit, FREE, frequencies)
@@ -77,18 +81,18 @@ class CoilVariants:
         return cls(frequencies, spec, nominal, winding, solved.inductance_error, np.array(errors), solved.spirals)
 
     def with_coil(self, **changes: object) -> Impedance:
-        """Return the impedance with other values of the coil's spec."""
+        """Return the impedance with other values of the coil's spec, given as keyword arguments."""
         return self._with(replace(self.spec, coil=replace(self.spec.coil, **changes)))
 
     def with_width(self, width: float) -> Impedance:
-        """Return the impedance with tracks of another width (m) on the same centre lines."""
+        """Return the impedance with another track width (m). The tracks' centre lines stay in place."""
         coil = self.spec.coil
         wider = width - coil.trace_width
         return self.with_coil(trace_width=width, trace_spacing=coil.trace_spacing - wider,
                               size=(coil.size[0] + wider, coil.size[1] + wider))
 
     def with_copper(self, factor: float) -> Impedance:
-        """Return the impedance with the thickness of all copper multiplied by a factor."""
+        """Return the impedance with the thickness of all copper layers multiplied by a factor."""
         return self._with_stackup(_scaled_stackup(self.spec.fpc.stackup, factor, of_copper=True))
 
     def with_films(self, factor: float) -> Impedance:
@@ -96,19 +100,19 @@ class CoilVariants:
         return self._with_stackup(_scaled_stackup(self.spec.fpc.stackup, factor, of_copper=False))
 
     def with_metal(self, material: str, distance: float) -> Impedance:
-        """Return the impedance near a thick sheet of metal, at a distance (m) from the board's bottom face."""
+        """Return the impedance near a thick metal sheet, at a distance (m) from the board's bottom face."""
         mount = _mount(material)
         assert mount.metal_behind is not None
         mount = replace(mount, standoff=distance, metal_behind=replace(mount.metal_behind, distance=distance))
         return self._with(replace(self.spec, mount=mount), REST)
 
     def with_layer_reversed(self, number: int) -> Impedance:
-        """Return the impedance with the current of one layer (from 0) turning the other way.
+        """Return the impedance with the opposite sense of one layer's turns. `number` is the layer's position, from 0.
 
         Notes
         -----
-        L of two parts in series is La + Lb + 2M, and La + Lb - 2M with one of them reversed. Resistance and capacitance
-        stay: the currents within the tracks change a little, which is left out.
+        Two parts in series have the inductance La + Lb + 2M, and La + Lb - 2M with one part reversed. Resistance and
+        capacitance are left unchanged, because the current density within the tracks changes little.
         """
         alone, other_layers = (self._parts(each) for each in ([number], self._others(number)))
         omega = 2.0 * math.pi * self.frequencies
@@ -116,20 +120,20 @@ class CoilVariants:
         return replace(self.nominal, series=self.nominal.series + 1j * omega * change)
 
     def without_layer(self, number: int) -> Impedance:
-        """Return the impedance without the turns of one layer (from 0)."""
+        """Return the impedance without the turns of one layer. `number` is the layer's position, from 0."""
         parts = self._parts(self._others(number))
         return self._moved(parts)
 
     def with_turns(self, number: int, more: float) -> Impedance:
-        """Return the impedance with more turns (negative: fewer) on one layer (from 0), at the inner end."""
+        """Return the impedance with `more` turns (negative: fewer) at the inner end of one layer (`number`, from 0)."""
         turns = list(self.spec.coil.layer_turns)
         turns[number] += more
         return self.with_coil(turns=tuple(turns))
 
     def with_shorted_turn(self, number: int, turn: float) -> Impedance:
-        """Return the impedance with one turn of a layer (from 0) shorted. Turns count from the outside, from 1.
+        """Return the impedance with one shorted turn on a layer (`number`, from 0).
 
-        Between whole numbers it is interpolated.
+        Turns count from the outside, from 1. For a fraction, the impedance is interpolated between two turns.
         """
         changes = self.changes_by_shorts(number)
         low = min(max(math.floor(turn), 1), max(len(changes) - 1, 1))
@@ -137,13 +141,14 @@ class CoilVariants:
         return replace(self.nominal, series=self.nominal.series + (low + 1 - turn) * pair[0] + (turn - low) * pair[1])
 
     def changes_by_shorts(self, number: int) -> ComplexArray:
-        """Return the changes (turns, n; ohm) of the impedance by a short of each whole turn of a layer (from 0).
+        """Return impedance changes (turns, n; ohm) by a short of each whole turn of a layer (`number`, from 0).
 
         Notes
         -----
-        The shorted turn leaves the series circuit. It is a closed ring, in which the others induce a current: (w M)^2 /
-        (R + j w L) with its resistance R and inductance L, and its mutual inductance M with the others. Inductances
-        follow from mean rings. R is a part of the winding's resistance, by length.
+        The shorted turn leaves the series circuit and becomes a closed ring, in which the other turns induce a current.
+        It adds the impedance (w M)^2 / (R + j w L). R and L are the ring's resistance and inductance, M its mutual
+        inductance with the other turns, and w the angular frequency. Inductances are computed for mean rings. R is the
+        winding's resistance times the ring's fraction of the track length.
         """
         rings, omega = mean_rings(self.spirals), 2.0 * math.pi * self.frequencies
         way, z, size = np.array([(each.circulation, each.z, SELF_DISTANCE * (each.width + each.thickness))
@@ -160,7 +165,7 @@ class CoilVariants:
         return np.asarray(induced - resistance - 1j * omega * (own + 2.0 * linked))
 
     def tolerances(self) -> Mapping[str, ComplexArray]:
-        """Return changes (n; ohm) of the terminal impedance by one sigma of each tolerance and model error."""
+        """Return changes (n; ohm) of the terminal impedance by one sigma of each tolerance and model error, by name."""
         coil, sigma = self.spec.coil, tolerance_sigmas(self.spec)
         omega = 2.0 * math.pi * self.frequencies
         series, capacitance = self.nominal.series, self.nominal.capacitance
@@ -181,7 +186,10 @@ class CoilVariants:
         return [each for each in range(len(self.spec.coil.layers)) if each != number]
 
     def _parts(self, numbers: Sequence[int]) -> Impedance:
-        """Return the impedance of the winding on some of its layers (from 0), without leads."""
+        """Return the impedance of a part of the winding, without leads.
+
+        `numbers` are positions of its layers, from 0.
+        """
         coil = self.spec.coil
         part = replace(coil, layers=tuple(coil.layers[each] for each in numbers),
                        turns=tuple(coil.layer_turns[each] for each in numbers))
@@ -194,26 +202,26 @@ class CoilVariants:
         return self._moved(_impedance(_solve(spec)[1], state, self.frequencies))
 
     def _moved(self, winding: Impedance) -> Impedance:
-        """Return the impedance with another winding (without leads) and the leads of `nominal`."""
+        """Return the impedance with another winding and the leads of the nominal coil."""
         capacitance = self.nominal.capacitance + winding.capacitance - self.winding.capacitance
         return Impedance(self.frequencies, self.nominal.series + winding.series - self.winding.series, capacitance)
 
 
 WHOLE = 0.999
-"""Least fraction of a whole turn that a ring must have to be a turn that can be shorted."""
+"""Least length of a ring, in whole turns, for which it counts as a turn that can be shorted."""
 
 PLAIN_COIL: Mapping[str, object] = {
     "shape": "circle", "outer_diameter": 8, "turns": 5, "trace_width": "100 um", "trace_spacing": "100 um",
 }
-"""Coil of specs whose coil is then replaced."""
+"""Coil of a preliminary spec, which is then replaced by the coil of interest."""
 
 THICK_SHEET = 3.0
-"""Thickness (mm) of metal near a coil. Thicker metal changes the coil no more above some 10 kHz."""
+"""Thickness (mm) of the metal sheet near a coil. Above about 10 kHz, thicker metal has the same effect."""
 
 
 @cache
 def _mount(material: str) -> Mount:
-    """Return a mount with thick metal behind the board."""
+    """Return a mount with thick metal of this material behind the board."""
     behind = {"material": material, "distance": 1.0, "thickness": THICK_SHEET}
     mount = {"kind": "custom", "standoff": 1.0, "metal_behind": behind}
     custom_mount = SensorSpec.from_mapping({"name": "coil", "coil": PLAIN_COIL, "mount": mount}).mount
@@ -224,7 +232,7 @@ def _mount(material: str) -> Mount:
 def _lone_coil_spec(coil: CoilSpec, stackup: Stackup, temperature: float) -> SensorSpec:
     """Return a spec with one coil, its stack-up and its temperature (degrees Celsius), and nothing else.
 
-    A drawn coil becomes the spiral that it winds, so that single values can change.
+    A coil drawn in a file becomes the spiral with the same dimensions, so that single dimensions can be changed.
     """
     plain = SensorSpec.from_mapping({"name": "coil", "coil": PLAIN_COIL})
     requirements = replace(plain.requirements, temperature=temperature)
@@ -233,17 +241,17 @@ def _lone_coil_spec(coil: CoilSpec, stackup: Stackup, temperature: float) -> Sen
 
 
 def _solve(spec: SensorSpec) -> tuple[SolvedWinding, CoilCircuit]:
-    """Return the solved winding of a spec with one coil, and its circuit."""
+    """Return the field solution of the winding of a spec with one coil, and the coil's circuit."""
     windings = solve_windings(lay_out(spec))
     circuits = coil_circuits(windings.layout, windings.winding, windings.matrix, windings.assembly, NO_RATIOS)
     return windings.winding, circuits[0]
 
 
 def _impedance(circuit: CoilCircuit, state: str, frequencies: Array, capacitance: float | None = None) -> Impedance:
-    """Return the impedance of a circuit in a state.
+    """Return the impedance of a coil's circuit in a state (with target or without).
 
-    With `capacitance` (F, of winding and leads), the leads are included. Otherwise it is the impedance of the winding
-    alone.
+    If `capacitance` (F, of winding and leads) is given, the leads are included. Otherwise it is the impedance of the
+    winding without leads.
     """
     if capacitance is None:
         circuit = replace(circuit, leads=NO_LEADS, known={})
@@ -255,7 +263,7 @@ def _impedance(circuit: CoilCircuit, state: str, frequencies: Array, capacitance
 def _scaled_stackup(stackup: Stackup, factor: float, of_copper: bool) -> Stackup:
     """Return a stack-up with some layer thicknesses multiplied by a factor.
 
-    These are all copper layers if `of_copper`, else all films between copper layers.
+    If `of_copper`, these are all copper layers. Otherwise they are all films between copper layers.
     """
     layers = stackup.layers
     copper = [k for k, layer in enumerate(layers) if layer.kind is LayerKind.COPPER]

@@ -1,1 +1,1 @@
-"""The bench: simulated and real converters, faults of a board, and the diagnosis of a board."""
+"""Test bench: simulated and real converters, simulated faults of a board, and the diagnosis of a board."""

@@ -1,7 +1,7 @@
-"""A board on the bench: its converters set up and read over any bus, as the driver in C does it.
+"""A sensor board on the test bench: its converters are set up and read like in the firmware's C driver.
 
-`LineBoard` is a board behind a microcontroller, whose readings are lines on a serial port in the form of
-``firmware/sensor_line.h``.
+`LineBoard` is a board that is read through a microcontroller. Its readings are lines of text on a serial port, in the
+format of ``firmware/sensor_line.h``.
 """
 
 from __future__ import annotations
@@ -22,24 +22,24 @@ from sitscad.kernels.converters.registers import DriverRegisters
 GOOD, STALE, UNDER_RANGE, OVER_RANGE, WATCHDOG, OUT_OF_BAND, AMPLITUDE = STATUS
 
 NOTHING_NEW = 4
-"""Number of polls without a new result after which a converter's settings are checked, as in the driver in C."""
+"""Number of polls without a new result after which a converter's registers are checked, as in the C driver."""
 
 
 class BusConverter(Protocol):
-    """A converter on a bus."""
+    """Interface of a converter on a bus."""
 
     def read(self, register: int) -> int:
-        """Return a register's 16 bits. Raises OSError without an answer."""
+        """Return the 16 bits of a register. Raises OSError if the converter does not answer."""
 
     def write(self, register: int, value: int) -> None:
-        """Write 16 bits. Raises OSError without an answer."""
+        """Write 16 bits to a register. Raises OSError if the converter does not answer."""
 
 
 @record
 class CoilReading:
     """One result of a coil: its time (s), its counts, and its status.
 
-    ``is_off`` is True if the amplitude was outside 1.2 to 1.8 V. A graver status hides this.
+    ``is_off`` is True if the tank's amplitude was outside 1.2 to 1.8 V. A more severe fault in `status` may hide this.
     """
 
     time: float
@@ -49,12 +49,12 @@ class CoilReading:
 
     @property
     def is_good(self) -> bool:
-        """Whether the counts are valid."""
+        """Whether the counts can be used."""
         return self.status in (GOOD, AMPLITUDE)
 
 
 class Board:
-    """The converters of a design. `chips` are in the order of their numbers."""
+    """The converters of a design on a bus. `chips` are in the order of their numbers."""
 
     def __init__(self, design: Design, chips: Sequence[BusConverter]) -> None:
         self.design, self.chips, self.restarts = design, chips, 0
@@ -75,13 +75,13 @@ class Board:
         return again if self.restarts else ""
 
     def identities(self) -> list[tuple[int, int]]:
-        """Return the manufacturer and device identifiers of every converter."""
+        """Return (manufacturer identifier, device identifier) of each converter."""
         return [(chip.read(self.at.MANUFACTURER_ID), chip.read(self.at.DEVICE_ID)) for chip in self.chips]
 
     def set_up(self) -> list[str]:
-        """Reset, write and read back every register, CONFIG last.
+        """Reset each converter, write all registers, CONFIG last, and read them back.
 
-        Return the names of registers with another value.
+        Return the names of registers that did not keep their value.
         """
         return [name for number in range(len(self.chips)) for name in self._set_up(number)]
 
@@ -98,10 +98,10 @@ class Board:
         ]
 
     def keep_settings(self, new: Collection[int]) -> None:
-        """Check the settings of idle converters after a poll that found the coils in `new`.
+        """Check the registers of idle converters after a poll. `new` holds the coils with a new result in this poll.
 
-        A converter without new results for `NOTHING_NEW` polls is checked. If it lost its settings, it is set up again,
-        and `restarts` counts this.
+        A converter is checked after `NOTHING_NEW` polls without a new result. If it has lost its registers, it is set
+        up again, and `restarts` is increased.
         """
         heard = {place.converter for k, place in enumerate(self.places) if k in new}
         for number in range(len(self.chips)):
@@ -111,11 +111,11 @@ class Board:
                 self.restarts += 1
 
     def is_set(self, number: int) -> bool:
-        """Whether a converter still has its settings."""
+        """Whether a converter still has its settings, by its CONFIG register."""
         return self.chips[number].read(self.at.CONFIG) == self.devices[number].registers[-1].value
 
     def poll(self, time: float) -> dict[int, CoilReading]:
-        """Return the new results by the coil's index in the design."""
+        """Return the new results by the coil's index in the design. `time` (s) is the time that they get."""
         results = {}
         for number, chip in enumerate(self.chips):
             status = chip.read(self.at.STATUS)
@@ -128,7 +128,7 @@ class Board:
         return results
 
     def _result(self, coil: int, chip: BusConverter) -> tuple[int, int]:
-        """Return (upper register, counts) of a coil's result. The upper register contains the flags."""
+        """Return (upper register, counts) of a coil's result. The upper register also contains the error flags."""
         device, offsets = self.design.spec.readout.device, self.conversion.offsets
         upper, *lower = (chip.read(address) for address in device.data_addresses(self.places[coil].number))
         result = upper & device.result_mask
@@ -137,10 +137,10 @@ class Board:
         return upper, result * self.conversion.counts_per_step + (offsets[coil] if offsets else 0)
 
     def _believed(self, coil: int, counts: int, status: str) -> str:
-        """Return the status of a result. It is stale if the result jumps, until the next result confirms it.
+        """Return the status of a result. A jump gets the status "stale" until the next result confirms it.
 
-        A jump is larger than noise and motion explain, as in the driver. Three values are stored for each coil: the
-        last accepted result, its difference from the result before, and an unconfirmed result.
+        A jump is a change larger than noise and motion explain, as in the C driver. Three values are stored for each
+        coil: the last accepted result, its difference from the result before, and an unconfirmed result.
         """
         if status not in (GOOD, AMPLITUDE):
             self.past.pop(coil, None)  # the next result has no valid predecessor
@@ -155,20 +155,20 @@ class Board:
         return status
 
     def skip(self) -> None:
-        """Discard results that arrived unread.
+        """Discard results that have not been read yet.
 
-        A converter holds only its newest result, so nothing is done here.
+        A converter holds only its newest result, so this method does nothing.
         """
 
     def frequency(self, counts: float) -> float:
-        """Return the frequency (Hz) of a coil's counts."""
+        """Return the frequency (Hz) of a coil from its counts."""
         return counts * self.conversion.hertz_per_count
 
     def status(self, coil: int, counts: int, flags: int) -> str:
-        """Return the status of a result: the first fault that applies, else `GOOD`.
+        """Return the status of a result: the most severe fault that applies, or `GOOD`.
 
-        Faults follow from the flags of the upper register, from counts at an end of their range, and from the coil's
-        frequency band.
+        Faults follow from the error flags, from counts at an end of their range, and from a frequency outside the
+        coil's band.
         """
         flag, (least, most) = self.at.DATA_FLAGS, self.conversion.ends(coil)
         working = self.bands[coil].working
@@ -182,22 +182,25 @@ class Board:
 
 
 PATIENCE = 8.0
-"""Longest wait for the first reading (s): a board may start when its port opens, with self-test and tare."""
+"""Longest wait (s) for the first reading.
+
+A microcontroller may start with a self-test and a tare when its port opens.
+"""
 
 ENOUGH = 3
-"""Number of lines of another sensor after which waiting ends."""
+"""Number of lines from another sensor after which waiting ends."""
 
 DRAINED = 100
-"""Largest number of reads to empty a port."""
+"""Largest number of read calls to empty a port."""
 
 LONGEST = 4096
-"""Largest number of characters of a line. Longer input without an end of line is discarded as corrupted."""
+"""Largest number of characters in a line. Longer input without a line end is discarded as corrupted."""
 
 _READING = re.compile(rb"([0-9A-F]{8}),(\d{1,10}),(.*)")
 
 
 class Port(Protocol):
-    """The used part of a serial port."""
+    """The used methods of a serial port."""
 
     in_waiting: int
 
@@ -206,10 +209,11 @@ class Port(Protocol):
 
 
 class LineBoard(Board):
-    """Sensor board that is read over a serial port.
+    """A sensor board that is read through a microcontroller on a serial port.
 
-    `lost`, `corrupted` and `another` count unusable lines: missing, with a wrong checksum, from another sensor.
-    `comments` holds the last 8 comment lines ("#") of the firmware.
+    `lost`, `corrupted` and `another` count unusable lines: missing lines, lines with a wrong checksum, and lines of
+    another sensor. `starts` counts restarts of the microcontroller. `comments` holds the last 8 comment lines ("#") of
+    the firmware.
     """
 
     def __init__(self, design: Design, port: Port) -> None:
@@ -226,7 +230,7 @@ class LineBoard(Board):
     def poll(self, time: float) -> dict[int, CoilReading]:
         """Return the results of the next line.
 
-        Empty if no whole line has arrived. Raises OSError if the port is gone.
+        Empty if no complete line has arrived. Raises OSError if the port has been removed.
         """
         self.take(self.port.read(self.port.in_waiting or 1))
         if not self.waiting:
@@ -246,7 +250,7 @@ class LineBoard(Board):
         self.rest, self.is_first, self.sequence = b"", True, None
 
     def take(self, received: bytes) -> None:
-        """Process bytes from the port."""
+        """Add received bytes, and process all complete lines."""
         *lines, self.rest = (self.rest + received).split(b"\n")
         for line in lines:
             self._take(line.strip())
@@ -281,9 +285,9 @@ class LineBoard(Board):
             })
 
     def _count(self, sequence: int) -> None:
-        """Count a line.
+        """Count a valid line by its sequence number.
 
-        Numbers missing before it are lost lines; a lower number is a restart of the microcontroller.
+        Skipped numbers count as lost lines. A lower number than before is a restart of the microcontroller.
         """
         self.good += 1
         if self.sequence is not None and sequence > self.sequence:
@@ -294,7 +298,7 @@ class LineBoard(Board):
 
     @property
     def remark(self) -> str:
-        """Text with the numbers of lines by kind."""
+        """Text with the numbers of valid, lost, corrupted and foreign lines."""
         counted = ((self.lost, "lost"), (self.corrupted, "corrupted"), (self.another, "of another sensor"),
                    (self.starts, "starts of the microcontroller"))
         texts = [f"{self.good} lines", *(f"{number} {what}" for number, what in counted if number)]

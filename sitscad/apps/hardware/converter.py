@@ -1,10 +1,10 @@
-"""A simulated LDC1612 or LDC1614, register by register (data sheet SNOSCY9A, 7.4 to 7.6 and 8.1).
+"""Simulation of an LDC1612 or LDC1614 converter at register level (data sheet SNOSCY9A, 7.4 to 7.6 and 8.1).
 
-It equals ``simulated.c`` in the firmware, bit by bit. `SimulatedConverter` simulates the converter of a design, with
-loads over time and with faults by name.
+Its results equal the results of ``simulated.c`` in the firmware, bit by bit. `SimulatedConverter` simulates the
+converter of a design, with loads over time and with faults by name.
 
-Three points are not in the data sheet and are unverified. A channel that does not oscillate reads 0 and takes the
-watchdog's recovery time. Registers cannot be written during conversion. Bits without a meaning read 0.
+Three assumptions are not in the data sheet and are unverified. A channel that does not oscillate gives 0 after the
+watchdog's recovery time. Registers cannot be written during conversion. Unused bits read as 0.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from sitscad.kernels.converters.converter import Converter
 from sitscad.spec.sensor import SensorSpec
 
 READ, WRITE = 122_500, 97_500
-"""Duration (ns) of an access to a register over I2C at 400 kHz."""
+"""Duration (ns) of reading and of writing a register over I2C at 400 kHz."""
 
 WAKE = 377_512
 """Time (ns) from sleep to the first settling: 16384 periods of the internal oscillator's typical 43.4 MHz (7.4.2)."""
@@ -37,32 +37,33 @@ NEVER = 2**64 - 1
 DEAD, LOW, HIGH = "amplitude_stable_min", "amplitude_optimum_min", "amplitude_max"
 """Names of the limits of the tank's amplitude.
 
-Below `DEAD` the tank does not oscillate. Results with an amplitude below `LOW` or above `HIGH` are flagged.
+Below `DEAD`, the tank does not oscillate. Results with an amplitude below `LOW` or above `HIGH` have an error flag.
 """
 
 SETTING_REGISTERS = (at.ERROR_CONFIG, at.MUX_CONFIG)
 CHANNEL_REGISTERS = (at.RCOUNT, at.OFFSET, at.SETTLECOUNT, at.CLOCK_DIVIDERS, at.DRIVE_CURRENT)
 DRIVE_CODE = 0xF800
-"""Writable bits of DRIVE_CURRENT. The converter itself sets INIT_IDRIVE."""
+"""Writable bits of DRIVE_CURRENT. The converter itself sets the other bits (INIT_IDRIVE)."""
 
 Tank = Callable[[int, int], tuple[float, float]]
-"""Function that returns resonance (Hz) and R_P (ohm) of a channel's tank at a time (ns).
+"""Function that returns resonance frequency (Hz) and parallel resistance (ohm) of a tank by channel and time (ns).
 
-R_P is 0 without oscillation.
+The parallel resistance is 0 if the tank does not oscillate.
 """
 
 
 class NotAcknowledged(OSError):
-    """Raised if the converter does not acknowledge."""
+    """Raised if the converter does not acknowledge an I2C access."""
 
 
 class Registers:
-    """A converter with tanks on its channels.
+    """A converter with registers, and a tank on each channel.
 
-    `time` (ns) advances by the duration of each access, and by `advance`. `noise_steps` is the converter's figure of
-    noise; with 0, the counts have no noise. `silent` makes the converter not answer. `stuck` holds channels whose
-    result does not change. `glitch` holds channels whose next result is wrong: by 0.4 to 2.7 %, or by 20 to 140 %. TI's
-    E2E thread 939787 reports such results of an LDC1612 (once an hour 8.5 to 20 MHz for 7.8 MHz, without a flag).
+    `time` (ns) advances by the duration of each access, and by `advance`. `noise_steps` is the noise parameter of the
+    converter's model; with 0, the counts have no noise. If `silent`, the converter does not answer. `stuck` holds
+    channels whose result does not change. `glitch` holds channels whose next result is wrong by 0.4 to 2.7 %, or by 20
+    to 140 %. TI's E2E thread 939787 reports such results of an LDC1612: once an hour 8.5 to 20 MHz instead of 7.8 MHz,
+    without an error flag.
     """
 
     def __init__(self, device: Converter, clock: float, tank: Tank, noise_steps: float, seed: int = 1) -> None:
@@ -74,7 +75,7 @@ class Registers:
         self.reset()
 
     def reset(self) -> None:
-        """Reset the converter as after power-up: registers at their defaults, asleep."""
+        """Reset the converter as after power-up: registers have their defaults, and the converter sleeps."""
         self.words = dict.fromkeys(range(128), 0) | at.AT_RESET | {at.DEVICE_ID: self.device.device_id}
         for channel in range(self.device.channels, at.MOST_CHANNELS):
             self.words[at.RCOUNT + channel] = 0
@@ -96,12 +97,12 @@ class Registers:
 
     @property
     def is_scanning(self) -> bool:
-        """Whether channels are converted in turn."""
+        """Whether several channels are converted in turn."""
         return bool(self.words[at.MUX_CONFIG] & at.AUTOSCAN)
 
     @property
     def last(self) -> int:
-        """Last channel of a scan, or the only channel if one is converted continuously."""
+        """Last channel of a scan, or the only channel if a single channel is converted continuously."""
         if not self.is_scanning:
             return self.words[at.CONFIG] >> at.ACTIVE_CHANNEL
         sequence = self.words[at.MUX_CONFIG] >> at.SEQUENCE & 3
@@ -125,7 +126,7 @@ class Registers:
             self.due += round(at.WATCHDOG_RECOVERY * 1e9)
 
     def _drawn(self) -> int:
-        """Return the next pseudo-random number of 32 bits (xorshift by 13, 17 and 5)."""
+        """Return the next pseudo-random number with 32 bits (xorshift by 13, 17 and 5)."""
         word = self.seed
         word ^= word << 13 & 0xFFFFFFFF
         word ^= word >> 17
@@ -174,7 +175,7 @@ class Registers:
         self._begin(following, pause, self.is_scanning)
 
     def advance(self, nanoseconds: int) -> None:
-        """Advance the time."""
+        """Advance the simulated time, and complete the conversions that end in this time."""
         end = self.time + nanoseconds
         while self.due <= end:
             self.time = self.due
@@ -184,12 +185,12 @@ class Registers:
     # --------------------------------------------------------------------------------------------------------- access
 
     def _hold(self) -> None:
-        """Hold the value of STATUS until it is read (8.1.8)."""
+        """Freeze the value of STATUS until it is read (8.1.8)."""
         if self.held is None:
             self.held = self.errors | (at.DATA_READY if self.ready else 0) | self.unread
 
     def write(self, register: int, value: int) -> None:
-        """Write a register. Raises `NotAcknowledged` if the converter does not acknowledge."""
+        """Write a register. Raises `NotAcknowledged` if the converter does not answer."""
         asleep = bool(self.words[at.CONFIG] & at.SLEEP)
         self.advance(WRITE)
         if self.silent:
@@ -207,7 +208,10 @@ class Registers:
             self._begin(0 if self.is_scanning else self.last, WAKE, True)
 
     def read(self, register: int) -> int:
-        """Read a register. Reading STATUS or the upper word of a result clears flags. Raises `NotAcknowledged`."""
+        """Return a register's value. Reading STATUS or the upper word of a result clears flags.
+
+        Raises `NotAcknowledged`.
+        """
         self.advance(READ)
         if self.silent:
             raise NotAcknowledged(f"no acknowledge for register 0x{register:02X}")
@@ -241,21 +245,21 @@ FAULTS = {
     "reset": "the supply breaks down for a moment: the converter forgets its settings",
     "glitch": "now and then one result of a coil is wrong, without a flag",
 }
-"""Description of each simulated fault by its name."""
+"""Description of each simulated fault, by the fault's name."""
 
 _WRITTEN = re.compile(r"(?P<name>[a-z-]+)(?::(?P<coils>[^@]+))?(?:@(?P<at>[0-9.eE+-]+))?")
 LONGEST = 86_400.0
-"""Longest reading of a simulated board, and latest start of a fault: a day (s)."""
+"""Longest duration (s) of readings from a simulated board, and latest start of a fault: a day."""
 
 _EVERY = 3600.0
-"""Default time between glitches (s)."""
+"""Default period (s) of glitches."""
 
 
 @record
 class Fault:
-    """A fault: its name, the affected coils, and its start (s).
+    """A simulated fault: its name, the affected coils, and its start (s).
 
-    A glitch repeats, and `at` is then the period.
+    A glitch repeats with the period `at`.
     """
 
     name: str
@@ -264,7 +268,7 @@ class Fault:
 
     @classmethod
     def read(cls, text: str) -> Fault:
-        """Return a fault from its text: ``open:C2``, ``swapped:C1:C2``, ``reset@0.5``, ``glitch:C1@3600``.
+        """Return a fault from its text, like ``open:C2``, ``swapped:C1:C2``, ``reset@0.5`` or ``glitch:C1@3600``.
 
         Raises ValueError for other texts.
         """
@@ -348,7 +352,7 @@ class SimulatedConverter(Registers):
         super().__init__(device, design.spec.readout.clock, self._tank, steps, seed)
 
     def advance(self, nanoseconds: int) -> None:
-        """Advance the time, with the faults that occur meanwhile."""
+        """Advance the simulated time. Faults that begin in this time take effect."""
         end = self.time + nanoseconds
         self.silent = any(fault.name == "nack" and fault.at * 1e9 <= end for fault in self.faults)
         for fault in [each for each in self._resets if each.at * 1e9 <= end]:
@@ -362,7 +366,7 @@ class SimulatedConverter(Registers):
         super().advance(nanoseconds)
 
     def hold(self, frequencies: ArrayLike) -> None:
-        """Set the frequencies of the coils from now on (Hz; all coils of the sensor)."""
+        """Set constant frequencies (Hz) of all coils of the sensor, from now on."""
         columns = slice(self._first, self._first + len(self.coils))
         read = of_all_coils(self._estimates.coils, self._estimates.reference, frequencies)
         self._times, self._read = np.zeros(1), read[:1, columns]
@@ -371,11 +375,11 @@ class SimulatedConverter(Registers):
         return [fault for fault in self.faults if fault.name == name and fault.at * 1e9 <= self.time]
 
     def _befallen(self, fault: Fault) -> list[int]:
-        """Return the channels that a fault affects: all if it names no coil."""
+        """Return the channels that a fault affects. If the fault has no coils, all channels."""
         return [k for k, coil in enumerate(self.coils) if not fault.coils or coil.name in fault.coils]
 
     def _tank(self, channel: int, time: int) -> tuple[float, float]:
-        """Return resonance (Hz) and R_P (ohm) of the tank on a channel."""
+        """Return resonance frequency (Hz) and parallel resistance (ohm) of the tank on a channel at a time (ns)."""
         wired = channel
         for fault in self._present("swapped"):
             pair = self._befallen(fault)[:2]
@@ -415,7 +419,10 @@ def _faults(texts: Sequence[str | Fault] | str, names: Sequence[str]) -> tuple[F
 def _frequencies_over_time(
     design: Design, states: Sequence[StateEstimate], loads: ArrayLike | None, frequencies: ArrayLike | None, first: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return times (n; s) and the frequencies of the converter's coils at these times (n, coils; Hz)."""
+    """Return times (n; s), and the frequencies of the converter's coils at these times (n, coils; Hz).
+
+    `first` is the index of the converter's first coil in the sensor.
+    """
     estimates = design.estimates
     if loads is None:
         if frequencies is None:
@@ -434,7 +441,10 @@ def _frequencies_over_time(
 def of_all_coils(
     coils: Sequence[CoilEstimate], reference: CoilEstimate | None, frequencies: ArrayLike
 ) -> np.ndarray:
-    """Return frequencies (n, coils; Hz) of all coils. A reference coil that they leave out is at rest in each row."""
+    """Return frequencies (n, coils; Hz) of all coils.
+
+    If they lack the reference coil, its frequency at rest is added.
+    """
     rows = np.atleast_2d(np.asarray(frequencies, dtype=float))
     if reference is None or rows.shape[1] == len(coils) + 1:
         return rows

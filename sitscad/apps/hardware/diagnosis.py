@@ -1,4 +1,7 @@
-"""Scans of a board on the bench as lines and as a table, and a diagnosis: verdicts with probable faults."""
+"""Readings of a board on the test bench as lines and as a table, and verdicts on the board with probable faults.
+
+A scan is one result of each coil.
+"""
 
 from __future__ import annotations
 
@@ -23,28 +26,28 @@ from sitscad.spec.places import map_columns
 MET, NOT_MET, NOT_EVALUATED = "MET", "NOT MET", "NOT EVALUATED"
 
 FEWEST = 12
-"""Least number of readings of a coil to evaluate its noise and its rate."""
+"""Least number of readings of a coil for which its noise and its rate are evaluated."""
 
 NOISY, SLOW = 2.0, 0.95
-"""Largest ratio of measured noise to the design's noise, and least ratio of measured rate to the design's rate."""
+"""Largest accepted noise divided by the design's noise, and least accepted rate divided by the design's rate."""
 
 FEW = 10.0
-"""Allowance for noise measured from few results.
+"""Allowance for the statistical uncertainty of noise that is measured from few results.
 
 With n results, noise up to 1 + FEW / sqrt(n) times the design's noise is accepted. FEW / sqrt(n) is seven standard
 deviations of the measured noise.
 """
 
 JUMP = 12.0
-"""Distance from the median, in standard deviations of the design's noise, above which a result is an outlier."""
+"""Distance from the median above which a result is an outlier, in standard deviations of the design's noise."""
 
 
 @record
 class Verdict:
     """Verdict on one property of a board.
 
-    ``name`` is the property, and ``verdict`` states whether its requirement is met. ``observation`` is the observation,
-    with the probable fault if it is not met.
+    ``name`` is the property, and ``verdict`` states whether its requirement is met. ``observation`` describes what was
+    measured, with the probable fault if the requirement is not met.
     """
 
     name: str
@@ -55,9 +58,9 @@ class Verdict:
 def diagnose_board(
     board: Board, wrong: Sequence[str], readings: Sequence[Sequence[CoilReading]]
 ) -> tuple[Verdict, ...]:
-    """Return all verdicts on a board.
+    """Return the verdicts on all properties of a board.
 
-    `wrong` are the registers that did not keep their value in the set-up. `readings` are the results of every coil in
+    `wrong` lists registers that did not keep their value during the set-up. `readings` are the results of each coil in
     order of time. Raises OSError if the board no longer answers.
     """
     verdicts = [_line(board)] if isinstance(board, LineBoard) else [_identity(board), _settings(board, wrong)]
@@ -69,7 +72,10 @@ def diagnose_board(
 
 
 def _line(board: LineBoard) -> Verdict:
-    """Return the verdict on a serial line. The firmware checks identity and settings itself."""
+    """Return the verdict on the lines from a serial port.
+
+    The firmware itself checks converter identity and registers.
+    """
     is_so = not (board.lost or board.corrupted or board.another or board.starts)
     more = "" if is_so else f": check the cable, the baud rate ({board.serial.baud}) and the speed of this computer"
     return Verdict("lines", MET if is_so else NOT_MET, board.remark + more)
@@ -94,7 +100,7 @@ def _settings(board: Board, wrong: Sequence[str]) -> Verdict:
 
 
 def _state(board: Board, readings: Sequence[Sequence[CoilReading]]) -> str:
-    """Return whether the coils read as a bare or as an assembled board, by the number of coils that fit."""
+    """Return "bare" or "assembled": the state in which more coils have frequencies inside their bands."""
     fits = {
         state: sum(
             band.low <= board.frequency(rows[0].counts) <= band.high
@@ -108,7 +114,7 @@ def _state(board: Board, readings: Sequence[Sequence[CoilReading]]) -> str:
 
 
 def _frequency(board: Board, coil: int, rows: Sequence[CoilReading], state: str) -> Verdict:
-    """Return the verdict on a coil's frequency: within the band of the board's state, or of any load."""
+    """Return the verdict on a coil's frequency: whether it is in the band of the board's state, or of any load."""
     bands_of_coil = board.bands[coil]
     band: Band = getattr(bands_of_coil, state)
     name = f"{bands_of_coil.coil} frequency"
@@ -153,9 +159,10 @@ def _amplitude(board: Board, coil: int, rows: Sequence[CoilReading]) -> Verdict:
 
 
 def _noise(board: Board, coil: int, rows: Sequence[CoilReading]) -> Verdict:
-    """Return the verdict on the noise.
+    """Return the verdict on a coil's noise.
 
-    Second differences remove steady motion, and the median of their magnitudes is insensitive to jumps.
+    It is computed from second differences of the counts, which remove steady motion. The median of their magnitudes is
+    insensitive to outliers.
     """
     name, good = f"{board.bands[coil].coil} noise", [row.counts for row in rows if row.is_good]
     if len(good) < FEWEST:
@@ -184,7 +191,7 @@ def _rate(board: Board, readings: Sequence[Sequence[CoilReading]]) -> Verdict:
 
 
 def _order(board: Board) -> Verdict:
-    """Return the verdict on the order of coils. Readings of equal coils do not show their order."""
+    """Return the verdict on the order of the coils. Readings of equal coils do not show their order."""
     if len(board.bands) == 1:
         return Verdict("order of coils", MET, "there is one")
     return Verdict(
@@ -193,25 +200,25 @@ def _order(board: Board) -> Verdict:
 
 
 def verdict_lines(verdicts: Sequence[Verdict]) -> Iterator[str]:
-    """Yield one line per verdict."""
+    """Yield one line of text per verdict."""
     width = max(len(verdict.name) for verdict in verdicts)
     for verdict in verdicts:
         yield f"{verdict.verdict:<14} {verdict.name:<{width}}  {verdict.observation}"
 
 
 Scan = dict[int, CoilReading]
-"""The newest result of every coil, by its index in the design."""
+"""Newest result of each coil, by the coil's index in the design."""
 
 LATE = 3.0
-"""Longest wait for a coil, in scan times."""
+"""Longest wait for a coil's result, in scan times."""
 
 
 def scans(board: Board, source: Source, seconds: float) -> Iterator[Scan]:
-    """Yield scans until the time of the source is over. Raises OSError if a converter does not answer.
+    """Yield scans for `seconds`, by the clock of the source. Raises OSError if a converter does not answer.
 
-    A result that repeats before its scan is complete belongs to the next scan. If a converter with fewer coils is
-    faster, its older results are skipped. A scan is yielded without a coil that is missing for `LATE` scan times.
-    Converters that lost their settings are set up again.
+    A second result of a coil before its scan is complete belongs to the next scan. If a converter with fewer coils is
+    faster, its older results are skipped. If a coil has no result for `LATE` scan times, the scan is yielded without
+    it. Converters that lost their registers are set up again.
     """
     scan, ahead, rate, began = Scan(), Scan(), board.design.estimates.readout.scan_rate, 0.0
     while source.now() < seconds:
@@ -230,15 +237,15 @@ def scans(board: Board, source: Source, seconds: float) -> Iterator[Scan]:
 
 
 TARES = 16
-"""Number of whole scans whose mean is the tare, as in the driver's examples in C and in live.html."""
+"""Number of complete scans whose mean is the tare, as in the C driver's examples and in live.html."""
 
 
 class Forces:
-    """Forces (N) of scans, computed by the maps from readings to forces.
+    """Forces (N) from scans, computed by maps from readings to forces.
 
-    If `tared`, the readings without load are the mean of the first `TARES` whole scans. Otherwise they are stored in
-    the maps. Without a map there are no forces. Each cell has a map that reads its own coils, and its axes then start
-    with the cell.
+    With `tared`, the readings without load are the mean of the first `TARES` complete scans. Otherwise they are taken
+    from the maps. Without maps, there are no forces. With cells, each cell has a map for its own coils, and names of
+    axes begin with the cell's name.
     """
 
     def __init__(self, maps: Sequence[InverseMap] = (), tared: bool = False) -> None:
@@ -254,9 +261,9 @@ class Forces:
             self.mean = np.mean(self.taken, axis=0) if len(self.taken) == TARES else None
 
     def tare(self, board: Board) -> list[float | None] | None:
-        """Return the counts of every coil without load. None before a tare, or without maps.
+        """Return the counts of each coil without load. None before the tare is complete, or if there are no maps.
 
-        An entry is None if no map reads the coil.
+        An element is None if no map uses the coil.
         """
         if not self.maps or (self.tared and self.mean is None):
             return None
@@ -266,9 +273,9 @@ class Forces:
         return [rests.get(band.coil) for band in board.bands]
 
     def _read(self, board: Board, scan: Scan) -> Iterator[tuple[InverseMap, str, Array, Array]]:
-        """Yield (map, prefix of its axes, counts of its coils (1, coils), counts without load) for every map.
+        """Yield (map, prefix of its axes, counts of its coils (1, coils), counts without load) for each map.
 
-        Nothing is yielded before the tare, or if a coil has no good reading.
+        Yields nothing before the tare is complete, or if a coil has no good reading.
         """
         counts = _good_counts(board, scan)
         if counts is None or (self.tared and self.mean is None):
@@ -278,12 +285,12 @@ class Forces:
             yield each, prefix, counts[None, columns], each.rest if self.mean is None else self.mean[columns]
 
     def __call__(self, board: Board, scan: Scan) -> dict[str, float]:
-        """Return forces (N) by axis. Empty before the tare, or if a coil has no good reading."""
+        """Return forces (N) by axis. Empty before the tare is complete, or if a coil has no good reading."""
         return {f"{prefix}{axis}": force for each, prefix, counts, rest in self._read(board, scan)
                 for axis, force in zip(each.axes, each(counts, rest)[0].tolist(), strict=True)}
 
     def is_beyond(self, board: Board, scan: Scan) -> bool:
-        """Whether a scan lies beyond a map's range. Its forces are then the forces at the end of the range."""
+        """Whether a scan is outside a map's range. Its forces are then the forces at the end of the range."""
         return not all(each.holds(counts, rest)[0] for each, _, counts, rest in self._read(board, scan))
 
 
@@ -300,7 +307,7 @@ def _scan_time(scan: Scan) -> float:
 
 
 def scan_lines(board: Board, rows: Sequence[Scan], newtons: Forces) -> Iterator[str]:
-    """Yield one line per scan."""
+    """Yield one line of text per scan: time, frequency and status of each coil, and forces."""
     for scan in rows:
         texts = [f"{_scan_time(scan):8.4f} s"]
         texts += [
@@ -315,7 +322,7 @@ def scan_lines(board: Board, rows: Sequence[Scan], newtons: Forces) -> Iterator[
 
 
 def scan_table(board: Board, rows: Sequence[Scan]) -> bytes:
-    """Return a CSV file: time (s), and counts, frequency (Hz) and status of every coil.
+    """Return a CSV file with one row per scan: time (s), and counts, frequency (Hz) and status of each coil.
 
     Counts and frequency are empty if a scan has no result of the coil.
     """
@@ -336,7 +343,7 @@ def scan_table(board: Board, rows: Sequence[Scan]) -> bytes:
 
 
 def scan_document(board: Board, source: str) -> bytes:
-    """Return the data that explain the table: the conversion from counts to frequencies and to inductances."""
+    """Return a JSON file that explains the table: the conversion from counts to frequencies and to inductances."""
     conversion, readout = board.conversion, board.design.estimates.readout
     value = {
         "sitscad": __version__, "source": source, "sensor": board.design.spec.name,

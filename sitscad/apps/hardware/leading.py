@@ -1,4 +1,4 @@
-"""A calibration led point by point: the load to apply, readings once they are stable, and their table."""
+"""Guided calibration, point by point: it shows the load to apply, waits for stable readings, and writes the table."""
 
 from __future__ import annotations
 
@@ -20,27 +20,27 @@ from sitscad.estimates.performance_values import amount_text, shown_scales
 from sitscad.spec.places import map_columns
 
 WINDOW = 1.0
-"""Time (s) over which readings are averaged. Two such means are compared to detect motion."""
+"""Time (s) over which readings are averaged. Two successive means are compared to detect motion."""
 
 STABLE_SIGMAS = 4.0
-"""Largest difference of two successive means of stable readings, in standard deviations of the difference."""
+"""Largest difference of two successive means of stable readings, in standard deviations of this difference."""
 
 PATIENCE = 60.0
 """Longest wait (s) for stable readings."""
 
 REPEAT_INPUT = "back"
-"""Input that repeats the point before."""
+"""Input by which the user requests to repeat the point before."""
 
 PLAUSIBLE_RATIOS = 0.1, 4.0
-"""Least and largest plausible ratio of the force that the map of the sensor as drawn reads to the applied force.
+"""Smallest and largest plausible force by the map of the nominal sensor, divided by the applied force.
 
-400 simulated units of four templates gave ratios of 0.23 to 2.4.
+400 simulated sensors of four templates gave ratios of 0.23 to 2.4.
 """
 
 MAX_REST_READING = 0.1
-"""Largest reading without load after the first tare, as a fraction of full scale.
+"""Largest accepted force without load after the first tare, by the map of the nominal sensor (full scales).
 
-A larger reading means that a load is still applied.
+A larger value means that a load is still applied.
 """
 
 LEAST_GOOD_FRACTION = 0.9
@@ -48,11 +48,11 @@ LEAST_GOOD_FRACTION = 0.9
 
 
 class PointRefused(ValueError):
-    """Raised for a point that cannot be taken. The text gives the reason."""
+    """Raised for a point whose readings cannot be used. The text gives the reason."""
 
 
 def head_lines(board: Board, calibration: Calibration) -> str:
-    """Return the first lines of the table. They identify the sensor and the plan of a table."""
+    """Return the first lines of the table. They identify the sensor and the planned loads."""
     assert calibration.plan is not None
     design, points = board.design, len(calibration.plan.loads)
     of = f"# {design.spec.name}, settings {identity(design.spec.name, board.devices):08X}, {points} points"
@@ -63,8 +63,8 @@ def head_lines(board: Board, calibration: Calibration) -> str:
 class GuidedCalibration:
     """A calibration of a board, point by point.
 
-    `prompt` shows the load to apply and returns the user's input. `report` shows progress. A simulated board is loaded
-    by the plan itself. If the board has cells, only the coils of the map are read.
+    `prompt` shows the load to apply and returns the user's input. `report` shows progress. On a simulated board, the
+    planned loads are applied automatically. If the board has cells, only the coils of the map are read.
     """
 
     board: Board
@@ -74,16 +74,16 @@ class GuidedCalibration:
     report: Callable[[str], None]
 
     def table(self, before: str = "") -> Iterator[str]:
-        """Yield the table after every point. `before` is the table so far, which is continued.
+        """Yield the text of the table after each point. `before` is a table to continue.
 
-        If a user's point cannot be taken, the reason is shown and the point is requested again.
+        If a user's point cannot be used, the reason is shown and the point is requested again.
 
         Raises
         ------
         ValueError
             if the table or the board belongs to another sensor
         NotTaken
-            if a simulated point cannot be taken
+            if a simulated point cannot be used
         OSError
             if the board does not answer
         """
@@ -103,7 +103,10 @@ class GuidedCalibration:
             yield text
 
     def _head(self, before: str) -> str:
-        """Return the table's first lines. Raises ValueError if the board or the table belongs to another sensor."""
+        """Return the first lines of the table.
+
+        Raises ValueError if the board or the table belongs to another sensor.
+        """
         board, source, first = self.board, self.source, head_lines(self.board, self.calibration)
         ours = identity(board.design.spec.name, board.devices)
         if isinstance(source, Simulation) and ours != identity(
@@ -117,12 +120,10 @@ class GuidedCalibration:
         return first
 
     def _point(self, load: Array, number: str, rest: str) -> str:
-        """Return a point's line.
+        """Return the table's line for one point. Empty if the user wants to repeat the point before.
 
-        `rest` is the line of the first point. Empty if the user wants to repeat the point before.
-
-        Raises NotTaken if the point cannot be taken, or if it reads as another load and the user did not type this
-        load.
+        `rest` is the line of the first point, which is at rest. Raises NotTaken if the readings cannot be used. Also
+        raises NotTaken if they do not fit the planned load, and the user did not type another load.
         """
         scope, is_typed = self.calibration.sensors.range, False
         forces: Array | None = load[scope.columns]
@@ -164,9 +165,10 @@ class GuidedCalibration:
         return np.asarray(load[scope.columns]), False
 
     def _compare(self, forces: Array, counts: Array, rest: Array) -> None:
-        """Raise NotTaken if a reading does not fit these forces (axes; N).
+        """Raise NotTaken if the readings do not fit the applied forces (axes; N).
 
-        The map of the sensor as drawn is used. The limit is far larger than the difference between units.
+        Forces by the map of the nominal sensor are compared. The limits are far wider than the differences between
+        sensors.
         """
         inverse_map = self.calibration.map
         read, size = inverse_map(counts, rest)[0], np.abs(forces)
@@ -183,10 +185,10 @@ MOMENTS_TOO = ", moments in newton millimetres"
 
 
 def stable_counts(board: Board, source: Source, tell: Callable[[str], None], coils: Sequence[int]) -> Array:
-    """Return the mean counts of the coils `coils` (by number, from 0) once they are stable.
+    """Return the mean counts of the coils with numbers `coils` (from 0) after the readings have become stable.
 
-    They are stable if the means of two windows in a row differ by no more than noise. Raises NotTaken if a coil has no
-    good readings, or if readings are unstable after `PATIENCE`.
+    Readings are stable if the means over two successive windows differ by no more than noise. Raises NotTaken if a coil
+    has no good readings, or if readings are still unstable after `PATIENCE`.
     """
     if source.creep:
         tell(f"waiting {source.creep:.0f} s for the pad to come to rest")
@@ -207,10 +209,10 @@ def stable_counts(board: Board, source: Source, tell: Callable[[str], None], coi
 
 
 def mean_counts(board: Board, rows: list[Scan], coils: Sequence[int]) -> tuple[Array, Array]:
-    """Return the mean counts (coils,) of the coils `coils` over the scans, and the standard deviation of each mean.
+    """Return the mean counts (coils) of the coils `coils` over scans (`rows`), and the standard deviation of each mean.
 
-    The standard deviations follow from the design's noise. Outliers (see `JUMP`) are left out. The mean is NaN if fewer
-    than the fraction `LEAST_GOOD_FRACTION` of the good results remain. Raises NotTaken if a coil has no good readings.
+    The standard deviations follow from the design's noise. Outliers (see `JUMP`) are left out. The mean is NaN if less
+    than the fraction `LEAST_GOOD_FRACTION` of the good results remains. Raises NotTaken if a coil has no good readings.
     """
     means, sigmas = [], []
     for coil in coils:

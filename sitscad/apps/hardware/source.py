@@ -25,25 +25,28 @@ from sitscad.spec.load import load
 
 SIMULATED, BUS, SERIAL = "sim:", "/dev/i2c-", "serial:"
 RAMP = 33
-"""Number of solved loads on a ramp. Readings between are interpolated linearly."""
+"""Number of loads on a ramp for which readings are computed. Readings between them are interpolated linearly."""
 
 BEGUN = 0.02
 """Time (s) until converters are set up and the first scan has begun."""
 
 KEYS = ("load", "seconds", "fault", "state", "seed", "unit", "cell")
 SEVERAL = ("load", "fault")
-"""Options of a simulated source that may be repeated. `KEYS` are all options."""
+"""Names of all options of a simulated source (`KEYS`), and of the options that may be repeated (`SEVERAL`)."""
 
 SHORTEST = 1e-3  # Shortest reading of a simulated board (s)
+"""Shortest duration (s) of readings from a simulated board."""
 MOST_BAUD = 100_000_000  # Bits per second, above every serial port
+"""Largest accepted baud rate (bits per second). It exceeds the rate of every serial port."""
 MOST_SEED = 2**32 - 1  # Largest seed or unit number: 32 bits
+"""Largest accepted seed or sensor number: 32 bits."""
 
 
 class Source:
     """Converters in the order of their numbers, with a clock."""
 
     creep, paced = 10.0, True
-    """`creep` is the time (s) that a pad rests under a load before a calibration point is read.
+    """`creep` is the time (s) to wait under a load before a calibration point is read, because the pad creeps.
 
     `paced` is True if waiting takes real time.
     """
@@ -56,19 +59,19 @@ class Source:
         return Board(design, self.chips)
 
     def now(self) -> float:
-        """Return the seconds since the start."""
+        """Return the time (s) since the start."""
         return time.monotonic() - self._begun
 
     def wait(self, seconds: float) -> None:
-        """Wait."""
+        """Wait for this time (s)."""
         time.sleep(seconds)
 
 
 class Simulation(Source):
-    """Simulated converters of a design with a common time.
+    """Simulated converters of a design with a common clock.
 
-    `errors` holds the manufacturing errors of each cell, or None for a cell as drawn. A sensor without cells counts as
-    a single cell.
+    `errors` holds the manufacturing errors of each cell, or None for a nominal cell. A sensor without cells counts as a
+    single cell.
     """
 
     chips: Sequence[SimulatedConverter]
@@ -83,13 +86,19 @@ class Simulation(Source):
         self.design, self.errors = design, errors
 
     def put_on(self, load: np.ndarray, is_held: bool, cell: int = 1) -> None:
-        """Apply a load (3; N) to the target of a cell (number from 1) from now on, and to no other cell."""
+        """Apply a load (3; N) to the target of a cell (number from 1) from now on. Other cells are unloaded.
+
+        `is_held` is True if the load keeps the target level.
+        """
         read = _cell_frequencies(self.design.cells, cell, np.atleast_2d(load), self.errors, is_held)
         for chip in self.chips:
             chip.hold(read)
 
     def now(self) -> float:
-        """Return the simulated time (s) of the most advanced converter. The others advance to it."""
+        """Return the simulated time (s) of the most advanced converter.
+
+        The other converters are advanced to this time.
+        """
         latest = max(chip.time for chip in self.chips)
         for chip in self.chips:
             chip.advance(latest - chip.time)
@@ -104,13 +113,13 @@ class Simulation(Source):
 
 
 class WiredConverter:
-    """A converter on an I2C bus of Linux."""
+    """A converter on an I2C bus of a Linux computer."""
 
     def __init__(self, bus: Any, address: int) -> None:
         self.bus, self.address = bus, address
 
     def read(self, register: int) -> int:
-        """Return a register's 16 bits."""
+        """Return the 16 bits of a register."""
         upper, lower = self.bus.read_i2c_block_data(self.address, register, 2)
         return int(upper) << 8 | int(lower)
 
@@ -120,16 +129,16 @@ class WiredConverter:
 
 
 class SerialLine(Source):
-    """A microcontroller on a serial port."""
+    """A microcontroller on a serial port, which sends readings as lines."""
 
     def __init__(self, port: Port) -> None:
         super().__init__(())
         self.port = port
 
     def board(self, design: Design) -> LineBoard:
-        """Return the board of a design whose readings arrive on this line.
+        """Return the board of a design whose readings arrive on this port.
 
-        Time starts at the first reading. Raises OSError if no reading arrives.
+        The clock starts at the first reading. Raises OSError if no reading arrives.
         """
         board = LineBoard(design, self.port)
         board.begin()
@@ -138,9 +147,10 @@ class SerialLine(Source):
 
 
 def design_of(path: str) -> Design:
-    """Return the design of a spec, or of the package in a folder.
+    """Return the design of a spec file, or of the package in a folder.
 
-    Raises SpecError or OSError if the spec cannot be read, and ValueError if the folder has no spec.
+    Raises SpecError or OSError if the spec cannot be read, and ValueError if the folder does not contain exactly one
+    spec.
     """
     place = Path(path)
     if place.is_dir():
@@ -152,10 +162,10 @@ def design_of(path: str) -> Design:
 
 
 def source_of(text: str, design: Design | None, tares: int = 0) -> tuple[Source, Design]:
-    """Return the source that a text names, and the design for its readings.
+    """Return the source that a text describes, and the design for its readings.
 
-    The loads of a simulated board begin after `tares` scans without load. Raises ValueError for other texts, and for
-    options that do not fit the source.
+    On a simulated board, the loads begin after `tares` scans without load. Raises ValueError for other texts, and for
+    options that do not belong to the source.
     """
     if text.startswith(SIMULATED):
         path, _, query = text.removeprefix(SIMULATED).partition("?")
@@ -193,9 +203,9 @@ def source_of(text: str, design: Design | None, tares: int = 0) -> tuple[Source,
 
 
 def _serial_port(text: str, baud: int) -> Port:
-    """Return the serial port that a source names, at its ``?baud=``, or else at `baud`.
+    """Return the serial port that a text describes, with the baud rate from its ``?baud=``, or else `baud`.
 
-    Raises ValueError if pyserial is not installed, and OSError if the port does not open.
+    Raises ValueError if pyserial is not installed, and OSError if the port cannot be opened.
     """
     try:
         import serial
@@ -212,11 +222,12 @@ def _serial_port(text: str, baud: int) -> Port:
 
 
 def _simulated_board(design: Design, query: str, tares: int) -> Simulation:
-    """Return a simulated board.
+    """Return a simulated board with the options in `query`.
 
-    `load` is AXIS:FIRST:LAST (N), with commas between several axes, over `seconds` after `tares` scans without load.
-    `fault` may be repeated. `unit` is the number of a sensor with errors of manufacture; without it, the sensor is as
-    drawn. `cell` is the cell under the load. `state` and `seed` are as for `SimulatedConverter`.
+    `load` is AXIS:FIRST:LAST (N), with commas between several axes. It changes linearly over `seconds`, after `tares`
+    scans without load. `fault` may be repeated. `unit` is the number of a sensor with random manufacturing errors;
+    without it, the sensor is nominal. `cell` is the cell under the load. `state` and `seed` are as for
+    `SimulatedConverter`.
     """
     pairs = parse_qsl(query, keep_blank_values=True)
     options = dict(pairs)
@@ -271,9 +282,9 @@ def _simulated_board(design: Design, query: str, tares: int) -> Simulation:
 def _load_ramps(texts: Iterable[str]) -> np.ndarray:
     """Return loads (`RAMP`, 5) that change linearly from the first to the last value of each axis.
 
-    The columns are normal, shear_x and shear_y (N), moment_x and moment_y (N m). A text is AXIS:NEWTONS or
-    AXIS:FIRST:LAST, with commas between axes; moments are written in N mm. Raises ValueError for another text, and for
-    an axis that occurs twice.
+    The columns are normal, shear_x and shear_y (N), moment_x and moment_y (N m). Each text is AXIS:VALUE or
+    AXIS:FIRST:LAST, with commas between axes. Forces are in N, moments in N mm. Raises ValueError for another text, and
+    for an axis that occurs twice.
     """
     loads, axes_set = np.zeros((RAMP, len(AXES))), set()
     for part in (part for text in texts for part in text.split(",")):
@@ -294,7 +305,7 @@ def _load_ramps(texts: Iterable[str]) -> np.ndarray:
 
 
 def _number_in_range(option: str, least: float, most: float, is_whole: bool) -> float:
-    """Return the number of KEY=NUMBER. Raises ValueError, with the allowed range, if it is not in the range."""
+    """Return the number in a text KEY=NUMBER. Raises ValueError with the permitted range if it is outside the range."""
     try:
         value = (int if is_whole else float)(option.partition("=")[2])
     except ValueError:
@@ -308,11 +319,11 @@ def _number_in_range(option: str, least: float, most: float, is_whole: bool) -> 
 def _cell_frequencies(
     cells: Cells, number: int, loads: np.ndarray, errors: Sequence[np.ndarray | None], is_held: bool = True
 ) -> np.ndarray:
-    """Return frequencies (n, coils; Hz) under loads (n, 3 or 5) on cell `number` (from 1).
+    """Return the frequencies (n, coils; Hz) of all coils under loads (n, 3 or 5) on cell number `number` (from 1).
 
     The columns of the loads are the normal force, shear along x and y (N), and two moments (N m) if given. The other
     cells are not loaded, and crosstalk between cells is neglected. `errors` are the manufacturing errors of each cell,
-    or None for the sensor as drawn.
+    or None for a nominal cell.
     """
     nothing = np.zeros((1, loads.shape[1]))
     is_held = is_held and loads.shape[1] == len(FORCES)  # with moments, the target is free to tilt

@@ -1,1 +1,1 @@
-"""A spec watched while it is edited: the changes by each save, on the terminal and as a page."""
+"""Watch mode: a spec is evaluated after each save, and the changes are shown on the terminal and on a web page."""

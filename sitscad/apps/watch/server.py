@@ -1,7 +1,7 @@
-"""HTTP server for the page of a watched spec: the page, its events, and its latest state.
+"""HTTP server for the page of a watched spec. Its three paths are the page, its events, and the latest state.
 
-Standard library only. The server answers requests that name this machine by name or address. It refuses requests under
-another name, which a foreign page can send by DNS rebinding, and all paths except these three.
+It uses the standard library only. It answers requests whose Host header is a name or address of this computer. Other
+host names are refused, because a foreign web page can send them by DNS rebinding. Other paths are refused, too.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ from sitscad.files.drawing.web_page import page
 from sitscad.files.report.moving import scripts
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
-"""Names and addresses of this machine for itself."""
+"""Host names and addresses of this computer for requests from itself."""
 
 ALIVE = 10.0
-"""Seconds without an event after which a listener gets an empty line. This detects closed connections."""
+"""Time (s) without an event after which a listener gets an empty line. This detects closed connections."""
 
 MOST_WAITING = 1000
-"""Largest number of events that wait for one listener."""
+"""Largest number of events in the queue of one listener."""
 
 POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:; connect-src 'self'"
 """Content security policy: the page may load only its own content, and data from this server."""
@@ -42,9 +42,9 @@ EMPTY = "<header><h1>sitscad watch</h1><p>The first findings come as soon as the
 
 
 class PageState:
-    """The present page, the last event of every stage, and the listeners.
+    """The present page, the last event of each stage, and the listeners.
 
-    `shown` is the first page. If it is left out, the page waits for a watched spec.
+    `shown` is the first page. Without it, the page waits for a watched spec.
     """
 
     def __init__(self, shown: bytes = b"") -> None:
@@ -56,7 +56,10 @@ class PageState:
         self.listeners: set[queue.Queue[bytes]] = set()
 
     def tell(self, revision: int, event: Event, before: Event | None) -> None:
-        """Store an event and send it to all listeners."""
+        """Store an event of save number `revision` and send it to all listeners.
+
+        `before` is the last event of the same stage.
+        """
         data: dict[str, Any] = {"stage": event.stage, "revision": revision, "seconds": round(event.seconds, 3)}
         data |= event.data | {"changes": event_changes(event, before), "has_page": bool(event.page)}
         if event.stage == "findings":
@@ -64,7 +67,10 @@ class PageState:
         self.post(data, event.page)
 
     def post(self, data: dict[str, Any], shown: bytes | None = None) -> None:
-        """Store the data of a stage for later listeners and send it to all listeners. Slow listeners miss events."""
+        """Store the data of a stage for later listeners and send it to all listeners.
+
+        Listeners with a full queue miss it.
+        """
         with self.lock:
             self.page = shown or self.page
             self.state[data["stage"]] = data
@@ -73,7 +79,7 @@ class PageState:
                     listener.put(_line(data))
 
     def listen(self) -> Iterator[bytes]:
-        """Yield the last event of every stage, then every new event."""
+        """Yield the last event of each stage, then each new event, as lines of an event stream."""
         events: queue.Queue[bytes] = queue.Queue()
         with self.lock:
             lines = list(map(_line, self.state.values()))
@@ -95,7 +101,7 @@ def _line(data: dict[str, Any]) -> bytes:
 
 
 def server(showing: PageState, host: str, port: int) -> PageServer:
-    """Return a server of the page. Its `serve_forever` starts it. Raises OSError if it cannot listen at the address."""
+    """Return a server for the page. `serve_forever` starts it. Raises OSError if it cannot listen at this address."""
 
     class Handler(_Handler):
         def do_GET(self) -> None:
@@ -119,22 +125,22 @@ def server(showing: PageState, host: str, port: int) -> PageServer:
 
 
 MAX_CONNECTIONS = 64
-"""Largest number of connections at a time. A browser opens six to each page, and one for events."""
+"""Largest number of simultaneous connections. A browser opens six to each page, and one for events."""
 
 REQUEST_TIMEOUT = 15.0
-"""Seconds in which a whole request must arrive."""
+"""Time (s) within which a whole request must arrive."""
 
 ANSWER_TIMEOUT = 60.0
-"""Seconds in which a client must receive the whole answer: a page of 10 MB at 1.3 Mbit/s."""
+"""Time (s) within which a client must receive the whole answer: a page of 10 MB at 1.3 Mbit/s."""
 
 BUSY = b"HTTP/1.1 503 Service Unavailable\r\nContent-Length: 0\r\nConnection: close\r\n\r\n"
 
 HTTP_PORT = 80
-"""Port that browsers leave out of the Host header."""
+"""Port that browsers omit from the Host header."""
 
 
 class PageServer(ThreadingHTTPServer):
-    """HTTP server with limits on the number and duration of connections. It answers requests that name this machine."""
+    """HTTP server with limits on the number and the duration of connections, for requests to this computer's names."""
 
     daemon_threads = True
     request_queue_size = MAX_CONNECTIONS
@@ -156,16 +162,16 @@ class PageServer(ThreadingHTTPServer):
 
     @property
     def url(self) -> str:
-        """The page's address for a browser on this machine."""
+        """Address of the page for a browser on this computer."""
         host = str(self.server_address[0])
         if self._is_open:
             host = "::1" if ":" in host else "127.0.0.1"
         return f"http://{f'[{host}]' if ':' in host else host}:{self.server_port}/"
 
     def is_asked_by_name(self, host: str) -> bool:
-        """Whether a Host header names this machine.
+        """Whether a Host header contains a name or address of this computer.
 
-        If the server listens on all addresses, any IP address is accepted: a foreign page (DNS rebinding) uses a name.
+        If the server listens on all addresses, each IP address is accepted, because DNS rebinding needs a host name.
         """
         match = re.fullmatch(r"(?:\[([0-9a-f:.]+)\]|([^:\[\]]+))(?::(\d{1,5}))?", host.lower())
         if match is None or int(match[3] or HTTP_PORT) != self.server_port:
@@ -179,7 +185,7 @@ class PageServer(ThreadingHTTPServer):
             return False
 
     def process_request(self, request: Any, client_address: Any) -> None:
-        """Answer a connection in a thread of its own, or refuse it if there are too many."""
+        """Answer a connection in its own thread, or refuse it if there are too many connections."""
         if not self._free.acquire(blocking=False):
             with suppress(OSError):
                 request.settimeout(0.0)
@@ -201,7 +207,7 @@ class PageServer(ThreadingHTTPServer):
             self._free.release()
 
     def service_actions(self) -> None:
-        """End connections whose request is overdue; called by `serve_forever` twice a second."""
+        """Close connections whose request has not arrived in time. `serve_forever` calls this twice a second."""
         now = time.monotonic()
         for request, deadline in list(self.deadlines.items()):
             if now > deadline:
@@ -209,7 +215,7 @@ class PageServer(ThreadingHTTPServer):
                     request.shutdown(socket.SHUT_RDWR)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """Ignore a client that closed its connection. Report any other error as a fault of this server."""
+        """Ignore errors of clients that closed their connection. Report other errors as faults of this server."""
         if not isinstance(sys.exc_info()[1], OSError):
             super().handle_error(request, client_address)
 

@@ -1,4 +1,4 @@
-"""The watch of a spec's files: after every save, a process evaluates the spec, and the changes are reported."""
+"""Watching a spec's files: after each save, a worker process evaluates the spec, and the changes are reported."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from sitscad.basics.record import record
 from sitscad.basics.units import count_text
 
 PAUSE, SETTLE = 0.1, 0.02
-"""Time (s) between two checks of the files, and time without a change after which a save is complete."""
+"""Time (s) between two checks of the files, and time (s) without a change after which a save counts as complete."""
 
 OVERTAKEN = "overtaken"
-"""Stage of the event for a save whose work was ended by the next save (``by``)."""
+"""Stage name of the event for a save whose evaluation was stopped because of the next save (``by``)."""
 
 Stamp = tuple[int, int, int] | None
 Told = Callable[[int, Event, Event | None], None]
@@ -39,14 +39,14 @@ def file_stamp(path: str) -> Stamp:
 
 @record(eq=False)
 class Worker:
-    """A process that is ready for work, with the connections for requests and for events."""
+    """A worker process, with the connections for requests to it and for events from it."""
 
     process: multiprocessing.process.BaseProcess
     requests: Connection
     events: Connection
 
     def end(self) -> None:
-        """End the process at once."""
+        """Stop the process at once, and close its connections."""
         self.process.kill()
         self.process.join()
         self.requests.close()
@@ -54,7 +54,11 @@ class Worker:
 
 
 def start_worker(path: str, serves: bool) -> Worker:
-    """Start a worker for a spec's path. It loads the modules for every save and waits."""
+    """Start a worker process for a spec.
+
+    It loads the modules that each evaluation needs, then waits for the first save. `serves` is True if the results are
+    shown on a web page.
+    """
     context = multiprocessing.get_context("spawn")
     (theirs, receiver), (sender, mine) = context.Pipe(duplex=False), context.Pipe(duplex=False)
     process = context.Process(target=serve_requests, args=(theirs, mine, path, serves), daemon=True)
@@ -65,9 +69,9 @@ def start_worker(path: str, serves: bool) -> Worker:
 
 
 class Watch:
-    """The spec at a path, evaluated after every save of the spec or of a file that it reads.
+    """A spec that is evaluated after each save of the spec or of a file that it reads.
 
-    A save ends the work in progress. A second worker is ready for the new work.
+    A new save stops the evaluation in progress. A second worker is always ready for the new evaluation.
     """
 
     def __init__(self, path: str, serves: bool = False) -> None:
@@ -78,9 +82,9 @@ class Watch:
         self.stamps: dict[str, Stamp] = {path: None}
 
     def run(self, report: Told, until: Callable[[], bool] = lambda: False) -> None:
-        """Watch until interrupted, or until `until` returns True.
+        """Watch the files until interrupted, or until `until` returns True.
 
-        `report` is called with the revision, each event, and the last event of its stage.
+        `report` is called with the number of the save, each event, and the last event of the same stage.
         """
         try:
             while not until():
@@ -97,7 +101,7 @@ class Watch:
             self.spare.end()
 
     def look(self) -> None:
-        """Start new work if a file has changed and is complete."""
+        """Start an evaluation if a file has changed and its save is complete."""
         stamps = {path: file_stamp(path) for path in self.stamps}
         if stamps == self.stamps or stamps[self.path] is None:
             return
@@ -114,7 +118,7 @@ class Watch:
         self.worker.requests.send(self.revision)
 
     def heard(self) -> Iterator[tuple[int, Event]]:
-        """Yield the worker's events within a pause."""
+        """Yield the events (number of the save, event) that the worker sends within `PAUSE`."""
         for _ in wait([self.worker.events], PAUSE):
             try:
                 revision, event = self.worker.events.recv()
@@ -135,7 +139,7 @@ SIGNS = {"new": "+", "gone": "-", "moved": "~"}
 
 
 def event_changes(event: Event, before: Event | None) -> dict[str, Any]:
-    """Return the changes of an event from the last event of its stage.
+    """Return the differences between an event and the last event of the same stage.
 
     They are findings that are new, gone, or moved to another line, and numbers with their old values.
     """
@@ -156,9 +160,9 @@ def event_changes(event: Event, before: Event | None) -> dict[str, Any]:
 
 
 def event_lines(revision: int, event: Event, before: Event | None, width: int = 80, verbose: bool = False) -> list[str]:
-    """Return the lines of a terminal for an event.
+    """Return the terminal lines for an event.
 
-    For each save they are its number, the changes in about a dozen lines, and the verdict last. With `verbose`, all
+    For each save, the lines are its number, about a dozen lines of changes, and the verdict. With `verbose`, all
     changes are listed, without wrapping.
     """
     changed = event_changes(event, before)
@@ -180,14 +184,17 @@ def event_lines(revision: int, event: Event, before: Event | None, width: int = 
 
 
 ROWS = 5
-"""Number of terminal rows for the findings of a save. One row for the rest, and one for moved findings, are added."""
+"""Number of terminal rows for the findings of a save.
+
+A row for further findings and a row for moved findings are added.
+"""
 
 
 def _finding_rows(changes: Mapping[str, Any], width: int) -> list[str]:
-    """Return terminal rows for findings: new findings, the most severe first, then findings that are gone.
+    """Return the terminal rows for findings: new findings, the most severe first, then findings that are gone.
 
-    Signs are + (new), - (gone) and ~ (another text for the rule and key of an earlier finding). Errors may take two
-    rows. The last row counts findings that moved to another line.
+    Signs are + (new), - (gone) and ~ (same rule and key as before, with another text). Errors may take two rows. The
+    last row has the number of findings that moved to another line.
     """
     was, now = ({(each["rule"], each["key"]) for each in changes[kind]} for kind in ("gone", "new"))
     signed = [("~" if (each["rule"], each["key"]) in was else "+", each) for each in changes["new"]]
@@ -207,9 +214,9 @@ def _finding_rows(changes: Mapping[str, Any], width: int) -> list[str]:
 
 
 def _study_lines(numbers: Mapping[str, str], width: int) -> list[str]:
-    """Return the lines on the first designs of a study.
+    """Return the terminal lines on the first designs of a study.
 
-    While designs are evaluated, they are the first two numbers on one line. At the end, each number has a line.
+    While designs are evaluated, the first two numbers are on one line. At the end, each number has its own line.
     """
     lines = [f"{name}: {value}" for name, value in numbers.items()]
     done, _, of = numbers["designs"].partition(" of ")
@@ -219,7 +226,7 @@ def _study_lines(numbers: Mapping[str, str], width: int) -> list[str]:
 
 
 def _changed_number_lines(changes: Mapping[str, list[Any]]) -> list[str]:
-    """Return one line per quantity: the number with the largest change, and the count of other changed numbers."""
+    """Return one line per quantity: the number with the largest relative change, and how many others changed."""
     groups: dict[str, list[str]] = {}
     for name in changes:
         groups.setdefault("to spare" if name.endswith(", to spare") else name.partition(" of ")[0], []).append(name)
@@ -236,7 +243,10 @@ def _all_numbers(changes: Mapping[str, list[Any]]) -> list[str]:
 
 
 def _relative_change(old: str | None, new: str) -> float:
-    """Return the relative change of a number with a unit. 0 if it is unknown, as with another unit prefix."""
+    """Return the relative change of a number with a unit.
+
+    0 if it cannot be computed, for example with different units.
+    """
     (was, unit), (now, other) = (each.partition(" ")[::2] for each in (old or "", new))
     try:
         return abs(float(now) / float(was) - 1.0) if unit == other else 0.0
@@ -245,7 +255,7 @@ def _relative_change(old: str | None, new: str) -> float:
 
 
 def verdict_text(data: Mapping[str, Any]) -> str:
-    """Return the verdict on a design in a few words."""
+    """Return the verdict on a design: its state, and the number of errors, warnings and notes."""
     counts = [count_text(count, kind) for kind, count in data["counts"].items() if count]
     state = "unreadable" if data.get("unreadable") else "refused" if data["counts"]["error"] else "ok"
     return f"{state}: {', '.join(counts) or 'nothing found'}"

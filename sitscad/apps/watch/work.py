@@ -1,7 +1,7 @@
-"""The work after a save, the quickest stage first, in a process that is ended when the next save comes.
+"""Evaluation of a spec after each save, in stages with the quickest first. It runs in the worker process.
 
-Results that a change does not affect are reused. The board is reused if its part of the spec is equal, the response if
-its inputs are equal, and the solids if all pieces are equal. Solutions of targets and pads are reused, too.
+Results that a change does not affect are reused. Board, response and solids are reused if their inputs in the spec are
+equal. Field solutions of targets and solutions of pads are reused, too.
 """
 
 from __future__ import annotations
@@ -42,19 +42,19 @@ from sitscad.package.stages import page_of
 from sitscad.spec.reading import SpecError
 
 STAGES = ("findings", "board", "estimate", "feeling", "pushed", "solids", "sweep")
-"""Stages in the order of work. A study has only findings and the sweep."""
+"""Stages in the order of evaluation. A study has only "findings" and "sweep"."""
 
 DATA_SHEET, CALIBRATION, SOLIDS = "datasheet.json", "calibration/calibration.json", "mount/assembly.glb"
-"""Files of a package that the page's views read."""
+"""Files of a package that the interactive views of the page need."""
 
 Document: TypeAlias = dict[str, Any]
 
 
 @record
 class Event:
-    """The result of one stage: plain values, the page, and the seconds since the work began.
+    """Result of one stage: data for JSON, the page, and the time (s) since the evaluation began.
 
-    The page is empty if none is served.
+    The page is empty if no web page is shown.
     """
 
     stage: str
@@ -65,9 +65,10 @@ class Event:
 
 @record(eq=False)
 class Before:
-    """Results of earlier saves.
+    """Results of earlier saves, for reuse.
 
-    They are the last readable design, files with their inputs, solutions, and evaluations of a study's designs by key.
+    `designs` holds the last readable design, `files` the files of each stage with their inputs, and `solutions` field
+    solutions. `evaluated` maps keys of a study's designs to their evaluations.
     """
 
     designs: list[Design] = field(default_factory=list)
@@ -77,7 +78,7 @@ class Before:
 
 
 def stage_events(path: str, before: Before, serves: bool) -> Iterator[Event]:
-    """Yield one event per completed stage for the spec or study at a path.
+    """Yield one event for each completed stage of the spec or study at a path.
 
     `before` holds results of earlier saves. If `serves` is False, stages that only the web page needs are skipped.
     """
@@ -129,7 +130,7 @@ def stage_events(path: str, before: Before, serves: bool) -> Iterator[Event]:
 
 
 def _study_events(path: str, before: Before, serves: bool) -> Iterator[Event]:
-    """Yield the events of a study."""
+    """Yield the events of a study: its findings, and the progress of its evaluation."""
     began = time.perf_counter()
     try:
         study = Study.load(path)
@@ -144,13 +145,13 @@ def _study_events(path: str, before: Before, serves: bool) -> Iterator[Event]:
 
 
 def _refusal_event(path: str, error: SpecError, seconds: float) -> Event:
-    """Return the event of a file that cannot be read."""
+    """Return the event for a file that cannot be read. It has the findings on the faults."""
     verdict = _verdict(unreadable(path, error, "decisive"), [path]) | {"unreadable": True}
     return Event("findings", verdict, seconds=seconds)
 
 
 def _cached_files(before: Before, name: str, made_of: object, package: str, make: Any) -> dict[str, bytes]:
-    """Return the files of a stage, from an earlier save if its inputs are equal."""
+    """Return the files of a stage, reused from an earlier save if its inputs `made_of` are equal."""
     if name not in before.files or before.files[name][0] != made_of:
         with cached_solutions(package, store=before.solutions):
             before.files[name] = made_of, make()
@@ -158,7 +159,7 @@ def _cached_files(before: Before, name: str, made_of: object, package: str, make
 
 
 def _performance_figures(design: Design, pushed: ResponseModel | None = None) -> dict[str, bytes]:
-    """Return the data sheet's figures. If `pushed` is given, add the table for pushing the sensor on the page."""
+    """Return the data sheet's file with computed values. `pushed` adds the table for pushing the sensor on the page."""
     report = PerformanceReport(design.performance, design.spec)
     if not report.points:
         return {}
@@ -173,7 +174,7 @@ def _solids(design: Design) -> dict[str, bytes]:
 
 
 def _verdict(checked: CheckedSpec, read: list[str]) -> Document:
-    """Return the number of errors, warnings and notes, the findings, and the files that were read."""
+    """Return the numbers of errors, warnings and notes, the findings, and the paths of the files that were read."""
     findings = [
         {"rule": each.rule, "severity": each.severity.value, "line": each.line, "column": each.column,
          "key": each.key, "message": each.message, "hint": each.hint or ""}
@@ -184,7 +185,7 @@ def _verdict(checked: CheckedSpec, read: list[str]) -> Document:
 
 
 def _numbers(coils: Sequence[CoilEstimate], fit: Sequence[Measure]) -> Document:
-    """Return the figures of every coil and state, and of the fit, by label: value and unit."""
+    """Return numbers with units by label: values of each coil and state, and the margins of the fit."""
     figures: Document = {}
     for coil in coils:
         for name, state in coil.states.items():
@@ -193,7 +194,7 @@ def _numbers(coils: Sequence[CoilEstimate], fit: Sequence[Measure]) -> Document:
 
 
 def _performance_text(point: Document) -> Document:
-    """Return resolution and range of every axis at full load."""
+    """Return the resolution and the range of each axis at full load, as texts with units."""
     return {
         f"{what} of {name.replace('_', ' along ')}": quantity(axis[key], "N")
         for name, axis in point["axes"].items()
@@ -202,9 +203,9 @@ def _performance_text(point: Document) -> Document:
 
 
 def serve_requests(revisions: Connection, events: Connection, path: str, serves: bool) -> None:
-    """Run the process: for each revision received, do the work and send its events, and None at the end.
+    """Run the worker process: evaluate after each request, and send its events, then None.
 
-    An error is sent as an event of the stage ``failed``.
+    An unexpected error is sent as an event of the stage ``failed``.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent process ends this process
 

@@ -1,9 +1,9 @@
-"""Rules and writers from outside: a Python file, or an installed package with an entry point in ``sitscad.plugins``.
+"""Plugins: rules and writers from a Python file, or from an installed package with an entry point ``sitscad.plugins``.
 
 A plugin is a module with ``RULES`` (values of `Rule`), with ``WRITERS`` (values of `Writer` with a `function`), or
-both. Once loaded, it stays active for the whole process. Its rules are applied, listed, selected and waived like
-sitscad's own. Its writers' files are in packages and their manifests. If a plugin changes, packages made with it are
-made anew.
+both. Once activated, it stays active until the process ends. Its rules are applied, listed, selected and suppressed
+like sitscad's own rules. The files of its writers are part of packages and their manifests. If a plugin changes,
+packages that were made with it are made again.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def use_installed_plugins() -> tuple[Plugin, ...]:
 
 
 def _entry_points_in(folder: str) -> Iterator[bytes]:
-    """Yield the text of the entry points of all distributions in a folder."""
+    """Yield the content of ``entry_points.txt`` of each distribution that is installed in a folder."""
     try:
         names = os.listdir(folder)
     except OSError:  # an archive, or missing

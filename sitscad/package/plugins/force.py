@@ -1,4 +1,4 @@
-"""Activation of a plugin's valid rules and writers. Errors in their code name the plugin."""
+"""Activation of a plugin after a check of its rules and writers. Errors in their code are reported with its name."""
 
 from __future__ import annotations
 
@@ -54,7 +54,10 @@ def use_installed() -> tuple[Plugin, ...]:
 
 
 def in_force(name: str, module: ModuleType, digest: str) -> Plugin:
-    """Return a plugin whose rules and writers are now active. Raises PluginError if it is invalid."""
+    """Activate the rules and writers of a module, and return the plugin. Raises PluginError if they are invalid.
+
+    `digest` is the hash of the plugin's file.
+    """
     rules = _listed(name, module, "RULES", Rule)
     writers = _listed(name, module, "WRITERS", Writer)
     if not rules and not writers:
@@ -79,7 +82,7 @@ def _listed(name: str, module: ModuleType, attribute: str, kind: type[Row]) -> t
 
 
 def _require_fit(name: str, rule: Rule) -> None:
-    """Refuse a rule that has another rule's id or name, needs an unknown part of a spec, or has no function."""
+    """Raise PluginError for a rule with the id or name of another rule, or with an invalid field."""
     rival = next((other for other in all_rules() if rule.id == other.id or rule.name == other.name), None)
     texts = (rule.summary, rule.why, rule.mend, rule.source)
     for is_wrong, why in (
@@ -96,7 +99,7 @@ def _require_fit(name: str, rule: Rule) -> None:
 
 
 def _require_writable(name: str, writer: Writer) -> None:
-    """Refuse a writer with an unknown stage or unknown arguments, or without a new name and a function."""
+    """Raise PluginError for a writer with an unknown stage, unknown arguments, a name that exists, or no function."""
     names = {other.name for other in added_writers()}
     for is_wrong, why in (
         (not isinstance(writer.name, str) or not writer.name or writer.name in names, "its name is missing or taken"),
@@ -112,10 +115,10 @@ def _require_writable(name: str, writer: Writer) -> None:
 
 
 def _guarded(name: str, rule: Rule, file: str | None) -> Callable[[Design], list[Verdict]]:
-    """Return a rule's function, wrapped so that its errors name the plugin."""
+    """Return a rule's function in a wrapper that reports errors with the plugin's name."""
 
     def apply(design: Design) -> list[Verdict]:
-        """Return the rule's verdicts without fixes. Raises PluginError for any error in the rule."""
+        """Return the rule's findings without fixes. Raises PluginError for any error in the rule."""
         with at_work(f"plugin {name}: rule {rule.id}", file):
             return [_fitting(verdict) for verdict in (rule.apply(design) if rule.apply else None) or ()]
 
@@ -123,7 +126,7 @@ def _guarded(name: str, rule: Rule, file: str | None) -> Callable[[Design], list
 
 
 def _fitting(verdict: object) -> Verdict:
-    """Return a verdict without fixes. Raises TypeError if it is no verdict, or has fields of another type."""
+    """Return a rule's result without its fixes. Raises TypeError if it has another type, or fields of another type."""
     if isinstance(verdict, Undecided) and isinstance(verdict.reason, str):
         return verdict
     if not isinstance(verdict, Violation):
@@ -141,11 +144,11 @@ _FIELDS: dict[str, Any] = {
     **dict.fromkeys(("key", "unit", "source"), _TEXT),
     **dict.fromkeys(("measured", "limit", "sigma"), _NUMBER),
 }
-"""Types of the fields of a Violation."""
+"""Types of the fields of a `Violation`, by the field's name."""
 
 
 def _checked(name: str, writer: Writer, file: str | None) -> Writer:
-    """Return a writer whose functions are wrapped so that their errors name the plugin."""
+    """Return a writer whose functions have a wrapper that reports errors with the plugin's name."""
 
     def told(function: Callable[..., Made], *values: object) -> Made:
         with at_work(f"plugin {name}: writer {writer.name}", file):

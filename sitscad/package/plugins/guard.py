@@ -1,6 +1,6 @@
-"""The guard around the code of plugins.
+"""Execution of plugin code with control over its errors and its time.
 
-Every exit from a plugin's code becomes a PluginError, and a slow plugin is named on standard error.
+Every exception from a plugin's code becomes a PluginError, and a slow plugin is reported on standard error.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ class Interrupted(KeyboardInterrupt):
 
 @contextmanager
 def at_work(what: str, file: str | None = None) -> Iterator[None]:
-    """Run a part of a plugin, named `what`, in this context.
+    """Run a part of a plugin in this context. `what` is its description for messages.
 
     `file` is the plugin's file, for line numbers in errors.
 
-    Raises PluginError with that name for any error, also for exceptions that end the program (SystemExit,
+    Raises PluginError with `what` for any error, also for exceptions that end the program (SystemExit,
     KeyboardInterrupt, GeneratorExit). An end of the process itself (``os._exit``, a signal) cannot be caught.
     """
     done = threading.Event()
@@ -52,7 +52,7 @@ def at_work(what: str, file: str | None = None) -> Iterator[None]:
 
 
 def _line_in(file: str | None, error: BaseException) -> int | None:
-    """Return the last line of a file that ran when an error was raised. None if there was none."""
+    """Return the last line of `file` that ran before an error was raised. None if no line of the file ran."""
     if isinstance(error, SyntaxError) and error.filename == file:
         return error.lineno
     lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
@@ -60,10 +60,10 @@ def _line_in(file: str | None, error: BaseException) -> int | None:
 
 
 def _tell(what: str, done: threading.Event) -> None:
-    """Log a warning about the running plugin, repeatedly, until `done` is set.
+    """Log warnings that a plugin is still running, until `done` is set.
 
-    The first warning comes after `SLOW` seconds. Each next wait is as long as the total time so far. By default the log
-    goes to standard error.
+    The first warning comes after `SLOW` seconds. The time before each further warning is the total time so far. By
+    default, the log is written to standard error.
     """
     passed, wait = 0.0, SLOW
     while not done.wait(wait):
@@ -74,7 +74,10 @@ def _tell(what: str, done: threading.Event) -> None:
 
 @contextmanager
 def _own_interruption() -> Iterator[None]:
-    """Make the user's interruption raise `Interrupted`, if Python's own handler is active."""
+    """Raise `Interrupted` instead of KeyboardInterrupt if the user interrupts.
+
+    Only if Python's own handler is active.
+    """
     is_ours = threading.current_thread() is threading.main_thread()
     if not is_ours or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
         yield

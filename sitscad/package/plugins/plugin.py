@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 GROUP = "sitscad.plugins"
-"""Group of entry points of installed plugins. Each entry point names a module."""
+"""Group of entry points of installed plugins. Each entry point gives the name of a module."""
 
 
 class PluginError(ExpectedError, RuntimeError):
