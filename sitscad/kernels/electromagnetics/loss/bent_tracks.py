@@ -1,8 +1,8 @@
 """Skin and proximity effect of windings of straight sides and arcs: polygons, rectangles, racetracks.
 
-Sides of one direction lie abreast and are cut together, at the same fractions of their lengths. The field of the whole
-real path, as straight filaments in closed form, drives the eddy currents, so corners and ends are included. An arc is
-divided into a few chords, each a side of its own with the curvature of the arc.
+Sides of one direction lie side by side. The same planes cut them, at equal fractions of their lengths. Eddy currents
+are driven by the field of the whole real path, as straight filaments in closed form, so corners and ends are included.
+An arc is divided into a few chords, each a side of its own with the curvature of the arc.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ from sitscad.kernels.electromagnetics.special_functions import gauss
 BLOCK = math.radians(30.0)
 """Largest angle (rad) of the blocks into which arcs are divided.
 
-One plane cuts each block, in the middle of an odd number of chords.
+A block is an odd number of chords. One plane cuts it, in the middle chord.
 """
 
 ROUND = math.radians(200.0)
-"""Total turn (rad) of consecutive arcs from which their blocks begin at fixed directions.
+"""Total turn (rad) of consecutive arcs above which their blocks begin at fixed directions.
 
 Consecutive arcs that turn less, such as rounded corners and half circles, are divided into equal parts. The parts of
 two turns then need not lie side by side. Consecutive arcs that turn more are divided at fixed directions, so that
@@ -44,23 +44,26 @@ blocks of different turns lie side by side.
 """
 
 ABREAST = math.radians(5.0)
-"""Largest difference of directions (rad) at which sides belong to one group, which the same planes cut."""
+"""Largest difference of directions (rad) at which sides belong to one group. The same planes cut a group."""
 
 DISTANT = 1.5
-"""Distance of a block of arcs from a cut, over the block's length, beyond which a third of its chords represents it."""
+"""Least distance of a block of arcs from a plane, divided by the block's length, at which fewer chords are used.
+
+Then a third of its chords represents the block.
+"""
 
 TIGHTEST = 0.7
-"""Least radius of an arc's centre line, in widths. Tighter arcs get the current distribution of this radius.
+"""Least radius of an arc's centre line, divided by the width. Tighter arcs get the current density of this radius.
 
 At a radius of 0.5 the inner edge is a point that would take the whole current. Tighter arcs between straight sides are
 corners (`corners.with_mitred_arcs`).
 """
 
 LEAST_CORNER_DISTANCE = 0.4
-"""Least distance, in track widths, between a cut and the filament of a side in another direction (beyond a corner).
+"""Least distance between a plane and the filament of a side in another direction, divided by the track width.
 
-It replaces the width of the side's track. With it, the squared field beyond a corner, summed over a side, equals the
-field of a filament for distances from half a width.
+Sides in other directions lie beyond a corner. The distance represents the width of their tracks. With it, the squared
+field beyond a corner, summed over a side, is right for distances from half a width.
 """
 
 
@@ -68,8 +71,8 @@ field of a filament for distances from half a width.
 class BentTrack:
     """One layer's track as pieces along the current, either straight or arcs.
 
-    `starts` and `ends` (n, 2; m) are the ends of the pieces. `turns` (n; rad) is the angle by which each piece turns, 0
-    for straight pieces and positive to the left. `width`, `thickness` and `z`, the mid-plane, are in metres.
+    `starts` and `ends` (n, 2; m) are the ends of the pieces. `turns` (n; rad) is the angle by which each piece turns: 0
+    for straight pieces, positive to the left. `width`, `thickness` and the height `z` of the mid-plane are in metres.
     """
 
     starts: Array
@@ -81,7 +84,10 @@ class BentTrack:
 
     @property
     def length(self) -> float:
-        """Length of the centre line (m). For an arc it is the chord times half the angle over its sine."""
+        """Length of the centre line (m).
+
+        For an arc, it is the chord times half the angle divided by this angle's sine.
+        """
         half = np.maximum(0.5 * np.abs(self.turns), 1e-9)
         return float(np.sum(np.hypot(*(self.ends - self.starts).T) * half / np.sin(half)))
 
@@ -117,7 +123,7 @@ class _Chords:
 
 def bent_winding_loss(tracks: Sequence[BentTrack], conductivity: float, modes: ModeSet, cuts: int, steps: int,
                       repetitions: int = 1) -> ProximityLoss:
-    """Return the skin and proximity effect (ohm, H) of tracks in series.
+    """Return the resistance and inductance (ohm, H) by frequency of tracks in series, with skin and proximity effect.
 
     Parameters
     ----------
@@ -126,15 +132,15 @@ def bent_winding_loss(tracks: Sequence[BentTrack], conductivity: float, modes: M
     conductivity : float
         S/m
     modes : ModeSet
-        modes of each cross-section
+        current modes of each cross-section
     cuts : int
-        cuts of each straight side, an even number
+        number of planes that cut each straight side, an even number
     steps : int
-        largest number of steps of the Lanczos runs
+        largest number of steps of the Lanczos recursion
     repetitions : int
-        number of parts of the winding that are images of each other. With 2, sides of the first half turn of direction
-        represent the opposite sides as well. With 4, one half of each side also represents the other half: the half at
-        the start and the half at the end alternately
+            number of congruent parts of the winding; only one part is computed, and the result is scaled. With 2, only
+        sides with a heading below 180 degrees are computed, relative to the first side. With 4, only one half of each
+        of these sides is computed, in turn the half at the start and the half at the end.
 
     Notes
     -----
@@ -157,7 +163,11 @@ def bent_winding_loss(tracks: Sequence[BentTrack], conductivity: float, modes: M
 
 def _group_losses(sides: _Sides, index: Index, cuts: int, conductivity: float, modes: ModeSet,
                   steps: int, end: int | None) -> list[ProximityLoss]:
-    """Return the losses (ohm, H) of a group of sides. With an `end` (0 or 1), only this half of the sides is cut."""
+    """Return the losses (ohm, H) of a group of sides that the same planes cut.
+
+    `index` are the numbers of the sides, `cuts` is the number of planes, `steps` the largest number of Lanczos steps.
+    With an `end` of 0 or 1, planes cut only the half of each side at its start or at its end.
+    """
     if sides.curvature[index[0]]:
         return losses([mode_system(*_driven_cut(sides, index, 0.5, 1.0, modes), conductivity, modes)], steps)
     spans = sides.end[index] - sides.start[index]
@@ -176,9 +186,9 @@ def _group_losses(sides: _Sides, index: Index, cuts: int, conductivity: float, m
 
 
 def _points_near_ends(count: int, scale: float) -> tuple[Array, Array]:
-    """Return points (2 count,) and weights of the mean over [0, 1], `count` on either half, denser towards the ends.
+    """Return points (2 count) and weights (2 count; no unit) of the mean over [0, 1], denser towards both ends.
 
-    Beyond `scale` from an end, x = scale sinh(u).
+    `count` points lie on either half. The distance from an end is scale sinh(u) for Gauss points u.
     """
     nodes, weights = gauss(count)
     top = math.asinh(0.5 / scale)
@@ -188,7 +198,10 @@ def _points_near_ends(count: int, scale: float) -> tuple[Array, Array]:
 
 
 def _sides(tracks: Sequence[BentTrack]) -> _Sides:
-    """Return all tracks as sides with lengths (m), curvatures (1/m) and groups of directions."""
+    """Return all tracks as sides with lengths (m), curvatures (1/m) and group numbers.
+
+    Sides of a group have nearly equal directions, so the same planes cut them.
+    """
     rows, keys, block, few, number = [], [], [], [], 0
     groups: list[tuple[float, int]] = []
     shapes: dict[bytes, list[Block]] = {}
@@ -218,12 +231,14 @@ def _sides(tracks: Sequence[BentTrack]) -> _Sides:
 
 
 Block = tuple[Array, float, float, float]
+"""Nodes (n, 2; m), length (m), turning angle (rad) and direction (rad) of a straight side or a block of arcs."""
 
 
 def _blocks(track: BentTrack) -> Iterator[Block]:
-    """Yield straight sides, and runs of arcs in blocks: nodes (n, 2; m), length (m), turn and direction (rad).
+    """Yield the straight sides of a track, and its consecutive arcs divided into blocks.
 
-    Blocks end at fixed directions, so that the blocks of all turns lie abreast.
+    Each has nodes (n, 2; m), length (m), turning angle (rad) and direction (rad). Blocks end at fixed directions, so
+    that the blocks of all turns lie side by side.
     """
     first = 0
     while first < len(track.turns):
@@ -241,9 +256,9 @@ def _blocks(track: BentTrack) -> Iterator[Block]:
 
 
 def _arc_run_blocks(starts: Array, ends: Array, turns: Array, width: float) -> Iterator[Block]:
-    """Yield the blocks into which consecutive arcs are divided (see `_consecutive_arc_blocks`).
+    """Yield the blocks into which consecutive arcs are divided: nodes (n, 2; m), length (m), angle and direction (rad).
 
-    A single arc is cached, because it is equal in every turn of a polygon.
+    The result for a single arc is cached, because it is equal in every turn of a polygon.
     """
     if len(turns) > 1:
         yield from _consecutive_arc_blocks(starts, ends, turns, width)
@@ -255,7 +270,7 @@ def _arc_run_blocks(starts: Array, ends: Array, turns: Array, width: float) -> I
 
 @lru_cache(maxsize=64)
 def _single_arc_blocks(x: float, y: float, turn: float, width: float) -> tuple[Block, ...]:
-    """Return the blocks (m) of a single arc from the origin to a place (`x`, `y`), which is in track widths.
+    """Return the blocks (m) of a single arc from the origin to the point (`x`, `y`), in units of the track width.
 
     `turn` (rad) is the angle by which the arc turns.
     """
@@ -266,7 +281,8 @@ def _consecutive_arc_blocks(starts: Array, ends: Array, turns: Array, width: flo
     """Yield the blocks into which consecutive arcs are divided.
 
     Each block has nodes (n, 2; m), length (m), turning angle (rad) and direction (rad). The direction is at the middle
-    of the block; for a ring it is at the middle of the whole step of `BLOCK` that contains the block.
+    of the block. For arcs that turn by `ROUND` or more, it is at the middle of the whole step of `BLOCK` that contains
+    the block.
     """
     sign = math.copysign(1.0, turns[0])
     spans = ends - starts
@@ -293,9 +309,10 @@ def _consecutive_arc_blocks(starts: Array, ends: Array, turns: Array, width: flo
 
 
 def _on_arcs(start: Array, end: Array, turn: Array, fraction: Array) -> Array:
-    """Return points (n, 2; m) at fractions (n,) of arcs with turns in rad.
+    """Return points (n, 2; m) at fractions (n) of the angle of arcs.
 
-    The start of the chord is turned about the centre of the arc (derived here).
+    `start` and `end` (n, 2; m) are the ends of the arcs, `turn` (n; rad) their angles. The start is rotated about the
+    arc's centre (derived here).
     """
     span = end - start
     normals = np.stack([-span[:, 1], span[:, 0]], axis=1)
@@ -320,9 +337,9 @@ def _group(groups: list[tuple[float, int]], heading: float, part: int) -> int:
 
 
 def _cut(sides: _Sides, index: Index, fraction: float, weight: float) -> Cut:
-    """Return some sides as a cut: the tracks (m) where a plane crosses the sides at a fraction of their lengths.
+    """Return the cross-sections of some sides (m) where a plane cuts them at a fraction of their lengths.
 
-    Each track stands for `weight` times the length of its side.
+    Each represents `weight` times the length of its side.
     """
     place, tangent = _place(sides, index, fraction)
     z, width, thickness = sides.section[index].T
@@ -331,15 +348,15 @@ def _cut(sides: _Sides, index: Index, fraction: float, weight: float) -> Cut:
 
 
 def _place(sides: _Sides, index: Index, fraction: float) -> tuple[Array, Array]:
-    """Return points (n, 2; m) of some sides at a fraction of their lengths, and the unit vector of the first side."""
+    """Return the points (n, 2; m) at a fraction of some sides' lengths, and the unit vector (2) of the first side."""
     span = sides.end[index] - sides.start[index]
     return sides.start[index] + fraction * span, span[0] / np.hypot(*span[0])
 
 
 def _driven_cut(sides: _Sides, index: Index, fraction: float, weight: float, modes: ModeSet) -> tuple[Cut, Array]:
-    """Return the cut of some sides as `_cut` does, and the flux (tracks, points; Wb/m/A) of bends and the whole path.
+    """Return the cross-sections of some sides, and the flux (tracks, points; Wb/m/A) of bends and the whole path.
 
-    Biot and Savart for straight filaments.
+    The plane cuts the sides at a fraction of their lengths. Biot and Savart for straight filaments.
     """
     place, tangent = _place(sides, index, fraction)
     cut = _cut(sides, index, fraction, weight)
@@ -362,7 +379,8 @@ def _driven_cut(sides: _Sides, index: Index, fraction: float, weight: float, mod
 def _bend_flux(cut: Cut, half: Array, modes: ModeSet) -> Array:
     """Return the flux (n, points; Wb/m/A) of arcs as parts of rings, in place of the flux of straight tracks.
 
-    `half` (n; rad) is the angle of the arc on either side of the cut. Derived here from `smooth_rings` and `arc_field`.
+    `half` (n; rad) is the angle of the arc on either side of the plane. Derived here from `smooth_rings` and
+    `arc_field`.
     """
     # mode_system weighs what straight tracks make with sqrt(1 + curvature x), the flux with 1 + curvature x; and a
     # track's own arc, +-half (n,) radians about the cut, is a part of a ring.
@@ -389,9 +407,9 @@ def _bend_flux(cut: Cut, half: Array, modes: ModeSet) -> Array:
 
 
 def _source_chords(sides: _Sides, index: Index, place: Array) -> tuple[_Chords, Index]:
-    """Return the chords whose field acts on a cut at places (n, 2; m), and the indices of the cut's own chords.
+    """Return the chords whose field acts on points (n, 2; m), and the indices of the tracks' own chords.
 
-    Blocks of arcs at a distance (`DISTANT`) have a third of their chords.
+    Blocks of arcs at a distance (`DISTANT`) are represented by a third of their chords.
     """
     near = box_of(place).distance(sides.middle, sides.middle) < DISTANT * sides.reach
     near[sides.block[index]] = True
@@ -406,8 +424,8 @@ def _source_chords(sides: _Sides, index: Index, place: Array) -> tuple[_Chords, 
 def _straight(chords: _Chords, own_chords: Index, is_curved: bool, tangent: Array, least: float) -> Filaments:
     """Return chords as straight filaments in the plane, each with its squared least distance (m2) from a point.
 
-    The least distance is `least` (m), or `LEAST_CORNER_DISTANCE` widths for chords in other directions than the
-    `tangent` of the cut's sides.
+    The least distance is `least` (m). For chords in other directions than the sides' `tangent`, it is
+    `LEAST_CORNER_DISTANCE` widths. `own_chords` are the tracks' own chords. With `is_curved`, the tracks are arcs.
     """
     axis = chords.end - chords.start
     # Sides round the corner have the width of a track: as filaments they would be too near.
@@ -420,10 +438,10 @@ def _straight(chords: _Chords, own_chords: Index, is_curved: bool, tangent: Arra
 
 
 def _straight_potential(cut: Cut, offset: Array) -> Array:
-    """Return the potential (n, points; Wb/m/A) of the other tracks of a cut as straight filaments.
+    """Return the potential (n, points; Wb/m/A) of the other tracks in a plane as infinite straight filaments.
 
-    It is -mu0 / (2 pi) ln(distance / unit) times the square root of the ratio of both lengths (Jackson, Classical
-    Electrodynamics, chapter 5, for an infinite wire).
+    It is the sum of -mu0 / (2 pi) ln(distance / unit) sqrt(length / own length) over the other tracks (Jackson,
+    Classical Electrodynamics, chapter 5). The points are at `offset` (n, points; m) from each centre.
     """
     across = cut.across[:, None, None] + offset[..., None] - cut.across
     square = across**2 + (cut.height[:, None] - cut.height)[:, None, :] ** 2

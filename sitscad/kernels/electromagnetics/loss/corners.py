@@ -39,17 +39,20 @@ LEAST_TURN = 1e-3
 """Least angle (rad) between two straight pieces at which their joint counts as a corner."""
 
 MOST_TURN = math.radians(120.0)
-"""Largest turn (rad) of an arc between sides that counts as a rounded corner. Longer arcs are curves of their own."""
+"""Largest turn (rad) of an arc between straight sides that counts as a rounded corner.
+
+Arcs that turn more are curves of their own.
+"""
 
 OPEN = 1.3
-"""Radius of an arc between sides, in track widths, from which alternating current treats it as an arc, not a corner.
+"""Radius of an arc between sides, divided by the width, above which alternating current treats it as an arc.
 
-Between the last of `TIGHT` and this radius, current crowds to the inner edge faster than the modes of a slender arc can
-follow.
+Below it the arc is a corner, or a mixture of both. Between the last of `TIGHT` and this radius, current crowds to the
+inner edge faster than the modes of a slender arc can describe.
 """
 
 NEAR = 4.0
-"""Largest distance between a loop and a side, in widths, at which the loop is distributed and the side has a width.
+"""Largest distance between a current loop and a side, divided by the width, at which both have a finite size.
 
 At larger distances, the loop is a dipole and the side is a filament.
 """
@@ -61,30 +64,33 @@ CHORD = math.radians(15.0)
 """Largest angle (rad) of the pieces into which an arc is divided, for its field and for its loops."""
 
 FAR_METAL = 1.0
-"""Least distance of metal, in track widths, at which a single place represents a loop."""
+"""Least distance of metal, divided by the track width, at which a single point represents a loop."""
 
 SPREAD = 0.14
-"""Standard deviation, in widths, of each of the eight places over which a loop is distributed.
+"""Standard deviation, divided by the width, of the Gaussian at each of the eight points that represent a loop.
 
 With it, two loops above each other have the mutual inductance of the conformal map, within 1 % from 0.3 to 1 width
 (tests/validation/corner_flow.py).
 """
 
 SPREAD_WHOLE = 0.34
-"""Standard deviation, in widths, of the single place that represents a whole loop (metal from `FAR_METAL` on)."""
+"""Standard deviation, divided by the width, of the Gaussian at the single point that represents a loop.
+
+It is used for metal at `FAR_METAL` or farther.
+"""
 
 BLOCK = 40_000
-"""Number of pairs of corners and sides evaluated at once."""
+"""Number of pairs of corners and sides evaluated together."""
 
 
 @record(eq=False)
 class Corners:
     """Loops of current at tight bends, one row for each bend.
 
-    `middle` (n, 2; m) and `height` (n; m) locate the loops. `moment` (n; m2) are their moments over the current,
-    positive upwards. `places` (n, 8, 2; m) and `weights` (n, 8) distribute the moments. `width` (n; m) is the track's
-    width. `self_inductance` (n; H) is the inductance of each loop with itself and its two arms. `arms` (n, 2) are the
-    indices of these arms among the filaments.
+    `middle` (n, 2; m) and `height` (n; m) locate the loops. `moment` (n; m2) is the magnetic moment divided by the
+    current, positive upwards. `places` (n, 8, 2; m) and `weights` (n, 8) distribute the moments. `width` (n; m) is the
+    track's width. `self_inductance` (n; H) is the inductance of each loop with itself and its two arms. `arms` (n, 2)
+    are the indices of these arms among the filaments.
     """
 
     middle: Array
@@ -101,7 +107,8 @@ class Corners:
 class MitredFilaments:
     """Straight pieces of all tracks, with arcs as chords.
 
-    They have ends (n, 2; m), mitres as in `Track`, height and width (m).
+    `start` and `end` are (n, 2; m). The mitres `before` and `after` (n, 2) are the shifts of both ends per metre of
+    offset to the left. `height` and `width` are (n; m).
     """
 
     start: Array
@@ -115,7 +122,7 @@ class MitredFilaments:
 def with_corners(loss: ProximityLoss, tracks: Sequence[BentTrack], conductivity: float) -> ProximityLoss:
     """Return the loss of a winding with the effect of its corners on direct and on alternating current.
 
-    `loss` is for the `with_mitred_arcs` tracks, and `tracks` are the real tracks. The conductivity is in S/m.
+    `loss` belongs to the result of `with_mitred_arcs`, `tracks` are the real tracks. The conductivity is in S/m.
     """
     # What alternating current makes less of the bends' inductance (H), and relaxation times (s), alike ones as one.
     counts: dict[tuple[float, float, float, float], int] = {}
@@ -136,8 +143,8 @@ def with_corners(loss: ProximityLoss, tracks: Sequence[BentTrack], conductivity:
 def direct_resistance(track: BentTrack, conductivity: float) -> float:
     """Return the resistance (ohm) of a track for direct current, with corners by `corner_excess`.
 
-    In arcs the current is proportional to 1 / radius: a / ln(outer / inner radius) squares for an angle a (textbook).
-    The conductivity is in S/m.
+    In arcs the current is proportional to 1 / radius: a / ln(outer / inner radius) squares for an angle a (textbook). A
+    square is a piece as long as wide. The conductivity is in S/m.
     """
     length = float(np.sum(_lengths(track)[track.turns == 0.0]))
     for bend in _bends(track):
@@ -155,7 +162,7 @@ def direct_resistance(track: BentTrack, conductivity: float) -> float:
 
 
 def with_mitred_arcs(track: BentTrack) -> BentTrack:
-    """Return the track (m) with arcs that are tight enough to count as corners replaced by corners."""
+    """Return the track (m) with sharp corners instead of arcs that are tight enough to count as corners."""
     starts, ends, is_side = track.starts.copy(), track.ends.copy(), np.ones(len(track.turns), dtype=bool)
     for bend in _bends(track):
         if bend.is_tight and bend.radius:
@@ -165,10 +172,11 @@ def with_mitred_arcs(track: BentTrack) -> BentTrack:
 
 
 def enclosing_tracks(tracks: Sequence[BentTrack]) -> tuple[float, tuple[BentTrack, ...], tuple[BentTrack, ...]]:
-    """Return two variants of tracks (m) that enclose arcs between `TIGHT` and `OPEN`, and the weight of the second.
+    """Return two variants of tracks (m) that enclose arcs with radii between `TIGHT` and `OPEN`, and a weight.
 
-    In the first, each such arc is a corner. In the second, it has the radius `OPEN`. The weight (0 to 1) follows from
-    the mean radius. It is 0 if the sides are too short for open arcs.
+    In the first variant, each such arc is a corner. In the second, it has the radius `OPEN`. The weight of the second
+    (0 to 1) follows from the mean radius. It is 0 if the sides are too short for open arcs. The returned order is
+    weight, first, second.
     """
     between = [[b for b in _bends(track) if b.is_between_sides and TIGHT[-1] <= b.radius < OPEN] for track in tracks]
     radii = [bend.radius for bends in between for bend in bends]
@@ -184,7 +192,7 @@ def enclosing_tracks(tracks: Sequence[BentTrack]) -> tuple[float, tuple[BentTrac
 
 
 def _with_radius(track: BentTrack, bends: Sequence[_TrackBend], radius: float) -> BentTrack:
-    """Return the track (m) with some bends rounded by another radius (widths).
+    """Return the track (m) with some bends rounded by another `radius`, which is divided by the width.
 
     The tangents of a bend are r tan(turn / 2) long.
     """
@@ -199,9 +207,9 @@ def _with_radius(track: BentTrack, bends: Sequence[_TrackBend], radius: float) -
 
 
 def corner_inductance(tracks: Sequence[BentTrack]) -> float:
-    """Return the inductance (H) of direct current in tracks less the inductance of an even current.
+    """Return the inductance (H) of direct current in tracks minus the inductance of a uniform current.
 
-    The tracks are in series, and the current of the second is even across the sides.
+    The tracks are in series. The uniform current is constant across the sides and mitred at corners.
 
     Notes
     -----
@@ -236,10 +244,11 @@ def corner_inductance(tracks: Sequence[BentTrack]) -> float:
 
 
 def bend_loops(track: BentTrack, nearest: float) -> Loops:
-    """Return loops of direct current at the bends of a track, for metal no nearer than `nearest` (m).
+    """Return loops of direct current at the bends of a track, for metal at least `nearest` (m) away.
 
-    Each corner has eight places, or one if the metal is far enough. In an arc the current is proportional to 1 /
-    radius, which is a moment of width^2 / 12 for every radian, independent of the radius (derived here).
+    Each corner is represented by eight points, or by one if the metal is far enough. In an arc the current is
+    proportional to 1 / radius. This is a moment of width^2 / 12 for every radian, independent of the radius (derived
+    here).
     """
     whole, width = nearest > FAR_METAL * track.width, track.width
     places, moments = [np.zeros((0, 2))], [np.zeros(0)]
@@ -269,17 +278,18 @@ class _TrackBend:
 
     @property
     def is_tight(self) -> bool:
+        """Whether the bend counts as a corner: it lies between sides, with a radius below the last of `TIGHT`."""
         return self.is_between_sides and self.radius < TIGHT[-1]
 
 
 def _lengths(track: BentTrack) -> Array:
-    """Return the lengths (n; m) of the pieces of a track. Arcs have the lengths of their chords."""
+    """Return the lengths (n; m) of the pieces of a track. For an arc, it is the length of the chord."""
     return np.asarray(np.hypot(*(track.ends - track.starts).T))
 
 
 @lru_cache(maxsize=64)
 def _bends(track: BentTrack) -> tuple[_TrackBend, ...]:
-    """Return the bends of a track: mitred corners and arcs, each with its turn (rad) and radius (widths)."""
+    """Return the bends of a track: corners and arcs, each with its turn (rad) and its radius divided by the width."""
     step = track.ends - track.starts
     heading, straight = np.arctan2(step[:, 1], step[:, 0]), track.turns == 0.0
     turn = np.remainder(np.diff(heading) + math.pi, 2.0 * math.pi) - math.pi
@@ -300,7 +310,7 @@ def _bends(track: BentTrack) -> tuple[_TrackBend, ...]:
 
 
 def _corners(tracks: Sequence[BentTrack]) -> Corners:
-    """Return loops of all tight bends of the tracks."""
+    """Return the current loops (m, m2, H) at all tight bends of the tracks."""
     rows, arms, first = [], [], 0
     for track in tracks:
         numbers = first + np.concatenate([[0], np.cumsum(_chords(track))])
@@ -315,7 +325,10 @@ def _corners(tracks: Sequence[BentTrack]) -> Corners:
 
 
 def _corner(track: BentTrack, bend: _TrackBend) -> tuple[Array, float, float, Array, Array, float, float]:
-    """Return loop of one bend: middle, height, moment (m2), places, weights, width (m) and own inductance (H)."""
+    """Return the loop of one bend: middle, height, moment (m2), places, weights, width (m) and own inductance (H).
+
+    `middle` (2; m) and `places` (8, 2; m) are positions, `weights` (8) have no unit.
+    """
     w, here, after = track.width, np.array(bend.corner), bend.piece + (1 if bend.radius else 0)
     incoming, outgoing = here - track.starts[bend.piece - 1], track.ends[after] - here
     inwards = outgoing / np.hypot(*outgoing) - incoming / np.hypot(*incoming)
@@ -329,12 +342,12 @@ def _corner(track: BentTrack, bend: _TrackBend) -> tuple[Array, float, float, Ar
 
 
 def _chords(track: BentTrack) -> Index:
-    """Return the number of chords (n,) of each piece: one for each `CHORD` of its turn."""
+    """Return the number of chords (n) of each piece: one for each `CHORD` of its turning angle."""
     return np.maximum(1, np.ceil(np.abs(track.turns) / CHORD)).astype(np.intp)
 
 
 def _pieces(track: BentTrack) -> tuple[Array, ...]:
-    """Return the chords of a track (n, 2 each) with the mitres at their ends, height and width (n; m)."""
+    """Return a track as chords: starts and ends (n, 2; m), mitres at both (n, 2), heights and widths (n; m)."""
     nodes = [track.starts[0]]
     for start, end, turn, count in zip(track.starts, track.ends, track.turns, _chords(track), strict=True):
         nodes += [_on_arc(start, end, turn, k / count) for k in range(1, count)]
@@ -349,7 +362,7 @@ def _pieces(track: BentTrack) -> tuple[Array, ...]:
 
 
 def _on_arc(start: Array, end: Array, turn: float, fraction: float) -> Array:
-    """Return the point (2,; m) at a fraction of an arc with a total turn (rad).
+    """Return the point (2; m) at a fraction of the angle of an arc, which turns by `turn` (rad).
 
     It follows from length and direction of the chord up to the point.
     """
@@ -361,9 +374,10 @@ def _on_arc(start: Array, end: Array, turn: float, fraction: float) -> Array:
 
 
 def _from_near(filaments: MitredFilaments, corners: Corners, i: Index, j: Index) -> Array:
-    """Return the mean field (T/A) over the loops i of the sides j, which have the width of the track.
+    """Return the field (n; T/A) of sides with finite width, averaged over loops.
 
-    Biot and Savart for `NEAR_SIDE_FILAMENTS` filaments. A loop's own arms are infinite filaments.
+    `i` and `j` are the numbers of the loop and the side of each pair. Biot and Savart for `NEAR_SIDE_FILAMENTS`
+    filaments. A loop's own arms are infinite filaments.
     """
     total = np.zeros(i.size)
     incoming, outgoing = (np.nonzero(corners.arms[i, k] == j)[0] for k in (0, 1))
@@ -385,8 +399,9 @@ def _from_near(filaments: MitredFilaments, corners: Corners, i: Index, j: Index)
 
 
 def normal_field(point: Array, height: Array, start: Array, end: Array, level: Array) -> Array:
-    """Return normal field (T/A) at points (..., 2; m) and heights (m) of straight filaments; all arguments broadcast.
+    """Return the normal field (T/A) of straight filaments at points (..., 2; m) and heights (m).
 
+    The filaments run from `start` to `end` (..., 2; m) at the height `level` (m). All arguments broadcast together.
     Biot and Savart; Jackson, Classical Electrodynamics, section 5.2. Beyond the ends of a filament no difference of
     nearly equal numbers occurs.
     """
@@ -406,9 +421,9 @@ def normal_field(point: Array, height: Array, start: Array, end: Array, level: A
 
 
 def _half_infinite_field(point: Array, end: Array, way: Array) -> Array:
-    """Return the field (n; T/A) in its own plane of a half-infinite filament from `end` (n, 2; m) along `way`.
+    """Return the field (n; T/A), in its own plane, of a half-infinite filament that starts at `end` (n, 2; m).
 
-    The current runs along `way` (Biot and Savart).
+    It runs along `way` (n, 2), as does its current (Biot and Savart).
     """
     t = way / np.hypot(way[:, 0], way[:, 1])[:, None]
     offset = point - end
@@ -419,7 +434,7 @@ def _half_infinite_field(point: Array, end: Array, way: Array) -> Array:
 
 
 def _mutual_inductances(corners: Corners) -> float:
-    """Return twice the mutual inductances (H) of different loops, as dipoles.
+    """Return twice the sum of mutual inductances (H) of different loops, as dipoles.
 
     The height between dipoles (Jackson, Classical Electrodynamics, equation 5.56) is lengthened so that coaxial loops
     have the value of the conformal map (fitted, tests/validation/corner_flow.py).

@@ -1,8 +1,8 @@
 """Skin and proximity effect in windings of circular spirals.
 
-The half-plane at an azimuth cuts every turn once, at the radius of the real spiral there. So crossing layers enter with
-their real distances, and the loss is averaged over azimuths. The flux of full coaxial rings through these radii drives
-the eddy currents. It is corrected for the places where the real turns begin and end.
+The half-plane at an azimuth cuts every turn once, at the radius of the real spiral at this azimuth. So crossing layers
+enter with their real distances, and the loss is averaged over azimuths. Eddy currents are driven by the flux of full
+coaxial rings through these radii. A correction accounts for the places at which the real turns begin and end.
 """
 
 from __future__ import annotations
@@ -34,12 +34,16 @@ from sitscad.kernels.electromagnetics.loss.track_modes import (
 from sitscad.kernels.electromagnetics.special_functions import coaxial_rings, gauss
 
 HIGHEST = 10e6
-"""Frequency (Hz) up to which the stated tolerances hold. Sensors of the converter do not exceed it."""
+"""Frequency (Hz) up to which the tolerances of R hold. Sensors of the converters stay below it."""
 
 
 @record
 class LossResolution:
-    """Resolution of a winding's loss: modes of a track, cuts around a turn, and steps of the Lanczos run."""
+    """Resolution of a winding's loss.
+
+    `modes` are the current modes of a track, `cuts` the number of half-planes round a turn, `steps` the largest number
+    of Lanczos steps.
+    """
 
     modes: ModeSet
     cuts: int
@@ -47,35 +51,35 @@ class LossResolution:
 
 
 USUAL = 0.03
-"""Default tolerance of R."""
+"""Default relative tolerance of R."""
 
 ROUGH = 0.1
-"""Relative tolerance of R from which a single cut and few modes suffice."""
+"""Relative tolerance of R at or above which a single half-plane and few modes are enough."""
 
 ROUGH_STEPS = 5
-"""Number of Lanczos steps for tolerances of `ROUGH` and above."""
+"""Number of Lanczos steps for relative tolerances of R of at least `ROUGH`."""
 
 LEAST_CUTS = 3
-"""Least number of cuts around a turn."""
+"""Smallest number of half-planes round a turn."""
 
 MOST_CUTS = 40
-"""Approximate largest number of cuts around a turn."""
+"""Approximate largest number of half-planes round a turn."""
 
 HARMONICS = np.arange(1, 80)
 """Orders of the harmonics, over the azimuth, of the interaction between crossing layers (see `missed_crossings`)."""
 
 UNSEEN = {False: 0.02, True: 0.005}
-"""Largest error from too few cuts, relative to the added loss: tolerances from 0.02 (False) and below (True).
+"""Largest error from too few half-planes, divided by the added loss, by whether the tolerance of R is below 0.02.
 
 The error is estimated by `missed_crossings`.
 """
 
 
 def resolution_for(width: float, thickness: float, gap: float, tolerance: float, conductivity: float) -> LossResolution:
-    """Return the resolution that keeps R within a relative `tolerance` up to 10 MHz, with the fewest cuts.
+    """Return the resolution for a relative `tolerance` of R up to 10 MHz, with the smallest number of half-planes.
 
-    Tolerances below 2e-2 give 1e-2, others 3e-2. Track width, thickness and least distance are in metres, the
-    conductivity in S/m.
+    Tolerances below 2e-2 give an error of 1e-2, others 3e-2. The track's `width` and `thickness` and the least distance
+    `gap` of tracks are in metres, the conductivity in S/m.
     """
     fine = tolerance < 0.02
     modes = suited_modes(width, thickness, gap, skin_depth(HIGHEST, conductivity), fine)
@@ -84,7 +88,7 @@ def resolution_for(width: float, thickness: float, gap: float, tolerance: float,
 
 def winding_loss(layers: Sequence[SpiralLayer], conductivity: float, tolerance: float = USUAL,
                  resolution: LossResolution | None = None) -> ProximityLoss:
-    """Return the skin and proximity effect of spiral layers in series, averaged over azimuths.
+    """Return the resistance and inductance by frequency of spiral layers in series, with skin and proximity effect.
 
     Parameters
     ----------
@@ -93,13 +97,13 @@ def winding_loss(layers: Sequence[SpiralLayer], conductivity: float, tolerance: 
     conductivity : float
         S/m
     tolerance : float
-        relative error of R up to 10 MHz: 1e-2 if below 2e-2, else 3e-2. The error of L is a tenth as large
+        relative error of R up to 10 MHz: 1e-2 if below 2e-2, else 3e-2. The relative error of L is ten times smaller.
     resolution : LossResolution, optional
-        found from the tolerance if left out
+        resolution to use; if left out, it follows from the tolerance
 
     Notes
     -----
-    Partial elements of modes (Ruehli 1974; `current_modes`).
+    Partial elements of modes (Ruehli 1974; `current_modes`). The loss is averaged over azimuths.
     """
     layers = tuple(layers)
     resolution = resolution or suited_resolution(layers, conductivity, tolerance)
@@ -108,7 +112,10 @@ def winding_loss(layers: Sequence[SpiralLayer], conductivity: float, tolerance: 
 
 @record(eq=False)
 class WindingCut:
-    """Turns of a winding in the half-plane of an azimuth (m), and their modes with the drive by the real winding."""
+    """Turns of a winding in the half-plane of an azimuth.
+
+    `cut` are their cross-sections (m), `system` the equations of their current modes, driven by the real winding.
+    """
 
     cut: Cut
     system: ModeSystem
@@ -118,7 +125,7 @@ class WindingCut:
 def winding_cuts(
     layers: tuple[SpiralLayer, ...], conductivity: float, resolution: LossResolution
 ) -> tuple[WindingCut, ...]:
-    """Return the half-planes that represent a winding, cached for all states. The conductivity is in S/m."""
+    """Return the half-planes that represent a winding. They are cached for all states. The conductivity is in S/m."""
     if resolution.cuts == 1:
         return (_mean_cut(layers, conductivity, resolution.modes),)
     planes = []
@@ -132,9 +139,9 @@ def winding_cuts(
 def _mean_cut(layers: tuple[SpiralLayer, ...], conductivity: float, modes: ModeSet) -> WindingCut:
     """Return one half-plane that represents a whole winding for screening.
 
-    Each layer is a whole number of rings, slightly longer or shorter to account for fractions of a turn, and driven in
-    proportion. Turns of crossing layers are a quarter of a pitch apart, which gives the mean interaction. Ends of
-    layers are neglected.
+    Each layer is a whole number of rings, slightly longer or shorter than turns to account for fractions of a turn, and
+    driven in proportion. Turns of crossing layers are a quarter of a pitch apart, which gives the mean interaction.
+    Ends of layers are neglected.
     """
     senses, angles = [layer.sense for layer in layers], [layer.angle for layer in layers]
     crossing = next((k for k, sense in enumerate(senses) if sense != senses[0]), None)
@@ -157,9 +164,9 @@ def _mean_cut(layers: tuple[SpiralLayer, ...], conductivity: float, modes: ModeS
 
 
 def sectors(layers: Sequence[SpiralLayer], cuts: int) -> list[tuple[float, float]]:
-    """Return azimuths of the middles and widths (rad) of about `cuts` sectors that together cover a turn.
+    """Return (azimuth of the middle, width) (rad) of about `cuts` sectors that together cover a turn.
 
-    No sector contains the beginning or the end of a layer.
+    A layer begins or ends only at a limit between sectors.
     """
     ends = sorted({round((layer.angle + layer.sense * t) % (2.0 * math.pi), 6) for layer in layers
                    for t in (0.0, layer.span)})
@@ -172,7 +179,7 @@ def sectors(layers: Sequence[SpiralLayer], cuts: int) -> list[tuple[float, float
 
 
 def suited_resolution(layers: Sequence[SpiralLayer], conductivity: float, tolerance: float) -> LossResolution:
-    """Return `resolution_for` with the number of cuts that the crossing of the layers' turns needs.
+    """Return the resolution for a relative `tolerance` of R, with enough half-planes for layers that cross.
 
     The conductivity is in S/m.
     """
@@ -190,14 +197,14 @@ def suited_resolution(layers: Sequence[SpiralLayer], conductivity: float, tolera
 
 
 def missed_crossings(layers: Sequence[SpiralLayer], cuts: int) -> float:
-    """Estimate the fraction of the added loss by which `cuts` cuts misjudge crossing layers.
+    """Estimate the error of `cuts` half-planes for crossing layers, divided by the added loss (no unit).
 
     Notes
     -----
     Layers of opposite sense shift against each other by one pitch in half a turn. Their interaction is a sum of even
     harmonics of the azimuth, and of odd harmonics for few turns. Harmonics decay like the field of a row of tracks,
-    exp(-2 pi distance / period), slightly faster for wide tracks. Exact cuts average every harmonic to zero. The
-    constants are fitted to 60 coils with 3 to 9 cuts (tests/validation/resistance_designs.py).
+    exp(-2 pi distance / period), slightly faster for wide tracks. With enough half-planes, every harmonic averages to
+    zero. The constants are fitted to 60 coils with 3 to 9 half-planes (tests/validation/resistance_designs.py).
     """
     first = layers[0]
     apart = min((abs(a.z - b.z) for a, b in combinations(layers, 2) if a.sense != b.sense), default=math.inf)
@@ -213,9 +220,9 @@ def missed_crossings(layers: Sequence[SpiralLayer], cuts: int) -> float:
 
 
 MISSED = 2.2
-"""Slope of the error in the amount m of missed harmonics: the error is MISSED m / (1 + m / MISSED_MOST).
+"""Slope of the error over the amount m of missed harmonics: the error is MISSED m / (1 + m / MISSED_MOST).
 
-The error is relative to the added loss. The amount is the weighted sum of harmonics in `missed_crossings`.
+The error is divided by the added loss. The amount is the weighted sum of harmonics in `missed_crossings`.
 """
 
 MISSED_MOST = 0.3
@@ -223,17 +230,20 @@ MISSED_MOST = 0.3
 
 
 def least_gap(spacing: float, width: float, heights: Sequence[float]) -> float:
-    """Return the least distance (m) between tracks, from which the number of points on a track follows.
+    """Return the least distance (m) between tracks, from which the number of Gauss points on a track follows.
 
-    It is the least distance of two layers' heights, or the `spacing` plus a quarter of the `width` if this is less. The
-    rule was chosen here.
+    It is the least height difference of two layers, or `spacing` plus a quarter of `width` if this is less. The rule
+    was chosen here.
     """
     ordered = sorted(heights)
     return min([spacing + 0.25 * width, *(b - a for a, b in pairwise(ordered))])
 
 
 def azimuth_cut(layers: Sequence[SpiralLayer], azimuth: float, sector: float) -> Cut | None:
-    """Return turns in the half-plane of an azimuth, each representing a `sector` (rad). None if there are none."""
+    """Return the turns in the half-plane of an azimuth (rad), each representing a `sector` (rad).
+
+    None if there are none.
+    """
     radii = radii_at(layers, azimuth)
     owner = np.repeat(np.arange(len(layers)), [r.size for r in radii])
     if not owner.size:
@@ -246,16 +256,19 @@ def azimuth_cut(layers: Sequence[SpiralLayer], azimuth: float, sector: float) ->
 
 def azimuth_system(layers: Sequence[SpiralLayer], azimuth: float, cut: Cut, conductivity: float,
                    modes: ModeSet) -> ModeSystem:
-    """Return the modes of a cut at an azimuth, driven by the real winding; conductivity in S/m."""
+    """Return the equations of the current modes in the half-plane of an azimuth (rad), driven by the real winding.
+
+    The conductivity is in S/m.
+    """
     smooth = ring_flux(cut, modes) / (2.0 * math.pi * cut.across[:, None])
     smooth += _end_flux(layers, azimuth, cut, modes)
     return mode_system(cut, smooth, conductivity, modes)
 
 
 def ring_flux(cut: Cut, modes: ModeSet) -> Array:
-    """Return the flux per ampere (tracks, points; Wb/A) of filament rings through the circles at every point.
+    """Return the flux per ampere (tracks, points; Wb/A) of filament rings through a circle at every Gauss point.
 
-    It is Maxwell's (1873, art. 701), without the logarithm of straight tracks.
+    It is Maxwell's mutual inductance of rings (1873, art. 701), minus the logarithm of straight tracks.
     """
     r, z = points_of(cut, smooth_nodes(modes))
     squared = (r[..., None] - cut.across) ** 2 + (z[..., None] - cut.height) ** 2
@@ -275,19 +288,20 @@ def ring_flux(cut: Cut, modes: ModeSet) -> Array:
 
 
 def smooth_rings(radius: Array, other: Array, squared: Array, unit: float) -> Array:
-    """Return the mutual inductance (H) of coaxial rings without its logarithm.
+    """Return the mutual inductance (H) of coaxial rings minus its logarithm, which straight tracks have as well.
 
-    Radii are in m, squared distances in m2, `unit` in m. For close rings M tends to mu0 sqrt(r1 r2) (ln(8 r / distance)
-    - 2), the leading terms of Maxwell's integral (textbook).
+    `radius` and `other` are in m, `squared` is the squared distance (m2), `unit` (m) the unit of length in the
+    logarithm. For close rings M tends to mu0 sqrt(r1 r2) (ln(8 r / distance) - 2), the leading terms of Maxwell's
+    integral (textbook).
     """
     return coaxial_rings(radius, other, squared) + MU0 * np.sqrt(radius * other) * 0.5 * np.log(squared / unit**2)
 
 
 def _end_flux(layers: Sequence[SpiralLayer], azimuth: float, cut: Cut, modes: ModeSet) -> Array:
-    """Return the flux (tracks, points; Wb/m/A) of the difference between the real ends of layers and full rings.
+    """Return the flux (tracks, points; Wb/m/A) by the difference between real layers and full rings.
 
-    Full rings reach from half a turn before the first passage of a layer to half a turn after its last one. The
-    difference is an arc at either end (Biot and Savart).
+    Full rings reach from half a turn before the first passage of a layer through the half-plane to half a turn after
+    its last passage. The difference is an arc at either end of the layer (Biot and Savart).
     """
     radius = cut.across[:, None] + 0.5 * cut.width[:, None] * field_nodes(modes)
     field = np.zeros_like(radius)
@@ -310,9 +324,9 @@ def _end_flux(layers: Sequence[SpiralLayer], azimuth: float, cut: Cut, modes: Mo
 def arc_field(radius: Array, source: Array, angle: Array, weight: Array, clearance: Array) -> Array:
     """Return the normal field (tracks, nodes; T/A) of a concentric arc at radii (tracks, nodes; m).
 
-    The arc is given by quadrature points: radii `source` (m), angles from the places (rad) and weights (rad).
-    `clearance` (tracks, 1; m2) is added to the squared distances. Biot and Savart; Jackson, Classical Electrodynamics,
-    section 5.2.
+    The arc is given by quadrature points: radii `source` (m), azimuths `angle` relative to the half-plane (rad) and
+    weights (rad). `clearance` (tracks, 1; m2) is added to the squared distances. Biot and Savart; Jackson, Classical
+    Electrodynamics, section 5.2.
     """
     r = radius[..., None]
     squared = (r - source) ** 2 + 4.0 * r * source * np.sin(0.5 * angle) ** 2 + clearance[..., None]

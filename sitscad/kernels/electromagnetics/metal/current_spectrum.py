@@ -1,4 +1,4 @@
-"""A flat coil's current resolved into waves exp(i k . r), which conductors on both sides of the coil reflect.
+"""A flat coil's current as a sum of waves exp(i k . r), which conductors on both sides of the coil reflect.
 
 Rings follow Dodd and Deeds (J. Appl. Phys. 39, 1968). A spiral's harmonics about its axis are integrals over the radius
 with closed integrands. Polygons are in `polyline_spectrum`.
@@ -27,17 +27,17 @@ Values above the smallest are used only for metal nearer than some pitches.
 
 
 AT_ONCE = 100_000
-"""Number of pairs of waves and radii processed at once. A single block of all waves took a gigabyte near metal."""
+"""Number of pairs of waves and radii processed together. A single block of all waves took a gigabyte near metal."""
 
 
 @record(eq=False)
 class CurrentSpectrum:
     """Spectrum of a coil's current, from which the effect of reflectors follows.
 
-    The fields are wave numbers (k; 1/m), weights of the integral over them (k; 1/m), heights (layers; m) and power
-    spectra (k, layers, layers; m2). `power[n, i, j]` is the mean, over directions, of the product of the waves of
-    layers i and j. Its scale: the mutual inductance is mu0 pi times the weighted sum of power times exp(-k distance) of
-    the layers' mid-planes (Dodd and Deeds 1968, for rings).
+    `wave_numbers` and `weights` (k; 1/m) are nodes and weights of the integral over wave numbers. `heights` (layers; m)
+    are the mid-planes. `power[n, i, j]` (k, layers, layers; m2) is the mean, over directions, of the product of the
+    waves of layers i and j. Its scale: the mutual inductance is mu0 pi times the weighted sum of power times exp(-k
+    distance) of the layers' mid-planes (Dodd and Deeds 1968, for rings). `shifts` caches the results of `shift`.
     """
 
     wave_numbers: Array
@@ -49,9 +49,10 @@ class CurrentSpectrum:
     """Cache of reflected inductances (see `half_spaces.reflected_inductances`)."""
 
     def shift(self, distance: float) -> Array:
-        """Return the mean over directions of waves shifted by a distance (m), J0(k d), for each wave number (no unit).
+        """Return J0(k d) (k; no unit): the mean over directions of waves shifted by a `distance` d (m).
 
-        The result is cached. Bessel's integral (Abramowitz and Stegun 9.1.18).
+        There is one value for each wave number k. The result is cached. Bessel's integral (Abramowitz and Stegun
+        9.1.18).
         """
         if distance not in self.shifts:
             self.shifts[distance] = j0(self.wave_numbers * distance)
@@ -59,10 +60,10 @@ class CurrentSpectrum:
 
     @cached_property
     def sums(self) -> tuple[Array, Array, Array]:
-        """Power (m2) of all layers together, for each wave number, in three sums.
+        """Power (k; m2) of all layers together, in three sums.
 
         The first is for the waves exp(-k (highest - z)), the last for the waves exp(-k (z - lowest)). The middle sum is
-        for their products.
+        for products of both waves.
         """
         k, z, power = self.wave_numbers[:, None], self.heights, self.power
         up, down = np.exp(-k * (float(z.max()) - z)), np.exp(-k * (z - float(z.min())))
@@ -73,7 +74,7 @@ class CurrentSpectrum:
 
 
 def wave_numbers(outer: float, nearest: float, is_rough: bool = False) -> tuple[Array, Array]:
-    """Return nodes and weights (n; 1/m) of the integral over k for a coil.
+    """Return nodes and weights (n; 1/m) of the integral over the wave number k for a coil.
 
     Parameters
     ----------
@@ -82,7 +83,7 @@ def wave_numbers(outer: float, nearest: float, is_rough: bool = False) -> tuple[
     nearest : float
         least distance of a reflector (m)
     is_rough : bool, optional
-        whether a third as many nodes are enough, up to exp(-2 k nearest) = 2e-4
+        whether a third of the nodes is enough, up to exp(-2 k nearest) = 2e-4
 
     Notes
     -----
@@ -97,7 +98,7 @@ def wave_numbers(outer: float, nearest: float, is_rough: bool = False) -> tuple[
 
 
 def spiral_spectrum(layers: Sequence[SpiralLayer], nearest: float, harmonics: int | None = None) -> CurrentSpectrum:
-    """Return the spectrum of coaxial spiral layers, for reflectors no nearer than `nearest` to any layer's mid-plane.
+    """Return the current spectrum of coaxial spiral layers, for reflectors at least `nearest` from any mid-plane.
 
     Parameters
     ----------
@@ -106,20 +107,20 @@ def spiral_spectrum(layers: Sequence[SpiralLayer], nearest: float, harmonics: in
     nearest : float
         least distance of a reflector (m)
     harmonics : int or None, optional
-        highest harmonic, or None to choose it from the distance
+        highest harmonic about the axis, or None to choose it from the distance
 
     Notes
     -----
     A spiral passes every radius once, at the angle phi(r). So harmonic m of its current is exp(-i m phi(r)) / pitch
     from the inner to the outer radius. Across the wave this gives 1/p times the integral of exp(-i m phi) r J_m'(k r)
-    dr. Along the wave it gives m / (k r) J_m instead. The slope adds both. Harmonic 0 is the current sheet, the others
-    are ends and single turns.
+    dr. Along the wave it gives m / (k r) J_m instead. The spiral's slope contributes to both. Harmonic 0 is the current
+    sheet, the others are ends and single turns.
 
     The part along the wave vanishes for a closed circuit. With it, the result is the Neumann integral with the images
     of the open path, as for the inductance in free air (Sommerfeld's horizontal potential).
 
-    The uniform current in the track's cross-section enters as the mean over it: sinc(k w / 2), with a correction for
-    the bend, across, and sinh(k t / 2) / (k t / 2) through.
+    The uniform current in the track's cross-section enters as a mean over it: sinc(k w / 2) across, with a correction
+    for the bend, and sinh(k t / 2) / (k t / 2) through the thickness.
     """
     k, weights = wave_numbers(max(layer.radius for layer in layers), nearest)
     # The lowest harmonics hold the slope and the two ends. Harmonic m has waves from 2 pi m / pitch on.
@@ -138,10 +139,10 @@ def spiral_spectrum(layers: Sequence[SpiralLayer], nearest: float, harmonics: in
 
 
 def ring_spectrum(layers: Sequence[SpiralLayer], nearest: float) -> CurrentSpectrum:
-    """Return the spectrum (m2, see `CurrentSpectrum`) of one ring for every turn at its mean radius.
+    """Return the current spectrum (m2) of layers with one ring for every turn, at the turn's mean radius.
 
-    Reflectors are no nearer than `nearest` (m). Ends and slopes are left out. A ring of radius r has r J1(k r) (Dodd
-    and Deeds 1968).
+    Reflectors are at least `nearest` (m) away. Ends and slopes of the spirals are neglected. A ring of radius r has r
+    J1(k r) (Dodd and Deeds 1968).
     """
     k, weights = wave_numbers(max(layer.radius for layer in layers), nearest, True)
     waves_by_size: dict[tuple[float, ...], Array] = {}
@@ -155,18 +156,19 @@ def ring_spectrum(layers: Sequence[SpiralLayer], nearest: float) -> CurrentSpect
 
 
 def _size(layer: SpiralLayer) -> tuple[float, ...]:
-    """Return radius, pitch (m) and turns.
+    """Return outer radius, pitch (m) and turns of a layer.
 
-    Layers with equal sizes differ by angle, sense and current direction alone.
+    Layers with equal sizes differ only by angle, sense and current direction.
     """
     return layer.radius, layer.pitch, layer.turns
 
 
 @record(eq=False)
 class _RadialSamples:
-    """Quadrature radii (r; m) of a spiral with weights (r; m), and Bessel functions at each wave number and radius.
+    """Quadrature points along the radius of a spiral, and Bessel functions at each wave number and radius.
 
-    `values` are J_m and `slopes` are J_m' (m, k, r), for harmonics m from 0.
+    `radii` (r; m) and `weights` (r; m) are the points. `values` are J_m(k r) and `slopes` are J_m'(k r) (m, k, r), for
+    harmonics m from 0.
     """
 
     radii: Array
@@ -176,7 +178,10 @@ class _RadialSamples:
 
 
 def _radii(layer: SpiralLayer, top: float, highest: int) -> tuple[Array, Array]:
-    """Return radii between a spiral's ends (r; m) that resolve waves up to `top` (1/m), and their weights (r; m)."""
+    """Return radii between a spiral's ends (r; m) that resolve waves up to `top` (1/m), and their weights (r; m).
+
+    `highest` is the highest harmonic about the axis.
+    """
     low = layer.inner_radius
     half = 0.5 * (layer.radius - low)
     nodes, share = gauss(12 + math.ceil(0.6 * (half * top + math.pi * highest * layer.turns)))
@@ -184,7 +189,7 @@ def _radii(layer: SpiralLayer, top: float, highest: int) -> tuple[Array, Array]:
 
 
 def _spiral_waves(layer: SpiralLayer, k: Array, radial_part: _RadialSamples) -> ComplexArray:
-    """Return the harmonics (2, highest + 1, k; m) of one layer across and along the waves.
+    """Return the harmonics of one layer's current across and along the waves (2, highest + 1, k; m).
 
     The integrals are in the notes of `spiral_spectrum`.
     """
@@ -207,16 +212,17 @@ def _spiral_waves(layer: SpiralLayer, k: Array, radial_part: _RadialSamples) -> 
 
 
 def thickness_waves(k: Array, thickness: float) -> Array:
-    """Return the mean over a track's thickness (m) of waves (1/m) that decay with height, over their middle value.
+    """Return the mean over a track's thickness of waves, divided by their value in the middle (k; no unit).
 
-    It is sinh(x) / x with x = k t / 2, no unit (by integration).
+    The waves decay with height. `k` are wave numbers (1/m), `thickness` is in m. The mean is sinh(x) / x with x = k t /
+    2 (by integration).
     """
     up = np.maximum(0.5 * k * thickness, 1e-9)
     return np.asarray(np.sinh(up) / up)
 
 
 def _bessel_slopes(x: Array, highest: int) -> tuple[Array, Array]:
-    """Return J_m(x) and J_m'(x) (no unit) for m = 0 to `highest`, with the order as the first axis.
+    """Return J_m(x) and J_m'(x) (highest + 1, ...; no unit) for m = 0 to `highest`.
 
     Upward recursion from J0 and J1 if x is large enough (Abramowitz and Stegun 9.1.27).
     """

@@ -1,7 +1,8 @@
 """Point patterns that repeat along a winding, and the sum of a wave over all points.
 
-Every bend of a turn repeats the chords of the bend before it, and the next turn repeats the turn one pitch further in.
-Each pattern is evaluated once. The places of a pattern lie in rows of equal steps and are summed in closed form.
+Every bend of a turn repeats the chords of the bend before it, and the next turn repeats the turn one pitch further
+inside. The wave is summed once over each pattern. The places of a pattern lie in rows of equal steps and are summed in
+closed form.
 """
 
 from __future__ import annotations
@@ -15,22 +16,26 @@ from sitscad.basics.arrays import Array, ComplexArray, Index
 from sitscad.basics.record import record
 
 LEAST_ROW = 4
-"""Least number of places of a row that is summed in closed form, which costs as much as three single places."""
+"""Least number of places of a row for which a closed form is used. It costs as much as three single places."""
 
 
 @record(eq=False)
 class Rows:
-    """Places in rows of equal steps: middles and steps (n, 2; m) of the rows, and numbers of places (n)."""
+    """Places in rows of equal steps.
+
+    `middles` (n, 2; m) are the middles of the rows, `steps` (n, 2; m) their steps from place to place, `counts` (n) the
+    numbers of places.
+    """
 
     middles: Array
     steps: Array
     counts: Array
 
     def sums(self, wave: Array) -> ComplexArray:
-        """Return the sum of exp(-i k.r) over each row's places (n, directions; no unit).
+        """Return the sum of exp(-i k.r) over the places r of each row (n, directions; no unit).
 
-        `wave` (2, directions) is in 1/m. About the middle of a row the sum is sin(count x / 2) / sin(x / 2), with the
-        phase x between places (Dirichlet kernel, textbook).
+        `wave` (2, directions; 1/m) are the wave vectors k. About the middle of a row the sum is sin(count x / 2) /
+        sin(x / 2), with the phase x between places (Dirichlet kernel, textbook).
         """
         waves = phase_factors(self.middles @ wave)
         longer = self.counts > 1.0
@@ -48,10 +53,10 @@ class Patterns:
     """Points grouped into patterns that repeat.
 
     A pattern is the points between two steps that occur only once. `kinds` (point numbers) and `inner` (m; position
-    relative to the pattern's first point) list the points of one copy of each pattern, pattern after pattern. Each
-    pattern begins at its index `first` in these arrays. `places` (m) are the first points of all copies, pattern after
-    pattern. Each pattern begins at its index `begins` in `places`. Places that differ by less than `tolerance` (m) are
-    equal.
+    relative to the pattern's first point) list the points of one copy of each pattern, pattern after pattern. `first`
+    are the indices in these arrays at which patterns begin. `places` (m) are the first points of all copies, pattern
+    after pattern. `begins` are the indices in `places` at which patterns begin. Places that differ by less than
+    `tolerance` (m) count as equal.
     """
 
     kinds: Index
@@ -63,12 +68,12 @@ class Patterns:
 
     @cached_property
     def sizes(self) -> Index:
-        """Number of points of each pattern (no unit)."""
+        """Number of points in each pattern (no unit)."""
         return np.diff(np.append(self.first, len(self.kinds)))
 
     @cached_property
     def _rows(self) -> tuple[Rows, Index]:
-        """Places as rows (m), pattern by pattern, and the number of each pattern's first row."""
+        """Places of all copies as rows (m), pattern by pattern, and the number of each pattern's first row."""
         rows: list[tuple[Array, Array, int]] = []
         begins = []
         for low, high in pairwise([*self.begins.tolist(), len(self.places)]):
@@ -78,9 +83,9 @@ class Patterns:
         return Rows(np.array(middles), np.array(steps), np.array(counts, dtype=float)), np.array(begins)
 
     def sums(self, wave: Array, factors: Array) -> ComplexArray:
-        """Return the sum of factors (..., kinds, directions) times exp(-i k.r) over all points.
+        """Return the sum of factors (..., kinds, directions) times exp(-i k.r) over all points r.
 
-        The result (..., directions) has the factors' unit. `wave` (2, directions) is in 1/m.
+        The result (..., directions) has the factors' unit. `wave` (2, directions; 1/m) are the wave vectors k.
         """
         if len(self.places) == len(self.begins):  # no pattern repeats: sum over all points
             phases = phase_factors((self.inner + np.repeat(self.places, self.sizes, axis=0)) @ wave)
@@ -96,9 +101,9 @@ class Patterns:
 
 
 def repeating_patterns(points: Array, labels: Array, same: float) -> Patterns:
-    """Return the patterns of points (n, 2; m).
+    """Return the patterns that repeat in a sequence of points (n, 2; m).
 
-    Points of a pattern have equal steps within `same` (m) and equal labels (n, any).
+    Copies of a pattern have equal steps within `same` (m) and equal labels (n, any).
     """
     _, kind = np.unique(np.round(labels, 9) + 0.0, axis=0, return_inverse=True)
     step = np.round(np.diff(points, axis=0) / same) + 0.0
@@ -116,9 +121,9 @@ def repeating_patterns(points: Array, labels: Array, same: float) -> Patterns:
 
 
 def _rows_of_places(places: Array, same: float) -> list[tuple[Array, Array, int]]:
-    """Return rows of consecutive places (n, 2; m) with equal steps: (middle (2,; m), step (2,; m), number of places).
+    """Return rows of consecutive places with equal steps, as (middle (2; m), step (2; m), number of places).
 
-    A place that continues no row is a row of its own.
+    `places` (n, 2; m) may differ from a row by `same` (m). A place that continues no row is a row of its own.
     """
     rows: list[tuple[Array, Array, int]] = []
     first = 0

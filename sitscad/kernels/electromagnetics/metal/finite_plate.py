@@ -1,14 +1,14 @@
-"""A conducting plate of finite size over a round coil: the ratio of its effect to an infinite plate's effect.
+"""Conducting plate of finite size over a round coil: the ratio of its effect to an infinite plate's effect.
 
 Notes
 -----
-The plate is a perfectly conducting sheet. The stream function psi of its eddy currents is zero at its edge. It cancels
-the coil's normal field everywhere on the sheet. It is expanded in functions that fall to the edge like the square root
-of the distance: Chebyshev's U times a square root on the rectangle, and Zernike-like functions on the disc. Their
-Fourier transforms are Bessel functions in closed form. A sheet's energy in Fourier space is mu0/2 k |psi|^2.
+The plate is a perfectly conducting sheet. The stream function psi of its eddy currents is zero at its edge. Its field
+cancels the coil's normal field everywhere on the sheet. It is expanded in functions that fall to the edge like the
+square root of the distance: Chebyshev's U times a square root on the rectangle, and Zernike-like functions on the disc.
+Their Fourier transforms are Bessel functions in closed form. A sheet's energy in Fourier space is mu0/2 k |psi|^2.
 
 With the normal flux b through every function and the energy matrix K, the change of inductance is - b K^-1 b. An
-infinite plate's is - mu0 pi times the integral of the coil's power spectrum.
+infinite plate's change is - mu0 pi times the integral of the coil's power spectrum.
 
 The loss follows from the change of inductance if the metal's faces recede by a little (Wheeler's incremental inductance
 rule, Proc. IRE 30, 1942), edges and side walls included. A conductor behind the coil enters as a perfect mirror at a
@@ -31,53 +31,60 @@ from sitscad.kernels.solve_cache import cached_solution
 Source = tuple[Array, Array, Array]
 
 MARGIN = 3.0
-"""Distance from the coil's edge, over (radius + gap), beyond which a plate's metal has an effect below 0.2 %."""
+"""Distance from the coil's edge, divided by (radius + gap), beyond which a plate's metal has an effect below 0.2 %."""
 
 DEEPEST = 0.03
-"""Largest depth of the sheet within a plate, in coil diameters.
+"""Largest depth of the sheet within a plate, divided by the coil diameter.
 
-Currents keep to the near face and the side walls.
+In a thick plate, currents flow near the near face and in the side walls.
 """
 
 THICKEST = 0.15
-"""Largest thickness of a plate that enters the calculation, in coil diameters. More thickness has no effect."""
+"""Largest thickness of a plate in the calculation, divided by the coil diameter. More thickness has no effect."""
 
 STOUTEST = 0.2
-"""Largest thickness of a plate that enters the calculation, in plate widths. More thickness has no effect."""
+"""Largest thickness of a plate in the calculation, divided by the plate width. More thickness has no effect."""
 
 LONGEST = 0.8
-"""Largest thickness of a magnetic plate that enters the calculation, in coil diameters.
+"""Largest thickness of a magnetic plate in the calculation, divided by the coil diameter.
 
-More thickness draws in no more field.
+More thickness attracts no more field.
 """
 
 OWN_WAY = 1.6
-"""Constant c in the field through a magnetic plate: 1 + c thickness / width times the field of a thin plate."""
+"""Constant c of the field through a magnetic plate: a thin plate's field times (1 + c thickness / width)."""
 
 MOST_MODES = 32
-"""Largest number of functions along one side, half even and half odd."""
+"""Largest number of functions along one side of a rectangle, half even and half odd."""
 
 
 @record(eq=False)
 class CoaxialRings:
-    """A round coil as rings about its axis: radii (m), heights (m; gaps count from z = 0), and turns of each ring."""
+    """Round coil as rings about its axis.
+
+    `radii` (m), `heights` (m; relative to z = 0, from which gaps count) and `turns` have one value per ring.
+    """
 
     radii: Array
     heights: Array
     turns: Array
 
     def spectrum(self, wave_numbers: Array, roof: float, floor: float) -> Array:
-        """Return the field's spectrum (k; m) at the plane z = `roof` (m).
+        """Return the spectrum (k; m) of the coil's field at the plane z = `roof` (m), for wave numbers (k; 1/m).
 
         Notes
         -----
-        It is the sum of turns a J1(k a) exp(-k distance), less the spectrum of the image in a mirror at z = `floor`
-        (-inf if there is none). In units of mu0 pi it is the spectrum of the normal flux density (Dodd and Deeds 1968).
+        It is the sum of turns a J1(k a) exp(-k distance) over rings of radius a, minus the spectrum of the image in a
+        mirror at z = `floor` (-inf if there is none). In units of mu0 pi it is the spectrum of the normal flux density
+        (Dodd and Deeds 1968).
         """
         return self.spectra(wave_numbers, np.array([roof]), floor)[0]
 
     def spectra(self, wave_numbers: Array, roofs: Array, floor: float) -> Array:
-        """Return the field's spectrum (planes, wave numbers; m) at several planes (m), as in `spectrum`."""
+        """Return the spectra (planes, wave numbers; m) of the coil's field at several planes z = `roofs` (m).
+
+        See `spectrum`.
+        """
         k, z, (radii, heights, turns) = wave_numbers[:, None], roofs[:, None, None], self._ring_table
         waves = np.exp(-k * (z - heights))
         if math.isfinite(floor):
@@ -86,7 +93,7 @@ class CoaxialRings:
 
     @cached_property
     def _ring_table(self) -> tuple[Array, Array, Array]:
-        """Distinct radii and distinct heights (m), and turns times radius at every pair of radius and height."""
+        """Distinct radii and distinct heights (m), and turns times radius (radii, heights; m) of each combination."""
         (radii, which), (heights, level) = (np.unique(part, return_inverse=True) for part in (self.radii, self.heights))
         turns = np.zeros((radii.size, heights.size))
         np.add.at(turns, (which, level), self.turns * self.radii)
@@ -95,7 +102,10 @@ class CoaxialRings:
 
 @record
 class FinitePlate:
-    """A flat plate, a rectangle or a disc: size along x and y (m; a disc's diameter twice) and thickness (m)."""
+    """Flat plate, a rectangle or a disc.
+
+    `size` (m) is along x and y; for a disc, it is the diameter twice. `thickness` is in m.
+    """
 
     size: tuple[float, float]
     thickness: float
@@ -103,7 +113,7 @@ class FinitePlate:
 
 
 def plate_ratio(plate: FinitePlate, coil: CoaxialRings, offsets: Array, gap: float, floor: float = -math.inf) -> Array:
-    """Return the ratio of the plate's change of inductance to an infinite plate's (n,; no unit).
+    """Return the change of inductance by a plate, divided by the change by an infinite plate (n; no unit).
 
     Parameters
     ----------
@@ -112,19 +122,19 @@ def plate_ratio(plate: FinitePlate, coil: CoaxialRings, offsets: Array, gap: flo
     coil : CoaxialRings
         rings of the coil
     offsets : array
-        places of the coil's axis from the plate's centre (n, 2; m)
+        positions of the coil's axis relative to the plate's centre (n, 2; m)
     gap : float
-        height of both near faces (m)
+        height of the near face of both plates (m)
     floor : float, optional
         height of a mirror behind the coil (m); -inf if there is none
 
     Notes
     -----
-    Derived here. The plate is modelled as a sheet and a volume. The sheet is in its middle plane, or near its face if
-    it is thick. It is slightly larger for the current on the side walls. The volume excludes the field along it: half
-    the coil's field, half the eddy currents' own. The first half is weighted by its square on the plate, the second by
-    the ratio of the sheet. For infinite plates this is exact. A thinner plate, or the sheet at the near face, sets a
-    lower limit.
+    Derived here. The plate is modelled as a sheet and a volume. The sheet is in the plate's middle plane, or near its
+    face if it is thick. It is slightly larger than the plate, for the current on the side walls. The volume excludes
+    the field along it: half the coil's field, half the eddy currents' own. The first half is weighted by its square on
+    the plate, the second by the ratio of the sheet. For infinite plates this is exact. A thinner plate, or the sheet at
+    the near face, sets a lower limit.
     """
     changes, front = _changes(plate, coil, offsets, gap, floor)
     for thickness in {0.0, min(plate.thickness, DEEPEST * 2.0 * float(coil.radii.max()))} - {plate.thickness}:
@@ -136,15 +146,15 @@ def plate_ratio(plate: FinitePlate, coil: CoaxialRings, offsets: Array, gap: flo
 def plate_loss_ratio(
     plate: FinitePlate, coil: CoaxialRings, offsets: Array, gap: float, floor: float = -math.inf
 ) -> Array:
-    """Return the ratio of the loss in the plate's skin to an infinite plate's loss (n,; no unit), by Wheeler's rule.
+    """Return the loss in the plate's skin, divided by the loss in an infinite plate (n; no unit), by Wheeler's rule.
 
-    Arguments as in `plate_ratio`.
+    The arguments are explained in `plate_ratio`.
 
     Notes
     -----
     The loss is proportional to the change of inductance if all faces recede by a little. Faces are the near face, the
-    edge and the walls, up to the thickness that matters. Currents crowd at an edge like 1 / root of the distance. Their
-    square has a finite integral because of the thickness.
+    edge and the walls, up to the thickness that has an effect. Currents crowd at an edge like 1 / root of the distance.
+    Their square has a finite integral because of the thickness.
     """
     step = 0.01 * min(plate.thickness, gap)
 
@@ -157,7 +167,10 @@ def plate_loss_ratio(
 
 
 def _changes(plate: FinitePlate, coil: CoaxialRings, offsets: Array, gap: float, floor: float) -> tuple[Array, float]:
-    """Return the size of the change of inductance by the plate (places,) and by an infinite plate, in mu0 pi (m)."""
+    """Return the size of the change of inductance by the plate (places) and by an infinite plate, in mu0 pi (m).
+
+    Results are cached by `cached_solution`.
+    """
     places = np.atleast_2d(np.asarray(offsets, dtype=float))
 
     def question() -> tuple[object, ...]:
@@ -171,7 +184,10 @@ def _changes(plate: FinitePlate, coil: CoaxialRings, offsets: Array, gap: float,
 def _solved_changes(
     plate: FinitePlate, coil: CoaxialRings, offsets: Array, gap: float, floor: float
 ) -> tuple[Array, Array]:
-    """Solve `_changes` (m): the sheet by `_sheet_changes`, and the field excluded by the thickness by `_field_on`."""
+    """Compute the change of inductance by the plate (places) and by an infinite plate, in mu0 pi (m).
+
+    The sheet is solved by `_sheet_changes`. The field that the thickness excludes is from `_field_on`.
+    """
     outer = float(coil.radii.max())
     middle = gap + _sheet_depth(plate, outer)
     depth, reach = _depth_and_reach(coil, offsets, gap)
@@ -191,10 +207,11 @@ def _solved_changes(
 def _sheet_changes(
     is_round: bool, half: Array, offsets: Array, source: Source, detail: float, rooms: Array, most: int, nodes: int
 ) -> Array:
-    """Return the size (planes, places; m, times mu0 pi: H) of the change by a sheet, for several spectra.
+    """Return the size (planes, places; m, times mu0 pi: H) of the change of inductance by a sheet, for several spectra.
 
-    `half` are half sides (m), and `rooms` are distances of the planes from a mirror (m). The field varies over `detail`
-    (m). A rectangle has at most `most` functions along a side, and `nodes` in a panel of its energies.
+    `half` are half sides (m). `source` is (wave numbers, weights, spectra (planes, k)). `detail` (m) is the length over
+    which the field varies. `rooms` are distances of the planes from a mirror (m). A rectangle has at most `most`
+    functions along a side, and `nodes` quadrature nodes in a panel of its energies.
     """
     if is_round:
         return _disc_change(float(half[0]), offsets, source, detail, rooms)
@@ -205,21 +222,22 @@ def _sheet_changes(
 def magnetic_ratio(
     plate: FinitePlate, coil: CoaxialRings, offsets: Array, gap: float, floor: float = -math.inf
 ) -> Array:
-    """Return the ratio for a plate of very high permeability that does not conduct, like ferrite.
+    """Return the effect of a magnetic plate, divided by the effect of an infinite plate (n; no unit).
 
-    The plate attracts the field. Arguments as in `plate_ratio`.
+    The plate has a very high permeability and does not conduct, like ferrite, so it attracts the field. The arguments
+    are explained in `plate_ratio`.
 
     Notes
     -----
-    Poles on its faces, with zero sum, keep the magnetic potential on it constant. Near its edge they grow like 1 / root
-    of the distance. On a disc every angular order is independent, with the transforms j_l (l = m, m + 2 ... without 0,
-    whose sum is not zero). A rectangle counts as the disc of its area. The edge is further out by t / 2 pi (1 + ln(4 pi
-    w / t)), as for a thick strip, which grows up to t = 4 pi w.
+    Magnetic poles on its faces, with zero sum, keep the magnetic potential on it constant. Near its edge they grow like
+    1 / root of the distance. On a disc every angular order is independent, with the transforms j_l (l = m, m + 2 ...
+    without 0, whose sum is not zero). A rectangle counts as the disc of equal area. The edge is extended by t / 2 pi (1
+    + ln(4 pi w / t)), as for a thick strip. This grows up to t = 4 pi w.
 
     A small plate has far less effect than a conductor, because the poles need room on it. Then its volume guides the
-    field through it. Half of the infinite plate's volume effect is weighted by the square of that field on the plate.
-    It is larger for a thick plate, which demagnetises itself less (a cube: factor three). The other half is weighted by
-    the ratio of the sheet. Fitted to boxes of poles (tests/validation).
+    field through it. Half of the infinite plate's volume effect is weighted by the square of this field on the plate.
+    The effect is larger for a thick plate, which demagnetises itself less (a cube: factor three). The other half is
+    weighted by the ratio of the sheet. Fitted to boxes of poles (tests/validation).
     """
     offsets = np.atleast_2d(np.asarray(offsets, dtype=float))
     outer, width = float(coil.radii.max()), min(plate.size)
@@ -245,9 +263,9 @@ def magnetic_ratio(
 
 
 def magnetic_ratio_error(plate: FinitePlate, coil: CoaxialRings) -> float:
-    """Return the relative error (no unit) of a magnetic ratio, from boxes of poles (tests/validation).
+    """Return the relative error (no unit) of `magnetic_ratio`, from comparison with boxes of poles (tests/validation).
 
-    It depends on the plate's shorter side over the coil's diameter. Plates longer than twice their width were not
+    It depends on the plate's shorter side divided by the coil's diameter. Plates longer than twice their width were not
     compared.
     """
     short, longest, diameter = min(plate.size), max(plate.size), 2.0 * float(coil.radii.max())
@@ -260,8 +278,8 @@ def magnetic_ratio_error(plate: FinitePlate, coil: CoaxialRings) -> float:
 def _edge_growth(plate: FinitePlate, outer: float) -> float:
     """Return the extension (m) of the sheet beyond a plate with side walls: t / 2 pi ln(D / t).
 
-    The form is from a thick strip (a logarithm of size over thickness). The coil's diameter D in it is a fit to boxes
-    of surface loops (tests/validation).
+    `outer` (m) is the coil's outer radius. The form is from a thick strip (a logarithm of size divided by thickness).
+    The coil's diameter D in it is a fit to boxes of surface loops (tests/validation).
     """
     thickness = _counted_thickness(plate, outer)
     if thickness <= 0.0:
@@ -270,7 +288,7 @@ def _edge_growth(plate: FinitePlate, outer: float) -> float:
 
 
 def _depth_and_reach(coil: CoaxialRings, offsets: Array, gap: float) -> tuple[float, float]:
-    """Return the height (m) over the nearest ring and the radius (m) in which the field matters.
+    """Return the height (m) of the plate above the nearest ring, and the radius (m) within which the field matters.
 
     The height is at least a hundredth of the largest ring's radius.
     """
@@ -280,24 +298,24 @@ def _depth_and_reach(coil: CoaxialRings, offsets: Array, gap: float) -> tuple[fl
 
 
 def _sheet_depth(plate: FinitePlate, outer: float) -> float:
-    """Return the depth (m) of the sheet within a plate.
+    """Return the depth (m) of the sheet below the near face of a plate.
 
-    It is in the middle of a thin plate and nowhere deeper than DEEPEST. The function is smooth, because the loss is its
-    slope. Chosen here by comparison with boxes of loops.
+    `outer` (m) is the coil's outer radius. The sheet is in the middle of a thin plate and at most at the depth
+    `DEEPEST`. The function is smooth, because the loss is its slope. Chosen here by comparison with boxes of loops.
     """
     middle, deepest = 0.5 * _counted_thickness(plate, outer), DEEPEST * 2.0 * outer
     return float(middle * (1.0 + (middle / deepest) ** 4) ** -0.25)
 
 
 def _counted_thickness(plate: FinitePlate, outer: float) -> float:
-    """Return a plate's thickness (m), limited to the thickness that has an effect (see THICKEST and STOUTEST)."""
+    """Return a plate's thickness (m), limited to the part that has an effect (`THICKEST` and `STOUTEST`)."""
     return min(plate.thickness, THICKEST * 2.0 * outer, STOUTEST * min(plate.size))
 
 
 def ratio_error(plate: FinitePlate, coil: CoaxialRings) -> float:
-    """Return the relative error (no unit) of a ratio, by thickness and width over the coil's diameter.
+    """Return the relative error (no unit) of `plate_ratio`, by thickness and width divided by the coil's diameter.
 
-    From the comparison with boxes of surface loops and discs of rings (tests/validation).
+    Source: comparison with boxes of surface loops and discs of rings (tests/validation).
     """
     thick, wide = _slenderness(plate, coil)
     narrow, broad = eased_error(thick, 0.03 / EASED, 0.05, 0.12), eased_error(thick, 0.055, 0.03, 0.05)
@@ -305,7 +323,7 @@ def ratio_error(plate: FinitePlate, coil: CoaxialRings) -> float:
 
 
 def loss_ratio_error(plate: FinitePlate, coil: CoaxialRings) -> float:
-    """Return the relative error (no unit) of a loss ratio, mostly from discs.
+    """Return the relative error (no unit) of `plate_loss_ratio`, mostly from a comparison with discs.
 
     The ratio is too large for small thick plates.
     """
@@ -314,22 +332,25 @@ def loss_ratio_error(plate: FinitePlate, coil: CoaxialRings) -> float:
 
 
 EASED = 1.4
-"""Ratio of the sizes at which a transition between two stated errors ends and begins.
+"""Size at which a transition between two errors ends, divided by the size at which it begins.
 
-Errors are known at some sizes. The stated error is nowhere below a known error, and it has no jump.
+Errors are known at some sizes. The returned error is nowhere below a known error, and it has no jump.
 """
 
 
 def eased_error(value: float, limit: float, before: float, after: float) -> float:
-    """Return an error (no unit): `before` up to a limit, `after` from EASED times the limit, smooth between them."""
+    """Return an error (no unit): `before` up to a `limit` of `value`, `after` from `EASED` times the limit.
+
+    Between them the transition is smooth.
+    """
     part = min(max((value / limit - 1.0) / (EASED - 1.0), 0.0), 1.0)
     return before + (after - before) * part * part * (3.0 - 2.0 * part)
 
 
 def stepped_error(value: float, steps: Sequence[tuple[float, float]], last: float) -> float:
-    """Return an error (no unit) with a value up to each limit of `steps`, then `last`, with smooth transitions.
+    """Return an error (no unit) that changes at several limits of `value`, with smooth transitions.
 
-    `steps` are pairs (limit, value) with rising limits.
+    `steps` are pairs (limit, error up to this limit) with rising limits. Beyond the last limit the error is `last`.
     """
     error = steps[0][1]
     for (limit, _), (_, after) in zip(steps, (*steps[1:], (math.inf, last)), strict=True):
@@ -338,7 +359,7 @@ def stepped_error(value: float, steps: Sequence[tuple[float, float]], last: floa
 
 
 def _slenderness(plate: FinitePlate, coil: CoaxialRings) -> tuple[float, float]:
-    """Return thickness and shorter side over the coil's diameter (no unit)."""
+    """Return a plate's thickness and its shorter side, both divided by the coil's diameter (no unit)."""
     diameter = 2.0 * float(coil.radii.max())
     return plate.thickness / diameter, min(plate.size) / diameter
 
@@ -347,7 +368,7 @@ def _infinite_plate_change(k: Array, weights: Array, spectrum: Array, room: floa
     """Return the size of the change of inductance by an infinite plate, in units of mu0 pi (m).
 
     It is the integral of the spectrum's square (Dodd and Deeds 1968). `room` (m) is the plate's distance from the
-    mirror, whose echo is a geometric series.
+    mirror; the repeated reflections are a geometric series. With `poles`, the plate is magnetic.
     """
     sign = 1.0 if poles else -1.0
     echo = 1.0 + sign * np.exp(-2.0 * k * room) if math.isfinite(room) else 1.0
@@ -357,10 +378,10 @@ def _infinite_plate_change(k: Array, weights: Array, spectrum: Array, room: floa
 def _field_on(
     plate: FinitePlate, half: Array, offsets: Array, source: Source, detail: float, bessel: Callable[[Array], Array]
 ) -> Array:
-    """Return the fraction (places,; no unit) of the squared field that falls on the plate.
+    """Return the part of the coil's squared field that falls on the plate, divided by the whole (places; no unit).
 
-    `bessel` is J1 for the field along its plane, J0 for the field through it. The field at a distance is the Hankel
-    transform of the spectrum. Its square over the whole plane is by Parseval's theorem (textbook).
+    `bessel` is J1 for the field along the plane, J0 for the field through it. The field at a distance from the axis is
+    the Hankel transform of the spectrum. Its square over the whole plane is by Parseval's theorem (textbook).
     """
     k, weights, spectrum = source
     panels = min(6, 1 + math.ceil(float(half.max()) / (6.0 * detail)))
@@ -382,9 +403,9 @@ def _field_on(
 
 
 def _wave_numbers(top: float, reach: float, panels: int | None = None) -> tuple[Array, Array]:
-    """Return nodes and weights (1/m) with k = top t^2, up to a negligible exp(-k depth).
+    """Return nodes and weights (n; 1/m) of an integral over wave numbers up to `top` (1/m), k = top t^2.
 
-    They are dense at wave numbers of the coil's size.
+    `reach` (m) is the radius within which the field matters. Nodes are dense at wave numbers of the coil's size.
     """
     nodes, share = gauss(16)
     panels = panels or min(40, 8 + math.ceil(top * reach / 25.0))
@@ -393,9 +414,9 @@ def _wave_numbers(top: float, reach: float, panels: int | None = None) -> tuple[
 
 
 def _modes(half: float, detail: float) -> int:
-    """Return the number of functions along a side (no unit), even: half for even fields, half for odd fields.
+    """Return the number of functions along a side (no unit), an even number: half for even fields, half for odd fields.
 
-    The functions resolve half / n. The field varies over the `detail` (m).
+    The functions resolve half / n. `detail` (m) is the length over which the field varies.
     """
     return 2 * min(MOST_MODES // 2, 3 + math.ceil(0.8 * half / detail))
 
@@ -406,8 +427,8 @@ def _modes(half: float, detail: float) -> int:
 def _fluxes(half: Array, offsets: Array, source: Source, counts: tuple[int, int]) -> Array:
     """Return the flux (s, places, functions along x, along y; m, in units of mu0 / 2) through a rectangle's functions.
 
-    There are s spectra (s, k). The flux is `_chebyshev_projection` of the field, which is the integral of k J0(k r)
-    times the spectrum.
+    There are s spectra (s, k). The field is the integral of k J0(k r) times the spectrum. The flux is its projection by
+    `_chebyshev_projection`.
     """
     u, v = (_chebyshev_projection(n) for n in counts)
     farthest = float(np.hypot(*(np.abs(offsets) + half).T).max())
@@ -423,10 +444,10 @@ def _fluxes(half: Array, offsets: Array, source: Source, counts: tuple[int, int]
 
 
 def _sheet_energies(half: Array, counts: tuple[int, int], rooms: Array, flux: Array, nodes: int) -> Array:
-    """Return the size (planes, places; times mu0 pi: H) of the change by a rectangular sheet.
+    """Return the size (planes, places; times mu0 pi: H) of the change of inductance by a rectangular sheet.
 
-    `flux` (planes, places, functions, functions) is the flux through the sheet's functions. The planes have distances
-    `rooms` (m) from a mirror.
+    `flux` (planes, places, functions along x, along y) is the flux through the sheet's functions, `counts` are the
+    numbers of functions. The planes have distances `rooms` (m) from a mirror.
 
     Notes
     -----
@@ -453,7 +474,7 @@ def _sheet_energies(half: Array, counts: tuple[int, int], rooms: Array, flux: Ar
 def _chebyshev_projection(count: int) -> tuple[Array, Array]:
     """Return Gauss-Chebyshev points (n; no unit) of the second kind, and weights (functions, n).
 
-    The weights project a field on sqrt(1 - u^2) U_m(u) (Abramowitz and Stegun 25.4.40).
+    The weights project a field on the functions sqrt(1 - u^2) U_m(u), for m from 0 (Abramowitz and Stegun 25.4.40).
     """
     points = 2 * count + 8
     angle = math.pi * np.arange(1, points + 1) / (points + 1)
@@ -462,9 +483,10 @@ def _chebyshev_projection(count: int) -> tuple[Array, Array]:
 
 
 def _cubic(at: Array, step: float, table: Array) -> Array:
-    """Interpolate values at 0, step, 2 step ... of an even function by Catmull and Rom's spline (1974).
+    """Interpolate an even function from its values at 0, step, 2 step ... by Catmull and Rom's spline (1974).
 
-    The table may have several columns (steps, n), and results have its unit. `at` and `step` have one unit.
+    `table` holds the values, possibly in several columns (steps, n); results have its unit. `at` and `step` have one
+    unit.
     """
     padded = np.concatenate((table[1:2], table, table[-1:], table[-1:]))
     a, b, c, d = (padded[shift : shift + len(table) - 1] for shift in range(4))
@@ -482,10 +504,10 @@ def _cubic(at: Array, step: float, table: Array) -> Array:
 def sheet_ratios(
     plate: FinitePlate, coil: CoaxialRings, offsets: Array, gaps: Array, floor: float = -math.inf
 ) -> Array:
-    """Return approximate `plate_ratio` (gaps, offsets; no unit) at several gaps (m) at once, for screening.
+    """Return approximate results of `plate_ratio` (gaps, offsets; no unit) at several gaps (m), for screening.
 
-    Only the sheet is solved, with few waves and functions. The field excluded by the thickness is weighted like the
-    sheet's effect.
+    Only the sheet is solved, with few waves and functions. The field that the thickness excludes is assumed to change
+    in the ratio of the sheet's effect.
     """
     offsets, outer = np.atleast_2d(np.asarray(offsets, dtype=float)), float(coil.radii.max())
     middles = gaps + _sheet_depth(plate, outer)
@@ -502,23 +524,26 @@ def sheet_ratios(
 
 
 ROUGH_TOP = 7.0
-"""Largest exponent of a wave's decay at the nearest gap in approximate ratios: waves up to exp(-7)."""
+"""Largest wave number times the nearest gap in approximate ratios: waves that decay by up to exp(-7)."""
 
 ROUGH_PANELS = 4
-"""Number of panels of 16 waves in approximate ratios."""
+"""Number of panels, each of 16 wave numbers, in approximate ratios."""
 
 ROUGH_MODES = 8
-"""Largest number of functions along a side in approximate ratios."""
+"""Largest number of functions along a side of a rectangle in approximate ratios."""
 
 ROUGH_NODES = 8
-"""Number of nodes in a panel of the functions' energies. Twice as many nodes change approximate ratios by 2e-4."""
+"""Number of quadrature nodes in a panel of the energies in approximate ratios.
+
+With twice this number, approximate ratios change by 2e-4.
+"""
 
 
 def _rectangle_energy(half: Array, x: Array, y: Array, mixed: tuple[Array, Array]) -> Array:
-    """Return energies (planes, products, products; m) of products of Chebyshev's functions of orders `x` and `y`.
+    """Return the energies (planes, products, products; m) of products of Chebyshev's functions of orders `x` and `y`.
 
-    They have a closed form except for `mixed`. Derived here from k |psi|^2 in Fourier space with the transforms of
-    `_transforms`.
+    They have a closed form except for the part with `mixed`, which is (remaining factor, transforms). Derived here from
+    k |psi|^2 in Fourier space with the transforms of `_transforms`.
     """
     rest, transforms = mixed
     fx, fy = transforms[x.astype(int)], transforms[y.astype(int)]
@@ -537,10 +562,11 @@ def _rectangle_energy(half: Array, x: Array, y: Array, mixed: tuple[Array, Array
 
 @lru_cache(maxsize=8)
 def _transforms(count: int, panel: int) -> tuple[Array, Array, Array]:
-    """Return nodes and weights over q > 0, and (m + 1) J_(m+1)(q) / q for m < count with the sign of i^m (no unit).
+    """Return nodes and weights over q > 0, and Fourier transforms (m, q; no unit) of the functions along a side.
 
-    Each panel of length 8 has `panel` nodes. The functions are the Fourier transforms of sqrt(1 - u^2) U_m(u) over pi:
-    Bessel's integral (Abramowitz and Stegun 9.1.21) by parts.
+    The functions are sqrt(1 - u^2) U_m(u) / pi for m < `count`. Each panel of length 8 has `panel` nodes. The
+    transforms are (m + 1) J_(m+1)(q) / q with the sign of i^m: Bessel's integral (Abramowitz and Stegun 9.1.21) by
+    parts.
     """
     panels = math.ceil((count + 40) / 8)
     nodes, share = gauss(panel)
@@ -556,15 +582,17 @@ def _transforms(count: int, panel: int) -> tuple[Array, Array, Array]:
 def _disc_change(
     radius: float, offsets: Array, source: Source, detail: float, rooms: Array, poles: bool = False
 ) -> Array:
-    """Return the size (s, places; m, times mu0 pi: H) of the change by a disc for s spectra (s, k).
+    """Return the size (s, places; m, times mu0 pi: H) of the change of inductance by a disc, for s spectra (s, k).
 
-    The planes have distances `rooms` (m) from a mirror. Each angular order is solved separately.
+    The planes have distances `rooms` (m) from a mirror. With `poles`, the disc is magnetic. Each angular order is
+    solved separately.
 
     Notes
     -----
     Derived here: functions exp(i m phi) with the transforms j_l(k R) / (k R), l = m + 1, m + 3 ..., have the energies 1
-    / (2 l + 1), because these j_l are orthogonal over k (Abramowitz and Stegun 11.4.6). The mirror's echo adds to them.
-    Poles have j_l (k R), l = m, m + 2 ... but not 0, with equal energies and an echo of the opposite sign.
+    / (2 l + 1). The reason is that these j_l are orthogonal over k (Abramowitz and Stegun 11.4.6). The mirror's echo
+    adds to them. Poles have j_l (k R), l = m, m + 2 ... but not 0, with equal energies and an echo of the opposite
+    sign.
     """
     k, weights, spectra = source
     count = _modes(radius, detail) // 2 + 4

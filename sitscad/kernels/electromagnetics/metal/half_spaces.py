@@ -1,7 +1,7 @@
 """Conductors in front of and behind a flat coil: layered half-spaces (Dodd and Deeds, J. Appl. Phys. 39, 1968).
 
-The coil's current is resolved into waves exp(i k . r). A stack of infinite plates reflects each wave by a factor that
-depends on k, frequency, conductivity and permeability. The reflected waves change inductance and resistance.
+The coil's current is written as a sum of waves exp(i k . r). A stack of infinite plates reflects each wave by a factor
+that depends on k, frequency, conductivity and permeability. The reflected waves change inductance and resistance.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from sitscad.kernels.electromagnetics.metal.current_spectrum import CurrentSpect
 
 @record
 class MetalLayer:
-    """One layer of a reflector: conductivity (S/m), relative permeability, thickness in metres (inf: a half-space)."""
+    """One plate of a reflector: conductivity (S/m), relative permeability, thickness (m; inf for a half-space)."""
 
     conductivity: float
     permeability: float = 1.0
@@ -29,7 +29,10 @@ class MetalLayer:
 
 @record
 class Reflector:
-    """Plates, nearest to the coil first, and the distance (m) of the first face from the plane z = 0."""
+    """Infinite plates on one side of a coil.
+
+    `distance` (m) is from the plane z = 0 to the first face. `plates` are in order from the coil.
+    """
 
     distance: float
     plates: tuple[MetalLayer, ...]
@@ -50,7 +53,7 @@ def reflection(wave_numbers: Array, frequency: float | Array, plates: Sequence[M
     Returns
     -------
     complex array
-        (wave numbers,) or (n, wave numbers). The array is read-only
+        (wave numbers,) or (n, wave numbers). The array is read-only.
 
     Notes
     -----
@@ -65,11 +68,17 @@ def reflection(wave_numbers: Array, frequency: float | Array, plates: Sequence[M
 
 
 MAX_CACHED_FACTORS = 1 << 13
-"""Largest number of reflection factors in a result that is cached. States, tanks and poses need results repeatedly."""
+"""Largest number of reflection factors in a result that is cached.
+
+States, tanks and poses need equal results repeatedly.
+"""
 
 
 OPAQUE = 18.0
-"""Decay lengths of a plate beyond which layers behind it have no effect: exp(-2 x 18) is below a rounding error."""
+"""Thickness of a plate, divided by the decay length, above which layers behind it have no effect.
+
+exp(-2 x 18) is below a rounding error.
+"""
 
 
 @lru_cache(maxsize=64)
@@ -77,7 +86,10 @@ def _reflection(
     wave_numbers: bytes, row: tuple[int, ...], frequencies: bytes, shape: tuple[int, ...],
     plates: tuple[MetalLayer, ...],
 ) -> ComplexArray:
-    """Return `reflection` (no unit) from the bytes and shapes of the arrays."""
+    """Return the reflection factor (no unit) of a stack of plates, from the bytes and shapes of the arrays.
+
+    Equal arguments are cached.
+    """
     k, frequency = np.frombuffer(wave_numbers).reshape(row), np.frombuffer(frequencies).reshape(shape)
     # From the farthest plate to the nearest, each like a transmission line with a load. Exponentials of the decay
     # replace hyperbolic functions, which overflow in thick plates.
@@ -100,7 +112,7 @@ def returned_waves(
     wave_numbers: Array, frequencies: Array, above: Reflector | None, below: Reflector | None,
     levels: tuple[float, float], raised: Array | float = 0.0
 ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-    """Return the reflection coefficients of every wave (1/m) at every frequency (Hz) between both sides (no unit).
+    """Return the reflection coefficients (no unit) of every wave at every frequency, with plates on both sides.
 
     Parameters
     ----------
@@ -118,7 +130,7 @@ def returned_waves(
     Returns
     -------
     three complex arrays
-        coefficients (frequencies, wave numbers) of up to up, up to down, and down to down
+        coefficients (frequencies, wave numbers) from up to up waves, from up to down waves, and from down to down waves
 
     Notes
     -----
@@ -151,13 +163,13 @@ def reflected_inductances(
     Parameters
     ----------
     spectrum : CurrentSpectrum
-        spectrum of the coil
+        current spectrum of the coil
     frequencies : array
         frequencies (Hz)
     above, below : Reflector or None
         reflectors on both sides, if any
     distances : sequence of float
-        distances of the coils' centres (m); 0 for the coil itself
+        distances of the coils' centres (m); 0 for the self-inductance of one coil
 
     Returns
     -------
@@ -167,7 +179,7 @@ def reflected_inductances(
     Notes
     -----
     The inductance is mu0 pi times the weighted sum of power times the reflected waves (Dodd and Deeds 1968). J0(k d) is
-    the mean of the shift over directions, which is exact for round coils.
+    the mean over directions of a wave shifted by d, which is exact for round coils.
     """
     key = frequencies.tobytes(), above, below, tuple(distances)
     if key not in spectrum.returned:
@@ -180,9 +192,10 @@ def reflected_inductances(
 def raised_inductances(
     spectrum: CurrentSpectrum, frequency: float, above: Reflector, below: Reflector | None, raised: Array
 ) -> ComplexArray:
-    """Return the reflectors' contribution to a coil's inductance (n,; H, complex) at a frequency (Hz).
+    """Return the reflectors' contribution (n; H, complex) to a coil's inductance, for several upper distances.
 
-    The upper reflector is farther away by each of the lengths `raised` (n; m). See `reflected_inductances`.
+    The `frequency` is in Hz. The upper reflector is farther away by each of the lengths `raised` (n; m). See
+    `reflected_inductances`.
     """
     power = _returned_power(spectrum, np.array([frequency]), above, below, raised[:, None])
     return np.asarray(MU0 * math.pi * (power @ spectrum.weights))
@@ -192,9 +205,9 @@ def _returned_power(
     spectrum: CurrentSpectrum, frequencies: Array, above: Reflector | None, below: Reflector | None,
     raised: Array | float = 0.0
 ) -> ComplexArray:
-    """Return the power (frequencies, wave numbers; m2, complex) of a coil's waves times their reflection.
+    """Return the power (frequencies, wave numbers; m2, complex) of a coil's waves, multiplied by their reflection.
 
-    See `returned_waves`.
+    `raised` (m) is the extra distance of the upper reflector (see `returned_waves`).
     """
     (up, cross, down), z = spectrum.sums, spectrum.heights
     levels = float(z.min()), float(z.max())
@@ -210,10 +223,10 @@ def distance_derivative(spectrum: CurrentSpectrum, heights: Sequence[float]) -> 
     Parameters
     ----------
     spectrum : CurrentSpectrum
-        spectrum of the layers, or of a single layer if all are equal. Its `nearest` is at most the least of the
-        distances, or a small part of the winding's radial width
+            spectrum of the layers, or of a single layer if all are equal. It must resolve the least distance of layers,
+        or a small part of the winding's radial width.
     heights : sequence of float
-        heights of the layers (m), whose currents circulate in one sense
+        heights of the layers (m). All currents circulate in one direction.
 
     Notes
     -----

@@ -1,8 +1,8 @@
 """Current modes of a spiral winding near metal, where the eddy currents in the tracks couple to their images.
 
-The reflection of a uniform current and the current crowding in free air are separate effects. Close to metal both act
-together, and their sum is wrong: the image of a wide track pulls the current back across its width. Here the modes of
-every cut (`current_modes`) are coupled to the reflected waves (`half_spaces`).
+Far from metal, the reflection of a uniform current and the current crowding in free air are separate effects. Close to
+metal both act together, and their sum is wrong: the image of a wide track pulls the current back across its width. Here
+the current modes (`current_modes`) in every half-plane are coupled to the reflected waves (`half_spaces`).
 
 Every mode has an amplitude in the waves J1(k r) exp(+-k z) about the axis, and the reflection multiplies it. So the
 matrix of a reflection is a short sum of products. A Krylov subspace that starts from the drive of the winding and of
@@ -37,31 +37,31 @@ from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, Refle
 from sitscad.kernels.electromagnetics.special_functions import j1
 
 STEPS = 5
-"""Number of steps of the block Krylov run. Each step adds up to three vectors per cut."""
+"""Number of steps of the block Krylov recursion. Each step adds up to three vectors per half-plane."""
 
 ROUGH_STEPS = 2
-"""Number of steps of the block Krylov run for screening."""
+"""Number of steps of the block Krylov recursion for screening."""
 
 MIDDLE = 3e6
 """Frequency (Hz) at which the reflection is evaluated to compute a subspace, which then serves all frequencies."""
 
 ABOUT = 1.25
-"""Ratio of successive metal distances with their own subspaces.
+"""Ratio of successive metal distances for which subspaces are computed.
 
 Each metal distance is rounded, on a logarithmic scale, to the nearest of these distances.
 """
 
 PERFECT = 1e18
-"""Conductivity (S/m) of metal that waves do not enter."""
+"""Conductivity (S/m) of metal that waves practically do not enter."""
 
 
 @record(eq=False)
 class _ReflectedCuts:
-    """Modes of all cuts and their amplitudes in the waves.
+    """Current modes in all half-planes of a winding, and their amplitudes in the waves.
 
-    `tables` (cuts, 2 k, modes) holds, for each of k wave numbers, waves that decay downwards, then waves that decay
-    upwards. It is in single precision, because it is most of the memory of an estimate. Cuts with fewer tracks are
-    padded with zeros.
+    `tables` (half-planes, 2 k, modes; m sqrt(S)) holds, for each of k wave numbers, the waves that decay downwards,
+    then the waves that decay upwards. It is in single precision, because it is most of the memory of an estimate. Half-
+    planes with fewer tracks are padded with zeros.
     """
 
     systems: tuple[ModeSystem, ...]
@@ -69,41 +69,48 @@ class _ReflectedCuts:
 
     @cached_property
     def carriers(self) -> Array:
-        """Carriers of all cuts (cuts, tracks, modes of a track) from `ModeSystem`."""
+        """Density of direct current in each track (half-planes, tracks, modes of a track; no unit; `ModeSystem`)."""
         most = max(len(system.carrier) for system in self.systems)
         return np.stack([_zero_padded(system.carrier, most) for system in self.systems])
 
     def vectors(self, of: Callable[[ModeSystem], Array]) -> Array:
-        """Return the vector that `of` takes from each system, padded with zeros to (cuts, modes, 1), in its unit."""
+        """Return a vector of each system, padded with zeros (half-planes, modes, 1), in its unit.
+
+        `of` is the function that takes the vector from a system.
+        """
         return np.stack([_zero_padded(of(system), self.tables.shape[2]) for system in self.systems])[..., None]
 
     def project(self, vectors: Array) -> Array:
-        """Return `ModeSystem.project` of vectors (cuts, modes, n), in their unit."""
+        """Return vectors (half-planes, modes, n) after subtracting the net current of every track, in their unit."""
         table = vectors.reshape(*self.carriers.shape, -1)
         net = self.carriers[:, :, None] @ table
         return np.asarray((table - self.carriers[..., None] * net).reshape(vectors.shape))
 
     def times(self, vectors: Array) -> Array:
-        """Return the systems' matrices times vectors (cuts, modes, n), in s times their unit."""
+        """Return the systems' matrices times vectors (half-planes, modes, n), in s times the vectors' unit."""
         products = np.zeros_like(vectors)
         for system, product, vector in zip(self.systems, products, vectors, strict=True):
             product[: system.coupling.size] = system.matrix @ vector[: system.coupling.size]
         return products
 
     def waves(self, vectors: Array) -> Array:
-        """Return the waves (cuts, 2 k, n) of currents (cuts, modes, n), in the table's unit times the currents' unit.
+        """Return the waves (half-planes, 2 k, n) of currents (half-planes, modes, n).
 
-        Waves upwards come first, then waves downwards.
+        The unit is the product of the units of `tables` and the currents. Waves upwards come first, then waves
+        downwards.
         """
         return np.asarray((self.tables @ vectors.astype(np.float32)).astype(np.float64))
 
     def seen(self, waves: Array) -> Array:
-        """Return the drive (cuts, modes, n) of the modes by waves (cuts, 2 k, n), in the product of both units."""
+        """Return the drive (half-planes, modes, n) of the modes by waves (half-planes, 2 k, n).
+
+        The unit is the product of the units of `tables` and the waves.
+        """
         return np.asarray(np.swapaxes(self.tables, 1, 2) @ waves.astype(np.float32), dtype=np.float64)
 
 
 def _zero_padded(rows: Array, count: int) -> Array:
-    """Return rows padded with zeros to `count` rows, in their unit."""
+    """Return rows with zero rows appended, `count` rows in all, in the unit of `rows`."""
     return np.concatenate([rows, np.zeros((count - len(rows), *rows.shape[1:]))])
 
 
@@ -111,8 +118,10 @@ def _zero_padded(rows: Array, count: int) -> Array:
 class CrowdingNearMetal:
     """Inductance changes by eddy currents in a winding's tracks near metal, by frequency and reflectors.
 
-    For screening, one subspace serves all metal of one side or both. It comes from mirrors at the `nearest` distance
-    (m) of any metal.
+    `levels` (m) are the lowest and highest mid-plane. `wave_numbers` and `weights` (k; 1/m) are nodes and weights of
+    the integral over waves. `bends` is explained in `crowding_near_metal`, `steps` is the number of Krylov steps. For
+    screening, `nearest` (m) is given. Then one subspace serves all metal on one side or on both, from perfect
+    conductors at this distance. `known` and `changed` cache subspaces and results.
     """
 
     cuts: _ReflectedCuts
@@ -126,18 +135,19 @@ class CrowdingNearMetal:
     changed: dict[tuple[bytes, Reflector | None, Reflector | None], ComplexArray] = field(default_factory=dict)
 
     def change(self, frequency: float, above: Reflector | None, below: Reflector | None) -> complex:
-        """Return the change (H, complex) to add to the reflection of a uniform current and the crowding in free air.
+        """Return the change (H, complex) to add to the sum of two effects at a `frequency` (Hz) near reflectors.
 
-        It is at a frequency (Hz) with reflectors above and below. The imaginary part times -omega is a resistance.
+        The two effects are the reflection of a uniform current and the current crowding in free air. The imaginary part
+        times -omega is a resistance.
         """
         return complex(self.changes(np.array([frequency]), above, below)[0])
 
     def changes(self, frequencies: Array, above: Reflector | None, below: Reflector | None,
                 expected: Sequence[tuple[Reflector | None, Reflector | None]] = ()) -> ComplexArray:
-        """Return the changes (H, complex) at frequencies (n; Hz), as in `change`.
+        """Return the changes (n; H, complex) to add to the sum of two effects, at frequencies (n; Hz), as in `change`.
 
-        Subspaces for `expected` reflectors above and below are computed together with a subspace that is missing. That
-        takes much less time than one after the other.
+        If a subspace is missing, subspaces for the pairs of reflectors in `expected` are computed together with it.
+        That takes much less time than one after the other.
         """
         if above is None and below is None:
             return np.zeros(frequencies.size, dtype=np.complex128)
@@ -153,25 +163,28 @@ class CrowdingNearMetal:
         return self.changed[key]
 
     def _representatives(self, above: Reflector | None, below: Reflector | None) -> tuple[Reflector | None, ...]:
-        """Return the representatives (`_equivalent_mirror`) of both reflectors, for which a subspace is computed."""
+        """Return the reflectors above and below that replace both reflectors when a subspace is computed.
+
+        See `_equivalent_mirror`.
+        """
         return _equivalent_mirror(above, self.levels[1], self.nearest), _equivalent_mirror(below, -self.levels[0],
                                                                                            self.nearest)
 
     def _waves(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> list[ComplexArray]:
-        """Return weights (H) of products of waves (frequencies, wave numbers).
+        """Return the weights (H) of products of waves, three arrays (frequencies, wave numbers).
 
-        They are for up with up, up with down, and down with down.
+        They are for up with up waves, up with down waves, and down with down waves.
         """
         coefficients = returned_waves(self.wave_numbers, frequencies, above, below, self.levels)
         return [0.5 * MU0 * self.weights * part for part in coefficients]
 
 
 def _equivalent_mirror(reflector: Reflector | None, level: float, nearest: float | None) -> Reflector | None:
-    """Return the reflector that represents a reflector in the search of the subspace.
+    """Return the reflector that replaces a reflector when a subspace is computed.
 
-    It is a mirror, unless the reflector is magnetic, at about the same distance from the nearest mid-plane (`level`,
-    m). One subspace serves all reflectors with one representative, and its error is as small as with their own
-    subspace. For screening, a mirror at the `nearest` distance (m) represents all metal.
+    It is a perfect conductor, unless the reflector is magnetic, at about the reflector's distance from the nearest mid-
+    plane `level` (m). One subspace serves all reflectors with one replacement. The error is as small as with a subspace
+    for each. For screening, a perfect conductor at the `nearest` distance (m) replaces all metal.
     """
     if reflector is None:
         return None
@@ -194,7 +207,10 @@ class _Waves:
     other: NDArray[Any]
 
     def returned(self, waves: Array) -> NDArray[Any]:
-        """Return the reflection of waves up and down (..., 2 k, n): the same shape, in the waves' unit times H."""
+        """Return the waves (..., 2 k, n) that are reflected if waves up and down (..., 2 k, n) arrive.
+
+        The unit is the waves' unit times H.
+        """
         up, down = np.split(waves, 2, axis=-2)
         up_to_up, mixed, down_to_down = (part[..., None] for part in (self.both, self.mixed, self.other))
         return np.concatenate([up_to_up * up + mixed * down, mixed * up + down_to_down * down], axis=-2)
@@ -202,23 +218,23 @@ class _Waves:
 
 def crowding_near_metal(cuts: Sequence[WindingCut], conductivity: float, modes: ModeSet, nearest: float,
                         bends: bool = True, steps: int = STEPS) -> CrowdingNearMetal:
-    """Return the cuts of a winding with their waves, for metal no nearer than `nearest` to any layer's mid-plane.
+    """Return the current modes of a winding with their waves, for metal at least `nearest` from any mid-plane.
 
     Parameters
     ----------
     cuts : sequence of WindingCut
-        cuts of the winding (`proximity.winding_cuts`)
+        half-planes of the winding (`proximity.winding_cuts`)
     conductivity : float
-        argument of `proximity.winding_cuts` (S/m)
+        conductivity given to `proximity.winding_cuts` (S/m)
     modes : ModeSet
-        argument of `proximity.winding_cuts`
+        modes given to `proximity.winding_cuts`
     nearest : float
         least distance of metal (m)
     bends : bool, optional
-        whether to include the excess of direct current over a uniform current in the spirals' bend. Without it for
-        coils whose spectrum has it as loops
+            whether to include the difference of direct current from a uniform current in the spirals' bend. False for
+        coils whose spectrum includes this difference as current loops.
     steps : int, optional
-        steps of the block Krylov run
+        number of steps of the block Krylov recursion
 
     Notes
     -----
@@ -236,9 +252,10 @@ def crowding_near_metal(cuts: Sequence[WindingCut], conductivity: float, modes: 
 
 def _mode_waves(cut: Cut, k: Array, nearest: float, levels: tuple[float, float], conductivity: float,
                 modes: ModeSet) -> NDArray[np.float32]:
-    """Return amplitudes (2 k, modes; m sqrt(S)) of <mode sqrt(r) J1(k r) exp(k (z - top))>.
+    """Return the modes' amplitudes in the waves (2 k, modes; m sqrt(S)): means of mode sqrt(r) J1(k r) exp(k height).
 
-    The second half is for waves that decay upwards. The means are sums over Gauss points of each cross-section.
+    The second half is for waves that decay upwards. Heights are relative to the highest mid-plane, in the second half
+    to the lowest (`levels`; m). The means are sums over Gauss points of each cross-section.
     """
     across = max(modes.points[0], 6 + modes.across // 2 + math.ceil(2.5 * float(cut.width.max()) / nearest))
     modes = replace(modes, points=(min(across, 64), max(modes.points[1], modes.through + 1)))
@@ -259,7 +276,7 @@ def _mode_waves(cut: Cut, k: Array, nearest: float, levels: tuple[float, float],
 
 
 AT_ONCE = 100_000
-"""Number of pairs of waves and points of the cuts processed at once.
+"""Number of pairs of waves and points of half-planes processed together.
 
 A single block of all waves took a gigabyte near metal.
 """
@@ -267,11 +284,11 @@ A single block of all waves took a gigabyte near metal.
 
 @record(eq=False)
 class _Reduced:
-    """Modes of all cuts, projected on a subspace of n combinations for each cut.
+    """Current modes in all half-planes, projected on a subspace of n mode combinations for each half-plane.
 
-    `rates` (cuts, n) are relaxation times (s), `drive` (cuts, n) are the drives of the combinations in free air.
-    `waves` (cuts, 2 k, n + 2) are amplitudes in the waves. Its columns are the n combinations, the whole current and
-    the non-uniform part of this current.
+    `rates` (half-planes, n; s) are relaxation times, `drive` (half-planes, n) the drives of the combinations in free
+    air. `waves` (half-planes, 2 k, n + 2) are amplitudes in the waves. Its columns are the n combinations, the whole
+    current, and this current's difference from a uniform current.
     """
 
     rates: Array
@@ -281,7 +298,7 @@ class _Reduced:
     def changes(self, frequencies: Array, waves: Sequence[ComplexArray]) -> ComplexArray:
         """Return the change of the inductance (frequencies; H, complex) at frequencies (Hz).
 
-        `waves` are the waves' weights (frequencies, k), as in `_Waves`.
+        `waves` are the weights (H) of products of waves, three arrays (frequencies, k), as in `_Waves`.
 
         Notes
         -----
@@ -309,9 +326,10 @@ class _Reduced:
 
 
 def _reduce_modes(cuts: _ReflectedCuts, surroundings: Sequence[_Waves], bends: bool, steps: int) -> list[_Reduced]:
-    """Return the modes of all cuts on small subspaces for each of some surroundings: relaxation times (s), couplings.
+    """Return the current modes on small subspaces, one `_Reduced` (s, H) for each pair of reflectors in `surroundings`.
 
-    Rayleigh-Ritz projection on the block Krylov space of the drives (textbook).
+    `bends` and `steps` are explained in `crowding_near_metal`. Method: Rayleigh-Ritz projection on the block Krylov
+    space of the drives (textbook).
     """
     source, coupling = cuts.vectors(lambda system: system.source), cuts.vectors(lambda system: system.coupling)
     shift = cuts.vectors(lambda system: system.shift) if bends else np.zeros_like(source)
@@ -335,12 +353,13 @@ def _reduce_modes(cuts: _ReflectedCuts, surroundings: Sequence[_Waves], bends: b
 
 def _krylov(cuts: _ReflectedCuts, surroundings: Sequence[_Waves], blocks: Sequence[Array],
             steps: int) -> list[tuple[Array, Array]]:
-    """Return orthonormal bases (cuts, modes, size; no unit) of block Krylov spaces, one for each of some surroundings.
+    """Return orthonormal bases (half-planes, modes, size; no unit) of Krylov spaces, and matrices times bases (s).
 
-    The second results are the systems' matrices times the bases (s). The spaces start from the blocks (cuts, modes, k),
-    in the space of free currents (block Lanczos with full orthogonalisation; Golub and Van Loan, Matrix Computations).
-    Directions already present are columns of zeros. A run ends if no cut has new directions. The runs go side by side,
-    because reading the matrices and the waves takes most of the time.
+    There is one basis for each pair of reflectors in `surroundings`. The spaces start from the `blocks` (half-planes,
+    modes, k) and contain only currents without net current. Method: block Lanczos with full orthogonalisation (Golub
+    and Van Loan, Matrix Computations). A direction that a basis already has is a column of zeros. A recursion ends if
+    no half-plane has new directions. The recursions run together, because reading the matrices and the waves takes most
+    of the time.
     """
     spaces = [(np.zeros((*block.shape[:2], 0)), np.zeros((*block.shape[:2], 0))) for block in blocks]
     current, going = list(blocks), list(range(len(blocks)))
@@ -370,7 +389,7 @@ def _krylov(cuts: _ReflectedCuts, surroundings: Sequence[_Waves], blocks: Sequen
 
 
 def _new_directions(cuts: _ReflectedCuts, basis: Array, block: Array) -> Array:
-    """Return orthonormal directions (cuts, modes, k) of a block that a basis lacks. The others are zeros."""
+    """Return the orthonormal directions (half-planes, modes, k) of a block that a basis lacks. The others are zeros."""
     block = cuts.project(block)
     block = block / np.maximum(np.linalg.norm(block, axis=1, keepdims=True), 1e-300)
     for _ in range(2):

@@ -1,14 +1,14 @@
-"""A rectangular opening through a conducting slab, and the inductance that a coil in front of the slab gains from it.
+"""Rectangular opening through a conducting slab, and the inductance that a coil in front of the slab gains from it.
 
 Notes
 -----
 The metal is a perfect conductor, and the slab is infinite beside the opening. The unknown is the flux through both
 mouths of the opening, constant on each panel. It causes a magnetic potential in three regions: in front of the slab
-(with images if another mirror stands there), in the opening, and behind the slab. In the opening the potential is a sum
-of cosines of a channel with metal walls, which decay.
+(with images if another mirror is in front), in the opening, and behind the slab. In the opening the potential is a sum
+of cosines of a channel with metal walls, which decay with depth.
 
-The potential is continuous through each mouth up to one constant, the current that flows around the opening. The total
-flux through each mouth is zero because of that current (Bethe, Phys. Rev. 66, 1944, treats the thin screen). Energies
+Through each mouth, the potential is continuous up to a constant: the current that flows around the opening. Because of
+this current, the total flux through each mouth is zero (Bethe, Phys. Rev. 66, 1944, treats the thin screen). Energies
 follow by reciprocity.
 """
 
@@ -31,15 +31,15 @@ MOST = 28
 """Largest number of panels along a side of the opening."""
 
 WAVES = 3
-"""Number of cosine waves in the opening along a side, per panel along this side."""
+"""Number of cosine waves in the opening along a side, divided by the number of panels along this side."""
 
 IMAGES = 4
-"""Number of repeated reflections between two mirrors whose images are summed one by one."""
+"""Number of repeated reflections between slab and mirror whose images are summed one by one."""
 
 
 @record
 class Opening:
-    """An opening's size along x and y and its depth, the slab's thickness (m)."""
+    """Rectangular opening in a slab: `size` along x and y (m), and `depth` (m), which is the slab's thickness."""
 
     size: tuple[float, float]
     depth: float
@@ -66,7 +66,7 @@ def gained_inductance(
     Notes
     -----
     Derived here: see the module. The energy that the opening adds is mu0 times the flux through its mouth times the
-    coil's potential there.
+    potential of the coil in the mouth.
     """
     borders = [_panel_borders(side, gap) for side in opening.size]
     middles = np.stack(np.meshgrid(*(0.5 * (b[1:] + b[:-1]) for b in borders), indexing="ij"), axis=-1).reshape(-1, 2)
@@ -101,16 +101,20 @@ def gained_inductance(
 
 
 def _panel_borders(side: float, gap: float) -> Array:
-    """Return borders (n; m) of panels along a side (m). Panels at its ends are about half as wide as in the middle."""
+    """Return the borders (n; m) of panels along a side (m). Panels at its ends are half as wide as in its middle.
+
+    The number of panels grows with the side divided by `gap` (m).
+    """
     count = min(LEAST + math.ceil(side / gap), MOST)
     t = np.arange(count + 1) / count
     return np.asarray(0.5 * side * (t - 0.5 - 0.5 * np.cos(math.pi * t)))
 
 
 def _image_potential(middles: Array, area: Array, room: float, echo: float) -> Array:
-    """Return the potential (panels, panels; m) that a mirror adds to the potential of flux through the panels.
+    """Return the potential (panels, panels; m) of flux through the panels that a mirror adds, per unit of flux density.
 
-    The mirror is `room` (m) in front of the plane. The sum over images (textbook) is up to a constant.
+    `middles` (panels, 2; m) and `area` (panels; m2) are the panels. The mirror is `room` (m) in front of the plane;
+    `echo` is its sign. The sum over images (textbook) is up to a constant.
     """
     if math.isinf(room):
         return np.zeros((area.size, area.size))
@@ -122,9 +126,9 @@ def _image_potential(middles: Array, area: Array, room: float, echo: float) -> A
 
 
 def _track_potential(track: PolylineTrack, points: Array, gap: float, room: float, echo: float) -> Array:
-    """Return half the potential (points; A) of a track with 1 A on the slab's face without an opening.
+    """Return half the magnetic potential (points; A) of a track with 1 A on the slab's face without an opening.
 
-    It includes images in a mirror `room` (m) above the face and is up to a constant.
+    It includes images in a mirror `room` (m) above the face, with the sign `echo`, and is up to a constant.
     """
     height = gap + track.z
     potential = _loop_potential(track.corners, points, height)
@@ -137,10 +141,10 @@ def _track_potential(track: PolylineTrack, points: Array, gap: float, room: floa
 
 
 def _loop_potential(corners: Array, points: Array, height: float) -> Array:
-    """Return the magnetic potential (points; A) of a closed flat loop with 1 A at a `height` (m) over points (n, 2; m).
+    """Return the magnetic potential (points; A) of a closed flat loop with 1 A at a height over points (n, 2; m).
 
-    It is the solid angle over 4 pi (Jackson, Classical Electrodynamics, problem 5.1). Each side has a closed form,
-    derived here.
+    `height` is in m. The potential is the solid angle divided by 4 pi (Jackson, Classical Electrodynamics, problem
+    5.1). Each side has a closed form, derived here.
     """
     starts = corners[None] - points[:, None]
     sides = np.roll(corners, -1, axis=0) - corners

@@ -1,11 +1,12 @@
 """Waves of tracks along straight sides with mitred corners, and of the current loops at their corners.
 
 A uniform current in a mitred side has a Fourier transform in closed form, like a polygon (Lee and Mittra, IEEE Trans.
-Antennas Propag. 31, 1983). The excess of direct current at a corner is a small loop of known moment (`corner_excess`).
-Currents without sources are the curl of their moments, so a loop's waves are k times its moment, across the wave.
+Antennas Propag. 31, 1983). The difference of direct current from a uniform current at a corner is a small loop of known
+magnetic moment (`corner_excess`). Currents without sources are the curl of their moments, so a loop's waves are k times
+its moment, across the wave.
 
-Both are evaluated at directions that crowd about the sides' normals, where short waves lie. The layers of a coil are
-one spiral, turned and mirrored. So the waves of an image are derived from the waves of its original.
+Both are evaluated at directions that crowd about the sides' normals, where short waves are strongest. The layers of a
+coil are one spiral, rotated and mirrored. So the waves of an image are derived from the waves of its original.
 """
 
 from __future__ import annotations
@@ -27,16 +28,19 @@ from sitscad.kernels.electromagnetics.metal.figures import repeating_patterns
 from sitscad.kernels.electromagnetics.special_functions import gauss
 
 SAME = 1e-9
-"""Largest difference of corners (m) and directions (rad) between a track and its image: rounding alone."""
+"""Largest difference of corners (m) and directions (rad) between a track and its image: rounding errors."""
 
 SAME_MOMENT = 1e-6
 """Largest relative difference at which two sets of current loops count as images of each other.
 
-It is the difference of their Fourier transforms at `PROBES` over the sum of the loops' moments.
+The difference of their Fourier transforms at `PROBES` is divided by the sum of the loops' moments.
 """
 
 PROBES = np.array([(0.9, 0.3), (-2.3, 3.1), (7.7, 4.1), (-13.9, 17.3), (29.3, -31.7), (61.1, 53.9)]).T
-"""Wave vectors (2, n; rad over the loops' extent) at which the Fourier transforms of two sets of loops are compared."""
+"""Wave vectors (2, n) at which the Fourier transforms of two sets of loops are compared.
+
+The unit is rad divided by the extent of the loops.
+"""
 
 
 @record(eq=False)
@@ -44,7 +48,7 @@ class TrackImage:
     """Description of a track as the image of another track, whose number is `of`.
 
     `matrix` (2, 2) rotates the other track about a common centre, and mirrors it if the determinant is negative. The
-    result is then moved by `offset` (m). `sense` is -1 if the current runs in the opposite direction.
+    result is then shifted by `offset` (2; m). `sense` is -1 if the current runs in the opposite direction, else 1.
     """
 
     of: int
@@ -53,10 +57,10 @@ class TrackImage:
     sense: float
 
     def directions(self, angle: Array) -> tuple[Index, Flags] | None:
-        """Return, for each direction, the index of the direction at which the other track's waves are needed.
+        """Return, for each direction of waves, the index of the direction of the other track's waves that gives them.
 
-        The second result flags those needed directions that are opposite to the direction with this index. `angle`
-        (rows, n; rad) are directions over half a turn. None if a needed direction is not among them.
+        The second result flags directions for which the opposite of the other track's direction is needed. `angle`
+        (rows, n; rad) are directions over half a turn. None if a needed direction is not in `angle`.
         """
         mirrored = np.linalg.det(self.matrix) < 0.0
         turn = math.atan2(self.matrix[1, 0], self.matrix[0, 0])
@@ -72,13 +76,13 @@ class TrackImage:
 
     def waves(self, other: ComplexArray, wave: Array, places: Index, opposite: Flags,
               ) -> ComplexArray:
-        """Return the track's waves (2, rows, n; m) at `wave` (2, rows, n; 1/m), derived from the other track's waves.
+        """Return the track's waves (2, rows, n; m) at wave vectors (2, rows, n; 1/m), from the other track's waves.
 
         `places` and `opposite` are the results of `directions`.
 
         Notes
         -----
-        A rotation or mirror of the plane transforms waves likewise. A shift by d multiplies them by exp(-i k.d)
+        A rotation or mirror of the plane transforms waves in the same way. A shift by d multiplies them by exp(-i k.d)
         (Fourier shift theorem).
         """
         needed = other[..., places]
@@ -88,9 +92,9 @@ class TrackImage:
 
 
 def track_images(tracks: Sequence[PolylineTrack], loops: Sequence[Loops], centre: Array) -> list[TrackImage | None]:
-    """Return for each track its description as an image of an earlier track about the centre (m), or None.
+    """Return for each track its description as an image of an earlier track about a centre (m), or None.
 
-    The first suitable track is taken. Loops, if any, must be images as well.
+    The first suitable track is chosen. The current loops, if given, must be images as well.
     """
     track_images: list[TrackImage | None] = []
     for n, track in enumerate(tracks):
@@ -103,9 +107,10 @@ def track_images(tracks: Sequence[PolylineTrack], loops: Sequence[Loops], centre
 
 
 def _image(of: int, source: Array, target: Array) -> TrackImage | None:
-    """Return the image of track `of` that has the target's corners (n, 2; m), or None.
+    """Return the image of track number `of` that has the corners `target` (n, 2; m). None if there is no such image.
 
-    Both directions along the track, and rotations and mirrors, are tried.
+    `source` (n, 2; m) are the corners of that track. Both directions along the track, and rotations and mirrors, are
+    tried.
     """
     if source.shape != target.shape:
         return None
@@ -118,9 +123,9 @@ def _image(of: int, source: Array, target: Array) -> TrackImage | None:
 
 
 def _fit_rigid_motion(source: Array, target: Array, mirror: bool) -> tuple[Array, Array]:
-    """Return the rotation or mirror (2, 2; no unit) and the shift (2; m) that map points (n, 2; m) to others.
+    """Return the rotation or mirror (2, 2; no unit) and the shift (2; m) that best map `source` to `target` (n, 2; m).
 
-    Least squares: Procrustes' problem, whose angle has a closed form in the plane (textbook).
+    Method: least squares, Procrustes' problem, whose angle has a closed form in the plane (textbook).
     """
     middles = source.mean(axis=0), target.mean(axis=0)
     x, y = (source - middles[0]).T
@@ -135,7 +140,7 @@ def _fit_rigid_motion(source: Array, target: Array, mirror: bool) -> tuple[Array
 
 
 def _loops_follow(image: TrackImage, source: Loops, target: Loops, centre: Array) -> bool:
-    """Whether a track's loops (m2) are the images of the other track's loops, by comparison at the waves PROBES."""
+    """Whether a track's current loops (m2) are the images of another track's loops, by their transforms at `PROBES`."""
     if source.moments.size != target.moments.size or source.spread != target.spread:
         return False
     if not source.moments.size:
@@ -149,41 +154,41 @@ def _loops_follow(image: TrackImage, source: Loops, target: Loops, centre: Array
 
 
 CHORD = math.radians(20.0)
-"""Largest angle (rad) that a chord of an arc spans."""
+"""Largest angle (rad) of an arc that one chord replaces."""
 
 MOST_NORMALS = 12
-"""Number of directions of long sides above which a track counts as round.
+"""Largest number of directions of long sides for which a track counts as a polygon. With more it counts as round.
 
-Then the chords of its arcs are as long as its sides.
+In a round track, the chords of arcs are as long as the sides.
 """
 
 ROUND = 48, 1.0
-"""Number of directions over which a round track's waves are averaged: constant part, and number per radian of phase.
+"""Number of directions over which a round track's waves are averaged: a constant, plus a number per radian of phase.
 
-The phase is the wave number times the track's length in excess of its width.
+The phase is the wave number times the difference of the track's length and width.
 """
 
 EVENLY = 12
 """Divisor of the number of directions of a round track.
 
-Copies turned or mirrored by 15 degrees then need no other directions.
+Copies rotated or mirrored by 15 degrees then need no other directions.
 """
 
 AT_ONCE = 12_000
-"""Number of pairs of waves and nodes processed at once, which stay in a processor's cache."""
+"""Number of pairs of waves and nodes processed together, which stay in a processor's cache."""
 
 ROUNDING = 1e-8
 """Angle (rad) between a wave and a side's normal below which the wave counts as normal to the side.
 
-There the difference of the waves of the side's ends is lost in rounding.
+For such waves the difference between the waves of the side's ends is lost in rounding.
 """
 
 
 def with_chords(track: BentTrack, nearest: float) -> PolylineTrack:
-    """Return a track (m) with every arc as a few chords, for metal no nearer than `nearest` (m).
+    """Return a track (m) with a few chords instead of every arc, for metal at least `nearest` (m) away.
 
-    The chords enclose the area of the arc. The corners of chords that span an angle a lie a^2 / 12 of the radius
-    outside, so that on average the chords lie on the arc (derived here).
+    The chords enclose the area of the arc. The corners of chords that span an angle a are outside the arc by a^2 / 12
+    of the radius, so that on average the chords lie on the arc (derived here).
     """
     is_arc, turns = track.turns != 0.0, track.turns[track.turns != 0.0]
     starts, spans = track.starts[is_arc], track.ends[is_arc] - track.starts[is_arc]
@@ -208,7 +213,7 @@ def with_chords(track: BentTrack, nearest: float) -> PolylineTrack:
 
 
 def polyline_spectrum(tracks: Sequence[PolylineTrack], nearest: float, loops: Sequence[Loops] = ()) -> CurrentSpectrum:
-    """Return the spectrum (m2, see `CurrentSpectrum`) of tracks along straight sides, each layer at its height.
+    """Return the current spectrum (m2) of tracks along straight sides, each layer at its height.
 
     Parameters
     ----------
@@ -217,11 +222,11 @@ def polyline_spectrum(tracks: Sequence[PolylineTrack], nearest: float, loops: Se
     nearest : float
         least distance of a reflector from any mid-plane (m)
     loops : sequence of Loops, optional
-        excess of each track's current over a uniform current at its bends; empty if it is left out
+        difference of each track's current from a uniform current at its bends; empty to neglect it
 
     Notes
     -----
-    It is the mean over directions of the products of `_Mitred.waves`, over 4 pi^2.
+    It is the mean over directions of the products of `_Mitred.waves`, divided by 4 pi^2.
     """
     everything = np.concatenate([track.corners for track in tracks])
     centre = 0.5 * (everything.min(axis=0) + everything.max(axis=0))
@@ -251,9 +256,10 @@ def polyline_spectrum(tracks: Sequence[PolylineTrack], nearest: float, loops: Se
 
 def _all_waves(shapes: Sequence[_Mitred], follows: Sequence[TrackImage | None], numbers: Array, angle: Array,
                tangents: Array) -> ComplexArray:
-    """Return current spectra (shapes, 2, k, directions; m) at wave numbers (k; 1/m) and directions (k, n; rad).
+    """Return current spectra (tracks, 2, k, directions; m) at wave numbers (k; 1/m) and directions (k, n; rad).
 
-    The spectrum of an image track is derived from its original.
+    `follows` has the image description of each track, or None. The spectrum of an image track is derived from its
+    original. `tangents` (sides, 2) are the directions of all sides.
     """
     unit = np.stack([np.cos(angle), np.sin(angle)])
     number = np.repeat(numbers, angle.shape[1])
@@ -273,7 +279,7 @@ class _Directions:
     """Directions over which waves are averaged.
 
     `normals` (rad, below pi) are the normals of the long sides, and `length` (m) is the longest side. For a round
-    track, `normals` is empty and `length` is the excess of its length over its width.
+    track, `normals` is empty and `length` is its length minus its width.
     """
 
     normals: tuple[float, ...]
@@ -281,7 +287,7 @@ class _Directions:
 
     @classmethod
     def of(cls, shapes: Sequence[Array]) -> _Directions:
-        """Return the directions of tracks with these corners (n, 2; m)."""
+        """Return the directions for tracks with the given corners (one array (n, 2; m) per track)."""
         sides = np.concatenate([np.diff(corners, axis=0) for corners in shapes])
         length = np.hypot(sides[:, 0], sides[:, 1])
         normal = (np.arctan2(sides[:, 1], sides[:, 0]) + 0.5 * math.pi) % math.pi
@@ -296,16 +302,17 @@ class _Directions:
         return cls(tuple(sorted(normals)), float(length.max()))
 
     def count(self, number: float) -> int:
-        """Return the number of directions for waves of a wave number (1/m)."""
+        """Return the number of directions needed for waves with the wave number `number` (1/m)."""
         phase = number * self.length
         if not self.normals:
             return EVENLY * math.ceil((ROUND[0] + ROUND[1] * phase) / EVENLY)
         return 2 * len(self.normals) * (6 + math.ceil(2.6 * math.log1p(phase)))
 
     def integration_directions(self, numbers: Array) -> tuple[Array, Array]:
-        """Return integration directions (rad, half a turn) and weights (sum 1) for each wave number (n; 1/m).
+        """Return directions (wave numbers, n; rad) and weights (sum 1) of the mean for each wave number (1/m).
 
-        Directions are denser near the normals of the sides, where the spectrum of a side has a narrow lobe.
+        The directions cover half a turn. They are denser near the normals of the sides, where the spectrum of a side
+        has a narrow lobe.
         """
         count = self.count(float(numbers[-1]))
         if not self.normals:
@@ -324,21 +331,21 @@ class _Directions:
 
 
 def _off_normals(unit: Array, tangents: Array) -> Array:
-    """Return directions (2, n; no unit), in which each direction normal to a side is turned slightly.
+    """Return unit vectors (2, n; no unit), with each direction that is normal to a side rotated slightly.
 
-    `tangents` (sides, 2) are the sides' directions. In a normal direction, up to `ROUNDING`, the waves of a side's two
-    ends cancel.
+    `tangents` (sides, 2) are the sides' directions. In a direction normal to a side, up to `ROUNDING`, the waves of the
+    side's two ends cancel.
     """
     across = np.any(np.abs(tangents @ unit) < ROUNDING, axis=0)
     return np.asarray(unit + 10.0 * ROUNDING * across * np.stack([-unit[1], unit[0]]))
 
 
 class _Mitred:
-    """A track about a centre, with its loops.
+    """Track along straight sides about a centre, with its current loops.
 
     Notes
     -----
-    Side j adds t_j / (i k.t_j) times the difference of exp(-i k.r) between its start and its end, each averaged over
+    Side j adds t_j / (i k.t_j) times the difference of exp(-i k.r) between its start and its end. Each is averaged over
     the width along its mitre. So every node has the difference of two factors and one wave.
     """
 
@@ -360,8 +367,8 @@ class _Mitred:
     def waves(self, numbers: Array, unit: Array) -> ComplexArray:
         """Return the Fourier transform (2, n; m; x and y) of the current.
 
-        It is at wave numbers (n; 1/m) and directions (2, n). Sides follow Lee and Mittra (1983) for polygons. Loops are
-        the curl of their moments, i k times the moment across the wave.
+        `numbers` (n; 1/m) are the wave numbers, `unit` (2, n) the directions. Sides follow Lee and Mittra (1983) for
+        polygons. Loops are the curl of their moments, i k times the moment across the wave.
         """
         wave = numbers * unit
         factors = _side_transform(self.after, wave) - _side_transform(self.before, wave)
@@ -378,7 +385,10 @@ class _Mitred:
 
 
 def _side_transform(tangents: Array, wave: Array) -> Array:
-    """Return t / (k.t) (2, n, directions; m) of sides along unit vectors t (n, 2). It is 0 if a track has no side."""
+    """Return t / (k.t) (2, n, directions; m) of sides along unit vectors t (n, 2). It is 0 for a missing side.
+
+    `wave` (2, directions; 1/m) are the wave vectors k.
+    """
     components = tangents @ wave
     components[~tangents.any(axis=1)] = np.inf
     return np.asarray(tangents.T[:, :, None] / components)
