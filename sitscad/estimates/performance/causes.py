@@ -1,9 +1,9 @@
-"""Errors in newtons by their cause, from the nonlinear map for units and from the linear map for disturbances.
+"""Errors in newtons by their cause: of manufacture by the nonlinear map, of disturbances by the linear map.
 
-Each unit has an error of one cause in `scatter`. These units are the quick method, by loads and causes, for checks and
-working points. Data sheets state simulated units: `calibration.map_fit.error_on_others` draws all causes at once,
-errors of the pad's law and of the model among them. Over one range of loads, the root sum of squares here is within a
-quarter of that (tests/estimates/test_scatter.py).
+For manufacture, readings of units are simulated that each have an error of one cause in `scatter`. This is the quick
+method, by loads and causes, for checks and working points. Data sheets state errors of units with all causes at once:
+`calibration.map_fit.error_on_others` draws them, with errors of the pad's law and of the model. Over one range of
+loads, the root sum of squares here is within a quarter of that error (tests/estimates/test_scatter.py).
 """
 
 from __future__ import annotations
@@ -51,18 +51,18 @@ from sitscad.kernels.mechanics.motion import rotations
 from sitscad.spec.materials import ElastomerMaterial
 
 MOVED_POSES = {cause.name: cause.pose for cause in CAUSES if cause.pose is not None}
-"""Index of the number in the pose at rest (x, y, z, rx, ry, rz) that a cause changes, by the cause's name."""
+"""Index of the component of the pose at rest (x, y, z, rx, ry, rz) that a cause changes, by the cause's name."""
 
 CANCEL = (CAPACITOR, CLOCK)
 """Causes without effect on the readings, because a reading is the ratio of a frequency to its value at the tare.
 
-Checked in tests/estimates/test_performance.py.
+This is checked in tests/estimates/test_performance.py.
 """
 
 
 @record(eq=False)
 class UnitErrors:
-    """Errors (N; loads, axes) by cause, each for a unit with an error of one sigma of this cause alone.
+    """Errors (N, N m; loads, axes) of units that each have an error of one sigma of one cause, by this cause.
 
     `after_tare` holds the errors of the design's map after the unit's own tare. `after_fit` holds the errors after an
     additional fit of gains and cross gains at the `loads` (n, 3 or 5; N, N m).
@@ -73,16 +73,20 @@ class UnitErrors:
     after_fit: Mapping[str, Array]
 
     def at(self, share: float, normal: float, is_calibrated: bool) -> Array:
-        """Return one sigma (N) of every axis by all causes together, at the fraction `share` of full normal force.
+        """Return the standard deviation (N, N m) of every axis by all causes together, near a normal force.
 
-        `normal` is the full normal force (N). `is_calibrated` selects the errors after the fit of gains.
+        This force is the fraction `share` of the full normal force `normal` (N). `is_calibrated` selects the errors
+        after the fit of gains.
         """
         errors = self.after_fit if is_calibrated else self.after_tare
         each = [self._near(error, share, normal) for error in errors.values()]
         return np.asarray(np.sqrt(np.sum(np.square(each), axis=0)))
 
     def by_modulus(self, share: float, normal: float) -> Array:
-        """Return one sigma (N) of every axis by the pad's modulus alone, before a calibration. See `at`."""
+        """Return the standard deviation (N, N m) of every axis by the pad's modulus alone, before a calibration.
+
+        The normal force is the fraction `share` of the full normal force `normal` (N).
+        """
         return self._near(self.after_tare[MODULUS], share, normal)
 
     def _near(self, error: Array, share: float, normal: float) -> Array:
@@ -94,7 +98,7 @@ class UnitErrors:
 def units_of(working: SolvedRange, causes: tuple[Scatter, ...]) -> UnitErrors:
     """Return the errors of units for each manufacturing cause that changes readings after a tare.
 
-    Errors of clock and capacitors cancel in a tare.
+    Errors of clock and capacitors cancel in a tare. `working` holds the design's map and load model.
     """
     bench = working.bench
     # zero, half and full load on the normal axis, both signs on the others
@@ -104,7 +108,7 @@ def units_of(working: SolvedRange, causes: tuple[Scatter, ...]) -> UnitErrors:
     scaled = true / bench.range.full_scales
 
     def calibrated(error: Array) -> Array:
-        """Return the errors without their linear part."""
+        """Return the errors (loads, axes) without the part that is linear in the loads."""
         return np.asarray(error - scaled @ np.linalg.lstsq(scaled, error, rcond=None)[0])
 
     before: dict[str, Array] = {}
@@ -118,18 +122,20 @@ def units_of(working: SolvedRange, causes: tuple[Scatter, ...]) -> UnitErrors:
 
 
 def root_sum_of_mean_squares(errors: Sequence[Sequence[Array]]) -> Array:
-    """Return one standard deviation from errors by independent causes (outer) with alternative signs (inner).
+    """Return the standard deviation of errors by independent causes (outer sequence).
 
-    Squares are averaged over the signs of a cause and added over the causes.
+    The inner sequence holds the errors of one cause for alternative signs. Squares are averaged over the signs and
+    added over the causes.
     """
     return np.asarray(np.sqrt(sum(np.mean(np.square(each), axis=0) for each in errors)))
 
 
 def perturbed_readings(bench: LoadModel, cause: Scatter, loads: Array) -> list[list[Array]]:
-    """Return readings (outer list: units; inner list: signs of the error) under loads, for one sigma of a cause.
+    """Return readings (loads, coils) of units with an error of one sigma of a cause, as a list of lists.
 
-    If each coil has the cause by itself, there is one unit for every coil, otherwise a single unit. Both signs are
-    computed if their effects differ much.
+    The outer list is over units, the inner list over signs of the error. If each coil has the cause independently,
+    there is one unit for every coil, otherwise a single unit. Both signs are computed only if their effects differ
+    much.
     """
     if cause.name in CANCEL:
         return []
@@ -164,9 +170,9 @@ AVERAGED = 1.0  # Time (s) over which the temperature of a reference coil is ave
 FORCE_STEP = 0.1e-3  # Distance (m) of the force from the middle for numerical slopes
 
 MAX_UNIT_LOAD_ERROR = 0.01
-"""Largest difference between 1 N on an axis and the linear map's result for this load.
+"""Largest error of the linear map's result for 1 N (or 1 N m) on an axis that the sensor can measure.
 
-Beyond it, the sensor cannot measure this axis, and the axis has infinite noise (`noise`).
+If the error is larger, the sensor cannot measure this axis, and the axis has infinite noise (`noise`).
 """
 
 BRANCH = 0.5  # Distance of either branch from the middle of a hysteresis loop, over the loop's width
@@ -177,18 +183,21 @@ DEGREE = math.radians(1.0)
 
 
 SMALL_TILT = 1e-3
-"""Tilt (rad) at which the moment is computed for the numerical derivative of the moment by the tilt."""
+"""Step of the tilt (rad) in the numerical derivative of the moment by the tilt."""
 
 WAYS = np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0]])
-"""Tilts (rx, ry, rz) in each direction, in units of the tilt angle: about x and about y, with both signs."""
+"""Directions of tilts (rx, ry, rz): about x and about y, each with both signs.
+
+They are multiplied by the tilt angle.
+"""
 
 
 @record(eq=False)
 class TiltEffects:
-    """Effects of a tilted contact at the working points of a load model.
+    """Effects of a tilted contact on readings at the working points of a load model.
 
     `loads` (points, 3 or 5; N, N m) are the loads, and `poses` (points, 6; m, rad) the target's poses, without a tilt
-    by moments. `cache` caches results by angle (rad).
+    by moments. `cache` holds results by angle (rad).
     """
 
     bench: LoadModel
@@ -200,12 +209,12 @@ class TiltEffects:
         """Return changes of the readings by a tilt (rad) in every direction of `WAYS`: (points, ways, coils).
 
         As in the load case `scissor`, a sticking face turns the target and presses it with equal force. If the pad
-        cannot hold the target, it is the level target, turned.
+        cannot hold the target in this way, the pose is the level pose with the tilt added.
         """
         return self._at(angle)[0]
 
     def moments(self, angle: float) -> Array:
-        """Return moments (points, ways, 2; N m) about x and y by the tilted face.
+        """Return moments (points, ways, 2; N m) about x and y that a tilted face exerts on the target.
 
         They act on the middle of the outermost face. `angle` is the tilt (rad).
         """
@@ -236,7 +245,7 @@ class PointErrors:
     `load` (3 or 5; N, N m) is the load, `share` its fraction of full scale, and `pose` (6; m, rad) the target's pose.
     `by_pose` (coils, 6) and `by_load` (coils, axes) are derivatives of the readings by the pose and by the measured
     loads. `inverse` (axes, coils; N per reading) is the linear map from readings to loads. `by_metal` (coils; per K) is
-    the effect of temperature on readings at rest by copper and other metal, and `by_metal_loaded` (coils; per K) that
+    the effect of temperature on readings at rest by copper and other metal, and `by_metal_loaded` (coils; per K) its
     effect under full normal load. `all_tilts` holds the tilts of all working points; this point's index is `number`.
     """
 
@@ -254,12 +263,12 @@ class PointErrors:
 
     @cached_property
     def axis_loads(self) -> Array:
-        """Load (N, N m) on every measured axis at this point's fraction of full scale."""
+        """Load (N, N m) on every measured axis if all axes have this point's fraction of full scale."""
         return np.asarray(self.share * self.bench.range.full_scales)
 
     @property
     def tilt(self) -> float:
-        """Tilt (rad) of the contact in the combined errors: the required tilt, or one degree if none is required."""
+        """Tilt (rad) of the contact in the combined errors: the required tilt, or one degree if no tilt is required."""
         required = self.bench.spec.requirements.tilt
         return DEGREE if required is None else required
 
@@ -267,8 +276,8 @@ class PointErrors:
     def tilts(self) -> Array:
         """Derivatives (N/rad; axes, 3) of the measured load on every axis by rx, ry, rz at zero tilt.
 
-        For a single coil they are almost 0, but finite tilts still have an effect. For moment axes, the tilt's own
-        moment is subtracted.
+        For a single coil they are almost 0, but finite tilts still have an effect. For moment axes, the moment of the
+        tilted face itself is subtracted.
         """
         slopes = self.inverse @ self.by_pose[:, 3:]
         if any(name in MOMENTS for name in self.bench.range.axes):
@@ -277,7 +286,7 @@ class PointErrors:
         return np.asarray(slopes)
 
     def _of_moments(self, moments: Array) -> Array:
-        """Return moments (..., 2; N m) about x and y as loads on the measured axes (..., axes). Others are 0."""
+        """Return moments (..., 2; N m) about x and y as loads (..., axes) on the measured axes. Force axes have 0."""
         loads = np.zeros((*moments.shape[:-1], len(self.bench.range.axes)))
         for k, name in enumerate(self.bench.range.axes):
             if name in MOMENTS:
@@ -285,22 +294,24 @@ class PointErrors:
         return loads
 
     def by_tilt(self, angle: float) -> Array:
-        """Return errors (2, 2, axes; N, N m) by a tilt (rad): first index about x or y, second index sign + or -.
+        """Return errors (2, 2, axes; N, N m) of every axis by a tilt (rad).
 
-        For moment axes, the tilt's own moment is subtracted.
+        The first index is the axis of the tilt (x, y), the second its sign (+, -). For moment axes, the moment of the
+        tilted face itself is subtracted.
         """
         read = self.all_tilts.at(angle)[self.number] @ self.inverse.T
         return np.asarray(read - self._of_moments(self.all_tilts.moments(angle)[self.number])).reshape(2, 2, -1)
 
     def tilt_errors(self, angle: float) -> Array:
-        """Return magnitudes of errors (axes, 2; N, N m) by tilts (rad) about x and y, the larger of both signs."""
+        """Return the magnitudes of errors (axes, 2; N, N m) by tilts (rad) about x and y, the larger of both signs."""
         return np.asarray(np.abs(self.by_tilt(angle)).max(axis=1).T)
 
     @cached_property
     def contact(self) -> Array:
-        """Errors (axes, 2; N/mm) by a normal force beside the target's middle, along x and y, per mm of distance.
+        """Errors (axes, 2; N/mm) by a normal force beside the target's middle, for each mm of distance along x and y.
 
-        The target is free to tilt. NaN if the pad buckles. For moment axes, the force's own moment is subtracted.
+        The target is free to tilt. NaN if the pad buckles. For moment axes, the moment of the force itself is
+        subtracted.
         """
         force = float(self.load[0])
         wrench = np.tile([0.0, 0.0, -force, 0.0, 0.0, 0.0], (3, 1))
@@ -311,10 +322,10 @@ class PointErrors:
 
     @cached_property
     def by_kelvin(self) -> Mapping[str, Array]:
-        """Errors (N/K) of every axis by temperature, for each part that warms after the tare.
+        """Errors (N/K, N m/K) of every axis by temperature, for each part that warms after the tare.
 
         The value of the capacitors is one sigma, because each capacitor drifts independently. Other values have signs.
-        A compensation subtracts all but the capacitors.
+        A compensation subtracts all errors except those by the capacitors.
         """
         drift = capacitor_drift(self.bench.spec.readout)
         metal, expansion = (self.inverse @ self.reading_drift[cause] for cause in (METAL, EXPANSION))
@@ -332,7 +343,10 @@ class PointErrors:
 
     @cached_property
     def tared_by_kelvin(self) -> Mapping[str, Array]:
-        """Part of `by_kelvin` (N/K) without capacitors that a tare before each grasp leaves."""
+        """Errors (N/K, N m/K) of every axis by temperature that remain with a tare before each grasp, by cause.
+
+        Capacitors are left out.
+        """
         return {cause: value - self.inverse @ self.rest_drift.get(cause, np.zeros(len(self.by_metal)))
                 for cause, value in self.by_kelvin.items() if cause != CAPACITORS}
 
@@ -343,13 +357,13 @@ class PointErrors:
 
     @property
     def warmed_by(self) -> str:
-        """Name of the error `drift` in tables, with the working point and the temperature change."""
+        """Name of the error `drift` in tables: it contains the working point and the temperature change."""
         drift = f"drift {WORKING_POINTS[self.number].text}" if self.number else "zero drift"
         return f"{drift}, {self.warming:.3g} K"
 
     @cached_property
     def compensation(self) -> Compensation | None:
-        """Compensation by the temperature sensor, for the change `warming`. None if the spec has no such sensor."""
+        """Compensation of drift for the temperature change `warming`. None if nothing measures the temperature."""
         spec, estimates = self.bench.spec, self.bench.estimates
         noise = float(self.bench.noise.max()) / math.sqrt(max(estimates.readout.scan_rate * AVERAGED, 1.0))
         return compensation_of(spec.readout, spec.requirements, spec.elastomer, spec.target,
@@ -357,7 +371,7 @@ class PointErrors:
 
     @cached_property
     def drift_left(self) -> Mapping[str, Mapping[str, Array]]:
-        """Parts (N, N m) of the drift that a compensation leaves, by the source of its coefficients.
+        """Parts (N, N m) of the drift that remain after compensation, by the source of its coefficients.
 
         Empty if the spec has no temperature sensor.
         """
@@ -366,23 +380,26 @@ class PointErrors:
 
     @cached_property
     def tared_drift_left(self) -> Mapping[str, Mapping[str, Array]]:
-        """Parts of `tared_drift` (N, N m) that a compensation leaves, as in `drift_left`."""
+        """Parts (N, N m) of `tared_drift` that remain after compensation, by the source of its coefficients.
+
+        Empty if the spec has no temperature sensor.
+        """
         return {} if self.compensation is None else self.compensation.parts(
             self.tared_by_kelvin, np.zeros_like(self.noise), self.axis_loads)
 
     @cached_property
     def reading_drift(self) -> Mapping[str, Array]:
-        """Changes (coils; per K) of the readings at this load by metal and by the pad's expansion.
+        """Changes (coils; per K) of the readings at this load by temperature: of metal, and by the pad's expansion.
 
-        The compensation subtracts them from the readings. It multiplies the forces by the change of the modulus. The
-        effect of metal changes in proportion to the load.
+        The compensation subtracts them from the readings. It corrects the forces for the change of the modulus by a
+        factor. The effect of metal changes in proportion to the load.
         """
         metal = self.by_metal + self.share * (self.by_metal_loaded - self.by_metal)
         return {METAL: metal, EXPANSION: expansion_drift(self.bench, self.load[None], self._rise)[0]}
 
     @cached_property
     def rest_drift(self) -> Mapping[str, Array]:
-        """Changes (coils; per K) of the readings at rest, as in `reading_drift`."""
+        """Changes (coils; per K) of the readings at rest by temperature: of metal, and by the pad's expansion."""
         unloaded = np.zeros((1, len(self.load)))
         return {METAL: self.by_metal, EXPANSION: expansion_drift(self.bench, unloaded, self._rise)[0]}
 
@@ -399,27 +416,30 @@ class PointErrors:
 
     @property
     def drift_causes(self) -> Mapping[str, Array]:
-        """Parts of `drift` after a compensation (N, N m). Without a compensation, causes of the drift (per K)."""
+        """Parts (N, N m) of `drift` after a compensation. Without a compensation, drifts (N/K, N m/K) by cause."""
         settings = self.bench.spec.readout.compensation
         return self.drift_left[settings.coefficients] if self.drift_left and settings is not None else self.by_kelvin
 
     def _compensated(self, left: Mapping[str, Mapping[str, Array]]) -> Array | None:
-        """Return one sigma (N, N m) with the spec's coefficients. None if the spec has no temperature sensor."""
+        """Return the drift (N, N m) after compensation with the spec's coefficients, as one sigma.
+
+        `left` holds the remaining parts. None if the spec has no temperature sensor.
+        """
         settings = self.bench.spec.readout.compensation
         return root_sum_square(left[settings.coefficients]) if left and settings is not None else None
 
     @property
     def drift(self) -> Array:
-        """Standard deviation (N) of every axis by the temperature change `warming` after the tare, at this load.
+        """Standard deviation (N, N m) of every axis by the temperature change `warming` after the tare, at this load.
 
-        It is after the compensation, if the spec has a temperature sensor.
+        If the spec has a temperature sensor, it is the drift after compensation.
         """
         compensated = self._compensated(self.drift_left)
         return self.plain_drift if compensated is None else compensated
 
     @property
     def plain_drift(self) -> Array:
-        """`drift` (N, N m), if the sensor did not compensate it."""
+        """Standard deviation `drift` (N, N m) that the sensor would have without compensation."""
         return np.asarray(self.warming * self.temperature)
 
     @property
@@ -435,14 +455,14 @@ class PointErrors:
     def tared_drift(self) -> Array:
         """Error (N, N m) of every axis by the temperature change `warming`, with a tare before each grasp.
 
-        It is after the compensation, if the spec has a temperature sensor.
+        If the spec has a temperature sensor, it is the error after compensation.
         """
         compensated = self._compensated(self.tared_drift_left)
         return self.plain_tared_drift if compensated is None else compensated
 
     @property
     def plain_tared_drift(self) -> Array:
-        """`tared_drift` (N, N m), if the sensor did not compensate it.
+        """Error `tared_drift` (N, N m) that the sensor would have without compensation.
 
         The tare follows the temperature change and removes its effect at rest. Three effects under load remain: the
         changed effect of metal, the changed effect of the pad's expansion, and the modulus.
@@ -451,7 +471,7 @@ class PointErrors:
 
     @property
     def noise(self) -> Array:
-        """Standard deviation (N) of every axis by the converter's noise.
+        """Standard deviation (N, N m) of every axis by the converter's noise.
 
         It is infinite for an axis that does not change the readings, or changes them only in the pattern of another
         axis.
@@ -462,7 +482,10 @@ class PointErrors:
 
     @property
     def hysteresis(self) -> Array:
-        """Error (N) on every axis by hysteresis: half the width of the pad's loop over full scale."""
+        """Error (N, N m) of every axis by hysteresis: half the width of the pad's loop.
+
+        The loop's width in the material data is a fraction of full scale.
+        """
         pad = self.bench.spec.elastomer
         assert pad is not None
         material, names = pad.material, self.bench.range.axes
@@ -471,7 +494,10 @@ class PointErrors:
         return BRANCH * np.array(widths) * self.bench.range.full_scales
 
     def unmeasured(self) -> dict[str, Array]:
-        """Return errors (N, N m) of every axis, by each force axis that the coils cannot measure, at full scale."""
+        """Return errors (N, N m) of every axis by full-scale forces on axes that the coils cannot measure.
+
+        They are by force axis.
+        """
         errors = {}
         for name in (axis for axis in FORCES if axis not in self.bench.range.axes):
             ends = self.bench.full[name] * np.array([1.0, -1.0])
@@ -482,7 +508,7 @@ class PointErrors:
         return errors
 
     def errors_of_any_unit(self, map_errors: Array) -> dict[str, Array]:
-        """Return one sigma (N, N m) of every axis by each cause that is equal for all units.
+        """Return the standard deviations (N, N m) of every axis by each cause that is equal for all units.
 
         Errors by tilts are for the required angle or one degree, and the larger of both signs. Errors by twists are for
         one degree. All values are infinite on an axis without a signal.
@@ -503,7 +529,11 @@ class PointErrors:
         })
 
     def _drifts(self) -> dict[str, Array]:
-        """Return one sigma (N, N m) of every axis by the drifts, without and with compensation."""
+        """Return the standard deviations (N, N m) of every axis by drift.
+
+        The drift is computed with one tare, and with a tare before each grasp. If the spec has a temperature sensor,
+        both are given without and with compensation.
+        """
         tared = f"{TARED_DRIFT}, {self.warming:.3g} K"
         if self.compensation is None:
             return {self.warmed_by: self.drift, tared: self.tared_drift}
@@ -511,7 +541,11 @@ class PointErrors:
                 f"{tared}, {UNCOMPENSATED}": self.plain_tared_drift, f"{tared}, compensated": self.tared_drift}
 
     def errors(self, units: UnitErrors, map_errors: Array) -> dict[str, Array]:
-        """Return one sigma (N, N m) of every axis by each cause, including causes that differ between units."""
+        """Return the standard deviations (N, N m) of every axis by all causes, by cause.
+
+        They include causes that differ between units. `units` are errors of simulated units, `map_errors` (axes; N, N
+        m) the errors of the nonlinear map.
+        """
         normal, scattered = self.bench.full["normal"], tolerance_sigmas(self.bench.spec)
         return self.errors_of_any_unit(map_errors) | self._if_measurable({
             "modulus, before calibration": units.by_modulus(self.share, normal),
@@ -523,15 +557,15 @@ class PointErrors:
         })
 
     def _if_measurable(self, errors: Mapping[str, Array]) -> dict[str, Array]:
-        """Return errors by cause, infinite on an axis without a signal."""
+        """Return errors (axes; N, N m) by cause, replaced by infinity on axes without a signal."""
         untold = np.isinf(self.noise)
         return {name: np.where(untold, np.inf, np.nan_to_num(error, posinf=np.inf)) for name, error in errors.items()}
 
     def friction(self, errors: Mapping[str, Array], shear: str) -> dict[str, float]:
         """Return errors of the ratio of shear to normal force by cause, at the working point's fraction of full scale.
 
-        Modulus and its temperature dependence do not change the ratio. The error by a tilt is included if the spec
-        requires a tilt.
+        `errors` are by cause (axes; N, N m), and `shear` is the name of the shear axis. Modulus and its temperature
+        dependence do not change the ratio. The error by a tilt is included if the spec requires a tilt.
         """
         names = self.bench.range.axes
         k, n = names.index(shear), names.index("normal")
@@ -560,8 +594,8 @@ MOVING = 1.0 / 3.0  # Fraction of the pad's mass that moves with the target: its
 def resonances(bench: LoadModel, pose: Array) -> dict[str, float]:
     """Return the natural frequency (Hz) without damping of target and pad along every measured force axis.
 
-    It is sqrt(k / m) / (2 pi) at a `pose` (6,) of a level target without an object on it. The mass m is the target's,
-    the film's over it and a third of the pad's under it. Empty if a density is unknown.
+    It is sqrt(k / m) / (2 pi) at a `pose` (6; m, rad) of a level target without an object on it. The mass m is the mass
+    of the target, of the film over the target, and of a third of the pad under it. Empty if a density is unknown.
     """
     target, pad, skin = bench.spec.target, bench.spec.elastomer, bench.spec.encapsulation
     assert target is not None and pad is not None

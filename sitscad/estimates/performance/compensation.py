@@ -1,6 +1,6 @@
-"""Drift that is left after a compensation by the measured temperature, as one sigma of every axis by its parts.
+"""Drift that remains after temperature compensation, as one sigma of every axis by its parts.
 
-The firmware reads the temperature change since the tare and subtracts each cause's coefficient times this change.
+The firmware reads the temperature change since the tare. For each cause, it subtracts a coefficient times this change.
 """
 
 from __future__ import annotations
@@ -17,22 +17,22 @@ from sitscad.spec.thermistor import CALIBRATED, DESIGN, ThermistorPart
 
 CAPACITORS, EXPANSION, METAL, PAD_MODULUS = (
     "capacitors", "expansion of the pad", "copper and other metal", "modulus of the pad")
-"""Causes of drift. The coefficients of all but the capacitors are known from the design."""
+"""Names of the causes of drift. The coefficients of all causes except the capacitors are known from the design."""
 
 KELVIN, REFERENCE_TEMPERATURE = 273.15, 25.0 + 273.15
-"""Zero of Celsius, and the temperature of a thermistor's nominal resistance (K)."""
+"""Absolute temperatures (K) of 0 degrees Celsius, and of a thermistor's nominal resistance (25 degrees Celsius)."""
 
 UNIFORM = math.sqrt(3.0)
-"""Largest error over one sigma, for an error with equal probability up to its largest value."""
+"""Largest error divided by the standard deviation, for an error with a uniform distribution."""
 
 
 @record
 class TemperatureReading:
-    """Reading of a temperature change (K) since the tare, by one sigma of each error.
+    """Reading of a temperature change since the tare, by a sensor or a reference coil, with its errors (K; one sigma).
 
     ``by_tolerance`` is the part's error of the change. A calibration at two temperatures removes it. ``noise`` is for
     one reading. ``difference`` is between the sensor's place and the pad. ``is_by_metal`` is True for a reference coil:
-    its drift and the drift of the other coils scatter together.
+    its drift and the drift of the other coils scatter together. ``source`` is the name of the sensor.
     """
 
     source: str
@@ -43,7 +43,7 @@ class TemperatureReading:
 
     @property
     def sigma(self) -> float:
-        """Standard deviation (K) of all errors together."""
+        """Standard deviation (K) of the reading by all errors together."""
         return math.hypot(self.by_tolerance, self.noise, self.difference)
 
 
@@ -71,8 +71,9 @@ def reference_reading(drift: float, noise: float, capacitor: float, difference: 
                       ) -> TemperatureReading:
     """Return the reading of a temperature `change` (K) by a reference coil that no target covers.
 
-    All are for ln(frequency). `drift` (per K) is its change by copper and other metal, and `capacitor` (per K) one
-    sigma of its change by the capacitor. `noise` is one sigma of a reading.
+    `drift` (per K) is the change of the coil's ln(frequency) by copper and other metal. `capacitor` (per K) is one
+    sigma of its change by the capacitor. `noise` is one sigma of a reading, ln(frequency). `difference` (K) is one
+    sigma between the coil's temperature and the pad's.
     """
     drift = abs(drift)
     return TemperatureReading("the reference coil", abs(change) * capacitor / drift, noise / drift, difference, True)
@@ -98,7 +99,10 @@ def pad_lag(thickness: float, density: float | None, metal: float, rate: float) 
 
 @record(eq=False)
 class Compensation:
-    """Compensation of drift after a temperature change `warming` (K): the reading and the pad's `lag` (K)."""
+    """Compensation of drift after a temperature change `warming` (K), by a `reading` of the temperature.
+
+    `lag` (K) is the temperature by which the pad lags behind the board.
+    """
 
     warming: float
     reading: TemperatureReading
@@ -110,15 +114,18 @@ class Compensation:
                 "noise_K": self.reading.noise, "difference_K": self.reading.difference, "lag_K": self.lag}
 
     def parts(self, causes: Mapping[str, Array], noise: Array, carried: Array) -> dict[str, dict[str, Array]]:
-        """Return `left` for both sources of the coefficients."""
+        """Return the remaining drift by parts, for coefficients of the design and for calibrated coefficients.
+
+        See `left` for parts and arguments.
+        """
         return {source: self.left(causes, noise, carried, source == CALIBRATED) for source in (DESIGN, CALIBRATED)}
 
     def left(self, causes: Mapping[str, Array], noise: Array, carried: Array, is_calibrated: bool) -> dict[str, Array]:
-        """Return one sigma (N, N m) of every axis that is left, by each part.
+        """Return the standard deviation (N, N m) of the drift that remains on every axis, by each part.
 
-        `causes` (N/K) are the drifts by cause, with signs except for the capacitors. `noise` (N) is one sigma of a
-        reading, and `carried` (N) the load. A calibration at both temperatures measures all coefficients on the unit,
-        with two readings at rest and two under load.
+        `causes` (N/K, N m/K) are the drifts by cause, with signs except for the capacitors. `noise` (N, N m) is one
+        sigma of a reading, and `carried` (N, N m) the load. A calibration at both temperatures measures all
+        coefficients on the unit, with two readings at rest and two under load.
         """
         whole = sum((value for name, value in causes.items() if name != CAPACITORS), np.zeros_like(noise))
         parts: dict[str, Array]
@@ -138,5 +145,5 @@ class Compensation:
 
 
 def root_sum_square(parts: Mapping[str, Array]) -> Array:
-    """Return the combined sigma (N, N m) of every axis, for independent parts."""
+    """Return the standard deviation (N, N m) of every axis by all parts together. The parts are independent."""
     return np.asarray(np.sqrt(sum(np.square(part) for part in parts.values())))

@@ -1,4 +1,4 @@
-"""Curves of a data sheet: the converter's inductances over the loads, with their manufacturing bands."""
+"""Curves of a data sheet: the converter's inductances as functions of the load, with their manufacturing bands."""
 
 from __future__ import annotations
 
@@ -20,10 +20,11 @@ STEPS, LINES = 15, 9  # Loads along a curve, and lines of constant load in the m
 
 @record(eq=False)
 class Curve:
-    """Curve of one axis: inductances over the loads on this axis.
+    """Curve of one axis: inductances of all coils as functions of the load on this axis.
 
-    `forces` (n) are in N, or in N m for a moment. `normal` (N) is the normal force under them. `inductance` (n, coils;
-    H) is by the converter's formula. `sigma` (n, coils; H) is its standard deviation by manufacture since the tare.
+    `forces` (n) are in N, or in N m for a moment. `normal` (N) is the normal force that acts at the same time.
+    `inductance` (n, coils; H) is by the converter's formula. `sigma` (n, coils; H) is its standard deviation by
+    manufacture since the tare.
     """
 
     axis: str
@@ -37,9 +38,10 @@ class Curve:
 class Curves:
     """Curves of all measured axes. Axes other than normal have curves at rest, half and full normal force.
 
-    `places` (coils, 2; m) are the coils' centres. `ranges` holds, for every such axis, inductances (normal, shear,
-    coils; H) over the working range. `validated_shear` (N) is the shear force up to which the pad's law was tested with
-    finite elements. Beyond it, curves are extrapolated.
+    `places` (coils, 2; m) are the coils' centres. `ranges` holds a tuple for each axis other than normal: its name, the
+    normal forces (N), the loads on the axis (N, N m), and the inductances (normal, load, coils; H). `validated_shear`
+    (N) is the shear force up to which the pad's law was tested with finite elements. Beyond this force, curves are
+    extrapolated.
     """
 
     coils: tuple[str, ...]
@@ -52,7 +54,7 @@ class Curves:
 
 @one_thread
 def curves(sensing: SensingAnalysis) -> Curves:
-    """Return the curves of a design by its response, with bands of one sigma of each cause."""
+    """Return the curves of a design, with bands of one sigma by all manufacturing causes."""
     spec, estimates, bench = sensing.bench.spec, sensing.estimates, sensing.bench
     full = bench.full["normal"]
     shears = [name for name in bench.range.axes if name != "normal"]  # and moments
@@ -76,9 +78,9 @@ def _curve(sensing: SensingAnalysis, axis: str, normal: float) -> Curve:
 
 
 def _inductance(coils: tuple[CoilEstimate, ...], readings: Array) -> Array:
-    """Return the inductance by the converter's formula 1 / (C omega^2), for readings (n, coils).
+    """Return inductances (n, coils; H) from readings (n, coils), by the converter's formula 1 / (C omega^2).
 
-    C is its own capacitor.
+    C is the capacitance of the tank without the coil's own.
     """
     rest = [coil.states[REST].converter_inductance or coil.states[REST].inductance for coil in coils]
     return np.asarray(np.array(rest) * np.exp(-2.0 * readings))

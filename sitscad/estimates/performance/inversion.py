@@ -1,9 +1,9 @@
 """Inversion of readings to loads: a nonlinear map of one design, and a test for ambiguous loads.
 
-The map is a polynomial in exact readings over the box of required loads. It states the design's own error at a check's
-cost. The firmware's map is another: `calibration.inverse_map`. Its form serves noisy readings of all units of a design.
-It is for both shears within one limit, and states its range. Crosstalk of both maps differs by up to 1 % of full scale
-(tests/documents/test_datasheet.py). Data sheets state both.
+The map is a polynomial, fitted to exact readings over the box of required loads. It states the design's own error at
+the cost of a check. The firmware has another map, `calibration.inverse_map`, for noisy readings of all units of a
+design. That map is for both shears within one limit, and states its range. Crosstalk of both maps differs by up to 1 %
+of full scale (tests/documents/test_datasheet.py). Data sheets state both.
 """
 
 from __future__ import annotations
@@ -27,30 +27,30 @@ HELD_OUT = {1: 6, 2: 5, 3: 4}  # Points along each axis of the map's test
 MOST_DEGREE = 6  # Highest degree of the map
 
 APART = 0.1
-"""Least distance between two loads (in full scales) that count as different loads."""
+"""Least distance between two loads, as a fraction of full scale, at which they count as different loads."""
 
 MAX_POLYNOMIAL_DIFFERENCE = 1e-3
-"""Largest difference of readings by the polynomials, over their span, at which two loads count as ambiguous."""
+"""Largest difference of two readings that counts as ambiguous by the polynomials, divided by the span of readings."""
 
 MAX_MODEL_DIFFERENCE = 3e-3
-"""Largest difference of readings by the response model, over their span, at which two loads count as ambiguous."""
+"""Largest difference of two readings that counts as ambiguous by the response model, divided by their span."""
 
 MAX_SURROGATE_DIFFERENCE = 1e-2
-"""Largest difference of readings by a surrogate, over their span, at which two loads are tried with the response model.
+"""Largest difference of two readings by a surrogate, divided by their span, for which the response model is used.
 
-A surrogate has errors of some per cent of the span.
+A surrogate has errors of some per cent of the span, so the response model decides whether the loads are ambiguous.
 """
 
 LOAD_STEP = 1e-2
-"""Step of a load (in full scales) for numerical derivatives of the readings by the load."""
+"""Step of a load, as a fraction of full scale, for numerical derivatives of the readings by the load."""
 
 MAX_PLOT_ERROR = 3e-3  # Largest rms error of readings, over their span, in plots: less than a line's width
 
 LEAST_SINGULAR_RATIO = 0.1
-"""Least singular value of the readings' derivatives, over the largest, in whose direction a load is moved.
+"""Least singular value of the readings' derivatives, divided by the largest, in whose direction a load is moved.
 
-In directions with smaller singular values all loads have nearly equal readings. A step there would bring the two loads
-together.
+In directions with smaller singular values all loads have nearly equal readings. A step in these directions would bring
+the two loads together.
 """
 
 SWEEP = 5  # Loads along an axis at which crosstalk is computed
@@ -59,12 +59,12 @@ Crosstalk = dict[str, dict[str, float]]  # Errors by axis, and by the axis that 
 START_PAIRS = 12  # Pairs of loads from which the search for equal readings starts
 
 LEAST_TOLD = 4
-"""Number of grid points with the least sensitivity that are tested for ambiguous loads."""
+"""Number of grid points at which ambiguous loads are searched: the points with the least sensitivity."""
 
 MAX_REFINED_PAIRS = 8
 """Largest number of pairs of loads that are refined with the load model.
 
-Pairs by the least sensitivity come first, then pairs by the polynomials.
+Pairs at points of least sensitivity come first, then pairs that the polynomials suggest.
 """
 
 MAX_REFINING_STEPS = 8
@@ -72,19 +72,19 @@ MAX_REFINING_STEPS = 8
 
 
 LEAST_SHARE = 1e-10
-"""Least singular value, over the largest, of the combinations of terms that a polynomial's fit includes."""
+"""Least singular value, divided by the largest, that a polynomial's fit includes."""
 
 LEAST_SHARE_REDUNDANT = 1e-4
 """Least singular value as in LEAST_SHARE, for fits with more variables (coils) than outputs (axes).
 
-With more variables than outputs the points lie on a surface. Deviations from it below 1e-4 come from one design's leads
-and manufacture. Coefficients fitted to these deviations err by several full scales on the next unit (four coils, three
-forces).
+If there are more variables than outputs, the points lie on a surface. Deviations from it below 1e-4 are caused by leads
+and manufacture of a single design. Coefficients fitted to these deviations have errors of several full scales on the
+next unit (four coils, three forces).
 """
 
 
 def fit_polynomial(points: Array, values: Array, degree: int) -> Polynomial:
-    """Return the polynomial fitted to (n, variables) points and (n, outputs) values, without a constant term.
+    """Return the polynomial fitted to points (n, variables) and values (n, outputs), without a constant term.
 
     It is 0 for zero readings. Raises ValueError if there are fewer points than terms.
     """
@@ -97,7 +97,7 @@ def fit_polynomial(points: Array, values: Array, degree: int) -> Polynomial:
 
 
 def fit_best_polynomial(points: Array, values: Array, held_out: tuple[Array, Array], most: int) -> Polynomial:
-    """Return the polynomial, of degree `most` at most, with the least rms error at held-out points.
+    """Return the polynomial of degree 1 to `most` that has the least rms error at held-out points.
 
     `held_out` holds points and values that are not fitted. Errors are relative to the span of the values.
     """
@@ -116,7 +116,7 @@ def fit_best_polynomial(points: Array, values: Array, held_out: tuple[Array, Arr
 
 @record(eq=False)
 class SolvedRange:
-    """Loads (n, 3 or 5; N, N m) over the range with their readings (n, coils).
+    """Loads (n, 3 or 5; N, N m) over the required range, with their readings (n, coils).
 
     The normal axis goes from zero to full scale, and the other measured axes from minus to plus full scale. The map is
     fitted to `loads` and `readings`, and tested on the loads and readings of `held_out`.
@@ -129,27 +129,27 @@ class SolvedRange:
 
     @cached_property
     def map(self) -> Polynomial:
-        """Polynomial from readings to loads (N) on measured axes, with the least error at held-out loads."""
+        """Polynomial from readings to loads (N, N m) on measured axes, with the least error at held-out loads."""
         columns = self.bench.range.columns
         return fit_best_polynomial(self.readings, self.loads[:, columns],
                                    (self.held_out[1], self.held_out[0][:, columns]), MOST_DEGREE)
 
     @cached_property
     def forward(self) -> Polynomial:
-        """Polynomial from loads (of measured axes) to readings."""
+        """Polynomial from loads (N, N m) on measured axes to readings, with the least error at held-out loads."""
         columns = self.bench.range.columns
         return fit_best_polynomial(self.loads[:, columns], self.readings,
                                    (self.held_out[0][:, columns], self.held_out[1]), MOST_DEGREE)
 
     @cached_property
     def map_errors(self) -> Array:
-        """Rms error (N) of the map at held-out loads, for every measured axis."""
+        """Rms error (N, N m) of the map at held-out loads, for every measured axis."""
         loads, readings = self.held_out
         return np.asarray(np.sqrt(np.mean((self.map(readings) - loads[:, self.bench.range.columns]) ** 2, axis=0)))
 
     @cached_property
     def interpolated(self) -> bool:
-        """Whether the rms error of `forward` at held-out loads is below `MAX_PLOT_ERROR` of each coil's span."""
+        """Whether `forward` is exact enough for plots: its rms error is below `MAX_PLOT_ERROR` of each coil's span."""
         loads, readings = self.held_out
         off = np.sqrt(np.mean((self.forward(loads[:, self.bench.range.columns]) - readings) ** 2, axis=0))
         return bool(np.all(off < MAX_PLOT_ERROR * np.ptp(self.readings, axis=0)))
@@ -157,17 +157,17 @@ class SolvedRange:
     def read(self, loads: Array) -> Array:
         """Return readings (n, coils) under loads (n, 3 or 5; N, N m) of the range.
 
-        They are interpolated by `forward` if its rms error is below `MAX_PLOT_ERROR` of each coil's span, or else
-        solved.
+        They are interpolated by `forward` if it is exact enough for plots, and otherwise computed by the load model.
         """
         if self.interpolated:
             return self.forward(loads[:, self.bench.range.columns])
         return self.bench.readings(self.bench.poses(loads))
 
     def ambiguous_loads(self, exact: Callable[[], LoadModel]) -> tuple[Loads, Loads] | None:
-        """Return two loads in the range with equal readings by another bench. None if no such pair is found.
+        """Return two loads (N, N m) in the range with equal readings. None if no such pair is found.
 
-        The other bench computes only loads whose readings are nearly equal by this bench.
+        `exact` returns a more exact load model. It computes only loads whose readings are nearly equal by this load
+        model.
         """
         ranged = self.bench.range
         pairs = islice(chain(self._insensitive_loads(), _ambiguous_loads(self.forward, ranged)), MAX_REFINED_PAIRS)
@@ -179,10 +179,10 @@ class SolvedRange:
         return next(((_as_loads(first), _as_loads(second)) for first, second in loads), None)
 
     def _insensitive_loads(self) -> Iterator[tuple[Array, Array]]:
-        """Yield pairs of places (in full scales) about the grid points with the least sensitivity.
+        """Yield pairs of loads (fractions of full scale) around the grid points with the least sensitivity.
 
-        The places lie on either side of the point, along the load direction that changes the readings least. There the
-        readings may turn back.
+        The two loads lie on either side of the point, along the direction of load that changes the readings least. In
+        this direction the readings may reverse.
         """
         names, coils = self.bench.range.axes, self.readings.shape[1]
         count, lowest = GRID[len(names)], self.bench.range.lowest
@@ -197,10 +197,10 @@ class SolvedRange:
             yield middle + way, middle - way
 
     def _polished(self, first: Array, second: Array, tolerance: float) -> tuple[Array, Array] | None:
-        """Return two places (in full scales) whose readings differ by less than `tolerance` of their span.
+        """Return two loads (fractions of full scale) whose readings differ by less than `tolerance` of their span.
 
-        None if the readings stay different, or if the places come closer than `APART`. The bench itself computes the
-        readings. Gauss-Newton steps move the second place from its estimate.
+        None if the readings stay different, or if the loads come closer than `APART`. The load model computes the
+        readings. Gauss-Newton steps move the `second` load from its estimate.
         """
         span, lowest = np.maximum(np.ptp(self.readings, axis=0), 1e-300), self.bench.range.lowest
         for _ in range(MAX_REFINING_STEPS):
@@ -221,7 +221,7 @@ def _as_loads(load: Array) -> Loads:
 
 
 def solved_range(bench: LoadModel) -> SolvedRange:
-    """Return the required loads of a bench, with their readings."""
+    """Return the required loads of a load model, with their readings, for fit and test of a map."""
     axes = len(bench.range.axes)
 
     def grid(count: int, inside: float) -> Array:
@@ -234,10 +234,10 @@ def solved_range(bench: LoadModel) -> SolvedRange:
 
 
 def _ambiguous_loads(forward: Polynomial, scope: WorkingRange) -> Iterator[tuple[Array, Array]]:
-    """Yield pairs of loads (in full scales) that give equal readings by the polynomials.
+    """Yield pairs of loads (fractions of full scale) that give equal readings by the polynomials.
 
-    The pairs of a grid with the nearest readings are refined by Gauss-Newton steps of the second load. Pairs that
-    converge to one load, or whose readings stay different, are dropped.
+    The search starts from the pairs of a grid with the nearest readings. Gauss-Newton steps refine the second load.
+    Pairs that converge to one load, or whose readings stay different, are dropped.
     """
     lowest, full = scope.lowest, scope.full_scales
     count = {1: 41, 2: 13, 3: 7}[len(lowest)]
@@ -261,7 +261,7 @@ def _ambiguous_loads(forward: Polynomial, scope: WorkingRange) -> Iterator[tuple
 
 
 def crosstalk_at(working: SolvedRange, load: Array, straight: Array) -> tuple[Crosstalk, ...]:
-    """Return the crosstalk about a working point's `load`: by the nonlinear map, then by a linear map.
+    """Return the crosstalk around a working point's `load`: by the nonlinear map, then by a linear map.
 
     The load is (3 or 5; N, N m). `straight` (axes, coils; N per reading) is the linear map.
     """
@@ -272,9 +272,9 @@ def crosstalk_at(working: SolvedRange, load: Array, straight: Array) -> tuple[Cr
 
 
 def axis_sweeps(scope: WorkingRange, load: Array) -> Array:
-    """Return loads (axes, n, 3 or 5; N, N m), one sweep for each measured axis.
+    """Return loads (axes, n, 3 or 5; N, N m), one series of loads for each measured axis.
 
-    The first row of a sweep is `load`. In the other rows one axis goes from its lower to its upper end.
+    The first load of a series is `load`. In the other loads, one axis goes from its lower to its upper end.
     """
     sweeps = zip(scope.axes, scope.lowest, scope.full_scales, strict=True)
     return np.array([np.vstack([load, loads_on_axis(load, name, np.linspace(low, 1.0, SWEEP) * full)])
@@ -282,7 +282,7 @@ def axis_sweeps(scope: WorkingRange, load: Array) -> Array:
 
 
 def map_crosstalk(scope: WorkingRange, loads: Array, read: Array) -> Crosstalk:
-    """Return the largest error of each axis, over its full scale, while another axis moves over its range.
+    """Return the largest error of each axis while another axis moves over its range, as a fraction of full scale.
 
     `loads` (axes, n, 3 or 5; N, N m) are from `axis_sweeps`. `read` (axes * n, measured axes; N, N m) are the loads
     that a map returns for their readings.

@@ -1,8 +1,8 @@
 """Sensing performance in newtons at working points: range, resolution, nonlinearity, crosstalk and errors by cause.
 
-All values are after a tare at rest. Disturbances go through the linear inverse of the map at the working point. It is
-weighted least squares of the coils' readings (ln of the frequency over that at rest), each with its own noise.
-Crosstalk and manufacture go through the nonlinear map of the whole working range.
+All values are after a tare at rest. A reading is ln(frequency / frequency at rest) of a coil. Disturbances are
+converted to loads by the linear inverse of the readings at the working point, by least squares weighted with each
+coil's noise. Crosstalk and manufacture are computed with the nonlinear map of the whole working range.
 """
 
 from __future__ import annotations
@@ -57,7 +57,8 @@ COURSE = 9  # Number of loads along an axis
 def axis_range(bench: LoadModel, model: ResponseModel, load: Array, name: str) -> tuple[float, str]:
     """Return the largest load (N, N m) on an axis that the sensor can measure, and the name of its limit.
 
-    The normal axis starts at zero. Another axis adds to the working point's `load` in the positive direction.
+    The normal axis starts at zero. Loads on another axis are added to the working point's `load`, in the positive
+    direction.
     """
     most, converter = bench.farthest[name], bench.spec.readout.device
     forces = np.linspace(0.0, most, COURSE)
@@ -88,12 +89,12 @@ class SensingAnalysis:
 
     @cached_property
     def working(self) -> SolvedRange:
-        """Required loads with their readings, and the map from them."""
+        """Required loads with their readings, and the map from readings to loads."""
         return solved_range(self.bench)
 
     @cached_property
     def points(self) -> tuple[PointErrors, ...]:
-        """Working points, without the temperature effect of metal."""
+        """Working points with their errors, without the temperature effect of metal."""
         bench, loads, points = self.bench, working_loads(self.bench), []
         poses = bench.poses(loads)
         slopes, tilts, cold = bench.slopes(poses), TiltEffects(bench, loads, poses), np.zeros(len(bench.rest))
@@ -108,7 +109,7 @@ class SensingAnalysis:
 
     @cached_property
     def warmed(self) -> tuple[PointErrors, ...]:
-        """Working points with the temperature effect of copper and other metal."""
+        """Working points with their errors, with the temperature effect of copper and other metal."""
         warm = self.estimates.temperature + WARMER
         rough = SCREENING if self.estimates.is_rough else None
         warmer = estimated(self.layout, tolerance=rough, temperature=warm, is_solved=self.estimates.is_solved)
@@ -121,7 +122,7 @@ class SensingAnalysis:
 
     @cached_property
     def drift_coefficients(self) -> DriftCoefficients | None:
-        """Coefficients of the compensation of drift. None if nothing measures the temperature."""
+        """Coefficients for the compensation of drift in firmware. None if nothing measures the temperature."""
         rest, full, spec = self.warmed[0], self.warmed[-1], self.bench.spec
         if full.compensation is None or spec.elastomer is None:
             return None
@@ -134,7 +135,7 @@ class SensingAnalysis:
 
     @cached_property
     def held(self) -> tuple[bool, ...]:
-        """Working points at which the pad bears the load. At other points, values are meaningless."""
+        """Whether the pad is stable, for each working point. If it is not, values at this point are meaningless."""
         return tuple(map(bool, self.bench.is_held(working_loads(self.bench))))
 
     @cached_property
@@ -144,7 +145,7 @@ class SensingAnalysis:
 
     @cached_property
     def units(self) -> UnitErrors:
-        """Units with manufacturing errors."""
+        """Errors of units that each have an error of one manufacturing cause."""
         return units_of(self.working, manufacturing_scatter(self.layout.spec, self.estimates.coils))
 
     @cached_property
@@ -156,7 +157,7 @@ class SensingAnalysis:
 
     @cached_property
     def lasting_errors(self) -> dict[str, Array]:
-        """Standard deviation (N, N m) of every axis at full load, by each lasting cause.
+        """Standard deviations (N, N m) of every axis at full load, by each cause that lasts.
 
         Neither a calibration nor a tare before each grasp removes these causes. Unmeasured shear is a cause if the spec
         requires shear.
@@ -166,17 +167,20 @@ class SensingAnalysis:
                 if lasts_after_tare(cause) or (is_shear_required and UNMEASURED in cause)}
 
     def friction(self, shear: str) -> dict[str, float]:
-        """Return errors of the ratio of shear to normal force at full load by cause (`PointErrors.friction`)."""
+        """Return errors of the ratio of shear to normal force at full load, by cause.
+
+        `shear` is the name of the shear axis. See `PointErrors.friction`.
+        """
         full = self.warmed[-1]
         return full.friction(full.errors(self.units, self.working.map_errors), shear)
 
 
 @one_thread
 def analyse_sensing(layout: Layout, estimates: Estimates, model: ResponseModel | None = None) -> SensingAnalysis:
-    """Return the sensing performance by the response, or by a surrogate (`screen`) without a `model`.
+    """Return the sensing performance by the response `model`, or by a surrogate (`screen`) if it is None.
 
-    Raises NoResponse if target, pad or a tank that the converter can count are missing, and for screening if a coil has
-    no state at rest.
+    Raises NoResponse if target, pad or a tank that the converter can count are missing. In screening, raises it also if
+    a coil has no state at rest.
     """
     spec = layout.spec
     if spec.target is None or spec.elastomer is None or not rests_on_pad(spec):
@@ -196,7 +200,7 @@ def analyse_sensing(layout: Layout, estimates: Estimates, model: ResponseModel |
 def performance(
     sensing: SensingAnalysis, model: ResponseModel, find_ambiguous: Callable[[], tuple[Loads, Loads] | None]
 ) -> tuple[Performance, ...]:
-    """Return the performance at rest, half and full load. Empty if the pad buckles under full load.
+    """Return the performance at rest, half and full load. Empty if the pad buckles under one of these loads.
 
     `find_ambiguous` returns two loads of equal readings (`Sensing.ambiguous_loads`).
     """
@@ -210,8 +214,8 @@ def performance(
 def other_jaw_errors(sensing: SensingAnalysis, model: ResponseModel) -> tuple[dict[str, Array], ...]:
     """Return errors (N, N m) of every axis at each working point by the other jaw's metal, by `OTHER_JAW_CAUSES`.
 
-    They are for a tare with open jaws. Readings between rest and full load are interpolated linearly. Empty without
-    such a jaw.
+    They are for a tare with open jaws. Between rest and full load, changes of readings are interpolated linearly. Empty
+    if the spec has no jaw of metal.
     """
     if front_plate(model.spec.jaw) is None:
         return ({},) * len(sensing.points)
@@ -225,7 +229,7 @@ def other_jaw_errors(sensing: SensingAnalysis, model: ResponseModel) -> tuple[di
 
 
 def working_loads(bench: LoadModel) -> Array:
-    """Return the loads (points, 3 or 5; N, N m) of the working points."""
+    """Return the loads (points, 3 or 5; N, N m) of the working points: rest, half and full normal force."""
     return np.array([bench.range.pressed(point.share * bench.full["normal"]) for point in WORKING_POINTS])
 
 
@@ -235,7 +239,7 @@ def _at(
 ) -> Performance:
     """Return the performance at one working point.
 
-    `more` are errors (N) by causes that are computed for all points together.
+    `more` are errors (axes; N, N m) by causes that are computed for all points together.
     """
     bench, names, working = point.bench, point.bench.range.axes, sensing.working
     courses = {name: axis_range(bench, model, point.load, name) for name in names}
@@ -273,9 +277,10 @@ def _at(
 def _axes(
     point: PointErrors, working: SolvedRange, courses: Mapping[str, tuple[float, str]], errors: Mapping[str, Array]
 ) -> dict[str, AxisPerformance]:
-    """Return the performance of every axis of load at a working point.
+    """Return the performance of every measured axis at a working point.
 
-    Nonlinearity is the largest distance of the linear map's result from the best straight line, over full scale.
+    Nonlinearity is the largest distance of the linear map's result from the best straight line, divided by the range of
+    results. `courses` holds the range of each axis and its limit.
     """
     bench, by_axis = point.bench, {}
     frequencies = bench.frequencies(point.pose[None])[0]
@@ -309,7 +314,7 @@ TURNED_ROUND = "; a round target turned about z reads nothing"
 
 
 def _notes(sensing: SensingAnalysis, courses: Mapping[str, tuple[float, str]], free: float | None) -> tuple[str, ...]:
-    """Return notes about the performance. `free` is its free overload (N)."""
+    """Return notes about the performance. `free` (N) is the load at which the pad buckles under a free target."""
     bench, names, pad = sensing.bench, sensing.bench.range.axes, sensing.bench.spec.elastomer
     assert pad is not None and bench.spec.target is not None
     sooner = "" if free is None else f"; under one that is free to tilt the pad gives way sideways at {free:.3g} N"

@@ -1,10 +1,10 @@
-"""Performance at the screen level: inductance changes by a moving target, and coil frequencies by a surrogate.
+"""Performance at the screening level: inductance changes by a moving target, and coil frequencies by a surrogate.
 
-Each change is the change by an infinite plate times the ratio of the finite target to this plate.
+The change of a coil is the change by an infinite plate, multiplied by the ratio of the finite target to this plate.
 
-Full checks and documents use the response model instead. For every coil, a slightly tilted target counts as a level
-target. Its height is taken over the middle of the area that target and coil share. `NEARLY` is the relative error of
-the results.
+Full checks and documents use the response model instead. For every coil, a slightly tilted target is replaced by a
+level target. Its height is the height over the middle of the area that target and coil share. `NEARLY` is the relative
+error of the results.
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ from sitscad.spec.places import shared_middles
 
 
 def target_effects(layout: Layout, moves: Sequence[Move], heights: Sequence[float], frequency: float) -> Array:
-    """Return changes of every coil's inductance (heights, moves, coils; H) by a moved target.
+    """Return changes of every coil's inductance (heights, moves, coils; H) by a target that moves from rest.
 
-    The target has moved by (x, y) and by a height (m) from rest; the frequency is in Hz. The change is an infinite
-    plate's times the finite target's ratio at the coil's place (`finite_target`). Loss and the addition of current
-    crowding are left out. Each height is solved for all moves at once.
+    `moves` are displacements (x, y; m) and `heights` displacements along z (m). The frequency is in Hz. The change by
+    an infinite plate is multiplied by the finite target's ratio at the coil's place (`finite_target`). Loss and the
+    addition of current crowding are left out. Each height is solved for all moves at once.
     """
     spec = at_temperature(layout.spec, layout.spec.requirements.temperature)
     rest = at_rest(spec)
@@ -67,10 +67,10 @@ def target_effects(layout: Layout, moves: Sequence[Move], heights: Sequence[floa
 
 
 NEARLY = 0.08
-"""Relative error of noise and drift at the screen level."""
+"""Relative error of noise and drift at the screening level."""
 
 HEIGHTS = 4
-"""Number of heights of the target at which the surrogate is computed, down to `DEPTH`."""
+"""Number of heights of the target at which the surrogate is computed, from above rest down to `DEPTH` below."""
 
 PLACES = 3
 """Number of places of the target along x, and along y, at which the surrogate is computed."""
@@ -79,27 +79,27 @@ REACH = 0.25
 """Largest lateral displacement of the target from rest in the surrogate, in pad thicknesses."""
 
 DEEPER = 10
-"""Additional heights of the surrogate, per pad thickness, below `DEPTH`."""
+"""Number of additional heights of the surrogate below `DEPTH`, for each pad thickness of additional depth."""
 
 AMPLY = 1.02
-"""Lowest height of the surrogate below rest, over the target's travel under the required force."""
+"""Depth below rest to which the surrogate reaches, divided by the target's travel under the required force."""
 
 LIFTED = 0.1
-"""Highest height of the surrogate above rest, in pad thicknesses, for edges that a tilt lifts."""
+"""Height above rest to which the surrogate reaches, in pad thicknesses, for edges that a tilt lifts."""
 
 DEPTH = VALID_STRAIN + LIFTED
-"""Least distance below rest, in pad thicknesses, down to which the surrogate is computed."""
+"""Least depth below rest, in pad thicknesses, to which the surrogate is computed."""
 
 
 @one_thread
 def surrogate(
     layout: Layout, coils: tuple[CoilEstimate, ...], pressed_place: float | None
 ) -> Callable[[Array], Array]:
-    """Return a function of poses (n, 6; m, rad) whose values are the coils' frequencies (n, coils; Hz).
+    """Return a function of poses (n, 6; m, rad) that approximates the coils' frequencies (n, coils; Hz).
 
-    Every coil must have a state at rest. The surrogate interpolates ln(frequency / frequency at rest) between Chebyshev
-    points of x, y and z. Only points with x = 0 or y = 0 are computed. At other points, the changes along both axes are
-    added.
+    Every coil must have a state at rest. The function, called surrogate, interpolates ln(frequency / frequency at rest)
+    between Chebyshev points of x, y and z. Only points with x = 0 or y = 0 are computed. At other points, the changes
+    along both axes are added.
     """
     spec = layout.spec
     pad = spec.elastomer
@@ -136,7 +136,7 @@ def surrogate(
 
 
 def _resonance_factors(coils: tuple[CoilEstimate, ...]) -> Array:
-    """Return the factors (coils) on the frequency change of a lossless tank for an inductance change.
+    """Return factors (coils) on the frequency change that an inductance change causes in a lossless tank.
 
     They come from the states at rest and pressed, because correction ratios leave out the target's effect on the loss.
     """
@@ -151,7 +151,10 @@ def _resonance_factors(coils: tuple[CoilEstimate, ...]) -> Array:
 
 @one_thread
 def screen_bench(layout: Layout, estimates: Estimates) -> LoadModel:
-    """Return the load model of a design by the surrogate. Raises NoResponse if a coil has no state at rest."""
+    """Return the load model of a design with frequencies by the surrogate.
+
+    Raises NoResponse if a coil has no state at rest.
+    """
     if not all(coil.states.get(REST) is not None and coil.states[REST].frequency > 0.0 for coil in estimates.coils):
         raise NoResponse("nothing is felt by a coil without a state at rest")
     spec = at_temperature(layout.spec, layout.spec.requirements.temperature)

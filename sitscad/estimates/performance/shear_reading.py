@@ -1,4 +1,4 @@
-"""False readings by shear forces that the array does not measure."""
+"""False readings of measured axes by shear forces that the array does not measure."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 SHEARS = FORCES[1:]
 
 MAX_SHEAR_READING = 0.1
-"""Largest false reading by unmeasured shear without a warning, as a fraction of the full scale of the read axis.
+"""Largest false reading by unmeasured shear without a warning, as a fraction of full scale of the falsified axis.
 
-It holds for axes without an allowed error. It equals the limit of SIT221 for the other jaw's metal.
+It holds for axes without an allowed error in the spec. It equals the limit of SIT221 for the other jaw's metal.
 """
 
 

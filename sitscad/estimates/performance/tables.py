@@ -30,7 +30,11 @@ from sitscad.spec.thermistor import CALIBRATED, DESIGN
 
 @record(eq=False)
 class MapFigures:
-    """Range and crosstalk of a map from readings to newtons: its ``end`` (N, pressed alone) and its ``crosstalk``."""
+    """Range and crosstalk of the map from readings to newtons.
+
+    ``end`` (N) is the largest normal force of the map without shear. ``crosstalk`` holds the error of each axis by each
+    other axis, relative to full scale.
+    """
 
     end: float
     crosstalk: Mapping[str, Mapping[str, float]]
@@ -38,9 +42,9 @@ class MapFigures:
 
 @record(eq=False)
 class PerformanceReport:
-    """Performance at the working points, rest to full load, for all forms.
+    """Performance of a sensor at its working points (rest, half, full load), from which all tables are made.
 
-    ``points`` is empty if the sensor cannot respond.
+    ``points`` is empty if the sensor cannot respond. ``map`` is None if the map to newtons is unknown.
     """
 
     points: Sequence[Performance]
@@ -48,11 +52,14 @@ class PerformanceReport:
     map: MapFigures | None = None
 
     def documents(self) -> list[dict[str, object]]:
-        """Return the points for JSON."""
+        """Return the performance at each working point as JSON."""
         return [point.document() for point in self.points]
 
     def tables(self) -> list[Table]:
-        """Return the figures of the axes and of the whole sensor, errors by cause and drift by cause."""
+        """Return the tables of performance: axes, whole sensor, errors by cause, drift by cause, compensation.
+
+        Empty if the sensor cannot respond.
+        """
         if not self.points:
             return []
         whole = Table(("sensor", ""), list(sensor_rows(self.documents())))
@@ -61,7 +68,7 @@ class PerformanceReport:
 
 
 def axis_table(report: PerformanceReport) -> Table:
-    """Return the performance of every axis, with the ends of the map to newtons if they are known."""
+    """Return the table of performance of every axis, with the range of the map to newtons if it is known."""
     head = "characteristic", *(AXIS_WORDS[name] for name in report.points[-1].axes)
     return Table(head, [*_range_rows(report), *_error_rows(report)])
 
@@ -131,12 +138,15 @@ def _error_rows(report: PerformanceReport) -> Iterator[tuple[str, ...]]:
 
 
 def temperature_errors(point: Performance) -> list[str]:
-    """Return the temperature errors at a working point: the drift, and its remainder with a tare before each grasp."""
+    """Return the names of the errors by temperature at a working point.
+
+    They are the drift after one tare, and the drift with a tare before each grasp.
+    """
     return [cause for cause in next(iter(point.axes.values())).errors if "drift" in cause]
 
 
 def _cause_text(cause: str) -> str:
-    """Return the text of a cause of errors. For a drift it includes the start of its temperature change."""
+    """Return the name of an error for tables. For a drift, it includes the start of the temperature change."""
     if "drift" not in cause:
         return cause
     return f"{cause} after the {'calibration' if 'with a tare' in cause else 'one tare'}"
@@ -147,13 +157,14 @@ def _cause_text(cause: str) -> str:
 LEAST_TOLD = 1e-4  # Crosstalk of a noiseless map below which digits are meaningless
 
 FROM_UNIT_TO_UNIT = ("modulus, before calibration", "manufacture, before calibration", "manufacture, after calibration")
-"""Causes that differ between units. `error_table` leaves them out."""
+"""Causes of error that differ between units. `error_table` leaves them out."""
 
 BESIDE = "contact 0.1 mm beside the middle"
+"""Name of the error by a force 0.1 mm beside the target's middle."""
 
 
 def error_table(points: Sequence[Performance]) -> Table:
-    """Return one sigma by cause at full load, for causes that are equal for all units."""
+    """Return the table of standard deviations of error at full load, by causes that are equal for all units."""
     full = points[-1]
     names = list(full.axes)
     head = "one sigma of error at full load, any unit, by cause", *(AXIS_WORDS[name] for name in names)
@@ -164,7 +175,10 @@ def error_table(points: Sequence[Performance]) -> Table:
 
 
 def drift_table(points: Sequence[Performance]) -> Table:
-    """Return errors per kelvin by the part that warms, with signs if they are known."""
+    """Return the table of drift at full load for a kelvin, by the part that warms.
+
+    Signs are shown if they are known.
+    """
     full = points[-1]
     names = list(full.axes)
     rows = []
@@ -179,7 +193,10 @@ COEFFICIENTS = {DESIGN: "design coefficients", CALIBRATED: "calibrated at two te
 
 
 def compensation_tables(points: Sequence[Performance]) -> list[Table]:
-    """Return a table of the drift that a compensation leaves at full load, by its parts. Empty if there is none."""
+    """Return a table of the drift that remains after temperature compensation at full load, by its parts.
+
+    Empty if the sensor has no compensation.
+    """
     full = points[-1]
     rows = []
     for source, parts in full.drift_left.items():
@@ -196,7 +213,7 @@ SIDEWAYS = "the pad gives way sideways"  # Limit of a normal force before the pa
 
 
 def sensor_rows(points: Sequence[Mapping[str, Any]]) -> Iterator[tuple[str, str]]:
-    """Yield name and value of the quantities that belong to the sensor as a whole.
+    """Yield name and value, as texts, of the quantities that belong to the sensor as a whole.
 
     `points` are documents of `Performance`, from rest to full load.
     """
@@ -221,7 +238,10 @@ def sensor_rows(points: Sequence[Mapping[str, Any]]) -> Iterator[tuple[str, str]
 
 
 def _stiffness_text(point: Mapping[str, Any]) -> str:
-    """Return the stiffness against a moment on the target's outermost face, with one sigma by the pad's law."""
+    """Return the stiffness (N m/rad) against tilts rx and ry at a working point as text, with its relative sigma.
+
+    The moment acts on the target's outermost face. The sigma is the error of the pad's law.
+    """
     texts = []
     for turn, value in point["tilt_stiffness_Nm_per_rad"].items():
         error = point["tilt_stiffness_error"][turn]
@@ -236,7 +256,7 @@ def _newtons(force: float) -> str:
 
 
 def load_text(value: float, name: str) -> str:
-    """Return a force (N) or a moment (N m) on an axis as text."""
+    """Return a force (N) or a moment (N m) on the axis `name` as text."""
     if math.isinf(value):
         return "no reading tells it"
     unit, least = unit_of(name), LEAST_MOMENT if name in MOMENTS else LEAST_FORCE
@@ -247,12 +267,12 @@ LEAST_FORCE, LEAST_MOMENT = 1e-6, 1e-9  # Least force (N) and moment (N m) that 
 
 
 def share_text(part: float) -> str:
-    """Return a fraction in per cent, with two digits, or whole per cents from 10 % on."""
+    """Return a fraction as text in per cent: two digits, or whole per cents from 10 % on."""
     return f"{100.0 * part:.0f} %" if part >= 0.1 else f"{100.0 * part:.2g} %"
 
 
 def _crosstalk(tables: Iterable[Mapping[str, Mapping[str, float]]], name: str) -> str:
-    """Return the largest crosstalk of an axis in some tables."""
+    """Return the largest crosstalk of the axis `name` in some tables, as text."""
     fractions = [fraction for table in tables for fraction in table[name].values()]
     if not fractions:
         return DASH

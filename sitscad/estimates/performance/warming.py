@@ -1,4 +1,4 @@
-"""Temperature change in the error budget, its effect on metal and on a pad, and the compensation in a spec."""
+"""Temperature change in the error budget, its effect on metal and pad, and the temperature compensation of a spec."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ WARMER = 10.0  # Warming (K) for the effect of copper and other metal
 
 
 def farthest(needs: Requirements) -> float:
-    """Return the temperature (degrees Celsius) of the required range that is farthest from the tare's.
+    """Return the temperature (degrees Celsius) of the required range that differs most from the tare's temperature.
 
-    Without a range it is the temperature after `WARMER`.
+    If no range is required, the temperature is `WARMER` above the tare's.
     """
     ends = needs.temperature_range or (needs.temperature + WARMER,)
     return max(ends, key=lambda end: abs(end - needs.temperature))
@@ -46,19 +46,20 @@ def warming(needs: Requirements) -> float:
 
 
 FLAT = 3.0
-"""Ratio of a flat bonded pad's expansion in thickness to its material's linear expansion.
+"""Expansion of a flat bonded pad in thickness, divided by its material's linear expansion.
 
-The pad cannot grow sideways, so its volume grows upwards.
+The pad cannot grow sideways, so all of its volume growth is in thickness.
 """
 
 
 @record(eq=False)
 class DriftCoefficients:
-    """Coefficients of a compensation for firmware.
+    """Coefficients with which firmware compensates drift.
 
     `at_rest` and `loaded` (coils; per K) are changes of ln(frequency) without load and under the normal force `load`
-    (N). `stiffening` (per K) is the relative change of the modulus. `warming` (K) is the temperature change of the
-    design. `reference` (per K) is the drift of a reference coil. It is None if a `thermistor` measures the temperature.
+    (N). `stiffening` (per K) is the relative change of the pad's modulus. `warming` (K) is the temperature change of
+    the design. `reference` (per K) is the drift of a reference coil that measures the temperature, None if a
+    `thermistor` measures it.
     """
 
     at_rest: Array
@@ -71,7 +72,7 @@ class DriftCoefficients:
 
 
 def capacitor_drift(readout: ReadoutSpec) -> float:
-    """Return one sigma (per K) of the change of ln(frequency) by a capacitor's temperature."""
+    """Return the standard deviation (per K) of the change of ln(frequency) by a capacitor's temperature coefficient."""
     return 0.5 * readout.device.limit("capacitor_temperature") / UNIFORM
 
 
@@ -81,8 +82,9 @@ def compensation_of(
 ) -> Compensation | None:
     """Return the compensation of drift over the required temperature change, by the sensor with the least error.
 
-    `drift` (per K) is the change of ln(frequency) of a reference coil; None if there is no such coil. `noise` is one
-    sigma of its reading. The result is None if nothing measures the temperature, or without a pad and a target.
+    The sensor is a thermistor or a reference coil. `drift` (per K) is the change of ln(frequency) of a reference coil;
+    None if there is no such coil. `noise` is one sigma of its reading. The result is None if nothing measures the
+    temperature, or if there is no pad or no target.
     """
     sensor, settings = readout.thermistor, readout.compensation
     if settings is None or settings.difference is None or pad is None or target is None:
@@ -100,7 +102,7 @@ def compensation_of(
 
 
 def reference_drift(alone: Layout, capacitance: float | None, temperature: float, is_rough: bool = False) -> float:
-    """Return the change (per K) of ln(frequency) of a reference coil by copper and other metal.
+    """Return the drift (per K) of ln(frequency) of a reference coil by warming of copper and other metal.
 
     `alone` is the board with this coil only, `capacitance` (F) the capacitor of its tank, and `temperature` (degrees
     Celsius) the temperature of the tare. `is_rough` is for screening. The result is 0 if the tank does not oscillate.
@@ -114,7 +116,7 @@ def reference_drift(alone: Layout, capacitance: float | None, temperature: float
 
 
 def expansion_drift(bench: LoadModel, loads: Array, rise: float) -> Array:
-    """Return changes (n, coils; per K) of the readings under loads (n, 3 or 5; N, N m) by a growing pad.
+    """Return changes (n, coils; per K) of the readings under loads (n, 3 or 5; N, N m) by expansion of the pad.
 
     `rise` (m/K) is the growth of the pad's thickness. A thicker pad lifts the target, and it is also softer.
     """
@@ -130,10 +132,10 @@ def expansion_drift(bench: LoadModel, loads: Array, rise: float) -> Array:
 def by_metal(
     coils: Sequence[CoilEstimate], warm_coils: Sequence[CoilEstimate], warming: float, rest: Array, state: str = REST
 ) -> Array:
-    """Return derivatives (coils; per K) of the readings in a state by the temperature of copper and other metal.
+    """Return derivatives (coils; per K) of the readings in a `state` by the temperature of copper and other metal.
 
-    `coils` and `warm_coils` are estimates at two temperatures, `warming` (K) apart. All derivatives are 0 if `rest`,
-    the readings at rest, has another number of coils.
+    `coils` and `warm_coils` are estimates at two temperatures, `warming` (K) apart. All derivatives are 0 if the number
+    of coils differs from the number of readings at rest, `rest`.
     """
     derivatives = []
     for coil, warm in zip(coils, warm_coils, strict=True):

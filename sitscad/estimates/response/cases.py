@@ -1,6 +1,6 @@
-"""Load cases of a spec: forces on the target, or faces that tilt it, and the resulting poses.
+"""Load cases of a spec: forces on the target, or faces that tilt it, and the target's poses.
 
-It also computes derivatives of the frequencies by pose and load, by central differences.
+The module also computes derivatives of the frequencies by pose and load, by central differences.
 """
 
 from __future__ import annotations
@@ -28,17 +28,18 @@ from sitscad.estimates.response.response_arrays import Response, joined
 from sitscad.spec.sensor import LoadCase, SensorSpec
 
 Progress = Callable[[int, int], None]
+"""Function that is called with the number of finished poses and the number of all poses."""
 
 ALL = "all"  # Name that selects every load case of a spec
 
 
 @record(eq=False)
 class AppliedLoad:
-    """Values of a load case.
+    """Force and tilt with which a load case acts on the target.
 
-    `force` (N; x, y, z in board axes) acts on the outermost face, at a place on the face (m; x, y from the middle).
-    `turn` (rad) is the tilt of a face that holds the target. None if the target is free to tilt. `is_stuck` is whether
-    this face keeps the target from moving along x and y. `note` is its description.
+    `force` (N; x, y, z in board axes) acts on the outermost face, at a place on the face (`at`, m; x, y from the
+    middle). `turn` (rad) is the tilt of a face that holds the target. None if the target is free to tilt. `is_stuck` is
+    True if this face keeps the target from moving along x and y. `note` describes the load case in words.
     """
 
     force: Array
@@ -49,7 +50,7 @@ class AppliedLoad:
 
 
 def load_cases(loads: tuple[LoadCase, ...], names: Sequence[str]) -> tuple[LoadCase, ...]:
-    """Return the spec's load cases by name, all for `all`. Raises NoResponse for an unknown name."""
+    """Return load cases of a spec by their names; the name "all" selects all. Raises NoResponse for an unknown name."""
     by_name = {case.name: case for case in loads}
     chosen = [key for name in names for key in (by_name if name == ALL else [name])]
     for name in chosen:
@@ -66,11 +67,12 @@ def load_cases(loads: tuple[LoadCase, ...], names: Sequence[str]) -> tuple[LoadC
 def tip_force(tension: float, lever_angle: float, lever: float, link: float, reach: float) -> float:
     """Return the force (N) of each jaw, square to its face, `reach` (m) from the pivot, without friction.
 
-    The pull on the shaft is `tension` (N): F_IN LA sin(theta + theta0 + beta) / (2 L_j cos beta), where beta is
-    `link_angle`. Each jaw turns about a common pivot on the shaft's axis and ends, behind the pivot, in lever A. Links
-    B join both levers to a pin that the shaft pulls along the axis. By virtual work, the pin's travel times the pull is
-    the work of both jaws. docs/mechanism.md derives this. It also has the reason for the difference from the printed
-    equation 3.1 of Jones's thesis.
+    The pull on the shaft is `tension` (N). The `lever_angle` (rad) is theta + theta0, `lever` (m) is the length LA of
+    lever A, and `link` (m) the length LB of link B. The force is F_IN LA sin(theta + theta0 + beta) / (2 L_j cos beta),
+    where beta is `link_angle`. Each jaw turns about a common pivot on the shaft's axis and ends, behind the pivot, in
+    lever A. Links B join both levers to a pin that the shaft pulls along the axis. By virtual work, the pin's travel
+    times the pull is the work of both jaws. docs/mechanism.md derives this. It also has the reason for the difference
+    from the printed equation 3.1 of Jones's thesis.
 
     Raises ValueError if link B does not reach the axis, or for a reach that is not positive.
     """
@@ -83,7 +85,8 @@ def tip_force(tension: float, lever_angle: float, lever: float, link: float, rea
 def link_angle(lever_angle: float, lever: float, link: float) -> float:
     """Return the angle (rad) of link B to the axis, from the angle (rad) of lever A.
 
-    It is asin(LA sin(theta + theta0) / LB), the law of sines. Raises ValueError if link B does not reach the axis.
+    `lever` (m) is the length LA of lever A, `link` (m) the length LB of link B. The angle is asin(LA sin(theta +
+    theta0) / LB), the law of sines. Raises ValueError if link B does not reach the axis.
     """
     sine = lever * math.sin(lever_angle) / link
     if not abs(sine) < 1.0:
@@ -92,7 +95,7 @@ def link_angle(lever_angle: float, lever: float, link: float) -> float:
 
 
 def applied_load(case: LoadCase) -> AppliedLoad:
-    """Return the action of a load case on the target."""
+    """Return the force and the tilt with which a load case acts on the target."""
     normal, tension = case.normal or 0.0, ""
     if case.mechanism is not None:
         lever = case.mechanism
@@ -115,10 +118,10 @@ def applied_load(case: LoadCase) -> AppliedLoad:
 
 
 def case_pose(spec: SensorSpec, case: LoadCase) -> tuple[Array, tuple[str, ...]]:
-    """Return the pose (6,; m, rad) of the target in a load case, and a note about it.
+    """Return the pose (6; m, rad) of the target in a load case, and notes about it.
 
-    If the pad buckles under a free target, the pose belongs to a level target, or a linear estimate if even that
-    has no equilibrium. Raises NoResponse if no pad carries the target.
+    If the pad buckles under a free target, the pose is for a level target. If a level target has no equilibrium either,
+    the pose is a linear estimate. Raises NoResponse if no pad carries the target.
     """
     pad, push = soft_pad(spec), applied_load(case)
     wrench = np.concatenate([push.force, np.zeros(3)])[None, :]
@@ -141,7 +144,8 @@ def respond_to_cases(
 ) -> Response:
     """Return the coil readings in load cases of the spec, in the order of `names`.
 
-    Force and moment hold the target's pose. Raises NoResponse under the conditions of `load_cases` and `case_pose`.
+    The response's force and moment are the loads that hold the target in its pose. Raises NoResponse under the
+    conditions of `load_cases` and `case_pose`.
     """
     cases = load_cases(model.spec.loads, names)
     poses, notes = zip(*(case_pose(model.spec, case) for case in cases), strict=True)
@@ -151,9 +155,9 @@ def respond_to_cases(
 
 
 def join_responses(parts: Sequence[Response]) -> Response:
-    """Join several responses.
+    """Join several responses to one.
 
-    If any has load cases, points without a load case have an empty name.
+    If any response has load cases, points without a load case get an empty name.
     """
     if not any(part.cases for part in parts):
         return joined(parts)
@@ -161,9 +165,9 @@ def join_responses(parts: Sequence[Response]) -> Response:
 
 
 def with_derivatives(model: ResponseModel, response: Response) -> Response:
-    """Return the response with `by_pose` and `by_load`, for a target that keeps its rotation.
+    """Return the response with derivatives of the frequencies by pose and by load (`by_pose`, `by_load`).
 
-    `by_load` is NaN if the pad is fully compressed, and None if there is no pad.
+    The target keeps its rotation. `by_load` is NaN if the pad is fully compressed, and None if there is no pad.
     """
     by_pose = reading_slopes(lambda poses: model.respond(poses, within=response.poses).frequency, response.poses)
     by_load = None

@@ -1,4 +1,4 @@
-"""Response of a design: the target is solved once and serves any poses."""
+"""Response of a design: the target is solved once for a range of poses, then readings follow for any pose in it."""
 
 from __future__ import annotations
 
@@ -41,6 +41,7 @@ from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.sensor import SensorSpec
 
 Progress = Callable[[int, int], None]
+"""Function that is called with the number of finished poses and the number of all poses."""
 
 
 AT_ONCE = 250  # Number of poses in a batch without interpolation
@@ -49,9 +50,10 @@ LEAST_LOSS = 0.01  # Fraction of the coil's resistance: errors of smaller losses
 
 @record(eq=False)
 class ResponseModel:
-    """Layout and estimates of a design with a target. `solved` caches solutions, and `known` poses on the pad.
+    """Coil readings of a design with a target, at any pose of the target.
 
-    `finer` multiplies the usual resolution, for convergence tests.
+    `solved` caches solutions of the target by range of poses and frequencies. `known` caches responses at single poses
+    on the pad. `finer` multiplies the usual resolution, for convergence tests.
     """
 
     layout: Layout
@@ -62,7 +64,7 @@ class ResponseModel:
 
     @cached_property
     def windings(self) -> SolvedWindings:
-        """Winding and its surroundings at rest."""
+        """Solved windings with the metal around the coils at rest."""
         return solve_windings(self.layout)
 
     @property
@@ -98,7 +100,7 @@ class ResponseModel:
 
     @cached_property
     def state_cover(self) -> PoseRange | None:
-        """Poses for which the states' target was solved. None if it was not solved."""
+        """Poses for which the target of the states was solved. None if the states use correction ratios."""
         poses = level_poses(self.estimates.states)
         if self.estimates.target_band is None or not len(poses):
             return None
@@ -106,12 +108,12 @@ class ResponseModel:
 
     @cached_property
     def tank(self) -> Tank:
-        """Capacitor, pins and cable."""
+        """Circuit between coils and converter: capacitor, pins and cable."""
         return Tank(self.estimates.readout.capacitance, self.spec.readout)
 
     @cached_property
     def network(self) -> Network:
-        """Two-ports between the coils' contacts and the converter's pins, (coils,)."""
+        """Two-ports between the coils' contacts and the converter's pins, one for each coil."""
         return self.tank.network(np.array([coil.self_capacitance for coil in self.estimates.coils]))
 
     @cached_property
@@ -127,10 +129,10 @@ class ResponseModel:
         self, poses: Array, frequency: float | None = None, tolerance: float | None = None,
         progress: Progress | None = None, within: Array | None = None,
     ) -> Response:
-        """Return the response at (n, 6) poses; see `Response`.
+        """Return the response at (n, 6; m, rad) poses; see `Response`.
 
-        Many poses are interpolated if that stays within the stated error, or within `tolerance` (relative to the larger
-        of a change and 1 % of the free inductance).
+        Many poses are interpolated if the additional error is small enough: within the stated error, or within
+        `tolerance`. Errors are relative to the larger of a change and 1 % of the free inductance.
 
         Poses inside the range of the spec's states use the solution of the states. With `within` (m, 6), one solution
         covers `poses` and `within`, so that results at different poses differ smoothly.
@@ -152,25 +154,25 @@ class ResponseModel:
         return joined(parts).part(np.argsort(order).tolist())
 
     def _placed(self, poses: Array) -> TargetPoses:
-        """Return the target in poses (n, 6)."""
+        """Return the target in poses (n, 6; m, rad)."""
         return TargetPoses.of(self.target, self.rest, poses)
 
     def _cover(self, poses: Array) -> PoseRange:
-        """Return the cover of poses (n, 6)."""
+        """Return the range of poses for which a target must be solved to serve poses (n, 6; m, rad)."""
         return self._placed(poses.reshape(-1, 6)).cover(
             self.target, self.spec.coil, self.layout.coils, self.spec.array.middle)
 
     def _common_cover(self, poses: Array) -> PoseRange:
-        """Return the cover of poses (n, 6), or the states' cover if it serves all poses."""
+        """Return the range of poses that serves poses (n, 6), or the states' range if it serves all of them."""
         cover = self._cover(poses)
         return self.state_cover if self.state_cover is not None and self.state_cover.serves(cover) else cover
 
     @one_thread
     def own_changes(self, poses: Array, frequency: float) -> ComplexArray:
-        """Return each coil's inductance change (n, coils; H, complex) by the target at (n, 6) poses.
+        """Return the change of each coil's own inductance (n, coils; H, complex) by the target at (n, 6) poses.
 
-        The frequency (Hz) is within the tanks' band, and currents are evenly spread. One solution serves all poses; no
-        tank is solved.
+        The frequency (Hz) is within the tanks' band, and currents are even across the tracks. One solution serves all
+        poses. No tank is solved.
         """
         near, target_poses = self._near(self._common_cover(poses), self.band), self._placed(poses)
         return np.einsum("pcc->pc", near.changes(target_poses).complex_at(np.full(len(poses), frequency)))
@@ -179,7 +181,7 @@ class ResponseModel:
         self, poses: Array, cover: PoseRange, frequency: float | None, tolerance: float | None,
         progress: Progress | None,
     ) -> Response:
-        """Return the response at (n, 6) poses of `cover`, by one solution of the target."""
+        """Return the response at (n, 6) poses inside `cover`, by one solution of the target."""
         target_poses = self._placed(poses)
         scale, usual = self.windings.winding.inductance, math.sqrt(self.band[0] * self.band[1])
 
@@ -234,9 +236,9 @@ class ResponseModel:
         self, loads: Array, is_level: Flags | None = None, frequency: float | None = None,
         tolerance: float | None = None, progress: Progress | None = None,
     ) -> Response:
-        """Return the response under loads (n, 3 or 5; see `pad.loaded_poses`), with poses by the pad's law.
+        """Return the response under loads (n, 3 or 5; N, N m; see `pad.loaded_poses`), with poses by the pad's law.
 
-        `is_level` (n,) is True for loads under which the target stays level; True for all loads if it is left out.
+        `is_level` (n) is True for loads under which the target stays level; None means all loads.
         """
         loads = np.asarray(loads, dtype=float)
         loads = loads.reshape(-1, loads.shape[-1] if loads.ndim > 1 else 3)
@@ -249,7 +251,11 @@ class ResponseModel:
 
     @cached_property
     def pad_ends(self) -> Array:
-        """Poses at the limits of height and travel at which the pad's law is trusted, and slightly tilted poses."""
+        """Poses (n, 6; m, rad) at the limits up to which the pad's law is trusted, one of them slightly tilted.
+
+        The limits are the largest compression and the largest shear. If moments are measured, the corners of the
+        required range follow.
+        """
         shear = shear_for_travel(self.spec, VALID_SHEAR)
         normal = normal_for_strain(soft_pad(self.spec), VALID_STRAIN)
         loads = np.array([[normal, 0.0, 0.0], [0.0, shear, 0.0], [0.0, 0.0, shear]])
@@ -262,7 +268,7 @@ class ResponseModel:
                                               np.zeros(len(required.corners), dtype=bool))[0]])
 
     def on_pad(self, poses: Array) -> Response:
-        """Return the response at (n, 6) poses, each solved once, cached and never interpolated.
+        """Return the response at (n, 6) poses, each solved once, cached, and never interpolated.
 
         One solution of the target serves all poses within the pad's limits. Raises NoResponse without a pad.
         """
@@ -276,11 +282,14 @@ class ResponseModel:
         return joined([self.known[row.tobytes()] for row in poses])
 
     def lowest(self, poses: Array) -> Array:
-        """Return the height (m) of the target's lowest point over the board at (n, 6) poses. Negative inside it."""
+        """Return the height (m) of the target's lowest point over the board at (n, 6) poses.
+
+        Negative inside the board.
+        """
         return self._placed(np.asarray(poses, dtype=float).reshape(-1, 6)).lowest
 
     def _near(self, cover: PoseRange, band: tuple[float, ...]) -> NearTarget:
-        """Return target and coils for all poses of `cover`, solved at most once.
+        """Return target and coils, solved for all poses of `cover` and cached.
 
         `band` (Hz) is one frequency, or the two ends of a range.
         """
@@ -292,10 +301,10 @@ class ResponseModel:
 
 
 MAX_WORK = 1600.0**3
-"""Largest work (`solving_work`) of a target that is solved: half a minute of processor time."""
+"""Largest work (`solving_work`) of a target that a response solves: half a minute of processor time."""
 
 SECONDS_PER_WORK = 7e-9
-"""Processor time (s) of a unit of work, both ends of a band together.
+"""Processor time (s) of a unit of `solving_work`, for both ends of a band together.
 
 The estimate is within a factor of 1.5 for plates of 60 to 150 mm and for discs of 14 to 40 mm before ferrite. A plate
 estimated at 25 s took 34 s on a busy processor; discs estimated at 40 s and 61 s took 38 s and 88 s.
@@ -319,7 +328,7 @@ def _require_affordable(
 
 @one_thread
 def response_model(layout: Layout, estimates: Estimates) -> ResponseModel:
-    """Return the model of a design. Raises `NoResponse` if it has no target."""
+    """Return the response model of a design. Raises `NoResponse` if the design has no target."""
     target = layout.spec.target
     if target is None:
         raise NoResponse("the spec has no target: nothing moves over the coils")
@@ -330,17 +339,19 @@ STRAIN_LIMIT = 0.35  # Strain of the pad beyond which no model of it is trusted
 
 
 SHEARED = "the pad is sheared by more than half its thickness: what its law says of force and pose is extrapolated"
+"""Note for poses whose shear is beyond the tested range of the pad's law."""
 TILTED = "the target is tilted by more than 5 degrees: what the pad's law says of force and pose is extrapolated"
+"""Note for poses whose tilt is beyond the tested range of the pad's law."""
 
 
 def _notes(
     pad: ElastomerPad | None, poses: Array, lowest: Array, strain: Array | None, frequency: Array, errors: Array,
     tolerance: float | None,
 ) -> list[tuple[str, ...]]:
-    """Return notes for each pose of a target on a pad, or without a pad.
+    """Return notes for each pose (n) of a target, on a pad or without a pad.
 
-    They report contact, a pad outside its strain, shear or tilt limits, a tank that stops, and a stated error above the
-    tolerance.
+    They report contact of target and board, and a pad beyond its limits of strain, shear or tilt. They also report a
+    tank that does not oscillate, and a stated error above the tolerance.
     """
     notes_by_pose = []
     for k, pose in enumerate(poses):

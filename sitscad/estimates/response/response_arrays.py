@@ -108,7 +108,7 @@ def _plain(value: Array | float) -> object:
 
 
 def joined(parts: Sequence[Response]) -> Response:
-    """Join several responses of the same coils."""
+    """Join several responses of the same coils to one."""
     first = parts[0]
     if len(parts) == 1:
         return first
@@ -119,4 +119,4 @@ def joined(parts: Sequence[Response]) -> Response:
 
 
 ARRAYS = tuple(one.name for one in fields(Response) if one.name not in ("coils", "notes", "cases", "gap", "glue"))
-"""Names of a response's arrays."""
+"""Names of the arrays of a response whose first axis is the pose."""

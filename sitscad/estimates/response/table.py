@@ -1,7 +1,7 @@
 """Response of a sensor as a small table, for a web page on which a reader applies loads to the sensor.
 
-For a level target, the table has frequencies and positions over forces and tilt. For a target that is free to tilt, it
-has frequencies and poses over forces and moments.
+For a level target, the table returns frequencies and positions from forces and tilt. For a target that is free to tilt,
+it returns frequencies and poses from forces and moments.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from sitscad.kernels.mechanics.elastomer import HELD_TILT
 
 FORCE_INPUTS = ("normal_N", "shear_x_N", "shear_y_N")
 INPUTS = {"held": (*FORCE_INPUTS, "rx_rad", "ry_rad"), "free": (*FORCE_INPUTS, "moment_x_Nm", "moment_y_Nm")}
-"""Names of the table's inputs in their order, for a target that is held level or free to tilt."""
+"""Names of the table's inputs in their order, for a target that is kept level ("held") or free to tilt ("free")."""
 
 DEGREE, TILT_DEGREE = 7, 3  # Degrees of the polynomials in a level target's forces, and of the tilt terms
 FREE_DEGREE = 5  # Degree of the polynomials in forces and moments of a free target
@@ -39,7 +39,7 @@ PRESSES = 20  # Points of a free target under normal force alone, the most commo
 TEST_POINTS = 16, 8  # Additional points, level and tilted, on which the table is tested
 
 DOWN = 0.4
-"""Largest lowering of a target's edge by the table's tilt, over the target's height at the largest force."""
+"""Largest lowering of a target's edge by tilt in the table, divided by the target's height at the largest force."""
 
 STEEPEST = math.radians(3.0)  # The largest tilt (rad)
 BEYOND = 1.2  # Extent of the table relative to the working range, so that a reader sees the range's end
@@ -49,10 +49,11 @@ BEYOND = 1.2  # Extent of the table relative to the working range, so that a rea
 class ResponseTable:
     """Response of a sensor as polynomials in the `INPUTS`, each scaled to -1 to 1.
 
-    The outputs are ln(frequency / frequency at `rest`) of every coil, then the target's travel (m) along x, y and z. If
-    the target is free to tilt, its rotations (rad) about x and y follow. `through` holds the ends of the inputs (5; N,
-    then rad or N m), exponents (terms, 5) and coefficients (terms, outputs). `rest` is in Hz. `error` is the largest
-    error of the frequencies at solved points, relative to their span.
+    The outputs are ln(frequency / frequency at rest) of every coil, then the target's travel (m) along x, y and z. If
+    the target is free to tilt, its rotations (rad) about x and y follow. `range` is the working range. `through` holds
+    the ends of the inputs (5; N, then rad or N m), exponents (terms, 5) and coefficients (terms, outputs). `rest`
+    (coils; Hz) are the frequencies at rest. `error` is the largest error of the frequencies at solved points, relative
+    to their span.
     """
 
     coils: tuple[str, ...]
@@ -64,14 +65,14 @@ class ResponseTable:
     def __call__(self, loads: Array) -> tuple[Array, Array]:
         """Return frequencies (Hz; n, coils) and travel (m, rad; n, 3 or 5) at inputs (n, 5).
 
-        Inputs beyond the ends count as the ends.
+        Inputs beyond the ends of the table are replaced by the ends.
         """
         values = self.through(np.clip(loads, self.through.low, self.through.high))
         return self.rest * np.exp(values[:, : self.rest.size]), values[:, self.rest.size :]
 
     @property
     def rotation(self) -> str:
-        """Rotation of the target: "free" to tilt, as in the map of a sensor that measures moments, or "held" level."""
+        """Rotation of the target: "free" to tilt if moments are measured, otherwise "held" level."""
         return "free" if self.range.has_moments else "held"
 
     def document(self) -> dict[str, Any]:
@@ -88,11 +89,11 @@ class ResponseTable:
 
 
 def response_table(model: ResponseModel) -> ResponseTable:
-    """Return the table of a design over its working range and a little beyond, at points that are all solved.
+    """Return the table of a design over its working range and a little beyond, fitted to solved poses.
 
-    The target is free to tilt if moments are measured, as in the sensor's map. Otherwise it is kept level, except for
-    the requested tilt about the middle of its near face. Frequencies at rest are the frequencies of the state. Raises
-    `NoResponse` without a pad.
+    If moments are measured, the target is free to tilt. Otherwise it is kept level, except for the requested tilt about
+    the middle of its near face. Frequencies at rest are the frequencies of the state. Raises `NoResponse` without a
+    pad.
     """
     scope = working_range(model.spec)
     polynomial, loads, values = (_free_polynomials if scope.has_moments else _level_polynomials)(model, scope)
@@ -107,9 +108,10 @@ def response_table(model: ResponseModel) -> ResponseTable:
 
 
 def _free_polynomials(model: ResponseModel, scope: WorkingRange) -> tuple[Polynomial, Array, Array]:
-    """Return polynomials of a free target's response to forces and moments, with their solved points.
+    """Return polynomials for the response of a free target to forces and moments, and the points solved for them.
 
-    The points are inputs (n, 5: normal force, two shear forces, two moments; N, N m) and values.
+    The points are two arrays: inputs (n, 5: normal force, two shear forces, two moments; N, N m) and outputs (n,
+    outputs).
     """
     moments = np.array([each or max(scope.moments) for each in scope.moments])
     high = BEYOND * np.array([scope.normal, scope.shear, scope.shear, *moments])
@@ -128,11 +130,11 @@ def _free_polynomials(model: ResponseModel, scope: WorkingRange) -> tuple[Polyno
 
 
 def _level_polynomials(model: ResponseModel, scope: WorkingRange) -> tuple[Polynomial, Array, Array]:
-    """Return polynomials of a level target's response to forces and tilt, with their solved points.
+    """Return polynomials for the response of a level target to forces and tilt, and the points solved for them.
 
-    The points are inputs (n, 5; N, rad) and values. The tilt has additional terms, fitted to the differences between
-    tilted and level points. This takes a tenth of the time, because over a mirror the currents of a level target keep
-    its symmetries.
+    The points are two arrays: inputs (n, 5; N, rad) and outputs (n, outputs). The tilt has additional terms, fitted to
+    the differences between tilted and level points. This takes a tenth of the time, because over a mirror the currents
+    of a level target keep its symmetries.
     """
     ends = BEYOND * np.array([scope.normal, scope.shear, scope.shear])
     pressed = loaded_poses(model.spec, np.array([[ends[0], 0.0, 0.0]]))[0]

@@ -1,4 +1,4 @@
-"""Inductance, resistance and quality factor of the coils alone at a frequency that the user names, without a tank."""
+"""Inductance, resistance and quality factor of the coils at a frequency that the user chooses, without a tank."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class FrequencyError(ValueError):
 
 
 class SeriesImpedance:
-    """An inductance (H) and a resistance (ohm) in series at a frequency (Hz)."""
+    """Inductance (H) and resistance (ohm) of a series circuit at a frequency (Hz)."""
 
     frequency: float
     inductance: float
@@ -40,7 +40,7 @@ class SeriesImpedance:
 
     @property
     def parallel_resistance(self) -> float:
-        """Parallel resistance (ohm) of a tank with a lossless capacitor that resonates at the frequency."""
+        """Parallel resistance (ohm) at resonance, if a lossless capacitor is across the series circuit."""
         return self.resistance * (1.0 + self.quality_factor**2)
 
 
@@ -49,9 +49,10 @@ class CoilAtFrequency(SeriesImpedance):
     """Electrical values of one coil at a `frequency` (Hz), without target and tank, with its neighbours open.
 
     ``winding_inductance`` (H) and ``winding_resistance`` (ohm) are for the winding without leads, each with its
-    relative error bound. ``inductance`` and ``resistance`` are between the contacts, leads included.
-    ``apparent_inductance`` (H) and ``apparent_resistance`` (ohm) are the readings of an LCR meter at the contacts, with
-    the coil's own capacitance across it.
+    relative error bound. ``inductance`` (H) and ``resistance`` (ohm) are between the contacts, leads included;
+    ``resistance_error`` is the relative error bound. ``apparent_inductance`` (H) and ``apparent_resistance`` (ohm) are
+    the readings of an LCR meter at the contacts, with the coil's own capacitance across them. ``self_resonance`` (Hz)
+    is the coil's resonance with this capacitance.
     """
 
     coil: str
@@ -73,7 +74,7 @@ class CoilAtFrequency(SeriesImpedance):
         return 2.0 * math.pi * self.frequency * self.winding_inductance / self.winding_resistance
 
     def document(self) -> dict[str, Any]:
-        """Return the values under their names in JSON."""
+        """Return the values for JSON, under their names in documents."""
         return document(self, AT_FREQUENCY)
 
 

@@ -1,6 +1,6 @@
 """Crosstalk between cells through their targets, coils and webs, relative to a cell's own full signal.
 
-If the pads stand apart, force reaches a neighbouring cell through the board alone, and the board is held.
+If the pads are not joined, force could reach a neighbouring cell only through the board, and the board is fixed.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from sitscad.spec.places import cell_specs
 from sitscad.spec.sensor import SensorSpec
 
 NEIGHBOUR_RADIUS = 1.5
-"""Radius around a cell within which cells count as neighbours, over the distance of the nearest neighbour.
+"""Radius around a cell within which cells are neighbours, divided by the distance of the nearest neighbour.
 
 It includes diagonal neighbours.
 """
@@ -37,7 +37,7 @@ WEB_DECAY, WEB_MEAN, WEB_EDGE = 0.95, 0.25, 1.2
 """Constants of the largest displacement of a target if a neighbouring cell, joined by a web, is pressed.
 
 The web has width w and length g. It is as thick as the pads (h); b is the pads' side. The target's mean displacement is
-at most WEB_MEAN w/b exp(-WEB_DECAY g/h), relative to the pressed target's. Its edge moves at most by this value with
+at most WEB_MEAN w/b exp(-WEB_DECAY g/h), as a fraction of the pressed target's. The displacement of its edge has
 WEB_EDGE in place of WEB_MEAN. Linear finite elements gave displacements 1.1 to 3 times smaller. For pads 2.5 times as
 long as wide, joined end to end, they were 5 times smaller. Range: pads 3 to 10 times as wide as thick, gaps of 0.7 to 4
 thicknesses, any width (tests/validation/test_webs.py).
@@ -46,12 +46,13 @@ thicknesses, any width (tests/validation/test_webs.py).
 
 @record
 class CellCrosstalk:
-    """Upper bounds of crosstalk between cells, relative to a coil's own full signal.
+    """Upper limits of crosstalk between cells, relative to a coil's own full signal.
 
-    ``target`` is for the pressed target of one neighbouring cell, and ``targets`` for all neighbouring targets pressed
-    at once. ``coils`` is for the idle, grounded coils of neighbours, and ``webs`` for the displacement of the cell's
-    own target through webs. ``each`` is the crosstalk in each cell by all others at once. ``pairs`` holds two cells
-    (from 1), and the crosstalk in the first by the second.
+    ``target`` is by the pressed target of one neighbouring cell, ``targets`` by all neighbouring targets pressed at
+    once. ``coils`` is by the idle, grounded coils of neighbours. ``webs`` is by the displacement of the cell's own
+    target through webs. These four are for the cell with the most crosstalk. ``each`` is the crosstalk in each cell by
+    all causes and all other cells at once. ``pairs`` holds two cells (from 1), and the crosstalk in the first by the
+    second.
     """
 
     target: float
@@ -63,7 +64,7 @@ class CellCrosstalk:
 
     @property
     def total(self) -> float:
-        """Crosstalk by all causes at once, in the cell with the most."""
+        """Largest crosstalk of all cells, by all causes and all other cells at once."""
         return max(self.each, default=0.0)
 
 
@@ -72,8 +73,9 @@ class CellGroup:
     """Cells with identical pads and drive: their ``numbers`` (from 1), coils and common values.
 
     ``stiffer`` is the relative increase of the pads' stiffness by webs. ``strain`` is the pads' strain under the
-    required force. ``crosstalk`` bounds the crosstalk by all neighbours (None if no cell has a signal). ``performance``
-    has the values at rest, half and full load: the worst of the `extremes`. It is empty until it is computed.
+    required force. ``crosstalk`` is the upper limit by all neighbours (None if no cell has a signal). ``signals`` are
+    the relative signals of the cells. ``performance`` is the worst performance of the `extremes` at rest, half and full
+    load. It is empty until it is computed.
     """
 
     numbers: tuple[int, ...]
@@ -91,12 +93,12 @@ class CellGroup:
 
     @property
     def extremes(self) -> tuple[int, ...]:
-        """Numbers of the cells with the least and the most signal. A single number if both are the same cell."""
+        """Numbers of the cells with the least and the most signal: two numbers, or one if both are the same cell."""
         order = sorted(range(len(self.numbers)), key=self.signals.__getitem__)
         return tuple(dict.fromkeys(self.numbers[k] for k in (order[0], order[-1])))
 
     def document(self) -> list[dict[str, Any]]:
-        """Return the values of every cell for JSON."""
+        """Return the values of every cell of the group for JSON."""
         full, coils = self.performance[-1], len(self.coils) // len(self.numbers)
         axes = full.axes.items()
         group = {
@@ -111,7 +113,10 @@ class CellGroup:
                 for k, number in enumerate(self.numbers)]
 
     def columns(self) -> list[tuple[float, str]]:
-        """Return badness and text of each figure in the group's table row, at full load."""
+        """Return a rank and a text for each value in the group's table row, at full load.
+
+        The largest rank is the worst value.
+        """
         full = self.performance[-1]
         axes, loads = full.axes.values(), (full.overload, full.free_overload)
         overload = min(load for load in loads if load is not None)
@@ -129,7 +134,7 @@ class CellGroup:
 
 @record
 class CellTable:
-    """Cell groups with their performance, those with the softest pads first.
+    """Cell groups with their performance, ordered from the softest to the stiffest pads.
 
     ``weakest`` is the number of the cell with the least signal, and ``coils`` are its coils. Curves and the response
     belong to this cell. The table has no groups if the sensor has no cells or no performance.
@@ -141,12 +146,15 @@ class CellTable:
 
     @property
     def name(self) -> str:
-        """Name of the weakest cell. Empty without cells."""
+        """Name of the cell with the least signal. Empty without cells."""
         return f"cell {self.weakest}" if self.groups else ""
 
     @property
     def rows(self) -> list[tuple[str, ...]]:
-        """A heading and a row for each group. The worst of each column is marked if groups differ."""
+        """Heading and rows of the table, one row for each group.
+
+        The worst value of each column is marked if groups differ.
+        """
         columns = list(zip(*(group.columns() for group in self.groups), strict=True))
         worst = [max(column)[1] for column in columns]
         differs = [len({text for _, text in column}) > 1 for column in columns]
@@ -166,11 +174,12 @@ class CellTable:
 
     @property
     def note(self) -> str:
-        """Explanation of this table and of the other tables, in sentences."""
+        """Explanation, in sentences, of the values in this table and in other tables of the sensor."""
         return f"In the other tables {FIGURES_ARE.format(pushed=self.weakest)}. {WEBS_KNOWN}"
 
 
 NO_CELLS = CellTable()
+"""Table of a sensor without cells, or of cells without performance."""
 
 
 HEAD = ("cells", "webs: stiffer by", "pressed by", "range", "overload", "resolution", "neighbours: at most")
@@ -192,12 +201,12 @@ WEBS_KNOWN = (
 def cell_crosstalk(layout: Layout, estimates: Estimates) -> CellCrosstalk | None:
     """Return the crosstalk of a sensor's cells. None if no coil has a signal.
 
-    Each cell is pressed as in the pressed state, or by `USUAL_STRAIN` of its pad without this state.
+    Each cell is pressed as in the pressed state, or by `USUAL_STRAIN` of its pad if this state is missing.
 
-    The effect of a neighbour's target is taken as if the cell had no target of its own. That target would shield most
-    of the effect: boxes of loops have less than half (tests/validation/two_targets.py). A grounded idle coil beside
-    another changes its inductance by the fraction k^2, where k is their coupling. So k^2 of the idle coil's own
-    relative change is passed on.
+    The effect of a neighbour's target is computed as if the cell had no target of its own. Its own target would shield
+    most of this effect: boxes of loops have less than half (tests/validation/two_targets.py). A grounded idle coil
+    beside another changes its inductance by the fraction k^2, where k is their coupling. So the fraction k^2 of the
+    idle coil's own relative change is passed on.
     """
     spec, cells = layout.spec, cell_specs(layout.spec)
     assert spec.elastomer is not None
@@ -232,10 +241,11 @@ def cell_crosstalk(layout: Layout, estimates: Estimates) -> CellCrosstalk | None
 
 
 def web_crosstalk(spec: SensorSpec) -> Array:
-    """Return bounds (cells, cells) of a target's displacement through webs, over the pressed target's displacement.
+    """Return upper limits of the displacement that webs transmit to the target of a neighbouring cell: (cells, cells).
 
-    The first index is the displaced cell, the second the pressed cell. Bounds are for the target's edge if cells have
-    several coils, which also respond to the target's tilt. A single coil in the middle of its target does not.
+    They are fractions of the pressed target's displacement. The first index is the displaced cell, the second the
+    pressed cell. If cells have several coils, which also respond to tilt, limits are for the target's edge. If cells
+    have a single coil, limits are for the target's middle.
     """
     pad, cells = spec.elastomer, cell_specs(spec)
     bounds = np.zeros((len(cells), len(cells)))
@@ -256,7 +266,7 @@ def web_crosstalk(spec: SensorSpec) -> Array:
 def cell_groups(
     spec: SensorSpec, coils: Sequence[CoilEstimate], drive_codes: Sequence[int], crosstalk: CellCrosstalk | None
 ) -> tuple[CellGroup, ...]:
-    """Return cells grouped by identical pads and drive, softest pads first, without performance."""
+    """Return cells grouped by identical pads and drive, softest pads first. Their performance is left empty."""
     signals, kinds = cell_signals(spec, coils), dict[object, list[int]]()
     specs, stiffness = cell_specs(spec), web_stiffness(spec)
     count = len(drive_codes) // len(specs)
@@ -276,9 +286,9 @@ def cell_groups(
 def live_cells(spec: SensorSpec, estimates: Estimates, crosstalk: CellCrosstalk | None) -> dict[str, Any]:
     """Return values with which a web page shows all cells, although it has the response of the weakest cell alone.
 
-    For each cell they are its coils, their frequencies at rest (Hz), and the offsets of the counts. `signal` is
-    relative to the weakest cell's. `read_by` lists each neighbour with the bound of its crosstalk from this cell,
-    relative to the neighbour's signal.
+    For each cell, they are its coils, their frequencies at rest (Hz), and the offsets of the counts. `signal` is the
+    cell's signal divided by the weakest cell's. `read_by` lists each neighbour with the upper limit of its crosstalk
+    from this cell, relative to the neighbour's signal.
     """
     signals, rows, coils = cell_signals(spec, estimates.coils), [], len(estimates.coils) // len(cell_specs(spec))
     weakest, pairs = weakest_cell(spec, estimates.coils), () if crosstalk is None else crosstalk.pairs
@@ -296,10 +306,10 @@ def live_cells(spec: SensorSpec, estimates: Estimates, crosstalk: CellCrosstalk 
 
 @one_thread
 def press_shares(layout: Layout, frequency: float, is_rough: bool = False) -> list[float]:
-    """Return the ratio of two signals under the required force, for each coil: with its own pad, and with a mean pad.
+    """Return each coil's signal under the required force with its own pad, divided by its signal with a mean pad.
 
-    The mean is over the pads of all cells. If `is_rough`, it is the ratio of the strains. The frequency (Hz) is near
-    the frequencies of all coils.
+    The mean is over the pads of all cells. If `is_rough`, the ratio is the ratio of the strains. The frequency (Hz) is
+    near the frequencies of all coils.
     """
     spec, pad = layout.spec, layout.spec.elastomer
     assert pad is not None
@@ -317,7 +327,7 @@ def press_shares(layout: Layout, frequency: float, is_rough: bool = False) -> li
 def weakest_cell(spec: SensorSpec, coils: Sequence[CoilEstimate]) -> int:
     """Return the number (from 1) of the cell with the least signal.
 
-    Cells differ by the lengths of their leads, whose inductance the target does not change, and by the number of their
+    Cells differ by the lengths of their leads, whose inductance the target does not change, and by their number of
     webs.
     """
     signals = cell_signals(spec, coils)
@@ -325,10 +335,10 @@ def weakest_cell(spec: SensorSpec, coils: Sequence[CoilEstimate]) -> int:
 
 
 def cell_signals(spec: SensorSpec, coils: Sequence[CoilEstimate]) -> list[float]:
-    """Return relative signals by cell, to first order.
+    """Return relative signals of all cells, to first order.
 
-    A signal is the fraction of coil inductance outside the leads, summed over the cell's coils, over the pad's
-    stiffness with webs relative to the stiffness without.
+    A signal is the fraction of coil inductance outside the leads, summed over the cell's coils. It is divided by the
+    pad's relative stiffness: with webs, divided by the stiffness without webs.
     """
     assert spec.cells is not None
     parts = [1.0 - coil.lead_inductance / coil.terminal_inductance for coil in coils]

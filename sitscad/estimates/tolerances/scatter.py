@@ -1,12 +1,13 @@
-"""Causes of differences between units of a design, each with its band, its source and its effect.
+"""Causes of differences between units of a design, each with its tolerance band, its source and its effect.
 
-Units are simulated on three levels, all with this list. `performance.causes` moves pad and pose of a unit by one sigma
-of a cause at a time, and adds squares. The part of the pad under the target stays as drawn. `calibration.sensors` draws
-all causes together, with a surrogate. `study.spreads` makes a spec of each unit and computes the whole design, at a
-hundred times the cost.
+Units are simulated on three levels, all with this list. `performance.causes` changes pad and pose of a unit by one
+sigma of one cause at a time, and adds squares. The part of the pad under the target stays as drawn.
+`calibration.sensors` draws all causes together, with a surrogate. `study.spreads` makes a spec of each unit and
+computes the whole design, at a hundred times the cost.
 
-tests/estimates/test_scatter.py compares the levels. The effect of one cause on the readings, on the first two levels,
-agrees with the third level within a tenth of the effect of all causes. The effect of all causes agrees within 1 %.
+tests/estimates/test_scatter.py compares the levels. For one cause, the effect on readings by the first two levels
+agrees with the third level. The difference is within a tenth of the effect of all causes. The effect of all causes
+agrees within 1 %.
 """
 
 from __future__ import annotations
@@ -45,7 +46,10 @@ from sitscad.spec.mount import Assembly, Mount
 from sitscad.spec.sensor import SensorSpec
 
 ACCEPTED_SIGMAS = 3.0
-"""Largest deviation of an acceptable bare coil, in standard deviations of manufacture. All documents use it."""
+"""Largest deviation of an acceptable bare coil from the design, in standard deviations by manufacture.
+
+All documents use it.
+"""
 
 WIDTH, FOIL, PLATING = "trace width", "copper foil", "copper plating"
 DISTANCE, DIAMETER, PERMITTIVITY = "layer distance", "diameter", "permittivity"
@@ -72,10 +76,11 @@ Band = Callable[[SensorSpec], SizeTolerance | None]
 class Cause:
     """One cause of scatter.
 
-    `tolerance` returns half of its band in `unit` (``m``, ``rad``; ``1`` is relative), with a uniform distribution. If
-    `is_logarithmic`, it returns one sigma of the value's logarithm. None if the sensor lacks the part. `pose` is the
-    number in the resting target's pose (x, y, z, rx, ry, rz) that the error moves, if any. `moved` returns the spec of
-    a unit with the error, if a spec can have it. `key` is the name in studies.
+    `tolerance` returns half of the tolerance band in `unit` (``m``, ``rad``; ``1`` is relative), with a uniform
+    distribution. If `is_logarithmic`, it returns the standard deviation of the value's logarithm. It returns None if
+    the sensor lacks the part. `per` is the scope (`BOARD`, `UNIT`, `COIL`). `pose` is the index in the resting target's
+    pose (x, y, z, rx, ry, rz) that the error changes, None if it changes none. `moved` returns the spec of a unit with
+    the error, None if a spec cannot have it. `key` is the cause's name in studies.
     """
 
     name: str
@@ -97,7 +102,7 @@ class Cause:
 
 @record
 class Scatter:
-    """A cause in a design: its standard deviation in `unit`, its scope (`per`), and its source."""
+    """A cause in a design: its standard deviation `sigma` in `unit`, its scope (`per`), and its source."""
 
     name: str
     sigma: float
@@ -127,7 +132,10 @@ def _of_converter(name: str) -> Band:
 
 
 def _of_part(part: str, tolerance: Callable[[Any, Assembly], SizeTolerance]) -> Band:
-    """Return the function for the tolerance of a part, by the part and the spec's section `assembly`."""
+    """Return the function for the tolerance of a part of the spec.
+
+    `tolerance` gets the part and the spec's section `assembly`. The function returns None if the spec lacks the part.
+    """
     return lambda spec: None if getattr(spec, part) is None else tolerance(getattr(spec, part), spec.assembly)
 
 
@@ -136,7 +144,10 @@ def _of_pad(written: str, name: str) -> Band:
 
 
 def _on_pad(tolerance: Callable[[Encapsulation, Assembly], SizeTolerance]) -> Band:
-    """Return the function for the tolerance of the film, which acts only on a pad."""
+    """Return the function for a tolerance of the film.
+
+    The result is None if the spec has no pad.
+    """
     film_band = _of_part("encapsulation", tolerance)
     return lambda spec: None if spec.elastomer is None else film_band(spec)
 
@@ -146,9 +157,9 @@ def _modulus_sigma(piece: ElastomerPad | Encapsulation, _: Assembly) -> SizeTole
 
 
 def _plating_band(stackup: Stackup) -> SizeTolerance | None:
-    """Return the tolerance of one step of plating.
+    """Return the tolerance (m) of one step of plating. None if no layer is plated.
 
-    It is the whole step if the fabricator's copper may exclude the plating.
+    It is the whole step if the fabricator's copper thickness may exclude the plating.
     """
     if not any(layer.plated for layer in stackup.copper):
         return None
@@ -158,7 +169,10 @@ def _plating_band(stackup: Stackup) -> SizeTolerance | None:
 
 
 def _glued_part_band(assembly: Assembly, lines: int, piece: SizeTolerance | None = None) -> SizeTolerance | None:
-    """Return the joint tolerance of glue lines and a printed piece, by root sum of squares. None if it is zero."""
+    """Return the combined tolerance (m) of glue lines and a printed piece, by root sum of squares.
+
+    None if it is zero.
+    """
     band = math.hypot(math.sqrt(lines) * assembly.glue_tolerance, 0.0 if piece is None else piece.band)
     if not band:
         return None
@@ -173,15 +187,15 @@ def _glued_part_band(assembly: Assembly, lines: int, piece: SizeTolerance | None
 
 
 def _glue_band(spec: SensorSpec) -> SizeTolerance | None:
-    """Return the tolerance of all glue lines below the target. None if there is no glue line."""
+    """Return the tolerance (m) of all glue lines below the target. None if there is no glue line."""
     lines = plates_of(spec).lines_below_target
     return _glued_part_band(spec.assembly, lines) if lines else None
 
 
 def _height_band(spec: SensorSpec) -> SizeTolerance | None:
-    """Return the tolerance of the board's height over the nearest metal behind it.
+    """Return the tolerance (m) of the board's height over the nearest metal behind it.
 
-    None if there is no mount or no such metal.
+    None if there is no mount, or no metal behind the board.
     """
     mount, spans = spec.mount, backing_of(spec).spans
     if mount is None or (spec.shield is None and mount.metal is None):
@@ -193,9 +207,9 @@ def _height_band(spec: SensorSpec) -> SizeTolerance | None:
 
 
 def _over_metal_band(assembly: Assembly, mount: Mount | None, lines: int, is_printed: bool) -> SizeTolerance | None:
-    """Return the combined thickness tolerance between the board (or shield) and the metal behind it.
+    """Return the combined thickness tolerance (m) between the board (or shield) and the metal behind it.
 
-    It covers the glue lines and the parts. None if it is zero.
+    It covers the glue lines and the parts between. None if it is zero.
     """
     tolerances = metal_tolerances(assembly, mount)
     if tolerances is not None:
@@ -204,7 +218,7 @@ def _over_metal_band(assembly: Assembly, mount: Mount | None, lines: int, is_pri
 
 
 def _under_shield_band(spec: SensorSpec) -> SizeTolerance | None:
-    """Return the tolerance of the shield's height over the metal behind it. None if no shield lies over metal."""
+    """Return the tolerance (m) of the shield's height over the metal behind it. None if no shield lies over metal."""
     mount, sheet = spec.mount, backing_of(spec).shield_heights
     if mount is None or sheet is None or mount.metal is None:
         return None
@@ -215,12 +229,15 @@ def _under_shield_band(spec: SensorSpec) -> SizeTolerance | None:
 
 
 def _of_sheet(part: str) -> Band:
-    """Return the function for the thickness tolerance of a sheet (``shield`` or ``target``)."""
+    """Return the function for the thickness tolerance (m) of a sheet (``shield`` or ``target``)."""
     return _of_part(part, lambda sheet, assembly: sheet_tolerance(assembly, part, sheet.thickness))
 
 
 def _metal_band(assembly: Assembly, mount: Mount | None) -> SizeTolerance | None:
-    """Return the tolerance of the metal behind the board, or else of the jaw's height. None if both are missing."""
+    """Return the thickness tolerance (m) of the metal behind the board, or else of the jaw.
+
+    None if both are missing.
+    """
     if (tolerances := metal_tolerances(assembly, mount)) is not None:
         return tolerances[1]
     jaw = None if mount is None else mount.jaw
@@ -228,18 +245,18 @@ def _metal_band(assembly: Assembly, mount: Mount | None) -> SizeTolerance | None
 
 
 _PLACEMENT = _of_part("target", lambda target, assembly: placement(assembly))
-"""Tolerance of the target's place along an axis."""
+"""Function that returns the tolerance (m) of the target's place along x or y."""
 
 
 def _turn_band(target: Target, assembly: Assembly) -> SizeTolerance:
-    """Return the tolerance (rad) of the target's rotation, by the placement of its ends."""
+    """Return the tolerance (rad) of the target's rotation about z, from the placement of its two ends."""
     place, across = placement(assembly), min(target.size)
     ends = f"of both ends, {1e3 * across:.3g} mm apart: "
     return SizeTolerance(2.0 * place.band / across, ends + place.source)
 
 
 def _tilt_band(side: int) -> Callable[[SensorSpec], SizeTolerance | None]:
-    """Return the tolerance (rad) of a tilt, caused by thicker glue at one of two edges of the target.
+    """Return the function for the tolerance (rad) of a tilt by thicker glue at one of two edges of the target.
 
     `side` is the index of the target's side (0: x, 1: y) that is the distance between the edges.
     """
@@ -290,9 +307,9 @@ CAUSES = (
     Cause(TILT_Y, "rad", UNIT, _tilt_band(0), pose=4),
     Cause(CLOCK, "1", UNIT, _of_converter("clock_tolerance")),
 )
-"""All causes, independent and with mean zero.
+"""All causes of scatter, independent and with mean zero.
 
-Glue raises the target over the board without making the pad softer, as a thicker pad does. Lateral shift, tilt and
+Glue raises the target over the board without making the pad softer; a thicker pad is softer. Lateral shift, tilt and
 rotation of the target are at rest, in the axes and signs of a pose.
 """
 
@@ -301,7 +318,7 @@ MOVED = {cause.name: cause.moved for cause in CAUSES if cause.moved is not None}
 
 
 def scatter_by_cause(spec: SensorSpec) -> dict[str, Scatter]:
-    """Return all causes for which a sensor has the parts, by name."""
+    """Return all causes for which a sensor has the parts and a tolerance above 0, by name."""
     causes = {}
     for cause in CAUSES:
         tolerance = cause.tolerance(spec)
@@ -311,14 +328,17 @@ def scatter_by_cause(spec: SensorSpec) -> dict[str, Scatter]:
 
 
 def manufacturing_scatter(spec: SensorSpec, coils: tuple[CoilEstimate, ...]) -> tuple[Scatter, ...]:
-    """Return the differences between assembled units. `coil_scatter` replaces the board's own causes."""
+    """Return the causes by which assembled units differ.
+
+    Causes of the bare board are replaced by one cause, the scatter of the coils' inductance (`coil_scatter`).
+    """
     return (*(cause for cause in scatter_by_cause(spec).values() if cause.per != BOARD), *coil_scatter(coils))
 
 
 def coil_scatter(coils: tuple[CoilEstimate, ...]) -> tuple[Scatter, ...]:
-    """Return the scatter of the inductance of bare coils with leads, by all causes of the board.
+    """Return the relative scatter of the inductance of bare coils with leads, by all causes of the board together.
 
-    It is for the coil with the most scatter. Empty if that coil has no values.
+    It is for the coil with the most scatter. Empty if no coil has a free state with a scatter.
     """
     free = [coil.states[FREE] for coil in coils if FREE in coil.states]
     sigmas = [(state.spread.inductance / state.inductance, state.spread) for state in free if state.spread is not None]
@@ -330,7 +350,11 @@ def coil_scatter(coils: tuple[CoilEstimate, ...]) -> tuple[Scatter, ...]:
 
 
 def signal_share(coil: CoilEstimate, cause: str) -> float:
-    """Return the relative change of a coil's signal, from rest to pressed, by one sigma of a cause. 0 if no states."""
+    """Return the relative change of a coil's signal by one sigma of a cause.
+
+    The signal is the change of ln(frequency) from rest to pressed. The result is 0 if a state or its scatter is
+    missing.
+    """
     rest, pressed = coil.states.get(REST), coil.states.get(PRESSED)
     if rest is None or pressed is None or rest.spread is None or pressed.spread is None:
         return 0.0
@@ -343,16 +367,16 @@ def signal_share(coil: CoilEstimate, cause: str) -> float:
 
 
 LEAST_SIGNAL = 1e-6
-"""Smallest signal, as |ln(frequency pressed / frequency at rest)|, for which a relative change is computed."""
+"""Least signal, |ln(frequency pressed / frequency at rest)|, for which a relative change is computed."""
 
 NO_SHIFTS = (0.0, 0.0, 0.0, 0.0)
 """Shifts (inductance, frequency, resistance, R_P) of a state on which a cause has no effect."""
 
 
 def behind_scatter(coils: tuple[CoilEstimate, ...]) -> tuple[float, float]:
-    """Return two relative standard deviations, for the coil with the largest: of the inductance at rest, of the signal.
+    """Return the relative standard deviations of the inductance at rest and of the signal, by metal behind the board.
 
-    They are by all metal behind the board and by the target's thickness.
+    They include the target's thickness. Each is for the coil with the largest value.
     """
     causes = (*BEHIND, TARGET)
     inductances, signals = [0.0], [0.0]
@@ -366,7 +390,10 @@ def behind_scatter(coils: tuple[CoilEstimate, ...]) -> tuple[float, float]:
 
 
 def production_limits(coils: Sequence[CoilEstimate]) -> dict[str, dict[str, float]]:
-    """Return limits of every coil's L and f before assembly. A coil outside is faulty even if it oscillates."""
+    """Return the limits of each coil's inductance (H) and frequency (Hz) before assembly, by coil name.
+
+    They are `ACCEPTED_SIGMAS` standard deviations to either side. A coil outside is faulty even if it oscillates.
+    """
     limits = {}
     for coil in coils:
         free = coil.states.get(FREE)

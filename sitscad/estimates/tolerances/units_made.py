@@ -1,6 +1,7 @@
-"""Specs of units with an error of one cause of scatter. Each function takes the drawn spec and the error.
+"""Specs of units with an error of one cause of scatter.
 
-Other functions return such a function: "a function that changes" takes a spec and the size of the error.
+Each function returns the changed spec from the drawn spec and the size of the error. Some functions take a parameter
+and return a function with these two arguments: "a function that changes".
 """
 
 from __future__ import annotations
@@ -17,13 +18,14 @@ from sitscad.spec.materials import Target
 from sitscad.spec.sensor import SensorSpec
 
 LEAST_FACTOR = 0.05
-"""Least value of a unit's property, over the nominal value, however large the error is."""
+"""Least value of a unit's property, divided by its nominal value, however large the error is."""
 
 SpecChange = Callable[[SensorSpec, float], SensorSpec]
+"""Function that returns the spec of a unit from the drawn spec and the size of the error."""
 
 
 def _part_change(part: str, change: Callable[[Any, float], Any]) -> SpecChange:
-    """Return a function that changes a part of a spec by an amount. A spec without this part stays unchanged."""
+    """Return a function that changes a part of a spec by an error. A spec without this part stays unchanged."""
 
     def moved(spec: SensorSpec, off: float) -> SensorSpec:
         present = getattr(spec, part)
@@ -33,9 +35,9 @@ def _part_change(part: str, change: Callable[[Any, float], Any]) -> SpecChange:
 
 
 def _with_wider_tracks(coil: CoilSpec, off: float) -> CoilSpec:
-    """Return a coil with tracks wider by a fraction.
+    """Return a coil whose tracks are wider by a fraction `off` of their width.
 
-    Their centre lines stay, because the artwork's film keeps the pitch.
+    The centre lines of the tracks stay, because the artwork's film keeps the pitch.
     """
     width = coil.trace_width * max(LEAST_FACTOR, 1.0 + off)
     x, y = (side + width - coil.trace_width for side in coil.size)
@@ -43,29 +45,29 @@ def _with_wider_tracks(coil: CoilSpec, off: float) -> CoilSpec:
 
 
 def _enlarged_coil(coil: CoilSpec, off: float) -> CoilSpec:
-    """Return a coil larger by a fraction, with tracks of unchanged width."""
+    """Return a coil that is larger by a fraction `off`, with tracks of unchanged width."""
     x, y = (side + off * (side - coil.trace_width) for side in coil.size)
     pitch = (1.0 + off) * coil.pitch
     return replace(coil, size=(x, y), trace_spacing=pitch - coil.trace_width)
 
 
 with_width = _part_change("coil", _with_wider_tracks)
-"""Function that changes the track width of a spec by a fraction."""
+"""Function that changes the track width of a spec's coils by a fraction."""
 
 with_diameter = _part_change("coil", _enlarged_coil)
 """Function that changes the size of a spec's coils by a fraction."""
 
 
 def _with_layers(change: Callable[[Stackup, float], list[StackLayer]]) -> SpecChange:
-    """Return a function that replaces the layers of a spec's stack-up."""
+    """Return a function that replaces the layers of a spec's stack-up by the result of `change`."""
     return _part_change("fpc", lambda fpc, off: replace(fpc, stackup=replace(
         fpc.stackup, layers=tuple(change(fpc.stackup, off)))))
 
 
 def with_layers(*kinds: LayerKind) -> SpecChange:
-    """Return a function that changes the thickness of all layers of some kinds by a fraction.
+    """Return a function that changes the thickness of all layers of these kinds by a fraction.
 
-    All layers change equally, because foils and films are of one delivery.
+    Plating is left out. All layers change equally, because foils and films are of one delivery.
     """
     return _with_layers(lambda stackup, off: [
         replace(layer, thickness=layer.thickness + off * (layer.thickness - layer.plated)) if layer.kind in kinds
@@ -73,7 +75,7 @@ def with_layers(*kinds: LayerKind) -> SpecChange:
 
 
 def _with_thicker_plating(stackup: Stackup, off: float) -> list[StackLayer]:
-    """Return the layers with every step of plating thicker (m)."""
+    """Return the layers of a stack-up whose steps of plating are all thicker by `off` (m)."""
     layers, number = [], 0
     for layer in stackup.layers:
         number += layer.kind is LayerKind.COPPER
@@ -91,7 +93,7 @@ with_permittivity = _with_layers(lambda stackup, off: [
     layer if layer.relative_permittivity is None
     else replace(layer, relative_permittivity=max(1.0, (1.0 + off) * layer.relative_permittivity))
     for layer in stackup.layers])
-"""Function that changes the permittivity of all films by a fraction."""
+"""Function that changes the relative permittivity of all insulating layers by a fraction."""
 
 with_capacitor = _part_change("readout", lambda readout, off: readout if readout.capacitance is None else replace(
     readout, capacitance=readout.capacitance * (1.0 + off)))
@@ -111,7 +113,7 @@ def with_size(part: str) -> SpecChange:
 
 
 def with_modulus(part: str) -> SpecChange:
-    """Return a function that adds to ln(shear modulus) of a part (``elastomer`` or ``encapsulation``)."""
+    """Return a function that adds an error to ln(shear modulus) of a part (``elastomer`` or ``encapsulation``)."""
     return _part_change(part, lambda piece, off: replace(piece, material=replace(
         piece.material, shear_modulus=piece.material.shear_modulus * math.exp(off))))
 
@@ -122,9 +124,9 @@ def with_glue(spec: SensorSpec, off: float) -> SensorSpec:
 
 
 def with_height(spec: SensorSpec, off: float) -> SensorSpec:
-    """Return the spec with shield and metal behind the board lower by `off` (m).
+    """Return the spec with shield and metal behind the board farther from the board by `off` (m).
 
-    Thicker glue over them, or printed parts, are the reason.
+    The cause is thicker glue between, or thicker printed parts.
     """
     mount, sheet, offsets = spec.mount, backing_of(spec).shield_heights, spec.assembly.offsets
     room = 0.0 if mount is None else offsets.metal + (
@@ -137,7 +139,7 @@ def with_height(spec: SensorSpec, off: float) -> SensorSpec:
 
 
 def with_shield(spec: SensorSpec, off: float) -> SensorSpec:
-    """Return the spec with the shield thicker by `off` (m). The metal behind it is lower by an equal amount."""
+    """Return the spec with the shield thicker by `off` (m). The metal behind the shield is lower by this length."""
     sheet = spec.shield
     if sheet is None:
         return spec
@@ -150,7 +152,7 @@ def with_shield(spec: SensorSpec, off: float) -> SensorSpec:
 
 
 def with_metal(spec: SensorSpec, off: float) -> SensorSpec:
-    """Return the spec with the metal behind the board thicker, or else the jaw higher, by `off` (m)."""
+    """Return the spec with the metal behind the board thicker by `off` (m). Without such metal, the jaw is higher."""
     mount = spec.mount
     if mount is None:
         return spec
@@ -178,9 +180,9 @@ with_target_rotation = _part_change("target", lambda target, off: replace(target
 
 
 def with_distances(spec: SensorSpec, **by: float) -> SensorSpec:
-    """Return the spec with parts farther from their drawn heights (m): `target`, `shield`, `metal`.
+    """Return the spec with parts farther from their drawn heights by lengths (m): `target`, `shield`, `metal`.
 
-    Offsets of one unit add up.
+    The lengths are added to the unit's offsets by other causes.
     """
     offsets = spec.assembly.offsets
     moved = replace(offsets, **{name: getattr(offsets, name) + more for name, more in by.items()})

@@ -1,4 +1,4 @@
-"""Conductors between winding and contacts: stubs, leads, tail and vias as real segments."""
+"""Conductors between winding and contacts (stubs, leads, tail and vias), computed from their drawn tracks."""
 
 from __future__ import annotations
 
@@ -41,11 +41,13 @@ LONGEST = 0.4e-3  # Straight sides of a winding are cut to this length (m) for t
 SELF_DISTANCE = 0.2235  # Geometric mean distance of a rectangle from itself over the sum of its sides (Grover 1946)
 
 USUAL_PLATING = 20e-6
-"""Copper thickness (m) in a plated hole if the stack-up has none (IPC class 2: 20 um; from memory, unverified)."""
+"""Copper thickness (m) in a plated hole if the stack-up states none (IPC class 2: 20 um; from memory, unverified)."""
 
 
 Place = tuple[float, float]
+"""Position (x, y; m) on a layer."""
 Piece = tuple[Place, Place]
+"""Straight piece of a track: start and end (m)."""
 
 
 @record
@@ -53,9 +55,10 @@ class LeadEstimate:
     """All conductors between winding and contacts: inductance (H), direct resistance (ohm), pair capacitance (F).
 
     `parts` are contributions to the inductance by name. "stubs", "leads" and "tail" hold the mutual inductances within
-    each group and half of those between groups. "coupling" is twice the mutual inductance between the winding and the
-    tracks, and "vias" the vias' part. `strips` are the tracks' stretches, for the rise of resistance with frequency.
-    `resistance_error` is the relative error bound of the resistance.
+    each group and half of the mutual inductances between groups. "coupling" is twice the mutual inductance between the
+    winding and the tracks, and "vias" the vias' part. `strips` are the stretches of track, from which the rise of
+    resistance with frequency is computed. `via_resistance` (ohm) is for all vias. `resistance_error` is the relative
+    error bound of the resistance.
     """
 
     inductance: float
@@ -67,7 +70,7 @@ class LeadEstimate:
     resistance_error: float = 0.01
 
     def resistances_at(self, frequencies: Array, conductivity: float) -> Array:
-        """Return resistances (n; ohm) at frequencies (n; Hz), with skin effect and adjacent return tracks."""
+        """Return resistances (n; ohm) at (n) frequencies (Hz), with skin effect and the effect of adjacent returns."""
         if not self.strips:
             return np.full(len(frequencies), self.via_resistance)
         loss = _loss(self.strips, conductivity)
@@ -80,24 +83,27 @@ def _loss(strips: tuple[Strip, ...], conductivity: float) -> ProximityLoss:
 
 
 NO_LEADS = LeadEstimate(0.0, 0.0, 0.0, (), 0.0)
+"""Leads of a coil without leads: all values are 0."""
 
 
 PARTS = {Role.STUB: "stubs", Role.LEAD: "leads", Role.TAIL: "tail"}
+"""Names of the parts of a lead's inductance, by the role of the track."""
 
 
 WIDE_ENDS, WIDE_ENDS_BOUND = 2.0, 1.5
-"""Squares of copper by which pads, teardrops, contacts, corners and wider tracks shorten a lead track, and the error
-bound of that mean.
+"""Squares of copper by which ends and corners shorten a lead track in its resistance, and the error bound.
 
-206 coils of the templates and of random boards had 1.26 to 3.42 squares per lead track. Laplace's equation was solved
-for each kind of end; the solutions agreed with triangles over the same copper within 0.1 square."""
+Ends are pads, teardrops, contacts and wider tracks. The first value is a mean. 206 coils of the templates and of random
+boards had 1.26 to 3.42 squares for each lead track. Laplace's equation was solved for each kind of end; the solutions
+agreed with triangles over the same copper within 0.1 square.
+"""
 
 TRACKS_BOUND = 0.01  # Relative error of the resistance of lead tracks and vias without their ends (tests/extraction)
 LEAST_LEFT = 0.1  # Least remaining fraction of a track's resistance: a short stub lies in pads at both ends
 
 
 def estimate_leads(coil: Coil, stackup: Stackup, conductivity: float) -> LeadEstimate:
-    """Return inductance, resistance and capacitance of the coil's series circuit without the winding."""
+    """Return inductance, resistance and capacitance of all conductors of a coil except the winding."""
     copper = {layer.number: layer for layer in stackup.copper}
     tracks: list[tuple[Role, PolylineTrack]] = []
     strips: list[Strip] = []
@@ -138,9 +144,9 @@ UNDRAWN = 0.25
 """Relative error bound of inductance and resistance of leads that are not drawn."""
 
 APART = 2e-9
-"""Inductance (H) added to leads that are not drawn.
+"""Inductance (H) that is added to leads that are not drawn.
 
-It is for stubs and for the tracks to the contacts, which lie apart (tests/validation).
+It is for stubs and for the tracks to the contacts, which do not run close together (tests/validation).
 """
 
 
@@ -148,9 +154,9 @@ GRAIN = 20e-6  # Step (m) of rounded widths of undrawn leads for their skin effe
 
 
 def sketched_leads(pairs: Sequence[LeadPair], stackup: Stackup, conductivity: float) -> LeadEstimate:
-    """Return estimates of leads that are not drawn.
+    """Return estimates of leads that are not drawn, from their planned lengths and widths.
 
-    Each stretch is a long pair of tracks, there and back, by mean distances.
+    Each of the `pairs` is computed as a long pair of tracks, there and back, by mean distances.
     """
     strips, inductance, capacitance = [], 0.0, 0.0
     for pair in pairs:
@@ -166,7 +172,7 @@ def sketched_leads(pairs: Sequence[LeadPair], stackup: Stackup, conductivity: fl
 
 @lru_cache(maxsize=256)
 def _per_metre(pair: LeadPair, stackup: Stackup) -> tuple[float, float, tuple[Strip, Strip]]:
-    """Return inductance (H/m) and capacitance (F/m) of a long pair of tracks there and back, and both tracks."""
+    """Return inductance (H/m) and capacitance (F/m) of a long pair of tracks, there and back, and both tracks."""
     copper = {layer.number: layer for layer in stackup.copper}
     first, second = (copper[number] for number in pair.layers)
     across, height = (0.0, abs(first.z - second.z)) if first is not second else (pair.apart, 0.0)
@@ -189,7 +195,7 @@ def lead_round_winding(
 ) -> LeadEstimate:
     """Return the leads with one track (`width`, m) that continues around its winding.
 
-    `goes_on` holds the number of turns and the distance (m) from the winding's middle.
+    `goes_on` holds the number of turns of this track and its distance (m) from the winding's middle.
     """
     turns, radius = goes_on
     if not turns:
@@ -217,7 +223,10 @@ def _merged_strips(strips: Sequence[Strip]) -> tuple[Strip, ...]:
 
 
 def _partial_inductances(tracks: list[tuple[Role, PolylineTrack]]) -> dict[str, float]:
-    """Return partial inductances (H) by the tracks' roles. Chords of one cross-section are summed together."""
+    """Return partial inductances (H) of the tracks, summed by role.
+
+    Chords of tracks with equal cross-section and height are summed together.
+    """
     groups: dict[tuple[str, float, float, float], list[PolylineTrack]] = {}
     for role, track in tracks:
         groups.setdefault((PARTS[role], track.width, track.thickness, track.z), []).append(track)
@@ -246,7 +255,10 @@ def _coupling(coil: Coil, tracks: list[tuple[Role, PolylineTrack]]) -> float:
 
 
 def _sample_path(corners: Array, z: float) -> tuple[Array, Array]:
-    """Return middles (n, 3) and elements (n, 2) of a polyline at a height (m). Sides are cut by their length."""
+    """Return middles (n, 3; m) and elements (n, 2; m) of a polyline at a height `z` (m).
+
+    Sides longer than `LONGEST` are divided.
+    """
     sides = np.diff(corners, axis=0)
     parts = np.maximum(np.ceil(np.hypot(sides[:, 0], sides[:, 1]) / LONGEST), 1.0).astype(int)
     of = np.repeat(np.arange(len(sides)), parts)
@@ -256,9 +268,10 @@ def _sample_path(corners: Array, z: float) -> tuple[Array, Array]:
 
 
 def _points_along_current(coil: Coil, trace: Trace) -> list[Place]:
-    """Return the path's points in the current's direction.
+    """Return the points of a track in the direction of the current.
 
-    The path ends nearer to the next item, or begins nearer to the previous one.
+    The next item of the coil's series is near the last point. For the last item, the previous item is near the first
+    point.
     """
     points, series = list(_chords(trace)), coil.series
     if len(series) == 1:
@@ -271,7 +284,10 @@ def _points_along_current(coil: Coil, trace: Trace) -> list[Place]:
 
 
 def _chords(trace: Trace) -> list[Place]:
-    """Return points of a track. Arcs in a tail become chords that are parallel for both tracks of the pair."""
+    """Return the corner points of a track.
+
+    Arcs of a tail become chords that are parallel for both tracks of the pair.
+    """
     if trace.role is not Role.TAIL:
         return list(trace.path.flattened(FLATTENED))
     points: list[Place] = [trace.path.start]
@@ -294,7 +310,7 @@ def _without_repeats(points: Sequence[Place]) -> list[Place]:
 
 
 def _straight_pieces(coil: Coil) -> tuple[list[tuple[Piece, Trace]], list[tuple[Piece, Trace]]]:
-    """Return all straight pieces of the incoming and of the outgoing track."""
+    """Return all straight pieces of the track to the winding, and of the track from the winding, with their tracks."""
     way_in, way_out, windings = [], [], 0
     for item in coil.series:
         if isinstance(item, Trace) and item.role is Role.WINDING:
@@ -311,7 +327,10 @@ def _straight_pieces(coil: Coil) -> tuple[list[tuple[Piece, Trace]], list[tuple[
 def _nearest_parallel(
     line: Piece, pieces: list[tuple[Piece, Trace]], reach: float
 ) -> tuple[float, float, Trace] | None:
-    """Return overlap (m), distance (m; less than `reach`) and trace of the nearest piece parallel to a line."""
+    """Return overlap (m), lateral distance (m) and track of the nearest piece that is parallel to a line.
+
+    Only pieces nearer than `reach` (m) that overlap the line count. None if there is no such piece.
+    """
     (x, y), _ = line
     length, candidates = math.dist(*line), []
     ux, uy = ((end - start) / length for start, end in zip(*line, strict=True))
@@ -330,7 +349,10 @@ def _nearest_parallel(
 
 def _strips(trace: Trace, resistance: float, copper: dict[int, CopperLayer],
             facing: list[tuple[Trace, float, float, Trace]]) -> list[Strip]:
-    """Return a trace as stretches, each with its part of the resistance (ohm) and the strip that it faces."""
+    """Return a track as strips, each with its part of the resistance (ohm) and the place of its return track.
+
+    `facing` holds (track, overlap in m, lateral distance in m, return track) for all pieces.
+    """
     layer = copper[trace.layer]
     strips, alone = [], resistance
     for owner, length, lateral, back in facing:
@@ -345,9 +367,9 @@ def _strips(trace: Trace, resistance: float, copper: dict[int, CopperLayer],
 
 
 def _pair_capacitance(coil: Coil, stackup: Stackup) -> float:
-    """Return the capacitance (F) between the leads.
+    """Return the capacitance (F) between the track to the winding and the track from the winding.
 
-    Each incoming piece faces the nearest parallel outgoing piece, beside or above it.
+    Each piece of the first track faces the nearest parallel piece of the second, beside or above it.
     """
     (way_in, way_out), total = _straight_pieces(coil), 0.0
     for line, trace in way_in:
@@ -366,9 +388,9 @@ def _pair_capacitance(coil: Coil, stackup: Stackup) -> float:
 
 
 def between_layers(stackup: Stackup, upper: int, lower: int) -> tuple[float, float]:
-    """Return the distance (m) of the facing copper surfaces of two layers, and the permittivity between them.
+    """Return the distance (m) between the facing copper surfaces of two layers, and the relative permittivity between.
 
-    The permittivity is relative.
+    Layers are given by their copper numbers.
     """
     layers = stackup.between(upper, lower)
     thicknesses = [layer.thickness for layer in layers]
@@ -377,7 +399,7 @@ def between_layers(stackup: Stackup, upper: int, lower: int) -> tuple[float, flo
 
 
 def mean_permittivity(stackup: Stackup) -> float:
-    """Return the mean relative permittivity of the stack-up's insulating layers, by thickness."""
+    """Return the mean relative permittivity of the stack-up's insulating layers, weighted by thickness."""
     layers = [layer for layer in stackup.layers if layer.kind is not LayerKind.COPPER]
     total = math.fsum(layer.thickness for layer in layers)
     by_thickness = math.fsum(layer.thickness * (layer.relative_permittivity or 3.4) for layer in layers)
@@ -385,7 +407,7 @@ def mean_permittivity(stackup: Stackup) -> float:
 
 
 def missing_leads(coils: tuple[Coil, ...]) -> str | None:
-    """Return the parts that the layout and its contact values lack. None if every coil is connected."""
+    """Return a note on leads that the layout lacks, so that contact values lack them, too. None if all are drawn."""
     missing = [coil.name for coil in coils if not coil.is_closed_circuit or not coil.series]
     if missing:
         return (

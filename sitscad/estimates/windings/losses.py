@@ -1,4 +1,4 @@
-"""Link from a layout's tracks to the alternating-current solvers: windings of every shape, and leads in pairs."""
+"""Losses by alternating current in a layout's tracks: windings of every shape, and leads in pairs."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 USUAL_TOLERANCE = 3e-2  # Usual relative tolerance of R up to 10 MHz
 
 ALIKE_SHARP, ALIKE_ROUNDED = 4.0, 12.0
-"""Least number of turns at which one half of a winding stands for both: with sharp corners, with rounded corners.
+"""Least number of turns at which one half of a winding is computed for both: with sharp and with rounded corners.
 
 In mirrored layers, arcs and the halves of racetracks differ (5 % of R at five turns, below 1 % from eight on).
 """
@@ -55,17 +55,18 @@ ALIKE = 4.0  # Least inner radius in pitches for this: an octagon with 2.5 was 5
 ROUGH_TOLERANCE = ROUGH  # Of R where a tolerance of the inductance from `SCREENING` on is asked for
 
 SCREENING = 2e-2
-"""Relative tolerance of the inductance at which, and above which, all values are rough: screening of many designs."""
+"""Relative tolerance of the inductance from which on all values are rough, for screening of many designs."""
 
 FINE_TOLERANCE = 1e-2  # Of R where an inductance tolerance below that of USUAL_TOLERANCE, a tenth of it, is asked for
 
 
 def winding_losses(spec: CoilSpec, coil: Coil, spirals: tuple[SpiralLayer, ...], conductivity: float,
                    tolerance: float | None = None) -> ProximityLoss:
-    """Return skin and proximity effect of a drawn coil (S/m).
+    """Return the losses by skin and proximity effect in a drawn coil whose copper has a conductivity (S/m).
 
-    It takes spirals for round coils, and otherwise the sides and arcs of the paths, with direct current's route around
-    sharp corners. `tolerance` is the relative tolerance of the inductance; None is the usual one.
+    Round coils are computed as `spirals`. Other coils are computed from the sides and arcs of their paths, with the
+    route of direct current around sharp corners. `tolerance` is the relative tolerance of the inductance; None is the
+    usual one.
     """
     target = wanted_tolerance(tolerance)
     if spirals:
@@ -88,9 +89,10 @@ def winding_losses(spec: CoilSpec, coil: Coil, spirals: tuple[SpiralLayer, ...],
 
 def bent_loss(bent: Sequence[BentTrack], conductivity: float, modes: ModeSet, cuts: int, steps: int,
               equal_ends: int = 1) -> ProximityLoss:
-    """Return skin and proximity losses of sides and arcs (S/m).
+    """Return the losses by skin and proximity effect in tracks of straight sides and arcs.
 
-    Each side is cut `cuts` times; `equal_ends` is as in `bent_winding_loss`.
+    `conductivity` is in S/m. Each side has `cuts` cross-sections; `steps` and `equal_ends` are as in
+    `bent_winding_loss`. The loss of sharp corners is added.
     """
 
     def loss(tracks: Sequence[BentTrack]) -> ProximityLoss:
@@ -108,12 +110,12 @@ def bent_loss(bent: Sequence[BentTrack], conductivity: float, modes: ModeSet, cu
 
 
 def is_rough(tolerance: float | None) -> bool:
-    """Whether this relative tolerance of the inductance is for screening (None: the usual tolerance)."""
+    """Whether a relative tolerance of the inductance is for screening. None is the usual tolerance."""
     return tolerance is not None and tolerance >= SCREENING
 
 
 def wanted_tolerance(tolerance: float | None) -> float:
-    """Return the tolerance of R for a tolerance of the inductance (None: the usual tolerance)."""
+    """Return the relative tolerance of the resistance for a tolerance of the inductance (None: the usual one)."""
     if is_rough(tolerance):
         return ROUGH_TOLERANCE
     return FINE_TOLERANCE if tolerance is not None and tolerance < 0.1 * USUAL_TOLERANCE else USUAL_TOLERANCE
@@ -121,11 +123,12 @@ def wanted_tolerance(tolerance: float | None) -> float:
 
 @record
 class LossesNearMetal:
-    """Change of a winding's eddy currents by metal, at least `nearest` (m) from any mid-plane.
+    """Change of a winding's eddy currents by metal, at least `nearest` (m) from any mid-plane of its layers.
 
-    It is computed at its first use and cached with other solutions. Other shapes count as their `equivalent_spirals`:
-    the images act locally, so cross-sections, pitch and length of the tracks dominate. The spectrum includes direct
-    current's crowding at bends.
+    It is computed at its first use and cached with other solutions. Coils that are not round are computed as their
+    `equivalent_spirals`: the images act locally, so cross-sections, pitch and length of the tracks dominate. If
+    `is_round`, the change includes the crowding of direct current at bends; for other shapes, the current spectrum
+    includes it. `conductivity` (S/m) is the copper's, and `tolerance` the relative tolerance of the inductance.
     """
 
     spirals: tuple[SpiralLayer, ...]
@@ -136,7 +139,7 @@ class LossesNearMetal:
 
     @cached_property
     def crowding(self) -> CrowdingNearMetal:
-        """Modes of the winding, with their response to waves that metal reflects."""
+        """Current modes of the winding, with their response to waves that metal reflects."""
         resolution = suited_resolution(self.spirals, self.conductivity, wanted_tolerance(self.tolerance))
         cuts = winding_cuts(self.spirals, self.conductivity, resolution)
         steps = ROUGH_STEPS if is_rough(self.tolerance) else STEPS
@@ -145,31 +148,38 @@ class LossesNearMetal:
 
     @cached_property
     def cache_key(self) -> bytes:
-        """Text of all inputs, used as the cache key of solutions."""
+        """All inputs as text, by which solutions are cached."""
         return repr(self).encode("utf-8")
 
     def changes(self, frequencies: Array, above: Reflector | None, below: Reflector | None,
                 expected: Sequence[tuple[Reflector | None, Reflector | None]] = ()) -> ComplexArray:
-        """Return `CrowdingNearMetal.changes` (H, complex) at (n,) frequencies (Hz)."""
+        """Return the change of inductance (n; H, complex) by eddy currents near metal, at (n) frequencies (Hz).
+
+        `above` and `below` are the metal on both sides. `expected` are pairs of metal for which further calls follow.
+        """
         return cached_solution(lambda: (self, frequencies.tobytes(), above, below),
                                lambda: (self.crowding.changes(frequencies, above, below, expected),))[0]
 
 
 losses_near_metal = lru_cache(maxsize=1)(LossesNearMetal)
-"""Cache: the modes of a winding are computed once for all surroundings."""
+"""Cache: the current modes of a winding are computed once for all metal around it."""
 
 
 POLYGONS_NEAR_METAL = ((0.5, 0.004, 0.02), (2.0, 0.0025, 0.01))
-"""Errors of crowding near metal for coils that are not round, which are computed as the round coil of equal length.
+"""Errors of crowding near metal for coils that are not round, which are computed as round coils of equal length.
 
-A row holds three numbers. The first is the largest distance from metal in track widths. The others are the error of L
-at 10 MHz over the free inductance, and the relative error of R. Source: squares, hexagons and octagons of 0.1 to 0.45
-mm over a mirror, by triangles (tests/validation/test_polygons_near_metal.py). Up to 1 MHz the errors are a quarter.
+A row holds three numbers. The first is the largest distance from metal in track widths. The second is the error of L at
+10 MHz, divided by the free inductance. The third is the relative error of R. Source: squares, hexagons and octagons of
+0.1 to 0.45 mm over a mirror, by triangles (tests/validation/test_polygons_near_metal.py). Up to 1 MHz the errors are a
+quarter.
 """
 
 
 def near_metal_notes(spec: CoilSpec, nearest: float | None) -> tuple[str, ...]:
-    """Return notes on the crowding error of coils that are not round, with metal at `nearest` (m; None: no metal)."""
+    """Return notes on the crowding error of coils that are not round, near metal. Empty for round coils.
+
+    `nearest` (m) is the distance of the metal; None means no metal.
+    """
     if nearest is None or spec.outline.is_round:
         return ()
     for widths, of_inductance, of_resistance in POLYGONS_NEAR_METAL:
@@ -183,15 +193,19 @@ def near_metal_notes(spec: CoilSpec, nearest: float | None) -> tuple[str, ...]:
 
 
 def winding_resistance(spec: CoilSpec, coil: Coil, conductivity: float) -> float:
-    """Return the direct-current resistance (ohm) of a coil's winding. Current cuts sharp corners and tight turns."""
+    """Return the direct-current resistance (ohm) of a coil's winding.
+
+    The current takes the inside of sharp corners and tight turns.
+    """
     return math.fsum(direct_resistance(bent_track(w, spec.trace_width), conductivity) for w in coil.windings)
 
 
 @record
 class Strip:
-    """A stretch of a lead: direct resistance (ohm), cross-section (m), and the place of its return track, if any.
+    """A stretch of a lead: direct resistance (ohm), width and thickness (m), and the place of its return track.
 
-    `across` and `height` (m) lead to the return's centre. They are None if the stretch has no return beside it.
+    `beside` (across, height; m) leads to the centre of the return track. It is None if no return track is beside the
+    stretch.
     """
 
     resistance: float
@@ -200,7 +214,7 @@ class Strip:
     beside: tuple[float, float] | None = None
 
     def loss(self, conductivity: float) -> ProximityLoss:
-        """Return its skin effect (S/m), with the effect of the return track."""
+        """Return the loss by skin effect for a conductivity (S/m), with the effect of the return track."""
         if self.beside is None:
             normalised = lone_track_loss(self.width, self.thickness, conductivity)
         else:

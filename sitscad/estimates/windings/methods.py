@@ -1,6 +1,6 @@
-"""Windings of a layout in the kernels' form, and the METHODS for their inductance with error bounds.
+"""Windings of a layout in the form of the kernels, and the METHODS for their inductance with error bounds.
 
-It also compares published closed formulas with the estimate.
+The module also compares published closed formulas with the estimate.
 """
 
 from __future__ import annotations
@@ -44,9 +44,10 @@ winding_inductance = late("sitscad.kernels.electromagnetics.inductance.tracks", 
 
 @record(eq=False)
 class WindingGeometry:
-    """Layers of one coil about its own centre: as spirals (circles only), or as drawn (all other shapes).
+    """Layers of one coil around its own centre: as spirals (circles only), or as drawn (all other shapes).
 
-    `drawn` has the sides and arcs. `bent` has them in the form for the losses.
+    `drawn` holds sides and arcs for integrals of inductance, `bent` holds them for the computation of losses. Both are
+    empty for circles, and `spirals` is empty for other shapes.
     """
 
     spec: CoilSpec
@@ -56,21 +57,21 @@ class WindingGeometry:
 
     @property
     def fewest_turns(self) -> float:
-        """Turns of the layer with the fewest turns."""
+        """Number of turns of the layer with the fewest turns."""
         return min(self.spec.layer_turns)
 
     @property
     def inner_radius(self) -> float:
-        """Distance (m) of the innermost centre line from the centre, at least half a track."""
+        """Distance (m) of the innermost centre line from the coil's centre; at least half a track width."""
         return max((min(self.spec.size) - self.spec.trace_width) / 2 - self.spec.pitch * self.spec.most_turns,
                    self.spec.trace_width / 2)
 
     @property
     def outline(self) -> SpiralOutline:
-        """Input of the closed formulas, from the layer with the most turns.
+        """Dimensions for the closed formulas, from the layer with the most turns.
 
-        The formulas have closed turns. A round spiral's outermost turn already moves inwards by a pitch, so its mean is
-        less.
+        The formulas assume closed turns. A round spiral's outermost turn already moves inwards by a pitch, so its mean
+        diameter is smaller.
         """
         across = min(self.spec.size) - (self.spec.pitch if self.spirals else 0.0)
         return SpiralOutline(self.spec.most_turns, across, self.spec.trace_width, self.spec.trace_spacing)
@@ -78,7 +79,7 @@ class WindingGeometry:
 
 @lru_cache(maxsize=8)
 def winding_geometry(spec: CoilSpec, coil: Coil) -> WindingGeometry:
-    """Return the geometry of a drawn coil, moved to its own centre."""
+    """Return the geometry of a drawn coil, moved so that its centre is the origin."""
     if spec.outline.is_round:
         radius = (spec.size[0] - spec.trace_width) / 2
         spirals = tuple(
@@ -93,12 +94,12 @@ def winding_geometry(spec: CoilSpec, coil: Coil) -> WindingGeometry:
 
 
 def bent_track(winding: Winding, width: float) -> BentTrack:
-    """Return a layer's path as straight sides and arcs. No arc is tighter than the track's width."""
+    """Return a layer's path as straight sides and arcs. Arcs of less than half a track width become sharp corners."""
     return bent_path(winding.path, width, winding.thickness, winding.z)
 
 
 def bent_path(path: Path, width: float, thickness: float, z: float) -> BentTrack:
-    """Return straight sides and arcs of any path. Width, thickness and mid-plane are in metres."""
+    """Return any path as straight sides and arcs. Width, thickness and the mid-plane's height `z` are in metres."""
     segments = mitred_path(path, width).segments
     turns = [segment.sweep if isinstance(segment, Arc) else 0.0 for segment in segments]
     starts, ends = np.array([s.start for s in segments]), np.array([s.end for s in segments])
@@ -106,9 +107,9 @@ def bent_path(path: Path, width: float, thickness: float, z: float) -> BentTrack
 
 
 def mitred_path(path: Path, width: float) -> Path:
-    """Return the path with arcs of less than half a width (m) replaced by sharp corners.
+    """Return the path with arcs of less than half a `width` (m) replaced by sharp corners.
 
-    The copper's inner edge is sharp there, and outside almost no current flows.
+    The inner edge of such copper is sharp, and almost no current flows along its outside.
     """
     segments = list(path.segments)
     for k in range(len(segments) - 1, -1, -1):
@@ -130,12 +131,12 @@ def mitred_path(path: Path, width: float) -> Path:
 
 
 def track_of(path: Path, width: float, thickness: float, z: float) -> Track:
-    """Return a path as a track for the integrals of inductance: width, thickness and mid-plane in metres."""
+    """Return a path as a track for integrals of inductance. Width, thickness and mid-plane height `z` are in metres."""
     return track(_pieces(path), width, thickness, z)
 
 
 def _pieces(path: Path) -> list[Side | BentPiece]:
-    """Return a path as straight sides and bends, for the integrals over tracks."""
+    """Return a path as straight sides and bends, for the integrals of inductance over tracks."""
     pieces: list[Side | BentPiece] = []
     for s in path:
         if isinstance(s, Arc):
@@ -146,7 +147,10 @@ def _pieces(path: Path) -> list[Side | BentPiece]:
 
 
 def equivalent_spirals(geometry: WindingGeometry, coil: Coil) -> tuple[SpiralLayer, ...]:
-    """Return round layers with equal cross-sections, pitch and perimeter, for the loss of other shapes."""
+    """Return round layers that replace a winding of another shape when its loss near metal is computed.
+
+    They have equal cross-sections, pitch and mean turn length.
+    """
     if geometry.spirals:
         return geometry.spirals
     spec = geometry.spec
@@ -162,8 +166,8 @@ def equivalent_spirals(geometry: WindingGeometry, coil: Coil) -> tuple[SpiralLay
 def metal_spectrum(geometry: WindingGeometry, nearest: float, is_rough: bool = False) -> CurrentSpectrum:
     """Return the spectrum of a winding's direct current for metal at least `nearest` (m) from any mid-plane.
 
-    It includes direct current's crowding at bends (in spirals, `near_metal` has it). In rough solutions it is the
-    spectrum of spirals as rings.
+    It includes the crowding of direct current at bends (for spirals, `near_metal` includes it). In rough solutions it
+    is the spectrum of rings in place of spirals.
     """
     if geometry.spirals and is_rough:
         return ring_spectrum(geometry.spirals, nearest)
@@ -180,15 +184,19 @@ THICK = 4e-4  # Added error per ratio of thickness to width above 1, which the f
 
 
 LEAST = 2e-6
-"""Least error bound: the error of the references. For narrow tracks in many turns the fit alone would be smaller."""
+"""Least error bound: the error of the reference solutions.
+
+For narrow tracks in many turns the fitted bound alone would be smaller.
+"""
 
 
 @record
 class Crowding:
-    """Dimensions of a winding that determine the error of its inductance. Lengths are in metres.
+    """Dimensions (m) of a winding that determine the error of its inductance.
 
-    `apart` is the distance of the nearest mid-planes, `shape` the outline of the coil. `corner_radius` is 0 for sharp
-    corners.
+    `turns` is for a layer, `size` the shorter outer side, and `heights` are the mid-planes of the layers.
+    `corner_radius` is 0 for sharp corners. `shape` is the outline of the coil. `is_mid_side` is True for spirals that
+    begin in the middle of a side.
     """
 
     turns: float
@@ -209,7 +217,7 @@ class Crowding:
         return min((b - a for a, b in pairwise(heights)), default=math.inf)
 
     def features(self) -> dict[str, float]:
-        """Return logarithms of the factors of an error bound, by the columns of the table."""
+        """Return logarithms of dimension ratios, by the columns of the table from which error bounds are computed."""
         few = max(0.0, math.log(FEW_TURNS / self.turns))
         inner = math.log(self.width / self.inner_radius)
         values = {
@@ -241,10 +249,10 @@ class Crowding:
 def error_bound(method: str, crowding: Crowding) -> float:
     """Return the relative error bound of a method for a winding.
 
-    The bound is a product of powers of the track crowding, width, thickness and distance. The powers were fitted to
-    converged volume integrals of random designs of every shape (tests/validation/fit_bounds.py), so that the bound
-    exceeds every error by a margin. For a polygon outside the fit, it is `UNFITTED` times the largest bound of the
-    shapes in `Outline.bounds`.
+    The bound is a product of powers of the ratios of width, thickness, pitch, distance and radius. The powers were
+    fitted to converged volume integrals of random designs of every shape (tests/validation/fit_bounds.py), so that the
+    bound exceeds every error by a margin. For a polygon outside the fit, it is `UNFITTED` times the largest bound of
+    the shapes in `Outline.bounds`.
 
     Raises ValueError for a shape that declares no bounds, and KeyError if the table has no such method for the shape.
     """
@@ -260,7 +268,7 @@ def error_bound(method: str, crowding: Crowding) -> float:
 
 @cache
 def _bounds() -> dict[tuple[str, str, str], dict[str, float]]:
-    """Return exponents of the fitted bounds by shape, method and stack."""
+    """Return exponents of the fitted bounds by shape, method and stack ("one" layer, or "more")."""
     return {
         (row["shape"], row["method"], row["stack"]): {
             name: float(value or 0.0) for name, value in row.items() if name not in NAMES
@@ -272,8 +280,8 @@ def _bounds() -> dict[tuple[str, str, str], dict[str, float]]:
 UNFITTED = 5.0
 """Factor on the largest bound of the fitted shapes, for polygons outside the fit.
 
-It was tried with pentagons, by the volume integral as in the fit. For one of 40 pentagons, the error was 3.05 times the
-larger bound. The errors of the others were below the bound.
+It was tested with pentagons, by the volume integral as in the fit. For one of 40 pentagons, the error was 3.05 times
+the larger bound. The errors of the others were below the bound.
 """
 
 MID_SIDE = 3.0
@@ -286,14 +294,16 @@ ROUNDED = "rounded"
 """Shape name in the table of bounds for all polygons with rounded corners."""
 
 NAMES = ("shape", "method", "stack", "status", "source")
+"""Columns of the table of bounds that are no exponents."""
 
 
 @record
 class Method:
     """A method for the winding's inductance: its outlines, stated relative error and rough cost (s).
 
-    `solve` returns henries, or None if the source has no constants. `error` is a bound if `is_valid`, and `validity`
-    describes its range. A closed formula is a cross-check: it is used only if requested by name.
+    `serves` is True for outlines that the method can compute. `solve` returns henries, or None if the source has no
+    constants. `error` is a bound if `is_valid`, and `validity` describes the range of validity. A closed formula is a
+    cross-check: it is used only if requested by name.
     """
 
     name: str
@@ -308,7 +318,10 @@ class Method:
 
 
 def crowding(geometry: WindingGeometry, turns: float | None = None) -> Crowding:
-    """Return the dimensions for the error bounds. `turns` is per layer, if the layers' turns differ."""
+    """Return the dimensions of a winding for the error bounds.
+
+    `turns` is the number of turns of the layer for which the bound is computed; None: the layer with the most turns.
+    """
     spec, layers = geometry.spec, geometry.spirals or geometry.drawn
     heights, thickness = tuple(layer.z for layer in layers), max(layer.thickness for layer in layers)
     # tighter corners are sharp in the copper (`mitred_path`)
@@ -318,7 +331,7 @@ def crowding(geometry: WindingGeometry, turns: float | None = None) -> Crowding:
 
 
 def _bound(method: str) -> Callable[[WindingGeometry], float]:
-    """Return the method's stated error as a function."""
+    """Return the function for a method's stated relative error: the largest bound of all its layers."""
 
     def error(geometry: WindingGeometry) -> float:
         return max(error_bound(method, crowding(geometry, turns)) for turns in sorted(set(geometry.spec.layer_turns)))
@@ -327,21 +340,24 @@ def _bound(method: str) -> Callable[[WindingGeometry], float]:
 
 
 def _neumann(geometry: WindingGeometry) -> float:
-    """Return Neumann's integral over spirals (H). The ends of few turns weigh more, and their points are few."""
+    """Return the inductance (H) by Neumann's integral over spirals.
+
+    Windings of few turns have more points, because the ends of the spirals have more weight.
+    """
     resolution = Resolution(16, 12, 4) if geometry.fewest_turns < FEW_TURNS else Resolution(12, 8, 2)
     return float(spiral_inductance_matrix(list(geometry.spirals), resolution).sum())
 
 
 def _formula(name: str, of_one_layer: float) -> Method:
-    """Return one of Mohan's closed formulas as a method.
+    """Return one of Mohan's closed formulas as a method for the inductance.
 
-    Its error is the worst of 300 random designs of one layer, by the volume integral, and a fifth more. For stacks it
-    is 35 %.
+    For one layer, its error `of_one_layer` is a fifth more than the worst of 300 random designs, by the volume
+    integral. For several layers it is 35 %.
     """
     functions = {"current-sheet": current_sheet, "modified-wheeler": modified_wheeler, "monomial": monomial}
 
     def solve(geometry: WindingGeometry) -> float | None:
-        """Return the inductance (H) of a stack: one layer's times the layers squared.
+        """Return the inductance (H) of all layers: the inductance of one layer, times the number of layers squared.
 
         None if the formula does not hold.
         """
@@ -386,13 +402,14 @@ METHODS: tuple[Method, ...] = (
 """All methods for the winding's inductance, a row for each."""
 
 DEFAULT_TOLERANCE = 1e-4
+"""Relative tolerance of the inductance if the user states none."""
 
 
 def choose_method(geometry: WindingGeometry, name: str | None = None, tolerance: float | None = None) -> Method:
-    """Return the method by name, or the cheapest method whose stated error meets the tolerance.
+    """Return the method of this name, or the cheapest method whose stated error meets the tolerance.
 
-    If none meets it, return the most accurate. Raises ValueError for a name that does not exist or does not serve the
-    shape; the text lists the valid names.
+    If no method meets it, return the most accurate method. Raises ValueError for a name that does not exist or does not
+    serve the shape; the text lists the valid names.
     """
     fitting = [method for method in METHODS if method.serves(geometry.spec.outline)]
     if name is not None:
@@ -412,7 +429,10 @@ def choose_method(geometry: WindingGeometry, name: str | None = None, tolerance:
 
 
 def cross_checks(name: str, geometry: WindingGeometry, inductance: float) -> tuple[CrossCheck, ...]:
-    """Return every closed formula for the coil's shape, compared with the winding's inductance (H)."""
+    """Return every closed formula that holds for the coil's shape, compared with the winding's inductance (H).
+
+    `name` is the coil's name.
+    """
     checks = []
     for method in METHODS:
         if method.is_cross_check and method.serves(geometry.spec.outline):
@@ -424,7 +444,7 @@ def cross_checks(name: str, geometry: WindingGeometry, inductance: float) -> tup
 
 
 def no_cross_check(coil: CoilSpec, checks: Sequence[CrossCheck]) -> str | None:
-    """Return the reason for an absent closed formula. None if there is a closed formula."""
+    """Return the reason why no closed formula is compared. None if `checks` has a closed formula."""
     if checks:
         return None
     if not has_formula_constants(coil.outline):

@@ -30,7 +30,7 @@ Placed = tuple[Coil, WindingGeometry]  # A coil and its winding about its own ce
 FAR_ERROR, NEAR_ERROR = 4e-5, 1e-4  # Relative error of a mutual inductance far away, and its increase by nearness
 
 END_ERROR = 5e-4
-"""Factor of a mutual inductance's additional error by open ends of the winding beside the other coil.
+"""Factor for the additional error of a mutual inductance by open ends of one winding beside the other coil.
 
 The error is this factor times nearness, pairs of layers and mu0/(4 pi) times the track width.
 """
@@ -39,7 +39,8 @@ The error is this factor times nearness, pairs of layers and mu0/(4 pi) times th
 def inductance_matrix(self_inductance: float, self_error: float, coils: list[Placed]) -> tuple[Array, Array]:
     """Return the inductance matrix (H) of identical coils, and error bounds of its elements (H).
 
-    `self_error` is the relative bound of the coils' own inductance. Each distinct displacement is computed once.
+    `self_inductance` (H) is each coil's own inductance, and `self_error` its relative error bound. Each distinct
+    displacement of two coils is computed once.
     """
     count = len(coils)
     matrix = np.full((count, count), self_inductance)
@@ -63,7 +64,8 @@ def inductance_matrix(self_inductance: float, self_error: float, coils: list[Pla
 def mutual_error(pair: SideBySide, spec: CoilSpec) -> float:
     """Return the error bound (H) of a mutual inductance.
 
-    It was compared with the volume integral over random pairs of coils (tests/validation/coil_pairs.py).
+    The bound was fitted by comparison with the volume integral over random pairs of coils
+    (tests/validation/coil_pairs.py).
     """
     relative = FAR_ERROR + NEAR_ERROR * pair.nearness
     ends = END_ERROR * pair.nearness * len(spec.layers) ** 2 * MU0 / (4.0 * math.pi) * spec.trace_width
@@ -74,16 +76,17 @@ ROUGH_MUTUAL = 0.15
 """Relative error of mutual inductances by moments, for coils that do not touch."""
 
 ORDERS = 8
-"""Number of moments per coil."""
+"""Number of moments per coil in the rough computation of mutual inductances."""
 
 
 def rings_beside_each_other(
     spirals: Sequence[SpiralLayer], centres: Sequence[tuple[float, float]], self_inductance: float, error: float
 ) -> tuple[Array, Array]:
-    """Return rough matrix and errors (H) of identical spirals: rings in one plane, by their moments.
+    """Return the rough inductance matrix (H) of identical spirals in one plane, and error bounds of its elements (H).
 
-    For two coils in a plane, M is mu0 pi times the integral of S(k)^2 J0(k d), where S is the sum of a J1(k a). J1 is
-    taken as its series. The integral of k^s J0(k d) is Weber's: 2^s d^(-s-1) Gamma((1+s)/2) / Gamma((1-s)/2).
+    The spirals are computed as rings, by moments of the rings. For two coils in a plane, M is mu0 pi times the integral
+    of S(k)^2 J0(k d). S is the sum of a J1(k a) over rings of radius a, and d is the coils' distance. J1 is expanded in
+    its series. The integral of k^s J0(k d) is Weber's: 2^s d^(-s-1) Gamma((1+s)/2) / Gamma((1-s)/2).
     """
     rings = mean_rings(spirals)
     moments = [
@@ -101,7 +104,7 @@ def rings_beside_each_other(
 
 
 def winding_pair_inductance(first_coil: Placed, second_coil: Placed) -> SideBySide:
-    """Return two coils for currents that enter each at its outer end on layer 1."""
+    """Return the mutual inductance of two coils, for currents that enter each coil at its outer end on layer 1."""
     (first, a), (second, b) = first_coil, second_coil
     displacement = (second.centre.x - first.centre.x, second.centre.y - first.centre.y)
     if a.spirals:
@@ -112,14 +115,15 @@ def winding_pair_inductance(first_coil: Placed, second_coil: Placed) -> SideBySi
 Circuit = Callable[[Array], tuple[Array, Array]]  # Inductance (H) and resistance (ohm) at (n,) frequencies (Hz)
 
 Mutual = Callable[[int, int, Array], ComplexArray]
-"""Mutual inductance (H) of two coils, by their numbers, at (n,) frequencies (Hz)."""
+"""Function of two coil numbers and (n) frequencies (Hz) that returns their mutual inductance (n; H, complex)."""
 
 
 def idle_load(omega: Array, readout: ReadoutSpec) -> ComplexArray:
-    """Return the impedance (ohm) between an idle coil's contacts at (n,) omega (rad/s): cable and both pins to ground.
+    """Return the impedance (n; ohm) between an idle coil's contacts: the cable, and both converter pins to ground.
 
-    Each pin has about 10 ohm to ground (`idle_pin_resistance`), so the loop has twice that. Capacitors across it are
-    left out: against 20 ohm they carry almost nothing up to 10 MHz.
+    `omega` (n) is in rad/s. Each pin has about 10 ohm to ground (`idle_pin_resistance`), so the loop has twice this
+    resistance. Capacitors across the loop are left out: compared with 20 ohm, they carry almost no current up to 10
+    MHz.
     """
     pins, cable = 2.0 * readout.device.limit("idle_pin_resistance"), readout.cable
     resistance, inductance = (0.0, 0.0) if cable is None else (cable.resistance, cable.inductance)
@@ -129,10 +133,10 @@ def idle_load(omega: Array, readout: ReadoutSpec) -> ComplexArray:
 def terminal_values(
     active: int, impedances: ComplexArray, frequencies: Array, load: ComplexArray
 ) -> tuple[Array, Array]:
-    """Return inductance (H) and resistance (ohm) of one coil at (n,) frequencies (Hz), with the others idle.
+    """Return inductance (n; H) and resistance (n; ohm) of coil number `active` at (n) frequencies (Hz), others idle.
 
     `impedances` are inductance matrices (n, coils, coils; H, complex: the imaginary part times -omega is a resistance).
-    `load` (n,; ohm) closes the idle coils' contacts. Each idle loop has zero voltage: Z = Z_aa - Z_ai Z_ii^-1 Z_ia.
+    `load` (n; ohm) closes the idle coils' contacts. Each idle loop has zero voltage: Z = Z_aa - Z_ai Z_ii^-1 Z_ia.
     """
     omega = 2.0 * math.pi * frequencies
     impedance = impedances[:, active, active]
@@ -145,13 +149,14 @@ def terminal_values(
 
 
 def idle_neighbours(active: int, circuits: Sequence[Circuit], mutual: Mutual, readout: ReadoutSpec) -> Circuit:
-    """Return the effect of all other coils, idle, on inductance and resistance of the active coil.
+    """Return the effect of all other coils, which are idle, on the active coil: a function of frequencies (n; Hz).
 
-    `circuits` return each coil's own inductance and resistance, `mutual` the (complex) mutual inductance of two coils.
+    The function returns changes of inductance (n; H) and resistance (n; ohm). `circuits` return each coil's own
+    inductance and resistance, `mutual` the (complex) mutual inductance of two coils.
     """
 
     def added(frequencies: Array) -> tuple[Array, Array]:
-        """Return the changes (H, ohm) by the idle coils at frequencies (n,), without the active coil's own values."""
+        """Return the changes of inductance (n; H) and resistance (n; ohm) of the active coil by the idle coils."""
         omega, count = 2.0 * math.pi * frequencies, len(circuits)
         matrix = np.zeros((omega.size, count, count), dtype=np.complex128)
         for i, j in product(range(count), repeat=2):

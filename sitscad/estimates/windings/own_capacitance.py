@@ -1,4 +1,4 @@
-"""Own capacitance of a winding: its layers through the real stack-up, at the voltages of the series circuit."""
+"""Own capacitance of a winding, from its layers in the stack-up and the voltages of its turns."""
 
 from __future__ import annotations
 
@@ -26,41 +26,43 @@ from sitscad.spec.coil import CoilSpec
 USUAL_PERMITTIVITY = 3.4  # Relative permittivity of polyimide, where a layer of the stack-up states none
 
 FILLING = 3.0
-"""Relative permittivity of the material between winding and metal: silicones and printed mounts. Air has less."""
+"""Relative permittivity assumed between winding and metal: silicones and printed mounts. Air has less."""
 
 STATED = 0.10  # Stated relative error of the own capacitance: additions by metal below it have no note
 
 CAPACITANCE_ERROR, FEW_TURNS_CAPACITANCE_ERROR = 0.20, 0.30
-"""Relative error of the own capacitance: at least `FEW_TURNS` turns in each layer, and fewer turns.
+"""Relative errors of the own capacitance: for at least `FEW_TURNS` turns in each layer, and for fewer turns.
 
 Random coils of two to four layers were compared with rings of charge, averaged over the shifts between the turns of two
 layers (tests/validation/test_charged_rings.py).
 """
 
 FEW_TURNS = 4.0
+"""Number of turns in each layer below which `FEW_TURNS_CAPACITANCE_ERROR` is the error."""
 
 PLACES = (24, 8)
-"""Numbers of places along the turns: on turns that all layers have, and on each stretch that only some layers have.
+"""Numbers of places along the turns at which voltages are computed.
 
-The voltages are computed at these places. The numbers do not depend on the number of turns, so the result changes
-smoothly with the turns. Quadrupled numbers change the result by 0.2 % at most (1.5 to 30 turns, one to eight layers).
+The first is for turns that all layers have, the second for each further range of turns that only some layers have. The
+numbers do not depend on the number of turns, so the result changes smoothly with the turns. Quadrupled numbers change
+the result by 0.2 % at most (1.5 to 30 turns, one to eight layers).
 """
 
 
 ROUGH_PLACES = (6, 2)
-"""Numbers of places in screening. The capacitance is within 2 % of the capacitance by `PLACES`."""
+"""Numbers of places as in `PLACES`, for screening. The capacitance differs by up to 2 %."""
 
 ROUGH_GRAIN = 10e-6
-"""Step (m) to which widths and pitches are rounded in screening. The capacitance changes by less than 4 %."""
+"""Rounding step (m) of widths and pitches in screening. The capacitance changes by less than 4 %."""
 
 
 def self_capacitance(coil: Coil, dimensions: CoilSpec, stackup: Stackup, is_rough: bool = False) -> float:
     """Return the capacitance (F) of a coil's winding between its ends, without leads.
 
-    It is twice the electric energy at one volt. Layers face each other through the stack-up as strips, averaged over
-    all shifts. Turns of a layer face their neighbours. The voltage follows each turn's flux linkage. Where a layer has
-    no more turns, the other layers face each other through the material that fills its place. Elastomer and metal
-    around the board are left out: see `capacitance_to_metal`.
+    It is twice the electric energy at one volt. The turns of two layers are strips that face each other through the
+    stack-up, averaged over all lateral shifts. Turns of a layer face their neighbours. The voltage follows each turn's
+    flux linkage. If a layer has no more turns, the other layers face each other through the material that fills its
+    place. Elastomer and metal around the board are left out: see `capacitance_to_metal`.
     """
     lengths, fractions, present = _turns(coil, dimensions, ROUGH_PLACES if is_rough else PLACES)
     voltages = _voltages(lengths, fractions, present, coil, dimensions)
@@ -87,15 +89,15 @@ def self_capacitance(coil: Coil, dimensions: CoilSpec, stackup: Stackup, is_roug
 def capacitance_to_metal(
     coil: Coil, dimensions: CoilSpec, board_thickness: float, gap: float | None, behind: float | None
 ) -> float:
-    """Return an upper bound (F) of the addition by a target at a gap and by metal behind the board.
+    """Return an upper bound (F) of the additional capacitance by a target at a gap and by metal behind the board.
 
-    Distances are in m from the board's faces; None: no metal. The model has plates as large as the winding, without
-    fringe, with `FILLING` between. Both plates are at the potential of the winding's middle. The metal behind is large,
-    so it is at ground for an alternating voltage even without a connection. A target floats at the mean potential of
-    the turns around it.
+    `gap` and `behind` are distances (m) from the board's faces; None: no metal. The model has plates as large as the
+    winding, without fringe, with `FILLING` between. Both plates are at the potential of the winding's middle. The metal
+    behind is large, so it is at ground for an alternating voltage even without a connection. A target floats at the
+    mean potential of the turns around it.
 
-    The bound is two to forty times too large for the windings of a jaw (validated with charged rings). These are small
-    against the distances, and the metal returns one turn's charge to its neighbour.
+    The bound is two to forty times too large for the windings of a jaw (validated with charged rings). These windings
+    are small compared with the distances, and the metal returns one turn's charge to its neighbour.
     """
     lengths, fractions, present = _turns(coil, dimensions, PLACES)
     voltages = _voltages(lengths, fractions, present, coil, dimensions)
@@ -111,9 +113,9 @@ def capacitance_to_metal(
 def metal_notes(
     coil: Coil, dimensions: CoilSpec, board_thickness: float, gaps: Mapping[str, float], winding: float, tank: float
 ) -> list[str]:
-    """Return a note if metal may add more to the own capacitance of the winding (F) than its stated error.
+    """Return a note if metal may add more to the winding's own capacitance (F) than the stated error of the latter.
 
-    `tank` (F) is the whole capacitance.
+    `tank` (F) is the capacitance of the whole tank. Empty if metal adds less.
     """
     behind = gaps.get(BEHIND_THE_BOARD)
     gap = min((gap for state, gap in gaps.items() if state != BEHIND_THE_BOARD), default=None)
@@ -130,10 +132,10 @@ def metal_notes(
 
 
 def _turns(coil: Coil, dimensions: CoilSpec, places: tuple[int, int]) -> tuple[Array, Array, Flags]:
-    """Return places along the turns, from the outside in, as three arrays.
+    """Return three arrays for places along the turns, from the outside in.
 
-    The first two hold the length (m) of a whole turn at each place, and the number of turns that the place represents.
-    The third (layers, places) is whether each layer has a turn there.
+    The first two (places) hold the length (m) of a whole turn at each place, and the number of turns that the place
+    represents. The third (layers, places) is True if the layer has a turn at the place.
     """
     turns, low = np.array(dimensions.layer_turns), 0.0
     stretches: list[tuple[Array, Array, Flags]] = []
@@ -149,7 +151,7 @@ def _turns(coil: Coil, dimensions: CoilSpec, places: tuple[int, int]) -> tuple[A
 
 
 def turn_lengths(coil: Coil, dimensions: CoilSpec, places: Array) -> Array:
-    """Return the length (m) of a whole turn at places, counted in turns from the outside.
+    """Return the length (m) of a whole turn at `places`, counted in turns from the outside.
 
     It is for the layer with the most turns.
     """
@@ -161,9 +163,9 @@ def turn_lengths(coil: Coil, dimensions: CoilSpec, places: Array) -> Array:
 
 
 def _voltages(lengths: Array, fractions: Array, present: Flags, coil: Coil, dimensions: CoilSpec) -> Array:
-    """Return voltages of the layers at all places from the outside in.
+    """Return the voltages (layers, places; no unit) of the layers at all places from the outside in.
 
-    Missing turns of a layer have the voltage of its inner end.
+    They are fractions of the voltage across the winding. Turns that a layer lacks have the voltage of its inner end.
     """
     radii = np.maximum(lengths / (2.0 * math.pi), 0.5 * dimensions.trace_width)
     turns = present * fractions
@@ -176,7 +178,10 @@ _strips = lru_cache(maxsize=1024)(strip_layers)
 
 
 def slabs(stackup: Stackup, layers: list[int]) -> list[Slab]:
-    """Return the stack-up from top to bottom. Copper layers without winding count as the material beside them."""
+    """Return the stack-up as slabs from top to bottom.
+
+    Copper layers without winding are replaced by the material beside them.
+    """
     layer_slabs, number = [], 0
     for layer in stackup.layers:
         if layer.kind is LayerKind.COPPER:
@@ -188,7 +193,7 @@ def slabs(stackup: Stackup, layers: list[int]) -> list[Slab]:
 
 
 def permittivity_beside_copper(stackup: Stackup, number: int) -> float:
-    """Return the relative permittivity in the gaps of a copper layer: coverlay adhesive or bonding film flows in."""
+    """Return the relative permittivity in the gaps of a copper layer, which coverlay adhesive or bonding film fills."""
     indices = [i for i, layer in enumerate(stackup.layers) if layer.kind is LayerKind.COPPER]
     index = indices[number - 1]
     around = [stackup.layers[i] for i in (index - 1, index + 1) if 0 <= i < len(stackup.layers)]
