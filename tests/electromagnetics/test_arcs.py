@@ -103,7 +103,7 @@ def with_arcs(one, other):
 
 
 @pytest.mark.parametrize("corners", [4, 6, 8])
-def test_far_arcs_need_few_points(corners):
+def test_coupling_of_far_arcs_and_sides_agrees_with_fine_sum(corners):
     one, other = rounded(corners, 2, 3.0, 0.3, 0.3), rounded(corners, 2, 3.0, 0.3, 0.3, z=0.2, mirror=True)
     strands = strand_pairs(one, other, 2, 1)
     level = replace(strands, heights=np.zeros(1), clearances=(np.zeros(1), np.full(1, 0.05)))
@@ -127,7 +127,7 @@ def test_far_arcs_need_few_points(corners):
 
 @pytest.mark.parametrize("z", [0.0, 0.08])
 @pytest.mark.parametrize("make", [lambda **k: rounded(8, 3, 2.0, 0.2, 0.3, **k), lambda **k: oval(6, **k)])
-def test_points_that_suit_the_distance_are_what_many_are(make, z, monkeypatch):
+def test_adaptive_arc_points_agree_with_many_points(make, z, monkeypatch):
     """All pairs by the rules of near ones, with more points."""
     one = make()
     other = make(z=z, mirror=True) if z else one

@@ -41,13 +41,13 @@ def aligned(monkeypatch):
     monkeypatch.setattr(capacitance, "HARMONICS", 600)
 
 
-def test_strips_that_nearly_touch_are_plates(aligned):
+def test_strips_25_um_apart_have_plate_capacitance(aligned):
     found = strip_layers(stack(1, [25]), 99 * UM, 100 * UM, 10e-3)
     assert -found[0, 1] == approx(EPSILON0 / (25 * UM), rel=2e-3)
 
 
 @pytest.mark.parametrize(("width", "gap"), [(100, 25), (50, 50), (200, 60)])
-def test_strips_far_apart_are_isolated_pairs(width, gap, aligned, monkeypatch):
+def test_widely_spaced_strip_pairs_have_isolated_pair_capacitance(width, gap, aligned, monkeypatch):
     monkeypatch.setattr(capacitance, "CELLS", 8)
     monkeypatch.setattr(capacitance, "HARMONICS", 3000)
     # the layered sum against Hammerstad and Jensen's microstrip, both thin and in one dielectric
@@ -56,7 +56,7 @@ def test_strips_far_apart_are_isolated_pairs(width, gap, aligned, monkeypatch):
     assert -found[0, 1] * pitch == approx(stacked_strips(width * UM, gap * UM, 1.0), rel=0.02)
 
 
-def test_wide_strips_are_a_plate_with_an_edge():
+def test_wide_stacked_strips_match_plate_with_fringe_formula():
     # Maxwell's edge: each side reaches (1 + ln(2 pi w/d)) / (2 pi) distances further (Palmer 1937)
     for ratio in (20.0, 60.0):
         edge = (1.0 + math.log(2.0 * math.pi * ratio / 2.0 + 1.0)) / math.pi
@@ -79,21 +79,21 @@ def strip_charges(potential):
 
 
 @pytest.mark.parametrize("spacing", [0.1, 0.5, 1.0, 4.0])
-def test_strips_side_by_side_against_charges_on_them(spacing):
+def test_coplanar_strip_capacitance_matches_charge_solution(spacing):
     # V and -V: a charge at y has its opposite at as much beyond the middle of the gap; q/2 pi eps to 2 V
     charge = strip_charges(lambda x, y: np.log(x + y + 2.0 + 2.0 * spacing))
     assert coplanar_strips(2.0, 2.0 * spacing, 3.0) == approx(3.0 * EPSILON0 * math.pi * charge, rel=1e-5)
 
 
 @pytest.mark.parametrize("shape", [0.1, 0.3, 1.0, 4.0, 10.0, 20.0, 40.0])
-def test_strips_face_to_face_against_charges_on_them(shape):
+def test_stacked_strip_capacitance_matches_charge_solution(shape):
     # V and -V at twice the height over the plane of symmetry
     height = 2.0 / shape
     charge = strip_charges(lambda x, y: 0.5 * np.log((x - y) ** 2 + (2.0 * height) ** 2))
     assert stacked_strips(2.0, 2.0 * height, 3.0) == approx(3.0 * EPSILON0 * math.pi * charge, rel=1e-4)
 
 
-def test_grids_far_apart_act_as_sheets_behind_their_grid_length():
+def test_distant_strip_grids_have_capacitance_of_receded_sheets():
     # far against the pitch a grid of strips is a sheet set back by (p/2pi) ln 1/sin(pi w / 2p), as wire grids are
     pitch, width, gap = 200.0, 100.0, 800.0
     behind = pitch / (2.0 * math.pi) * math.log(1.0 / math.sin(0.5 * math.pi * width / pitch))
@@ -102,7 +102,7 @@ def test_grids_far_apart_act_as_sheets_behind_their_grid_length():
 
 
 @pytest.mark.parametrize(("width", "pitch", "gap", "copper"), [(100, 200, 25, 35), (80, 160, 60, 18), (50, 200, 25, 9)])
-def test_the_usual_cells_are_within_three_percent_of_fine_ones(width, pitch, gap, copper, monkeypatch):
+def test_default_cells_are_within_3_percent_of_fine_cells(width, pitch, gap, copper, monkeypatch):
     usual = strip_layers(stack(copper, [gap]), width * UM, pitch * UM, 3e-3)[0, 1]
     monkeypatch.setattr(capacitance, "CELLS", 14)
     monkeypatch.setattr(capacitance, "HARMONICS", 600)
@@ -111,7 +111,7 @@ def test_the_usual_cells_are_within_three_percent_of_fine_ones(width, pitch, gap
 
 @settings(max_examples=15, deadline=None)
 @given(st.floats(40, 150), st.floats(40, 150), st.lists(st.floats(10, 100), min_size=1, max_size=3), st.floats(1, 5))
-def test_the_matrix_is_that_of_passive_conductors(width, spacing, gaps, permittivity):
+def test_capacitance_matrix_is_symmetric_and_passive(width, spacing, gaps, permittivity):
     found = strip_layers(stack(18, gaps, permittivity), width * UM, (width + spacing) * UM, 3e-3)
     assert found == approx(found.T, rel=1e-9)
     assert np.linalg.eigvalsh(found).min() > 0.0
@@ -125,7 +125,7 @@ def between(value):
     return np.array([[value, -value], [-value, value]])
 
 
-def test_two_layers_with_even_voltage_show_a_third():
+def test_two_layers_with_linear_voltage_have_third_of_plate_capacitance():
     # FACTS 7: layers joined at the centre, voltage even along the track: C/3
     places = (np.arange(400) + 0.5) / 400
     outer_to_inner = 0.5 * places - 0.5
@@ -133,7 +133,7 @@ def test_two_layers_with_even_voltage_show_a_third():
     assert winding_capacitance(between(1.0), voltages, np.full(400, 1.0 / 400)) == approx(1.0 / 3.0, rel=1e-4)
 
 
-def test_area_weights_the_outer_turns():
+def test_winding_capacitance_weights_outer_turns_by_area():
     # voltage even in the turns, a hole of 0.3 (FACTS 7): more than a third, because the outside is farther apart
     places = (np.arange(400) + 0.5) / 400
     voltages = np.stack([0.5 * places - 0.5, 0.5 - 0.5 * places])
@@ -142,7 +142,7 @@ def test_area_weights_the_outer_turns():
     assert found == approx(0.42, abs=0.01)
 
 
-def test_voltages_follow_the_flux_and_run_from_end_to_end():
+def test_winding_voltages_are_antisymmetric_with_larger_outer_steps():
     radii = np.linspace(3.4e-3, 1.0e-3, 12)
     found = winding_voltages(radii, [0.0, -60 * UM], [True, False], np.full(12, 30 * UM), np.ones((2, 12)))
     along = np.concatenate([found[0], found[1][::-1]])
@@ -152,7 +152,7 @@ def test_voltages_follow_the_flux_and_run_from_end_to_end():
     assert steps[0] > steps[-1] * 1.5
 
 
-def test_turns_of_a_single_layer():
+def test_turn_capacitance_of_single_layer_matches_sum_of_pairs():
     # N turns of a length l, each 1/N of the voltage apart from the next: c l (N-1)/N^2
     lengths, shares = np.full(10, 20e-3), np.ones(10)
     voltages = (np.arange(10) + 0.5) / 10.0 - 0.5

@@ -54,13 +54,13 @@ def directly(first, second):
 
 @pytest.mark.parametrize("layers", [1, 2, 8])
 @pytest.mark.parametrize("step", [(3.6 * MM, 0.0), (0.0, -3.6 * MM), (3.1 * MM, 3.3 * MM), (-40 * MM, 11 * MM)])
-def test_the_sum_is_that_over_all_pairs(step, layers):
+def test_clustered_sum_equals_sum_over_all_pairs(step, layers):
     one = rings(4, layers, plans=min(layers, 2))
     other = moved(one, *step)
     assert neumann_sum(one, other) == approx(directly(one, other), rel=3e-7)
 
 
-def test_it_converges_with_the_nodes(monkeypatch):
+def test_clustered_sum_converges_with_interpolation_order(monkeypatch):
     one = rings(4, 4)
     other = moved(one, 3.6 * MM, 0.0)
     exact, errors = directly(one, other), []
@@ -70,7 +70,7 @@ def test_it_converges_with_the_nodes(monkeypatch):
     assert errors[0] > 20 * errors[2] > 0 and errors[3] < 1e-8
 
 
-def test_clusters_in_one_place_and_on_a_line_are_no_trouble():
+def test_clustered_sum_handles_coincident_and_collinear_points():
     count = clusters.LEAF + 50
     heap = Plans(np.zeros((count, 2)), np.full((count, 2), 1e-6), np.zeros(count, dtype=int), ((0, 0.0, 0.0),))
     line = Plans(np.stack([np.linspace(1, 3, count) * MM, np.zeros(count)], axis=1), heap.elements, heap.owner,
@@ -79,7 +79,7 @@ def test_clusters_in_one_place_and_on_a_line_are_no_trouble():
     assert neumann_sum(line, heap) == approx(directly(heap, line), rel=1e-7)
 
 
-def test_work_grows_with_the_points_and_not_with_their_square():
+def test_clustered_work_grows_linearly_with_points():
     """Eight times as many turns used to be 64 times the pairs."""
     seen = []
     for turns in (3, 24):

@@ -47,7 +47,7 @@ def turned(corners, angle):
     return corners @ np.array([[c, s], [-s, c]])
 
 
-def test_it_does_not_matter_how_a_coil_lies_or_which_way_the_current_runs():
+def test_corner_inductance_is_invariant_to_reversal_mirror_and_motion():
     plain = corner_inductance([bent(SPIRAL)])
     assert plain < 0.0
     for other in (SPIRAL[::-1], SPIRAL * np.array([1.0, -1.0]), turned(SPIRAL, 0.7), SPIRAL + 0.03):
@@ -55,7 +55,7 @@ def test_it_does_not_matter_how_a_coil_lies_or_which_way_the_current_runs():
 
 
 @pytest.mark.parametrize("scale", [1e-3, 1e3, 1e6])
-def test_inductance_goes_with_size(scale):
+def test_corner_inductance_scales_with_size(scale):
     plain = corner_inductance([bent(SPIRAL), bent(SPIRAL, z=-100 * UM)])
     large = corner_inductance(
         [bent(SPIRAL * scale, 200 * UM * scale, 35 * UM * scale, z) for z in (0, -100 * UM * scale)]
@@ -63,7 +63,7 @@ def test_inductance_goes_with_size(scale):
     assert large == approx(scale * plain, rel=1e-9)
 
 
-def test_a_lone_corner_between_long_arms_is_the_table_s():
+def test_corner_inductance_of_single_corner_matches_table():
     for degrees in (45.0, 60.0, 90.0):
         turn = math.radians(degrees)
         arms = np.array([(-1.0, 0.0), (0.0, 0.0), (math.cos(turn), math.sin(turn))])
@@ -82,7 +82,7 @@ def test_straight_tracks_and_arcs_have_no_corner():
     assert with_corners(loss, [half_turn], 58e6).direct == approx(length / (58e6 * 200 * UM * 35 * UM), rel=1e-6)
 
 
-def test_layers_and_turns_strengthen_it_by_their_field():
+def test_corner_inductance_grows_with_field_of_other_layers():
     # two layers with the same current: more than twice as much, for each is in the other's field; far apart, twice
     one = corner_inductance([bent(SPIRAL)])
     assert corner_inductance([bent(SPIRAL), bent(SPIRAL, z=-80 * UM)]) < 2.2 * one
@@ -91,7 +91,7 @@ def test_layers_and_turns_strengthen_it_by_their_field():
     assert corner_inductance(opposed) > 2.0 * one
 
 
-def test_a_loop_in_an_even_field_is_a_dipole():
+def test_corner_in_uniform_field_acts_as_magnetic_dipole():
     # a corner far inside a large square frame: twice the moment times the frame's field
     frame = np.array([(-50, -50), (50, -50), (50, 50), (-50, 50), (-50, -49.9)]) * MM
     small = bent(np.array([(-1, 0), (0, 0), (0, 1)]) * MM, 100 * UM)
@@ -104,7 +104,7 @@ def test_a_loop_in_an_even_field_is_a_dipole():
 
 
 @pytest.mark.parametrize("turn", [math.pi / 3, math.pi / 2, -2 * math.pi / 3])
-def test_a_bend_with_another_radius_begins_where_its_arc_touches_the_sides(turn):
+def test_bend_of_given_radius_starts_at_tangent_points(turn):
     corner, along = np.array([5.0, 0.0]) * MM, np.array([math.cos(turn), math.sin(turn)])
     starts = np.array([(0.0, 0.0), corner, corner])
     ends = np.array([corner, corner, corner + 5.0 * MM * along])
@@ -118,7 +118,7 @@ def test_a_bend_with_another_radius_begins_where_its_arc_touches_the_sides(turn)
 
 
 @pytest.mark.parametrize("turn", [0.2, 0.25 * math.pi, 0.5 * math.pi, 2.2])
-def test_a_bend_is_the_map_s_closed_form(turn):
+def test_bend_resistance_matches_conformal_map(turn):
     """2/pi (psi((1 + a)/2) - psi(1/2)) - tan(pi a/2) by the digamma function's series: -0.441 at a right angle."""
     a, n = turn / math.pi, np.arange(2_000_000)
     rise = math.fsum(0.5 * a / ((n + 0.5) * (n + 0.5 + 0.5 * a))) + 0.5 * a / n.size
@@ -127,7 +127,7 @@ def test_a_bend_is_the_map_s_closed_form(turn):
 
 
 @pytest.mark.parametrize("alike", [2, 4])
-def test_parts_that_are_each_other_s_images_are_solved_once(alike):
+def test_loss_of_congruent_parts_equals_whole_solution(alike):
     """Square rings: opposite sides are images of each other, and so are the halves of a side."""
     corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)]) * MM
     rings, modes = [bent(corners, 400 * UM), bent(0.7 * corners, 400 * UM)], ModeSet(6, 1, (4, 2))
@@ -138,7 +138,7 @@ def test_parts_that_are_each_other_s_images_are_solved_once(alike):
     assert part.inductance_changes(frequencies) == approx(whole.inductance_changes(frequencies), rel=1e-6)
 
 
-def test_resistance_goes_by_the_map_of_a_bent_strip():
+def test_corner_resistance_follows_conformal_map_and_frequency():
     track = bent(SPIRAL)
     squares = np.hypot(*np.diff(SPIRAL, axis=0).T).sum() / (200 * UM) + 5 * bend_squares(math.pi / 2)
     loss = ProximityLoss(squares / (58e6 * 35 * UM) + 0.003, np.array([1e-9]), np.array([1e-20]), -1e-12)
@@ -161,7 +161,7 @@ def rounded(radius, width=200 * UM):
     return BentTrack(table[:, :2], table[:, 2:4], table[:, 4], width, 35 * UM, 0.0)
 
 
-def test_a_corner_becomes_round_without_a_jump():
+def test_corner_resistance_is_continuous_in_radius():
     radii = np.array([0.51, 0.55, 0.6, 0.65, 0.699, 0.701, 0.75, 0.9, 1.2, 1.6, 2.5]) * 200 * UM
     resistances = [direct_resistance(rounded(r), 58e6) for r in radii]
     steps = np.diff(resistances) / resistances[0]
@@ -191,7 +191,7 @@ def test_tight_arcs_count_as_corners():
     assert 1.0 * sharp < corner_inductance([tight]) < 0.5 * sharp
 
 
-def test_fields_of_filaments():
+def test_filament_field_matches_biot_savart():
     rng = np.random.default_rng(3)
     start, end = rng.normal(size=(20, 2)), rng.normal(size=(20, 2))
     point, height = rng.normal(size=(7, 1, 2)), np.full((7, 1), 0.2)
@@ -206,7 +206,7 @@ def test_fields_of_filaments():
     assert found == approx(exact, rel=1e-5, abs=1e-13)
 
 
-def test_points_share_out_the_moment_evenly_to_both_sides():
+def test_corner_points_distribute_moment_evenly():
     for turn in TURNS[1:]:
         table = corner_points(float(turn))
         assert table[:, 2].sum() == approx(1.0, abs=2e-3)

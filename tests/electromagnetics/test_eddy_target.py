@@ -62,7 +62,7 @@ def change(target, poses, rings=JAW, centres=CENTRES, floor=-math.inf):
     return target.changes(rotation_matrices(poses[:, 3:]), poses[:, :3], [Rings(*rings, floor)] * len(centres), centres)
 
 
-def test_a_sum_of_gaussians_is_one_over_the_distance():
+def test_gaussian_sum_approximates_inverse_distance():
     found = gaussian_sum(1e-6, 1e-2)
     at = np.geomspace(2e-6, 1e-2, 50)
     summed = (found.weights * np.exp(-((found.scales * at[:, None]) ** 2))).sum(axis=1)
@@ -70,7 +70,7 @@ def test_a_sum_of_gaussians_is_one_over_the_distance():
     assert summed - constant == approx(1.0 / at, rel=1e-4)
 
 
-def test_what_a_sum_of_gaussians_lacks_on_a_surface_is_its_tail():
+def test_gaussian_sum_tail_equals_missing_surface_integral():
     found = gaussian_sum(1e-6, 1e-2)
     edges = np.geomspace(1e-11, 20e-6, 4001)
     at = np.sqrt(edges[1:] * edges[:-1])
@@ -79,7 +79,7 @@ def test_what_a_sum_of_gaussians_lacks_on_a_surface_is_its_tail():
     assert found.tail == approx(lacked, rel=0.01)
 
 
-def test_currents_with_less_energy_than_none_get_more():
+def test_non_positive_energy_eigenvalues_are_raised():
     turned, _ = np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))
     energies = np.array([-1e-3, 0.5, 1.0])
     matrix = turned * energies @ turned.T
@@ -88,7 +88,7 @@ def test_currents_with_less_energy_than_none_get_more():
     assert np.linalg.eigvalsh(factor @ factor.T - matrix)[0] > -1e-12
 
 
-def test_toroidal_functions_are_the_mean_over_circles():
+def test_toroidal_functions_match_circle_averages():
     excess = np.array([1e-4, 1e-2, 0.04, 0.05, 0.5, 20.0])
     angle = 2.0 * math.pi * (np.arange(40_000) + 0.5) / 40_000
     for order in (0, 1, 2, 7, 15):
@@ -98,7 +98,7 @@ def test_toroidal_functions_are_the_mean_over_circles():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("offset", [0.0, 2.25e-3])
-def test_a_lossless_box_is_a_box_of_loops(offset):
+def test_lossless_box_target_agrees_with_loop_model(offset):
     from box_of_loops import converged_change
 
     target = a_box(conductivity=LOSSLESS, first=LEAST)
@@ -106,7 +106,7 @@ def test_a_lossless_box_is_a_box_of_loops(offset):
     assert ours == approx(converged_change(PLATE[:2], PLATE[2], offset, *JAW, 1e-3), rel=4e-3)
 
 
-def test_finer_splines_and_more_points_change_nothing(plate):
+def test_target_solution_has_converged_in_splines_and_points(plate):
     poses = [[0.3e-3, -0.2e-3, 0.4e-3, 0.1, -0.08, 0.4], [0.0, 0.0, 1e-3, 0.0, 0.0, 0.0]]
     coarse, fine = change(plate, poses), change(a_box(fine=2.0, points=36), poses)
     assert coarse == approx(fine, abs=2e-3 * np.abs(fine).max())
@@ -114,7 +114,7 @@ def test_finer_splines_and_more_points_change_nothing(plate):
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_an_endless_plate_is_the_image():
+def test_large_lossless_plate_acts_as_image():
     from box_of_loops import endless_change
 
     size = (22e-3, 22e-3, 0.3e-3)
@@ -125,7 +125,7 @@ def test_an_endless_plate_is_the_image():
 
 
 @pytest.mark.slow
-def test_an_endless_disc_off_centre_is_the_image():
+def test_large_lossless_disc_off_centre_acts_as_image():
     from box_of_loops import endless_change
 
     surface = disc(24e-3, 0.3e-3, LEAST, 0.6e-3, (48, 3), 30)
@@ -140,7 +140,7 @@ DISCS = [(1e-3, 8e-3, 0.2e-3, 5.8e7), (0.5e-3, 4e-3, 0.035e-3, 5.8e7), (1e-3, 8e
 
 @pytest.mark.needs("scipy")
 @pytest.mark.parametrize("case", DISCS, ids=str)
-def test_a_disc_of_any_thickness_is_one_of_finite_elements(case):
+def test_disc_target_agrees_with_finite_elements(case):
     from disc_of_elements import disc_change
 
     reference = disc_change(EIGHT[0], *case[:3], case[3], cells=1.0)
@@ -156,7 +156,7 @@ MAGNETS = [
 
 @pytest.mark.needs("scipy")
 @pytest.mark.parametrize("case", MAGNETS, ids=str)
-def test_a_magnetic_disc_is_one_of_finite_elements(case):
+def test_magnetic_disc_target_agrees_with_finite_elements(case):
     """Of the size of the complex change: the inductance's own may pass zero."""
     from disc_of_elements import disc_change
 
@@ -169,7 +169,7 @@ def test_a_magnetic_disc_is_one_of_finite_elements(case):
 @pytest.mark.parametrize(
     ("size", "axes"), [((4e-3, 3e-3, 1e-3), (1.0, -1.0, 0.0)), ((4e-3, 4e-3, 2e-3), (1.0, 1.0, -2.0))]
 )
-def test_the_energy_of_a_harmonic_potential_within_a_box_is_its_own(size, axes):
+def test_box_energy_of_harmonic_potential_matches_closed_form(size, axes):
     # of x^2 - y^2 and the like the squared gradient's integral is known
     surface = box(size, 0.1e-3, 0.5e-3, (6, 6, 5))
     one = next(one for one in surface.classes if one.parity == (1, 1, 1))
@@ -187,7 +187,7 @@ def test_the_energy_of_a_harmonic_potential_within_a_box_is_its_own(size, axes):
     assert MU0 * (values @ one.functions.body.vacuum @ values) == approx(exact, rel=2e-3)
 
 
-def test_a_magnetic_square_turned_by_a_quarter_is_the_same():
+def test_magnetic_square_rotated_by_90_degrees_gives_equal_change():
     surface = box((3e-3, 3e-3, 0.3e-3), 15e-6, 0.4e-3, (20, 20, 5))
     square = SolvedTarget(surface, -0.15e-3, Metal(FREQUENCY, 1.3e6, 95.0))
     pose = [0.3e-3, 0.2e-3, 1e-3, 0.0, 0.0]
@@ -195,7 +195,7 @@ def test_a_magnetic_square_turned_by_a_quarter_is_the_same():
 
 
 @pytest.mark.parametrize(("conductivity", "permeability"), [(1.3e6, 95.0), (0.01, 150.0)])
-def test_an_endless_magnetic_sheet_is_that_of_half_spaces(conductivity, permeability):
+def test_large_magnetic_sheet_agrees_with_infinite_plate(conductivity, permeability):
     gap, thickness, metal = 1e-3, 0.3e-3, (conductivity, permeability)
     k = 7.0 / gap * (1.0 + np.polynomial.legendre.leggauss(500)[0])
     share = 7.0 / gap * np.polynomial.legendre.leggauss(500)[1]
@@ -208,13 +208,13 @@ def test_an_endless_magnetic_sheet_is_that_of_half_spaces(conductivity, permeabi
     assert abs(ours - endless) < 0.01 * abs(endless)
 
 
-def test_a_target_far_away_does_nothing(plate):
+def test_distant_target_gives_negligible_change(plate):
     near = change(plate, [0.0, 0.0, 0.5e-3, 0.0, 0.0, 0.0])
     for pose in ([0.0, 0.0, 40e-3, 0.2, 0.0, 0.0], [40e-3, 0.0, 0.5e-3, 0.0, 0.0, 0.0]):
         assert np.abs(change(plate, pose)).max() < 1e-5 * np.abs(near).max()
 
 
-def test_mutual_changes_are_reciprocal_and_metal_lowers_l_and_loses(plate, round_plate):
+def test_target_change_is_reciprocal_lowers_inductance_and_adds_loss(plate, round_plate):
     pose = [0.7e-3, -0.4e-3, 0.4e-3, 0.1, 0.2, 0.5]
     for target in (plate, round_plate):
         found = change(target, pose)[0]
@@ -223,7 +223,7 @@ def test_mutual_changes_are_reciprocal_and_metal_lowers_l_and_loses(plate, round
         assert np.linalg.eigvalsh(-found.imag).min() > 0.0
 
 
-def test_a_mirrored_pose_is_the_same(plate, round_plate):
+def test_mirrored_target_pose_gives_mirrored_change(plate, round_plate):
     pose = np.array([0.7e-3, 0.4e-3, 0.4e-3, 0.1, 0.2, 0.5])
     across, along = pose * [1, -1, 1, -1, 1, -1], pose * [-1, 1, 1, 1, -1, -1]
     for target in (plate, round_plate):
@@ -232,13 +232,13 @@ def test_a_mirrored_pose_is_the_same(plate, round_plate):
         assert other == approx(found[::-1, ::-1], rel=1e-6)
 
 
-def test_a_disc_turned_about_its_axis_is_the_same(round_plate):
+def test_disc_rotated_about_its_axis_gives_equal_change(round_plate):
     pose = np.array([0.7e-3, 0.4e-3, 0.6e-3, 0.1, 0.1])
     found, after = (change(round_plate, [*pose, turn])[0] for turn in (0.0, 0.7))
     assert after == approx(found, rel=2e-4)
 
 
-def test_a_turn_about_y_brings_the_target_s_plus_x_side_nearer(plate):
+def test_positive_tilt_about_y_increases_change_at_plus_x(plate):
     point = rotation_matrices(np.array([[0.0, 0.1, 0.0]]))[0] @ [1.0, 0.0, 0.0]
     assert point[2] < 0.0
     left, right = np.diag(change(plate, [0.0, 0.0, 1e-3, 0.0, 0.1, 0.0])[0].real)
@@ -246,7 +246,7 @@ def test_a_turn_about_y_brings_the_target_s_plus_x_side_nearer(plate):
 
 
 @pytest.mark.slow
-def test_nothing_jumps_when_a_pose_is_swept():
+def test_change_is_smooth_over_target_pose():
     # Across the doublings of the height at which the table's grids change, too.
     target, table = a_box(points=20), coil_potentials(LAYERS, 0.15e-3, 5e-3)[0]
     first, last = (
@@ -263,7 +263,7 @@ FIELDS_AT = [box(PLATE, 20e-6, 0.5e-3, (12, 12, 5)), disc(4e-3, 0.2e-3, 20e-6, 0
 
 
 @pytest.mark.parametrize("surface", FIELDS_AT, ids=["box", "disc"])
-def test_slopes_of_a_potential_drive_nothing_for_currents_have_no_end(surface):
+def test_gradient_fields_drive_no_target_current(surface):
     x, y, z = surface.points.T * 1e3
     none = np.zeros_like(x)
     fields = (z, none, x), (y * z, x * z, x * y), (z * z, none, 2.0 * x * z)
@@ -278,7 +278,7 @@ def test_slopes_of_a_potential_drive_nothing_for_currents_have_no_end(surface):
 
 
 @pytest.mark.slow
-def test_repeated_integrals_are_those_of_a_gaussian_and_of_each_other():
+def test_repeated_gaussian_integrals_match_erf_and_each_other():
     scales, u, (nodes, weights) = np.geomspace(1.0, 1e3, 7), np.linspace(0.0, 0.1, 4001), gauss(6)
     found = repeated_integrals(scales, u)
     erf = np.array([[math.erf(s * v) for v in u] for s in scales])
@@ -291,7 +291,7 @@ def test_repeated_integrals_are_those_of_a_gaussian_and_of_each_other():
 
 
 @pytest.mark.parametrize("surface", [box(PLATE, 20e-6, 1e-3, (6, 5, 4)), disc(4e-3, 0.2e-3, 20e-6, 1e-3, (6, 3), 3)])
-def test_currents_of_a_linkage_are_its_transpose(surface):
+def test_flux_linkage_and_current_operators_are_transposed(surface):
     field = np.sin(np.arange(len(surface.points) * 3 * 2)).reshape(-1, 3, 2)
     for one in surface.classes:
         some = np.cos(np.arange(len(one.functions.inductance) * 3)).reshape(-1, 3)
@@ -301,7 +301,7 @@ def test_currents_of_a_linkage_are_its_transpose(surface):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("floor", "gap"), [(-0.9e-3, 1e-3), (-0.4e-3, 0.4e-3)])
-def test_with_a_mirror_it_is_a_box_of_loops_over_one(floor, gap):
+def test_target_over_mirror_agrees_with_loop_model(floor, gap):
     from box_of_loops import converged_change
 
     mirror, near_face = Mirror(floor), -0.5 * PLATE[2]
@@ -313,7 +313,7 @@ def test_with_a_mirror_it_is_a_box_of_loops_over_one(floor, gap):
     assert ours == approx(converged_change(PLATE[:2], PLATE[2], 2.25e-3, *JAW, gap, floor=floor), rel=5e-3)
 
 
-def test_few_combinations_carry_the_image():
+def test_reduced_image_currents_agree_with_all_currents():
     mirror, near_face = Mirror(-0.4e-3), -0.5 * PLATE[2]
     surface = box(PLATE, 15e-6, 0.5e-3, (24, 24, 5))
     poses, found = [[0.3e-3, 0.0, 0.3e-3, 0.05, 0.1, 0.2], [0.0, 0.5e-3, 1e-3, -0.2, 0.0, 0.0]], []
@@ -335,7 +335,7 @@ class Unfolded:
 
 
 @pytest.mark.parametrize(("points", "floor"), [((8, 6, 3), -0.4e-3), ((7, 9, 4), -0.4e-3), ((6, 6, 3), -20e-3)])
-def test_a_folded_target_couples_with_its_image_as_a_whole_one(points, floor):
+def test_symmetric_target_couples_with_image_like_full_model(points, floor):
     """Of a mirror 20 mm below some symmetries feel nothing."""
     mirror, near_face = Mirror(floor), -0.5 * PLATE[2]
     surface, coarse = box(PLATE, 15e-6, 0.5e-3, (16, 16, 4)), box(PLATE, 15e-6, 0.5e-3, points)
@@ -385,7 +385,7 @@ def filaments(tracks, points, floor, roof=math.inf):
 
 @pytest.mark.parametrize("floor", [-math.inf, -0.6e-3, -20e-3])
 @pytest.mark.parametrize("height", [0.16e-3, 0.3e-3, 0.9e-3, 2.5e-3])
-def test_a_tabulated_coil_is_its_filaments(floor, height):
+def test_tabulated_coil_potential_agrees_with_filaments(floor, height):
     # A constant potential drives nothing, so it may differ by one.
     table = coil_potentials(LAYERS, 0.15e-3, 4e-3, None if math.isinf(floor) else Plane(floor))[0]
     generator = np.random.default_rng(1)
@@ -397,7 +397,7 @@ def test_a_tabulated_coil_is_its_filaments(floor, height):
 
 @pytest.mark.parametrize("planes", [(-math.inf, 1.1e-3), (-0.6e-3, 1.1e-3), (-0.6e-3, 9e-3)])
 @pytest.mark.parametrize("height", [0.16e-3, 0.9e-3])
-def test_a_coil_between_mirrors_has_the_field_of_its_images(planes, height):
+def test_coil_potential_between_mirrors_agrees_with_images(planes, height):
     floor, roof = planes
     table = coil_potentials(LAYERS, 0.15e-3, 4e-3, None if math.isinf(floor) else Plane(floor), Plane(roof))[0]
     generator = np.random.default_rng(2)
@@ -409,7 +409,7 @@ def test_a_coil_between_mirrors_has_the_field_of_its_images(planes, height):
 
 
 @pytest.mark.parametrize("planes", [(-60e-3, None), (-0.6e-3, 20e-3)])
-def test_a_mirror_far_away_changes_nothing_of_a_coil_s_field(planes):
+def test_distant_mirror_leaves_coil_potential_unchanged(planes):
     """The field of far images, which the grid repeats, is taken off it again."""
     floor, roof = planes
     generator = np.random.default_rng(3)
@@ -425,7 +425,7 @@ def in_front(z, strength=1.0 + 0.0j):
     return Roof(((z, strength),), (z, strength.real))
 
 
-def test_a_target_couples_with_a_roof_as_with_a_floor_so_far_away():
+def test_mirror_above_and_below_at_equal_distance_couple_equally():
     """Turned upside down, one is the other."""
     surface, coarse = box(PLATE, 15e-6, 0.5e-3, (16, 16, 4)), box(PLATE, 15e-6, 0.5e-3, (8, 6, 3))
     near_face, place = -0.5 * PLATE[2], np.array([0.0, 0.0, 0.3e-3])
@@ -438,7 +438,7 @@ def test_a_target_couples_with_a_roof_as_with_a_floor_so_far_away():
     assert largest[0] == approx(largest[1], abs=1e-6 * most)
 
 
-def test_changes_between_metals_are_reciprocal():
+def test_change_of_target_between_metals_is_reciprocal():
     near_face, gap = -0.5 * PLATE[2], 0.5e-3
     mirror = Mirror(-0.8e-3, 1.0, in_front(gap + PLATE[2] + 0.4e-3, 0.9 - 0.2j))
     surface, coarse = box(PLATE, 15e-6, 0.5e-3, (16, 16, 4)), box(PLATE, 15e-6, 0.5e-3, (8, 8, 3))

@@ -32,20 +32,20 @@ def disc(diameter, thickness=0.2e-3):
 @pytest.mark.parametrize("plate", [rectangle(40e-3, 40e-3), rectangle(0.4, 0.1), disc(40e-3)])
 @pytest.mark.parametrize("gap", [0.3e-3, 1e-3, 3e-3])
 @pytest.mark.parametrize("floor", [-math.inf, -1e-3])
-def test_a_large_plate_is_an_endless_one(plate, gap, floor):
+def test_large_plate_has_ratio_1_to_infinite_plate(plate, gap, floor):
     shares = plate_ratio(plate, COIL, np.array([[0.0, 0.0], [1e-3, 0.5e-3]]), gap, floor)
     assert shares == approx(1.0, abs=4e-3)
 
 
 @pytest.mark.parametrize("plate", [rectangle(4.5e-3, 4.2e-3), disc(4.5e-3)])
-def test_mirrored_places_have_one_share(plate):
+def test_mirrored_positions_have_equal_plate_ratio(plate):
     places = np.array([[1.3e-3, 0.7e-3], [-1.3e-3, 0.7e-3], [1.3e-3, -0.7e-3], [-1.3e-3, -0.7e-3]])
     shares = plate_ratio(plate, COIL, places, 0.8e-3)
     assert shares == approx(shares[0], rel=1e-9)
 
 
 @pytest.mark.parametrize("floor", [-math.inf, -1e-3])
-def test_heights_count_from_nowhere(floor):
+def test_plate_ratio_is_invariant_to_common_height_offset(floor):
     """Coil, mirror and plate moved up together are what they were."""
     up, place = 5e-3, np.array([[1.3e-3, 0.7e-3]])
     raised = CoaxialRings(COIL.radii, COIL.heights + up, COIL.turns)
@@ -55,7 +55,7 @@ def test_heights_count_from_nowhere(floor):
             assert found == approx(share(plate, COIL, place, 0.8e-3, floor), rel=1e-9)
 
 
-def test_a_turned_rectangle_over_a_turned_place_is_the_same():
+def test_rotated_rectangle_at_rotated_position_has_equal_ratio():
     one = plate_ratio(rectangle(4.5e-3, 3e-3), COIL, np.array([[1.3e-3, 0.7e-3]]), 0.8e-3)
     other = plate_ratio(rectangle(3e-3, 4.5e-3), COIL, np.array([[0.7e-3, 1.3e-3]]), 0.8e-3)
     assert one == approx(other, rel=1e-9)
@@ -63,7 +63,7 @@ def test_a_turned_rectangle_over_a_turned_place_is_the_same():
 
 @pytest.mark.parametrize("make", [lambda s: rectangle(s, s), lambda s: rectangle(s, 4e-3), disc])
 @pytest.mark.parametrize("offset", [0.0, 2.25e-3])
-def test_a_larger_plate_does_more(make, offset):
+def test_plate_ratio_rises_with_size(make, offset):
     shares = [float(plate_ratio(make(s), COIL, np.array([[offset, 0.0]]), 0.8e-3)[0]) for s in np.arange(1, 16) * 1e-3]
     assert np.all(np.diff(shares) > -1e-4)
     assert 0.0 < shares[0] < 0.25
@@ -72,7 +72,7 @@ def test_a_larger_plate_does_more(make, offset):
 
 @pytest.mark.parametrize("width", [1.5e-3, 2.5e-3, 4e-3])
 @pytest.mark.parametrize("gap", [0.3e-3, 2e-3])
-def test_a_thicker_plate_does_not_do_less(width, gap):
+def test_plate_ratio_never_falls_with_thickness(width, gap):
     """10 mm of copper did less than half of what 0.2 mm did: its sheet lay 5 mm away."""
     thicknesses = np.geomspace(0.01e-3, 10e-3, 13)
     shares = [float(plate_ratio(disc(width, t), COIL, np.zeros((1, 2)), gap)[0]) for t in thicknesses]
@@ -82,18 +82,18 @@ def test_a_thicker_plate_does_not_do_less(width, gap):
 
 @pytest.mark.parametrize("floor", [-math.inf, -1e-3])
 @pytest.mark.parametrize("plate", [rectangle(40e-3, 40e-3), disc(40e-3)])
-def test_a_large_plate_loses_what_an_endless_one_does(plate, floor):
+def test_large_plate_has_loss_ratio_1(plate, floor):
     shares = plate_loss_ratio(plate, COIL, np.array([[0.0, 0.0], [1e-3, 0.5e-3]]), 0.8e-3, floor)
     assert shares == approx(1.0, abs=0.02)
 
 
-def test_a_small_plate_loses_more_than_its_share():
+def test_small_plate_has_loss_ratio_above_inductance_ratio():
     for make in (disc, lambda s: rectangle(s, s)):
         plate, place = make(2.5e-3), np.zeros((1, 2))
         assert plate_loss_ratio(plate, COIL, place, 0.3e-3) > 1.5 * plate_ratio(plate, COIL, place, 0.3e-3)
 
 
-def test_the_result_scales_with_everything():
+def test_plate_ratio_is_invariant_to_scale_and_turns():
     small = plate_ratio(rectangle(4.5e-3, 4.2e-3), COIL, np.array([[2.25e-3, 0.0]]), 0.8e-3, -1e-3)
     coil = CoaxialRings(COIL.radii * 1e3, COIL.heights * 1e3, COIL.turns * 5.0)
     large = plate_ratio(rectangle(4.5, 4.2, 0.2), coil, np.array([[2.25, 0.0]]), 0.8, -1.0)
@@ -101,7 +101,7 @@ def test_the_result_scales_with_everything():
 
 
 @pytest.mark.parametrize("offset", [0.0, 10e-3])
-def test_a_small_disc_far_away_is_a_dipole(offset):
+def test_small_distant_disc_acts_as_dipole(offset):
     # A perfectly conducting disc of radius a across a field B has the moment 8 a^3 B / (3 mu0) (Van Bladel).
     radius, gap = 0.5e-3, 20e-3
     share = plate_ratio(disc(2 * radius, 0.0), ALONE, np.array([[offset, 0.0]]), gap)[0]
@@ -116,14 +116,14 @@ def test_a_small_disc_far_away_is_a_dipole(offset):
     assert share == approx(dipole / endless, rel=0.01)
 
 
-def test_a_square_is_as_polarizable_as_published():
+def test_square_plate_polarizability_matches_published_value():
     # Electric polarizabilities of small holes, the dual of plates: 0.1137 s^3 (McDonald 1985) and d^3 / 12 (Bethe).
     square = plate_ratio(rectangle(1e-3, 1e-3, 0.0), ALONE, np.zeros((1, 2)), 20e-3)
     round_one = plate_ratio(disc(1e-3, 0.0), ALONE, np.zeros((1, 2)), 20e-3)
     assert square / round_one == approx(0.1137 * 12, rel=0.003)
 
 
-def test_a_half_covered_coil_feels_a_quarter():
+def test_plate_over_half_of_coil_has_ratio_near_one_quarter():
     """The recommended jaw design: the plate between two 4 mm coils. An endless plate would overstate it fourfold."""
     between, over = plate_ratio(rectangle(4.5e-3, 4.2e-3), COIL, np.array([[2.25e-3, 0.0], [0.0, 0.0]]), 1e-3)
     assert 0.25 < between < 0.32
@@ -143,12 +143,12 @@ def test_bessel_functions_obey_their_identities():
 
 
 @pytest.mark.parametrize("floor", [-math.inf, -1e-3])
-def test_a_large_magnetic_plate_is_an_endless_one(floor):
+def test_large_magnetic_plate_has_ratio_1(floor):
     shares = magnetic_ratio(disc(120e-3), COIL, np.array([[0.0, 0.0], [1e-3, 0.5e-3]]), 1e-3, floor)
     assert shares == approx(1.0, abs=0.01)
 
 
-def test_magnetic_poles_need_room():
+def test_magnetic_ratio_of_small_discs_scales_with_fifth_power():
     """In the share of a small disc the radius stands to the fifth for poles, to the third for currents; in what a disc
     of some thickness leads through itself it stands to the second.
     """
@@ -162,7 +162,7 @@ def test_magnetic_poles_need_room():
     assert np.all(np.diff(shares) > 0.0)
 
 
-def test_a_small_thin_magnetic_disc_is_a_dipole():
+def test_small_thin_magnetic_disc_acts_as_dipole():
     """In an even field along it a thin disc of endless permeability has 16 r^3 / 3 times that field as its moment
     (Landau and Lifshitz, Electrodynamics of Continuous Media, section 4: the flat spheroid's limit).
     """
@@ -179,7 +179,7 @@ def test_a_small_thin_magnetic_disc_is_a_dipole():
 
 
 @pytest.mark.parametrize("size", [0.1e-3, 1e-3, 4e-3, 8e-3, 30e-3])
-def test_no_magnetic_plate_does_less_than_a_thinner_one(size):
+def test_magnetic_ratio_never_falls_with_thickness(size):
     """The edge of a thick one was taken to be inside it: shares of 75,000, or an array of negative size."""
     shares = [
         float(magnetic_ratio(FinitePlate((size, size), t), COIL, np.zeros((1, 2)), 1e-3)[0])
@@ -188,7 +188,7 @@ def test_no_magnetic_plate_does_less_than_a_thinner_one(size):
     assert np.all(np.diff(shares) > -2e-3) and shares[0] > 0.0 and shares[-1] < 1.0 + 1e-9
 
 
-def test_what_a_magnetic_plate_lacks_goes_on_smoothly_where_functions_end():
+def test_magnetic_ratio_is_smooth_at_change_of_basis():
     shares = np.array([float(magnetic_ratio(disc(d), COIL, np.zeros((1, 2)), 1e-3)[0]) for d in (18e-3, 20e-3, 24e-3)])
     slopes = np.diff(np.log(1.0 - shares)) / np.diff(np.log([18.0, 20.0, 24.0]))
     assert slopes == approx(-3.0, abs=0.6)

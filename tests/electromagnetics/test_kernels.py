@@ -34,12 +34,12 @@ def rings_exactly(r1, r2, z):
 
 
 @pytest.mark.parametrize("distance", [1e-9, 1e-6, 1e-3, 0.3, 3.0, 1e3, 1e4, 1e6])
-def test_rings_keep_their_digits_from_touching_to_far_apart(distance):
+def test_equal_ring_inductance_is_exact_at_all_distances(distance):
     ours = float(coaxial_rings(1.0, 1.0, distance**2))
     assert ours == approx(float(rings_exactly(1.0, 1.0, distance)), rel=2e-14)
 
 
-def test_unequal_rings_and_symmetry():
+def test_unequal_ring_inductance_is_exact_and_symmetric():
     assert float(coaxial_rings(1.0, 3.0, 4.0 + 0.25)) == approx(float(rings_exactly(1.0, 3.0, 0.5)), rel=1e-14)
     assert float(coaxial_rings(3.0, 1.0, 4.25)) == float(coaxial_rings(1.0, 3.0, 4.25))
 
@@ -79,11 +79,11 @@ def mean_by_points(d, h, w, t, count=60):
         (40.0, 2.0, (1.0, 2.0), (0.2, 0.3)),
     ],
 )
-def test_mean_distance_against_a_plain_sum(d, h, w, t):
+def test_log_mean_distance_agrees_with_point_sum(d, h, w, t):
     assert float(log_mean_distance(d, h, w, t)) == approx(mean_by_points(d, h, w, t), abs=2e-6)
 
 
-def test_mean_distance_joins_smoothly_where_the_series_takes_over_and_stays_right_far_away():
+def test_log_mean_distance_is_smooth_at_series_and_exact_far_away():
     w, t = (1.0, 1.0), (0.3, 0.3)
     across = np.linspace(3.5, 5.0, 301)
     third = np.diff(log_mean_distance(across, 0.0, w, t), 3)
@@ -94,7 +94,7 @@ def test_mean_distance_joins_smoothly_where_the_series_takes_over_and_stays_righ
 
 @settings(max_examples=40, deadline=None)
 @given(st.floats(0.0, 5.0), st.floats(0.2, 2.0), st.floats(1e-6, 1e3), st.integers(1, 4))
-def test_strands_keep_the_mean_distance(across, height, scale, strands):
+def test_strand_clearance_preserves_log_mean_distance(across, height, scale, strands):
     d, h, w, t = across * scale, height * scale, (scale, scale), (0.15 * scale, 0.15 * scale)
     extra = float(strand_clearance(np.array(d), h, w, t, strands))
     nodes, weights = np.polynomial.legendre.leggauss(strands)
@@ -120,18 +120,18 @@ def filaments_exactly(length, start, end, rho):
         (1.0, 0.2, 1.4, 1e3), (1.0, 1e4, 1e4 + 1, 1e-3), (1e-3, 0.0, 2.0, 0.5),
     ],
 )
-def test_parallel_filaments_near_collinear_and_far(length, start, end, rho):
+def test_parallel_filament_inductance_is_exact_near_collinear_and_far(length, start, end, rho):
     ours = float(parallel_filaments(*(np.array(x) for x in (length, start, end, rho * rho))))
     assert ours == approx(float(filaments_exactly(length, start, end, rho)), rel=1e-9)
 
 
-def test_a_split_track_has_the_same_inductance():
+def test_split_straight_track_has_equal_inductance():
     whole = PolylineTrack(np.array([[0.0, 0.0], [5e-3, 0.0]]), 1e-4, 35e-6, 0.0)
     split = PolylineTrack(np.array([[0.0, 0.0], [1.3e-3, 0.0], [3.1e-3, 0.0], [5e-3, 0.0]]), 1e-4, 35e-6, 0.0)
     assert track_mutual_inductance(split, split) == approx(track_mutual_inductance(whole, whole), rel=1e-12)
 
 
-def test_a_straight_bar_against_rosa():
+def test_straight_bar_inductance_agrees_with_rosa():
     length, w, t = 10e-3, 1e-4, 35e-6
     bar = PolylineTrack(np.array([[0.0, 0.0], [length, 0.0]]), w, t, 0.0)
     gmd = math.exp(float(log_mean_distance(0.0, 0.0, (w, w), (t, t))))
@@ -139,12 +139,12 @@ def test_a_straight_bar_against_rosa():
     assert track_mutual_inductance(bar, bar) == approx(rosa, rel=2e-4)
 
 
-def test_a_via_is_a_short_tube():
+def test_via_inductance_agrees_with_tube_formula():
     assert via_inductance(1e-3, 1e-5) == approx(MU0 / (2 * math.pi) * 1e-3 * (math.log(4e-3 / 1e-5) - 1), rel=2e-3)
     assert 0.0 < via_inductance(60e-6, 0.2e-3) < 0.02e-9
 
 
-def test_bessel_against_mpmath():
+def test_bessel_j1_agrees_with_mpmath():
     x = np.concatenate([np.linspace(0, 12, 97), np.geomspace(12, 1e3, 40)])
     exact = np.array([float(mpmath.besselj(1, float(v))) for v in x])
     assert np.max(np.abs(j1(x) - exact)) < 6e-8
@@ -168,7 +168,7 @@ def mean_distance_exactly(d, h, w, t):
 
 @pytest.mark.parametrize("thinness", [1.0, 1e-2, 1e-4, 1e-8])
 @pytest.mark.parametrize("distance", [1.5, 4.0, 11.0, 13.0, 100.0, 1e4, 1e6])
-def test_the_mean_distance_of_far_and_thin_rectangles_does_not_cancel(distance, thinness):
+def test_log_mean_distance_of_far_thin_rectangles_keeps_accuracy(distance, thinness):
     """In double precision the closed form is useless beyond some twelve widths, and earlier for thin strips."""
     w, t = (1.0, 0.7), (thinness, 0.5 * thinness)
     exact = mean_distance_exactly(distance, 0.3, w, t)
@@ -184,7 +184,7 @@ def test_the_mean_distance_of_far_and_thin_rectangles_does_not_cancel(distance, 
         (1.0, 0.3, 5.0, 1e-4, 1e-8),
     ],
 )
-def test_far_and_thin_bars_do_not_cancel(length, start, height, width, thickness):
+def test_inductance_of_far_thin_bars_keeps_accuracy(length, start, height, width, thickness):
     """The sixty-four terms of the bar formula lose all digits in double precision; the tracks' sums must not."""
     one = PolylineTrack(np.array([[0.0, 0.0], [length, 0.0]]), width, thickness, 0.0)
     other = PolylineTrack(np.array([[start, 0.0], [start + length, 0.0]]), width, thickness, height)

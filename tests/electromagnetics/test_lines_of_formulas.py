@@ -24,7 +24,7 @@ MM, UM, COPPER = 1e-3, 1e-6, 58e6
 
 
 @pytest.mark.parametrize("turn", [0.3, 1.2, 2.5])
-def test_an_arc_stands_for_half_of_its_angle_on_either_side_of_its_cut(monkeypatch, turn):
+def test_arc_half_angles_at_cuts_add_up_to_turn(monkeypatch, turn):
     """The rest of a circle is taken from the arc's ends on: with 0.55 of the angle 3 % more were lost, unseen."""
     radius, halves = 1 * MM, []
     whole = bent_tracks._bend_flux
@@ -41,7 +41,7 @@ def test_an_arc_stands_for_half_of_its_angle_on_either_side_of_its_cut(monkeypat
     assert 2.0 * np.sum(np.concatenate(halves)) == approx(turn, rel=1e-2)
 
 
-def test_a_bend_to_the_right_loses_what_one_to_the_left_does():
+def test_right_and_left_bends_have_equal_loss():
     """And hardly another share than a gentle one: what the rest of its circle would send through it is taken off."""
     frequencies, found = np.array([1e6, 1e7]), {}
     for radius, side in ((0.4 * MM, 1.0), (0.4 * MM, -1.0), (1.6 * MM, 1.0)):
@@ -53,7 +53,7 @@ def test_a_bend_to_the_right_loses_what_one_to_the_left_does():
     assert tight == approx(mirrored, rel=1e-6) and tight == approx(gentle, rel=0.02)
 
 
-def test_direct_current_of_a_bend_stores_what_its_shift_takes_from_an_even_one():
+def test_bend_inductance_change_equals_energy_of_current_shift():
     """The change is the energy of the current with its shift less that without, the field from outside in both."""
     cut = Cut(np.array([1.0, 1.3]) * MM, np.zeros(2), np.full(2, 200 * UM), np.full(2, 35 * UM), np.full(2, 5 * MM),
               np.array([1e3, 1e3 / 1.3]))
@@ -67,7 +67,7 @@ def test_direct_current_of_a_bend_stores_what_its_shift_takes_from_an_even_one()
 
 
 @pytest.mark.parametrize("turn", [0.4, 1.0, 2.0])
-def test_a_mitre_reaches_both_edges_of_its_sides(turn):
+def test_mitre_spans_full_width_of_both_sides(turn):
     """What a mitre has of either side's normal is one: at right angles alone a product is as good as a quotient."""
     nodes = np.array([(0.0, 0.0), (1.0, 0.0), (1.0 + math.cos(turn), math.sin(turn))]) * MM
     track = BentTrack(nodes[:-1], nodes[1:], np.zeros(2), 200 * UM, 35 * UM, 0.0)
@@ -78,7 +78,7 @@ def test_a_mitre_reaches_both_edges_of_its_sides(turn):
     assert np.sum(normals * after, axis=1) == approx(np.ones(2), rel=1e-9)
 
 
-def test_what_a_bend_shifts_is_left_out_of_the_crowding_where_it_is_asked_so():
+def test_bend_current_shift_is_excluded_from_crowding_on_request():
     """At low frequencies nothing crowds, and near a magnetic wall what is left is the shift of direct current."""
     layers = tuple(coil(4 * MM, 3, 400 * UM, 100 * UM, [0.0], [35 * UM]))
     resolution = proximity.suited_resolution(layers, COPPER, 0.03)
@@ -91,7 +91,7 @@ def test_what_a_bend_shifts_is_left_out_of_the_crowding_where_it_is_asked_so():
     assert with_bends > 1e-12 and without < 1e-3 * with_bends
 
 
-def test_what_an_image_returns_is_a_complex_system():
+def test_image_coupling_solution_agrees_with_series():
     """Of the image's combinations the loss turns the phase: with the wrong sign it would give energy."""
     rng = np.random.default_rng(4)
     coils, combinations = 2, 3
@@ -110,7 +110,7 @@ def test_what_an_image_returns_is_a_complex_system():
     assert np.all(np.isfinite(found))
 
 
-def test_strands_of_near_sides_grow_in_number_from_their_bounds_on():
+def test_strand_count_rises_at_width_to_distance_bounds():
     """Each of them is the first width over layer distance that takes so many."""
     for (least, strands), (more, _) in pairwise((*tracks.WIDE, (1e3, 0))):
         one, other = (SimpleNamespace(width=least, z=z) for z in (0.0, 1.0))

@@ -43,7 +43,7 @@ def parallel_resistance(inductance: float, resistance: float, frequency: float) 
     return (2.0 * math.pi * frequency * inductance) ** 2 / resistance
 
 
-def test_at_direct_current_nothing_changes_and_losses_only_grow():
+def test_resistance_ratio_is_1_at_dc_and_rises_with_frequency():
     loss = proximity.winding_loss(four_layers(), COPPER)
     assert loss.resistance_ratio(0.0) == 1.0
     ratios = [loss.resistance_ratio(f) for f in np.geomspace(1e3, 20e6, 30)]
@@ -53,7 +53,7 @@ def test_at_direct_current_nothing_changes_and_losses_only_grow():
     assert np.all(np.diff(changes) < 0.0)
 
 
-def test_more_of_one_conductor_has_more_of_all():
+def test_scaled_loss_scales_resistance_and_inductance_change():
     loss = proximity.winding_loss(miniature(), COPPER)
     double, frequencies = loss.scaled(2.0 * loss.direct), np.geomspace(1e4, 2e7, 5)
     assert double.resistance_ratios(frequencies) == approx(loss.resistance_ratios(frequencies), rel=1e-12)
@@ -62,7 +62,7 @@ def test_more_of_one_conductor_has_more_of_all():
 
 
 @pytest.mark.parametrize("apart", [300 * UM, 600 * UM])
-def test_slopes_by_the_distance_are_those_of_neumann_s_sum(apart):
+def test_distance_derivative_agrees_with_neumann_difference(apart):
     layers = coil(4 * MM, 6, 100 * UM, 100 * UM, (0.0, -apart), (18 * UM, 18 * UM))
     found = distance_derivative(spiral_spectrum(layers, apart, 0), [layer.z for layer in layers])
     step = 0.02 * apart
@@ -74,7 +74,7 @@ def test_slopes_by_the_distance_are_those_of_neumann_s_sum(apart):
     assert found[0, 0] == found[1, 1] == 0.0 and found[1, 0] == found[0, 1]
 
 
-def test_sectors_stand_side_by_side_all_round():
+def test_sectors_cover_full_circle_without_gaps():
     found = proximity.sectors(four_layers(), 12)
     ends = [middle + 0.5 * width for middle, width in found]
     starts = [middle - 0.5 * width for middle, width in found]
@@ -113,7 +113,7 @@ def eddy_power_by_cells(layers, radii, across=12, through=3):
     return COPPER * w * t * spread.mean(axis=1).sum()
 
 
-def test_low_frequency_loss_against_the_flux_on_small_cells(monkeypatch):
+def test_low_frequency_loss_agrees_with_small_cells(monkeypatch):
     layers = coil(4e-3, 6.25, 100 * UM, 100 * UM, [0, -43 * UM, -130 * UM, -173 * UM], [18 * UM] * 4)
     radii = radii_at(layers, 0.3)
     resolution = proximity.LossResolution(ModeSet(8, 2, (8, 2)), 1, 30)
@@ -123,7 +123,7 @@ def test_low_frequency_loss_against_the_flux_on_small_cells(monkeypatch):
 
 
 @pytest.mark.parametrize("tolerance", [0.03, 0.01])
-def test_modes_points_and_azimuths_keep_the_tolerance(tolerance):
+def test_default_loss_resolution_meets_tolerance(tolerance):
     finest = proximity.LossResolution(ModeSet(10, 4, (10, 3)), 16, 36)
     for layers in (four_layers(), miniature(), coil(6 * MM, 1.5, 200 * UM, 100 * UM, (0, -60 * UM), [35 * UM] * 2)):
         ours = proximity.winding_loss(layers, COPPER, tolerance)
@@ -135,7 +135,7 @@ def test_modes_points_and_azimuths_keep_the_tolerance(tolerance):
             assert inductance_change(ours, frequency) == approx(change, abs=tolerance / 30 * whole)
 
 
-def test_wide_tracks_take_more_modes():
+def test_default_modes_resolve_wide_tracks_within_3_percent():
     layers = coil(30 * MM, 4, 900 * UM, 150 * UM, (0.0,), (35 * UM,))
     ours = proximity.winding_loss(layers, COPPER)
     fine = proximity.winding_loss(layers, COPPER, resolution=proximity.LossResolution(ModeSet(24, 4, (24, 3)), 4, 50))
@@ -149,13 +149,13 @@ def rp(layers, frequency):
     return parallel_resistance(inductance, loss.direct * loss.resistance_ratio(frequency), frequency)
 
 
-def test_parallel_resistance_of_the_thesis_miniature():
+def test_parallel_resistance_of_miniature_coil_matches_thesis():
     # 0.14 / 0.27 / 0.37 kohm at 5 / 8 / 10 MHz: the project's figures for 3.5 mm, 2 x 6.5 turns
     for frequency, expected in ((5e6, 140.0), (8e6, 270.0), (10e6, 370.0)):
         assert rp(miniature(), frequency) == approx(expected, rel=0.06)
 
 
-def test_parallel_resistance_of_a_four_layer_coil_by_another_solver():
+def test_parallel_resistance_of_four_layer_coil_matches_other_solver():
     # 3.5 mm, 8 turns, 75/50 um, 18 um copper, 0/43/130/173 um: 2.7 kohm at 8 MHz by a proximity solve
     layers = coil(3.5e-3, 8, 75 * UM, 50 * UM, [0, -43 * UM, -130 * UM, -173 * UM], [18 * UM] * 4)
     assert rp(layers, 8e6) == approx(2700.0, rel=0.04)
@@ -163,7 +163,7 @@ def test_parallel_resistance_of_a_four_layer_coil_by_another_solver():
 
 @settings(max_examples=30, deadline=None)
 @given(st.floats(0.05e-3, 5e-3), st.floats(0.2e6, 20e6), st.floats(1e5, 6e7), st.floats(10e-6, 1e-3))
-def test_a_conductor_lowers_inductance_and_takes_power(gap, frequency, conductivity, thickness):
+def test_conductor_lowers_inductance_and_adds_resistance(gap, frequency, conductivity, thickness):
     spectrum = spiral_spectrum(bench(), gap)
     change, added = reflected_impedance(
         spectrum, frequency, Reflector(gap, (MetalLayer(conductivity, 1.0, thickness),)), None
@@ -172,7 +172,7 @@ def test_a_conductor_lowers_inductance_and_takes_power(gap, frequency, conductiv
     assert added > 0.0
 
 
-def test_reflection_limits():
+def test_reflection_of_perfect_thin_and_thick_metal_has_known_limits():
     k = np.geomspace(10.0, 1e5, 30)
     assert reflection(k, 5e6, (MetalLayer(1e30),)) == approx(-1.0, rel=1e-6)
     assert np.all(reflection(k, 5e6, (MetalLayer(0.0),)) == 0.0)
@@ -183,7 +183,7 @@ def test_reflection_limits():
     assert np.all(np.abs(reflection(k, 5e6, plates)) <= 1.0)
 
 
-def test_two_perfect_plates_act_more_than_either_and_commute():
+def test_two_perfect_plates_lower_inductance_more_than_either_alone():
     spectrum = spiral_spectrum(bench(), 0.5e-3)
     plate = (MetalLayer(1e15),)
     above, below = Reflector(0.5e-3, plate), Reflector(0.6e-3, plate)
@@ -194,7 +194,7 @@ def test_two_perfect_plates_act_more_than_either_and_commute():
     assert -spiral_inductance_matrix(bench()).sum() < both
 
 
-def test_the_wall_lies_half_a_skin_depth_inside():
+def test_metal_acts_as_mirror_half_a_skin_depth_deep():
     spectrum = spiral_spectrum(bench(), 1e-3)
     depth = skin_depth(5e6, COPPER)
     real = reflected_impedance(spectrum, 5e6, Reflector(1e-3, (MetalLayer(COPPER),)), None)[0]
@@ -204,7 +204,7 @@ def test_the_wall_lies_half_a_skin_depth_inside():
 
 @pytest.mark.parametrize(("plate", "expected"), [(MetalLayer(1.389e6, 1.02), 540.0), (MetalLayer(1.25e6, 100.0), 510.0),
                                                  (MetalLayer(COPPER), 730.0)])
-def test_metal_behind_a_jaw_coil(plate, expected):
+def test_parallel_resistance_of_jaw_coil_with_metal_behind_matches_reference(plate, expected):
     # 4 mm, 4 x 6.25 turns at 8 MHz: 1.52 kohm in air; 0.54, 0.51, 0.73 with 304, 17-4 steel, copper 0.5 mm behind
     layers = coil(4e-3, 6.25, 100 * UM, 100 * UM, [0, -68 * UM, -136 * UM, -204 * UM], [18 * UM] * 4)
     f, bottom = 8e6, 213 * UM
@@ -216,7 +216,7 @@ def test_metal_behind_a_jaw_coil(plate, expected):
     assert parallel_resistance(inductance + change, resistance + added, f) == approx(expected, rel=0.03)
 
 
-def test_magnetic_steel_keeps_the_inductance_but_takes_more_power():
+def test_magnetic_steel_keeps_inductance_and_adds_more_loss():
     spectrum = spiral_spectrum(four_layers(), 0.5e-3)
     soft = reflected_impedance(spectrum, 8e6, None, Reflector(0.7e-3, (MetalLayer(1.25e6, 100.0),)))
     plain = reflected_impedance(spectrum, 8e6, None, Reflector(0.7e-3, (MetalLayer(1.389e6, 1.02),)))
@@ -224,7 +224,7 @@ def test_magnetic_steel_keeps_the_inductance_but_takes_more_power():
     assert soft[1] > 2.0 * plain[1]
 
 
-def test_spectra_of_a_spiral_and_of_its_chords_agree():
+def test_spiral_and_polyline_spectra_give_equal_reflected_impedance():
     layer = bench()[:1]
     theta = np.linspace(0.0, layer[0].span, 12 * 48 + 1)
     r = layer[0].radius - layer[0].pitch / (2 * math.pi) * theta
@@ -235,7 +235,7 @@ def test_spectra_of_a_spiral_and_of_its_chords_agree():
     assert a == approx(b, rel=5e-3)
 
 
-def test_image_of_a_ring_in_a_perfect_plate():
+def test_ring_over_perfect_plate_agrees_with_image_ring():
     # one narrow turn: the change is minus the mutual inductance of two rings twice the gap apart
     ring = coil(4e-3, 1.0, 10 * UM, 1e-4 * UM, (0.0,), (10 * UM,))
     gap = 0.7e-3
@@ -243,7 +243,7 @@ def test_image_of_a_ring_in_a_perfect_plate():
     assert change == approx(-float(coaxial_rings(1.995e-3, 1.995e-3, (2 * gap) ** 2)), rel=1e-2)
 
 
-def test_closed_capacitances():
+def test_closed_capacitance_formulas_have_known_values():
     # PHYSICS 6: 44 pF/m x eps_r for 100 um tracks through 25 um; edges on both sides make it 48
     assert 44e-12 < stacked_strips(100 * UM, 25 * UM, 1.0) < 49e-12
     assert series_permittivity([10.0, 10.0], [2.0, 2.0]) == 2.0
@@ -254,12 +254,12 @@ def test_closed_capacitances():
     assert coplanar_strips((1 - k) / (2 * k), 1.0, 1.0) == approx(8.8541878128e-12, rel=1e-9)
 
 
-def test_tank_formulas_against_the_data_sheet():
+def test_resonance_frequency_matches_data_sheet_example():
     # SNOSCY9A 8.2: 43.9 uH with 100 pF runs at 2.4 MHz
     assert resonance_frequency(43.9e-6, 100e-12) == approx(2.4e6, rel=5e-3)
 
 
-def test_skin_depth_and_strips():
+def test_skin_depth_and_single_track_loss_have_known_values():
     assert skin_depth(8e6, COPPER) == approx(23.4e-6, rel=2e-3)
     assert lone_track_loss(1e-4, 35e-6, COPPER).resistance_ratio(1e3) == approx(1.0, abs=1e-6)
     # a thin strip between its two limits: uniform current, and current at the surface alone
@@ -269,7 +269,7 @@ def test_skin_depth_and_strips():
 
 
 @pytest.mark.parametrize(("drill", "plating"), [(0.2e-3, 20e-6), (0.1e-3, 40e-6), (0.3e-3, 5e-6)])
-def test_a_barrel_is_the_ring_that_plating_leaves_of_the_hole(drill, plating):
+def test_via_resistance_uses_plated_ring_of_drilled_hole(drill, plating):
     """The drill is the outer diameter; a hole that plating fills is a rod."""
     ring = math.pi / 4.0 * (drill**2 - (drill - 2.0 * plating) ** 2)
     assert via_resistance(60e-6, drill, plating, COPPER) == approx(60e-6 / (COPPER * ring), rel=1e-9)

@@ -35,7 +35,7 @@ def pairs_of(matrix):
 
 
 @pytest.mark.parametrize("thickness", [9 * UM, 100 * UM])
-def test_products_are_those_of_the_full_matrix(monkeypatch, thickness):
+def test_sparse_mode_matrix_products_agree_with_full_matrix(monkeypatch, thickness):
     cut, modes = rows(80, thickness), ModeSet(6, 2, (7, 3))
     sparse = mode_matrix.mode_matrix(cut, COPPER, modes)
     assert isinstance(sparse, NearAndFar)
@@ -51,7 +51,7 @@ def test_products_are_those_of_the_full_matrix(monkeypatch, thickness):
     assert sparse @ one == approx(full @ one, abs=1e-3 * np.abs(full @ one).max())
 
 
-def test_pairs_that_lie_alike_are_kept_once(monkeypatch):
+def test_pairs_with_equal_offsets_share_one_block(monkeypatch):
     """As good as every pair with a block of its own, and unevenly spaced tracks have just that."""
     cut, modes = rows(80), ModeSet(6, 2, (7, 3))
     vector = np.random.default_rng(2).normal(size=(80 * len(modes.orders), 3))
@@ -67,13 +67,13 @@ def test_pairs_that_lie_alike_are_kept_once(monkeypatch):
     assert blocks_of(matrix) == pairs_of(matrix)
 
 
-def test_it_takes_a_fraction_of_the_room():
+def test_sparse_mode_matrix_needs_less_than_30_percent_memory():
     matrix = mode_matrix.mode_matrix(rows(400), COPPER, ModeSet(6, 2, (7, 3)))
     room = sum(group.blocks.nbytes + group.neighbours.nbytes for group in matrix.near) + matrix.far.nbytes
     assert room < 0.3 * 8 * matrix.scale.size**2
 
 
-def test_losses_are_those_of_all_modes(monkeypatch):
+def test_losses_by_sparse_matrix_agree_with_full_matrix(monkeypatch):
     layers = tuple(coil(30e-3, 35, 200 * UM, 60 * UM, [0.0, -60 * UM], [35 * UM] * 2))
     frequencies = np.array([1e5, 1e6, 1e7])
     wall = Reflector(100 * UM, (MetalLayer(COPPER),))

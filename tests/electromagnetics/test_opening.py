@@ -31,13 +31,13 @@ def taken_away(roof: MetalLayer | None) -> float:
 
 
 @pytest.mark.parametrize(("roof", "echo"), [(None, 1.0), (MetalLayer(1e18), 1.0), (MetalLayer(0.0, 1e6), -1.0)])
-def test_of_an_elongated_coil_over_a_wide_thin_frame_nothing_is_left(roof, echo):
+def test_wide_thin_opening_recovers_full_inductance_of_elongated_coil(roof, echo):
     wide = Opening((14e-3, 11e-3), 20e-6)
     gained = gained_inductance(wide, [LONG], GAP, math.inf if roof is None else ROOM, echo)
     assert gained == approx(taken_away(roof), rel=0.03)
 
 
-def test_less_is_missing_of_a_thick_slab_and_next_to_nothing_of_one_with_a_small_hole():
+def test_opening_gain_falls_with_thickness_and_fifth_power_of_size():
     thin, thick, endless = (gained_inductance(Opening((3e-3, 1e-3), t), [LONG], GAP) for t in (2e-5, 1e-3, 8e-3))
     assert thin > 1.1 * thick > 1.1 * endless
     one, half = (gained_inductance(Opening((s, s), 1e-3), [LONG], GAP) for s in (0.4e-3, 0.2e-3))
@@ -45,7 +45,7 @@ def test_less_is_missing_of_a_thick_slab_and_next_to_nothing_of_one_with_a_small
     assert one / half == approx(32.0, rel=0.2)
 
 
-def test_an_opening_turned_with_its_coil_gains_alike():
+def test_opening_rotated_with_its_coil_gives_equal_gain():
     turned = PolylineTrack(LONG.corners[:, ::-1] * [1.0, -1.0] + [1e-3, 0.4e-3], LONG.width, LONG.thickness, LONG.z)
     beside = PolylineTrack(LONG.corners + np.array([-0.4e-3, 1e-3]), LONG.width, LONG.thickness, LONG.z)
     one = gained_inductance(Opening((2e-3, 3e-3), 1e-3), [turned], GAP, ROOM)

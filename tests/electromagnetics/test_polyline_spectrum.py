@@ -38,7 +38,7 @@ def over_mirror(tracks, gap, loops=()):
 
 @pytest.mark.parametrize("corners", [SQUARE, BLUNT], ids=["square", "blunt"])
 @pytest.mark.parametrize(("width", "gap"), [(400 * UM, 0.15 * MM), (400 * UM, 1.0 * MM), (100 * UM, 0.1 * MM)])
-def test_wide_sides_are_mitred_where_they_meet(corners, width, gap):
+def test_spectrum_of_mitred_wide_sides_agrees_with_strands(corners, width, gap):
     """From their centre lines, cut off square, the reflection was up to 1 % off: an outside lacked, an inside was
     double."""
     track = PolylineTrack(corners, width, 1 * UM, 0.0)
@@ -55,7 +55,7 @@ SHARES = 0.5 * _WEIGHTS
 
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])
-def test_a_loop_is_a_small_turn_of_wire(sense):
+def test_corner_loop_agrees_with_small_wire_turn(sense):
     """Upwards where the current runs counter-clockwise; it acts on the winding and on itself."""
     side, place, gap = 40 * UM, np.array([0.8 * MM, -0.75 * MM]), 0.2 * MM
     turn = place + 0.5 * side * np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0)])
@@ -68,7 +68,7 @@ def test_a_loop_is_a_small_turn_of_wire(sense):
     assert sense * by_wire < 0.0
 
 
-def test_every_bend_has_its_moment_however_it_is_rounded():
+def test_bend_loop_moments_match_corner_and_rounded_values():
     width = 100 * UM
     for radius, expected in ((0.0, corner_moment(math.pi / 2)), (2.0, math.pi / 24.0)):
         onwards = radius * width
@@ -90,7 +90,7 @@ def test_a_straight_track_has_no_loops():
 
 
 @pytest.mark.parametrize("gap", [0.5 * MM, 2.0 * MM])
-def test_few_chords_are_the_arc(gap):
+def test_coarse_chords_of_arc_agree_with_fine_chords(gap):
     # the half circles of a racetrack
     starts = MM * np.array([(-1.0, -2.0), (1.0, -2.0), (1.0, 2.0), (-1.0, 2.0)])
     ends = MM * np.array([(1.0, -2.0), (1.0, 2.0), (-1.0, 2.0), (-1.0, -1.5)])
@@ -100,7 +100,7 @@ def test_few_chords_are_the_arc(gap):
     assert over_mirror([found], gap) == approx(over_mirror([fine], gap), rel=5e-4)
 
 
-def test_a_wave_along_a_sides_normal_is_no_division_by_zero():
+def test_wave_normal_to_a_side_gives_finite_value():
     """Side by side, both ends of a side have one phase: their difference over it is the side's length."""
     track = PolylineTrack(MM * np.array([(-1.0, 0.0), (1.0, 0.0), (1.0, 0.4)]), 100 * UM, 12 * UM, 0.0)
     turned = [np.array([[0.0], [1.0]]), np.array([[1e-6], [1.0]])]
@@ -111,7 +111,7 @@ def test_a_wave_along_a_sides_normal_is_no_division_by_zero():
     assert abs(across[0, 0]) == approx(2 * MM, rel=0.02)
 
 
-def test_bends_that_repeat_are_one_figure():
+def test_repeated_bends_are_summed_as_one_pattern():
     """Sixteen corners of eight chords each: eight figures, the first and the last corner aside."""
     steps = [0.05 * np.array([math.cos(a), math.sin(a)]) for a in np.radians(np.arange(5.0, 45.0, 5.0))]
     points = [np.zeros(2)]
@@ -128,7 +128,7 @@ def test_bends_that_repeat_are_one_figure():
 
 
 @pytest.mark.parametrize("whole", [False, True])
-def test_loops_that_repeat_are_summed_at_their_places(whole):
+def test_repeated_loops_are_summed_at_their_positions(whole):
     angle = np.radians(45.0) * np.arange(24)
     radius = 2.0 - 0.02 * np.arange(24)
     middles = MM * (radius * np.stack([np.cos(angle), np.sin(angle)])).T
@@ -144,7 +144,7 @@ def test_loops_that_repeat_are_summed_at_their_places(whole):
 
 
 @pytest.mark.slow
-def test_a_racetrack_that_is_nearly_round_takes_few_directions(monkeypatch):
+def test_nearly_round_racetrack_converges_with_few_directions(monkeypatch):
     """The chords of its arcs are as long as its sides: each counted as one that needs directions crowding about it."""
     starts = MM * np.array([(-0.3, -3.0), (0.3, -3.0), (0.3, 3.0), (-0.3, 3.0)])
     ends = MM * np.array([(0.3, -3.0), (0.3, 3.0), (-0.3, 3.0), (-0.3, -2.9)])
@@ -159,7 +159,7 @@ def test_a_racetrack_that_is_nearly_round_takes_few_directions(monkeypatch):
     assert few == approx(over_mirror([chords], gap), rel=1e-5)
 
 
-def test_waves_are_worked_out_some_at_once(monkeypatch):
+def test_waves_are_computed_in_batches_with_equal_result(monkeypatch):
     """One by one, a thousand of them took a second of calls for numbers that need a third of it."""
     calls, waves = [], _Mitred.waves
 
@@ -177,7 +177,7 @@ def test_waves_are_worked_out_some_at_once(monkeypatch):
 
 
 @pytest.mark.parametrize("phase", [0.0, 1e-17, 0.3, 2.0, math.pi, 2.0 * math.pi - 1e-4, 7.0])
-def test_a_row_of_places_is_summed_in_closed_form(phase):
+def test_sum_over_row_of_positions_matches_closed_form(phase):
     """Also where every step turns the wave by nearly nothing, or by nearly a whole turn."""
     count, wave = 25, np.array([[phase / 0.05], [0.7]])
     places = np.array([2.0, 3.0]) + np.outer(np.arange(count) - 12.0, [0.05, 0.0])
@@ -185,7 +185,7 @@ def test_a_row_of_places_is_summed_in_closed_form(phase):
     assert found[0, 0] == approx(np.sum(np.exp(-1j * (places @ wave))), rel=1e-9, abs=1e-9)
 
 
-def test_turns_of_a_polygon_are_rows():
+def test_polygon_turns_are_summed_as_rows():
     """Thirty turns of a square, a pitch farther in each: every corner is one figure in one row of thirty places."""
     size = np.repeat(2.0 - 0.05 * np.arange(30), 4)
     points = size[:, None] * np.tile([(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)], (30, 1))
@@ -208,7 +208,7 @@ def octagon(turns, begin, sense, inwards=True):
     return PolylineTrack(corners, 100 * UM, 12 * UM, 0.0), loops
 
 
-def test_layers_that_are_images_share_their_waves(monkeypatch):
+def test_congruent_layers_share_computed_waves(monkeypatch):
     """Four layers, turned by quarter turns, mirrored, walked inwards and outwards: one spiral is enough for all."""
     calls, waves = [], _Mitred.waves
 
@@ -228,7 +228,7 @@ def test_layers_that_are_images_share_their_waves(monkeypatch):
     assert np.abs(shared - alone).max() < 1e-9 * np.abs(alone).max()
 
 
-def test_a_track_with_other_loops_is_nobodys_image():
+def test_tracks_with_different_loops_are_not_images():
     (one, loops), (other, _) = octagon(3.75, 0.0, 1), octagon(3.75, 0.5 * math.pi, 1)
     less = Loops(loops.places, 0.9 * loops.moments, loops.spread)
     turned = octagon(3.75, 0.5 * math.pi, 1)[1]

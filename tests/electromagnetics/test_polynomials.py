@@ -40,18 +40,18 @@ INSIDE = LOW + halton_points(50, 2, 500) * (HIGH - LOW)
 
 @pytest.mark.parametrize("chart", [
     interpolant(cubic, 4), fit(cubic, 3, monomials), fit(cubic, 3, chebyshev)], ids=["grid", "monomials", "chebyshev"])
-def test_a_chart_gives_back_a_cubic(chart):
+def test_surrogate_reproduces_cubic(chart):
     assert chart(INSIDE) == approx(cubic(INSIDE), rel=1e-9, abs=1e-10)
 
 
-def test_a_grid_holds_complex_values_and_ends_where_its_box_ends():
+def test_interpolant_handles_complex_values_and_clamps_at_box():
     found = interpolant(lambda points: np.exp(1j * points.sum(axis=1)), 14)
     beyond = np.array([[9.0, -1.0]])
     assert np.abs(found(INSIDE) - np.exp(1j * INSIDE.sum(axis=1))).max() < 1e-10
     assert np.abs(found(beyond) - np.exp(1j * (HIGH[0] - 1.0))).max() < 1e-10
 
 
-def test_the_error_of_a_grid_falls_as_the_nearest_pole_says():
+def test_interpolation_error_falls_at_rate_of_nearest_pole():
     """1 / (x + 1) over 1 to 3: its pole is three half boxes from the middle, so a point more leaves 1 / (3 + sqrt(8))
     (Trefethen, Approximation Theory and Approximation Practice, theorem 8.2).
     """
@@ -60,7 +60,7 @@ def test_the_error_of_a_grid_falls_as_the_nearest_pole_says():
     assert off[0] / off[1] == approx((3.0 + np.sqrt(8.0)) ** 2, rel=0.3)
 
 
-def test_slopes_are_those_of_the_polynomial():
+def test_surrogate_slopes_equal_polynomial_derivatives():
     x, y = INSIDE.T
     slopes = np.array([[3.0 * x**2 - 2.0 * y**2, 1.0 - 4.0 * x * y], [y, x]]).transpose(2, 0, 1)
     chart = fit(cubic, 3, monomials)
@@ -68,7 +68,7 @@ def test_slopes_are_those_of_the_polynomial():
     assert chart.slope(INSIDE) == approx(slopes, rel=1e-6, abs=1e-5)
 
 
-def test_chebyshev_polynomials_go_on_straight_beyond_the_box():
+def test_chebyshev_surrogate_extrapolates_linearly_beyond_box():
     """They ended there: a sensor beyond its chart read the same under every load, and states errors of thousands of
     newtons.
     """

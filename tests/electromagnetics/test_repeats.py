@@ -46,7 +46,7 @@ def one_by_one(stack):
 @pytest.mark.parametrize(("shape", "radius"), [
     ("square", 0.0), ("hexagon", 0.0), ("octagon", 0.0), ("octagon", 0.6e-3), ("rectangle", 0.5e-3), ("racetrack", 0.0),
 ])
-def test_layers_together_are_what_they_are_by_pairs(shape, radius, monkeypatch):
+def test_winding_inductance_equals_sum_of_layer_pairs(shape, radius, monkeypatch):
     stack = layers(shape, 6.0, 4, radius)
     found = winding_inductance(stack)
     # where arcs cross, the points of the first are not those of the second; what is distant goes by a few heights,
@@ -65,7 +65,7 @@ def test_distant_pieces_of_many_layers_are_summed_at_few_heights(monkeypatch):
     assert len(asked) > 1 and max(asked) <= 8
 
 
-def test_concentric_arcs_repeat_all_round():
+def test_concentric_arc_pairs_are_counted_by_rotation():
     eighth = math.pi / 4
     rings = [track([((0.0, 0.0), 0.1 * r, 0.3 + k * eighth, 1.0, eighth) for k in range(8)], 0.05, 0.02, 0.0)
              for r in range(1, 11)]
@@ -78,7 +78,7 @@ def test_concentric_arcs_repeat_all_round():
 
 @settings(max_examples=20, deadline=None)
 @given(st.floats(1e-6, 0.3), st.floats(0.0, 2 * math.pi))
-def test_pieces_that_lie_otherwise_are_distinguished(moved, angle):
+def test_displaced_pieces_are_counted_as_different_pairs(moved, angle):
     square = [(1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0)]
     turn = np.array([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]])
 
@@ -93,14 +93,14 @@ def test_pieces_that_lie_otherwise_are_distinguished(moved, angle):
     assert kinds_of([*square[:2], (-1.0 - moved, 1.0), *square[3:], square[0]]) > 6
 
 
-def test_tracks_of_one_outline_that_lie_otherwise_are_distinguished():
+def test_shifted_equal_tracks_give_different_mutual_inductances():
     one = layers("octagon", 2.0, 1, 0.3e-3)[0]
     shifted = [one, one.shifted(15e-3, 0.0), one.shifted(18e-3, 0.0)]
     assert winding_inductance(shifted) == approx(one_by_one(shifted), rel=1e-6)
     assert 1.05 * tracks_mutual_inductance(*shifted[::2]) > tracks_mutual_inductance(*shifted[:2])
 
 
-def test_thick_layers_of_unlike_copper():
+def test_inductance_of_layers_with_different_thickness_equals_pair_sum():
     stack = [replace(layer, thickness=thickness) for layer, thickness in
              zip(layers("hexagon", 5.0, 3, 0.4e-3, 120e-6), (70e-6, 35e-6, 70e-6), strict=True)]
     assert winding_inductance(stack) == approx(one_by_one(stack), rel=2e-6)
@@ -108,7 +108,7 @@ def test_thick_layers_of_unlike_copper():
 
 @given(st.lists(st.floats(0.0, 0.5), min_size=2, max_size=40, unique=True), st.floats(1.5, 40.0))
 @example([0.0, 2.6e-161], 2.0)  # heights that are one height
-def test_few_heights_stand_for_many(heights, apart):
+def test_height_nodes_interpolate_many_heights(heights, apart):
     squares = np.unique(np.square(heights))
     count = int(nodes_enough(squares, np.array([apart]))[0])
     nodes, shares = height_nodes(squares, count)
@@ -117,6 +117,6 @@ def test_few_heights_stand_for_many(heights, apart):
     assert shares @ (1.0 / np.sqrt(apart**2 + nodes)) == approx(exact, rel=1e-7)
 
 
-def test_heights_that_are_one_height_stand_at_it():
+def test_equal_heights_are_reproduced_exactly():
     nodes, shares = height_nodes(np.full(3, 4.0), 1)
     assert list(shares @ nodes) == [4.0, 4.0, 4.0]

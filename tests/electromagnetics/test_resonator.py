@@ -28,7 +28,7 @@ def tank(network, inductance, resistance, delay=0.0):
 
 @pytest.mark.parametrize("quality", [0.02, 0.5, 0.9, 0.999])
 @pytest.mark.parametrize("delay", [0.0, 5e-9])
-def test_an_overdamped_tank_runs_nowhere(quality, delay):
+def test_overdamped_tank_has_no_frequency(quality, delay):
     """Equation 1's root has no real value: 1e-10 mHz and a parallel resistance of 2 mohm used to come out."""
     found = tank(PLAIN, 2e-6, math.sqrt(2e-6 / 220e-12) / quality, delay)
     assert not found.exists
@@ -37,7 +37,7 @@ def test_an_overdamped_tank_runs_nowhere(quality, delay):
 
 
 @pytest.mark.parametrize("quality", [1.02, 1.2, 2.0])
-def test_a_heavily_damped_tank_still_runs(quality):
+def test_heavily_damped_tank_oscillates_at_damped_frequency(quality):
     found = tank(PLAIN, 2e-6, math.sqrt(2e-6 / 220e-12) / quality)
     plain = resonance_frequency(2e-6, 220e-12)
     assert found.exists
@@ -49,7 +49,7 @@ coils = st.tuples(st.floats(0.5e-6, 20e-6), st.floats(8.0, 60.0))
 
 @settings(max_examples=40, deadline=None)
 @given(coils, st.sampled_from([0.0, 5e-9]))
-def test_a_plain_tank_runs_where_the_data_sheet_says(coil, delay):
+def test_tank_frequency_matches_data_sheet_equation(coil, delay):
     """SNOSCY9A equation 1; its 5e-9 is 5 ns behind the voltage. Higher orders of 1/Q differ."""
     inductance, quality = coil
     root = math.sqrt(inductance * 220e-12)
@@ -64,7 +64,7 @@ def test_a_plain_tank_runs_where_the_data_sheet_says(coil, delay):
         assert found.quality_factor == approx(expected, rel=2.0 / quality**2)
 
 
-def test_data_sheet_examples():
+def test_tank_matches_data_sheet_examples():
     # 8.2: 43.9 uH with 100 pF at 2.4 MHz; 6.5 note 6: 19.4 uH, 330 pF, R_P 5.7 kohm at 2 MHz
     assert resonance_frequency(43.9e-6, 100e-12) == approx(2.4e6, rel=5e-3)
     resistance = 19.4e-6 / (5.7e3 * 330e-12)
@@ -73,7 +73,7 @@ def test_data_sheet_examples():
     assert found.parallel_resistance == approx(5.7e3, rel=1e-6)
 
 
-def test_without_a_cable_both_places_of_the_capacitor_are_one():
+def test_capacitor_position_is_irrelevant_without_cable():
     at_coil = tank(Network(5e-12, 4e-12, 220e-12, True, 0.02), 2e-6, 5.0, 5e-9)
     at_pins = tank(Network(5e-12, 4e-12, 220e-12, False, 0.02), 2e-6, 5.0, 5e-9)
     assert at_coil.frequency == approx(at_pins.frequency, rel=1e-12)
@@ -81,7 +81,7 @@ def test_without_a_cable_both_places_of_the_capacitor_are_one():
 
 
 @pytest.mark.parametrize("at_coil", [False, True])
-def test_a_capacitor_with_a_resistance_is_a_branch_of_its_own(at_coil):
+def test_capacitor_series_resistance_forms_own_branch(at_coil):
     """Two branches, r + jwL and s + 1/jwC: resonant at w^2 LC = (L/C - r^2) / (L/C - s^2), as in any textbook."""
     inductance, capacitor, loss, own = 2e-6, 220e-12, 5.0, 30.0
     found = tank(Network(0.0, 0.0, capacitor, at_coil, own), inductance, loss)
@@ -93,7 +93,7 @@ def test_a_capacitor_with_a_resistance_is_a_branch_of_its_own(at_coil):
     assert found.parallel_resistance == approx(1.0 / math.fsum(conductances), rel=1e-9)
 
 
-def test_a_cable_belongs_to_the_tank_only_with_the_capacitor_at_the_converter():
+def test_cable_lowers_coil_share_only_with_capacitor_at_converter():
     plain = tank(Network(10e-12, 4e-12, 220e-12, False), 2e-6, 5.0)
     pins = tank(Network(10e-12, 4e-12, 220e-12, False, 0.0, 180e-9, 0.3), 2e-6, 5.0)
     coil = tank(Network(10e-12, 4e-12, 220e-12, True, 0.0, 180e-9, 0.3), 2e-6, 5.0)
@@ -106,7 +106,7 @@ def test_a_cable_belongs_to_the_tank_only_with_the_capacitor_at_the_converter():
 
 @settings(max_examples=25, deadline=None)
 @given(coils, st.booleans(), st.floats(0.0, 300e-9), st.floats(0.0, 2.0), st.floats(0.0, 6e-9))
-def test_the_phase_closes(coil, at_coil, cable, loss, delay):
+def test_admittance_phase_at_resonance_equals_converter_delay(coil, at_coil, cable, loss, delay):
     inductance, quality = coil
     network = Network(8e-12, 20e-12, 220e-12, at_coil, 0.02, cable, loss)
     resistance = math.sqrt(inductance / 220e-12) / quality
@@ -117,7 +117,7 @@ def test_the_phase_closes(coil, at_coil, cable, loss, delay):
     assert 1.0 / found.parallel_resistance == approx(admittance.real, rel=1e-9)
 
 
-def test_apparent_inductance():
+def test_apparent_inductance_rises_towards_self_resonance():
     # PHYSICS 6: 6 to 8 pF raise the 7 mm coil's 2.52 uH by 1.5 to 2 % at 5 MHz
     for capacitance, low, high in ((6e-12, 1.2, 1.7), (8e-12, 1.7, 2.2)):
         rise = 100.0 * (apparent_inductance(2.52e-6, 2.5, capacitance, 5e6) / 2.52e-6 - 1.0)
@@ -132,7 +132,7 @@ def coil(frequency):
     return 2e-6 * (1.0 + 0.02 * np.sqrt(1e6 / frequency)), 3.0 * np.sqrt(frequency / 5e6)
 
 
-def test_a_tank_has_the_inductance_and_loss_of_its_own_frequency():
+def test_tank_uses_inductance_and_resistance_at_its_frequency():
     network = Network(8e-12, 4e-12, np.array([100e-12, 220e-12, 1e-9]), True, 0.02)
     found = oscillate(network, coil, 5e-9, np.array([9e6, 6e6, 3e6]))
     inductance, resistance = coil(found.frequency)
@@ -142,7 +142,7 @@ def test_a_tank_has_the_inductance_and_loss_of_its_own_frequency():
 
 
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-6])
-def test_a_quick_frequency_is_within_its_tolerance_of_the_exact_one(tolerance):
+def test_approximate_tank_frequency_is_within_tolerance(tolerance):
     """Over capacitors, lossy coils and good ones; the secants' last step is far more than what is left."""
     loss, capacitor = np.meshgrid(np.geomspace(0.3, 20.0, 15), np.geomspace(50e-12, 3e-9, 15))
     network = Network(8e-12, 4e-12, capacitor, True, 0.02)
@@ -163,7 +163,7 @@ def test_a_quick_frequency_is_within_its_tolerance_of_the_exact_one(tolerance):
     (Network(75.61e-12, 71.61e-12, 289.7e-12, False, 0.02, 641.5e-9, 0.8157), 2.6866e-6, 0.80093, 4.2923e6),
     (Network(77.73e-12, 73.73e-12, 174.7e-12, True, 0.02, 948.1e-9, 1.271), 2.1013e-6, 0.8089, 5.9986e6),
 ])
-def test_a_good_coil_behind_a_long_cable_oscillates(cable, inductance, resistance, frequency):
+def test_coil_of_high_quality_behind_long_cable_oscillates(cable, inductance, resistance, frequency):
     """Sought by the phase, which turns round within a per cent of the frequency there, one tank in forty had none."""
     found = tank(cable, inductance, resistance, 5e-9)
     assert found.exists
@@ -172,7 +172,7 @@ def test_a_good_coil_behind_a_long_cable_oscillates(cable, inductance, resistanc
     assert phase[0] < 0.0 < phase[1] and abs(found.frequency / frequency - 1.0) < 1e-3
 
 
-def test_what_no_coil_has_oscillates_nowhere_and_leaves_the_others_alone():
+def test_invalid_inductances_give_nan_without_affecting_others():
     inductance = np.array([2e-6, -1e-6, 0.0, np.nan, 2e-6])
     found = oscillate_similar(PLAIN, inductance, np.array([3.0, 3.0, 3.0, 3.0, -3.0]), 5e-9).frequency
     assert found[0] == approx(tank(PLAIN, 2e-6, 3.0, 5e-9).frequency, rel=1e-12) and np.isnan(found[1:]).all()

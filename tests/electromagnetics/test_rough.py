@@ -36,21 +36,21 @@ CASES = [(1, 8.0, 100e-6, 100e-6, 0.5e-3), (2, 12.0, 100e-6, 100e-6, 1e-3), (2, 
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_one_ring_a_turn_is_within_a_hundredth(case):
+def test_mean_ring_inductance_is_within_1_2_percent_of_spirals(case):
     layers = winding(*case)
     exact = spiral_inductance_matrix(list(layers), Resolution(12, 8, 2)).sum()
     assert abs(mean_ring_inductance(layers) / exact - 1.0) < 0.012
 
 
 @pytest.mark.parametrize("case", CASES[:5])
-def test_one_cut_has_the_resistance_within_a_tenth(case):
+def test_single_cut_resistance_ratio_is_within_8_percent(case):
     at = np.array([2e6, 5e6, 9e6])
     one, all_of_them = (winding_loss(winding(*case), COPPER, tolerance) for tolerance in (ROUGH, 0.03))
     assert np.all(np.abs(one.resistance_ratios(at) / all_of_them.resistance_ratios(at) - 1.0) < 0.08)
     assert all_of_them.resistance_ratios(at)[-1] > 1.2
 
 
-def test_rings_are_reflected_as_spirals_are():
+def test_reflected_impedance_of_rings_agrees_with_spirals():
     layers, at = winding(4, 7.75, 80e-6, 80e-6, 0.7e-3), np.array([3e6, 8e6])
     sides = Reflector(0.6e-3, (MetalLayer(COPPER),)), Reflector(0.9e-3, (MetalLayer(1.4e6),))
     rings, spirals = (reflected_inductances(one(layers, 0.6e-3), at, *sides, (0.0,)) for one in
@@ -60,7 +60,7 @@ def test_rings_are_reflected_as_spirals_are():
 
 @pytest.mark.parametrize("floor", [-math.inf, -0.9e-3])
 @pytest.mark.parametrize("is_round", [False, True])
-def test_rough_shares_are_within_a_few_hundredths(floor, is_round):
+def test_sheet_ratios_are_within_4_percent_of_plate_ratios(floor, is_round):
     radii = np.tile(np.linspace(1.0e-3, 2.0e-3, 8), 2)
     coil = CoaxialRings(radii, np.repeat([-40e-6, -100e-6], 8), np.ones(16))
     plate = FinitePlate((5e-3, 5e-3 if is_round else 4.2e-3), 0.15e-3, is_round)
@@ -71,7 +71,7 @@ def test_rough_shares_are_within_a_few_hundredths(floor, is_round):
     assert np.all(np.abs((rough[0] / rough[2]) / (exact[0] / exact[2]) - 1.0) < 0.015)
 
 
-def test_one_subspace_serves_metal_at_any_distance():
+def test_one_mode_subspace_is_accurate_for_metal_at_any_distance():
     layers, at = winding(4, 7.75, 80e-6, 80e-6, 0.7e-3), np.array([2e6, 8e6])
     resolution = suited_resolution(layers, COPPER, ROUGH)
     one = crowding_near_metal(
@@ -84,7 +84,7 @@ def test_one_subspace_serves_metal_at_any_distance():
     assert len(one.known) == 3 < len(own.known)
 
 
-def test_a_disc_is_solved_for_every_gap_as_for_one():
+def test_sheet_ratios_of_many_gaps_equal_single_gap_solution():
     coil = CoaxialRings(np.linspace(1.0e-3, 2.0e-3, 8), np.zeros(8), np.ones(8))
     places, gaps = np.array([[0.0, 0.0], [1.2e-3, 0.3e-3]]), np.array([0.5e-3, 0.8e-3])
     plate = FinitePlate((4e-3, 4e-3), 0.1e-3, is_round=True)

@@ -23,7 +23,7 @@ def track(corners, width=0.2e-3, z=0.0):
     return PolylineTrack(np.asarray(corners, dtype=float), width, 35e-6, z)
 
 
-def test_groups_add_up_to_the_whole_track():
+def test_group_inductances_add_up_to_whole_track():
     pieces = [segment_set([track(CORNERS[:3])]), segment_set([track(CORNERS[2:])])]
     found = grouped_segments_inductance(pieces, [0, 1])
     assert found[0, 1] == found[1, 0]
@@ -31,7 +31,7 @@ def test_groups_add_up_to_the_whole_track():
     assert found.sum() == approx(grouped_segments_inductance(pieces, [0, 0])[0, 0], rel=1e-9)
 
 
-def test_slanting_tracks_are_neumann_s_sum():
+def test_inclined_track_coupling_agrees_with_neumann_sum():
     """Leads that run off at 45 degrees: every angle but a right one couples, in one plane and above each other."""
     line, other = np.array([[0, 0], [3, 1], [4, 4]]) * 1e-3, np.array([[1, -2], [4, -1.5], [6, 2], [5, 5]]) * 1e-3
     for z in (0.0, -60e-6):
@@ -40,7 +40,7 @@ def test_slanting_tracks_are_neumann_s_sum():
         assert grouped_segments_inductance(sets, [0, 1])[0, 1] == approx(expected, rel=1e-4)
 
 
-def test_a_pair_there_and_back_keeps_its_mean_distances():
+def test_go_and_return_pair_inductance_agrees_with_mean_distances():
     # 30 mm of two 0.2 mm tracks, 60 um apart, currents opposed: mu0 l / pi times ln(g12 / g11), g by rectangles
     there, back = track([[0, 0], [30e-3, 0]]), track([[30e-3, 0], [0, 0]], z=-60e-6)
     found = grouped_segments_inductance([segment_set([there]), segment_set([back])], [0, 0])[0, 0]
@@ -65,7 +65,7 @@ def sampled(line, z, count=400):
 
 @settings(max_examples=15, deadline=None)
 @given(st.lists(st.tuples(st.floats(-1, 9), st.floats(-5, 5)), min_size=2, max_size=5, unique=True))
-def test_a_curve_s_coupling_with_segments_is_neumann_s(corners):
+def test_curve_and_segment_coupling_agrees_with_neumann_sum(corners):
     line = np.array(corners) * 1e-3
     if np.hypot(*np.diff(line, axis=0).T).min() < 1e-4:
         return

@@ -88,7 +88,7 @@ def dense(radius, length, count):
     return np.concatenate([u[:, :2], np.zeros((count, 1))], axis=1), u[:, 2:] * around / count
 
 
-def test_round_ends_that_nearly_touch_are_resolved():
+def test_mutual_inductance_of_nearly_touching_round_ends_is_accurate():
     """Seen to fail by 1.5 %: the points of facing arcs were crowded at their ends, and met in their middles."""
     radius, length = 2e-3, 3e-3
     one = stadium(radius, length, 2 * UM, 2 * UM)
@@ -99,7 +99,7 @@ def test_round_ends_that_nearly_touch_are_resolved():
     assert tracks_side_by_side(one, one, (away, 0.0)) == approx(expected, rel=1e-4)
 
 
-def test_the_width_counts_far_away():
+def test_distant_mutual_inductance_includes_track_width():
     """Seen to fail by 1 %: one filament encloses less than the mean of what a wide track's strands enclose."""
     side, width, distance = 3e-3, 800 * UM, 0.3
     # strands stand at side +- 2 x, x over half the width; the corner where the track begins and ends is not mitred
@@ -110,7 +110,7 @@ def test_the_width_counts_far_away():
 
 
 @pytest.mark.parametrize("direction", [0.0, 0.7, 2.0])
-def test_the_order_of_the_two_does_not_matter(direction):
+def test_mutual_inductance_is_reciprocal(direction):
     x, y = 4.5e-3 * math.cos(direction), 4.5e-3 * math.sin(direction)
     one, other = round_coil(), round_coil(turns=2.3)
     assert spirals_side_by_side(one, other, (x, y)) == approx(spirals_side_by_side(other, one, (-x, -y)), rel=1e-9)
@@ -119,7 +119,7 @@ def test_the_order_of_the_two_does_not_matter(direction):
 
 
 @pytest.mark.parametrize(("scale", "tolerance"), [(1e-3, 1e-7), (0.1, 1e-9), (1e3, 1e-9)])
-def test_it_grows_with_the_scale(scale, tolerance):
+def test_mutual_inductance_scales_with_size(scale, tolerance):
     """A coil of 3 um is beyond what heights are told apart by, 1e-18 m2."""
     one = spirals_side_by_side(round_coil(), round_coil(), (4e-3, 1e-3))
     scaled = round_coil(scale=scale)
@@ -137,7 +137,7 @@ def filament(layer, count=4000):
     return points, along * (step if layer.inward else -step)
 
 
-def test_spirals_are_the_sum_over_their_centre_lines():
+def test_mutual_inductance_of_thin_spirals_agrees_with_centre_lines():
     one, other = ([replace(layer, thickness=2 * UM) for layer in round_coil(2 * UM, turns)] for turns in (3.0, 2.3))
     move = np.array([3.3e-3, 1e-3, 0.0])
     expected = math.fsum(
@@ -147,7 +147,7 @@ def test_spirals_are_the_sum_over_their_centre_lines():
     assert spirals_side_by_side(one, other, tuple(move[:2])) == approx(expected, rel=1e-5)
 
 
-def test_a_turn_of_the_whole_changes_nothing():
+def test_mutual_inductance_is_invariant_to_common_rotation():
     one = round_coil(turns=0.6, width=400 * UM)
     turned = tuple(replace(layer, angle=layer.angle + 1.0) for layer in one)
     x, y = 3.5e-3 * math.cos(1.0), 3.5e-3 * math.sin(1.0)
@@ -155,14 +155,14 @@ def test_a_turn_of_the_whole_changes_nothing():
     assert spirals_side_by_side(turned, turned, (x, y)) == approx(expected, rel=1e-6)
 
 
-def test_layers_add_up():
+def test_mutual_inductance_equals_sum_over_layers():
     one, other = round_coil(), round_coil(turns=2.0)
     parts = [spirals_side_by_side([a], [b], (4e-3, 0.0)) for a in one for b in other]
     assert spirals_side_by_side(one, other, (4e-3, 0.0)) == approx(math.fsum(parts), rel=1e-5)
 
 
 @pytest.mark.parametrize(("gap", "tolerance"), [(40 * UM, 2e-5), (400 * UM, 2e-7), (1e-3, 2e-8)])
-def test_straight_sides_sampled_and_closed_agree(gap, tolerance):
+def test_sampled_straight_sides_agree_with_closed_form(gap, tolerance):
     """Three strands a track miss 2e-5 where the gap is narrower than the track."""
     one = square(2e-3, 60 * UM)
     away = 2e-3 + 60 * UM + gap
@@ -171,7 +171,7 @@ def test_straight_sides_sampled_and_closed_agree(gap, tolerance):
 
 
 @pytest.mark.parametrize("made", ["round", "stadium", "square", "turned square"])
-def test_nearness_is_the_width_over_the_distance_of_the_centre_lines(made):
+def test_nearness_equals_width_divided_by_centre_line_distance(made):
     gap, width = 300 * UM, 100 * UM
     if made == "round":
         coil = round_coil(width)
@@ -186,7 +186,7 @@ def test_nearness_is_the_width_over_the_distance_of_the_centre_lines(made):
     assert found.nearness == approx(width / gap, rel=0.02)
 
 
-def test_only_what_is_near_the_other_winding_is_sampled_finely(monkeypatch):
+def test_fine_sampling_is_limited_to_near_parts(monkeypatch):
     """Every part had the strands, heights and points that the nearest one asks for: several times as many pairs."""
     points = []
 
@@ -204,7 +204,7 @@ def test_only_what_is_near_the_other_winding_is_sampled_finely(monkeypatch):
     assert points[1] > 1.3 * points[0]
 
 
-def test_layers_that_repeat_a_plan_are_sampled_once(monkeypatch):
+def test_layers_of_equal_outline_are_sampled_once(monkeypatch):
     points = []
 
     def counted(first, second):

@@ -22,7 +22,7 @@ def layers(radius, turns):
     ]
 
 
-def test_waves_some_at_once_are_those_of_all(monkeypatch):
+def test_spectrum_in_batches_equals_spectrum_at_once(monkeypatch):
     found = spiral_spectrum(layers(4 * MM, 9.25), 0.2 * MM)
     monkeypatch.setattr(current_spectrum, "AT_ONCE", 100_000_000)
     whole = spiral_spectrum(layers(4 * MM, 9.25), 0.2 * MM)
@@ -30,7 +30,7 @@ def test_waves_some_at_once_are_those_of_all(monkeypatch):
 
 
 @pytest.mark.slow
-def test_thirty_turns_beside_metal_take_little_memory():
+def test_spectrum_of_thirty_turns_near_metal_takes_under_60_megabytes():
     """Of 16 mm, two layers, 25 um from it: all waves at all radii together took a third of a gigabyte."""
     tracemalloc.start()
     found = spiral_spectrum(layers(8 * MM, 30.0), 25 * UM)

@@ -20,13 +20,13 @@ from sitscad.kernels.electromagnetics.inductance.spirals import (
 )
 
 
-def test_reference_of_the_bench_coil():
+def test_bench_coil_inductance_matches_reference():
     matrix = spiral_inductance_matrix(bench())
     assert matrix.sum() == approx(2.523424e-6, rel=5e-6)
     assert matrix[0, 0] == approx(0.649863e-6, rel=5e-6)
 
 
-def test_symmetric_pairs_are_not_mixed_up():
+def test_layer_pair_inductances_are_in_correct_matrix_entries():
     layers = four_layers()
     matrix = spiral_inductance_matrix(layers)
     each = np.array([[spiral_mutual_inductance(a, b) for b in layers] for a in layers])
@@ -35,7 +35,7 @@ def test_symmetric_pairs_are_not_mixed_up():
 
 
 @pytest.mark.parametrize(("sense", "within"), [(1, 1e-9), (-1, 3e-6)])
-def test_a_layer_is_the_sum_of_its_outer_and_its_inner_turns(sense, within):
+def test_layer_inductance_equals_sum_of_outer_and_inner_turns(sense, within):
     """Layers of different numbers of turns: exact, for Neumann's integral is one over the other layer's parts."""
     first = SpiralLayer(2e-3, 160e-6, 7.3, 0.4, 1, True, 0.0, 80e-6, 18e-6)
     second = SpiralLayer(2e-3, 160e-6, 5.6, 1.9, sense, sense < 0, -50e-6, 80e-6, 18e-6)
@@ -47,7 +47,7 @@ def test_a_layer_is_the_sum_of_its_outer_and_its_inner_turns(sense, within):
     assert spiral_mutual_inductance(second, first) == approx(whole, rel=1e-9)
 
 
-def test_pairs_of_layers_of_different_turns_are_not_mixed_up():
+def test_pairs_of_layers_with_different_turns_are_in_correct_entries():
     layers = [replace(layer, turns=turns) for layer, turns in zip(four_layers(), (7.75, 6.5, 5.25, 6.5), strict=True)]
     each = np.array([[spiral_mutual_inductance(a, b) for b in layers] for a in layers])
     assert spiral_inductance_matrix(layers) == approx(each, rel=2e-5)
@@ -70,7 +70,7 @@ def drawn(turns, layers, fill, copper):
 
 @settings(max_examples=25, deadline=None)
 @given(designs)
-def test_layers_are_a_passive_circuit(design):
+def test_layer_inductance_matrix_is_symmetric_positive_definite(design):
     matrix = spiral_inductance_matrix(drawn(*design))
     assert matrix == approx(matrix.T, rel=1e-12)
     assert np.linalg.eigvalsh(matrix).min() > 0.0
@@ -81,7 +81,7 @@ def test_layers_are_a_passive_circuit(design):
 
 @settings(max_examples=15, deadline=None)
 @given(designs, st.floats(1e-6, 1e3))
-def test_inductance_scales_with_length(design, scale):
+def test_spiral_inductance_scales_with_length(design, scale):
     layers = drawn(*design)
     fields = ("radius", "pitch", "z", "width", "thickness")
     from dataclasses import replace
@@ -91,13 +91,13 @@ def test_inductance_scales_with_length(design, scale):
 
 
 @pytest.mark.parametrize("turn", [0.3, 2.0, -1.1])
-def test_rotation_and_mirror_change_nothing(turn):
+def test_spiral_inductance_is_invariant_to_rotation_and_mirror(turn):
     plain = spiral_inductance_matrix(bench()).sum()
     assert spiral_inductance_matrix(bench(angle=turn)).sum() == approx(plain, rel=1e-9)
     assert spiral_inductance_matrix(bench(angle=turn, sense=-1)).sum() == approx(plain, rel=1e-9)
 
 
-def test_the_integral_converges():
+def test_spiral_inductance_converges_with_resolution():
     layers = four_layers()
     fine = spiral_inductance_matrix(layers, Resolution(40, 30, 4)).sum()
     errors = [abs(spiral_inductance_matrix(layers, Resolution(n, n, 3)).sum() / fine - 1.0) for n in (4, 8, 16)]
@@ -105,13 +105,13 @@ def test_the_integral_converges():
     assert errors[2] < 5e-6
 
 
-def test_many_turns_cost_no_accuracy():
+def test_inductance_of_sixty_turns_agrees_with_fine_resolution():
     layers = coil(40 * MM, 60, 100 * UM, 200 * UM, (0.0, -435 * UM), (35 * UM, 35 * UM))
     fine = spiral_inductance_matrix(layers, Resolution(30, 24, 2)).sum()
     assert spiral_inductance_matrix(layers).sum() == approx(fine, rel=1e-5)
 
 
-def test_one_layer_of_one_turn_is_nearly_a_ring():
+def test_single_turn_inductance_agrees_with_ring_formula():
     layer = coil(20 * MM, 1.0, 10 * UM, 1 * UM, (0.0,), (10 * UM,))
     radius = 10 * MM - 5 * UM
     ring = 4e-7 * math.pi * radius * (math.log(8 * radius / (0.44705 * 10 * UM)) - 2)

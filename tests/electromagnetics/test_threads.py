@@ -40,7 +40,7 @@ def seconds(threads: str) -> float:
 
 @pytest.mark.slow
 @pytest.mark.skipif((os.cpu_count() or 1) < 2, reason="two threads need two processors")
-def test_solve_with_two_threads_allowed_costs_no_more_than_with_one():
+def test_solve_with_two_threads_is_not_slower_than_with_one():
     """It cost 4 to 10 times as much on a busy machine."""
     assert min(seconds("2") for _ in range(2)) < 1.3 * max(seconds("1") for _ in range(2))
 
@@ -68,7 +68,7 @@ def library(monkeypatch):
     return found
 
 
-def test_limit_ends_with_the_outermost_block_and_after_an_error(library):
+def test_thread_limit_ends_with_outermost_block_or_error(library):
     limited = OneThread()
     with limited:
         with limited:
@@ -80,7 +80,7 @@ def test_limit_ends_with_the_outermost_block_and_after_an_error(library):
     assert library.allowed == 2
 
 
-def test_limit_lasts_until_the_last_thread_leaves(library):
+def test_thread_limit_lasts_until_last_thread_exits(library):
     limited, entered, leave = OneThread(), threading.Event(), threading.Event()
 
     def other() -> None:
@@ -100,7 +100,7 @@ def test_limit_lasts_until_the_last_thread_leaves(library):
 
 @pytest.mark.skipif(not hasattr(os, "register_at_fork"), reason="processes are forked on POSIX alone")
 @pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
-def test_process_forked_while_another_thread_begins_a_block_enters_its_own(library, monkeypatch):
+def test_process_forked_during_block_start_does_not_deadlock(library, monkeypatch):
     """The child got a lock that nobody would release, and its first solution waited for ever."""
     limited, held, inside = OneThread(), threading.Event(), []
 
@@ -126,11 +126,11 @@ def test_process_forked_while_another_thread_begins_a_block_enters_its_own(libra
     assert not is_stuck and inside == [1] and library.allowed == 2
 
 
-def test_libraries_are_those_that_numpy_brings():
+def test_limited_library_is_blas_of_numpy():
     assert [row["user_api"] for row in _libraries().info() if "numpy" in row["filepath"]] == ["blas"]
 
 
-def test_limited_environment_is_left_alone(monkeypatch):
+def test_thread_limit_in_environment_skips_library_search(monkeypatch):
     monkeypatch.setenv("OPENBLAS_NUM_THREADS", "1")
     looked_for = "sitscad.kernels.electromagnetics.threads._libraries"
     monkeypatch.setattr(looked_for, lambda: pytest.fail("libraries were looked for"))

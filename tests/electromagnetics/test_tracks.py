@@ -42,7 +42,7 @@ def inclined_exactly(u0, u1, v0, v1, angle, square):
         (1e4, 1e4 + 1, 0.0, 1.0, math.pi / 4, 0.25),
     ],
 )
-def test_inclined_filaments_against_mpmath(u0, u1, v0, v1, angle, square):
+def test_inclined_filament_integral_agrees_with_mpmath(u0, u1, v0, v1, angle, square):
     arrays = (np.array([x]) for x in (u0, u1, v0, v1, math.cos(angle), math.sin(angle)))
     ours = float(inclined_integral(*arrays, square)[0])
     assert ours == approx(inclined_exactly(u0, u1, v0, v1, angle, square), rel=1e-9)
@@ -77,7 +77,7 @@ def drawn(design, **placed):
 
 @settings(max_examples=15, deadline=None)
 @given(coils, st.floats(-3.0, 3.0), st.booleans(), st.floats(-0.1, 0.1))
-def test_rotation_mirror_and_place_change_nothing(design, turn, mirror, shift):
+def test_track_inductance_is_invariant_to_rotation_mirror_and_shift(design, turn, mirror, shift):
     plain = drawn(design)
     own = tracks_mutual_inductance(plain, plain)
     moved = drawn(design, turn=turn, mirror=mirror, at=(shift, -shift))
@@ -86,7 +86,7 @@ def test_rotation_mirror_and_place_change_nothing(design, turn, mirror, shift):
 
 @settings(max_examples=10, deadline=None)
 @given(coils, st.floats(-6.0, 3.0))
-def test_inductance_scales_with_length(design, exponent):
+def test_track_inductance_scales_with_length(design, exponent):
     one = drawn(design)
     large = one.scaled(10.0**exponent)
     expected = 10.0**exponent * tracks_mutual_inductance(one, one)
@@ -95,7 +95,7 @@ def test_inductance_scales_with_length(design, exponent):
 
 @settings(max_examples=12, deadline=None)
 @given(coils, st.floats(20e-6, 1e-3))
-def test_layers_are_reciprocal_and_passive(design, apart):
+def test_track_layers_are_reciprocal_and_passive(design, apart):
     layers = [drawn(design), drawn(design, z=-apart - 35e-6, mirror=True)]
     matrix = np.array([[tracks_mutual_inductance(a, b) for a in layers] for b in layers])
     assert np.linalg.eigvalsh(matrix).min() > 0.0
@@ -103,14 +103,14 @@ def test_layers_are_reciprocal_and_passive(design, apart):
 
 
 @pytest.mark.parametrize("pieces", [2, 3, 7])
-def test_a_split_side_has_the_same_inductance(pieces):
+def test_split_side_has_equal_inductance(pieces):
     points = np.linspace((0.0, 0.0), (5e-3, 1e-3), pieces + 1)
     whole = track([(tuple(points[0]), tuple(points[-1]))], 100e-6, 35e-6, 0.0)
     split = track([(tuple(a), tuple(b)) for a, b in pairwise(points)], 100e-6, 35e-6, 0.0)
     assert tracks_mutual_inductance(split, split) == approx(tracks_mutual_inductance(whole, whole), rel=2e-5)
 
 
-def test_a_split_arc_has_the_same_inductance():
+def test_split_arc_has_equal_inductance():
     def arcs(count):
         step = 1.9 * math.pi / count
         return track([((0.0, 0.0), 2e-3, k * step, 1.0, step) for k in range(count)], 100e-6, 35e-6, 0.0)
@@ -121,7 +121,7 @@ def test_a_split_arc_has_the_same_inductance():
         assert tracks_mutual_inductance(other, other) == approx(tracks_mutual_inductance(one, one), rel=1e-4)
 
 
-def test_an_oval_of_no_length_is_nearly_a_ring():
+def test_oval_of_zero_length_agrees_with_ring_formula():
     radius, width, thickness = 5e-3, 20e-6, 20e-6
     ring = 4e-7 * math.pi * radius * (math.log(8 * radius / (0.44705 * width)) - 2)
     coil = track([((0.0, 0.0), radius, 0.0, 1.0, math.pi), ((0.0, 0.0), radius, math.pi, 1.0, math.pi * 0.9999)],
@@ -129,7 +129,7 @@ def test_an_oval_of_no_length_is_nearly_a_ring():
     assert tracks_mutual_inductance(coil, coil) == approx(ring, rel=1e-3)
 
 
-def test_coincident_crossing_and_nearly_touching_tracks_stay_finite():
+def test_coincident_or_touching_tracks_have_finite_inductance():
     one = oval(3e-3, 1e-3)
     for other in (oval(3e-3, 1e-3, z=-1e-9), oval(3e-3, 1e-3 + 1.0001e-4), oval(3e-3, 1e-3)):
         assert 0.0 < tracks_mutual_inductance(one, other) <= 1.001 * tracks_mutual_inductance(one, one)
@@ -146,7 +146,7 @@ def test_far_tracks_reach_the_dipole_limit():
     assert excess[2:] == approx([0.0, 0.0], abs=1e-4)  # at 10 m the sides cancel to 1e-12 of each
 
 
-def test_extreme_aspect_ratios():
+def test_loop_of_extreme_aspect_ratio_has_plausible_inductance():
     for ratio in (1e-4, 1e4):
         x, y = (1e-3, 1e-3 * ratio) if ratio < 1 else (1e-3 * ratio, 1e-3)
         width = min(x, y) / 20

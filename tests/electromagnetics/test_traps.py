@@ -50,7 +50,7 @@ def rings_exactly(r1, r2, z):
 
 @pytest.mark.parametrize("ratio", [1.0 + 2.0**-30, 1.0 + 2.0**-20, 1.001, 1.9, 1e3, 1e6])
 @pytest.mark.parametrize("height", [0.0, 1e-9, 1e-3, 1.0, 1e4, 1e6])
-def test_unequal_rings_near_and_far(ratio, height):
+def test_unequal_ring_inductance_is_exact_near_and_far(ratio, height):
     squared = (ratio - 1.0) ** 2 + height**2
     with mpmath.workdps(60):
         exact = float(rings_exactly(1.0, ratio, height))
@@ -58,7 +58,7 @@ def test_unequal_rings_near_and_far(ratio, height):
 
 
 @pytest.mark.parametrize("distance", [1e-9, 1e-6, 1e-3, 0.1])
-def test_rings_without_their_logarithm(distance):
+def test_ring_inductance_without_logarithm_is_exact_at_contact(distance):
     """M + mu0 r ln(d) of two rings that nearly touch: mu0 r (ln 8 - 2) where they do."""
     with mpmath.workdps(60):
         exact = rings_exactly(1.0, 1.0, distance) + 4e-7 * mpmath.pi * mpmath.log(distance)
@@ -72,7 +72,7 @@ BESIDE = [(x, rho) for x in (-1e4, -1.0, -1e-6, 0.5, 1.000001, 2.0, 1e4) for rho
 
 
 @pytest.mark.parametrize(("along", "rho"), BESIDE)
-def test_the_potential_on_the_axis_and_beyond_the_ends(along, rho):
+def test_segment_potential_near_axis_agrees_with_mpmath(along, rho):
     """ln((r0 + r1 + l) / (r0 + r1 - l)) is 0/0 or ln(1 + tiny) there."""
     with mpmath.workdps(60):
         x, h = mpmath.mpf(along), mpmath.hypot(rho, TOUCHING)  # what touches is kept that far apart
@@ -82,7 +82,7 @@ def test_the_potential_on_the_axis_and_beyond_the_ends(along, rho):
     assert curve_segments_mutual(point, segments, 0.0) == approx(exact, rel=1e-10)
 
 
-def test_a_point_on_the_axis_itself_is_no_division_by_zero():
+def test_segment_potential_on_axis_is_finite_and_exact():
     segments = segment_set([PolylineTrack(np.array([[0.0, 0.0], [1.0, 0.0]]), 1e-4, 1e-5, 0.0)])
     for along, exact in ((3.0, math.log(1.5)), (-1.0, math.log(2.0))):
         point = np.array([[along, 0.0, 0.0]]), np.array([[1.0, 0.0]])
@@ -91,7 +91,7 @@ def test_a_point_on_the_axis_itself_is_no_division_by_zero():
 
 @pytest.mark.parametrize("angle", [1e-2, 1e-4, 1e-6, 1e-7])
 @pytest.mark.parametrize("apart", [0.05, 1.0])
-def test_nearly_parallel_filaments(angle, apart):
+def test_nearly_parallel_filament_integral_agrees_with_mpmath(angle, apart):
     """Their lines cross far away: the closed form is a difference of large numbers."""
     crossing = apart / math.sin(angle)
     u0, u1, v0, v1 = crossing, crossing + 1.0, crossing + 0.2, crossing + 1.4
@@ -111,7 +111,7 @@ THINNESS = (1.0, 0.35, 0.1, 1e-2, 9e-3, 1e-4, 1e-8)
 
 
 @pytest.mark.parametrize("thinness", THINNESS)
-def test_the_mean_distance_of_strips_with_themselves(thinness):
+def test_log_mean_distance_of_strip_with_itself_matches_rosa(thinness):
     """Rosa's closed form (Bulletin of the Bureau of Standards 4, 1908): useless for thin strips in double precision."""
     with mpmath.workdps(80):
         a, b = mpmath.mpf(1), mpmath.mpf(thinness)
@@ -124,7 +124,7 @@ def test_the_mean_distance_of_strips_with_themselves(thinness):
 
 @pytest.mark.parametrize("across", [1.0, 1.0 + 1e-9, 1.2])
 @pytest.mark.parametrize("thinness", THINNESS)
-def test_the_mean_distance_of_strips_that_touch(across, thinness):
+def test_log_mean_distance_of_touching_strips_agrees_with_mpmath(across, thinness):
     """By the fourth integral of ln|zeta| at sixteen corners."""
     with mpmath.workdps(80):
         w, t, d = mpmath.mpf(1), mpmath.mpf(thinness), mpmath.mpf(across)
@@ -148,7 +148,7 @@ def test_the_mean_distance_of_strips_that_touch(across, thinness):
         (1.0, 0.3, 1e3, 1e-4, 1e-8), (1e-3, 0.0, 0.02, 1e-4, 1e-6),
     ],
 )
-def test_far_and_thin_tracks_of_windings_do_not_cancel(length, start, height, width, thickness):
+def test_inductance_of_far_thin_tracks_keeps_accuracy(length, start, height, width, thickness):
     one = track([((0.0, 0.0), (length, 0.0))], width, thickness, 0.0)
     other = track([((start, 0.0), (start + length, 0.0))], width, thickness, height)
     exact = bars_exactly(length, start, height, width, thickness)
@@ -156,7 +156,7 @@ def test_far_and_thin_tracks_of_windings_do_not_cancel(length, start, height, wi
 
 
 @pytest.mark.parametrize("scale", [1e-6, 1e-3, 1e3])
-def test_leads_curves_and_rings_scale_with_length(scale):
+def test_inductances_of_leads_curves_and_rings_scale_with_length(scale):
     corners = np.array([[0, 0], [8, 0], [8, 3], [1, 3]]) * MM
 
     def leads(by):
@@ -174,7 +174,7 @@ def test_leads_curves_and_rings_scale_with_length(scale):
 
 
 @pytest.mark.parametrize("x", [1e-3, 0.5, 2.9, 3.1, 9.9, 10.1, 60.0, 2000.0])
-def test_bessel_functions_of_every_order_and_their_slopes(x):
+def test_bessel_functions_and_derivatives_agree_with_mpmath(x):
     """Upwards the recurrence loses all digits where the order exceeds the argument."""
     values, slopes = _bessel_slopes(np.array([x]), 8)
     for order in range(9):

@@ -63,7 +63,7 @@ def poses(of_pad):
     return found
 
 
-def test_forces_are_those_of_finite_elements():
+def test_ogden_pad_forces_agree_with_finite_elements():
     """As near as the neo-Hookean law, and what the exponent changes within 3 % of the force (5 % beyond S = 1)."""
     off, moved, changed, flat = [], [], [], []
     for pad, plain, of_pad, of_plain in figures():
@@ -88,7 +88,7 @@ def test_forces_are_those_of_finite_elements():
     assert len(flat) > 0 and np.concatenate(flat).max() < 0.05
 
 
-def test_the_stated_error_holds():
+def test_ogden_pad_stated_error_holds():
     """Two sigma enclose nine tenths of all forces; a harder exponent states more."""
     outside = []
     for pad, _, of_pad, _ in figures():
@@ -102,7 +102,7 @@ def test_the_stated_error_holds():
     assert sigmas == sorted(sigmas) and sigmas[0] < sigmas[2]
 
 
-def test_stiffnesses_under_load_are_those_of_finite_elements():
+def test_ogden_pad_stiffness_under_load_agrees_with_finite_elements():
     """Of level targets: along x within a tenth of that at rest, of tilt within 8 %."""
     for pad, plain, of_pad, of_plain in figures():
         level = [k for k, row in enumerate(of_pad) if not row["x"] and not row["ry"] and not math.isnan(row["k_xx"])]
@@ -118,7 +118,7 @@ def test_stiffnesses_under_load_are_those_of_finite_elements():
 
 
 @pytest.mark.parametrize("pad", [HARD, FILMED])
-def test_two_is_neo_hookean_and_nothing_jumps_there(pad):
+def test_exponent_2_equals_neo_hookean_law_without_step(pad):
     """With exponents of 2 the law is that without any, to the last bit; beside it, nearly."""
     where = np.array([[0.2e-3, 0.1e-3, -0.5e-3, 0.01, 0.03, 0.02], [0.0, 0.0, 0.1e-3, 0.0, 0.0, 0.0]])
     plain = of_exponent(pad, 2.0)
@@ -134,7 +134,7 @@ def test_two_is_neo_hookean_and_nothing_jumps_there(pad):
 
 
 @pytest.mark.parametrize("pad", [HARD, FILMED, replace(HARD, exponent=1.3)])
-def test_forces_have_an_energy(pad):
+def test_ogden_pad_forces_are_conservative(pad):
     """Work along a way that closes is nothing, and the stiffness is the force's slope."""
     t = np.linspace(0.0, 2.0 * math.pi, 2001)
     way = np.column_stack([3e-4 * np.sin(t), 2e-4 * np.cos(t), -3e-4 + 2e-4 * np.sin(t + 1.0), 0.05 * np.cos(t),
@@ -152,13 +152,13 @@ def test_forces_have_an_energy(pad):
 
 
 @given(st.floats(0.0, 1.2), st.floats(-0.05, 0.05), st.floats(-0.05, 0.05), st.booleans())
-def test_pose_and_force_are_inverse(normal, shear_x, shear_y, is_held):
+def test_ogden_pad_pose_inverts_force(normal, shear_x, shear_y, is_held):
     pose = HARD.pose(np.array([[normal, shear_x, shear_y]]), is_held)
     assert HARD.force(pose)[0, :3] == approx([shear_x, shear_y, -normal], abs=1e-8, rel=1e-7)
 
 
 @given(st.floats(1.0, 8.0), st.floats(1.0, 8.0), st.floats(1.0, 8.0), st.sampled_from([0.0, 1.0]), st.floats(0.0, 0.98))
-def test_force_rises_with_strain_whatever_the_exponent(exponent, along, across, is_round, strain):
+def test_ogden_force_rises_with_strain_for_any_exponent(exponent, along, across, is_round, strain):
     pad = BondedPad(Face(along, across, is_round), 1.0, 1.0, 1e4, exponent=exponent)
     force = pad.pressure(np.array([strain, strain + 0.005]))
     assert force[0] < force[1]
@@ -166,13 +166,13 @@ def test_force_rises_with_strain_whatever_the_exponent(exponent, along, across, 
 
 
 @given(st.floats(1.5, 4.0), st.floats(1.5, 4.0), st.floats(0.03, 0.4), st.floats(1.0, 40.0), st.floats(0.0, 0.9))
-def test_force_rises_with_strain_under_any_film(exponent, film_exponent, skin, modulus, strain):
+def test_ogden_force_rises_with_strain_under_any_film(exponent, film_exponent, skin, modulus, strain):
     pad = BondedPad(Face(2.0, 3.0), 1.0, 1.0, 1e4, Surround(0.0, skin, modulus, film_exponent), exponent=exponent)
     force = pad.pressure(np.array([strain, strain + 0.01]))
     assert force[0] < force[1]
 
 
-def test_the_formulas_of_a_press_have_the_exponent():
+def test_compression_formulas_use_film_exponent():
     """Strain and force are each other's inverse, and a film brings its own exponent."""
     around = Surround(0.0, 0.1e-3, 300e3, 3.05)
     pad = (Face(4e-3, 4e-3), 2e-3, 50e3, 1.5e9)

@@ -63,7 +63,7 @@ def errors(pad, rows):
 
 
 @pytest.mark.parametrize(("kind", "rms", "most"), [("bare", 0.03, 0.09), ("rim", 0.03, 0.05), ("film", 0.035, 0.17)])
-def test_forces_are_those_of_finite_elements(kind, rms, most):
+def test_pad_forces_agree_with_finite_elements(kind, rms, most):
     """Within 5 % but for a few of the flattest, the hardest sheared and the stiffest films."""
     found = [errors(pad, rows) for pad, rows in figures()
              if kind == ("film" if pad.surround.film else "rim" if pad.surround.rim else "bare")]
@@ -80,7 +80,7 @@ def test_forces_are_those_of_finite_elements(kind, rms, most):
         assert len(usual) > 100 and np.quantile(usual, 0.95) < 0.05
 
 
-def test_forces_are_those_of_the_converged_elements():
+def test_pad_forces_agree_with_fourth_degree_elements():
     """Of fourth degree: within 5 %, rest stiffness within 1.5 %."""
     for pad, rows in figures():
         fine = [row for row in rows if row["degree"] == 4]
@@ -93,7 +93,7 @@ def test_forces_are_those_of_the_converged_elements():
             assert stiffness[4, 4] == approx(rest["k_rr"], rel=0.025)
 
 
-def test_the_stated_error_holds():
+def test_pad_force_stated_error_holds():
     """Two sigma enclose 95 % of all forces."""
     outside = [off > 2.0 * pad.sigma for pad, rows in figures() for off in errors(pad, rows)[0]]
     assert np.mean(outside) < 0.08
@@ -101,7 +101,7 @@ def test_the_stated_error_holds():
 
 
 @pytest.mark.parametrize(("least", "most"), [(0.2, 0.55), (0.6, 0.8), (0.9, 1.1), (1.4, 2.0)])
-def test_the_stated_error_is_no_smaller_than_what_pads_of_a_shape_factor_say(least, most):
+def test_stated_error_covers_pads_of_each_shape_factor(least, most):
     there = [(pad.sigma, errors(pad, rows)[0]) for pad, rows in figures()
              if not pad.surround.film and not pad.surround.rim and least < pad.block.shape_factor < most]
     off = np.concatenate([of_pad for _, of_pad in there])
@@ -121,7 +121,7 @@ PLAIN = Block(4.0, 4.0, exponent=3.3)
     (0.0, 0.5, lambda skin: replace(PLAIN, skin=skin, skin_modulus=10.0)),
     (1.5, 4.0, lambda exponent: replace(PLAIN, exponent=exponent)),
 ])
-def test_the_stated_error_has_no_step(least, most, block):
+def test_pad_force_stated_error_is_continuous(least, most, block):
     """A parameter that is swept finely changes it by little: twenty times finer by a twentieth, and never at once."""
     changes = []
     for count in (1000, 20000):
@@ -130,7 +130,7 @@ def test_the_stated_error_has_no_step(least, most, block):
     assert changes[1] < 0.1 * changes[0]
 
 
-def test_a_rim_changes_without_a_step_as_the_pad_grows():
+def test_effective_rim_is_continuous_in_pad_size():
     """Of a target off the middle of a pad: from all rims narrower than the thickness to all of them wider."""
     changes = []
     for count in (1000, 20000):
@@ -142,7 +142,7 @@ def test_a_rim_changes_without_a_step_as_the_pad_grows():
     assert even_rim(Face(10.0, 8.0), Face(4.0, 4.0), (0.1, 0.0), 1.0) == approx(2.5, rel=1e-6)
 
 
-def test_compression_softens_shear_and_a_free_target_more():
+def test_compression_lowers_shear_stiffness_and_more_with_free_target():
     """A third less shear stiffness at 25 %, and several times less where the target may tilt."""
     rest, pressed = SQUARE.stiffness(np.array([np.zeros(6), [0, 0, -0.5e-3, 0, 0, 0]]))
     assert 0.55 < pressed[0, 0] / rest[0, 0] < 0.68
@@ -156,7 +156,7 @@ def test_compression_softens_shear_and_a_free_target_more():
 
 
 @given(st.floats(0.0, 1.2), st.floats(-0.05, 0.05), st.floats(-0.05, 0.05), st.booleans())
-def test_pose_and_force_are_inverse(normal, shear_x, shear_y, is_held):
+def test_pad_pose_inverts_force(normal, shear_x, shear_y, is_held):
     pose = OBLONG.pose(np.array([[normal, shear_x, shear_y]]), is_held)
     held = OBLONG.force(pose)[0]
     assert held[:3] == approx([shear_x, shear_y, -normal], abs=1e-8, rel=1e-7)
@@ -165,14 +165,14 @@ def test_pose_and_force_are_inverse(normal, shear_x, shear_y, is_held):
         assert held[3:] == approx(np.cross(lever, held[:3]), abs=1e-9)
 
 
-def test_a_push_above_the_pad_brings_its_far_end_down():
+def test_shear_force_above_pad_lowers_far_end_of_target():
     pushed = SQUARE.pose(np.array([[0.3, 0.05, 0.0], [0.3, 0.0, 0.05]]))
     assert pushed[0, 0] > 0.0 and pushed[0, 4] > 0.0
     assert pushed[1, 1] > 0.0 and pushed[1, 3] < 0.0
     assert pushed[0, 2] == approx(pushed[1, 2], rel=1e-9)
 
 
-def test_no_work_is_gained_on_a_closed_way():
+def test_pad_forces_do_no_work_on_closed_path():
     """Force and moment have an energy: their work along a way that closes is nothing."""
     t = np.linspace(0.0, 2.0 * math.pi, 2001)
     way = np.column_stack([3e-4 * np.sin(t), 2e-4 * np.cos(t), -3e-4 + 2e-4 * np.sin(t + 1.0), 0.05 * np.cos(t),
@@ -184,7 +184,7 @@ def test_no_work_is_gained_on_a_closed_way():
     assert abs(work.sum()) < 1e-5 * np.abs(work).sum()
 
 
-def test_a_quarter_turn_of_everything_changes_nothing():
+def test_pad_and_load_rotated_by_90_degrees_give_rotated_pose():
     across = BondedPad(Face(4e-3, 6e-3), 2e-3, 50e3, 1.5e9, Surround(0.4e-3), 0.2e-3)
     one = OBLONG.pose(np.array([[0.5, 0.04, 0.0]]))[0]
     other = across.pose(np.array([[0.5, 0.0, 0.04]]))[0]
@@ -192,14 +192,14 @@ def test_a_quarter_turn_of_everything_changes_nothing():
 
 
 @given(WIDTH, WIDTH, st.floats(0.0, 0.99), st.sampled_from([0.0, 1.0]))
-def test_force_rises_with_strain_and_strain_inverts_it(along, across, strain, is_round):
+def test_pad_force_rises_with_strain_and_is_invertible(along, across, strain, is_round):
     pad = BondedPad(Face(along, across, is_round), 1.0, 1.0, 1e4)
     force = pad.pressure(np.array([strain, strain + 0.005]))
     assert force[0] < force[1]
     assert pad.strain(force)[0] == approx(strain, abs=1e-9)
 
 
-def test_known_limits():
+def test_pad_stiffness_has_known_limits():
     disc = Block(6.0, 6.0, 1.0)
     assert pressure_stiffness(disc) == approx(1.5 * 3.0**2, rel=1e-6)
     assert pressure_stiffness(Block(1e4, 2.0)) == approx(4.0, rel=1e-3)  # an endless strip: (width / h)^2
@@ -209,7 +209,7 @@ def test_known_limits():
 
 
 @given(st.floats(-0.4, 0.4), st.floats(-0.4, 0.4), st.floats(-1.5, 1.5))
-def test_rotations_and_their_vectors(rx, ry, rz):
+def test_rotation_vectors_and_jacobians_agree_with_matrices(rx, ry, rz):
     turned = rotations(np.array([[rx, ry, rz]]))
     vector = rotation_vectors(turned)
     assert angles(turned)[0] == approx([rx, ry, rz], abs=1e-12)
@@ -219,7 +219,7 @@ def test_rotations_and_their_vectors(rx, ry, rz):
     assert spin == approx(left_jacobians(vector)[0] @ small[0], abs=1e-10)
 
 
-def test_what_gives_way_or_shuts_is_not_answered():
+def test_unstable_load_gives_nan_and_invalid_pad_raises():
     soft = BondedPad(Face(2e-3, 2e-3), 2e-3, 15e3, height=1e-3)
     assert np.isnan(soft.pose(np.array([[0.2, 0.05, 0.0]]))).all()
     assert np.isnan(SQUARE.force(np.array([[0.0, 0.0, -2.1e-3, 0.0, 0.0, 0.0]]))).all()
@@ -234,7 +234,7 @@ def test_what_gives_way_or_shuts_is_not_answered():
 
 
 @pytest.mark.parametrize("modulus", [0.2, 1.0])
-def test_a_film_of_soft_rubber_is_a_wider_pad(modulus):
+def test_soft_film_acts_as_wider_pad(modulus):
     """Of the pad's own rubber as much as the wider pad adds, of a softer one in proportion."""
     bare, wide = BondedPad(Face(4.0, 4.0), 2.0, 1.0), BondedPad(Face(4.4, 4.4), 2.0, 1.0)
     skinned = replace(bare, surround=Surround(0.0, 0.2, modulus))
@@ -245,7 +245,7 @@ def test_a_film_of_soft_rubber_is_a_wider_pad(modulus):
 
 @example(skin=0.5, modulus=1.0, along=1.0, strain=1.175494351e-38)  # right at the first try: half of it was taken
 @given(st.floats(0.02, 0.5), st.floats(0.1, 45.0), WIDTH, st.floats(0.0, 0.9))
-def test_force_rises_with_strain_under_any_film(skin, modulus, along, strain):
+def test_pad_force_rises_with_strain_under_any_film(skin, modulus, along, strain):
     pad = BondedPad(Face(along, along), 1.0, 1.0, 1e4, Surround(0.0, skin, modulus))
     force = pad.pressure(np.array([strain, strain + 0.01]))
     assert force[0] < force[1]
@@ -253,7 +253,7 @@ def test_force_rises_with_strain_under_any_film(skin, modulus, along, strain):
 
 
 @pytest.mark.parametrize("name", ["thickness", "width", "modulus", "film", "film_modulus", "rim"])
-def test_nothing_jumps_where_a_measure_is_swept(name):
+def test_pad_pose_is_continuous_in_every_dimension(name):
     """500 steps over a factor of four and more: no step of the force is five times its neighbours' mean."""
     factor = np.geomspace(0.5, 2.0, 500)
 
@@ -271,7 +271,7 @@ def test_nothing_jumps_where_a_measure_is_swept(name):
         assert (step / usual).max() < 5.0
 
 
-def test_small_loads_add_up():
+def test_small_loads_superpose():
     loads = 1e-5 * np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
     single, together = SQUARE.pose(loads), SQUARE.pose(loads.sum(axis=0, keepdims=True))[0]
     assert single.sum(axis=0) == approx(together, rel=2e-3, abs=1e-9)
@@ -280,7 +280,7 @@ def test_small_loads_add_up():
 @pytest.mark.slow
 @given(st.floats(-3e-4, 3e-4), st.floats(-3e-4, 3e-4), st.floats(-6e-4, 1e-4), st.floats(-0.08, 0.08),
        st.floats(-0.08, 0.08))
-def test_forces_are_slopes_of_an_energy(x, y, z, rx, ry):
+def test_pad_forces_derive_from_energy(x, y, z, rx, ry):
     """Without twist the stiffness in the turned frame is symmetric where no moment acts; the work round a small square
     is nothing in any two of the numbers, up to what the square's size leaves.
     """
@@ -300,7 +300,7 @@ def test_forces_are_slopes_of_an_energy(x, y, z, rx, ry):
 @pytest.mark.parametrize("pad", [SQUARE, OBLONG, replace(OBLONG, surround=Surround(0.4e-3, 0.2e-3, 600e3),
                                                          exponent=3.2)])
 @pytest.mark.parametrize("turned", [0.1, 1.2])
-def test_what_lacks_to_balance_is_what_the_force_says_and_its_slopes_are_its_changes(pad, turned):
+def test_equilibrium_residual_matches_force_and_its_derivative(pad, turned):
     """Of a level, a tilted and a far turned target, with a moment: by virtual work, and by differences."""
     rng = np.random.default_rng(8)
     there = np.concatenate([[0.2, -0.1, 0.8], turned * rng.uniform(-1.0, 1.0, 3)])
@@ -322,7 +322,7 @@ def test_what_lacks_to_balance_is_what_the_force_says_and_its_slopes_are_its_cha
     assert slope[0] == approx(((forth - back) / 2e-6).T, rel=1e-6, abs=2e-6)
 
 
-def test_a_load_alone_is_posed_like_one_among_many():
+def test_single_load_gives_pose_equal_to_batch():
     """Single loads are worked out in floats, many of them in arrays."""
     spread = np.array([0.03, 0.03, 0.15, 1e-5, 1e-5, 1e-5])
     wrenches = np.random.default_rng(4).uniform(-1.0, 1.0, (30, 6)) * spread - [0, 0, 0.2, 0, 0, 0]
@@ -332,7 +332,7 @@ def test_a_load_alone_is_posed_like_one_among_many():
         assert np.concatenate([pad.pose(one[None]) for one in wrenches]) == approx(together, abs=2e-9)
 
 
-def test_who_writes_into_poses_changes_nobody_elses():
+def test_modified_pose_array_does_not_change_cached_poses():
     loads = np.array([[1.0, 0.1, 0.2]])
     first = SQUARE.pose(loads)
     known = first.copy()
@@ -343,7 +343,7 @@ def test_who_writes_into_poses_changes_nobody_elses():
 
 
 @pytest.mark.parametrize(("kind", "count"), [("bare", 90), ("film", 100)])
-def test_stiffness_of_a_free_tilt_is_within_its_stated_error(kind, count):
+def test_free_tilt_stiffness_is_within_stated_error(kind, count):
     """Of level pads: one sigma holds (root mean square), and twice that nearly always; a press takes stiffness away."""
     found = []
     for pad, rows in figures():

@@ -11,12 +11,12 @@ from sitscad.kernels.mechanics import plate_bending
 from sitscad.kernels.mechanics.plate_bending import POISSON, plate_deflection, rigidity
 
 
-def test_the_rigidity_is_that_of_timoshenko():
+def test_plate_rigidity_matches_timoshenko():
     assert rigidity(69e9, 1e-3) == approx(69e9 * 1e-9 / 12.0 / 0.91, rel=1e-12)
 
 
 @pytest.mark.parametrize("slenderness", [0.7, 1.5, 2.0, 3.0])
-def test_a_narrow_plate_is_a_beam_on_springs(monkeypatch, slenderness):
+def test_narrow_plate_deflection_matches_beam_on_springs(monkeypatch, slenderness):
     """Hetenyi's finite beam with free ends under a load across its middle; Poisson's ratio is nothing to a beam."""
     monkeypatch.setattr(plate_bending, "POISSON", 0.0)
     x = slenderness  # length times the fourth root of k / (4 E I)
@@ -43,12 +43,12 @@ def _round(radius, pressed, length):
 
 
 @pytest.mark.parametrize(("pressed", "length"), [(2e-3, 6e-3), (5e-3, 6e-3), (5e-3, 3e-3), (8e-3, 4e-3)])
-def test_a_round_plate_is_that_of_kelvins_functions(pressed, length):
+def test_round_plate_deflection_matches_kelvin_functions(pressed, length):
     (found,) = plate_deflection((20e-3, 20e-3), True, (2.0 * pressed, 2.0 * pressed), np.array([length**4]))
     assert found == approx(_round(10e-3, pressed, length), rel=3e-3)
 
 
-def test_pressed_all_over_it_stays_flat_and_thicker_it_bends_less():
+def test_uniformly_pressed_plate_is_flat_and_bending_falls_with_rigidity():
     assert plate_deflection((59e-3, 10e-3), False, (80e-3, 20e-3), np.array([1e-9]))[0] == approx(0.0, abs=1e-9)
     bent = plate_deflection((59e-3, 10e-3), False, (10e-3, 10e-3), np.geomspace(1e-10, 1e-5, 12))
     assert (np.diff(bent) < 0.0).all() and bent[-1] < 0.01 < 0.1 < bent[0]

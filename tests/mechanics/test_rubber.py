@@ -27,7 +27,7 @@ def _states(most, count=500):
 
 
 @pytest.mark.parametrize("exponent", [2.0, 2.42, 2.5, 3.05, 3.3, 4.0])
-def test_stresses_are_those_of_the_stretches(exponent):
+def test_polynomial_stress_matches_ogden_stress(exponent):
     stretch = _states(FARTHEST)
     true = 2.0 / exponent * (stretch[:, 0] ** exponent - stretch[:, 2] ** exponent)
     apart = np.abs(_stress(exponent, stretch) - true)
@@ -37,14 +37,14 @@ def test_stresses_are_those_of_the_stretches(exponent):
     assert np.abs(_stress(exponent, near) - true).max() < 0.004 * np.abs(true).max()
 
 
-def test_even_exponents_are_exact():
+def test_invariant_terms_of_exponents_2_and_4_are_exact():
     """2 is neo-Hookean; for 4 the sum of fourth powers is I1^2 - 2 I2."""
     for exponent, known in ((2.0, {(1, 0): 0.5}), (4.0, {(1, 0): 0.75, (0, 1): -0.25, (2, 0): 0.125})):
         for i, j, value in invariant_terms(exponent):
             assert value == approx(known.get((i, j), 0.0), abs=1e-9)
 
 
-def test_the_modulus_at_rest_is_the_one_that_is_given():
+def test_invariant_terms_have_given_modulus_at_rest():
     for exponent in (2.0, 2.5, 3.3):
         first = {(i, j): value for i, j, value in invariant_terms(exponent)}
         assert 2.0 * (first[1, 0] + first[0, 1]) == approx(1.0, rel=1e-6)

@@ -32,7 +32,7 @@ def without_webs(pad: BondedPad) -> BondedPad:
     return replace(pad, surround=replace(pad.surround, webs=NO_WEBS))
 
 
-def test_what_a_web_adds_is_that_of_finite_elements():
+def test_web_stiffening_agrees_with_finite_elements():
     for row in ROWS:
         pad = joined(row)
         stiffer, aside = pad.block.stiffer, pad.block.turned.stiffer
@@ -46,7 +46,7 @@ def test_what_a_web_adds_is_that_of_finite_elements():
             assert held[axis, axis] / bare[axis, axis] - 1.0 == approx(row[name], rel=MOST[name] + 0.01)
 
 
-def test_a_web_at_one_side_holds_that_side_up():
+def test_web_at_one_side_causes_tilt_as_in_elements():
     """By the elements 0.33 % of a side's length beside the middle, for a tenth of the side: 17 rad/m of way."""
     row = ROWS[1]
     right, left, back = (joined(row, **{side: web_effect(row["gap"])}) for side in ("right", "left", "back"))
@@ -66,7 +66,7 @@ def test_a_web_at_one_side_holds_that_side_up():
     assert right.force(level)[0, 4] / right.force(level)[0, 2] == approx(-row["aside"] * 1e-3, rel=0.1)
 
 
-def test_webs_on_all_sides_are_about_a_rim():
+def test_webs_on_all_sides_stiffen_nearly_like_a_rim():
     """As long and as wide as the side, they leave out the corners of the pad that reaches as far on all sides."""
     pad = BondedPad(Face(8e-3, 8e-3), 1e-3, 60e3)
     webs = Webs(8e-3, *(4 * [web_effect(3.0)]))
@@ -76,7 +76,7 @@ def test_webs_on_all_sides_are_about_a_rim():
     assert 0.6 * most < more < most
 
 
-def test_the_law_is_less_sure_of_a_pad_with_webs():
+def test_stated_error_grows_with_web_stiffening():
     held = joined(ROWS[2])
     added = held.block.stiffer.press
     bare = force_sigma(without_webs(held).block)
