@@ -76,8 +76,9 @@ class MeterReadings:
     """Readings of an LCR meter on one coil of the bare board, far from metal.
 
     `inductance` (H) and `resistance` (ohm) are in series between the contacts, at `frequency` (Hz). Each has its
-    standard deviation by manufacture. `resistance_error` is the relative error bound of the computed resistance.
-    `direct` is the direct-current resistance (ohm), with its standard deviation.
+    standard deviation by manufacture, `inductance_sigma` and `resistance_sigma`. `resistance_error` is the relative
+    error bound of the computed resistance. `direct` is the direct-current resistance (ohm), and `direct_sigma` its
+    standard deviation.
     """
 
     coil: str

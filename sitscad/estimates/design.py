@@ -38,7 +38,7 @@ solids_of = late("sitscad.assembly.solids.whole", "Solids")
 Value = TypeVar("Value")
 
 ROOM_TEMPERATURE = 20.0
-"""The temperature (degrees Celsius) at which boards are tested and sensors are switched on."""
+"""Temperature (degrees Celsius) at which boards are tested and sensors are switched on."""
 
 
 @record
@@ -150,7 +150,8 @@ class Design:
 class Cells:
     """Cells of a sensor in order of their numbers, each as a separate sensor.
 
-    Every cell has the converters and capacitors of the whole sensor. A sensor without cells is its own single cell.
+    `whole` is the design of the sensor. Every cell has the converters and capacitors of the whole sensor. A sensor
+    without cells is its own single cell.
     """
 
     whole: Design
@@ -192,7 +193,7 @@ class Cells:
         return iter(self.parts)
 
     def by_number(self, number: int) -> Design:
-        """Return a cell by its number, from 1. Raises ValueError if no cell has this number."""
+        """Return the design of a cell by its number, from 1. Raises ValueError if no cell has this number."""
         if not 1 <= number <= len(self):
             raise ValueError(f"there is no cell {number}: the sensor has {len(self)}")
         return self.parts[number - 1]
@@ -211,7 +212,7 @@ class Cells:
 
     @property
     def weakest(self) -> Design:
-        """Cell with the least signal. Curves and solutions of a single cell use it."""
+        """Design of the cell with the least signal. Curves and solutions of a single cell use it."""
         return self.by_number(self.weakest_number)
 
     @property
@@ -237,7 +238,7 @@ def cached_per_board(design: Design, name: str, make: Callable[[], Value]) -> Va
 
 
 def at_room_temperature(design: Design) -> Design:
-    """Return the design at 20 degrees Celsius. It is the same design if `requirements.temperature` is 20."""
+    """Return the design at 20 degrees Celsius. It is `design` itself if its estimates are for 20 degrees Celsius."""
     if design.estimates.temperature == ROOM_TEMPERATURE:
         return design
     return memo(design, "at room temperature", lambda: Design(design.spec, design.layout, estimated(

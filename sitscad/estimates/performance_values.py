@@ -1,4 +1,4 @@
-"""Sensing performance at a working point, as values and as JSON."""
+"""Sensing performance at a working point: values in newtons, and their JSON document."""
 
 from __future__ import annotations
 
@@ -15,7 +15,9 @@ from sitscad.basics.record import record, replace
 from sitscad.basics.units import show
 
 FORCES = ("normal", "shear_x", "shear_y")
+"""Force components of a load, in their order."""
 MOMENTS = ("moment_x", "moment_y")
+"""Moment components of a load, in their order."""
 AXES = (*FORCES, *MOMENTS)
 """Components of a load in their order: forces (N), then moments (N m). A load without moments has three components."""
 
@@ -34,7 +36,9 @@ INSTABILITY = "instability"
 """Name of an axis limit beyond which no stable shape of the pad carries the load: the pad buckles sideways."""
 
 Loads = tuple[float, ...]
+"""Components of a load (N, N m) in the order of `AXES`: three, or five with moments."""
 Table = Mapping[str, Mapping[str, float]]
+"""Table of numbers by row name and column name."""
 
 
 def unit_of(axis: str) -> str:
@@ -55,9 +59,10 @@ def shown_scales(axes: Sequence[str]) -> Array:
 
 
 def by_unit(before: str, after: str, table: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """Return a table by axis as parts of a document, split by unit.
+    """Return a table by axis as parts of a document, split into forces and moments.
 
-    Forces are under the key `before` + "N" + `after`. Moments, if there are any, are under the same key with "Nm".
+    Forces are under the key `before` + "N" + `after`. Moments, if there are any, are under a key with "Nm" in place of
+    "N".
     """
     parts = {"N": {name: row for name, row in table.items() if name not in MOMENTS},
              "Nm": {name: row for name, row in table.items() if name in MOMENTS}}
@@ -228,7 +233,7 @@ class Performance:
         return {"compensation": {**self.compensation, "left": parts}}
 
     def _causes(self) -> dict[str, object]:
-        """Return the temperature errors by cause, for forces and, if there are any, for moments."""
+        """Return the temperature errors (per K) by cause for JSON: forces and, if there are any, moments."""
         tables: dict[str, dict[str, object]] = {}
         for cause, row in self.temperature_causes.items():
             for name, part in by_unit("temperature_causes_", "_per_K", row).items():
@@ -260,6 +265,7 @@ def worst_of(each: Sequence[Performance]) -> Performance:
 
 
 LEAST_IS_WORST = ("load", "resonance", "invertible", "overload", "free_overload", "tilt_stiffness")
+"""Attributes of `Performance` whose smallest value is the worst."""
 LARGEST_IS_WORST = (
     "crosstalk", "straight_crosstalk", "tilt_slope", "tilt_error", "tilt_stiffness_error", "contact_error",
     "temperature_error", "temperature_causes", "drift_left", "friction_error", "friction_causes", "production",
@@ -356,5 +362,5 @@ def full_scale_text(error: float, full: float, axis: str = "normal") -> str:
 
 
 def amount_text(value: float, axis: str, digits: int = 3) -> str:
-    """Return a force in newtons, or a moment in newton millimetres, as text."""
+    """Return a force (N) as text in newtons, or a moment (N m) as text in newton millimetres."""
     return f"{1e3 * value:.{digits}g} N mm" if axis in MOMENTS else f"{value:.{digits}g} N"

@@ -42,7 +42,7 @@ class SensorModel(Protocol):
 
     @property
     def estimates(self) -> Estimates:
-        """Electrical estimates."""
+        """Electrical estimates of the layout."""
 
     @property
     def response(self) -> ResponseModel:
@@ -51,7 +51,7 @@ class SensorModel(Protocol):
 
 @record(eq=False)
 class Sensing:
-    """Sensing performance of a sensor without cells."""
+    """Sensing performance of a sensor without cells, computed at first use from `sensor`."""
 
     sensor: SensorModel
 

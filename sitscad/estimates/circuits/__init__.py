@@ -1,1 +1,1 @@
-"""Coils, leads and capacitor as tanks of a converter, with error bounds."""
+"""Electrical circuits of the coils: windings, leads, tank capacitor and converter, with error bounds."""

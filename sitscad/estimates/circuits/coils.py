@@ -109,7 +109,7 @@ def without_failed_states(circuits: list[CoilCircuit]) -> tuple[list[CoilCircuit
 
 
 def drop_states(circuit: CoilCircuit, failed: Mapping[str, object]) -> CoilCircuit:
-    """Return a circuit without the failed states."""
+    """Return a circuit without the states in `failed`."""
     return replace(
         circuit, reflections={state: r for state, r in circuit.reflections.items() if state not in failed},
         neighbours={state: r for state, r in circuit.neighbours.items() if state not in failed},

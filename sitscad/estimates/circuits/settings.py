@@ -120,8 +120,8 @@ def bare_board_code(coils: Sequence[CoilEstimate], converter: Converter) -> int 
 class Device:
     """One converter of the sensor, with its register values.
 
-    `bus` is the number of its I2C bus (from 0), and `address` its 7-bit address. `coils` are the coils on its channels,
-    from channel 0. `registers` are in the order in which the firmware writes them.
+    `bus` is the number of its I2C bus (from 0), and `address` its 7-bit address. `coils` are the names of the coils on
+    its channels, from channel 0. `registers` are in the order in which the firmware writes them.
     """
 
     bus: int
@@ -171,7 +171,9 @@ class SerialSettings:
     """Baud rate of the firmware's serial port, and the number of scans of all coils after which it sends a line."""
 
     baud: int
+    """Bits per second."""
     scans_per_line: int
+    """Number of scans of all coils between two lines of text."""
 
 
 def serial_settings(placements: tuple[CoilPlacement, ...], cells: CellsSpec | None, scan_rate: float) -> SerialSettings:
@@ -220,7 +222,7 @@ class Band:
     high: float
 
     def share_above(self, limit: float) -> float:
-        """Return the fraction of units with a frequency above a limit (Hz), for a normal distribution."""
+        """Return the fraction of manufactured coils with a frequency above `limit` (Hz), for a normal distribution."""
         return 0.5 * math.erfc((limit - self.design) * SIGMAS / ((self.high - self.design) * math.sqrt(2.0)))
 
 
@@ -233,8 +235,11 @@ class CoilBands:
     """
 
     coil: str
+    """Name of the coil."""
     bare: Band
+    """Band without target and jaw."""
     assembled: Band
+    """Band of the assembled sensor at rest."""
     working: Band
     own_sigma: float
 

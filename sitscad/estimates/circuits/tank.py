@@ -35,7 +35,7 @@ E12 = (1.0, 1.2, 1.5, 1.8, 2.2, 2.7, 3.3, 3.9, 4.7, 5.6, 6.8, 8.2)  # Preferred 
 E24 = tuple(sorted((*E12, 1.1, 1.3, 1.6, 2.0, 2.4, 3.0, 3.6, 4.3, 5.1, 6.2, 7.5, 9.1)))  # All values sold
 
 FREQUENCY_MARGIN = 0.95
-"""Margin between the sensor frequencies and the converter's frequency limits when a capacitor is chosen.
+"""Ratio that keeps sensor frequencies inside the converter's frequency limits when a capacitor is chosen.
 
 All frequencies are at most this fraction of the converter's highest frequency. The converter's lowest frequency is at
 most this fraction of every sensor frequency. The margin is for tolerances of coil and capacitor.
@@ -189,11 +189,11 @@ class Tank:
 
     @property
     def converter(self) -> Converter:
-        """Properties of the converter."""
+        """Converter of the readout, with its limits and formulas."""
         return self.readout.device
 
     def capacitance(self, circuit: CoilCircuit) -> float:
-        """Return the total parallel capacitance (F): capacitor, pins, cable, tail and the coil's own."""
+        """Return the total parallel capacitance (F) of a coil's tank: capacitor, pins, cable, tail and coil itself."""
         return self.conversion_capacitance + circuit.self_capacitance
 
     @property
@@ -317,14 +317,14 @@ def choose_capacitor(
 
 
 def preferred_values(converter: Converter) -> list[float]:
-    """Return E12 values (F) within the range of the maker's reference coils."""
+    """Return the E12 values (F) between the smallest and the largest capacitor of the maker's reference coils."""
     low, high = converter.limit("capacitor_min"), converter.limit("capacitor_max")
     decades = [mantissa * 10.0**power for power in range(-12, -7) for mantissa in E12]
     return [round(value, 15) for value in decades if low * (1 - 1e-9) <= value <= high * (1 + 1e-9)]
 
 
 def neighbour_values(capacitance: float) -> tuple[float, float]:
-    """Return the E24 values (F) below and above a capacitance. Both are equal if it is itself an E24 value."""
+    """Return the next E24 values (F) below and above a capacitance. Both are equal if it is itself an E24 value."""
     decade = 10.0 ** math.floor(math.log10(capacitance * (1 + VALUE_TOLERANCE)))
     values = [0.1 * E24[-1] * decade, *(mantissa * decade for mantissa in E24), 10.0 * decade]
     sold = next((value for value in values if abs(capacitance / value - 1.0) <= VALUE_TOLERANCE), None)
@@ -390,7 +390,11 @@ def _excess(value: float, limit: float) -> float:
 
 
 def _reason(value: float, trespass: tuple[float, bool], windows: tuple[float, float] | None, tolerance: float) -> str:
-    """Return the reason for the choice of a capacitor, as text."""
+    """Return the reason for the choice of a capacitor, as text.
+
+    `trespass` is the violation, and whether there is any. `windows` are the highest frequency (Hz) and the least
+    parallel resistance (ohm); None if no tank oscillates. `tolerance` is the capacitor's.
+    """
     if windows is None:
         return f"E12, C0G: no value lets the tank oscillate, {show(value, 'F', 3)} damps it least"
     windows_text = f"up to {show(windows[0], 'Hz', 3)}, R_P from {show(windows[1], 'ohm', 3)}"
@@ -458,9 +462,9 @@ It counts above and below the estimated frequency of each state.
 
 
 def with_margin(readout: ReadoutEstimate, coils: Sequence[CoilEstimate]) -> ReadoutEstimate:
-    """Return the readout settings that serve every coil in every state, with a margin for manufacture.
+    """Return the readout settings for a frequency band around each estimated frequency.
 
-    The margin is `SIGMAS` standard deviations above and below each frequency.
+    The band covers every coil in every state, with `SIGMAS` standard deviations by manufacture to either side.
     """
     if readout.conversion is None:
         return readout

@@ -501,7 +501,7 @@ class _CrowdingSlopes:
 
     @cached_property
     def _slopes(self) -> tuple[complex, complex]:
-        """Derivatives (H/m) of the inductance change by the distances to metal above and below."""
+        """Derivatives (H/m, complex) of the inductance change, by the distances to metal above and below."""
         around, at = self._around, np.array([self._frequency])
 
         def crowding(above: Reflector | None, below: Reflector | None) -> complex:

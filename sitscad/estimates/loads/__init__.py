@@ -1,1 +1,1 @@
-"""Loads on a pad, its deformation, and the range of loads that is computed."""
+"""Loads on a pad, the pad's deformation, and the range of loads for which a sensor is computed."""

@@ -1,4 +1,4 @@
-"""Glue between two faces: its amount, its flow before it sets, and the weight that a soft pad can bear meanwhile."""
+"""Glue between two faces: its area, its flow before it sets, and the weight on a soft pad while it sets."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ if TYPE_CHECKING:
 STANDARD_GRAVITY = 9.80665  # m/s2 (CGPM 1901)
 
 PIECE_STRAIN = 0.02
-"""Strain of a soft pad while a piece is glued to the pad. The pad recovers when the weight is removed."""
+"""Compressive strain of a soft pad under the weight while a piece is glued to it. The pad recovers afterwards."""
 
 LEAST_MASS = 5e-3
-"""Least total mass (kg) of a press and the weight on it. A printed press alone weighs about 2 g."""
+"""Least mass (kg) of a press with its weight. A printed press without a weight has about 2 g."""
 
 HARD_PRESSURE = 5e3
 """Pressure (Pa) on a glued piece that has no soft pad below it. From memory: enough for thin liquids."""
@@ -39,7 +39,7 @@ SPREADING = 1e4
 """Time to spread glue by hand, divided by the area (s/m2): 1 s for each cm2. From memory, not verified."""
 
 PIECE_HANDLING, HARD_HANDLING = 2.0, 10.0
-"""Time (s) from the contact of the glued faces until the weight is on them.
+"""Time (s) from the contact of the glued faces until the weight is on them: for pieces, and for hard parts.
 
 The first value is for a piece in a well, if the press is ready in the other hand. The second is for shield, mount and
 board, which are first pushed against films, gauges or a block. Assumptions, not verified.
@@ -133,7 +133,7 @@ def may_set_first(spec: SensorSpec, part: str) -> bool:
 
 
 def glued_area(spec: SensorSpec, part: str) -> float:
-    """Return the area (m2) of the glue under a piece of elastomer, or under a target."""
+    """Return the area (m2) of the glue under a piece of elastomer, or between a target and its pad."""
     plan, pad = plates_of(spec).of(part)[0].footprint, plates_of(spec).elastomer
     if part == "elastomer" or pad is None:
         return plan.area * _plates_in_one(spec, part)

@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     from sitscad.kernels.mechanics.pad import BondedPad
 
 STEPS = np.array([5e-6, 5e-6, 5e-6, 5e-4, 5e-4, 5e-4])
-"""Steps (x, y, z in m; rx, ry, rz in rad) of numerical derivatives by the pose.
+"""Steps (x, y, z in m; rx, ry, rz in rad) of the pose in numerical derivatives.
 
-They are a thousandth of relevant changes, far above rounding errors.
+They are a thousandth of the usual displacements, far above rounding errors.
 """
 
 

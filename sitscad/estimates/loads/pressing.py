@@ -39,7 +39,7 @@ SIGMAS_APART = 2.0  # One sigma of a cause is half of the difference between its
 
 @record
 class PressingScatter:
-    """Standard deviations of strain, remaining thickness (m) and apparent modulus (Pa) of the pressed pad.
+    """Standard deviations of strain, remaining thickness (`gap`, m) and apparent modulus (Pa) of the pressed pad.
 
     `sigmas_by_cause` are the standard deviations of the strain by cause, and `cause` is the cause with the largest.
     """
@@ -63,7 +63,7 @@ def rests_on_pad(spec: SensorSpec) -> bool:
 
 @lru_cache(maxsize=256)
 def _overlap(first: Footprint, second: Footprint) -> bool:
-    """Return whether both footprints overlap."""
+    """Return whether two footprints overlap."""
     return first.common(second) is not None
 
 

@@ -63,12 +63,12 @@ class WorkingRange:
 
     @property
     def limits(self) -> dict[str, float]:
-        """Largest load (N, N m) of every axis of a load, measured or not."""
+        """Largest load (N, N m) on every axis by name, measured or not."""
         return dict(zip(AXES, (self.normal, self.shear, self.shear, *self.moments), strict=True))
 
     @property
     def full_scales(self) -> Array:
-        """Largest load (N, N m) on every measured axis."""
+        """Largest load (N, N m) on every measured axis: (axes)."""
         return np.array([self.limits[name] for name in self.axes])
 
     def pressed(self, normal: float) -> Array:
@@ -79,7 +79,7 @@ class WorkingRange:
 
     @property
     def columns(self) -> list[int]:
-        """Indices of the measured axes in a load."""
+        """Indices of the measured axes among the components of a load."""
         return [AXES.index(name) for name in self.axes]
 
     @property
@@ -220,13 +220,13 @@ def _shear_for_travel(pad: BondedPad, axis: int, normal: float, travel: float) -
 
 
 LOADS = 25
-"""Number of shear forces in each range of the search by `shear_for_travel`.
+"""Number of shear forces in each interval of the search by `shear_for_travel`.
 
-The first range ends at the force for the travel by a linear law.
+The first interval ends at the force for the wanted travel by a linear law.
 """
 
 DOUBLED = 8
-"""Largest number of times that `shear_for_travel` doubles its range of forces."""
+"""Largest number of times that `shear_for_travel` doubles its interval of forces."""
 
 
 def validated_shear(spec: SensorSpec) -> float:
@@ -268,12 +268,15 @@ def extrapolated_shear_note(limit: float) -> str:
 
 
 def full_normal(spec: SensorSpec) -> float:
-    """Return the required normal force (N), or the force that compresses the pad by `USUAL_STRAIN`."""
+    """Return the required normal force (N).
+
+    If no normal force is required, it is the force that compresses the pad by `USUAL_STRAIN`.
+    """
     return spec.requirements.normal_force or normal_for_strain(soft_pad(spec), USUAL_STRAIN)
 
 
 def normal_for_strain(pad: BondedPad, strain: float) -> float:
-    """Return the normal force (N) that compresses the pad by a strain."""
+    """Return the normal force (N) that compresses the pad by a `strain`."""
     return float(-pad.force(np.array([[0.0, 0.0, -strain * pad.thickness, 0.0, 0.0, 0.0]]))[0, 2])
 
 

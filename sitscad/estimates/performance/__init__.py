@@ -1,1 +1,1 @@
-"""Sensing performance in newtons: range, resolution, crosstalk, and every error by its cause."""
+"""Sensing performance in newtons: range, resolution, crosstalk, and the error by each cause."""

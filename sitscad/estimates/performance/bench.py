@@ -46,7 +46,7 @@ class LoadModel:
 
     @cached_property
     def pad(self) -> BondedPad:
-        """Part of the pad under the target."""
+        """Part of the pad under the target, from which poses and forces are computed."""
         return soft_pad(self.spec)
 
     @cached_property
@@ -124,7 +124,7 @@ class LoadModel:
         return np.asarray(np.log(self.frequencies(poses) / self.rest))
 
     def slopes(self, poses: Array) -> Array:
-        """Return derivatives of the readings by the six numbers of every pose (per m and rad): (poses, coils, 6)."""
+        """Return derivatives of the readings by the six components of every pose (per m and rad): (poses, coils, 6)."""
         return reading_slopes(self.readings, poses)
 
     @cached_property

@@ -201,6 +201,8 @@ class TiltEffects:
     """
 
     bench: LoadModel
+    """Load model from which readings and poses are computed."""
+    """Load model from which readings are computed."""
     loads: Array
     poses: Array
     cache: dict[float, tuple[Array, Array]] = field(default_factory=dict)
@@ -352,7 +354,7 @@ class PointErrors:
 
     @property
     def warming(self) -> float:
-        """Temperature change (K) after the tare in the error budget."""
+        """Temperature change (K) after the tare for which the errors by temperature are computed."""
         return warming(self.bench.spec.requirements)
 
     @property
@@ -410,7 +412,7 @@ class PointErrors:
 
     @property
     def _rise(self) -> float:
-        """Growth of the pad's thickness (m/K) with temperature."""
+        """Growth of the pad's thickness with temperature (m/K)."""
         assert self.bench.spec.elastomer is not None
         return FLAT * self._material.expansion * self.bench.spec.elastomer.thickness
 

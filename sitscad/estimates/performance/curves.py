@@ -28,6 +28,7 @@ class Curve:
     """
 
     axis: str
+    """Name of the axis of load."""
     normal: float
     forces: Array
     inductance: Array
@@ -47,7 +48,9 @@ class Curves:
     coils: tuple[str, ...]
     places: Array
     normal: Curve
+    """Curve of the normal axis."""
     shears: tuple[Curve, ...]
+    """Curves of the other axes, each at rest, half and full normal force."""
     ranges: tuple[tuple[str, Array, Array, Array], ...]
     validated_shear: float
 

@@ -123,6 +123,7 @@ class SolvedRange:
     """
 
     bench: LoadModel
+    """Load model from which readings are computed."""
     loads: Array
     readings: Array
     held_out: tuple[Array, Array]

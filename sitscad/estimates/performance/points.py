@@ -81,7 +81,10 @@ def axis_range(bench: LoadModel, model: ResponseModel, load: Array, name: str) -
 
 @record(eq=False)
 class SensingAnalysis:
-    """Sensing performance by a load model (`LoadModel`). Each value is computed at its first use."""
+    """Sensing performance of a sensor, computed with a load model. Each value is computed at its first use.
+
+    `bench` is the load model; its readings come from the response model, or from a surrogate.
+    """
 
     layout: Layout
     estimates: Estimates
@@ -140,7 +143,7 @@ class SensingAnalysis:
 
     @cached_property
     def is_range_held(self) -> bool:
-        """Whether the pad bears all required loads without buckling."""
+        """Whether the pad is stable under all required loads."""
         return bool(np.all(self.bench.is_held(self.working.loads)))
 
     @cached_property
@@ -150,7 +153,7 @@ class SensingAnalysis:
 
     @cached_property
     def modulus_error(self) -> Array:
-        """Standard deviation (N, N m) of every axis at full load by the pad's modulus, before a calibration."""
+        """Standard deviation (N, N m; axes) at full load by the pad's modulus, before a calibration."""
         scatter = manufacturing_scatter(self.layout.spec, self.estimates.coils)
         modulus = tuple(cause for cause in scatter if cause.name == MODULUS)
         return units_of(self.working, modulus).by_modulus(WORKING_POINTS[-1].share, self.bench.full["normal"])
@@ -309,8 +312,10 @@ FREE_TARGET = (
     "the target is free to tilt: moments are those on the middle of its outermost face, and a force beside the middle "
     "is a moment; a tilt by a face that sticks is an error by what it adds beside its own moment{turned}"
 )
+"""Note for a target that is free to tilt. `turned` is `TURNED_ROUND` for a round target."""
 
 TURNED_ROUND = "; a round target turned about z reads nothing"
+"""Addition to `FREE_TARGET` for round targets."""
 
 
 def _notes(sensing: SensingAnalysis, courses: Mapping[str, tuple[float, str]], free: float | None) -> tuple[str, ...]:

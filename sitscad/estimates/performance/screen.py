@@ -76,7 +76,7 @@ PLACES = 3
 """Number of places of the target along x, and along y, at which the surrogate is computed."""
 
 REACH = 0.25
-"""Largest lateral displacement of the target from rest in the surrogate, in pad thicknesses."""
+"""Largest displacement of the target along x or y for which the surrogate is computed, in pad thicknesses."""
 
 DEEPER = 10
 """Number of additional heights of the surrogate below `DEPTH`, for each pad thickness of additional depth."""

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from sitscad.estimates.performance.points import SensingAnalysis
 
 SHEARS = FORCES[1:]
+"""Names of the shear axes."""
 
 MAX_SHEAR_READING = 0.1
 """Largest false reading by unmeasured shear without a warning, as a fraction of full scale of the falsified axis.
@@ -24,10 +25,10 @@ It holds for axes without an allowed error in the spec. It equals the limit of S
 
 @record
 class ShearReading:
-    """False reading on a measured axis, caused by shear along an axis that the array does not measure, at full load.
+    """False reading on a measured axis at full load, caused by shear along an axis that the array does not measure.
 
-    `error` is the reading (N, N m) on `axis`. `force` (N) is the full shear force along `shear`. `limit` is the allowed
-    error of `axis`, or else 10 % of its full scale `scale`.
+    `error` is the reading (N, N m) on `axis`. `force` (N) is the full shear force along `shear`. `limit` (N, N m) is
+    the allowed error of `axis`, or else 10 % of its full scale `scale`.
     """
 
     error: float
@@ -39,7 +40,7 @@ class ShearReading:
 
 
 def shear_readings(sensing: SensingAnalysis, requirements: Requirements) -> list[ShearReading]:
-    """Return the false readings by unmeasured shear at full load, for all axes with a requirement."""
+    """Return the false readings by unmeasured shear at full load, for all measured axes that the spec requires."""
     is_required = {"normal": requirements.normal_force, "moment_x": requirements.moments[0],
                    "moment_y": requirements.moments[1],
                    **dict.fromkeys(SHEARS, requirements.shear_force or requirements.is_shear_told)}

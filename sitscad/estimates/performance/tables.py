@@ -49,6 +49,7 @@ class PerformanceReport:
 
     points: Sequence[Performance]
     spec: SensorSpec
+    """Spec of the sensor."""
     map: MapFigures | None = None
 
     def documents(self) -> list[dict[str, object]]:
@@ -74,7 +75,7 @@ def axis_table(report: PerformanceReport) -> Table:
 
 
 def _range_rows(report: PerformanceReport) -> Iterator[tuple[str, ...]]:
-    """Yield the rows on the full scale and the range of each axis."""
+    """Yield the rows on full scale and range of each axis: required, of the pad, of the calibration."""
     axes, newtons, together = report.points[-1].axes, report.map, working_range(report.spec)
     names, valid_shear = list(axes), validated_shear(report.spec)
     yield "full scale", *(load_text(axis.full_scale, name) for name, axis in axes.items())
@@ -189,7 +190,7 @@ def drift_table(points: Sequence[Performance]) -> Table:
 
 
 COEFFICIENTS = {DESIGN: "design coefficients", CALIBRATED: "calibrated at two temperatures"}
-"""Text of each source of a compensation's coefficients."""
+"""Description of each source of a compensation's coefficients, for tables."""
 
 
 def compensation_tables(points: Sequence[Performance]) -> list[Table]:

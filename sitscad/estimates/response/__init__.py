@@ -1,1 +1,1 @@
-"""Coil readings when the target moves: changes at any pose, terminal values, counts and their maps."""
+"""Coil readings when the target moves: inductance changes at any pose, values at the contacts, counts and maps."""

@@ -69,7 +69,7 @@ class ResponseModel:
 
     @property
     def spec(self) -> SensorSpec:
-        """Spec with its metals at the required temperature."""
+        """Spec whose metals have their conductivities at the required temperature."""
         return self.windings.spec
 
     @property
@@ -80,7 +80,7 @@ class ResponseModel:
 
     @cached_property
     def behind(self) -> Reflector | None:
-        """Metal behind the board."""
+        """Metal behind the board. None if there is no metal."""
         return metal_behind(self.spec)
 
     @cached_property
@@ -90,7 +90,7 @@ class ResponseModel:
 
     @cached_property
     def band(self) -> tuple[float, float]:
-        """Band (Hz) of the tanks: the frequencies at which the states' target was solved."""
+        """Lowest and highest frequency (Hz) of the tanks in all states, with a margin; the target is solved at both."""
         if self.estimates.target_band is not None:
             return self.estimates.target_band
         frequencies = [s.frequency for coil in self.estimates.coils for s in coil.states.values() if s.frequency > 0.0]
@@ -314,7 +314,7 @@ estimated at 25 s took 34 s on a busy processor; discs estimated at 40 s and 61 
 def _require_affordable(
     target: Target, coil: CoilSpec, coils: Sequence[Coil], frequency: float, behind: Reflector | None, cover: PoseRange
 ) -> None:
-    """Raise NoResponse if solving the target for the poses of `cover` takes more than `MAX_WORK`."""
+    """Raise NoResponse if solving the target for the poses of `cover` takes more work than `MAX_WORK`."""
     work = solving_work(target, coil, coils, frequency, behind, cover)
     if work <= MAX_WORK:
         return

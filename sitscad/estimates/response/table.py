@@ -29,6 +29,7 @@ from sitscad.kernels.electromagnetics.polynomials import (
 from sitscad.kernels.mechanics.elastomer import HELD_TILT
 
 FORCE_INPUTS = ("normal_N", "shear_x_N", "shear_y_N")
+"""Names of the inputs that are forces (N)."""
 INPUTS = {"held": (*FORCE_INPUTS, "rx_rad", "ry_rad"), "free": (*FORCE_INPUTS, "moment_x_Nm", "moment_y_Nm")}
 """Names of the table's inputs in their order, for a target that is kept level ("held") or free to tilt ("free")."""
 

@@ -1,1 +1,1 @@
-"""Surroundings of the coils in each state: target, jaw, shield, and the pad under force."""
+"""States of a sensor (free, at rest, pressed) and the effect of target, jaw, shield and cells in each."""

@@ -30,8 +30,11 @@ class SeriesImpedance:
     """Inductance (H) and resistance (ohm) of a series circuit at a frequency (Hz)."""
 
     frequency: float
+    """Frequency (Hz)."""
     inductance: float
+    """Inductance (H) in series."""
     resistance: float
+    """Resistance (ohm) in series."""
 
     @property
     def quality_factor(self) -> float:
@@ -56,6 +59,7 @@ class CoilAtFrequency(SeriesImpedance):
     """
 
     coil: str
+    """Name of the coil."""
     frequency: float
     winding_inductance: float
     winding_inductance_error: float
@@ -70,7 +74,7 @@ class CoilAtFrequency(SeriesImpedance):
 
     @property
     def winding_quality_factor(self) -> float:
-        """Quality factor of the winding without leads."""
+        """Quality factor 2 pi f L / R of the winding without leads."""
         return 2.0 * math.pi * self.frequency * self.winding_inductance / self.winding_resistance
 
     def document(self) -> dict[str, Any]:

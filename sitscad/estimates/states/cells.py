@@ -88,7 +88,7 @@ class CellGroup:
 
     @property
     def words(self) -> str:
-        """Names of the cells: ``cells 1, 3, 7, 9``."""
+        """Text with the numbers of the cells: ``cells 1, 3, 7, 9``."""
         return f"cell{'s' * (len(self.numbers) > 1)} {', '.join(map(str, self.numbers))}"
 
     @property
@@ -183,18 +183,22 @@ NO_CELLS = CellTable()
 
 
 HEAD = ("cells", "webs: stiffer by", "pressed by", "range", "overload", "resolution", "neighbours: at most")
+"""Heading of the table of cells."""
 WORST = " (worst)"
+"""Mark after the worst value of a column."""
 
 FIGURES_ARE = (
     "each figure is the worst of the solved cells. Of each kind of cells, those with the least and the most signal are "
     "solved (for a force beside the middle, another cell of a kind was up to a tenth worse). Curves, the pushed sensor "
     "and errors from unit to unit are those of cell {pushed}, which has the least signal"
 )
+"""Explanation of the values in tables of a sensor with cells. `pushed` is the number of the weakest cell."""
 
 WEBS_KNOWN = (
     "All at full load, neighbours all pressed at once. By how much webs make a pad stiffer is known to "
     f"{100.0 * WEB_SIGMA:.0f} % of it (one sigma)."
 )
+"""Explanation of the effect of webs."""
 
 
 @one_thread

@@ -28,15 +28,15 @@ HEIGHTS = 4
 """Number of target heights, evenly spaced in ln(height), at which current crowding in the tracks is computed."""
 
 POINTS = 8
-"""Number of Chebyshev points in ln f at which values that do not depend on the pose are computed."""
+"""Number of Chebyshev points in ln f at which values that are equal for all poses are computed."""
 
 
 @record(eq=False)
 class NearTarget:
-    """Target and coils, solved for all poses of `cover`, a range of poses, over `band`.
+    """Target and coils, solved for all poses of a range `cover`, at the frequencies `band`.
 
-    `band` (Hz) is one frequency, or the two ends of a range. Each part is solved at its first use and cached. `finer`
-    multiplies the usual resolution of the target.
+    `band` (Hz) is one frequency, or the two ends of a range. `windings` are the solved windings of the coils. Each part
+    is solved at its first use and cached. `finer` multiplies the usual resolution of the target.
     """
 
     windings: SolvedWindings
@@ -46,7 +46,7 @@ class NearTarget:
 
     @cached_property
     def plate(self) -> TargetPlate:
-        """Target as a solvable plate."""
+        """Target with metal behind it, as a problem of eddy currents that is solved for any pose."""
         return plate_over_jaw(self.windings.layout, self.band, self.cover, self.finer)
 
     @cached_property
@@ -56,7 +56,7 @@ class NearTarget:
 
     @cached_property
     def heights(self) -> Array:
-        """Logarithms of the heights (m) at which `crowding` is computed."""
+        """Logarithms of the heights (m) of an infinite plate at which `crowding` is computed."""
         lowest = self.cover.lowest
         thickest = max(2.0 * float(at_rest(self.windings.spec)[2]), 3.0 * lowest)
         return np.log(np.geomspace(max(lowest, LEAST_HEIGHT), thickest, HEIGHTS))
@@ -76,7 +76,7 @@ class NearTarget:
                              windings.method, windings.tolerance)
 
     def _endless(self, height: float) -> Reflector:
-        """Return an infinite plate of the target's metal at a height (m)."""
+        """Return an infinite plate at a `height` (m), with the target's metal and thickness."""
         target = self.windings.spec.target
         assert target is not None
         return Reflector(max(height, LEAST_HEIGHT), (sheet_of(target.material, target.thickness),))
@@ -100,7 +100,7 @@ class NearTarget:
                                                                     axis=1), 4)
 
     def changes(self, target_poses: TargetPoses) -> Changes:
-        """Return changes of the inductance matrix (H) in a few poses, each solved separately."""
+        """Return the target's changes of the coils' inductance matrix (H) in a few poses, each solved exactly."""
         solved = self.plate.changes(target_poses.turns, target_poses.places, is_single=True)
         return Changes(self.plate.frequencies, *solved,
                        spectrum=sheet_spectrum(self.windings.spec.coil.size, self.windings.spec.target))
@@ -200,10 +200,10 @@ def at_frequencies(impedances: Callable[[Array], ComplexArray], frequencies: Arr
 def interpolate_over_band(
     band: tuple[float, ...], exact: Callable[[Array], ComplexArray], points: int = POINTS
 ) -> Callable[[Array], ComplexArray]:
-    """Return an interpolant of `exact` over a band (Hz), a function of frequencies (m,) with values (m, ...).
+    """Return a function that interpolates `exact` over a band (Hz): frequencies (m; Hz) to values (m, ...).
 
-    It runs through Chebyshev points of ln f between the two ends of the band, and is constant beyond them. If the band
-    is one frequency, it returns the value at that frequency.
+    It runs through Chebyshev points of ln f between the two ends of the band, and is constant outside. If the band is
+    one frequency, it returns the value at that frequency.
     """
     if len(band) == 1:
         value = exact(np.array(band))

@@ -144,9 +144,9 @@ class PoseRange:
 
 @record(eq=False)
 class TargetPoses:
-    """Poses of the target: rotations (n, 3, 3) and centres (n, 3; m) of the near face.
+    """Poses of the target: rotations `turns` (n, 3, 3) and centres of the near face, `places` (n, 3; m).
 
-    `lowest` is the height (m) of the lowest point in each pose, and `half` are half the target's sides (m).
+    `lowest` (n; m) is the height of the lowest point in each pose, and `half` are half the target's sides (m).
     """
 
     turns: Array

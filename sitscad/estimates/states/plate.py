@@ -105,7 +105,7 @@ class Detail:
         return (self.height + min(0.1 * self.coil, SQUEEZED * self.mirror)) / self.finer
 
     def points(self, length: float) -> int:
-        """Return the number of Gauss points that resolve the field along a length (m)."""
+        """Return the number of Gauss points with which the field along a `length` (m) of the target is resolved."""
         return 12 + math.ceil(1.6 * length / self.length)
 
     def widest(self, length: float) -> float:
@@ -197,7 +197,7 @@ class PlateProblem:
 
     @cached_property
     def is_lossy(self) -> bool:
-        """Whether the field reflected by metal behind or in front is out of phase by more than `OUT_OF_PHASE`."""
+        """Whether metal behind the board or in front of the target reflects waves with a loss above `OUT_OF_PHASE`."""
         waves = np.geomspace(1e2, 0.5 / self.tabulated_coils.height, 9)
         reflections = [_reflection_factors(metal, self.middle)(waves) for metal in (self.behind, self.front)
                        if metal is not None]
@@ -211,7 +211,7 @@ class PlateProblem:
 
     @cached_property
     def targets(self) -> tuple[SolvedTarget, ...]:
-        """The target solved at every frequency."""
+        """Solutions of the target, one for each of `frequencies`."""
         arguments = self.target, self.coil, self.coils, self.middle, self.lowest, self.behind, self.finer
         whole = _resolved(*arguments)[1]
         near_face, images, smooth = -0.5 * self.target.thickness, None, None
@@ -464,9 +464,10 @@ class _Coils:
     def potentials(
         self, floor: Plane | None = None, roof: Plane | None = None, is_lossy: bool = False
     ) -> tuple[CoilPotential, ...]:
-        """Return the potentials of every coil. If `is_lossy`, the out-of-phase potentials follow.
+        """Return the potentials of every coil. If `is_lossy`, their out-of-phase parts follow.
 
-        Coils with equal rotations share them.
+        `floor` and `roof` are reflecting planes below and above the coils. Coils with equal rotations share one
+        potential.
         """
         by_turn: dict[float, tuple[CoilPotential, ...]] = {}
         for coil in self.coils:

@@ -1,4 +1,4 @@
-"""Unwanted effects of target and metal on the reference coil."""
+"""Unwanted effects of target and metal on the reference coil, which should measure neither."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ class ReferenceSignal:
 
     coil: str
     reference: float
+    """Change (H) of the reference coil."""
     sensing: float
     at_rest: float
 

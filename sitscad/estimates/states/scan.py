@@ -91,10 +91,10 @@ class Changes:
 def changes_at_poses(
     exact: ExactSolver, poses: Array, scale: float, tolerance: float | None = None, progress: Progress | None = None
 ) -> Changes:
-    """Return the changes at poses (n, 6). More than `FEW` poses are interpolated if that is accurate enough.
+    """Return the changes at poses (n, 6; m, rad). More than `FEW` poses are interpolated if that is accurate enough.
 
-    `scale` (H) is the free inductance. `tolerance` is the largest error by interpolation, over the larger of a change
-    and 1 % of `scale`.
+    `scale` (H) is the free inductance. `tolerance` is the largest error by interpolation, divided by the larger of a
+    change and 1 % of `scale`.
     """
     if len(poses) > FEW:
         changes = _interpolated(exact, poses, scale, USUAL if tolerance is None else min(tolerance, USUAL), progress)
@@ -121,7 +121,7 @@ def _solve_all(exact: ExactSolver, poses: Array, progress: Progress | None) -> t
 def _interpolated(
     exact: ExactSolver, poses: Array, scale: float, tolerance: float, progress: Progress | None
 ) -> Changes | None:
-    """Return changes interpolated from a grid of poses.
+    """Return the changes at poses (n, 6; m, rad), interpolated from a grid of poses.
 
     None if the grid has too many points to save time, or if the error by interpolation exceeds the tolerance.
     """

@@ -108,7 +108,7 @@ class SolvedStates:
 
     @property
     def has_other_cells(self) -> bool:
-        """Whether the sensor has cells beside the solved cell."""
+        """Whether the sensor has further cells, whose coils are not part of the solution."""
         return len(next(iter(self.errors.values()))) != len(self.near.windings.layout.coils)
 
     def put_oscillations(self, circuits: Sequence[CoilCircuit], tank: Tank) -> None:

@@ -1,4 +1,4 @@
-"""Steps from a layout to its estimates. Each step returns a frozen value built from the value before."""
+"""Steps from a layout to its estimates. Each step returns a frozen value, computed from the result of the last step."""
 
 from __future__ import annotations
 
@@ -213,7 +213,7 @@ def coil_estimates(tuned: TunedCircuits, reference: TunedCircuits | None = None)
 
 
 def _notes(tuned: TunedCircuits, coil: CoilEstimate) -> Iterator[str]:
-    """Yield notes about the values, for the design and for the first of its identical coils."""
+    """Yield notes about the estimates of a sensor. `coil` is the estimate of the first of its identical coils."""
     windings = tuned.windings
     layout, spec, assembly = windings.layout, windings.spec, windings.assembly
     if incomplete := missing_leads(layout.coils):
@@ -241,7 +241,7 @@ TOO_LARGE = (
 
 
 def _states(tuned: TunedCircuits) -> dict[str, dict[str, StateEstimate]]:
-    """Return state estimates by coil and state, each with its standard deviations."""
+    """Return state estimates by coil name and state, each with its standard deviations."""
     windings, tank = tuned.windings, tuned.tank
     layout, spec, winding = windings.layout, windings.spec, windings.winding
     deviations = tolerance_sigmas(spec)

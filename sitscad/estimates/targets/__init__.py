@@ -1,1 +1,1 @@
-"""Effect of a target on the coils under it."""
+"""Effect of a finite target, and of a window in the jaw, on the coils."""

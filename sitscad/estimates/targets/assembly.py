@@ -88,7 +88,7 @@ class AssemblyStates:
 
     @property
     def compression(self) -> Compression | None:
-        """Pad under the required force. None if there is no pad or force."""
+        """Pad under the required normal force. None if there is no pad or no required force."""
         return self.compressions.get(PRESSED)
 
 
@@ -243,7 +243,7 @@ With this value the skin depth is metres, and the effect of the metal is negligi
 
 
 def conductivity_of(metal: Conductor) -> float:
-    """Return the conductivity (S/m) of a metal, at least `LEAST_CONDUCTIVITY`."""
+    """Return the conductivity (S/m) of a metal for computations, at least `LEAST_CONDUCTIVITY`."""
     return max(metal.conductivity, LEAST_CONDUCTIVITY)
 
 
@@ -253,7 +253,7 @@ def skin_depth_in(metal: Conductor, frequency: float) -> float:
 
 
 def sheet_of(metal: Conductor, thickness: float = math.inf) -> MetalLayer:
-    """Return an infinite sheet of a metal with a thickness (m)."""
+    """Return an infinite sheet of a metal with a thickness (m); a half space if the thickness is infinite."""
     return MetalLayer(conductivity_of(metal), metal.relative_permeability, thickness)
 
 
@@ -377,7 +377,7 @@ class Reflection:
         return self._share
 
     def target_change(self, frequency: float) -> complex:
-        """Return the target's change of the winding's inductance (H, complex), for even current."""
+        """Return the target's change of the winding's inductance (H, complex). Current is even across the tracks."""
         if self._around.above is None:
             return 0j
         at = np.array([self._looked_at(frequency)])

@@ -81,7 +81,8 @@ class SheetRatios:
     """Ratios of the target's effect to an infinite plate's effect, for coils at n places under the target.
 
     `inductance_ratios` (n) are for the inductance change, `loss_ratios` (n) for the loss. `error` and `loss_error` are
-    relative errors of all ratios. `magnetic` is true if the target acts more like a magnet than like a conductor.
+    relative errors of all ratios. `magnetic` is True if the target reflects waves more like a magnet than like a
+    conductor.
     """
 
     inductance_ratios: Array
@@ -197,7 +198,7 @@ def errors_outside_fit(
 def _largest_misalignment(placements: tuple[CoilPlacement, ...], target: Target) -> float:
     """Return the largest angle (rad) between the sides of coils and target, or between two coils.
 
-    The correction ratios assume a single orientation.
+    The correction ratios assume that all have parallel sides.
     """
     turns = [target.rotation - placement.rotation for placement in placements]
     to_target = [] if target.outline.is_disc else [math.remainder(turn, math.pi / 2) for turn in turns]
@@ -347,11 +348,11 @@ steel and titanium from 0.03 mm on.
 
 
 def _resistive_divisor(target: Target, rings: CoaxialRings) -> tuple[float, float]:
-    """Return the divisor of the ratios for a thin poor conductor of finite size, and its relative error.
+    """Return the number by which ratios are divided for a thin poor conductor of finite size, and its relative error.
 
-    The conductor's currents decay in its own resistance. A sheet responds to a field of length l like 1 / (1 + (s /
-    l)^2), with s = skin depth^2 / thickness. The length l is at most a quarter of the target's radius. For an infinite
-    sheet it is 0.3 of the coil's radius.
+    The currents of the conductor decay by its own resistance. A sheet responds to a field of length l like 1 / (1 + (s
+    / l)^2), with s = skin depth^2 / thickness. The length l is at most a quarter of the target's radius. For an
+    infinite sheet it is 0.3 of the coil's radius.
     """
     sheet = _skin_depth(target) ** 2 / target.thickness
     own_length, endless = 0.5 * min(target.size) / 4.1, 0.3 * float(rings.radii.max())

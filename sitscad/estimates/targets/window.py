@@ -51,7 +51,7 @@ whole effect of each; with 1, the loss is within 0.07).
 LOSS_ERROR = 0.6
 """Additional error of the fraction of the jaw's loss that the window removes.
 
-It is relative to the product of the removed and the remaining fraction of the inductance change.
+It is multiplied by the removed and by the remaining fraction of the inductance change.
 """
 
 MAGNETIC = 1.1  # Relative permeability from which on the missing part is a guess with 100 % error

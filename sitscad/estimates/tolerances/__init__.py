@@ -1,1 +1,1 @@
-"""Differences between units, with their bands and sources."""
+"""Differences between manufactured units, with their tolerance bands and sources."""

@@ -59,7 +59,7 @@ TILT_X, TILT_Y = "target tilted about x", "target tilted about y"
 HEIGHT, UNDER_SHIELD = "board over shield or metal", "shield over metal"
 SHIELD, METAL, TARGET = "shield thickness", "thickness of jaw or metal behind", "target thickness"
 THICKNESS = "copper thickness"
-"""Name of the cause that joins foil and plating. It is not in `CAUSES`."""
+"""Name of the cause that combines foil and plating. It is not in `CAUSES`."""
 
 BOARD, UNIT, COIL = "board", "unit", "coil"
 """Scopes of a cause: one error for the whole board, one for the assembled unit, or one for each coil."""
@@ -69,7 +69,7 @@ BEHIND = (HEIGHT, UNDER_SHIELD, SHIELD, METAL)
 
 
 Band = Callable[[SensorSpec], SizeTolerance | None]
-"""Function that returns the tolerance of a cause. None if the spec lacks the part."""
+"""Function of a spec that returns the tolerance of a cause. None if the sensor lacks the part."""
 
 
 @record
@@ -84,6 +84,7 @@ class Cause:
     """
 
     name: str
+    """Name of the cause."""
     unit: str
     per: str
     tolerance: Band
@@ -93,7 +94,7 @@ class Cause:
     is_logarithmic: bool = False
 
     def sigma(self, spec: SensorSpec) -> float:
-        """Return the standard deviation in the cause's unit. 0 if the sensor lacks the part."""
+        """Return the standard deviation of the cause, in the cause's `unit`. 0 if the sensor lacks the part."""
         tolerance = self.tolerance(spec)
         if tolerance is None:
             return 0.0
@@ -109,10 +110,11 @@ class Scatter:
     unit: str
     per: str
     source: str
+    """Source of the standard deviation."""
 
     @property
     def verified(self) -> bool:
-        """Whether the source was verified."""
+        """Whether the source of the standard deviation is verified."""
         return not is_unverified(self.source)
 
 
@@ -370,7 +372,7 @@ LEAST_SIGNAL = 1e-6
 """Least signal, |ln(frequency pressed / frequency at rest)|, for which a relative change is computed."""
 
 NO_SHIFTS = (0.0, 0.0, 0.0, 0.0)
-"""Shifts (inductance, frequency, resistance, R_P) of a state on which a cause has no effect."""
+"""Shifts (inductance, frequency, resistance, R_P) of a state by a cause that has no effect on it."""
 
 
 def behind_scatter(coils: tuple[CoilEstimate, ...]) -> tuple[float, float]:

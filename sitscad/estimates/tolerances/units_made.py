@@ -176,7 +176,7 @@ def with_target_offset(axis: int) -> SpecChange:
 
 
 with_target_rotation = _part_change("target", lambda target, off: replace(target, rotation=target.rotation + off))
-"""Function that turns the target of a spec by an angle (rad)."""
+"""Function that rotates the target of a spec about z by an angle (rad)."""
 
 
 def with_distances(spec: SensorSpec, **by: float) -> SensorSpec:

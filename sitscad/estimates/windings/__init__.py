@@ -1,1 +1,1 @@
-"""Inductance, resistance and capacitance of the coils by themselves and of their leads."""
+"""Inductance, resistance and capacitance of windings and leads, without metal around them."""

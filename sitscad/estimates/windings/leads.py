@@ -240,7 +240,7 @@ def _partial_inductances(tracks: list[tuple[Role, PolylineTrack]]) -> dict[str, 
 
 
 def _coupling(coil: Coil, tracks: list[tuple[Role, PolylineTrack]]) -> float:
-    """Return twice the mutual inductance (H) of a coil's windings with its leads, by Neumann's integral."""
+    """Return twice the mutual inductance (H) between a coil's windings and its leads, by Neumann's integral."""
     if not coil.windings or not tracks:
         return 0.0
     pieces = [_sample_path(np.array(w.path.flattened(SAMPLED)), w.z) for w in coil.windings]

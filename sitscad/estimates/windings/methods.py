@@ -287,8 +287,9 @@ the larger bound. The errors of the others were below the bound.
 MID_SIDE = 3.0
 """Factor on the error bounds of spirals that begin in the middle of a side.
 
-Of 300 such designs, two exceeded the bound of corner-to-corner spirals (by the volume integral): one of half a turn by
-a factor of 2.08, one of one turn by a factor of 1.12."""
+For two of 300 such designs, the error exceeded the bound of spirals that begin in a corner (by the volume integral).
+The factor was 2.08 for a design of half a turn, and 1.12 for a design of one turn.
+"""
 
 ROUNDED = "rounded"
 """Shape name in the table of bounds for all polygons with rounded corners."""
@@ -307,12 +308,14 @@ class Method:
     """
 
     name: str
+    """Name by which users select the method."""
     serves: Callable[[Outline], bool]
     solve: Callable[[WindingGeometry], float | None]
     error: Callable[[WindingGeometry], float]
     is_valid: Callable[[WindingGeometry], bool]
     validity: str
     cost: float
+    """Rough processor time (s)."""
     source: str
     is_cross_check: bool = False
 
@@ -376,7 +379,7 @@ def _formula(name: str, of_one_layer: float) -> Method:
 
 
 def has_formula_constants(outline: Outline) -> bool:
-    """Return whether Mohan (1999) has constants for an outline."""
+    """Return whether Mohan's closed formulas (1999) have constants for an outline."""
     return outline.sides in COEFFICIENTS and not outline.is_long
 
 
