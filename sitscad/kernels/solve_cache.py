@@ -1,9 +1,9 @@
 """Cache of slow solutions by their exact inputs: inputs equal to the last bit return the stored result.
 
 The cache is active only while a store is open. `build` keeps its store in the user's cache folder, and `watch` keeps
-one in memory (`store_results`). A check remembers results for the designs that it tries (`cache_results`). A key covers
-every number on which a result depends. A file records the code and the libraries of its results. Output is identical
-byte for byte with and without the cache.
+its store in memory (`store_results`). A check stores results for the designs that it tries (`cache_results`). A key
+covers every number on which a result depends. A cache file names the code and the libraries that computed its results.
+Output is identical byte for byte with and without the cache.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ KINDS = {"<f8": np.float64, "<c16": np.complex128}
 """NumPy types of the arrays in a cache file, by the type code in its index."""
 
 MOST, HEAD = 16_000_000, 200
-"""Largest size of a store (bytes), and the size added for the key of each result (bytes).
+"""Largest size of a store (bytes), and size counted for the key of each result (bytes).
 
 The results of one design take half a megabyte.
 """
 
 
 class Solutions:
-    """Store of results for a cache file.
+    """Store of results that can be written to a cache file.
 
     `known` maps the SHA-256 hash of the inputs to the result. `asked` holds the keys used since the last `forget`, in
     the order of their first use.
@@ -45,7 +45,7 @@ class Solutions:
         self.asked: dict[str, None] = {}
 
     def result_of(self, inputs: tuple[object, ...], solve: Callable[[], Answer]) -> Answer:
-        """Return the stored result for some inputs, or store the result of `solve`."""
+        """Return the stored result for some inputs. If there is none, call `solve` and store its result."""
         digest = sha256()
         for part in inputs:
             text = part if isinstance(part, bytes) else getattr(part, "cache_key", None) or repr(part).encode("utf-8")
@@ -57,7 +57,7 @@ class Solutions:
         return self.known[key]
 
     def forget(self) -> None:
-        """Limit the store to `MOST` bytes. Results used since the last call take precedence over older results."""
+        """Limit the store to `MOST` bytes. Results used since the last call are kept before older results."""
         results, size = dict[str, Answer](), 0
         for key in dict.fromkeys((*self.asked, *self.known)):
             size += HEAD + sum(part.nbytes for part in self.known[key])
@@ -78,19 +78,20 @@ class Solutions:
 
 
 class Memo:
-    """Store of results in memory, by the tuple of their inputs. It is faster than `Solutions`, which hashes them."""
+    """Store of results in memory, by the tuple of their inputs. It is faster than `Solutions`, which hashes inputs."""
 
     def __init__(self) -> None:
         self._known: dict[tuple[object, ...], Answer] = {}
 
     def result_of(self, inputs: tuple[object, ...], solve: Callable[[], Answer]) -> Answer:
-        """Return the stored result for some inputs, or store the result of `solve`."""
+        """Return the stored result for some inputs. If there is none, call `solve` and store its result."""
         if inputs not in self._known:
             self._known[inputs] = _read_only(solve())
         return self._known[inputs]
 
 
 def _read_only(answer: Answer) -> Answer:
+    """Return the arrays of a result after making them read-only."""
     for part in answer:
         part.setflags(write=False)
     return answer
@@ -121,6 +122,7 @@ def read_cache(file: bytes, by: str) -> Solutions:
 
 
 def _setting(by: str) -> list[str]:
+    """Return the code (`by`), the versions of sitscad and NumPy, and the processor type."""
     return [by, __version__, np.__version__, platform.machine()]
 
 
@@ -139,7 +141,7 @@ def store_results(store: Solutions | Memo) -> Iterator[None]:
 
 @contextmanager
 def cache_results() -> Iterator[None]:
-    """Cache all results of `cached_solution` inside the context: in the open store, or else in a new `Memo`."""
+    """Cache all results of `cached_solution` inside the context: in the open store, or in a new `Memo`."""
     with store_results(_open.get() or Memo()):
         yield
 
@@ -150,8 +152,8 @@ def cached_solution(question: Callable[[], Sequence[object]], solve: Callable[[]
     Parameters
     ----------
     question : Callable[[], sequence of object]
-        function that returns the inputs. It is called only if a store is open. Parts are bytes, or hashable values with
-        a complete `repr`. A part may have this text as bytes in an attribute `said`
+            function that returns the inputs. It is called only if a store is open. Inputs are bytes, or hashable values
+        with a complete `repr`. A value may have this text as bytes in an attribute `cache_key`.
     solve : Callable[[], Answer]
         function that computes the result
 

@@ -1,8 +1,8 @@
 """Interface of converters: a converter with settings converts the frequencies of its coils to readings.
 
-All other parts of sitscad use this interface alone: resolution, noise, times, highest frequency. Each family has a
-module for its conversion, named in the row ``conversion`` of its figures. `ConversionLaw` lists the names that it must
-define.
+All other parts of sitscad use only this interface: resolution, noise, times, highest frequency. Each family has a
+module for its conversion, named in the row ``conversion`` of its data file. `ConversionLaw` lists the names that it
+must define.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ if TYPE_CHECKING:
 
 
 class ConverterPart(Protocol):
-    """Properties of a converter that its conversion uses (`converter.Converter`)."""
+    """Attributes of a converter that its conversion module uses (`converter.Converter`)."""
 
     @property
     def name(self) -> str:
-        """Name in specs and of files."""
+        """Name of the converter in specs and in file names."""
 
     @property
     def family(self) -> str:
-        """Name of the family, and of its data file in ``data/converters``."""
+        """Name of the converter family, and of its data file in ``data/converters``."""
 
     @property
     def part(self) -> str:
@@ -39,7 +39,7 @@ class ConverterPart(Protocol):
 
     @property
     def bits(self) -> int:
-        """Bits of a result."""
+        """Number of bits of a result."""
 
     @property
     def result_words(self) -> tuple[str, ...]:
@@ -47,26 +47,26 @@ class ConverterPart(Protocol):
 
     @property
     def register_map(self) -> RegisterMap:
-        """Module of the registers."""
+        """Module with the family's registers."""
 
     @property
     def law(self) -> ConversionLaw:
-        """Module of the conversion."""
+        """Module with the family's conversion."""
 
     def limit(self, name: str) -> float:
-        """Return the value of a row of the family's data file by name, in SI units."""
+        """Return a number of the family's data file by row name, in SI units."""
 
     def source_of(self, name: str) -> str:
-        """Return the source of a row of the data file by name, or its text if the row has no number."""
+        """Return the source of a number of the data file by row name, or the text of a row of text."""
 
 
 @record
 class Demand:
-    """Requirements of a sensor on the settings of its converters.
+    """Requirements of a sensor for the settings of its converters.
 
     `clock` (Hz) is the reference clock, `scan_rate` (Hz) the required number of complete scans per second. All
     converters work at the same time; `fewest` and `most` are the smallest and largest number of coils on one converter.
-    `tanks` are the frequency (Hz) and quality factor of every tank in every state.
+    `tanks` are (frequency (Hz), quality factor) of every tank in every state.
     """
 
     clock: float
@@ -91,20 +91,20 @@ class Conversion(ABC):
     @property
     @abstractmethod
     def hertz_per_count(self) -> float:
-        """Frequency (Hz) of one count."""
+        """Frequency (Hz) that one count represents."""
 
     @abstractmethod
     def counting_step(self, frequency: float) -> float:
-        """Return the frequency step (Hz) that counting resolves, before results are rounded."""
+        """Return the smallest difference of frequency (Hz) that counting resolves, before results are rounded."""
 
     @abstractmethod
     def counting_noise(self, frequency: float) -> float:
-        """Return the standard deviation (Hz) of one conversion, before its result is rounded."""
+        """Return the standard deviation (Hz) of one conversion of a frequency (Hz), before its result is rounded."""
 
     @property
     @abstractmethod
     def settle_time(self) -> float:
-        """Time (s) for a coil's amplitude to settle before its conversion."""
+        """Time (s) in which a coil's amplitude settles before its conversion."""
 
     @property
     @abstractmethod
@@ -114,7 +114,7 @@ class Conversion(ABC):
     @property
     @abstractmethod
     def switch_time(self) -> float:
-        """Time (s) from the conversion of one coil to the next coil."""
+        """Time (s) from the end of the conversion of one coil to the start of the next coil."""
 
     @property
     @abstractmethod
@@ -124,48 +124,57 @@ class Conversion(ABC):
     @property
     @abstractmethod
     def longest_conversion(self) -> float:
-        """Longest conversion (s) that the converter can be set to at this clock."""
+        """Longest time (s) of a conversion that can be set at this clock."""
 
     @property
     @abstractmethod
     def highest_frequency(self) -> float:
-        """Frequency (Hz) that all tanks must stay below to be counted correctly with these settings."""
+        """Frequency (Hz) that all tanks must stay below, so that they are counted correctly with these settings."""
 
     @abstractmethod
     def slowest_clock(self, frequency: float) -> float | None:
-        """Return the slowest reference clock (Hz) at which some setting counts a frequency (Hz).
+        """Return the slowest reference clock (Hz) at which some setting can count a frequency (Hz).
 
-        Returns None if no clock limits it.
+        Returns None if the clock does not limit the frequency.
         """
 
     @abstractmethod
     def supply_current(self, drive: float) -> float:
-        """Return the supply current (A) of a converter that converts without pause, at a drive current (A)."""
+        """Return the supply current (A) of a converter that converts without pause.
+
+        `drive` (A) is the drive current.
+        """
 
     @abstractmethod
     def covering(self, bands: Sequence[tuple[float, float]]) -> Conversion:
-        """Return settings for all expected frequencies. `bands` are the lowest and highest (Hz) of each coil."""
+        """Return settings for all expected frequencies.
+
+        `bands` are the lowest and highest frequency (Hz) of each coil.
+        """
 
     # -------------------------------------------------------------------- results that show a part of a conversion
 
     @property
     def count_bits(self) -> int:
-        """Bits of a conversion."""
+        """Number of bits of a conversion."""
         return self.device.bits
 
     @property
     def counts_per_step(self) -> int:
-        """Counts between two successive results."""
+        """Difference of two successive results in counts."""
         return 1
 
     @property
     def offsets(self) -> tuple[int, ...]:
-        """Counts subtracted from each coil's conversions before the result. Empty if results show whole conversions."""
+        """Counts subtracted from each coil's conversions before the result is stored.
+
+        Empty if results show whole conversions.
+        """
         return ()
 
     @property
     def is_partial(self) -> bool:
-        """Whether a result can show only a part of a conversion."""
+        """Whether a result can show only a part of the bits of a conversion."""
         return False
 
     @property
@@ -179,19 +188,22 @@ class Conversion(ABC):
         return ""
 
     def part(self, coils: slice) -> Conversion:
-        """Return the settings for some of the sensor's coils."""
+        """Return the settings for only some of the sensor's coils."""
         return self
 
     # ------------------------------------------------------------------------------------------------------ firmware
 
     def firmware_text(self, clock: float) -> FirmwareText | None:
-        """Return the text on this conversion for the firmware's header. None for a family without firmware."""
+        """Return the texts on this conversion in the firmware's header file. None for a family without firmware.
+
+        `clock` is the reference clock in Hz.
+        """
         return None
 
     def registers(
         self, coils: slice, codes: Sequence[int], highest_frequency: float, high_current: bool
     ) -> tuple[Register, ...]:
-        """Return the registers of the converter that reads `coils` of the sensor, in the order of writing.
+        """Return the registers of the converter that reads the coils `coils` of the sensor, in the order of writing.
 
         Parameters
         ----------
@@ -215,44 +227,47 @@ class Conversion(ABC):
 
     @property
     def dwell_time(self) -> float:
-        """Time (s) spent on one channel of a scan: settling, conversion and switching."""
+        """Time (s) for one channel of a scan: settling, conversion and switching."""
         return self.settle_time + self.conversion_time + self.switch_time
 
     @property
     def result_step(self) -> float:
-        """Frequency step (Hz) of a result."""
+        """Difference of frequency (Hz) between two successive results."""
         return self.hertz_per_count * self.counts_per_step
 
     def resolution(self, frequency: float) -> float:
-        """Return the frequency step (Hz) of a reading: the coarser of its result's step and the counting step."""
+        """Return the smallest difference (Hz) between two readings at a frequency (Hz).
+
+        It is the larger of `result_step` and `counting_step`.
+        """
         return max(self.result_step, self.counting_step(frequency))
 
     def rounding(self, frequency: float) -> float:
         """Return the standard deviation (Hz) by the rounding of results, which averaging readings does not reduce.
 
-        Zero if results are finer than counting, because the counting noise then includes the rounding.
+        It is zero if results are finer than counting, because the counting noise then includes the rounding.
         """
         is_coarse = self.result_step > self.counting_step(frequency)
         return self.result_step / math.sqrt(12.0) if is_coarse else 0.0
 
     def noise(self, frequency: float) -> float:
-        """Return the standard deviation (Hz) of a reading."""
+        """Return the standard deviation (Hz) of a reading of a frequency (Hz): counting noise and rounding."""
         return math.hypot(self.counting_noise(frequency), self.rounding(frequency))
 
     def steps(self, frequency: float, other: float) -> float:
-        """Return the number of steps by which readings of two frequencies (Hz) differ."""
+        """Return the difference of two frequencies (Hz), divided by the resolution at the first."""
         return abs(other - frequency) / self.resolution(frequency)
 
     def inductance_step(self, inductance: float, frequency: float) -> float:
-        """Return the step (H) of an inductance (H) computed from a frequency (Hz) at a fixed capacitor.
+        """Return the smallest difference (H) of an inductance (H) computed from a frequency (Hz) at a fixed capacitor.
 
-        It is 2 L / f times the frequency step, for the given inductance. The converter's formula gives a larger
-        inductance for a frequency than there is between the contacts.
+        It is 2 L / f times the resolution, for the given inductance. The inductance that the converter's formula gives
+        for a frequency is larger than the inductance between the contacts.
         """
         return 2.0 * inductance * self.resolution(frequency) / frequency
 
     def counts(self, frequency: Array) -> Array:
-        """Return the counts of frequencies (Hz), not rounded."""
+        """Return the counts of frequencies (Hz), without rounding."""
         return frequency / self.hertz_per_count
 
     def frequencies(self, counts: Array) -> Array:
@@ -260,7 +275,10 @@ class Conversion(ABC):
         return counts * self.hertz_per_count
 
     def read(self, frequency: Array) -> Array:
-        """Return the counts (n, coils) that results contain for frequencies (n, coils; Hz). NaN outside their range."""
+        """Return the counts (n, coils) in the results for frequencies (n, coils; Hz).
+
+        NaN outside the results' range.
+        """
         import numpy as np  # reading a spec loads no numpy
 
         step = float(self.counts_per_step)
@@ -270,7 +288,7 @@ class Conversion(ABC):
         return np.where(reached, result * step + offsets, np.nan)
 
     def ends(self, coil: int) -> tuple[int, int]:
-        """Return the counts of a coil's smallest and largest result. Both mean that there is no reading."""
+        """Return the counts of a coil's smallest and largest result. Both mean that there is no valid reading."""
         offset = self.offsets[coil] if self.offsets else 0
         return offset, offset + (2**self.device.bits - 1) * self.counts_per_step
 
@@ -278,7 +296,7 @@ class Conversion(ABC):
 class ConversionLaw(Protocol):
     """Names that a family's conversion module must define.
 
-    ``REQUIRED_ROWS`` are the rows that it needs in the family's figures, in addition to the rows of every family.
+    ``REQUIRED_ROWS`` are the rows that it needs in the family's data file, in addition to the rows of every family.
     ``SETTINGS`` are the quantities of its `Conversion` that are printed and written to JSON.
     """
 
@@ -286,19 +304,19 @@ class ConversionLaw(Protocol):
     SETTINGS: tuple[Quantity, ...]
 
     def amplitude(self, parallel_resistance: float, current: float) -> float:
-        """Return the peak voltage (V) across a tank of R_P (ohm) at a drive current (A)."""
+        """Return the peak voltage (V) across a tank with a parallel resistance (ohm) at a drive current (A)."""
 
     def read_back_time(self, device: ConverterPart, channels: int) -> float:
         """Return the time (s) to read the results of some channels over the bus at its fastest clock."""
 
     def read_back_time_optimistic(self, device: ConverterPart, channels: int) -> float:
-        """Return the time of `read_back_time` (s) by the manufacturer's shortest value."""
+        """Return the time (s) to read the results of some channels, by the manufacturer's shortest value."""
 
     def set_up(self, device: ConverterPart, demand: Demand) -> Conversion:
-        """Return the settings with the finest resolution at the wanted scan rate, or nearest to that rate."""
+        """Return the settings with the finest resolution at the required scan rate, or at the nearest possible rate."""
 
 
 @cache
 def conversion_law(name: str) -> ConversionLaw:
-    """Return a family's conversion module. Raises `DataError` if there is none, or if it lacks a name."""
+    """Return the conversion module with a given name. Raises `DataError` if there is none, or if it lacks a name."""
     return cast(ConversionLaw, family_module("conversion", name, names_of(ConversionLaw)))

@@ -1,4 +1,4 @@
-"""Converters as values: channels, addresses, limits and drive. SI units throughout.
+"""Converters (parts that measure the coils' frequencies): channels, addresses, limits and drive. SI units throughout.
 
 Timing and counting are in a separate module for each family (`conversion.ConversionLaw`).
 """
@@ -18,13 +18,13 @@ DRIVEN_FAMILY = "ldc161x"
 """Family that the driver in ``data/firmware`` supports."""
 
 CIRCUIT_PINS = frozenset(("SCL", "SDA", "CLKIN", "ADDR", "INTB", "SD", "VDD", "GND"))
-"""Pins of the circuit that sitscad draws around a converter, with clock, pull-ups and capacitors."""
+"""Pins of a converter for which sitscad draws the circuit, with clock, pull-ups and capacitors."""
 
 @record
 class Converter:
-    """Commercial converter: its channels, its possible 7-bit addresses on one bus, and its package.
+    """Commercial converter: number of channels, possible 7-bit addresses on one bus, and package.
 
-    ``family`` is the name of the data file in ``data/converters``. All parts of one data sheet have the same file.
+    ``family`` is the name of the data file in ``data/converters``. All parts in one data sheet have one file.
     """
 
     name: str
@@ -43,47 +43,47 @@ class Converter:
 
     @property
     def pins(self) -> tuple[tuple[str, str], ...]:
-        """Names and KiCad's electrical types of the pins, from pin 1, before the pins of the coils."""
+        """Name and KiCad's electrical type of each pin, from pin 1, without the pins of the coils."""
         return tuple((name, kind) for name, _, kind in (pin.partition(":") for pin in self.source_of("pins").split()))
 
     @property
     def has_circuit(self) -> bool:
-        """Whether sitscad draws a circuit for it, which requires the pins `CIRCUIT_PINS`."""
+        """Whether sitscad draws a circuit for the converter, which requires exactly the pins `CIRCUIT_PINS`."""
         return {name for name, _ in self.pins} == CIRCUIT_PINS
 
     def coil_pins(self, channel: int | str = "x") -> tuple[str, str]:
-        """Return the pins of the two ends of a channel's coil.
+        """Return the names of the two pins for the ends of a channel's coil.
 
-        Without a number, these are the data sheet's names for any channel, with an x.
+        Without a number, the names contain an x for the channel, as in the data sheet.
         """
         first, second = self.source_of("coil_pins").replace("x", str(channel)).split()
         return first, second
 
     @property
     def address_nets(self) -> tuple[str, ...]:
-        """Nets to connect to pin ADDR, for each address, in the order of the addresses."""
+        """Nets to which pin ADDR can be connected, in the order of `addresses`."""
         return tuple(self.source_of("address_nets").split())
 
     def address_net(self, address: int) -> str:
-        """Return the net to connect to pin ADDR for an address."""
+        """Return the net to which pin ADDR must be connected for an address."""
         return self.address_nets[self.addresses.index(address)]
 
     @property
     def has_driver(self) -> bool:
-        """Whether driver and bench support it. Families with other result registers need another driver."""
+        """Whether driver and bench support the converter. Families with other result registers need another driver."""
         return self.family == DRIVEN_FAMILY
 
     @property
     def most_coils(self) -> int:
-        """Largest number of coils on one bus."""
+        """Largest number of coils that the converters on one bus can read."""
         return self.channels * len(self.addresses)
 
     def needed(self, coils: int) -> int:
-        """Return the number of converters for `coils` coils."""
+        """Return the number of converters needed for `coils` coils."""
         return math.ceil(coils / self.channels)
 
     def shares(self, coils: int) -> tuple[int, ...]:
-        """Return the number of channels in use on each converter, as equal as possible.
+        """Return the number of channels in use on each converter for `coils` coils, as equal as possible.
 
         The first converters may have one channel more. Converters run at the same time, and the converter with the most
         coils has the least time for each.
@@ -93,7 +93,10 @@ class Converter:
         return (each + 1,) * more + (each,) * (number - more)
 
     def places(self, coils: int) -> tuple[Channel, ...]:
-        """Return the channel of every coil, in the array's order. After a full bus, the next bus is used."""
+        """Return the channel of every coil, in the order of the array's coils.
+
+        After a full bus, the next bus is used.
+        """
         return tuple(
             Channel(number, channel, number // len(self.addresses), self.addresses[number % len(self.addresses)],
                     self.coil_pins(channel))
@@ -105,15 +108,15 @@ class Converter:
 
     @property
     def limits(self) -> Mapping[str, Limit]:
-        """Values of the family's data file with units and sources, by the row's name."""
+        """Numbers in the family's data file with units and sources, by row name."""
         return limits_of(self.family)
 
     def limit(self, name: str) -> float:
-        """Return the value of a row of the family's data file, in SI units. Raises KeyError for an unknown name."""
+        """Return a number of the family's data file by row name, in SI units. Raises KeyError for an unknown name."""
         return limits_of(self.family)[name].value
 
     def source_of(self, name: str) -> str:
-        """Return the source of a figure, or the text of a row of text. Raises KeyError for an unknown name."""
+        """Return the source of a number, or the text of a row of text. Raises KeyError for an unknown row name."""
         return figure_source(self.family, name)
 
     def cited_alone(self, text: str) -> str:
@@ -124,11 +127,11 @@ class Converter:
 
     @property
     def drive_currents(self) -> tuple[float, ...]:
-        """Sensor drive currents (A) by code."""
+        """Sensor drive currents (A), in the order of the drive codes from 0."""
         return numbers(self.family, "drive_currents")
 
     def drive_current(self, code: int, high_current: bool = False) -> float:
-        """Return the sensor drive current (A) of a code, or of the high-current drive of a single channel.
+        """Return the sensor drive current (A) of a drive code, or of the high-current drive of a single channel.
 
         For the high-current mode, TI gives 6 mA, more than 3.5 mA, and 3 mA (SNOA950). The largest is used here,
         because too large an amplitude is the worse fault. See `high_current_range`.
@@ -137,7 +140,7 @@ class Converter:
 
     @property
     def has_high_current(self) -> bool:
-        """Whether there is a high-current drive for a single channel."""
+        """Whether the converter has a high-current drive for a single channel."""
         return "high_current_max" in self.limits
 
     @property
@@ -146,19 +149,19 @@ class Converter:
         return self.limit("high_current_typical"), self.limit("high_current_max")
 
     def amplitude(self, parallel_resistance: float, code: int, high_current: bool = False) -> float:
-        """Return the peak voltage (V) across a tank of R_P (ohm), driven with a code."""
+        """Return the peak voltage (V) across a tank with a parallel resistance (ohm), driven with a drive code."""
         return self.amplitude_at(parallel_resistance, self.drive_current(code, high_current))
 
     def amplitude_at(self, parallel_resistance: float, current: float) -> float:
-        """Return the peak voltage (V) across a tank of R_P (ohm), driven with a current (A)."""
+        """Return the peak voltage (V) across a tank with a parallel resistance (ohm), driven with a current (A)."""
         return self.law.amplitude(parallel_resistance, current)
 
     def drive_code(self, parallel_resistance: float) -> int:
-        """Return the highest code whose amplitude at `parallel_resistance` (ohm) is below the maximum (TI: 1.8 V).
+        """Return the highest drive code with an amplitude below the maximum (TI: 1.8 V) at a parallel resistance (ohm).
 
         Give the largest R_P of the working range, with the target at its greatest distance (8.1.5; SNOA950). For
-        sensors that are not yet made, add one standard deviation of manufacture. Returns 0 if even this code drives
-        harder, and the last code if none reaches the maximum: check the amplitude.
+        sensors that are not yet made, add one manufacturing standard deviation. Returns 0 if even code 0 exceeds the
+        maximum, and the last code if no code reaches it: check the amplitude.
         """
         most, law = self.limit("amplitude_max"), self.law
         allowed = [
@@ -172,7 +175,7 @@ class Converter:
 
     @property
     def serial_clock_in_words(self) -> str:
-        """Fastest I2C clock as text. Results are assumed to be read at this clock."""
+        """Fastest I2C clock as text. All read times assume this clock."""
         return show(self.limit("serial_clock_max"), "Hz")
 
     @property
@@ -181,7 +184,7 @@ class Converter:
         return conversion_law(self.source_of("conversion"))
 
     def set_up(self, demand: Demand) -> Conversion:
-        """Return the settings for a sensor's requirements."""
+        """Return the settings of the converter for a sensor's requirements."""
         return self.law.set_up(self, demand)
 
     def read_back_time(self, channels: int) -> float:
@@ -189,12 +192,12 @@ class Converter:
         return self.law.read_back_time(self, channels)
 
     def read_back_time_optimistic(self, channels: int) -> float:
-        """Return the time of `read_back_time` (s) by the manufacturer's shortest value."""
+        """Return the time (s) to read the results of some channels, by the manufacturer's shortest value."""
         return self.law.read_back_time_optimistic(self, channels)
 
     @property
     def bits(self) -> int:
-        """Bits of a result."""
+        """Number of bits of a result."""
         return int(self.limit("result_bits"))
 
     @staticmethod
@@ -206,12 +209,12 @@ class Converter:
 
     @property
     def has_registers(self) -> bool:
-        """Whether the family's figures name a register map."""
+        """Whether the family's data file names a register module."""
         return "register_map" in rows_of(self.family)
 
     @property
     def register_map(self) -> RegisterMap:
-        """Module with the family's addresses, masks, flags and register values.
+        """Module with the family's register addresses, masks, flags and values.
 
         Raises ValueError if the family has none, and `DataError` if the module is missing or lacks a name.
         """
@@ -226,22 +229,25 @@ class Converter:
 
     @property
     def result_words(self) -> tuple[str, ...]:
-        """Names that distinguish the registers of one result, the upper register first."""
+        """Names of the registers of one result, the upper register first."""
         return tuple(self.source_of("result_registers").split())
 
     @property
     def result_mask(self) -> int:
-        """Mask of the result's bits in its upper or only register. The flags are above these bits."""
+        """Mask of the result's bits in its upper or only register. The error flags are in the bits above."""
         return (1 << self.bits - 16 * (len(self.result_words) - 1)) - 1
 
     @property
     def covered_flags(self) -> tuple[str, ...]:
-        """Error flags that overlap the result's bits. Empty unless the register map belongs to another family."""
+        """Error flags that overlap the result's bits. Empty unless the register module belongs to another family."""
         flags = self.register_map.DATA_FLAGS.items()
         return tuple(name for name, (flag, _) in flags if flag & self.result_mask)
 
     def data_addresses(self, channel: int) -> tuple[int, ...]:
-        """Return the addresses of a channel's result, upper register first, in the order of reading."""
+        """Return the addresses of a channel's result registers in the order of reading, upper register first.
+
+        Raises ValueError for a channel that the converter does not have.
+        """
         if not 0 <= channel < self.channels:
             raise ValueError(f"channel is {channel}; it must lie in 0 to {self.channels - 1}")
         return self.register_map.data_addresses(channel, len(self.result_words))
@@ -249,10 +255,10 @@ class Converter:
 
 @record
 class Channel:
-    """Wiring of a coil.
+    """Connection of a coil to a converter.
 
     `converter`, `number` (the converter's channel) and `bus` (the controller's I2C bus) count from 0. `address` is the
-    converter's 7-bit address on the bus. `pins` are the pins of the coil's two ends.
+    converter's 7-bit address on the bus. `pins` are the pins for the coil's two ends.
     """
 
     converter: int
@@ -263,7 +269,10 @@ class Channel:
 
     @property
     def converter_in_words(self) -> str:
-        """Converter, counted from 1, with its address. The bus is stated unless it is the first."""
+        """Text with the converter's number, counted from 1, and its address.
+
+        The bus is added unless it is the first.
+        """
         bus = f"bus {self.bus + 1}, " if self.bus else ""
         return f"{self.converter + 1} ({bus}0x{self.address:02X})"
 

@@ -1,7 +1,7 @@
 """Data-sheet values of converters from ``data/converters``: one file per family, ``bench.csv`` for common values.
 
-`REQUIRED_ROWS` has the rows that every family needs, with unit and range. The module of a family's conversion lists
-further rows. A family with registers also needs `REGISTER_ROWS`. A family may state more rows.
+`REQUIRED_ROWS` has the rows that every family needs, with unit and range. The module of a family's conversion requires
+further rows. A family with registers also needs `REGISTER_ROWS`. A family may have more rows.
 """
 
 from __future__ import annotations
@@ -17,12 +17,15 @@ from sitscad.basics.record import record
 from sitscad.data import DataError, Row, rows
 
 WORDS = "words"
-"""Unit of rows with text or citations instead of numbers."""
+"""Unit of rows that contain text or citations instead of numbers."""
 
 
 @record
 class Limit:
-    """Data-sheet value of a family in SI units, with its source. `verified` is True if the source was read."""
+    """Data-sheet value of a converter family in SI units, with its source.
+
+    `verified` is True if the value was compared with the source.
+    """
 
     value: float
     unit: str
@@ -45,8 +48,11 @@ class RowForm:
 
 
 _SAYING = RowForm(WORDS)
+"""Form of a row with text."""
 FREQUENCY, SHARE = RowForm("Hz", 1.0, 1e10), RowForm("1", 0.01, 1.0)
+"""Forms of rows with a frequency (Hz), and with a ratio from 0.01 to 1."""
 _CURRENT, _VOLTAGE, _RESISTANCE = RowForm("A", 1e-6, 1.0), RowForm("V", 0.01, 20.0), RowForm("ohm", 1.0, 1e7)
+"""Forms of rows with a current (A), a voltage (V) and a resistance (ohm)."""
 
 REQUIRED_ROWS: dict[str, RowForm] = {
     **dict.fromkeys(("conversion", "pins", "coil_pins", "address_nets", "cite_drive", "scan_timing", "idle_channels",
@@ -79,7 +85,7 @@ REQUIRED_ROWS: dict[str, RowForm] = {
     "clock_tolerance": RowForm("1", 0.0, 0.1),
     "capacitor_temperature": RowForm("1/K", 0.0, 1e-2),
 }
-"""Rows that every family must have, in its own file or in ``bench.csv``."""
+"""Rows that every family must have, in its own data file or in ``bench.csv``, by name."""
 
 REGISTER_ROWS: dict[str, RowForm] = {
     **dict.fromkeys(("register_map", "result_registers", "cite_address", "cite_frequency", "cite_inductance",
@@ -87,28 +93,28 @@ REGISTER_ROWS: dict[str, RowForm] = {
     "device_id": RowForm("1", 0, 0xFFFF, whole=True),
     "wake_time": RowForm("s", 0.0, 1.0),
 }
-"""Rows of a family whose registers sitscad writes. A family states all these rows, or no ``register_map``."""
+"""Rows of a family whose registers sitscad writes. Families without a row ``register_map`` do not need them."""
 
 HIGH_CURRENT: dict[str, RowForm] = {
     "parallel_resistance_high_current": _RESISTANCE,
     "high_current_max": _CURRENT,
     "high_current_typical": _CURRENT,
 }
-"""Rows of a family with a high-current drive for a single channel. A family states all these rows, or no such row."""
+"""Rows of a family with a high-current drive for a single channel. A family has all these rows or none."""
 
 _RISING = (
     ("sensor_frequency_min", "sensor_frequency_max"), ("clock_min", "clock_max"), ("capacitor_min", "capacitor_max"),
     ("parallel_resistance_min", "parallel_resistance_max"), ("high_current_typical", "high_current_max"),
     ("amplitude_stable_min", "amplitude_optimum_min"), ("amplitude_optimum_min", "amplitude_max"),
 )
-"""Pairs of row names. The value of the first row must not exceed the value of the second."""
+"""Pairs of row names. The value of the first row must not exceed the value of the second row."""
 
 
 @cache
 def rows_of(family: str) -> dict[str, Row]:
-    """Return the rows of a family's figures by name, including ``bench.csv``.
+    """Return the rows of a family's data file and of ``bench.csv``, by name.
 
-    Raises `DataError`, which names file and row, if a row is missing or malformed.
+    Raises `DataError`, with file and row, if a row is missing or malformed.
     """
     tables = {table: rows(f"converters/{table}") for table in ("bench", family)}
     named = {row["name"]: row for table_rows in tables.values() for row in table_rows}
@@ -132,7 +138,7 @@ def rows_of(family: str) -> dict[str, Row]:
 
 
 def _required_rows(family: str, named: Mapping[str, Row]) -> dict[str, RowForm]:
-    """Return the rows that a family must state. Raises `DataError` if it names no conversion module."""
+    """Return the rows that a family must have. Raises `DataError` if it names no conversion module."""
     if "conversion" not in named:
         raise _error(family, "conversion", "no such row, and it is asked of every family")
     module = family_module("conversion", named["conversion"]["value"], ("REQUIRED_ROWS",))
@@ -143,7 +149,7 @@ def _required_rows(family: str, named: Mapping[str, Row]) -> dict[str, RowForm]:
 
 
 def family_module(row: str, name: str, required: tuple[str, ...]) -> ModuleType:
-    """Return a module of this folder that a row of a family names.
+    """Return the module of this folder with the name that the row `row` of a family contains.
 
     Raises `DataError` if there is none, or if it lacks a required name.
     """
@@ -160,16 +166,20 @@ def family_module(row: str, name: str, required: tuple[str, ...]) -> ModuleType:
 
 
 def names_of(protocol: type) -> tuple[str, ...]:
-    """Return the names that a module protocol declares."""
+    """Return the names that a module must define to satisfy a protocol."""
     return *protocol.__annotations__, *(name for name in vars(protocol) if not name.startswith("_"))
 
 
 def _error(table: str, name: str, flaw: str) -> DataError:
+    """Return the error about a row of a data file."""
     return DataError(f"data/converters/{table}.csv, {name}: {flaw}")
 
 
 def _row_flaws(row: Row, asked_of: Mapping[str, RowForm]) -> Iterator[str]:
-    """Yield the flaws of a row, the most important first."""
+    """Yield the faults of a row of a data file, the most important first.
+
+    `asked_of` are the required forms by row name.
+    """
     if None in row or None in row.values():
         yield "it has more or fewer columns than name, value, unit, status, source"
         return
@@ -191,6 +201,7 @@ def _row_flaws(row: Row, asked_of: Mapping[str, RowForm]) -> Iterator[str]:
 
 
 def _flaws_of_number(text: str, form: RowForm) -> Iterator[str]:
+    """Yield the faults of one number of a row: not a number, out of range, or not whole."""
     try:
         value = float(text)
     except ValueError:
@@ -205,13 +216,13 @@ def _flaws_of_number(text: str, form: RowForm) -> Iterator[str]:
 
 @cache
 def numbers(family: str, name: str) -> tuple[float, ...]:
-    """Return the values of a row with several numbers."""
+    """Return the values of a row with several numbers, in SI units."""
     return tuple(map(float, rows_of(family)[name]["value"].split()))
 
 
 @cache
 def limits_of(family: str) -> Mapping[str, Limit]:
-    """Return a family's figures by name (``sensor_frequency_max``, ``amplitude_max``, ...)."""
+    """Return the single numbers of a family's data file by row name (``clock_max``, ``amplitude_max``, ...)."""
     return {
         name: Limit(float(row["value"]), row["unit"], row["source"], row["status"] == "verified")
         for name, row in rows_of(family).items()
@@ -220,20 +231,20 @@ def limits_of(family: str) -> Mapping[str, Limit]:
 
 
 def figure_source(family: str, name: str) -> str:
-    """Return the source of a figure, or the text of a row of text. Raises KeyError for an unknown name."""
+    """Return the source of a number, or the text of a row of text. Raises KeyError for an unknown row name."""
     row = rows_of(family)[name]
     return row["value"] if row["unit"] == WORDS else row["source"]
 
 
 @cache
 def source_in_all(name: str) -> str:
-    """Return a text of the sources of a figure in all families that have the figure."""
+    """Return one text with the sources of a row in all families that have the row."""
     return "; ".join(dict.fromkeys(figure_source(family, name) for family in _families() if name in rows_of(family)))
 
 
 @cache
 def _families() -> tuple[str, ...]:
-    """Return the families of all converters. The table is read once."""
+    """Return the names of all converter families. The table is read once."""
     return tuple(dict.fromkeys(row["family"] for row in rows("converters")))
 
 
@@ -241,7 +252,7 @@ def _families() -> tuple[str, ...]:
 def limit_with_source(family: str, text: str) -> str:
     """Return a text that cites all families (`source_in_all`), reduced to the sources of one family.
 
-    If no cited figure belongs to the family, the text is the source of its conversion.
+    If no cited row belongs to the family, the text is the source of its conversion.
     """
     families = dict.fromkeys(row["family"] for row in rows("converters"))
     other_names = dict.fromkeys(name for other in families for name in rows_of(other) if name not in rows_of(family))

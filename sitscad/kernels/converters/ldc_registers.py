@@ -5,14 +5,14 @@ from __future__ import annotations
 from sitscad.kernels.converters.registers import ChannelSettings, Register
 
 MOST_CHANNELS = 4
-"""Largest number of channels with registers."""
+"""Largest number of channels of a converter with these registers."""
 
 RCOUNT, OFFSET, SETTLECOUNT, CLOCK_DIVIDERS, DRIVE_CURRENT = 0x08, 0x0C, 0x10, 0x14, 0x1E
 STATUS, ERROR_CONFIG, CONFIG, MUX_CONFIG, RESET_DEV = 0x18, 0x19, 0x1A, 0x1B, 0x1C
 MANUFACTURER_ID, DEVICE_ID = 0x7E, 0x7F
 
 MANUFACTURER = 0x5449
-"""Content of MANUFACTURER_ID: the letters TI."""
+"""Content of register MANUFACTURER_ID: the letters TI."""
 
 DATA_FLAGS = {
     "ERR_UR": (0x8000, "conversion under-range"),
@@ -20,22 +20,25 @@ DATA_FLAGS = {
     "ERR_WD": (0x2000, "watchdog timeout: the sensor does not oscillate"),
     "ERR_AE": (0x1000, "amplitude outside about 1.2 to 1.8 V"),
 }
-"""Error flags in the upper or only register of a result by name: mask and meaning (nominal amplitudes: STATUS)."""
+"""Error flags in the upper or only register of a result, by name: mask and meaning. Register STATUS has them, too."""
 
 WATCHDOG_RECOVERY = 5.2e-3
-"""Time (s) that a channel without oscillation takes, by the watchdog (TI SNOSCY9A, 6.5: sensor recovery time)."""
+"""Time (s) that the watchdog adds for a channel that does not oscillate (TI SNOSCY9A, 6.5: sensor recovery time)."""
 
 ORDER = "CONFIG comes last and wakes the device"
-"""Text of the firmware's header on the order of writing (8.2.5)."""
+"""Text on the order of writing in the firmware's header file (data sheet, 8.2.5)."""
 
 ERRORS_REPORTED = 0b11111 << 11 | 1
-"""ERROR_CONFIG: reports every error of a conversion in its result, and a finished scan in STATUS and INTB (7.6.27)."""
+"""Value of ERROR_CONFIG: report every error in the result, and a finished scan in STATUS and at pin INTB (7.6.27)."""
 
 _DEGLITCH = ((1.0e6, 0b001), (3.3e6, 0b100), (10.0e6, 0b101))
+"""Rows (sensor frequency (Hz) below which the input filter is used, code of the field DEGLITCH)."""
 _DEGLITCH_WIDEST = 0b111
+"""Code of the field DEGLITCH for the widest input filter, 33 MHz."""
 _MUX_RESERVED = 0b00_0100_0001 << 3
+"""Reserved bits of MUX_CONFIG, which must have this value."""
 _CONFIG_FIXED = 1 << 12 | 1 << 10 | 0b00_0001
-"""RP_OVERRIDE_EN and AUTO_AMP_DIS (the drive current is fixed), and reserved bits.
+"""Fixed bits of CONFIG: RP_OVERRIDE_EN and AUTO_AMP_DIS (the drive current is fixed), and reserved bits.
 
 SENSOR_ACTIVATE_SEL stays 0: full current while the sensor starts.
 """
@@ -48,30 +51,30 @@ AT_RESET = {
 """Contents of registers after a reset, if not 0 (7.6.1)."""
 
 SLEEP = 1 << 13
-"""CONFIG: mask of SLEEP_MODE_EN."""
+"""Mask of SLEEP_MODE_EN in register CONFIG."""
 
 ACTIVE_CHANNEL = 14
-"""CONFIG: lowest bit of ACTIVE_CHAN, for shifts."""
+"""Number of the lowest bit of ACTIVE_CHAN in register CONFIG."""
 
 AUTOSCAN = 1 << 15
-"""MUX_CONFIG: mask of AUTOSCAN_EN."""
+"""Mask of AUTOSCAN_EN in register MUX_CONFIG."""
 
 SEQUENCE = 13
-"""MUX_CONFIG: lowest bit of RR_SEQUENCE, for shifts."""
+"""Number of the lowest bit of RR_SEQUENCE in register MUX_CONFIG."""
 
 STATUS_ERRORS = {"ERR_UR": 1 << 13, "ERR_OR": 1 << 12, "ERR_WD": 1 << 11, "ERR_AHE": 1 << 10, "ERR_ALE": 1 << 9}
-"""Errors in STATUS (7.6.26)."""
+"""Masks of the errors in register STATUS, by name (7.6.26)."""
 
 ERRORS_TO_RESULTS = {"ERR_UR": 1 << 15, "ERR_OR": 1 << 14, "ERR_WD": 1 << 13, "ERR_AHE": 1 << 12, "ERR_ALE": 1 << 11}
-"""Bits of ERROR_CONFIG that report errors in results.
+"""Masks of the bits in register ERROR_CONFIG that report an error in results, by name of the error.
 
-The bit eight places below each reports the error in STATUS and INTB. Bit 0 reports a finished scan there (7.6.27).
+The bit eight places lower reports the error in STATUS and at pin INTB. Bit 0 reports a finished scan there (7.6.27).
 """
 
 ERROR_CHANNEL, DATA_READY, UNREAD = 14, 1 << 6, 1 << 3
-"""STATUS: lowest bit of ERR_CHAN, finished scan, and unread result of channel 0.
+"""Bits of register STATUS: number of the lowest bit of ERR_CHAN, masks of a finished scan and an unread result.
 
-The bits of channels 1 to 3 are one bit lower each.
+UNREAD is for channel 0. The bits of channels 1 to 3 are one bit lower each.
 """
 
 
@@ -81,7 +84,10 @@ def data_addresses(channel: int, count: int) -> tuple[int, ...]:
 
 
 def results_text(bits: int, names: tuple[str, ...], results_by: str, errors_by: str) -> str:
-    """Return the header's text on results: their range, and the flags that ERROR_CONFIG enables."""
+    """Return the firmware header's text on results: their range, and the flags that ERROR_CONFIG enables.
+
+    The arguments are explained in `RegisterMap.results_text`.
+    """
     digits = -(-bits // 4)
     under, over = f"0x{0:0{digits}X}", f"0x{2**bits - 1:0{digits}X}"
     if len(names) > 1:
@@ -96,15 +102,19 @@ def results_text(bits: int, names: tuple[str, ...], results_by: str, errors_by: 
 
 
 def deglitch(highest_sensor_frequency: float) -> int:
-    """Return the DEGLITCH field: the narrowest input filter above the highest sensor frequency (Hz).
+    """Return the code of the field DEGLITCH: the narrowest input filter above the highest sensor frequency (Hz).
 
-    0b111 is 33 MHz by MUX_CONFIG's field and its reset value; 0b011 in the tables of 8.1.7 is a misprint.
+    0b111 is 33 MHz according to the description and the reset value of MUX_CONFIG; 0b011 in the tables of 8.1.7 is a
+    misprint.
     """
     return next((bits for edge, bits in _DEGLITCH if highest_sensor_frequency < edge), _DEGLITCH_WIDEST)
 
 
 def mux_config(channels: int, highest_sensor_frequency: float) -> int:
-    """Return MUX_CONFIG: continuous conversion of one channel, or a scan of two, three or four channels from 0."""
+    """Return the value of MUX_CONFIG: continuous conversion of channel 0, or a scan of channels 0 to 1, 2 or 3.
+
+    `channels` is the number of channels. The highest sensor frequency (Hz) sets the input filter.
+    """
     scan = 0 if channels == 1 else 1 << 15 | (channels - 2) << 13
     return scan | _MUX_RESERVED | deglitch(highest_sensor_frequency)
 
@@ -116,7 +126,9 @@ def registers(
     high_current: bool = False,
     output_gain: int | None = None,
 ) -> tuple[Register, ...]:
-    """Return every register to write after reset, in order. CONFIG comes last, because it wakes the device (8.2.5).
+    """Return every register to write after reset, in the order of writing.
+
+    CONFIG comes last, because it wakes the device (8.2.5).
 
     Parameters
     ----------
@@ -125,7 +137,7 @@ def registers(
     highest_sensor_frequency
         Highest frequency (Hz) of all channels in all states.
     external_clock
-        Whether the converter uses the clock at CLKIN.
+        Whether the converter uses the clock at pin CLKIN.
     high_current
         Whether to use the high-current drive of a single channel.
     output_gain
@@ -182,6 +194,7 @@ def _of_channel(number: int, channel: ChannelSettings) -> tuple[Register, ...]:
 
 
 def _within(name: str, value: int, low: int, high: int) -> int:
+    """Return `value`. Raises ValueError if it is not within `low` to `high`."""
     if not low <= value <= high:
         raise ValueError(f"{name} is {value}; it must lie in {low} to {high}")
     return value

@@ -41,7 +41,7 @@ SETTINGS = (
     Quantity("rcount", "RCOUNT"),
     Quantity("settle_count", "SETTLECOUNT"),
 )
-"""Settings of these converters, as named in results."""
+"""Settings of these converters in printed results and in JSON."""
 
 MAX_COUNT = 0xFFFF
 """Largest RCOUNT and SETTLECOUNT: the registers have 16 bits."""
@@ -50,16 +50,16 @@ MAX_INPUT_DIVIDER = 15
 """Largest FIN_DIVIDER: its field has 4 bits."""
 
 REGISTER_BITS = 49.0
-"""Bit times of reading a register over I2C.
+"""Number of bit times to read a register over I2C.
 
-Five frames of nine bits each, plus start, repeated start, stop and bus-free time. This number reproduces the 4.08 kSPS
-at 400 kHz of a result in two registers (figure 12, 6.5).
+Five frames of nine bits each, plus start, repeated start, stop and bus-free time. With this number, a result in two
+registers is read 4080 times per second at 400 kHz, as in the data sheet (figure 12, 6.5).
 """
 
 FREE_PART = 0.5
-"""Largest ratio of the range of the expected frequencies to the range of a result. The former is centred.
+"""Largest range of the expected frequencies, divided by the range of a result.
 
-The remaining range is for loads that exceed the loads in the spec's states.
+The expected range is in the middle. The rest is for loads that exceed the loads in the spec's states.
 """
 
 
@@ -67,7 +67,7 @@ The remaining range is for loads that exceed the loads in the spec's states.
 
 
 def reference_divider(device: ConverterPart, clock: float, channels: int, external: bool = True) -> int:
-    """Return FREF_DIVIDER: the smallest that brings f_REF within its limit.
+    """Return FREF_DIVIDER: the smallest with which the reference frequency f_REF is within its limit.
 
     `clock` is in Hz. The limit depends on the number of active `channels` and is lowest for a single channel. For
     several converters with one divider, give the smallest number of channels.
@@ -79,8 +79,8 @@ def reference_divider(device: ConverterPart, clock: float, channels: int, extern
 def input_divider(device: ConverterPart, sensor_frequency: float, reference_frequency: float = 40e6) -> int:
     """Return FIN_DIVIDER: the smallest with f_IN < f_REF/4, and at least 2 from 8.75 MHz. Frequencies are in Hz.
 
-    The result may exceed `MAX_INPUT_DIVIDER`: then no setting counts the frequency
-    (`ReferenceCounter.highest_frequency`).
+    f_IN is the sensor frequency divided by FIN_DIVIDER. The result may exceed `MAX_INPUT_DIVIDER`: then no setting
+    counts the frequency (`ReferenceCounter.highest_frequency`).
     """
     ceiling = device.limit("input_to_reference_max") * reference_frequency
     divider = math.floor(sensor_frequency / ceiling * (1.0 + 1e-12)) + 1
@@ -93,31 +93,37 @@ def input_divider(device: ConverterPart, sensor_frequency: float, reference_freq
 def settle_count(
     device: ConverterPart, quality_factor: float, reference_frequency: float, sensor_frequency: float
 ) -> int:
-    """Return the smallest SETTLECOUNT: Q f_REF / (16 f_SENSOR) rounded up (8.1.4.1), and above 3."""
+    """Return the smallest SETTLECOUNT: Q f_REF / (16 f_SENSOR) rounded up (8.1.4.1), and above 3.
+
+    Q is the quality factor; frequencies are in Hz.
+    """
     needed = math.ceil(quality_factor * reference_frequency / (16.0 * sensor_frequency) - 1e-9)
     return min(MAX_COUNT, max(int(device.limit("settle_count_min")), needed))
 
 
 def settle_periods(count: int) -> float:
-    """Return the reference periods for the amplitude to settle: 16 SETTLECOUNT (8.1.4.1); 32 for 0 and 1."""
+    """Return the number of reference periods for the amplitude to settle: 16 SETTLECOUNT (8.1.4.1); 32 for 0 and 1."""
     return max(2, count) * 16.0
 
 
 def conversion_periods(rcount: int) -> float:
-    """Return the reference periods of one conversion: 16 RCOUNT + 4 (8.1.4)."""
+    """Return the number of reference periods of one conversion: 16 RCOUNT + 4 (8.1.4)."""
     return 16.0 * rcount + 4.0
 
 
 def switch_time(device: ConverterPart, reference_frequency: float) -> float:
-    """Return the typical time (s) from a channel's conversion to the next channel: 692 ns + 5 / f_REF (8.1.4)."""
+    """Return the typical time (s) from a channel's conversion to the next channel: 692 ns + 5 / f_REF (8.1.4).
+
+    f_REF is in Hz.
+    """
     return device.limit("switch_delay") + 5.0 / reference_frequency
 
 
 def scan_time(device: ConverterPart, rcount: int, count: int, reference_frequency: float, channels: int) -> float:
-    """Return the time (s) of one scan of `channels` channels with equal settings and SETTLECOUNT `count`.
+    """Return the time (s) of one scan of `channels` channels with equal settings.
 
-    A single channel converts without settling again (figure 54). TI does not state the pause between two conversions,
-    and the switch delay is used for it.
+    `count` is SETTLECOUNT, the reference frequency is in Hz. A single channel converts without settling again (figure
+    54). TI does not state the pause between two conversions, and the switch delay is used for it.
     """
     conversion = conversion_periods(rcount) / reference_frequency
     if channels == 1:
@@ -131,8 +137,8 @@ def reference_count(
 ) -> int:
     """Return the largest RCOUNT with at least `scan_rate` (Hz) scans of `channels` channels per second.
 
-    RCOUNT is limited to its smallest value and 0xFFFF. At the lower limit the wanted rate is not reached, at the upper
-    limit it is exceeded: see `scan_time`.
+    `count` is SETTLECOUNT, the reference frequency is in Hz. RCOUNT is limited to its smallest value and 0xFFFF. At the
+    lower limit the wanted rate is not reached, at the upper limit it is exceeded: see `scan_time`.
     """
     overhead = scan_time(device, 0, count, reference_frequency, channels) / channels
     periods = (1.0 / (scan_rate * channels) - overhead) * reference_frequency
@@ -145,7 +151,7 @@ def read_back_time(device: ConverterPart, channels: int) -> float:
 
 
 def read_back_time_optimistic(device: ConverterPart, channels: int) -> float:
-    """Return the time of `read_back_time` (s) by the manufacturer's shorter value.
+    """Return the time (s) to read the results of some channels, by the manufacturer's shorter value.
 
     This value implies fewer bits than the manufacturer's timing diagrams show.
     """
@@ -158,27 +164,27 @@ def read_back_time_optimistic(device: ConverterPart, channels: int) -> float:
 def amplitude(parallel_resistance: float, current: float) -> float:
     """Return the peak voltage (V) across the tank: V_P = 4 R_P I / pi (8.1.5).
 
-    R_P is in ohm. I is the peak (A) of a square wave.
+    R_P is the parallel resistance in ohm. I is the peak (A) of a square-wave current.
     """
     return 4.0 * parallel_resistance * current / math.pi
 
 
 def counting_noise(noise_steps: float, frequency: float, rcount: int) -> float:
-    """Return the standard deviation (Hz) of one conversion of a frequency (Hz), by noise of measured sensors.
+    """Return the standard deviation (Hz) of one conversion of a frequency (Hz), from the noise of measured sensors.
 
-    It is `noise_steps` steps. A step is half a reference period in the 16 RCOUNT periods of a conversion: 3.3 ppm at
-    RCOUNT 9471.
+    It is `noise_steps` times half a reference period in the 16 RCOUNT periods of a conversion. Half a period is 3.3 ppm
+    at RCOUNT 9471.
     """
     return noise_steps * frequency / (32.0 * rcount)
 
 
 def gains(device: ConverterPart) -> tuple[int, ...]:
-    """Return the shift of each code of OUTPUT_GAIN: the number of upper bits of a conversion that a result omits."""
+    """Return, for each code of OUTPUT_GAIN, the number of upper bits of a conversion that a result omits."""
     return tuple(map(int, numbers(device.family, "output_gains")))
 
 
 def count_bits(device: ConverterPart) -> int:
-    """Return the number of bits of a conversion. A result contains all or some of these bits."""
+    """Return the number of bits of a conversion. A result shows all or some of these bits."""
     return device.bits + max(gains(device))
 
 
@@ -187,8 +193,8 @@ def choose_gain(
 ) -> tuple[int, tuple[int, ...]]:
     """Return the code of OUTPUT_GAIN and the offset of each coil with the finest results that cover all `bands`.
 
-    `bands` (Hz) are the lowest and highest expected frequency of each coil. Returns 0 and no offsets for a converter
-    without gains.
+    `bands` (Hz) are the lowest and highest expected frequency of each coil. `full_scale` (Hz) is the frequency of the
+    largest count. Returns 0 and no offsets for a converter without gains.
 
     The upper bits of a conversion that a result does not show have to be equal for all frequencies (SNOSCZ0A 8.1.3.2).
     The offset therefore moves the middle of a band to the middle of the result's range. Without gain every frequency
@@ -216,9 +222,8 @@ def choose_gain(
 class ReferenceCounter(Conversion):
     """Settings of a converter that counts against a reference clock (LDC1312 to LDC1614).
 
-    A count is f / (FIN_DIVIDER f_REF) 2^`count_bits`. A result with fewer bits than the count is a window of the count:
-    `gain` is the code of OUTPUT_GAIN, and `coil_offsets`, one per coil, are subtracted first. Otherwise they are 0 and
-    empty.
+    A count is f / (FIN_DIVIDER f_REF) 2^`count_bits`. If a result has fewer bits than the count, `gain` is the code of
+    OUTPUT_GAIN, and `coil_offsets`, one per coil, are subtracted first. Otherwise they are 0 and empty.
     """
 
     reference_frequency: float
@@ -231,25 +236,28 @@ class ReferenceCounter(Conversion):
 
     @property
     def full_scale(self) -> float:
-        """Frequency (Hz) whose binary fractions are the counts: FIN_DIVIDER f_REF."""
+        """Frequency (Hz) that the largest count represents: FIN_DIVIDER f_REF."""
         return self.input_divider * self.reference_frequency
 
     @property
     def hertz_per_count(self) -> float:
-        """Frequency (Hz) of one count."""
+        """Frequency (Hz) that one count represents."""
         return float(self.full_scale / 2.0**self.count_bits)
 
     def counting_step(self, frequency: float) -> float:
-        """Return the step (Hz) of a counted frequency: one reference period in 16 RCOUNT. Derived here, not TI's."""
+        """Return the smallest difference (Hz) of counted frequencies: one reference period in 16 RCOUNT.
+
+        Derived here, not TI's.
+        """
         return frequency / (16.0 * self.rcount)
 
     def counting_noise(self, frequency: float) -> float:
-        """Return the standard deviation (Hz) of one conversion."""
+        """Return the standard deviation (Hz) of one conversion of a frequency (Hz)."""
         return counting_noise(self.device.limit("noise_steps"), frequency, self.rcount)
 
     @property
     def settle_time(self) -> float:
-        """Time (s) for the amplitude to settle: 16 SETTLECOUNT / f_REF."""
+        """Time (s) in which the amplitude settles: 16 SETTLECOUNT / f_REF."""
         return settle_periods(self.settle_count) / self.reference_frequency
 
     @property
@@ -281,11 +289,11 @@ class ReferenceCounter(Conversion):
         return ceiling * min(self.input_divider, MAX_INPUT_DIVIDER)
 
     def slowest_clock(self, frequency: float) -> float | None:
-        """Return the slowest reference clock (Hz) at which the largest FIN_DIVIDER suffices for a frequency (Hz)."""
+        """Return the slowest reference clock (Hz) for a frequency (Hz), with the largest FIN_DIVIDER."""
         return frequency / (self.device.limit("input_to_reference_max") * MAX_INPUT_DIVIDER)
 
     def supply_current(self, drive: float) -> float:
-        """Return the current (A) from VDD without pause: I_DD, plus the drive current (A) for the time of drive.
+        """Return the current (A) from VDD without pause: I_DD, plus the drive current (A) while a sensor is driven.
 
         I_DD does not include the sensor's current (6.5). A sensor is driven while its channel settles and converts, and
         grounded while the next channel is switched in (8.1.5.1). TI's typical curves lie about 0.5 mA below this sum.
@@ -305,22 +313,22 @@ class ReferenceCounter(Conversion):
 
     @property
     def count_bits(self) -> int:
-        """Bits of a conversion."""
+        """Number of bits of a conversion."""
         return count_bits(self.device)
 
     @property
     def shift(self) -> int:
-        """Number of lowest bits of a conversion that its result omits."""
+        """Number of the lowest bits of a conversion that its result omits."""
         return self.count_bits - self.device.bits - gains(self.device)[self.gain]
 
     @property
     def counts_per_step(self) -> int:
-        """Counts between two successive results."""
+        """Difference of two successive results in counts."""
         return 1 << self.shift
 
     @property
     def offsets(self) -> tuple[int, ...]:
-        """Counts subtracted from each coil's conversions."""
+        """Counts subtracted from each coil's conversions before the result is stored."""
         return self.coil_offsets
 
     @property
@@ -342,13 +350,13 @@ class ReferenceCounter(Conversion):
         return f"{self.device.bits} of {self.count_bits} bits, a step of {step} (gain {gain})"
 
     def part(self, coils: slice) -> ReferenceCounter:
-        """Return the settings for some of the sensor's coils."""
+        """Return the settings for only some of the sensor's coils."""
         return replace(self, coil_offsets=self.coil_offsets[coils])
 
     # ------------------------------------------------------------------------------------------------------ firmware
 
     def firmware_text(self, clock: float) -> FirmwareText:
-        """Return the text on this conversion for the firmware's header, with a clock (Hz)."""
+        """Return the texts on this conversion in the firmware's header file, with the reference clock (Hz)."""
         result = "COUNTS" if self.is_partial else "DATA"
         return FirmwareText(
             clock=f"Clock f_CLK {show(clock, 'Hz')} at CLKIN; FREF_DIVIDER {self.reference_divider} makes of it f_REF "
@@ -368,7 +376,7 @@ class ReferenceCounter(Conversion):
     def registers(
         self, coils: slice, codes: Sequence[int], highest_frequency: float, high_current: bool
     ) -> tuple[Register, ...]:
-        """Return the registers of the converter that reads `coils` of the sensor, in the order of writing."""
+        """Return the registers of the converter that reads the coils `coils` of the sensor, in the order of writing."""
         channels = tuple(
             ChannelSettings(self.rcount, self.settle_count, self.input_divider, self.reference_divider, code, offset)
             for code, offset in zip(codes, self.offsets[coils] or (0,) * len(codes), strict=True)
@@ -379,7 +387,7 @@ class ReferenceCounter(Conversion):
 
 
 def set_up(device: ConverterPart, demand: Demand) -> ReferenceCounter:
-    """Return dividers and counts for all tanks: the longest conversions that reach the wanted scan rate."""
+    """Return dividers and counts for all tanks: the longest conversions that reach the required scan rate."""
     divider = reference_divider(device, demand.clock, demand.fewest)
     reference = demand.clock / divider
     settling = max(settle_count(device, quality, reference, frequency) for frequency, quality in demand.tanks)

@@ -1,6 +1,6 @@
 """Register settings of converters, and the names that a register module must define.
 
-Register modules are in this folder. The row ``register_map`` of a family's figures names the module.
+Register modules are in this folder. The row ``register_map`` in a family's data file names the module.
 """
 
 from __future__ import annotations
@@ -14,9 +14,11 @@ from sitscad.kernels.converters.figures import family_module, names_of
 
 @record
 class ChannelSettings:
-    """Settings of one channel.
+    """Register settings of one channel of a converter.
 
-    `offset` is subtracted from its conversions if results show only a part of a conversion.
+    `rcount` and `settle_count` are the numbers that define conversion and settling time. `input_divider` and
+    `reference_divider` divide sensor frequency and clock. `drive_code` is the code of the drive current. `offset` is
+    subtracted from conversions if results show only a part of a conversion, else 0.
     """
 
     rcount: int
@@ -29,7 +31,7 @@ class ChannelSettings:
 
 @record
 class Register:
-    """Write of one 16-bit register: address, name, value and meaning."""
+    """Value to write to one 16-bit register: address, name, value and meaning."""
 
     address: int
     name: str
@@ -39,7 +41,7 @@ class Register:
 
 @record
 class FirmwareText:
-    """Text on a conversion for the firmware's header.
+    """Texts about a conversion in the header file of the firmware.
 
     Attributes
     ----------
@@ -68,9 +70,9 @@ class FirmwareText:
 class RegisterMap(Protocol):
     """Names that a register module must define.
 
-    ``MANUFACTURER_ID``, ``DEVICE_ID`` and ``STATUS`` are addresses. ``MANUFACTURER`` is the content of register
-    MANUFACTURER_ID. ``DATA_FLAGS`` are the error flags in the upper or only register of a result, by name: mask and
-    meaning. ``ORDER`` is the firmware header's text on the order of writing.
+    ``MANUFACTURER_ID``, ``DEVICE_ID`` and ``STATUS`` are register addresses. ``MANUFACTURER`` is the content of
+    register MANUFACTURER_ID. ``DATA_FLAGS`` are the error flags in the upper or only register of a result, by name:
+    mask and meaning. ``ORDER`` is the text on the order of writing in the firmware's header file.
     """
 
     MANUFACTURER_ID: int
@@ -91,14 +93,14 @@ class RegisterMap(Protocol):
         high_current: bool = False,
         output_gain: int | None = None,
     ) -> tuple[Register, ...]:
-        """Return every register to write after reset, in order.
+        """Return every register to write after reset, in the order of writing.
 
         The frequency is in Hz. `output_gain` is None for a converter whose results show whole conversions. Raises
         ValueError if a setting does not fit its field.
         """
 
     def results_text(self, bits: int, names: tuple[str, ...], results_by: str, errors_by: str) -> str:
-        """Return the header's text on results, in lines: their range, and the conditions of the flags.
+        """Return the firmware header's text on results, in lines: range of results, and conditions of the error flags.
 
         `bits` is the size of a result. `names` name the registers of a result. `results_by` and `errors_by` cite the
         data sheet on results and on errors.
@@ -106,9 +108,10 @@ class RegisterMap(Protocol):
 
 
 class DriverRegisters(RegisterMap, Protocol):
-    """Further names that the driver's Python counterpart (``apps/hardware/bench_board.py``) needs of a module.
+    """Further names that a register module needs for the Python version of the driver.
 
-    They are addresses, and the bit of STATUS for an unread result of channel 0.
+    The Python version is ``apps/hardware/bench_board.py``. RESET_DEV, DRIVE_CURRENT and CONFIG are register addresses,
+    UNREAD is the bit of STATUS for an unread result of channel 0.
     """
 
     RESET_DEV: int
@@ -118,5 +121,5 @@ class DriverRegisters(RegisterMap, Protocol):
 
 
 def register_map(name: str) -> RegisterMap:
-    """Return a register module of this folder. Raises `DataError` if there is none, or if it lacks a name."""
+    """Return the register module with a given name. Raises `DataError` if there is none, or if it lacks a name."""
     return cast(RegisterMap, family_module("register_map", name, names_of(RegisterMap)))

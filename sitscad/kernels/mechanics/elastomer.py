@@ -3,11 +3,11 @@
 A target that covers only a part of its pad loads this part. Two bonded blocks bound the strain of the pad. An elastic
 body does not become stiffer if material is cut away or a surface is released (principle of minimum potential energy).
 
-* The loaded part, cut out of the pad, is softer than the real pad, because the material around it hinders the bulging.
+* The loaded part, cut out of the pad, is softer than the real pad, because the material round it hinders the bulging.
 
 * The whole pad under a rigid plate is stiffer than the real pad, whose surface beside the target is free.
 
-The stated strain belongs to the first block and is an upper bound. `least_strain` belongs to the second. The law of a
+The returned strain belongs to the first block and is an upper bound. `least_strain` belongs to the second. The law of a
 block follows `pad_law` within a few per cent of finite elements (`pad_law.force_sigma`). The surrounding material adds
 18 to 116 % to the stiffness of the first block (discs with radii of 1 to 2 pad thicknesses, small strains).
 """
@@ -23,21 +23,21 @@ from sitscad.kernels.mechanics.pad_law import NEO_HOOKEAN
 from sitscad.kernels.mechanics.surround_law import NO_WEBS, Webs
 
 VALID_STRAIN = 0.30
-"""Largest compressive strain (ratio to the thickness) for a pad in use.
+"""Largest compressive strain (displacement divided by thickness) for a pad in use.
 
-Beyond it a pad creeps. The law was compared with finite elements up to a strain of 35 %.
+At larger strain a pad creeps. The law was compared with finite elements up to a strain of 35 %.
 """
 
 VALID_SHEAR = 1.0
-"""Largest shear strain (displacement over thickness) for which F = G A gamma is trusted.
+"""Largest shear strain (displacement divided by thickness) for which F = G A gamma is trusted.
 
 It is a conservative value, unverified: EN 1337-3 allows it for horizontal movement of laminated bearings (from memory).
 The principal stretch is then 1.62. Soft silicones stretch further, but their bonds to board and target peel, edges
-lift, and the target comes down.
+lift, and the target is lowered.
 """
 
 HELD_STRAIN, HELD_SHEAR, HELD_TILT = 0.35, 0.5, math.radians(5.0)
-"""Largest validated compressive strain, shear (displacement over thickness) and tilt (rad) of the law of `pad`.
+"""Largest validated compressive strain, shear (displacement divided by thickness) and tilt (rad) of the law of `pad`.
 
 Up to these values the law was compared with finite elements.
 """
@@ -45,7 +45,7 @@ Up to these values the law was compared with finite elements.
 MAX_STRAIN_DIFFERENCE = 0.10  # of two blocks, over the strain: beyond it the formula counts as out of its range
 
 TILT_DISTANCE_RATIO = 0.01
-"""Ratio of a force's distance from the middle of the loaded face to the face's length, above which the target tilts.
+"""Distance of a force from the middle of the loaded face, divided by the face's length, above which the target tilts.
 
 At this ratio the pressure at one edge is 6 % above the mean: 1 + 6 e / a, as in the section of a beam (distance e,
 length a).
@@ -57,10 +57,12 @@ SOURCE = (
     "remaining coefficients: fitted to own finite elements (tests/oracles/pad_elements); "
     "pad loaded over part of its area: loaded part cut out, a lower bound of the stiffness by minimum potential energy"
 )
+"""Text with the sources of the compression law."""
 
 SHEAR_SOURCE = (
     "shear strain of 100 %: EN 1337-3 for laminated bearings (from memory, unverified), a careful value"
 )
+"""Text with the source of the largest shear strain."""
 
 
 WITHIN = "bonded block, within the range of its law"  # What to think of a strain that there is nothing to say of
@@ -68,10 +70,10 @@ WITHIN = "bonded block, within the range of its law"  # What to think of a strai
 
 @record
 class Face:
-    """A loaded face: widths along x and y (m), and a roundness from 0 to 1.
+    """Loaded face of a pad: widths along x and y (m), and a roundness from 0 to 1.
 
     `round` is 0 for a rectangle and 1 for an ellipse. For the intersection of two outlines it is the area missing from
-    the rectangle, over the area missing for an ellipse.
+    the bounding rectangle, divided by the area missing for an ellipse.
     """
 
     width_x: float
@@ -80,12 +82,12 @@ class Face:
 
     @property
     def area(self) -> float:
-        """Area (m2)."""
+        """Loaded area (m2)."""
         return (1.0 - (1.0 - math.pi / 4.0) * self.round) * self.width_x * self.width_y
 
     @property
     def oblongness(self) -> float:
-        """Ratio of the longer width to the shorter width, 1 or more."""
+        """Longer width divided by shorter width, 1 or more."""
         return max(self.width_x, self.width_y) / min(self.width_x, self.width_y)
 
     def grown(self, width: float) -> Face:
@@ -97,11 +99,11 @@ class Face:
 
 @record
 class Surround:
-    """Material around a loaded face.
+    """Material round a loaded face: rim of the pad, film and webs.
 
-    `rim` (m) is the width by which the pad is wider than the face (see `even_rim`). `film`, `film_modulus` and
-    `film_exponent` are thickness (m), shear modulus (Pa) and Ogden exponent of a film that is bonded to pad and target.
-    `webs` are strips of the pad's material that join it to neighbouring pads (width in m).
+    `rim` (m) is the width by which the pad is wider than the face on each side (see `even_rim`). `film`, `film_modulus`
+    and `film_exponent` are thickness (m), shear modulus (Pa) and Ogden exponent of a film that is bonded to pad and
+    target. `webs` are strips of the pad's material that join it to neighbouring pads (width in m).
     """
 
     rim: float = 0.0
@@ -111,7 +113,7 @@ class Surround:
     webs: Webs = NO_WEBS
 
     def block(self, face: Face, thickness: float, shear_modulus: float, exponent: float = NEO_HOOKEAN) -> pad_law.Block:
-        """Return the face with its surround as a dimensionless block, with x as its first axis.
+        """Return a loaded face with its surround as a dimensionless block, with x as its first axis.
 
         Lengths are divided by the pad's `thickness` (m), moduli by its `shear_modulus` (Pa). `exponent` is the pad's
         Ogden exponent.
@@ -123,13 +125,14 @@ class Surround:
 
 
 BARE = Surround()
+"""No material round the loaded face."""
 
 EVEN = 0.2
-"""Largest validated difference between the widest and the narrowest rim of the four sides, in pad thicknesses."""
+"""Largest validated difference of the widest and the narrowest rim of the four sides, divided by the pad thickness."""
 
 
 def even_rim(pad: Face, face: Face, offset: tuple[float, float], thickness: float) -> float | None:
-    """Return the mean width (m) of the rim of a pad around a face. None if the four sides differ by more than `EVEN`.
+    """Return the mean width (m) of the rim of a pad round a face. None if the four sides differ by more than `EVEN`.
 
     `offset` (m; x, y) leads from the pad's middle to the face's middle. For the comparison, rims wider than the
     thickness count as one thickness. Their excess width enters the mean gradually as the narrowest rim approaches one
@@ -146,18 +149,18 @@ def even_rim(pad: Face, face: Face, offset: tuple[float, float], thickness: floa
 
 @record
 class Compression:
-    """A pad under a normal force.
+    """Compression of a pad under a normal force.
 
     Attributes
     ----------
     strain : float
-        engineering strain (0 to 1)
+        engineering strain: displacement divided by thickness (0 to 1)
     gap : float
         remaining thickness (m)
     shape_factor, apparent_modulus : float
-        shape factor, and modulus (Pa), of the loaded area
+        shape factor (loaded area divided by free side area), and modulus (Pa; pressure divided by small strain)
     valid : bool
-        the law is within its range; `note` gives the reason if not
+        whether the law is within its range; `note` gives the reason if not
     least_strain : float
         lower bound of the strain; equal to `strain` if the whole pad is loaded or the surround is modelled
     loaded_area, loaded_share : float
@@ -176,20 +179,20 @@ class Compression:
 
     @property
     def doubt(self) -> float:
-        """Standard deviation of the strain below the stated `strain`, for a pad that is loaded on a part of its face.
+        """Standard deviation of the strain below `strain` (no unit), for a pad that is loaded on a part of its face.
 
-        All strains between the lower bound and the stated one are taken as equally likely. Their root mean square
-        distance from the stated strain is the difference over sqrt 3 (uniform distribution, textbook).
+        All strains between `least_strain` and `strain` are taken as equally likely. Their root mean square distance
+        from `strain` is the difference divided by sqrt 3 (uniform distribution, textbook).
         """
         return (self.strain - self.least_strain) / math.sqrt(3.0)
 
 
 def shape_factor(face: Face, thickness: float) -> float:
-    """Return the shape factor: the loaded area of a face over the free side area of a pad of a `thickness` (m).
+    """Return the shape factor (no unit): a face's loaded area divided by the free side area of the pad below it.
 
-    It is ab/(2h(a + b)) for a rectangle and d/(4h) for a disc (Gent and Lindley 1959). For a partly round face the
-    perimeter is interpolated like the area (an octagon's is within 0.1 %). The perimeter of an ellipse is Ramanujan's
-    (1914, error below 5e-4).
+    `thickness` (m) is the pad's. The factor is ab/(2h(a + b)) for a rectangle and d/(4h) for a disc (Gent and Lindley
+    1959). For a partly round face the perimeter is interpolated like the area (for an octagon, the error is 0.1 %). The
+    perimeter of an ellipse is Ramanujan's (1914, error below 5e-4).
     """
     sides = face.width_x + face.width_y
     h = ((face.width_x - face.width_y) / sides) ** 2
@@ -216,7 +219,7 @@ def compress(
     force : float
         normal force (N), 0 or more
     around : Surround
-        material around the face
+        material round the face
     exponent : float
         Ogden exponent of the pad; 2 is neo-Hookean
 
@@ -248,8 +251,8 @@ def press_part(
 ) -> Compression:
     """Return the compression of a pad that is loaded on a part of its face.
 
-    `face` is the loaded part and `beside` (m) the distance of the force from its middle. Other parameters are as in
-    `compress`. If `around` is given, the strain includes the effect of this surrounding material. If it is None, the
+    `face` is the loaded part and `beside` (m) the distance of the force from its middle. Other parameters are explained
+    in `compress`. If `around` is given, the strain includes the effect of this surrounding material. If it is None, the
     strain is an upper bound, for the loaded part cut out of the pad. `least_strain` is then the strain of the whole pad
     under a rigid plate.
     """
@@ -279,9 +282,9 @@ def force_for_strain(
     strain: float, face: Face, thickness: float, shear_modulus: float, bulk_modulus: float, around: Surround = BARE,
     exponent: float = NEO_HOOKEAN,
 ) -> float:
-    """Return the force (N) for an engineering strain (0 to below 1): the inverse of `compress`.
+    """Return the normal force (N) that causes an engineering strain (0 to below 1): the inverse of `compress`.
 
-    Raises ValueError for other strains.
+    Parameters are explained in `compress`. Raises ValueError for other strains.
     """
     if not 0.0 <= strain < 1.0:
         raise ValueError("a compressive strain lies from 0 to below 1")
@@ -290,7 +293,7 @@ def force_for_strain(
 
 
 def _range_violations(strain: float, face: Face, thickness: float) -> list[str]:
-    """Return the reasons why the law is outside its range for a strain of a face. Empty if it is inside."""
+    """Return the reasons why the compression law is outside its range for a strain of a face. Empty if it is inside."""
     reasons = []
     if strain > VALID_STRAIN:
         reasons.append(

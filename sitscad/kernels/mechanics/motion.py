@@ -1,9 +1,9 @@
 """Motion of a rigid plate over a fixed board, and the balance of forces on the plate.
 
-The energy of a pad between board and plate is written in a frame that turns by a share of the plate's rotation. In the
-frame that turns half as far as the plate, a pad with equal faces has no product of shear and tilt in its energy. There,
-a half turn of the pad about an axis in its plane exchanges board and plate. A pad wider than its plate has this frame
-nearer to the board.
+The energy of a pad between board and plate is written in a frame that rotates by a fraction of the plate's rotation. In
+the frame that rotates half as far as the plate, a pad with equal faces has no product of shear and tilt in its energy.
+The reason is symmetry: a half turn of the pad about an axis in its plane exchanges board and plate. For a pad wider
+than its plate, this frame rotates less.
 
 Arrays have the poses as their first axis. Units are SI. Rotations are rotation vectors: axis times angle (rad).
 
@@ -13,7 +13,7 @@ Notes
 place in the frame and its rotation vector. In the frame the energy of the pad is a sum of squares. The work of a force
 f of constant direction at a point p is Rodrigues' formula: f R(t) p = c0 f.p + c1 t.(p x f) + c2 (f.t)(p.t). Here c_k
 are Stumpff's functions, the even functions c_k(t^2) = sum of (-t^2)^j / (2j + k)!, with 2 c_k' = k c_(k+2) - c_(k+1)
-(textbook). Each number is a float for one load, or an array over loads: for one load, floats take a third of the time.
+(textbook). Each number is a float for one load, or an array over loads. For one load, floats take a third of the time.
 `energy_derivatives` measures lengths in pad thicknesses, forces in shear modulus times loaded area, and moments in this
 force times the thickness.
 """
@@ -32,10 +32,11 @@ SMALL = 1e-4  # Angle (rad) below which the coefficients of a rotation are taken
 SERIES = 0.25  # Square of the angle below which four more terms of these series are as good as rounding
 
 UNIT = np.eye(3)
+"""Identity matrix (3, 3)."""
 
 
 def rotations(angles: Array) -> Array:
-    """Return rotation matrices Rx(rx) Ry(ry) Rz(rz), (n, 3, 3), of angles (n, 3; rad).
+    """Return rotation matrices Rx(rx) Ry(ry) Rz(rz) (n, 3, 3; no unit) for angles (n, 3; rad) about x, y and z.
 
     A spec's poses use the same order (textbook).
     """
@@ -48,7 +49,7 @@ def rotations(angles: Array) -> Array:
 
 
 def angles(matrices: Array) -> Array:
-    """Return angles (n, 3; rad) of rotation matrices (n, 3, 3).
+    """Return the angles (n, 3; rad) about x, y and z of rotation matrices (n, 3, 3).
 
     It is the inverse of `rotations` for tilts below a right angle.
     """
@@ -73,14 +74,17 @@ def rotation_vectors(matrices: Array) -> Array:
 
 
 def rotations_of_vectors(vectors: Array) -> Array:
-    """Return rotation matrices (n, 3, 3) of rotation vectors (n, 3; rad), by Rodrigues' formula (textbook)."""
+    """Return the rotation matrices (n, 3, 3) of rotation vectors (n, 3; rad), by Rodrigues' formula (textbook)."""
     first, second, _ = _coefficients(vectors)
     turning = cross_matrices(vectors)
     return UNIT + first[:, None, None] * turning + second[:, None, None] * (turning @ turning)
 
 
 def cross_matrices(vectors: Array) -> Array:
-    """Return matrices (n, 3, 3) for which M b is the cross product of `vectors` (n, 3) and b."""
+    """Return matrices M (n, 3, 3), one for each vector (n, 3), in the vectors' unit.
+
+    The product M b is the cross product of the vector and b.
+    """
     matrices = np.zeros((len(vectors), 3, 3))
     x, y, z = vectors.T
     matrices[:, 2, 1], matrices[:, 1, 2] = x, -x
@@ -90,7 +94,10 @@ def cross_matrices(vectors: Array) -> Array:
 
 
 def cross_products(first: Array, second: Array) -> Array:
-    """Return cross products of vectors (n, 3). For a few vectors it takes a fraction of the time of `numpy.cross`."""
+    """Return cross products (n, 3) of vectors (n, 3), in the product of their units.
+
+    For a few vectors this takes a fraction of the time of `numpy.cross`.
+    """
     products = np.empty_like(first)
     products[:, 0] = first[:, 1] * second[:, 2] - first[:, 2] * second[:, 1]
     products[:, 1] = first[:, 2] * second[:, 0] - first[:, 0] * second[:, 2]
@@ -99,9 +106,9 @@ def cross_products(first: Array, second: Array) -> Array:
 
 
 def _coefficients(vectors: Array) -> tuple[Array, Array, Array]:
-    """Return sin t / t, (1 - cos t) / t^2 and (t - sin t) / t^3, (n,) each, for the lengths t of vectors (n, 3; rad).
+    """Return sin t / t, (1 - cos t) / t^2 and (t - sin t) / t^3 (n each) for the lengths t of vectors (n, 3; rad).
 
-    Small lengths use the Taylor series, because the differences cancel.
+    For small lengths the Taylor series is used, because the differences would lose digits.
     """
     square = np.einsum("ni,ni->n", vectors, vectors)
     if float(square.max(initial=0.0)) < SERIES:
@@ -121,7 +128,7 @@ def _coefficients(vectors: Array) -> tuple[Array, Array, Array]:
 
 @record(eq=False)
 class Motion:
-    """Position and rotation of plates, and the rotating frames in which a pad's energy is expressed.
+    """Position and rotation of plates, and the rotating frames in which a pad's energy is written.
 
     Attributes
     ----------
@@ -130,7 +137,7 @@ class Motion:
     turn, vectors : arrays (n, 3, 3) and (n, 3)
         rotation of the plate as a matrix and as a rotation vector (rad)
     share : float
-        ratio of the frame's rotation to the plate's rotation
+        rotation angle of the frame divided by the plate's
     frame, within : arrays (n, 3, 3) and (n, 3)
         rotation matrix of the frame, and the plate's position in axes of the frame (m)
     frame_jacobians, jacobians : arrays (n, 3, 3)
@@ -147,7 +154,7 @@ class Motion:
     jacobians: Array
 
     def wrenches(self, slopes: Array, turning: Array) -> Array:
-        """Return forces (N) and moments (N m), (n, 6) in board axes, from derivatives of the energy.
+        """Return forces (N) and moments (N m) on the plate (n, 6; board axes) from derivatives of the pad's energy.
 
         Moments are about the displaced middle of the plate.
 
@@ -156,8 +163,8 @@ class Motion:
 
         Notes
         -----
-        Derived here by virtual work. A small rotation of the plate rotates the frame by its share. The left Jacobian
-        maps the change of the rotation vector to this rotation.
+        Derived here by virtual work. A small rotation of the plate rotates the frame by the fraction `share`. The left
+        Jacobian maps the change of the rotation vector to this rotation.
         """
         force = np.einsum("nij,nj->ni", self.frame, slopes)
         with np.errstate(invalid="ignore"):  # a pad that is shut: without bound, and its moment is no number
@@ -169,9 +176,9 @@ class Motion:
 
 
 def relative_motion(poses: Array, height: float, share: float = 0.5) -> Motion:
-    """Return the motion of a plate at poses (n, 6; m and rad). At the pose of zeros it is `height` (m) above the board.
+    """Return the motion of a plate at poses (n, 6; m and rad). At a pose of zeros it is `height` (m) above the board.
 
-    `sitscad.assembly.places.state` defines poses. `share` is the ratio of the frame's rotation to the plate's rotation.
+    `sitscad.assembly.places.state` defines poses. `share` is the rotation angle of the frame divided by the plate's.
 
     The matrices follow from Rodrigues' formula, and from the left Jacobian of rotations, 1 + (1 - cos t) / t^2 [t] + (t
     - sin t) / t^3 [t]^2 (textbook).
@@ -191,16 +198,19 @@ def relative_motion(poses: Array, height: float, share: float = 0.5) -> Motion:
 
 
 Number: TypeAlias = Any  # A float, or an array (n,)
+"""A float for one load, or an array (n) for n loads."""
 
 Vector: TypeAlias = Sequence[Number]
 Rows: TypeAlias = list[list[Number]]
 
 SHORT, LARGE = 0.25, 10.0
-"""Largest squared rotation angles (rad2) for which `FEW`, and `TERMS`, terms of the series are exact to rounding."""
+"""Largest squared rotation angles (rad2) for which `FEW` and `TERMS` terms of the series are exact to rounding."""
 
 FEW, TERMS = 7, 13
+"""Numbers of terms in the series of Stumpff's functions, for small and for large rotations."""
 
 THREE, PAIRS = range(3), ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+"""Indices of the three axes, and all pairs of axes, each pair once."""
 
 
 class StiffnessLaw(NamedTuple):
@@ -208,7 +218,7 @@ class StiffnessLaw(NamedTuple):
 
     `pressure` and `pressure_slope` are the pressure and its derivative by the strain. `values`, `slopes` and `bends`
     hold the five stiffness curves of `pad.StiffnessCurves`, and their first and second derivatives by the strain.
-    `twist` is the stiffness of rotation in the plane of the pad.
+    `twist` is the stiffness for rotation in the plane of the pad.
     """
 
     pressure: Number
@@ -220,10 +230,10 @@ class StiffnessLaw(NamedTuple):
 
 
 class Load(NamedTuple):
-    """A force of constant direction, the point where it acts, and a moment about this point.
+    """Force of constant direction, the point at which it acts, and a moment about this point.
 
-    Force and moment are in board axes. The point is in axes of the plate, from the middle of its face on the
-    pad. `is_moment` is False if the moment is zero, so that its terms are omitted.
+    `force` and `moment` are in board axes. `point` is in axes of the plate, from the middle of its face on the pad.
+    `is_moment` is False if the moment is zero, so that its terms are omitted.
     """
 
     force: Vector
@@ -233,10 +243,10 @@ class Load(NamedTuple):
 
 
 def stumpff(square: Number, largest: float) -> tuple[Number, ...]:
-    """Return Stumpff's functions c_0 to c_6 of squared angles (rad2).
+    """Return Stumpff's functions c_0 to c_6 (no unit) of squared angles (rad2).
 
-    `largest` is the largest square, which decides the number of terms. The two highest functions come from their
-    series, the others from c_k = 1 / k! - t^2 c_(k+2) (textbook).
+    `largest` is the largest square, which sets the number of terms. The two highest functions come from their series,
+    the others from c_k = 1 / k! - t^2 c_(k+2) (textbook).
     """
     fifth = sixth = 1.0
     for j in range(FEW if largest <= SHORT else TERMS, 0, -1):
@@ -258,12 +268,12 @@ def energy_derivatives(
 
     Parameters
     ----------
-    law : Law
+    law : StiffnessLaw
         stiffness law of the pad at its present compression
     share : float
-        ratio of the frame's rotation to the plate's rotation
+        rotation angle of the frame divided by the plate's
     place, turn : vectors of 3
-        place in the frame (thicknesses) and rotation vector (rad) of the plate
+        place in the frame (divided by the thickness) and rotation vector (rad) of the plate
     load : Load
         forces in shear modulus times loaded area
     largest : float
@@ -298,9 +308,9 @@ def energy_derivatives(
 def _pad_energy_derivatives(law: StiffnessLaw, place: Vector, turn: Vector) -> tuple[list[Number], Rows]:
     """Return gradient (6) and Hessian (6 rows of 6) of the pad's energy by place and rotation vector.
 
-    `energy_derivatives` defines the units. The energy is (along x^2 + across y^2 + tilt_x a^2 + tilt_y b^2 + twist c^2)
-    / 2 + cubic (x^2 + y^2)^2 / 4, plus the energy of the pressure. All coefficients but twist depend on the strain 1 -
-    z.
+    `energy_derivatives` defines the units. With the place (x, y, z) and the rotation vector (a, b, c), the energy has
+    two parts. The first is (along x^2 + across y^2 + tilt_x a^2 + tilt_y b^2 + twist c^2) / 2 + cubic (x^2 + y^2)^2 /
+    4. The second is the energy of the pressure. All coefficients but twist depend on the strain 1 - z.
     """
     (x, y, _), (a, b, c) = place, turn
     along_x, along_y, cubic, tilt_x, tilt_y = law.values
@@ -332,12 +342,12 @@ def _pad_energy_derivatives(law: StiffnessLaw, place: Vector, turn: Vector) -> t
 
 
 def _dot(first: Vector, second: Vector) -> Number:
-    """Return scalar product of two vectors of 3."""
+    """Return the scalar product of two vectors of 3, in the product of their units."""
     return first[0] * second[0] + first[1] * second[1] + first[2] * second[2]
 
 
 def _cross(first: Vector, second: Vector) -> Vector:
-    """Return cross product of two vectors of 3."""
+    """Return the cross product (3) of two vectors of 3, in the product of their units."""
     (a, b, c), (x, y, z) = first, second
     return b * z - c * y, c * x - a * z, a * y - b * x
 
@@ -345,9 +355,9 @@ def _cross(first: Vector, second: Vector) -> Vector:
 def _work(force: Vector, arm: Vector, share: float, turn: Vector, c: tuple[Number, ...]) -> tuple[Vector, Rows]:
     """Return gradient (3) and Hessian (3 rows of 3) of the work of a force, by the rotation vector.
 
-    `arm` (3) is the point where the force acts; it is rotated by `share` times the rotation vector `turn`. `c` are
-    Stumpff's functions of the squared angle. `energy_derivatives` defines the units. These are the
-    derivatives of f R(t) p in the notes of the module, with 2 c_k' = k c_(k+2) - c_(k+1).
+    `arm` (3) is the point at which the force acts; it is rotated by `share` times the rotation vector `turn`. `c` are
+    Stumpff's functions of the squared angle. `energy_derivatives` defines the units. These are the derivatives of f
+    R(t) p in the notes of the module, with 2 c_k' = k c_(k+2) - c_(k+1).
     """
     squared, odd, fd, ad = share * share, _cross(arm, force), _dot(force, turn), _dot(arm, turn)
     still, crossed, turned = _dot(force, arm), share * _dot(odd, turn), squared * fd * ad
@@ -373,10 +383,10 @@ def _work(force: Vector, arm: Vector, share: float, turn: Vector, c: tuple[Numbe
 
 
 def _force_in_frame(force: Vector, share: float, turn: Vector, c: tuple[Number, ...]) -> tuple[Vector, Rows]:
-    """Return force (3) in the axes of the frame, and its derivatives (3 rows of 3) by the rotation vector.
+    """Return a force (3) in the axes of the frame, and its derivatives (3 rows of 3) by the rotation vector.
 
     The frame is rotated by `share` times the rotation vector `turn`. `c` are Stumpff's functions of the squared angle.
-    The force is R(-t) f by Rodrigues' formula, with derivatives as in `_work`.
+    The result is R(-t) f by Rodrigues' formula, with derivatives as in `_work`.
     """
     squared, fd, odd = share * share, _dot(force, turn), _cross(turn, force)
     odd_term, turned = 0.5 * (c[3] - c[2]), c[4] - 0.5 * c[3]
@@ -413,6 +423,6 @@ def _generalised_moment(moment: Vector, turn: Vector, c: tuple[Number, ...]) -> 
 
 
 def _cross_matrix(vector: Vector) -> Sequence[Vector]:
-    """Return matrix (3 rows of 3) for which M b is the cross product of `vector` and b."""
+    """Return the matrix M (3 rows of 3) for which M b is the cross product of `vector` and any b."""
     x, y, z = vector
     return (0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)

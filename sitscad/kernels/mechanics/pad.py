@@ -1,14 +1,15 @@
-"""A soft bonded pad between a board and a rigid target: force from pose, and pose from force.
+"""Soft bonded pad between a board and a rigid target: force from pose, and pose from force.
 
-`pad_law` gives the energy of the pad, and `motion` its frame. Forces are derivatives of this energy, so a closed
-path returns the work that was put in. Units are SI. Poses or loads are the first axis of arrays. Axes are the
-board's, as in `sitscad.assembly.places.state`.
+`pad_law` describes the energy of the pad, and `motion` its frame. Forces are derivatives of this energy, so a closed
+path returns the work that was put in. Units are SI. Poses or loads are the first axis of arrays. Axes are the board's,
+as in `sitscad.assembly.places.state`.
 
 Notes
 -----
-The stiffness of each pad is tabulated against compression once, so that a pose costs a look-up. The tables
-are cubic pieces with the law's own values and slopes at their ends. The returned slopes belong to the pieces, so that
-forces still derive from one energy. In these tables lengths are in thicknesses and stresses in shear moduli.
+The stiffness of each pad is tabulated once as a function of compression, so that a pose needs only a look-up. Between
+the tabulated strains, cubics have the law's own values and slopes at their ends. The returned slopes belong to the
+cubics, so that forces still derive from one energy. In these tables lengths are divided by the thickness and stresses
+by the shear modulus.
 """
 
 from __future__ import annotations
@@ -38,26 +39,27 @@ from sitscad.kernels.mechanics.pad_law import NEO_HOOKEAN
 from sitscad.kernels.solve_cache import cached_solution
 
 FIRST, LAST, PIECES = -0.25, 0.45, 560
-"""First and last strain of the stiffness curves, and number of their pieces.
+"""First and last strain of the tabulated stiffness curves, and number of cubics between them.
 
 Beyond these strains a curve is constant (`pad_law.MOST_STRAIN`).
 """
 
 STEP = (LAST - FIRST) / PIECES
+"""Step of the strain between tabulated values."""
 
 SMALL = 1e-6
-"""Step of the strain for the numerical derivative of the pressure. Pressures are computed, not tabulated."""
+"""Step of the strain for the numerical derivative of the pressure. The pressure itself is not tabulated."""
 
 
 @record(eq=False)
 class StiffnessCurves:
-    """Stiffness curves of one pad, tabulated against the strain.
+    """Stiffness curves of one pad, tabulated as functions of the compressive strain.
 
     The five curves are, in order: shear along x, shear along y, the cubic term of shear, tilt about x, tilt about y.
-    Both directions have the same cubic term, so that forces derive from an energy. Stresses are in shear moduli,
-    moments over area in shear modulus times thickness. `squeeze` returns the pressure at a strain. `twist` is the
-    stiffness of rotation in the plane of the pad. `pieces` (pieces, 4, 5) are the coefficients of Hermite's cubics in
-    the fraction (0 to 1) of a piece, from the constant term up, for each curve.
+    Both directions have the same cubic term, so that forces derive from an energy. Stresses are divided by the shear
+    modulus, moments by area, shear modulus and thickness. `squeeze` returns the pressure at a strain. `twist` is the
+    stiffness for rotation in the plane of the pad. `pieces` (pieces, 4, 5) are the coefficients of Hermite's cubics in
+    the fraction (0 to 1) of a piece. They are from the constant term up, for each curve.
     """
 
     squeeze: pad_law.CompressionLaw
@@ -65,7 +67,7 @@ class StiffnessCurves:
     twist: float
 
     def at(self, strain: Array) -> tuple[Array, Array]:
-        """Return values and derivatives by the strain of the five stiffness curves at strains (n), (n, 5) each."""
+        """Return values and derivatives by the strain of the five stiffness curves (n, 5 each) at strains (n)."""
         part, (value, first, second, third) = self._piece(strain)
         return value + part * (first + part * (second + part * third)), (
             first + part * (2.0 * second + 3.0 * part * third)
@@ -85,7 +87,7 @@ class StiffnessCurves:
         return StiffnessLaw(self.squeeze(strain), pressed, [*values.T], [*slopes.T], [*bends.T], self.twist)
 
     def pad_law(self, strain: float) -> StiffnessLaw:
-        """Return the dimensionless stiffness law at one compressive strain: `law` with floats."""
+        """Return the dimensionless stiffness law at one compressive strain, as `law` does, but as floats."""
         place = (min(max(strain, FIRST), LAST) - FIRST) / STEP
         piece = min(int(place), PIECES - 1)
         part, pieces = place - piece, self.pieces[piece].T.tolist()
@@ -110,7 +112,7 @@ class StiffnessCurves:
 def stiffness_curves(block: pad_law.Block, bulk_modulus: float) -> StiffnessCurves:
     """Tabulate the dimensionless stiffness curves of a block. `bulk_modulus` is divided by the shear modulus.
 
-    Hermite's cubics (textbook) pass through the values and slopes of `pad_law`.
+    Hermite's cubics (textbook) connect the values and slopes of `pad_law`.
     """
     # a turn about y raises one end of x, one about x an end of y
     across = block.turned
@@ -132,22 +134,22 @@ def stiffness_curves(block: pad_law.Block, bulk_modulus: float) -> StiffnessCurv
 
 
 TOLERANCE = 2e-6
-"""Limit for the last step of Newton's method (thicknesses and radians). The search for a pose ends below it.
+"""Largest last step of Newton's method, in thicknesses and radians, at which the search for a pose ends.
 
 The remaining error is proportional to the square of this step.
 """
 
 SQUARE = 0.2
-"""Largest previous step (thicknesses and radians) from which the size of the next step is predicted.
+"""Largest previous step of Newton's method, in thicknesses and radians, from which the next step is predicted.
 
-For smaller steps Newton's method converges quadratically.
+Below it, Newton's method converges quadratically.
 """
 
 SETTLED = 1e-11
-"""Limit for the predicted next step of Newton's method (thicknesses and radians). The search ends below it."""
+"""Largest predicted next step of Newton's method, in thicknesses and radians, at which the search for a pose ends."""
 
 ROUGHLY = 1e-3
-"""Relative tolerance of the compressive strain at which the search for a pose starts."""
+"""Relative tolerance of the compressive strain with which the search for a pose starts."""
 
 FEW = 8
 """Largest number of loads that are solved singly with floats. For more loads, arrays are faster."""
@@ -155,12 +157,12 @@ FEW = 8
 FREE, LEVEL, STUCK = slice(0, 6), slice(0, 3), slice(None, 3)
 """Unknowns in the search for a pose (place x, y, z, rotation vector), for three kinds of targets.
 
-`FREE`: all six. `LEVEL`: the place only, for a target with a fixed rotation. `STUCK`: for a target that only moves in
+`FREE`: all six. `LEVEL`: only the place, for a target with a fixed rotation. `STUCK`: for a target that moves only in
 height; its three place values change along one direction.
 """
 
 SHEAR_STEPS = 4
-"""Number of steps in which shear and moments are applied after the normal force.
+"""Number of steps in which shear forces and moments are applied after the normal force.
 
 A soft pad needs more than one step to converge.
 """
@@ -168,7 +170,7 @@ A soft pad needs more than one step to converge.
 
 @record
 class BondedPad:
-    """A soft pad that is bonded to a board and to the face of a rigid target.
+    """Soft pad that is bonded to a board and to the face of a rigid target.
 
     Attributes
     ----------
@@ -178,9 +180,9 @@ class BondedPad:
         thickness of the pad (m)
     shear_modulus, bulk_modulus : float
         moduli at rest (Pa)
-    around : Surround
-        rim of the pad around the target, film bonded to pad, target and board, and webs. Webs on one side only move the
-        centre of the pad's reaction
+    surround : Surround
+            rim of the pad round the target, film bonded to pad, target and board, and webs. Webs on one side only
+        displace the centre of the pad's reaction.
     height : float
         distance (m) from the target's face on the pad to the face on which loads act
     exponent : float
@@ -197,12 +199,12 @@ class BondedPad:
 
     @cached_property
     def stiffness_curves(self) -> StiffnessCurves:
-        """Tabulated stiffness curves."""
+        """Stiffness curves of the pad, tabulated as functions of the compressive strain."""
         return stiffness_curves(self.block, self.bulk_modulus / self.shear_modulus)
 
     @cached_property
     def block(self) -> pad_law.Block:
-        """The pad as a dimensionless block with x as its first axis: lengths over thickness, moduli over shear modulus.
+        """Pad as a dimensionless block with x as its first axis: lengths divided by thickness, moduli by shear modulus.
 
         Raises ValueError for sizes or moduli that are not positive.
         """
@@ -216,18 +218,18 @@ class BondedPad:
 
     @property
     def sigma(self) -> float:
-        """Standard deviation of the forces by the law, relative to the force."""
+        """Standard deviation of the forces by the law, divided by the force."""
         return pad_law.force_sigma(self.block)
 
     def pressure(self, strain: Array) -> Array:
-        """Return normal force (n,; N, positive for a press) at compressive strains (n,) of a level target.
+        """Return the normal force (n; N, positive in compression) at compressive strains (n) of a level target.
 
         It is `pad_law.compression` times shear modulus and area.
         """
         return self.shear_modulus * self.face.area * self.stiffness_curves.squeeze(np.asarray(strain, dtype=float))
 
     def strain(self, force: Array) -> Array:
-        """Return compressive strain (n,) of a level target under normal forces (n,; N): the inverse of `pressure`.
+        """Return the compressive strain (n) of a level target under normal forces (n; N): the inverse of `pressure`.
 
         Raises ValueError for negative forces.
         """
@@ -239,7 +241,7 @@ class BondedPad:
         return np.array(strains).reshape(force.shape)
 
     def force(self, poses: Array) -> Array:
-        """Return force (N) and moment (N m), (n, 6) in board axes, that hold the target at poses (n, 6; m, rad).
+        """Return force (N) and moment (N m) (n, 6; board axes) that hold the target at poses (n, 6; m, rad).
 
         The moment is about the displaced middle of the target's face on the pad. The result is NaN if the target
         touches the board.
@@ -255,24 +257,24 @@ class BondedPad:
 
     @cached_property
     def _middle(self) -> Array:
-        """Distance (3,; m) from the middle of the target to the centre of the pad's reaction.
+        """Vector (3; m) from the middle of the target to the centre of the pad's reaction.
 
-        It is `surround_law.Stiffer.aside`.
+        It follows from `surround_law.WebFactors.pressure_centre`.
         """
         return self.thickness * np.array([self.block.stiffer.pressure_centre,
                                           self.block.turned.stiffer.pressure_centre, 0.0])
 
     @cached_property
     def _share(self) -> float:
-        """Ratio of the frame's rotation to the target's rotation with which shear and tilt have no coupling.
+        """Rotation angle of the frame divided by the target's, for which shear and tilt have no coupling.
 
-        It is 1/2 by symmetry, and less if the pad is wider than the plate; fitted to our own finite elements
+        It is 1/2 by symmetry, and less if the pad is wider than the target; fitted to our own finite elements
         (tests/validation/pad_figures.csv).
         """
         return 0.5 * math.exp(-self.block.rim / 0.36)
 
     def _held(self, motion: Motion) -> Array:
-        """Return force and moment (n, 6; N, N m) that hold a moved plate. NaN if the plate touches the board."""
+        """Return force and moment (n, 6; N, N m) that hold a displaced target. NaN if it touches the board."""
         h = self.thickness
         with np.errstate(invalid="ignore", divide="ignore"):
             slopes, turning = self._slopes(motion.within / h, motion.vectors)
@@ -282,10 +284,10 @@ class BondedPad:
         return wrench
 
     def _slopes(self, place: Array, turn: Array) -> tuple[Array, Array]:
-        """Return derivatives of the pad's energy by `place` and by the rotation vector `turn`, (n, 3) each.
+        """Return the derivatives of the pad's energy by place and by rotation vector (n, 3 each).
 
-        `place` (n, 3; thicknesses) is in the frame. Results are in shear modulus times area, and in shear modulus times
-        area times thickness.
+        `place` (n, 3; divided by the thickness) and the rotation vector `turn` (n, 3; rad) are in the frame. Results
+        are divided by shear modulus times area, the second also by the thickness.
         """
         law = self.stiffness_curves
         strain = 1.0 - place[:, 2]
@@ -301,7 +303,7 @@ class BondedPad:
         return slopes, turning
 
     def stiffness(self, poses: Array) -> Array:
-        """Return the derivatives of `force` by the pose, (n, 6, 6; N/m, N/rad, N, N m/rad).
+        """Return the derivatives of `force` by the pose (n, 6, 6; N/m, N/rad, N, N m/rad).
 
         They are central differences. Rows are components of `force`, columns are components of a pose.
         """
@@ -323,17 +325,17 @@ class BondedPad:
         Parameters
         ----------
         loads : array (n, 3), (n, 5) or (n, 6)
-            normal force towards the board and shear along +x and +y (N); or with moments about x and y (N m);
-            or force along x, y, z and moment
+                With 3 columns: normal force towards the board, shear along +x, shear along +y (N). With 5 columns,
+            moments about x and y (N m) follow. With 6 columns: force along x, y and z, moment about x, y and z.
         is_held : bool
-            the loads do not rotate the target: it stays level, or at the rotation `turns`
+            whether the rotation of the target is fixed: level, or at the angles `turns`
         at : array (n, 2), optional
-            point where the load acts (x, y; m), from the middle of the outermost face. The point moves with the
+                point where the load acts (x, y; m), from the middle of the outermost face. The point moves with the
             target, and the direction of the load is constant
         turns : array (n, 3), optional
             fixed rotation angles of the target about x, y and z (rad)
         is_stuck : bool
-            the middle of the outermost face cannot move along x and y, so that shear forces have no effect
+            whether the middle of the outermost face cannot move along x and y, so that shear forces have no effect
 
         Returns
         -------
@@ -357,7 +359,7 @@ class BondedPad:
         return cached_solution(lambda: (self, *inputs), lambda: (solve(self, *inputs),))[0].copy()
 
     def _posed(self, wrenches: Array, points: Array, turned: Array, free: slice) -> Array:
-        """Return poses (n, 6; m, rad) under wrenches (n, 6), in the units of `energy_derivatives`.
+        """Return the poses (n, 6; m, rad) under forces and moments (n, 6), in the units of `energy_derivatives`.
 
         `points` (n, 3) are the load points, `turned` (n, 3; rad) the first or fixed angles. `free` selects the
         unknowns: `FREE`, `LEVEL` or `STUCK`.
@@ -376,9 +378,10 @@ class BondedPad:
         return poses
 
     def _followed(self, start: Array, wrenches: Array, points: Array, free: slice) -> Array:
-        """Return the result of `_balanced` (n, 6; thicknesses, rad) with the load applied in `SHEAR_STEPS` steps.
+        """Return places and angles in equilibrium (n, 6; thicknesses, rad), with the load applied in several steps.
 
-        Shear, moments, rotations and the distance of the load from the middle grow from step to step.
+        Arguments are explained in `_balanced`. In `SHEAR_STEPS` steps, shear, moments, rotations and the distance of
+        the load from the middle grow to their values.
         """
         whole, turns, there = np.zeros_like(wrenches), start[:, 3:].copy(), start.copy()
         whole[:, 2] = wrenches[:, 2]
@@ -433,7 +436,10 @@ class BondedPad:
         return poses
 
     def _lack_and_slope(self, there: Array, wrenches: Array, points: Array) -> tuple[Array, Array]:
-        """Return the energy's gradient (n, 6) and Hessian (n, 6, 6) at `there` (n, 6): places and rotation vectors."""
+        """Return the gradient (n, 6) and the Hessian (n, 6, 6) of the energy of pad and load.
+
+        `there` (n, 6) are places and rotation vectors, `wrenches` (n, 6) the loads, `points` (n, 3) the load points.
+        """
         is_moment = bool(wrenches[:, 3:].any())
         if len(there) <= FEW:
             rows = zip(there.tolist(), wrenches.tolist(), points.tolist(), strict=True)
@@ -452,9 +458,9 @@ class BondedPad:
     def _lack_of_one(
         self, there: list[float], wrench: list[float], point: list[float], is_moment: bool
     ) -> tuple[list[float], list[list[float]]]:
-        """Return gradient (6) and Hessian (6 rows of 6) of `energy_derivatives` for one load, as floats.
+        """Return gradient (6) and Hessian (6 rows of 6) of the energy of pad and load, for one load, as floats.
 
-        NaN if the plate touches the board.
+        NaN if the target touches the board.
         """
         place, turn = there[:3], there[3:]
         square = turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2]
@@ -478,7 +484,7 @@ class BondedPad:
 
 
 MAX_CACHED_LOADS = 64
-"""Largest number of loads in one call whose poses are cached.
+"""Largest number of loads in one call for which the poses are cached.
 
 Rules, data sheet, calibration and the designs of a study often need the poses for equal loads.
 """
@@ -488,7 +494,7 @@ Rules, data sheet, calibration and the designs of a study often need the poses f
 def _cached_poses(
     pad: BondedPad, wrenches: bytes, points: bytes, turned: bytes, is_level: bool, is_stuck: bool
 ) -> Array:
-    """Return `BondedPad._posed` (n, 6; m and rad), cached.
+    """Return the poses (n, 6; m and rad) of a pad under loads, cached.
 
     Arrays are given by their bytes, so equal arguments have equal numbers.
     """
@@ -498,7 +504,10 @@ def _cached_poses(
 
 
 def _as_wrenches(loads: Array) -> Array:
-    """Return loads (n, 3), (n, 5) or (n, 6; N, N m) as wrenches (n, 6). Raises ValueError for other shapes."""
+    """Return loads (n, 3), (n, 5) or (n, 6; N, N m) as forces and moments along x, y and z (n, 6).
+
+    Raises ValueError for other shapes.
+    """
     loads = np.array(loads, dtype=float)
     if loads.ndim != 2 or loads.shape[1] not in (3, 5, 6) or not np.all(np.isfinite(loads)):
         raise ValueError("loads are finite numbers, (n, 3), (n, 5) or (n, 6)")

@@ -1,18 +1,18 @@
 """Stiffness of a bonded pad under a rigid plate: compression, shear, tilt and twist, from the dimensions of the pad.
 
-The basis are textbook terms: the pressure of incompressible rubber between bonded plates (torsion function of the face,
-Gent and Lindley 1959, Gent and Meinecke 1970), Lindley's law for large strain, and shear and bending of a short column.
-The remaining factors are fitted to our own finite elements (tests/oracles/pad_elements.py,
-tests/validation/pad_figures.csv): neo-Hookean, incompressible, faces one to six thicknesses wide (one side up to
-fourteen), strain up to 35 %. Lengths are in thicknesses and stresses in shear moduli, unless a docstring states another
-unit.
+The basis are textbook terms. They are the pressure of incompressible rubber between bonded plates (torsion function of
+the face, Gent and Lindley 1959, Gent and Meinecke 1970), Lindley's law for large strain, and shear and bending of a
+short column. The remaining factors are fitted to our own finite elements (tests/oracles/pad_elements.py,
+tests/validation/pad_figures.csv). These are neo-Hookean and incompressible, with faces one to six thicknesses wide (one
+side up to fourteen) and strain up to 35 %. Lengths are divided by the thickness and stresses by the shear modulus,
+unless a docstring states another unit. The shape factor is the loaded area divided by the free side area.
 
 `Ogden` holds factors for a silicone whose Ogden exponent alpha is not 2. Its energy is W = (2 mu / alpha^2) (sum of
 stretch^alpha - 3) (Ogden 1972); 2 is neo-Hookean. Two terms are textbook: -(alpha - 2)/4 of the strain for a bar, and
 (alpha^2 - 4)/24 of the squared shear. In a flat pad, material that bulges outwards is sheared. The shear is the strain
-times the distance from the middle over the thickness, times a factor from three (disc) to six (strip). This gives 13 to
-14 times the squared shape factor. The remaining factors are fitted to our own finite elements with exponents 2 to 4
-(tests/validation/ogden_figures.csv).
+times the distance from the middle divided by the thickness, times a factor from three (disc) to six (strip). This gives
+13 to 14 times the squared shape factor. The remaining factors are fitted to our own finite elements with exponents 2 to
+4 (tests/validation/ogden_figures.csv).
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ MOST_OBLONG = 1.0 / 3.0  # Oblongness (two to one) up to which the fit was made;
 
 @record
 class Ogden:
-    """Strain-dependent corrections of the neo-Hookean law for other Ogden exponents of pad and film.
+    """Corrections of the neo-Hookean law for other Ogden exponents of pad and film, as functions of strain.
 
     `exponent` belongs to the pad, `skin_exponent` to the film. `shape_factor`, `round`, `oblong` and `has_rim` describe
     the loaded face. `round` is 0 for a rectangle and 1 for an ellipse. `oblong` is `Block.oblongness`. `has_rim` is 0
@@ -61,7 +61,7 @@ class Ogden:
 
     @property
     def hardening(self) -> float:
-        """Factor of the squared shear strain in the relative increase of the shear stiffness, (alpha^2 - 4)/24.
+        """Relative increase of the shear stiffness, divided by the squared shear strain: (alpha^2 - 4)/24.
 
         It is the second term of Ogden's law (1972) in simple shear (textbook).
         """
@@ -69,11 +69,11 @@ class Ogden:
 
     @property
     def film_hardening(self) -> float:
-        """The factor of `hardening`, for the Ogden exponent of the film."""
+        """Relative increase of the film's shear stiffness, divided by the squared shear strain: as `hardening`."""
         return (self.skin_exponent * self.skin_exponent - 4.0) / 24.0
 
     def pressure(self, strain: Number) -> Number:
-        """Return the factor on the neo-Hookean pressure of the pad at a compressive strain.
+        """Return the factor (no unit) on the neo-Hookean pressure of the pad at a compressive strain.
 
         It is fitted to our own finite elements (tests/validation/ogden_figures.csv).
         """
@@ -82,7 +82,7 @@ class Ogden:
         return 1.0 + self._more(strain, linear, 1.0 + flat + 5.6 * strain)
 
     def shear(self, strain: Number) -> Number:
-        """Return the addition to the shear stiffness at a compressive strain, relative to the stiffness at rest.
+        """Return the addition to the shear stiffness at a compressive strain, divided by the stiffness at rest.
 
         It is fitted to our own finite elements (tests/validation/ogden_figures.csv).
         """
@@ -91,7 +91,7 @@ class Ogden:
         return self._more(strain, 0.29 * (1.0 - 0.43 * self.has_rim), (5.0 + flat + 3.3 * self.has_rim) * given_way)
 
     def tilt(self, strain: Number) -> Number:
-        """Return the factor on the neo-Hookean tilt stiffness at a compressive strain.
+        """Return the factor (no unit) on the neo-Hookean tilt stiffness at a compressive strain.
 
         It depends on the derivative of the pressure by the strain. It is fitted to our own finite elements
         (tests/validation/ogden_figures.csv).
@@ -101,10 +101,11 @@ class Ogden:
         return 1.0 + self._more(strain, 0.465, 4.9 + flat + (15.9 - 30.4 * square) * strain)
 
     def _more(self, strain: Number, linear: float, square: Number) -> Number:
-        """Return the difference of a factor from 1 at a compressive strain, by coefficients `linear` and `square`.
+        """Return the difference of a factor from 1 (no unit) at a compressive strain, by two coefficients.
 
-        For exponents above 2 a pad is softer at first, by (alpha - 2) times `linear` (1/4 for a bar, textbook), and
-        stiffer at larger strain. For exponents below 2 the signs are opposite, and the factor stays above 0.
+        For exponents above 2 a pad is softer at first, by (alpha - 2) times `linear` (1/4 for a bar, textbook). At
+        larger strain it is stiffer, by `hardening` times `square`. For exponents below 2 the signs are opposite, and
+        the factor stays above 0.
         """
         more = self.hardening * square * strain * strain
         if self.hardening < 0.0:
@@ -119,39 +120,44 @@ LEAST_STRAIN = -0.20
 """Strain (negative: tension) below which the fitted stiffness curves are constant."""
 
 FIT_SIGMA = 0.025
-"""Standard deviation of the law's force for a pad without rim, film and webs, relative to the force.
+"""Standard deviation of the law's force for a pad without rim, film and webs, divided by the force.
 
 Source: comparison with finite elements (tests/mechanics/test_pad.py, tests/validation/pad_figures.csv).
 """
 
 DOUBTED_SHAPES, DOUBTED_OBLONG = (1.0, 1.6), (2.0, 3.5)
-"""Ranges of the shape factor and of the ratio of length to width in which `FIT_SIGMA` grows to twice its value.
+"""Ranges of the shape factor and of length divided by width in which `FIT_SIGMA` grows to twice its value.
 
 Pads with a shape factor of 1.5 agree with finite elements within 4.5 % root mean square, faces of three to one within
-3.2 %. The doubled value holds beyond: a square of ten thicknesses differs by 3 % from finite elements of third degree.
+3.2 %. Above these ranges the doubled value is used: a square of ten thicknesses differs by 3 % from finite elements of
+third degree.
 """
 
 RIM_SIGMA = 0.03
-"""Additional standard deviation of the force, relative to the force, for a pad that is wider than its target."""
+"""Additional standard deviation of the force, divided by the force, for a pad that is wider than its target."""
 
 FILM_SIGMA = 0.08
-"""Standard deviation of the part of the force that a film carries, relative to this part.
+"""Standard deviation of the part of the force that a film carries, divided by this part.
 
-Films were fitted to elements of third degree, which are up to 8 % stiffer than elements of fourth degree after a thin
-stiff film has buckled.
+Films were fitted to elements of third degree. After a thin stiff film has buckled, these are up to 8 % stiffer than
+elements of fourth degree.
 """
 
 RIM_COUNTS = 0.1
-"""Width of a rim (thicknesses) at which 63 % of `RIM_SIGMA` apply: the factor is 1 - exp(-width / `RIM_COUNTS`).
+"""Width of a rim, divided by the thickness, at which 63 % of `RIM_SIGMA` apply.
 
-The narrowest validated rim, 0.25, has nearly the whole effect.
+The factor on `RIM_SIGMA` is 1 - exp(-width / `RIM_COUNTS`). The narrowest validated rim, 0.25, has nearly the whole
+effect.
 """
 
 RIM_HIDES = 0.36
-"""Width of a rim (thicknesses) at which the effect of a film outside it falls to 1/e: assumed, unverified."""
+"""Width of a rim, divided by the thickness, at which the effect of a film outside it falls to 1/e.
+
+The value is assumed, unverified.
+"""
 
 OGDEN_SIGMA = 0.01
-"""Standard deviation of the force, relative to the force, per unit of difference of the Ogden exponent from 2.
+"""Standard deviation of the force, divided by the force, per unit of difference of the Ogden exponent from 2.
 
 It holds for shape factors up to 1, and is multiplied by the third power of larger shape factors.
 """
@@ -168,13 +174,13 @@ Pads with a larger shape factor use the curves for this value.
 
 @record
 class Block:
-    """Dimensionless description of a loaded pad: lengths over its thickness, moduli over its shear modulus.
+    """Dimensionless description of a loaded pad: lengths divided by its thickness, moduli by its shear modulus.
 
     `along` and `across` are the widths of the loaded face along the first axis and across it. The first axis is the
-    direction of the computed shear or tilt. `round` is 0 for a rectangle and 1
-    for an ellipse. `rim` is the mean width by which the pad is wider than the face. `skin` and `skin_modulus` are
-    thickness and shear modulus of the film around the face. `exponent` and `skin_exponent` are Ogden exponents. `webs`
-    join a rectangular pad to its neighbours.
+    direction of the computed shear or tilt. `round` is 0 for a rectangle and 1 for an ellipse. `rim` is the mean width
+    by which the pad is wider than the face on each side. `skin` and `skin_modulus` are thickness and shear modulus of
+    the film round the face. `exponent` and `skin_exponent` are Ogden exponents. `webs` join a rectangular pad to its
+    neighbours.
     """
 
     along: float
@@ -198,29 +204,32 @@ class Block:
 
     @property
     def turned(self) -> Block:
-        """The block with its two axes exchanged: the second axis becomes the first."""
+        """Block with its two axes exchanged: the second axis becomes the first."""
         return replace(self, along=self.across, across=self.along, webs=self.webs.turned)
 
     @cached_property
     def stiffer(self) -> WebFactors:
-        """Factors by which the webs increase the pad's stiffness."""
+        """Factors (no unit) by which the webs increase the pad's stiffness."""
         return web_factors(self.along, self.across, self.rim, self.webs)
 
     @cached_property
     def films(self) -> tuple[Film, Film, Film]:
-        """Additions of the film to pressure, shear and tilt, in shear moduli. They fade with the width of the rim."""
+        """Additions of the film to compression, shear and tilt stiffness, divided by the pad's shear modulus.
+
+        They fade with the width of the rim between film and face.
+        """
         faded = math.exp(-self.rim / RIM_HIDES)
         face = self.along, self.across, self.shape_factor, self.oblongness, self.round
         return film_contributions(*face, self.skin, self.skin_modulus, faded)
 
     @property
     def area(self) -> float:
-        """Area in squared thicknesses, as `elastomer.Face.area`."""
+        """Loaded area, divided by the squared thickness."""
         return (1.0 - (1.0 - math.pi / 4.0) * self.round) * self.along * self.across
 
     @property
     def shape_factor(self) -> float:
-        """Ratio of loaded area to free side area of a rectangle, a b / (2 (a + b)); nearly equal for an ellipse."""
+        """Loaded area divided by the free side area of a rectangle, a b / (2 (a + b)); nearly equal for an ellipse."""
         return 0.5 * self.along * self.across / (self.along + self.across)
 
     @property
@@ -230,15 +239,16 @@ class Block:
 
     @property
     def oblongness(self) -> float:
-        """Difference of the widths along and across the first axis over their sum, from -1 to 1; 0 for a square."""
+        """Difference of the widths along and across the first axis divided by their sum: -1 to 1, 0 for a square."""
         return (self.along - self.across) / (self.along + self.across)
 
 
 def pressure_stiffness(block: Block) -> float:
-    """Return part of the compression modulus that comes from the pressure between bonded plates, in shear moduli.
+    """Return the part of the compression modulus that comes from the pressure between bonded plates.
 
-    It is 12 / h^2 times the mean of the torsion function, 3 J / A (Gent and Meinecke 1970). J of a rectangle follows
-    Roark's formula within 0.5 %. J of an ellipse is exact (Timoshenko and Goodier, Theory of Elasticity).
+    It is divided by the shear modulus: 12 / h^2 times the mean of the torsion function, 3 J / A (Gent and Meinecke
+    1970). J of a rectangle follows Roark's formula within 0.5 %. J of an ellipse is exact (Timoshenko and Goodier,
+    Theory of Elasticity).
     """
     long, wide = max(block.along, block.across), min(block.along, block.across)
     edged = long * wide**3 * (1.0 / 3.0 - 0.21 * wide / long * (1.0 - (wide / long) ** 4 / 12.0)) / (long * wide)
@@ -247,7 +257,7 @@ def pressure_stiffness(block: Block) -> float:
 
 
 def compression_modulus(block: Block) -> float:
-    """Return compression modulus at rest over the shear modulus.
+    """Return the compression modulus at rest (pressure divided by small strain), divided by the shear modulus.
 
     The shear part is Gent and Meinecke's (1970), from 3 (square) to 4 (infinite strip). Bonded edges add 0.3, fitted to
     our own finite elements (tests/validation/pad_figures.csv).
@@ -260,14 +270,14 @@ def compression_modulus(block: Block) -> float:
 def _bonded_weight(block: Block) -> float:
     """Return the weight (0 to 1) of the effects of bonded faces in the compression law.
 
-    It is near 0 for a pad that is many times as high as wide. The constant was fitted together with those in
+    It is near 0 for a pad that is many times as high as wide. The constant was fitted together with the constants in
     `compression_modulus`.
     """
     return -math.expm1(-block.shape_factor / 0.1)
 
 
 def force_sigma(block: Block) -> float:
-    """Return the standard deviation of the force by the law, relative to the force.
+    """Return the standard deviation of the force by the law, divided by the force.
 
     Its basis is `FIT_SIGMA`, which doubles smoothly for flat and for oblong faces. Source: finite elements of 22 pads
     (132 forces). Converged results differ by 1.6 % root mean square, all results by 2.5 %, and pads that the fit did
@@ -292,10 +302,11 @@ def force_sigma(block: Block) -> float:
 
 
 def rim_factor(block: Block, most: float, power: float, reach: float) -> float:
-    """Return the factor by which a rim increases a stiffness: 1 without rim, up to 1 + `most` at a shape factor of 1.
+    """Return the factor (no unit) by which a rim increases a stiffness: 1 without rim.
 
-    The increase is proportional to shape factor^(-`power`) and to 1 - exp(-rim / `reach`), in thicknesses. It is fitted
-    to finite elements (tests/validation/pad_figures.csv).
+    At a shape factor of 1 it is up to 1 + `most`. The increase is proportional to shape factor^(-`power`) and to 1 -
+    exp(-rim / `reach`), with lengths divided by the thickness. It is fitted to finite elements
+    (tests/validation/pad_figures.csv).
     """
     if block.rim <= 0.0:
         return 1.0
@@ -303,7 +314,7 @@ def rim_factor(block: Block, most: float, power: float, reach: float) -> float:
 
 
 def _lindley(strain: Number) -> Number:
-    """Return strain measure (1 / lambda^2 - lambda) / 3 of the stretch lambda = 1 - strain, without cancellation.
+    """Return the strain measure (1 / lambda^2 - lambda) / 3 of the stretch lambda = 1 - strain, without cancellation.
 
     It is Lindley's law, which holds for a neo-Hookean bar (textbook).
     """
@@ -313,10 +324,11 @@ def _lindley(strain: Number) -> Number:
 
 @record
 class CompressionLaw:
-    """Normal pressure against strain, in shear moduli.
+    """Normal pressure as a function of compressive strain, divided by the shear modulus.
 
-    The pressure is Lindley's strain measure (`_lindley`) times a stiffness: `modulus` (1 + `first` e + `second` e^2) of
-    the pad at the strain e, plus the contribution of the film. `ogden` corrects both for other Ogden exponents.
+    The pressure is Lindley's strain measure (`_lindley`) times a stiffness. The pad's stiffness is `modulus` (1 +
+    `first` e + `second` e^2) at the strain e; the film's contribution is added. `ogden` corrects both for other Ogden
+    exponents.
     """
 
     modulus: float
@@ -327,23 +339,26 @@ class CompressionLaw:
 
     @property
     def at_rest(self) -> float:
-        """Pressure over strain at small strain, including the film."""
+        """Pressure divided by strain at small strain, and by the shear modulus, including the film."""
         return self.modulus + self.film.rest
 
     def __call__(self, strain: Array) -> Array:
-        """Return force over loaded area at strains below 1, positive for a press."""
+        """Return the pressure (n) at strains (n) below 1, divided by the shear modulus.
+
+        It is positive in compression.
+        """
         bound = np.clip(strain, LEAST_STRAIN, MOST_STRAIN)
         return np.asarray(self._course(bound, self.film(bound)) * _lindley(strain))
 
     def at(self, strain: float) -> float:
-        """Return force over loaded area at one strain."""
+        """Return the pressure at one strain, divided by the shear modulus. It is positive in compression."""
         bound = min(max(strain, LEAST_STRAIN), MOST_STRAIN)
         return self._course(bound, self.film.at(bound)) * _lindley(strain)
 
     def _course(self, bound: Number, film: Number) -> Number:
-        """Return pressure over Lindley's strain measure, at strains `bound` from `LEAST_STRAIN` to `MOST_STRAIN`.
+        """Return the pressure divided by Lindley's strain measure and the shear modulus, at strains `bound`.
 
-        `film` is the contribution of the film at these strains.
+        The strains are from `LEAST_STRAIN` to `MOST_STRAIN`. `film` is the contribution of the film at these strains.
         """
         pad = self.modulus * (1.0 + self.first * bound + self.second * bound * bound)
         if self.ogden is None:
@@ -352,7 +367,7 @@ class CompressionLaw:
         return pad * self.ogden.pressure(bound) + film * (1.0 + more * bound * bound)
 
     def strain(self, load: float, within: float = 1e-14) -> float:
-        """Return the compressive strain under a pressure `load` (shear moduli, 0 or more).
+        """Return the compressive strain under a pressure `load`, which is divided by the shear modulus (0 or more).
 
         `within` is the relative tolerance of the strain. The method is the secant method with bisection (textbook).
         """
@@ -392,8 +407,8 @@ def compression(block: Block, bulk_modulus: float = math.inf) -> CompressionLaw:
 def shear_stiffness(block: Block) -> tuple[Callable[[Array], Array], Callable[[Array], Array]]:
     """Return two functions of the compressive strain (n): shear stiffness along the first axis, and its cubic term.
 
-    Both are in shear moduli. The first is force over area and shear strain, for small shear. The second is the
-    coefficient of the cubed shear strain in the force over area.
+    Both are divided by the shear modulus. The first is force divided by area and shear strain, for small shear. The
+    second is the coefficient of the cubed shear strain in force divided by area.
 
     Notes
     -----
@@ -433,15 +448,15 @@ def shear_stiffness(block: Block) -> tuple[Callable[[Array], Array], Callable[[A
 
 
 def tilt_stiffness(block: Block) -> Callable[[Array], Array]:
-    """Return the tilt stiffness as a function of the compressive strain (n): moment over area, thickness and angle.
+    """Return the tilt stiffness as a function of the compressive strain (n).
 
-    It is in shear moduli. The tilt raises one end of the face along the first axis and lowers the other end.
+    It is the moment divided by area, thickness, angle and shear modulus. The tilt raises one end of the face along the
+    first axis and lowers the other end.
 
     Notes
     -----
-    At rest it is 3 mu I (1.13 + pressure). The pressures of infinite strips along both axes are added as
-    resistances. They are a^2 / 15 for a face that is short along the axis, and b^2 / 3.6 for a face that is short
-    across. The form
+    At rest it is 3 mu I (1.13 + pressure). The pressures of infinite strips along both axes are added as resistances.
+    They are a^2 / 15 for a face that is short along the axis, and b^2 / 3.6 for a face that is short across. The form
     is derived here, constants are fitted to our own finite elements (tests/validation/pad_figures.csv).
     """
     a, b, flat, oblong, ogden = block.along, block.across, block.flatness, block.oblongness, block.ogden
@@ -465,10 +480,11 @@ def tilt_stiffness(block: Block) -> Callable[[Array], Array]:
 
 
 def twist_stiffness(block: Block) -> float:
-    """Return the twist stiffness: moment over area, thickness and angle of a rotation in the plane of the face.
+    """Return the twist stiffness: the moment of a rotation in the plane of the face.
 
-    Bonded faces do not warp. A flat pad has the polar moment of area, a tall pad Saint-Venant's torsion constant
-    (textbook), and a weight interpolates between them. It was not validated by finite elements.
+    It is divided by area, thickness, angle and shear modulus. Bonded faces do not warp. A flat pad has the polar moment
+    of area, a tall pad Saint-Venant's torsion constant (textbook), and a weight interpolates between them. It was not
+    validated by finite elements.
     """
     a, b = block.along, block.across
     polar = (4.0 - block.round) / 48.0 * (a * a + b * b)

@@ -1,10 +1,11 @@
 """Bending of a thin plate on a soft pad under a load on a part of the plate. SI units.
 
 The model is Kirchhoff's plate with free edges on independent springs (Winkler), which have the stiffness of the pad. A
-bonded silicone pad also spreads pressure sideways within about its thickness, so real plates bend less. Near a tenth of
-the displacement, strips bend 10 % less. Squares twice as long as the loaded part bend 40 % less, and squares hardly
-longer than the loaded part 65 % less or more (finite elements, tests/validation/test_foil_on_pad.py). An even load on
-the whole plate gives no bending here; in reality the rim of the pad yields first.
+bonded silicone pad also spreads pressure sideways within about its thickness, so real plates bend less. If the bending
+is near a tenth of the displacement, strips bend 10 % less than in the model. Squares twice as long as the loaded part
+bend 40 % less, and squares hardly longer than the loaded part 65 % less or more (finite elements,
+tests/validation/test_foil_on_pad.py). A uniform load on the whole plate causes no bending in the model. In reality the
+pad is softer near its rim.
 """
 
 from __future__ import annotations
@@ -20,14 +21,14 @@ from sitscad.basics.arrays import Array
 ORDER, NODES = 9, 28
 """Number of even Legendre polynomials along each side, and number of integration points along each side.
 
-With 7 polynomials or more, the result of `plate_deflection` is converged within 1e-4 (plates in use have 0.03 to 1).
+With 7 polynomials or more, `plate_deflection` changes by less than 1e-4. Plates in use have results of 0.03 to 1.
 """
 
 POISSON = 0.3  # Of metals 0.29 to 0.34; rigidity and shape go with it by a few hundredths
 
 
 def rigidity(young_modulus: float, thickness: float) -> float:
-    """Return the flexural rigidity (N m) of a plate of a Young's modulus (Pa) and thickness (m).
+    """Return the flexural rigidity (N m) of a plate with a Young's modulus (Pa) and a thickness (m).
 
     Timoshenko, Woinowsky-Krieger, Theory of Plates and Shells, 1959, equation 3.
     """
@@ -37,9 +38,9 @@ def rigidity(young_modulus: float, thickness: float) -> float:
 def plate_deflection(
     size: tuple[float, float], is_round: bool, pressed: tuple[float, float], stiffness: Array
 ) -> Array:
-    """Return the bending of a plate: the displacement of its middle minus the least displacement of its edge.
+    """Return the bending of a plate on springs: displacement of its middle minus the least displacement of its edge.
 
-    It is relative to the displacement of a rigid plate under the same force.
+    It is divided by the displacement of a rigid plate under the same force.
 
     Parameters
     ----------
@@ -48,7 +49,7 @@ def plate_deflection(
     is_round : bool
         plate and loaded part are ellipses; rectangles otherwise
     stiffness : array (n,)
-        ratio of the plate's flexural rigidity (N m) to the stiffness of the springs per area (N/m3), in m4
+        the plate's flexural rigidity (N m) divided by the stiffness of the springs per area (N/m3), in m4
 
     Returns
     -------
@@ -79,10 +80,10 @@ def plate_deflection(
 
 
 def _places(is_round: bool) -> tuple[Array, Array]:
-    """Return points (n, 2) and weights (n,) of an integral over the square from -1 to 1, or over the circle in it.
+    """Return points (n, 2) and weights (n; no unit) of an integral over the square from -1 to 1, or over its circle.
 
-    They are Gauss points along both sides of the square. In the circle they are Gauss points along the radius, and
-    evenly spaced along the angle.
+    They are Gauss points along both sides of the square. In the inscribed circle they are Gauss points along the
+    radius, and evenly spaced along the angle.
     """
     nodes, weights = legendre.leggauss(NODES)
     if not is_round:
@@ -96,7 +97,10 @@ def _places(is_round: bool) -> tuple[Array, Array]:
 
 @lru_cache(maxsize=16)
 def _polynomials(places: bytes) -> tuple[list[list[Any]], ...]:
-    """Return even Legendre polynomials, their first and second derivatives by axis, at points (n, 2; float64 bytes)."""
+    """Return even Legendre polynomials, their first and their second derivatives at points, each by axis and order.
+
+    `places` are the bytes of the points (n, 2; float64).
+    """
     even, columns = np.eye(2 * ORDER)[::2], np.frombuffer(places).reshape(-1, 2).T
     return tuple([[legendre.legval(column, legendre.legder(series, order)) for series in even] for column in columns]
                  for order in (0, 1, 2))

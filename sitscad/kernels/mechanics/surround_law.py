@@ -1,9 +1,9 @@
 """Contributions of a film and of webs to a pad's stiffness.
 
-A film of thickness t and relative modulus m covers the sides of pad and target like a wall. The force that it carries
-is proportional to t m and to the perimeter of the face. It hinders the bulging of the pad, and buckles if it is thin
-and stiff. The remaining factors are smooth functions of the logarithms of m, t and the shape factor. Their terms are
-in `sitscad/data/pad_films.csv`, fitted by tests/validation/fit_films.py to finite elements of films
+A film of thickness t and relative modulus m covers the sides of pad and target like a wall. Its force is proportional
+to t m and to the perimeter of the face. It hinders the bulging of the pad, and buckles if it is thin and stiff. The
+remaining factors are smooth functions of the logarithms of m, t and the shape factor. Their terms are in
+`sitscad/data/pad_films.csv`, fitted by tests/validation/fit_films.py to finite elements of films
 (tests/validation/pad_figures.csv). A film of the pad's own rubber was fitted to a wider pad.
 
 Webs are strips of the pad's own rubber and thickness that join a pad to its neighbours. A web hinders the bulging of
@@ -11,8 +11,8 @@ its side, and is pulled and sheared itself. Its effect is proportional to its wi
 is long. Constants are fitted to finite elements of pads with one web at small strain
 (tests/validation/web_figures.csv). Effects of several webs are added.
 
-Lengths are in thicknesses and stresses in shear moduli. Contributions of webs are relative to the stiffness of the bare
-pad.
+The shape factor is the loaded area divided by the free side area. Lengths are divided by the pad's thickness and
+stresses by its shear modulus. Contributions of webs are divided by the stiffness of the bare pad.
 """
 
 from __future__ import annotations
@@ -27,11 +27,12 @@ from sitscad.basics.record import record, replace
 from sitscad.data import rows
 
 COURSES = ("press", "shear", "tilt")
+"""Names of the three stiffness curves of a film: compression, shear along an axis, tilt of this axis."""
 MODULI, SKINS, SHAPES = (1.0, 40.0), (0.03, 0.4), (0.35, 1.6)
-"""Ranges of the fit as (lowest, highest); values outside are clipped.
+"""Ranges (lowest, highest) in which the contribution of a film is fitted. Values outside are clipped.
 
-`MODULI` are shear moduli of the film over the pad's, `SKINS` film thicknesses over the pad's thickness, and `SHAPES`
-shape factors of the face.
+`MODULI` are shear moduli of the film divided by the pad's, `SKINS` film thicknesses divided by the pad's thickness, and
+`SHAPES` shape factors of the face.
 """
 
 MOST = 0.35  # Strain from which on a film's share stays as it is
@@ -40,12 +41,12 @@ GRID = np.linspace(0.0, MOST, 351)  # Strains at which the least share of a film
 
 @record
 class Film:
-    """Contribution of a film to one stiffness, in shear moduli.
+    """Contribution of a film to one stiffness of a pad, divided by the pad's shear modulus.
 
     `rest` is the contribution at zero strain. `course` holds the four coefficients of its change with strain
     (`_relative_contribution`). `pulled` is the slope of the relative contribution for a small tension, which occurs if
     shear lowers the target. `floor` is the least relative contribution at evenly spaced strains from 0 to `MOST`. With
-    it, the force in the film never decreases with strain. Empty if there is no such limit.
+    this limit, the force in the film never decreases with strain. Empty if there is no limit.
     """
 
     rest: float = 0.0
@@ -54,7 +55,10 @@ class Film:
     floor: tuple[float, ...] = ()
 
     def __call__(self, strain: Array) -> Array:
-        """Return the contribution (n; shear moduli) at compressive strains (n). It is linear in small tension."""
+        """Return the contribution (n; divided by the pad's shear modulus) at compressive strains (n).
+
+        It is linear in small tension.
+        """
         if not self.rest:
             return np.zeros_like(strain)
         e = np.minimum(np.maximum(strain, 0.0), MOST)
@@ -64,7 +68,7 @@ class Film:
         return np.asarray(self.rest * share)
 
     def at(self, strain: float) -> float:
-        """Return the contribution (shear moduli) at one compressive strain; equal to `__call__`."""
+        """Return the contribution at one compressive strain, divided by the pad's shear modulus, as `__call__`."""
         if not self.rest:
             return 0.0
         e = min(max(strain, 0.0), MOST)
@@ -80,7 +84,7 @@ class Film:
 
 
 def _relative_contribution(coefficients: tuple[float, float, float, float], e: Array) -> Array:
-    """Return the contribution at strains e (n) over the contribution at rest.
+    """Return the contribution of a film at compressive strains e (n), divided by the contribution at rest.
 
     It is 1 - q (exp(-e / `QUICK`) - 1) + l e + s e^2 + c e^3, with the fitted `coefficients` (q, l, s, c).
     """
@@ -93,20 +97,21 @@ LEAST_PULL = -0.05  # Strain of a pull from which on a film's share stays as it 
 
 
 def film_hardening(modulus: float) -> float:
-    """Return the cubic coefficient of a film's shear force over its shear stiffness at rest.
+    """Return the cubic coefficient of a film's shear force, divided by the film's shear stiffness at rest (no unit).
 
-    It is 0.35 ln m for a relative modulus m, within 25 % of our own finite elements at a shear of 0.4. It is 0
+    It is 0.35 ln m for a relative modulus m, within 25 % of our own finite elements at a shear strain of 0.4. It is 0
     for a film of the pad's own rubber.
     """
     return 0.35 * math.log(_clipped(modulus, MODULI))
 
 
 def wall_stiffness(length: float, width: float, shape: float, film: float) -> dict[str, float]:
-    """Return the stiffness contributions (shear moduli) of an unbuckled wall around a face, by name (textbook).
+    """Return the stiffness contributions of an unbuckled wall round a face, by name (textbook).
 
-    `length` and `width` (thicknesses) are the face's, `shape` is its shape factor. `film` is t m, thickness times
-    relative modulus. "press" is the wall's compression stiffness over the area of the face. "shear" is the stiffness of
-    the two walls along the force, and "tilt" the bending stiffness of all four walls.
+    They are divided by the pad's shear modulus. `length` and `width` are the face's, divided by the thickness; `shape`
+    is its shape factor. `film` is t m, relative thickness times relative modulus. "press" is the wall's compression
+    stiffness divided by the area of the face. "shear" is the stiffness of the two walls along the force, and "tilt" the
+    bending stiffness of all four walls.
     """
     return {
         "press": film / shape,
@@ -118,9 +123,9 @@ def wall_stiffness(length: float, width: float, shape: float, film: float) -> di
 def correction_terms(skin: float, modulus: float, shape: float, oblong: float, circular: float) -> dict[str, float]:
     """Return the values of the terms in the fitted corrections of `wall_stiffness`, by their names in the data file.
 
-    Names are products of u, v and s, the scaled logarithms of modulus, film thickness and shape factor, and of o
-    (`oblong`) and r (`circular`). `skin` is the thickness of the film in pad thicknesses, `modulus` its relative
-    modulus.
+    Names are products of u, v and s, and of o (`oblong`) and r (`circular`). u, v and s are scaled logarithms of
+    modulus, film thickness and shape factor. `skin` is the thickness of the film divided by the pad's, `modulus` its
+    relative modulus. `oblong` and `circular` are explained in `film_contributions`.
     """
     u = 0.5 * math.log(_clipped(modulus, MODULI) / 10.0)
     v = math.log(_clipped(skin, SKINS) / 0.1)
@@ -147,21 +152,21 @@ def correction_terms(skin: float, modulus: float, shape: float, oblong: float, c
 def film_contributions(
     length: float, width: float, shape: float, oblong: float, circular: float, skin: float, modulus: float, faded: float
 ) -> tuple[Film, Film, Film]:
-    """Return the contributions of a film to pressure, to shear along the first axis, and to tilt of this axis.
+    """Return the contributions of a film to compression, to shear along the first axis, and to tilt of this axis.
 
-    They are stiffness over the area of the face, in shear moduli: `wall_stiffness` times the exponential of the fitted
-    sum of `correction_terms`.
+    They are stiffnesses divided by the area of the face and the pad's shear modulus: `wall_stiffness` times the
+    exponential of the fitted sum of `correction_terms`.
 
     Parameters
     ----------
     length, width, shape : float
-        lengths of the face along and across the first axis (thicknesses), and its shape factor
+        lengths of the face along and across the first axis (divided by the pad's thickness), and its shape factor
     oblong : float
         (length - width) / (length + width)
     circular : float
         0 for a rectangle, 1 for an ellipse
     skin, modulus : float
-        thickness of the film (thicknesses of the pad) and its relative shear modulus
+        thickness of the film (divided by the pad's) and its relative shear modulus
     faded : float
         factor by which a rim between film and face reduces the contribution: 1 without a rim
     """
@@ -184,16 +189,16 @@ def film_contributions(
 
 @cache
 def _rows(names: tuple[str, ...]) -> Array:
-    """Return the coefficients of the named terms, (curves, terms, 5). The order of the curves is `COURSES`."""
+    """Return the fitted coefficients of the named terms (curves, terms, 5). The order of the curves is `COURSES`."""
     return np.array([[coefficient_table()[motion].get(name, (0.0,) * 5) for name in names] for motion in COURSES])
 
 
 @cache
 def coefficient_table() -> dict[str, dict[str, tuple[float, ...]]]:
-    """Return the five fitted coefficients by curve (`COURSES`) and term.
+    """Return the five fitted coefficients of each term, by curve (`COURSES`) and name of the term.
 
-    The first is a coefficient of the logarithm of the contribution at rest. The others are coefficients of its change
-    with strain (`_relative_contribution`).
+    The first belongs to the logarithm of the contribution at rest. The others belong to its change with strain
+    (`_relative_contribution`).
     """
     terms_by_course: dict[str, dict[str, tuple[float, ...]]] = {name: {} for name in COURSES}
     for row in rows("pad_films"):
@@ -203,21 +208,21 @@ def coefficient_table() -> dict[str, dict[str, tuple[float, ...]]]:
 
 
 def _clipped(value: float, bounds: tuple[float, float]) -> float:
-    """Return a value clipped to bounds."""
+    """Return a value, limited to the range from `bounds[0]` to `bounds[1]`."""
     return min(max(value, bounds[0]), bounds[1])
 
 
 WEB_SIGMA = 0.2
-"""Standard deviation of the contribution of webs to a pad's force, relative to this contribution.
+"""Standard deviation of the contribution of webs to a pad's force, divided by this contribution.
 
 At small strain the law is within 15 % of finite elements. For a neo-Hookean square, the contribution at 10 %
-compression differs by less than 2 % from the contribution at rest. It is assumed to be constant beyond.
+compression differs by less than 2 % from the contribution at rest. It is assumed to be constant at larger strain.
 """
 
 
 @record
 class Webs:
-    """Webs at the sides of a pad, all of one `width` (thicknesses).
+    """Webs (strips of the pad's rubber) at the sides of a pad, all of one `width`, which is divided by the thickness.
 
     `left`, `right`, `front` and `back` are the sides -x, +x, -y and +y. Each value is `web_effect` of the web at this
     side, or 0 without a web.
@@ -231,11 +236,12 @@ class Webs:
 
     @property
     def turned(self) -> Webs:
-        """The webs with x and y exchanged."""
+        """Webs with x and y exchanged."""
         return Webs(self.width, self.front, self.back, self.left, self.right)
 
 
 NO_WEBS = Webs()
+"""A pad without webs."""
 
 
 @record
@@ -243,8 +249,8 @@ class WebFactors:
     """Factors by which webs increase the stiffness of a pad: 1 without webs.
 
     `press` is for compression, `shear` and `tilt` for shear and tilt along the first axis, and `twist` for rotation in
-    the plane of the pad. `pressure_centre` is the displacement (thicknesses) of the centre of pressure along the first
-    axis.
+    the plane of the pad. `pressure_centre` is the displacement of the centre of pressure along the first axis, divided
+    by the thickness.
     """
 
     press: float = 1.0
@@ -255,7 +261,7 @@ class WebFactors:
 
 
 def web_effect(length: float) -> float:
-    """Return the effect of a web of a `length` (thicknesses), relative to the effect of a long web.
+    """Return the effect of a web, divided by the effect of a long web. `length` is divided by the thickness.
 
     It is larger for a short web, because the neighbouring target holds the web's other end. The formula is fitted to
     our own finite elements (tests/validation/web_figures.csv).
@@ -266,7 +272,8 @@ def web_effect(length: float) -> float:
 def web_factors(length: float, width: float, rim: float, webs: Webs) -> WebFactors:
     """Return the factors of webs on the stiffness of a rectangular pad with a rim of equal width on all sides.
 
-    `length` and `width` are the lengths of the face along and across the first axis, all in thicknesses.
+    `length` and `width` are the lengths of the face along and across the first axis, `rim` the width of the rim. All
+    are divided by the thickness.
 
     The form is derived here and the constants are fitted to our own finite elements (tests/validation/web_figures.csv):
     `press` for the hindered bulging, `shear` for pull and shear of the webs, `tilt` and `twist` for their levers.
