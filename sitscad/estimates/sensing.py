@@ -62,10 +62,11 @@ class Sensing:
 
     @cached_property
     def analysis(self) -> SensingAnalysis | None:
-        """Sensing performance for checks: `solved`, or an approximation if the estimates are for screening.
+        """Sensing performance for checks, by the response model or by an approximation.
 
-        The approximation multiplies the effect of an infinite plate by correction ratios. None if the sensor cannot
-        respond, or if its target is too large to be solved in a check.
+        Screening estimates use the approximation: the effect of an infinite plate, multiplied by correction ratios.
+        None if the sensor cannot respond, or if its target is so large that the field solution takes too long for a
+        check.
         """
         estimates = self.sensor.estimates
         try:

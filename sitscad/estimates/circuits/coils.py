@@ -48,7 +48,7 @@ class SolvedEffect(Protocol):
 
     @property
     def band(self) -> tuple[float, float]:
-        """Lowest and highest frequency (Hz) at which the target is solved."""
+        """Lowest and highest frequency (Hz) at which the target's eddy currents are computed."""
 
     @property
     def like(self) -> Callable[[Array], ComplexArray]:
@@ -175,7 +175,8 @@ def _neighbours(
 ) -> dict[str, Circuit]:
     """Return the effect of idle neighbouring coils on coil number `active`, by state.
 
-    The state "free" is left out, because the coil is alone in it. `distances` (m) are between the centres of coils.
+    The state "free" is left out, because no other coils are near in this state. `distances` (m) are between the centres
+    of coils.
     """
     idle_changes = {}
     for state, reflection in circuits[active].reflections.items():

@@ -1,9 +1,9 @@
-"""A winding, solved once for all identical coils: inductance, loss, and their changes by metal.
+"""Electromagnetic solution of a winding, shared by all identical coils: inductance, loss, and their changes by metal.
 
 It also bounds the error of the winding's resistance at a frequency. The direct resistance is exact except for the
 properties of the copper. The added loss by alternating current is computed with a finite number of current modes, in a
-finite number of cross-sections. The errors by these numbers were fitted to random designs of every shape, solved again
-with finer resolution (tests/validation/resistance_designs.py). They are tested on designs outside the fit.
+finite number of cross-sections. The errors by these numbers were fitted to random designs of every shape, computed
+again with finer resolution (tests/validation/resistance_designs.py). They are tested on designs outside the fit.
 """
 
 from __future__ import annotations
@@ -311,7 +311,7 @@ def _distance_step(nearest: float, assembly: AssemblyStates, is_rough: bool = Fa
     """Return the distance (m) of metal for which the winding's current spectrum is computed: `nearest` rounded down.
 
     Boards with nearly equal distances then share the spectrum. If there is a target, the distance is first rounded down
-    to powers of `HEIGHT_STEP`, like the heights for which the target is solved.
+    to powers of `HEIGHT_STEP`, like the heights for which the target's eddy currents are computed.
     """
     if not is_rough and any(around.above is not None for around in assembly.states):
         nearest = _rounded_down(nearest, HEIGHT_STEP)
@@ -354,7 +354,7 @@ NO_NEARER = 1.2
 """Ratio of successive distances of metal, rounded down, for which a winding's current spectrum is computed."""
 
 HEIGHT_STEP = 1.5
-"""Ratio of successive heights of a target, rounded down, for which the target's effect is solved."""
+"""Ratio of successive heights of a target, rounded down, for which its eddy currents are computed."""
 
 
 def winding_inductance_matrix(
@@ -378,10 +378,10 @@ LEAST_DISTANCE = 10e-6  # Least distance (m) of metal from a layer's mid-plane t
 
 @record(eq=False)
 class SolvedWindings:
-    """Layout at a temperature (degrees Celsius), with the metal around the coils in each state and the solved winding.
+    """Layout at a temperature (degrees Celsius), with metal around the coils in each state and the winding's solution.
 
     `matrix` (coils, coils; H) holds the inductances of the bare windings, `matrix_errors` (H) their error bounds. The
-    winding was solved with `method` and `tolerance`.
+    winding was computed with `method` and `tolerance`.
     """
 
     layout: Layout

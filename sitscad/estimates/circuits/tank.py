@@ -455,10 +455,7 @@ def converter_settings(
 
 
 SIGMAS = 2.0
-"""Frequency deviation that the converter's settings allow for, in standard deviations by manufacture.
-
-It counts above and below the estimated frequency of each state.
-"""
+"""Margin of the converter's settings around each estimated frequency, in standard deviations by manufacture."""
 
 
 def with_margin(readout: ReadoutEstimate, coils: Sequence[CoilEstimate]) -> ReadoutEstimate:

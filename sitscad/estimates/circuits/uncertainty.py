@@ -148,7 +148,7 @@ ExtraShares = Mapping[str, tuple[float, float]]
 
 
 def slopes_of(spec: SensorSpec, coil: Coil, winding: SolvedWinding) -> Slopes:
-    """Return the inputs for the standard deviations of a coil, from its solved winding.
+    """Return the inputs for the standard deviations of a coil, from the solution of its winding.
 
     The changes by one sigma of the surrounding metal are left empty.
     """

@@ -72,7 +72,7 @@ class WorkingRange:
         return np.array([self.limits[name] for name in self.axes])
 
     def pressed(self, normal: float) -> Array:
-        """Return a load (3 or 5; N, N m) that is a normal force (N) alone."""
+        """Return a load (3 or 5; N, N m) with the normal force `normal` (N). All other components are 0."""
         load = np.zeros(self.width)
         load[0] = normal
         return load

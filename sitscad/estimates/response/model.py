@@ -1,4 +1,7 @@
-"""Response of a design: the target is solved once for a range of poses, then readings follow for any pose in it."""
+"""Response of a design: readings for any pose of the target.
+
+The target's eddy currents are computed once for a range of poses.
+"""
 
 from __future__ import annotations
 
@@ -90,7 +93,10 @@ class ResponseModel:
 
     @cached_property
     def band(self) -> tuple[float, float]:
-        """Lowest and highest frequency (Hz) of the tanks in all states, with a margin; the target is solved at both."""
+        """Lowest and highest frequency (Hz) at which the target's eddy currents are computed.
+
+        They are the ends of the range of tank frequencies in all states, with a margin.
+        """
         if self.estimates.target_band is not None:
             return self.estimates.target_band
         frequencies = [s.frequency for coil in self.estimates.coils for s in coil.states.values() if s.frequency > 0.0]
@@ -100,7 +106,7 @@ class ResponseModel:
 
     @cached_property
     def state_cover(self) -> PoseRange | None:
-        """Poses for which the target of the states was solved. None if the states use correction ratios."""
+        """Range of poses for which the estimates of states computed the target. None if they used correction ratios."""
         poses = level_poses(self.estimates.states)
         if self.estimates.target_band is None or not len(poses):
             return None
@@ -158,7 +164,7 @@ class ResponseModel:
         return TargetPoses.of(self.target, self.rest, poses)
 
     def _cover(self, poses: Array) -> PoseRange:
-        """Return the range of poses for which a target must be solved to serve poses (n, 6; m, rad)."""
+        """Return the range of poses for which the target's currents must be computed to serve poses (n, 6; m, rad)."""
         return self._placed(poses.reshape(-1, 6)).cover(
             self.target, self.spec.coil, self.layout.coils, self.spec.array.middle)
 
@@ -268,9 +274,10 @@ class ResponseModel:
                                               np.zeros(len(required.corners), dtype=bool))[0]])
 
     def on_pad(self, poses: Array) -> Response:
-        """Return the response at (n, 6) poses, each solved once, cached, and never interpolated.
+        """Return the response at (n, 6; m, rad) poses, each computed once, cached, and never interpolated.
 
-        One solution of the target serves all poses within the pad's limits. Raises NoResponse without a pad.
+        One computation of the target's currents serves all poses within the pad's limits. Raises NoResponse without a
+        pad.
         """
         # + 0.0 removes the sign of zeros, so that equal poses have equal bytes
         poses = np.asarray(poses, dtype=float).reshape(-1, 6) + 0.0
@@ -289,7 +296,7 @@ class ResponseModel:
         return self._placed(np.asarray(poses, dtype=float).reshape(-1, 6)).lowest
 
     def _near(self, cover: PoseRange, band: tuple[float, ...]) -> NearTarget:
-        """Return target and coils, solved for all poses of `cover` and cached.
+        """Return the solution of target and coils for all poses of `cover`; it is cached.
 
         `band` (Hz) is one frequency, or the two ends of a range.
         """
@@ -301,7 +308,7 @@ class ResponseModel:
 
 
 MAX_WORK = 1600.0**3
-"""Largest work (`solving_work`) of a target that a response solves: half a minute of processor time."""
+"""Largest work (`solving_work`) to compute a target's currents for a response: half a minute of processor time."""
 
 SECONDS_PER_WORK = 7e-9
 """Processor time (s) of a unit of `solving_work`, for both ends of a band together.

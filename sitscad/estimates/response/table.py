@@ -90,11 +90,11 @@ class ResponseTable:
 
 
 def response_table(model: ResponseModel) -> ResponseTable:
-    """Return the table of a design over its working range and a little beyond, fitted to solved poses.
+    """Return the table of a design over its working range and a little beyond, fitted to responses at many loads.
 
-    If moments are measured, the target is free to tilt. Otherwise it is kept level, except for the requested tilt about
-    the middle of its near face. Frequencies at rest are the frequencies of the state. Raises `NoResponse` without a
-    pad.
+    If moments are measured, the target is free to tilt. Otherwise it is kept level, except for the tilt that is an
+    input of the table, about the middle of the near face. Frequencies at rest are from the state at rest. Raises
+    `NoResponse` without a pad.
     """
     scope = working_range(model.spec)
     polynomial, loads, values = (_free_polynomials if scope.has_moments else _level_polynomials)(model, scope)
@@ -109,10 +109,10 @@ def response_table(model: ResponseModel) -> ResponseTable:
 
 
 def _free_polynomials(model: ResponseModel, scope: WorkingRange) -> tuple[Polynomial, Array, Array]:
-    """Return polynomials for the response of a free target to forces and moments, and the points solved for them.
+    """Return polynomials for the response of a free target to forces and moments, and the points of their fit.
 
     The points are two arrays: inputs (n, 5: normal force, two shear forces, two moments; N, N m) and outputs (n,
-    outputs).
+    outputs). They include test points that are not fitted.
     """
     moments = np.array([each or max(scope.moments) for each in scope.moments])
     high = BEYOND * np.array([scope.normal, scope.shear, scope.shear, *moments])
@@ -131,11 +131,11 @@ def _free_polynomials(model: ResponseModel, scope: WorkingRange) -> tuple[Polyno
 
 
 def _level_polynomials(model: ResponseModel, scope: WorkingRange) -> tuple[Polynomial, Array, Array]:
-    """Return polynomials for the response of a level target to forces and tilt, and the points solved for them.
+    """Return polynomials for the response of a level target to forces and tilt, and the points of their fit.
 
-    The points are two arrays: inputs (n, 5; N, rad) and outputs (n, outputs). The tilt has additional terms, fitted to
-    the differences between tilted and level points. This takes a tenth of the time, because over a mirror the currents
-    of a level target keep its symmetries.
+    The points are two arrays: inputs (n, 5; N, rad) and outputs (n, outputs). They include test points that are not
+    fitted. The tilt has additional terms, fitted to the differences between tilted and level points. This takes a tenth
+    of the time, because over a mirror the currents of a level target keep its symmetries.
     """
     ends = BEYOND * np.array([scope.normal, scope.shear, scope.shear])
     pressed = loaded_poses(model.spec, np.array([[ends[0], 0.0, 0.0]]))[0]

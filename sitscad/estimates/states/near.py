@@ -1,4 +1,4 @@
-"""Target and coils, solved for all poses of a range. Estimates of states and responses share this solution."""
+"""Field solution of target and coils for all poses of a range. Estimates of states and responses share it."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ POINTS = 8
 
 @record(eq=False)
 class NearTarget:
-    """Target and coils, solved for all poses of a range `cover`, at the frequencies `band`.
+    """Field solution of target and coils for all poses of a range `cover`, at the frequencies `band`.
 
-    `band` (Hz) is one frequency, or the two ends of a range. `windings` are the solved windings of the coils. Each part
-    is solved at its first use and cached. `finer` multiplies the usual resolution of the target.
+    `band` (Hz) is one frequency, or the two ends of a range. `windings` are the solutions of the coils' windings. Each
+    part is computed at its first use and cached. `finer` multiplies the usual resolution of the target.
     """
 
     windings: SolvedWindings
@@ -46,7 +46,7 @@ class NearTarget:
 
     @cached_property
     def plate(self) -> TargetPlate:
-        """Target with metal behind it, as a problem of eddy currents that is solved for any pose."""
+        """Target with the metal behind the board, from which changes at any pose are computed."""
         return plate_over_jaw(self.windings.layout, self.band, self.cover, self.finer)
 
     @cached_property

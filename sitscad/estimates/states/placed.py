@@ -22,9 +22,10 @@ from sitscad.spec.materials import Target
 from sitscad.spec.sensor import SensorSpec
 
 FARTHER = 1.3
-"""Ratio of successive lateral reaches of a target, rounded up, for which it is solved.
+"""Ratio of successive lateral reaches of a target, rounded up, for which its eddy currents are computed.
 
-Rounding lets one solution serve many poses. See `HEIGHT_STEP`.
+The reach is the largest distance of the target's points from a coil. Rounding lets one solution serve many poses. See
+`HEIGHT_STEP`.
 """
 
 LEAST_HEIGHT = 40e-6
@@ -44,27 +45,27 @@ MOST_NODES = 800
 
 
 MARGIN, PER_HEIGHT, HIGHEST, MAGNETIC = 0.6, 2.0, 0.75, 1.6
-"""Constants of the distance from the outermost coil up to which a target is solved.
+"""Constants of the distance beyond the outermost coil up to which a target's eddy currents are computed.
 
 The distance is `MARGIN` coil sizes plus `PER_HEIGHT` times the target's height. For this sum, the height is limited to
 `HIGHEST` coil sizes, where a change is below 1 % of an inductance. For magnetic metals the distance is `MAGNETIC` times
-as large.
+as large. The rest of the target is left out.
 """
 
 MAX_PARTIAL_ERROR = 0.003
-"""Largest error of an inductance change if only a part of the target is solved, as a fraction of the change.
+"""Largest error of an inductance change because only a part of the target is computed, as a fraction of the change.
 
-The part was compared with targets of 11 sizes (tests/estimates/test_placed.py).
+The results were compared with whole targets of 11 sizes (tests/estimates/test_placed.py).
 """
 
 LEFT_OUT_OF_MAGNETIC = 0.006
-"""Largest error if only a part of a magnetic target is solved, as a fraction of the inductance change."""
+"""Largest error because only a part of a magnetic target is computed, as a fraction of the inductance change."""
 
 STEP = 0.5
-"""Rounding step, in coil sizes, for half the side of the part of a target that is solved. It is rounded up."""
+"""Rounding step, in coil sizes, for half the side of the part of a target that is computed. It is rounded up."""
 
 WHOLE_SIDE_RATIO = 0.8
-"""Least side of the solved part, divided by the target's side, from which the whole side is solved."""
+"""Least side of the computed part of a target, divided by the target's side, from which the whole side is computed."""
 
 FARTHEST = 1.0
 """Largest distance (m) of a requested pose from rest, along each axis."""
@@ -119,11 +120,11 @@ def require_possible(spec: SensorSpec, poses: Array) -> None:
 
 @record
 class PoseRange:
-    """Range of poses for which a solution of a target holds.
+    """Range of poses for which one solution of a target's eddy currents holds.
 
     `lowest` (m) is the lowest height of the target in the layout's coordinates. `reach` (m) is the largest lateral
-    distance of the target's points from a coil's centre. `half` (m) are half the sides of the solved part of the
-    target. `error` is the relative error of an inductance change because the rest of the target is left out.
+    distance of the target's points from a coil's centre. `half` (m) are half the sides of the part of the target that
+    is computed. `error` is the relative error of an inductance change because the rest of the target is left out.
     """
 
     lowest: float
@@ -137,7 +138,7 @@ class PoseRange:
                 and other.half[1] <= self.half[1])
 
     def part(self, target: Target) -> Target:
-        """Return the part of a target that is solved, a target with equal middle and smaller sides."""
+        """Return the part of a target that is computed: a target with the same middle and smaller sides."""
         size = 2.0 * self.half[0], 2.0 * self.half[1]
         return target if size == target.size else replace(target, size=size)
 

@@ -249,7 +249,7 @@ class PlateProblem:
 
 @record(eq=False)
 class TargetPlate:
-    """A target of metal or ferrite over coils, solved for the inputs `solving`.
+    """Target of metal or ferrite over coils, with its eddy currents computed for the problem `solving`.
 
     `mirror_error` is the relative error of a change because a perfect mirror replaces the metal behind the board. The
     mirror serves only for the image of the target's currents.
@@ -260,7 +260,7 @@ class TargetPlate:
 
     @property
     def frequencies(self) -> tuple[float, ...]:
-        """Frequencies (Hz) at which the plate is solved."""
+        """Frequencies (Hz) at which the target's eddy currents are computed."""
         return self.solving.frequencies
 
     @property
@@ -306,7 +306,7 @@ class WindowedPlate(TargetPlate):
 
 
 def plate_over_jaw(layout: Layout, frequencies: Sequence[float], cover: PoseRange, finer: float = 1.0) -> TargetPlate:
-    """Return the target of a layout over its jaw and the jaw's window, solved at frequencies (Hz)."""
+    """Return the target of a layout over its jaw and the jaw's window, for computation at frequencies (Hz)."""
     spec, missing = layout.spec, window_effects(layout)
     assert spec.target is not None
     plate = solved_plate(spec.target, spec.coil, layout.coils, frequencies, metal_behind(spec), cover, finer)
@@ -321,7 +321,7 @@ def solved_plate(
     target: Target, coil: CoilSpec, coils: Sequence[Coil], frequencies: Sequence[float], behind: Reflector | None,
     cover: PoseRange, finer: float = 1.0, front: Reflector | None = None,
 ) -> TargetPlate:
-    """Return a target, solved at frequencies (Hz) for the poses of `cover`.
+    """Return a target whose eddy currents are computed at frequencies (Hz) for the poses of `cover`.
 
     `coil` has the dimensions of the coils. `finer` is as in `Detail`.
 
@@ -360,10 +360,10 @@ def _detail(
 def solving_work(
     target: Target, coil: CoilSpec, coils: Sequence[Coil], frequency: float, behind: Reflector | None, cover: PoseRange
 ) -> float:
-    """Return a measure of the work to solve a target for the poses of `cover`, with metal `behind` the coils.
+    """Return a measure of the work to compute a target's eddy currents for the poses of `cover`.
 
     For a box it is the cube of the number of functions in its largest class of currents. For a disc it is scaled so
-    that equal work takes equal time.
+    that equal work takes equal time. `behind` is the metal behind the coils.
     """
     whole = _resolved(cover.part(target), coil, coils, frequency, cover.lowest, behind)[1]
     if isinstance(whole, Box):

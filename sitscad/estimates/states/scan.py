@@ -1,4 +1,4 @@
-"""Changes of inductance at many poses: solved for each pose, or interpolated if that is accurate enough."""
+"""Changes of inductance at many poses: computed for each pose, or interpolated if that is accurate enough."""
 
 from __future__ import annotations
 
@@ -26,10 +26,11 @@ USUAL = 2e-3  # Largest error of an interpolant, relative to a change or 1 % of 
 
 @record(eq=False)
 class ExactSolver:
-    """Solver of the inductance changes by the target at any (n, 6; m, rad) poses, at some `frequencies` (Hz).
+    """Function `solve` that computes the inductance changes by the target exactly, with its frequencies (Hz).
 
-    `solve` returns two arrays (frequencies, poses, coils, coils; H, complex). The first holds the whole changes, the
-    second the changes with a lossless mirror behind the coils. `spectrum` is as in `Changes`.
+    It takes poses (n, 6; m, rad). It returns two arrays (frequencies, poses, coils, coils; H, complex). The first holds
+    the whole changes, the second the changes with a lossless mirror behind the coils. `spectrum` is as in `Changes`.
+    `frequencies` are one or two.
     """
 
     frequencies: tuple[float, ...]
@@ -75,8 +76,8 @@ class Changes:
     def _between(self, changes: ComplexArray, frequencies: Array) -> ComplexArray:
         """Return changes interpolated to frequencies (Hz): (poses, ...).
 
-        `changes` (1 or 2, poses, ...) are for the solved frequencies. `frequencies` broadcast to the shape (poses,
-        ...).
+        `changes` (1 or 2, poses, ...) are at the frequencies of the solution. `frequencies` broadcast to the shape
+        (poses, ...).
         """
         if len(self.frequencies) == 1:
             return changes[0].copy()
@@ -104,11 +105,11 @@ def changes_at_poses(
 
 
 AT_ONCE = 64
-"""Number of poses that are solved in one batch."""
+"""Number of poses whose changes are computed in one batch."""
 
 
 def _solve_all(exact: ExactSolver, poses: Array, progress: Progress | None) -> tuple[ComplexArray, ComplexArray]:
-    """Return whole and lossless changes in all poses, solved in batches. `progress` is called after each batch."""
+    """Return whole and lossless changes in all poses, computed in batches. `progress` is called after each batch."""
     parts = []
     for k in range(0, max(len(poses), 1), AT_ONCE):
         parts.append(exact.solve(poses[k : k + AT_ONCE]))

@@ -29,22 +29,23 @@ from sitscad.layout.board import Layout
 from sitscad.spec.sensor import SensorSpec
 
 MOST = 800.0**3
-"""Largest work (`solving_work`) of a target that is solved for the states: one or two seconds.
+"""Largest work (`solving_work`) of the field solution of a target for the states: one or two seconds.
 
 For more work, correction ratios are used instead.
 """
 
 MAGNETIC = 1100.0**3
-"""Largest work (`solving_work`) of a magnetic target that is solved for the states: three or four seconds.
+"""Largest work (`solving_work`) of the field solution of a magnetic target for the states: three or four seconds.
 
 It is higher than `MOST`, because correction ratios of magnetic metals may give a change of the wrong sign.
 """
 
 
 def is_affordable(windings: SolvedWindings, band: tuple[float, float]) -> bool:
-    """Whether the target can be solved for all states in a second or two, at both frequencies (Hz) of a band.
+    """Whether the field solution of the target for all states takes only a second or two.
 
-    It cannot if it is far larger than its distance to coils or metal.
+    The solution is at both frequencies (Hz) of a band. It takes longer if the target is far larger than its distance to
+    coils or metal.
     """
     layout, assembly = windings.layout.cell(1), windings.assembly
     spec, coils = layout.spec, layout.coils
@@ -79,7 +80,7 @@ class SolvedStates:
 
     @property
     def band(self) -> tuple[float, float]:
-        """Lowest and highest frequency (Hz) at which the target is solved."""
+        """Lowest and highest frequency (Hz) at which the target's eddy currents are computed."""
         low, high = self.near.band
         return low, high
 
@@ -142,9 +143,9 @@ class SolvedStates:
 
 
 def solve_states(windings: SolvedWindings, band: tuple[float, float]) -> SolvedStates:
-    """Solve the level target in every state at both ends of a band (Hz).
+    """Compute the eddy currents of the level target in every state, at both ends of a band (Hz).
 
-    Only the first cell is solved. The target's effect on coils of other cells is neglected.
+    Only the first cell is computed. The target's effect on coils of other cells is neglected.
     """
     first, scale = windings.first_cell, windings.winding.inductance
     spec, coils = first.spec, first.layout.coils

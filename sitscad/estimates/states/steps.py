@@ -155,7 +155,10 @@ def _target_ratios(windings: SolvedWindings, is_rough: bool = False) -> TargetRa
 
 
 BAND = 0.9, 1.15
-"""Factors on the lowest and the highest tank frequency of all states. The target is solved at both products (Hz)."""
+"""Factors on the lowest and the highest tank frequency (Hz) of all states.
+
+The target's eddy currents are computed at both products.
+"""
 
 TRIES = 3  # Largest number of solutions: another capacitor shifts the tank's frequency
 
@@ -237,7 +240,7 @@ TOO_LARGE = (
     "the target is too large, too thin or too magnetic to be solved for the states within a second or two: shares of "
     "an endless plate's effect serve, and `response` solves it, or names why not"
 )
-"""Note if correction ratios are used because the target cannot be solved in a second or two."""
+"""Note if correction ratios are used because the field solution of the target takes longer than a second or two."""
 
 
 def _states(tuned: TunedCircuits) -> dict[str, dict[str, StateEstimate]]:

@@ -405,7 +405,7 @@ class Reflection:
     def unsure(self, frequency: float) -> tuple[float, float]:
         """Return signed error bounds of the target's inductance change (H) and of its loss (ohm).
 
-        The two errors occur together: if one has its sign, so has the other.
+        Both come from one cause: they have these signs together, or both the opposite signs.
         """
         if self._around.above is None or not any(self._unsure):
             return 0.0, 0.0
@@ -420,7 +420,8 @@ class Reflection:
     def window(self, frequency: float) -> tuple[float, float]:
         """Return signed error bounds of inductance (H) and resistance (ohm) by a window in the jaw.
 
-        The two errors occur together: if one has its sign, so has the other. Both are 0 without a window.
+        Both come from one cause: they have these signs together, or both the opposite signs. Both are 0 without a
+        window.
         """
         return 0.0, 0.0
 
@@ -498,7 +499,7 @@ class SolvedReflection(Reflection):
     def factors(self, frequency: float) -> tuple[complex, complex]:
         """Return factors on small changes by an infinite plate: for all reflected field, and for the target's own loss.
 
-        Both factors are equal for a solved target.
+        For the real target, both factors are equal.
         """
         share = complex(self.shares(np.array([frequency]))[0])
         return share, share
@@ -514,7 +515,7 @@ class SolvedReflection(Reflection):
     def unsure(self, frequency: float) -> tuple[float, float]:
         """Return signed error bounds of the solved target's inductance change (H) and of its loss (ohm).
 
-        The two errors occur together: if one has its sign, so has the other.
+        Both come from one cause: they have these signs together, or both the opposite signs.
         """
         return self._errors
 
@@ -528,7 +529,10 @@ class SolvedReflection(Reflection):
         return change
 
     def _change(self, solved: ComplexArray, frequencies: Array) -> ComplexArray:
-        """Return a change (H), interpolated to (n) frequencies from its values at the two solved frequencies."""
+        """Return a change (H) at (n) frequencies (Hz), interpolated between the two frequencies of the solution.
+
+        `solved` (2; H, complex) are the changes at these two frequencies.
+        """
         # The ratio to `like` is linear in f^(-1/2), as skin depths are, and constant far outside of the solved band.
         (low, high), (first, last) = self._places, solved / self._like(self._solved_at)
         part = np.clip((frequencies**-0.5 - low) / (high - low), -BEYOND, 1.0 + BEYOND)
@@ -536,7 +540,7 @@ class SolvedReflection(Reflection):
 
 
 BEYOND = 1.0
-"""Largest extrapolation outside the two solved frequencies, as a fraction of the interval between them.
+"""Largest extrapolation outside the two frequencies of a solution, as a fraction of the interval between them.
 
 Both are measured on a scale of f^(-1/2).
 """

@@ -58,7 +58,7 @@ MAGNETIC = 1.1  # Relative permeability from which on the missing part is a gues
 STEP = 0.02  # Recession of the faces for the derivative of Wheeler's rule, over the gap
 
 PRESSED = 0.6
-"""Second height of the target at which the window is solved, divided by the target's height at rest.
+"""Second height of the target at which the window's effect is computed, divided by the target's height at rest.
 
 Both heights count from the top copper layer.
 """
@@ -247,7 +247,7 @@ class WindowedReflection(Reflection):
     def window(self, frequency: float) -> tuple[float, float]:
         """Return signed error bounds of inductance (H) and resistance (ohm) by the window.
 
-        The two errors occur together: if one has its sign, so has the other.
+        Both come from one cause: they have these signs together, or both the opposite signs.
         """
         more, lost = self._lacking(np.array([frequency]))
         return self._missing.error * float(more[0]), self._missing.loss_error * float(lost[0])
