@@ -15,13 +15,13 @@ with (ROOT / "docs" / "accuracy.csv").open(encoding="utf-8", newline="") as file
     LINES = {line["comparison"]: line for line in csv.DictReader(file)}
 
 
-def test_the_page_holds_the_table_that_the_script_wrote():
+def test_accuracy_page_table_equals_script_output():
     block = PAGE.split("<!-- accuracy.csv begins -->\n")[1].split("<!-- accuracy.csv ends -->")[0]
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in block.splitlines()[2:]]
     assert rows == [[cell or "-" for cell in line.values()] for line in LINES.values()]
 
 
-def test_every_named_script_exists():
+def test_scripts_named_on_accuracy_page_exist():
     named = set(re.findall(r"[\w/]+\.py\b", PAGE)) | set(re.findall(r"tests/[\w/]+\.py\b", README))
     assert len(named) > 15
     for name in named:
@@ -29,14 +29,14 @@ def test_every_named_script_exists():
         assert any(place.exists() for place in places), name
 
 
-def test_no_stated_bound_was_broken():
+def test_accuracy_table_has_no_error_above_its_bound():
     bounded = {name: line for name, line in LINES.items() if line["worst_of_bound"]}
     assert len(bounded) >= 15
     for name, line in bounded.items():
         assert float(line["worst_of_bound"]) <= 1.0, name
 
 
-def test_the_summary_says_what_the_table_says():
+def test_readme_accuracy_summary_matches_table():
     measured = LINES["measured coils"]
     said = re.search(r"\| against (\d+) measured coils [^|]*\|[^|]*\| median ([\d.]+) %, worst ([\d.]+) % \|", README)
     assert said is not None and said[1] == measured["designs"]

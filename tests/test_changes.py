@@ -179,26 +179,26 @@ def changed(tmp_path_factory):
                     for name in ("centres.csv", "centres.txt")}
 
 
-def test_a_fabricator_a_connector_and_a_jaw_are_a_file_each_and_a_material_is_a_row(changed):
+def test_fabricator_connector_jaw_and_material_are_added_by_data_only(changed):
     assert changed["rules"] == ["our-house", approx(0.25e-3, rel=1e-9)]
     assert changed["names"] == ["our-silicone", "our-plug", "our-jaw"]
 
 
-def test_a_rule_is_a_function_and_a_row_of_texts(changed):
+def test_rule_is_added_by_function_and_text_row(changed):
     assert "SIT290" in changed["findings"]
 
 
 @pytest.mark.parametrize("name", ["centres.csv", "centres.txt"])
-def test_a_format_or_a_document_is_a_module_and_a_row(changed, name):
+def test_format_or_document_is_added_by_module_and_row(changed, name):
     assert changed[name][0] == "coil,x_m,y_m" and changed[name][1].startswith("C1,")
 
 
-def test_a_shape_is_a_row_and_one_without_error_bounds_is_refused_by_name(changed):
+def test_shape_is_added_by_row_and_refused_without_error_bounds(changed):
     assert 1e-6 < changed["pentagon"][0] < 3e-6
     assert changed["heptagon"].startswith("SpecError") and "heptagon" in changed["heptagon"]
 
 
-def test_a_state_is_a_row_and_is_estimated_judged_drawn_and_written(changed):
+def test_state_added_by_row_appears_in_estimates_checks_and_files(changed):
     coils, sheet = changed["estimate"]["coils"], {point["at"]: point for point in changed["sheet"]["performance"]}
     assert all(list(coil["states"]) == ["free", "rest", "touch", "grip", "pressed"] for coil in coils)
     states, gaps = coils[0]["states"], changed["estimate"]["gaps_m"]
@@ -225,7 +225,7 @@ def test_a_state_is_a_row_and_is_estimated_judged_drawn_and_written(changed):
     assert f"COIL0_L_GRIP_H {states['grip']['converter_inductance_H']:.9e}" in header
 
 
-def test_a_state_with_shear_is_refused_by_name_wherever_states_are_shown(changed):
+def test_state_with_shear_is_reported_as_failed_by_name(changed):
     assert all(coil["failed_states"].keys() == {"drag"} for coil in changed["estimate"]["coils"])
     unknown = {line.split()[0] for line in changed["not_checked"] if "dragged" in line}
     assert unknown >= {"SIT201", "SIT202", "SIT203", "SIT204", "SIT205", "SIT206", "SIT215", "SIT217"}
@@ -235,6 +235,6 @@ def test_a_state_with_shear_is_refused_by_name_wherever_states_are_shown(changed
 
 
 @pytest.mark.parametrize("load", [(1.5, 0.0, 0.0), (-0.1, 0.0, 0.0), (1.0, 1.0, 0.5)])
-def test_a_state_beyond_the_required_forces_is_refused_by_name(load):
+def test_state_beyond_required_forces_is_refused_by_name(load):
     with pytest.raises(ValueError, match="state crush"):
         within_requirements((StateKind("crush", "crushed", "crushed", load, (TANK,)),))

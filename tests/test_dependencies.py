@@ -60,7 +60,7 @@ def imported(tree: ast.AST) -> set[str]:
 
 
 @pytest.mark.slow
-def test_what_is_imported_is_declared():
+def test_imported_packages_are_declared_dependencies():
     """What another package happens to bring may be gone with its next version."""
     assert not undeclared((ROOT / "sitscad").rglob("*.py"), declared("all", "bench", "cluster", "design"))
     assert not undeclared(
@@ -79,7 +79,7 @@ def python(code: str, *arguments: str, **environment: str) -> subprocess.Complet
 @pytest.mark.cad
 @pytest.mark.slow
 @pytest.mark.parametrize("names", [SIX, SIX[::-1]], ids=["build123d first", "trimesh first"])
-def test_all_six_packages_work_in_one_process(names):
+def test_cad_and_mesh_packages_work_in_one_process(names):
     """A solid of build123d is taken up by cadquery: only one copy of OCP can do that."""
     code = "\n".join(f"import {name}" for name in names) + (
         "\nsolid = build123d.Box(1, 2, 3)"
@@ -96,7 +96,7 @@ def test_all_six_packages_work_in_one_process(names):
 
 
 @pytest.mark.cad
-def test_one_distribution_alone_brings_ocp():
+def test_ocp_comes_from_one_distribution():
     """Two of them write different copies of the same file, and which one is left is chance."""
     assert importlib.metadata.packages_distributions()["OCP"] == ["cadquery-ocp"]
 
@@ -118,18 +118,18 @@ def loaded_by(code: str, *arguments: str) -> set[str]:
 COMMAND = "import runpy; sys.argv[0] = 'sitscad'; runpy.run_module('sitscad', run_name='__main__')"
 
 
-def test_importing_sitscad_loads_nothing_heavy():
+def test_importing_sitscad_loads_no_heavy_package():
     assert not loaded_by("import sitscad")
 
 
 @pytest.mark.slow
-def test_a_check_leaves_the_masked_arrays_alone():
+def test_check_does_not_import_numpy_ma():
     """Numpy's set functions load them, which takes a third of what numpy itself takes."""
     assert "numpy.ma" not in modules_after_a_check()
 
 
 @pytest.mark.slow
-def test_a_check_leaves_openssl_alone():
+def test_check_does_not_import_openssl():
     assert "_hashlib" not in modules_after_a_check()
 
 
@@ -142,7 +142,7 @@ def modules_after_a_check() -> set[str]:
     return set(line.split())
 
 
-def test_importing_sitscad_does_not_even_load_numpy():
+def test_importing_sitscad_does_not_load_numpy():
     done = python("import sys, sitscad; print('numpy' in sys.modules)")
     assert done.stdout.strip() == "False", done.stderr
 
@@ -161,12 +161,12 @@ def test_importing_sitscad_does_not_even_load_numpy():
     ],
     ids=" ".join,
 )
-def test_light_commands_load_nothing_heavy(arguments):
+def test_light_commands_load_no_heavy_package(arguments):
     assert not loaded_by(COMMAND, *arguments)
 
 
 @pytest.mark.slow
-def test_the_flex_files_load_no_cad(tmp_path):
+def test_build_of_flex_files_loads_no_cad(tmp_path):
     assert loaded_by(COMMAND, "build", str(SPEC), "--only", "gerber,kicad,laser", "-o", str(tmp_path)) <= {"shapely"}
 
 
@@ -177,7 +177,7 @@ are measured by the benchmark, and differ by a factor of two from one machine to
 
 
 @pytest.mark.slow
-def test_a_check_calls_no_more_functions_than_it_is_known_to_need():
+def test_check_stays_below_limit_of_function_calls():
     counting = (
         "import atexit, sys\n"
         "calls = [0]\n"

@@ -50,7 +50,7 @@ def template(name: str) -> Design:
     return Design(sitscad.load(TEMPLATES / f"{name}.yaml"))
 
 
-def test_nothing_is_made_before_it_is_asked_for(made):
+def test_design_computes_nothing_before_first_access(made):
     design = template("single_coil")
     assert not made
     assert design.layout is design.layout and design.fit is design.fit
@@ -59,7 +59,7 @@ def test_nothing_is_made_before_it_is_asked_for(made):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["grasper_4layer", "three_axis_triangle"])
-def test_a_design_that_passes_is_laid_out_and_estimated_once(name, made):
+def test_check_of_passing_design_computes_layout_and_estimates_once(name, made):
     design = template(name)
     review = apply_rules(design, hints="none")
     assert review.ok and review.findings and review.signals
@@ -69,32 +69,32 @@ def test_a_design_that_passes_is_laid_out_and_estimated_once(name, made):
 
 
 @pytest.mark.slow
-def test_a_design_that_is_refused_is_laid_out_and_estimated_once_where_no_hint_is_asked_for(made):
+def test_check_without_hints_of_failing_design_computes_layout_once(made):
     review = apply_rules(template(WORKED_EXAMPLE), hints="none")
     assert not review.ok and review.not_checked
     assert made == {"arrange": 1, "estimated": 1}
 
 
-def test_a_build_takes_the_design_that_was_reviewed(made, tmp_path):
+def test_build_reuses_layout_and_estimates_of_checked_design(made, tmp_path):
     design = template("single_coil")
     assert apply_rules(design).ok
     assert sitscad.build(design, tmp_path, only=["firmware", "laser"]).written
     assert made == {"arrange": 1, "estimated": 1}
 
 
-def test_a_bare_design_is_the_same_without_its_text():
+def test_bare_design_shares_layout_and_has_no_source_text():
     design = template("single_coil")
     assert design.bare.spec.source.text == "" and design.bare.layout.traces is design.layout.traces
     assert design.bare.spec == design.bare.bare.spec
 
 
-def test_a_design_that_is_judged_says_what_check_says():
+def test_rules_applied_to_design_equal_check_of_spec():
     spec = sitscad.load(TEMPLATES / "single_coil.yaml")
     assert apply_rules(sitscad.Design(spec)) == sitscad.check(spec)
 
 
 @pytest.mark.slow
-def test_designs_with_one_board_measure_its_copper_once_and_are_judged_as_ever():
+def test_designs_with_equal_board_share_copper_measurement():
     design = template("grasper_4layer")
     apply_rules(design, hints="none")
     spec, rules = design.spec, design.spec.fpc.rules
@@ -121,7 +121,7 @@ def test_design_has_at_most_fifteen_members():
     assert 10 < len(members_of(cls)) <= 15
 
 
-def test_what_a_module_works_out_of_a_design_it_has_once():
+def test_results_cached_on_design_are_computed_once():
     design = template("single_coil")
     assert incoming(design) is incoming(design) and incoming(design).board is incoming(design).board
     assert design.sensing is design.bare.sensing and design.solids is design.solids
@@ -144,7 +144,7 @@ def said(rule, design):
     return [replace(each.finding, hint=None) for each in found], undecided
 
 
-def test_rules_find_the_same_in_any_order_and_alone(felt):
+def test_rule_findings_do_not_depend_on_order(felt):
     forwards, backwards = felt(), felt()
     rules = [rule for rule in RULES if rule.id.startswith("SIT4")]
     first = {rule.id: said(rule, forwards) for rule in rules}
@@ -153,7 +153,7 @@ def test_rules_find_the_same_in_any_order_and_alone(felt):
     assert sum(bool(findings) for findings, _ in first.values()) > 2
 
 
-def test_figures_beside_requirements_do_not_wait_for_rules_to_run(felt):
+def test_requirement_values_equal_estimates_without_running_rules(felt):
     untouched, judged_before = felt(), felt()
     reached = apply_rules(judged_before, hints="none").reached
     assert estimated_values(untouched.cells) == reached

@@ -14,11 +14,11 @@ TEXT, CONTRIBUTING = ((DOCS / name).read_text(encoding="utf-8") for name in ("ho
 ROWS = [re.split(r"\s*\|\s*", line.strip("| \n")) for line in TEXT.splitlines() if re.match(r"\| `\w+` \|", line)]
 
 
-def test_every_wing_has_a_row_in_the_order_of_imports():
+def test_house_page_lists_wings_in_import_order():
     assert [row[0].strip("`") for row in ROWS] == [wing for wing in WINGS if wing != "__main__"]
 
 
-def test_what_is_pointed_at_exists():
+def test_files_named_on_house_pages_exist():
     for text in (TEXT, CONTRIBUTING):
         paths = set(re.findall(r"`([a-z_]+/[\w/]+\.(?:py|csv))`", text))
         assert len(paths) > 8
@@ -29,7 +29,7 @@ def test_what_is_pointed_at_exists():
             assert here.exists() or here.with_suffix(".py").is_file(), (wing, name)
 
 
-def test_every_folder_of_a_wing_is_named():
+def test_house_page_names_every_folder_of_a_wing():
     for wing, _, named in ROWS:
         folders = {path.name for path in (PACKAGE / wing.strip("`")).iterdir() if (path / "__init__.py").is_file()}
         assert folders <= set(re.findall(r"`(\w+)`", named)), wing
@@ -42,7 +42,7 @@ AT_THE_TOP = {
 
 
 @pytest.mark.clients("git")
-def test_a_trial_leaves_nothing_at_the_top():
+def test_repository_root_contains_only_expected_entries():
     """Specs and tables that a trial wrote there were committed with it."""
     if not (PACKAGE.parent / ".git").exists():
         pytest.skip("no repository: what is kept in it cannot be told")

@@ -61,14 +61,14 @@ def imported_wings(path: Path, package: Path = PACKAGE) -> set[str]:
 MODULES = sorted(path for path in PACKAGE.rglob("*.py") if "firmware" not in path.parts)
 
 
-def test_the_top_of_the_package_is_the_wings():
+def test_package_top_level_consists_of_wings():
     entries = {path.relative_to(PACKAGE).parts[0].removesuffix(".py") for path in PACKAGE.rglob("*.py")}
     assert entries == {*WINGS, "__init__"}
     assert len(entries) <= 15
 
 
 @pytest.mark.parametrize("path", MODULES, ids=[str(path.relative_to(PACKAGE)) for path in MODULES])
-def test_a_wing_imports_only_wings_below_it(path):
+def test_wing_imports_only_lower_wings(path):
     wing = wing_of(path)
     if wing == "__init__":
         return  # the public names come from every wing
@@ -107,11 +107,11 @@ def neighbours_that_import_each_other(imports: dict[str, set[str]]) -> set[tuple
     return {tuple(sorted(arrow)) for arrow in arrows if arrow[::-1] in arrows}
 
 
-def test_no_neighbours_import_each_other():
+def test_sibling_packages_do_not_import_each_other():
     assert not neighbours_that_import_each_other(imports_of_modules())
 
 
-def test_neighbours_that_import_each_other_are_seen(tmp_path):
+def test_mutually_importing_sibling_packages_are_detected(tmp_path):
     for folder in ("a", "b"):
         (tmp_path / folder).mkdir()
         (tmp_path / folder / "__init__.py").write_text("")
@@ -144,12 +144,12 @@ def rings(imports: dict[str, set[str]]) -> set[frozenset[str]]:
 
 
 @pytest.mark.slow
-def test_no_modules_import_each_other():
+def test_modules_have_no_circular_imports():
     """Not even for type checkers: what two modules need of each other belongs into a third."""
     assert not rings(imports_of_modules())
 
 
-def test_rings_of_imports_are_seen(tmp_path):
+def test_circular_imports_are_detected(tmp_path):
     (tmp_path / "a.py").write_text("from sitscad.b import value\n")
     (tmp_path / "b.py").write_text("def late():\n    import sitscad.c\n")
     (tmp_path / "c.py").write_text("if TYPE_CHECKING:\n    from sitscad import a\n")
@@ -158,7 +158,7 @@ def test_rings_of_imports_are_seen(tmp_path):
     assert rings(imports_of_modules(tmp_path)) == {frozenset({"sitscad.a", "sitscad.b", "sitscad.c"})}
 
 
-def test_no_format_imports_another_format_and_no_document_another_document():
+def test_formats_and_documents_do_not_import_each_other():
     """Each has a module with a `render`; what several of them need stands in modules without one."""
     for room in ("formats", "documents"):
         modules = sorted((PACKAGE / "files" / room).rglob("*.py"))
@@ -219,7 +219,7 @@ def imports_in_functions(path: Path) -> Iterator[tuple[str, str]]:
                     yield function.name, "." * node.level + (node.module or "")
 
 
-def test_imports_stand_at_the_head_of_a_module():
+def test_imports_in_functions_are_only_the_listed_ones():
     """In a function only if they keep a heavy package, or a measured part of a check's time, out of `check`."""
     late = {}
     for path in MODULES:
@@ -234,7 +234,7 @@ def test_imports_stand_at_the_head_of_a_module():
     assert late == LATE
 
 
-def test_imports_in_functions_are_seen(tmp_path):
+def test_imports_in_functions_are_detected(tmp_path):
     module = tmp_path / "late.py"
     module.write_text(
         "import os\nclass A:\n    def one(self):\n        from sitscad.layout import board\n"
@@ -245,7 +245,7 @@ def test_imports_in_functions_are_seen(tmp_path):
     }
 
 
-def test_the_walk_sees_every_way_to_import(tmp_path):
+def test_import_search_detects_every_import_form(tmp_path):
     wing = tmp_path / "kernels"
     wing.mkdir()
     module = wing / "rings.py"
@@ -260,7 +260,7 @@ def test_the_walk_sees_every_way_to_import(tmp_path):
 
 
 @pytest.mark.slow
-def test_check_estimate_and_build_work_without_the_applications(tmp_path):
+def test_check_estimate_and_build_work_without_apps_package(tmp_path):
     """The core runs where study, hardware and watch are gone from the disk."""
     shutil.copytree(PACKAGE, tmp_path / "sitscad", ignore=shutil.ignore_patterns("__pycache__", "apps"))
     template = PACKAGE.parent / "templates" / "single_coil.yaml"

@@ -36,13 +36,13 @@ def numbers(found: Estimates, coil: int = 0) -> list[float]:
     return values
 
 
-def test_units_do_not_matter() -> None:
+def test_estimates_do_not_depend_on_units_in_spec() -> None:
     written = estimated({"outer_diameter": "7000 um", "trace_width": "150 um", "trace_spacing": "0.015 cm"})
     assert numbers(written) == approx(numbers(estimated()), rel=1e-12)
 
 
 @pytest.mark.parametrize("turned", ["360 deg", "-360 deg"])
-def test_a_whole_turn_of_the_start_changes_nothing(turned: str) -> None:
+def test_start_angle_plus_360_degrees_gives_equal_estimates(turned: str) -> None:
     assert numbers(estimated({"start_angle": turned})) == approx(numbers(estimated()), rel=1e-8)
 
 
@@ -54,7 +54,7 @@ def test_sense_and_start_do_not_change_the_winding() -> None:
         assert other.resistance_dc == approx(plain.resistance_dc, rel=1e-9)
 
 
-def test_order_and_place_of_the_coils_do_not_matter() -> None:
+def test_estimates_do_not_depend_on_coil_order_and_position() -> None:
     def pair(*centres: tuple[float, float]) -> Estimates:
         return estimated(array={"pattern": "explicit", "centres": centres})
 
@@ -64,7 +64,7 @@ def test_order_and_place_of_the_coils_do_not_matter() -> None:
     assert numbers(moved) == approx(numbers(plain), rel=1e-9)
 
 
-def test_a_square_target_is_a_rectangle_of_equal_sides() -> None:
+def test_square_target_equals_rectangle_of_equal_sides() -> None:
     def with_target(shape: str, size: Any) -> Estimates:
         return estimated(
             target={"shape": shape, "size": size}, elastomer={"shape": shape, "size": size, "thickness": 1}
@@ -77,7 +77,7 @@ def test_a_square_target_is_a_rectangle_of_equal_sides() -> None:
 
 @pytest.mark.parametrize("scale", [0.5, 2.0])
 @pytest.mark.parametrize("shape", ["circle", "square", "octagon"])
-def test_direct_current_values_scale_with_the_length(shape: str, scale: float) -> None:
+def test_direct_current_estimates_scale_with_length(shape: str, scale: float) -> None:
     def of(factor: float) -> list[float]:
         stackup = [{k: v * factor if isinstance(v, float) else v for k, v in layer.items()} for layer in STACKUP]
         sizes = {name: WINDING[name] * factor for name in ("outer_diameter", "trace_width", "trace_spacing")}  # type: ignore[operator]
@@ -88,7 +88,7 @@ def test_direct_current_values_scale_with_the_length(shape: str, scale: float) -
     assert of(scale) == approx(of(1.0), rel=2e-7)
 
 
-def test_far_metal_and_metal_that_does_not_conduct_are_no_metal() -> None:
+def test_distant_or_insulating_target_gives_estimates_without_target() -> None:
     def at_rest(**target: Any) -> list[float]:
         """Inductance, resistance and frequency at rest over those of the coil alone."""
         pad = {"size": 8, "thickness": target.pop("gap", 2)}
@@ -102,7 +102,7 @@ def test_far_metal_and_metal_that_does_not_conduct_are_no_metal() -> None:
 
 
 @pytest.mark.parametrize("shape", ["racetrack", "rectangle"])
-def test_turning_the_whole_array_with_its_coils_changes_no_coupling(shape: str) -> None:
+def test_rotated_array_has_equal_coil_coupling(shape: str) -> None:
     coil = {"shape": shape, "outer_diameter": [8, 4], "turns": 5, "trace_width": 0.1, "trace_spacing": 0.1}
 
     def pair(centres: list[list[float]], rotations: list[str]) -> Estimates:

@@ -26,7 +26,7 @@ def differences(name: str) -> list[str]:
     [pytest.param(name, marks=(pytest.mark.clients("gcc"), pytest.mark.slow)) if name == "bring_up" else name
      for name in sorted(pages.PAGES.keys() - BUILT)],
 )
-def test_a_page_is_what_the_program_shows(name):
+def test_generated_page_equals_program_output(name):
     assert differences(name) == [], f"run python docs/pages.py {name}"
 
 
@@ -36,7 +36,7 @@ def test_a_page_is_what_the_program_shows(name):
     "name", [pytest.param(name, marks=pytest.mark.more) if name in ("examples", "templates") else name
              for name in sorted(BUILT)],
 )
-def test_a_page_of_packages_is_what_the_program_shows(name):
+def test_generated_package_page_equals_program_output(name):
     assert differences(name) == [], f"run python docs/pages.py {name}"
 
 
@@ -69,7 +69,7 @@ $ sitscad check c.yaml
 
 
 @pytest.mark.slow
-def test_a_page_is_filled_once_and_then_stays(page):
+def test_generated_page_is_current_after_one_run(page):
     page.write_text(FRESH, encoding="utf-8")
     assert pages.stale("page") == ["page.md", "board.svg"]
     made = pages.made("page")
@@ -84,7 +84,7 @@ def test_a_page_is_filled_once_and_then_stays(page):
     assert pages.stale("page") == ["page.md"]
 
 
-def test_another_exit_code_than_the_page_says_is_refused(page):
+def test_page_with_wrong_exit_code_is_refused(page):
     page.write_text(FRESH.replace("exit 2", "exit 1"), encoding="utf-8")
     with pytest.raises(ValueError, match="ended with 2, not 1"):
         pages.made("page")

@@ -166,7 +166,7 @@ def test_listed_files_exist_and_have_a_reason():
     ("Return coils that are alike.", "vague reference"),
     ("Return drawings of it.", "vague reference"),
 ])
-def test_faulty_sentence_is_found(text, fault):
+def test_faulty_sentence_is_detected(text, fault):
     assert fault in [each for each, _ in faults(text, is_docstring=True)]
 
 
@@ -182,7 +182,7 @@ def test_faulty_sentence_is_found(text, fault):
     "Print a table.\n\n\b\nNAME   that of it alike\nOTHER  what is",
     "Return it (that of the coil) and [that](https://that.of.it).",
 ])
-def test_code_tables_names_and_items_are_no_faults(text):
+def test_code_tables_and_list_items_are_not_reported(text):
     assert list(faults(text, is_docstring=True)) == []
 
 

@@ -77,7 +77,7 @@ def ran(*words):
 
 
 @pytest.mark.slow
-def test_a_rule_of_ones_own_is_reported_listed_explained_ignored_and_waived(spec):
+def test_plugin_rule_is_reported_listed_explained_ignored_and_waived(spec):
     found = json.loads(ran("check", spec, "--format", "json", "--hints", "none", "--plugin", EXAMPLE).stdout)
     (finding,) = [each for each in found["specs"][0]["findings"] if each["rule"] == "LAB001"]
     assert finding["severity"] == "warning" and finding["limit"] == 0.5 and finding["unit"] == "m"
@@ -94,7 +94,7 @@ def test_a_rule_of_ones_own_is_reported_listed_explained_ignored_and_waived(spec
 
 
 @pytest.mark.slow
-def test_files_of_ones_own_are_in_the_package_and_go_with_the_plugin(tmp_path, spec, monkeypatch):
+def test_plugin_files_are_in_package_only_with_plugin(tmp_path, spec, monkeypatch):
     out = tmp_path / "out"
     assert ran("build", spec, "-o", out, "--only", "firmware,report", "--plugin", EXAMPLE).exit_code == 0
     package = out / "jaw-5x20"
@@ -114,7 +114,7 @@ def test_files_of_ones_own_are_in_the_package_and_go_with_the_plugin(tmp_path, s
 
 
 @pytest.mark.slow
-def test_the_pages_plugin_and_profile_work_as_shown(tmp_path, spec):
+def test_plugin_and_profile_of_extending_page_work_as_shown(tmp_path, spec):
     page = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
     blocks = {kind: page.partition(f"```{kind}\n")[2].partition("```")[0] for kind in ("python", "yaml")}
     (tmp_path / "lab.py").write_text(blocks["python"])
@@ -135,7 +135,7 @@ def test_the_pages_plugin_and_profile_work_as_shown(tmp_path, spec):
         assert named == {one.name for one in fields(kind)} - {"applies"}
 
 
-def test_a_file_is_used_once_however_often_it_is_named(spec):
+def test_plugin_file_named_repeatedly_is_used_once(spec):
     for _ in range(3):
         sitscad.use_plugin(EXAMPLE)
     assert [rule.id for rule in all_rules()].count("LAB001") == 1
@@ -161,14 +161,14 @@ def test_a_file_is_used_once_however_often_it_is_named(spec):
         (WRITER, {"name": ""}, "its name"),
     ],
 )
-def test_what_is_no_plugin_is_refused_by_name(plugin, text, values, said):
+def test_invalid_plugin_is_refused_by_name(plugin, text, values, said):
     file = plugin(text, **values)
     with pytest.raises(sitscad.PluginError, match=f"own.py: .*{said}"):
         sitscad.use_plugin(file)
     assert all_rules() == sitscad.RULES
 
 
-def test_a_file_that_is_not_there_is_named(tmp_path):
+def test_missing_plugin_file_is_refused_by_name(tmp_path):
     with pytest.raises(sitscad.PluginError, match=r"none\.py"):
         sitscad.use_plugin(tmp_path / "none.py")
 
@@ -176,7 +176,7 @@ def test_a_file_that_is_not_there_is_named(tmp_path):
 @pytest.mark.parametrize(
     "body", ["raise RuntimeError('no ink')", "return [3]", "return 7", "yield design.spec.nothing"]
 )
-def test_a_rule_that_goes_wrong_ends_the_command_with_its_name(plugin, spec, body):
+def test_failing_plugin_rule_ends_command_with_its_name(plugin, spec, body):
     words = ["check", str(spec), "--hints", "none", "--plugin", str(plugin(RULE, body=body))]
     done = subprocess.run([sys.executable, "-m", "sitscad", *words], capture_output=True, text=True, cwd=ROOT)
     assert done.returncode == 2 and "own.py: rule LAB001" in done.stderr and "Traceback" not in done.stderr
@@ -184,7 +184,7 @@ def test_a_rule_that_goes_wrong_ends_the_command_with_its_name(plugin, spec, bod
 
 
 @pytest.mark.parametrize("body", ["raise RuntimeError('no ink')", "return 3", "return {'a.txt': 'text'}"])
-def test_a_writer_that_goes_wrong_leaves_the_package_as_it_was(plugin, spec, tmp_path, body):
+def test_failing_plugin_writer_keeps_previous_package(plugin, spec, tmp_path, body):
     loaded = sitscad.load(spec)
     sitscad.build(loaded, tmp_path / "out", only=["firmware"])
     before = {path: path.read_bytes() for path in (tmp_path / "out").rglob("*") if path.is_file()}
@@ -195,7 +195,7 @@ def test_a_writer_that_goes_wrong_leaves_the_package_as_it_was(plugin, spec, tmp
 
 
 @pytest.mark.parametrize("path", ["../outside.txt", "/outside.txt", "manifest.json", "firmware/ldc1614_config.h"])
-def test_a_writer_writes_into_the_package_and_over_nothing(plugin, spec, tmp_path, path):
+def test_plugin_writer_of_path_outside_package_or_existing_file_is_refused(plugin, spec, tmp_path, path):
     sitscad.use_plugin(plugin(WRITER, body=f"return {{'{path}': b'x'}}"))
     with pytest.raises(sitscad.PackageError):
         sitscad.build(sitscad.load(spec), tmp_path / "out", only=["firmware"])
@@ -213,7 +213,7 @@ ENDS = (
 
 @pytest.mark.parametrize("body", ENDS)
 @pytest.mark.parametrize("where", ["import", "apply", "the rule's text", "writer"])
-def test_a_plugin_does_not_end_the_program(plugin, spec, typed, tmp_path, body, where):
+def test_exit_in_plugin_is_reported_with_plugin_name(plugin, spec, typed, tmp_path, body, where):
     """Exit 2 and its name, at whatever time it tries: exit 0 with nothing checked would pass any bad design."""
     if where == "writer":
         file = plugin(WRITER, body=body)
@@ -234,7 +234,7 @@ def test_a_plugin_does_not_end_the_program(plugin, spec, typed, tmp_path, body, 
 
 
 @pytest.mark.slow
-def test_an_installed_plugin_does_not_end_the_program(tmp_path):
+def test_exit_in_installed_plugin_is_reported_with_plugin_name(tmp_path):
     info = tmp_path / "our_lab-1.0.dist-info"
     info.mkdir()
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: our-lab\nVersion: 1.0\n")
@@ -249,7 +249,7 @@ def test_an_installed_plugin_does_not_end_the_program(tmp_path):
         assert done.returncode == 2 and "plugin leaver (our_lab_leaver)" in done.stderr, done.stderr
 
 
-def test_the_users_own_interruption_is_no_fault_of_a_plugin(plugin, spec, typed):
+def test_user_interrupt_during_plugin_exits_130(plugin, spec, typed):
     body = "import os, signal, time; os.kill(os.getpid(), signal.SIGINT); time.sleep(5)"
     before = signal.getsignal(signal.SIGINT)
     code, said = typed("check", spec, "--hints", "none", "--plugin", plugin(RULE, body=body))
@@ -258,7 +258,7 @@ def test_the_users_own_interruption_is_no_fault_of_a_plugin(plugin, spec, typed)
 
 
 @pytest.mark.parametrize("where", ["import", "apply"])
-def test_what_takes_long_is_reported_by_name(plugin, spec, monkeypatch, caplog, where):
+def test_slow_plugin_is_reported_by_name(plugin, spec, monkeypatch, caplog, where):
     monkeypatch.setattr("sitscad.package.plugins.guard.SLOW", 0.05)
     file = plugin(RULE, body="import time; time.sleep(0.4)" if where == "apply" else "return ()")
     if where == "import":
@@ -269,7 +269,7 @@ def test_what_takes_long_is_reported_by_name(plugin, spec, monkeypatch, caplog, 
     assert [float(seconds) for seconds in told[:2]] == [0.05, 0.1] and len(told) < 5, caplog.text
 
 
-def test_what_is_quick_is_not_reported(spec, caplog):
+def test_fast_plugin_is_not_reported(spec, caplog):
     ran("check", spec, "--hints", "none", "--plugin", EXAMPLE)
     assert not caplog.text
 
@@ -278,7 +278,7 @@ def test_what_is_quick_is_not_reported(spec, caplog):
     ("field", "value"), [("message", "3"), ("hint", "None"), ("key", "3"), ("measured", "'a'"), ("limit", "True"),
                          ("severity", "'error'"), ("unit", "3"), ("place", "(1, 2)")],
 )
-def test_a_complaint_of_other_kinds_is_refused_by_name(plugin, spec, typed, field, value):
+def test_violation_field_of_wrong_type_is_refused_by_name(plugin, spec, typed, field, value):
     given = {"message": "'m'", field: value}
     body = f"return [sitscad.Violation({', '.join(f'{name}={word}' for name, word in given.items())})]"
     code, said = typed("check", spec, "--hints", "none", "--plugin", plugin(RULE, body=body))
@@ -293,7 +293,7 @@ def test_a_complaint_of_other_kinds_is_refused_by_name(plugin, spec, typed, fiel
      ("firmware", "findings.json", "firmware"),
      ("gerber", "firmware/ldc1614_config.h", "gerber,firmware"), ("firmware", "spec/jaw.yaml", "firmware")],
 )
-def test_a_writer_that_names_a_file_of_ours_is_refused_by_name(plugin, spec, typed, tmp_path, stage, path, only):
+def test_plugin_writer_of_reserved_file_is_refused_by_name(plugin, spec, typed, tmp_path, stage, path, only):
     file = plugin(WRITER, stage=stage, body=f"return {{'{path}': b'x'}}")
     code, said = typed("build", spec, "-o", tmp_path / "out", "--only", only, "--plugin", file)
     assert code == 2
@@ -301,7 +301,7 @@ def test_a_writer_that_names_a_file_of_ours_is_refused_by_name(plugin, spec, typ
     assert not (tmp_path / "out" / "jaw-5x20").exists()
 
 
-def test_a_process_that_a_plugin_ends_is_no_internal_error(plugin, spec, tmp_path):
+def test_worker_process_ended_by_plugin_is_no_internal_error(plugin, spec, tmp_path):
     (tmp_path / "more.yaml").write_text(spec.read_text())
     file = plugin(RULE, body="import os; os._exit(0)")
     words = ["check", str(spec), str(tmp_path / "more.yaml"), "--jobs", "2", "--hints", "none", "--plugin", str(file)]
@@ -309,7 +309,7 @@ def test_a_process_that_a_plugin_ends_is_no_internal_error(plugin, spec, tmp_pat
     assert done.returncode == 2 and "ended without a word" in done.stderr and "internal error" not in done.stderr
 
 
-def test_an_installed_package_is_used_without_being_named(tmp_path):
+def test_installed_plugin_is_used_automatically(tmp_path):
     (tmp_path / "our_lab_winder.py").write_text(EXAMPLE.read_text())
     info = tmp_path / "our_lab-1.0.dist-info"
     info.mkdir()

@@ -14,7 +14,7 @@ def blocks(language):
 
 
 @pytest.mark.slow
-def test_the_ten_lines_of_library_run(tmp_path, monkeypatch, capsys):
+def test_readme_library_example_runs(tmp_path, monkeypatch, capsys):
     (code,) = blocks("python")
     assert len([line for line in code.splitlines() if line.strip()]) <= 11
     (tmp_path / "templates").symlink_to(ROOT / "templates")
@@ -24,7 +24,7 @@ def test_the_ten_lines_of_library_run(tmp_path, monkeypatch, capsys):
     assert (tmp_path / "outputs/grasper-4layer/fpc/grasper-4layer-F_Cu.gbr").exists()
 
 
-def test_the_smallest_spec_is_whole():
+def test_readme_smallest_spec_loads():
     import sitscad
 
     (text,) = blocks("yaml")
@@ -35,7 +35,7 @@ PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_every_link_into_the_repository_leads_somewhere(page):
+def test_repository_links_of_page_target_existing_files(page):
     for target in re.findall(r"\]\((?!http)([^)#]+)\)", page.read_text(encoding="utf-8")):
         assert (page.parent / target).exists(), target
 
@@ -48,17 +48,17 @@ def anchors(page):
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_link_to_a_heading_finds_the_heading(page):
+def test_heading_links_target_existing_headings(page):
     for target, anchor in re.findall(r"\]\(([\w./-]*\.md|)#([^)]+)\)", page.read_text(encoding="utf-8")):
         assert anchor in anchors(page.parent / target if target else page), f"{target}#{anchor}"
 
 
-def test_the_readme_is_read_in_three_minutes():
+def test_readme_has_fewer_than_1100_words():
     told = re.sub(r"^```.*?^```|^<!--.*?-->", "", TEXT, flags=re.DOTALL | re.MULTILINE)
     assert len(told.split()) < 1100
 
 
-def test_every_page_is_reached_from_the_readme():
+def test_readme_links_every_page():
     """But for the reference of the library, which only the site can show."""
     named = set(re.findall(r"\(docs/([\w-]+\.md)\)", TEXT))
     assert named == {page.name for page in (ROOT / "docs").glob("*.md")} - {"api.md"}

@@ -49,7 +49,7 @@ class Twin:
     notes: Mapping[str, str] = field(default_factory=dict, compare=False)
 
 
-def test_values_by_place_by_name_and_by_default():
+def test_record_values_are_set_by_position_name_and_default():
     assert Track(0.1) == Track(0.1, 1) == Track(layer=1, width=0.1) == Track(0.1, notes={"not": "compared"})
     assert Track(0.1, 2).area == 0.2
     assert Track(0.1).notes == {} and Track(0.1).notes is not Track(0.1).notes
@@ -61,7 +61,7 @@ def test_values_by_place_by_name_and_by_default():
     [((), {}), ((0.1, 1, {}, 4), {}), ((0.1,), {"width": 0.1}), ((0.1,), {"height": 1.0}), ((), {"layer": 1})],
     ids=["none", "too many", "twice", "unknown", "one missing"],
 )
-def test_wrong_values_are_refused_by_the_first_instance_and_by_later_ones(values, named):
+def test_wrong_record_arguments_raise_type_error_every_time(values, named):
     @record
     class Fresh:
         width: float
@@ -74,18 +74,18 @@ def test_wrong_values_are_refused_by_the_first_instance_and_by_later_ones(values
     assert Fresh(0.1).layer == 1
 
 
-def test_equality_and_hash_are_those_of_a_frozen_dataclass():
+def test_record_has_equality_and_hash_of_frozen_dataclass():
     assert Track(0.1) != Track(0.2) and Track(0.1) != Twin(0.1) and Track(0.1) != Wide(0.1)
     assert hash(Track(0.1, 3, {"a": "b"})) == hash(Track(0.1, 3)) == hash(Twin(0.1, 3))
     assert {Track(0.1): "kept"}[Track(0.1)] == "kept"
 
 
-def test_without_eq_an_instance_equals_itself_alone():
+def test_record_without_eq_compares_by_identity():
     one, other = Field(np.zeros(3)), Field(np.zeros(3))
     assert one == one and one != other and len({one, other}) == 2
 
 
-def test_nothing_can_be_set_or_deleted():
+def test_record_attributes_cannot_be_set_or_deleted():
     track = Track(0.1)
     with pytest.raises(dataclasses.FrozenInstanceError):
         track.width = 0.2
@@ -95,7 +95,7 @@ def test_nothing_can_be_set_or_deleted():
         del track.width
 
 
-def test_what_takes_a_dataclass_takes_a_record():
+def test_dataclass_functions_accept_records():
     track, twin = Track(0.1, 2), Twin(0.1, 2)
     assert dataclasses.is_dataclass(track)
     assert dataclasses.replace(track, layer=3) == Track(0.1, 3)
@@ -140,7 +140,7 @@ def test_record_keeps_explicit_repr():
     assert repr(Named("C1")) == "C1"
 
 
-def test_a_record_is_made_several_times_as_fast_as_a_frozen_dataclass():
+def test_record_class_is_created_faster_than_frozen_dataclass():
     def cost(make) -> float:
         start = time.process_time()
         for _ in range(30):
@@ -167,7 +167,7 @@ class Inner:
     field_0: dict = field(default_factory=dict)
 
 
-def test_a_constructor_of_the_same_pattern_has_its_own_names_and_defaults():
+def test_records_sharing_constructor_pattern_have_own_names_and_defaults():
     assert (Inner(1).missing, Inner(1).inside, Inner(1).field_0) == (1, 2, {})
     assert Inner(1, field_0={"a": 1}).field_0 == {"a": 1} and Inner(1).field_0 is not Inner(1).field_0
     with pytest.raises(TypeError, match=r"Inner.__init__\(\) missing 1 required positional argument: 'missing'"):
@@ -175,7 +175,7 @@ def test_a_constructor_of_the_same_pattern_has_its_own_names_and_defaults():
     assert [one.type for one in dataclasses.fields(Inner)] == ["int", "int", "dict"]
 
 
-def test_a_field_whose_type_is_named_variable_is_a_field():
+def test_record_field_of_type_named_variable_is_no_class_variable():
     @record
     class Space:
         variables: tuple[Variable, ...]  # noqa: F821 - annotations are texts
@@ -184,12 +184,12 @@ def test_a_field_whose_type_is_named_variable_is_a_field():
     assert Space((1,)) == Space(variables=(1,)) and list(vars(Space((1,)))) == ["variables"]
 
 
-def test_fields_may_have_any_name():
+def test_record_fields_may_have_internal_names():
     assert (Named(1).own, Named(1).cls, Named(1).fields) == (1, 2, 3)
     assert Named(1) == Named(own=1) and Named(1) != Named(4)
 
 
-def test_what_is_replaced_has_nothing_that_was_kept():
+def test_replaced_record_has_no_cached_values():
     one = Track(1.0)
     assert memo(one, "_twice", lambda: 2) == memo(one, "_twice", lambda: 3) == 2 and hash(one) == hash(one)
     other = replace(one, layer=3)

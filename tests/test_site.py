@@ -26,13 +26,13 @@ def pages_in_the_contents():
     ]
 
 
-def test_every_page_is_in_the_contents_once():
+def test_site_contents_list_every_page_once():
     named = pages_in_the_contents()
     assert sorted(named) == sorted(page.stem for page in DOCS.glob("*.md") if page.stem != "index")
 
 
 @pytest.mark.slow
-def test_every_spec_of_the_tutorial_is_what_the_page_says():
+def test_tutorial_specs_have_findings_stated_on_page():
     """The first is refused for its frequency alone, and the second is mended by what the page does."""
     import sitscad
 
@@ -74,7 +74,7 @@ def built(folder, seed):
 @pytest.mark.more
 @pytest.mark.slow
 @pytest.mark.cad
-def test_two_builds_give_the_same_site_whose_links_lead_somewhere(tmp_path):
+def test_site_builds_are_equal_with_valid_links(tmp_path):
     running = {name: built(tmp_path / name, seed) for name, seed in (("one", "1"), ("other", "2"))}
     for name, process in running.items():
         said, _ = process.communicate(timeout=1500)
@@ -97,7 +97,7 @@ def test_two_builds_give_the_same_site_whose_links_lead_somewhere(tmp_path):
                 assert unquote(parts.fragment) in pages[target].places, f"{page}: {link}"
 
 
-def test_outer_addresses_are_found_as_they_are_meant():
+def test_external_addresses_are_extracted_from_text():
     """What asks them needs a network: tests/validation/outer_links.py."""
     from runpy import run_path
 

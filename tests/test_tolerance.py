@@ -7,7 +7,7 @@ import pytest
 from tolerance import approx
 
 
-def test_a_relative_tolerance_is_relative_however_small_the_numbers_are():
+def test_relative_tolerance_has_no_absolute_minimum():
     assert approx(1e-13, rel=0.01) != 1.02e-13
     assert approx(1e-13, rel=0.01) == 1.005e-13
     assert approx(0.0, rel=0.5) != 1e-13
@@ -17,12 +17,12 @@ def test_a_relative_tolerance_is_relative_however_small_the_numbers_are():
     assert approx({"C_F": 2e-13}, rel=0.01) != {"C_F": 1e-13}
 
 
-def test_what_has_no_size_is_what_it_is():
+def test_approx_compares_none_and_text_by_equality():
     assert approx({"C_F": None, "name": "C1"}, rel=0.01) == {"C_F": None, "name": "C1"}
     assert approx([None, 1.001], rel=0.01) == [None, 1.0] and approx([None, 1.02], rel=0.01) != [None, 1.0]
     assert approx(None, abs=1.0) != 0.0
 
 
-def test_a_tolerance_is_reported():
+def test_approx_without_tolerance_raises_type_error():
     with pytest.raises(TypeError, match="say rel or abs"):
         approx(1.0)

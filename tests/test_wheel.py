@@ -48,7 +48,7 @@ def bin_folder(wheel) -> Path:
     return environment / "bin"
 
 
-def test_the_wheel_carries_templates_data_and_licence(wheel):
+def test_wheel_contains_templates_data_and_licence(wheel):
     names = zipfile.ZipFile(wheel).namelist()
     templates = {path.name for path in (ROOT / "templates").glob("*.yaml")}
     assert {Path(name).name for name in names if name.startswith("sitscad/templates/")} >= templates
@@ -62,7 +62,7 @@ def test_the_wheel_carries_templates_data_and_licence(wheel):
     assert not [name for name in names if name.startswith(("tests", "outputs"))]
 
 
-def test_the_light_core_brings_no_cad(bin_folder):
+def test_installation_without_extras_brings_no_cad(bin_folder):
     listed = json.loads(run_well(bin_folder / "python", "-m", "pip", "list", "--format", "json", cwd=bin_folder))
     names = {entry["name"].lower() for entry in listed}
     assert not names & {
@@ -89,7 +89,7 @@ def test_new_check_estimate_and_build_work_without_extras(bin_folder, tmp_path):
     assert {"fpc", "kicad", "laser", "manifest.json"} <= {path.name for path in package.iterdir()}
 
 
-def test_a_missing_extra_is_one_clear_sentence(bin_folder, tmp_path):
+def test_build_without_needed_extra_prints_one_sentence(bin_folder, tmp_path):
     sitscad = bin_folder / "sitscad"
     run_well(sitscad, "new", "grasper_4layer", "-o", "sensor.yaml", cwd=tmp_path)
     done = run(sitscad, "build", "sensor.yaml", cwd=tmp_path)

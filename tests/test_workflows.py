@@ -28,7 +28,7 @@ def commands_of(path):
 
 
 @pytest.mark.parametrize("path", WORKFLOWS, ids=lambda path: path.stem)
-def test_every_job_of_a_workflow_can_start(path):
+def test_workflow_jobs_have_valid_structure(path):
     workflow = read(path)
     assert workflow["name"] == path.stem and workflow["on"] and "contents" in workflow["permissions"]
     for name, job in workflow["jobs"].items():
@@ -40,19 +40,19 @@ def test_every_job_of_a_workflow_can_start(path):
 
 
 @pytest.mark.parametrize("path", WORKFLOWS, ids=lambda path: path.stem)
-def test_commands_of_a_workflow_name_files_that_exist(path):
+def test_workflow_commands_name_existing_files(path):
     named = {place for command in commands_of(path) for place in PLACE.findall(command)}
     assert path.stem == "release" or named
     assert not [place for place in named if not (ROOT / place).exists()]
 
 
-def test_only_the_job_that_publishes_may_ask_for_an_identity_and_it_takes_what_was_checked():
+def test_only_publish_job_has_identity_permission_and_needs_build():
     jobs = read(ROOT / ".github/workflows/release.yml")["jobs"]
     assert [name for name, job in jobs.items() if "id-token" in job.get("permissions", {})] == ["publish"]
     assert jobs["publish"]["needs"] == "build" and not [step for step in jobs["publish"]["steps"] if "run" in step]
 
 
-def test_the_citation_is_of_this_version():
+def test_citation_file_states_current_version():
     cited = read(ROOT / "CITATION.cff")
     assert cited["version"] == sitscad.__version__ and cited["license"] == "Apache-2.0"
     assert {"cff-version", "message", "title", "authors"} <= cited.keys()
@@ -75,7 +75,7 @@ def imported_at_once(tree):
             waiting += ast.iter_child_nodes(node)
 
 
-def test_no_module_needs_a_posix_system_to_be_imported():
+def test_modules_import_without_posix_modules():
     for path in (ROOT / "sitscad").rglob("*.py"):
         if "firmware" in path.parts:
             continue
@@ -85,11 +85,11 @@ def test_no_module_needs_a_posix_system_to_be_imported():
 
 
 @pytest.mark.parametrize("name", ["a:b", "con", "nul.txt", "aux/x", "x.", "x ", "a\\b", "lpt1.csv", "?"])
-def test_no_package_has_a_file_name_that_windows_refuses(name):
+def test_package_file_names_are_valid_on_windows(name):
     assert not FILE_NAME.fullmatch(name)
 
 
-def test_no_template_has_a_name_that_windows_reserves():
+def test_package_data_names_are_not_reserved_by_windows():
     reserved = re.compile(r"(?i)(con|prn|aux|nul|(com|lpt)\d)(\..*)?")
     names = [path.name for path in (ROOT / "sitscad").rglob("*")] + list(templates.names())
     assert len(names) > 300

@@ -128,7 +128,7 @@ def test_every_c_header_table_is_used(tmp_path, sensors, hidden):
 
 
 @pytest.mark.clients("gcc")
-def test_c_forces_report_invalid_counts_and_zero_tare(tmp_path, foretold):
+def test_c_forces_report_invalid_counts_and_counts_beyond_map(tmp_path, foretold):
     tare = foretold.map.rest
     counts = np.floor([tare, 0 * tare, 0 * tare + 2**28 - 1, 1.1 * tare, 0.9 * tare])
     result, forces, _ = _run_c(tmp_path, foretold.map, foretold.sensors.conversion, counts, tare)

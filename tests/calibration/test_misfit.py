@@ -60,7 +60,7 @@ def test_loads_without_shear_give_no_rotation_note(sensors, level, bench, hidden
     assert fit_opposite_rotation(sensors, lambda: level, points, fit_model(sensors, points)) is None
 
 
-def test_rotation_comment_of_table_decides_target_rotation(design, foretold, tmp_path, sensors):
+def test_rotation_comment_that_contradicts_option_is_refused(design, foretold, tmp_path, sensors):
     text = calibration_files(foretold)["plan.csv"].decode()
     assert text.startswith("# rotation: free\n")
     path = tmp_path / "plan.csv"

@@ -55,7 +55,7 @@ def coil_file(path, **section):
         )),
     ],
 )
-def test_footprint_that_is_read_back_has_the_figures_of_its_spec(section, tmp_path):
+def test_footprint_read_back_has_inductance_and_resistance_of_its_spec(section, tmp_path):
     spiral = sitscad.coil(**section, frequency=["100 kHz", "5 MHz"])
     (tmp_path / "coil.kicad_mod").write_text(spiral.footprint())
     drawn = sitscad.drawn_coil(str(tmp_path / "coil.kicad_mod"), stackup=spiral.stackup, frequency=["100 kHz", "5 MHz"])
@@ -68,7 +68,7 @@ def test_footprint_that_is_read_back_has_the_figures_of_its_spec(section, tmp_pa
 
 @pytest.mark.parametrize(
     "corners", [36, *(pytest.param(each, marks=(pytest.mark.slow, pytest.mark.more)) for each in (72, 180))])
-def test_chords_of_a_curve_are_computed_as_the_curve(corners, tmp_path):
+def test_chords_of_spiral_have_inductance_of_curve(corners, tmp_path):
     points = spiral_points(RADIUS, PITCH, TURNS, corners=corners)
     file = tmp_path / "board.kicad_pcb"
     file.write_text(board(segments(points, "F.Cu"), pad("1", *points[0]), pad("2", *points[-1])))
@@ -102,7 +102,7 @@ def test_drawn_coil_has_the_capacitance_of_its_spec_with_a_named_stackup(tmp_pat
     assert drawn.document()["capacitance_F"] == drawn.capacitance
 
 
-def test_drawn_coil_of_no_known_shape_has_a_note_in_place_of_its_capacitance(tmp_path):
+def test_drawn_coil_of_unknown_shape_has_note_instead_of_capacitance(tmp_path):
     file = tmp_path / "coil.kicad_mod"
     file.write_text(sitscad.coil(**{**TWO, "shape": "racetrack", "outer_diameter": ["12 mm", "8 mm"]}).footprint())
     drawn = sitscad.drawn_coil(str(file), stackup="flex-2l-30um")
@@ -110,7 +110,7 @@ def test_drawn_coil_of_no_known_shape_has_a_note_in_place_of_its_capacitance(tmp
     assert any("capacitance" in note for note in drawn.notes)
 
 
-def test_measured_drawn_coil_has_the_cause_of_its_spec(root, tmp_path):
+def test_measured_drawn_coil_has_same_verdict_as_its_spec(root, tmp_path):
     file, data = tmp_path / "coil.kicad_mod", root / "docs/examples/meter.csv"
     spiral = sitscad.coil(**TWO)
     file.write_text(spiral.footprint())
@@ -124,7 +124,7 @@ def test_measured_drawn_coil_has_the_cause_of_its_spec(root, tmp_path):
     assert theirs.verdict in run.output
 
 
-def test_layer_that_turns_the_other_way_is_remarked_on_and_cancels(tmp_path):
+def test_layer_of_opposite_sense_is_noted_and_cancels_inductance(tmp_path):
     file = tmp_path / "board.kicad_pcb"
     file.write_text(two_layers(sense=-1))
     drawn = sitscad.drawn_coil(str(file), net="COIL", frequency="5 MHz")
@@ -138,7 +138,7 @@ def test_layer_that_turns_the_other_way_is_remarked_on_and_cancels(tmp_path):
 
 
 @pytest.mark.slow
-def test_half_a_turn_lost_is_remarked_on(tmp_path):
+def test_missing_half_turn_is_noted(tmp_path):
     bottom = spiral_points(RADIUS, PITCH, TURNS, sense=-1)[:35:-1]
     jump = segments([INNER, (INNER[0] - 0.4, INNER[1])], "F.Cu") + via(INNER[0] - 0.4, INNER[1])
     jump += segments([(INNER[0] - 0.4, INNER[1]), bottom[0]], "B.Cu")
@@ -162,14 +162,14 @@ def test_half_a_turn_lost_is_remarked_on(tmp_path):
         (board(segments([(6.0, 0.0), *NARROW, (0.0, 0.0)], "F.Cu"), pad("1", 6.0, 0.0), pad("2", 0.0, 0.0)), "touch"),
     ],
 )
-def test_fault_of_a_generator_is_refused_with_its_place(text, place, tmp_path):
+def test_faulty_generated_drawing_is_refused_with_coordinates(text, place, tmp_path):
     (tmp_path / "board.kicad_pcb").write_text(text)
     with pytest.raises(DrawnCoilError, match=place) as caught:
         sitscad.drawn_coil(str(tmp_path / "board.kicad_pcb"), net="COIL")
     assert " mm" in str(caught.value)
 
 
-def test_third_run_without_arcs_leads_back_to_the_top(tmp_path):
+def test_third_conductor_run_returns_to_top_layer(tmp_path):
     """The coil's outer end goes back to the top through a second via, as many generators draw it."""
     bottom = spiral_points(RADIUS, PITCH, TURNS, sense=-1)[::-1]
     out = (bottom[-1][0] + 1.0, bottom[-1][1] + 1.0)
@@ -184,7 +184,7 @@ def test_third_run_without_arcs_leads_back_to_the_top(tmp_path):
     assert drawn.inductance == approx(sitscad.coil(**TWO, frequency="5 MHz").inductance, rel=5e-3, abs=0)
 
 
-def test_arcs_of_kicad_5_are_the_arcs_of_later_versions(tmp_path):
+def test_arcs_of_kicad_5_equal_arcs_of_later_versions(tmp_path):
     """Footprint generators for KiCad 5 write the centre, the first point and an angle, clockwise on the screen."""
     arcs = {"five": "", "six": ""}
     radius = 4.0
@@ -207,7 +207,7 @@ def test_arcs_of_kicad_5_are_the_arcs_of_later_versions(tmp_path):
 
 
 @pytest.mark.parametrize(("dx", "dy"), [(0.07, 0.0), (0.06, 0.05), (0.0, -0.08)])
-def test_ends_whose_copper_touches_are_joined(dx, dy, tmp_path):
+def test_track_ends_with_touching_copper_are_joined(dx, dy, tmp_path):
     """A lead drawn by hand rarely ends on the last point of a generated spiral."""
     x, y = TOP[0]
     (tmp_path / "exact.kicad_pcb").write_text(two_layers())
@@ -231,7 +231,7 @@ def test_turns_of_a_wedge_are_counted_about_its_innermost_turn(tmp_path):
 
 
 @pytest.mark.slow
-def test_dead_end_is_left_out_and_named(tmp_path):
+def test_dead_end_is_omitted_and_noted(tmp_path):
     file = tmp_path / "board.kicad_pcb"
     file.write_text(two_layers(more=segments([TOP[0], (TOP[0][0] + 3.0, TOP[0][1])], "F.Cu")))
     plain = tmp_path / "plain.kicad_pcb"
@@ -241,7 +241,7 @@ def test_dead_end_is_left_out_and_named(tmp_path):
     assert any("3 mm" in note for note in with_end.notes)
 
 
-def test_pads_name_the_terminals_across_nets(tmp_path):
+def test_pads_select_terminals_across_nets(tmp_path):
     text = two_layers().replace('"1" smd rect (at 0 0) (size 0.1 0.1) (layers "F.Cu") (net 1 "COIL")',
                                 '"1" smd rect (at 0 0) (size 0.1 0.1) (layers "F.Cu") (net 2 "GND")')
     (tmp_path / "board.kicad_pcb").write_text(text)
@@ -257,7 +257,7 @@ def test_pads_name_the_terminals_across_nets(tmp_path):
      b"(kicad_pcb (layers (0 \"F.Cu\" signal)) (segment (start 0 nan) (end 1 1) (width 0.1) (layer \"F.Cu\") (net 1)))",
      b"(" * 100_000, two_layers().encode()[:3000]],
 )
-def test_other_files_are_refused_in_a_sentence(content, tmp_path):
+def test_unsuitable_files_are_refused_with_file_name(content, tmp_path):
     file = tmp_path / "some.kicad_pcb"
     file.write_bytes(content)
     run = CliRunner().invoke(cli, ["coil", str(file), "--net", "COIL", "--svg", str(tmp_path / "a.svg")],
@@ -274,7 +274,7 @@ def test_net_of_too_many_tracks_is_refused(tmp_path):
         sitscad.drawn_coil(str(tmp_path / "board.kicad_pcb"), net="COIL")
 
 
-def test_board_needs_a_net_and_heights(tmp_path):
+def test_board_without_net_name_or_layer_heights_is_refused(tmp_path):
     file = tmp_path / "board.kicad_pcb"
     file.write_text(two_layers().replace(STACK, ""))
     with pytest.raises(DrawnCoilError, match="COIL"):
@@ -299,7 +299,7 @@ def test_heights_of_a_board_are_read_from_its_stack(tmp_path):
         conductor.length / (5.8e7 * 100e-6 * 30e-6), rel=5e-3, abs=0)
 
 
-def test_command_prints_writes_and_draws(tmp_path):
+def test_coil_command_prints_writes_and_draws_drawn_coil(tmp_path):
     file, svg = tmp_path / "board.kicad_pcb", tmp_path / "coil.svg"
     file.write_text(two_layers())
     arguments = ["coil", str(file), "--net", "COIL", "--at", "5MHz", "--svg", str(svg), "--format", "json"]
@@ -318,7 +318,7 @@ def test_command_prints_writes_and_draws(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["single_coil", "grasper_4layer", "racetrack_jaw", "three_axis_pad", "skin_strip_6"])
-def test_boards_that_we_write_are_read_back_from_contact_to_contact(name, root, tmp_path):
+def test_written_template_boards_read_back_with_estimated_inductance_and_resistance(name, root, tmp_path):
     """Leads, tail and vias are followed as well, so the sum of all parts of the terminal inductance is compared."""
     layout = sitscad.lay_out(sitscad.load(root / "templates" / f"{name}.yaml"))
     coil = sitscad.estimate(layout).coils[0]

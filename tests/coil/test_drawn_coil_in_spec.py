@@ -43,7 +43,7 @@ def drawing(tmp_path_factory):
     return folder, spec
 
 
-def test_board_that_we_drew_has_the_figures_of_its_spec(drawing):
+def test_spec_with_drawn_board_has_estimates_of_original_spec(drawing):
     folder, spec = drawing
     drawn = loaded(folder, "drawn: board.kicad_pcb, net: C1")
     ours, theirs = (sitscad.estimate(sitscad.lay_out(each)).coils[0] for each in (spec, drawn))
@@ -59,7 +59,7 @@ def test_board_that_we_drew_has_the_figures_of_its_spec(drawing):
             assert read.target_change == approx(state.target_change, rel=1e-3)
 
 
-def test_response_of_a_drawn_coil_is_that_of_its_spec(drawing):
+def test_response_of_drawn_coil_equals_response_of_its_spec(drawing):
     folder, spec = drawing
     drawn = loaded(folder, "drawn: board.kicad_pcb, net: C1")
     poses = [[0.0] * 6, [0.0, 0.0, -0.4e-3, 0.0, 0.0, 0.0], [0.3e-3, 0.0, -0.2e-3, 0.0, 0.01, 0.0]]
@@ -92,7 +92,7 @@ def test_footprint_has_the_winding_of_its_spec_and_no_leads(drawing):
         ("shape: octagon, outer_diameter: 10, turns: 9.5, layers: 2, sense: clockwise", "flex-2l-30um"),
         ("shape: circle, outer_diameter: 10, turns: 6.5, layers: 4", "flex-4l"))),
 ])
-def test_every_shape_is_recognised_in_the_board_that_we_drew(coil, stackup, tmp_path):
+def test_every_shape_is_recognised_in_written_board(coil, stackup, tmp_path):
     fpc = f"fpc: {{stackup: {stackup}}}\n"
     spec = loaded(tmp_path, f"{coil}, trace_width: 160 um, trace_spacing: 160 um", fpc)
     files = render(sitscad.lay_out(spec))
@@ -114,7 +114,7 @@ def square_points(size, pitch, turns):
     return [(x, -y) for x, y in corners]
 
 
-def test_square_of_another_generator_is_computed_by_its_own_path(tmp_path):
+def test_square_of_other_generator_is_computed_by_its_drawn_path(tmp_path):
     points = square_points(9.8, 0.32, 8)
     (tmp_path / "board.kicad_pcb").write_text(
         board(segments(points, "F.Cu", width=0.16), pad("1", *points[0]), pad("2", *points[-1])))
@@ -127,7 +127,7 @@ def test_square_of_another_generator_is_computed_by_its_own_path(tmp_path):
 
 
 @pytest.mark.parametrize("turned", ["tilted", "wider"])
-def test_turns_that_no_shape_covers_are_refused(turned, tmp_path):
+def test_drawn_turns_of_no_known_shape_are_refused(turned, tmp_path):
     points = square_points(9.8, 0.32, 8)
     parts = segments(points, "F.Cu", width=0.16)
     if turned == "tilted":
@@ -153,7 +153,7 @@ def test_coils_of_an_array_are_copies_of_the_drawing(drawing):
     assert estimates.coils[0].winding_inductance == approx(estimates.coils[1].winding_inductance, rel=1e-9)
 
 
-def test_rules_about_artwork_are_not_applied_to_a_drawn_board(drawing):
+def test_artwork_rules_are_not_checked_for_drawn_board(drawing):
     folder, _ = drawing
     result = sitscad.check(loaded(folder, "drawn: coil.kicad_mod"))
     reasons = {entry.rule: entry.reason for entry in result.not_checked}
@@ -167,7 +167,7 @@ def test_rules_about_artwork_are_not_applied_to_a_drawn_board(drawing):
     assert finding.measured < 0.0 < finding.limit
 
 
-def test_package_has_all_but_the_board(drawing, tmp_path):
+def test_package_of_drawn_board_contains_no_board_files(drawing, tmp_path):
     folder, _ = drawing
     loaded(folder, "drawn: board.kicad_pcb, net: C1")
     stages = "gerber,kicad,laser,firmware,report"
@@ -204,7 +204,7 @@ def test_package_has_all_but_the_board(drawing, tmp_path):
         (f"{WRITTEN}, net: C1", "SIT009", "coil.net"),
     ],
 )
-def test_drawing_that_cannot_be_used_is_a_finding_at_its_place(coil, rule, key, drawing):
+def test_unusable_drawing_is_reported_with_rule_key_and_line(coil, rule, key, drawing):
     folder, _ = drawing
     (folder / "text.kicad_mod").write_text("hello")
     (folder / "reversed.kicad_pcb").write_text(two_layers(sense=-1))
@@ -219,7 +219,7 @@ def test_drawing_that_cannot_be_used_is_a_finding_at_its_place(coil, rule, key, 
 
 
 @pytest.mark.parametrize("key", ["tail: {length: 30, connector: zif-0.5mm}", "panel: none", "teardrops: none"])
-def test_keys_about_artwork_are_refused_beside_a_drawn_coil(key, drawing):
+def test_artwork_keys_are_refused_with_drawn_coil(key, drawing):
     folder, _ = drawing
     with pytest.raises(sitscad.SpecError) as caught:
         loaded(folder, "drawn: coil.kicad_mod", f"fpc: {{{key}}}\n")
@@ -227,7 +227,7 @@ def test_keys_about_artwork_are_refused_beside_a_drawn_coil(key, drawing):
     assert (finding.rule, finding.key) == ("SIT009", f"fpc.{key.partition(':')[0]}")
 
 
-def test_chords_of_another_generator_are_the_spiral_that_they_stand_for(tmp_path):
+def test_chords_of_other_generator_are_recognised_as_spiral(tmp_path):
     (tmp_path / "board.kicad_pcb").write_text(two_layers())
     spec = loaded(tmp_path, "drawn: board.kicad_pcb, net: COIL")
     assert spec.coil.turns == 14.0
@@ -246,7 +246,7 @@ def test_chords_of_another_generator_are_the_spiral_that_they_stand_for(tmp_path
     ("[{copper: 30 um}, {dielectric: 25 um}, {copper: 30 um}]", None),
     ("[{copper: 18 um}, {dielectric: 40 um}, {copper: 18 um}, {dielectric: 40 um}, {copper: 18 um}]", "coil.drawn"),
 ])
-def test_stackup_of_the_spec_must_be_the_stackup_of_the_board(written, key, tmp_path):
+def test_stackup_of_spec_must_match_stackup_of_board(written, key, tmp_path):
     (tmp_path / "board.kicad_pcb").write_text(two_layers())
     try:
         loaded(tmp_path, "drawn: board.kicad_pcb, net: COIL", f"fpc: {{stackup: {written}}}\n")
@@ -256,7 +256,7 @@ def test_stackup_of_the_spec_must_be_the_stackup_of_the_board(written, key, tmp_
         assert key is None
 
 
-def test_other_keys_change_and_the_drawing_stays(drawing):
+def test_changed_keys_keep_the_drawn_coil(drawing):
     folder, _ = drawing
     spec = loaded(folder, "drawn: coil.kicad_mod")
     thicker = spec.replace("elastomer.thickness", "3 mm")

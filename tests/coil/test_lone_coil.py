@@ -24,7 +24,7 @@ OPTIONS = ["coil", "--outer-diameter", "8", "--turns", "14", "--trace-width", "1
         {"shape": "racetrack", "outer_diameter": ["12 mm", "8 mm"]}, {"shape": "octagon", "layers": 2, "turns": 10},
     ],
 )
-def test_figures_equal_those_of_a_spec(section):
+def test_coil_function_equals_estimates_of_spec(section):
     section = {"shape": "circle"} | SPIRAL | section
     spec = sitscad.SensorSpec.from_mapping(name="same", coil=section)
     (expected,) = coils_at(sitscad.lay_out(spec), (5e6,))
@@ -35,7 +35,7 @@ def test_figures_equal_those_of_a_spec(section):
     assert found.parallel_resistance == approx(found.resistance * (1 + found.quality_factor**2), rel=1e-12, abs=0)
 
 
-def test_numbers_are_metres_and_hertz():
+def test_coil_arguments_without_unit_are_in_si_units():
     words = sitscad.coil(**SPIRAL, frequency="2 MHz")
     numbers = sitscad.coil(outer_diameter=8e-3, turns=14, trace_width=1e-4, trace_spacing=1e-4, frequency=2e6)
     assert numbers.inductance == words.inductance
@@ -79,7 +79,7 @@ def test_every_frequency_has_its_figures_in_json():
     assert [each["method"] for each in document["formulas"]] == ["current-sheet"]
 
 
-def test_formula_of_another_author_stands_beside_ours():
+def test_published_formula_is_printed_beside_computed_inductance():
     found = sitscad.coil(**SPIRAL)
     assert found.formulas[0].inductance == approx(found.inductance, rel=0.05, abs=0)
     run = CliRunner().invoke(cli, OPTIONS, standalone_mode=False)
@@ -107,7 +107,7 @@ def test_impossible_dimension_names_its_option(changed, option, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-def test_picture_and_footprint_are_written(tmp_path):
+def test_coil_command_writes_picture_and_footprint(tmp_path):
     svg, footprint = tmp_path / "coil.svg", tmp_path / "coil.kicad_mod"
     run = CliRunner().invoke(
         cli, [*OPTIONS, "--layers", "2", "--svg", str(svg), "--kicad-mod", str(footprint)], standalone_mode=False)

@@ -48,7 +48,7 @@ TABLES = {
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "latin-1", "utf-16"])
 @pytest.mark.parametrize("text", TABLES)
-def test_tables_of_meters_give_series_values(tmp_path, text, encoding):
+def test_meter_tables_give_series_resistance_and_inductance(tmp_path, text, encoding):
     content = text.replace("Ω", "ohm") if encoding == "latin-1" else text
     path = tmp_path / "sweep.csv"
     path.write_bytes(content.encode(encoding))
@@ -81,7 +81,7 @@ def test_touchstone_of_one_port_equals_a_table(tmp_path, variants):
         ("none.csv", None, "none.csv"),
     ],
 )
-def test_files_without_an_impedance_are_refused_with_their_place(tmp_path, name, content, place):
+def test_files_without_impedance_are_refused_with_line(tmp_path, name, content, place):
     path = tmp_path / name
     if content is not None:
         path.write_text(content)
@@ -91,7 +91,7 @@ def test_files_without_an_impedance_are_refused_with_their_place(tmp_path, name,
 
 
 @pytest.mark.slow
-def test_a_coil_as_drawn_has_no_cause(spiral, variants):
+def test_measurement_of_nominal_coil_has_no_cause(spiral, variants):
     comparison = compare(spiral, measured(variants.nominal))
     assert comparison.is_as_drawn and comparison.cause is None
     assert comparison.fit.inductance == approx(variants.nominal.series.imag[7] / (2 * math.pi * FREQUENCIES[7]),
@@ -120,7 +120,7 @@ CAUSES = {
 @pytest.mark.parametrize("name", CAUSES)
 @pytest.mark.slow
 @pytest.mark.few(4)
-def test_the_cause_of_a_difference_is_found(spiral, variants, name):
+def test_cause_of_each_deviation_is_identified(spiral, variants, name):
     change, equals, value = CAUSES[name]
     comparison = compare(spiral, measured(change(variants)))
     assert not comparison.is_as_drawn
@@ -132,7 +132,7 @@ def test_the_cause_of_a_difference_is_found(spiral, variants, name):
         assert abs(comparison.cause.values[0] - value) < 4.0 * comparison.cause.sigmas[0] + rounding
 
 
-def test_shorted_turn_is_a_missing_turn_at_low_and_a_screen_at_high_frequencies(spiral):
+def test_shorted_turn_equals_missing_turn_at_low_and_screen_at_high_frequency(spiral):
     """Against spirals by Neumann's integral with one turn less, and against flux that a closed ring keeps out."""
     wide = CoilVariants.of(spiral.layout, 0, False, np.array([1e3, 3e7]))
     shorted, missing = wide.with_shorted_turn(0, 10.0), wide.with_turns(0, -1.0)
@@ -155,7 +155,7 @@ def test_two_faults_at_once_have_no_single_cause(spiral, variants):
     assert not comparison.is_as_drawn and comparison.cause is None and comparison.alternatives == ()
 
 
-def test_variants_equal_coils_of_such_dimensions(variants):
+def test_variant_impedance_equals_coil_of_changed_dimensions(variants):
     narrow = sitscad.coil(outer_diameter="7.98 mm", turns=10, layers=2, trace_width="80 um", trace_spacing="120 um",
                           frequency="1 MHz")
     at = int(np.argmin(abs(FREQUENCIES - 1e6)))
@@ -167,7 +167,7 @@ def test_variants_equal_coils_of_such_dimensions(variants):
 
 
 @pytest.mark.slow
-def test_points_above_the_resonance_are_left_out_and_such_files_refused(spiral, variants):
+def test_points_above_resonance_are_omitted_and_files_with_only_such_refused(spiral, variants):
     high = np.geomspace(1e6, 1e8, 9)
     nominal = CoilVariants.of(spiral.layout, 0, False, high).nominal
     comparison = compare(spiral, Measurement("x.csv", high, nominal.terminal))
@@ -178,7 +178,7 @@ def test_points_above_the_resonance_are_left_out_and_such_files_refused(spiral, 
         compare(spiral, Measurement("x.csv", np.array([1e6]), np.array([1 - 20j])))
 
 
-def test_command_prints_cause_and_writes_the_overlay(tmp_path, variants):
+def test_coil_command_prints_cause_and_writes_overlay(tmp_path, variants):
     coil = measured(variants.with_copper(0.5))
     data, picture = tmp_path / "sweep.csv", tmp_path / "overlay.svg"
     rows = [f"{f!r},{z.real!r},{z.imag!r}" for f, z in zip(FREQUENCIES.tolist(), coil.impedances.tolist(), strict=True)]
@@ -192,7 +192,7 @@ def test_command_prints_cause_and_writes_the_overlay(tmp_path, variants):
 
 
 @pytest.mark.slow
-def test_estimate_compares_the_bare_board_at_its_contacts(tmp_path):
+def test_estimate_compares_measurement_at_contacts_of_bare_board(tmp_path):
     layout = sitscad.lay_out(sitscad.load("templates/bench_7mm.yaml"))
     frequencies = np.array([1e5, 5e5, 1e6])
     nominal = CoilVariants.of(layout, 0, True, frequencies).nominal
@@ -207,10 +207,10 @@ def test_estimate_compares_the_bare_board_at_its_contacts(tmp_path):
 
 
 @pytest.mark.parametrize("options", [["--overlay", "x.svg"], ["--measured", "none.csv", "--meter-error", "0"]])
-def test_wrong_options_end_with_two(options):
+def test_wrong_measurement_options_exit_2(options):
     assert CliRunner().invoke(cli, [*OPTIONS, *options]).exit_code == 2
 
 
-def test_a_file_that_is_missing_ends_with_two():
+def test_missing_measurement_file_exits_2():
     run = CliRunner().invoke(cli, [*OPTIONS, "--measured", "none.csv"], standalone_mode=False)
     assert run.return_value == 2 and "none.csv" in run.stderr

@@ -36,7 +36,7 @@ def add_family(data):
     return add
 
 
-def test_results_that_take_the_bits_of_the_flags_are_refused(add_family):
+def test_result_width_that_overlaps_flag_bits_is_refused(add_family):
     """A header built for such a family said 0x0FFF, and its readings lost two bits without a word."""
     with pytest.raises(ValueError, match="LDC9914: results of 14 bits take the bits of ERR_WD, ERR_AE"):
         add_family("ldc131x", "fourteen", result_bits=14)
@@ -46,7 +46,7 @@ def test_results_that_take_the_bits_of_the_flags_are_refused(add_family):
     ("ldc131x", 14, 0x3FFF), ("ldc131x", 12, 0x0FFF), ("ldc131x", 10, 0x03FF), ("ldc161x", 28, 0x0FFF),
     ("ldc161x", 25, 0x01FF),
 ])
-def test_header_and_bench_take_the_bits_that_the_family_has(add_family, monkeypatch, like, bits, mask):
+def test_c_header_and_bench_use_result_bits_of_family(add_family, monkeypatch, like, bits, mask):
     registers = dict(vars(ldc_registers))
     registers["DATA_FLAGS"] = {  # of 14 bits the flags are two: those of oscillation stand for each other
         name: (0x4000 if bits == 14 and bit < 0x4000 else bit, said)
@@ -78,7 +78,7 @@ def test_header_and_bench_take_the_bits_that_the_family_has(add_family, monkeypa
         assert abs(board.frequency(read[coil].counts) - frequency) <= conversion.result_step
 
 
-def test_pins_and_delay_are_the_family_s_own(add_family):
+def test_pins_and_delay_are_read_from_family_data(add_family):
     """The schematic drew TI's pins for any family."""
     pins = "VDD:power_in GND:power_in SDA:bidirectional SCL:input"
     device = add_family("ldc161x", "other_pins", pins=pins, switch_delay=1e-6)

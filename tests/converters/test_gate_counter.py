@@ -47,7 +47,7 @@ OWN = ("kernels/converters/", "apps/hardware/converter.py", "files/documents/fir
 """Its conversion, the simulated chip and the tables of its driver."""
 
 
-def test_settings_of_one_kind_of_converter_stand_in_its_own_modules():
+def test_reference_counter_settings_occur_only_in_its_modules():
     modules = {path.relative_to(PACKAGE).as_posix(): path for path in PACKAGE.rglob("*.py")}
     others = [path for name, path in modules.items() if not name.startswith(OWN)]
     assert len(others) > 300
@@ -86,7 +86,7 @@ def test_gate_counter_times_follow_the_scan_rate(xgc4):
     assert not {"rcount", "settle_count", "input_divider", "reference_divider", "output_gain"} & settings.keys()
 
 
-def test_gate_counter_resolution_is_one_count_and_noise_that_of_both_ends(xgc4):
+def test_gate_counter_resolution_is_one_count_and_noise_from_both_ends(xgc4):
     design = design_of(xgc4)
     gate = design.estimates.readout.conversion_time
     for coil in design.estimates.coils:
@@ -100,7 +100,7 @@ def test_gate_counter_resolution_is_one_count_and_noise_that_of_both_ends(xgc4):
     assert counts[0] == approx(np.floor(np.array(rest) * gate + 0.5), rel=1e-12)
 
 
-def test_gate_counter_amplitude_is_that_of_its_sine(xgc4):
+def test_gate_counter_amplitude_follows_sine_drive(xgc4):
     design = design_of(xgc4)
     readout = design.estimates.readout
     for coil in design.estimates.coils:
@@ -110,7 +110,7 @@ def test_gate_counter_amplitude_is_that_of_its_sine(xgc4):
     assert readout.conversion_capacitance == approx(readout.capacitance + 7e-12, rel=1e-12)
 
 
-def test_gate_counter_performance_has_its_noise(xgc4):
+def test_gate_counter_force_resolution_follows_its_noise(xgc4):
     """Of two coils alike: normal force by their sum, shear by their difference."""
     design = design_of(xgc4)
     gate = design.estimates.readout.conversion_time
@@ -121,7 +121,7 @@ def test_gate_counter_performance_has_its_noise(xgc4):
     assert np.abs(read.counts - read.frequency * gate).max() <= 0.5
 
 
-def test_gate_counter_whose_result_overflows_has_a_shorter_gate(xgc4, data):
+def test_gate_counter_with_short_result_uses_shorter_gate(xgc4, data):
     place = data / "converters/gate_counter.csv"
     place.write_text(place.read_text().replace("result_bits,24", "result_bits,12"))
     forget()
@@ -132,7 +132,7 @@ def test_gate_counter_whose_result_overflows_has_a_shorter_gate(xgc4, data):
     assert highest < conversion.highest_frequency == (2**12 - 1) / conversion.gate
 
 
-def test_gate_counter_too_fast_a_tank_is_found_and_no_clock_advised(xgc4):
+def test_gate_counter_result_overflow_yields_capacitance_finding(xgc4):
     design = design_of(xgc4)
     readout = design.estimates.readout
     short = replace(readout, conversion=replace(readout.conversion, gate=10.0))
@@ -143,7 +143,7 @@ def test_gate_counter_too_fast_a_tank_is_found_and_no_clock_advised(xgc4):
     assert finding.source == "X Corp XGC4 data sheet XGC0001 (2026), row 1"
 
 
-def test_gate_counter_cites_no_source_of_ti_for_its_own_limits(xgc4):
+def test_gate_counter_limits_cite_no_ti_source(xgc4):
     figures = {name for family in ("ldc161x", "gate_counter") for name in rows_of(family)}
     cited = 0
     for rule in rows("rules"):
@@ -155,7 +155,7 @@ def test_gate_counter_cites_no_source_of_ti_for_its_own_limits(xgc4):
 
 
 @pytest.mark.slow
-def test_gate_counter_package_has_right_numbers_or_names_what_is_absent(xgc4, tmp_path, monkeypatch):
+def test_gate_counter_package_builds_without_register_files_or_ti_names(xgc4, tmp_path, monkeypatch):
     spec = tmp_path / "gate.yaml"
     text = (TEMPLATES / "bench_7mm.yaml").read_text(encoding="utf-8")
     spec.write_text("\n".join(line.partition(" #")[0] for line in text.splitlines() if not line.startswith("#"))
@@ -190,7 +190,7 @@ def test_gate_counter_bench_programs_are_refused_by_name(xgc4):
 
 
 @pytest.mark.parametrize("name", ["gate_max", "noise_law", "coil_pins", "conversion"])
-def test_gate_counter_without_a_figure_is_refused(xgc4, data, name):
+def test_gate_counter_data_without_required_row_are_refused(xgc4, data, name):
     place = data / "converters/gate_counter.csv"
     place.write_text("".join(row for row in place.read_text().splitlines(True) if not row.startswith(f"{name},")))
     forget()
@@ -198,7 +198,7 @@ def test_gate_counter_without_a_figure_is_refused(xgc4, data, name):
         presets.converter("xgc4")
 
 
-def test_gate_counter_without_a_name_of_the_interface_is_refused(xgc4, monkeypatch):
+def test_gate_counter_module_without_required_function_is_refused(xgc4, monkeypatch):
     monkeypatch.delattr(gate_counter, "read_back_time")
     forget()
     with pytest.raises(DataError, match="gate_counter lacks read_back_time"):

@@ -20,7 +20,7 @@ LDC1314 = presets.converter("ldc1314")
 GAINS = range(4)
 
 
-def test_what_the_data_sheet_says_of_the_part() -> None:
+def test_ldc131x_parameters_match_data_sheet() -> None:
     assert (LDC1314.bits, law.gains(LDC1314), law.count_bits(LDC1314)) == (12, (0, 2, 3, 4), 16)
     assert LDC1314.device_id == 0x3054
     assert [LDC1314.data_addresses(channel) for channel in range(4)] == [(0x00,), (0x02,), (0x04,), (0x06,)]
@@ -39,14 +39,14 @@ RECOMMENDED = {
 """SNOSCZ0A 8.2.5, multi-channel operation: it leaves offset and gain as they are after reset, at 0."""
 
 
-def test_recommended_configuration() -> None:
+def test_ldc131x_recommended_registers_match_data_sheet() -> None:
     written = {r.address: r.value for r in registers((EXAMPLE, EXAMPLE), 2.4e6, output_gain=0)}
     own = RECOMMENDED | {0x19: 0xF801}  # the maker's leaves all errors off
     assert {address: written.pop(address) for address in RECOMMENDED} == own
     assert written == {0x0C: 0, 0x0D: 0, 0x1C: 0}
 
 
-def test_gain_and_offset_are_packed_before_the_device_wakes() -> None:
+def test_gain_and_offset_registers_are_written_before_wake_up() -> None:
     """OUTPUT_GAIN in bits 10:9 of RESET_DEV (7.6.26), OFFSETx 0x0C to 0x0F; by hand."""
     settings = tuple(ChannelSettings(1238, 10, 1, 2, 18, offset) for offset in (0, 1, 0x1543, 0xFFFF))
     written = registers(settings, 2.4e6, output_gain=3)
@@ -64,7 +64,7 @@ def test_gain_and_offset_are_packed_before_the_device_wakes() -> None:
 
 
 @pytest.mark.parametrize(("code", "reported"), [(0, 0x07A), (3, 0x7A3)])
-def test_the_part_of_a_conversion_that_a_result_shows(code: int, reported: int) -> None:
+def test_result_is_shifted_part_of_conversion_in_data_sheet_example(code: int, reported: int) -> None:
     """SNOSCZ0A 8.1.3.2: of the conversion 0x07A3 results are 0x07A without gain and 0x7A3 with the highest."""
     conversion = counter(LDC1314, gain=code, offsets=(0,))
     frequency = 40e6 * (reported << conversion.shift) / 2.0**16
@@ -79,7 +79,7 @@ def by_the_data_sheet(data: int, code: int, offset: int, divider: int, reference
 
 
 @given(st.integers(1, 0xFFE), st.sampled_from(GAINS), st.integers(0, 0x3FFF), st.integers(1, 15), st.floats(2e6, 40e6))
-def test_every_result_is_counts_and_a_frequency_and_back(
+def test_result_converts_to_counts_and_frequency_and_back(
     data: int, code: int, offset: int, divider: int, reference: float
 ) -> None:
     conversion = counter(LDC1314, 9471, divider, code, (offset,), reference)
@@ -95,7 +95,7 @@ def test_every_result_is_counts_and_a_frequency_and_back(
 
 
 @given(st.lists(st.tuples(st.floats(1e5, 9.9e6), st.floats(0.0, 0.3)), min_size=1, max_size=4), st.floats(8e6, 40e6))
-def test_offset_and_gain_keep_results_off_both_ends(bands: list[tuple[float, float]], reference: float) -> None:
+def test_chosen_offset_and_gain_keep_results_inside_range(bands: list[tuple[float, float]], reference: float) -> None:
     """Whatever the frequencies are, each has its result, a quarter of the range from its ends where there is gain."""
     ends = [(low, low * (1.0 + wide)) for low, wide in bands]
     divider = max(law.input_divider(LDC1314, high, reference) for _, high in ends)
@@ -113,17 +113,17 @@ def test_offset_and_gain_keep_results_off_both_ends(bands: list[tuple[float, flo
 @pytest.mark.parametrize(
     ("width", "bits"), [(0.0, 4), (0.031, 4), (0.032, 3), (0.062, 3), (0.063, 2), (0.12, 2), (0.13, 0)]
 )
-def test_the_finest_gain_that_has_room_is_taken(width: float, bits: int) -> None:
+def test_finest_gain_that_fits_the_frequency_range_is_chosen(width: float, bits: int) -> None:
     """Half of 6.25, 12.5 and 25 % of full scale: the output ranges of SNOSCZ0A 8.1.3.2."""
     gain, _ = law.choose_gain(LDC1314, 40e6, [(5e6, 5e6), (5e6, 5e6 + width * 40e6)])
     assert law.gains(LDC1314)[gain] == bits
 
 
-def test_a_converter_without_gain_has_none() -> None:
+def test_converter_without_gain_stage_gets_gain_zero() -> None:
     assert law.choose_gain(presets.converter("ldc1614"), 40e6, [(5e6, 6e6)]) == (0, ())
 
 
-def test_a_step_is_the_coarser_of_result_and_counting() -> None:
+def test_resolution_is_coarser_of_result_step_and_count_step() -> None:
     """At 2.8 uH and 5 MHz a step was told as 25 pH, which is the counting's; without gain it is 11 nH."""
     settings = (9471, 0), (9471, 3), (50, 3)
     plain, gained, short = (counter(LDC1314, rcount, gain=gain) for rcount, gain in settings)
@@ -132,20 +132,20 @@ def test_a_step_is_the_coarser_of_result_and_counting() -> None:
     assert short.resolution(5e6) == 5e6 / (16 * 50)
 
 
-def test_rounding_comes_on_top_of_the_noise_of_counting() -> None:
+def test_noise_combines_counting_noise_and_rounding() -> None:
     coarse, fine = counter(LDC1314, gain=3), counter(LDC1314, 50, gain=3)
     counted = 1.2 * 5e6 / (32 * 9471)
     assert coarse.noise(5e6) == approx(math.hypot(counted, 40e6 / 2**16 / math.sqrt(12.0)), rel=1e-9)
     assert fine.noise(5e6) == approx(1.2 * 5e6 / (32 * 50), rel=1e-9)
 
 
-def test_beyond_the_result_there_is_no_reading() -> None:
+def test_frequency_outside_result_range_reads_nan() -> None:
     conversion = counter(LDC1314, gain=3, offsets=(6000, 0))
     read = conversion.read(np.array([[6000, 4095], [6001, 4094], [10094, 1], [10095, 0]]) * 40e6 / 2**16)
     assert np.array_equal(np.isnan(read), [[True, True], [False, False], [False, False], [True, True]])
 
 
-def test_its_texts_cite_its_own_data_sheet() -> None:
+def test_ldc131x_findings_cite_only_its_data_sheet() -> None:
     """The rules' texts name both; a finding names the one of its converter."""
     from sitscad.checks.judging import RULES
 

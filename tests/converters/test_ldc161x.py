@@ -27,21 +27,21 @@ WINDOWS = (
 
 
 @pytest.mark.parametrize("name", ["ldc1614", "ldc1314"])
-def test_every_limit_has_a_source_and_a_unit(name: str) -> None:
+def test_every_converter_limit_has_source_and_unit(name: str) -> None:
     for figure, limit in presets.converter(name).limits.items():
         assert limit.source and limit.unit, figure
         assert math.isfinite(limit.value) and limit.value >= (0.0 if figure == "output_gains" else 1e-15), figure
 
 
 @pytest.mark.parametrize("name", ["ldc1614", "ldc1314"])
-def test_the_drive_table_has_all_codes_and_ends_where_the_data_sheet_ends(name: str) -> None:
+def test_drive_table_has_32_codes_with_data_sheet_ends(name: str) -> None:
     currents = presets.converter(name).drive_currents
     assert len(currents) == len(WINDOWS) == 32 and list(currents) == sorted(currents)
     assert (currents[0], currents[31]) == (16e-6, 1563e-6)
     assert presets.converter(name).limit("parallel_resistance_driveable") == WINDOWS[31][0] == 600.0
 
 
-def test_the_windows_of_the_drive_table_are_those_of_the_amplitude_formula() -> None:
+def test_drive_table_windows_match_amplitude_formula() -> None:
     """Smallest R_P of each row gives 1.2 V within 7 % (currents are rounded) by V_P = 4 R_P I / pi."""
     for code, (least, most) in enumerate(WINDOWS):
         assert LDC1614.amplitude(least, code) == approx(1.2, rel=0.07)
@@ -57,23 +57,23 @@ def test_the_windows_of_the_drive_table_are_those_of_the_amplitude_formula() -> 
         (300.0, 31),
     ],
 )
-def test_drive_code(resistance: float, code: int) -> None:
+def test_drive_code_of_parallel_resistance_matches_table(resistance: float, code: int) -> None:
     assert LDC1614.drive_code(resistance) == code
 
 
-def test_amplitude_of_the_data_sheet_example() -> None:
+def test_amplitude_matches_data_sheet_example() -> None:
     assert LDC1614.amplitude(6600.0, 18) == approx(1.78, abs=0.005)
 
 
 @given(st.floats(620.0, 88e3))
-def test_the_code_is_the_highest_that_stays_below_the_clamp(resistance: float) -> None:
+def test_drive_code_is_highest_with_amplitude_below_1_8_volt(resistance: float) -> None:
     code = LDC1614.drive_code(resistance)
     assert LDC1614.amplitude(resistance, code) < 1.8
     assert code == 31 or LDC1614.amplitude(resistance, code + 1) >= 1.8
     assert LDC1614.amplitude(resistance, code) > 1.15
 
 
-def test_the_high_current_drive_is_stronger_and_its_range_is_admitted() -> None:
+def test_high_current_drive_exceeds_code_31_with_stated_range() -> None:
     low, high = LDC1614.high_current_range
     assert LDC1614.drive_current(31, high_current=True) == high > low > LDC1614.drive_current(31)
 
@@ -89,7 +89,7 @@ def test_the_high_current_drive_is_stronger_and_its_range_is_admitted() -> None:
         (2e6, 4, True, 1),
     ],
 )
-def test_reference_divider(clock: float, channels: int, external: bool, divider: int) -> None:
+def test_reference_divider_has_expected_value(clock: float, channels: int, external: bool, divider: int) -> None:
     assert law.reference_divider(LDC1614, clock, channels, external) == divider
 
 
@@ -105,14 +105,14 @@ def test_reference_divider(clock: float, channels: int, external: bool, divider:
         (10e6, 20e6, 3),
     ],
 )
-def test_input_divider(frequency: float, reference: float, divider: int) -> None:
+def test_input_divider_is_smallest_sufficient(frequency: float, reference: float, divider: int) -> None:
     assert law.input_divider(LDC1614, frequency, reference) == divider
     assert frequency < counter(LDC1614, divider=divider, reference=reference).highest_frequency
     if divider > 1:
         assert frequency >= counter(LDC1614, divider=divider - 1, reference=reference).highest_frequency
 
 
-def test_no_divider_helps_a_clock_that_is_far_too_slow() -> None:
+def test_input_divider_is_out_of_range_for_too_slow_clock() -> None:
     divider = law.input_divider(LDC1614, 9e6, 2e6)
     assert divider > 15
     slow = counter(LDC1614, divider=divider, reference=2e6)
@@ -120,7 +120,7 @@ def test_no_divider_helps_a_clock_that_is_far_too_slow() -> None:
     assert slow.slowest_clock(9e6) == 9e6 / 15 / 0.25
 
 
-def test_settle_count_of_the_data_sheet_example() -> None:
+def test_settle_count_matches_data_sheet_example() -> None:
     assert approx(5.2, abs=0.01) == 10.0 * 20e6 / (16.0 * 2.4e6)
     assert law.settle_count(LDC1614, 10.0, 20e6, 2.4e6) == 6
     assert counter(LDC1614, settle_count=10, reference=20e6).settle_time == approx(8e-6, rel=1e-6)
@@ -128,7 +128,7 @@ def test_settle_count_of_the_data_sheet_example() -> None:
     assert law.settle_periods(0) == law.settle_periods(1) == 32.0
 
 
-def test_conversion_time_of_the_data_sheet_example() -> None:
+def test_conversion_time_matches_data_sheet_example() -> None:
     example = counter(LDC1614, 1238, reference=20e6)
     assert example.conversion_time == approx(991e-6, rel=1e-3)
     assert example.switch_time == approx(0.942e-6, rel=1e-6)
@@ -137,12 +137,12 @@ def test_conversion_time_of_the_data_sheet_example() -> None:
 @pytest.mark.parametrize(
     ("rcount", "rate"), [(500, 1225.0), (1024, 604.0), (2000, 311.0), (4000, 156.0), (8000, 78.0), (32768, 19.07)]
 )
-def test_scan_rate_of_four_channels(rcount: int, rate: float) -> None:
+def test_scan_rate_of_four_channels_matches_data_sheet(rcount: int, rate: float) -> None:
     assert 1.0 / law.scan_time(LDC1614, rcount, 8, 40e6, 4) == approx(rate, rel=2e-3)
 
 
 @given(st.floats(10.0, 2000.0), st.integers(4, 400), st.integers(1, 4))
-def test_the_reference_count_is_the_largest_that_reaches_the_rate(rate: float, count: int, channels: int) -> None:
+def test_reference_count_is_largest_that_reaches_scan_rate(rate: float, count: int, channels: int) -> None:
     f_ref = 40e6 if channels > 1 else 20e6
     rcount = law.reference_count(LDC1614, rate, count, f_ref, channels)
     assert 9 <= rcount <= 0xFFFF
@@ -152,7 +152,7 @@ def test_the_reference_count_is_the_largest_that_reaches_the_rate(rate: float, c
         assert 1.0 / law.scan_time(LDC1614, rcount + 1, count, f_ref, channels) < rate
 
 
-def test_read_back_bounds() -> None:
+def test_read_back_times_have_expected_bounds() -> None:
     assert 1.0 / LDC1614.read_back_time(1) == approx(4.08e3, rel=1e-3)
     assert LDC1614.read_back_time_optimistic(4) == approx(0.688e-3, rel=1e-6)
     assert LDC1614.read_back_time(4) > LDC1614.read_back_time_optimistic(4)
@@ -161,23 +161,23 @@ def test_read_back_bounds() -> None:
 @pytest.mark.parametrize(
     ("data", "frequency", "inductance"), [(16_644_000, 2.480e6, 4.118e-6), (18_840_000, 2.807e6, 3.214e-6)]
 )
-def test_result_of_ti_spring_example(data: int, frequency: float, inductance: float) -> None:
+def test_frequency_and_inductance_match_ti_spring_example(data: int, frequency: float, inductance: float) -> None:
     """SSZTCH7: 1 nF at 40 MHz."""
     found = float(counter(LDC1614).frequencies(np.array(data)))
     assert found == approx(frequency, rel=2e-4)
     assert LDC1614.inductance(found, 1e-9) == approx(inductance, rel=2e-4)
 
 
-def test_inductance_of_the_data_sheet_example() -> None:
+def test_inductance_matches_data_sheet_example() -> None:
     assert LDC1614.inductance(2.4e6, 100e-12) == approx(43.9e-6, rel=3e-3)
 
 
-def test_the_divider_scales_the_result() -> None:
+def test_input_divider_scales_frequency_of_result() -> None:
     data = np.array(1 << 24)
     assert counter(LDC1614, divider=2).frequencies(data) == 2.0 * counter(LDC1614).frequencies(data) == 5e6
 
 
-def test_noise_model_agrees_with_the_anchors() -> None:
+def test_noise_model_matches_published_values() -> None:
     """By quantisation alone 35 Hz at 4 MHz and RCOUNT 0x800, against 32 Hz by the 8e-7 of f_REF that Duet3D's firmware
     quotes; 3.3 ppm as measured at RCOUNT 9471.
     """
@@ -186,7 +186,7 @@ def test_noise_model_agrees_with_the_anchors() -> None:
     assert counter(LDC1614).noise(5e6) == approx(3.96e-6 * 5e6, rel=1e-3) and counter(LDC1614).rounding(5e6) == 0.0
 
 
-def test_supply_current_is_the_converter_and_the_drive_while_it_flows():
+def test_supply_current_adds_drive_current_by_duty_cycle():
     alone = counter(LDC1614, 0xFFFF, settle_count=0x100, reference=35e6, channels=1)
     assert alone.supply_current(1.5e-3) == approx(3.6e-3, rel=1e-6)
     scan = counter(LDC1614, 9, settle_count=4)
@@ -195,7 +195,7 @@ def test_supply_current_is_the_converter_and_the_drive_while_it_flows():
     assert 2.1e-3 < scanned < 3.6e-3
 
 
-def test_converters_share_coils_equally():
+def test_coils_are_distributed_evenly_over_converters():
     """Table 43 allows 35 MHz to one channel: a fifth coil alone held all to 20 MHz; of six, four had the least time."""
     shares = presets.converter("ldc1614").shares
     assert [shares(coils) for coils in (1, 4, 5, 6, 8, 9, 10, 13)] == [
@@ -205,7 +205,7 @@ def test_converters_share_coils_equally():
     assert presets.converter("ldc1612").shares(3) == (2, 1)
 
 
-def test_converters_are_filled_one_after_the_other_and_a_second_bus_after_the_first():
+def test_coils_fill_converters_in_order_then_second_bus():
     two = presets.converter("ldc1612")
     assert two.most_coils == 4
     assert [at.converter_in_words for at in two.places(5)] == ["1 (0x2A)"] * 2 + ["2 (0x2B)"] * 2 + ["3 (bus 2, 0x2A)"]
@@ -213,7 +213,7 @@ def test_converters_are_filled_one_after_the_other_and_a_second_bus_after_the_fi
 
 
 @pytest.mark.parametrize("name", presets.names("converter"))
-def test_every_converter_has_a_family_with_addresses_for_its_channels(name):
+def test_each_converter_has_unique_data_addresses_for_its_channels(name):
     device = presets.converter(name)
     addresses = [device.data_addresses(channel) for channel in range(device.channels)]
     assert len(set(addresses)) == device.channels

@@ -23,7 +23,7 @@ TABLE_48 = {
 
 
 @pytest.mark.parametrize(("channels", "table"), [((EXAMPLE,), TABLE_47), ((EXAMPLE, EXAMPLE), TABLE_48)])
-def test_recommended_configuration(channels: tuple[Channel, ...], table: dict[int, int]) -> None:
+def test_ldc161x_recommended_registers_match_data_sheet(channels: tuple[Channel, ...], table: dict[int, int]) -> None:
     written = registers(channels, 2.4e6)
     offsets = [(r.address, r.value) for r in written if r.name.startswith("OFFSET")]
     assert offsets == [(0x0C + n, 0) for n in range(len(channels))]
@@ -32,7 +32,7 @@ def test_recommended_configuration(channels: tuple[Channel, ...], table: dict[in
     assert written[-1].name == "CONFIG"
 
 
-def test_four_channels_fill_every_numbered_register_once() -> None:
+def test_four_channels_write_each_numbered_register_once() -> None:
     written = registers((EXAMPLE,) * 4, 9.4e6)
     assert len({r.address for r in written}) == len(written) == 5 * 4 + 3
     assert next(r.value for r in written if r.name == "MUX_CONFIG") == 0xC20D
@@ -43,11 +43,11 @@ def test_four_channels_fill_every_numbered_register_once() -> None:
 @pytest.mark.parametrize(
     ("frequency", "bits"), [(0.9e6, 0b001), (2.4e6, 0b100), (2.8e6, 0b100), (9.9e6, 0b101), (10e6, 0b111)]
 )
-def test_deglitch_is_the_narrowest_above_the_sensor(frequency: float, bits: int) -> None:
+def test_deglitch_bandwidth_is_smallest_above_sensor_frequency(frequency: float, bits: int) -> None:
     assert deglitch(frequency) == bits
 
 
-def test_fields() -> None:
+def test_register_fields_have_expected_bits() -> None:
     assert [LDC1614.data_addresses(channel) for channel in range(4)] == [(0, 1), (2, 3), (4, 5), (6, 7)]
     assert mux_config(3, 5e6) == 0xA20D
     values = {r.name: r.value for r in registers((Channel(1238, 10, 2, 1, 19),), 5e6, False, True)}
@@ -70,6 +70,6 @@ def test_fields() -> None:
         lambda: registers((), 2.4e6),
     ],
 )
-def test_what_does_not_fit_is_refused(wrong) -> None:
+def test_register_values_out_of_range_are_refused(wrong) -> None:
     with pytest.raises(ValueError, match=r"must lie|channel"):
         wrong()

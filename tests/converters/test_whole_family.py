@@ -44,7 +44,7 @@ def design_with(device: Converter, **readout: object) -> sitscad.Design:
     return sitscad.Design(replace(spec, readout=replace(spec.readout, device=device, **readout)))
 
 
-def test_the_header_has_words_of_its_own_registers_alone(xdc2214):
+def test_c_header_of_new_family_mentions_only_its_registers(xdc2214):
     design = design_with(xdc2214)
     header = firmware.render(design.spec, design.estimates)["firmware/xdc2214_config.h"].decode()
     assert "after power-up or reset; RUN comes last: it starts the scan." in header
@@ -52,7 +52,7 @@ def test_the_header_has_words_of_its_own_registers_alone(xdc2214):
     assert not re.search("CONFIG comes|ERROR_CONFIG|watchdog|under-range|over-range", header)
 
 
-def test_a_module_of_registers_has_every_name_that_is_asked_of_it(xdc2214, monkeypatch):
+def test_incomplete_register_module_is_refused_with_missing_names(xdc2214, monkeypatch):
     found: RegisterMap = ldc_registers
     names = {"MANUFACTURER_ID", "DEVICE_ID", "STATUS", "MANUFACTURER", "DATA_FLAGS", "ORDER", "data_addresses",
              "registers", "results_text"}
@@ -64,7 +64,7 @@ def test_a_module_of_registers_has_every_name_that_is_asked_of_it(xdc2214, monke
         presets.converter("xdc2214")
 
 
-def test_a_drive_code_that_the_converter_lacks_is_found_in_the_spec(xdc2214):
+def test_drive_code_beyond_converter_table_is_refused_on_load(xdc2214):
     """It ended `check` with an IndexError."""
     text = (TEMPLATES / "bench_7mm.yaml").read_text().replace("device: ldc1614", "device: xdc2214\n  drive_code: {}")
     assert sitscad.load_text(text.format(15)).readout.drive_code == 15
@@ -74,7 +74,7 @@ def test_a_drive_code_that_the_converter_lacks_is_found_in_the_spec(xdc2214):
 
 
 @pytest.mark.slow
-def test_hints_name_drive_codes_of_the_converter_s_own_table(xdc2214):
+def test_amplitude_hints_use_drive_table_of_converter(xdc2214):
     weak = design_with(xdc2214, capacitance=3e-9)
     assert weak.estimates.readout.drive_code == 15
     found = next(one for one in sitscad.check(weak.spec).findings if one.rule == "SIT204")
@@ -85,7 +85,7 @@ def test_hints_name_drive_codes_of_the_converter_s_own_table(xdc2214):
     assert "50 kohm" in said.text("hint") and "XAC0001 8.2" in said.text("hint")
 
 
-def test_a_capacitor_is_chosen_that_keeps_the_lowest_frequency(xdc2214):
+def test_default_capacitor_keeps_frequency_above_converter_minimum(xdc2214):
     """Of a coil of 24 turns the 100 pF that suit an LDC1614 leave 4.4 MHz."""
     spec = design_with(xdc2214).spec
     spec = replace(spec, coil=replace(spec.coil, turns=24.0, trace_width=50e-6, trace_spacing=50e-6))
@@ -115,7 +115,7 @@ def test_a_capacitor_is_chosen_that_keeps_the_lowest_frequency(xdc2214):
     ("50e-6 100e-6", "100e-6 50e-6", "drive_currents: a larger code has to be a stronger drive"),
     ("GND VDD SDA SCL", "GND VDD", "address_nets: 2 nets for the 4 addresses of xdc2214"),
 ])
-def test_figures_are_checked_when_they_are_read(xdc2214, data, was, written, said, capsys):
+def test_invalid_family_data_are_refused_with_message(xdc2214, data, was, written, said, capsys):
     """400 ns were taken as 400 s; a row that was missing, or one more, ended `check` of every LDC1614 spec."""
     place = data / "converters/xdc221x.csv"
     text = place.read_text()
@@ -133,7 +133,7 @@ def test_figures_are_checked_when_they_are_read(xdc2214, data, was, written, sai
     ("0x10 0x11", "0x10 0x10", "no channel, no address, or one address twice"),
     ("0x10 0x11", "0x10 0x84", "0x84 cannot be a device's address on an I2C bus"),
 ])
-def test_a_converter_s_row_is_checked(xdc2214, data, was, written, said):
+def test_invalid_converter_row_is_refused_with_message(xdc2214, data, was, written, said):
     place = data / "converters.csv"
     place.write_text(place.read_text().replace(was, written))
     forget()
@@ -141,7 +141,7 @@ def test_a_converter_s_row_is_checked(xdc2214, data, was, written, said):
         presets.converter("xdc2214")
 
 
-def test_a_family_may_have_figures_of_its_own(xdc2214, data):
+def test_family_may_define_additional_limits(xdc2214, data):
     with (data / "converters/xdc221x.csv").open("a") as table:
         table.write("warm_up_time,4e-5,s,verified,XAC0001 9\nsleep,asleep until RUN,words,verified,XAC0001 9\n")
     forget()
@@ -150,13 +150,13 @@ def test_a_family_may_have_figures_of_its_own(xdc2214, data):
     assert presets.converter("xdc2214").limit("warm_up_time") == 4e-5
 
 
-def test_every_figure_of_a_family_is_asked():
+def test_every_family_row_is_required_by_code():
     asked = {*REQUIRED_ROWS, *REGISTER_ROWS, *HIGH_CURRENT, *reference_counter.REQUIRED_ROWS}
     for family in ("ldc161x", "ldc131x"):
         assert set(rows_of(family)) == asked
 
 
-def test_four_addresses_are_told_by_what_addr_is_tied_to(xdc2214):
+def test_four_addresses_are_selected_by_addr_connection(xdc2214):
     """The third ended `build` with an IndexError."""
     layout = SimpleNamespace(spec=SimpleNamespace(readout=SimpleNamespace(device=xdc2214)),
                              coils=[SimpleNamespace(name=f"C{k}") for k in range(32)])
@@ -166,20 +166,20 @@ def test_four_addresses_are_told_by_what_addr_is_tied_to(xdc2214):
     assert [addr_pin(xdc2214, address) for address in xdc2214.addresses] == ["low", "high", "to SDA", "to SCL"]
 
 
-def test_what_has_no_driver_is_not_read(xdc2214):
+def test_read_of_converter_without_driver_is_refused(xdc2214):
     for text in ("/dev/i2c-1", "serial:/dev/ttyACM0"):
         with pytest.raises(ValueError, match="cannot be read: sitscad has no driver for XDC2214"):
             source_of(text, design_with(xdc2214))
 
 
-def test_a_package_says_that_there_is_no_driver(xdc2214):
+def test_readme_of_converter_without_driver_states_it(xdc2214):
     design = design_with(xdc2214)
     files = render_readme(design.layout, design.estimates, incoming(design).board)
     said = " ".join(files["firmware/readme.txt"].decode().split())
     assert "There is no driver for XDC2214 in this folder" in said and "xdc2214_config.json" in said
 
 
-def test_results_are_read_at_the_family_s_own_clock(xdc2214):
+def test_read_back_time_uses_i2c_clock_of_family(xdc2214):
     """The report said 400 kHz and 1.2 V of any converter."""
     design = design_with(xdc2214, scan_rate=1e4)
     assert design.estimates.readout.read_back_time == approx(2 * 2 * 49 / 1e6, rel=1e-9)

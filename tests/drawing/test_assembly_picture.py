@@ -39,7 +39,7 @@ def extent(path: str) -> tuple[float, float, float, float]:
 @pytest.mark.more
 @pytest.mark.slow
 @pytest.mark.parametrize("sensor", handmade.SENSORS)
-def test_every_solid_is_drawn_in_a_small_picture(sensor):
+def test_assembly_picture_contains_every_solid_and_is_small(sensor):
     text = picture(sensor)
     ids = {element.get("id") for element in ElementTree.fromstring(text).iter()}
     cut_away = {"stiffener"} if sensor != "bare" else set()
@@ -50,7 +50,7 @@ def test_every_solid_is_drawn_in_a_small_picture(sensor):
 
 
 @pytest.mark.slow
-def test_the_section_is_to_scale():
+def test_assembly_section_is_to_scale():
     root = ElementTree.fromstring(picture("jaw"))
     paths = {element.get("id"): element.get("d") for element in root.iter(f"{SVG}path") if element.get("id")}
     centre, radius = port(root)
@@ -65,7 +65,7 @@ def test_the_section_is_to_scale():
 
 
 @pytest.mark.slow
-def test_a_pair_too_high_for_its_port_is_drawn_whole():
+def test_section_of_jaws_larger_than_port_is_not_cropped():
     layout = handmade.jaw_sensor(mount=handmade.Mount("grasper-pad", handmade.jaw(height=2e-3), 1e-3))
     root = ElementTree.fromstring(assembly_svg(parts.solids(layout), layout.spec))
     paths = {element.get("id"): element.get("d") for element in root.iter(f"{SVG}path") if element.get("id")}
@@ -78,7 +78,7 @@ def test_a_pair_too_high_for_its_port_is_drawn_whole():
 
 
 @pytest.mark.slow
-def test_the_section_names_what_it_shows():
+def test_assembly_section_labels_parts_and_port():
     text = picture("jaw")
     assert "target: copper, 0.2 mm" in text
     assert "encapsulation: pdms, 0.1 mm" in text
@@ -87,12 +87,12 @@ def test_the_section_names_what_it_shows():
 
 
 @pytest.mark.slow
-def test_the_picture_is_the_same_twice():
+def test_assembly_picture_is_repeatable():
     assert picture("jaw") == picture("jaw")
 
 
 @pytest.mark.slow
-def test_what_a_solid_hides_of_itself_is_not_drawn():
+def test_hidden_faces_of_a_solid_are_not_drawn():
     """A hollow block with a recess in its upper face: the walls of a cap's bore shone through its top."""
     outer = prism(rectangle(-8e-3, -8e-3, 8e-3, 8e-3), -10e-3, 0.0)
     bored = one_solid(outer - prism(rectangle(-6e-3, -6e-3, 6e-3, 6e-3), -9e-3, -1e-3), "cap")

@@ -23,12 +23,12 @@ def texts(drawing):
 
 
 @pytest.mark.parametrize("window", [False, True])
-def test_picture_of_the_board_names_its_axes_and_its_edge(layout, window):
+def test_board_picture_labels_axes_and_board_edge(layout, window):
     shown = texts(picture(layout, window=layout.body if window else None))
     assert shown.count("x") == shown.count("y") == 1 and "edge of the board" in shown
 
 
-def test_picture_of_the_board_shows_the_largest_outline_that_is_asked_for(layout):
+def test_board_picture_shows_required_largest_outline(layout):
     """A board that reached beyond it was drawn without it."""
     assert "board-largest" not in picture(layout)
     text = templates.read("bench_7mm").replace("fpc:", "fpc:\n  largest: {shape: rectangle, size: [18, 9]}", 1)
@@ -39,7 +39,7 @@ def test_picture_of_the_board_shows_the_largest_outline_that_is_asked_for(layout
     assert keys == [0, 1]
 
 
-def test_tracks_under_other_copper_are_drawn_over_it_in_their_own_colour(layout):
+def test_tracks_below_other_copper_are_drawn_on_top_in_own_colour(layout):
     """Of a coil of two layers the lower one could not be seen."""
     drawn = picture(layout)
     under = drawn[drawn.index("id='board-under-2'"):drawn.index("id='board-vias'")]
@@ -50,7 +50,7 @@ def test_tracks_under_other_copper_are_drawn_over_it_in_their_own_colour(layout)
     assert "board-under-" not in picture(layout, layers=[1]), "nothing lies under a layer that is shown alone"
 
 
-def test_drawing_of_the_pieces_has_axes_and_a_key_for_each_outline(layout):
+def test_plan_view_has_axes_and_legend_entry_per_outline(layout):
     shown = texts(svg(plan_view.drawing(layout)))
     assert {"x", "y", "edge of the board", "outer edge of a coil", "copper of layer 1"} <= set(shown)
     assert any(text.startswith("target: ") for text in shown) and any(text.startswith("elastomer: ") for text in shown)

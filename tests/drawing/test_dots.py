@@ -30,7 +30,7 @@ def raster(picture: str) -> list[list[bool]]:
     return rows
 
 
-def test_it_is_as_wide_as_asked_and_in_proportion(layout):
+def test_dot_picture_has_requested_width_and_true_proportions(layout):
     for columns in (40, COLUMNS):
         lines = dot_picture(layout, columns=columns).splitlines()
         length, width = layout.body_size
@@ -38,7 +38,7 @@ def test_it_is_as_wide_as_asked_and_in_proportion(layout):
         assert abs(len(lines) * 4 / (2 * columns) - width / length) < 0.1
 
 
-def test_a_line_through_the_coil_crosses_every_turn(layout):
+def test_row_through_coil_centre_crosses_every_turn(layout):
     dots = raster(dot_picture(layout))
     x0, _, x1, y1 = layout.body
     step = (x1 - x0) / (2 * COLUMNS - 1)
@@ -49,7 +49,7 @@ def test_a_line_through_the_coil_crosses_every_turn(layout):
     assert 5 <= crossings - 1 <= 6  # the outline, and 5.5 turns
 
 
-def test_marks_stand_at_their_places_and_outside_ones_are_left_out(layout):
+def test_marks_are_drawn_at_their_positions_and_omitted_outside(layout):
     centre = layout.coils[0].centre
     points = [PicturePoint(centre.x, centre.y, "7", "error"), PicturePoint(1.0, 0.0, "9", "note")]
     lines = dot_picture(layout, points).splitlines()

@@ -42,38 +42,38 @@ def hue(areas, channel):
     return sum(area for fill, area in areas.items() if int(fill[1 + 2 * channel : 3 + 2 * channel], 16) > 60)
 
 
-def test_a_block_from_the_front_is_its_face():
+def test_block_in_front_view_has_area_of_its_face():
     view, areas, _ = drawn(block((0, 0, 0), (2, 1, 1), "#ff0000"))
     assert view.scale == approx(100.0, rel=1e-6)
     assert sum(areas.values()) == approx(200.0 * 100.0, rel=0.01)
 
 
-def test_what_is_nearer_hides_what_is_behind_it_and_not_more():
+def test_nearer_block_hides_only_covered_part_of_farther_block():
     near, far = block((0, -2, 0), (1, -1, 1), "#ff0000"), block((0, 0, 0), (2, 1, 1), "#00ff00")
     for order in ((near, far), (far, near)):
         _, areas, _ = drawn(*order)
         assert hue(areas, 0) == approx(hue(areas, 1), rel=0.02)
 
 
-def test_blocks_that_stand_in_each_other_show_what_of_each_is_in_front():
+def test_intersecting_blocks_show_their_front_parts():
     one, other = block((0, 0, 0), (3, 2, 1), "#ff0000"), block((1, -1, 0.25), (2, 1, 0.75), "#00ff00")
     _, areas, _ = drawn(one, other)
     assert hue(areas, 1) / sum(areas.values()) == approx(0.5 / 3.0, rel=0.03)
 
 
-def test_from_aside_a_cube_shows_three_sides_in_the_proportions_of_the_view():
+def test_cube_in_oblique_view_shows_three_sides_of_projected_area():
     angles = math.radians(30.0), math.radians(40.0)
     view, areas, _ = drawn(block((0, 0, 0), (1, 1, 1), "#8080ff"), angles=angles)
     sides = sorted(area / view.scale**2 for area in areas.values())
     assert sides == approx(sorted(abs(part) for part in view.toward), rel=0.02)
 
 
-def test_the_same_meshes_give_the_same_picture():
+def test_rendering_is_repeatable():
     meshes = block((0, 0, 0), (3, 2, 1), "#ff0000"), block((1, -1, 0.25), (2, 1, 0.75), "#00ff00")
     assert drawn(*meshes, angles=(0.5, 0.4))[2] == drawn(*meshes, angles=(0.5, 0.4))[2]
 
 
-def test_a_mesh_with_nothing_left_of_it_and_one_beside_the_picture_draw_nothing():
+def test_empty_and_off_picture_meshes_draw_nothing():
     """Meshes that are cut open may have nothing left; a raster is as large as what it shows."""
     red = block((0, 0, 0), (2, 1, 1), "#ff0000")
     none = Coloured(np.zeros((0, 3)), np.zeros((0, 3), dtype=int), "#00ff00")
@@ -84,7 +84,7 @@ def test_a_mesh_with_nothing_left_of_it_and_one_beside_the_picture_draw_nothing(
     assert not list(sheet.items)
 
 
-def test_slanted_needles_one_raster_point_wide_have_pictures():
+def test_needles_one_raster_point_wide_are_rendered():
     """The border of one point that hangs on others by a corner had no line left, and the SVG no start."""
     random = np.random.default_rng(1)
     lows, sides = random.uniform(0.0, 1.0, (40, 3)), random.uniform(0.002, 0.01, (40, 3))

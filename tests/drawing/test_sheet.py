@@ -25,7 +25,7 @@ def element(sheet: Sheet, kind: str) -> ET.Element:
     return next(ET.fromstring(svg(sheet)).iter(f"{SVG}{kind}"))
 
 
-def test_what_stands_in_a_group_is_found_by_its_name():
+def test_svg_group_is_found_by_its_name():
     sheet = Sheet("names", (40.0, 30.0))
     with sheet.group("net-C1", kind="copper"), sheet.group("it's <odd>"):
         sheet.draw(rectangle(1.0, 1.0, 2.0, 2.0), None, RED, name="pad")
@@ -37,7 +37,7 @@ def test_what_stands_in_a_group_is_found_by_its_name():
     assert [type(item).__name__ for item in flattened(sheet.items)] == ["Shape", "Label"]
 
 
-def test_a_group_that_fails_leaves_the_sheet_usable():
+def test_exception_in_group_keeps_sheet_usable():
     sheet = Sheet("broken", (10.0, 10.0))
     with pytest.raises(ZeroDivisionError), sheet.group("half"):
         sheet.line(0.0, 0.0, 1.0 / 0.0, 1.0)
@@ -45,7 +45,7 @@ def test_a_group_that_fails_leaves_the_sheet_usable():
     assert len(list(flattened(sheet.items))) == 1
 
 
-def test_a_line_of_one_repeated_point_is_drawn_as_nothing():
+def test_line_of_zero_length_is_omitted():
     point, line = Point(3.0, 4.0), polyline([Point(1.0, 1.0), Point(2.0, 1.0)])
     for paths in (polyline([point, point]), [polyline([point, point]), line], [closed_polygon([point] * 3)]):
         sheet = Sheet("dots", (40.0, 30.0))
@@ -54,7 +54,7 @@ def test_a_line_of_one_repeated_point_is_drawn_as_nothing():
         assert pdf([sheet])
 
 
-def test_full_circles_are_circles_and_dashed_ones_begin_where_they_were_drawn():
+def test_full_circles_are_svg_circles_and_dashed_circles_keep_their_start():
     sheet = Sheet("round", (40.0, 30.0))
     sheet.draw(circle(Point(10.0, 12.0), 3.0), Pen())
     found = element(sheet, "circle")
@@ -67,7 +67,7 @@ def test_full_circles_are_circles_and_dashed_ones_begin_where_they_were_drawn():
     assert "<circle" not in svg(half)
 
 
-def test_a_long_line_keeps_its_width_in_every_font():
+def test_long_text_line_has_fixed_text_length():
     """In DejaVu, which machines without Arial take, notes ran over a drawing's frame."""
     sheet = Sheet("notes", (140.0, 30.0))
     line = "7. Finish on bare contacts: nickel and immersion gold"
@@ -78,7 +78,7 @@ def test_a_long_line_keeps_its_width_in_every_font():
 @pytest.mark.slow
 @settings(deadline=None)  # the first example imports svgpathtools
 @given(st.floats(0.1, 50.0), st.floats(-3.1, 3.1), st.floats(-6.2, 6.2))
-def test_arcs_end_where_they_end_and_pass_their_middle(radius, start, sweep):
+def test_svg_arcs_pass_start_middle_and_end(radius, start, sweep):
     """SVG's flags choose the one of four arcs that the path has: its middle lies on the drawn one."""
     tools = pytest.importorskip("svgpathtools", reason="svgpathtools is not installed")
     if abs(sweep) < 0.05 or abs(abs(sweep) - math.pi) < 0.05:
@@ -110,7 +110,7 @@ def busy() -> Sheet:
 
 
 @pytest.mark.clients("pdftoppm", "rsvg-convert")
-def test_groups_windows_halos_and_opacity_look_alike_in_both(tmp_path):
+def test_svg_and_pdf_render_groups_windows_halos_and_opacity_equally(tmp_path):
     np = pytest.importorskip("numpy")
     image = pytest.importorskip("PIL.Image", reason="Pillow is not installed")
     (tmp_path / "a.svg").write_text(svg(busy()))
@@ -126,13 +126,13 @@ def test_groups_windows_halos_and_opacity_look_alike_in_both(tmp_path):
     assert 0.03 < red.mean() < 0.06, "25 by 16 of 100 by 80 in the window, part of it covered, and a line"
 
 
-def test_text_beyond_the_font_of_a_pdf_is_spelled_and_never_a_question_mark():
+def test_pdf_text_beyond_font_is_written_as_code_points():
     sheet = Sheet("spelled", (40.0, 20.0))
     sheet.text(2.0, 10.0, "Umri\u00df \u0141\u00f3d\u017a \u03a9 \u6f22", 3.0)
     assert b"(Umri\xdf U+0141\xf3dz U+03A9 U+6F22)" in pdf([sheet])
 
 
-def test_nothing_is_asked_of_a_pdf_that_its_sheet_does_not_need():
+def test_pdf_contains_only_needed_graphics_states():
     plain = Sheet("plain", (40.0, 30.0))
     plain.line(0.0, 0.0, 5.0, 5.0)
     assert b"ExtGState" not in pdf([plain]) and b"ExtGState" in pdf([busy()])

@@ -148,7 +148,7 @@ def test_large_magnetic_plate_has_ratio_1(floor):
     assert shares == approx(1.0, abs=0.01)
 
 
-def test_magnetic_ratio_of_small_discs_scales_with_fifth_power():
+def test_plate_ratios_of_small_discs_scale_with_expected_power_of_size():
     """In the share of a small disc the radius stands to the fifth for poles, to the third for currents; in what a disc
     of some thickness leads through itself it stands to the second.
     """

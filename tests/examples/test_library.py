@@ -30,7 +30,7 @@ NAMES = Path(__file__).with_name("public_names.txt")
 
 
 @pytest.mark.slow
-def test_the_page_is_what_happens():
+def test_examples_of_library_page_run_with_shown_results():
     pytest.importorskip("shapely")
     pytest.importorskip("cadquery")
     blocks = "\n".join(re.findall(r"^```python\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE))
@@ -47,7 +47,7 @@ WITH_EXAMPLES = ("spec.sensor", "spec.load", "layout", "estimates", "estimates.d
 
 
 @pytest.mark.parametrize("name", WITH_EXAMPLES)
-def test_docstrings_run(name):
+def test_docstring_examples_run(name):
     results = doctest.testmod(importlib.import_module(f"sitscad.{name}"))
     assert results.attempted and not results.failed
 
@@ -61,7 +61,7 @@ def run(name, monkeypatch, *arguments):
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_a_sweep_with_a_plot(tmp_path, monkeypatch):
+def test_sweep_example_writes_plot_with_monotonic_inductances(tmp_path, monkeypatch):
     pytest.importorskip("matplotlib")
     picture = tmp_path / "sweep.png"
     rows = run("sweep.py", monkeypatch, "templates/three_axis_pad.yaml", picture)
@@ -73,7 +73,7 @@ def test_a_sweep_with_a_plot(tmp_path, monkeypatch):
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_a_coil_in_a_field_program(monkeypatch, capsys):
+def test_field_example_agrees_with_own_inductances(monkeypatch, capsys):
     found = run("field.py", monkeypatch)
     # its filaments have no width: 0.2 % of the mutual inductance; the mean distance leaves 0.4 % of the own
     assert found["own"] == approx(found["own_here"], rel=6e-3)
@@ -84,7 +84,7 @@ def test_a_coil_in_a_field_program(monkeypatch, capsys):
 @pytest.mark.more
 @pytest.mark.slow
 @pytest.mark.cad
-def test_a_sensor_in_ones_own_cad_models(tmp_path, monkeypatch):
+def test_cad_example_writes_assembly_with_sensor(tmp_path, monkeypatch):
     pytest.importorskip("cadquery")
     made = run("cad_model.py", monkeypatch, "templates/square_bench.yaml", tmp_path)
     _, sensor = made["model"].children
@@ -101,7 +101,7 @@ def test_a_sensor_in_ones_own_cad_models(tmp_path, monkeypatch):
 
 @pytest.mark.cad
 @pytest.mark.slow
-def test_the_pad_s_mesh_in_a_finite_element_solver(monkeypatch, capsys):
+def test_pad_mesh_example_force_agrees_with_pad_law(monkeypatch, capsys):
     """Elements of this kind are too stiff, the coarser the more: on so few the law is at most a tenth below them."""
     pytest.importorskip("ngsolve")
     found = run("pad_compression.py", monkeypatch, "templates/bench_7mm.yaml", 1)
@@ -138,12 +138,12 @@ def _parameters(function: Callable[..., object]) -> str:
     return " ".join(f"({one})" for one in shown)
 
 
-def test_the_page_of_public_names_has_every_one_and_they_are_few():
+def test_api_page_lists_all_public_names_at_most_64():
     named = set(re.findall(r"sitscad\.(\w+)$", (ROOT / "docs" / "api.md").read_text(encoding="utf-8"), re.MULTILINE))
     assert named == set(sitscad.__all__) - {"__version__"} and len(named) <= 64
 
 
-def test_public_names_and_signatures_are_what_they_were():
+def test_public_names_and_signatures_are_backward_compatible():
     """Callers hold on to them. `python tests/examples/test_library.py` writes them down anew; a value may gain fields,
     and a function parameters with a default after those that it has, without that.
     """
@@ -159,7 +159,7 @@ def test_public_names_and_signatures_are_what_they_were():
 
 
 @pytest.mark.slow
-def test_threads_find_what_one_finds():
+def test_estimates_in_threads_equal_estimates_in_one_thread():
     specs = [sitscad.load_text(templates.read(name)) for name in ("grasper_3p5mm", "square_bench", "single_coil")]
 
     def worked_out(spec):
@@ -173,7 +173,7 @@ def test_threads_find_what_one_finds():
     assert [repr(found) for found in together] == [repr(found) for found in alone] * 3
 
 
-def test_the_library_is_silent():
+def test_library_functions_print_nothing():
     code = (
         "import warnings; warnings.simplefilter('error')\n"
         "import sitscad\n"

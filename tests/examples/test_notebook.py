@@ -23,7 +23,7 @@ def bench():
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_every_result_is_shown_as_one_short_line(bench):
+def test_repr_of_every_result_is_one_short_line(bench):
     spec, layout, checked = bench.spec, bench.layout, sitscad.check(bench.spec, hints="none")
     study = sitscad.Study.load(next((ROOT / "templates" / "studies").glob("*.yaml")))
     values = [
@@ -38,17 +38,17 @@ def test_every_result_is_shown_as_one_short_line(bench):
 
 
 @pytest.mark.slow
-def test_lines_of_results_name_what_they_hold(bench):
+def test_repr_of_results_names_rules_and_axes(bench):
     checked = sitscad.check(bench.spec, hints="none")
     assert all(one.rule in repr(checked) for one in checked.findings if one.severity is not sitscad.Severity.NOTE)
     assert all(axis in repr(bench.performance[2]) for axis in bench.performance[2].axes)
 
 
-def test_names_of_the_package_are_the_public_ones():
+def test_dir_of_package_lists_public_names():
     assert dir(sitscad) == sorted(sitscad.__all__)
 
 
-def test_error_of_a_spec_holds_message_and_hint_of_every_finding():
+def test_spec_error_text_contains_message_and_hint_of_every_finding():
     with pytest.raises(sitscad.SpecError) as caught:
         sitscad.load_text("sitscad: 1\nname: x\ncoil: {shape: cirle, outer_diameter: 7 mn, turns: 5}\n")
     assert len(caught.value.findings) > 2
@@ -72,7 +72,7 @@ RULES = (sitscad.Rule("LAB001", "lab-rule", sitscad.Severity.WARNING, "must", "w
     ("import sitscad\nx = (\n", 2),
     ("def f():\n    return g()\ndef g():\n    return 1 / 0\nf()\n", 4),
 ])
-def test_error_of_a_plugin_names_its_line(text, line, tmp_path, bench, monkeypatch):
+def test_plugin_error_names_line_of_plugin(text, line, tmp_path, bench, monkeypatch):
     from sitscad.checks import judging
     from sitscad.files import writer
 
@@ -85,7 +85,7 @@ def test_error_of_a_plugin_names_its_line(text, line, tmp_path, bench, monkeypat
         sitscad.check(bench.spec, hints="none")
 
 
-def test_attributes_on_the_page_exist(bench):
+def test_attributes_named_on_library_page_exist(bench):
     """The tables name attributes of a spec and of a layout."""
     page = (ROOT / "docs" / "library.md").read_text(encoding="utf-8")
     named = re.findall(r"^\| `(spec|layout)\.([\w.]+)` \|", page, re.MULTILINE)

@@ -45,18 +45,18 @@ def function_of(formatter, value):
 
 
 @pytest.mark.parametrize("name", ["spec", "design"])
-def test_boards_are_shown_as_pictures(name, formatters, values):
+def test_notebook_shows_boards_as_svg(name, formatters, values):
     drawn = ElementTree.fromstring(function_of(formatters["image/svg+xml"], values[name])(values[name]))
     assert drawn.tag == "{http://www.w3.org/2000/svg}svg" and len(list(drawn.iter())) > 20
 
 
-def test_a_layout_is_shown_as_its_spec_is(formatters, values):
+def test_notebook_shows_layout_and_spec_equally(formatters, values):
     spec, layout = values["spec"], values["design"].layout
     shown = formatters["image/svg+xml"]
     assert function_of(shown, layout)(layout) == function_of(shown, spec)(spec)
 
 
-def test_a_coil_is_shown_as_its_picture(values):
+def test_notebook_shows_coil_as_its_picture(values):
     assert values["coil"]._repr_svg_() == values["coil"].picture()
     ElementTree.fromstring(values["coil"].picture())
 
@@ -81,14 +81,14 @@ class Cells(HTMLParser):
 
 
 @pytest.mark.parametrize("name", ["estimates", "response", "result"])
-def test_numbers_and_findings_are_shown_as_tables(name, formatters, values):
+def test_notebook_shows_estimates_and_findings_as_tables(name, formatters, values):
     value = values[name]
     cells = Cells(function_of(formatters["text/html"], value)(value)).cells
     named = [finding.rule for finding in value.findings] if name == "result" else ["C1"]
     assert named and set(named) <= set(cells)
 
 
-def test_every_type_that_is_shown_is_public(formatters):
+def test_notebook_formatters_exist_for_public_types_only(formatters):
     public = {(each.__module__, each.__qualname__) for each in (
         sitscad.SensorSpec, sitscad.Layout, sitscad.Design, sitscad.Estimates, sitscad.Response, sitscad.CheckResult)}
     assert {key for formatter in formatters.values() for key in formatter} == public

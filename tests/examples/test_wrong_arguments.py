@@ -54,7 +54,7 @@ make are looked at where they are used."""
 OTHERS = {"RULES", "__version__"}
 
 
-def test_every_public_name_is_one_of_these():
+def test_argument_tests_cover_every_public_name():
     assert {*sitscad.__all__} == {*(name for name in FUNCTIONS if "." not in name), *RESULTS, *OTHERS}
 
 
@@ -92,7 +92,7 @@ CASES = [
 
 
 @pytest.mark.parametrize("name", sorted({name for name, _, _ in CASES}))
-def test_a_wrong_type_is_refused_with_what_is_wanted(name):
+def test_wrong_argument_type_raises_type_error_with_expected_type(name):
     for parameter, what in ((parameter, what) for other, parameter, what in CASES if other == name):
         with pytest.raises(TypeError) as caught:
             FUNCTIONS[name](**{parameter: WRONG[what]})
@@ -108,19 +108,19 @@ def test_a_wrong_type_is_refused_with_what_is_wanted(name):
     ("lay_out", "layout", "load"), ("check", "layout", "load"), ("build", "layout", "load"),
     ("calibrate", "spec", "Design"), ("measure", "layout", "load"), ("pad_mesh", "spec", "lay_out"),
 ])
-def test_a_spec_where_a_layout_is_wanted_says_how_to_make_it(name, given, wanted):
+def test_spec_instead_of_layout_raises_type_error_naming_lay_out(name, given, wanted):
     value = _spec() if given == "spec" else sitscad.lay_out(_spec())
     with pytest.raises(TypeError, match=wanted):
         getattr(sitscad, name)(value)
 
 
 @pytest.mark.parametrize("made", [b"", b"sitscad: 1", Path("sensor.yaml"), None])
-def test_wrong_type_for_a_text_names_the_wanted_type(made):
+def test_wrong_type_for_text_raises_type_error(made):
     with pytest.raises(TypeError, match="text is "):
         sitscad.load_text(made)
 
 
-def test_right_arguments_are_taken_in_every_place():
+def test_correct_arguments_are_accepted_by_position_and_name():
     spec, layout = _spec(), sitscad.lay_out(spec=_spec())
     assert sitscad.check(spec, layout, estimates=sitscad.estimate(layout=layout, tolerance=None), hints="none").findings
     assert sitscad.Design(spec, given_layout=layout).layout is layout
@@ -129,7 +129,7 @@ def test_right_arguments_are_taken_in_every_place():
         sitscad.load(Path("there/is/none.yaml"))
 
 
-def test_a_checked_function_shows_its_own_signature_and_name():
+def test_type_checked_function_keeps_signature_name_and_docstring():
     assert next(iter(inspect.signature(sitscad.estimate).parameters)) == "layout"
     assert sitscad.estimate.__name__ == "estimate" and sitscad.estimate.__doc__
 
@@ -149,7 +149,7 @@ def _mutable(value: Any, path: str = "spec") -> list[str]:
     lambda path: sitscad.load(path).replace("coil.turns", 11),
     lambda path: pickle.loads(pickle.dumps(sitscad.load(path))), lambda path: copy.deepcopy(sitscad.load(path)),
 ])
-def test_nothing_in_a_spec_can_be_changed(make, tmp_path):
+def test_spec_is_deeply_immutable(make, tmp_path):
     path = tmp_path / "small.yaml"
     path.write_text(TEXT)
     spec = make(path)
@@ -163,6 +163,6 @@ def test_nothing_in_a_spec_can_be_changed(make, tmp_path):
         assert mapping == before and json.loads(json.dumps(dict.fromkeys(mapping, 1))) == dict.fromkeys(mapping, 1)
 
 
-def test_a_design_is_copied_and_pickled_as_before():
+def test_design_is_copied_and_pickled_with_equal_spec():
     design = sitscad.Design(_spec())
     assert copy.copy(design).spec == pickle.loads(pickle.dumps(design)).spec == _spec()

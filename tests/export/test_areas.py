@@ -19,7 +19,7 @@ LAYOUTS = {name: sitscad.lay_out(sitscad.load_text(templates.read(name))) for na
 
 
 @pytest.mark.parametrize("name", LAYOUTS)
-def test_copper_of_different_nets_keeps_apart_and_inside_the_board(name):
+def test_exported_copper_areas_of_nets_are_disjoint_and_inside_board(name):
     layout = LAYOUTS[name]
     found = areas(layout)
     (board,) = (area for area in found if area.what == "board")
@@ -33,7 +33,7 @@ def test_copper_of_different_nets_keeps_apart_and_inside_the_board(name):
     assert all(area.upper < 0.0 for area in copper)
 
 
-def test_the_area_of_a_coil_is_its_length_times_its_width():
+def test_exported_coil_area_equals_length_times_width():
     layout = LAYOUTS["bench_7mm"]
     coil = layout.coils[0]
     (found,) = (area for area in areas(layout) if area.layer == 2 and area.net == coil.net)
@@ -42,7 +42,7 @@ def test_the_area_of_a_coil_is_its_length_times_its_width():
     assert found.polygon.area == approx(drawn, rel=0.03)  # pads and teardrops come on top, holes go off
 
 
-def test_the_plates_are_where_the_scene_has_them():
+def test_exported_target_and_elastomer_have_expected_heights_and_areas():
     found = {area.what: area for area in areas(LAYOUTS["jaw_5x20"])}
     spec = LAYOUTS["jaw_5x20"].spec
     assert found["target"].polygon.area == approx(math.prod(spec.target.size), rel=1e-6)
@@ -55,7 +55,7 @@ def test_the_plates_are_where_the_scene_has_them():
 
 @pytest.mark.slow
 @pytest.mark.cad
-def test_solid_copper_has_the_volume_of_its_area():
+def test_solid_copper_volume_equals_area_times_thickness():
     pytest.importorskip("build123d")
     layout = sitscad.lay_out(
         sitscad.load_text(templates.read("bench_7mm")).replace({"coil.turns": 3, "array": {"pattern": "single"}})
@@ -71,7 +71,7 @@ def test_solid_copper_has_the_volume_of_its_area():
 
 
 @pytest.mark.cad
-def test_both_cad_programs_get_the_same_shapes_named_and_coloured(tmp_path):
+def test_build123d_and_cadquery_exports_have_equal_named_coloured_shapes(tmp_path):
     """In place, the very shapes; what each program writes into a STEP file has our names and colours."""
     import build123d as bd
 

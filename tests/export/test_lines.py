@@ -17,7 +17,7 @@ BENCH = LAYOUTS["bench_7mm"]
 
 
 @pytest.mark.parametrize("name", LAYOUTS)
-def test_a_circuit_is_one_polyline_from_contact_to_contact(name):
+def test_current_path_is_one_polyline_between_contacts(name):
     layout = LAYOUTS[name]
     heights = {layer.z for layer in layout.spec.fpc.stackup.copper}
     for coil, path in zip(layout.coils, current_paths(layout), strict=True):
@@ -32,7 +32,7 @@ def test_a_circuit_is_one_polyline_from_contact_to_contact(name):
 
 
 @pytest.mark.parametrize("name", ["bench_7mm", "square_bench", "racetrack_jaw"])
-def test_centre_lines_are_the_windings(name):
+def test_centre_lines_match_windings_of_each_layer(name):
     layout = LAYOUTS[name]
     lines = centre_lines(layout)
     assert [(line.coil, line.layer) for line in lines] == [(c.name, w.layer) for c in layout.coils for w in c.windings]
@@ -46,7 +46,7 @@ def test_centre_lines_are_the_windings(name):
 
 
 @given(tolerance=st.floats(1e-8, 1e-4))
-def test_chords_shorten_the_line_by_little_and_never_lengthen_it(tolerance):
+def test_chords_shorten_centre_line_within_tolerance(tolerance):
     line = centre_lines(BENCH)[0]
     points = line.points(tolerance)
     length = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
@@ -54,14 +54,14 @@ def test_chords_shorten_the_line_by_little_and_never_lengthen_it(tolerance):
     assert line.length * (1 - 3.0 * tolerance / innermost) <= length <= line.length * (1 + 1e-12)
 
 
-def test_the_currents_of_all_layers_circulate_alike():
+def test_currents_of_all_layers_circulate_in_equal_sense():
     for path in current_paths(BENCH, leads=False, current=2.0):
         assert path.current == 2.0 and path.layer is not None
         x, y = (path.points[:, :2] - np.array(BENCH.coils[int(path.coil[1]) - 1].centre)).T
         assert np.sum(x[:-1] * np.diff(y) - y[:-1] * np.diff(x)) > 0.0
 
 
-def test_an_open_circuit_and_a_tolerance_that_is_none_are_refused():
+def test_current_paths_refuse_open_circuit_and_invalid_tolerance():
     spec = sitscad.load_text(templates.read("grasper_3p5mm")).replace("array.pitch", 3.6e-3)
     crowded = sitscad.lay_out(spec)
     assert crowded.shortfalls

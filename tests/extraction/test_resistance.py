@@ -33,7 +33,7 @@ def net(shapes, a, b, holes=()) -> ExtractedNet:
     return ExtractedNet(pieces, tuple(holes), ("C1",), (a, b), ())
 
 
-def test_a_straight_bar_is_exact():
+def test_resistance_of_straight_bar_is_exact():
     bar = box(-1e-3, 0, 11e-3, 0.1e-3)
     a, b = contact("J1-1", box(-1e-3, -1e-3, 0, 1e-3)), contact("J1-2", box(10e-3, -1e-3, 11e-3, 1e-3))
     assert copper_resistance(net([bar], a, b), a, b, [THICKNESS]) == approx(100 * SQUARE, rel=1e-9)
@@ -45,7 +45,7 @@ def ring_sector(inner: float, outer: float, start: float, end: float, chords: in
     return Polygon(np.concatenate([outer * arc, inner * arc[::-1]]))
 
 
-def test_a_ring_sector_converges_at_second_order_from_below(monkeypatch):
+def test_resistance_of_ring_sector_converges_at_second_order(monkeypatch):
     """R = angle / ln(outer / inner) squares; chords and triangles are made finer together."""
     monkeypatch.setattr(resistance, "CLEANING", 1e-12)
     inner, outer, angle = 1e-3, 2e-3, 1.5 * math.pi
@@ -63,7 +63,7 @@ def test_a_ring_sector_converges_at_second_order_from_below(monkeypatch):
     assert all(order > 1.6 for order in orders), (errors, orders)
 
 
-def test_a_square_corner_is_0_559_squares():
+def test_resistance_of_square_corner_is_0_559_squares():
     """Conformal mapping: the corner of an L of equal arms counts as 1 - 2 ln 2 / pi squares."""
     w, arm = 0.1e-3, 1e-3
     shape = Polygon([(-arm, 0), (w, 0), (w, w + arm), (0, w + arm), (0, w), (-arm, w)])
@@ -72,7 +72,7 @@ def test_a_square_corner_is_0_559_squares():
     assert squares - 20.0 == approx(1.0 - 2.0 * math.log(2.0) / math.pi, rel=1e-2)
 
 
-def test_two_layers_and_a_barrel_in_series():
+def test_resistance_of_two_layers_and_via_adds_in_series():
     """Each layer's bar ends in a wide land, so that the spreading round the hole is the same in both cases."""
     hole = PlottedHole(0.0, 0.0, 0.2e-3, Point(0, 0).buffer(0.1e-3), True, (1, 2))
     left, right = box(-5e-3, -0.5e-3, 0.5e-3, 0.5e-3), box(-0.5e-3, -0.5e-3, 5e-3, 0.5e-3)
@@ -86,7 +86,7 @@ def test_two_layers_and_a_barrel_in_series():
     assert halves / perfect == approx(0.75, rel=1e-3)
 
 
-def test_a_board_out_of_its_files(two_nets, tmp_path):
+def test_resistance_of_extracted_board_matches_hand_calculation(two_nets, tmp_path):
     """C1 of the board by hand: 4.55 mm of track twice, 1.7 mm once, and four via lands of well under a square each."""
     found = extract(two_nets.write(tmp_path)).net("C1")
     a, b = found.contacts
@@ -95,14 +95,14 @@ def test_a_board_out_of_its_files(two_nets, tmp_path):
     assert tracks + 1.0 < ohms / SQUARE < tracks + 4.0
 
 
-def test_contacts_that_nothing_joins_have_no_resistance():
+def test_resistance_between_unconnected_contacts_is_refused():
     apart = [box(0, 0, 1e-3, 1e-3), box(0, 0, 1e-3, 1e-3)]
     a, b = contact("J1-1", box(0, 0, 1e-4, 1e-3), 1), contact("J1-2", box(0, 0, 1e-4, 1e-3), 2)
     with pytest.raises(ValueError, match="no copper joins"):
         copper_resistance(net(apart, a, b), a, b, [THICKNESS] * 2)
 
 
-def test_every_layer_needs_its_thickness():
+def test_resistance_without_thickness_of_each_layer_is_refused():
     a, b = contact("J1-1", box(0, 0, 1e-4, 1e-3)), contact("J1-2", box(9e-4, 0, 1e-3, 1e-3))
     whole = net([box(0, 0, 1e-3, 1e-3), box(0, 0, 1e-3, 1e-3)], a, b)
     with pytest.raises(ValueError, match="layer 2"):

@@ -35,12 +35,12 @@ def finished(template, tmp_path_factory) -> tuple[Layout, Path]:
     return layout, folder
 
 
-def test_the_files_keep_their_word(finished):
+def test_template_files_read_back_without_difference(finished):
     _, folder = finished
     assert compare(extract(folder)) == ()
 
 
-def test_every_coil_joins_its_two_contacts_and_nothing_else(finished):
+def test_each_extracted_coil_net_has_exactly_its_two_contacts(finished):
     layout, folder = finished
     board = extract(folder)
     assert len([net for net in board.nets if not _unused(net)]) == len(layout.coils)
@@ -54,7 +54,7 @@ def _unused(net) -> bool:
     return all(name.startswith(UNUSED) for name in net.names)
 
 
-def test_nothing_touches_when_the_copper_grows_by_almost_half_the_spacing(finished):
+def test_copper_grown_by_almost_half_spacing_has_no_short_or_loop(finished):
     """A loop or a short between grown tracks would be copper that stands closer than the spec's spacing."""
     layout, folder = finished
     spacing = min(layout.spec.coil.trace_spacing, layout.spec.fpc.rules.trace_spacing)
@@ -63,7 +63,7 @@ def test_nothing_touches_when_the_copper_grows_by_almost_half_the_spacing(finish
     assert all(not net.loops for net in board.nets)
 
 
-def test_wider_tracks_whose_turns_touch_are_loops(finished, tmp_path):
+def test_tracks_wide_enough_to_touch_are_reported_as_loops(finished, tmp_path):
     """The netlist of such a coil is still right: only the loops give it away."""
     layout, folder = finished
     spec = layout.spec.coil
@@ -84,7 +84,7 @@ def test_wider_tracks_whose_turns_touch_are_loops(finished, tmp_path):
 @pytest.mark.more
 @pytest.mark.slow
 @pytest.mark.needs("gmsh", "scipy")
-def test_the_resistance_of_the_extracted_copper_is_the_estimated_one(finished):
+def test_resistance_of_extracted_copper_matches_estimate(finished):
     layout, folder = finished
     board = extract(folder)
     copper = layout.spec.fpc.stackup.copper

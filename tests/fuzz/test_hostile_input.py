@@ -19,14 +19,14 @@ TEXT = killed.spec_text(8.5)
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_any_text_is_a_spec_or_a_finding(seed):
+def test_mutated_texts_load_or_raise_spec_error(seed):
     rng = random.Random(f"loads {seed}")
     for _ in range(250):
         in_large.load(mutated(rng))
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_any_spec_is_checked(seed):
+def test_check_of_mutated_specs_completes(seed):
     rng = random.Random(f"checks {seed}")
     for _ in range(10):
         in_large.check(mutated(rng))
@@ -34,7 +34,7 @@ def test_any_spec_is_checked(seed):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(2))
-def test_a_killed_build_leaves_a_whole_package(tmp_path, seed):
+def test_killed_build_leaves_complete_package(tmp_path, seed):
     assert killed.killed_build(tmp_path, random.Random(f"kills {seed}")) in ("old", "new")
 
 
@@ -42,7 +42,7 @@ def built(folder: Path, turns: float = 8.5) -> sitscad.BuildResult:
     return sitscad.build(sitscad.load_text(killed.spec_text(turns), "killed.yaml"), folder, killed.ONLY)
 
 
-def test_two_builds_at_once_on_one_folder(tmp_path):
+def test_concurrent_builds_in_one_folder_leave_complete_package(tmp_path):
     """Each ends well, or says that the other is at work; what stands there is one whole package."""
     outcomes: list[str] = []
 
@@ -64,7 +64,7 @@ def test_two_builds_at_once_on_one_folder(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("failing", ["write", "fsync", "rename"])
-def test_a_full_disk_leaves_the_package_before(tmp_path, monkeypatch, failing):
+def test_build_on_simulated_full_disk_keeps_previous_package(tmp_path, monkeypatch, failing):
     """The system refuses at one call after another, as a full or failing disk does."""
     before = killed.require_whole(built(tmp_path).directory)
     real = {"write": os.fsync, "fsync": os.fsync, "rename": os.rename}[failing]
@@ -91,7 +91,7 @@ def test_a_full_disk_leaves_the_package_before(tmp_path, monkeypatch, failing):
 
 
 @pytest.mark.skipif(not Path("/proc/self/mountinfo").exists(), reason="no Linux")
-def test_a_really_full_disk(tmp_path):
+def test_build_on_full_tmpfs_keeps_previous_package(tmp_path):
     """A small file system in memory, where the machine lets one be mounted."""
     place = tmp_path / "disk"
     place.mkdir()
@@ -110,7 +110,7 @@ def test_a_really_full_disk(tmp_path):
         subprocess.run(["umount", str(place)], check=False)
 
 
-def test_a_folder_that_may_only_be_read(tmp_path, open_folder, as_a_user):
+def test_build_into_read_only_folder_is_refused_without_change(tmp_path, open_folder, as_a_user):
     """One sentence, and nothing is changed."""
     built(tmp_path)  # and everything is imported
     open_folder.chmod(0o555)
@@ -119,7 +119,7 @@ def test_a_folder_that_may_only_be_read(tmp_path, open_folder, as_a_user):
     assert not list(open_folder.iterdir())
 
 
-def test_links_and_foreign_files_are_never_followed_or_lost(tmp_path):
+def test_build_preserves_foreign_files_and_follows_no_links(tmp_path):
     outside = tmp_path / "outside"
     outside.mkdir()
     (outside / "precious.txt").write_text("precious")
@@ -137,7 +137,7 @@ def test_links_and_foreign_files_are_never_followed_or_lost(tmp_path):
 
 
 @pytest.mark.parametrize("what", ["a link", "a file", "a folder of somebody", "a link to nowhere"])
-def test_what_is_not_ours_is_never_replaced(tmp_path, what):
+def test_build_never_replaces_foreign_file_link_or_folder(tmp_path, what):
     place, other = tmp_path / "killed", tmp_path / "other"
     if what == "a link":
         other.mkdir()

@@ -16,7 +16,7 @@ MOST = 10
 @pytest.mark.slow
 @pytest.mark.cad
 @pytest.mark.parametrize("template", SAMPLED)
-def test_a_variant_of_a_template_is_refused_with_findings_or_builds_and_verifies(template, tmp_path):
+def test_template_variant_is_refused_with_findings_or_builds_and_verifies(template, tmp_path):
     for number in range(MOST):
         outcome = built(variant(f"{sitscad.__version__} {number}", template), str(tmp_path))
         assert outcome in (PASSED, REFUSED), f"{template} {number}: {outcome}"
@@ -26,7 +26,7 @@ def test_a_variant_of_a_template_is_refused_with_findings_or_builds_and_verifies
 
 
 @pytest.mark.parametrize("template", templates.names())
-def test_a_variant_is_another_spec_of_its_template_every_time(template):
+def test_template_variants_are_different_and_repeatable_by_seed(template):
     texts = {variant(seed, template) for seed in range(8)}
     assert len(texts) == 8 and templates.read(template) not in texts
     assert variant(3, template) in texts

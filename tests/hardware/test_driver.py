@@ -165,7 +165,7 @@ def test_fast_motion_stays_good(pad):
     assert [row[2][0] for row in found[2:]] == [GOOD] * len(found[2:])
 
 
-def test_frozen_result_becomes_stale_after_200_scans(pad):
+def test_frozen_result_becomes_stale_within_210_scans(pad):
     words = ["begin", *FIRST, "stuck 0 2", *SCAN * 210]
     found = [_of_coils(row)[2] for row in pad.run(*words)[1:]]
     assert found[150] == [GOOD] * 4 and found[-1] == [GOOD, STALE, GOOD, GOOD]

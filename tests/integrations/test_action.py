@@ -85,7 +85,7 @@ def environment(tmp_path) -> dict[str, str]:
     }
 
 
-def test_every_other_action_is_pinned_and_every_input_is_used():
+def test_action_pins_other_actions_and_documents_used_inputs():
     text = (ROOT / "action.yml").read_text(encoding="utf-8")
     for step in ACTION["runs"]["steps"]:
         assert "uses" not in step or re.fullmatch(r"[\w-]+/[\w/-]+@v\d+", step["uses"])
@@ -96,7 +96,7 @@ def test_every_other_action_is_pinned_and_every_input_is_used():
 
 
 @pytest.mark.slow
-def test_a_good_spec_passes_and_a_weak_one_fails_at_its_line(repository, environment):
+def test_action_passes_good_spec_and_fails_weak_spec(repository, environment):
     assert executed(repository, environment, ("Install",)) == {"Check": 0}
     (repository / "sensors" / "weak.yaml").write_text(WEAK)
     assert executed(repository, environment, ("Install",), sarif="found.sarif") == {"Check": 1, "SARIF": 0}
@@ -108,7 +108,7 @@ def test_a_good_spec_passes_and_a_weak_one_fails_at_its_line(repository, environ
 
 
 @pytest.mark.slow
-def test_options_reach_the_command_and_nothing_is_expanded(repository, environment):
+def test_action_arguments_reach_check_without_shell_expansion(repository, environment):
     more = "--ignore SIT103,SIT204 --hints none"
     assert executed(repository, environment, ("Install",), fail_on="note", arguments=more)["Check"] in (0, 1)
     hostile = "--ignore $(touch${IFS}owned) `touch owned` *"
@@ -117,7 +117,7 @@ def test_options_reach_the_command_and_nothing_is_expanded(repository, environme
 
 
 @pytest.mark.slow
-def test_a_baseline_and_a_build_are_asked_for_by_inputs(repository, environment):
+def test_action_baseline_input_silences_known_findings(repository, environment):
     (repository / "sensors" / "weak.yaml").write_text(WEAK)
     command = ["sitscad", "check", "sensors", "--hints", "none", "--format", "json"]
     done = subprocess.run(command, cwd=repository, env=environment, capture_output=True, timeout=300, check=False)
@@ -127,7 +127,7 @@ def test_a_baseline_and_a_build_are_asked_for_by_inputs(repository, environment)
 
 
 @pytest.mark.slow
-def test_options_of_the_build_reach_it(repository, environment):
+def test_action_build_arguments_reach_build_without_shell_expansion(repository, environment):
     given = {"build": "outputs", "build_arguments": "--only firmware"}
     assert executed(repository, environment, ("Install",), **given) == {"Check": 0, "Build": 0}
     made = {path.name for path in (repository / "outputs" / "good-coil").iterdir()}
@@ -140,7 +140,7 @@ def test_options_of_the_build_reach_it(repository, environment):
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_the_action_installs_itself(repository, environment, tmp_path):
+def test_action_installs_sitscad_in_empty_environment(repository, environment, tmp_path):
     """In an empty environment, as on a runner; the packages that it needs come from the registry."""
     venv.create(tmp_path / "runner", with_pip=True)
     environment |= {"PATH": f"{tmp_path}/runner/bin:/usr/bin:/bin", "PIP_DISABLE_PIP_VERSION_CHECK": "1"}

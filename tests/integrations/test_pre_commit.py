@@ -21,7 +21,7 @@ coil: {shape: circle, outer_diameter: 10, turns: 12.5, layers: 2, trace_width: 1
 SHOP = "based_on: generic-flex\ntracks: [{copper: 35 um, width: 100 um, spacing: 100 um}]\n"
 
 
-def test_a_check_follows_whatever_changes_what_is_said_of_a_spec():
+def test_check_hook_runs_on_specs_profiles_and_configuration():
     hook = HOOKS["sitscad-check"]
     takes = re.compile(hook["files"])
     for name in ("sensors/a.yaml", "shops/ours.yml", "sitscad.toml", "sub/pyproject.toml", "known.json", "jaws/a.step"):
@@ -31,14 +31,14 @@ def test_a_check_follows_whatever_changes_what_is_said_of_a_spec():
     assert hook["pass_filenames"] is False and hook["args"] == ["sensors"]
 
 
-def test_a_fix_takes_the_specs_that_changed():
+def test_fix_hook_runs_only_on_spec_files():
     takes = re.compile(HOOKS["sitscad-fix"]["files"])
     assert takes.search("sensors/a.yaml") and takes.search("sensors/deep/b.yml")
     assert not takes.search("shops/a.yaml") and not takes.search("sensors/a.yaml.bak")
     assert set(HOOKS) == {"sitscad-check", "sitscad-fix"}
 
 
-def test_the_files_are_valid_for_pre_commit():
+def test_hook_manifest_is_valid_for_pre_commit():
     command = [sys.executable, "-m", "pre_commit", "validate-manifest", str(ROOT / ".pre-commit-hooks.yaml")]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
@@ -50,7 +50,7 @@ def git(folder: Path, *arguments: str) -> None:
 
 
 @pytest.mark.slow
-def test_pre_commit_runs_the_hook(tmp_path):
+def test_pre_commit_runs_check_hook_on_changed_spec(tmp_path):
     """It clones this repository, installs it in an environment of its own, and hands it the files of a commit."""
     source, project = tmp_path / "source", tmp_path / "project"
     subprocess.run(["git", "clone", "--quiet", str(ROOT), str(source)], check=True, timeout=120)

@@ -121,7 +121,7 @@ def test_screen_error_covers_longer_leads_in_given_body():
 
 
 @pytest.mark.parametrize(("metal", "level"), [("brass", "screen"), ("titanium-grade-5", "full")])
-def test_target_thinner_than_skin_depth_is_evaluated_at_full_level(metal, level):
+def test_evaluation_level_depends_on_skin_depths_of_target(metal, level):
     """Of titanium 0.15 mm thick the screen said 37 mN where 68 are right, known to 10 %."""
     spec = sitscad.load_text(templates.read("grasper_4layer")).replace("target.material", metal)
     assert screen_designs([spec], ["rp"])[0].level == level

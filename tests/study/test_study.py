@@ -156,7 +156,7 @@ def test_answer_text_and_json_report_kept_designs(answered):
 @pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["nsga2", "sobol", "grid"])
-def test_base_is_evaluated_first_and_dominates_worse_designs(method, folder):
+def test_base_is_evaluated_first_as_design_of_the_study(method, folder):
     """A short search kept designs that the base beat, since it was no candidate itself."""
     base = sitscad.load(folder / "coil.yaml").replace(
         {"coil.turns": 11.5, "coil.trace_width": "125 um", "coil.trace_spacing": "0.125 mm"})
@@ -376,7 +376,7 @@ def test_designs_without_screen_are_evaluated_once_in_full_and_reported(folder, 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("goal, is_all", [("amplitude", True), ("inductance", False)])
-def test_goal_not_ranked_by_screen_evaluates_all_designs_in_full(goal, is_all, folder, monkeypatch):
+def test_all_designs_are_evaluated_in_full_if_screen_cannot_rank_goal(goal, is_all, folder, monkeypatch):
     from sitscad.apps.study import running
 
     monkeypatch.setattr(running, "LEAST_FULL", 1)

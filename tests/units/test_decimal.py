@@ -13,7 +13,7 @@ from sitscad.basics.units import fixed_decimals, in_mm
 
 
 @given(st.floats(-1e6, 1e6), st.integers(0, 9), st.integers(0, 9))
-def test_the_nearest_decimal_is_written_without_an_exponent(value, most, least):
+def test_fixed_decimals_rounds_to_nearest_without_exponent(value, most, least):
     least = min(least, most)
     text = fixed_decimals(value, most, least)
     assert Decimal(text) == Decimal(value).quantize(Decimal(1).scaleb(-most), ROUND_HALF_EVEN)
@@ -24,10 +24,10 @@ def test_the_nearest_decimal_is_written_without_an_exponent(value, most, least):
 
 
 @pytest.mark.parametrize("value", [-0.0, -1e-9, -4.9e-5])
-def test_nothing_is_less_than_nothing(value):
+def test_negative_zero_is_written_as_zero(value):
     assert fixed_decimals(value) == "0" and fixed_decimals(value, 4, 1) == "0.0"
 
 
-def test_lengths_are_in_millimetres():
+def test_lengths_are_written_in_millimetres():
     assert in_mm(1.25e-3) == "1.25" and in_mm(1e-3, 3, 2) == "1.00" and in_mm(100e-6) == "0.1"
     assert in_mm(-math.ulp(0.0)) == "0"

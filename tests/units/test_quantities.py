@@ -28,7 +28,7 @@ RESULTS = [
 
 
 @pytest.mark.parametrize(("table", "result"), RESULTS)
-def test_each_quantity_names_a_field_of_its_result(table, result):
+def test_each_quantity_refers_to_field_of_its_result_type(table, result):
     known = {field.name for field in fields(result)} | set(dir(result))
     assert {path.partition(".")[0] for each in table for path in (each.field, each.sigma) if path} <= known
     assert len({each.key for each in table}) == len(table)
@@ -37,7 +37,7 @@ def test_each_quantity_names_a_field_of_its_result(table, result):
 SIGNAL = Signal("C1", 2.0, 1.5e-6, -4.96e-9, 0.69e-9, 9.1e3, None, -0.0147, 0.007, math.inf)
 
 
-def test_a_quantity_has_one_value_in_json_text_and_table():
+def test_quantity_has_equal_value_in_json_text_and_table():
     change = next(each for each in quantities.SIGNAL if each.key == "inductance_H_per_N")
     assert change.unit == "H/N" and change.number(SIGNAL) == SIGNAL.per_newton
     assert change.text(SIGNAL) == "-4.96 +- 0.69 nH/N" and change.plain(SIGNAL) == "-4.96 nH/N"
@@ -46,13 +46,13 @@ def test_a_quantity_has_one_value_in_json_text_and_table():
     assert document(SIGNAL, [change]) == {"inductance_H_per_N": SIGNAL.per_newton}
 
 
-def test_a_value_that_is_absent_is_null_and_a_dash():
+def test_absent_value_is_null_in_json_and_dash_in_table():
     steps = next(each for each in quantities.SIGNAL if each.key == "steps")
     unknown = replace(SIGNAL, steps=None)
     assert steps.number(SIGNAL) is None and steps.text(SIGNAL) == DASH == steps.text(unknown)
     assert by_quantity([unknown], [steps]) == [] and by_quantity([None, SIGNAL], [steps]) == [[steps.label, DASH, DASH]]
 
 
-def test_a_share_is_in_per_cent_and_an_area_in_square_millimetres():
+def test_ratio_is_shown_in_percent_and_area_in_square_millimetres():
     assert Quantity("share", "", 3, is_share=True).text(SIGNAL) == "-1.47 %"
     assert Quantity("area_m2", path="rest").text(SIGNAL) == "1.5 mm2"

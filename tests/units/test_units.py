@@ -56,7 +56,7 @@ EVERY_UNIT = [(dimension, unit) for dimension, units in UNITS.items() for unit i
         ("3930 ppm/K", "temperature coefficient", 3.93e-3),
     ],
 )
-def test_is_the_double_nearest_to_what_is_written(text, dimension, value):
+def test_parsed_quantity_is_nearest_double_of_text(text, dimension, value):
     assert parse_quantity(text, dimension) == value
 
 
@@ -84,7 +84,7 @@ def test_is_the_double_nearest_to_what_is_written(text, dimension, value):
         ([1], "length", "type", ""),
     ],
 )
-def test_refuses_and_says_why(text, dimension, reason, hint):
+def test_invalid_quantity_raises_unit_error_with_reason_and_hint(text, dimension, reason, hint):
     with pytest.raises(UnitError) as caught:
         parse_quantity(text, dimension)
     assert caught.value.reason == reason
@@ -100,7 +100,7 @@ def test_every_unit_scales_by_its_factor(dimension, unit, number):
 
 
 @given(st.sampled_from(sorted(SHOWN_AS)), st.floats(1e-12, 1e9), st.integers(3, 12))
-def test_what_is_shown_reads_back(dimension, value, digits):
+def test_shown_quantity_parses_to_equal_value(dimension, value, digits):
     shown = show(value, SHOWN_AS[dimension], digits)
     assert parse_quantity(shown, dimension) == approx(value, rel=0.6 * 10.0 ** (1 - digits))
 
@@ -125,12 +125,12 @@ def test_bare_numbers_are_millimetres(value):
         (float("nan"), "H", "nan H"),
     ],
 )
-def test_shows_four_digits_with_the_usual_prefix(value, unit, text):
+def test_quantity_is_shown_with_four_digits_and_usual_prefix(value, unit, text):
     assert show(value, unit) == text
 
 
 @given(st.text(max_size=80), st.sampled_from(sorted(UNITS)))
-def test_any_text_is_read_or_refused(text, dimension):
+def test_random_text_gives_finite_quantity_or_unit_error(text, dimension):
     try:
         assert math.isfinite(parse_quantity(text, dimension))
     except UnitError as error:
@@ -140,7 +140,7 @@ def test_any_text_is_read_or_refused(text, dimension):
 @pytest.mark.parametrize(
     ("written", "meant"), [("40 MHZ", "did you mean 40 MHz? "), ("40 mhz", "did you mean 40 mHz or 40 MHz? ")]
 )
-def test_a_capital_is_never_taken_for_milli(written, meant):
+def test_capital_m_is_never_read_as_milli(written, meant):
     with pytest.raises(UnitError) as caught:
         parse_quantity(written, "frequency")
     assert caught.value.hint.startswith(meant + "allowed:")
@@ -151,7 +151,7 @@ def test_a_capital_is_never_taken_for_milli(written, meant):
     [("98.6 degF", "37 degC"), ("212 F", "100 degC"), ("-40 \N{DEGREE SIGN}F", "-40 degC"), ("310 K", "36.85 degC"),
      ("309.456 K", "36.306 degC"), ("98 degF", "36.6666666667 degC")],
 )
-def test_a_temperature_on_another_scale_is_reported_in_the_one_that_is_read(written, celsius):
+def test_temperature_in_fahrenheit_or_kelvin_suggests_celsius_value(written, celsius):
     """Not the same number with another unit: 98 degrees Celsius is no body's temperature."""
     with pytest.raises(UnitError) as caught:
         parse_quantity(written, "temperature")
@@ -169,7 +169,7 @@ PREFIXES = {"Y": 24, "Z": 21, "E": 18, "P": 15, "T": 12, "G": 9, "M": 6, "k": 3,
 
 
 @pytest.mark.parametrize(("dimension", "written"), EVERY_SLIP)
-def test_a_slip_of_case_is_sure_only_if_no_prefix_is_another(dimension, written):
+def test_wrong_letter_case_is_sure_fix_only_without_prefix_ambiguity(dimension, written):
     """MN is a meganewton to whoever reads it: mN is 1e9 less."""
     with pytest.raises(UnitError) as caught:
         parse_quantity(f"4 {written}", dimension)
@@ -179,7 +179,7 @@ def test_a_slip_of_case_is_sure_only_if_no_prefix_is_another(dimension, written)
 
 
 @pytest.mark.parametrize(("written", "meant"), [("4000 MN", "4000 mN"), ("330 PF", "330 pF"), ("3 NH", "3 nH")])
-def test_another_prefix_is_asked_for_and_is_no_safe_fix(written, meant):
+def test_different_unit_prefix_is_suggested_without_sure_fix(written, meant):
     dimension = {"N": "force", "F": "capacitance", "H": "inductance"}[written[-1]]
     with pytest.raises(UnitError) as caught:
         parse_quantity(written, dimension)
@@ -187,7 +187,7 @@ def test_another_prefix_is_asked_for_and_is_no_safe_fix(written, meant):
     assert caught.value.is_sure == (written[-2] == "N"), "N is no prefix"
 
 
-def test_candidate_out_of_range_is_removed():
+def test_suggested_value_out_of_range_is_removed():
     with pytest.raises(UnitError) as caught:
         parse_quantity("330 MF", "capacitance")
     assert caught.value.candidates == ("330 mF",)
@@ -196,12 +196,12 @@ def test_candidate_out_of_range_is_removed():
 
 
 @pytest.mark.parametrize("dimension", sorted(set(UNITS) - {"length"}))
-def test_a_missing_unit_is_reported_in_plain_english(dimension):
+def test_missing_unit_message_names_dimension_with_article(dimension):
     with pytest.raises(UnitError) as caught:
         parse_quantity("7", dimension)
     article = "an" if dimension[0] in "aeio" else "a"
     assert f"7 has no unit, and {article} {dimension} needs one" == str(caught.value)
 
 
-def test_a_table_for_programs_quotes_cells_with_commas():
+def test_csv_text_quotes_fields_with_commas():
     assert csv_text([("part", "note"), (2, 'thin, "wide"')]) == 'part,note\n2,"thin, ""wide"""\n'

@@ -78,7 +78,7 @@ def rings_by_filaments(name):
 
 @pytest.mark.parametrize("name", RINGS)
 @pytest.mark.parametrize("fine", [False, True])
-def test_rings_against_filaments(name, fine):
+def test_ring_impedance_agrees_with_filaments(name, fine):
     radii, heights, width, copper = RINGS[name]
     radius, height = np.array(radii) * MM, np.array(heights) * UM
     width, thickness = width * UM, copper * UM
@@ -129,7 +129,7 @@ def thick_rings_by_filaments(name):
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=[pytest.mark.slow] if row[3] > 200 else []) for name, row in THICK.items()]
 )
-def test_thick_copper_against_filaments(name, fine):
+def test_thick_copper_ring_loss_agrees_with_filaments(name, fine):
     radii, heights, width, copper, _ = THICK[name]
     radius, height = np.array(radii) * MM, np.array(heights) * UM
     limit, better = thick_rings_by_filaments(name)
@@ -144,7 +144,7 @@ def test_thick_copper_against_filaments(name, fine):
     assert loss.is_resolved(20e6)
 
 
-def test_too_few_points_are_noticed():
+def test_loss_with_too_few_modes_is_marked_unresolved():
     # orders above the number of Gauss points are taken for lower ones: modes that store less than no energy
     radii, heights, width, copper, _ = THICK["wide-350"]
     modes = ModeSet(13, 4, (13, 2))
@@ -153,7 +153,7 @@ def test_too_few_points_are_noticed():
     assert not join_losses([loss, loss]).is_resolved(5e6)
 
 
-def test_direct_current_leans_to_the_inside_of_a_bend():
+def test_direct_current_resistance_of_rings_includes_inward_shift():
     radius = np.array([0.45, 0.65, 0.85]) * MM
     width, thickness = 100 * UM, 18 * UM
     z = ring_impedance(radius, 0.0 * radius, width, thickness, COPPER, [1.0], 16, 2)
@@ -185,7 +185,7 @@ def strips_by_filaments(across, height, width, thickness, signs, frequencies, ce
 
 @pytest.mark.parametrize("case", [((0.0,), (0.0,), (1,)), ((0.0, 0.0), (0.0, 60e-6), (1, -1)),
                                   ((0.0, 150e-6), (0.0, 0.0), (1, -1))])
-def test_lone_and_paired_straight_tracks(case):
+def test_straight_track_resistance_agrees_with_filaments(case):
     across, height, signs = case
     width, thickness = 100 * UM, 35 * UM
     frequencies = [1e6, 10e6]
@@ -203,7 +203,7 @@ def test_lone_and_paired_straight_tracks(case):
 
 
 @pytest.mark.slow
-def test_open_spirals_against_segments_between_nodes():
+def test_open_spiral_resistance_agrees_with_segment_filaments():
     # two turns, ends and slope as they are; the filaments' own error (8 x 2 cells, 35 um) taken from closed rings
     layers = coil(2 * MM, 2.0, 150 * UM, 100 * UM, (0.0,), (35 * UM,))
     frequencies = [1e4, 1e6, 10e6]
@@ -249,7 +249,7 @@ def averaged_rings(case, frequencies, across, equal_lengths, azimuths=4):
 
 
 @pytest.mark.parametrize("name", FASTHENRY)
-def test_solver_values_come_from_filaments_of_equal_length(name):
+def test_fasthenry_values_agree_with_filaments_of_equal_length(name):
     case = FASTHENRY[name]
     direct, at_1, at_10 = case[6:]
     across = 3 if name == "S07" else 5
@@ -264,7 +264,7 @@ def test_solver_values_come_from_filaments_of_equal_length(name):
     assert loss.resistance_ratio(1e6) - 1.0 > 1.5 * (at_1 / direct - 1.0)
 
 
-def test_a_square_by_sides_of_equal_length():
+def test_square_coil_fasthenry_value_agrees_with_filaments_of_equal_length():
     # S11: 3 mm, 5 turns, 100/100/18 um, one layer; FastHenry 0.400383 direct, 0.426935 ohm at 10 MHz
     half, pitch = 1.45 * MM, 200 * UM
     corners = [(-half, -half)]
@@ -281,7 +281,7 @@ def test_a_square_by_sides_of_equal_length():
 
 
 @pytest.mark.slow
-def test_segments_of_equal_and_of_their_own_length():
+def test_loss_agrees_with_mitred_and_exceeds_equal_length_segments():
     # S01 as FastHenry takes it, only with 24 chords a turn: 1440 filaments, mirrored layers
     layers = coil(3 * MM, 6, 100 * UM, 100 * UM, (0.0, -43 * UM), (18 * UM, 18 * UM))
     found = {}
@@ -302,7 +302,7 @@ def divided(corners, step):
     return np.concatenate(rows)
 
 
-def test_squares_against_segments_with_legs():
+def test_square_coil_impedance_agrees_with_mitred_segments():
     # the rise over 100 kHz: direct current cuts the corners, which the modes leave to `bend_squares`
     corners, width, thickness = square(3, 1 * MM, 250 * UM), 150 * UM, 18 * UM
     filaments = Filaments([SegmentedTrack(divided(corners, 0.4 * MM), width, thickness, 0.0)], cosine_cells(8),
@@ -326,7 +326,7 @@ def field_by_chords(corners, point):
     return 1e-7 * np.sum(cross * (ra + rb) / (ra * rb * (ra * rb + dot)))
 
 
-def test_low_frequency_loss_is_that_of_the_field_across_thin_tracks():
+def test_low_frequency_loss_of_thin_tracks_matches_transverse_field():
     # P = omega^2 B^2 w^3 t sigma / 24 a metre: a square of narrow, thin tracks, B of all sides but the track's own;
     # and by its own field a strip's P = omega^2 sigma t w (mu0 / 2 pi)^2 / 2 times the variance of its potential
     corners, width, thickness = square(4, 2 * MM, 400 * UM), 50 * UM, 2 * UM
@@ -353,7 +353,7 @@ def test_low_frequency_loss_is_that_of_the_field_across_thin_tracks():
     assert others > 0.1 * own
 
 
-def test_arcs_and_spirals_agree():
+def test_loss_of_arcs_agrees_with_loss_of_spirals():
     layers = bench()
     tracks = []
     for layer in layers:
@@ -368,7 +368,7 @@ def test_arcs_and_spirals_agree():
         assert inductance_change(arcs, frequency) == approx(inductance_change(spirals, frequency), rel=3e-3)
 
 
-def test_bends_cut_short():
+def test_bend_resistance_has_known_values():
     # a right angle: 0.559 squares for the corner's own (a textbook figure), so 0.441 less than along the centre line
     assert bend_squares(math.pi / 2) == approx(-0.4413, abs=1e-4)
     assert bend_squares(math.pi / 3) == approx(-0.1666, abs=1e-4)
@@ -377,7 +377,7 @@ def test_bends_cut_short():
 
 
 @pytest.mark.parametrize("straight", [1e-6, 3e-3])
-def test_racetracks_between_rings_and_straight_tracks(straight):
+def test_racetrack_loss_is_between_rings_and_straight_tracks(straight):
     # nearly no straight sides: rings. With them: the loss lies between that of rings and grows with the length
     radii, width, thickness = np.array([1.0, 0.8, 0.6]) * MM, 100 * UM, 35 * UM
     tracks = []

@@ -17,7 +17,7 @@ SQUARE = GluedPlate(4e-3, 4e-3, 2e-3)
 
 @pytest.mark.parametrize("solid", [SQUARE, GluedPlate(9e-3, 3e-3, 1e-3), GluedPlate(4e-3, 4e-3, 2e-3, rim=1e-3),
                                    GluedPlate(4e-3, 4e-3, 2e-3, skin=0.1e-3)])
-def test_the_mesh_fills_half_of_the_solid_and_its_faces_close_it(solid):
+def test_pad_mesh_fills_half_solid_with_closed_faces(solid):
     mesh = fanned(solid, 2, 1)
     corners = mesh.points[mesh.elements]
     parts = ((0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6), (0, 5, 1, 6))
@@ -32,19 +32,19 @@ def test_the_mesh_fills_half_of_the_solid_and_its_faces_close_it(solid):
     assert np.abs(np.sum(ways, axis=0)).max() < 1e-9 * np.abs(ways).sum()
 
 
-def test_a_disc_at_rest_agrees_with_axisymmetric_elements_of_another_kind():
+def test_disc_stiffness_at_rest_agrees_with_axisymmetric_elements():
     disc = HalfPad(GluedPlate(4e-3, 4e-3, 2e-3, is_round=True), 2, 50e3).move((0.0, 0.0, 0.0))
     shear, poisson = 50e3, 0.49995
     assert disc.stiffness[1, 1] == approx(stiffness(2e-3, 2e-3, 2e-3, shear, poisson, 16), rel=0.01)
 
 
-def test_board_and_plate_may_be_swapped():
+def test_pad_stiffness_is_symmetric_between_board_and_plate():
     """Turned by half of its tilt, the frame between board and plate sees shear and tilt apart: M = -h/2 F."""
     rest = HalfPad(SQUARE, 2, 50e3).move((0.0, 0.0, 0.0))
     assert rest.stiffness[2, 0] == approx(-1e-3 * rest.stiffness[0, 0], rel=1e-6)
 
 
-def test_stiffness_is_the_change_of_the_force():
+def test_pad_stiffness_equals_derivative_of_force():
     pad, small = HalfPad(SQUARE, 2, 50e3, order=3), 1e-4
     here = pad.move((0.3e-3, -0.3e-3, 0.02))
     moves = np.diag([2e-3 * small, 2e-3 * small, small])
@@ -56,7 +56,7 @@ def test_stiffness_is_the_change_of_the_force():
         assert changed / move[k] == approx(here.stiffness[:, k], rel=2e-3, abs=2e-3 * abs(here.stiffness[k, k]))
 
 
-def test_elements_have_converged():
+def test_pad_element_forces_have_converged():
     """Twice the degrees of freedom change compression at rest by under 0.2 %, and under a quarter of the thickness."""
     coarse, fine = HalfPad(SQUARE, 2, 1.0), HalfPad(SQUARE, 2, 1.0, mesh=fanned(SQUARE, 2, 2))
     for pose in ((0.0, 0.0, 0.0), (0.0, -0.5e-3, 0.0)):
@@ -66,7 +66,7 @@ def test_elements_have_converged():
         assert one.force_z == approx(other.force_z, rel=0.004, abs=1e-12)
 
 
-def test_a_soft_skin_of_the_pads_own_material_is_a_wider_pad():
+def test_film_of_pad_material_acts_as_wider_pad():
     film = HalfPad(GluedPlate(3.6e-3, 3.6e-3, 2e-3, skin=0.2e-3), 2, 1.0, skin=1.0).move((0.0, 0.0, 0.0))
     wide = HalfPad(SQUARE, 2, 1.0).move((0.0, 0.0, 0.0))
     assert film.stiffness[1, 1] == approx(wide.stiffness[1, 1], rel=0.02)

@@ -62,7 +62,7 @@ def added(spec, gap, behind, cells=4):
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("name", ["bench_7mm", "grasper_4layer", "grasper_3p5mm"])
-def test_what_metal_adds_is_far_below_what_the_own_capacitance_is_good_to(name, root):
+def test_capacitance_to_metal_is_below_error_of_own_capacitance(name, root):
     spec = load(root / "templates" / f"{name}.yaml")
     layout = lay_out(spec)
     found = estimate(layout)
@@ -77,7 +77,7 @@ def test_what_metal_adds_is_far_below_what_the_own_capacitance_is_good_to(name, 
 
 
 @pytest.mark.parametrize(("layers", "is_told"), [(1, True), (2, False)])
-def test_a_large_coil_close_to_its_target_is_reported(layers, is_told):
+def test_large_capacitance_to_target_yields_note(layers, is_told):
     """Two layers have so much capacitance of their own that what the target adds is within its tenth."""
     spec = load_text(NEAR.replace("LAYERS", str(layers)), "near.yaml")
     layout = lay_out(spec)
@@ -89,13 +89,13 @@ def test_a_large_coil_close_to_its_target_is_reported(layers, is_told):
     assert any("capacitance from the winding" in note for note in found.notes) == is_told
 
 
-def test_the_rings_have_converged():
+def test_charged_ring_capacitance_has_converged():
     spec = load_text(NEAR.replace("LAYERS", "1"), "near.yaml")
     coarse, fine = (added(spec, 0.2e-3, 0.5e-3, cells) for cells in (3, 6))
     assert coarse == approx(fine, rel=0.02)
 
 
-def test_two_turns_near_a_plane_are_a_pair_of_strips_over_it():
+def test_ring_over_plane_agrees_with_strip_capacitance():
     """Turns of large radius: the capacitance a length of a strip over a plane is twice that to its image."""
     radius, width, height = 0.2, 1e-4, 5e-5
     turn = np.array([radius]), np.array([height]), np.array([1.0])
@@ -133,7 +133,7 @@ def by_rings(spiral: sitscad.Spiral, cells: int = 12) -> float:
     [(2, 7, 9, 75, 160, 50), (2, 10, 17, 75, 160, 25), (4, 7, 5, 100, 160, 100), (4, 10, 5, 100, 300, 25),
      (2, 4, 2, 100, 300, 100), (3, 16, 28, 75, 160, 25), (4, 25, 29, 75, 100, 50)],
 )
-def test_own_capacitance_lies_within_its_stated_error(layers, diameter, turns_a_layer, width, spacing, distance):
+def test_own_capacitance_is_within_stated_error_of_rings(layers, diameter, turns_a_layer, width, spacing, distance):
     """Two millimetres of polyimide on both faces stand for the one dielectric of the rings."""
     between = [{"dielectric": f"{distance} um", "material": "polyimide"}, {"copper": "18 um"}] * (layers - 1)
     spiral = sitscad.coil(

@@ -42,7 +42,7 @@ def of_family(family, first=0):
 
 
 @pytest.mark.parametrize("family", designs.FAMILIES)
-def test_the_bound_holds_on_pairs_that_it_was_not_chosen_on(family):
+def test_mutual_inductance_bound_holds_on_held_out_pairs(family):
     rows = of_family(family, JUDGES)
     assert len(rows) >= 12
     for row, (error, bound, _) in zip(rows, compared(rows), strict=True):
@@ -51,7 +51,7 @@ def test_the_bound_holds_on_pairs_that_it_was_not_chosen_on(family):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("family", designs.FAMILIES)
-def test_the_bound_holds_on_all_pairs_and_says_something(family):
+def test_mutual_inductance_bound_holds_and_is_tight_on_all_pairs(family):
     """Half of the errors lie below 5e-6 of the mutual inductance, half of the bounds below 1e-4."""
     found = compared(of_family(family))
     assert all(error <= bound for error, bound, _ in found)
@@ -59,7 +59,7 @@ def test_the_bound_holds_on_all_pairs_and_says_something(family):
     assert np.median([bound / exact for _, bound, exact in found]) < 1e-4
 
 
-def test_the_file_holds_the_pairs_of_today():
+def test_reference_file_matches_generated_pairs():
     for row in REFERENCES:
         if int(row["number"]) < 3:
             two = coil_pairs.pair(row["family"], int(row["number"]))
@@ -67,13 +67,13 @@ def test_the_file_holds_the_pairs_of_today():
             assert f"{two.rotation:.7g}" == row["rotation_rad"]
 
 
-def test_the_references_are_good_to_a_few_millionths():
+def test_pair_references_are_accurate_to_1e_5():
     """Every fifth pair was integrated again with finer points: the column `error`."""
     again = [abs(float(row["error"])) for row in REFERENCES if row["error"]]
     assert len(again) >= 60 and np.median(again) < 1e-6 and max(again) < 1e-5
 
 
-def test_a_reference_can_be_computed_again():
+def test_pair_reference_is_reproduced():
     two = coil_pairs.pair("hexagon", 2)
     row = next(r for r in REFERENCES if (r["family"], r["number"]) == ("hexagon", "2"))
     found = coil_pairs.exact(two, coil_pairs.resolution(two))

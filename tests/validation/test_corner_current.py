@@ -70,7 +70,7 @@ SLOW = ("square", "thick square", "one wide hexagon", "two octagons", "octagon",
 
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n in SLOW else n for n in POLYGONS])
-def test_direct_current_cuts_corners(name):
+def test_direct_current_corner_change_agrees_with_sheet_solution(name):
     sides, turns, apothem, pitch, width, copper = POLYGONS[name]
     corners = polygon(sides, turns, apothem, pitch)
     cells = (4, 6) if turns == 1 else (3, 5)
@@ -96,7 +96,7 @@ def test_direct_current_cuts_corners(name):
         pytest.param(8, 0.75, 400 * UM, marks=pytest.mark.slow),
     ],
 )
-def test_direct_current_in_very_wide_tracks_of_less_than_a_turn(sides, turns, width):
+def test_corner_change_of_very_wide_tracks_agrees_with_sheet_solution(sides, turns, width):
     """Hardly more than corners: direct current takes up to 8 % of the inductance away (ours within 0.1 % of it)."""
     corners = polygon(sides, turns, 1.0 * MM, 1.25 * width)
     even, direct, _ = limit_of(lambda n: [sheet(corners, width, 12 * UM, n, n)], [], (4, 6))
@@ -128,7 +128,7 @@ ALTERNATING = [("one wide square", (4, 7), (2e-3, 1e-3), (0.015, 0.01))] + [
 
 
 @pytest.mark.parametrize(("name", "cells", "of_l", "of_r"), ALTERNATING)
-def test_alternating_current_goes_round_corners(name, cells, of_l, of_r):
+def test_polygon_impedance_at_high_frequency_agrees_with_sheet_solution(name, cells, of_l, of_r):
     sides, turns, apothem, pitch, width, copper = POLYGONS[name]
     corners = polygon(sides, turns, apothem, pitch)
     found = limit_of(lambda n: [sheet(corners, width, copper, n, n)], FREQUENCIES, cells)
@@ -174,7 +174,7 @@ def two_layers(*design):
 @pytest.mark.slow
 @pytest.mark.parametrize("design", [("square", 3, 3, 100), ("square", 3, 3, 200), ("hexagon", 3, 3, 150),
                                     ("octagon", 4, 2, 200)])
-def test_layers_above_each_other(design):
+def test_two_layer_polygon_impedance_agrees_with_sheet_solution(design):
     even, loss, found = two_layers(*design)
     errors = (loss.inductance_changes(FREQUENCIES) - (found[3:5] - found[0])) / even
     print(design, "L %", np.round(100 * errors, 3))
@@ -187,7 +187,7 @@ def test_layers_above_each_other(design):
 
 
 @pytest.mark.slow
-def test_many_narrow_turns_have_little_of_it():
+def test_corner_change_of_many_narrow_turns_is_small():
     sides, turns, apothem, pitch, width, copper = 4, 6, 3.45 * MM, 200 * UM, 100 * UM, 18 * UM
     corners = polygon(sides, turns, apothem, pitch)
     even, direct, _ = limit_of(lambda n: [sheet(corners, width, copper, n, n)], [], (3, 5))
@@ -198,14 +198,14 @@ def test_many_narrow_turns_have_little_of_it():
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("degrees", [60, 45, 90])
-def test_the_resistance_of_a_corner_is_the_formula_s(degrees):
+def test_corner_resistance_of_sheet_solution_matches_formula(degrees):
     turn, width, copper = math.radians(degrees), 100 * UM, 10 * UM
     corners = 0.3 * MM * np.array([(-1.0, 0.0), (0.0, 0.0), (math.cos(turn), math.sin(turn))])
     squares = limit_of(lambda n: [sheet(corners, width, copper, n, n)], [], (5, 8))[2] * COPPER * copper - 6.0
     assert squares == approx(bend_squares(turn), abs=4e-3)
 
 
-def test_two_references_agree():
+def test_sheet_and_cell_references_agree():
     # the grid of cells has electrodes at the ends, which direct current does not see
     corners, width, copper = square(1, 1.0 * MM, 500 * UM), 450 * UM, 12 * UM
     grid = [impedance(corners, width, copper, COPPER, [1e3], n, n)[0] for n in (4, 6)]
@@ -216,7 +216,7 @@ def test_two_references_agree():
     assert direct < 0.972 * even
 
 
-def test_what_a_round_pen_leaves_out_of_a_corner_hardly_carries_current():
+def test_corner_rounded_by_pen_changes_impedance_below_0_2_percent():
     corners, width, copper = 0.3 * MM * np.array([(-1.0, 0.0), (0.0, 0.0), (0.0, 1.0)]), 100 * UM, 10 * UM
     mitred, drawn = (limit_of(lambda n, pen=pen: [sheet(corners, width, copper, n, n, pen=pen)], [], (4, 6))
                      for pen in (0, 8))
@@ -231,7 +231,7 @@ TURNS = {45.0: 1, 60.0: 2, 90.0: 3}
     ("degrees", "aspect"),
     [(60.0, 0.1), *(pytest.param(d, a, marks=pytest.mark.slow) for d in TURNS for a in (0.01, 0.35, 2.0))],
 )
-def test_the_tables_are_those_of_the_map(degrees, aspect):
+def test_corner_tables_match_conformal_map(degrees, aspect):
     turn, cells = math.radians(degrees), (5, 8)
     moment, middle = limit(lambda n: moments(flow(turn, aspect, n)), cells)
     assert corner_excess.corner_moment(turn) == approx(moment, rel=0.01)
@@ -248,7 +248,7 @@ def test_the_tables_are_those_of_the_map(degrees, aspect):
     [(90, 0.6)]
     + [pytest.param(d, r, marks=pytest.mark.slow) for d, r in ((60, 1.0), *product((45, 60, 90), (0.55, 0.8, 1.7)))],
 )
-def test_the_tables_of_rounded_corners(degrees, radius):
+def test_rounded_corner_tables_match_numerical_solution(degrees, radius):
     turn = math.radians(degrees)
     squares, moment, inductance, inside = rounded(turn, radius)
     less = curved(turn, radius)
@@ -276,7 +276,7 @@ ROUNDED = [("square", 4, 1, 0.68, (4, 6), 3e-4, 6e-4, 5e-3)] + [
 
 @pytest.mark.parametrize(("name", "sides", "turns", "radius", "cells", "direct", "alternating", "of_r"), ROUNDED)
 @pytest.mark.parametrize("tolerance", [None, 1e-3])
-def test_rounded_corners(name, sides, turns, radius, cells, direct, alternating, of_r, tolerance):
+def test_rounded_corners_match_sheet_solution(name, sides, turns, radius, cells, direct, alternating, of_r, tolerance):
     """Tracks of 0.3 mm, which are eight times as wide as the current's depth at 10 MHz, on coils of 2 and 3 mm."""
     apothem, pitch, width, copper = (1.0 if turns == 1 else 1.5) * MM, 400 * UM, 300 * UM, 12 * UM
     corners = polygon(sides, turns, apothem, pitch)
@@ -304,7 +304,7 @@ BENDS = [(60, 0.0), (45, 0.69), (90, 1.35)]
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("degrees", "radius"), BENDS)
-def test_the_relaxation_of_a_bend_is_the_triangles(degrees, radius):
+def test_bend_current_relaxation_agrees_with_triangle_elements(degrees, radius):
     """What is left of triangles less ours is a seventh of what the bend does beyond its modes. The field of distant
     sides is taken at as many places across as the tables were fitted with.
     """
@@ -316,7 +316,7 @@ def test_the_relaxation_of_a_bend_is_the_triangles(degrees, radius):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("degrees", "radius"), BENDS)
-def test_fewer_places_across_leave_little_of_a_bend(degrees, radius):
+def test_fewer_field_points_across_bend_change_impedance_below_0_2_percent(degrees, radius):
     """An estimate takes the field at three places: a bend of 0.1 mm is then off by 0.2 pH, sixty of them by 14 pH."""
     inductance, resistance = difference(degrees, radius, 0.04, FIELD_POINTS)
     assert FIELD_POINTS < PLACES

@@ -8,7 +8,7 @@ from draw_pads import KINDS, PICTURE, off, pads
 PAGE = PICTURE.with_name("accuracy.md").read_text(encoding="utf-8")
 
 
-def test_the_page_says_what_the_picture_shows():
+def test_pad_force_errors_stay_within_percentiles_of_page():
     known = list(pads())
     errors = {words: np.concatenate([off(pad, rows) for pad, rows in known if kind(pad)])
               for words, kind in KINDS.items()}

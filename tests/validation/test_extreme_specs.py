@@ -19,12 +19,12 @@ COIL = {"shape": "circle", "outer_diameter": 8, "turns": 14, "layers": 2, "trace
         },
     ],
 )
-def test_extreme_parts_have_numbers(parts):
+def test_extreme_parts_have_finite_estimates(parts):
     """The first ended in an array of negative size: its magnetic edge lay within itself."""
     assert judged({"sitscad": 1, "name": "extreme", "coil": COIL, **parts})
 
 
 @pytest.mark.few(2)
 @pytest.mark.parametrize("seed", range(5))
-def test_random_extremes_have_numbers_or_findings(seed):
+def test_random_extreme_specs_have_finite_estimates_or_findings(seed):
     assert judged(extreme_spec(seed, ["circle"]))

@@ -17,7 +17,7 @@ CASES = [(gap, across, *metal) for gap in (0.15e-3, 0.5e-3, 2e-3) for across in 
 @pytest.mark.slow
 @pytest.mark.needs("scipy")
 @pytest.mark.parametrize("case", CASES, ids=str)
-def test_many_discs_are_those_of_finite_elements(case):
+def test_many_disc_targets_agree_with_finite_elements(case):
     coarse, fine = (np.array(disc_change(EIGHT[0], *case[:3], case[3], cells=cells)) for cells in (0.8, 1.2))
     check_disc(*case, fine + (fine - coarse) / (1.5**2 - 1.0), 2e-3,
                LOSS + TALL * (case[2] > case[1]))

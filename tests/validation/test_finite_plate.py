@@ -70,20 +70,20 @@ def share_and_reference(rings, size, thickness, offset, gap, floor, across=24, t
 
 @pytest.mark.few(2)
 @pytest.mark.parametrize("case", QUICK, ids=label)
-def test_the_share_is_that_of_a_box(case):
+def test_plate_ratio_agrees_with_box_model(case):
     share, reference, error = share_and_reference(*case)
     assert share == approx(reference, rel=error)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("case", SLOW, ids=label)
-def test_the_share_is_that_of_many_boxes(case):
+def test_plate_ratio_agrees_with_many_box_models(case):
     share, reference, error = share_and_reference(*case)
     assert share == approx(reference, rel=error)
 
 
 @pytest.mark.slow
-def test_the_box_converges_like_its_panels_and_to_one_limit():
+def test_box_model_converges_with_panel_size():
     radii, heights = JAW
     arguments = ((4.5e-3, 4.2e-3), 0.2e-3, BETWEEN, radii, heights, 1e-3)
     coarse, middle, fine = (box_change(*arguments, n, n // 3) for n in (12, 24, 36))
@@ -93,7 +93,7 @@ def test_the_box_converges_like_its_panels_and_to_one_limit():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("case", (*QUICK[:3], SLOW[3], SLOW[5], SLOW[9]), ids=label)
-def test_the_loss_share_is_what_boxes_lose_by_wheeler_s_rule(case):
+def test_loss_ratio_agrees_with_receded_boxes(case):
     # Boxes 10 um smaller at every face against 10 um larger ones: off centre and with a mirror, unlike discs.
     (radii, heights), size, thickness, offset, gap, floor = case
 
@@ -145,7 +145,7 @@ MORE_DISCS = [(g, d, t) for g in (0.3e-3, 1e-3, 2e-3) for d in (1e-3, 2e-3, 3e-3
 @pytest.mark.few(2)
 @pytest.mark.needs("scipy")
 @pytest.mark.parametrize("case", DISCS, ids=str)
-def test_a_disc_has_the_shares_of_one_of_rings(case):
+def test_disc_ratios_agree_with_ring_model(case):
     """One share for both lost up to four fifths of the loss, a sheet in the middle half of a thick disc."""
     check_disc(*case)
 
@@ -153,13 +153,13 @@ def test_a_disc_has_the_shares_of_one_of_rings(case):
 @pytest.mark.slow
 @pytest.mark.needs("scipy")
 @pytest.mark.parametrize("case", MORE_DISCS, ids=str)
-def test_many_discs_have_the_shares_of_those_of_rings(case):
+def test_many_disc_ratios_agree_with_ring_model(case):
     check_disc(*case)
 
 
 @pytest.mark.slow
 @pytest.mark.needs("scipy")
-def test_discs_of_rings_converge():
+def test_ring_model_of_disc_has_converged():
     from disc_of_rings import disc_change
 
     for case in ((0.3e-3, 3e-3, 0.2e-3), (1e-3, 8e-3, 3e-3)):
@@ -167,7 +167,7 @@ def test_discs_of_rings_converge():
         assert coarse == approx(fine, rel=0.01)
 
 
-def test_a_thin_box_is_the_sheet():
+def test_thin_box_model_agrees_with_sheet_ratio():
     radii, heights = JAW
     box = converged_change((4.5e-3, 4.2e-3), 20e-6, BETWEEN, radii, heights, 1e-3, across=24, through=2)
     sheet = plate_ratio(FinitePlate((4.5e-3, 4.2e-3), 20e-6), CoaxialRings(radii, heights, np.ones_like(radii)),
@@ -188,7 +188,7 @@ MAGNETS = [
 @pytest.mark.few(5)
 @pytest.mark.needs("scipy")
 @pytest.mark.parametrize("case", MAGNETS)
-def test_a_magnetic_plate_has_the_share_of_a_box_of_poles(case):
+def test_magnetic_ratio_agrees_with_pole_box_model(case):
     # Ferrite was given a conductor's share, +- 3 %: double of what a plate of the coil's size does over its middle.
     from box_of_poles import pole_share
 

@@ -76,13 +76,13 @@ def _compared(folder, size, pad, foil, rim, counts) -> tuple[float, float]:
     ],
     ids=["strip", "stiff strip", "square", "hardly larger than the finger"],
 )
-def test_springs_bend_a_plate_more_than_the_pad_does(size, pad, foil, rim, counts, most, tmp_path):
+def test_plate_on_springs_bends_more_than_on_elastic_pad(size, pad, foil, rim, counts, most, tmp_path):
     elements, springs = _compared(tmp_path, size, pad, foil, rim, counts)
     assert 1.0 < springs / elements < most
 
 
 @pytest.mark.parametrize(("side", "pad"), [(10e-3, 1.5e-3), (10e-3, 3e-3), (16e-3, 2.5e-3)])
-def test_a_plate_that_is_pressed_all_over_stays_flat_from_the_stated_rigidity_on(side, pad, tmp_path):
+def test_uniformly_pressed_plate_of_stated_rigidity_is_flat(side, pad, tmp_path):
     """Half of its thickness does not: SIT327 says below which rigidity it does not judge even pressure."""
     size, materials = (side, side), {"PAD": (2.0 * SHEAR * (1.0 + RUBBER), RUBBER), "FOIL": (COPPER, POISSON)}
 

@@ -19,7 +19,7 @@ from sitscad.estimates.states.other_jaw import ERROR, LEAST_ERROR
 @pytest.mark.slow
 @pytest.mark.needs("scipy")
 @pytest.mark.parametrize(("diameter", "room"), [(4.1e-3, 0.05e-3), (4.1e-3, 0.55e-3), (2.8e-3, 0.05e-3)])
-def test_metal_in_front_of_a_disc_is_that_of_finite_elements(diameter, room):
+def test_front_metal_effect_on_disc_agrees_with_finite_elements(diameter, room):
     heights, found, target = by_front(diameter, room)
     radii = np.tile(1.855e-3 - 0.16e-3 * np.arange(8), len(heights))
     face = GAP + 0.15e-3 + room

@@ -119,7 +119,7 @@ def winding(coil="circle", layers=2):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", TABLES)
-def test_ranges_of_tables_6_3_and_6_4(name):
+def test_response_ranges_match_thesis_tables_6_3_and_6_4(name):
     """Within 4 % where the plate covers coils and the range is large; the narrow one lies 6 and 13 % low."""
     shape, size, dx_normal, dx_shear, dy_normal, dz_normal = TABLES[name]
     ours, covers = ranges(sensor(target=shape, size=size)), size[0] > 3
@@ -140,7 +140,7 @@ def by_finite_plate(size, gap, moves):
 
 
 @pytest.mark.parametrize("name", TABLES)
-def test_the_same_ranges_by_the_cheaper_method(name):
+def test_plate_ratio_ranges_match_thesis_tables_6_3_and_6_4(name):
     """Within 3 % where the plate covers coils and the range is large, 15 % for small differences of large numbers.
 
     The 3 mm plate between the coils lies 6 % low in shear and 13 % in dz.
@@ -164,7 +164,7 @@ def in_the_plane(width):
 
 
 @pytest.mark.parametrize("width", WIDTHS)
-def test_table_5_1_by_its_own_kind_of_model(width):
+def test_thesis_table_5_1_is_reproduced_by_its_model(width):
     """Its columns exchanged, the horizontal scan at 1.1 mm: 5 % of the large outputs, a third of the others."""
     horizontal, vertical = in_the_plane(width)
     assert horizontal == approx(WIDTHS[width][0], rel=0.31)
@@ -181,7 +181,7 @@ def shape_variation(name):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SHAPES)
-def test_figure_6_4_over_dx_and_dy(name):
+def test_shape_variation_matches_thesis_figure_6_4(name):
     """Within 0.045 uH: the square errs less on both ways, as the figure says."""
     along, across = shape_variation(name)
     assert along == approx(VARIATION[name][0], abs=0.045)
@@ -192,7 +192,7 @@ SEVEN = "{shape: circle, outer_diameter: 7, turns: 12, layers: 2, trace_width: 1
 MINIATURE = "{shape: circle, outer_diameter: 3.5, turns: 6.5, layers: 2, trace_width: 100 um, trace_spacing: 100 um}"
 
 
-def test_capacitance_and_resonance_of_the_thesis_coils():
+def test_capacitance_and_resonance_of_thesis_coils_match():
     """6 to 8 pF and 35 to 41 MHz for 7 mm, about 2 pF and 200 MHz for 3.5 mm (their own overlap estimate)."""
     own, _, resonance = of(SEVEN, "flex-2l-35um")
     assert 6e-12 < own < 8.5e-12
@@ -203,7 +203,7 @@ def test_capacitance_and_resonance_of_the_thesis_coils():
 
 
 @pytest.mark.slow
-def test_square_coils_and_more_layers():
+def test_square_and_four_layer_inductance_ratios_match_thesis():
     """The thesis has 12 % and 330 %: its square coils are not like ours (docs/thesis.md)."""
     assert winding("square") / winding() == approx(4.0 / np.pi, rel=0.02)
     assert winding(layers=4) / winding() == approx(3.8, abs=0.1)
@@ -211,14 +211,14 @@ def test_square_coils_and_more_layers():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("coil", ["square", "circle"])
-def test_coils_nearer_to_each_other_and_farther(coil):
+def test_response_changes_with_coil_pitch_as_in_thesis(coil):
     near, usual, far = (apart(coil, pitch) for pitch in (7.1, 8.0, 10.0))
     assert -0.02 < near / usual - 1.0 < -0.005
     assert 0.01 < far / usual - 1.0 < 0.03
 
 
 @pytest.mark.slow
-def test_a_tilt_along_the_coils_is_read_as_shear():
+def test_tilt_along_coils_reads_as_shear():
     normal, shear = tilted(1)
     assert shear == approx(0.185, rel=0.12)
     assert normal < 0.03

@@ -26,7 +26,7 @@ BOXES = [((1.0, 1.0), 0.1, 0.0, 0.15), ((1.0, 1.0), 0.1, 0.5, 0.4), ((1.5, 1.5),
 
 @pytest.mark.slow
 @pytest.mark.parametrize("case", BOXES, ids=str)
-def test_a_ferrite_box_is_one_of_poles(case):
+def test_ferrite_box_agrees_with_pole_model(case):
     """Within 0.4 % of converged poles, 1.5 % of a rod's, whose poles are not converged further."""
     (radii, heights), (sides, thickness, offset, gap) = EIGHT, case
     across = 2.0 * radii.max()
@@ -48,7 +48,7 @@ METALS = [(1.3e6, 2.0), (1.3e6, 20.0), (1.3e6, 95.0), (6e6, 400.0), (0.01, 5.0),
 @pytest.mark.slow
 @pytest.mark.parametrize("metal", METALS, ids=str)
 @pytest.mark.parametrize("disc", DISCS, ids=str)
-def test_many_magnetic_discs_are_those_of_finite_elements(disc, metal):
+def test_many_magnetic_discs_agree_with_finite_elements(disc, metal):
     """Within 1.2 % of the size of the complex change, by two meshes of elements."""
     coarse, fine = (np.array(disc_change(EIGHT[0], *disc, *metal, cells=cells)) for cells in (0.8, 1.2))
     inductance, resistance = fine + (fine - coarse) / (1.5**2 - 1.0)

@@ -15,7 +15,7 @@ CASES = [("square", 4), ("square", 18), ("square", 70), ("rectangle", 2), ("rect
 
 
 @pytest.mark.parametrize(("family", "number"), CASES)
-def test_inductance_of_a_mid_side_spiral_keeps_its_bound(family, number):
+def test_inductance_of_mid_side_spiral_is_within_error_bound(family, number):
     corner = designs.design(family, number)
     heights = tuple(conductor.z for conductor in corner.conductors)
     coil = designs.built(replace(corner.spec, is_mid_side=True), heights, corner.conductors[0].thickness)

@@ -19,7 +19,7 @@ with (Path(__file__).parent / "mohan_1999_table_iv.csv").open(encoding="utf-8", 
 @pytest.mark.parametrize(
     "row", [r for r in MOHAN if r["shape"] in ("square", "hexagon", "octagon")], ids=lambda r: r["id"]
 )
-def test_closed_formulas_reproduce_the_errors_printed_in_the_paper(row):
+def test_closed_formulas_reproduce_published_errors(row):
     outline = SpiralOutline(float(row["turns"]), float(row["outer_diameter_mm"]) * MM, float(row["width_mm"]) * MM,
                             float(row["spacing_mm"]) * MM)
     measured = float(row["measured_uH"]) * 1e-6
@@ -28,7 +28,7 @@ def test_closed_formulas_reproduce_the_errors_printed_in_the_paper(row):
         assert ours == approx(float(row[f"{name}_error_pct"]), abs=0.7)
 
 
-def test_a_circle_has_no_wheeler_constants():
+def test_wheeler_and_monomial_formulas_return_none_for_circle():
     outline = SpiralOutline(8, 4e-3, 1e-4, 1e-4)
     assert modified_wheeler(0, outline) is None
     assert monomial(0, outline) is None

@@ -90,7 +90,7 @@ CLOSE = [
 
 @pytest.mark.needs("scipy")
 @pytest.mark.parametrize(("name", "gap", "metal"), CLOSE)
-def test_inductance_and_resistance_close_to_metal(name, gap, metal):
+def test_impedance_close_to_metal_agrees_with_filaments(name, gap, metal):
     for frequency in (1e5, 5e6):
         reference = by_filaments(name, gap, metal, frequency)
         ours, free = by_modes(COILS[name][0], gap, metal, frequency)
@@ -102,7 +102,7 @@ def test_inductance_and_resistance_close_to_metal(name, gap, metal):
 @pytest.mark.more
 @pytest.mark.slow
 @pytest.mark.needs("scipy")
-def test_the_filaments_have_converged():
+def test_near_metal_filaments_have_converged():
     for name, metal in (("wide", COPPER), ("three", STEEL)):
         coarse, fine = ((18, 2), (36, 4)) if name == "wide" else ((8, 2), (16, 4))
         one, other = (by_filaments(name, 0.1e-3, metal, 5e6, cells) for cells in (coarse, fine))
@@ -111,7 +111,7 @@ def test_the_filaments_have_converged():
 
 
 @pytest.mark.needs("scipy")
-def test_what_was_wrong_without_the_images():
+def test_crowding_without_metal_images_overestimates_resistance():
     # 10 mm, 5 turns of 0.5/0.1 mm, 0.1 mm from copper: 24 nH are left, 15 were read; and a quarter of the resistance
     layers = COILS["wide"][0]
     reference = by_filaments("wide", 0.1e-3, COPPER, 5e6)
@@ -127,7 +127,7 @@ def test_what_was_wrong_without_the_images():
 
 @pytest.mark.needs("scipy")
 @pytest.mark.parametrize("frequency", [1e4, 1e6, 20e6])
-def test_all_frequencies_close_to_metal(frequency):
+def test_impedance_close_to_metal_agrees_at_all_frequencies(frequency):
     for name in ("three", "narrow"):
         reference = by_filaments(name, 0.1e-3, STEEL, frequency)
         ours, free = by_modes(COILS[name][0], 0.1e-3, STEEL, frequency, 0.01)
@@ -135,7 +135,7 @@ def test_all_frequencies_close_to_metal(frequency):
         assert ours.imag == approx(reference.imag, abs=2.0 * math.pi * frequency * 2e-3 * free)
 
 
-def test_far_metal_changes_nothing_of_the_crowding():
+def test_distant_metal_leaves_current_crowding_unchanged():
     layers = COILS["three"][0]
     resolution = proximity.suited_resolution(layers, COPPER, 0.03)
     cuts = proximity.winding_cuts(tuple(layers), COPPER, resolution)
@@ -149,7 +149,7 @@ def test_far_metal_changes_nothing_of_the_crowding():
 
 
 @pytest.mark.parametrize("turns", [1.0, 1.5, 5.0])
-def test_the_subspace_is_large_enough_and_never_larger_than_the_space(turns, monkeypatch):
+def test_default_mode_subspace_agrees_with_all_modes(turns, monkeypatch):
     layers = coil(10 * MM, turns, 500 * UM, 100 * UM, (0.0,), (35 * UM,))
     resolution = proximity.suited_resolution(layers, COPPER, 0.03)
     cuts = proximity.winding_cuts(tuple(layers), COPPER, resolution)
@@ -162,7 +162,7 @@ def test_the_subspace_is_large_enough_and_never_larger_than_the_space(turns, mon
 
 @pytest.mark.needs("scipy")
 @pytest.mark.parametrize("frequency", [1e5, 5e6])
-def test_metal_on_both_sides_against_filaments(frequency):
+def test_impedance_between_metals_agrees_with_filaments(frequency):
     # copper above, steel below, and all their echoes
     layers, cells, count = COILS["crossing"]
     roof, floor = Reflector(0.2e-3, (MetalLayer(COPPER),)), Reflector(0.3e-3, (MetalLayer(STEEL),))
@@ -183,7 +183,7 @@ def test_metal_on_both_sides_against_filaments(frequency):
     assert resistance == approx(reference.real, rel=0.03)
 
 
-def test_metal_on_both_sides_acts_like_a_perfect_mirror_and_its_echoes():
+def test_crowding_between_metals_is_symmetric_and_exceeds_one_side():
     # Symmetrical walls and a coil in the middle: either wall alone changes less than both, and sides may be swapped.
     layers = COILS["three"][0]
     resolution = proximity.suited_resolution(layers, COPPER, 0.03)
@@ -204,7 +204,7 @@ FRACTIONAL = [(1, 0.5, 100, 0.016), (1, 1.5, 100, 4e-3), (1, 2.25, 400, 3e-3), (
 
 @pytest.mark.parametrize("gap", [0.1e-3, 0.5e-3, 2e-3])
 @pytest.mark.parametrize(("count", "turns", "width", "tolerance"), FRACTIONAL)
-def test_the_spectrum_of_a_spiral_is_that_of_its_images(count, turns, width, tolerance, gap):
+def test_spiral_over_perfect_metal_agrees_with_image_spirals(count, turns, width, tolerance, gap):
     # Neumann's integral between the spirals and their mirror images: fractional turns, ends and slope included
     heights = tuple(-60 * UM * k for k in range(count))
     layers = coil(8 * MM, turns, width * UM, 100 * UM, heights, (18 * UM,) * count)
@@ -225,7 +225,7 @@ def half_turns(count, half=1.5 * MM, pitch=200 * UM):
 
 @pytest.mark.parametrize("half_turn_count", [1, 3, 5, 12])
 @pytest.mark.parametrize("gap", [0.1e-3, 1e-3])
-def test_layers_of_a_polygon_are_reflected_where_they_lie(half_turn_count, gap):
+def test_polygon_layers_over_perfect_metal_agree_with_image_layers(half_turn_count, gap):
     # The second layer turned by half a turn, as fractional turns leave it. It was taken for a copy of the first: a
     # half turn then read 33 % wrong, one and a half 5 %.
     corners = half_turns(half_turn_count)
@@ -244,7 +244,7 @@ def test_layers_of_a_polygon_are_reflected_where_they_lie(half_turn_count, gap):
 
 @pytest.mark.parametrize("metal", [MetalLayer(COPPER, 1.0, 0.2e-3), MetalLayer(STEEL), MetalLayer(36e6, 1.0, 20e-6)])
 @pytest.mark.parametrize("gap", [0.2e-3, 1.0e-3])
-def test_one_subspace_serves_metal_about_there(gap, metal):
+def test_one_mode_subspace_is_accurate_for_nearby_metal_distances(gap, metal):
     """It is that of a mirror up to an eighth nearer or farther: what it leaves out is as little as in its own."""
     layers = COILS["crossing"][0]
     resolution = proximity.suited_resolution(layers, COPPER, 0.03)

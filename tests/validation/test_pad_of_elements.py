@@ -24,7 +24,7 @@ def block(radius: float, thickness: float) -> float:
 @pytest.mark.parametrize(
     ("plate", "pad", "thickness"), [(2e-3, 4e-3, 1e-3), (1e-3, 4e-3, 1e-3), (2e-3, 2.2e-3, 1e-3), (2e-3, 4e-3, 2e-3)]
 )
-def test_the_strain_is_an_upper_bound_and_the_least_one_a_lower(plate, pad, thickness):
+def test_pad_strain_bounds_enclose_element_strain(plate, pad, thickness):
     cut, real, whole = (
         stiffness(p, q, thickness, SHEAR, POISSON) for p, q in ((plate, plate), (plate, pad), (pad, pad))
     )
@@ -40,7 +40,7 @@ def test_the_strain_is_an_upper_bound_and_the_least_one_a_lower(plate, pad, thic
     assert found.strain - strain < 1.1 * found.doubt
 
 
-def test_the_elements_have_converged():
+def test_pad_stiffness_of_elements_has_converged():
     coarse, fine = (stiffness(2e-3, 4e-3, 1e-3, SHEAR, POISSON, cells) for cells in (10, 16))
     assert coarse == approx(fine, rel=0.02)
     # and know the bar under no lateral constraint in the limit of a slender disc: E A / h

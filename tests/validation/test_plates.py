@@ -78,13 +78,13 @@ TABLE = [(name, frequency, conductivity, depths) for name in COILS for frequency
 
 
 @pytest.mark.parametrize("case", QUICK, ids=str)
-def test_a_wide_plate_of_any_metal_and_thickness_is_an_endless_one(case):
+def test_wide_plate_agrees_with_infinite_plate(case):
     check_wide(*case)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("case", TABLE, ids=str)
-def test_the_whole_table_of_wide_plates_is_that_of_endless_ones(case):
+def test_all_wide_plates_agree_with_infinite_plates(case):
     name, frequency, conductivity, depths = case
     thickness = depths * skin_depth(frequency, conductivity)
     if not 2e-6 < thickness < 2.0 * float(COILS[name][0].max()):
@@ -93,7 +93,7 @@ def test_the_whole_table_of_wide_plates_is_that_of_endless_ones(case):
 
 
 @pytest.mark.parametrize("metal", [(1e6, 0.585e6, 1.0), (5e6, 1.39e6, 1.02)], ids=str)
-def test_beyond_five_depths_a_plate_s_thickness_changes_nothing(metal):
+def test_plate_thicker_than_five_skin_depths_gives_equal_change(metal):
     coil, depth = COILS["8 mm"], skin_depth(*metal)
     thin, thick = (solved(coil, "circle", (24 * MM, 24 * MM), depths * depth, metal) for depths in (5.0, 12.0))
     assert abs(thick.real - thin.real) < 1e-3 * abs(thin.real)
@@ -101,7 +101,7 @@ def test_beyond_five_depths_a_plate_s_thickness_changes_nothing(metal):
 
 
 @pytest.mark.parametrize(("shape", "thickness"), [("square", 1.0 * MM), ("circle", 1.0 * MM), ("square", 0.05 * MM)])
-def test_a_permeability_just_above_one_is_hardly_felt(shape, thickness):
+def test_permeability_of_1_001_changes_result_below_0_1_percent(shape, thickness):
     coil = COILS["4 mm"]
     first, last = (solved(coil, shape, (5 * MM, 5 * MM), thickness, (5e6, 1.39e6, mu)) for mu in (1.0, 1.001))
     assert abs(last.real - first.real) < 1e-3 * abs(first.real)
@@ -110,7 +110,7 @@ def test_a_permeability_just_above_one_is_hardly_felt(shape, thickness):
 
 @pytest.mark.few(2)
 @pytest.mark.parametrize(("conductivity", "thickness"), [(0.585e6, 2.0 * MM), (1.39e6, 0.1 * MM), (35e6, 1.0 * MM)])
-def test_a_wide_square_is_an_endless_plate(conductivity, thickness):
+def test_wide_square_target_agrees_with_infinite_plate(conductivity, thickness):
     coil, metal = COILS["8 mm"], (1e6, conductivity, 1.0)
     ours, true = solved(coil, "square", (30 * MM, 30 * MM), thickness, metal), endless(coil, thickness, metal)
     assert abs(ours - true) < USUAL * abs(true)
@@ -128,7 +128,7 @@ MORE = [("8 mm", 10 * MM, 5 * MM, 1e6, 0.5e6, 1.0), ("8 mm", 10 * MM, 0.03 * MM,
 @pytest.mark.slow
 @pytest.mark.needs("scipy")
 @pytest.mark.parametrize("case", [*DISCS, *(pytest.param(case, marks=pytest.mark.slow) for case in MORE)], ids=str)
-def test_a_disc_of_any_metal_and_thickness_is_one_of_finite_elements(case):
+def test_disc_of_any_metal_agrees_with_finite_elements(case):
     from disc_of_elements import disc_change
 
     name, diameter, thickness, *metal = case

@@ -67,7 +67,7 @@ def assert_near(loss, z, of_r, of_l):
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("name", ["small", "one wide turn"])
-def test_the_rise_of_polygons_with_frequency(name):
+def test_polygon_impedance_rise_agrees_with_cells(name):
     z = by_cells(name, (5, 5) if name == "small" else (8, 6))
     assert_near(by_modes(name, fine=False), z, 0.015, 2.5e-3)
     assert_near(by_modes(name, fine=True), z, 0.01, 2e-3)
@@ -75,7 +75,7 @@ def test_the_rise_of_polygons_with_frequency(name):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SQUARES)
-def test_the_rise_of_polygons_against_finer_cells(name):
+def test_polygon_impedance_rise_agrees_with_extrapolated_cells(name):
     """Cells that converge: their error falls by more than a half from six cells across to ten."""
     coarse, better = (by_cells(name, cells) for cells in ((6, 6), (10, 10)))
     limit = better + (better - coarse) * 0.5625
@@ -105,7 +105,7 @@ MIRRORS = [("one wide turn", 0.1 * MM, 0.03, 5e-3), ("one wide turn", 0.5 * MM, 
     [MIRRORS[0], *(pytest.param(*row, marks=pytest.mark.slow) for row in MIRRORS[1:]),
      pytest.param("three", 0.1 * MM, 0.03, 3e-3, marks=pytest.mark.slow)],
 )
-def test_polygons_over_a_mirror(name, mirror, of_r, of_l):
+def test_polygon_impedance_over_mirror_agrees_with_cells(name, mirror, of_r, of_l):
     cells = (5, 5) if name == "one wide turn" else (6, 6)
     alone, over = by_cells(name, cells), by_cells(name, cells, mirror)
     r, changes = over_mirror(name, mirror)
@@ -116,7 +116,7 @@ def test_polygons_over_a_mirror(name, mirror, of_r, of_l):
     assert changes[:2] == approx(((over.imag - alone.imag) / omega)[:2], abs=of_l * free[0])
 
 
-def test_direct_current_cuts_a_corner_short_as_the_formula_says():
+def test_cell_corner_resistance_converges_to_formula():
     arms, width, copper = 5e-4, 1e-4, 10e-6
     corners = np.array([(0.0, 0.0), (arms, 0.0), (arms, arms)])
     squares = [
@@ -128,7 +128,7 @@ def test_direct_current_cuts_a_corner_short_as_the_formula_says():
     assert np.all(errors[1:] < 0.62 * errors[:-1]) and errors[-1] < 0.035
 
 
-def test_a_straight_track_of_cells_is_a_bar():
+def test_straight_track_of_cells_agrees_with_bar_formula():
     length, width, copper = 1e-3, 1e-4, 18e-6
     z = impedance(np.array([(0.0, 0.0), (length, 0.0)]), width, copper, COPPER, [1e3], 6, 4)[0]
     bar = PolylineTrack(np.array([(0.0, 0.0), (length, 0.0)]), width, copper, 0.0)

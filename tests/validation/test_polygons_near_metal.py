@@ -69,7 +69,7 @@ SLOW = [("one wide square", 0.1, 1.5e-3, 2e-3, 0.01, (6, 9)), ("one wide square"
     ("name", "widths", "direct", "alternating", "of_r", "cells"),
     [*QUICK, *(pytest.param(*row, marks=pytest.mark.slow) for row in SLOW)],
 )
-def test_a_mirror_sees_the_corners(name, widths, direct, alternating, of_r, cells):
+def test_polygon_over_mirror_agrees_with_triangles_within_stated_error(name, widths, direct, alternating, of_r, cells):
     mirror = widths * COILS[name][4]
     free, over = alone(name, cells), by_triangles(name, mirror, cells)
     of_direct, changes = by_waves(name, mirror)

@@ -67,14 +67,14 @@ MANY = [(metal, gap, diameter, thickness) for metal in METALS for gap in (0.5e-3
 
 
 @pytest.mark.parametrize("case", [*QUICK, *(pytest.param(case, marks=pytest.mark.slow) for case in MANY)], ids=str)
-def test_targets_of_any_metal_do_what_is_stated(case):
+def test_targets_of_any_metal_are_within_stated_error(case):
     check(*case)
 
 
 # An 8 mm target 1 mm over this coil of 8 mm loses 0.0632 ohm (0.2 mm of copper), 0.0645 (0.05 mm) and 0.0615 (1 mm).
 @pytest.mark.few(1)
 @pytest.mark.parametrize(("thickness", "loss"), [(0.05e-3, 0.0645), (0.2e-3, 0.0632), (1e-3, 0.0615)])
-def test_two_discretisations_agree(thickness, loss):
+def test_finite_elements_and_ring_model_of_disc_agree(thickness, loss):
     """Elements of space and rings of metal have nothing in common but the disc: 0.2 % of L, 0.5 % of the loss."""
     from disc_of_rings import disc_change
 
@@ -87,7 +87,7 @@ def test_two_discretisations_agree(thickness, loss):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("metal", ["copper", "304", "17-4"])
-def test_elements_converge(metal):
+def test_disc_elements_have_converged(metal):
     coarse, middle, fine = (by_elements(1e-3, 5e-3, 0.2e-3, metal, cells) for cells in (1.0, 1.5, 2.25))
     assert coarse == approx(fine, rel=6e-3)
     assert middle == approx(fine, rel=2e-3)
@@ -95,14 +95,14 @@ def test_elements_converge(metal):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("metal", ["304", "17-4"])
-def test_a_large_disc_of_elements_is_an_endless_plate(metal):
+def test_large_disc_of_elements_agrees_with_infinite_plate(metal):
     """Dodd and Deeds's integral, magnetic or not: over three coil diameters of it nothing is missing."""
     pairs = by_elements(1e-3, 24e-3, 0.2e-3, metal), endless(1e-3, 0.2e-3, metal)
     found, expected = (complex(OMEGA * change, lost) for change, lost in pairs)
     assert abs(found - expected) < 5e-3 * abs(expected)
 
 
-def test_non_magnetic_metal_is_no_magnet_however_thin():
+def test_conductor_weight_of_foil_is_1_unless_magnetic():
     for name, (conductivity, permeability) in METALS.items():
         foil = Target("square", (5e-3, 5e-3), 10e-6, Conductor(name, conductivity, permeability))
         assert (finite_target.conductor_weight(foil, 3e-3) == 1.0) == (permeability < 1.5), name

@@ -26,7 +26,7 @@ from random_poses import (
 )
 
 
-def test_the_page_has_the_table_of_the_file_and_no_stated_error_is_broken():
+def test_pose_error_table_of_page_matches_file_within_stated_errors():
     rows = known()
     assert {row["board"] for row in rows} == set(BOARDS) and len(rows) % (len(PLACES) * EACH) == 0
     block = PAGE.read_text(encoding="utf-8").split(f"<!-- {BLOCK} begins -->\n")[1].split(f"<!-- {BLOCK} ends")[0]
@@ -36,7 +36,7 @@ def test_the_page_has_the_table_of_the_file_and_no_stated_error_is_broken():
 
 
 @pytest.mark.parametrize(("name", "goal"), [("own", 0.004), ("mutual", 0.003), ("loss", 0.012), ("stated", 0.014)])
-def test_500_poses_a_board_are_within_the_goals(name, goal):
+def test_500_poses_per_board_are_within_error_goals(name, goal):
     rows = known()
     assert all(sum(row["board"] == board for row in rows) >= 500 for board in BOARDS)
     assert max(float(row[name]) for row in rows) < goal
@@ -45,7 +45,7 @@ def test_500_poses_a_board_are_within_the_goals(name, goal):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", BOARDS)
-def test_many_random_poses(name):
+def test_random_poses_are_within_stated_errors(name):
     """Of other targets than those of the committed figures: changes within what is stated and the goals, but for a coil
     beside the rim of a brass disc, the sixth pose of the third target over the bench's four.
     """
@@ -61,7 +61,7 @@ def test_many_random_poses(name):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("number, some", [(9, [5, 7, 9]), (1, [1, 2, 5])])
-def test_wide_targets_between_coils_and_a_mirror_are_resolved(number, some):
+def test_change_of_wide_targets_over_mirror_has_converged(number, some):
     """A disc and a box at their worst near poses: resolved as without a mirror they were off by 0.78 and 0.5 %."""
     layout, generator = boards()["square_bench"], np.random.default_rng((SEED, number))
     design = changed(layout, next(targets(layout.spec, generator)), mirrored(number))

@@ -42,7 +42,7 @@ def assert_bounded(rows):
     assert rows and [row for row in rows if row[3] > row[4]] == []
 
 
-def test_quarter_turns_on_four_layers_take_azimuths_enough():
+def test_default_azimuths_resolve_quarter_turns_on_four_layers():
     """Four azimuths met two offsets of the crossing turns: 3.202 was read at 8.34 MHz, converged it is 3.129."""
     layers = coil(6.18e-3, 7.75, 135 * UM, 129 * UM, [0, -43 * UM, -86 * UM, -129 * UM], [18 * UM] * 4)
     resolution = proximity.suited_resolution(layers, designs.COPPER, USUAL_TOLERANCE)
@@ -54,7 +54,7 @@ def test_quarter_turns_on_four_layers_take_azimuths_enough():
     assert proximity.missed_crossings(layers, 3) > 0.023  # the error that was, of the loss that is added
 
 
-def test_layers_that_do_not_cross_need_no_more_azimuths():
+def test_layers_without_crossings_use_minimum_azimuths():
     alone = coil(6e-3, 7.75, 135 * UM, 129 * UM, [0.0], [18 * UM])
     apart = coil(6e-3, 7.75, 135 * UM, 129 * UM, [0.0, -2e-3], [18 * UM] * 2)
     for layers in (alone, apart):
@@ -62,15 +62,15 @@ def test_layers_that_do_not_cross_need_no_more_azimuths():
 
 
 @pytest.mark.parametrize("family", designs.FAMILIES)
-def test_the_stated_error_holds_on_some_designs(family):
+def test_resistance_stated_error_holds_on_sampled_designs(family):
     assert_bounded(compared((family,), every=EVERY))
 
 
-def test_the_stated_error_holds_on_designs_that_no_fit_saw():
+def test_resistance_stated_error_holds_on_held_out_designs():
     assert_bounded(compared(("circle", "square", "hexagon"), unseen=True))
 
 
-def test_the_stated_error_is_not_slack():
+def test_resistance_stated_error_is_within_factor_10_in_median():
     """Half of them are less than ten times the error."""
     rows = [row for family in ("circle", "square", "hexagon") for row in compared((family,), every=EVERY)]
     assert np.median([stated / error for *_, error, stated in rows]) < 10.0
@@ -79,7 +79,7 @@ def test_the_stated_error_is_not_slack():
 @pytest.mark.slow
 @pytest.mark.parametrize("unseen", [False, True])
 @pytest.mark.parametrize("tolerance", [None, 1e-3])
-def test_the_stated_error_holds_on_all_designs(unseen, tolerance):
+def test_resistance_stated_error_holds_on_all_designs(unseen, tolerance):
     rows = compared(designs.FAMILIES, tolerance, unseen)
     assert_bounded(rows)
     if tolerance is None and not unseen:
@@ -88,7 +88,7 @@ def test_the_stated_error_holds_on_all_designs(unseen, tolerance):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("family", "number"), [("circle", 8), ("square", 8), ("racetrack", 1)])
-def test_a_reference_can_be_computed_again(family, number):
+def test_resistance_reference_is_reproduced(family, number):
     loss = designs.finer(*designs.design(family, number))
     again = [loss.resistance_ratio(frequency) for frequency in designs.FREQUENCIES]
     # a tenth of the least error of the usual solution

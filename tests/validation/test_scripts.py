@@ -45,7 +45,7 @@ def named() -> set[str]:
     }
 
 
-def test_every_script_that_a_page_names_is_run_here():
+def test_all_scripts_named_on_pages_are_listed():
     assert named() == set(CHEAPLY)
 
 
@@ -62,7 +62,7 @@ def tree(tmp_path_factory):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("script", sorted(CHEAPLY))
-def test_a_script_that_a_page_names_runs(tree, script):
+def test_script_named_on_page_exits_0(tree, script):
     """One ended in an AttributeError: what it calls had changed its arguments."""
     environment = {**os.environ, "PYTHONPATH": str(tree), "OPENBLAS_NUM_THREADS": "1"}
     done = subprocess.run([sys.executable, script, *CHEAPLY[script]], cwd=tree, env=environment, capture_output=True,

@@ -8,5 +8,5 @@ from tolerance import approx
 
 
 @pytest.mark.parametrize("case", SOLVED, ids=lambda case: case["id"])
-def test_solver_coils_whose_polygons_read_a_little_low(case):
+def test_inductance_exceeds_polygon_solver_value_by_0_2_percent(case):
     assert inductance(case) / (case["L_uH_uniform_current"] * 1e-6) - 1.0 == approx(0.002, abs=0.003)

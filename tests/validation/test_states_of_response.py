@@ -65,7 +65,7 @@ def design(name):
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_states_are_the_response_where_shares_missed_it(name):
+def test_solved_states_equal_response_where_plate_ratios_deviate(name):
     found = design(name)
     assert found.estimates.is_solved
     for one in apart(found):
@@ -74,14 +74,14 @@ def test_states_are_the_response_where_shares_missed_it(name):
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_what_a_newton_changes_is_one_figure(name):
+def test_estimated_sensitivity_per_newton_equals_response(name):
     told, response = slopes(design(name))
     # The disc's loss takes back two thirds of what its change of L gives: 0.3 % of R is 2 % of what is left
     assert told == approx(response, rel=0.025 if name == "a thin disc of it" else 0.015, abs=100.0)
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_states_by_shares_are_the_response_within_their_stated_errors(name):
+def test_states_by_plate_ratios_agree_with_response_within_stated_errors(name):
     """So a design that grows too large to be solved moves by no more than what shares state."""
     known = design(name)
     by_shares = Design(known.spec, known.layout, estimated(known.layout, is_solved=False))
@@ -89,7 +89,7 @@ def test_states_by_shares_are_the_response_within_their_stated_errors(name):
         assert one.of_stated_change < 1.0 and one.of_stated_resistance < 1.0, one
 
 
-def test_performance_has_the_same_slope():
+def test_mean_performance_sensitivity_equals_secant_of_estimate():
     """Its slopes at nothing, half and all of the force are the secant's by Simpson's rule."""
     found = design("stainless steel")
     first, middle, last = (point.axes["normal"].sensitivity[0] for point in found.performance)
@@ -100,7 +100,7 @@ def test_performance_has_the_same_slope():
 @pytest.mark.parametrize(
     "name", [one if one == "bench_7mm" else pytest.param(one, marks=pytest.mark.slow) for one in TEMPLATES]
 )
-def test_states_of_templates_are_the_response(name):
+def test_states_of_templates_equal_response(name):
     sensor = Design(sitscad.load(Path(__file__).parents[2] / "templates" / f"{name}.yaml"))
     if sensor.spec.target is None:
         return
@@ -114,7 +114,7 @@ def test_states_of_templates_are_the_response(name):
 
 
 @pytest.mark.parametrize("name", ["grasper_3p5mm", "jaw_5x20"])
-def test_a_change_of_resistance_is_known_within_its_bound_and_has_no_sign_within_that(name):
+def test_resistance_change_is_within_bound_and_marked_if_sign_is_unknown(name):
     """The estimate had R grow by 0.7 mohm in the small jaw, the response fall by 0.01: the target's loss and what it
     takes from jaw and tracks cancel.
     """
@@ -130,7 +130,7 @@ def test_a_change_of_resistance_is_known_within_its_bound_and_has_no_sign_within
 
 
 @pytest.mark.slow
-def test_states_of_random_designs_are_within_what_they_state():
+def test_states_of_random_designs_are_within_stated_errors():
     """Seeds that the figures of docs/accuracy.md do not have."""
     designs = [known for seed in range(2001, 2041) if (known := varied(seed)) is not None]
     found = [(one, known.estimates.is_solved) for known in designs for one in apart(known)]

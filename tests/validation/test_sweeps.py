@@ -18,18 +18,18 @@ def design():
 
 
 @pytest.mark.parametrize("name", POSES)
-def test_500_steps_of_a_pose_have_no_jump(design, name):
+def test_response_has_no_jump_over_500_pose_steps(design, name):
     of_change, of_error = jumps(*by_pose(design, name, 500))
     assert of_change < 3e-4 and of_error < 0.05
 
 
 @pytest.mark.parametrize("name", DESIGNS)
-def test_neighbouring_designs_read_equally(name):
+def test_response_has_no_jump_between_neighbouring_designs(name):
     of_change, of_error = jumps(*by_design(name, 4, span=0.01))
     assert of_change < 3e-4 and of_error < 0.05
 
 
-def test_states_have_no_step_as_a_target_grows_thicker():
+def test_states_are_continuous_in_target_thickness():
     """At a thickness of 0.414 mm Rp jumped by 0.24 %, and the stated error of the target's change to a twelfth."""
     spec, thickness = sitscad.load(TEMPLATE), np.linspace(0.385, 0.417, 17)
     states = []

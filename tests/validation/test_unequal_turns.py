@@ -24,7 +24,7 @@ COILS = [
 
 
 @pytest.mark.parametrize(("shape", "size", "turns"), COILS, ids=[row[0] for row in COILS])
-def test_the_bounds_hold(shape, size, turns):
+def test_inductance_bounds_hold_for_unequal_layer_turns(shape, size, turns):
     text = (
         f"sitscad: 1\nname: unequal\ncoil: {{shape: {shape}, outer_diameter: {size}, turns: {turns}, "
         f"layers: {len(turns)}, trace_width: 0.12, trace_spacing: 0.15}}\nfpc: {{stackup: flex-4l}}\n"

@@ -6,7 +6,7 @@ import numpy as np
 from published_coils import MEASURED, inductance
 
 
-def test_measured_coils():
+def test_inductance_agrees_with_25_measured_coils():
     errors = [abs(inductance(case) / (case["L_uH"] * 1e-6) - 1.0) for case in MEASURED]
     assert len(errors) == 25
     assert float(np.median(errors)) <= 0.006

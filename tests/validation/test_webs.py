@@ -23,7 +23,7 @@ PAIRS = [
 
 
 @pytest.mark.parametrize("measures", PAIRS)
-def test_a_web_carries_less_than_is_stated_and_not_a_quarter_of_it(measures, tmp_path):
+def test_web_crosstalk_of_elements_is_within_stated_limit(measures, tmp_path):
     """A fifth of it from end to end of long pads, which are stiffer against tilt."""
     along, across, thickness, gap, web = measures
     model = pair(along / thickness, across / thickness, 0.0, gap / thickness, web / thickness, True)
@@ -34,6 +34,6 @@ def test_a_web_carries_less_than_is_stated_and_not_a_quarter_of_it(measures, tmp
     assert least < np.abs(went).max() / (WEB_EDGE * share) < 1.0
 
 
-def test_what_a_web_adds_is_what_the_table_says():
+def test_web_stiffening_of_elements_matches_table():
     found = added(20.0 / 3.0, 20.0 / 3.0, 0.0, 4.0 / 3.0, 4.0 / 3.0)
     assert found == approx([0.0296, 0.0378, 0.0124, 0.0498, 0.00315, 0.0233, 0.0476], rel=0.01)

@@ -40,7 +40,7 @@ def compared(opening, depth, place, most, edge, roof=None):
     return gained / whole, ours / (-endless_change(LAYERS[0], -LAYERS[1], GAP) if roof is None else 1e-9)
 
 
-def test_a_window_is_that_of_a_slab_of_surface_currents():
+def test_window_effect_agrees_with_surface_current_slab():
     reference, ours = compared((3e-3, 3e-3), 1.2e-3, (0.0, 0.0), 2.2e-3, 0.5e-3)
     assert ours == approx(reference, rel=0.03)
 
@@ -57,7 +57,7 @@ def test_a_window_is_that_of_a_slab_of_surface_currents():
         ((4e-3, 2e-3), 1.3e-3, (1.0e-3, 0.0), 1.5e-3),
     ],
 )
-def test_windows_from_small_to_nearly_the_whole_face(opening, depth, place, roof):
+def test_window_effect_agrees_with_slab_for_all_window_sizes(opening, depth, place, roof):
     coarse, _ = compared(opening, depth, place, 1.6e-3, 0.3e-3, roof)
     fine, ours = compared(opening, depth, place, 1.2e-3, 0.2e-3, roof)
     assert coarse == approx(fine, rel=0.04)
@@ -79,7 +79,7 @@ def in_plate(side, conductivity):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("diameter", [2e-3, 3e-3, 4e-3, 6e-3])
-def test_skin_and_loss_are_those_of_a_round_hole_in_steel(diameter):
+def test_window_effect_and_loss_agree_with_round_hole_in_steel(diameter):
     """A square of the same area stands for a round hole; of a perfect conductor it gains more by what copper says."""
     steel, copper, side = 1.39e6, 5.8e8, 0.5 * math.sqrt(math.pi) * diameter
     whole, open_ = (disc_change(RADII, 0.8e-3, d, 1.3e-3, steel, is_hole=True) for d in (0.6e-3, diameter))

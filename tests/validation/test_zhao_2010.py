@@ -8,7 +8,7 @@ from wound_boards import of
 from sitscad.kernels.electromagnetics.resonator import resonance_frequency
 
 
-def test_measured_resonances():
+def test_self_resonance_agrees_with_measured_coils():
     """Zhao's measured resonances: 15.75 turns of 0.127/0.127 mm, inner diameter 1.09 mm (EDN, 29 July 2010).
 
     Single layer: 113.4 MHz, 1.78 pF, of which the turns hold next to nothing: pads, way out and instrument. Two layers

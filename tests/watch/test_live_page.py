@@ -16,7 +16,7 @@ pytestmark = [pytest.mark.clients("chromium"), pytest.mark.cad, pytest.mark.slow
 SPEC = (Path(__file__).parents[2] / "templates" / "bench_7mm.yaml").read_text(encoding="utf-8")
 
 
-def test_the_page_follows_saves_and_keeps_the_camera(tmp_path):
+def test_live_page_follows_saves_and_keeps_camera(tmp_path):
     path, showing, before, last = tmp_path / "bench.yaml", PageState(), Before(), {}
     made = server(showing, "127.0.0.1", 0)
     threading.Thread(target=made.serve_forever, daemon=True).start()

@@ -41,7 +41,7 @@ def _verdict(*findings: dict[str, object]) -> Event:
     return Event("findings", {"counts": {"error": 0, "warning": len(findings), "note": 0}, "findings": list(findings)})
 
 
-def test_only_what_has_changed_is_reported():
+def test_watch_reports_only_changed_findings_and_numbers():
     first = _verdict(_finding("SIT103", 4, "narrow"), _finding("SIT215", 6, "weak"))
     then = _verdict(_finding("SIT103", 5, "narrow"), _finding("SIT217", 7, "small"))
     found = event_changes(then, first)
@@ -57,12 +57,12 @@ def test_only_what_has_changed_is_reported():
     assert event_lines(2, later, numbers, verbose=True) == ["L of C1: 2 uH -> 2.1 uH", "L of C2: 3 uH -> 4 uH"]
 
 
-def test_a_save_that_was_overtaken_leaves_a_line():
+def test_overtaken_save_prints_one_line():
     """Of two saves in the work of the one before nothing was said: after save 1 came save 4."""
     assert event_lines(2, Event("overtaken", {"by": 3}), None) == ["save 2: overtaken by save 3"]
 
 
-def test_a_save_says_a_dozen_lines_of_a_terminal_and_the_verdict_last():
+def test_save_prints_at_most_twelve_lines_with_verdict_last():
     first = _verdict(_finding("SIT204", 3, "1.4 V"), *(
         _finding(f"SIT1{k:02}", k, "gone") for k in range(3)))
     new = [_finding("SIT204", 3, "1.3 V"), *(_finding(f"SIT3{k:02}", k, "narrow " * 40) for k in range(9))]
@@ -77,7 +77,7 @@ def test_a_save_says_a_dozen_lines_of_a_terminal_and_the_verdict_last():
     assert unread[-1].startswith("unreadable") and not [line for line in unread if line.startswith("-")]
 
 
-def test_a_study_says_how_far_it_is_in_a_line_and_in_the_end_its_best():
+def test_study_progress_prints_one_short_line_and_final_best():
     numbers = {"designs": "9 of 64", "keep everything": "1", "maximize rp": "5 kohm with " + "coil.turns: 9, " * 9}
     event = Event("sweep", {"numbers": numbers})
     assert event_lines(1, event, None) == ["designs: 9 of 64, keep everything: 1"]
@@ -88,7 +88,7 @@ def test_a_study_says_how_far_it_is_in_a_line_and_in_the_end_its_best():
 
 
 @pytest.mark.slow
-def test_stages_come_in_order_and_a_broken_spec_says_so(tmp_path):
+def test_stage_events_are_ordered_and_invalid_spec_reports_findings(tmp_path):
     path = tmp_path / "bench.yaml"
     path.write_text(BENCH, encoding="utf-8")
     before = Before()
@@ -104,7 +104,7 @@ def test_stages_come_in_order_and_a_broken_spec_says_so(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.cad
-def test_another_readout_neither_draws_nor_solves_nor_models_anew(tmp_path, monkeypatch):
+def test_changed_readout_reuses_drawing_solution_and_solids(tmp_path, monkeypatch):
     path = tmp_path / "bench.yaml"
     own = rewritten(BENCH, [Edit("elastomer.thickness", "1.93")])  # of another test's pad the process knows the shear
     path.write_text(own, encoding="utf-8")
@@ -128,7 +128,7 @@ def test_another_readout_neither_draws_nor_solves_nor_models_anew(tmp_path, monk
     assert second[3].data["numbers"] != first[3].data["numbers"], "a slower scan tells smaller forces apart"
 
 
-def test_a_stamp_sees_a_renamed_file_of_the_same_size(tmp_path):
+def test_file_stamp_changes_when_file_is_replaced_by_equal_size(tmp_path):
     one, other = tmp_path / "a", tmp_path / "b"
     one.write_text("x")
     other.write_text("y")
@@ -155,7 +155,7 @@ def _get(port: int, path: str, host: str | None = None) -> tuple[int, bytes, dic
     return answer.status, answer.read(), dict(answer.getheaders())
 
 
-def test_only_its_own_paths_are_served_and_only_to_those_who_ask_by_its_name(served):
+def test_server_answers_only_known_paths_and_its_own_host_name(served):
     showing, port = served
     showing.tell(1, _verdict(_finding("SIT103", 4, "narrow")), None)
     assert _get(port, "/")[0] == 200 and "default-src 'none'" in _get(port, "/")[2]["Content-Security-Policy"]
@@ -166,7 +166,7 @@ def test_only_its_own_paths_are_served_and_only_to_those_who_ask_by_its_name(ser
     assert state["findings"]["verdict"] == "ok: 1 warning" and state["findings"]["revision"] == 1
 
 
-def test_who_listens_hears_the_last_of_each_stage_and_what_follows(served):
+def test_new_listener_receives_last_event_per_stage_and_later_events(served):
     showing, port = served
     showing.tell(1, _verdict(), None)
     connection = http.client.HTTPConnection("127.0.0.1", port, timeout=10)
@@ -197,12 +197,12 @@ HAS_IPV6 = socket.has_ipv6 and Path("/proc/net/if_inet6").exists() and "lo" in P
     "127.0.0.1", "localhost", "0.0.0.0",
     *(pytest.param(host, marks=pytest.mark.skipif(not HAS_IPV6, reason="no IPv6 here")) for host in ("::1", "[::1]")),
 ])
-def test_a_page_is_served_on_every_kind_of_host(host):
+def test_page_is_served_on_each_host_address(host):
     with _serving(host) as made, urlopen(made.url, timeout=10) as answer:
         assert answer.status == 200
 
 
-def test_a_server_of_all_addresses_answers_addresses_and_its_own_name_and_no_other(monkeypatch):
+def test_server_on_all_addresses_answers_only_addresses_and_own_name(monkeypatch):
     monkeypatch.setattr(socket, "gethostname", lambda: "Workshop")
     with _serving("0.0.0.0") as made:
         port = made.server_port
@@ -213,12 +213,12 @@ def test_a_server_of_all_addresses_answers_addresses_and_its_own_name_and_no_oth
         assert _get(port, "/", f"192.168.1.20:{port + 1}")[0] == 403
 
 
-def test_a_loopback_server_answers_no_other_address(served):
+def test_loopback_server_refuses_other_addresses(served):
     _, port = served
     assert _get(port, "/", f"192.168.1.20:{port}")[0] == 403 and _get(port, "/", f"LOCALHOST:{port}")[0] == 200
 
 
-def test_on_port_80_the_host_header_needs_no_port(served, monkeypatch):
+def test_host_header_without_port_is_accepted_on_port_80(served, monkeypatch):
     _, port = served
     assert _get(port, "/", "localhost")[0] == 403
     monkeypatch.setattr("sitscad.apps.watch.server.HTTP_PORT", port)
@@ -251,7 +251,7 @@ def _unfinished_requests(port: int, count: int) -> list[socket.socket]:
     return lines
 
 
-def test_connections_beyond_the_limit_are_refused_and_start_no_thread():
+def test_connections_beyond_limit_get_503_without_new_thread():
     with _serving("127.0.0.1") as made, ExitStack() as end:
         threads = threading.active_count()
         lines = list(map(end.enter_context, _unfinished_requests(made.server_port, MAX_CONNECTIONS + 20)))
@@ -259,7 +259,7 @@ def test_connections_beyond_the_limit_are_refused_and_start_no_thread():
         assert threading.active_count() <= threads + MAX_CONNECTIONS
 
 
-def test_a_request_that_does_not_end_is_ended(monkeypatch):
+def test_unfinished_request_is_closed_after_timeout(monkeypatch):
     monkeypatch.setattr("sitscad.apps.watch.server.REQUEST_TIMEOUT", 0.2)
     with _serving("127.0.0.1") as made, ExitStack() as end:
         lines = list(map(end.enter_context, _unfinished_requests(made.server_port, 5)))
@@ -319,7 +319,7 @@ def _saved(path: Path, text: str) -> None:
 
 
 @pytest.mark.slow
-def test_saves_are_followed_and_interrupting_ends_it(watched):
+def test_watch_follows_saves_and_exits_0_on_interrupt(watched):
     found, path = watched
     assert found.until(lambda event: event["stage"] == "estimate")["revision"] == 1
     _saved(path, SPEC.replace("sitscad: 1", "sitscad: one"))
@@ -339,7 +339,7 @@ def test_saves_are_followed_and_interrupting_ends_it(watched):
 
 @pytest.mark.slow
 @pytest.mark.more
-def test_a_hundred_saves_broken_ones_among_them(watched):
+def test_hundred_saves_with_invalid_specs_end_with_correct_verdict(watched):
     """No crash, the last one is what is said at the end, and memory stays where it was."""
     found, path = watched
     found.until(lambda event: event.get("last"))
@@ -368,7 +368,7 @@ def _children(pid: int) -> list[int]:
     return [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
 
 
-def test_a_study_fills_up_and_a_save_uses_again_what_still_fits(tmp_path):
+def test_watched_study_completes_and_save_reuses_matching_designs(tmp_path):
     (tmp_path / "coil.yaml").write_text(SPEC, encoding="utf-8")
     path = tmp_path / "study.yaml"
     text = "sitscad_study: 1\nbase: coil.yaml\nvary: {coil.turns: [11, 12, 13]}\ngoals: [maximize: rp]\naccept: all\n"
