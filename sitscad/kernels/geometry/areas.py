@@ -1,6 +1,6 @@
-"""Paths clipped to boxes, and unions of boxes, by shapely.
+"""Paths clipped to boxes, and unions of boxes, by the library shapely.
 
-Arcs become chords, for drawings and for outlines in files.
+Arcs are replaced by chords. The results are for drawings and for outlines in files.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from sitscad.kernels.geometry.convex import Box
 from sitscad.kernels.geometry.path import Path, Point, bounding_box, polyline
 
 CHORDS = 2e-6
-"""Largest distance (m) between an arc and its chords."""
+"""Largest distance (m) between an arc and the chords that replace it."""
 
 
 def parts_inside(path: Path, box: Box) -> list[Path]:
@@ -27,7 +27,7 @@ def parts_inside(path: Path, box: Box) -> list[Path]:
 
 
 def areas_inside(path: Path, box: Box) -> list[Path]:
-    """Return the outlines of the parts of an area that lie inside a box (m), counter-clockwise.
+    """Return the outlines of the parts of an area that are inside a box (m), counter-clockwise.
 
     The area is the inside of a closed path. A path that lies entirely inside the box is returned unchanged.
     """
@@ -39,12 +39,12 @@ def areas_inside(path: Path, box: Box) -> list[Path]:
 
 
 def areas_beyond(path: Path, x: float) -> list[Path]:
-    """Return the outlines of the parts of a closed path's area at larger x than `x` (m), counter-clockwise."""
+    """Return the outlines of the parts of a closed path's area with coordinates above `x` (m), counter-clockwise."""
     return areas_inside(path, (x, -math.inf, math.inf, math.inf))
 
 
 def joined_boxes(boxes: Iterable[Box]) -> list[Path]:
-    """Return the outlines of the union of rectangles with sides along x and y.
+    """Return the outlines (m) of the union of rectangles with sides along x and y.
 
     Outer outlines run counter-clockwise, outlines of holes clockwise.
     """
@@ -54,16 +54,18 @@ def joined_boxes(boxes: Iterable[Box]) -> list[Path]:
 
 
 def _is_inside(path: Path, box: Box) -> bool:
+    """Whether a path lies entirely inside a box (m)."""
     x0, y0, x1, y1 = bounding_box([path])
     return x0 >= box[0] and y0 >= box[1] and x1 <= box[2] and y1 <= box[3]
 
 
 def _rectangle(path: Path, box: Box) -> shapely.Polygon:
-    """Return the box as a polygon. Sides are at most 1 m beyond the path, so that infinite sides become finite."""
+    """Return the box as a polygon (m). Infinite sides are moved to 1 m beyond the path."""
     x0, y0, x1, y1 = bounding_box([path])
     wide = 1.0  # metres: more than any path
     return shapely.box(max(box[0], x0 - wide), max(box[1], y0 - wide), min(box[2], x1 + wide), min(box[3], y1 + wide))
 
 
 def _path(line: shapely.LineString) -> Path:
+    """Return a polyline of shapely as a path of straight sides (m)."""
     return polyline([Point(x, y) for x, y in line.coords])

@@ -1,6 +1,6 @@
 """Convex outlines of lines and arcs, clipped exactly by straight lines.
 
-Discs and rectangles as plates, with their overlap and overhang.
+Also discs and rectangles as plates: their overlap, and how far a plate projects beyond an outline.
 """
 
 from __future__ import annotations
@@ -25,16 +25,19 @@ from sitscad.kernels.geometry.path import (
 )
 
 _TINY = 1e-12
+"""Distance (m) or fraction below which two points, or two fractions of a segment, count as equal."""
 
 Box = tuple[float, float, float, float]
-"""x_min, y_min, x_max, y_max in metres."""
+"""Rectangle with sides along x and y: x_min, y_min, x_max, y_max in metres."""
 
 Side = tuple[float, float, float, float]
+"""Straight side of an outline: x, y of a point (m), x, y of the outward unit normal."""
 Round = tuple[float, float, float, float, float]
+"""Arc or corner of an outline: centre x, y (m), radius (m; 0 for a corner), first direction (rad), angle (rad)."""
 
 
 def clip_path(outline: Path, edge: Point, normal: Point) -> Path | None:
-    """Return the part of a closed path behind a straight line, or None if no part remains.
+    """Return the part of a closed path on one side of a straight line, or None if no part remains.
 
     The line crosses the path at most twice. It runs through `edge`, perpendicular to the unit vector `normal`, which
     points to the removed part.
@@ -53,7 +56,7 @@ def clip_path(outline: Path, edge: Point, normal: Point) -> Path | None:
 
 
 def within_box(outline: Path, box: Box) -> Path | None:
-    """Return the part of a closed path in a box (x_min, y_min, x_max, y_max in metres), or None if no part remains.
+    """Return the part of a closed path inside a box (x_min, y_min, x_max, y_max in metres), or None if no part remains.
 
     Each side of the box crosses the path at most twice.
     """
@@ -66,7 +69,7 @@ def within_box(outline: Path, box: Box) -> Path | None:
 
 
 def _parts_behind(segment: Segment, edge: Point, normal: Point) -> Iterator[Segment]:
-    """Yield the parts of a segment behind a line through `edge`: on the side opposite to its `normal`."""
+    """Yield the parts of a segment on one side of a line through `edge`: opposite to the line's `normal`."""
     if isinstance(segment, Line):
         ends = _distance_from_edge(segment.start, edge, normal), _distance_from_edge(segment.end, edge, normal)
     else:
@@ -87,11 +90,12 @@ def _parts_behind(segment: Segment, edge: Point, normal: Point) -> Iterator[Segm
 
 
 def _distance_from_edge(point: Point, edge: Point, normal: Point) -> float:
+    """Return the distance (m) of a point from the line through `edge`, positive in the direction of `normal`."""
     return (point.x - edge.x) * normal.x + (point.y - edge.y) * normal.y
 
 
 def _crossings(segment: Segment, edge: Point, normal: Point) -> Iterator[float]:
-    """Yield the fractions of a segment's length at which it crosses the line through `edge` normal to `normal`."""
+    """Yield the fractions of a segment's length at which it crosses a line through `edge`, normal to `normal`."""
     if isinstance(segment, Line):
         first, last = (_distance_from_edge(point, edge, normal) for point in (segment.start, segment.end))
         if first != last:
@@ -109,8 +113,7 @@ def _crossings(segment: Segment, edge: Point, normal: Point) -> Iterator[float]:
 def signed_distance(outline: Path, point: Point) -> float:
     """Return the distance (m) of a point from a closed, convex, counter-clockwise path: positive outside.
 
-    It is the largest distance beyond the tangents of the path: at each side, and at each arc or corner that faces the
-    point.
+    It is the largest distance beyond the path's tangents: at each side, and at each arc or corner that faces the point.
     """
     sides, rounds = memo(outline, "_tangents", lambda: _tangents(outline))
     px, py = point
@@ -121,11 +124,9 @@ def signed_distance(outline: Path, point: Point) -> float:
 
 
 def _tangents(outline: Path) -> tuple[list[Side], list[Round]]:
-    """Return the sides, and the arcs and corners, of a closed convex path.
+    """Return the straight sides (`Side`), and the arcs and corners (`Round`), of a closed convex path.
 
-    A side is (x, y, normal x, normal y): a point (m) and the outward unit normal. An arc or corner is (x, y, radius,
-    direction, angle). Its centre and radius are in m, the radius of a corner is 0. Its outward normals cover `angle`
-    (rad), from `direction` (rad) counter-clockwise.
+    The outward normals of an arc or corner cover an angle (rad), from a first direction (rad) counter-clockwise.
     """
 
     def normal(side: Line) -> tuple[float, float]:
@@ -152,9 +153,9 @@ def _tangents(outline: Path) -> tuple[list[Side], list[Round]]:
 
 
 def centroid(outline: Path) -> Point:
-    """Return the centroid of the area of a closed path, with exact arcs (Green's theorem).
+    """Return the centroid (m) of the area of a closed path, with exact arcs (Green's theorem).
 
-    It is the start of the path if the area is zero.
+    If the area is zero, the start of the path is returned.
     """
     area = x = y = 0.0
     origin = outline.start  # near the path, so that small shapes far out lose no digits
@@ -178,7 +179,7 @@ def centroid(outline: Path) -> Point:
 
 @record
 class Footprint:
-    """Outline of a plate: a disc if ``is_round``, otherwise a rectangle.
+    """Outline of a plate in the plane: a disc if ``is_round``, otherwise a rectangle.
 
     ``size`` (m) holds the lengths along the plate's own x and y axes; the first is the diameter of a disc. ``rotation``
     (rad) is counter-clockwise about the ``centre``.
@@ -191,7 +192,7 @@ class Footprint:
 
     @property
     def corners(self) -> tuple[Point, ...]:
-        """Four corners of a rectangle, counter-clockwise. Empty for a disc."""
+        """Four corners (m) of a rectangle, counter-clockwise. Empty for a disc."""
         if self.is_round:
             return ()
         x, y = self.size[0] / 2, self.size[1] / 2
@@ -202,7 +203,7 @@ class Footprint:
 
     @property
     def reach(self) -> tuple[float, float]:
-        """Half the widths (m) of the bounding box along x and y, with the rotation."""
+        """Half the widths (m) of the bounding box along x and y, after the rotation."""
         if self.is_round:
             return self.size[0] / 2, self.size[0] / 2
         cos, sin = abs(math.cos(self.rotation)), abs(math.sin(self.rotation))
@@ -213,7 +214,7 @@ class Footprint:
 
     @property
     def box(self) -> tuple[float, float, float, float]:
-        """(x_min, y_min, x_max, y_max) in metres."""
+        """Bounding box (x_min, y_min, x_max, y_max) in metres."""
         x, y = self.reach
         return self.centre.x - x, self.centre.y - y, self.centre.x + x, self.centre.y + y
 
@@ -232,7 +233,7 @@ class Footprint:
         return cos * dx + sin * dy, cos * dy - sin * dx
 
     def hangs_over(self, ground: Path) -> float:
-        """Return the largest distance (m) by which the plate projects beyond a convex outline.
+        """Return the largest distance (m) by which the plate projects beyond the convex outline `ground`.
 
         It is negative if the whole plate lies inside: minus its smallest distance from the outline.
         """
@@ -264,5 +265,5 @@ class Footprint:
 
     @property
     def area(self) -> float:
-        """Area (m2)."""
+        """Area (m2) of the plate."""
         return math.pi / 4.0 * self.size[0] ** 2 if self.is_round else self.size[0] * self.size[1]

@@ -1,4 +1,7 @@
-"""Lines and circular arcs, paths of lines and arcs, and areas. Arcs stay arcs up to the machine that draws them."""
+"""Lines and circular arcs, paths of lines and arcs, and areas. Lengths are in metres.
+
+Arcs are not replaced by chords, up to the machine that draws them.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,7 @@ QUARTER_TURN = 0.5 * math.pi
 
 
 class Point(NamedTuple):
-    """A point of the plane, in metres."""
+    """Point of the plane, in metres."""
 
     x: float
     y: float
@@ -24,11 +27,11 @@ class Point(NamedTuple):
         return Point(self.x - other.x, self.y - other.y)
 
     def shifted(self, dx: float, dy: float) -> Point:
-        """Return this point moved by (dx, dy)."""
+        """Return the point moved by `dx` and `dy` (m)."""
         return Point(self.x + dx, self.y + dy)
 
     def distance(self, other: Point) -> float:
-        """Return the distance to another point, in metres."""
+        """Return the distance (m) to another point."""
         return math.hypot(self.x - other.x, self.y - other.y)
 
 
@@ -39,18 +42,18 @@ def polar(radius: float, angle: float, centre: Point = Point(0.0, 0.0)) -> Point
 
 @record
 class Line:
-    """A straight segment from `start` to `end`."""
+    """Straight segment from `start` to `end`."""
 
     start: Point
     end: Point
 
     @property
     def length(self) -> float:
-        """Length in metres."""
+        """Length (m) of the segment."""
         return self.start.distance(self.end)
 
     def reversed(self) -> Line:
-        """Return this segment in the opposite direction."""
+        """Return the segment in the opposite direction."""
         return Line(self.end, self.start)
 
     def at(self, fraction: float) -> Point:
@@ -60,17 +63,17 @@ class Line:
         )
 
     def flattened(self, tolerance: float) -> list[Point]:
-        """Return start and end: a line needs no chords."""
+        """Return start and end. A straight line needs no chords, so `tolerance` has no effect."""
         return [self.start, self.end]
 
     @property
     def box(self) -> tuple[float, float, float, float]:
-        """(x_min, y_min, x_max, y_max) in metres."""
+        """Bounding box (x_min, y_min, x_max, y_max) in metres."""
         (ax, ay), (bx, by) = self.start, self.end
         return min(ax, bx), min(ay, by), max(ax, bx), max(ay, by)
 
     def nearest(self, point: Point) -> Point:
-        """Return the segment's point that is nearest to another point."""
+        """Return the point on the segment with the least distance from `point`."""
         dx, dy = self.end.x - self.start.x, self.end.y - self.start.y
         square = dx * dx + dy * dy
         if square == 0.0:
@@ -85,7 +88,10 @@ class Line:
 
 @record
 class Arc:
-    """A circular arc from `start` to `end` about `centre`, counter-clockwise or clockwise; never a full circle."""
+    """Circular arc from `start` to `end` about `centre`; never a full circle.
+
+    `ccw` is true if it runs counter-clockwise.
+    """
 
     start: Point
     end: Point
@@ -94,12 +100,12 @@ class Arc:
 
     @cached_property
     def radius(self) -> float:
-        """Radius in metres."""
+        """Radius (m) of the arc."""
         return self.centre.distance(self.start)
 
     @cached_property
     def start_angle(self) -> float:
-        """Direction from the centre to the start, in radians."""
+        """Direction (rad) from the centre to the start."""
         return math.atan2(self.start.y - self.centre.y, self.start.x - self.centre.x)
 
     @cached_property
@@ -111,11 +117,11 @@ class Arc:
 
     @property
     def length(self) -> float:
-        """Length in metres."""
+        """Length (m) along the arc."""
         return self.radius * abs(self.sweep)
 
     def reversed(self) -> Arc:
-        """Return this arc in the opposite direction."""
+        """Return the arc in the opposite direction."""
         return Arc(self.end, self.start, self.centre, not self.ccw)
 
     def at(self, fraction: float) -> Point:
@@ -127,10 +133,10 @@ class Arc:
         return polar(self.radius, self.start_angle + fraction * self.sweep, self.centre)
 
     def flattened(self, tolerance: float) -> list[Point]:
-        """Return points on the arc, from start to end.
+        """Return points on the arc, from start to end, to be joined by chords.
 
-        Chords between successive points stay within `tolerance` (m) of the arc. For an angle `step` between points, the
-        distance of the chord is r (1 - cos(step / 2)).
+        The chords stay within `tolerance` (m) of the arc. For an angle `step` between points, the distance of the chord
+        is r (1 - cos(step / 2)).
         """
         radius, sweep = self.radius, self.sweep
         if radius <= tolerance:
@@ -142,7 +148,10 @@ class Arc:
 
     @property
     def box(self) -> tuple[float, float, float, float]:
-        """(x_min, y_min, x_max, y_max) in metres; exact, with the points of the arc that are farthest along x and y."""
+        """Exact bounding box (x_min, y_min, x_max, y_max) in metres.
+
+        It includes the points of the arc that are farthest along x and y.
+        """
         xs, ys = [self.start.x, self.end.x], [self.start.y, self.end.y]
         start, sweep, radius = self.start_angle, self.sweep, self.radius
         low, high = min(start, start + sweep) / QUARTER_TURN, max(start, start + sweep) / QUARTER_TURN
@@ -170,34 +179,37 @@ Segment = Line | Arc
 
 
 def segment_part(segment: Segment, start: Point, end: Point) -> Segment:
-    """Return the part of a segment between two points on it."""
+    """Return the part of a segment from `start` to `end`, which are two points on it."""
     return Arc(start, end, segment.centre, segment.ccw) if isinstance(segment, Arc) else Line(start, end)
 
 
 @record
 class Path:
-    """Segments that join end to start. The path is closed if the last segment ends at the start of the first."""
+    """Segments in order. Every segment starts at the end of the segment before.
+
+    The path is closed if the last segment ends at the start of the first.
+    """
 
     segments: tuple[Segment, ...]
 
     @property
     def start(self) -> Point:
-        """Start of the path."""
+        """Start of the first segment."""
         return self.segments[0].start
 
     @property
     def end(self) -> Point:
-        """End of the path."""
+        """End of the last segment."""
         return self.segments[-1].end
 
     @cached_property
     def length(self) -> float:
-        """Length in metres."""
+        """Length (m) of all segments together."""
         return math.fsum([segment.length for segment in self.segments])
 
     @property
     def is_closed(self) -> bool:
-        """Whether the end meets the start within a nanometre."""
+        """Whether the path ends at its start, within a nanometre."""
         return self.start.distance(self.end) < 1e-9
 
     def __iter__(self) -> Iterator[Segment]:
@@ -207,15 +219,15 @@ class Path:
         return Path(self.segments + other.segments)
 
     def reversed(self) -> Path:
-        """Return this path in the opposite direction."""
+        """Return the path in the opposite direction."""
         return Path(tuple(segment.reversed() for segment in reversed(self.segments)))
 
     def shifted(self, dx: float, dy: float) -> Path:
-        """Return the path moved by (dx, dy) metres."""
+        """Return the path moved by `dx` and `dy` (m)."""
         return self.mapped(lambda p: p.shifted(dx, dy))
 
     def rotated(self, angle: float, centre: Point = Point(0.0, 0.0)) -> Path:
-        """Return the path rotated by `angle` radians, counter-clockwise, about a centre."""
+        """Return the path rotated by `angle` (rad), counter-clockwise, about a centre."""
         cos, sin = math.cos(angle), math.sin(angle)
 
         def turned(p: Point) -> Point:
@@ -225,7 +237,7 @@ class Path:
         return self.mapped(turned)
 
     def mapped(self, move: Callable[[Point], Point], flips: bool = False) -> Path:
-        """Return the path under a rigid motion of its points.
+        """Return the path after a rigid motion, with each point replaced by the result of `move`.
 
         `flips` is true if the motion is a mirror image.
         """
@@ -241,7 +253,7 @@ class Path:
         return Path(tuple(moved))
 
     def flattened(self, tolerance: float) -> list[Point]:
-        """Return points on the path. Chords between successive points stay within `tolerance` (m) of the path."""
+        """Return points on the path, to be joined by chords that stay within `tolerance` (m) of the path."""
         points = [self.start]
         for segment in self.segments:
             points.extend(segment.flattened(tolerance)[1:])
@@ -253,19 +265,22 @@ class Path:
 
 
 def polyline(points: Iterable[Point]) -> Path:
-    """Return straight segments from point to point. Repeated points are dropped."""
+    """Return straight segments from point to point. Repeated points are omitted."""
     corners = [p if isinstance(p, Point) else Point(*p) for p in points]
     return Path(tuple([Line(a, b) for a, b in pairwise(corners) if a.distance(b) > 1e-12]))
 
 
 def closed_polygon(points: Iterable[Point]) -> Path:
-    """Return a closed path of straight sides."""
+    """Return a closed path of straight sides from point to point and back to the first."""
     corners = [Point(*p) for p in points]
     return polyline([*corners, corners[0]])
 
 
 def rectangle(x0: float, y0: float, x1: float, y1: float, corner_radius: float = 0.0) -> Path:
-    """Return a closed counter-clockwise rectangle with corners rounded by `corner_radius` (m)."""
+    """Return a closed counter-clockwise rectangle from (x0, y0) to (x1, y1), with rounded corners.
+
+    `corner_radius` (m) is limited to half the shorter side.
+    """
     r = min(corner_radius, (x1 - x0) / 2, (y1 - y0) / 2)
     if r <= 0.0:
         return closed_polygon([Point(x0, y0), Point(x1, y0), Point(x1, y1), Point(x0, y1)])
@@ -299,7 +314,7 @@ def rounded_polygon(corners: list[Point], radius: float | list[float]) -> Path:
 def fillet(before: Point, corner: Point, after: Point, radius: float) -> tuple[Point, Point, Arc | None]:
     """Return the start and the end of the arc that rounds a corner, and the arc.
 
-    Start and end lie on the sides towards `before` and `after`; `radius` is in m.
+    Start and end lie on the sides towards the points `before` and `after`; `radius` is in m.
 
     The arc is None if the radius is 0 or the corner is straight.
     """
@@ -341,7 +356,7 @@ def rounded_polyline(corners: list[Point], radius: float | list[float]) -> Path:
 
 
 def circle(centre: Point, radius: float) -> Path:
-    """Return a full circle as two half arcs."""
+    """Return a full circle as two half arcs, counter-clockwise. `radius` is in m."""
     east, west = centre.shifted(radius, 0.0), centre.shifted(-radius, 0.0)
     return Path((Arc(east, west, centre), Arc(west, east, centre)))
 
@@ -370,34 +385,35 @@ def arc_through(start: Point, middle: Point, end: Point, flat: float) -> Segment
 
 
 def winding_number(points: Sequence[Point], centre: Point) -> float:
-    """Return the turns of a polyline about a centre, counter-clockwise positive."""
+    """Return the number of turns that a polyline makes about a centre, counter-clockwise positive."""
     moved = [point - centre for point in points]
     return math.fsum(math.atan2(a.x * b.y - a.y * b.x, a.x * b.x + a.y * b.y) for a, b in pairwise(moved)) / math.tau
 
 
 def bounding_box(paths: Iterable[Path]) -> tuple[float, float, float, float]:
-    """Return (x_min, y_min, x_max, y_max) in metres of the centre lines of some paths, with exact arcs."""
+    """Return the box (x_min, y_min, x_max, y_max; m) around the centre lines of some paths, with exact arcs."""
     return box_around([segment.box for path in paths for segment in path.segments])
 
 
 def box_around(boxes: Sequence[tuple[float, float, float, float]]) -> tuple[float, float, float, float]:
-    """Return the box (x_min, y_min, x_max, y_max; m) that encloses some boxes."""
+    """Return the box (x_min, y_min, x_max, y_max; m) that encloses all given boxes."""
     return min(b[0] for b in boxes), min(b[1] for b in boxes), max(b[2] for b in boxes), max(b[3] for b in boxes)
 
 
 def _unit(a: Point, b: Point) -> tuple[float, float]:
+    """Return the unit vector from point `a` to point `b`."""
     length = a.distance(b)
     return (b.x - a.x) / length, (b.y - a.y) / length
 
 
 @record
 class Region:
-    """The area inside a closed `outline` and outside its `holes`."""
+    """Area inside a closed `outline` and outside its `holes`."""
 
     outline: Path
     holes: tuple[Path, ...] = ()
 
     @property
     def area(self) -> float:
-        """Area in square metres."""
+        """Area (m2) without the holes."""
         return abs(enclosed_area(self.outline)) - sum(abs(enclosed_area(hole)) for hole in self.holes)

@@ -1,8 +1,9 @@
 """Exact distances between many straight and circular track pieces at once, in numpy, in metres and radians.
 
-No arc is flattened. There are three cases. The nearest points of two pieces can be an end of one piece and its nearest
-point on the other. They can lie where one line crosses both at right angles: through both centres for two arcs, or
-through the centre for a line and an arc. Or the pieces cross. All cases are evaluated.
+No arc is flattened. The nearest points of two pieces are found in three cases. In the first, the nearest point is an
+end of one piece. In the second, both nearest points lie on a line that crosses both pieces at right angles. For two
+arcs, it runs through both centres, for a line and an arc through the centre. In the third, the pieces cross. All cases
+are evaluated.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from sitscad.kernels.geometry.path import Arc, Segment
 
 TWO_PI = 2.0 * np.pi
 _ANGLE_SLACK = 1e-9
+"""Angle (rad) beyond the ends of an arc at which a direction still counts as on the arc: rounding."""
 
 
 @record
@@ -41,7 +43,7 @@ class Primitives:
         return len(self.radius)
 
     def take(self, index: Index) -> Primitives:
-        """Return the pieces with these indices."""
+        """Return only the pieces with the numbers `index`."""
         return Primitives(*(getattr(self, name)[index] for name in _FIELDS))
 
     def trimmed(self, first: Array, last: Array) -> Primitives:
@@ -84,18 +86,20 @@ class Primitives:
 
 
 _FIELDS = ("start", "end", "centre", "radius", "angle", "sweep")
+"""Names of the arrays of `Primitives`."""
 
 
 Row = tuple[float, ...]
+"""One line or arc: x0, y0, x1, y1, centre x, centre y, radius (m), start angle, signed sweep (rad)."""
 
 
 def line_row(x0: float, y0: float, x1: float, y1: float) -> Row:
-    """Return the row (see `from_rows`) of a straight segment (m), or of a point if both ends are equal."""
+    """Return the row (see `Row`) of a straight segment (m), or of a point if both ends are equal."""
     return x0, y0, x1, y1, 0.0, 0.0, 0.0, 0.0, 0.0
 
 
 def path_rows(path: Iterable[Segment]) -> Iterator[tuple[Row, float]]:
-    """Yield the row (see `from_rows`) and the length (m) of each segment of a path."""
+    """Yield the row (see `Row`) and the length (m) of each segment of a path."""
     for segment in path:
         if isinstance(segment, Arc):
             sweep, radius = segment.sweep, segment.radius
@@ -106,26 +110,29 @@ def path_rows(path: Iterable[Segment]) -> Iterator[tuple[Row, float]]:
 
 
 def from_rows(rows: list[Row]) -> Primitives:
-    """Return primitives from rows (x0, y0, x1, y1, xc, yc, radius, start angle, signed sweep), in m and rad."""
+    """Return a set of lines and arcs from rows (see `Row`), in m and rad."""
     table = np.array(rows, dtype=float).reshape(-1, 9)
     return Primitives(table[:, 0:2], table[:, 2:4], table[:, 4:6], table[:, 6], table[:, 7], table[:, 8])
 
 
 def concatenated(parts: Sequence[Primitives]) -> Primitives:
-    """Return all pieces of several sets, in their order."""
+    """Return all pieces of several sets as one set, in their order."""
     if not parts:
         return from_rows([])
     return Primitives(*(np.concatenate([getattr(part, name) for part in parts]) for name in _FIELDS))
 
 
 def within_sweep(angle: Array | float, start: Array, sweep: Array) -> Flags:
-    """Whether a direction (rad) lies on arcs that begin at `start` and turn by the signed `sweep`."""
+    """Whether a direction (rad) lies on arcs that begin at `start` (rad) and turn by the signed angle `sweep` (rad)."""
     travelled = np.where(sweep >= 0.0, angle - start, start - angle) % TWO_PI
     return (travelled <= np.abs(sweep) + _ANGLE_SLACK) | (travelled >= TWO_PI - _ANGLE_SLACK)
 
 
 def distances(first: Primitives, second: Primitives) -> Array:
-    """Return the smallest distances (n; m) between piece k of the first and of the second set; 0 if they cross."""
+    """Return the smallest distances (n; m) between piece k of the first and piece k of the second set.
+
+    The distance is 0 if the pieces cross.
+    """
     result = np.minimum(
         np.minimum(to_points(second, first.start), to_points(second, first.end)),
         np.minimum(to_points(first, second.start), to_points(first, second.end)),
@@ -154,6 +161,7 @@ def to_points(pieces: Primitives, points: Array) -> Array:
 
 
 def _lines_to_points(lines: Primitives, points: Array) -> Array:
+    """Return the distances (n; m) from line k to point k."""
     spans = lines.end - lines.start
     square = _dot(spans, spans)
     offset = points - lines.start
@@ -162,7 +170,7 @@ def _lines_to_points(lines: Primitives, points: Array) -> Array:
 
 
 def _arcs_to_points(arcs: Primitives, points: Array) -> Array:
-    """Return the distance (n,; m) from arc k to point k."""
+    """Return the distances (n; m) from arc k to point k."""
     out = points - arcs.centre
     on = _faces(arcs, out)
     result = np.abs(np.hypot(out[:, 0], out[:, 1]) - arcs.radius)
@@ -175,10 +183,11 @@ def _arcs_to_points(arcs: Primitives, points: Array) -> Array:
 def nearest_pairs(
     boxes: Array, reach: Array, other_boxes: Array | None = None, other_reach: Array | None = None
 ) -> Index:
-    """Return index pairs (i, j), (m, 2), of boxes (n, 4; m) that touch if each is expanded on all sides.
+    """Return pairs of box numbers (m, 2) whose boxes (n, 4; m) touch if each is expanded on all sides.
 
-    `reach` (n; m) is the expansion of each box. Without `other_boxes`, pairs are within one set, with i < j. Otherwise
-    i is a box of the first set and j a box of the second, which is expanded by `other_reach`.
+    Columns of a box: x_min, y_min, x_max, y_max. `reach` (n; m) is the expansion of each box. Without `other_boxes`,
+    pairs (i, j) are within one set, with i < j. Otherwise i is a box of the first set and j a box of the second, which
+    is expanded by `other_reach`.
     """
     same = other_boxes is None
     second = boxes if same else other_boxes
@@ -211,7 +220,7 @@ _BLOCK, _FEW = 128, 500_000
 
 
 def _boxes_touch(boxes: Array, other_boxes: Array) -> Flags:
-    """Return flags (n, m) of boxes (n, 4) that touch others (m, 4)."""
+    """Return flags (n, m) of boxes (n, 4) that touch other boxes (m, 4)."""
     low_x, low, high_x, high = boxes.T[:, :, None]
     other_left, other_low, other_right, other_high = np.ascontiguousarray(other_boxes.T)
     touches = low_x <= other_right
@@ -222,7 +231,7 @@ def _boxes_touch(boxes: Array, other_boxes: Array) -> Flags:
 
 
 def _blocks(boxes: Array) -> list[Index]:
-    """Return blocks of at most `_BLOCK` numbers of neighbouring boxes, sorted by the grid cell of their middles."""
+    """Return blocks of at most `_BLOCK` numbers of neighbouring boxes, sorted by the grid cell of each box's middle."""
     middle = 0.5 * (boxes[:, :2] + boxes[:, 2:])
     low, high = middle.min(axis=0), middle.max(axis=0)
     side = max(1, math.isqrt(len(boxes) // 32))
@@ -232,11 +241,12 @@ def _blocks(boxes: Array) -> list[Index]:
 
 
 def _enclosing_box(boxes: Array) -> Array:
+    """Return the box (4; m) that encloses all boxes (n, 4)."""
     return np.concatenate([boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0)])
 
 
 def _line_line(first: Primitives, second: Primitives) -> Array:
-    """Return (n,): 0 if segment k of the first set crosses segment k of the second, otherwise infinity."""
+    """Return 0 if line k of the first set crosses line k of the second, otherwise infinity (n; m)."""
     r, s, q = first.end - first.start, second.end - second.start, second.start - first.start
     cross = _cross(r, s)
     # Rounding leaves a tiny angle between collinear lines, whose crossing point would be arbitrary.
@@ -271,7 +281,7 @@ def _line_arc(line: Primitives, arc: Primitives) -> Array:
 
 
 def _arc_arc(first: Primitives, second: Primitives) -> Array:
-    """Return the distances (n; m) of arc k of both sets along the line through their centres.
+    """Return the distances (n; m) of arc k of both sets, measured on the line through their centres.
 
     The distance is 0 if the arcs cross. It is infinite if the line misses one of the arcs.
     """
@@ -292,9 +302,10 @@ def _arc_arc(first: Primitives, second: Primitives) -> Array:
 
 
 def _arcs_cross(first: Primitives, second: Primitives, apart: Array, unit: Array) -> Flags:
-    """Return flags (n,): whether the arcs k of both sets cross. The full circles must cross.
+    """Return flags (n): whether arc k of the first set crosses arc k of the second.
 
-    `apart` (n; m) is the distance of the centres, and `unit` (n, 2) the unit vector from the first to the second.
+    The full circles must cross. `apart` (n; m) is the distance of the centres, and `unit` (n, 2) the unit vector from
+    the first to the second.
     """
     at = (apart**2 + first.radius**2 - second.radius**2) / (2.0 * apart)
     half = np.sqrt(np.maximum(0.0, first.radius**2 - at**2))
@@ -307,12 +318,15 @@ def _arcs_cross(first: Primitives, second: Primitives, apart: Array, unit: Array
 
 
 def _faces(arc: Primitives, direction: Array) -> Flags:
+    """Return flags (n): whether a direction (n, 2) from the centre of arc k points to the arc."""
     return within_sweep(np.arctan2(direction[:, 1], direction[:, 0]), arc.angle, arc.sweep)
 
 
 def _dot(a: Array, b: Array) -> Array:
+    """Return the scalar products (n) of vectors (n, 2), in the product of their units."""
     return a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1]
 
 
 def _cross(a: Array, b: Array) -> Array:
+    """Return the cross products (n) of vectors (n, 2), in the product of their units."""
     return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]

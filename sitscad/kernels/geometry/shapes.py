@@ -1,11 +1,12 @@
 """Outlines of coils: a row of `SHAPES` for each, and a class for each kind of winding.
 
-Other modules use an outline's features, never its name. A row also declares which error bounds hold for coils of the
-shape (`bounds`), and how a plate of the shape is computed and cut (`plate`). A coil without `bounds` and a plate
-without `plate` are refused by name. A class inherits the features of another shape, but not the fits for that shape.
+Other modules use an outline's features, never its name. A row also names the shapes whose error bounds hold for its
+coils (`bounds`), and the form in which a plate of the shape is computed and cut (`plate`). A coil without `bounds` and
+a plate without `plate` cause an error with the shape's name. A class inherits the features of another shape, but not
+the fits for that shape.
 
-Lengths are metres, angles radians. A coil's size is [x, y] across its outer copper edges. The centre line of a layer is
-wound exactly as the spec defines it: counter-clockwise about the origin, from the outside in.
+Lengths are in metres, angles in radians. A coil's size is [x, y] across its outer copper edges. The centre line of a
+layer is wound exactly as the spec defines it: counter-clockwise about the origin, from the outside to the inside.
 """
 
 from __future__ import annotations
@@ -33,10 +34,10 @@ from sitscad.kernels.geometry.path import (
 )
 
 CHORD_TOLERANCE = 0.05e-6
-"""Largest distance (m) between the arcs of a layer and the exact spiral. The specified limit is 0.1 um."""
+"""Largest distance (m) between the arcs of a layer and the exact spiral. The limit in the format of specs is 0.1 um."""
 
 SKETCHED = 10e-6
-"""Largest distance (m) between arcs and exact spiral in sketches. One arc then covers nearly half a turn."""
+"""Largest distance (m) between the arcs and the exact spiral in sketches. One arc then covers nearly half a turn."""
 
 
 @record
@@ -62,9 +63,9 @@ class SpiralDimensions:
 
 
 def crossing(first: tuple[float, float], second: tuple[float, float], step: float) -> Point:
-    """Return the intersection of two lines.
+    """Return the intersection (m) of two lines.
 
-    Each line is (k, d): its normal has the angle k times `step` (rad), and d (m) is its distance from the origin.
+    Each line is (k, d): the direction of its normal is k times `step` (rad), and d (m) is its distance from the origin.
     """
     a, b = first[0] * step, second[0] * step
     determinant = math.sin(b - a)
@@ -75,7 +76,7 @@ def crossing(first: tuple[float, float], second: tuple[float, float], step: floa
 
 
 def rounded_corners(path: Path, radius: float, sides: int, pitch: float) -> Path:
-    """Return an inward polygon spiral with its corners rounded by `radius` (m), or less if the sides are too short.
+    """Return a polygon spiral (wound inwards) with its corners rounded by `radius` (m), or less if sides are too short.
 
     `sides` is the number of sides per turn. From the inner end outwards, the radius increases by at most the pitch (m)
     per turn. A faster increase would bring a turn too near to the inner end or to the next turn inside.
@@ -90,24 +91,28 @@ def rounded_corners(path: Path, radius: float, sides: int, pitch: float) -> Path
 
 
 Size = tuple[float, float]
+"""Size across the outer copper edges along x and y (m)."""
 
 PLATE_FORMS = ("disc", "rectangle")
 """Forms of plates that sitscad can compute (target response, pad law) and cut (laser sheet)."""
 
 _SLACK = 1e-9
+"""Number of pitches by which the space to the centre is reduced, so that rounding does not add a turn."""
 _ORIGIN = Point(0.0, 0.0)
 
 
 @record
 class Outline(ABC):
-    """Common features of all outlines: a name, the adjective for messages, and geometric features.
+    """Features of one shape of coils and plates.
 
-    ``sides`` is the number of straight sides of a polygon, 0 for other shapes. ``is_long`` is true if x and y may
-    differ. ``is_round`` is true if it is wound as a spiral about its centre without a straight part.
+    ``name`` is the name in specs, ``adjective`` the word in messages. ``sides`` is the number of straight sides of a
+    polygon, 0 for other shapes. ``is_long`` is true if x and y may differ. ``is_round`` is true if the coil is a spiral
+    about its centre without a straight part.
 
-    ``bounds`` names the shapes whose fitted error bounds hold for coils of this shape. It is the shape itself, or for a
-    polygon without a fit, the fitted polygons with fewer and with more sides. ``plate`` is the form in which a target,
-    a pad or a finger of this shape is computed and cut: "disc" or "rectangle". Both are empty if they are unknown.
+    ``bounds`` names the shapes whose fitted error bounds hold for coils of this shape. It is the shape itself. For a
+    polygon without a fit, it is the fitted polygons with fewer and with more sides. ``plate`` is the form in which a
+    target, a pad or a finger of this shape is computed and cut: "disc" or "rectangle". Both are empty if they are
+    unknown.
     """
 
     name: str
@@ -122,7 +127,7 @@ class Outline(ABC):
     def fitted(self) -> tuple[str, ...]:
         """Names of the shapes whose error bounds hold for coils of this shape.
 
-        Raises ValueError for a shape that declares none.
+        Raises ValueError for a shape without `bounds`.
         """
         if not self.bounds:
             raise ValueError(f"no coil of shape {self.name!r} can be computed: the shape declares no error bounds")
@@ -132,7 +137,7 @@ class Outline(ABC):
     def is_disc(self) -> bool:
         """Whether a plate of this shape is a disc; it is a rectangle otherwise.
 
-        Raises ValueError for a shape that declares no form of a plate.
+        Raises ValueError for a shape without `plate`.
         """
         if self.plate not in PLATE_FORMS:
             raise ValueError(f"no plate of shape {self.name!r} can be computed: the shape declares no form of a plate")
@@ -158,35 +163,39 @@ class Outline(ABC):
 
     @property
     def area(self) -> float:
-        """Ratio of the shape's area, with sharp corners, to the area of its bounding rectangle."""
+        """Area of the shape with sharp corners, divided by the area of its bounding rectangle."""
         return 1.0
 
     @property
     def shrinks(self) -> float:
-        """Decrease of a turn's length (m) per metre by which it lies further inside."""
+        """Decrease of a turn's length (m) per metre by which the turn lies further inside."""
         return TWO_PI
 
     @abstractmethod
     def inwards(self, dimensions: SpiralDimensions, outer_angle: float) -> Path:
-        """Return a layer wound counter-clockwise about the origin, from the outside in."""
+        """Return the centre line of a layer, wound counter-clockwise about the origin from the outside to the inside.
+
+        The layer begins at `outer_angle` (rad), or at the last allowed place before it.
+        """
 
     def start(self, angle: float, sense: int, is_mid_side: bool = False) -> float:
-        """Return the angle (rad) of the allowed start of a layer for a wanted start at `angle`.
+        """Return the angle (rad) of the allowed start of a layer for a wanted start at `angle` (rad).
 
-        `sense` is +1 for counter-clockwise winding and -1 for clockwise. `is_mid_side` is as in `SpiralDimensions`.
+        `sense` is +1 for counter-clockwise winding and -1 for clockwise. `is_mid_side` is explained in
+        `SpiralDimensions`.
         """
         return angle
 
     @abstractmethod
     def boundary(self, size: Size, offset: float) -> Path:
-        """Return the closed counter-clockwise curve at `offset` (m) outside the outer copper edge.
+        """Return the closed counter-clockwise curve at a distance `offset` (m) outside the outer copper edge.
 
         It begins at +x, y = 0.
         """
 
     @abstractmethod
     def edge(self, size: Size, radius: float) -> Path:
-        """Return the closed curve of the outer copper edges.
+        """Return the closed curve of the outer copper edge.
 
         The corners of a polygon are rounded by `radius` (m).
         """
@@ -199,7 +208,7 @@ class Outline(ABC):
         """
 
     def corner_radius(self, size: Size, required: float) -> float:
-        """Return the corner radius (m) of the outer copper edge: `required` for polygons.
+        """Return the corner radius (m) of the outer copper edge: `required` (m) for polygons.
 
         For a racetrack it is the radius of the half circles.
         """
@@ -218,7 +227,7 @@ class Outline(ABC):
         return trace_width + pitch * max(0.0, turns - self.outermost_turns)
 
     INWARD: ClassVar[tuple[float, float]] = (0.0, 0.0)
-    """Mean distance (pitches) by which a turn lies further inside than its start, as two terms.
+    """Mean distance by which a turn lies further inside than its start, divided by the pitch, as two terms.
 
     It is the first term plus the second times the wound fraction of the turn (1 for a whole turn).
     """
@@ -226,14 +235,14 @@ class Outline(ABC):
     def wind(
         self, dimensions: SpiralDimensions, outer_angle: float, sense: int = 1, corner_radius: float = 0.0
     ) -> Path:
-        """Return one layer from its outer end inwards, about the origin, with rounded corners.
+        """Return the centre line of one layer from its outer end inwards, about the origin, with rounded corners.
 
         Parameters
         ----------
         dimensions : SpiralDimensions
             dimensions of the layer
         outer_angle : float
-            angle of the outer end (rad). A polygon begins at the last corner at or before it in winding direction
+            angle of the outer end (rad). A polygon begins at the last corner at or before it in winding direction.
         sense : int, optional
             +1 for counter-clockwise, -1 for clockwise
         corner_radius : float, optional
@@ -258,31 +267,37 @@ class Outline(ABC):
         return abs(self.nearest_turns(turns) - turns) <= 1e-6 * max(1.0, turns)
 
     def most_turns(self, size: Size, trace_width: float, pitch: float) -> float:
-        """Return the largest number of turns whose innermost trace stays clear of the centre.
+        """Return the largest number of turns for which the innermost track does not reach the centre.
 
-        It is 0 if there is no room for a turn.
+        It is 0 if there is no space for a turn.
         """
         room = (min(size) / 2 - trace_width) / pitch - _SLACK
         return self._most_in(room) if room > 0 else 0.0
 
     @abstractmethod
     def _most_in(self, room: float) -> float:
-        """Return the largest number of turns for `room` pitches from the outermost track to the centre."""
+        """Return the largest number of turns if the outermost track is `room` pitches away from the centre."""
 
 
 @record
 class Round(Outline):
-    """A circle: an Archimedean spiral that may end anywhere. Its inner edge (D - w)/2 - p N - w/2 stays positive."""
+    """Circle: an Archimedean spiral that may end anywhere. The radius of its inner edge stays positive.
+
+    The radius of the inner edge is (D - w)/2 - p N - w/2, with diameter D, track width w, pitch p and N turns.
+    """
 
     is_round: ClassVar[bool] = True
 
     @property
     def area(self) -> float:
-        """Fraction of its square that a circle covers."""
+        """Area of a circle divided by the area of its square."""
         return math.pi / 4.0
 
     def inwards(self, dimensions: SpiralDimensions, outer_angle: float) -> Path:
-        """Return an Archimedean spiral r = (D - w)/2 - p theta / (2 pi), as arcs through three of its points each."""
+        """Return an Archimedean spiral r = (D - w)/2 - p theta / (2 pi), as arcs through three of its points each.
+
+        D is the diameter, w the track width, p the pitch. The spiral begins at `outer_angle` (rad).
+        """
         slope = dimensions.pitch / TWO_PI
         total = TWO_PI * dimensions.turns
         # an arc through both ends and the middle of a spiral piece departs from it by under slope step^3 / 60
@@ -294,18 +309,18 @@ class Round(Outline):
                           for i in range(count)))
 
     def boundary(self, size: Size, offset: float) -> Path:
-        """Return four quarters of a circle."""
+        """Return a circle as four quarters, at a distance `offset` (m) outside the outer copper edge."""
         radius = size[0] / 2 + offset
         east, north = Point(radius, 0.0), Point(0.0, radius)
         west, south = Point(-radius, 0.0), Point(0.0, -radius)
         return Path(tuple(Arc(a, b, _ORIGIN) for a, b in pairwise((east, north, west, south, east))))
 
     def edge(self, size: Size, radius: float) -> Path:
-        """Return a circle: it has no corners."""
+        """Return the circle of the outer copper edge. It has no corners, so `radius` has no effect."""
         return circle(_ORIGIN, size[0] / 2)
 
     def core(self, size: Size) -> tuple[tuple[Point, ...], float]:
-        """Return the circle's centre and its radius."""
+        """Return the circle's centre and the radius (m) of the outer copper edge."""
         return (_ORIGIN,), size[0] / 2
 
     @property
@@ -321,24 +336,27 @@ class Round(Outline):
 
 @record
 class Polygon(Outline):
-    """A regular polygon with one flat facing +x, or a rectangle.
+    """Regular polygon with one flat facing +x, or a rectangle.
 
-    Turns end at corners and step inwards after each whole turn. The flat at the inner end, (D - w)/2 - p floor(N) - w/2
-    from the centre, stays clear of the centre.
+    Turns end at corners and step inwards after each whole turn. The flat at the inner end is (D - w)/2 - p floor(N) -
+    w/2 from the centre (size D, track width w, pitch p, N turns). This distance stays positive.
     """
 
     @property
     def area(self) -> float:
-        """Area of the regular polygon over the area of the square about its inscribed circle."""
+        """Area of the regular polygon, divided by the area of the square round its inscribed circle."""
         return 1.0 if self.sides == 4 else self.sides * math.tan(math.pi / self.sides) / 4.0
 
     @property
     def shrinks(self) -> float:
-        """Twice the tangent of half the change of direction at a corner, summed over the corners."""
+        """Decrease of a turn's length (m) per metre by which the turn lies further inside.
+
+        It is twice the tangent of half the change of direction at a corner, summed over the corners.
+        """
         return 8.0 if self.sides == 4 else 2.0 * self.sides * math.tan(math.pi / self.sides)
 
     def inwards(self, dimensions: SpiralDimensions, outer_angle: float) -> Path:
-        """Return the polygon spiral; side m lies floor(m / sides) pitches further inside.
+        """Return the centre line of a polygon spiral; side number m lies floor(m / sides) pitches further inside.
 
         The step inwards at the end of a whole turn shortens its last side. If less than a track's width would remain of
         the side, the spiral ends a corner earlier. In an octagon's small turns the remainder can be negative. Only a
@@ -368,14 +386,14 @@ class Polygon(Outline):
         return Path(tuple(Line(a, b) for a, b in pairwise(points)))
 
     def start(self, angle: float, sense: int, is_mid_side: bool = False) -> float:
-        """Return the angle of the last corner, or middle of a side, at or before `angle` in winding direction."""
+        """Return the angle (rad) of the last corner, or middle of a side, at or before `angle` in winding direction."""
         step = TWO_PI / self.sides
         if is_mid_side:
             return sense * math.floor(sense * angle / step + 1e-9) * step
         return sense * (math.floor((sense * angle - step / 2) / step + 1e-9) * step + step / 2)
 
     def boundary(self, size: Size, offset: float) -> Path:
-        """Return the larger polygon."""
+        """Return the polygon at a distance `offset` (m) outside the outer copper edge."""
         flats = [(i, size[i % 2 if self.sides == 4 else 1] / 2 + offset) for i in range(self.sides + 1)]
         points = [crossing(a, b, TWO_PI / self.sides) for a, b in pairwise(flats)]
         east = Point(size[0] / 2 + offset, 0.0)
@@ -383,7 +401,7 @@ class Polygon(Outline):
         return Path(tuple(segments))
 
     def edge(self, size: Size, radius: float) -> Path:
-        """Return the polygon with rounded corners."""
+        """Return the polygon of the outer copper edge, with corners rounded by `radius` (m)."""
         x, y = size[0] / 2, size[1] / 2
         if self.sides == 4:
             return rectangle(-x, -y, x, y, radius)
@@ -392,7 +410,7 @@ class Polygon(Outline):
         return rounded_polygon([polar(reach, (i + 0.5) * step) for i in range(self.sides)], radius)
 
     def core(self, size: Size) -> tuple[tuple[Point, ...], float]:
-        """Return the polygon's corners."""
+        """Return the polygon's corners and the radius 0 (m)."""
         x, y = size[0] / 2, size[1] / 2
         if self.is_long:
             return (Point(x, y), Point(-x, y), Point(-x, -y), Point(x, -y)), 0.0
@@ -407,22 +425,23 @@ class Polygon(Outline):
 
 @record
 class Racetrack(Outline):
-    """Straight sides along x and half circles. Turns end where a side and a half circle join.
+    """Straight sides along x and half circles. Turns end at the joints of sides and half circles.
 
-    The innermost end, (D - w)/2 - p (N - 1/2) - w/2 from the axis, stays clear of the axis.
+    The innermost end is (D - w)/2 - p (N - 1/2) - w/2 from the axis (width D, track width w, pitch p, N turns). This
+    distance stays positive.
     """
 
     @property
     def ends(self) -> int | None:
-        """2: a racetrack ends at the end of a straight side."""
+        """Number of allowed end positions per turn, 2: a racetrack ends at the end of a straight side."""
         return 2
 
     def inwards(self, dimensions: SpiralDimensions, outer_angle: float) -> Path:
-        """Return straight sides along x and half circles.
+        """Return the centre line of straight sides along x and half circles.
 
-        Turns join because every second end is moved across by half a pitch. The first end is concentric about the axis.
-        The other ends are p/2 nearer to the side at which the layer begins, with radii p/2 smaller. The layer begins at
-        the junction of the quadrant of ``outer_angle``.
+        Turns join because every second half circle is shifted across by half a pitch. The first half circle is
+        concentric about the axis. The others are p/2 nearer to the side at which the layer begins, with radii p/2
+        smaller. The layer begins at the joint in the quadrant of ``outer_angle`` (rad).
         """
         half = (dimensions.size[0] - dimensions.size[1]) / 2
         quadrant = math.floor(outer_angle / (math.pi / 2) + 1e-9) % 4
@@ -443,17 +462,17 @@ class Racetrack(Outline):
         return Path(tuple(segments))
 
     def start(self, angle: float, sense: int, is_mid_side: bool = False) -> float:
-        """Return the angle at which a racetrack begins, at the start of a straight side.
+        """Return the angle (rad) at which a racetrack begins, at the start of a straight side.
 
-        Angle 0 gives the junction at +x, +y (clockwise: +x, -y), and half a turn gives the opposite junction. A
-        junction's angle is the middle of its quadrant.
+        Angle 0 gives the joint at +x, +y (clockwise: +x, -y), and half a turn gives the opposite joint. A joint's angle
+        is the middle of its quadrant.
         """
         return sense * (math.pi * math.floor(sense * angle / math.pi + 0.5 + 1e-9) + math.pi / 4)
 
     def boundary(self, size: Size, offset: float) -> Path:
         """Return a polygon of straight sides that touch the two half circles from outside.
 
-        Parallel tracks round a coil are routed along such polygons.
+        It is `offset` (m) outside the outer copper edge. Parallel tracks round a coil are routed along such polygons.
         """
         half, radius, parts = (size[0] - size[1]) / 2, size[1] / 2 + offset, 12
         step = math.pi / parts
@@ -465,17 +484,17 @@ class Racetrack(Outline):
         return Path(tuple(Line(a, b) for a, b in pairwise([east, *points, east])))
 
     def edge(self, size: Size, radius: float) -> Path:
-        """Return straight sides and half circles."""
+        """Return the outer copper edge of straight sides and half circles. `radius` has no effect."""
         x, y = size[0] / 2, size[1] / 2
         return rectangle(-x, -y, x, y, min(x, y))
 
     def core(self, size: Size) -> tuple[tuple[Point, ...], float]:
-        """Return the centres of its ends and their radius."""
+        """Return the centres of the half circles and their radius (m)."""
         half = (size[0] - size[1]) / 2
         return (Point(half, 0.0), Point(-half, 0.0)), size[1] / 2
 
     def corner_radius(self, size: Size, required: float) -> float:
-        """Return the radius of the ends, which are half circles."""
+        """Return the radius (m) of the half circles at both ends."""
         return 0.5 * min(size)
 
     INWARD: ClassVar[tuple[float, float]] = (0.25, 0.0)  # by half a pitch in the middle of each turn
