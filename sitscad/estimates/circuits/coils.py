@@ -176,7 +176,7 @@ def _neighbours(
     """Return the effect of idle neighbouring coils on coil number `active`, by state.
 
     The state "free" is left out, because no other coils are near in this state. `distances` (m) are between the centres
-    of coils.
+    of coils. `matrix` (coils, coils; H) holds the inductances of the bare windings.
     """
     idle_changes = {}
     for state, reflection in circuits[active].reflections.items():

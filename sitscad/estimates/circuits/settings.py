@@ -87,7 +87,7 @@ def drive_codes(swings: Sequence[ParallelResistanceRange], converter: Converter)
     """Return the drive code of every channel, from its range of parallel resistance.
 
     Codes are equal, unless only separate codes bring the amplitudes of all coils above the lower end of the low-noise
-    window.
+    window. `swings` are the ranges of all channels, `converter` the device.
     """
 
     def reached(codes: Sequence[int]) -> bool:
@@ -195,7 +195,8 @@ def serial_settings(placements: tuple[CoilPlacement, ...], cells: CellsSpec | No
 def identity(sensor: str, programmed: Sequence[Device]) -> int:
     """Return a 32-bit number that identifies the board in its serial lines.
 
-    Boards with equal sensor names, coils and register values have equal numbers.
+    Boards with equal sensor names, coils and register values have equal numbers. `programmed` are the converters with
+    their registers.
     """
     rows = [(device.coils, [(int(row.address), int(row.value)) for row in device.registers]) for device in programmed]
     return zlib.crc32(repr((sensor, rows)).encode())

@@ -327,7 +327,10 @@ def _rounded_down(length: float, ratio: float) -> float:
 
 
 def spectrum_near_metal(spec: CoilSpec, first: Coil, assembly: AssemblyStates) -> CurrentSpectrum | None:
-    """Return only the current spectrum (m2) that `solve_winding` computes and caches. None if there is no metal."""
+    """Return only the current spectrum (m2) that `solve_winding` computes and caches. None if there is no metal.
+
+    `first` is the first of the identical coils.
+    """
     geometry = winding_geometry(spec, replace(first, series=()))
     nearest = nearest_metal(geometry, assembly)
     return None if nearest is None else _spectrum(geometry, _distance_step(nearest, assembly), False)

@@ -288,16 +288,16 @@ def state_estimates(circuit: CoilCircuit, tank: Tank, readout: ReadoutEstimate) 
 def choose_capacitor(
     circuits: Sequence[CoilCircuit], readout: ReadoutSpec, self_resonance: float, is_rough: bool = False
 ) -> tuple[float, str]:
-    """Return the tank capacitor (F) and the reason: the spec's, or the E12 value with the least violation of windows.
+    """Return the tank capacitor (F) and the reason for it: the spec's value, or the most suitable E12 value.
 
-    These windows hold for all coils and states:
+    The most suitable value violates these limits least, in all states of all coils:
 
-    * frequency: at least 5 % inside the converter's range, and at most 0.75 of self-resonance.
+    * frequency: at least 5 % inside the converter's range, and at most 0.75 of the lowest `self_resonance` (Hz).
     * parallel resistance: inside the range of the data sheet.
     * amplitude: inside the low-noise window with one drive code (working states only).
     * capacitor: at least 100 pF.
 
-    Of several values without violation, the value with the highest frequency is chosen, which has the highest parallel
+    If several values have no violation, the value with the highest frequency is chosen, which has the highest parallel
     resistance.
     """
     if readout.capacitance is not None:
@@ -356,7 +356,8 @@ def _window_violation(
 
     The violation is a weighted sum of ln(value / limit) over all exceeded limits; the smallest is best. The results are
     the highest frequency (Hz) and the least parallel resistance (ohm). They are None if no working state oscillates.
-    `oscillations` holds pairs: an oscillation, and whether the sensor works in this state.
+    `oscillations` holds pairs: an oscillation, and whether the sensor works in this state. `self_resonance` (Hz) is the
+    lowest of all coils.
     """
     running = [(each, works) for each, works in oscillations if each.exists]
     damped = len(oscillations) - len(running)
@@ -393,7 +394,8 @@ def _reason(value: float, trespass: tuple[float, bool], windows: tuple[float, fl
     """Return the reason for the choice of a capacitor, as text.
 
     `trespass` is the violation, and whether there is any. `windows` are the highest frequency (Hz) and the least
-    parallel resistance (ohm); None if no tank oscillates. `tolerance` is the capacitor's.
+    parallel resistance (ohm); None if no tank oscillates. `tolerance` is the capacitor's. `value` (F) is the chosen
+    capacitor.
     """
     if windows is None:
         return f"E12, C0G: no value lets the tank oscillate, {show(value, 'F', 3)} damps it least"

@@ -40,7 +40,7 @@ def inductance_slopes(
     thickness act through the geometric mean distances of a track to itself and to its neighbours. The layer distance
     acts through the coupling of the layers, computed by current spectra. For polygons, whose layers lie face to face,
     the true derivative is up to a third larger. The track width also acts on the coupling of layers face to face,
-    unless `is_rough`.
+    unless `is_rough`. `coil` has the drawn paths, `dimensions` the widths and turns.
     """
     width, pitch = dimensions.trace_width, dimensions.pitch
     by_width = by_thickness = 0.0
@@ -157,7 +157,7 @@ def _mean_distance_slopes(width: float, thickness: float, pitch: float, turns: f
     """Return derivatives of ln g by ln w and ln t, summed over all pairs of turns in a layer, divided by the turns.
 
     g is the geometric mean distance of two tracks, or of a track to itself. w and t are track width and thickness (m).
-    A pair of different turns counts twice.
+    A pair of different turns counts twice. `pitch` (m) is the distance of neighbouring turns.
     """
     across: Array = pitch * np.arange(math.ceil(turns), dtype=np.float64)
     weights = np.where(across > 0.0, 2.0, 1.0) * np.maximum(0.0, 1.0 - np.arange(across.size) / turns)

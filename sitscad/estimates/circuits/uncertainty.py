@@ -165,7 +165,8 @@ def width_power(layers: tuple[SpiralLayer, ...], conductivity: float) -> Callabl
     """Return a function of frequency (Hz): exponent of the track width in the extra loss of a winding without metal.
 
     The conductivity is in S/m. The exponent is computed from solutions of the winding and of wider tracks. Both have
-    equal numbers of modes and cross-sections. For narrow tracks the solutions are rough.
+    equal numbers of modes and cross-sections. For narrow tracks the solutions are rough. `layers` are the layers of the
+    winding.
     """
     wider = tuple(replace(layer, width=(1.0 + WIDER) * layer.width) for layer in layers)
 
@@ -267,6 +268,7 @@ def second_order_sigmas(circuit: CoilCircuit, state: StateEstimate, resistance: 
     Let x be the width or the thickness. Direct resistance is proportional to 1/x and the extra loss E to x^p. The
     second-order factors are 2 and p (p - 1), with p = d ln E / d ln x as in `resistance_slopes`. The effect on R_P
     follows from R_P = exp(a x - ln R) with its own slope a. `moved` holds the changes by one sigma of each cause.
+    `resistance` (ohm) and `parallel` (ohm) are the tank's series resistance and R_P.
     """
     extra, growth = crowding_growth(circuit, state.state, state.frequency)[1]
     direct = circuit.resistance + _lead_growth(circuit, state.frequency)[0]
@@ -289,7 +291,8 @@ def state_sigmas(circuit: CoilCircuit, tank: Tank, state: StateEstimate, slopes:
     """Return standard deviations of a state's values by independent tolerances.
 
     Let the tank have the inductance L, capacitance C and resistance R. Then d ln f = -(dL/L + dC/C)/2. If R grows with
-    the power n of the frequency, d ln R_P = 2 dL/L + (2 - n) d ln f - dR/R.
+    the power n of the frequency, d ln R_P = 2 dL/L + (2 - n) d ln f - dR/R. `slopes` are the inputs that all states of
+    the coil share.
     """
     more_inductance, more_resistance = tank.in_series()
     inductance, resistance = state.inductance + more_inductance, state.resistance + more_resistance
@@ -319,7 +322,10 @@ def state_sigmas(circuit: CoilCircuit, tank: Tank, state: StateEstimate, slopes:
 def _tank_changes(
     circuit: CoilCircuit, tank: Tank, state: StateEstimate, slopes: Slopes
 ) -> dict[str, tuple[float, float, float]]:
-    """Return changes of the tank's inductance (H), resistance (ohm) and capacitance (F) by one sigma of each cause."""
+    """Return changes of the tank's inductance (H), resistance (ohm) and capacitance (F) by one sigma of each cause.
+
+    The causes are tolerances and error bounds. `slopes` are the inputs that all states of the coil share.
+    """
     self_capacity = circuit.self_capacitance
     by_c = {name: power * self_capacity for name, power in OWN_CAPACITANCE.items()}
     by_c |= {CAPACITOR: tank.capacitor, PERMITTIVITY: self_capacity}
@@ -334,7 +340,11 @@ def _tank_changes(
 def track_tolerance_changes(
     circuit: CoilCircuit, state: str, frequency: float, slopes: Slopes
 ) -> dict[str, tuple[float, float]]:
-    """Return the changes of a coil's L (H) and R (ohm) by one sigma of each track tolerance, at a frequency (Hz)."""
+    """Return the changes of a coil's L (H) and R (ohm) by one sigma of each track tolerance, at a frequency (Hz).
+
+    The tolerances are of track width, copper thickness, layer distance and diameter. `slopes` are the inputs that all
+    states of the coil share.
+    """
     (lost, growth), crowded = crowding_growth(circuit, state, frequency)
     by_l, by_leads = slopes.inductance, lead_slopes(circuit)
     by_r = resistance_slopes(circuit, frequency, crowded, slopes.extra)
@@ -458,7 +468,7 @@ def _surroundings_change(spectrum: CurrentSpectrum, frequency: float, pair: tupl
     """Return the difference of inductance (H) and resistance (ohm) between two surroundings: first minus second.
 
     `factors` are as in `Reflection.factors`. They multiply the target's effect only; the effect of metal behind the
-    board is added.
+    board is added. `pair` holds the two surroundings.
     """
     omega, (ratio, loss_ratio) = 2.0 * math.pi * frequency, factors
 

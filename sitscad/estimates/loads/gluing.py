@@ -122,7 +122,7 @@ def glued_plan(spec: SensorSpec, part: str) -> Footprint:
 def may_set_first(spec: SensorSpec, part: str) -> bool:
     """Return whether glue may set before a piece lies flat.
 
-    The force is computed with less than the pad's real stiffness, so False is certain.
+    The force is computed with less than the pad's real stiffness, so False is certain. `part` names the piece.
     """
     glue, plan, pad = spec.assembly.adhesive, glued_plan(spec, part), spec.elastomer
     if glue is None or glue.open_time is None:
@@ -133,7 +133,10 @@ def may_set_first(spec: SensorSpec, part: str) -> bool:
 
 
 def glued_area(spec: SensorSpec, part: str) -> float:
-    """Return the area (m2) of the glue under a piece of elastomer, or between a target and its pad."""
+    """Return the area (m2) of the glue under a piece of elastomer, or between a target and its pad.
+
+    `part` is "elastomer" or "target".
+    """
     plan, pad = plates_of(spec).of(part)[0].footprint, plates_of(spec).elastomer
     if part == "elastomer" or pad is None:
         return plan.area * _plates_in_one(spec, part)

@@ -164,7 +164,8 @@ def loaded_face(spec: SensorSpec, wider: float = 0.0) -> tuple[Face, float]:
 def _cached_loaded_face(pad: Footprint, over: Footprint | None, wider: float) -> tuple[Face, float]:
     """Return the result of `loaded_face` for the footprints of pad and target.
 
-    All states and causes share the cache.
+    All states and causes share the cache. `over` is the target's footprint, None if there is no target. The pad is
+    enlarged by `wider` (m).
     """
     whole = Face(*pad.size, pad.is_round).grown(wider)
     if over is None:
@@ -189,7 +190,7 @@ def pressed_cases(
     """Return the pressed pad with one sigma less and one sigma more of each cause.
 
     `load` is the acting fraction of the required force. For the cause PART, the pair is the stated strain and a strain
-    that is two sigma less.
+    that is two sigma less. `sigmas` are standard deviations (m) by cause.
     """
     assert spec.elastomer is not None
     material, around, formula = spec.elastomer.material, surround(spec), formula_sigma(spec)
@@ -223,7 +224,7 @@ def linearised_cases(
     """Return the pad compressed one sigma to either side of the nominal pad, by cause, interpolated linearly.
 
     The causes are modulus, thickness and the formula for the stiffness. An error of the formula counts as an error of
-    the modulus.
+    the modulus. `sigmas` are standard deviations (m) by cause, and `load` is the acting fraction of the required force.
     """
     assert spec.elastomer is not None
     material, formula = spec.elastomer.material, formula_sigma(spec)
@@ -247,7 +248,7 @@ def linearised_cases(
 def scatter_of(cases: Mapping[str, tuple[Compression, Compression]]) -> PressingScatter:
     """Return the standard deviations of a pressed pad, from pairs of pads one sigma apart to either side, by cause.
 
-    The causes are taken as independent.
+    The causes are taken as independent. `cases` holds the pairs.
     """
     strain, gap, modulus = (
         {cause: abs(getattr(a, name) - getattr(b, name)) / SIGMAS_APART for cause, (a, b) in cases.items()}

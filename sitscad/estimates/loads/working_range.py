@@ -312,7 +312,7 @@ def measured_axes(placements: tuple[CoilPlacement, ...], requirements: Requireme
     """Return the axes of load that the sensor measures.
 
     The coils of one target can distinguish loads on these axes. A required moment replaces the shear with the same
-    pattern of readings.
+    pattern of readings. Moments are required in `requirements`.
     """
     moments = {name for name in MOMENTS if getattr(requirements, name) is not None}
     measured = {INSTEAD[name] if INSTEAD.get(name) in moments else name for name in distinguishable_axes(placements)}

@@ -98,7 +98,8 @@ class UnitErrors:
 def units_of(working: SolvedRange, causes: tuple[Scatter, ...]) -> UnitErrors:
     """Return the errors of units for each manufacturing cause that changes readings after a tare.
 
-    Errors of clock and capacitors cancel in a tare. `working` holds the design's map and load model.
+    Errors of clock and capacitors cancel in a tare. `working` holds the design's map and load model. `causes` are the
+    manufacturing causes.
     """
     bench = working.bench
     # zero, half and full load on the normal axis, both signs on the others
@@ -513,7 +514,8 @@ class PointErrors:
         """Return the standard deviations (N, N m) of every axis by each cause that is equal for all units.
 
         Errors by tilts are for the required angle or one degree, and the larger of both signs. Errors by twists are for
-        one degree. All values are infinite on an axis without a signal.
+        one degree. All values are infinite on an axis without a signal. `map_errors` (axes; N, N m) are the errors of
+        the nonlinear map.
         """
         pad = self.bench.spec.elastomer
         assert pad is not None

@@ -49,7 +49,10 @@ class TemperatureReading:
 
 def thermistor_reading(part: ThermistorPart, place: str, difference: float, low: float, high: float
                        ) -> TemperatureReading:
-    """Return the reading of a change between two temperatures (degrees Celsius) by a sensor at its place.
+    """Return the reading of a change between two temperatures by a thermistor or a digital sensor.
+
+    `low` and `high` (degrees Celsius) are the two temperatures. `difference` (K) is one sigma
+    between the temperature at `place` and the pad's.
 
     Notes
     -----
@@ -125,7 +128,8 @@ class Compensation:
 
         `causes` (N/K, N m/K) are the drifts by cause, with signs except for the capacitors. `noise` (N, N m) is one
         sigma of a reading, and `carried` (N, N m) the load. A calibration at both temperatures measures all
-        coefficients on the unit, with two readings at rest and two under load.
+        coefficients on the unit, with two readings at rest and two under load. `is_calibrated` selects coefficients
+        from such a calibration instead of the design's.
         """
         whole = sum((value for name, value in causes.items() if name != CAPACITORS), np.zeros_like(noise))
         parts: dict[str, Array]

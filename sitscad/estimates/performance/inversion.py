@@ -86,7 +86,7 @@ next unit (four coils, three forces).
 def fit_polynomial(points: Array, values: Array, degree: int) -> Polynomial:
     """Return the polynomial fitted to points (n, variables) and values (n, outputs), without a constant term.
 
-    It is 0 for zero readings. Raises ValueError if there are fewer points than terms.
+    It is 0 for zero readings. Raises ValueError if there are fewer points than terms. Terms have powers up to `degree`.
     """
     powers = exponents([1.0] * points.shape[1], degree, 1)
     if len(points) < len(powers):
@@ -238,7 +238,8 @@ def _ambiguous_loads(forward: Polynomial, scope: WorkingRange) -> Iterator[tuple
     """Yield pairs of loads (fractions of full scale) that give equal readings by the polynomials.
 
     The search starts from the pairs of a grid with the nearest readings. Gauss-Newton steps refine the second load.
-    Pairs that converge to one load, or whose readings stay different, are dropped.
+    Pairs that converge to one load, or whose readings stay different, are dropped. `forward` returns readings from
+    loads, and `scope` is the range of loads.
     """
     lowest, full = scope.lowest, scope.full_scales
     count = {1: 41, 2: 13, 3: 7}[len(lowest)]
@@ -275,7 +276,8 @@ def crosstalk_at(working: SolvedRange, load: Array, straight: Array) -> tuple[Cr
 def axis_sweeps(scope: WorkingRange, load: Array) -> Array:
     """Return loads (axes, n, 3 or 5; N, N m), one series of loads for each measured axis.
 
-    The first load of a series is `load`. In the other loads, one axis goes from its lower to its upper end.
+    The first load of a series is `load`. In the other loads, one axis goes from its lower to its upper end. `scope` is
+    the range of loads.
     """
     sweeps = zip(scope.axes, scope.lowest, scope.full_scales, strict=True)
     return np.array([np.vstack([load, loads_on_axis(load, name, np.linspace(low, 1.0, SWEEP) * full)])

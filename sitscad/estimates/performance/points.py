@@ -205,7 +205,8 @@ def performance(
 ) -> tuple[Performance, ...]:
     """Return the performance at rest, half and full load. Empty if the pad buckles under one of these loads.
 
-    `find_ambiguous` returns two loads of equal readings (`Sensing.ambiguous_loads`).
+    `find_ambiguous` returns two loads of equal readings (`Sensing.ambiguous_loads`). `sensing` is the analysis by the
+    response `model`.
     """
     if not all(sensing.held):
         return ()
@@ -242,7 +243,8 @@ def _at(
 ) -> Performance:
     """Return the performance at one working point.
 
-    `more` are errors (axes; N, N m) by causes that are computed for all points together.
+    `more` are errors (axes; N, N m) by causes that are computed for all points together. `at` is the name of the point,
+    and `ambiguous` a pair of loads with equal readings, if there is one.
     """
     bench, names, working = point.bench, point.bench.range.axes, sensing.working
     courses = {name: axis_range(bench, model, point.load, name) for name in names}
@@ -283,7 +285,7 @@ def _axes(
     """Return the performance of every measured axis at a working point.
 
     Nonlinearity is the largest distance of the linear map's result from the best straight line, divided by the range of
-    results. `courses` holds the range of each axis and its limit.
+    results. `courses` holds the range of each axis and its limit. `errors` are by cause (axes; N, N m).
     """
     bench, by_axis = point.bench, {}
     frequencies = bench.frequencies(point.pose[None])[0]
@@ -319,7 +321,10 @@ TURNED_ROUND = "; a round target turned about z reads nothing"
 
 
 def _notes(sensing: SensingAnalysis, courses: Mapping[str, tuple[float, str]], free: float | None) -> tuple[str, ...]:
-    """Return notes about the performance. `free` (N) is the load at which the pad buckles under a free target."""
+    """Return notes about the performance. `free` (N) is the load at which the pad buckles under a free target.
+
+    `courses` holds the range of each axis and its limit.
+    """
     bench, names, pad = sensing.bench, sensing.bench.range.axes, sensing.bench.spec.elastomer
     assert pad is not None and bench.spec.target is not None
     sooner = "" if free is None else f"; under one that is free to tilt the pad gives way sideways at {free:.3g} N"

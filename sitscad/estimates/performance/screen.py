@@ -99,7 +99,8 @@ def surrogate(
 
     Every coil must have a state at rest. The function, called surrogate, interpolates ln(frequency / frequency at rest)
     between Chebyshev points of x, y and z. Only points with x = 0 or y = 0 are computed. At other points, the changes
-    along both axes are added.
+    along both axes are added. `pressed_place` (m) is the target's place along z under the required force; None if
+    unknown.
     """
     spec = layout.spec
     pad = spec.elastomer

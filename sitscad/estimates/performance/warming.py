@@ -84,7 +84,7 @@ def compensation_of(
 
     The sensor is a thermistor or a reference coil. `drift` (per K) is the change of ln(frequency) of a reference coil;
     None if there is no such coil. `noise` is one sigma of its reading. The result is None if nothing measures the
-    temperature, or if there is no pad or no target.
+    temperature, or if there is no pad or no target. `needs` are the spec's requirements.
     """
     sensor, settings = readout.thermistor, readout.compensation
     if settings is None or settings.difference is None or pad is None or target is None:

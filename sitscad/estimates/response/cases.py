@@ -157,7 +157,8 @@ def respond_to_cases(
 def join_responses(parts: Sequence[Response]) -> Response:
     """Join several responses to one.
 
-    If any response has load cases, points without a load case get an empty name.
+    If any response has load cases, points without a load case get an empty name. `parts` are the responses, all of the
+    same coils.
     """
     if not any(part.cases for part in parts):
         return joined(parts)

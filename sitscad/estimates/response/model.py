@@ -321,7 +321,10 @@ estimated at 25 s took 34 s on a busy processor; discs estimated at 40 s and 61 
 def _require_affordable(
     target: Target, coil: CoilSpec, coils: Sequence[Coil], frequency: float, behind: Reflector | None, cover: PoseRange
 ) -> None:
-    """Raise NoResponse if solving the target for the poses of `cover` takes more work than `MAX_WORK`."""
+    """Raise NoResponse if solving the target for the poses of `cover` takes more work than `MAX_WORK`.
+
+    `behind` is the metal behind the board.
+    """
     work = solving_work(target, coil, coils, frequency, behind, cover)
     if work <= MAX_WORK:
         return
@@ -358,7 +361,8 @@ def _notes(
     """Return notes for each pose (n) of a target, on a pad or without a pad.
 
     They report contact of target and board, and a pad beyond its limits of strain, shear or tilt. They also report a
-    tank that does not oscillate, and a stated error above the tolerance.
+    tank that does not oscillate, and a stated error above the tolerance. `lowest` (n; m) is the height of the target's
+    lowest point over the board, and `errors` (n, coils, coils) are the relative errors of inductance changes.
     """
     notes_by_pose = []
     for k, pose in enumerate(poses):

@@ -108,7 +108,10 @@ def _plain(value: Array | float) -> object:
 
 
 def joined(parts: Sequence[Response]) -> Response:
-    """Join several responses of the same coils to one."""
+    """Join several responses of the same coils to one.
+
+    `parts` are the responses.
+    """
     first = parts[0]
     if len(parts) == 1:
         return first

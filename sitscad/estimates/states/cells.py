@@ -270,7 +270,10 @@ def web_crosstalk(spec: SensorSpec) -> Array:
 def cell_groups(
     spec: SensorSpec, coils: Sequence[CoilEstimate], drive_codes: Sequence[int], crosstalk: CellCrosstalk | None
 ) -> tuple[CellGroup, ...]:
-    """Return cells grouped by identical pads and drive, softest pads first. Their performance is left empty."""
+    """Return cells grouped by identical pads and drive, softest pads first. Their performance is left empty.
+
+    `drive_codes` are the codes of all channels, empty if all are equal. `crosstalk` is None if no cell has a signal.
+    """
     signals, kinds = cell_signals(spec, coils), dict[object, list[int]]()
     specs, stiffness = cell_specs(spec), web_stiffness(spec)
     count = len(drive_codes) // len(specs)

@@ -113,7 +113,8 @@ def estimated_change(
 
     It is the change of a coil without a target, times the part of an infinite plate's effect that the target lacks. If
     the target covers the coils, it is up to 1.5 times the solved value in empty jaws, and 2 times with an object of 1
-    mm. Otherwise it is within 25 % (jaw templates). Empty if the jaw has no metal, or if there is no target.
+    mm. Otherwise it is within 25 % (jaw templates). Empty if the jaw has no metal, or if there is no target. `grasped`
+    (m) is the thickness of an object between the sensor's top and the other jaw.
     """
     spec = at_temperature(layout.spec, temperature)
     plate, behind, target = front_plate(spec.jaw), metal_behind(spec), spec.target

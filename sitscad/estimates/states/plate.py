@@ -114,7 +114,10 @@ class Detail:
 
 
 def target_surface(target: Target, detail: Detail, edge: float) -> Box | Disc:
-    """Return the target's surface around its own middle, with spline knots `edge` (m) apart at its edges."""
+    """Return the target's surface around its own middle, with spline knots `edge` (m) apart at its edges.
+
+    `detail` is the resolution.
+    """
     (x, y), z = target.size, target.thickness
     through = 4 + math.ceil(z / detail.length)
     if target.outline.is_disc:
@@ -306,7 +309,10 @@ class WindowedPlate(TargetPlate):
 
 
 def plate_over_jaw(layout: Layout, frequencies: Sequence[float], cover: PoseRange, finer: float = 1.0) -> TargetPlate:
-    """Return the target of a layout over its jaw and the jaw's window, for computation at frequencies (Hz)."""
+    """Return the target of a layout over its jaw and the jaw's window, for computation at frequencies (Hz).
+
+    `cover` is the range of poses, and `finer` multiplies the usual resolution.
+    """
     spec, missing = layout.spec, window_effects(layout)
     assert spec.target is not None
     plate = solved_plate(spec.target, spec.coil, layout.coils, frequencies, metal_behind(spec), cover, finer)
@@ -323,7 +329,7 @@ def solved_plate(
 ) -> TargetPlate:
     """Return a target whose eddy currents are computed at frequencies (Hz) for the poses of `cover`.
 
-    `coil` has the dimensions of the coils. `finer` is as in `Detail`.
+    `coil` has the dimensions of the coils. `finer` is as in `Detail`. `behind` is the metal behind the coils.
 
     `front` is metal in front of the target, with its distance (m) from the board's top face. With it, the solution is
     for a single pose, whose height is the cover's lowest.
@@ -343,7 +349,11 @@ def _resolved(
     target: Target, coil: CoilSpec, coils: Sequence[Coil], frequency: float, lowest: float, behind: Reflector | None,
     finer: float = 1.0,
 ) -> tuple[Detail, Box | Disc]:
-    """Return the target's resolution at a frequency (Hz), and its surface with this resolution."""
+    """Return the target's resolution at a frequency (Hz), and its surface with this resolution.
+
+    `lowest` (m) is the target's least height in the layout's coordinates. `behind` is the metal behind the coils, and
+    `finer` multiplies the usual resolution.
+    """
     detail = _detail(coil, coils, lowest, behind, finer)
     depth = skin_depth_in(target.material, frequency)
     edge = min(0.5 * depth, 0.25 * target.thickness, 0.02 * min(target.size)) / finer
@@ -484,7 +494,10 @@ class _Coils:
 def _potentials(
     coils: _Coils, behind: Reflector | None, frequency: float | None, is_lossy: bool, front: Reflector | None = None
 ) -> tuple[CoilPotential, ...]:
-    """Return the coils' potentials for in-phase reflections. If `is_lossy`, the out-of-phase potentials follow."""
+    """Return the coils' potentials for in-phase reflections. If `is_lossy`, the out-of-phase potentials follow.
+
+    `behind` and `front` are the metal behind the board and in front of the target.
+    """
     # without metal around the coils, the potentials are equal at all frequencies and for all targets at this height
     if frequency is None:
         return coils.potentials()
@@ -494,7 +507,10 @@ def _potentials(
 
 
 def _reflection_factors(behind: Reflector, frequency: float) -> Callable[[Array], ComplexArray]:
-    """Return a function: reflection factors of metal for waves with wave numbers k (1/m)."""
+    """Return a function: reflection factors of metal for waves with wave numbers k (1/m).
+
+    `behind` is the metal. Wave numbers below `LONGEST` have the factor at `LONGEST`.
+    """
 
     def factor(k: Array) -> ComplexArray:
         return reflection(np.maximum(k.ravel(), LONGEST), frequency, behind.plates).reshape(k.shape)

@@ -95,7 +95,7 @@ def changes_at_poses(
     """Return the changes at poses (n, 6; m, rad). More than `FEW` poses are interpolated if that is accurate enough.
 
     `scale` (H) is the free inductance. `tolerance` is the largest error by interpolation, divided by the larger of a
-    change and 1 % of `scale`.
+    change and 1 % of `scale`. `exact` computes the changes without interpolation.
     """
     if len(poses) > FEW:
         changes = _interpolated(exact, poses, scale, USUAL if tolerance is None else min(tolerance, USUAL), progress)
@@ -124,7 +124,8 @@ def _interpolated(
 ) -> Changes | None:
     """Return the changes at poses (n, 6; m, rad), interpolated from a grid of poses.
 
-    None if the grid has too many points to save time, or if the error by interpolation exceeds the tolerance.
+    None if the grid has too many points to save time, or if the error by interpolation exceeds the tolerance. `exact`
+    computes the changes at points of the grid, and `scale` (H) is the free inductance.
     """
     low, high = poses.min(axis=0), poses.max(axis=0)
     moved = [axis for axis in range(6) if high[axis] - low[axis] > 1e-12]
@@ -164,7 +165,10 @@ def _pack_parts(changes: tuple[ComplexArray, ComplexArray]) -> Array:
 
 
 def _decay(exact: ExactSolver, low: Array, high: Array) -> float:
-    """Return the decay rate (1/m) of the changes with the target's height, from the lowest to the highest pose."""
+    """Return the decay rate (1/m) of the changes with the target's height, from the lowest to the highest pose.
+
+    `low` and `high` (6) are the least and the largest components of all poses.
+    """
     if high[2] - low[2] < 1e-12:
         return 0.0
     ends = np.tile(0.5 * (low + high), (2, 1))
@@ -177,7 +181,8 @@ def _grid(exact: ExactSolver, low: Array, high: Array, moved: Sequence[int], dec
     """Return Chebyshev points along each component of the pose that varies (`moved`).
 
     Their number is chosen by the changes on three lines along this component. The lines lie in the middle of the range,
-    at the lowest height, and off-centre at the lowest height.
+    at the lowest height, and off-centre at the lowest height. `low` and `high` (6) are the least and the largest
+    components of all poses. `decay` (1/m) is removed from the changes before.
     """
     axes = []
     for axis in moved:

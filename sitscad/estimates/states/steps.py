@@ -167,7 +167,7 @@ def coil_estimates(tuned: TunedCircuits, reference: TunedCircuits | None = None)
     """Return the estimates of every coil in every state, with the settings of the readout.
 
     They include standard deviations, drive codes that keep their margins, and notes about the values. `reference` is
-    the reference coil, which the converter reads in the same scan.
+    the reference coil, which the converter reads in the same scan. `tuned` holds the circuits of the sensing coils.
     """
     windings = tuned.windings
     spec, assembly, rough = windings.spec, windings.assembly, windings.winding.is_rough
@@ -244,7 +244,10 @@ TOO_LARGE = (
 
 
 def _states(tuned: TunedCircuits) -> dict[str, dict[str, StateEstimate]]:
-    """Return state estimates by coil name and state, each with its standard deviations."""
+    """Return state estimates by coil name and state, each with its standard deviations.
+
+    `tuned` holds the circuits, the tank and the converter's settings.
+    """
     windings, tank = tuned.windings, tuned.tank
     layout, spec, winding = windings.layout, windings.spec, windings.winding
     deviations = tolerance_sigmas(spec)

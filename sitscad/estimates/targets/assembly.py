@@ -158,6 +158,7 @@ def _metal_ranges(
     """Return the surroundings with one standard deviation less and more of each cause, by (state, cause).
 
     The `causes` change the thickness of metal or its distance behind the board. Causes without effect are left out.
+    `sigmas` (m) are the standard deviations by cause.
     """
     ranges = {}
     for cause in causes:

@@ -169,7 +169,8 @@ def errors_outside_fit(
     """Return additional relative errors of the ratios of inductance and loss outside the range of their fit.
 
     The fit contains good conductors that the field does not penetrate. They lie over coils as long as wide, or cover
-    longer coils. Behind the board is no metal, or nearly a mirror (tests/validation/states_of_response.py).
+    longer coils. Behind the board is no metal, or nearly a mirror (tests/validation/states_of_response.py). `plate` is
+    the target's footprint.
     """
     (short, long), thickness = sorted(coil.size), target.thickness
     errors = [(0.0, 0.0)]
@@ -210,7 +211,7 @@ def _largest_overhang(
 ) -> float:
     """Return the largest overhang (m) of a coil beyond the target along its sides.
 
-    Negative if all coils are covered.
+    Negative if all coils are covered. `plate` is the target's footprint.
     """
     overhang = -math.inf
     for placement in placements:
@@ -323,7 +324,8 @@ def _is_conductor(target: Target, rings: CoaxialRings, gap: float) -> bool:
 def _conductor_ratios(target: Target, rings: CoaxialRings, places: Array, gap: float, floor: float) -> SheetRatios:
     """Return the ratios of a conducting target.
 
-    It is computed as a perfect conductor whose faces lie half a skin depth inside the metal.
+    It is computed as a perfect conductor whose faces lie half a skin depth inside the metal. `gap` (m) is the target's
+    height, `floor` (m) the height of the mirror behind the board (-inf: none).
     """
     plate, depth = _plate(target)
     lost = plate_loss_ratio(plate, rings, places, gap + depth, floor)
@@ -381,7 +383,8 @@ def _equivalent_round_coil(
     The coil is shortened to its width, and the target by an equal length. A target shorter than the coil is shortened
     in proportion. This is possible because the edges along the long sides are uniform. Other coils stay unchanged. The
     places are the distinct places (n, 2; m) relative to the target, and an index for each coil at each move (m) from
-    rest. The indices of all coils at the first move come first.
+    rest. The indices of all coils at the first move come first. `plate` is the target's footprint. `heights` (m) are
+    the mid-planes of the coils' layers.
     """
     wide, high = coil.size
     long, short = max(wide, high), min(wide, high)
@@ -449,7 +452,10 @@ def _notes(
     ratios: tuple[Mapping[tuple[str, str], float], Mapping[tuple[str, str], float]], errors: tuple[float, float],
     magnetic: bool,
 ) -> list[str]:
-    """Return notes about a finite target's ratios. Empty if all inductance ratios are above 0.995."""
+    """Return notes about a finite target's ratios. Empty if all inductance ratios are above 0.995.
+
+    `ratios` are for inductance and loss, by coil name and state. `errors` are their relative errors.
+    """
     if min(ratios[0].values()) > 0.995:
         return []
 

@@ -165,7 +165,7 @@ def _window_effect(
         """Return the inductance gain (H) by the window, and the effect (H) of a solid jaw, for faces that recede (m).
 
         With a mirror `above` (m), the second value is the mirror's change before the solid jaw. Without it, it is the
-        reduction by the solid jaw.
+        reduction by the solid jaw. `recess` (m) is the recession of the faces.
         """
         under, wider = floor + recess, opening_with_skin_depth(opening, recess)
         jaw_change = returned(None, under)
@@ -240,7 +240,7 @@ class WindowedReflection(Reflection):
     def crowding_near(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> ComplexArray:
         """Return the change by the winding's own eddy currents for a jaw without a window.
 
-        It is used for differences that are small.
+        It is used for differences that are small. `above` and `below` are the metal on both sides.
         """
         return self._real.crowding_near(frequencies, above, below)
 

@@ -211,7 +211,8 @@ def _height_band(spec: SensorSpec) -> SizeTolerance | None:
 def _over_metal_band(assembly: Assembly, mount: Mount | None, lines: int, is_printed: bool) -> SizeTolerance | None:
     """Return the combined thickness tolerance (m) between the board (or shield) and the metal behind it.
 
-    It covers the glue lines and the parts between. None if it is zero.
+    It covers the glue lines and the parts between. None if it is zero. `lines` is the number of glue lines.
+    `is_printed` is True if printed parts are between.
     """
     tolerances = metal_tolerances(assembly, mount)
     if tolerances is not None:

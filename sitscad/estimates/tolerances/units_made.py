@@ -25,7 +25,10 @@ SpecChange = Callable[[SensorSpec, float], SensorSpec]
 
 
 def _part_change(part: str, change: Callable[[Any, float], Any]) -> SpecChange:
-    """Return a function that changes a part of a spec by an error. A spec without this part stays unchanged."""
+    """Return a function that changes a part of a spec by an error. A spec without this part stays unchanged.
+
+    `change` returns the changed part from the part and the error.
+    """
 
     def moved(spec: SensorSpec, off: float) -> SensorSpec:
         present = getattr(spec, part)

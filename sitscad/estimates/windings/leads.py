@@ -195,7 +195,8 @@ def lead_round_winding(
 ) -> LeadEstimate:
     """Return the leads with one track (`width`, m) that continues around its winding.
 
-    `goes_on` holds the number of turns of this track and its distance (m) from the winding's middle.
+    `goes_on` holds the number of turns of this track and its distance (m) from the winding's middle. `copper` is the
+    track's layer, and `spirals` are the winding's layers.
     """
     turns, radius = goes_on
     if not turns:
@@ -240,7 +241,10 @@ def _partial_inductances(tracks: list[tuple[Role, PolylineTrack]]) -> dict[str, 
 
 
 def _coupling(coil: Coil, tracks: list[tuple[Role, PolylineTrack]]) -> float:
-    """Return twice the mutual inductance (H) between a coil's windings and its leads, by Neumann's integral."""
+    """Return twice the mutual inductance (H) between a coil's windings and its leads, by Neumann's integral.
+
+    `tracks` are the lead tracks with their roles.
+    """
     if not coil.windings or not tracks:
         return 0.0
     pieces = [_sample_path(np.array(w.path.flattened(SAMPLED)), w.z) for w in coil.windings]
@@ -257,7 +261,7 @@ def _coupling(coil: Coil, tracks: list[tuple[Role, PolylineTrack]]) -> float:
 def _sample_path(corners: Array, z: float) -> tuple[Array, Array]:
     """Return middles (n, 3; m) and elements (n, 2; m) of a polyline at a height `z` (m).
 
-    Sides longer than `LONGEST` are divided.
+    Sides longer than `LONGEST` are divided. `corners` (n, 2; m) are the points of the polyline.
     """
     sides = np.diff(corners, axis=0)
     parts = np.maximum(np.ceil(np.hypot(sides[:, 0], sides[:, 1]) / LONGEST), 1.0).astype(int)
@@ -286,7 +290,7 @@ def _points_along_current(coil: Coil, trace: Trace) -> list[Place]:
 def _chords(trace: Trace) -> list[Place]:
     """Return the corner points of a track.
 
-    Arcs of a tail become chords that are parallel for both tracks of the pair.
+    Arcs of a tail become chords that are parallel for both tracks of the pair. `trace` is the track.
     """
     if trace.role is not Role.TAIL:
         return list(trace.path.flattened(FLATTENED))
@@ -351,7 +355,8 @@ def _strips(trace: Trace, resistance: float, copper: dict[int, CopperLayer],
             facing: list[tuple[Trace, float, float, Trace]]) -> list[Strip]:
     """Return a track as strips, each with its part of the resistance (ohm) and the place of its return track.
 
-    `facing` holds (track, overlap in m, lateral distance in m, return track) for all pieces.
+    `facing` holds (track, overlap in m, lateral distance in m, return track) for all pieces. `copper` holds the copper
+    layers by number.
     """
     layer = copper[trace.layer]
     strips, alone = [], resistance

@@ -252,7 +252,7 @@ def error_bound(method: str, crowding: Crowding) -> float:
     The bound is a product of powers of the ratios of width, thickness, pitch, distance and radius. The powers were
     fitted to converged volume integrals of random designs of every shape (tests/validation/fit_bounds.py), so that the
     bound exceeds every error by a margin. For a polygon outside the fit, it is `UNFITTED` times the largest bound of
-    the shapes in `Outline.bounds`.
+    the shapes in `Outline.bounds`. `crowding` holds the winding's dimensions.
 
     Raises ValueError for a shape that declares no bounds, and KeyError if the table has no such method for the shape.
     """

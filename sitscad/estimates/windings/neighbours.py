@@ -65,7 +65,7 @@ def mutual_error(pair: SideBySide, spec: CoilSpec) -> float:
     """Return the error bound (H) of a mutual inductance.
 
     The bound was fitted by comparison with the volume integral over random pairs of coils
-    (tests/validation/coil_pairs.py).
+    (tests/validation/coil_pairs.py). `pair` is the result for two coils, with their mutual inductance and nearness.
     """
     relative = FAR_ERROR + NEAR_ERROR * pair.nearness
     ends = END_ERROR * pair.nearness * len(spec.layers) ** 2 * MU0 / (4.0 * math.pi) * spec.trace_width
@@ -86,7 +86,8 @@ def rings_beside_each_other(
 
     The spirals are computed as rings, by moments of the rings. For two coils in a plane, M is mu0 pi times the integral
     of S(k)^2 J0(k d). S is the sum of a J1(k a) over rings of radius a, and d is the coils' distance. J1 is expanded in
-    its series. The integral of k^s J0(k d) is Weber's: 2^s d^(-s-1) Gamma((1+s)/2) / Gamma((1-s)/2).
+    its series. The integral of k^s J0(k d) is Weber's: 2^s d^(-s-1) Gamma((1+s)/2) / Gamma((1-s)/2). `centres` (m) are
+    the coils' centres, `self_inductance` (H) each coil's own inductance, and `error` its relative error.
     """
     rings = mean_rings(spirals)
     moments = [
@@ -104,7 +105,10 @@ def rings_beside_each_other(
 
 
 def winding_pair_inductance(first_coil: Placed, second_coil: Placed) -> SideBySide:
-    """Return the mutual inductance of two coils, for currents that enter each coil at its outer end on layer 1."""
+    """Return the mutual inductance of two coils, for currents that enter each coil at its outer end on layer 1.
+
+    Each coil is given with its winding about its own centre.
+    """
     (first, a), (second, b) = first_coil, second_coil
     displacement = (second.centre.x - first.centre.x, second.centre.y - first.centre.y)
     if a.spirals:

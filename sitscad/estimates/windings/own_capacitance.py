@@ -62,7 +62,8 @@ def self_capacitance(coil: Coil, dimensions: CoilSpec, stackup: Stackup, is_roug
     It is twice the electric energy at one volt. The turns of two layers are strips that face each other through the
     stack-up, averaged over all lateral shifts. Turns of a layer face their neighbours. The voltage follows each turn's
     flux linkage. If a layer has no more turns, the other layers face each other through the material that fills its
-    place. Elastomer and metal around the board are left out: see `capacitance_to_metal`.
+    place. Elastomer and metal around the board are left out: see `capacitance_to_metal`. `dimensions` are the widths,
+    pitch and turns of the coil.
     """
     lengths, fractions, present = _turns(coil, dimensions, ROUGH_PLACES if is_rough else PLACES)
     voltages = _voltages(lengths, fractions, present, coil, dimensions)
@@ -94,7 +95,7 @@ def capacitance_to_metal(
     `gap` and `behind` are distances (m) from the board's faces; None: no metal. The model has plates as large as the
     winding, without fringe, with `FILLING` between. Both plates are at the potential of the winding's middle. The metal
     behind is large, so it is at ground for an alternating voltage even without a connection. A target floats at the
-    mean potential of the turns around it.
+    mean potential of the turns around it. `board_thickness` (m) is the board's.
 
     The bound is two to forty times too large for the windings of a jaw (validated with charged rings). These windings
     are small compared with the distances, and the metal returns one turn's charge to its neighbour.
@@ -115,7 +116,8 @@ def metal_notes(
 ) -> list[str]:
     """Return a note if metal may add more to the winding's own capacitance (F) than the stated error of the latter.
 
-    `tank` (F) is the capacitance of the whole tank. Empty if metal adds less.
+    `tank` (F) is the capacitance of the whole tank. Empty if metal adds less. `gaps` (m) are distances to metal by
+    state, and `winding` (F) is the winding's own capacitance.
     """
     behind = gaps.get(BEHIND_THE_BOARD)
     gap = min((gap for state, gap in gaps.items() if state != BEHIND_THE_BOARD), default=None)
@@ -166,6 +168,7 @@ def _voltages(lengths: Array, fractions: Array, present: Flags, coil: Coil, dime
     """Return the voltages (layers, places; no unit) of the layers at all places from the outside in.
 
     They are fractions of the voltage across the winding. Turns that a layer lacks have the voltage of its inner end.
+    `lengths`, `fractions` and `present` are from `_turns`.
     """
     radii = np.maximum(lengths / (2.0 * math.pi), 0.5 * dimensions.trace_width)
     turns = present * fractions
@@ -193,7 +196,10 @@ def slabs(stackup: Stackup, layers: list[int]) -> list[Slab]:
 
 
 def permittivity_beside_copper(stackup: Stackup, number: int) -> float:
-    """Return the relative permittivity in the gaps of a copper layer, which coverlay adhesive or bonding film fills."""
+    """Return the relative permittivity in the gaps of a copper layer, which coverlay adhesive or bonding film fills.
+
+    `number` is the copper layer's number from 1 at the top.
+    """
     indices = [i for i, layer in enumerate(stackup.layers) if layer.kind is LayerKind.COPPER]
     index = indices[number - 1]
     around = [stackup.layers[i] for i in (index - 1, index + 1) if 0 <= i < len(stackup.layers)]
