@@ -150,7 +150,7 @@ def test_no_file_has_more_faulty_sentences_than_listed():
     assert not new, "\n".join(line for told in new.values() for line in told)
 
 
-def test_listed_files_exist_and_have_a_reason():
+def test_exception_list_names_existing_files_with_reasons():
     for file, (count, reason) in exceptions().items():
         assert (ROOT / file).is_file() and count > 0 and reason, file
 

@@ -166,7 +166,7 @@ def test_strict_check_exits_1_on_warnings_with_equal_output(run):
         (("good.yaml", "broken.yaml"), 2),
     ],
 )
-def test_strict_keeps_all_other_exit_codes(run, arguments, code):
+def test_strict_option_changes_no_other_exit_code(run, arguments, code):
     done = run("check", *arguments, "--strict")
     assert done.code == code and "--strict" not in done.err
 

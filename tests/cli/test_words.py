@@ -13,7 +13,7 @@ from sitscad.spec import templates
 
 
 @pytest.mark.parametrize("word", ["SIT103", "sit103", "103", "coil-trace", "Coil-Trace", "coil_trace"])
-def test_explain_takes_identifier_number_and_name(run, word):
+def test_explain_accepts_rule_identifier_number_and_name(run, word):
     done = run("explain", word)
     assert done.code == 0
     assert done.out.startswith("SIT103 coil-trace (warning, error)\n")

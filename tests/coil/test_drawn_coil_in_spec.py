@@ -268,7 +268,7 @@ def test_changed_keys_keep_the_drawn_coil(drawing):
     assert table.verdict == ("fails", "fails")
 
 
-def test_schema_takes_a_drawing_in_place_of_shape_and_size():
+def test_schema_accepts_drawn_key_instead_of_shape_and_size():
     form = sitscad.json_schema()["$defs"]["CoilDocument"]
     assert {"required": ["drawn"]} in form["oneOf"]
     assert form["required"] == []

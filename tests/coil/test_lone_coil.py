@@ -68,7 +68,7 @@ def test_frequencies_without_an_inductance_are_refused(frequency):
         sitscad.coil(**SPIRAL, layers=2, frequency=frequency)
 
 
-def test_every_frequency_has_its_figures_in_json():
+def test_json_output_has_values_for_every_frequency():
     run = CliRunner().invoke(cli, [*OPTIONS, "--at", "1MHz", "--at", "5MHz", "--format", "json"], standalone_mode=False)
     document = json.loads(run.output)
     first, second = document["at_frequency"]

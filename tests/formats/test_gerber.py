@@ -74,7 +74,7 @@ def test_gerber_files_have_expected_file_attributes(board):
         assert file.import_settings.number_format == (4, 6)
 
 
-def test_copper_area_agrees_with_the_layout(board):
+def test_gerber_copper_area_agrees_with_layout(board):
     for layer, name in ((1, "F_Cu.gbr"), (board.copper_layers, "B_Cu.gbr")):
         expected = drawn_copper(board, layer)
         found = image(read(files_of(board)[name]))

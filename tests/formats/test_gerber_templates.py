@@ -43,7 +43,7 @@ def copper(layout) -> dict[int, object]:
 
 
 @pytest.mark.slow
-def test_copper_area_agrees_with_the_layout(template, laid_out):
+def test_gerber_copper_area_of_template_agrees_with_layout(template, laid_out):
     layout = laid_out(template)
     for layer, file in copper(layout).items():
         shapes = [
@@ -80,7 +80,7 @@ def test_circular_windings_are_drawn_with_arcs(template, laid_out):
             assert any(hasattr(item, "clockwise") for item in copper(layout)[layer].objects)
 
 
-def test_holes_stand_in_via_pads(template, laid_out):
+def test_drill_holes_match_via_pads_of_each_layer(template, laid_out):
     layout = laid_out(template)
     reached: dict[int, set[tuple[float, float]]] = {layer: set() for layer in range(1, layout.copper_layers + 1)}
     for path, drill in gerber.render_drills(layout).items():

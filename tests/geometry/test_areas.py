@@ -20,7 +20,7 @@ def test_path_within_box_is_unchanged():
     assert parts_inside(DISC, box) == [DISC] and areas_inside(DISC, box) == [DISC]
 
 
-def test_path_outside_box_has_no_part():
+def test_path_outside_box_gives_no_parts():
     box = (2e-3, 2e-3, 3e-3, 3e-3)
     assert parts_inside(DISC, box) == [] and areas_inside(DISC, box) == []
 

@@ -54,7 +54,7 @@ def test_distance_beyond_rounded_body_matches_shapely(x, y, radius, px, py):
 
 @settings(max_examples=60, deadline=None)
 @given(plates, lengths, lengths, radii)
-def test_plate_without_overhang_lies_within(plate, x, y, radius):
+def test_plate_overhang_equals_distance_beyond_body(plate, x, y, radius):
     ground = rectangle(-x, -y, x, y, radius)
     over = plate.hangs_over(ground)
     outside = polygon(plate.outline()).difference(polygon(ground))
@@ -66,19 +66,19 @@ def test_plate_without_overhang_lies_within(plate, x, y, radius):
         assert over == approx(reach, abs=1e-3)
 
 
-def test_box_cuts_body_off_board_with_tail():
+def test_box_cuts_body_from_board_with_tail():
     board = rectangle(-5.0, -1.0, 20.0, 1.0, 0.4)
     body = within_box(board, (-5.0, -1.0, 3.0, 1.0))
     assert enclosed_area(body) == approx(16.0 - 2 * (1 - math.pi / 4) * 0.4**2, rel=1e-6)
 
 
-def test_cut_beside_disc_leaves_all_or_nothing():
+def test_half_plane_beside_disc_keeps_whole_disc_or_returns_none():
     disc = circle(Point(1.0, 2.0), 0.5)
     assert enclosed_area(clip_path(disc, Point(3.0, 0.0), Point(1, 0))) == approx(math.pi / 4, rel=1e-6)
     assert clip_path(disc, Point(0.0, 0.0), Point(1, 0)) is None
 
 
 @pytest.mark.parametrize("turn", [0.0, math.pi / 2, math.pi, -math.pi / 2])
-def test_quarter_turns_are_exact(turn):
+def test_reach_of_plate_rotated_by_quarter_turns_is_exact(turn):
     plate = Footprint(False, (4.0, 2.0), Point(0.5, 0.0), turn)
     assert sorted(plate.reach) == [1.0, 2.0]

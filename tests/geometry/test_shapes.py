@@ -54,7 +54,7 @@ def test_new_outline_is_drawn_at_its_boundary(dodecagon):
             assert min(edge.distance(s.start) for s in inside) == approx(width / 2, rel=1e-6)
 
 
-def test_outline_features_match_shapes():
+def test_outline_properties_match_each_shape():
     assert (SHAPES["circle"].ends, SHAPES["rectangle"].ends, SHAPES["racetrack"].ends) == (None, 4, 2)
     assert SHAPES["racetrack"].is_long and not SHAPES["hexagon"].is_long
     assert SHAPES["hexagon"].area == approx(math.sqrt(3) / 2, rel=1e-6)
@@ -93,7 +93,7 @@ def test_plate_shape_without_form_is_refused_by_name(key, monkeypatch):
     assert any("ring" in f.message for f in refused.value.findings)
 
 
-def test_empty_shape_is_refused_at_use():
+def test_shape_without_required_methods_raises_value_error_when_used():
     """A program that exchanges the row of a loaded spec meets the same refusal."""
     for ask in (lambda: Ring("ring", "annular").is_disc, lambda: Ring("ring", "annular").fitted):
         with pytest.raises(ValueError, match="'ring'"):

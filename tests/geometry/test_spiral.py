@@ -84,7 +84,7 @@ def test_polygon_winds_in_one_sense(shape, width, spread, sides, inside):
     assert round(turns * corners) - len(path.segments) in ((0, 1) if (turns * corners) % corners == 0 else (0,))
 
 
-def test_rectangle_winding_keeps_its_excess_length():
+def test_first_turn_of_rectangle_has_specified_start_and_length():
     path = SHAPES["rectangle"].wind(SpiralDimensions((6 * MM, 3 * MM), 0.1 * MM, 0.2 * MM, 1.0), 0.0)
     assert path.start.distance(Point(2.95 * MM, -1.45 * MM)) < 1e-12
     assert path.segments[1].length == approx(5.9 * MM, rel=1e-6)
@@ -97,7 +97,7 @@ def test_mirrored_layers_are_mirror_images():
         assert a.start.distance(Point(b.start.x, -b.start.y)) < 1e-15
 
 
-def test_corner_angle_is_last_corner_in_winding_direction():
+def test_start_angle_is_rounded_to_last_corner_in_winding_direction():
     assert SHAPES["circle"].start(0.3, 1) == 0.3
     assert SHAPES["square"].start(0.0, 1) == approx(-math.pi / 4, rel=1e-6)
     assert SHAPES["square"].start(0.0, -1) == approx(math.pi / 4, rel=1e-6)
@@ -155,7 +155,7 @@ def test_racetrack_is_smooth_and_evenly_spaced(quadrant, sense, turns):
     assert all((s.sweep > 0) == (sense > 0) for s in path if isinstance(s, Arc))
 
 
-def test_racetrack_layers_meet_inside():
+def test_racetrack_layers_of_opposite_sense_meet_at_inner_end():
     for turns in (1.0, 2.5):
         angle = SHAPES["racetrack"].start(0.0, 1)
         inner, other = racetrack(turns, angle, 1), racetrack(turns, angle + 4 * math.pi * turns, -1)

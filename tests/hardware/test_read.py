@@ -187,7 +187,7 @@ def test_read_evaluates_each_cell_with_its_map(tmp_path):
     assert "its coils C9 are not" in CliRunner().invoke(cli, ours).output
 
 
-def test_exchanged_coils_are_not_evaluated(design):
+def test_diagnosis_does_not_evaluate_order_of_equal_coils(design):
     assert _diagnosed(design, faults="swapped:C1:C2")["order of coils"][0] == NOT_EVALUATED
 
 

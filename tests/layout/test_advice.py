@@ -84,7 +84,7 @@ def test_close_contacts_suggest_connector_with_room(sensor):
     )
 
 
-def test_long_search_finds_least_sufficient_amount():
+def test_full_hint_search_finds_nearly_smallest_sufficient_amount():
     asked = []
 
     def trial(fix):
@@ -134,7 +134,7 @@ def test_given_body_suggests_start_angle_before_larger_body():
 @pytest.mark.more
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["inner room", "between coils", "in a body"])
-def test_hint_search_keeps_finding_and_place(kind, sensor):
+def test_hint_search_does_not_change_finding_message_or_place(kind, sensor):
     """Line and message of a lack of room were others with hints: annotations moved, baselines did not match."""
     spec = {
         "inner room": lambda: sensor(layers=2, turns=11.75),
@@ -151,7 +151,7 @@ def test_polygon_start_angles_are_corner_angles(sensor):
 
 
 @pytest.mark.slow
-def test_pair_with_coil_end_at_corner_leaves_beside_corner(sensor):
+def test_leads_of_coil_with_stub_at_corner_are_routed(sensor):
     """Six layers whose ends stand at 45, -45 and -135 degrees: at the corner a stub is in the pair's way."""
     spec = sensor(diameter=9.62e-3, turns=5.875, layers=6, width=120e-6, spacing=100e-6, coils=4, pitch=11.1e-3,
                   stackup="flex-6l", rules="generic-flex", tail=False, start_angle=math.pi / 4)
@@ -163,14 +163,14 @@ def test_exhausted_search_limit_reports_missing_lead_room(sensor):
     assert found.routing is None and [lack.what for lack in found.shortfalls] == [Missing.LEAD_ROOM]
 
 
-def test_layout_with_shortfall_attempts_one_board(sensor, monkeypatch):
+def test_layout_with_shortfall_is_attempted_once_without_hints(sensor, monkeypatch):
     """The verdict does not wait for hints: what a finding says of the board as it stands costs one attempt."""
     tried = []
     monkeypatch.setattr("sitscad.layout._attempt", lambda *given: tried.append(given) or _attempt(*given))
     assert lay_out(sensor(pitch=4.09e-3, coils=3)).shortfalls and len(tried) == 1
 
 
-def test_blocked_exit_counts_as_one_trial():
+def test_exit_blocked_by_other_coil_costs_few_search_trials():
     """All ways of a coil to each of its exits were tried, though none of them passed the track of the other coil."""
     searches = SearchLimit()
     text = (
@@ -194,7 +194,7 @@ fpc: {rules: shipco, tail: {length: 60, connector: zif-0.5mm, layers: 2, bend: n
 
 
 @pytest.mark.slow
-def test_closed_ring_pieces_save_trials_and_keep_escapes(monkeypatch):
+def test_skipping_blocked_ring_pieces_saves_trials_with_equal_escapes(monkeypatch):
     """Leads were tried round the whole coil though the track of another one lay across their road."""
     spec = load_text(CLOSED, "closed.yaml")
     proved, tried = SearchLimit(), SearchLimit()
@@ -231,7 +231,7 @@ fpc: {stackup: flex-4l, rules: generic-fine, body: {shape: circle, size: 10}, ta
 """
 
 
-def test_stuck_coil_in_given_body_is_named_and_pitch_suggested_before_body():
+def test_unroutable_coil_in_given_body_is_named_and_pitch_suggested_first():
     """The hint named a body larger than the user's own; the coils 0.1 mm farther apart were enough and not tried."""
     design = Design(load_text(CROWDED))
     (lack,) = design.layout.shortfalls

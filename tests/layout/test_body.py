@@ -53,7 +53,7 @@ def copper_outside(layout: sitscad.Layout) -> float:
     {"shape": "circle", "size": 12}, {"shape": "circle", "size": 11.8}, {"shape": "rectangle", "size": [12, 13]},
     {"shape": "rounded", "size": [13, 12], "corner_radius": 4},
 ])
-def test_copper_in_given_outline_keeps_edge_distance(button, body):
+def test_copper_in_given_outline_has_required_edge_distance(button, body):
     layout = sitscad.lay_out(rewritten_spec(button, [("fpc.body", body)]))
     assert not layout.shortfalls
     assert layout.outline.is_closed
@@ -222,7 +222,7 @@ def test_tiny_segments_of_drawn_outline_are_dropped(tmp_path):
      "POLYLINE .* is a spline"),
     (lambda space: space.add_lwpolyline([(1e-5 * k, 0) for k in range(3000)]), "LWPOLYLINE .* has 3000 vertices"),
 ])
-def test_invalid_drawing_is_refused_with_wrong_entity(tmp_path, draw, said):
+def test_invalid_outline_drawing_is_refused_naming_wrong_entity(tmp_path, draw, said):
     with pytest.raises(UnfitError, match=said):
         outline(dxf(tmp_path, draw))
 
@@ -243,7 +243,7 @@ def test_drawing_of_each_version_is_read_in_its_encoding(tmp_path, version):
     assert enclosed_area(outline(content)) == approx((60 + math.pi * 18) * 1e-6, rel=1e-9)
 
 
-def test_full_arc_is_circle_at_any_height(tmp_path):
+def test_drawn_arc_of_360_degrees_at_any_height_is_circle(tmp_path):
     turned = outline(dxf(tmp_path, lambda space: space.add_arc((0, 0, 3), 6, 30, 390)))
     assert enclosed_area(turned) == approx(math.pi * 36e-6, rel=1e-9)
 
@@ -271,7 +271,7 @@ def test_file_without_drawing_is_refused(content):
 
 
 @pytest.mark.slow
-def test_spec_with_drawing_has_drawn_body(tmp_path):
+def test_spec_with_outline_drawing_has_drawn_body(tmp_path):
     corners = [(6, -6, 0), (6, 6, 0), (0, 6, 1), (0, -6, 0)]
     dxf(tmp_path, lambda space: space.add_lwpolyline(corners, format="xyb", close=True))
     text = BUTTON.read_text(encoding="utf-8").replace("{shape: circle, size: 12}", "{shape: dxf, file: body.dxf}")
@@ -287,7 +287,7 @@ def test_spec_with_drawing_has_drawn_body(tmp_path):
 
 
 @pytest.mark.parametrize("way", [{"offset": 20}, {"offset": -3}, {"turn": "left"}, {"turn": "right", "turn_radius": 8}])
-def test_coils_beyond_small_body_keep_positions_beside_turned_tail(way):
+def test_coils_larger_than_body_are_unchanged_by_tail_turn(way):
     """The turn was to bend the spirals that stand in its way: an internal error."""
     coil = {"shape": "circle", "outer_diameter": 7, "turns": 8, "layers": 2, "trace_width": 0.15, "trace_spacing": 0.15}
     fpc = {"body": {"shape": "rectangle", "size": 9}, "tail": {"length": 40, **way}}

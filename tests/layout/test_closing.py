@@ -68,7 +68,7 @@ def shares_of(layout):
 
 
 @pytest.mark.parametrize("name, turns", CASES)
-def test_leads_keep_least_closing_arc(name, turns):
+def test_leads_close_windings_with_smallest_possible_arc(name, turns):
     layout = board(name, turns)
     assert layout.shortfalls == ()
     least = least_closing(layout.spec.coil)
@@ -77,7 +77,7 @@ def test_leads_keep_least_closing_arc(name, turns):
 
 
 @pytest.mark.parametrize("name, turns", [case for case in CASES if case[0] != "hexagon"])
-def test_lead_share_is_bounded_by_closing_arc(name, turns):
+def test_inductance_share_of_leads_is_bounded_by_closing_arc(name, turns):
     """A closing arc links the winding's flux like the outermost turn: at most 1.8 of the middle turn's share."""
     layout = board(name, turns)
     coil = layout.spec.coil
@@ -87,7 +87,7 @@ def test_lead_share_is_bounded_by_closing_arc(name, turns):
 
 @pytest.mark.parametrize("array", ["", "pattern: line, count: 2, pitch: 11.5"])
 @pytest.mark.parametrize("layers, turns", [(1, 10), (2, 10), (2, 10.25), (3, 8), (4, 6.25)])
-def test_square_with_other_start_angle_keeps_inductance(layers, turns, array):
+def test_start_angle_of_square_changes_lead_inductance_below_2_percent(layers, turns, array):
     """Once a lead ran half a turn on or back as the start angle had it: 8.8 % of the inductance at the contacts."""
     coil = f"shape: square, outer_diameter: 10, turns: {turns}, layers: {layers}, start_angle: {{}} deg"
     shares = [share for angle in (0, 90, 180, 270) for share in shares_of(laid_out(coil.format(angle), array))]
@@ -113,7 +113,7 @@ def test_forward_closing_arc_costs_less_than_backward_arc():
 
 
 @pytest.mark.slow
-def test_lead_share_jumps_only_at_whole_turns():
+def test_inductance_share_of_leads_jumps_only_at_whole_turns():
     """Swept in fine steps, what leads add jumps once a whole turn of all layers, where they change from running back to
     running on; it jumped by as much wherever a coil's end passed the tail, and for coils side by side elsewhere.
     """

@@ -81,7 +81,7 @@ fpc: {{stackup: flex-4l, rules: generic-fine, tail: {{length: 30, connector: zif
 
 
 @pytest.mark.parametrize("name", ACUTE)
-def test_lead_that_turns_back_leaves_its_ring_at_a_right_angle(name):
+def test_lead_that_turns_back_makes_no_acute_angle_or_sliver(name):
     layout = lay_out(load_text(HEAD + ACUTE[name], "acute.yaml"))
     assert layout.shortfalls == ()
     for rule in (acute_angle, sliver):
@@ -90,7 +90,7 @@ def test_lead_that_turns_back_leaves_its_ring_at_a_right_angle(name):
 
 @pytest.mark.parametrize("opening", [20, 45, 80])
 @pytest.mark.parametrize("short", [10 * UM, 90 * UM])
-def test_fold_chord_keeps_required_distance_between_lines(opening, short):
+def test_fold_chord_separates_lines_by_required_distance(opening, short):
     """Both lines meet at `opening` degrees; one of them begins `short` before or after that corner."""
     there = polar(1e-3, math.radians(opening))
     for begin in (polar(short, math.radians(opening)), polar(short, math.radians(opening) + math.pi)):
@@ -103,7 +103,7 @@ def test_fold_chord_keeps_required_distance_between_lines(opening, short):
         assert nearest >= 152 * UM - 1e-12
 
 
-def test_distant_or_short_lines_get_no_fold_chord():
+def test_fold_chord_of_distant_or_short_lines_is_none():
     one = Line(Point(1e-3, 0.0), Point(0.2e-3, 0.0))
     assert fold_chord(one, Line(Point(0.2e-3, 0.2e-3), Point(1e-3, 0.4e-3)), 152 * UM) is None
     assert fold_chord(one, Line(Point(0.2e-3, 0.02e-3), Point(0.25e-3, 0.05e-3)), 152 * UM) is None

@@ -41,7 +41,7 @@ def gap(one, other):
 
 
 @pytest.mark.parametrize("seed", range(25))
-def test_funnel_tracks_keep_pitch(seed):
+def test_funnel_tracks_are_separated_by_pitch(seed):
     """Any heights, any lanes, in one order: as near as they come in and no nearer, whichever way each one goes."""
     pick, pitch = random.Random(seed), 1.0
     tracks = pick.choice([2, 3, 5])
@@ -62,7 +62,7 @@ def test_funnel_track_with_room_bends_at_start():
     assert near.bend == 3.0 and near.parts and not far.parts
 
 
-def test_following_track_bends_later_by_missing_distance():
+def test_second_funnel_track_bends_later_by_missing_spacing():
     ahead, behind = descents(0.0, [Point(0.0, 4.0), Point(0.0, 4.2)], [0.0, 0.5], 0.2)
     assert ahead.bend == 0.0 and behind.bend == approx((math.sqrt(2.0) - 1.0) * 0.2, rel=1e-6)
 
@@ -71,7 +71,7 @@ SQUARE = "{shape: square, outer_diameter: 8 mm, turns: 2, layers: 2, trace_width
 
 
 @pytest.mark.parametrize("tail", ["", ", tail: {length: 15, connector: solder-pads}", ", tail: {connector: zif-0.5mm}"])
-def test_forward_pair_near_other_lane_keeps_rules(tail):
+def test_forward_lead_pair_near_other_lane_passes_design_rules(tail):
     """The near coil's pair starts out beside the far coil's lane, and both run to the other side."""
     spec = spec_of(SQUARE, "{pattern: line, count: 2, pitch: 12 mm}", f"{{rules: generic-flex{tail}}}")
     assert_accepted_by_its_own_check(spec)
@@ -99,7 +99,7 @@ def test_coils_of_few_wide_turns_in_line_are_routed(coil, count, pitch, fpc):
     assert sum(bool(pad.net) for pad in layout.pads) == 2 * count
 
 
-def test_tracks_too_close_at_contacts_are_left_out():
+def test_tracks_too_wide_for_contact_pitch_yield_tail_room_shortfall():
     """Tracks of six mils, six mils apart, do not fit on contacts 0.3 mm apart."""
     coil = "{shape: circle, outer_diameter: 7, turns: 6.5, layers: 2, trace_width: 0.16, trace_spacing: 0.16}"
     fpc = "{rules: osh-park-flex, tail: {length: 30, connector: zif-0.3mm}}"

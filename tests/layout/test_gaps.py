@@ -27,7 +27,7 @@ def laid(name):
 
 
 @pytest.mark.parametrize("name", WITH_ROOM)
-def test_leads_with_room_keep_turn_spacing(name):
+def test_leads_with_room_have_spacing_of_turns(name):
     layout = laid(name)
     gaps = smallest_gaps(layout)
     assert set(gaps) == set(layout.spec.coil.layers)

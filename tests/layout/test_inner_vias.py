@@ -31,14 +31,14 @@ def joins_of(monkeypatch, text):
     return len(looked), not any(short.what is Missing.INNER_ROOM for short in layout.shortfalls)
 
 
-def test_far_via_places_are_thinned_before_computation(monkeypatch):
+def test_number_of_tried_via_places_is_limited(monkeypatch):
     """Every join was worked out at all 726 places, and then a sixth of them compared."""
     looked, placed = joins_of(monkeypatch, RACETRACK)
     assert placed
     assert looked <= 3 * windings.MOST
 
 
-def test_holes_without_room_are_found_before_stubs():
+def test_missing_room_for_holes_is_detected_before_stub_search():
     far = [0b10, 0b01]
     assert windings.one_of_each([2, 2], {(0, 1): far}) == ([0, 1], True)
     assert windings.one_of_each([2, 2, 2], {(0, 1): far, (0, 2): far, (1, 2): far}) == (None, True)
@@ -66,7 +66,7 @@ def test_via_places_of_many_layers_take_little_memory():
     assert most < 30e6
 
 
-def test_equal_layers_share_stub_paths(monkeypatch):
+def test_layers_with_equal_outline_share_stub_search(monkeypatch):
     """Stubs of all eight layers were looked for, of which four lie as others do."""
     tried, admits = [], windings._StubRoom.admits
 

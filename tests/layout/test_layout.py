@@ -92,11 +92,11 @@ def clashes(layout, spacing):
     return found
 
 
-def test_copper_of_designs_keeps_all_rules(layout):
+def test_copper_of_sample_designs_passes_design_rules(layout):
     assert_sound(layout)
 
 
-def test_each_coil_reaches_two_own_contacts(layout):
+def test_each_coil_connects_its_two_contacts(layout):
     assert len(layout.pads) == 2 * len(layout.coils)
     assert [pad.number for pad in layout.pads] == list(range(1, len(layout.pads) + 1))
     heights = [pad.centre.y for pad in layout.pads]
@@ -124,7 +124,7 @@ def test_current_circulates_in_one_sense_on_all_layers(layout):
             assert swept == approx(sense * 2 * math.pi * layout.spec.coil.turns, abs=0.35)
 
 
-def test_copper_keeps_edge_distance(layout):
+def test_copper_has_required_distance_to_board_edge(layout):
     shapely = pytest.importorskip("shapely", reason="shapely measures to the outline; it comes with sitscad[all]")
     board = shapely.Polygon(layout.outline.flattened(0.2e-6))
     edge = layout.spec.fpc.rules.copper_to_edge
@@ -136,7 +136,7 @@ def test_copper_keeps_edge_distance(layout):
         assert board.exterior.distance(shapely.Point(via.centre)) > via.pad / 2 + edge - 1e-6
 
 
-def test_pairs_are_stacked_in_tail_of_two_layers(sensor):
+def test_lead_pairs_run_on_both_layers_of_two_layer_tail(sensor):
     layout = lay_out(sensor())
     for coil in layout.coils:
         leads = [piece for piece in coil.series if isinstance(piece, Trace) and piece.role is Role.TAIL]
@@ -145,7 +145,7 @@ def test_pairs_are_stacked_in_tail_of_two_layers(sensor):
         assert longest[1] == approx(longest[2], abs=5e-3)
 
 
-def test_layers_join_at_start_angle(sensor):
+def test_inner_vias_lie_at_ends_of_windings(sensor):
     """4 x 7.75 turns: inner vias near 270 and 90 degrees, as the windings' ends stand there."""
     layout = lay_out(sensor(coils=1))
     centre = layout.coils[0].centre
@@ -165,7 +165,7 @@ def test_missing_room_for_inner_via_is_named(sensor, extra):
     assert Missing.INNER_ROOM not in {lack.what for lack in mended.shortfalls}
 
 
-def test_odd_layer_count_needs_free_layer(sensor):
+def test_odd_layer_count_without_free_layer_has_way_out_shortfall(sensor):
     spec = sensor(layers=1, coils=1, turns=5, stackup="flex-2l-18um")
     coverlay = StackLayer(LayerKind.COVERLAY, 27e-6, "polyimide")
     one = Stackup("one", (coverlay, StackLayer(LayerKind.COPPER, 18e-6, "copper"), coverlay))
@@ -186,7 +186,7 @@ def test_close_coils_are_refused_with_missing_length(sensor):
 
 @pytest.mark.more
 @pytest.mark.slow
-def test_random_designs_keep_rules_or_have_shortfalls():
+def test_random_designs_pass_design_rules_or_have_shortfalls():
     from .conftest import sensor
 
     source = random.Random(20261120)
@@ -221,19 +221,19 @@ def test_random_designs_keep_rules_or_have_shortfalls():
     assert routed >= 20
 
 
-def test_layout_names_and_points_match_properties(sensor):
+def test_layout_has_expected_net_names_and_dimensions(sensor):
     layout = lay_out(sensor())
     assert layout.nets == ("C1", "C2") and layout.coils[0].centre == Point(-2.25e-3, 0.0)
     assert layout.body_size[1] == approx(4.72e-3, abs=1e-6)
 
 
-def test_array_in_rows_needs_two_tail_layers(sensor):
+def test_array_in_rows_with_one_tail_layer_has_tail_layers_shortfall(sensor):
     layout = lay_out(sensor(centres=positions.triangle(5e-3), tail_layers=1))
     assert [lack.what for lack in layout.shortfalls] == [Missing.TAIL_LAYERS]
     assert layout.pads == () and len(layout.coils) == 3
 
 
-def test_order_of_explicit_centres_keeps_layout(sensor):
+def test_reversed_order_of_explicit_centres_is_routed(sensor):
     spec = sensor(coils=3, pitch=5e-3, layers=2, stackup="flex-2l-18um", turns=6)
     backwards = dataclasses.replace(spec.array, placements=spec.array.placements[::-1])
     layout = lay_out(dataclasses.replace(spec, array=backwards))
@@ -266,7 +266,7 @@ def test_tail_with_wide_vias_is_wider_and_narrows_at_contacts(sensor, coils, rul
     assert layout.bend_zone[1] <= bounding_box([layout.stiffener.outline.outline])[0] + 1e-9
 
 
-def test_crowded_tail_is_refused(sensor):
+def test_tracks_too_wide_for_tail_yield_tail_room_shortfall(sensor):
     """At 0.3 mm pitch contacts and tracks of six mils, six mils apart, leave each other no room."""
     layout = lay_out(with_fine_connector(sensor(diameter=7e-3, turns=6.5, pitch=8e-3, rules="osh-park-flex")))
     assert [lack.what for lack in layout.shortfalls] == [Missing.TAIL_ROOM]
@@ -279,10 +279,10 @@ def with_edge_distance(spec, edge):
 
 @pytest.mark.parametrize("tail", [True, False])
 @pytest.mark.parametrize("edge", [0.15e-3, 0.3e-3, 0.381e-3])
-def test_edge_distance_is_kept_at_contacts(sensor, edge, tail):
+def test_copper_at_contacts_has_required_edge_distance(sensor, edge, tail):
     layout = lay_out(with_edge_distance(sensor(tail=tail), edge))
     assert_sound(layout)
-    test_copper_keeps_edge_distance(layout)
+    test_copper_has_required_distance_to_board_edge(layout)
     half = layout.spec.fpc.tail.connector.width(4) / 2 if tail else None
     if half:
         end = max(point.x for point in layout.outline.flattened(1e-6))

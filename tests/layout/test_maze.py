@@ -41,7 +41,7 @@ def maze_of(spec, length=40e-3, half_width=15e-3):
     return Maze(lattice, bus, Ground(length - 5e-3, length, across, half_width))
 
 
-def test_wave_goes_round_occupied_nodes():
+def test_wave_path_avoids_occupied_nodes():
     free = np.ones((7, 9), dtype=bool)
     free[3, :8] = False
     wave = spread(free, [(0, 0)])
@@ -182,7 +182,7 @@ def dense(way):
 
 @pytest.mark.parametrize("centres", [positions.grid(2, 2, 6e-3), positions.grid(3, 3, 6e-3), positions.triangle(6e-3),
                                      [(0.0, 1e-3), (6e-3, 2e-3), (12e-3, -1e-3), (18e-3, 0.5e-3)]])
-def test_each_tail_order_has_lane_for_each_coil(centres):
+def test_each_tail_order_assigns_one_lane_per_coil(centres):
     placements = tuple(CoilPlacement(f"C{k}", (x, y)) for k, (x, y) in enumerate(centres))
     orders = rows_of_lanes(placements)
     ranks = [tuple(lane.rank for lane in order) for order in orders]
@@ -219,7 +219,7 @@ def test_leads_never_turn_back_over_themselves():
                 assert float(ahead @ onward) > -0.9
 
 
-def test_array_without_escape_ends_search_early():
+def test_search_of_unroutable_array_ends_early():
     """Between coils nearer to each other than a track with its spacings nothing passes, in whatever order."""
     spec = grid(centres=positions.grid(3, 3, 5.2e-3))
     bus, searches = bus_for(spec.artwork), SearchLimit()
@@ -260,7 +260,7 @@ def test_board_with_two_stuck_coils_ends_search_early():
 
 
 @pytest.mark.slow
-def test_equal_escape_searches_run_once(monkeypatch):
+def test_no_escape_search_is_repeated(monkeypatch):
     """Orders that begin alike once led the first coils out again: an eighth of all searches of this board."""
     found, lead_out = [], routes._lead_out
 
@@ -279,7 +279,7 @@ def test_equal_escape_searches_run_once(monkeypatch):
 
 
 @pytest.mark.slow
-def test_far_coils_pass_wide_gaps_for_all_near_exits():
+def test_six_square_coils_with_wide_gaps_are_routed():
     """Six square coils nearly a coil apart: every exit without a way took all that one coil's search may try."""
     text = """
 sitscad: 1

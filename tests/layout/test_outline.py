@@ -158,7 +158,7 @@ def test_corner_radius_follows_profile():
     assert one.traces == other.traces and one.body == other.body
 
 
-def test_board_without_tail_has_documented_strip():
+def test_board_without_tail_has_contact_strip_of_documented_length():
     """A reader took "none" for a board that ends with its body."""
     root = Path(__file__).parents[2]
     page = (root / "docs/spec.md").read_text(encoding="utf-8")
@@ -174,7 +174,7 @@ def test_board_without_tail_has_documented_strip():
 
 
 @pytest.mark.parametrize("angle", [0, 90, 180])
-def test_wider_contacts_keep_body_width_at_all_start_angles(angle):
+def test_contacts_wider_than_body_do_not_widen_body(angle):
     """A body of 3.0 mm was 6.5 mm wide with the coils begun at their other end: it had grown by 0.1 mm at the tail."""
     layout = lay_out(load_text(STRIP.format(angle=angle), "strip.yaml"))
     assert layout.shortfalls == () and layout.body_size[1] < 3.1e-3 < 6e-3 < layout.size[1]

@@ -44,7 +44,7 @@ def plugged(request):
     return layout
 
 
-def test_tail_has_contact_count_of_made_connector(plugged):
+def test_tail_has_contact_count_of_existing_connector(plugged):
     connector = plugged.spec.fpc.tail.connector
     assert len(plugged.pads) in connector.positions and [p.number for p in plugged.pads] == [
         *range(1, len(plugged.pads) + 1)
@@ -73,7 +73,7 @@ def test_plug_opening_covers_fingers_and_passes_tip(plugged):
 
 
 @pytest.mark.slow
-def test_plug_has_no_findings(plugged):
+def test_plug_tail_has_only_expected_notes(plugged):
     found = [f for f in sitscad.check(plugged.spec, plugged).findings if f.rule.startswith("SIT1")]
     kinds = {f.rule for f in found if f.rule != "SIT103"}
     assert kinds <= {"SIT116", "SIT123", "SIT124", "SIT127"}, [f.message for f in found]
@@ -82,7 +82,7 @@ def test_plug_has_no_findings(plugged):
     assert ("SIT124" in kinds) == (plugged.spec.fpc.tail.connector.name == "zif-0.3mm"), "+-50 um for a band of +-30 um"
 
 
-def test_usual_plug_questions_are_in_order_and_no_findings(plugged):
+def test_order_readme_asks_to_confirm_width_and_thickness_of_plug(plugged):
     """Width and thickness closer than the fabricator's: the notes of every check, and now of the order alone."""
     rules, connector = plugged.spec.fpc.rules, plugged.spec.fpc.tail.connector
     text = " ".join(readme(plugged).split())
@@ -93,7 +93,7 @@ def test_usual_plug_questions_are_in_order_and_no_findings(plugged):
     assert text.count("to be confirmed") >= 2 and "measured" in text
 
 
-def test_outline_too_wide_for_guide_yields_finding():
+def test_outline_tolerance_too_wide_for_connector_yields_finding():
     layout = board(2, "zif-0.5mm", fpc=", rules: {outline_tolerance: 250 um}")  # a knife
     (found,) = [f for f in sitscad.check(layout.spec, layout).findings if f.rule == "SIT126"]
     assert (found.measured, found.limit) == approx((250e-6, 70e-6), rel=1e-9)
@@ -120,12 +120,12 @@ def assert_contacts_are_as_thick_as_their_layers(layout):
     return made
 
 
-def test_contact_thickness_equals_layers_in_files(plugged):
+def test_contact_thickness_equals_sum_of_layers_in_files(plugged):
     assert_contacts_are_as_thick_as_their_layers(plugged)
 
 
 @pytest.mark.parametrize("name", ["round_button_12mm", "grasper_4layer", "bench_7mm"])
-def test_template_contacts_are_within_half_stock_step(name):
+def test_template_contact_thickness_is_within_half_stiffener_step_of_connector(name):
     """Copper that ends before the contacts was counted: boards of four layers came out 50 um thinner than stated."""
     layout = sitscad.lay_out(sitscad.load(f"templates/{name}.yaml"))
     made, wanted = assert_contacts_are_as_thick_as_their_layers(layout), layout.spec.fpc.tail.connector
@@ -134,7 +134,7 @@ def test_template_contacts_are_within_half_stock_step(name):
     assert f"gives {show(made, 'm')}" in text and "this total governs" in text
 
 
-def test_copper_under_contacts_counts_in_thickness():
+def test_copper_under_contacts_adds_to_contact_thickness():
     layout = board(1, "zif-0.5mm")
     pad = layout.pads[0]
     under = Trace(closed_polygon([pad.centre.shifted(dx * MM, dy * MM) for dx, dy in ((-1, 0), (1, 0), (1, 0.1))]),
@@ -179,7 +179,7 @@ def test_coverlay_covers_solder_pad_rims():
 
 
 @pytest.mark.parametrize("lap", [0.15, 0.25, 1.0])
-def test_small_solder_pads_stay_half_bare_with_finding(lap):
+def test_coverlay_covers_at_most_half_of_small_solder_pads_with_finding(lap):
     layout = board(1, "solder-pads", fpc=f", rules: {{pad_lap: {lap}}}")
     for pad, opening in zip(layout.pads, layout.top_openings, strict=True):
         x0, y0, x1, y1 = bounding_box([opening.outline])
@@ -200,7 +200,7 @@ def test_tight_outline_tolerance_has_no_width_finding():
 
 
 @pytest.mark.parametrize("connector", [*PLUGS, "solder-pads"])
-def test_hard_gold_asks_for_plating_bars(connector):
+def test_hard_gold_finish_yields_plating_bar_finding(connector):
     layout = board(2, connector, fpc=", finish: hard-gold")
     found = [f for f in sitscad.check(layout.spec, layout).findings if f.rule == "SIT128"]
     (bars,) = [f for f in found if "plating-bars" in f.cases]
@@ -217,7 +217,7 @@ def test_hard_gold_asks_for_plating_bars(connector):
 
 
 @pytest.mark.slow
-def test_other_finishes_add_no_question():
+def test_other_finishes_yield_no_plating_bar_finding():
     for finish, connector, count in (("enig", "zif-0.5mm", 0), ("osp", "zif-0.5mm", 1), ("osp", "solder-pads", 0)):
         layout = board(1, connector, fpc=f", finish: {finish}")
         found = [f.message for f in sitscad.check(layout.spec, layout).findings if f.rule == "SIT128"]
@@ -292,7 +292,7 @@ def test_stiffener_outside_stock_yields_question():
     ("stackup: rigid-4l-1.6mm, tail: {length: 30}", "fpc.tail.connector: solder-pads"),
     ("stackup: flex-2l-18um, tail: {length: 30, stiffener: 0.05}", "fpc.tail.stiffener: 0.2295 (tried)"),
 ])
-def test_thick_tail_suggests_key_and_value(fpc, key):
+def test_finding_of_too_thick_tail_suggests_key(fpc, key):
     coil = "shape: circle, outer_diameter: 8, turns: 6, layers: 2, trace_width: 0.25, trace_spacing: 0.25"
     text = f"sitscad: 1\nname: thick\ncoil: {{{coil}}}\nfpc: {{rules: generic-fine, {fpc}}}\n"
     found = sitscad.check(sitscad.load_text(text, "thick.yaml"), hints="full").findings

@@ -25,7 +25,7 @@ def ring(sensor, rotation=0.0, **coil):
 
 
 @pytest.mark.parametrize("rotation", [0.0, 0.7])
-def test_ring_passes_corner_on_both_sides(sensor, rotation):
+def test_ring_points_nearest_to_corner_lie_on_both_sides(sensor, rotation):
     square = ring(sensor, rotation, shape="square", diameter=4e-3)
     corner = polar(2e-3 * math.sqrt(2.0), math.pi / 4 + rotation, square.centre)
     first, second = square.facing(corner)
@@ -34,7 +34,7 @@ def test_ring_passes_corner_on_both_sides(sensor, rotation):
         assert square.at(angle).distance(corner) == approx(0.2e-3, rel=1e-6)
 
 
-def test_ring_faces_point_beside_long_side(sensor):
+def test_ring_point_facing_long_side_is_perpendicular_to_it(sensor):
     long = ring(sensor, shape="racetrack", size=(10e-3, 4e-3))
     point = Point(1e-3 + 2e-3, 2e-3 + 2e-3)
     first, second = long.facing(point)
@@ -90,21 +90,21 @@ def bend(before, after):
     return abs(math.remainder(first - second, 2.0 * math.pi))
 
 
-def test_long_coil_exit_is_at_its_end(sensor):
+def test_exits_of_long_coil_are_at_its_end(sensor):
     """All exits lie on the half circle that faces the tail, and no lead turns round to reach one."""
     layout = lay_out(sensor(shape="racetrack", size=(11e-3, 4e-3), turns=6.5, layers=4, coils=1))
     ways = [t.path for t in layout.traces if t.role is Role.LEAD and t.path.segments[0].start.x > 5.5e-3]
     assert ways and all(abs(point.y) <= 2.6e-3 for path in ways for point in (path.start, path.end))
 
 
-def test_rotated_coil_rotates_ring(sensor):
+def test_ring_of_rotated_coil_is_rotated(sensor):
     straight, turned = ring(sensor, shape="hexagon"), ring(sensor, 0.3, shape="hexagon")
     assert turned.at(1.3).distance(turned.centre) == approx(straight.at(1.0).distance(straight.centre), rel=1e-6)
     assert replace(turned, placement=straight.placement) == straight
 
 
 @pytest.mark.parametrize("turn", [0.0, 0.5 * math.pi, math.pi])
-def test_ring_half_size_reaches_farther_corner(sensor, monkeypatch, turn):
+def test_ring_half_size_includes_farthest_corner(sensor, monkeypatch, turn):
     """Of a pentagon the board ended before the corner that has a side across from it."""
     monkeypatch.setitem(SHAPES, "square", Polygon("square", "pentagonal", 5, bounds=("square", "hexagon")))
     at = CoilPlacement("C1", (0.0, 0.0), turn)

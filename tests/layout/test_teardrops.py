@@ -91,7 +91,7 @@ def test_returning_track_shortens_its_teardrop(bench):
 
 
 @pytest.mark.parametrize("template", TEMPLATES, ids=[path.stem for path in TEMPLATES])
-def test_template_teardrops_keep_rules(template):
+def test_template_teardrops_pass_design_rules(template):
     from sitscad.checks.judging import RULES
     from sitscad.checks.rules import apply_rule
     from sitscad.estimates.design import Design
@@ -109,7 +109,7 @@ def test_template_teardrops_keep_rules(template):
         assert math.isfinite(enclosed_area(drop.outline))
 
 
-def test_rule_check_finds_close_teardrop(bench):
+def test_teardrop_closer_than_given_distance_is_found(bench):
     """Held against wider rules than it was made for, a teardrop is found as any copper is."""
     from sitscad.layout.board import Teardrop
     from sitscad.layout.gaps import copper_of, too_near
@@ -121,7 +121,7 @@ def test_rule_check_finds_close_teardrop(bench):
     assert not any(pair.gap < 100 * UM - 1 * UM for pair in near if isinstance(pair.one, Teardrop))
 
 
-def test_teardrops_key_accepts_only_choices():
+def test_teardrops_key_defaults_to_auto_and_accepts_none():
     coil = "{shape: circle, outer_diameter: 6, turns: 5, trace_width: 0.1, trace_spacing: 0.1}"
     text = f"sitscad: 1\nname: a\ncoil: {coil}\n"
     assert load_text(text, "a.yaml").fpc.teardrops == "auto"

@@ -43,7 +43,7 @@ def tail(**kwargs):
 
 
 @pytest.mark.parametrize("side", [1, -1])
-def test_quarter_turn_has_written_inner_radius(side):
+def test_tail_quarter_turn_has_given_inner_radius(side):
     turned = tail(turn="left" if side > 0 else "right", turn_radius=2e-3)
     way = course(turned, HALF, 10e-3)
     assert turn_length(turned, HALF) == approx(0.5 * math.pi * (2e-3 + HALF), rel=1e-6)
@@ -57,7 +57,7 @@ def test_quarter_turn_has_written_inner_radius(side):
 
 
 @pytest.mark.parametrize("offset", [0.3e-3, -3e-3, 6.5e-3, -20e-3])
-def test_offset_tail_ends_parallel_at_written_offset(offset):
+def test_offset_tail_ends_parallel_at_given_offset(offset):
     aside = tail(offset=offset)
     way = course(aside, HALF, 10e-3)
     end = 10e-3 + turn_length(aside, HALF)
@@ -70,7 +70,7 @@ def test_offset_tail_ends_parallel_at_written_offset(offset):
 
 @settings(max_examples=50, deadline=None)
 @given(st.floats(-30e-3, 30e-3), st.floats(0.5e-3, 5e-3), st.floats(-1.2e-3, 1.2e-3), st.floats(-1.2e-3, 1.2e-3))
-def test_tail_course_is_smooth_and_keeps_distances(offset, radius, one, other):
+def test_bent_tail_path_is_smooth_and_preserves_track_distances(offset, radius, one, other):
     way = course(tail(offset=offset, turn_radius=radius), HALF, 5e-3)
     if way is None:
         assert offset == 0.0
@@ -95,7 +95,7 @@ def _heading(segment, fraction):
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_turned_board_is_straight_board_along_course(way):
+def test_board_with_tail_turn_preserves_areas_and_mean_track_lengths(way):
     layout = board(way)
     spec = layout.spec
     straight = sitscad.lay_out(
@@ -135,7 +135,7 @@ def test_turned_tail_passes_checks_with_contacts_at_side(way):
 
 
 @pytest.mark.slow
-def test_pair_in_turn_has_straight_pair_estimates():
+def test_turned_lead_pair_has_resistance_and_inductance_of_straight_pair():
     """The way back is below the way there, round the turn as before it: alike in resistance and capacitance.
 
     Of all pairs together: the inner one is shorter by what the outer one is longer, 2.5 % of this board's.
@@ -158,7 +158,7 @@ def test_pair_in_turn_has_straight_pair_estimates():
         ("offset: 3 ohm", "SIT005", "fpc.tail.offset"),
     ],
 )
-def test_unusable_turn_is_refused_at_key(way, rule, key):
+def test_unusable_tail_turn_is_refused_at_its_key(way, rule, key):
     with pytest.raises(SpecError) as caught:
         sitscad.load_text(text_of(way))
     assert [(f.rule, f.key) for f in caught.value.findings] == [(rule, key)]

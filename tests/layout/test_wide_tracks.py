@@ -25,7 +25,7 @@ def test_leads_wider_than_via_pad_keep_coil_clearance(sensor, shape, width, laye
     assert outside and all(via.pad == layout.spec.fpc.rules.via_pad for via in outside)
 
 
-def test_wide_tracks_in_array_keep_rules(sensor):
+def test_wide_tracks_in_array_pass_design_rules(sensor):
     assert_sound(
         lay_out(
             sensor(shape="circle", diameter=8e-3, turns=1.5, layers=4, width=0.5e-3, spacing=0.15e-3, coils=3,
@@ -34,7 +34,7 @@ def test_wide_tracks_in_array_keep_rules(sensor):
     )
 
 
-def test_joined_via_is_as_wide_as_pad_or_track():
+def test_via_pad_of_joined_tracks_is_larger_of_pad_and_track_width():
     rules = installed_rules("generic-flex")
     assert joined_hole(rules, 0.5 * rules.via_pad).pad == rules.via_pad
     wide = joined_hole(rules, 3.0 * rules.via_pad)

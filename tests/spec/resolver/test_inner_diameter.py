@@ -141,6 +141,6 @@ def test_sweep_of_the_inner_diameter_changes_the_turns():
      {"coil.outer_diameter", "coil.inner_diameter", "coil.turns"}),
     ({"turns": 8, **TRACK}, {"coil.outer_diameter", "coil.turns", "coil.trace_width"}),
 ])
-def test_started_study_varies_the_keys_that_are_written(keys, varied):
+def test_new_study_varies_the_written_keys(keys, varied):
     text = document.first_study_text(spec(**keys), "coil.yaml")
     assert set(re.findall(r"^  (coil\.\w+):", text, re.MULTILINE)) == varied
