@@ -1,1 +1,1 @@
-"""Places of the sensor's pieces, their CAD solids, and their fit."""
+"""Positions of the sensor's parts, their CAD solids, and their fit in the instrument."""

@@ -1,1 +1,1 @@
-"""Places of the sensor's pieces, seen from above and in height. No other package computes them."""
+"""Positions of the sensor's parts in plan and in height. All other packages take them from here."""

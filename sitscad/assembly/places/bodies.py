@@ -1,7 +1,7 @@
-"""The pieces of the sensor in their places: role, plan from above, and heights.
+"""Parts of the sensor in their positions: role, outline from above (plan), and heights.
 
-Heights follow from the spec alone and are computed only here. z = 0 is the board's top face. Heights do not
-include glue. Each glue line between the board and a piece of metal moves this piece farther from the coils
+Heights follow from the spec alone and are computed only here. z = 0 is the board's top face. Heights do not include
+glue. Each glue line (layer of glue) between the board and a metal part moves this part farther from the coils
 (`target_gap`, `Backing`).
 """
 
@@ -29,7 +29,7 @@ class PartsError(ValueError):
 
 
 class BodyRole(StrEnum):
-    """Role of a piece in the sensor."""
+    """Role of a part in the sensor."""
 
     JAW = "jaw"
     MOUNT = "mount"
@@ -51,11 +51,11 @@ class BodyRole(StrEnum):
 
 @record
 class Body:
-    """A piece in its place: its plan from above, the heights (m) of its lower and upper face, and its material.
+    """A part in its position: outline from above, heights (m) of its lower and upper face, and material.
 
-    `metal` is set if the material conducts or is magnetic. `cell` is the number of the piece's cell, from 1, or 0
-    without cells. `web` is the number of a strip that joins the pads of two cells. The plan of a jaw is its face. It
-    reaches from the face to the lowest point of its back.
+    `metal` is set if the material conducts or is magnetic. `cell` is the number of the part's cell from 1, and 0 if the
+    spec has no cells. `web` is the number of a strip that joins the pads of two cells, else 0. For a jaw, `plan` is its
+    face, and the heights extend from the face to the farthest point of its back.
     """
 
     role: BodyRole
@@ -69,7 +69,7 @@ class Body:
 
     @property
     def name(self) -> str:
-        """Name in documents and files."""
+        """Name in documents and file names."""
         if self.web:
             return f"{self.role.value}-web-{self.web}"
         return f"{self.role.value}-{self.cell}" if self.cell else self.role.value
@@ -94,7 +94,7 @@ class Body:
     def outline(self, margin: float = 0.0) -> Path:
         """Return the closed outline from above.
 
-        The outline of a disc or a rectangle is grown by `margin` (m) with round corners.
+        The outline of a disc or a rectangle is enlarged by `margin` (m) on each side, with round corners.
         """
         if isinstance(self.plan, Region) and not margin:
             return self.plan.outline
@@ -102,16 +102,16 @@ class Body:
 
     @property
     def region(self) -> Region:
-        """Covered area from above, with its holes."""
+        """Area that the part covers from above, with its holes."""
         return self.plan if isinstance(self.plan, Region) else Region(self.plan.outline())
 
 
 @record
 class Plates:
-    """The pieces on the board at their nominal sizes.
+    """Parts on the board at their nominal sizes.
 
     `elastomers` are the soft pads on the board's top face, and `webs` the strips that join them. `targets` are the
-    conducting plates, on the pads or on the board. `joined` is the bounding box of all pads that are joined by webs.
+    conducting plates on the pads or on the board. `joined` is the bounding box of all pads that are joined by webs.
     None if there are no webs.
     """
 
@@ -127,22 +127,25 @@ class Plates:
 
     @property
     def elastomer(self) -> Body | None:
-        """The first pad, without the number of its cell. None if there is no elastomer."""
+        """First pad, without a cell number. None if there are no pads."""
         return replace(self.elastomers[0], cell=0) if self.elastomers else None
 
     @property
     def target(self) -> Body | None:
-        """The first target, without the number of its cell. None if there is no target."""
+        """First target, without a cell number. None if there is no target."""
         return replace(self.targets[0], cell=0) if self.targets else None
 
     @property
     def upper(self) -> float:
-        """Height (m) of the uppermost face, without a film. 0 on a bare board."""
+        """Height (m) of the uppermost face, without encapsulation. 0 if no part is on the board."""
         return self.all[-1].upper if self.all else 0.0
 
     @property
     def lines_below_target(self) -> int:
-        """Number of glue lines below the target: under the elastomer and under the target. 0 without a target."""
+        """Number of glue lines between board and target: under the pad and under the target.
+
+        0 if there is no target.
+        """
         return bool(self.targets) * (1 + bool(self.elastomers))
 
     def of(self, part: str) -> tuple[Body, ...]:
@@ -150,12 +153,15 @@ class Plates:
         return self.elastomers if part == "elastomer" else self.targets
 
     def glued(self, part: str) -> tuple[Body, ...]:
-        """Return the pads or targets that are glued separately. Pads joined by webs are one piece, their common box."""
+        """Return the pads or targets that are glued as separate parts.
+
+        Pads joined by webs are one part, their common box.
+        """
         return self.of(part) if self.joined is None or part != "elastomer" else (self.joined,)
 
 
 def plates_of(spec: SensorSpec) -> Plates:
-    """Return the pieces on the board. The spec caches them."""
+    """Return the parts on the board. The result is cached in the spec."""
 
     def place_plates() -> Plates:
         pads, targets = [], []
@@ -176,7 +182,7 @@ def plates_of(spec: SensorSpec) -> Plates:
 
 
 def _with_cell_numbers(bodies: list[Body]) -> tuple[Body, ...]:
-    """Return the bodies with the numbers of their cells. A single body has none."""
+    """Return the parts with cell numbers from 1. A single part keeps cell 0."""
     return tuple(bodies) if len(bodies) < 2 else tuple(replace(body, cell=k) for k, body in enumerate(bodies, 1))
 
 
@@ -187,9 +193,9 @@ def board_heights(stackup: Stackup) -> Heights:
 
 @record
 class Backing:
-    """Heights (m) of the pieces behind the board: mount, shield and metal.
+    """Heights of the parts behind the board: mount, shield and metal. All are in metres.
 
-    They follow from the stack-up, the mount and its glue lines, and the shield.
+    They follow from the stack-up, the mount, the shield and the glue lines.
     """
 
     stackup: Stackup
@@ -204,9 +210,9 @@ class Backing:
 
     @property
     def shield_heights(self) -> Heights | None:
-        """Heights of the shield without glue. None if there is no shield.
+        """Heights of the shield's faces without glue. None if there is no shield.
 
-        Its fit above the jaw's metal is not checked.
+        The heights are not compared with the metal of the jaw.
         """
         if self.shield is None:
             return None
@@ -226,15 +232,18 @@ class Backing:
 
     @property
     def seat_heights(self) -> Heights | None:
-        """Heights of the standoff: from the face under the mount to the board's bottom. None if there is no mount."""
+        """Heights of the standoff: from the face below the mount to the board's bottom face.
+
+        None if there is no mount.
+        """
         return None if self.mount is None else (self.bottom - self.mount.standoff, self.bottom)
 
     @property
     def spans(self) -> list[Heights]:
-        """Height ranges (m) of the mount's printed pieces, from the bottom up. Empty if there is no mount.
+        """Height ranges (m) of the mount's printed parts, from the bottom up. Empty if there is no mount.
 
-        With a shield, one piece reaches from the mount's lower face to the shield, and one from the shield to the
-        board. Without a shield, there is one piece. `MOUNT_PIECES` has their names in this order.
+        With a shield, one part is below the shield, and one is between shield and board. Without a shield, there is one
+        part. `MOUNT_PIECES` has their names in this order.
         """
         seat, shield = self.seat_heights, self.shield_heights
         if seat is None:
@@ -244,7 +253,7 @@ class Backing:
 
     @property
     def lines_over_shield(self) -> int:
-        """Number of glue lines between board and shield. 0 without a mount."""
+        """Number of glue lines between board and shield. 0 if there is no mount."""
         sheet = self.shield_heights
         if sheet is None or self.mount is None:
             return 0
@@ -252,14 +261,17 @@ class Backing:
 
     @property
     def lines_over_carrier(self) -> int:
-        """Number of glue lines between the board and the face below the mount. 0 without a mount."""
+        """Number of glue lines between the board and the face below the mount. 0 if there is no mount."""
         if self.mount is None:
             return 0
         return len(self.spans) + (self.shield is not None) + (self.mount.jaw is not None)
 
     @property
     def shield_span(self) -> Heights | None:
-        """Heights of the shield's faces, with the glue between shield and board. None if there is no shield."""
+        """Heights (m) of the shield's faces in the glued sensor. None if there is no shield.
+
+        They are lowered by the glue lines between board and shield, and by the shield's tolerance offset.
+        """
         sheet = self.shield_heights
         if sheet is None:
             return None
@@ -268,7 +280,7 @@ class Backing:
 
     @property
     def shield_gap_text(self) -> str:
-        """Distance from board to shield as text, as drawn and with glue lines. Empty if there is no shield."""
+        """Distance between board and shield as text, nominal and with glue lines. Empty if there is no shield."""
         if self.shield is None:
             return ""
         glue = self.assembly.glue_line * self.lines_over_shield
@@ -277,7 +289,10 @@ class Backing:
 
     @property
     def carrier_face(self) -> float | None:
-        """Height of the face below the mount, with glue lines (in a jaw, too). None if there is no mount."""
+        """Height (m) of the face below the mount in the glued sensor. None if there is no mount.
+
+        It is lowered by the glue lines between board and mount, and by the metal's tolerance offset.
+        """
         seat = self.seat_heights
         if seat is None:
             return None
@@ -285,9 +300,9 @@ class Backing:
 
     @property
     def metal_face(self) -> float | None:
-        """Height of the metal's face behind the board, with glue lines. None if there is no mount.
+        """Height (m) of the metal behind the board in the glued sensor. None if there is no mount.
 
-        For a mount without metal, it is the height of the face below the mount.
+        If the spec has no `mount.metal_behind`, it is the height of the face below the mount.
         """
         face, mount = self.carrier_face, self.mount
         if face is None or mount is None or mount.metal_behind is None:
@@ -296,7 +311,10 @@ class Backing:
 
     @property
     def room(self) -> float:
-        """Distance from the board's bottom face to the shield, or to `metal_face`. Infinite without either."""
+        """Distance (m) from the board's bottom face to the shield, or else to `metal_face`.
+
+        Infinite if there is neither.
+        """
         sheet, metal = self.shield_span, self.metal_face
         if sheet is not None:
             return self.bottom - sheet[1]
@@ -304,34 +322,34 @@ class Backing:
 
 
 def backing_of(spec: SensorSpec) -> Backing:
-    """Return the pieces behind the board."""
+    """Return the parts behind the board: mount, shield and metal."""
     return Backing(spec.fpc.stackup, spec.mount, spec.shield, spec.assembly)
 
 
 MOUNT_PIECES = ("mount", "mount-spacer")
-"""Names of the mount's printed pieces, from the bottom up. Drawing, bill of materials and files use these names."""
+"""Names of the mount's printed parts from the bottom up, for drawings, the bill of materials and files."""
 
 
 def top_height(spec: SensorSpec) -> float:
-    """Return the height (m) of the sensor's uppermost face, with the encapsulation film."""
+    """Return the height (m) of the sensor's uppermost face, including the encapsulation film."""
     return plates_of(spec).upper + film_thickness(spec.encapsulation)
 
 
 def film_thickness(encapsulation: Encapsulation | None) -> float:
-    """Return the thickness (m) of the encapsulation, which also surrounds the pieces. 0 without encapsulation."""
+    """Return the thickness (m) of the encapsulation, above and beside the parts. 0 if there is none."""
     return encapsulation.thickness if encapsulation is not None else 0.0
 
 
 def target_lines(spec: SensorSpec) -> float:
-    """Return the thickness (m) of the glue between the board's top face and the target's near face.
+    """Return the total thickness (m) of glue between the board's top face and the target's lower face.
 
-    0 without a target.
+    It includes the target's tolerance offset. 0 if there is no target.
     """
     return spec.assembly.glue_line * plates_of(spec).lines_below_target + spec.assembly.offsets.target
 
 
 def target_gap(spec: SensorSpec) -> float | None:
-    """Return the gap (m) from the board's top face to the target's near face at rest, with glue.
+    """Return the distance (m) from the board's top face to the target's lower face at rest, including glue.
 
     None if there is no target.
     """

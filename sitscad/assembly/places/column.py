@@ -1,7 +1,8 @@
-"""Layers of the closed pair of jaws from back to back, with tolerances and glue lines.
+"""Layers between the backs of two closed jaws, with glue lines and tolerances.
 
-Heights in `sitscad.assembly.places.bodies` belong to pieces as cut, printed and bought. This module adds glue, the
-tolerance of each piece, and the limits of each process. They decide whether the pair passes its port.
+Heights in `sitscad.assembly.places.bodies` are nominal and without glue. This module adds the glue, the tolerance of
+each part, and the smallest features that each process can make. With these, `fit` decides whether the closed jaws pass
+through their port (the tube into the body).
 """
 
 from __future__ import annotations
@@ -26,8 +27,8 @@ from sitscad.spec.mount import Assembly, Mount
 class Toleranced:
     """A length (m) with several independent causes of deviation.
 
-    It has the nominal length and the deviation of each cause (m). Deviations are signed, so that a cause common to two
-    lengths is not counted twice in their difference.
+    `terms` lists (cause, deviation in m). Deviations are signed, so that a common cause of two lengths cancels in their
+    difference.
     """
 
     nominal: float
@@ -39,34 +40,34 @@ class Toleranced:
         return cls(nominal, ((cause, tolerance),) if tolerance else ())
 
     def __add__(self, other: Toleranced) -> Toleranced:
-        """Return the sum of two lengths, cause by cause."""
+        """Return the sum of two lengths. Deviations are added by cause."""
         terms = dict(self.terms)
         for cause, change in other.terms:
             terms[cause] = terms.get(cause, 0.0) + change
         return Toleranced(self.nominal + other.nominal, tuple(terms.items()))
 
     def __mul__(self, factor: float) -> Toleranced:
-        """Return the length times a factor."""
+        """Return the length and its deviations multiplied by a factor."""
         return Toleranced(factor * self.nominal, tuple([(cause, factor * change) for cause, change in self.terms]))
 
     def __sub__(self, other: Toleranced) -> Toleranced:
-        """Return the difference of two lengths, cause by cause."""
+        """Return the difference of two lengths. Deviations are subtracted by cause."""
         return self + other * -1.0
 
     @property
     def spread(self) -> float:
-        """Largest deviation (m) from nominal by all causes together."""
+        """Largest deviation (m) from nominal: the sum of the magnitudes of all deviations."""
         return math.fsum([abs(change) for _, change in self.terms])
 
     @property
     def root_sum_square(self) -> float:
-        """Deviation (m) from nominal by independent causes: the root of the sum of squares."""
+        """Root of the sum of squared deviations (m): the usual deviation for independent causes."""
         return math.hypot(*[change for _, change in self.terms])
 
 
 @record
 class PrintLimit:
-    """The smallest size (m) that a process makes, and the source of the value."""
+    """Smallest size (m) that a process can make, with the source of this value."""
 
     value: float
     source: str
@@ -76,8 +77,8 @@ class PrintLimit:
 def print_limit(process: str, figure: str) -> PrintLimit:
     """Return the smallest size (m) that a process can make for one kind of feature.
 
-    `figure` is wall, free_wall, hole, clearance, pin, groove or escape. Raises KeyError if the table has no row for
-    this process and feature.
+    `figure` is the kind: wall, free_wall, hole, clearance, pin, groove or escape. Raises KeyError if the table has no
+    row for this process and kind.
     """
     for row in rows("print_limits"):
         if (row["process"], row["figure"]) == (process, figure):
@@ -91,7 +92,7 @@ GLUE = "glue under the "
 
 @record
 class SizeTolerance:
-    """Half the tolerance band of a size, and the source of the value. The band is in m, relative, or an angle."""
+    """Half of the tolerance band of a size (m, relative, or angle), with the source of this value."""
 
     band: float
     source: str
@@ -104,7 +105,7 @@ class SizeTolerance:
 
 @record
 class Layer:
-    """A layer of the closed pair: name, thickness (m) with its deviations, and source of its tolerance."""
+    """A layer between the backs of the jaws: name, thickness (m) with its deviations, and source of the tolerance."""
 
     part: str
     thickness: Toleranced
@@ -124,9 +125,7 @@ Levels = dict[str, tuple[Toleranced, Toleranced]]
 def column(layout: Layout) -> tuple[Layer, ...]:
     """Return the layers between the backs of the closed jaws, from the jaw's lowest point upwards.
 
-    Empty if there is no jaw.
-
-    The layout caches them, because each piece made to measure uses them.
+    Empty if there is no jaw. The result is cached in the layout, because each part whose size depends on it uses it.
     """
 
     def stack_layers() -> tuple[Layer, ...]:
@@ -147,7 +146,7 @@ def column(layout: Layout) -> tuple[Layer, ...]:
 
 
 def on_board(layout: Layout) -> tuple[Layer, ...]:
-    """Return the board and the layers glued on it, from the board upwards, with or without a jaw."""
+    """Return the board and the layers glued onto it, from the board upwards. The spec need not have a jaw."""
     spec, assembly = layout.spec, layout.spec.assembly
     plates = _layers_above(assembly, spec.elastomer, spec.target)
     glued = chain.from_iterable((*_glue_under(layer, assembly), layer) for layer in plates)
@@ -155,19 +154,22 @@ def on_board(layout: Layout) -> tuple[Layer, ...]:
 
 
 def sealed_height(layers: tuple[Layer, ...], film: Encapsulation, assembly: Assembly) -> Toleranced:
-    """Return the height (m) of the film's upper face above the board's top face. `layers` come from `on_board`."""
+    """Return the height (m) of the encapsulation's upper face above the board's top face.
+
+    `layers` come from `on_board`.
+    """
     at = layer_heights((*layers, *_film(film, assembly)))
     return at["encapsulation"][1] - at["board"][1]
 
 
 def _film(encapsulation: Encapsulation | None, assembly: Assembly) -> tuple[Layer, ...]:
-    """Return the film over the pieces. It is not glued. Empty if the spec has no film."""
+    """Return the encapsulation film over the parts as a layer without glue. Empty if the spec has no film."""
     thickness = film_thickness(encapsulation)
     return (_layer("encapsulation", thickness, film_tolerance(assembly, thickness)),) if thickness else ()
 
 
 def on_seat(layout: Layout) -> tuple[Layer, ...]:
-    """Return the printed pieces and the board glued on them, from their carrier's face upwards."""
+    """Return the printed parts and the board glued onto them, from the face below the mount upwards."""
     board = _board(finished_thickness(layout, Where.COIL), layout.spec.assembly)
     return (*_layers_behind(backing_of(layout.spec)), *_glue_under(board, layout.spec.assembly), board)
 
@@ -179,14 +181,14 @@ def _board(finished: FinishedThickness, assembly: Assembly) -> Layer:
 
 
 def _glue_under(layer: Layer, assembly: Assembly) -> Iterator[Layer]:
-    """Yield the glue line under a layer. Empty if the spec has none."""
+    """Yield the glue line under a layer. Empty if the spec has no glue lines."""
     source = assembly.adhesive.source if assembly.adhesive is not None else "the spec (assembly)"
     if assembly.glue_line:
         yield _layer(f"{GLUE}{layer.part}", assembly.glue_line, SizeTolerance(assembly.glue_tolerance, source))
 
 
 def layer_heights(layers: tuple[Layer, ...]) -> Levels:
-    """Return, by layer name, the heights (m) of the lower and the upper face above the lowest face of all layers."""
+    """Return the heights (m) of each layer's lower and upper face by name, above the lowest face of all layers."""
     heights: Levels = {}
     here = Toleranced(0.0)
     for layer in layers:
@@ -196,10 +198,10 @@ def layer_heights(layers: tuple[Layer, ...]) -> Levels:
 
 
 def worst_deviations(layout: Layout) -> tuple[float, float]:
-    """Return two worst-case deviations (m) of a piece that is made to measure: sideways, and in height.
+    """Return two worst-case deviations (m) of a part that is made to fit into the port: sideways, and in height.
 
-    Sideways: half of the mount's size tolerance plus the placement tolerance. In height: half of the sum of all glue
-    lines and of all layer tolerances, because the closed pair's middle is the reference.
+    Sideways, it is half of the mount's size tolerance plus the placement tolerance. In height, it is half of the sum of
+    all glue lines and of all layer tolerances, because heights count from the middle of the closed jaws.
     """
 
     def add_up() -> tuple[float, float]:
@@ -213,12 +215,12 @@ def worst_deviations(layout: Layout) -> tuple[float, float]:
 
 
 def placement(assembly: Assembly) -> SizeTolerance:
-    """Return the placement tolerance (m) of a glued piece."""
+    """Return the tolerance (m) of a glued part's position."""
     return _tolerance(assembly, "placement", "placement", "by ledges", 0.0)
 
 
 def outline_tolerance(assembly: Assembly, rules: DesignRules) -> SizeTolerance:
-    """Return the tolerance of the board's length and width."""
+    """Return the tolerance (m) of the board's length and width."""
     written = assembly.tolerance("outline")
     if written is not None:
         return SizeTolerance(written, WRITTEN)
@@ -226,21 +228,24 @@ def outline_tolerance(assembly: Assembly, rules: DesignRules) -> SizeTolerance:
 
 
 def process_of(mount: Mount | None) -> str:
-    """Return the process of mount, jig and moulds. Jig and moulds are resin if there is no mount."""
+    """Return the manufacturing process of mount, assembly jig and moulds.
+
+    Without a mount, jig and moulds are resin prints.
+    """
     return mount.process if mount is not None else "resin"
 
 
 def mount_tolerance(assembly: Assembly, mount: Mount | None) -> SizeTolerance:
-    """Return the tolerance of each printed or milled piece."""
+    """Return the size tolerance of the printed or milled parts."""
     size = mount.standoff if mount is not None else 0.0
     return _tolerance(assembly, "mount", "mount", process_of(mount), size)
 
 
 def metal_tolerances(assembly: Assembly, mount: Mount | None) -> tuple[SizeTolerance, SizeTolerance] | None:
-    """Return tolerances of the distance and the thickness of `mount.metal_behind`. None if the spec has no such metal.
+    """Return tolerances of distance and thickness of `mount.metal_behind`. None if the spec has no such metal.
 
-    If the spec states no tolerances, the distance has the tolerance of the mount's process, and the thickness has the
-    tolerance of a rolled sheet.
+    If the spec states no tolerances, the distance has the tolerance of the mount's process, and the thickness the
+    tolerance of rolled sheet.
     """
     if mount is None or mount.metal_behind is None:
         return None
@@ -251,31 +256,31 @@ def metal_tolerances(assembly: Assembly, mount: Mount | None) -> tuple[SizeToler
 
 
 def jaw_tolerance(assembly: Assembly, size: float) -> SizeTolerance:
-    """Return the tolerance of a jaw's size (m)."""
+    """Return the tolerance of a jaw's dimension whose nominal value is `size` (m)."""
     return _tolerance(assembly, "jaw", "jaw", "machined", size)
 
 
 def sheet_tolerance(assembly: Assembly, part: str, thickness: float) -> SizeTolerance:
-    """Return the tolerance of the thickness (m) of a rolled sheet: target or shield."""
+    """Return the thickness tolerance of a rolled sheet (target or shield) with this thickness (m)."""
     tolerance = _tolerance(assembly, part, "sheet", "rolled", thickness)
     return SizeTolerance(min(tolerance.band, thickness), tolerance.source)
 
 
 def film_tolerance(assembly: Assembly, thickness: float) -> SizeTolerance:
-    """Return the tolerance of the encapsulation's thickness (m)."""
+    """Return the thickness tolerance of an encapsulation with this thickness (m)."""
     tolerance = _tolerance(assembly, "encapsulation", "film", "coated", thickness)
     return SizeTolerance(min(tolerance.band, thickness), tolerance.source)
 
 
 def plate_tolerance(assembly: Assembly, name: str, size: float) -> SizeTolerance:
-    """Return the tolerance of a side (m) of the elastomer or the target."""
+    """Return the tolerance of a side of the pad or the target whose length is `size` (m)."""
     if name == "target":
         return _tolerance(assembly, "target_size", "edge", "cut", size)
     return elastomer_tolerance(assembly, "elastomer_size", "elastomer size")
 
 
 def _layers_behind(backing: Backing) -> list[Layer]:
-    """Return printed pieces and shield between metal and board, from the metal upwards."""
+    """Return the printed parts and the shield between metal and board, from the metal upwards."""
     sheet, printed = backing.shield_heights, mount_tolerance(backing.assembly, backing.mount)
     spans = zip(MOUNT_PIECES, backing.spans, strict=False)
     layers = [(lower, _layer(name, upper - lower, printed)) for name, (lower, upper) in spans]
@@ -299,9 +304,9 @@ def _layer(part: str, thickness: float, tolerance: SizeTolerance) -> Layer:
 
 
 def elastomer_tolerance(assembly: Assembly, written: str, row: str) -> SizeTolerance:
-    """Return the tolerance of a pad's size: the spec's value, otherwise the usual value.
+    """Return the tolerance of a pad's size: the spec's value, or else the usual value.
 
-    `written` is the key in ``assembly.tolerances``. `row` is the name in `usual_tolerances`.
+    `written` is the key in ``assembly.tolerances``, and `row` the name in `usual_tolerances`.
     """
     written_band = assembly.tolerance(written)
     return usual_tolerances()[row] if written_band is None else SizeTolerance(written_band, WRITTEN)
@@ -309,15 +314,15 @@ def elastomer_tolerance(assembly: Assembly, written: str, row: str) -> SizeToler
 
 @cache
 def usual_tolerances() -> dict[str, SizeTolerance]:
-    """Return the usual tolerances of fabricators by name (``trace width``, ...).
+    """Return the usual tolerances of fabricators by name (for example ``trace width``).
 
-    They are relative or in metres, as the table's units state.
+    They are relative or in metres, as the units in the table state.
     """
     return {row["name"]: SizeTolerance(float(row["half_width"]), cited(row)) for row in rows("tolerances")}
 
 
 def _tolerance(assembly: Assembly, written: str, part: str, process: str, size: float) -> SizeTolerance:
-    """Return the tolerance in the spec, otherwise the tolerance of the process at a size (m).
+    """Return the tolerance in the spec, or else the tolerance of the process for a size (m).
 
     `written` is the key in ``assembly.tolerances``. `part` and `process` select the rows of the table.
     """
@@ -327,9 +332,10 @@ def _tolerance(assembly: Assembly, written: str, part: str, process: str, size: 
 
 @lru_cache(maxsize=256)
 def process_tolerance(part: str, process: str, size: float) -> SizeTolerance:
-    """Return the tolerance of a process for a part of a size (m). Raises KeyError if the table has no such row.
+    """Return the tolerance of a process for a kind of part with a size (m).
 
-    The first row whose `up_to` is not below the size counts, otherwise the last row.
+    Raises KeyError if the table has no such row. The first row whose `up_to` is at least the size is used, or else the
+    last row.
     """
     fitting = [row for row in _read("process_tolerances") if (row["part"], row["process"]) == (part, process)]
     for row in fitting:

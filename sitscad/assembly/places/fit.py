@@ -1,10 +1,11 @@
-"""Fit of the sensor from its figures: the closed pair in its port, the board across and along the jaw's face.
+"""Fit of the sensor, computed from dimensions: closed jaws in their port, and the board on the jaw's face.
 
-Each dimension is computed nominally, by root-sum-square and at worst, with all glue lines and each part's tolerance.
-The result is exact in the plane across the jaw's axis and needs no CAD kernel. `sitscad.assembly.solids.solid` measures
-the built solids.
+Each dimension is computed nominally, by root-sum-square and in the worst case, with all glue lines and tolerances. The
+result is exact in the plane across the jaw and needs no CAD kernel. `sitscad.assembly.solids.solid` measures the solids
+instead.
 
-The module also covers the jaws' hinge: its pin, the gap between tail and pin, the tube behind, and the closing jaws.
+The module also covers the jaws' hinge: its pin, the gap between tail and pin, the tube behind the jaws, and the closing
+motion.
 """
 
 from __future__ import annotations
@@ -62,10 +63,10 @@ CLOSED_PAIR, OVERHANG, LENGTH = "closed pair", "board beside the jaw's face", "b
 
 @record
 class Corner:
-    """A corner of a part in the section across the jaw.
+    """A corner of a part in the cross-section of the closed jaws.
 
-    `y` (m) is its distance from the jaw's middle, `z` (m) its height above the closed pair's middle. `rounding` (m) is
-    the radius of the rounded edge about this point.
+    `y` (m) is its distance from the jaw's middle, and `z` (m) its height above the middle of the closed jaws.
+    `rounding` (m) is the radius of a rounded edge whose centre is this point.
     """
 
     part: str
@@ -75,10 +76,10 @@ class Corner:
 
     @property
     def reach(self) -> tuple[float, float, float]:
-        """Distance (m) of the corner from the closed pair's axis: nominal, by root-sum-square, and at worst.
+        """Distance (m) of the corner from the closed jaws' axis: nominal, by root-sum-square, in the worst case.
 
         The worst case combines the largest deviations of `y`, `z` and `rounding`. It is exact if each cause changes
-        only one of them. The root-sum-square uses the first derivatives of the distance by each cause at nominal.
+        only one of these. The root-sum-square uses derivatives of the distance by each cause at nominal.
         """
         y, z, rounding = self.y, self.z, self.rounding
         distance = math.hypot(y.nominal, z.nominal)
@@ -93,12 +94,12 @@ class Corner:
 
 @record
 class ClosedSection:
-    """Cross-section of the assembled closed pair (m).
+    """Cross-section of the closed jaws with the glued sensor (m).
 
-    `height` is the height from back to back. `axis` is the height of the pair's axis above the board's top face.
-    `radius` is the nominal radius of the smallest circle about the axis that encloses the pair. `likely` is this radius
-    by root-sum-square, and `worst` with all tolerances at worst. `decided_by` names the part that touches the circle.
-    `port_radius` is the radius of the port.
+    `height` is the distance between the backs. `axis` is the height of the middle between the backs above the board's
+    top face. `radius` is the nominal radius of the smallest circle about the axis that encloses the section. `likely`
+    is this radius by root-sum-square, and `worst` with all tolerances in the worst case. `decided_by` is the part that
+    touches the circle. `port_radius` is the radius of the port.
     """
 
     height: float
@@ -111,12 +112,12 @@ class ClosedSection:
 
     @property
     def fits(self) -> bool:
-        """Whether the pair passes its port nominally. Contact is permitted."""
+        """Whether the closed jaws nominally pass through their port. Contact is permitted."""
         return self.radius <= self.port_radius + 1e-9
 
 
 def fit(layout: Layout) -> tuple[Measure, ...]:
-    """Return the fit measurements of a sensor in a jaw.
+    """Return the comparisons of sizes with their limits for a sensor in a jaw.
 
     Empty if there is no jaw. Raises `PartsError` if the shield does not fit.
     """
@@ -144,9 +145,9 @@ def fit(layout: Layout) -> tuple[Measure, ...]:
 
 
 def measures(layout: Layout) -> tuple[Measure, ...]:
-    """Return the measurements of `fit`.
+    """Return the comparisons of `fit`.
 
-    Empty if shield and standoff contradict each other, which is a separate finding.
+    Empty if the dimensions of shield and standoff contradict each other, because a separate finding reports this.
     """
     try:
         return fit(layout)
@@ -155,10 +156,10 @@ def measures(layout: Layout) -> tuple[Measure, ...]:
 
 
 def closed_section(layout: Layout) -> ClosedSection | None:
-    """Return the closed pair from the spec's figures, with all glue lines. None if there is no jaw.
+    """Return the cross-section of the closed jaws with all glue lines, from the spec's dimensions.
 
-    Only corners and the ends of rounded edges can be farthest from the axis. Raises `PartsError` if the shield does not
-    fit.
+    None if there is no jaw. Only corners and the ends of rounded edges can be farthest from the axis. Raises
+    `PartsError` if the shield does not fit.
     """
     jaw, span = layout.spec.jaw, closed_span(backing_of(layout.spec), top_height(layout.spec))
     backing_of(layout.spec).shield_that_fits()
@@ -175,9 +176,9 @@ def closed_section(layout: Layout) -> ClosedSection | None:
 
 
 def square_back(layout: Layout) -> float | None:
-    """Return the worst-case radius (m) of a closed pair whose jaw fills its width and height in the spec like a box.
+    """Return the worst-case radius (m) of the closed jaws if each jaw filled a box of its width and height in the spec.
 
-    None if no STEP file describes the back. Raises `PartsError` if the shield does not fit.
+    None if the jaw has no STEP file. Raises `PartsError` if the shield does not fit.
     """
     jaw, pair = layout.spec.jaw, closed_section(layout)
     if jaw is None or jaw.step is None or pair is None:
@@ -188,17 +189,17 @@ def square_back(layout: Layout) -> float | None:
 
 
 def back_reach(layout: Layout, jaw: Jaw) -> float:
-    """Return the nominal largest distance (m) between the closed pair's axis and the jaw's assumed section."""
+    """Return the largest nominal distance (m) of the jaw's assumed cross-section from the axis of the closed jaws."""
     at = layer_heights(column(layout))
     corners = _corners(layout, jaw, at, at["opposing-jaw"][1] * 0.5)
     return max(corner.reach[0] for corner in corners if corner.part == "jaw")
 
 
 def _overhang(width: float, assembly: Assembly, rules: DesignRules, jaw: Jaw, seat: float) -> Measure:
-    """Measure the overhang of the board beyond the sides of the jaw's face.
+    """Compare the board's overhang beyond the sides of the jaw's face with its limit.
 
-    `width` (m) is the width of the board's body. `seat` (m) is the thickness of the seat, and the limit of the
-    overhang: the seat carries an overhang up to its thickness (45 degrees).
+    `width` (m) is the width of the board's body. `seat` (m) is the thickness of the seat below the board, and the limit
+    of the overhang, because a seat supports an overhang up to its thickness (45 degrees).
     """
     face = jaw_section(jaw_with_rims(jaw)).face
     outline, metal = outline_tolerance(assembly, rules), jaw_tolerance(assembly, face)
@@ -254,7 +255,7 @@ def _corners(layout: Layout, jaw: Jaw, at: Levels, middle: Toleranced) -> Iterat
 
 
 def _seat_corners(layout: Layout, at: Levels, middle: Toleranced) -> Iterator[Corner]:
-    """Yield the lower edge of the seat on the metal, and both edges of the shield. Both are made to measure."""
+    """Yield the lower corner of the seat and both corners of the shield. Both parts are made to fit into the port."""
     spec = layout.spec
     metal = board_heights(spec.fpc.stackup)[0] - (spec.mount.standoff if spec.mount else 0.0)
     sheet = backing_of(spec).shield_heights
@@ -277,7 +278,7 @@ def _seat_corners(layout: Layout, at: Levels, middle: Toleranced) -> Iterator[Co
 
 
 def _sensor_corners(layout: Layout, at: Levels, middle: Toleranced) -> Iterator[Corner]:
-    """Yield all outer corners of board, pad, target and film."""
+    """Yield all outer corners of board, pad, target and encapsulation."""
     spec = layout.spec
     outline = outline_tolerance(spec.assembly, spec.fpc.rules)
     half = Toleranced.of(layout.body_size[1] / 2, 0.5 * outline.band,
@@ -302,7 +303,7 @@ def _sensor_corners(layout: Layout, at: Levels, middle: Toleranced) -> Iterator[
 
 
 def _sideways_deviation(assembly: Assembly, part: str) -> Toleranced:
-    """Return the sideways deviation (m) of a glued piece. All pieces are pushed against the same ledges."""
+    """Return the sideways deviation (m) of a glued part. All parts are pushed against the same ledges."""
     return Toleranced.of(0.0, placement(assembly).band, f"{part} beside its place")
 
 
@@ -318,7 +319,7 @@ class Shaft:
 def shaft(assembly: Assembly, jaw: Jaw | None) -> Shaft | None:
     """Return the tube and the hinge's pin behind the spec's jaw. None if there is no jaw.
 
-    Values that the spec does not state come from the table of usual shafts for the jaw's port diameter.
+    Values that the spec does not state come from a table by the diameter of the jaw's port.
     """
     if jaw is None:
         return None
@@ -334,9 +335,8 @@ def shaft(assembly: Assembly, jaw: Jaw | None) -> Shaft | None:
 def end_section(layout: Layout) -> tuple[float, float]:
     """Return the width and the largest thickness (m) of the tail behind the jaw.
 
-    The width is 0 if no part of the board lies behind the jaw. Both are 0 if there is no jaw.
-
-    The tail is thickest between its contacts and the stiffener's edge, where coverlay, copper and stiffener meet.
+    The width is 0 if no part of the board is behind the jaw. Both are 0 if there is no jaw. The tail is thickest
+    between its contacts and the stiffener's edge, where coverlay, copper and stiffener overlap.
     """
     jaw = layout.spec.jaw
     if jaw is None:
@@ -348,7 +348,7 @@ def end_section(layout: Layout) -> tuple[float, float]:
 
 
 def hinge_pivot(layout: Layout) -> Point | None:
-    """Return the pivot of the jaws' hinge in the plane along the jaw (x, z; m). None if the hinge is not known.
+    """Return the pivot of the jaws' hinge in the plane along the jaw (x, z; m). None if the spec states no hinge.
 
     Raises `PartsError` if the shield does not fit into the standoff.
     """
@@ -360,8 +360,9 @@ def hinge_pivot(layout: Layout) -> Point | None:
 class PinGap:
     """Gap between the tail and the hinge's pin.
 
-    `when` names the state of the jaws, and `angle` (rad) is their angle in this state. `away` (m) is the distance of
-    the tail's nearest face from the pivot. `pin` (m) is the pin's radius, and `source` the source of this value.
+    `when` describes the state of the jaws, and `angle` (rad) is the angle of the sensor's jaw in this state. `away` (m)
+    is the distance of the tail's nearest face from the pivot. `pin` (m) is the pin's radius, and `source` the source of
+    this value.
     """
 
     when: str
@@ -372,15 +373,15 @@ class PinGap:
 
     @property
     def is_free(self) -> bool:
-        """Whether the tail passes the pin."""
+        """Whether the tail does not touch the pin."""
         return self.away >= self.pin
 
 
 def pin_gaps(layout: Layout) -> tuple[PinGap, ...]:
-    """Return the gaps at the pin, with the jaws closed and wide open.
+    """Return the gaps between tail and pin with the jaws closed and fully open.
 
-    Empty if there is no hinge, or if the tail is led along the jaw. Raises `PartsError` if the shield does not fit into
-    the standoff.
+    Empty if there is no hinge, or if the tail has no bends. Raises `PartsError` if the shield does not fit into the
+    standoff.
     """
     jaw, behind, pivot = layout.spec.jaw, shaft(layout.spec.assembly, layout.spec.jaw), hinge_pivot(layout)
     closed = tail_path(layout)
@@ -398,10 +399,9 @@ def pin_gaps(layout: Layout) -> tuple[PinGap, ...]:
 def closing_motion(layout: Layout) -> Closing | None:
     """Return the closing motion of the sensor's jaws.
 
-    None if there is no jaw. Raises `PartsError` if the shield does not fit.
-
-    Backs on the port's circle are parallel when the pair is as high as the port. The difference of
-    the port's height and the height of the closed pair with the sensor is left for tissue.
+    None if there is no jaw. Raises `PartsError` if the shield does not fit. The backs of the jaws are parallel if the
+    distance between them equals the port's diameter. Tissue can fill the difference between this diameter and the
+    height of the closed jaws with the sensor.
     """
     jaw, pair = layout.spec.jaw, closed_section(layout)
     if jaw is None or pair is None:
@@ -412,10 +412,10 @@ def closing_motion(layout: Layout) -> Closing | None:
 
 
 def heads_above(layout: Layout) -> float | None:
-    """Return the height (m) of a bench plate's screw heads over the sensor's top face, negative if they are lower.
+    """Return the height (m) of a bench plate's screw heads above the sensor's top face.
 
-    Heads follow ISO 4762: their height equals the thread diameter. None if there is no plate, or if its threads are in
-    inches.
+    Negative if the heads are lower. The heads' height equals the thread diameter (ISO 4762). None if there is no plate,
+    or if its threads are in inches.
     """
     mount = layout.spec.mount
     if mount is None or mount.kind != "bench-plate" or mount.holes is None:

@@ -1,4 +1,4 @@
-"""The jaws: their section, their position, and the room inside the port. No CAD kernel is used."""
+"""The jaws of an instrument: cross-section, position, and the room inside the port. No CAD kernel is used."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from sitscad.layout.board import Layout
 from sitscad.spec.mount import Jaw, half_chord
 
 FILM_ROUNDING = 0.8
-"""Radius of the film's rounded outer edges, divided by the film's thickness.
+"""Radius of the encapsulation's rounded outer edges, divided by its thickness.
 
-Below 1, the film keeps its thickness everywhere.
+With a ratio below 1, the film has its full thickness everywhere.
 """
 
 
 @record
 class JawSection:
-    """Cross-section of a jaw, face up at height 0: width of its face, height, and radius of its back (m).
+    """Cross-section of a jaw with its face at height 0: width of the face, height, and radius of the back (m).
 
-    `side` is the length of the straight sides between the face and the round back.
+    `side` (m) is the length of the straight sides between face and back.
     """
 
     face: float
@@ -34,7 +34,7 @@ class JawSection:
 
     @property
     def outline(self) -> Path:
-        """Closed section, counter-clockwise. The path's x is y of the jaw, and its y is z."""
+        """Closed cross-section, counter-clockwise. The path's x is across the jaw, and its y is the height."""
         half, centre = self.face / 2, Point(0.0, self.radius - self.height)
         back = Arc(Point(-half, -self.side), Point(half, -self.side), centre)
         if self.side <= 0.0:
@@ -44,11 +44,11 @@ class JawSection:
 
 
 def jaw_section(jaw: Jaw) -> JawSection:
-    """Return the section of a jaw that passes its port alone: a bar of its width with a back of the port's radius.
+    """Return the assumed cross-section of a jaw: a bar of the jaw's width, with a back that has the port's radius.
 
-    The back is an arc of that radius, its lowest point ``height`` below the face. A flat jaw (milled down to carry a
-    sensor) has no straight sides. Its face is then the chord of the arc, narrower than the jaw's width. A face measured
-    wider than that chord has a flatter back.
+    The lowest point of the back is ``height`` below the face. A flat jaw has no straight sides. Its face is then
+    narrower than the jaw's width: a chord of the back's arc. If the spec states a wider face, the back has a larger
+    radius.
     """
     half, radius, height = (jaw.face or jaw.width) / 2, jaw.port_diameter / 2, jaw.height
     if jaw.face is not None and height < half:  # a flatter back, if the face is wider than the port's chord
@@ -61,28 +61,27 @@ def jaw_section(jaw: Jaw) -> JawSection:
 
 
 def board_middle(body: Box) -> Point:
-    """Return the middle of the board's body, over which the jaw is centred."""
+    """Return the middle of the board's body. The jaw is centred below this point."""
     x0, y0, x1, y1 = body
     return Point((x0 + x1) / 2, (y0 + y1) / 2)
 
 
 def jaw_range(body: Box, fitted: Jaw) -> tuple[float, float]:
-    """Return the x range (m) of the jaw from its tip to its end: its length, centred under the board's body."""
+    """Return the x range (m) of the jaw, whose length is centred below the board's body."""
     middle = board_middle(body).x
     return middle - fitted.length / 2, middle + fitted.length / 2
 
 
 def pivot_along(body: Box, jaw: Jaw | None) -> float | None:
-    """Return x (m) of the hinge's pivot along the jaw. None if the hinge is not known."""
+    """Return x (m) of the hinge's pivot along the jaw. None if the spec states no hinge."""
     return None if jaw is None or jaw.hinge is None else jaw_range(body, jaw)[1] + jaw.hinge
 
 
 def closed_span(backing: Backing, top: float) -> Heights | None:
     """Return the heights (m) of the backs of the jaw and of the opposing jaw, closed without force.
 
-    `top` (m) is the height of the sensor's uppermost face. None if there is no jaw.
-
-    The hinge keeps both jaws level. The closed pair's axis therefore lies half way between these heights.
+    `top` (m) is the height of the sensor's uppermost face. None if there is no jaw. The jaws are parallel, so the axis
+    of the closed jaws is halfway between these heights.
     """
     mount, seat = backing.mount, backing.seat_heights
     if mount is None or mount.jaw is None or seat is None:
@@ -91,18 +90,18 @@ def closed_span(backing: Backing, top: float) -> Heights | None:
 
 
 def half_width(layout: Layout, z: float) -> float:
-    """Return half the width (m) of the pieces below the board at height z: the body's, or less in a narrow port.
+    """Return half the width (m) of seat and shield at height z: the board's, or less if the port is narrow.
 
-    Seat and shield are made to measure. They are narrower if a body's width would leave the port's circle with glue and
-    tolerances at their worst.
+    In a narrow port, both are narrower than the board, so that they stay inside the port's circle with worst-case glue
+    and tolerances.
     """
     return min(layout.body_size[1] / 2, room_across(layout, z))
 
 
 def room_across(layout: Layout, z: float) -> float:
-    """Return half the width (m) inside port and pad pocket at height z, at worst.
+    """Return half the width (m) available inside port and pad pocket at height z, in the worst case.
 
-    Infinite without them, or above the rims.
+    Infinite if there is no jaw, or if the height is above the pocket's rims.
     """
     jaw, span = layout.spec.jaw, closed_span(backing_of(layout.spec), top_height(layout.spec))
     if jaw is None or span is None:
@@ -115,16 +114,17 @@ def room_across(layout: Layout, z: float) -> float:
 
 
 def made_to_measure(jaw: Jaw, shifts: tuple[float, float]) -> float:
-    """Return the radius (m) that bounds seat and shield: the port's, less the worst shifts (m) by glue and tolerances.
+    """Return the radius (m) of the circle for seat and shield: the port's radius minus the worst shifts (m).
 
-    `sitscad.assembly.places.column.worst_deviations` returns these shifts.
+    Shifts by glue and tolerances come from `sitscad.assembly.places.column.worst_deviations`.
     """
     return jaw.port_diameter / 2 - math.hypot(*shifts)
 
 
 POCKET_CLEARANCE = 0.1e-3  # Between a pad pocket's walls and what is glued into it, on each side (m)
+"""Gap (m) on each side between the walls of a pad pocket and parts glued into it."""
 
 
 def jaw_with_rims(jaw: Jaw) -> Jaw:
-    """Return the jaw extended up to the rims of its pad pocket. The jaw itself without a pocket."""
+    """Return the jaw with its height increased up to the rims of its pad pocket. Without a pocket: the jaw itself."""
     return replace(jaw, height=jaw.height + jaw.recess) if jaw.pocket is not None and jaw.recess else jaw

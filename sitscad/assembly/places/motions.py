@@ -1,4 +1,4 @@
-"""Poses, loads and scans of a target as text or tables of numbers, and frequencies."""
+"""Poses, loads and scans of a target, read from texts or from tables of numbers. Also frequencies."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from sitscad.basics.units import UnitError, parse_quantity
 
 
 class TableError(ValueError):
-    """An error for a file without a readable table. The text gives the reason, without the file's name."""
+    """Raised for a file without a readable table. The text gives the reason, without the file's name."""
 
 
 def table_text(path: str, most: int) -> str:
-    """Return the text of a file of at most `most` bytes.
+    """Return the text of a file with at most `most` bytes.
 
     Raises TableError for a larger file or text that is not UTF-8, and OSError if the file cannot be opened.
     """
@@ -43,9 +43,10 @@ MOMENT: Names = ("moment_x", "moment_y")
 LOAD: Names = (*FORCE, *MOMENT)
 
 ROTATIONS = {"held": "kept level", "free": "free to tilt"}
-"""Rotation settings of a loaded target, with their texts: a flat face keeps it level, or it tilts freely."""
+"""Rotation settings of a loaded target, with texts for messages: kept level by a flat face, or free to tilt."""
 
 USUAL_ROTATION = "free"  # Of a load that does not say. Data sheets, calibrations and load cases are of a level target
+"""Rotation of the target for loads that do not state it. Data sheets and calibrations use a level target instead."""
 
 BARE = {**dict.fromkeys(POSE[:3], 1e-3), **dict.fromkeys(POSE[3:], math.pi / 180.0), **dict.fromkeys(FORCE, 1.0),
         **dict.fromkeys(MOMENT, 1e-3)}
@@ -62,34 +63,36 @@ IN_HEADERS = {
     "Nm": ("moment", 1.0),
     "Nmm": ("moment", 1e-3),
 }
-"""Units that may follow an underscore in a column name of a CSV file, each with its dimension and SI value."""
+"""Units that may follow an underscore in a column name of a CSV file: (dimension, SI value)."""
 
 READINGS = ("counts", "Hz", "kHz", "MHz", "H", "mH", "uH", "nH")
-"""Endings of the names of columns that hold measured readings, as in the plan of `calibrate` (``C1_counts``).
+"""Endings of column names with measured readings, as in the plan of `calibrate` (``C1_counts``).
 
-These columns are skipped.
+Such columns are skipped.
 """
 
 MOST = 2_000_000  # Points at most in one scan
+"""Largest number of points in one scan."""
 
 MOST_FORCE = 1e4
 TOO_MUCH = f"forces up to {MOST_FORCE / 1e3:g} kN can be asked for, as in a spec"
-"""Message for forces above the largest permitted force."""
+"""Message for forces above the largest accepted force."""
 
 LARGEST = 64_000_000  # Bytes at most of a CSV file
+"""Largest accepted size (bytes) of a CSV file."""
 
 
 class MotionError(ValueError):
-    """An error for an unreadable pose, load or scan. The text gives the input and the permitted forms."""
+    """Raised for a pose, load or scan that cannot be read. The text gives the input and the accepted forms."""
 
 
 @record(eq=False)
 class Motions:
-    """The requested motions.
+    """The requested poses and loads.
 
     `poses` (n, 6) has displacements (m) and rotations (rad). `loads` (k, 3) has forces (N), or (k, 5) forces and
-    moments (N m). `held` is True for each load with a target that is kept level. `cases` are names of load cases in the
-    spec. `skipped_rows` describes the skipped reading columns of each file.
+    moments (N m). `held` (k) is True for loads that keep the target level. `cases` are names of load cases in the spec.
+    `skipped_rows` has a text on the skipped reading columns of each file.
     """
 
     poses: Array
@@ -110,12 +113,12 @@ def is_held(rotation: str) -> bool:
 
 
 def dimension(name: str) -> str:
-    """Return the dimension of a number with this name: length, angle, force or moment."""
+    """Return the dimension of the pose or load component `name`: length, angle, force or moment."""
     return "moment" if name in MOMENT else "force" if name in FORCE else "length" if name in POSE[:3] else "angle"
 
 
 def frequency_of(text: str) -> float:
-    """Return a frequency (Hz) from text like ``5MHz``. Raises MotionError if it is no positive frequency."""
+    """Return a frequency (Hz) from text like ``5MHz``. Raises MotionError outside 10 kHz to 100 MHz."""
     try:
         value = parse_quantity(text, "frequency")
     except UnitError as error:
@@ -126,15 +129,17 @@ def frequency_of(text: str) -> float:
 
 
 LOWEST, HIGHEST = 1e4, 1e8  # Frequencies (Hz) between which the models of losses are meant
+"""Lowest and highest frequency (Hz) for which the loss models are valid."""
 
 
 def read_motions(
     poses: Iterable[str] = (), pose_files: Iterable[str] = (), loads: Iterable[str] = (),
     load_files: Iterable[str] = (), scans: Iterable[str] = (), cases: Iterable[str] = (),
 ) -> Motions:
-    """Read texts and files: poses first, scans and load cases last. The pose at rest if there are none.
+    """Return the poses and loads in texts and files, poses first, scans and load cases last.
 
-    Raises MotionError for unreadable input, OSError for a file that cannot be opened.
+    Without any input, the result is the pose at rest. Raises MotionError for input that cannot be read, and OSError for
+    a file that cannot be opened.
     """
     pose_rows, load_rows = [np.zeros((0, len(POSE)))], [np.zeros((0, len(LOAD)))]
     level_flags, readings, named = [np.zeros(0, dtype=bool)], list[str](), tuple(cases)
@@ -168,7 +173,10 @@ def read_motions(
 
 
 def _parts(text: str, names: Names, read: Callable[[str, str], float]) -> tuple[dict[str, float], bool]:
-    """Return the values of "name=value, ..." by name, and whether a loaded target is kept level."""
+    """Return the values of "name=value, ..." by name, and whether a loaded target is kept level.
+
+    `read` converts a name and a value's text to a number. `names` are the permitted names.
+    """
     values: dict[str, float] = {}
     rotation = USUAL_ROTATION
     for part in filter(None, (piece.strip() for piece in text.split(","))):
@@ -185,7 +193,7 @@ def _parts(text: str, names: Names, read: Callable[[str, str], float]) -> tuple[
 
 
 def motion_number(name: str, text: str) -> float:
-    """Return a value in SI from text with or without a unit. Raises MotionError if it is no number."""
+    """Return a value in SI units from text with or without a unit. Raises MotionError if it is not a number."""
     try:
         value = float(text) * BARE[name]
     except ValueError:
@@ -201,7 +209,7 @@ def motion_number(name: str, text: str) -> float:
 
 
 def _scan_points(text: str) -> tuple[Array, Names, bool]:
-    """Return the points of a scan (n, names), their names, and whether the target is kept level."""
+    """Return the points of a scan (n, names), the names of the columns, and whether the target is kept level."""
     first = text.split(",")[0].partition("=")[0].strip()
     names = LOAD if first in LOAD or first == "rotation" else POSE
     ranges: dict[str, Array] = {}
@@ -223,7 +231,7 @@ def _scan_points(text: str) -> tuple[Array, Names, bool]:
 
 
 def _range(name: str, text: str) -> Array:
-    """Return the values of FIRST:LAST:COUNT, or a single value."""
+    """Return the values of FIRST:LAST:COUNT in equal steps, or a single value."""
     parts = text.split(":")
     if len(parts) == 1:
         return np.array([motion_number(name, text)])
@@ -238,7 +246,7 @@ def _range(name: str, text: str) -> Array:
 def _from_file(name: str, names: Names) -> tuple[Array, Flags, Names]:
     """Return a CSV file's values (rows, names), whether each row's target is kept level, and the skipped columns.
 
-    Raises MotionError with the row.
+    Raises MotionError with the number of the row.
     """
     try:
         text = table_text(name, LARGEST)
@@ -276,7 +284,10 @@ def _from_file(name: str, names: Names) -> tuple[Array, Flags, Names]:
 def _file_row(
     where: str, cells: Sequence[str], columns: Mapping[int, tuple[str, float | None]], names: Names
 ) -> tuple[list[float], bool]:
-    """Return the values of one row of a file, and whether the target is kept level."""
+    """Return the values of one row of a file, and whether the target is kept level.
+
+    `columns` maps column numbers to (name, factor to SI; None if each number has its own unit).
+    """
     values, is_level = dict.fromkeys(names, 0.0), is_held(USUAL_ROTATION)
     for k, (name, factor) in columns.items():
         text = cells[k].strip()

@@ -1,8 +1,8 @@
-"""Features that place and hold the board, and the positions of screws.
+"""Features of the mount that position and hold the board, and the positions of screws.
 
-On a grasper's pad these are ledges beside the board, a tongue under its tail, and a dovetail or pins. A bench plate has
-its outline from above and screws clear of board and tail, in the plate or in an adapter below it. Both kinds of fit use
-this module: `sitscad.assembly.places.fit` uses the corners, `sitscad.assembly.solids` builds the solids.
+In a grasper's jaw, these are ledges beside the board, a support under its tail, and a dovetail or pins. A bench plate
+has its outline from above, and screws in the plate or in an adapter below it, clear of board and tail.
+`sitscad.assembly.places.fit` uses the corners, and `sitscad.assembly.solids` builds the solids.
 """
 
 from __future__ import annotations
@@ -24,19 +24,21 @@ from sitscad.spec.coil import CoilPlacement, CoilSpec
 from sitscad.spec.mount import Hole, HolePattern, Jaw, Mount, Retention
 
 TIGHT = 0.15e-3
-"""Gap (m), on each side, between printed parts that are joined by hand. Coarser processes leave more."""
+"""Smallest gap (m), on each side, between printed parts that are joined by hand. Coarse processes need more."""
 
 STOP = 0.5e-3  # Thickness of a ledge (m), if the process can make it
+"""Thickness (m) of a ledge, if the process can make it."""
 
 LONGEST_RELIEF, LEAST_RELIEF = 4.0e-3, 1.0e-3
-"""Largest length (m) and smallest useful length (m) of the tongue under the tail behind the body."""
+"""Largest length (m), and smallest useful length (m), of the support under the tail behind the body."""
 
 SAME = 1e-5  # Widths of the tail that differ by less (m) are the same: its arcs are taken as chords
+"""Difference (m) below which two widths of the tail count as equal. Its arcs are replaced by chords."""
 
 
 @record
 class Relief:
-    """The tongue under the tail that keeps a pull away from the body (all in m).
+    """Support (tongue) under the tail that keeps a pull on the tail away from the body. All values are in metres.
 
     `along` is its range along the jaw, and `across` its range across the jaw. `tail` is the range of the tail across
     the jaw. `top` is the height of the tail's lower face. `cheeks` is the start of the walls beside the tail. None if
@@ -51,17 +53,17 @@ class Relief:
 
 
 def process_clearance(mount: Mount | None) -> float:
-    """Return the smallest gap (m) between two pieces, on each side, that the mount's process can make."""
+    """Return the smallest gap (m) on each side between two parts that the mount's process can make."""
     return print_limit(process_of(mount), "clearance").value
 
 
 def clearance(mount: Mount | None) -> float:
-    """Return the gap (m), on each side, between a printed piece and a part put into it by hand."""
+    """Return the gap (m) on each side between a printed part and a part that is inserted by hand."""
     return max(TIGHT, process_clearance(mount))
 
 
 def ledge(mount: Mount | None) -> float:
-    """Return the thickness (m) of a ledge that is free on one side."""
+    """Return the thickness (m) of a ledge whose one side is free."""
     return max(STOP, print_limit(process_of(mount), "free_wall").value)
 
 
@@ -73,9 +75,9 @@ def stop_place(body: Box, fitted: Jaw | None, mount: Mount | None ) -> tuple[flo
 
 
 def side_ledges(layout: Layout) -> tuple[float, float] | None:
-    """Return inner and outer half width (m) of the ledges beside the board.
+    """Return the distances (m) of the inner and outer face of the ledges beside the board from the jaw's middle.
 
-    None if jaw or port leave no room for them.
+    None if jaw or port leave no room for ledges.
     """
     mount, jaw = layout.spec.mount, layout.spec.jaw
     if mount is None or jaw is None or mount.kind != "grasper-pad":
@@ -91,7 +93,7 @@ def side_ledges(layout: Layout) -> tuple[float, float] | None:
 
 
 def relief(layout: Layout) -> Relief | None:
-    """Return the tongue under the tail. None if there is no tail, or if jaw and stiffener leave it no room."""
+    """Return the support under the tail. None if there is no tail, or if jaw and stiffener leave no room."""
     mount, jaw = layout.spec.mount, layout.spec.jaw
     if mount is None or jaw is None or mount.kind != "grasper-pad" or not mount.standoff:
         return None
@@ -113,7 +115,7 @@ def relief(layout: Layout) -> Relief | None:
 
 
 def _straight_from(outline: Path, tail: tuple[float, float], start: float, end: float) -> float:
-    """Return x (m) beyond which no edge of the board, its taper included, is outside the tail's sides at the end."""
+    """Return x (m) beyond which the board's edge is inside the range `tail` across the jaw (m), up to x = `end`."""
     points = outline.flattened(1e-5)
     beyond = [start]
     for a, b in pairwise([*points, points[0]]):
@@ -127,19 +129,25 @@ def _straight_from(outline: Path, tail: tuple[float, float], start: float, end: 
 
 
 def cap_end(body: Box, mount: Mount | None, stiffener: Stiffener | None) -> float | None:
-    """Return the end (m) of a fingertip's cap along the tail, before the tail's stiffener. None for any other mount."""
+    """Return the x (m) at which a fingertip's cap ends along the tail, before the stiffener. None for other mounts."""
     if mount is None or mount.finger is None:
         return None
     return min(body[2] + mount.finger.grip, _before_stiffener(stiffener) - 0.7e-3)
 
 
 def _before_stiffener(stiffener: Stiffener | None) -> float:
-    """Return the start (m) of a stiffener under the tail, less a small margin. Infinite without a stiffener."""
+    """Return the x (m) at which a stiffener under the tail begins, minus a small margin.
+
+    Infinite without a stiffener.
+    """
     return math.inf if stiffener is None else bounding_box([stiffener.outline.outline])[0] - 0.3e-3
 
 
 def retention(body: Box, mount: Mount | None) -> Retention | None:
-    """Return the retention of the mount besides glue, with all sizes. None for glue alone."""
+    """Return the dovetail or pins that hold the mount in addition to glue, with all sizes.
+
+    None if there is only glue.
+    """
     joint = mount.retention if mount is not None else None
     if joint is None:
         return None
@@ -148,19 +156,19 @@ def retention(body: Box, mount: Mount | None) -> Retention | None:
 
 
 def joint_clearance(glue_line: float, mount: Mount | None) -> float:
-    """Return the gap (m), on each side, of a tongue or pin in the jaw: the process's clearance plus the glue line."""
+    """Return the gap (m) on each side of a dovetail or pin in the jaw: the process's clearance plus the glue line."""
     return process_clearance(mount) + glue_line
 
 
 def tongue_neck(joint: Retention) -> float:
-    """Return the smallest width (m) of a dovetail's tongue, at the mount."""
+    """Return the smallest width (m) of a dovetail's tongue, where it joins the mount."""
     return joint.width - 2.0 * joint.depth / math.tan(joint.angle)
 
 
 def tongue_across(joint: Retention, room: float) -> tuple[float, float, float]:
-    """Return the half widths of a dovetail's tongue at its bottom and at the mount, and its depth (m).
+    """Return the half widths (m) of a dovetail's tongue at its bottom and at the mount, and its depth (m).
 
-    All surfaces are moved outwards by the clearance `room` (m).
+    All faces are moved outwards by the gap `room` (m).
     """
     flank = room / math.sin(joint.angle)
     bottom = joint.width / 2 + room / math.tan(joint.angle) + flank
@@ -181,7 +189,7 @@ def metal_below(body: Box, mount: Mount | None, glue_line: float) -> float | Non
 
 
 def pin_places(body: Box, mount: Mount | None) -> tuple[tuple[float, float], ...]:
-    """Return the positions of pins (m): two in the jaw's middle. Empty if there are no pins."""
+    """Return the positions (x, y; m) of two pins in the jaw's middle. Empty if there are no pins."""
     joint = retention(body, mount)
     if joint is None or joint.kind != "pins" or joint.spacing is None:
         return ()
@@ -190,17 +198,22 @@ def pin_places(body: Box, mount: Mount | None) -> tuple[tuple[float, float], ...
 
 
 BORDER = 6.0e-3  # Plastic round the board and what overhangs it, for the screws (m)
+"""Width (m) of plastic around the board and the parts beyond its edge, for the screws."""
 
 PLATE_CORNER = 2.0e-3  # Radius of a bench plate's corners (m)
+"""Radius (m) of a bench plate's corners."""
 
 INSET = 3.0e-3
+"""Distance (m) of corner screws from the plate's edges."""
 BESIDE_HEAD = 1.0e-3  # Between a screw's head and the board or what overhangs it (m)
+"""Smallest distance (m) between a screw's head and the board or the parts beyond its edge."""
 ROUND_HOLE = 2.0e-3  # Plastic round a screw's head, out to the plate's edge (m)
+"""Width (m) of plastic between a screw's head and the plate's edge."""
 
 
 @record
 class Screw:
-    """A screw with its nut (m): clearance hole, head, and the width across flats and height of the nut's pocket."""
+    """A screw with its nut (m): diameters of hole and head, width across flats and height of the nut's pocket."""
 
     hole: float
     head: float
@@ -216,9 +229,10 @@ The nut's pocket is 0.2 mm larger than a nut by ISO 4032 (4 mm across flats, 1.6
 
 
 def plate_plan(layout: Layout, film: float) -> Box:
-    """Return the plate's rectangle (m) from above.
+    """Return the rectangle (m) of a bench plate from above.
 
-    It surrounds the board, the tail beside it, the pieces with their film, and the screws, each with a border.
+    It includes the board, the tail beside it, the parts with their encapsulation (`film`, m), and the screws, each with
+    a border.
     """
     x0, y0, x1, y1 = layout.body
     near = [point.y for point in layout.outline.flattened(1e-5) if point.x < x1 + BORDER]
@@ -241,13 +255,14 @@ def plate_plan(layout: Layout, film: float) -> Box:
 
 
 FLOOR = 2.0e-3
-"""Smallest thickness (m) of plastic under load."""
+"""Smallest thickness (m) of plastic that carries a load."""
 
 
 def plate_floor(layout: Layout) -> tuple[float, float]:
-    """Return the thickness of a plate's plastic below board or shield, and the height of the plate's lower face (m).
+    """Return the thickness of a bench plate below board or shield, and the height of its lower face (m).
 
-    Plastic thinner than half the diameter of its screws would bend. Raises `PartsError` if the shield does not fit.
+    The thickness is at least half of the screw diameter, because thinner plastic would bend. Raises `PartsError` if the
+    shield does not fit.
     """
     mount, backing = layout.spec.mount, backing_of(layout.spec)
     under, shield = backing.bottom, backing.shield_that_fits()
@@ -260,18 +275,19 @@ def plate_floor(layout: Layout) -> tuple[float, float]:
 
 
 def adapter_depth(holes: tuple[Hole, ...]) -> float:
-    """Return the thickness (m) of an adapter with given holes under a plate. Its screw heads are sunk.
+    """Return the thickness (m) of an adapter with these holes under a bench plate. Its screw heads are sunk.
 
-    0 without holes: there is no adapter.
+    0 if there are no holes, because then there is no adapter.
     """
     return max(hole.diameter for hole in holes) + FLOOR if holes else 0.0
 
 
 ENGAGED = 1.5  # Length of thread over the screw's diameter, in plastic
+"""Length of thread in plastic, in screw diameters."""
 
 
 def cap_size(body: Box, mount: Mount | None) -> tuple[float, float]:
-    """Return the outer width of a fingertip's cap, and the thickness of the side with its screws (m)."""
+    """Return the outer width of a fingertip's cap, and the thickness of its side with the screws (m)."""
     (_, y0, _, y1) = body
     assert mount is not None and mount.finger is not None
     room, finger = clearance(mount), mount.finger
@@ -281,11 +297,11 @@ def cap_size(body: Box, mount: Mount | None) -> tuple[float, float]:
 
 
 FRONT = 2.0e-3
-"""Thickness (m) of plastic before the finger's end."""
+"""Thickness (m) of plastic beyond the finger's end."""
 
 
 def mount_size(layout: Layout) -> tuple[float, float] | None:
-    """Return length along the board and width (m) of a bench plate or a fingertip's cap. None for any other mount."""
+    """Return length along the board and width (m) of a bench plate or of a fingertip's cap. None for other mounts."""
     mount, end = layout.spec.mount, cap_end(layout.body, layout.spec.mount, layout.stiffener)
     if end is not None:
         return end - layout.body[0] + clearance(mount) + 2.0 * FRONT, cap_size(layout.body, layout.spec.mount)[0]
@@ -296,28 +312,28 @@ def mount_size(layout: Layout) -> tuple[float, float] | None:
 
 
 def adapter_needed(layout: Layout) -> tuple[Hole, ...]:
-    """Return the adapter's holes: a pattern that lies under board or tail. Empty if the plate itself has the holes."""
+    """Return the holes of an adapter: a hole pattern that lies under board or tail. Empty if no adapter is needed."""
     pattern = _pattern(layout.spec.mount)
     return () if pattern is None or clear_pattern(layout) else _placed_holes(pattern, board_boxes(layout))
 
 
 def corner_holes(plan: Box) -> tuple[Hole, ...]:
-    """Return four holes in the corners of a plate. Its border keeps them clear of board and tail."""
+    """Return four holes in the corners of a bench plate, clear of board and tail."""
     x0, y0, x1, y1 = plan[0] + INSET, plan[1] + INSET, plan[2] - INSET, plan[3] - INSET
     centres = ((x0, y0), (x1, y0), (x1, y1), (x0, y1))
     return tuple(Hole(centre, CORNER_SCREW.hole, CORNER_SCREW.head) for centre in centres)
 
 
 def _pattern(mount: Mount | None) -> HolePattern | None:
-    """Return the plate's hole pattern. None for screws in its own corners."""
+    """Return the hole pattern of a bench plate. None if its screws are in its own corners."""
     pattern = mount.holes if mount is not None else None
     return None if pattern is None or (pattern.grid is None and pattern.name == "corners-m2") else pattern
 
 
 def clear_pattern(layout: Layout) -> tuple[Hole, ...]:
-    """Return the holes of a plate's pattern if all are clear of board, tail and the pieces above it.
+    """Return the holes of a plate's pattern if all are clear of board, tail and the parts on the board.
 
-    Empty otherwise. Four holes are then in the plate's corners.
+    Otherwise empty. Four holes are then in the plate's corners.
     """
     pattern = _pattern(layout.spec.mount)
     if pattern is None:
@@ -329,43 +345,43 @@ def clear_pattern(layout: Layout) -> tuple[Hole, ...]:
 
 
 def plate_holes(layout: Layout) -> tuple[Hole, ...]:
-    """Return the holes of a bench plate's screws."""
+    """Return the screw holes of a bench plate."""
     return clear_pattern(layout) or corner_holes(plate_plan(layout, film_thickness(layout.spec.encapsulation)))
 
 
 def screw_spacing(holes: tuple[Hole, ...]) -> tuple[float, float] | None:
-    """Return the spacing (m) of a plate's four screws, along and across. None if they form no rectangle."""
+    """Return the spacing (m) of a plate's four screws, along and across. None if they do not form a rectangle."""
     xs, ys = (sorted({round(hole.at[axis], 9) for hole in holes}) for axis in (0, 1))
     return (xs[1] - xs[0], ys[1] - ys[0]) if len(holes) == 4 and len(xs) == len(ys) == 2 else None
 
 
 FAR = 2.0
-"""Distance (in coil diameters) at which metal changes a coil's inductance by less than 0.2 %.
+"""Distance, in coil diameters, at which metal changes a coil's inductance by less than 0.2 %.
 
-The value is computed for a loop before its own image at twice the distance. It is mu0 pi a^4 / (2 z^3) over mu0 a
-(ln(8 a / w) - 2), with z = 8 a and a / w = 10.
+It is computed for a circular loop whose image is at twice the distance: mu0 pi a^4 / (2 z^3) divided by mu0 a (ln(8 a /
+w) - 2). Here a is the loop's radius, w the wire's radius, z = 8 a and a / w = 10.
 """
 
 
 def metal_free_distance(coil: CoilSpec) -> float:
-    """Return the distance (m) at which metal that the estimates ignore hardly changes a coil.
+    """Return the distance (m) beyond which metal that the estimates neglect hardly changes a coil.
 
-    It is `FAR` diameters of the circle with the area of the coil's outline. The change by such metal is proportional to
-    the square of that area.
+    It is `FAR` diameters of the circle with the area of the coil's outline. The effect of distant metal is proportional
+    to the square of this area.
     """
     return FAR * math.sqrt(4.0 / math.pi * coil.outline.area * coil.size[0] * coil.size[1])
 
 
 def is_near_metal(coil: CoilSpec, placements: tuple[CoilPlacement, ...], holes: tuple[Hole, ...]) -> bool:
-    """Whether a plate's screw is nearer to a coil's centre than `metal_free_distance`."""
+    """Whether a plate's screw head is nearer to a coil's centre than `metal_free_distance`."""
     reach = metal_free_distance(coil)
     return any(math.dist(hole.at, place.centre) - hole.head / 2 < reach for hole in holes for place in placements)
 
 
 def distance_beside_board(boxes: Sequence[Box], hole: Hole) -> float:
-    """Return the distance (m) from above between a hole's middle and the nearest box of board, tail and plates.
+    """Return the distance (m) from above between a hole's centre and the nearest box of board, tail and parts.
 
-    0 if the middle lies inside a box.
+    0 if the centre is inside a box.
     """
     x, y = hole.at
     return min(math.hypot(max(b[0] - x, 0.0, x - b[2]), max(b[1] - y, 0.0, y - b[3]))
@@ -373,9 +389,9 @@ def distance_beside_board(boxes: Sequence[Box], hole: Hole) -> float:
 
 
 def _placed_holes(pattern: HolePattern, boxes: Sequence[Box]) -> tuple[Hole, ...]:
-    """Return a pattern's holes about the middle of the board's body, which is the first of `boxes`.
+    """Return a pattern's holes, centred on the board's body, which is the first of `boxes`.
 
-    For a grid, they are four holes of the grid beside the boxes.
+    For a grid, these are the four nearest holes of the grid that are clear of all boxes.
     """
     body = boxes[0]
     middle = board_middle(body)
@@ -393,7 +409,7 @@ def _placed_holes(pattern: HolePattern, boxes: Sequence[Box]) -> tuple[Hole, ...
 
 
 def board_boxes(layout: Layout) -> list[Box]:
-    """Return the boxes (m) from above of the body, the next 30 mm of the tail, and the pieces on the board."""
+    """Return the boxes (m) from above of the body, of the next 30 mm of the tail, and of the parts on the board."""
     near = [p for p in layout.outline.flattened(1e-5) if p.x < layout.body[2] + 30e-3]
     tail = layout.body[2], min(p.y for p in near), max(p.x for p in near), max(p.y for p in near)
     return [layout.body, tail, *(plate.footprint.box for plate in plates_of(layout.spec).all)]

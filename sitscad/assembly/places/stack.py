@@ -1,8 +1,8 @@
-"""All pieces of a sensor in their places from the jaw upwards, and the supported part of the board.
+"""All parts of a sensor in their positions from the jaw upwards, and the supported area of the board.
 
-The support is the mount, a shield, or the metal itself. No CAD kernel is used. A seat is cut back to the port and to
-the pad pocket. The rest of the seat may carry neither board nor elastomer. `sitscad.assembly.solids.clash` measures the
-same support on the solids.
+The support of the board is the mount, a shield, or the metal itself. No CAD kernel is used. In a narrow port or pad
+pocket, the seat is narrower than the board. Parts of board or pad may then lack support.
+`sitscad.assembly.solids.clash` measures the same area on the solids.
 """
 
 from __future__ import annotations
@@ -40,9 +40,10 @@ from sitscad.spec.presets import is_rigid
 
 
 def stack(layout: Layout) -> tuple[Body, ...]:
-    """Return the pieces of the spec without the mount's printed pieces, by height of the lower face.
+    """Return all parts of the spec except the mount's printed parts, in the order of their lower faces.
 
-    Both jaws are closed without force. Raises `PartsError` if shield and standoff contradict each other.
+    Both jaws are closed without force. Raises `PartsError` if the dimensions of shield and standoff contradict each
+    other.
     """
     jaw, seat = layout.spec.jaw, backing_of(layout.spec).seat_heights
     jaws = [] if jaw is None or seat is None else [*_jaws(layout.body, jaw, seat[0], top_height(layout.spec))]
@@ -57,13 +58,13 @@ def stack(layout: Layout) -> tuple[Body, ...]:
 
 
 def board(outline: Path, stackup: Stackup) -> Body:
-    """Return the board with its tail straight, without stiffener."""
+    """Return the board as a part, with a straight tail and without stiffener."""
     material = "FR4" if is_rigid(stackup) else "polyimide"
     return Body(BodyRole.BOARD, Region(outline), *board_heights(stackup), material)
 
 
 def stiffener(plate: Stiffener | None, fpc: FpcSpec) -> Body | None:
-    """Return the plate under the contacts, bonded to the tail's bottom face."""
+    """Return the stiffener under the contacts as a part, on the tail's bottom face. None if there is no stiffener."""
     if plate is None:
         return None
     upper = tail_heights(fpc)[0]
@@ -71,15 +72,15 @@ def stiffener(plate: Stiffener | None, fpc: FpcSpec) -> Body | None:
 
 
 def tail_heights(fpc: FpcSpec) -> Heights:
-    """Return the heights of the tail: from the bottom of its lowest layer up to the board's top face."""
+    """Return the heights (m) of the tail: from the bottom of its lowest layer up to the board's top face."""
     return -math.fsum(layer.thickness for layer in fpc.tail_layers), 0.0
 
 
 def shield(layout: Layout) -> Body | None:
-    """Return the sheet between coil and jaw.
+    """Return the shield between coil and jaw as a part. None if there is no shield.
 
-    The spec gives it no size. It is as large as the board's body, a disc under a round body, and narrower in a narrow
-    port. Raises `PartsError` if it does not fit into the standoff.
+    The spec does not state its size. It is as large as the board's body, a disc under a round body, and narrower in a
+    narrow port. Raises `PartsError` if it does not fit into the standoff.
     """
     sheet, levels = layout.spec.shield, backing_of(layout.spec).shield_that_fits()
     if sheet is None or levels is None:
@@ -91,12 +92,15 @@ def shield(layout: Layout) -> Body | None:
 
 
 def has_round_body(body: BodySpec | None) -> bool:
-    """Whether the spec makes the board's body a circle."""
+    """Whether the spec states a circle as the outline of the board's body."""
     return body is not None and body.shape == "circle"
 
 
 def sheets(layout: Layout, stop: str = "") -> tuple[LaserSheet, ...]:
-    """Return the laser sheets of elastomer, target and shield. Raises `PartsError` if the shield does not fit."""
+    """Return the laser cutting sheets of pad, target and shield. `stop` is a warning for each sheet.
+
+    Raises `PartsError` if the shield does not fit.
+    """
     return laser_sheets(layout, shield_part(layout), stop)
 
 
@@ -114,9 +118,9 @@ def shield_part(layout: Layout) -> tuple[CutPart, ...]:
 
 
 def _jaws(body: Box, jaw: Jaw, lower: float, top: float) -> Iterator[Body]:
-    """Yield the jaws as bodies, and the pad of the opposing jaw.
+    """Yield both jaws as parts, and the pad of the opposing jaw.
 
-    The face of the jaw lies at `lower` (m). The opposing jaw rests on `top` (m).
+    The face of the jaw is at height `lower` (m). The opposing jaw touches the sensor at height `top` (m).
     """
     (x0, x1), y, half = jaw_range(body, jaw), board_middle(body).y, jaw_section(jaw).face / 2
     face = Region(rectangle(x0, y - half, x1, y + half))
@@ -130,21 +134,21 @@ def _jaws(body: Box, jaw: Jaw, lower: float, top: float) -> Iterator[Body]:
 BODY = "board's body"  # What is pressed on where nothing lies on the board
 
 MOST_OF_IT = 0.9
-"""Smallest sufficient support: supported area under the pressed piece, divided by the whole area under this piece.
+"""Smallest sufficient supported area under the pressed part, divided by the part's area.
 
-The rest is then only a strip at the edges, which hardly bends.
+The unsupported rest is then a narrow strip at the edges, which hardly bends.
 """
 
 HALF_OF_IT = 0.5
-"""Smallest support, as a fraction of the area, with which the board can be glued flat."""
+"""Smallest supported fraction of the area with which the board can be glued flat."""
 
 
 @record
 class Support:
-    """Support of the pressed piece (elastomer, target or the board's body).
+    """Supported areas of the part that is pressed (pad, target or the board's body).
 
-    `name` is the piece, `pressed` (m2) its area above the board's body, and `carried` (m2) the supported part of this
-    area. `body` and `body_carried` (m2) are the area of the whole body and the supported part of this area.
+    `name` is the part, `pressed` (m2) its area above the board's body, and `carried` (m2) the supported part of this
+    area. `body` and `body_carried` (m2) are the area of the whole body and its supported part.
     """
 
     name: str
@@ -155,15 +159,15 @@ class Support:
 
     @property
     def share(self) -> float:
-        """Supported fraction of the pressed area, 0 to 1."""
+        """Supported fraction of the pressed part's area, 0 to 1."""
         return self.carried / self.pressed if self.pressed else 1.0
 
 
 def pressed_piece(plates: Plates, box: Box, body_outline: Path) -> tuple[str, Path]:
-    """Return the name of the lowest piece on the board, and its closed outline above the body, whose box is `box`.
+    """Return the name of the lowest part on the board, and its closed outline above the body with the box `box`.
 
-    The force on this piece goes through the board into the support. Name and outline of the body if nothing lies on the
-    board.
+    A force on this part goes through the board into the support. If no part is on the board: name and outline of the
+    body.
     """
     for plate in plates.all:
         above = within_box(plate.outline(), box)
@@ -173,9 +177,10 @@ def pressed_piece(plates: Plates, box: Box, body_outline: Path) -> tuple[str, Pa
 
 
 def support(layout: Layout) -> Support | None:
-    """Return the support of the board. None for a mount or a jaw from a STEP file, whose figures are not known.
+    """Return the supported areas of the board.
 
-    Grooves and other hollows filled with glue count as support. Raises `PartsError` if the shield does not fit.
+    None for a mount or jaw from a STEP file, whose dimensions are not known. Grooves and other hollows filled with glue
+    count as supported. Raises `PartsError` if the shield does not fit.
     """
     carriers = _carriers(layout)
     if carriers is None:
@@ -189,14 +194,14 @@ def support(layout: Layout) -> Support | None:
 def width_under(layout: Layout) -> float | None:
     """Return the width (m) of the support at the board's lower face.
 
-    None if `support` returns None, or if there is no support.
+    None if its dimensions are not known, or if there is no support.
     """
     carriers = _carriers(layout)
     return None if carriers is None or carriers[0] is None else carriers[0][3] - carriers[0][1]
 
 
 def _supported_area(path: Path, carrier: Box | None, window: Box | None) -> float:
-    """Return the area (m2) of a convex closed path that lies over the box of the carrier, but not over its window."""
+    """Return the area (m2) of a convex closed path above the rectangle `carrier`, but not above its `window`."""
 
     def within(box: Box | None) -> float:
         overlap = within_box(path, box) if box is not None and box[2] > box[0] and box[3] > box[1] else None
@@ -211,7 +216,10 @@ def _supported_area(path: Path, carrier: Box | None, window: Box | None) -> floa
 
 
 def _carriers(layout: Layout) -> tuple[Box | None, Box | None] | None:
-    """Return the box of the support from above and a window in it. None if its figures are not known."""
+    """Return the rectangle of the support from above, and the rectangle of a window in it.
+
+    None if the dimensions of the support are not known.
+    """
     mount = layout.spec.mount
     if mount is None or mount.kind == "custom":
         return None
@@ -236,7 +244,7 @@ def _carriers(layout: Layout) -> tuple[Box | None, Box | None] | None:
 
 
 def _on_metal(body: Box, jaw: Jaw) -> tuple[Box, Box | None]:
-    """Return the face of a jaw that carries the board without a seat, and the window through it."""
+    """Return the rectangles of a jaw's face that supports the board without a seat, and of the window through it."""
     (x0, x1), middle = jaw_range(body, jaw), board_middle(body)
     half = jaw_section(jaw).face / 2
     if jaw.pocket is not None and jaw.recess:

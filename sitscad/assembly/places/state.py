@@ -1,4 +1,4 @@
-"""States of a sensor (alone, assembled, pressed), and poses of the target relative to rest."""
+"""States of a sensor (coil alone, assembled, pressed), and poses of the target relative to rest."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ Vector = tuple[float, float, float]
 
 @record
 class Pose:
-    """A rigid motion of the target from rest, in board axes.
+    """A rigid motion of the target from its position at rest, in board axes.
 
-    It has the displacement (m) of the centre of the target's near face, and a rotation R = Rx(rx) Ry(ry) Rz(rz) (rad,
-    right-handed) about that centre. Board axes: x along the jaw towards the tail, y across, z away from the board. A
-    positive `ry` brings the target's +x side nearer to the board, and a negative `z` is a press.
+    It has the displacement (m) of the centre of the target's lower face, and a rotation R = Rx(rx) Ry(ry) Rz(rz) (rad,
+    right-handed) about this centre. Board axes: x along the jaw towards the tail, y across, z away from the board. A
+    positive `ry` moves the target's +x side nearer to the board. A negative `z` is a press.
     """
 
     x: float = 0.0
@@ -28,7 +28,7 @@ class Pose:
 
     @property
     def rotation(self) -> tuple[Vector, Vector, Vector]:
-        """Rows of R, which transforms the target's own coordinates to board axes."""
+        """Rows of the matrix R, which transforms the target's own coordinates to board axes."""
         (a, b, c), (p, q, r) = (
             (math.cos(angle) for angle in (self.rx, self.ry, self.rz)),
             (math.sin(angle) for angle in (self.rx, self.ry, self.rz)),
@@ -40,7 +40,7 @@ class Pose:
         )
 
     def moved(self, point: Vector, centre: Vector) -> Vector:
-        """Return the new position of a point (m) of the target. `centre` is the centre of its near face at rest."""
+        """Return the new position of a point (m) of the target. `centre` is the centre of its lower face at rest."""
         arm = tuple(point[k] - centre[k] for k in range(3))
         shift = (self.x, self.y, self.z)
         x, y, z = (
@@ -52,20 +52,19 @@ class Pose:
 REST_POSE = Pose()
 
 FREE, REST, PRESSED = "free", "rest", "pressed"
-"""States of the physics: the coil alone, the assembled sensor without load, and the required force."""
+"""Names of the computed states: coil alone, assembled sensor without load, and sensor under the required force."""
 
 TANK, SIGNAL = "tank", "signal"
 
 
 @record
 class StateKind:
-    """A row of `STATES`: names, load and criteria of a state.
+    """Definition of a state: its names, its load, and the rules that apply to it.
 
-    `text` names the state in a sentence, `title` at the head of a row. `load` holds the fractions of the required
-    normal force and of the required shear along x and y that act on the target. The pad's law turns them into a pose
-    and its scatter. It is None for a coil without target, jaw and neighbours. `judged_by` holds `TANK` if the rules of
-    frequency, parallel resistance and amplitude include the state. It holds `SIGNAL` if each coil must read the change
-    from rest to the state.
+    `text` is its name in a sentence, and `title` in the head of a table row. `load` holds the fractions of the required
+    normal force and of the required shear along x and y that act on the target. It is None for the coil without target,
+    jaw and neighbours. `judged_by` holds `TANK` if the rules on frequency, parallel resistance and amplitude apply to
+    the state. It holds `SIGNAL` if each coil must detect the change from rest to the state.
     """
 
     name: str
@@ -81,16 +80,17 @@ class StateKind:
 
     @property
     def is_straight(self) -> bool:
-        """Whether the target stays over its place, because no shear acts on it."""
+        """Whether no shear acts on the target, so that it does not move sideways."""
         return self.load is None or not any(self.load[1:])
 
 
 
 
 def within_requirements(kinds: tuple[StateKind, ...]) -> tuple[StateKind, ...]:
-    """Return the states.
+    """Return the states unchanged.
 
-    Raises ValueError if a load exceeds the load that strain, range, calibration and driver rules cover.
+    Raises ValueError if a load exceeds the required forces, for which strain, range, calibration and driver are
+    checked.
     """
     for kind in kinds:
         if kind.load is not None and not (0.0 <= kind.load[0] <= 1.0 and math.hypot(*kind.load[1:]) <= 1.0):
@@ -103,20 +103,20 @@ STATES = within_requirements((
     StateKind(REST, "at rest", "at rest (assembled)", (0.0, 0.0, 0.0), (TANK,)),
     StateKind(PRESSED, "pressed", "pressed (required force)", (1.0, 0.0, 0.0), (TANK, SIGNAL)),
 ))
-"""The states of each sensor with the necessary parts, in display order."""
+"""States of each sensor with the necessary parts, in the order in which they are shown."""
 
 _KINDS = {kind.name: kind for kind in STATES}
 
 BEHIND_THE_BOARD = "behind_the_board"
-"""Name of the gap between the board and the metal behind it, which belongs to no state."""
+"""Name of the gap between the board and the metal behind it, which is not a state."""
 
 MOVED_SIDEWAYS = "no numbers for this state: shear moves its target sideways; `response` computes such loads"
-"""Message for a state with shear. Scatter and plate ratios are known only for straight presses."""
+"""Message for a state with shear. Scatter and plate ratios are known only for loads without shear."""
 
 
 @record
 class WorkingPoint:
-    """A normal load, as a fraction of the full load, at which a sensor's performance is stated."""
+    """A normal load, as a fraction of the full load (`share`), at which a sensor's performance is stated."""
 
     name: str
     text: str
@@ -130,14 +130,14 @@ WORKING_POINTS = tuple(sorted((
     *(WorkingPoint(kind.name, kind.text, kind.load[0])
       for kind in STATES if kind.load is not None and kind.is_straight and kind.name not in (REST, PRESSED)),
 ), key=lambda point: (point.share, point.name == "full")))
-"""Working points: rest first, full load last, and the loads of further states between."""
+"""Loads at which performance is stated: rest first, full load last, loads of further states between them."""
 
 
 @record
 class State:
-    """A named state: pose of the target, force (N) on it, and temperature (degrees Celsius) of all metal.
+    """A named state: pose of the target, force (N) on the target, and temperature (degrees Celsius) of all metal.
 
-    Without a pose the coil is alone: without target, jaw and neighbours.
+    If the pose is None, the coil is alone: without target, jaw and neighbours.
     """
 
     name: str
@@ -147,12 +147,12 @@ class State:
 
     @property
     def is_free(self) -> bool:
-        """Whether the coil is alone."""
+        """Whether the coil is alone, without target, jaw and neighbours."""
         return self.pose is None
 
 
 def working_states(names: Iterable[str]) -> list[str]:
-    """Return the names of the states in which the sensor works. All names if no state is assembled."""
+    """Return the names of the states in which the sensor is used. If the coil is only computed alone: all names."""
     every = list(names)
     return [name for name in every if name not in _KINDS or TANK in _KINDS[name].judged_by] or every
 

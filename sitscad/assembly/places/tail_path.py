@@ -1,6 +1,6 @@
-"""Path of the tail in the mounted sensor: over the mount's edge, down to the jaw or the finger, past a hinge.
+"""Path of the tail in the mounted sensor: over the mount's edge, down to the jaw or the finger, and past a hinge.
 
-Lengths count along the middle of the tail's thickness, which a bend neither stretches nor shortens.
+Lengths are measured along the middle of the tail's thickness, which bending neither stretches nor shortens.
 """
 
 from __future__ import annotations
@@ -18,14 +18,17 @@ from sitscad.spec.circuit import FpcSpec, Tail
 from sitscad.spec.mount import Jaw
 
 LEAST = 1e-6  # Drops and turns (m, rad) below this are none
+"""Heights (m) and angles (rad) below this count as 0."""
 
 EDGE_ROUNDING = 0.4e-3  # Of an edge under a tail that is not bent over it, or whose fabricator states no radius (m)
+"""Radius (m) of an edge under a tail that is not bent over it, or if the fabricator states no bend radius."""
 LEFT = 0.4  # Share of the plastic under the tail that is left upright below a round edge, at least
+"""Smallest fraction of the plastic's height under the tail that stays vertical below a rounded edge."""
 
 
 @record
 class Lip:
-    """A rounded edge over which the tail leaves its support: x range (m), radius (m) and angle `turn` (rad)."""
+    """A rounded edge over which the tail leaves its support: x range (m), radius (m), and angle `turn` (rad)."""
 
     start: float
     end: float
@@ -35,7 +38,7 @@ class Lip:
 
 @record
 class BentStretch:
-    """A part of the tail's middle line: its length (m), and the angle (rad) by which it turns upwards."""
+    """A part of the tail's middle line: its length (m), and the angle (rad) by which it bends upwards."""
 
     length: float
     turn: float = 0.0
@@ -43,14 +46,14 @@ class BentStretch:
 
 @record
 class Station:
-    """A point on the tail's middle line: position along the jaw and height (m), and direction above the jaw's (rad)."""
+    """A point on the tail's middle line: x along the jaw and height z (m), and slope angle of the tail (rad)."""
 
     x: float
     z: float
     angle: float
 
     def after(self, stretch: BentStretch, length: float | None = None) -> Station:
-        """Return the station at the end of a stretch that begins here, or after a `length` (m) along it."""
+        """Return the point at the end of a part that begins here, or after `length` (m) along this part."""
         run = stretch.length if length is None else length
         if not stretch.turn:
             return Station(self.x + run * math.cos(self.angle), self.z + run * math.sin(self.angle), self.angle)
@@ -60,7 +63,7 @@ class Station:
         return Station(self.x + radius * dx, self.z + radius * dz, end)
 
     def distance(self, stretch: BentStretch, x: float, z: float) -> float:
-        """Return the smallest distance (m) of a point from a stretch that begins here."""
+        """Return the smallest distance (m) between a point (x, z) and a part of the tail that begins here."""
         ahead, across = x - self.x, z - self.z
         cosine, sine = math.cos(self.angle), math.sin(self.angle)
         ahead, across = ahead * cosine + across * sine, across * cosine - ahead * sine
@@ -77,10 +80,10 @@ class Station:
 
 @record
 class TailPath:
-    """Path of the tail: the start of its middle line, at the end of the board's body, and its stretches from there.
+    """Path of the tail: the start of its middle line at the end of the board's body, and its parts from there.
 
-    `radius` is the inside radius (m) of its bends. None if it has no bends. `reason` explains a tail that is drawn
-    straight although it should bend.
+    `radius` (m) is the inside radius of its bends. None if it has no bends. `reason` explains why a tail that should
+    bend is drawn straight; empty otherwise.
     """
 
     start: Station
@@ -90,11 +93,11 @@ class TailPath:
 
     @property
     def length(self) -> float:
-        """Length (m) of all stretches."""
+        """Total length (m) of all parts."""
         return math.fsum(stretch.length for stretch in self.stretches)
 
     def at(self, length: float) -> Station:
-        """Return the station after a length (m) of the tail."""
+        """Return the point after a length (m) along the tail."""
         here = self.start
         for stretch in self.stretches:
             if length <= stretch.length:
@@ -104,14 +107,14 @@ class TailPath:
 
     @property
     def last(self) -> Station:
-        """Station at the start of the last stretch."""
+        """Point at which the last part begins."""
         here = self.start
         for stretch in self.stretches[:-1]:
             here = here.after(stretch)
         return here
 
     def distance(self, x: float, z: float) -> float:
-        """Return the smallest distance (m) of a point from the tail's middle line."""
+        """Return the smallest distance (m) between a point (x, z) and the tail's middle line."""
         here, least = self.start, math.hypot(x - self.start.x, z - self.start.z)
         for stretch in self.stretches:
             least = min(least, here.distance(stretch, x, z))
@@ -120,13 +123,11 @@ class TailPath:
 
 
 def tail_path(layout: Layout, turned: float = 0.0) -> TailPath | None:
-    """Return the path of the tail.
+    """Return the path of the tail. None for a board without a tail.
 
-    None for a board without a tail. `turned` (rad) is the opening angle of the jaw against the shaft.
-
-    The tail leaves the body level, over the seat's tongue or the cap. It goes down to the face of jaw or finger by two
-    bends of the spec's radius, or of the fabricator's minimum. It follows this face, and turns into a shaft under the
-    pivot.
+    `turned` (rad) is the opening angle of the jaw relative to the shaft. The tail leaves the body horizontally, on the
+    support of the seat or on the cap. It goes down to the face of jaw or finger by two bends with the spec's radius, or
+    the fabricator's minimum. It follows this face, and bends into the shaft below the pivot.
     """
     tail = layout.spec.fpc.tail
     if tail is None or layout.tail_length <= 0.0:
@@ -167,9 +168,9 @@ TOO_SHORT = "the tail is too short to be led down to what carries the mount"
 
 
 def _descent(backing: Backing, lower: float) -> float | None:
-    """Return the descent (m) of the tail, whose lower face is at `lower` (m), to the face of the jaw or the finger.
+    """Return the height (m) by which the tail descends to the face of jaw or finger. None if there is neither.
 
-    None if there is neither.
+    `lower` (m) is the height of the tail's lower face.
     """
     mount, face = backing.mount, backing.carrier_face
     if mount is None or face is None or (mount.jaw is None and mount.finger is None):
@@ -179,7 +180,7 @@ def _descent(backing: Backing, lower: float) -> float | None:
 
 
 def lip(layout: Layout) -> Lip | None:
-    """Return the round edge at which the tail leaves tongue or cap. None if edge, radius or room is missing."""
+    """Return the round edge at which the tail leaves its support. None if there is no edge, no radius or no room."""
     mount, radius = layout.spec.mount, bend_radius(layout.spec.fpc)
     drop = _descent(backing_of(layout.spec), tail_heights(layout.spec.fpc)[0])
     if mount is None or not drop or radius is None:
@@ -197,9 +198,9 @@ def lip(layout: Layout) -> Lip | None:
 
 
 def round_edge(fpc: FpcSpec, end: float, depth: float, turn: float) -> Lip:
-    """Return the edge that ends at x = `end` (m), rounded by the tail's bend radius through the angle `turn` (rad).
+    """Return the edge that ends at x = `end` (m), rounded with the tail's bend radius through the angle `turn` (rad).
 
-    The rounding is no deeper than `depth` (m). Its radius is `EDGE_ROUNDING` or less if no bend radius is known.
+    The rounding is at most `depth` (m) deep. If no bend radius is known, its radius is at most `EDGE_ROUNDING`.
     """
     radius = bend_radius(fpc)
     if radius is None:
@@ -209,7 +210,7 @@ def round_edge(fpc: FpcSpec, end: float, depth: float, turn: float) -> Lip:
 
 
 def free_tail_start(layout: Layout) -> float:
-    """Return x (m) from which the tail may bend away from the coils: a bench plate's edge, or the body's end."""
+    """Return the x (m) from which the tail may bend away from the coils: a bench plate's edge, or the body's end."""
     mount, end = layout.spec.mount, layout.body[2]
     if mount is None or mount.kind != "bench-plate":
         return end
@@ -218,10 +219,10 @@ def free_tail_start(layout: Layout) -> float:
 
 
 def rod_clear(layout: Layout) -> float:
-    """Return x (m) from which a bend down may begin so that its rod is clear of a bench plate.
+    """Return the x (m) from which the tail may be bent down about a rod that does not touch a bench plate.
 
-    The rod touches the tail's lower face. The plate's lower edge must lie outside of its circle. Minus infinity for any
-    other mount.
+    The rod touches the tail's lower face. The plate's lower edge must be outside the rod. Minus infinity for other
+    mounts.
     """
     mount, radius = layout.spec.mount, bend_radius(layout.spec.fpc)
     if mount is None or mount.kind != "bench-plate" or radius is None:
@@ -232,13 +233,13 @@ def rod_clear(layout: Layout) -> float:
 
 
 ROD = 0.05e-3
-"""Largest excess (m) of the radius of the rod for bending over the bend radius: rods come in steps of 0.1 mm."""
+"""Largest difference (m) between the radius of the bending rod and the bend radius. Rods come in steps of 0.1 mm."""
 
 
 def _straight_reason(fpc: FpcSpec, tail: Tail, widths: list[tuple[float, float]]) -> str:
-    """Return the reason for a tail that is drawn straight. Empty if it is bent.
+    """Return the reason why a tail is drawn straight. Empty if it is bent.
 
-    `widths` are the y ranges (m) of the tail along the stretch that may be bent.
+    `widths` are the ranges of y (m) of the tail along the part that may be bent.
     """
     if tail.bend == "none":
         return "fpc.tail.bend is none"
@@ -254,7 +255,11 @@ def _straight_reason(fpc: FpcSpec, tail: Tail, widths: list[tuple[float, float]]
 
 
 def _descending_bends(drop: float, radius: float) -> list[BentStretch]:
-    """Return two bends of a radius (m) of the middle line, one down and one back to level, over a drop (m)."""
+    """Return two bends, one down and one back to horizontal, that together lower the tail by `drop` (m).
+
+    `radius` (m) is the bend radius of the middle line. If the bends alone are too low, a straight part lies between
+    them.
+    """
     if drop < LEAST:
         return []
     turn = math.acos(max(0.0, 1.0 - drop / (2.0 * radius)))
@@ -267,13 +272,13 @@ SAME = 1e-9
 
 
 def bends(layout: Layout) -> tuple[Bend, ...]:
-    """Return the bends from the body on. Empty if the tail has no bend or no straight part."""
+    """Return all bends of the tail, from the body on. Empty if it has no bend or no straight part."""
     spec_bend = own_bend(layout)
     return (*bends_of_mount(layout), *(() if spec_bend is None else (spec_bend,)))
 
 
 def bends_of_mount(layout: Layout) -> tuple[Bend, ...]:
-    """Return the bends that lower the tail to the jaw or the finger. Empty if it stays level."""
+    """Return the bends that lower the tail to the jaw or the finger. Empty if the tail stays horizontal."""
     path = tail_path(layout)
     if path is None or path.radius is None:
         return ()
@@ -290,13 +295,13 @@ def bends_of_mount(layout: Layout) -> tuple[Bend, ...]:
 
 
 def bends_at_every_grasp(tail: Tail | None, jaw: Jaw | None) -> bool:
-    """Whether the spec's own bend of the tail is at the hinge of a jaw, and therefore moves with the jaw."""
+    """Whether the bend that the spec states is at the hinge of a jaw, so that it moves at every grasp."""
     return (tail is not None and tail.bend != "none" and bool(tail.bend_angle)
             and jaw is not None and jaw.hinge is not None)
 
 
 def own_bend(layout: Layout) -> Bend | None:
-    """Return the spec's bend, beyond the mount's bends. None if there is no such bend, or no straight tracks."""
+    """Return the bend that the spec states, beyond the mount's bends. None if there is none, or no straight tracks."""
     tail, room = layout.spec.fpc.tail, room_for_own(layout)
     if tail is None or room is None or not tail.bend_angle:
         return None
@@ -313,7 +318,7 @@ def own_bend(layout: Layout) -> Bend | None:
 
 
 def room_for_own(layout: Layout) -> tuple[float, float] | None:
-    """Return the range of x (m) of straight tracks for the spec's own bend, beyond the mount and its bends.
+    """Return the range of x (m) with straight tracks for the spec's bend, beyond the mount and its bends.
 
     None if there is no room.
     """
@@ -327,7 +332,10 @@ def room_for_own(layout: Layout) -> tuple[float, float] | None:
 
 
 def pivot_line(layout: Layout) -> float | None:
-    """Return x (m) on the flat tail that lies under the hinge's pivot when mounted. None if there is no hinge."""
+    """Return x (m) on the flat tail of the point that is below the hinge's pivot when mounted.
+
+    None if there is no hinge.
+    """
     pivot, path = pivot_along(layout.body, layout.spec.jaw), tail_path(layout)
     if pivot is None or path is None:
         return pivot

@@ -1,7 +1,7 @@
-"""Solids and meshes of the sensor: board body, elastomer, target, encapsulation, shield, jaw and mount.
+"""Solids and meshes of the sensor: board, pad, target, encapsulation, shield, jaw and mount.
 
-The import of this package is cheap: the functions that need build123d, cadquery, manifold3d, trimesh or gmsh import
-them. If a package is missing, they raise `MissingExtra` with the install command.
+The import of this package is fast, because build123d, cadquery, manifold3d, trimesh and gmsh are imported only when
+needed. If one is missing, functions raise `MissingExtra` with the install command.
 """
 
 from __future__ import annotations
@@ -45,6 +45,9 @@ def solids(layout: Layout) -> tuple[Solid, ...]:
 
 
 def assembly_aids(layout: Layout) -> tuple[Solid, ...]:
-    """Return the jig's pieces and the moulds for elastomer and skin. Raises `MissingExtra` without a CAD kernel."""
+    """Return the parts of the assembly jig, and the moulds for pad and skin.
+
+    Raises `MissingExtra` without a CAD kernel.
+    """
     skin = skin_mould(layout)
     return (*jig(layout), *mould(layout), *((skin,) if skin is not None else ()))

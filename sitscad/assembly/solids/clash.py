@@ -1,7 +1,7 @@
-"""Clashes as bodies for pictures, and the supported part of the board.
+"""Pictures of parts that intersect (clashes), and the supported area of the board, from the solids.
 
-A clash has the pieces in their places, cut open at the clash, and the excess volume. The support is measured on the
-solids of any mount, including a STEP file's. `sitscad.assembly.places.stack` computes it from the figures alone.
+A picture shows the parts in their positions, cut open at the clash, and the volume that both occupy. The supported area
+is measured for any mount, also from a STEP file. `sitscad.assembly.places.stack` computes it from dimensions alone.
 """
 
 from __future__ import annotations
@@ -43,18 +43,21 @@ from sitscad.kernels.geometry.path import Path
 from sitscad.layout.board import Layout
 
 RED = "#d00000"
-"""Colour of excess volume."""
+"""Colour of the volume that two clashing parts share, or that is outside the port."""
 PIN_COLOUR, BOARD_COLOUR = "#7b8794", "#c07f1f"
 BOARD = "board"
 BEFORE, BEHIND = 11.0, 4.0  # Drawn length of the tail before and behind the pin (mm)
+"""Length (mm) of tail in a picture, on the side of the body and on the other side of the pin."""
 MOVING = (BodyRole.OPPOSING_JAW, BodyRole.OPPOSING_PAD)
 MOST = 4  # Largest number of drawn clashes per sensor: the worst of each pair
+"""Largest number of pictures of clashes for each sensor: the worst of each pair of parts."""
 ACROSS, ALONG = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)  # Normals of the cuts: across the jaw, and along it
+"""Normal vectors of cutting planes: across the jaw, and along the jaw."""
 
 
 @record(eq=False)
 class ColouredMesh:
-    """A closed mesh: vertices (n, 3) in mm, triangles (m, 3), colour, and whether it is one of the clashing pieces."""
+    """A closed mesh: vertices (n, 3; mm), triangles (m, 3), colour, and whether it is one of the clashing parts."""
 
     name: str
     vertices: Array
@@ -65,10 +68,10 @@ class ColouredMesh:
 
 @record(eq=False)
 class Clash:
-    """A clash: `title` name it, `bodies` are drawn, and `excess_text` states the excess as text.
+    """A picture of a clash: `title`, meshes to draw (`bodies`), and the amount of the clash as text (`excess_text`).
 
-    The bodies are cut open along a plane with the `normal`. If the port is too narrow, `port` is its circle (x, y, z of
-    the centre and the radius in mm).
+    The meshes are cut open along a plane with the `normal`. If the port is too narrow, `port` is its circle (x, y, z of
+    the centre and radius in mm).
     """
 
     title: str
@@ -80,7 +83,7 @@ class Clash:
 
 @record(eq=False)
 class MeshedPiece:
-    """A piece, or several films together, and its mesh (mm) in its place at the clash."""
+    """A part, or several board layers together, and its mesh (mm) in its position at the clash."""
 
     name: str
     role: BodyRole
@@ -89,7 +92,7 @@ class MeshedPiece:
 
 
 def clashes(layout: Layout, whole: tuple[Solid, ...], proof: Proof, loads: tuple[PadLoad, ...]) -> tuple[Clash, ...]:
-    """Return pictures of a proof's faults, at most `MOST`: the first fault of each kind and pair of pieces.
+    """Return pictures of faults, at most `MOST`: the first fault of each kind and pair of parts.
 
     Empty if the sensor fits.
     """
@@ -100,7 +103,7 @@ def clashes(layout: Layout, whole: tuple[Solid, ...], proof: Proof, loads: tuple
 
 
 def at_pin(layout: Layout, whole: tuple[Solid, ...], gap: PinGap) -> Clash:
-    """Return the tail at the hinge's pin with the jaws closed, and their common volume."""
+    """Return a picture of the tail at the hinge's pin with the jaws closed, and the volume that both share."""
     jaw, (x, y, z) = layout.spec.jaw, pivot_of(layout)
     assert jaw is not None
     across = 0.5 * jaw.width * MM
@@ -118,8 +121,8 @@ def at_pin(layout: Layout, whole: tuple[Solid, ...], gap: PinGap) -> Clash:
 def _pieces(whole: tuple[Solid, ...], named: set[str]) -> list[MeshedPiece]:
     """Return the meshes of the solids.
 
-    Glue and films in `named` are separate pieces. Other glue is left out, and the other films of the board are one
-    piece.
+    Glue and board layers in `named` are separate. Other glue is left out, and the other board layers are joined to one
+    mesh.
     """
     meshes = list(zip(whole, display_meshes(whole), strict=True))
     films = [(s, mesh) for s, mesh in meshes if s.role in (BodyRole.BOARD, BodyRole.COPPER) and s.name not in named]
@@ -177,7 +180,7 @@ def _clash(layout: Layout, whole: tuple[Solid, ...], fault: Measurement, loads: 
 
 
 def _figure(fault: Measurement, shared: Any) -> str:
-    """Return the volume that both pieces of a fault share, or the gap between them, as text."""
+    """Return the volume that two clashing parts share, or the gap between them, as text."""
     volume = f"both take {float(shared.volume()):.3g} mm3"
     if fault.unit == "m":  # a gap that has to be left
         return f"{volume}: no gap is left" if not shared.is_empty() else f"the gap is {show(fault.value, 'm', 3)}"
@@ -185,7 +188,7 @@ def _figure(fault: Measurement, shared: Any) -> str:
 
 
 def _loaded_mesh(piece: MeshedPiece, what: str, load: PadLoad, gap: float | None) -> Any:
-    """Return a piece's mesh under load, for a measurement of the kind `what`. `gap` (m) is the target's at rest."""
+    """Return a part's mesh under load, for a measurement of the kind `what`. `gap` (m) is the target's gap at rest."""
     if piece.role is BodyRole.ELASTOMER:
         return bulged_pad(piece.body, load)
     if piece.role is BodyRole.TARGET:
@@ -198,7 +201,11 @@ def _loaded_mesh(piece: MeshedPiece, what: str, load: PadLoad, gap: float | None
 def _visible_meshes(
     pieces: list[MeshedPiece], names: set[str], red: Any, normal: tuple[float, float, float], at: float
 ) -> tuple[ColouredMesh, ...]:
-    """Return all pieces and the red volume, without the parts before the cut (a place in mm along its normal)."""
+    """Return all parts and the shared volume, without the material before the cutting plane.
+
+    `red` is the shared volume, and `at` the position (mm) of the plane along its `normal`. `names` are the clashing
+    parts.
+    """
     direction = (-1.0, 0.0, 0.0) if normal == ACROSS else normal
     offset = -at if normal == ACROSS else at
     bodies = []
@@ -218,26 +225,28 @@ def _as_coloured(name: str, body: Any, colour: str, clashes: bool) -> ColouredMe
 
 
 def _middle(body: Any) -> float:
-    """Return the middle (mm) of a mesh along the jaw."""
+    """Return the x (mm) of the middle of a mesh along the jaw."""
     box = body.bounding_box()
     return float(box[0] + box[3]) / 2
 
 
 CARRIERS = (BodyRole.JAW, BodyRole.MOUNT, BodyRole.SHIELD)
 HOLLOW = 0.1  # How far (mm) below a carrier's face glue still fills a groove or a dent
+"""Depth (mm) below a support's face to which glue fills grooves and dents."""
 BELOW = 5e-3
-"""Depth (mm) of a cut below a face, so that it avoids the face's own plane.
+"""Depth (mm) of a cut below a face, so that it does not lie in the face's own plane.
 
-Flat faces are exact, round faces within 5 um.
+Meshes of flat faces are exact. Meshes of round faces have errors up to 5 um.
 """
 CARRIER = "what carries the board"
 
 
 def support_areas(layout: Layout, whole: tuple[Solid, ...]) -> tuple[Measurement, ...]:
-    """Return the supported area under the pressed piece, and under the whole body.
+    """Return the supported area under the pressed part and under the board's whole body, compared with their limits.
 
-    Support is a carrier's face a glue line below the board. Empty if the carrier is no solid: without a mount, or on a
-    finger itself. Also empty on a custom mount without a STEP file, which also fills the gap over a shield.
+    Supported is the area above a part's face that is one glue line below the board. Empty if no such part is a solid:
+    without a mount, or on a finger itself. Also empty on a custom mount without a STEP file, which also fills the gap
+    over a shield.
     """
     mount, solids = layout.spec.mount, [solid for solid in whole if solid.role in CARRIERS]
     is_drawn = any(solid.role is not BodyRole.SHIELD for solid in solids)
@@ -262,7 +271,7 @@ def support_areas(layout: Layout, whole: tuple[Solid, ...]) -> tuple[Measurement
 
 
 def under_bend(layout: Layout, whole: tuple[Solid, ...]) -> tuple[Measurement, ...]:
-    """Return volume (m3) that a mount's STEP file shares with the rod for the tail's bend.
+    """Return the volume (m3) that a mount's STEP file shares with the rod about which the tail is bent.
 
     Empty if there is no file or no rod.
     """
@@ -280,13 +289,13 @@ def under_bend(layout: Layout, whole: tuple[Solid, ...]) -> tuple[Measurement, .
 
 
 LEAST_SHARED = 1e-11
-"""Largest volume (m3) that mount and rod may share: up to 0.01 mm3 is a rounding error of the meshes."""
+"""Largest volume (m3) that mount and rod may share. Up to 0.01 mm3 is a rounding error of the meshes."""
 
 
 def _area_measurement(
     name: str, path: Path, faces: Any, where: tuple[float, float, float], share: float
 ) -> Measurement:
-    """Compare the supported area (m2) of a piece with its required value: the piece's area times `share`."""
+    """Compare the supported area (m2) of a part with its limit: the part's area times `share`."""
     points = path.flattened(1e-6)[:-1]
     region = import_extra("manifold3d").CrossSection([[(p.x * MM, p.y * MM) for p in points]])
     of, area = (float(each.area()) / MM**2 for each in (region, region ^ faces))

@@ -1,7 +1,7 @@
-"""Solids from STEP files of a spec, read in a separate process and placed by their datum.
+"""Solids from STEP files of a spec, read in a separate process and positioned by their datum (coordinate system).
 
-A CAD kernel in C++ may crash, hang or exhaust memory on a malicious file. The reading process has limits of time and
-memory. It returns the solid in OpenCASCADE's own format, so that a crash only ends that process.
+A CAD kernel in C++ may crash, hang or exhaust memory on a malicious file. The reading process therefore has limits of
+time and memory. It returns the solid in OpenCASCADE's own format. If it crashes, the main process continues.
 """
 
 from __future__ import annotations
@@ -25,7 +25,9 @@ from sitscad.spec.mount import StepPart
 from sitscad.spec.yaml.source import SpecSource
 
 SECONDS = 120
+"""Longest time (s) of the reading process."""
 LARGEST = 1000.0  # A part's longest side at most (mm)
+"""Largest accepted length (mm) of a part's longest side."""
 
 _NAME = r"'((?:[^']|''){0,80})'"
 _PLACEMENT = re.compile(
@@ -41,13 +43,15 @@ AXES: dict[str, Vector] = {
 
 
 class DatumError(PartsError):
-    """An error for a datum that the STEP file lacks, or whose axes are not perpendicular."""
+    """Raised if the STEP file does not have the named datum, or if the datum's axes are not perpendicular."""
 
 
 def import_solid(source: SpecSource, part: StepPart, at: Point, height: float) -> Any:
-    """Return the solid of a file with its datum at a point and a height (m), its axes turned to the sensor's.
+    """Return the solid in a STEP file, with its datum at a point and a height (m).
 
-    Raises `PartsError` as `read_part` does.
+    The datum's axes are turned to the sensor's axes.
+
+    Raises `PartsError` for the reasons of `read_part`.
     """
     solid, frame = read_part(source, part)
     bd, gp, turn = import_extra("build123d"), import_extra("OCP.gp"), import_extra("OCP.gp").gp_Trsf()
@@ -60,10 +64,10 @@ def import_solid(source: SpecSource, part: StepPart, at: Point, height: float) -
 
 
 def read_part(source: SpecSource, part: StepPart) -> tuple[Any, Any]:
-    """Return the solid of a file and its datum's axes (`gp_Ax3`), both in the file's axes (mm).
+    """Return the solid in a STEP file and the axes of its datum (`gp_Ax3`), both in the file's coordinates (mm).
 
-    Raises `PartsError` if the file is not with the spec or is no single closed solid, `DatumError` if it has no such
-    coordinate system.
+    Raises `PartsError` if the file does not belong to the spec or is not a single closed solid. Raises `DatumError` if
+    it has no such coordinate system.
     """
     content = source.files.get(part.file)
     if content is None or hashlib.sha256(content).hexdigest() != part.sha256:
@@ -80,7 +84,7 @@ def read_part(source: SpecSource, part: StepPart) -> tuple[Any, Any]:
 
 @lru_cache(maxsize=4)
 def _converted(content: bytes, name: str) -> tuple[bytes, float]:
-    """Convert a STEP file to OpenCASCADE's own format. Also return the file's unit of length in millimetres."""
+    """Return a STEP file's shape in OpenCASCADE's own format, and the file's unit of length in millimetres."""
     import_extra("build123d")  # a missing kernel is said as such
     with TemporaryDirectory() as folder:
         source, target = Path(folder) / "part.step", Path(folder) / "part.brep"
@@ -121,7 +125,7 @@ def _solid(brep: bytes, name: str) -> Any:
 
 
 def _frame(text: str, part: StepPart, unit: float) -> tuple[Vector, Vector, Vector]:
-    """Return the datum (mm, in the file's axes) and the directions of the sensor's x and z."""
+    """Return the datum's origin (mm, in the file's coordinates) and the directions of the sensor's x and z axes."""
     if not isinstance(part.datum, str):
         x, y, z = (value * MM for value in part.datum)
         return (x, y, z), AXES[part.along], AXES[part.up]
@@ -153,7 +157,7 @@ def _three_numbers(text: str, number: str, entity: str, left_out: Vector, part: 
 
 
 def with_location_applied(solid: Any) -> Any:
-    """Return the kernel's shape with its location applied to its points."""
+    """Return a shape of the CAD kernel whose points are moved by its location."""
     where = solid.wrapped.Location()
     if where.IsIdentity():
         return solid.wrapped

@@ -1,11 +1,11 @@
-"""Solids of the sensor's pieces and of the instrument.
+"""Solids of the sensor's parts and of the instrument.
 
-The pieces are the board's body (without copper), stiffener, shield, elastomer pad, target and the sealing film. A jaw
-is modelled from its figures: a flat face for the sensor and a back as round as the port. Further solids are the mount:
-a seat in the jaw, a plate for the bench, a cap on a finger, or a part of the user.
+Parts are the board (without copper), stiffener, shield, pad, target and encapsulation. A jaw is modelled from its
+dimensions: a flat face for the sensor, and a back with the port's radius. The mount is a seat in the jaw, a bench
+plate, a cap on a finger, or a part of the user.
 
-A mount is always an insulator: the standoff is the distance to the nearest metal behind the coil, and a metal seat
-would void it. A shield lies between two pieces, `mount` below and `mount-spacer` above it.
+A mount must be an insulator, because the standoff is the distance to the nearest metal behind the coil. A shield lies
+between two printed parts, `mount` below and `mount-spacer` above it.
 """
 
 from __future__ import annotations
@@ -61,9 +61,9 @@ PAD_COLOUR, STIFFENER_COLOUR = "#e8d8c8", "#8c6a3f"
 
 
 def board_body(outline: Path, body_end: float, fpc: FpcSpec) -> Solid:
-    """Return the board with its tail straight, up to z = 0.
+    """Return the board with a straight tail, and with its top face at z = 0.
 
-    The tail, from `body_end` (m) on, has only the layers that run down it.
+    From x = `body_end` (m) on, it has only the layers of the tail.
     """
     board, under = stack.board(outline, fpc.stackup), stack.tail_heights(fpc)[0]
     whole = _extruded_board(board, "#c8821e")
@@ -79,7 +79,7 @@ def _extruded_board(body: Body, colour: str) -> Solid:
 
 
 def above_board(plates: Plates) -> tuple[Solid, ...]:
-    """Return elastomers and targets: the pads, and the plates on the pads, or on the board's face without pads."""
+    """Return the pads and targets above the board as solids."""
     return tuple(
         _extruded_board(body, PAD_COLOUR if body.role is BodyRole.ELASTOMER else metal_colour(body.material))
         for body in plates.all
@@ -87,10 +87,10 @@ def above_board(plates: Plates) -> tuple[Solid, ...]:
 
 
 def encapsulation(layout: Layout) -> Solid | None:
-    """Return the film over the board's body, around the elastomer and over the target, with rounded outer edges.
+    """Return the encapsulation over the board's body, around the pad and over the target, with rounded outer edges.
 
-    Over elastomer and target it has at least the spec's thickness. Contacts on the body stay open. The board's edges
-    and its bottom face are not covered.
+    Its thickness over pad and target is at least the spec's. Contacts on the body stay open. The board's edges and its
+    bottom face are not covered. None if the spec has no encapsulation.
     """
     film = layout.spec.encapsulation
     if film is None:
@@ -106,9 +106,9 @@ def encapsulation(layout: Layout) -> Solid | None:
 
 
 def _film_over_cells(plates: Plates, film: float) -> list[Any]:
-    """Return, for each cell, rounded blocks with the film's thickness around elastomer and target.
+    """Return, for each cell, blocks around pad and target with the encapsulation's thickness `film` (m).
 
-    A cell has one block if their plans are equal.
+    A cell has one block if pad and target have equal outlines.
     """
     blocks = []
     for pad, plate in zip_longest(plates.elastomers, plates.targets):
@@ -129,11 +129,14 @@ def _rounded_block(body: Body, lower: float, upper: float, film: float) -> Any:
 
 TIP_ROUNDING = 0.5e-3
 REACH = 2.0
-"""A length (m) greater than any part."""
+"""A length (m) greater than the length of any part."""
 
 
 def jaw(layout: Layout) -> Solid | None:
-    """Return the jaw's metal, its face at the standoff below the board, centred under the board's body."""
+    """Return the jaw's metal as a solid.
+
+    Its face is at the standoff below the board, centred under the board's body.
+    """
     fitted, seat, mount = layout.spec.jaw, backing_of(layout.spec).seat_heights, layout.spec.mount
     if seat is None or mount is None or mount.metal is None:
         return None
@@ -152,9 +155,10 @@ def jaw(layout: Layout) -> Solid | None:
 
 
 def opposing_jaw(layout: Layout) -> tuple[Solid, ...]:
-    """Return the opposing jaw of the closed pair, and its pad if it has one: face down, resting on the sensor's top.
+    """Return the opposing jaw of the closed jaws and its pad, if it has one.
 
-    For a jaw that only a STEP file describes, it is the mirror image of the file, without a pad.
+    It touches the sensor's top with its face down. If only a STEP file describes the jaw, the opposing jaw is the
+    mirror image of the file, without a pad.
     """
     fitted, mount = layout.spec.jaw, layout.spec.mount
     bd = import_extra("build123d")
@@ -181,10 +185,10 @@ def opposing_jaw(layout: Layout) -> tuple[Solid, ...]:
 
 
 def _opposing_metal(body: Box, source: SpecSource, fitted: Jaw, floor: float) -> Any:
-    """Return the opposing jaw, face up at a height (m).
+    """Return the metal of the opposing jaw, with its face up at height `floor` (m).
 
-    It is a file's solid up to its heel, or the section with its own pocket. Shanks of the two jaws cross behind their
-    heels, so the file does not define the opposing shank.
+    It is a STEP file's solid up to its heel (the end at the hinge), or the assumed cross-section with its own pocket.
+    The file does not define the opposing jaw behind the heel, because the shanks of the two jaws cross there.
     """
     if fitted.step is not None:
         shape, (_, heel) = import_solid(source, fitted.step, board_middle(body), floor), jaw_range(body, fitted)
@@ -200,7 +204,7 @@ def _opposing_metal(body: Box, source: SpecSource, fitted: Jaw, floor: float) ->
 def _with_pocket(
     body: Box, fitted: Jaw, bar: Any, floor: float, pocket: tuple[tuple[float, float] | None, float] 
 ) -> Any:
-    """Cut a pad pocket (its size, and the height of its rims, m) and its window out of the bar."""
+    """Return a bar with a pad pocket (its size, and the height of its rims, m) and its window cut out."""
     (x0, x1), y, (pad, recess) = jaw_range(body, fitted), board_middle(body).y, pocket
     middle, low, high = (x0 + x1) / 2, floor - 2 * fitted.height, floor + recess + 1e-3
     for size, bottom in ((pad if recess else None, floor), (fitted.fenestration, low)):
@@ -212,7 +216,10 @@ def _with_pocket(
 
 
 def _bar(body: Box, fitted: Jaw, height: float) -> Any:
-    """Return the section extruded along x, its tip's corners rounded in plan, its face up at a height (m)."""
+    """Return the jaw's cross-section extruded along x, with its face up at height `height` (m).
+
+    The tip's corners are rounded as seen from above.
+    """
     (x0, x1), y, half = jaw_range(body, fitted), board_middle(body).y, fitted.width / 2
     bar = along_jaw(jaw_section(fitted).outline, x0, x1, y, height)
     plan = rounded_at_tip(x0, y - half, x1, y + half, min(TIP_ROUNDING, fitted.width / 4))
@@ -220,7 +227,7 @@ def _bar(body: Box, fitted: Jaw, height: float) -> Any:
 
 
 def assemble(layout: Layout) -> tuple[Solid, ...]:
-    """Return the solids of the spec, from the jaw upwards."""
+    """Return the solids of all parts in the spec, from the jaw upwards."""
     sheet = stack.shield(layout)
     shield = None if sheet is None else _extruded_board(sheet, metal_colour(sheet.material))
     plate = stack.stiffener(layout.stiffener, layout.spec.fpc)
@@ -240,7 +247,7 @@ BUILDERS = {"grasper-pad": grasper_pad, "bench-plate": bench_plate, "fingertip":
 
 
 def mount(layout: Layout) -> tuple[Solid, ...]:
-    """Return the pieces of the mount from the bottom up. Empty if the board lies on the metal itself."""
+    """Return the printed parts of the mount from the bottom up. Empty if the board lies directly on metal."""
     mount_spec = layout.spec.mount
     if mount_spec is None:
         return ()

@@ -1,12 +1,12 @@
-"""Mounts outside a jaw: a plate for the bench, and a cap for a robot's fingertip.
+"""Mounts outside a jaw: a bench plate, and a cap for a robot's fingertip.
 
 The bench plate is flush with the board's top face. It has a recess for the board, a slot for its tail, and holes. If a
-load cell's holes lie under the board, they are in a second piece, `mount-adapter`. This piece is screwed on the cell
-first, with sunk heads. Four screws with nuts hold the plate on it. Each screw can therefore be reached, and no steel is
-near the coils.
+load cell's holes are under the board, they are in a second part, `mount-adapter`. This part is screwed onto the load
+cell first, with sunk heads. Four screws with nuts hold the plate on the adapter. All screws can therefore be reached,
+and no steel is near the coils.
 
-The cap goes over the finger's end, two screws clamp it, and the board lies in its top. Its touched edges are round. The
-tail leaves over a round lip towards the hand. The screws' holes are to be tapped.
+The cap fits over the finger's end, and two screws clamp it. The board lies in its top. Edges that are touched are
+rounded. The tail leaves over a round edge towards the hand. The screw holes must be tapped.
 """
 
 from __future__ import annotations
@@ -54,13 +54,16 @@ from sitscad.spec.mount import Finger, Hole, Mount
 from sitscad.spec.presets import metal_colour
 
 EDGE = 0.5e-3  # Rounding of the plate's upper edge (m)
+"""Radius (m) of the bench plate's upper edge."""
 
 TAIL_RELIEF = 0.5e-3
+"""Largest depth (m) of the slot under the tail, below the recess for the board."""
 LEFT = 0.3  # Share of the plastic under the tail that the round lip leaves at the plate's end
+"""Smallest fraction of the plastic's height under the tail that the round edge leaves at the plate's end."""
 
 
 def bench_plate(layout: Layout) -> tuple[Any, ...]:
-    """Return the plate, and the spacer over a shield."""
+    """Return the bench plate, and the spacer over a shield if there is one."""
     shield = backing_of(layout.spec).shield_that_fits()
     floor, bottom = plate_floor(layout)
     plan = plate_plan(layout, film_thickness(layout.spec.encapsulation))
@@ -79,7 +82,7 @@ def bench_plate(layout: Layout) -> tuple[Any, ...]:
 
 
 def adapter(layout: Layout) -> Any | None:
-    """Return the piece between load cell and plate. None if the plate's own holes suffice."""
+    """Return the adapter between load cell and bench plate. None if the plate's own holes suffice."""
     holes = adapter_needed(layout)
     if not holes:
         return None
@@ -98,7 +101,7 @@ def adapter(layout: Layout) -> Any | None:
 
 
 def _nut_and_shaft(hole: Hole, bottom: float, top: float) -> Any:
-    """Return the cutout of a screw and its nut, set in from below the adapter."""
+    """Return the cutout of a screw and its nut, which is inserted from below the adapter."""
     bd = import_extra("build123d")
     shaft = prism(circle(Point(*hole.at), hole.diameter / 2), bottom - 1e-3, top + 1e-3)
     (x, y), radius, turns = hole.at, CORNER_SCREW.nut_across / math.sqrt(3.0), [math.pi / 3 * i for i in range(6)]
@@ -108,9 +111,9 @@ def _nut_and_shaft(hole: Hole, bottom: float, top: float) -> Any:
 
 
 def spacer(body: Box, disc: Path | None, shield: Heights | None, under: float) -> tuple[Any, ...]:
-    """Return the slab that keeps the shield at its gap below the board, whose lower face is at `under` (m).
+    """Return the slab between shield and board. Empty if they touch, or if there is no shield.
 
-    `disc` is the outline of a round body.
+    The board's lower face is at height `under` (m). `disc` is the outline of a round body; None for other bodies.
     """
     if shield is None or under - shield[1] < 1e-9:
         return ()
@@ -121,7 +124,7 @@ def spacer(body: Box, disc: Path | None, shield: Heights | None, under: float) -
 
 
 def recess(layout: Layout, shield: Heights | None) -> tuple[Any, ...]:
-    """Return the cutouts of a plate for the board with its clearance, and below it for the shield and its spacer."""
+    """Return the cutouts of a plate: for the board with its gap, and below it for the shield and its spacer."""
     under, room = board_heights(layout.spec.fpc.stackup)[0], clearance(layout.spec.mount)
     cuts = [extruded(grown_outline(layout.outline, layout.spec.mount), under, 1e-3)]
     if shield is not None:
@@ -138,9 +141,11 @@ def recess(layout: Layout, shield: Heights | None) -> tuple[Any, ...]:
 
 
 def _tail_relief(fpc: FpcSpec, recess: Any, start: float, plan: Box, floor: float) -> tuple[Any, ...]:
-    """Return a deeper slot under the tail from the body to the plate's edge, which is rounded for the tail's bend.
+    """Return a deeper slot under the tail from the body to the plate's edge.
 
-    It is as wide as the board's `recess` (a face) beyond `start` (m).
+    The edge is rounded with the tail's bend radius.
+
+    The slot is as wide as the board's `recess` (a face) beyond x = `start` (m).
     """
     depth = min(TAIL_RELIEF, floor / 2)
     beyond = recess & face(Region(rectangle(start, plan[1] - 1e-3, plan[2] + 1e-3, plan[3] + 1e-3)))
@@ -164,9 +169,10 @@ def rounded_edge(edge: Lip, across: tuple[float, float], height: float) -> Any:
 
 
 def over_body(outline: Path, body: Box, written: Path | None, lower: float, upper: float) -> Any:
-    """Return the solid over the board's body alone, between two heights (m).
+    """Return a solid that covers only the board's body, between two heights (m).
 
-    `outline` is the whole board's, `body` the box of its body, and `written` the body's outline in the spec.
+    `outline` is the whole board's outline, `body` the box of its body, and `written` the body's outline in the spec
+    (None without).
     """
     if written is not None:
         return prism(written, lower, upper)
@@ -175,7 +181,7 @@ def over_body(outline: Path, body: Box, written: Path | None, lower: float, uppe
 
 
 def grown_outline(outline: Path, mount: Mount | None) -> Any:
-    """Return the board's outline grown by the clearance, as a face."""
+    """Return the board's outline enlarged by the mount's gap on each side, as a face."""
     bd = import_extra("build123d")
     room = clearance(mount)
     return bd.offset(face(Region(outline)), room * MM, kind=bd.Kind.ARC).faces()[0]
@@ -187,15 +193,18 @@ def _box_of(shape: Any) -> Box:
 
 
 TAPPED = 0.82  # Hole to be tapped over the thread's nominal diameter (M2: 1.6 mm, M3: 2.5 mm; ISO 2306)
+"""Diameter of a hole before tapping, divided by the thread's nominal diameter (M2: 1.6 mm, M3: 2.5 mm; ISO 2306)."""
 TOUCHED = 1.5e-3  # Radius of the edges that are touched (m)
+"""Radius (m) of edges that are touched."""
 
 LEAST_GRIP = 3e-3
+"""Smallest length (m) of the cap on the finger."""
 
 
 def fingertip(layout: Layout) -> tuple[Any, ...]:
-    """Return the cap, and the spacer over a shield.
+    """Return the cap, and the spacer over a shield if there is one.
 
-    Raises `PartsError` if the tail's stiffener leaves no room to grip.
+    Raises `PartsError` if the tail's stiffener leaves too little length for the cap.
     """
     mount = layout.spec.mount
     assert mount is not None and mount.finger is not None
@@ -235,13 +244,14 @@ def fingertip(layout: Layout) -> tuple[Any, ...]:
 
 
 CUT_OFF = 4e-3  # How far beyond the cap (m) the finger is drawn
+"""Length (m) of the finger that is drawn beyond the cap."""
 
 
 def metal_below(layout: Layout) -> tuple[Solid, ...]:
     """Return a metal finger or `mount.metal_behind`, as far as they are drawn. Empty if there is neither.
 
-    They are not manufactured, weighed or printed. A finger ends `CUT_OFF` beyond its cap. Metal behind reaches half a
-    coil's size beyond the board's body, or fills the finger around it.
+    They are not manufactured, weighed or printed. A finger is drawn up to `CUT_OFF` beyond its cap. Metal behind the
+    board is drawn up to half a coil's size beyond the board's body, or fills the finger around it.
     """
     mount, end = layout.spec.mount, cap_end(layout.body, layout.spec.mount, layout.stiffener)
     if mount is None:
@@ -266,7 +276,10 @@ def _drawn_metal(shape: Any, metal: str, role: BodyRole) -> Solid:
 
 
 def _finger(body: Box, finger: Finger, top: float, start: float, end: float, room: float ) -> Any:
-    """Return the finger between two places along the tail (m), grown by `room` (m), its upper face at a height (m)."""
+    """Return the finger between two x (m), enlarged by `room` (m) on each side.
+
+    `top` (m) is its upper face's height.
+    """
     bd, y, (width, height) = import_extra("build123d"), board_middle(body).y, finger.size
     if finger.outline.is_disc:
         radius = width / 2 + room

@@ -1,7 +1,7 @@
-"""Proof on the solids that the sensor fits and can be made.
+"""Measurements on the solids, which prove that the sensor fits and can be made.
 
-It measures meshes of the pieces as they are glued together, closed, opened about their hinge, and with the pad under
-load. `sitscad.assembly.places.fit` adds figures, and this module measures triangles. Both share only the spec.
+Meshes of the parts are measured glued together, with jaws closed and opened about their hinge, and with the pad under
+load. `sitscad.assembly.places.fit` computes the same from dimensions. The two methods share only the spec.
 """
 
 from __future__ import annotations
@@ -37,28 +37,30 @@ from sitscad.layout.board import Layout
 from sitscad.spec.mount import Jaw, Mount
 
 TIP_STEP = 0.5e-3  # Step (m) of the opposing jaw's tip between two tested positions
+"""Distance (m) by which the opposing jaw's tip moves between two tested positions."""
 SEARCH = 2.0  # Largest gap (mm) that is measured: larger gaps are reported with this value
+"""Largest gap (mm) that is measured. Larger gaps are reported with this value."""
 SLIVER = 1e-12
-"""Largest volume (m3) that two meshes may share without an interference: 10 um by 0.3 mm by 0.3 mm.
+"""Largest volume (m3) that two meshes may share without a fault: 10 um by 0.3 mm by 0.3 mm.
 
-Meshes of touching round faces overlap by this volume, because they consist of chords.
+Round faces that touch overlap by such volumes, because their meshes consist of chords.
 """
 
 INTERFERENCE, PORT, OPENING, TRAVEL, BULGE = "interference", "port", "opening", "travel", "bulge"
 SUPPORT, NO_SUPPORT, BEND = "support", "no support", "bend"  # Kinds of measurements
 
 GROUPS = {BodyRole.BOARD: "board", BodyRole.COPPER: "board", BodyRole.STIFFENER: "board", BodyRole.GLUE: "glue"}
-"""Group of each role whose pieces are reported together in the table of gaps. Other pieces have their own names."""
+"""Name under which parts of a role are reported together in the table of gaps. Other parts have their own names."""
 
 
 @record
 class Measurement:
     """A measurement on the solids.
 
-    `what` is its kind (see above), `first` and `second` are the pieces. `value` is compared with `limit`, both in
-    `unit` (m; m3 of shared volume). `is_kept` is True if the limit is met. `where` (m) is the decisive place, and
-    `condition` the angle, load or place as text. `angle` (rad) is the opening of the jaws. `key` is the key of the spec
-    that contradicts the measurement. Empty if the kind determines the key.
+    `what` is its kind (see above), and `first` and `second` are the parts. `value` is compared with `limit`, both in
+    `unit` (m, m2 or m3). `is_kept` is True if the limit is met. `where` (m) is the decisive point. `condition` is the
+    angle, load or place as text. `angle` (rad) is the opening of the jaws. `key` is the key of the spec that
+    contradicts the measurement. It is empty if the kind determines the key.
     """
 
     what: str
@@ -76,12 +78,12 @@ class Measurement:
 
 @record
 class Proof:
-    """Measurements of the closed pair as it is glued.
+    """Measurements of the closed jaws with the glued sensor.
 
     `radius` (m) is the radius of the circle about the axis that encloses the meshes. `plane_radius` (m) is this radius
     by `sitscad.assembly.places.fit`, and `port_radius` (m) the port's radius. `measured` are all measurements.
-    `clearances` are the smallest gaps (m) of all pairs of groups. `opened` (rad) is the opening of the jaws. None if
-    the hinge is not known.
+    `clearances` are the smallest gaps (m) between all pairs of groups of parts. `opened` (rad) is the largest opening
+    of the jaws. None if the hinge is not known.
     """
 
     radius: float
@@ -93,32 +95,32 @@ class Proof:
 
     @property
     def faults(self) -> tuple[Measurement, ...]:
-        """Measurements that miss their limits."""
+        """Measurements that do not meet their limits."""
         return tuple(each for each in self.measured if not each.is_kept)
 
     @property
     def fits(self) -> bool:
-        """Whether the pair passes its port, within the meshes' chord error, and no two pieces intersect."""
+        """Whether the closed jaws pass their port, within the meshes' chord error, and no two parts intersect."""
         return not self.faults
 
 
 @record(eq=False)
 class MeshedSolid:
-    """A solid and its mesh as a manifold (mm)."""
+    """A solid and its mesh (mm) as a manifold."""
 
     solid: Solid
     body: Any
 
     @property
     def group(self) -> str:
-        """Name under which the piece's gaps are reported."""
+        """Name under which the part's gaps are reported."""
         return GROUPS.get(self.solid.role, self.solid.name)
 
 
 def measure_solids(layout: Layout, whole: tuple[Solid, ...], loads: tuple[PadLoad, ...] = ()) -> Proof | None:
-    """Measure the solids of `sitscad.assembly.solids.whole.whole`. None if there is no jaw.
+    """Return the measurements of the solids from `sitscad.assembly.solids.whole.whole`. None if there is no jaw.
 
-    Raises `MissingExtra`, `PartsError`.
+    `loads` are the loads for which gaps are measured. Raises `MissingExtra` or `PartsError`.
     """
     jaw, plane = layout.spec.jaw, closed_section(layout)
     if jaw is None or plane is None:
@@ -136,9 +138,9 @@ def measure_solids(layout: Layout, whole: tuple[Solid, ...], loads: tuple[PadLoa
 
 
 def _interferences(meshed: Sequence[MeshedSolid]) -> list[Measurement]:
-    """Return the pairs of pieces that share a volume.
+    """Return the volumes that pairs of parts share.
 
-    For each pair of groups (`GROUPS`), only the two pieces with the largest shared volume are returned. If no pieces
+    For each pair of groups (`GROUPS`), only the two parts with the largest shared volume are returned. If no parts
     share a volume, a single measurement states this.
     """
     group = {each.solid.name: each.group for each in meshed}
@@ -151,7 +153,7 @@ def _interferences(meshed: Sequence[MeshedSolid]) -> list[Measurement]:
 
 
 def in_file(mount: Mount | None, whole: tuple[Solid, ...]) -> tuple[Measurement, ...]:
-    """Return the interferences with a mount or a jaw that only a STEP file describes. Empty for all others.
+    """Return the volumes that parts share with a mount or jaw from a STEP file. Empty for other mounts.
 
     The opposing jaw is left out. It is the mirror image of the file, which does not define the start of its shank.
     """
@@ -162,9 +164,9 @@ def in_file(mount: Mount | None, whole: tuple[Solid, ...]) -> tuple[Measurement,
 
 
 def _in_port(body: Box, jaw: Jaw | None, meshed: tuple[MeshedSolid, ...], radius: float ) -> Measurement:
-    """Measure the largest distance from the closed pair's axis between tip and heel.
+    """Measure the largest distance (m) of the meshes from the axis of the closed jaws, between tip and heel of the jaw.
 
-    The port is swept along the axis.
+    The port is a cylinder about this axis with a radius (m).
     """
     assert jaw is not None
     x0, x1 = (x * MM for x in jaw_range(body, jaw))
@@ -186,9 +188,9 @@ def _in_port(body: Box, jaw: Jaw | None, meshed: tuple[MeshedSolid, ...], radius
 
 
 def _while_opening(jaw: Jaw, pivot: Vector, meshed: tuple[MeshedSolid, ...], opening: float) -> list[Measurement]:
-    """Return the interferences of the opposing jaw while it opens about the hinge up to `opening` (rad).
+    """Return the volumes that parts share with the opposing jaw while it opens about the hinge up to `opening` (rad).
 
-    Its tip moves in steps of `TIP_STEP`, so that no thicker piece can lie between two steps.
+    Its tip moves in steps of `TIP_STEP`, so that any part thicker than a step is detected.
     """
     moving = [m for m in meshed if m.solid.role in (BodyRole.OPPOSING_JAW, BodyRole.OPPOSING_PAD)]
     still = [m for m in meshed if m not in moving]
@@ -213,10 +215,10 @@ def _while_opening(jaw: Jaw, pivot: Vector, meshed: tuple[MeshedSolid, ...], ope
 
 
 def _under_load(gap: float | None, meshed: tuple[MeshedSolid, ...], load: PadLoad) -> list[Measurement]:
-    """Return the remaining gaps to the rigid pieces under load. `gap` (m) is the target's gap at rest.
+    """Return the gaps between moved parts and rigid parts under load. `gap` (m) is the target's gap at rest.
 
-    The moved pieces are the loaded target, the pad with bulged sides, and the opposing jaw. This jaw follows the target
-    if nothing is grasped.
+    Moved parts are the target, the pad with bulged sides, and the opposing jaw, which follows the target if nothing is
+    grasped.
     """
     rigid = [m for m in meshed if m.solid.role in (BodyRole.JAW, BodyRole.MOUNT, BodyRole.SHIELD)]
     gaps = []
@@ -233,7 +235,10 @@ def _under_load(gap: float | None, meshed: tuple[MeshedSolid, ...], load: PadLoa
 
 
 def _nearest(what: str, name: str, moved: Any, rigid: list[MeshedSolid], when: str) -> Measurement | None:
-    """Return the smallest gap between a moved piece and rigid pieces. None if there are no rigid pieces."""
+    """Return the smallest gap between a moved part and the rigid parts. None if there are no rigid parts.
+
+    `what` is the kind of measurement, `name` the moved part, and `when` the load as text.
+    """
     gaps = [(float(moved.min_gap(other.body, SEARCH)) / MM, other) for other in rigid]
     if not gaps:
         return None
@@ -242,7 +247,7 @@ def _nearest(what: str, name: str, moved: Any, rigid: list[MeshedSolid], when: s
 
 
 def _gaps(meshed: tuple[MeshedSolid, ...]) -> tuple[Clearance, ...]:
-    """Return the smallest gap of each pair of groups of pieces, without glue."""
+    """Return the smallest gap (m) between each pair of groups of parts, without glue."""
     groups: dict[str, list[Any]] = {}
     for each in meshed:
         if each.group != GROUPS[BodyRole.GLUE]:
@@ -252,9 +257,9 @@ def _gaps(meshed: tuple[MeshedSolid, ...]) -> tuple[Clearance, ...]:
 
 
 def _gap(first: list[Any], second: list[Any]) -> float:
-    """Return the smallest gap (mm) of two groups of meshes, at most `SEARCH`.
+    """Return the smallest gap (mm) between two groups of meshes, at most `SEARCH`.
 
-    Only meshes with nearby boxes are compared.
+    Only meshes with nearby bounding boxes are compared.
     """
     pairs = [(box_gap(*pair), k, *pair) for k, pair in enumerate(product(first, second))]
     least = SEARCH
@@ -266,7 +271,7 @@ def _gap(first: list[Any], second: list[Any]) -> float:
 
 
 def _middle(body: Any) -> tuple[float, float, float]:
-    """Return the middle (m) of a mesh's box, to a micrometre."""
+    """Return the middle (m) of a mesh's bounding box, rounded to a micrometre."""
     x0, y0, z0, x1, y1, z1 = body.bounding_box()
     x, y, z = (round((low + high) / 2 / MM, 6) + 0.0 for low, high in ((x0, x1), (y0, y1), (z0, z1)))
     return x, y, z
@@ -274,7 +279,7 @@ def _middle(body: Any) -> tuple[float, float, float]:
 
 @record
 class PadLoad:
-    """The pad under a required load: name of the load, pose of the target, and bulge of the pad's sides (m)."""
+    """The pad under a load: name of the load, pose of the target, and bulge (m) of each side of the pad."""
 
     name: str
     pose: Pose
@@ -282,27 +287,27 @@ class PadLoad:
 
 
 def part_between(body: Any, x0: float, x1: float) -> Any:
-    """Return the part of a mesh between two places along the jaw (mm)."""
+    """Return the part of a mesh between two x (mm) along the jaw."""
     return body.trim_by_plane((1.0, 0.0, 0.0), x0).trim_by_plane((-1.0, 0.0, 0.0), -x1)
 
 
 def pivot_of(layout: Layout) -> Vector:
-    """Return the pivot of the jaws' hinge (mm). The hinge must be known."""
+    """Return the position (mm) of the hinge's pivot. The hinge must be known."""
     pivot = hinge_pivot(layout)
     assert pivot is not None
     return pivot.x * MM, board_middle(layout.body).y * MM, pivot.y * MM
 
 
 def turned_about_pivot(pivot: Vector, body: Any, angle: float) -> Any:
-    """Return a mesh (mm) turned about the hinge's pivot (mm) by an angle (rad), so that its tip goes up."""
+    """Return a mesh (mm) rotated about the hinge's pivot (mm) by an angle (rad). Positive angles move the tip up."""
     x, y, z = pivot
     return body.translate((-x, -y, -z)).rotate((0.0, math.degrees(angle), 0.0)).translate((x, y, z))
 
 
 def moved_with_target(gap: float | None, body: Any, pose: Pose) -> Any:
-    """Return a mesh (mm) moved like the target: turned about its near face's centre, then displaced.
+    """Return a mesh (mm) moved like the target: rotated about the centre of the target's lower face, then displaced.
 
-    `gap` (m) is the gap from the board to this face at rest.
+    `gap` (m) is the distance from the board to this face at rest.
     """
     bounds = body.bounding_box()
     assert gap is not None, "a load moves a target"
@@ -313,7 +318,7 @@ def moved_with_target(gap: float | None, body: Any, pose: Pose) -> Any:
 
 
 def bulged_pad(body: Any, load: PadLoad) -> Any:
-    """Return the pad (mm), lower by the press and wider by its bulge, its upper half moved with the target."""
+    """Return the pad's mesh (mm) under load: lower, wider by its bulge, and moved by half the target's travel."""
     x0, y0, z0, x1, y1, z1 = body.bounding_box()
     grow, m3 = load.bulge * MM, import_extra("manifold3d")
     size = (x1 - x0 + 2 * grow, y1 - y0 + 2 * grow, max(1e-6, z1 - z0 + load.pose.z * MM))
@@ -322,24 +327,27 @@ def bulged_pad(body: Any, load: PadLoad) -> Any:
 
 
 COARSE = (0.05, 0.5)
-"""Chord (mm) and angle (rad) of the triangles for wall measurements: walls are flat, or nearly flat."""
+"""Largest chord error (mm) and angle (rad) of meshes for wall measurements. Walls are flat, or nearly flat."""
 
 FACING = 0.9  # Cosine between two faces from which on they are the two sides of one wall
+"""Cosine of the angle between two faces above which they count as the two sides of one wall."""
 SUPPORTED = math.cos(math.radians(45.0))  # Faces that look down more steeply than this want support: 45 degrees
+"""Cosine of the steepest overhang that needs no support structure: 45 degrees."""
 GRAIN = 2e-6  # Shortfalls below this (m) do not count
+"""Size differences (m) below this are ignored."""
 
 BEDS: dict[str, tuple[int, float]] = {
     f"{sign}{axis}": (i, s) for i, axis in enumerate("xyz") for sign, s in (("-", -1.0), ("+", 1.0))
 }
-"""Sides on which a piece may lie on the print bed: axis and sign of their outward normal."""
+"""Sides on which a part may lie on the print bed: axis and sign of the side's outward normal."""
 
 
 @record
 class Unprintable:
     """A feature that the process cannot make.
 
-    `what` is its name. `measured` and `limit` are its size and the limit (m; m3 of hollows). `fix` is the change that
-    helps.
+    `what` is its name. `measured` and `limit` are its size and the limit (m, or m3 for hollows). `fix` is the change
+    that helps.
     """
 
     what: str
@@ -350,10 +358,10 @@ class Unprintable:
 
 @record
 class PrintedPiece:
-    """A manufactured piece: size (m), volume of material (m3), thinnest wall and smallest hole (m).
+    """Measurements of a manufactured part: size (m), volume of material (m3), thinnest wall and smallest hole (m).
 
-    Wall and hole are None if the piece has none. It also has the side on the print bed, and the area (m2) that then
-    needs support.
+    Wall and hole are None if the part has none. `bed` is the side on the print bed, and `unsupported` the area (m2)
+    that then needs support. `faults` are features that the process cannot make.
     """
 
     name: str
@@ -367,7 +375,7 @@ class PrintedPiece:
 
 
 def check_print(solid: Solid, process: str) -> PrintedPiece:
-    """Measure one piece, and list the features that a process (``resin``, ``powder``, ...) cannot make."""
+    """Return measurements of one part, and the features that a process (``resin``, ``powder``, ...) cannot make."""
     mesh = tessellate(solid, *COARSE)
     corners = mesh.vertices[mesh.triangles]
     # Outward unit normals (n, 3) of triangles (n, 3, 3)
@@ -420,14 +428,17 @@ def check_print(solid: Solid, process: str) -> PrintedPiece:
 
 
 CHUNK = 128  # Rays that are traced at once: each meets every triangle that is near
+"""Number of rays that are traced at once. Each ray is compared with all nearby triangles."""
 
 CELL = 8.0  # Rays are traced by squares of so many millimetres, so that those of a chunk lie near each other
+"""Side (mm) of the squares by which rays are sorted, so that rays traced at once are close together."""
 
 
 def _first_hits(origins: Array, directions: Array, corners: Array) -> tuple[Array, NDArray[np.int64]]:
     """Return the distance along each ray to the first triangle, and the triangle's number (Moeller and Trumbore 1997).
 
-    The triple products are split so that each is a product of matrices. Lengths are relative to a point near the rays.
+    `origins` and `directions` (rays, 3) are the rays, and `corners` (triangles, 3, 3) the triangles. Triple products
+    are computed as matrix products. Positions are relative to a point near the rays.
     """
     middle = origins.mean(axis=0)
     origins, first = origins - middle, corners[:, 0] - middle
@@ -446,10 +457,11 @@ def _first_hits(origins: Array, directions: Array, corners: Array) -> tuple[Arra
 
 
 EDGE = 1e-7  # Part of a triangle beside its edge that counts to it: no ray goes through between two
+"""Width of a margin around each triangle, relative to the triangle, in which rays also hit it."""
 
 
 def _opens_inwards(face: Any) -> bool:
-    """Whether a cylinder's outward normal points at its axis, as in a hole but not on a pin."""
+    """Whether the outward normal of a cylinder face points at the cylinder's axis: True for holes, False for pins."""
     axis = import_extra("OCP.BRepAdaptor").BRepAdaptor_Surface(face.wrapped).Cylinder().Axis()
     at, direction = axis.Location(), axis.Direction()
     point, normal = face.position_at(0.5, 0.5), face.normal_at(0.5, 0.5)
@@ -460,9 +472,9 @@ def _opens_inwards(face: Any) -> bool:
 
 
 def _bed(corners: Array, normals: Array) -> tuple[str, float]:
-    """Return the side on the bed that needs least support.
+    """Return the side on the print bed that needs the least support, and the area (m2) that needs support.
 
-    Among equal sides, the side with the largest area on the bed.
+    Among equal sides, it is the side with the largest area on the bed.
     """
     areas = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     ranked: list[tuple[float, float, str]] = []
@@ -477,7 +489,7 @@ def _bed(corners: Array, normals: Array) -> tuple[str, float]:
 
 
 def as_json(piece: PrintedPiece, process: str) -> dict[str, Any]:
-    """Return one piece as plain values, with lengths in metres to a tenth of a micrometre."""
+    """Return the measurements of one part as values for JSON, with lengths in metres rounded to 0.1 um."""
     return {
         "piece": piece.name,
         "process": process,

@@ -1,8 +1,9 @@
-"""The insert for a grasper's jaw: a seat at the standoff.
+"""The seat: an insert in a grasper's jaw that carries the board at the standoff.
 
-It has ledges that place the board, glue grooves, a tongue under the tail, and a dovetail or pins if the spec has them.
-Ledges stand at the tip and, if jaw and port are wide enough, on both sides. They end at the board's top face. The pad
-may therefore bulge over them, and the opposing jaw does not touch them. The jig places elastomer and target.
+It has ledges that position the board, glue grooves, a support under the tail, and a dovetail or pins if the spec has
+them. Ledges are at the tip and, if jaw and port are wide enough, on both sides. They end at the board's top face. The
+pad may therefore bulge over them, and the opposing jaw does not touch them. A jig positions pad and target during
+gluing.
 """
 
 from __future__ import annotations
@@ -56,17 +57,24 @@ from sitscad.spec.mount import Jaw, Mount, Retention
 LEDGE_ROUNDING = 0.2e-3
 HEEL_ROUNDING = 0.3e-3
 TIP_ROUNDING = 0.4e-3  # Of the seat's upright edges at the tip (m): tissue slides over them
+"""Radius (m) of the seat's vertical edges at the tip, which slide over tissue."""
 CORNER_ROUNDING = 0.3e-3  # Of the outer upright edges of the ledges beside the board (m)
+"""Radius (m) of the outer vertical edges of the ledges beside the board."""
 CHEEK_BACK = 0.2e-3  # Between the cheeks' end and the tongue's (m)
+"""Distance (m) between the end of the walls beside the tail and the end of the support under the tail."""
 FACETS = 256  # Sides of the prism within the port's cylinder, 0.2 um inside it, for seats that it cannot cut
+"""Number of sides of a prism that replaces the port's cylinder, with an error of 0.2 um, if cutting by it fails."""
 MESH_ERROR = 5e-3  # Share of a volume by which a mesh may differ from its solid: a wrong cut is off by more
+"""Largest relative difference between the volumes of a mesh and its solid. A failed cut gives larger differences."""
 
 GROOVE_DEPTH = 0.1e-3
+"""Depth (m) of the glue grooves."""
 GROOVES = (0.2, 0.4, 0.6, 0.8)
+"""Positions of the glue grooves, as fractions of the body's length."""
 
 
 def grasper_pad(layout: Layout) -> tuple[Any, ...]:
-    """Return the seat's pieces from the bottom up. Empty if the board lies on the metal itself."""
+    """Return the seat's printed parts from the bottom up. Empty if the board lies directly on metal."""
     backing_of(layout.spec).shield_that_fits()
     spans = backing_of(layout.spec).spans
     if not spans:
@@ -101,9 +109,9 @@ def _top_edges_at_heel(shape: Any) -> list[Any]:
 
 
 def _with_relief(mount: Mount | None, edge: Lip | None, slab: Any, span: Heights, tongue: Relief) -> Any:
-    """Return the slab with a tongue under the tail, round at its end, and cheeks beside the tail if they have room.
+    """Return the slab with a rounded support under the tail, and walls beside the tail if there is room for them.
 
-    `edge` is the tongue's edge over which the tail is bent. None if it is not bent there.
+    `edge` is the support's edge over which the tail is bent. None if the tail is not bent there.
     """
     (start, end), (low, high) = tongue.along, tongue.across
     lap = 0.2e-3
@@ -125,9 +133,9 @@ def _with_relief(mount: Mount | None, edge: Lip | None, slab: Any, span: Heights
 
 
 def groove_places(body: Box, mount: Mount | None, span: Heights ) -> tuple[tuple[float, ...], float]:
-    """Return places along x (m) of the grooves across the board's glue face, and their width (m).
+    """Return the positions x (m) of the grooves across the board's glue face, and their width (m).
 
-    No places if the grooves would leave too thin a wall.
+    No positions if the grooves would leave too thin a wall. `span` is the height range (m) of the slab.
     """
     process = process_of(mount)
     wall, width = print_limit(process, "wall").value, print_limit(process, "groove").value
@@ -138,7 +146,7 @@ def groove_places(body: Box, mount: Mount | None, span: Heights ) -> tuple[tuple
 
 
 def _with_grooves(body: Box, mount: Mount | None, slab: Any, span: Heights) -> Any:
-    """Return the slab with its grooves."""
+    """Return the slab with its glue grooves."""
     (places, width), (_, y0, _, y1) = groove_places(body, mount, span), body
     for x in places:
         groove = box(x - width / 2, y0 - 1e-3, span[1] - GROOVE_DEPTH, x + width / 2, y1 + 1e-3, span[1])
@@ -147,9 +155,9 @@ def _with_grooves(body: Box, mount: Mount | None, slab: Any, span: Heights) -> A
 
 
 def _within_port(body: Box, fitted: Jaw, closed: Heights, room: float, slab: Any ) -> Any:
-    """Cut off the slab's edges outside the port's circle, with tolerances at their worst and jaws closed.
+    """Return the slab without the edges outside the port's circle, with worst-case tolerances and closed jaws.
 
-    `closed` are the heights of both backs, and `room` (m) is the radius of the circle for the slab.
+    `closed` are the heights (m) of both backs, and `room` (m) is the radius of the circle for the slab.
     """
     slab = _within_pocket(body, fitted, slab, closed[0] + fitted.height)
     bd, radius = import_extra("build123d"), room * MM
@@ -181,7 +189,10 @@ def _within_port(body: Box, fitted: Jaw, closed: Heights, room: float, slab: Any
 
 
 def _within_pocket(body: Box, fitted: Jaw, slab: Any, floor: float) -> Any:
-    """Cut the slab below the rims to the width and length of their pocket. Above them it may lie on the rims."""
+    """Return the slab, cut to the width and length of the pad pocket below the pocket's rims.
+
+    Above the rims, the slab keeps its size. `floor` (m) is the height of the pocket's floor.
+    """
     if fitted.pocket is None:
         return slab
     bounds, rims = slab.bounding_box(), floor + fitted.recess
@@ -196,7 +207,10 @@ def _within_pocket(body: Box, fitted: Jaw, slab: Any, floor: float) -> Any:
 
 
 def _stop(body: Box, mount: Mount | None, bottom: float, foot: float ) -> tuple[Any, ...]:
-    """Return the rounded ledge before the board's end at the tip, on a slab from `bottom` to `foot`."""
+    """Return the rounded ledge before the board's end at the tip, from height `bottom` (m), with its foot.
+
+    Empty if no room.
+    """
     place = stop_place(body, mount.jaw if mount is not None else None, mount)
     if place is None:
         return ()
@@ -209,9 +223,10 @@ def _stop(body: Box, mount: Mount | None, bottom: float, foot: float ) -> tuple[
 
 
 def _sides(body: Box, half_widths: tuple[float, float], bottom: float, foot: float ) -> tuple[Any, ...]:
-    """Return the ledges on both sides of the board with the feet that join them to the slab.
+    """Return the ledges on both sides of the board, with the feet that join them to the slab.
 
-    `half_widths` (m) are the inner and outer half width of the ledges.
+    `half_widths` (m) are the distances of their inner and outer faces from the middle. `bottom` and `foot` (m) are
+    heights.
     """
     (x0, _, x1, _), y, (inner, outer) = body, board_middle(body).y, half_widths
     ledges = []
@@ -226,12 +241,13 @@ def _sides(body: Box, half_widths: tuple[float, float], bottom: float, foot: flo
 
 
 CHAMFER = 0.1e-3  # Of the pins' ends (m), which find their holes by it
+"""Size (m) of the chamfer at the pins' ends, which guides them into their holes."""
 
 OVERCUT = 1.0e-3
 
 
 def with_retention(body: Box, mount: Mount | None, seat: Any, metal: float) -> Any:
-    """Return the seat's lowest piece, on the metal at a height (m), with its tongue or pins."""
+    """Return the seat's lowest part with its dovetail or pins. `metal` (m) is the height of the metal below it."""
     joint = retention(body, mount)
     if joint is None:
         return seat
@@ -248,9 +264,10 @@ def with_retention(body: Box, mount: Mount | None, seat: Any, metal: float) -> A
 
 
 def cut_for_retention(body: Box, mount: Mount, glue_line: float, jaw: Any, metal: float ) -> Any:
-    """Return the jaw, its face at a height (m), with the groove or the holes for the mount's tongue or pins.
+    """Return the jaw with the groove or holes for the mount's dovetail or pins. `metal` (m) is the height of its face.
 
-    They are larger by a clearance. The groove is open at the tip. The holes are drilled through so that glue can leave.
+    Groove and holes are larger by a gap on each side. The groove is open at the tip. The holes are drilled through, so
+    that glue can flow out.
     """
     joint = retention(body, mount)
     room, fitted = joint_clearance(glue_line, mount), mount.jaw
@@ -267,7 +284,10 @@ def cut_for_retention(body: Box, mount: Mount, glue_line: float, jaw: Any, metal
 
 
 def _tongue(joint: Retention, room: float) -> Path:
-    """Return the dovetail's section (m) about 0, grown by a clearance. Raises `PartsError` if its flanks cross."""
+    """Return the dovetail's cross-section (m) about y = 0, enlarged by a gap `room` (m) on each side.
+
+    Raises `PartsError` if its flanks cross.
+    """
     if tongue_neck(joint) <= 0.0:
         raise PartsError("the dovetail's flanks cross below the mount (mount.retention): it has no tongue")
     bottom, top, depth = tongue_across(joint, room)

@@ -1,9 +1,8 @@
-"""Solids: named, coloured pieces of the sensor or its mount.
+"""Solids: named, coloured parts of the sensor or its mount.
 
-Paths and regions of the plane become build123d faces and prisms.
-
-Inputs are in metres, shapes in millimetres. The packages of ``sitscad[all]`` are imported only when a part or a mesh is
-needed. OpenCASCADE tessellates the meshes, and manifold3d proves that they are closed.
+Plane paths and regions become build123d faces and prisms. Inputs are in metres, shapes in millimetres. The packages of
+``sitscad[all]`` are imported only when a solid or a mesh is needed. OpenCASCADE makes the meshes, and manifold3d proves
+that they are closed.
 """
 
 from __future__ import annotations
@@ -36,7 +35,7 @@ class MissingExtra(ExpectedError, ImportError):
 
 
 UNUSED = ("sympy", "vtk")
-"""Packages that build123d and cadquery import for curves and views that sitscad does not use: half a second."""
+"""Packages that build123d and cadquery import, but sitscad does not use. Their import takes half a second."""
 
 
 class _Later(ModuleType):
@@ -51,9 +50,9 @@ class _Later(ModuleType):
 
 
 def import_extra(package: str) -> ModuleType:
-    """Import a package of the extra.
+    """Import an optional package and return it.
 
-    Raises `MissingExtra` in one sentence if it is missing or cannot be loaded.
+    Raises `MissingExtra` with a one-sentence text if it is missing or cannot be loaded.
     """
     if package not in sys.modules:
         for name in UNUSED:
@@ -118,7 +117,7 @@ def of_role(solids: tuple[Solid, ...], *roles: BodyRole) -> tuple[Solid, ...]:
 
 
 def sort_by_height(solids: Iterable[Solid]) -> list[Solid]:
-    """Return solids by the heights of their lowest corners, to a nanometre: exact boxes of round faces are slow."""
+    """Return solids in the order of the heights of their lowest corners, rounded to a nanometre."""
     return sorted(solids, key=lambda solid: round(min(corner.Z for corner in solid.shape.vertices()), 6))
 
 
@@ -126,7 +125,7 @@ MM = 1e3
 
 
 def face(region: Region) -> Any:
-    """Return the build123d face of a region in the plane z = 0, with its arcs."""
+    """Return the build123d face of a region in the plane z = 0. Arcs stay arcs."""
     bd = import_extra("build123d")
     return bd.Face(_wire(region.outline), [_wire(hole) for hole in region.holes])
 
@@ -152,9 +151,9 @@ def box(x0: float, y0: float, z0: float, x1: float, y1: float, z1: float) -> Any
 
 
 def along_jaw(section: Path, x0: float, x1: float, y: float, z: float) -> Any:
-    """Return a closed path across the jaw, extruded along it from x0 to x1 (m), as a build123d solid.
+    """Return a closed path across the jaw, extruded along the jaw from x0 to x1 (m), as a build123d solid.
 
-    The path's x becomes y, its y becomes z, and its origin lies at (y, z).
+    The path's x becomes y, and its y becomes z. Its origin is at (y, z).
     """
     bd = import_extra("build123d")
     stand = bd.Plane((x0 * MM, y * MM, z * MM), x_dir=(0, 1, 0), z_dir=(1, 0, 0))
@@ -162,13 +161,16 @@ def along_jaw(section: Path, x0: float, x1: float, y: float, z: float) -> Any:
 
 
 def rounded_at_tip(x0: float, y0: float, x1: float, y1: float, radius: float) -> Path:
-    """Return the rectangle between two corners with rounded corners (m) at the tip of the jaw, at x0."""
+    """Return the rectangle between two corners (m), with corners rounded by `radius` (m) at the jaw's tip (x0)."""
     corners = [Point(x0, y0), Point(x1, y0), Point(x1, y1), Point(x0, y1)]
     return rounded_polygon(corners, [radius, 0.0, 0.0, radius])
 
 
 def one_solid(shape: Any, what: str) -> Any:
-    """Return the single solid of a boolean operation. Raises `PartsError` if there is none or several."""
+    """Return the single solid in the result of a boolean operation. Raises `PartsError` if there is none or several.
+
+    `what` is the part's name for the message.
+    """
     solids = shape.solids() if shape is not None else []
     if len(solids) != 1:
         raise PartsError(f"the {what} falls into {len(solids)} pieces; its parts in the spec do not join")
@@ -176,9 +178,9 @@ def one_solid(shape: Any, what: str) -> Any:
 
 
 def subtract(shape: Any, cuts: Iterable[Any], what: str) -> Any:
-    """Return a solid less others, which may overlap. Raises `PartsError` if no piece or several pieces remain.
+    """Return a solid minus other solids, which may overlap. Raises `PartsError` if no solid or several solids remain.
 
-    All are cut at once, in half the time of separate cuts.
+    All are subtracted in one operation, which takes half the time of single operations.
     """
     tools = list(cuts)
     return one_solid(shape.cut(*tools), what) if tools else shape
@@ -199,9 +201,9 @@ def top_edges(shape: Any) -> Any:
 
 
 def _wire(path: Path) -> Any:
-    """Return the path as a wire (mm), built edge by edge.
+    """Return the path as a build123d wire (mm), built edge by edge.
 
-    From a list of edges, OpenCASCADE merges ends by address, and the last bits vary.
+    With a list of edges, OpenCASCADE joins ends in the order of memory addresses, so that the last digits vary.
     """
     bd, wire = import_extra("build123d"), import_extra("OCP.BRepBuilderAPI").BRepBuilderAPI_MakeWire()
     for segment in path:
@@ -215,30 +217,32 @@ def _wire(path: Path) -> Any:
 
 
 CHORD = 0.005  # mm, how far a chord may stand off a curved face
+"""Largest distance (mm) between a curved face and the mesh."""
 TURN = 0.15  # rad, the largest step along a curve
+"""Largest angle (rad) between neighbouring chords along a curve."""
 
 
 class NotManifold(PartsError):
-    """An error for a tessellated solid that does not enclose a volume. It is never written to a file."""
+    """Raised for a mesh that does not enclose a volume. Such a mesh is never written to a file."""
 
 
 @record(eq=False)
 class TriangleMesh:
-    """Vertices (n, 3; mm) as float64 and triangles (m, 3) as indices, outward by the right-hand rule."""
+    """Vertices (n, 3; mm) as float64, and triangles (m, 3) as indices. Normals point outwards (right-hand rule)."""
 
     name: str
     vertices: Array
     triangles: NDArray[np.int64]
 
     def on_bed(self) -> TriangleMesh:
-        """Return the mesh moved into the positive octant, standing on z = 0, as printing programs expect."""
+        """Return the mesh moved to positive coordinates, with its lowest point at z = 0, for printing programs."""
         return TriangleMesh(self.name, self.vertices - self.vertices.min(axis=0), self.triangles)
 
 
 def tessellate(solid: Solid, chord: float = CHORD, turn: float = TURN) -> TriangleMesh:
-    """Return a solid's closed mesh within `chord` (mm) and `turn` (rad). Raises `NotManifold`.
+    """Return a solid's closed mesh, with errors up to `chord` (mm) and `turn` (rad). Raises `NotManifold`.
 
-    Meshes that the kernel has cached for the solid are cleared before and after.
+    Meshes that the CAD kernel caches with the solid are deleted before and after.
     """
     clean = import_extra("OCP.BRepTools").BRepTools.Clean_s
     clean(solid.shape.wrapped)
@@ -279,18 +283,18 @@ def _faces(shape: Any) -> tuple[Array, NDArray[np.int64]]:
 
 @lru_cache(maxsize=1)
 def printed_meshes(solids: tuple[Solid, ...]) -> tuple[TriangleMesh, ...]:
-    """Return the meshes of printed solids: one tessellation for all formats of a package."""
+    """Return the meshes of printed solids. They are computed once for all file formats of a package."""
     return tuple(tessellate(solid) for solid in solids)
 
 
 @lru_cache(maxsize=1)
 def display_meshes(solids: tuple[Solid, ...]) -> tuple[TriangleMesh, ...]:
-    """Return the meshes of solids for display: within 20 um of their faces, curves in steps of 20 degrees."""
+    """Return the meshes of solids for display, with errors up to 20 um, and 20 degrees between neighbouring chords."""
     return tuple(tessellate(solid, 0.02, 0.35) for solid in solids)
 
 
 def manifold(mesh: TriangleMesh) -> Any:
-    """Return the mesh as a ``manifold3d.Manifold`` in double precision. Raises `NotManifold`."""
+    """Return the mesh as a ``manifold3d.Manifold`` in double precision. Raises `NotManifold` if it is not closed."""
     m3 = import_extra("manifold3d")
     body = m3.Manifold(m3.Mesh64(vert_properties=mesh.vertices, tri_verts=mesh.triangles.astype("uint64")))
     if body.status() != m3.Error.NoError or body.volume() <= 0.0:
@@ -299,11 +303,15 @@ def manifold(mesh: TriangleMesh) -> Any:
 
 
 SEARCH = 20.0  # mm, the distance beyond which two solids simply are far apart
+"""Distance (mm) above which distances between solids are not computed."""
 
 
 @record
 class Clearance:
-    """Two solids and their smallest distance (m, 0 if they touch), up to `SEARCH`."""
+    """Names of two solids and the smallest distance (m) between them. 0 if they touch.
+
+    Larger values than `SEARCH` are cut off.
+    """
 
     first: str
     second: str
@@ -311,14 +319,15 @@ class Clearance:
 
 
 TOUCHING = 1e-15
-"""Largest volume (m3) that two solids may share and still only touch."""
+"""Largest volume (m3) that two solids may share and still count as touching."""
 
 
 def overlaps(pieces: Sequence[tuple[Solid, Any]]) -> Iterator[tuple[Solid, Solid, Any, float]]:
-    """Yield all pairs of solids that share a volume: both solids, the shared part of their meshes, and the volume (m3).
+    """Yield each pair of solids that overlap: both solids, the overlap of their meshes, and its exact volume (m3).
 
-    Each solid comes with its mesh as a manifold. The meshes find the pairs (manifold3d). Two chord meshes of one
-    touching round face overlap by slivers. The pairs are therefore confirmed on the exact shapes (OpenCASCADE).
+    `pieces` are solids with their meshes as manifolds. Meshes find candidates. Round faces that touch also overlap in
+    their meshes, because chords replace arcs. Each candidate is therefore confirmed with the exact shapes
+    (OpenCASCADE).
     """
     for (first, a), (second, b) in combinations(pieces, 2):
         if box_gap(a, b) < 0.0:
@@ -328,7 +337,7 @@ def overlaps(pieces: Sequence[tuple[Solid, Any]]) -> Iterator[tuple[Solid, Solid
 
 
 def box_gap(first: Any, second: Any) -> float:
-    """Return the largest gap (mm) between the boxes of two meshes along one axis. Negative if the boxes intersect."""
+    """Return the largest gap (mm) of two meshes' bounding boxes along an axis. Negative if the boxes intersect."""
     a, b = first.bounding_box(), second.bounding_box()
     return float(max(max(a[k] - b[k + 3], b[k] - a[k + 3]) for k in range(3)))
 

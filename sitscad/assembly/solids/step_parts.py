@@ -1,7 +1,7 @@
-"""STEP files of a spec: their readability, and the comparison of a jaw's solid with the jaw's figures in the spec.
+"""Checks of STEP files in a spec: whether they can be read, and whether a jaw has its dimensions in the spec.
 
-Estimates and plane rules use only the written figures of a jaw. The solids are built from its STEP file. Both must
-describe the same part. Slices of the placed solid are therefore measured under the coils' middle and both ends.
+Estimates and rules use only the dimensions in the spec. The solids are built from the STEP file. Both must describe the
+same part. Therefore, slices of the positioned solid are measured under the coils' middle and under both ends.
 """
 
 from __future__ import annotations
@@ -32,49 +32,52 @@ from sitscad.spec.yaml.source import SpecSource
 STEP_FILE, JAW_FILE, JAW_METAL, FEW_METAL = "step file", "jaw file", "jaw metal", "few jaw metal"
 BACK, ROOMY_BACK, ASSUMED_FACE = "jaw back", "jaw back with room", "assumed face"
 HALF_SLICE = 1e-3
-"""Half the length (m) of a slice along the jaw: teeth of grasping faces are up to 2 mm apart."""
+"""Half the length (m) of a slice along the jaw. Teeth of grasping faces are up to 2 mm apart."""
 FACE_TOLERANCE = 20e-6
-"""Largest allowed difference (m) between the metal face in the STEP file and the value in the spec.
+"""Largest accepted difference (m) between the height of the metal face in the STEP file and in the spec.
 
-Both values are rounded to 10 um or finer. The jaw changes the coils' inductance by about 1 % over this distance if the
-metal is 0.2 mm behind the coils.
+Both values are rounded to 10 um or finer. If the metal is 0.2 mm behind the coils, this distance changes their
+inductance by about 1 %.
 """
 SIZE_TOLERANCE = 0.1e-3
-"""Largest permitted difference (m) between a size in the STEP file and in the spec, for small sizes.
+"""Largest accepted difference (m) between a dimension in the STEP file and in the spec, for small dimensions.
 
-For large sizes, `SIZE_SHARE` permits more. Both are about the general tolerances of drawings (ISO 2768-1, medium: 0.1
-mm up to 6 mm, 0.2 mm up to 30 mm; from memory, unverified).
+For large dimensions, `SIZE_SHARE` is decisive. Both are similar to the general tolerances of drawings (ISO 2768-1,
+medium: 0.1 mm up to 6 mm, 0.2 mm up to 30 mm; from memory, unverified).
 """
 
 SIZE_SHARE = 0.02
-"""Largest permitted difference between a size in the STEP file and in the spec, divided by the size in the spec."""
+"""Largest accepted difference between a dimension in the STEP file and in the spec, divided by the spec's value."""
 LEAST_OF_SIZE = 2 / 3
-"""Smallest permitted width or height of a slice, divided by the size in the spec.
+"""Smallest accepted width or height of a slice, divided by the spec's value.
 
-Jaws taper to their tip. The widest and the highest slice must have the sizes in the spec.
+Jaws taper towards their tip. The widest and the highest slice must have the dimensions in the spec.
 """
 LEAST_OF_FACE = 0.75
-"""Smallest permitted width of the face in the STEP file, divided by the spec's width: edges are chamfered or round."""
-EDGE = 0.1e-3
-"""Depth (m) below the face at which its width is measured."""
-TEETH = 0.5e-3
-"""Depth (m) below the face down to which metal counts as face: the depth of teeth."""
-MOST_MISSING = 0.10
-"""Largest permitted area of missing and excess metal under the coils, divided by the area of the face there.
+"""Smallest accepted width of the face in the STEP file, divided by the spec's width.
 
-Missing and excess are relative to the jaw in the spec. The jaw removes up to half of a coil's inductance. A tenth of
-the metal changes the inductance by up to 5 %. Holes of pins and rivets are smaller.
+Edges may be chamfered or round.
+"""
+EDGE = 0.1e-3
+"""Depth (m) below the face at which the face's width is measured."""
+TEETH = 0.5e-3
+"""Depth (m) below the face up to which metal counts as part of the face: the depth of teeth."""
+MOST_MISSING = 0.10
+"""Largest accepted area of missing and excess metal under the coils, divided by the area of the jaw's face there.
+
+Missing and excess are relative to the jaw in the spec. The jaw reduces a coil's inductance by up to a half. A tenth of
+the metal changes the inductance by up to 5 %. Holes for pins and rivets are smaller.
 """
 
 FAR_TOO_MUCH = 0.25
-"""Area of missing and excess metal under the coils, divided by the area of the face there, above which it is an error.
+"""Area of missing and excess metal under the coils, divided by the area of the face, above which it is an error.
 
-Up to this fraction, it is a warning.
+Below this ratio, it is a warning.
 """
 
 
 def read_files(mount: Mount | None, source: SpecSource) -> tuple[Measurement, ...]:
-    """Check for each STEP file of a spec that it holds one closed solid with the datum that the spec names.
+    """Check that each STEP file of a spec has one closed solid, and the datum (coordinate system) that the spec names.
 
     Raises `MissingExtra` without a CAD kernel.
     """
@@ -94,11 +97,11 @@ def read_files(mount: Mount | None, source: SpecSource) -> tuple[Measurement, ..
 
 @record(eq=False)
 class PlacedJaw:
-    """The mesh of a jaw's STEP file in its place, and the sizes of the jaw in the spec.
+    """Mesh of a jaw's STEP file in its position, and the jaw's dimensions in the spec.
 
-    `body` is the mesh (mm). `face` is the height (m) of the face in the spec. `figures` are the sizes in the spec. None
-    if the spec has none. `middle` is x and y (m) of the jaw's middle. `coils` is the box (m) around all coils, `(x0,
-    y0, x1, y1)`. `size` is the solid's size as text.
+    `body` is the mesh (mm), and `face` the height (m) of the face in the spec. `figures` are the dimensions in the
+    spec. None if the spec has none. `middle` is x and y (m) of the jaw's middle. `coils` is the box (m) around all
+    coils, `(x0, y0, x1, y1)`. `size` is the solid's size as text.
     """
 
     body: Any
@@ -120,7 +123,7 @@ class PlacedJaw:
         return min(coils, _face_width(self.figures) / 2)
 
     def tolerance(self, size: float) -> float:
-        """Return the largest permitted difference (m) between a size in the STEP file and `size` in the spec."""
+        """Return the largest accepted difference (m) of a dimension in the STEP file from `size` (m) in the spec."""
         return max(SIZE_TOLERANCE, SIZE_SHARE * size)
 
 
@@ -131,7 +134,10 @@ def _face_width(figures: Jaw) -> float:
 
 
 def measured_jaw(layout: Layout) -> tuple[Measurement, ...]:
-    """Compare the solid of a jaw's STEP file with the jaw's sizes in the spec. Empty if no file describes the jaw."""
+    """Compare the solid in a jaw's STEP file with the jaw's dimensions in the spec.
+
+    Empty if the jaw has no STEP file.
+    """
     mount, seat = layout.spec.mount, backing_of(layout.spec).seat_heights
     figures = layout.spec.jaw
     is_filed = mount is not None and (mount.is_jaw_unmeasured or (figures is not None and figures.step is not None))
@@ -165,7 +171,7 @@ def _rings(coils: tuple[Coil, ...], spec_coil: CoilSpec) -> Iterator[Ring]:
 
 
 def _stations(jaw: PlacedJaw) -> Iterator[tuple[str, float]]:
-    """Yield name and x (m) of the slices along the jaw."""
+    """Yield (name, x in m) of the slices along the jaw."""
     x0, x1 = jaw.coils[0], jaw.coils[2]
     if jaw.figures is not None:
         low, high = jaw.middle[0] - jaw.figures.length / 2, jaw.middle[0] + jaw.figures.length / 2
@@ -182,12 +188,12 @@ def _slices(jaw: PlacedJaw) -> Iterator[tuple[str, float, Any]]:
 
 
 def _part_near_middle(body: Any, y: float, half: float) -> Any:
-    """Return the part of a mesh (mm) within a distance (m) of the jaw's middle."""
+    """Return the part of a mesh (mm) whose distance from y = `y` (m) is at most `half` (m)."""
     return body.trim_by_plane((0.0, 1.0, 0.0), (y - half) * MM).trim_by_plane((0.0, -1.0, 0.0), -(y + half) * MM)
 
 
 def _part_near_face(body: Any, face: float, depth: float) -> Any:
-    """Return the part of a mesh (mm) from `depth` (m) below the face in the spec to `FACE_TOLERANCE` above the face."""
+    """Return the part of a mesh (mm) from `depth` (m) below `face` (height in m) to `FACE_TOLERANCE` above it."""
     return body.trim_by_plane((0.0, 0.0, 1.0), (face - depth) * MM).trim_by_plane(
         (0.0, 0.0, -1.0), -(face + FACE_TOLERANCE) * MM)
 
@@ -214,7 +220,7 @@ def _face(jaw: PlacedJaw) -> Measurement:
 
 
 def _sizes(jaw: PlacedJaw, figures: Jaw) -> Iterator[Measurement]:
-    """Yield width, height, rim and sideways offset (m), each from the slice with the largest deviation."""
+    """Yield comparisons of width, height, rim and sideways offset (m), each in the slice with the largest deviation."""
     boxes = [(place, x, part.bounding_box()) for place, x, part in _slices(jaw) if not part.is_empty()]
     if not boxes:
         return
@@ -241,7 +247,7 @@ def _sizes(jaw: PlacedJaw, figures: Jaw) -> Iterator[Measurement]:
 
 
 def _face_widths(jaw: PlacedJaw, figures: Jaw) -> Iterator[Measurement]:
-    """Yield the largest width (m) of the face over all slices, a little below the face."""
+    """Yield the comparison of the largest width (m) of the face over all slices, measured `EDGE` below the face."""
     written, widest = _face_width(figures), (0.0, "", 0.0)
     for place, x, part in _slices(jaw):
         half = written / 2 if figures.pocket is not None and figures.recess else figures.width
@@ -257,10 +263,10 @@ def _face_widths(jaw: PlacedJaw, figures: Jaw) -> Iterator[Measurement]:
 
 
 def _back(pair: ClosedSection, assumed: float, jaw: PlacedJaw, figures: Jaw) -> Iterator[Measurement]:
-    """Compare two largest distances (m) from the closed pair's axis: of the file's jaw, and of the assumed jaw section.
+    """Compare the largest distances (m) of the file's jaw and of the assumed cross-section from the closed jaws' axis.
 
-    `assumed` (m) is the distance for the assumed section. The file's jaw may reach farther by the height's tolerance if
-    it passes the port at worst. This check uses the assumed pair's tolerances.
+    `assumed` (m) is the distance for the assumed cross-section. The distance of the file's jaw may be larger by the
+    height's tolerance, if the closed jaws then pass through the port in the worst case.
     """
     axis_height = jaw.face + pair.height / 2 - figures.height
     reaches = []
@@ -278,9 +284,9 @@ def _back(pair: ClosedSection, assumed: float, jaw: PlacedJaw, figures: Jaw) -> 
 
 
 def _ends(jaw: PlacedJaw, figures: Jaw, tip: float, heel: float) -> Iterator[Measurement]:
-    """Compare the ends of the face in the file with the jaw's length in the spec, and yield the missing lengths (m).
+    """Compare the ends of the face in the file with the jaw's length in the spec, and yield missing lengths (m).
 
-    A tip may be round, and a shank may follow behind the heel.
+    `tip` and `heel` (m) are the ends in the spec. A tip may be round, and a shank may continue beyond the heel.
     """
     floor = _part_near_middle(_part_near_face(jaw.body, jaw.face, TEETH), jaw.middle[1], jaw.half_face)
     if floor.is_empty():
@@ -294,7 +300,7 @@ def _ends(jaw: PlacedJaw, figures: Jaw, tip: float, heel: float) -> Iterator[Mea
 
 
 def _metal(body: Box, jaw: PlacedJaw) -> Iterator[Measurement]:
-    """Yield the area (m2) of metal under the coils from above, compared with the face in the spec less its window."""
+    """Yield the area (m2) of metal under the coils, compared with the jaw's face in the spec without its window."""
     m3 = import_extra("manifold3d")
     x0, y0, x1, y1 = jaw.coils
     if jaw.figures is not None:

@@ -1,7 +1,7 @@
-"""The process that reads a STEP file: ``python -m sitscad.assembly.solids.step_reader IN.step OUT.brep``.
+"""Separate process that reads a STEP file: ``python -m sitscad.assembly.solids.step_reader IN.step OUT.brep``.
 
-It writes the file's solids in OpenCASCADE's binary format and one line of JSON, ``{"unit_mm": 1.0}``. If it has nothing
-to write, it ends with exit code 1 and a sentence on stderr.
+It writes the file's solids in OpenCASCADE's binary format, and one line of JSON to standard output, ``{"unit_mm":
+1.0}``. If the file has no solid, it ends with exit code 1 and a sentence on standard error.
 """
 
 from __future__ import annotations
@@ -10,11 +10,13 @@ import json
 import sys
 
 MOST_MEMORY, MOST_SECONDS, MOST_FACES = 4 * 2**30, 100, 20_000
+"""Limits of memory (bytes), processor time (s) and number of faces."""
 UNITS = {"millimetre": 1.0, "millimeter": 1.0, "centimetre": 10.0, "metre": 1000.0, "inch": 25.4, "foot": 304.8}
+"""Lengths (mm) of the units of length in STEP files."""
 
 
 def main(source: str, target: str) -> int:
-    """Read the file, check it and write its shape. Return the exit code."""
+    """Read the STEP file `source`, check it, and write its shape to `target`. Return the exit code."""
     _limit()
     from OCP.BinTools import BinTools
     from OCP.IFSelect import IFSelect_RetDone

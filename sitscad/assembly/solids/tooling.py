@@ -1,25 +1,26 @@
-"""Tools for the assembly of the sensor: moulds for the elastomer and the skin, the jig, and the board's press.
+"""Tools for the assembly of the sensor: moulds for pad and skin, the gluing jig, and the board's press.
 
-The elastomer's mould is for pads that are not cut from sheet. It is an open tray with cavities of the pad's outline, as
-deep as the pad is thick. Their walls lean outwards by the draft, so that the cured pad comes out. A groove round each
-cavity takes the excess. A lid drawn across from one side leaves the face flat, and its vents let air out. Each pad has
-its nominal size at half its height.
+The pad's mould is for pads that are not cut from sheet. It is an open tray with cavities of the pad's outline, as deep
+as the pad is thick. Their walls are inclined by the draft angle, so that the cured pad comes out. A groove around each
+cavity takes the excess. A lid that is drawn across from one side leaves the face flat, and its vents let air out. The
+pad has its nominal size at half its height.
 
-The jig aligns board, elastomer and target while their glue sets. In its base, the board lies in a recess of its own
-outline, face flush, over holes to push it out. Two pins of different size guide the frames, so that no frame goes on in
-a wrong orientation. Elastomer and target each have a frame with a well of their outline. The well's corners are drilled
-out for glue, and because no printer makes a sharp inner corner. A frame never touches the pad or the pieces on it, at
-any thickness within tolerance. A press is a foot of the piece's outline, guided by the well, with a peg for washers. It
-rests on the piece by its weight alone and has no stop: the glue line decides the piece's height.
+The jig aligns board, pad and target while their glue cures. Its base has a recess of the board's outline, flush with
+the board's top face, with holes to push the board out. Two pins of different size guide the frames, so that no frame
+can be put on in a wrong orientation. Pad and target each have a frame with a well of their outline. The well's corners
+are drilled out for glue, and because printers do not make sharp inner corners. A frame never touches the pad or the
+parts on it, at any thickness within tolerance. A press has a foot of the part's outline, which the well guides, and a
+peg for washers. Its weight alone presses the part, without a stop: the glue line determines the part's height.
 
-The board's press holds the board on its mount while their glue sets. It is a block a little smaller than the board, so
-that it fits into a pocket and past the films that hold the board there. It stands on the board's rim. A pocket
-surrounds the pieces, and its roof presses them through soft foam at any height of the pieces.
+The board's press holds the board on its mount while the glue cures. It is a block a little smaller than the board, so
+that it fits into a pocket and between the films that hold the board. It stands on the board's rim. A hollow surrounds
+the parts on the board, and its roof presses them through soft foam, at any height of the parts.
 
-The skin's mould is an open cup that casts the film round elastomer and target, with the board on it. The jig's pins fix
-the cup's orientation on the base. The cup is filled while open, and the air is removed. The base with the finished
-sensor is put on it face down. The excess leaves by grooves in the parting face, so that the sensing skin has no mark.
-The cup's walls lean by the draft. At their upper end the skin has the spec's thickness.
+The skin's mould is an open cup that casts the encapsulation around pad and target, with the board on it. The jig's pins
+determine the cup's orientation on the base. The cup is filled while open, and the air is removed. The base with the
+finished sensor is then put on it face down. The excess flows out through grooves in the parting face, so that the
+sensing surface has no mark. The cup's walls are inclined by the draft angle. At their upper end, the skin has the
+spec's thickness.
 """
 
 from __future__ import annotations
@@ -51,19 +52,22 @@ from sitscad.spec.mount import Mount
 
 MATERIAL, COLOUR = "printed resin", "#c9b8a9"
 DRAFT = math.radians(3.0)
+"""Angle (rad) of a mould's walls to the vertical."""
 FLOOR, BORDER, LID = 2.0e-3, 4.0e-3, 2.0e-3
 GROOVE, RIM = 1.0e-3, 1.0e-3
 VENT = 1.0e-3
 CAVITIES = 4  # With four pads per casting, a bad pad costs no extra casting
+"""Number of pads in one casting. With four, a faulty pad needs no further casting."""
 SPILL = 1.3  # Mixed volume over the cavities' volume: the rest stays on cup and stirrer or runs over (from memory)
+"""Volume of silicone to mix, divided by the cavities' volume. The rest stays in the cup or runs over (from memory)."""
 
 LEAST_MIX = 5e-6
-"""Smallest volume (m3) of two liquids that can be weighed well on a laboratory balance (from memory)."""
+"""Smallest volume (m3) of a two-part silicone that can be weighed accurately on a laboratory balance (from memory)."""
 
 
 @record
 class Pour:
-    """Silicone for a mould: number of pads, volume of one pad (m3), and volume to be mixed for all pads (m3)."""
+    """Silicone for one casting: number of pads, volume of one pad (m3), and volume to mix for all pads (m3)."""
 
     pads: int
     pad: float
@@ -71,7 +75,7 @@ class Pour:
 
 
 def silicone_to_mix(plates: Plates) -> Pour | None:
-    """Return the silicone to mix for one mould. None if there is no elastomer."""
+    """Return the silicone to mix for one casting of pads. None if there is no pad."""
     if plates.elastomer is None:
         return None
     pieces = (*plates.elastomers, *plates.webs) if plates.webs else (plates.elastomer,)
@@ -80,12 +84,12 @@ def silicone_to_mix(plates: Plates) -> Pour | None:
 
 
 def _cavities(plates: Plates) -> int:
-    """Return the number of pads cast at a time. Pads joined by webs count as a single piece."""
+    """Return the number of pads in one casting. Pads joined by webs count as a single part."""
     return 1 if plates.webs else CAVITIES
 
 
 def mould(layout: Layout) -> tuple[Solid, ...]:
-    """Return tray and lid, each as it is printed, beside the sensor's place. Empty if there is no elastomer."""
+    """Return the tray and the lid of the pad's mould, each as it is printed. Empty if there is no pad."""
     plates = plates_of(layout.spec)
     pad, cavities = plates.joined or plates.elastomer, _cavities(plates)
     if pad is None:
@@ -110,9 +114,9 @@ def mould(layout: Layout) -> tuple[Solid, ...]:
 
 
 def _pieces(plates: Plates, pad: Body, centre: Point) -> Iterator[tuple[Body, Point]]:
-    """Yield the pieces cast together about a point, each with its middle.
+    """Yield (part, its centre) for the parts of one cavity whose centre is at a point.
 
-    They are the pad alone, or all pads with their webs, which reach into the pads.
+    They are the pad alone, or all pads with the webs that join them.
     """
     if not plates.webs:
         yield pad, centre
@@ -144,7 +148,7 @@ def _plan(pad: Body, cavities: int) -> Path:
 
 
 def _outline(pad: Body, centre: Point, room: float) -> Path:
-    """Return the pad's outline about a point, grown by `room` (m) on each side."""
+    """Return the pad's outline about a point, enlarged by `room` (m) on each side."""
     x, y = (side / 2 + room for side in pad.footprint.size)
     if pad.footprint.is_round:
         return circle(centre, x)
@@ -157,30 +161,30 @@ PINS = (3.0e-3, 2.0e-3)
 PIN_INSET = 3.0e-3
 PIN_HEIGHT = 1.8e-3
 PUSH_HOLES = (2.5e-3, 5.0e-3)
-"""Diameters (m) of the push holes under a board whose shorter side is below or above `WIDE_BOARD`."""
+"""Diameters (m) of the push holes under a board whose shorter side is below `WIDE_BOARD`, or at least `WIDE_BOARD`."""
 WIDE_BOARD = 12.0e-3
 PUSH_PITCH = 16.0e-3
-"""Largest distance (m) between two push holes: a film that holds the board must yield at each hole."""
+"""Largest distance (m) between two push holes. A film that holds the board must yield at each hole."""
 CORNER_RELIEF = 0.5e-3
 ROOM_ROUND_PAD = 1.0e-3
 OVER_PAD = 0.1e-3
-"""Air gap (m) between a pad of the largest thickness and the frame of the piece on it."""
+"""Air gap (m) between a pad with the largest thickness and the frame of the part on it."""
 WELL = 2.5e-3
-"""Depth of a well (m) above the highest piece, which guides the press. Frames are therefore higher than the pins."""
+"""Depth (m) of a well above the highest part. It guides the press, and makes frames higher than the pins."""
 COLLAR = 4.0e-3
 LIFT = 1.0e-3
-"""Air gap (m) between the frame and the press's collar, in addition to the piece's tolerance."""
+"""Air gap (m) between the frame and the press's collar, in addition to the tolerance of the part's height."""
 PEG = (8.0e-3, 15.0e-3)
-"""Diameter and height (m) of the peg: M8 washers have a hole of 8.4 mm (ISO 7093)."""
+"""Diameter and height (m) of the peg. M8 washers have a hole of 8.4 mm (ISO 7093)."""
 
 
 @record
 class JigFrame:
-    """A frame of the jig as geometry.
+    """Geometry of a frame of the jig.
 
-    `kind` and `pieces` are the pieces glued in the frame. Heights are above the board's top face: `height` (m) of the
-    frame's upper face, `face` (m) of the glued piece's. `cuts` are the cutouts: outlines with their lower and upper
-    heights (m). `walls` are outlines of walls between wells that are too thin to be made.
+    `kind` and `pieces` are the parts glued in the frame. Heights are above the board's top face: `height` (m) of the
+    frame's upper face, `face` (m) of the glued part's upper face. `cuts` are cutouts: (outline, lower height, upper
+    height in m). `walls` are outlines of walls between wells that are too thin to be made.
     """
 
     kind: str
@@ -192,12 +196,12 @@ class JigFrame:
 
     @property
     def collar(self) -> float:
-        """Height (m) of the lower side of the press's collar, for a piece of nominal thickness."""
+        """Height (m) of the lower face of the press's collar, for a part of nominal thickness."""
         return self.height + LIFT + self.face.spread
 
 
 def jig_frames(layout: Layout) -> tuple[JigFrame, ...]:
-    """Return the frames in the order of gluing. Empty for a sensor without pieces on its board."""
+    """Return the frames in the order of gluing. Empty for a sensor without parts on its board."""
     rows = [row for part in ("elastomer", "target") if (row := plates_of(layout.spec).glued(part))]
     at, gap, frames = layer_heights(on_board(layout)), process_clearance(layout.spec.mount), []
     under: tuple[Body, ...] = ()
@@ -219,7 +223,7 @@ def jig_frames(layout: Layout) -> tuple[JigFrame, ...]:
 
 
 def jig(layout: Layout) -> tuple[Solid, ...]:
-    """Return the pieces of the jig, standing as in use. Empty for a sensor without pieces on its board."""
+    """Return the parts of the jig in their positions of use. Empty for a sensor without parts on its board."""
     frames = jig_frames(layout)
     if not frames:
         return ()
@@ -242,7 +246,7 @@ BOARD_PRESS = "jig-board-press"
 
 
 def _press(frame: JigFrame) -> Any:
-    """Return the press of a frame, its foot on the piece. On the first piece if the frame has several."""
+    """Return the press of a frame, with its foot on the frame's first part."""
     body, start = frame.pieces[0], frame.collar
     foot = prism(body.outline(), frame.face.nominal, start)
     slope = tapered(body.outline(1e-5), body.outline(COLLAR), start, start + COLLAR)  # prints without support
@@ -253,26 +257,26 @@ def _press(frame: JigFrame) -> Any:
 
 
 FOAM = 5.0e-3
-"""Thickness (m) of the soft foam between the pieces and the roof of the board's press."""
+"""Thickness (m) of the soft foam between the parts and the roof of the board's press."""
 
 FOAM_STRAIN = 0.3
-"""Compression of the foam, as a fraction of its thickness.
+"""Compression of the foam, divided by its thickness.
 
-Soft polyurethane foam then presses with some kilopascals, and with little more a tenth of a millimetre further. From
-memory, not verified.
+Soft polyurethane foam then presses with a few kilopascals. This pressure hardly rises over a further tenth of a
+millimetre. From memory, not verified.
 """
 
 FOOT_INSET = 0.1e-3
-"""Distance (m) of the board's press from the board's edge, beside which films stand."""
+"""Distance (m) of the board's press from the board's edge, because films beside the board are higher."""
 
 FOOT_ROOM = (0.2e-3, 0.5e-3)
-"""Smallest and usual air gap (m) between the pieces and the feet of the board's press, which is placed by eye."""
+"""Smallest and usual air gap (m) between the parts and the feet of the board's press, which is positioned by eye."""
 
 
 def foot_pockets(layout: Layout) -> tuple[Path, ...]:
-    """Return outlines of the pockets in the board's press.
+    """Return the outlines of the hollows in the board's press.
 
-    Empty if there are no pieces, or if the rim is too narrow for the feet.
+    Empty if there are no parts, or if the board's rim is too narrow for the feet.
     """
     pads, (x0, y0, x1, y1) = plates_of(layout.spec).glued("elastomer"), layout.body
     bodies = (*pads, *plates_of(layout.spec).of("target"))
@@ -315,7 +319,7 @@ def foot_pockets(layout: Layout) -> tuple[Path, ...]:
 
 
 def _board_press(layout: Layout, pockets: Sequence[Path]) -> Any:
-    """Return the press of the board: feet on its rim, pockets over the pieces, and a plate with a peg."""
+    """Return the board's press: feet on the board's rim, hollows over the parts, and a plate with a peg."""
     bd, (x0, y0, x1, y1) = import_extra("build123d"), layout.body
     film = layout.spec.encapsulation
     base = film.thickness if film is not None and is_cast(layout) else 0.0
@@ -333,7 +337,7 @@ def _board_press(layout: Layout, pockets: Sequence[Path]) -> Any:
 
 
 def _plate(body: Box, is_round: bool, wider: float) -> Path:
-    """Return the disc or the box of the board's body, grown by `wider` (m) on each side."""
+    """Return the disc or the rectangle of the board's body, enlarged by `wider` (m) on each side."""
     x0, y0, x1, y1 = body
     if is_round:
         return circle(Point((x0 + x1) / 2, (y0 + y1) / 2), (x1 - x0) / 2 + wider)
@@ -341,7 +345,7 @@ def _plate(body: Box, is_round: bool, wider: float) -> Path:
 
 
 def push_places(body: Box, body_outline: Path) -> tuple[tuple[Point, ...], float]:
-    """Return the centres (m) of the push holes in the base, and their diameter (m)."""
+    """Return the centres (m) of the push holes in the jig's base, and their diameter (m)."""
     x0, y0, x1, y1 = body
     columns, rows = (max(1, math.ceil(side / PUSH_PITCH - 1e-9)) for side in (x1 - x0, y1 - y0))
     size = PUSH_HOLES[min(x1 - x0, y1 - y0) >= WIDE_BOARD]
@@ -354,8 +358,8 @@ def push_places(body: Box, body_outline: Path) -> tuple[tuple[Point, ...], float
 def _walls_between_wells(mount: Mount | None, row: Sequence[Body]) -> tuple[list[Path], float]:
     """Return the walls between neighbouring wells that are too thin to be made, and the radius (m) of drilled corners.
 
-    The walls are left out, which joins the wells. The corners are drilled so that thin walls stay in one piece with the
-    frame.
+    Such walls are left out, which joins the wells. The radius is small enough that the other walls stay connected with
+    the frame.
     """
     wall, gap = print_limit(process_of(mount), "wall").value, process_clearance(mount)
     walls, relief = [], CORNER_RELIEF
@@ -374,7 +378,7 @@ def _walls_between_wells(mount: Mount | None, row: Sequence[Body]) -> tuple[list
 
 
 def _base(layout: Layout, plan: Box) -> Any:
-    """Return the jig's base: a block with a recess of the board's outline, push holes, and pins."""
+    """Return the jig's base: a block with a recess of the board's outline, push holes and pins."""
     under = board_heights(layout.spec.fpc.stackup)[0]
     body = prism(rectangle(*plan, 2e-3), under - JIG_FLOOR, 0.0)
     near = within_box(layout.outline, (plan[0] - 5e-3, plan[1] - 5e-3, plan[2] + 5e-3, plan[3] + 5e-3))
@@ -395,21 +399,26 @@ def _base(layout: Layout, plan: Box) -> Any:
 
 
 def pins(plan: Box) -> tuple[tuple[Point, float], tuple[Point, float]]:
-    """Return the positions and diameters of the pins: in two corners, clear of board and tail."""
+    """Return (position, diameter in m) of the two pins: in opposite corners, clear of board and tail."""
     low = Point(plan[0] + PIN_INSET, plan[1] + PIN_INSET)
     high = Point(plan[2] - PIN_INSET, plan[3] - PIN_INSET)
     return (low, PINS[0]), (high, PINS[1])
 
 
 ROOF = 2.5e-3  # Plastic over the highest point of the skin (m)
+"""Thickness (m) of plastic over the highest point of the skin."""
 SKIN_VENT = (1.0e-3, 0.5e-3)  # Width and depth of the grooves that let air and silicone out (m)
+"""Width and depth (m) of the grooves through which air and silicone flow out."""
 
 LEAST_OVER_TOLERANCE = 2.0
-"""Smallest thickness of a cast skin, divided by the printed cup's tolerance. A thinner skin would have holes."""
+"""Smallest thickness of a cast skin, divided by the tolerance of the printed cup. A thinner skin would have holes."""
 
 
 def skin_mould(layout: Layout) -> Solid | None:
-    """Return the cup as it is printed, open side up. None if there is no film, or if it is too thin to be cast."""
+    """Return the skin's mould as it is printed, open side up.
+
+    None if there is no skin, or if it is too thin to be cast.
+    """
     if not is_cast(layout):
         return None
     plan, film = plate_plan(layout, 0.0), layout.spec.encapsulation
@@ -445,7 +454,7 @@ def skin_mould(layout: Layout) -> Solid | None:
 
 
 def is_cast(layout: Layout) -> bool:
-    """Whether the film is cast in a mould: thick enough for the process of the cup, and without contacts under it."""
+    """Whether the encapsulation is cast in a mould: thick enough for the cup's process, without contacts under it."""
     film = layout.spec.encapsulation
     if film is None or not plates_of(layout.spec).all:
         return False
@@ -461,7 +470,7 @@ def is_cast(layout: Layout) -> bool:
 
 
 def skin_pour(layout: Layout) -> Pour | None:
-    """Return the silicone of the skin and the volume to mix. None if the skin is not cast."""
+    """Return the silicone of the skin and the volume to mix (m3). None if the skin is not cast."""
     film = layout.spec.encapsulation
     if film is None or not is_cast(layout):
         return None
@@ -476,7 +485,7 @@ def skin_pour(layout: Layout) -> Pour | None:
 
 
 def _area(body: Body, room: float) -> float:
-    """Return a piece's area from above, grown by `room` (m) all round with corners of this radius."""
+    """Return a part's area (m2) from above, enlarged by `room` (m) on each side with corners of this radius."""
     x, y = body.footprint.size
     if body.footprint.is_round:
         return math.pi * (x / 2 + room) ** 2

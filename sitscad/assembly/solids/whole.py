@@ -1,14 +1,14 @@
-"""The whole glued assembly, closed in its jaws: all films of the board, copper, glue, and the tail on its path.
+"""The complete glued assembly in closed jaws: all layers of the board, copper, glue, and the tail on its path.
 
-The board is drawn film by film: coverlay, copper, dielectric, each at its height, in the body and along the tail.
-Copper is a ring for each coil on each layer, from the outermost to the innermost track. The adhesive of the coverlay or
-bonding sheet fills the space between and beside the rings. Leads, stubs, pads and contacts are too fine for solids.
-Their volume is computed from the layout, track by track. `weigh` adds it to the film around them. The overlap of a
-track and a pad counts twice, and the plating in the holes is left out: a few per cent in either direction.
+The board is modelled layer by layer (coverlay, copper, dielectric) in the body and along the tail. The copper of each
+coil on each layer is a ring from the outermost to the innermost track. The adhesive of the coverlay or bonding sheet
+fills the space between and beside the rings. Leads, stubs, pads and contacts are too fine for solids. Their volume is
+computed from the layout, track by track. `weigh` adds it to the layer around them. Overlaps of tracks and pads are
+counted twice, and the plating in holes is left out. This causes errors of a few per cent.
 
-Flat pieces of the tail are laid along its path: straight parts are moved, bent parts are revolved about the bend's
-axis. Glue lies between all touching pieces, over their common area. Solids are drawn at their heights without glue and
-lifted here.
+Flat parts of the tail are placed along its path: straight parts are moved, and bent parts are revolved about the bend's
+axis. Glue lies between all touching parts, over their common area. Solids are modelled at their heights without glue
+and then raised by the glue.
 """
 
 from __future__ import annotations
@@ -52,12 +52,13 @@ from sitscad.spec.materials import Adhesive, ElastomerMaterial
 COLOURS = {"coverlay": "#c8821e", "copper": "#d98a4b", "dielectric": "#b0741c", "fill": "#d9b26a"}
 FILL = "adhesive"
 LEAST_OPENING = 50e-6  # Openings inside a coil narrower than this (m) are filled in
+"""Width (m) below which the opening inside a coil is filled in the model."""
 
 
 def films(layout: Layout, path: TailPath | None, bent_width: tuple[float, float]) -> tuple[Solid, ...]:
-    """Return the board's films from the top down: first the films of its body, then the tail's films along `path`.
+    """Return the board's layers as solids, from the top down: the layers of its body, then the tail's along `path`.
 
-    `bent_width` is the y range (m) of the tail's bent parts.
+    `bent_width` is the range of y (m) of the tail's bent parts.
     """
     solids: list[Solid] = []
     upper, number = 0.0, 0
@@ -88,12 +89,12 @@ def films(layout: Layout, path: TailPath | None, bent_width: tuple[float, float]
 
 
 def _body_face(body: Box, outline: Path) -> Any:
-    """Return the board's outline up to the body's end, as a face in the plane z = 0."""
+    """Return the board's outline up to the body's end as a face in the plane z = 0."""
     return (face(Region(outline)) & face(Region(rectangle(*body)))).faces()[0]
 
 
 def ring(spec: CoilSpec, coil: Coil, number: int) -> Region:
-    """Return the ring that a coil's tracks cover on one of its layers, from above."""
+    """Return the ring that a coil's tracks cover on one of its layers, as a region from above."""
     order = [winding.layer for winding in coil.windings].index(number)
     depth = spec.layer_turns[order] * (spec.trace_width + spec.trace_spacing) - spec.trace_spacing
     outer = _at_coil(spec.outline.edge(spec.size, spec.corner_radius + spec.trace_width / 2), coil)
@@ -109,7 +110,7 @@ def _at_coil(path: Path, coil: Coil) -> Path:
 def _of_body(
     body: Any, layer: StackLayer, index: int, number: int, heights: Heights, rings: list[tuple[Coil, Region]]
 ) -> Iterator[Solid]:
-    """Yield one film of the body. For a copper layer: its coils' rings and the fill around them."""
+    """Yield one layer of the body as solids. For a copper layer: the rings of coils, and the adhesive around them."""
     kind = layer.kind.value
     if layer.kind is not LayerKind.COPPER:
         name, shape = f"board-{index + 1}-{kind}", extruded(body, *heights)
@@ -134,12 +135,13 @@ def _material(layer: StackLayer) -> str:
 
 
 CHORD = 1e-5  # Arcs of tracks count as chords within this (m)
+"""Largest distance (m) of tracks' arcs from their chords."""
 
 
 def copper_in_films(layout: Layout, drawn_rings: frozenset[str]) -> dict[str, float]:
-    """Return the copper (m3) in the films that fill copper layers, by film name.
+    """Return the copper volume (m3) inside the adhesive of each copper layer, by the name of the adhesive's solid.
 
-    `drawn_rings` are the names of the coil rings that are separate solids. Their tracks do not count.
+    `drawn_rings` are the names of coil rings that are separate solids. The tracks of these coils are left out.
     """
     stack = layout.spec.fpc.stackup
     body = dict(_copper("board", stack.layers))
@@ -158,7 +160,7 @@ def copper_in_films(layout: Layout, drawn_rings: frozenset[str]) -> dict[str, fl
 
 
 def _copper(part: str, layers: tuple[StackLayer, ...]) -> Iterator[tuple[int, str]]:
-    """Yield the numbers of the copper layers of a part of the board, and the names of the films that fill them."""
+    """Yield (number of the copper layer, name of the adhesive's solid) for each copper layer of a part of the board."""
     number = 0
     for index, layer in enumerate(layers):
         if layer.kind is LayerKind.COPPER:
@@ -169,7 +171,7 @@ def _copper(part: str, layers: tuple[StackLayer, ...]) -> Iterator[tuple[int, st
 def _areas(
     traces: Sequence[Trace], vias: Sequence[Via], pads: Sequence[Pad], body_end: float
 ) -> Iterator[tuple[float, float]]:
-    """Yield areas (m2) of copper on a layer, each with its place along the board (m). Tracks are cut at `body_end`."""
+    """Yield (area in m2, x in m) of the copper on a layer. Tracks are divided at x = `body_end` (m)."""
     for trace in traces:
         for a, b in pairwise(trace.path.flattened(CHORD)):
             cut = (body_end - a.x) / (b.x - a.x) if a.x != b.x else 0.0
@@ -187,9 +189,9 @@ BEYOND = 1e-3
 
 @record(eq=False)
 class FlatPart:
-    """A part of a flat region on one stretch of the tail's path.
+    """A piece of a flat region that belongs to one part of the tail's path.
 
-    `first` is x (m) at the start of the stretch on the flat board, and `here` this point on the path. `faces` are the
+    `first` is the x (m) at which the part begins on the flat board, and `here` this point on the path. `faces` are the
     faces of a straight part (build123d, in the plane z = 0). Empty for a bent part.
     """
 
@@ -201,9 +203,10 @@ class FlatPart:
 
 @record(eq=False)
 class FlatPlan:
-    """A flat region cut into the stretches of the tail's path.
+    """A flat region divided by the parts of the tail's path.
 
-    `middle` (m) is the height of the middle line on the flat board. `width` is the y range (m) of the bent parts.
+    `middle` (m) is the height of the tail's middle line on the flat board. `width` is the range of y (m) of the bent
+    parts.
     """
 
     parts: tuple[FlatPart, ...]
@@ -211,7 +214,7 @@ class FlatPlan:
     width: tuple[float, float]
 
     def laid(self, lower: float, upper: float) -> Any:
-        """Return the region from height `lower` to `upper` (m, of the flat board) along the path.
+        """Return the region between two heights (m, on the flat board), placed along the tail's path.
 
         The result is one build123d solid in millimetres. Raises `PartsError` if it is empty or in several pieces.
         """
@@ -239,9 +242,9 @@ class FlatPlan:
 
 
 def tail_plan(path: TailPath, region: Region, bent_width: tuple[float, float]) -> FlatPlan:
-    """Return the part of a flat region beyond the body, cut into the stretches of the tail's path.
+    """Return the part of a flat region beyond the body, divided by the parts of the tail's path.
 
-    `bent_width` is the y range (m) of the bent parts.
+    `bent_width` is the range of y (m) of the bent parts.
     """
     x0, y0, x1, y1 = bounding_box((region.outline,))
     whole, here, first, parts = face(region), path.start, path.start.x, []
@@ -256,7 +259,7 @@ def tail_plan(path: TailPath, region: Region, bent_width: tuple[float, float]) -
 
 
 def stiffener_on(plate: Body | None, path: TailPath | None, bent_width: tuple[float, float]) -> Solid | None:
-    """Return the plate under the contacts, at the end of the laid tail."""
+    """Return the stiffener under the contacts as a solid, at the end of the tail on its path. None if there is none."""
     if plate is None:
         return None
     flat = extruded(face(plate.region), *plate.heights)
@@ -265,7 +268,7 @@ def stiffener_on(plate: Body | None, path: TailPath | None, bent_width: tuple[fl
 
 
 def _at_station(flat: Any, part: FlatPart, middle: float) -> Any:
-    """Return a flat piece moved to its station, with its middle at height `middle` (m)."""
+    """Return a flat solid moved to its point on the tail's path, with its height `middle` (m) on the middle line."""
     bd = import_extra("build123d")
     to_origin = bd.Location((-part.first * MM, 0, -middle * MM))
     to_place = bd.Location((part.here.x * MM, 0, part.here.z * MM), (0, -math.degrees(part.here.angle), 0))
@@ -277,13 +280,13 @@ SAME_LEVEL = 1e-6  # mm
 
 
 SOFT_LINES = ("elastomer", "target")
-"""Kinds of pieces that are glued with the pad's adhesive. Other pieces are glued with the adhesive of hard faces."""
+"""Parts that are glued with the pad's adhesive. Other parts are glued with the adhesive for hard faces."""
 
 
 def glue_lines(layout: Layout, pieces: tuple[Solid, ...], hard: Adhesive | None = None) -> tuple[Solid, ...]:
-    """Return a solid for each glue line between pieces at their glued heights. Empty for a line of 0.
+    """Return a solid for each glue line between parts at their glued heights. Empty if glue lines have no thickness.
 
-    `hard` is the adhesive of the lines up to the board, the spec's if None.
+    `hard` is the adhesive of the glue lines up to the board; None for the spec's adhesive.
     """
     line, glue = layout.spec.assembly.glue_line, layout.spec.assembly.adhesive
     if not line or glue is None:
@@ -309,9 +312,9 @@ def glue_lines(layout: Layout, pieces: tuple[Solid, ...], hard: Adhesive | None 
 
 
 def _glue_line(part: str, plates: dict[str, list[Any]], low: float, line: float) -> Any | None:
-    """Return the glue under a piece, `line` (mm) thick. None if no piece lies below.
+    """Return the glue under a part, `line` (mm) thick. None if no part is below.
 
-    The glue covers the piece's lower face, at height `low` (mm), clipped to the level faces of the pieces below.
+    The glue covers the part's lower face at height `low` (mm), limited to the horizontal faces of the parts below.
     """
     bd, height = import_extra("build123d"), low - line
     below = [each for name, plate in plates.items() if name != part for each in _faces_at(plate, height)]
@@ -330,31 +333,37 @@ def _glue_line(part: str, plates: dict[str, list[Any]], low: float, line: float)
 
 
 def _faces_at(faces: list[Any], height: float) -> list[Any]:
-    """Return the faces in a level plane (mm)."""
+    """Return the faces whose centre is at a height (mm)."""
     return [each for each in faces if abs(each.center().Z - height) < SAME_LEVEL]
 
 
 def _level_faces(shape: Any) -> list[Any]:
-    """Return a shape's level faces. Level corners exclude most other faces without the kernel's exact, slow boxes."""
+    """Return a shape's horizontal faces.
+
+    Most other faces are excluded by the heights of their corners, because the CAD kernel computes exact boxes slowly.
+    """
     corners = [(each, [corner.Z for corner in each.vertices()]) for each in shape.faces()]
     return [each for each, z in corners if max(z) - min(z) < SAME_LEVEL and each.bounding_box().size.Z < SAME_LEVEL]
 
 
 def lifted_by_glue(lifts: dict[str, float], solids: tuple[Solid, ...]) -> tuple[Solid, ...]:
-    """Return the solids lifted by the glue lines below them (`glue_lifts`, m). The board stays in place."""
+    """Return the solids raised by the glue lines below them (`lifts` by name, m; see `glue_lifts`).
+
+    The board stays in place.
+    """
     bd = import_extra("build123d")
     lifted = ((s, lifts.get(_piece_kind(s.name))) for s in solids)
     return tuple(replace(s, shape=s.shape.moved(bd.Location((0, 0, by * MM)))) if by else s for s, by in lifted)
 
 
 def _piece_kind(name: str) -> str:
-    """Return a piece's name without the number of its cell. Webs count as pads."""
+    """Return a part's name without the number of its cell. Webs have the name of pads."""
     kind, _, number = name.rpartition("-")
     return kind.removesuffix("-web") if number.isdecimal() else name
 
 
 def glue_lifts(layout: Layout) -> dict[str, float]:
-    """Return the lift (m) of each piece by glue: the height of its lower face with glue, less without glue."""
+    """Return the height (m) by which glue raises each part: its lower face's height with glue, minus without glue."""
     at, mount = layer_heights(column(layout)), layout.spec.mount
     if not at or mount is None:
         # The same (m) without a jaw: glue is under the pad and the target, under the board, and round a shield
@@ -378,6 +387,7 @@ def glue_lifts(layout: Layout) -> dict[str, float]:
 
 
 SPACED = 1e-9  # A shield farther from the board than this (m) has a spacer on it
+"""Distance (m) between shield and board above which a spacer lies between them."""
 
 
 @checked_arguments
@@ -432,9 +442,9 @@ def whole(
 
 @record(eq=False)
 class Solids:
-    """The solids of a board's sensor, computed at the first access (which imports a CAD kernel) and cached.
+    """Solids of a sensor. They are computed at the first access, which imports a CAD kernel, and cached.
 
-    `hard_glue` is the adhesive of the lines up to the board, the spec's if None.
+    `hard_glue` is the adhesive of the glue lines up to the board; None for the spec's adhesive.
     """
 
     layout: Layout
@@ -447,7 +457,7 @@ class Solids:
 
     @cached_property
     def whole(self) -> tuple[Solid, ...]:
-        """All pieces of the glued and closed assembly."""
+        """All parts of the glued assembly in closed jaws."""
         return whole(self.layout, self.alone, self.hard_glue)
 
     @cached_property
@@ -457,17 +467,17 @@ class Solids:
 
 
 CARRIERS = (BodyRole.JAW, BodyRole.OPPOSING_JAW, BodyRole.OPPOSING_PAD)
-"""Roles of the instrument's pieces, which are no parts of the sensor."""
+"""Roles of the instrument's parts, which do not belong to the sensor."""
 
 
 @record
 class Weight:
-    """A piece's volume (m3), density (kg/m3), mass (kg) and centre of mass (m).
+    """A part's volume (m3), density (kg/m3), mass (kg) and centre of mass (m).
 
-    Mass and density are None if no density is known. `source` is the source of the density.
-
-    `share` is the fraction of the volume that is material: a coil's ring has tracks and gaps. `copper` (m3) is the
-    volume of copper leads and contacts in a film of another material. The mass includes this copper.
+    Mass and density are None if no density is known. `source` is the source of the density. `share` is the fraction of
+    the volume that is material, because a coil's ring consists of tracks and gaps. `copper` (m3) is the volume of leads
+    and contacts in a layer of another material. The mass includes this copper. `is_carrier` is True for the
+    instrument's parts.
     """
 
     name: str
@@ -484,7 +494,7 @@ class Weight:
 
 @record
 class Balance:
-    """Mass (kg) and centre of mass (m) of several pieces together, and the names of the pieces without a known mass."""
+    """Total mass (kg) and centre of mass (m) of several parts, and the names of the parts without a known mass."""
 
     mass: float
     centre: Vector
@@ -492,9 +502,9 @@ class Balance:
 
 
 def weigh(layout: Layout, solids: tuple[Solid, ...]) -> tuple[Weight, ...]:
-    """Return the weight of each piece of the assembly, in its order.
+    """Return the weight of each part of the assembly, in the order of the solids.
 
-    A finger and metal behind are left out, because they are drawn in part.
+    A finger and metal behind the board are left out, because they are drawn incompletely.
     """
     # Densities (kg/m3) of the spec's silicones, with their sources
     spec = layout.spec
@@ -508,7 +518,7 @@ def weigh(layout: Layout, solids: tuple[Solid, ...]) -> tuple[Weight, ...]:
 
 
 def balance(weights: tuple[Weight, ...]) -> Balance:
-    """Return the mass and the centre of all pieces together."""
+    """Return the total mass and the centre of mass of all parts."""
     masses = [(w, w.mass) for w in weights if w.mass is not None]
     mass = math.fsum(m for _, m in masses)
     centre = [math.fsum(m * w.centre[axis] for w, m in masses) / mass if mass else 0.0 for axis in range(3)]
@@ -517,7 +527,7 @@ def balance(weights: tuple[Weight, ...]) -> Balance:
 
 @cache
 def density(material: str) -> tuple[float, str] | None:
-    """Return a material's density (kg/m3) and its source. None if the data have no density."""
+    """Return a material's density (kg/m3) and its source. None if the table has no such material."""
     of = (row for row in rows("densities") if row["material"] == material)
     return next(((float(row["density"]), cited(row)) for row in of), None)
 
@@ -525,7 +535,7 @@ def density(material: str) -> tuple[float, str] | None:
 def _weight(
     coils: tuple[Coil, ...], trace_width: float, solid: Solid, densities: dict[str, tuple[float, str]], copper: float
 ) -> Weight:
-    """Return a solid's mass (kg) with `copper` (m3), and its centre (m). Without a density: no mass, and the reason."""
+    """Return the weight of a solid that contains `copper` (m3). Without a known density: no mass, and the reason."""
     x, y, z = (float(value) * 1e-3 for value in solid.shape.center(import_extra("build123d").CenterOf.MASS))
     track_fraction = track_share(coils, trace_width, solid) if solid.role is BodyRole.COPPER else 1.0
     entry, of_copper = densities.get(solid.material) or density(solid.material), density("copper")
@@ -538,7 +548,7 @@ def _weight(
 
 
 def track_share(coils: tuple[Coil, ...], trace_width: float, solid: Solid) -> float:
-    """Return the fraction of a coil's ring that its tracks fill: their length times their width over its area."""
+    """Return the fraction of a coil's ring that its tracks fill: track area divided by ring area."""
     _, number, name = solid.name.split("-", 2)
     coil = next(coil for coil in coils if coil.name == name)
     winding = next(winding for winding in coil.windings if winding.layer == int(number))
