@@ -99,8 +99,8 @@ PARTS = ("winding", "bends", "stubs", "leads", "tail", "coupling", "vias", "crow
 """Names of the parts of the terminal inductance, in this order.
 
 "winding" is for direct current that is even across each track. "bends" is the reduction because direct current takes
-the inside of corners. The next five are in `lead_parts`. "crowding" is the reduction by current crowding at the sensor
-frequency.
+the inside of corners. "stubs" to "vias" are the parts of the leads, as in `lead_parts`. "crowding" is the reduction by
+current crowding at the sensor frequency.
 """
 
 CROWDING_ERROR = 3e-3

@@ -140,7 +140,10 @@ class Skin:
 
     @cached_property
     def crosstalk(self) -> CellCrosstalk | None:
-        """Readings of each cell by loads on its neighbours. None if there are no cells, or if they have no signal."""
+        """Readings of each cell by loads on its neighbours, as upper limits.
+
+        None if there are no cells, or if no coil has a signal.
+        """
         return cell_crosstalk(self.layout, self.estimates) if self._has_cells else None
 
     @cached_property

@@ -21,10 +21,11 @@ from sitscad.spec.materials import CellsSpec
 from sitscad.spec.sensor import ReadoutSpec
 
 SIGMAS_BELOW = 1.0
-"""Margin of parallel resistance for the drive code, in standard deviations. It keeps amplitudes below their limit.
+"""Margin of a coil's parallel resistance when the drive code is chosen, in standard deviations.
 
-TI recommends the strongest drive code below the largest permitted amplitude, because clamping is worse than noise
-(8.1.5; SNOA950). This advice is for one known sensor. The margin is for the scatter of sensors still to be made.
+It keeps amplitudes below the largest permitted value. TI recommends the strongest drive code below this value, because
+clamping is worse than noise (8.1.5; SNOA950). This advice is for one known sensor. The margin is for the scatter of
+sensors still to be made.
 """
 
 

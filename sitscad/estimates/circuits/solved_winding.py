@@ -60,9 +60,9 @@ converged filaments (tests/validation/test_alternating_current.py).
 """
 
 ENDS = 1.2
-"""Error of a round coil's added loss by the ends of its layers: factor on track width divided by winding length.
+"""Error of a round coil's added loss by the ends of its layers, divided by the ratio of track width to winding length.
 
-The product is a fraction of the added loss. The loss is computed in cross-sections of the winding, which leave out the
+The error is a fraction of the added loss. The loss is computed in cross-sections of the winding, which leave out the
 ends of the spirals.
 """
 
@@ -122,10 +122,9 @@ NEAR_DISTANCE = 0.2e-3
 """Distance (m) from the copper's middle to metal up to which the resistance has the error `NEAR`."""
 
 ERROR_FADE_FACTOR = 1.5
-"""Width of the transition between two errors: end of the transition, divided by the distance at its start.
+"""Distance at which an error has fallen to the next value, divided by the distance up to which it holds in full.
 
-Up to its start the full error holds. It falls linearly to the next value at the end. A sweep over the distance then has
-no jumps.
+Between the two distances the error falls linearly, so that a sweep over the distance has no jumps.
 """
 
 OWN_ROUNDING = 1e-6
@@ -135,10 +134,10 @@ Up to this deviation, the error bounds of the nominal shape hold.
 """
 
 MISFIT = 8.0
-"""Relative inductance change of a coil, divided by an outward displacement of all turns in outer diameters.
+"""Largest relative inductance change of a coil if all turns are displaced outwards, divided by the displacement.
 
-An inductance is at most proportional to the square of the mean radius, which is at least a quarter of the outer
-diameter.
+The displacement is in outer diameters. An inductance is at most proportional to the square of the mean radius, which is
+at least a quarter of the outer diameter.
 """
 
 FEW = 4.0  # Turns of a layer below which corners are a large part of a polygon
@@ -354,10 +353,16 @@ def _loss(spec: CoilSpec, coil: Coil, conductivity: float, tolerance: float | No
 
 
 NO_NEARER = 1.2
-"""Ratio of successive distances of metal, rounded down, for which a winding's current spectrum is computed."""
+"""Rounding step of distances of metal, as a ratio.
+
+A distance is rounded down to a power of this ratio before a winding's current spectrum is computed.
+"""
 
 HEIGHT_STEP = 1.5
-"""Ratio of successive heights of a target, rounded down, for which its eddy currents are computed."""
+"""Rounding step of heights of a target, as a ratio.
+
+A height is rounded down to a power of this ratio before the target's eddy currents are computed.
+"""
 
 
 def winding_inductance_matrix(

@@ -49,12 +49,12 @@ They are not in `scatter.CAUSES`.
 
 EXTRA = {WIDTH: (0.42, 1.12), THICKNESS: (-0.35, 0.68)}
 EXTRA_BENT = {WIDTH: (-0.69, 1.82), THICKNESS: (-0.55, 0.79)}
-"""Factors (a, b) for the exponent of the extra loss in track width and thickness: EXTRA for round coils.
+"""Factors (a, b) for the exponents of the extra loss in track width and thickness.
 
-EXTRA_BENT is for all other coils. The extra loss E is the resistance by eddy currents. Its exponent is d ln E / d ln x
-= a + b E'/E, with E' = dE / d ln f. The factors were fitted to differences of full solutions of eleven templates, free
-and at rest. They give d ln R / d ln x within 0.15. Round coils without metal use `width_power` for the width, except in
-screening.
+EXTRA is for round coils, and EXTRA_BENT for all other coils. The extra loss E is the resistance by eddy currents. Its
+exponent is d ln E / d ln x = a + b E'/E, with E' = dE / d ln f and x = width or thickness. The factors were
+fitted to differences of full solutions of eleven templates, free and at rest. They give d ln R / d ln x within 0.15.
+Round coils without metal use `width_power` for the width, except in screening.
 """
 
 WIDER = 0.02
@@ -76,8 +76,8 @@ The loss of wide leads is proportional to 1/w and increases with their thickness
 EXTRA_INDUCTANCE = {WIDTH: 1.85, THICKNESS: -0.2}
 """Factors a for the derivative of the inductance change by eddy currents in the tracks, by width and thickness.
 
-Let D be this change (H). Its derivative by ln x is a D + dD / d ln f. Full solutions of eleven templates gave factors
-of 1.7 to 2.1 for the width of round coils, and of 1.6 to 2.2 for others.
+Let D be this change (H), and x the width or thickness. Its derivative by ln x is a D + dD / d ln f. Full solutions of
+eleven templates gave factors of 1.7 to 2.1 for the width of round coils, and of 1.6 to 2.2 for others.
 """
 
 OWN_CAPACITANCE = {WIDTH: 1.0, DISTANCE: -0.75}

@@ -246,9 +246,9 @@ def linearised_cases(
 
 
 def scatter_of(cases: Mapping[str, tuple[Compression, Compression]]) -> PressingScatter:
-    """Return the standard deviations of a pressed pad, from pairs of pads one sigma apart to either side, by cause.
+    """Return the standard deviations of a pressed pad from `cases`: two pads for each cause, one sigma to either side.
 
-    The causes are taken as independent. `cases` holds the pairs.
+    The causes are taken as independent.
     """
     strain, gap, modulus = (
         {cause: abs(getattr(a, name) - getattr(b, name)) / SIGMAS_APART for cause, (a, b) in cases.items()}

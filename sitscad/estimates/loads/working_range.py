@@ -299,9 +299,9 @@ def largest_moments(pad: BondedPad, normal: float) -> dict[str, float]:
 
 
 FARTHER = 3.0
-"""Largest moment in the search by `largest_moments`, divided by a target's moment at rest for this angle.
+"""Largest moment in the search of `largest_moments`, divided by the moment for the angle `HELD_TILT` at rest.
 
-This moment tilts the target on the unloaded pad by `HELD_TILT`. A compressed pad bears a larger moment.
+A compressed pad bears a larger moment than the pad at rest.
 """
 
 INSTEAD = {"shear_x": "moment_y", "shear_y": "moment_x"}

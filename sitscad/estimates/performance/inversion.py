@@ -30,15 +30,16 @@ APART = 0.1
 """Least distance between two loads, as a fraction of full scale, at which they count as different loads."""
 
 MAX_POLYNOMIAL_DIFFERENCE = 1e-3
-"""Largest difference of two readings that counts as ambiguous by the polynomials, divided by the span of readings."""
+"""Largest difference between readings of two ambiguous loads by the polynomials, divided by the readings' span."""
 
 MAX_MODEL_DIFFERENCE = 3e-3
-"""Largest difference of two readings that counts as ambiguous by the response model, divided by their span."""
+"""Largest difference between readings of two ambiguous loads by the response model, divided by the readings' span."""
 
 MAX_SURROGATE_DIFFERENCE = 1e-2
-"""Largest difference of two readings by a surrogate, divided by their span, for which the response model is used.
+"""Largest difference between readings of two loads that the response model tests, divided by the span of readings.
 
-A surrogate has errors of some per cent of the span, so the response model decides whether the loads are ambiguous.
+These readings are by a surrogate, which has errors of some per cent of the span. The response model decides whether the
+loads are ambiguous.
 """
 
 LOAD_STEP = 1e-2
@@ -72,14 +73,14 @@ MAX_REFINING_STEPS = 8
 
 
 LEAST_SHARE = 1e-10
-"""Least singular value, divided by the largest, that a polynomial's fit includes."""
+"""Least singular value of the matrix of terms, divided by the largest, that a polynomial's fit includes."""
 
 LEAST_SHARE_REDUNDANT = 1e-4
 """Least singular value as in LEAST_SHARE, for fits with more variables (coils) than outputs (axes).
 
-If there are more variables than outputs, the points lie on a surface. Deviations from it below 1e-4 are caused by leads
-and manufacture of a single design. Coefficients fitted to these deviations have errors of several full scales on the
-next unit (four coils, three forces).
+The points of such fits lie on a surface. Deviations from this surface below 1e-4 are caused by leads and manufacture of
+a single design. Coefficients fitted to these deviations have errors of several full scales on the next unit (four
+coils, three forces).
 """
 
 

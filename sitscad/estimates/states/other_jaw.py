@@ -34,10 +34,10 @@ GRASPED = (0.0, 1e-3, 2e-3)
 """
 
 ERROR, LEAST_ERROR = 0.05, 2e-4
-"""Stated error of the inductance change by the other jaw, relative to it, and least error.
+"""Stated relative error of the inductance change by the other jaw, and least error relative to the target's change.
 
-The least error is relative to the target's change. Discs of finite elements differ by 2 % of the change by the jaw, and
-by 1e-4 of the target's change (tests/validation/test_front_metal.py).
+Discs of finite elements differ by 2 % of the change by the jaw, and by 1e-4 of the target's change
+(tests/validation/test_front_metal.py).
 """
 
 
@@ -63,8 +63,8 @@ def changes_in_front(
     """Return each coil's inductance change (heights, grasped, coils; H) by the other jaw's metal.
 
     `frequency` is in Hz. The target is level and displaced by `heights` (m) from rest. `grasped` (m) are the
-    thicknesses of an object between the sensor's top and the other jaw. The target is solved in the coils' field with
-    the metal in front. Its currents are mirrored in the metal behind the board and in front.
+    thicknesses of an object between the sensor's top and the other jaw. The target's eddy currents are computed in the
+    coils' field with the metal in front. They are mirrored in the metal behind the board and in front.
     """
     spec, coils = windings.spec, windings.layout.coils
     plate, spectrum, behind = front_plate(spec.jaw), windings.winding.spectrum, metal_behind(spec)

@@ -22,10 +22,10 @@ from sitscad.spec.materials import Target
 from sitscad.spec.sensor import SensorSpec
 
 FARTHER = 1.3
-"""Ratio of successive lateral reaches of a target, rounded up, for which its eddy currents are computed.
+"""Rounding step of the lateral reach of a target, as a ratio.
 
-The reach is the largest distance of the target's points from a coil. Rounding lets one solution serve many poses. See
-`HEIGHT_STEP`.
+The reach is the largest distance of the target's points from a coil. It is rounded up to a power of this ratio, so that
+one solution serves many poses. See `HEIGHT_STEP`.
 """
 
 LEAST_HEIGHT = 40e-6

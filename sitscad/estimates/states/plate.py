@@ -33,10 +33,10 @@ from sitscad.spec.coil import CoilSpec
 from sitscad.spec.materials import Target
 
 IMAGED = 0.35
-"""Error of an inductance change if a perfect mirror replaces the metal behind the board, divided by a field difference.
+"""Error of an inductance change, divided by the difference between the fields of a perfect mirror and of metal.
 
-The difference is between the fields of metal and mirror, relative to the field. The ratio is at most 0.3 for steels and
-ferrite behind infinite sheets. See `mirror_error`.
+The mirror replaces the metal behind the board. The difference is relative to the field. The ratio is at most 0.3 for
+steels and ferrite behind infinite sheets. See `mirror_error`.
 """
 
 LONGEST = 1e-3
@@ -46,7 +46,7 @@ At wave number zero, the formula for a layer of air between two plates is undefi
 """
 
 MOST_WAVES = 4.0
-"""Wave number times coil size at which an infinite sheet's reflection is computed for `sheet_spectrum`.
+"""Wave number of the reflection factors in `sheet_spectrum`, multiplied by the coil size.
 
 This reflection has nearly the frequency dependence of a target's changes. Steels and foils of 3 to 6 mm over coils of 6
 mm were compared. The remaining error is a fourteenth to a half of the error of straight lines.
@@ -571,9 +571,9 @@ The computed loss in a brass rod of 2 x 3 mm had an error of 2.0 %.
 """
 
 LEAST_LOSSY = 5.0
-"""Upper limit of the complex change (as omega L) in the loss error of a magnetic target, divided by the loss.
+"""Limit on the complex change (as omega L) of a magnetic target in its loss error, divided by the target's loss.
 
-The limit keeps this error small for targets with little loss.
+A larger change counts as this limit, so that the error stays small for targets with little loss.
 """
 
 

@@ -26,11 +26,11 @@ USUAL = 2e-3  # Largest error of an interpolant, relative to a change or 1 % of 
 
 @record(eq=False)
 class ExactSolver:
-    """Function `solve` that computes the inductance changes by the target exactly, with its frequencies (Hz).
+    """Exact computation of the inductance changes by the target at any poses.
 
-    It takes poses (n, 6; m, rad). It returns two arrays (frequencies, poses, coils, coils; H, complex). The first holds
-    the whole changes, the second the changes with a lossless mirror behind the coils. `spectrum` is as in `Changes`.
-    `frequencies` are one or two.
+    `solve` is a function of poses (n, 6; m, rad). It returns two arrays (frequencies, poses, coils, coils; H, complex).
+    The first holds the whole changes, the second the changes with a lossless mirror behind the coils. They are at one
+    or two `frequencies` (Hz). `spectrum` is as in `Changes`.
     """
 
     frequencies: tuple[float, ...]

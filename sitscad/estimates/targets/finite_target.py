@@ -274,10 +274,11 @@ by the coil's diameter, and the error up to this limit. These metals have less l
 """
 
 THIN, OVERHANGING, LOSS_OF_THIN = 2.0, 1.5, 0.3
-"""Limits up to which a target counts as thin or small in its loss, and the relative error of this loss.
+"""Limits for thin and for small targets, and the relative error of the loss ratio of such targets.
 
 Up to `THIN` skin depths of thickness, the edge current uses the copper of both faces at once. Up to a shorter side of
-`OVERHANGING` coil diameters, the edge carries much of the current. The loss ratio is then up to a quarter larger.
+`OVERHANGING` coil diameters, the edge carries much of the current. The loss ratio is then up to a quarter larger. The
+error is `LOSS_OF_THIN`.
 """
 
 
@@ -344,8 +345,8 @@ RESISTED = 0.3
 LEAKY = 0.06
 """Error of a poor conductor's ratios, divided by (s / l)^2, with s and l as in `_resistive_divisor`.
 
-s is the length of the sheet, l the length of the coil's field. Both errors were fitted to discs of finite elements, of
-steel and titanium from 0.03 mm on.
+s is the length of the sheet, l the length of the coil's field. The errors `RESISTED` and `LEAKY` were fitted to discs
+of finite elements, of steel and titanium from 0.03 mm on.
 """
 
 

@@ -39,7 +39,7 @@ Slabs of surface currents differ by up to 0.03 from round holes in steel by fini
 """
 
 PER_DEPTH = 0.5
-"""Addition to `ERROR`, divided by the ratio of the jaw's skin depth to the opening's shorter side."""
+"""Increase of `ERROR` with the jaw's skin depth: factor on the skin depth divided by the opening's shorter side."""
 
 WALL = 0.75
 """Recession of the opening's side walls, divided by the recession of the jaw's face.
@@ -75,7 +75,7 @@ BENT = 0.5
 """Error of the second value of `WindowEffect.growth`, relative to this value."""
 
 SMALL = 0.15
-"""Error of the growth of a target's change by the target's finite size, relative to the growth at rest.
+"""Error of the growth of a target's change, relative to the growth at rest, because the target is finite.
 
 Before a jaw that is nearly all window, grasper_4layer's signal was 14 % larger than without a jaw.
 """
@@ -205,7 +205,7 @@ FERRITE = 1e6  # Relative permeability of a magnet that is a perfect mirror
 
 
 class WindowedReflection(Reflection):
-    """Reflection by metal with a window in the jaw.
+    """Change of a winding's inductance and resistance by metal with a window in the jaw.
 
     `real` supplies all values that the window does not change. `whole` is the reflection by all metal behind the board,
     and `none` by this metal without the jaw. Both are computed without a target. `missing` is the window's effect.
@@ -220,7 +220,7 @@ class WindowedReflection(Reflection):
         self.jaw_left = (1.0 - missing.inductance, 1.0 - missing.loss)
 
     def __call__(self, frequencies: Array) -> tuple[Array, Array]:
-        """Return the change of inductance (n; H) and resistance (n; ohm) at (n) frequencies (Hz)."""
+        """Return the changes of inductance (n; H) and resistance (n; ohm) by metal and window at (n) frequencies."""
         real, (more, lost) = self._real(frequencies), self._lacking(frequencies)
         return real[0] + self._missing.inductance * more, real[1] + self._missing.loss * lost
 

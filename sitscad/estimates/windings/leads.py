@@ -70,7 +70,10 @@ class LeadEstimate:
     resistance_error: float = 0.01
 
     def resistances_at(self, frequencies: Array, conductivity: float) -> Array:
-        """Return resistances (n; ohm) at (n) frequencies (Hz), with skin effect and the effect of adjacent returns."""
+        """Return the leads' resistances (n; ohm) at (n) frequencies (Hz), with skin effect.
+
+        The effect of return tracks beside the leads is included. `conductivity` is in S/m.
+        """
         if not self.strips:
             return np.full(len(frequencies), self.via_resistance)
         loss = _loss(self.strips, conductivity)

@@ -214,7 +214,10 @@ class Strip:
     beside: tuple[float, float] | None = None
 
     def loss(self, conductivity: float) -> ProximityLoss:
-        """Return the loss by skin effect for a conductivity (S/m), with the effect of the return track."""
+        """Return the loss by alternating current for a conductivity (S/m).
+
+        It has the skin effect, and the effect of the return track.
+        """
         if self.beside is None:
             normalised = lone_track_loss(self.width, self.thickness, conductivity)
         else:
