@@ -80,7 +80,8 @@ class Demand:
 class Conversion(ABC):
     """Converter with its settings, which reads `channels` coils in turn.
 
-    Readings are counts, proportional to frequency. Times are in seconds, frequencies in hertz.
+    `device` is the converter. Readings are counts, proportional to frequency. Times are in seconds, frequencies in
+    hertz.
     """
 
     device: ConverterPart
@@ -255,7 +256,7 @@ class Conversion(ABC):
         return math.hypot(self.counting_noise(frequency), self.rounding(frequency))
 
     def steps(self, frequency: float, other: float) -> float:
-        """Return the difference of two frequencies (Hz), divided by the resolution at the first."""
+        """Return the difference of two frequencies (Hz), divided by the resolution at `frequency`."""
         return abs(other - frequency) / self.resolution(frequency)
 
     def inductance_step(self, inductance: float, frequency: float) -> float:

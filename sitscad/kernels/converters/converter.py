@@ -25,6 +25,7 @@ class Converter:
     """Commercial converter: number of channels, possible 7-bit addresses on one bus, and package.
 
     ``family`` is the name of the data file in ``data/converters``. All parts in one data sheet have one file.
+    ``source`` cites the data sheet.
     """
 
     name: str

@@ -95,7 +95,7 @@ def settle_count(
 ) -> int:
     """Return the smallest SETTLECOUNT: Q f_REF / (16 f_SENSOR) rounded up (8.1.4.1), and above 3.
 
-    Q is the quality factor; frequencies are in Hz.
+    Q is the quality factor, f_REF the reference frequency and f_SENSOR the sensor frequency (Hz).
     """
     needed = math.ceil(quality_factor * reference_frequency / (16.0 * sensor_frequency) - 1e-9)
     return min(MAX_COUNT, max(int(device.limit("settle_count_min")), needed))
@@ -114,7 +114,7 @@ def conversion_periods(rcount: int) -> float:
 def switch_time(device: ConverterPart, reference_frequency: float) -> float:
     """Return the typical time (s) from a channel's conversion to the next channel: 692 ns + 5 / f_REF (8.1.4).
 
-    f_REF is in Hz.
+    f_REF is the reference frequency in Hz.
     """
     return device.limit("switch_delay") + 5.0 / reference_frequency
 
@@ -222,6 +222,9 @@ def choose_gain(
 class ReferenceCounter(Conversion):
     """Settings of a converter that counts against a reference clock (LDC1312 to LDC1614).
 
+    `reference_frequency` (f_REF; Hz) is the clock divided by `reference_divider` (FREF_DIVIDER). `input_divider`
+    (FIN_DIVIDER) divides the sensor frequency. `rcount` and `settle_count` set the times of conversion and settling.
+
     A count is f / (FIN_DIVIDER f_REF) 2^`count_bits`. If a result has fewer bits than the count, `gain` is the code of
     OUTPUT_GAIN, and `coil_offsets`, one per coil, are subtracted first. Otherwise they are 0 and empty.
     """
@@ -303,7 +306,10 @@ class ReferenceCounter(Conversion):
         return self.device.limit("supply_current") + duty * drive
 
     def covering(self, bands: Sequence[tuple[float, float]]) -> ReferenceCounter:
-        """Return settings with the input divider, gain and offsets that the expected frequencies need."""
+        """Return settings with the input divider, gain and offsets that the expected frequencies need.
+
+        `bands` are the lowest and highest frequency (Hz) of each coil.
+        """
         highest = (input_divider(self.device, high, self.reference_frequency) for _, high in bands)
         divider = max(self.input_divider, *highest)
         gain, offsets = choose_gain(self.device, divider * self.reference_frequency, bands)

@@ -71,9 +71,10 @@ def coplanar_strips(width: float, spacing: float, relative_permittivity: float) 
 
 @record
 class Slab:
-    """One layer of a board: thickness (m), relative permittivity, and whether it consists of copper strips.
+    """One layer of a board.
 
-    In a layer of strips, the permittivity is for the material between the strips.
+    `thickness` is in m, `permittivity` relative. `is_copper` is true for a layer of copper strips. Its permittivity is
+    for the material between the strips.
     """
 
     thickness: float

@@ -15,6 +15,7 @@ from sitscad.basics.arrays import Array, slices
 from sitscad.basics.record import record
 
 Exponents = NDArray[np.int64]
+"""Exponents, or orders of polynomials, of products in several variables (terms, variables)."""
 
 POINTS_A_TERM = 1.5
 """Number of points in a least-squares fit divided by the number of terms of the polynomial.
@@ -188,7 +189,10 @@ class Polynomial:
         return np.asarray(self.basis(_scaled_to_box(points, self.low, self.high), self.orders) @ self.coefficients)
 
     def slope(self, points: Array) -> Array:
-        """Return derivatives (n, outputs, variables) by central differences of a thousandth of half the box."""
+        """Return derivatives (n, outputs, variables) at points (n, variables), by central differences.
+
+        The steps are a thousandth of half the box.
+        """
         steps = 5e-4 * (self.high - self.low)
         differences = [(self(points + step) - self(points - step)) / (2.0 * step.sum()) for step in np.diag(steps)]
         return np.stack(differences, axis=2)

@@ -12,21 +12,27 @@ from sitscad.basics.record import record
 
 
 def resonance_frequency(inductance: float, capacitance: float) -> float:
-    """Return 1 / (2 pi sqrt(L C)) in hertz (Thomson 1853), from henries and farads."""
+    """Return the resonance frequency (Hz) of an inductance (H) and a capacitance (F): 1 / (2 pi sqrt(L C)).
+
+    Source: Thomson 1853.
+    """
     return 1.0 / (2.0 * math.pi * math.sqrt(inductance * capacitance))
 
 
 def apparent_inductance(inductance: float, resistance: float, capacitance: float, frequency: float) -> float:
     """Return the series inductance (H) that a meter shows for a coil with a capacitance (F) in parallel.
 
-    For a coil without loss it is L / (1 - omega^2 L C). At self-resonance it passes through infinity to negative
-    values.
+    `inductance` (H) and `resistance` (ohm) are the coil's, `frequency` (Hz) is the meter's. For a coil without loss the
+    result is L / (1 - omega^2 L C). At self-resonance it passes through infinity to negative values.
     """
     return apparent_impedance(inductance, resistance, capacitance, frequency).imag / (2.0 * math.pi * frequency)
 
 
 def apparent_impedance(inductance: float, resistance: float, capacitance: float, frequency: float) -> complex:
-    """Return the impedance (ohm) of a coil with a capacitance (F) in parallel: 1 / the sum of both admittances."""
+    """Return the impedance (ohm) of a coil with a capacitance (F) in parallel, at a frequency (Hz).
+
+    It is the inverse of the sum of both admittances. `inductance` (H) and `resistance` (ohm) are the coil's.
+    """
     omega = 2.0 * math.pi * frequency
     return 1.0 / (1.0 / complex(resistance, omega * inductance) + 1j * omega * capacitance)
 
@@ -109,7 +115,7 @@ class Oscillation:
 
 @record(eq=False)
 class Oscillations:
-    """Operating points of tanks: the fields of `Oscillation` as arrays of one shape."""
+    """Operating points of tanks as arrays of one shape. The fields are explained at `Oscillation`."""
 
     frequency: Array
     inductance: Array

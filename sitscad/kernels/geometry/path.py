@@ -14,11 +14,13 @@ from typing import NamedTuple
 from sitscad.basics.record import record
 
 TWO_PI = 2.0 * math.pi
+"""Full turn (rad)."""
 QUARTER_TURN = 0.5 * math.pi
+"""Quarter turn (rad)."""
 
 
 class Point(NamedTuple):
-    """Point of the plane, in metres."""
+    """Point of the plane, by coordinates `x` and `y` in metres."""
 
     x: float
     y: float
@@ -176,6 +178,7 @@ class Arc:
 
 
 Segment = Line | Arc
+"""Straight or circular piece of a path."""
 
 
 def segment_part(segment: Segment, start: Point, end: Point) -> Segment:
@@ -375,7 +378,10 @@ def enclosed_area(path: Path) -> float:
 
 
 def arc_through(start: Point, middle: Point, end: Point, flat: float) -> Segment:
-    """Return the arc through three points. It is a line if four times their triangle's area is below `flat` (m2)."""
+    """Return the arc through three points, or a line if the points are nearly on a line.
+
+    It is a line if four times the area of the points' triangle is below `flat` (m2).
+    """
     (ax, ay), (bx, by) = middle - start, end - start
     cross = 2.0 * (ax * by - ay * bx)
     if abs(cross) < flat:

@@ -19,6 +19,7 @@ from sitscad.basics.record import record
 from sitscad.kernels.geometry.path import Arc, Segment
 
 TWO_PI = 2.0 * np.pi
+"""Full turn (rad)."""
 _ANGLE_SLACK = 1e-9
 """Angle (rad) beyond the ends of an arc at which a direction still counts as on the arc: rounding."""
 

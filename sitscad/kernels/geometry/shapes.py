@@ -44,9 +44,9 @@ SKETCHED = 10e-6
 class SpiralDimensions:
     """Dimensions of one layer of a coil in metres.
 
-    `size` [x, y] is measured across the outer copper edges. `pitch` is the distance of the centre lines of adjacent
-    turns. `tolerance` is the largest distance between the arcs of a layer and the exact spiral. If `is_mid_side`, a
-    four-sided layer begins and ends in the middle of sides, otherwise at corners.
+    `size` [x, y] is measured across the outer copper edges. `trace_width` is the width of the track, `pitch` the
+    distance of the centre lines of adjacent turns. `tolerance` is the largest distance between the arcs of a layer and
+    the exact spiral. If `is_mid_side`, a four-sided layer begins and ends in the middle of sides, otherwise at corners.
     """
 
     size: tuple[float, float]
@@ -76,10 +76,11 @@ def crossing(first: tuple[float, float], second: tuple[float, float], step: floa
 
 
 def rounded_corners(path: Path, radius: float, sides: int, pitch: float) -> Path:
-    """Return a polygon spiral (wound inwards) with its corners rounded by `radius` (m), or less if sides are too short.
+    """Return a polygon spiral with its corners rounded by `radius` (m), or less if the sides are too short.
 
-    `sides` is the number of sides per turn. From the inner end outwards, the radius increases by at most the pitch (m)
-    per turn. A faster increase would bring a turn too near to the inner end or to the next turn inside.
+    `path` is the spiral from the outside to the inside, `sides` the number of sides per turn. From the inner end
+    outwards, the radius increases by at most the pitch (m) per turn. A faster increase would bring a turn too near to
+    the inner end or to the next turn inside.
     """
     if radius <= 0.0 or len(path.segments) < 2:
         return path
@@ -99,6 +100,7 @@ PLATE_FORMS = ("disc", "rectangle")
 _SLACK = 1e-9
 """Number of pitches by which the space to the centre is reduced, so that rounding does not add a turn."""
 _ORIGIN = Point(0.0, 0.0)
+"""Centre of all coils."""
 
 
 @record
@@ -386,7 +388,11 @@ class Polygon(Outline):
         return Path(tuple(Line(a, b) for a, b in pairwise(points)))
 
     def start(self, angle: float, sense: int, is_mid_side: bool = False) -> float:
-        """Return the angle (rad) of the last corner, or middle of a side, at or before `angle` in winding direction."""
+        """Return the angle (rad) of the last corner, or middle of a side, at or before `angle` in winding direction.
+
+        `sense` is +1 for counter-clockwise winding and -1 for clockwise. With `is_mid_side`, layers begin at the middle
+        of a side.
+        """
         step = TWO_PI / self.sides
         if is_mid_side:
             return sense * math.floor(sense * angle / step + 1e-9) * step

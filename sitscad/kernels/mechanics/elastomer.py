@@ -70,7 +70,7 @@ WITHIN = "bonded block, within the range of its law"  # What to think of a strai
 
 @record
 class Face:
-    """Loaded face of a pad: widths along x and y (m), and a roundness from 0 to 1.
+    """Loaded face of a pad: widths along x and y (`width_x`, `width_y`; m), and a roundness from 0 to 1.
 
     `round` is 0 for a rectangle and 1 for an ellipse. For the intersection of two outlines it is the area missing from
     the bounding rectangle, divided by the area missing for an ellipse.
@@ -284,7 +284,7 @@ def force_for_strain(
 ) -> float:
     """Return the normal force (N) that causes an engineering strain (0 to below 1): the inverse of `compress`.
 
-    Parameters are explained in `compress`. Raises ValueError for other strains.
+    The other parameters are explained in `compress`. Raises ValueError for strains outside the range.
     """
     if not 0.0 <= strain < 1.0:
         raise ValueError("a compressive strain lies from 0 to below 1")

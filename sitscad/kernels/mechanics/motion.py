@@ -201,7 +201,9 @@ Number: TypeAlias = Any  # A float, or an array (n,)
 """A float for one load, or an array (n) for n loads."""
 
 Vector: TypeAlias = Sequence[Number]
+"""Three numbers along x, y and z."""
 Rows: TypeAlias = list[list[Number]]
+"""Matrix as a list of rows."""
 
 SHORT, LARGE = 0.25, 10.0
 """Largest squared rotation angles (rad2) for which `FEW` and `TERMS` terms of the series are exact to rounding."""

@@ -38,6 +38,7 @@ from sitscad.kernels.mechanics.surround_law import (
 )
 
 Number = TypeVar("Number", float, Array)
+"""A float, or an array of floats."""
 
 NEO_HOOKEAN = 2.0  # The exponent with which nothing differs
 MOST_OBLONG = 1.0 / 3.0  # Oblongness (two to one) up to which the fit was made; held beyond

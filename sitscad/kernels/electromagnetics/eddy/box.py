@@ -31,6 +31,7 @@ from sitscad.kernels.electromagnetics.eddy.surface import Energies, energies, ma
 from sitscad.kernels.electromagnetics.special_functions import gauss
 
 Parity = tuple[int, int, int]
+"""Parity (1 even, -1 odd) of functions along x, y and z."""
 
 ACROSS = ((1, 2), (0, 2), (0, 1))
 """The two axes in the plane of a face, by the axis normal to the face."""
@@ -195,7 +196,8 @@ class Box:
 def _functions(lines: tuple[GradedLine, ...], shortest: float) -> tuple[BoxFunctions, ...]:
     """Return the stream functions of each of the eight parities along x, y and z, with inductances in H.
 
-    Functions with wave numbers above `shortest` (1/m) along two edges at once are omitted.
+    `lines` hold the functions along x, y and z. Products with wave numbers above `shortest` (1/m) along two edges at
+    once are omitted.
     """
     reach = 2.0 * math.hypot(*(line.half for line in lines))
     finest = min(float(line.steps.min()) for line in lines)
@@ -226,8 +228,8 @@ def _of_parity(
 ) -> tuple[tuple[Index, ...], Flags]:
     """Return numbers (no unit) of the functions on the faces normal to x, y and z, and flags of functions in use.
 
-    `number` (x, y, z) holds the numbers of all products. Functions with wave numbers above `shortest` (1/m) along two
-    edges at once are not in use.
+    `lines` hold the functions along x, y and z, `parity` is the parity along each. `number` (x, y, z) holds the numbers
+    of all products. Functions with wave numbers above `shortest` (1/m) along two edges at once are not in use.
     """
     modes = [line.modes[axis_parity] for line, axis_parity in zip(lines, parity, strict=True)]
     places = [np.append(np.arange(row.squares.size), count - 1) for row, count in zip(modes, number.shape, strict=True)]
@@ -242,9 +244,9 @@ def _of_parity(
 class _Folded:
     """Integrals of a line's functions of one parity, with each pair of functions stored once.
 
-    `mass` (Gaussians + 1, pairs; m2) and `slope` (Gaussians + 1, pairs; no unit) are explained at `LineIntegrals`.
-    Their last row (m, 1/m) is for the tail of the `GaussianSum` and comes from `GradedLine.grams`. `end` (Gaussians, n;
-    no unit) is also explained there. `which` (n, n) is the number of the pair that two functions form.
+    `mass` (Gaussians + 1, pairs; m2), `slope` (Gaussians + 1, pairs; no unit) and `end` (Gaussians, n; no unit) are
+    explained at `LineIntegrals`. The last row of `mass` and `slope` (m, 1/m) is for the tail of the `GaussianSum` and
+    comes from `GradedLine.grams`. `which` (n, n) is the number of the pair that two functions form.
     """
 
     mass: Array

@@ -28,7 +28,9 @@ from sitscad.kernels.electromagnetics.inductance.filaments import PolylineTrack
 from sitscad.kernels.electromagnetics.special_functions import gauss
 
 Table = NDArray[np.complex64]
+"""Table of complex potentials in single precision."""
 ReflectionFactor = Callable[[Array], ComplexArray]
+"""Function of wave numbers (1/m) that returns the ratio of the reflected to the incident wave (no unit)."""
 
 FINE = 0.36
 """Grid spacing divided by the lowest tabulated height."""
@@ -143,8 +145,8 @@ class CoilPotential:
     """Vector potential of a coil with 1 A at any place above it, with the coil's centre at x = y = 0.
 
     The coil's images in mirrors below and above are included. `top` (m) is the height of the top track's mid-plane. The
-    tables hold from `nearest` (m) above it, in a square of width `side` (m). `dipoles` represent the coil and its
-    images outside the tables.
+    tables `octaves` hold from `nearest` (m) above it, in a square of width `side` (m). `dipoles` represent the coil and
+    its images outside the tables.
     """
 
     top: float
@@ -400,8 +402,9 @@ def _interpolated(octave: _Octave, points: Array, height: Array, half: float) ->
 def _images(k: float, floor: Plane | None, roof: Plane | None) -> tuple[tuple[float, float, complex], ...]:
     """Return a coil and its images as (way, shift in m, strength without unit), with the coil first.
 
-    A current at height z has its image at height way z + shift, with way 1 or -1. The strength holds for horizontal
-    currents. The mirrors' reflection factors are taken at the wave number `k` (1/m).
+    `floor` and `roof` are the mirrors below and above, or None. A current at height z has its image at height way z +
+    shift, with way 1 or -1. The strength holds for horizontal currents. The mirrors' reflection factors are taken at
+    the wave number `k` (1/m).
     """
     at, images = np.array([k]), [(1.0, 0.0, 1.0 + 0.0j)]
     ends = [None if plane is None else complex(plane.factor(at)[0]) for plane in (floor, roof)]

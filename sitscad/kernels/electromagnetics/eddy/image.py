@@ -21,6 +21,7 @@ from sitscad.kernels.electromagnetics.constants import MU0
 from sitscad.kernels.electromagnetics.eddy.surface import CurrentClass, Surface
 
 Kernels: TypeAlias = tuple[Array, Array]
+"""Sums of inverse distances (1/m), for currents parallel to the mirrors and for currents perpendicular to them."""
 
 
 @record(eq=False)
@@ -104,7 +105,7 @@ def by_axis(kernels: Kernels, parity: tuple[int, int]) -> Sequence[Array]:
 
 
 def inverse_distances(points: Array, others_at: Array, mirror: Mirror) -> Kernels:
-    """Return sums of inverse distances (n, m; 1/m) of points (n, 3; m) from the mirror images of points (m, 3; m).
+    """Return sums of inverse distances (n, m; 1/m) of points (n, 3; m) from the images of `others_at` (m, 3; m).
 
     The first sum is for currents parallel to the mirrors, the second for currents perpendicular to them.
 
@@ -126,7 +127,7 @@ def inverse_distances(points: Array, others_at: Array, mirror: Mirror) -> Kernel
 
 
 def inverse_distance(points: Array, image_points: Array, way: float, shift: float) -> Array:
-    """Return 1 / distance (n, m; 1/m) of points (n, 3; m) from the images of other points (m, 3; m).
+    """Return 1 / distance (n, m; 1/m) of points (n, 3; m) from the images of `image_points` (m, 3; m).
 
     The image of a point at height z is at height `way` z + `shift` (m), with `way` 1 or -1.
     """
@@ -349,8 +350,9 @@ def _modes(
 ) -> tuple[list[Array], Array]:
     """Return the current patterns of one symmetry: weights of the functions by class, and currents (points, 3, k; A m).
 
-    They are the eigenvectors of the coupling to the image, relative to a current's own energy. `inverse` are inverse
-    distances (1/m) for currents along x, y and z. With a `fold`, points cover a quarter, and currents are weighted by
+    They are the eigenvectors of the coupling to the image, relative to a current's own energy. `classes` belong to the
+    fine surface, `coarse` are these classes on the surface with fewer points. `inverse` are inverse distances (1/m) for
+    currents along x, y and z. With a `fold`, points cover a quarter, and currents are weighted by
     `Folding.root_multiplicity`.
     """
     factors = [_matrix_factor(currents.functions.inductance) for currents in classes]

@@ -20,6 +20,7 @@ from sitscad.kernels.electromagnetics.eddy.image import ImageModes, Mirror, comb
 from sitscad.kernels.electromagnetics.eddy.surface import Metal, Surface, solve_currents
 
 Answered: TypeAlias = tuple[ComplexArray, ComplexArray | None, ComplexArray | None]
+"""Change of inductance (H), response of the image patterns to the coils (no unit), and to each other (1/H)."""
 
 AT_ONCE = 100_000
 """Largest number of target points, summed over coils and poses, for one evaluation of fields. It limits memory."""
@@ -35,9 +36,10 @@ The squared drive is the sum of linkage^2 / inductance over the functions, an es
 class SolvedTarget:
     """Metal target with the eddy currents that flux causes on its surface, solved at one frequency.
 
-    `near_face` (m) is the height of the near face in the surface's own frame. `mirror` is a reflecting plane behind the
-    board, None if there is none. `images` are the current patterns by which the target couples to its own mirror image.
-    `smooth` is the surface with fewer points, enough for the reflected field.
+    `metal` is the material and the frequency. `near_face` (m) is the height of the near face in the surface's own
+    frame. `mirror` is a reflecting plane behind the board, None if there is none. `images` are the current patterns by
+    which the target couples to its own mirror image. `smooth` is the surface with fewer points, enough for the
+    reflected field.
     """
 
     surface: Surface
@@ -183,7 +185,8 @@ class SolvedTarget:
     ) -> list[Array]:
         """Return the flux linkages (functions, poses, coils; Wb) of each coil with each class of currents.
 
-        Fields are evaluated at the points of `surface`, which has the same functions as the target's surface.
+        Fields are evaluated at the points of `surface`, which has the same functions as the target's surface. `turns`,
+        `places` and `centres` are explained in `changes`.
         """
         local = surface.points - np.array([0.0, 0.0, self.near_face])
         points = np.einsum("pij,nj->pni", turns, local) + places[:, None]

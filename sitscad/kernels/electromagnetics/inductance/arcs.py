@@ -19,7 +19,9 @@ from sitscad.kernels.electromagnetics.inductance.track_strands import FLOOR, Pai
 from sitscad.kernels.electromagnetics.special_functions import gauss
 
 Rule = tuple[Array, Array]
+"""Quadrature rule on [0, 1]: points and weights (no unit)."""
 Method = Callable[..., float]
+"""Function that returns the integral of t1.t2 / distance (m) over pairs of arcs."""
 
 FAR = 4.0
 """Distance of an arc's middle from another piece, divided by the arc's half length, above which `POINTS` are enough.
@@ -126,7 +128,7 @@ def _far_rule(arcs: Array) -> Rule:
 
 
 def arc_distances(first: Track, second: Track, pairs: Pairs) -> Array:
-    """Return lower bounds (n; m) of the distance in the plane between two arcs, for each pair.
+    """Return lower bounds (n; m) of the distance in the plane between arcs of two tracks, for each of the `pairs`.
 
     The bound is the distance of their middles minus both half lengths. It is negative if they may touch.
     """
@@ -153,8 +155,8 @@ def _middle_distances(first: Track, second: Track, pairs: Pairs) -> Array:
 def arcs_with_sides(first: Track, second: Track, pairs: Pairs, strands: StrandPairs) -> float:
     """Return the sum of t1.t2 / distance (m; Neumann's integral) over pairs of an arc and a straight side.
 
-    Arcs belong to the first track, sides to the second. Arcs are summed at Gauss points in the closed potential of the
-    sides.
+    Arcs belong to the first track, sides to the second. `strands` are the filaments that replace both tracks. Arcs are
+    summed at Gauss points in the closed potential of the sides.
     """
     if not pairs.first.size:
         return 0.0
@@ -172,7 +174,8 @@ def arcs_with_sides(first: Track, second: Track, pairs: Pairs, strands: StrandPa
 def _some_arcs_with_sides(arcs: Array, other: Track, pairs: Pairs, strands: StrandPairs, rule: Rule) -> float:
     """Return the sum of t1.t2 / distance (m; Neumann's integral) over pairs of an arc and a straight side by one rule.
 
-    `rule` holds the points and weights along an arc.
+    `arcs` (n, 6) belong to the first track, sides to the track `other`. `strands` are the filaments that replace both
+    tracks. `rule` holds the points and weights along an arc.
 
     Notes
     -----
@@ -199,9 +202,10 @@ def _some_arcs_with_sides(arcs: Array, other: Track, pairs: Pairs, strands: Stra
 
 
 def arcs_with_arcs(first: Track, second: Track, pairs: Pairs, strands: StrandPairs) -> float:
-    """Return the sum of t1.t2 / distance (m; Neumann's integral) over pairs of arcs.
+    """Return the sum of t1.t2 / distance (m; Neumann's integral) over pairs of an arc of each of two tracks.
 
-    The distance of each pair sets the method and the number of points.
+    `strands` are the filaments that replace both tracks. The distance of each pair sets the method and the number of
+    points.
     """
     if not pairs.first.size:
         return 0.0
@@ -254,10 +258,10 @@ def _distances(a: Array, b: Array) -> Array:
 
 
 def _opposite_arcs(a: Array, b: Array, strands: StrandPairs, times: Array, rule: Rule) -> float:
-    """Return the sum of t1.t2 / distance (m; Neumann's integral) over pairs of arcs whose centres lie well apart.
+    """Return the sum of t1.t2 / distance (m; Neumann's integral) over pairs of arcs whose centres are not close.
 
-    `a` and `b` (n, 6) are the arcs, `times` (n, heights) the multiplicities. The double integral uses `rule` for each
-    arc, with points crowded at the ends if the arcs may meet.
+    `a` and `b` (n, 6) are the arcs, `times` (n, heights) the multiplicities, `strands` the filaments that replace both
+    tracks. The double integral uses `rule` for each arc, with points crowded at the ends if the arcs may meet.
     """
     middle = np.zeros(1)
     p, q = _arc_points(a, middle, rule)[0], _arc_points(b, middle, rule)[0]
@@ -285,11 +289,13 @@ def _opposite_arcs(a: Array, b: Array, strands: StrandPairs, times: Array, rule:
 def _concentric_arcs(a: Array, b: Array, strands: StrandPairs, times: Array) -> float:
     """Return the sum of t1.t2 / distance (m; Neumann's integral) over pairs of concentric arcs with equal angle.
 
+    `a` and `b` (n, 6) are the arcs, `times` (n, heights) the multiplicities, `strands` the filaments that replace both
+    tracks.
+
     Notes
     -----
-    Derived here. Only the difference v of azimuths matters. So, for arcs of angle a, Neumann's double integral is the
-    integral of 2 (a - v) r1 r2 cos v / distance over v from 0 to a. Points are graded by v = scale sinh(t) about the
-    peak at 0.
+    Derived here. Only the difference v of azimuths matters. So, for arcs of angle a, Neumann's integral is the integral
+    of 2 (a - v) r1 r2 cos v / distance over v from 0 to a. Points are graded by v = scale sinh(t) about the peak at 0.
     """
     r1 = a[:, 2, None] - a[:, 4, None] * strands.offsets[0]
     r2 = b[:, 2, None] - b[:, 4, None] * strands.offsets[1]
@@ -313,8 +319,9 @@ def _concentric_arcs(a: Array, b: Array, strands: StrandPairs, times: Array) -> 
 def _other_arcs(a: Array, b: Array, strands: StrandPairs, times: Array, rule: Rule) -> float:
     """Return the sum of t1.t2 / distance (m; Neumann's integral) over near pairs of arcs that are not concentric.
 
-    The outer integral is over the points of `rule` on the first arc. The inner integral over the second arc has points
-    graded about the azimuth nearest to the outer point (`_TurnedTangents`).
+    `a` and `b` (n, 6) are the arcs, `times` (n, heights) the multiplicities, `strands` the filaments that replace both
+    tracks. The outer integral is over the points of `rule` on the first arc. The inner integral over the second arc has
+    points graded about the azimuth nearest to the outer point (`_TurnedTangents`).
     """
     where, tangent, length = _arc_points(a, strands.offsets[0], rule)
     b = b[:, :, None, None]

@@ -20,6 +20,7 @@ from sitscad.kernels.electromagnetics.inductance.mean_distance import height_nod
 from sitscad.kernels.electromagnetics.polynomials import barycentric_weights, chebyshev_points, node_counts
 
 Points = tuple[Array, Array]
+"""Points (n, 2; m) and their line elements (n, plans, 2; m)."""
 
 LEAF = 250
 """Largest number of points of a cluster that is not halved further."""
@@ -72,9 +73,10 @@ class Plans:
 
 @record(eq=False)
 class Cluster:
-    """Group of points (n, 2; m) with their line elements (n, plans, 2; m), in a box.
+    """Group of points in a box.
 
-    `centre` and `half` (2) are the centre and the half sides of the box (m).
+    `places` (n, 2; m) are the points, `elements` (n, plans, 2; m) their line elements. `centre` and `half` (2; m) are
+    the centre and the half sides of the box.
     """
 
     places: Array

@@ -169,6 +169,7 @@ def grouped_segments_inductance(sets: Sequence[SegmentSet], groups: Sequence[int
 
 
 Segments = tuple[Array, Array]
+"""Starts and ends of straight segments (n, 2 each; m)."""
 
 
 def _directions(p: Segments) -> tuple[Array, Array]:

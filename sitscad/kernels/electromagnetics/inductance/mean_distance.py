@@ -138,7 +138,10 @@ def strand_clearance(
 def clearance_table(
     height: float, widths: tuple[float, float], thicknesses: tuple[float, float], strands: int, levels: int = 1
 ) -> tuple[Array, Array]:
-    """Return distances across (101; m) and the terms of `strand_clearance` (101; m2) at each. The table is cached."""
+    """Return distances of centre lines (101; m), and the term to add to squared distances of strands (101; m2) at each.
+
+    The arguments are explained in `strand_clearance`. The table is cached.
+    """
     across = 5.0 * max(widths) * np.linspace(0.0, 1.0, 101) ** 1.5
     return across, strand_clearance(across, height, widths, thicknesses, strands, levels)
 

@@ -68,10 +68,10 @@ HALVINGS = 14
 class Pieces:
     """Pieces of one kind (straight or curved) of all distinct plans of a winding's layers, in metres and radians.
 
-    Columns of straight pieces (n, 8): start x, y, end x, y, then the mitre at the start and at the end (x, y each). A
-    mitre is the shift of the end per metre of offset to the left. Columns of curved pieces (n, 7): centre x, y, radius
-    and azimuth at the start, direction (+1 counter-clockwise), angle, and fall of the radius per radian. `owner` (n)
-    are plan numbers. `width` is the track width.
+    `rows` has one row per piece. Columns of straight pieces (n, 8): start x, y, end x, y, then the mitre at the start
+    and at the end (x, y each). A mitre is the shift of the end per metre of offset to the left. Columns of curved
+    pieces (n, 7): centre x, y, radius and azimuth at the start, direction (+1 counter-clockwise), angle, and fall of
+    the radius per radian. `owner` (n) are plan numbers. `width` is the track width.
     """
 
     rows: Array
@@ -268,7 +268,8 @@ def _side_by_side(
 ) -> SideBySide:
     """Return the mutual inductance (H) of two windings that do not overlap.
 
-    It is mu0 / (4 pi) times Neumann's sum over the points of all parts.
+    `first` and `second` are the pieces of both windings, `layers` and `other_layers` their layers. The result is mu0 /
+    (4 pi) times Neumann's sum over the points of all parts.
     """
     outline, other_outline = _outline(first), _outline(second)
     parts = [_parts(pieces, other_outline) for pieces in first]

@@ -154,7 +154,9 @@ def _panels(centres: Array, low: float, high: float, cuts: list[float]) -> tuple
 
 
 def _parallel_integral(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: Resolution) -> float:
-    """Return Neumann's integral (in lengths `unit`) of two spirals of equal sense, over their angles.
+    """Return Neumann's integral (in lengths `unit`; m) of two spirals of equal sense, over their angles.
+
+    `resolution` has the numbers of points.
 
     Notes
     -----
@@ -200,6 +202,7 @@ def _parallel_integral(first: SpiralLayer, second: SpiralLayer, unit: float, res
 
 
 Strand = tuple[float, Array, Array, Array, Array]
+"""Weight, coordinates along radius and azimuth, offset outwards, and length divided by the centre line's."""
 
 
 def _over_strands(
@@ -272,7 +275,9 @@ def _levels(height: float, thicknesses: tuple[float, float], levels: int) -> tup
 
 
 def _crossing_integral(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: Resolution) -> float:
-    """Return Neumann's integral (in lengths `unit`) of two spirals of opposite sense, which cross each other.
+    """Return Neumann's integral (in lengths `unit`; m) of two spirals of opposite sense, which cross each other.
+
+    `resolution` has the numbers of points.
 
     Notes
     -----

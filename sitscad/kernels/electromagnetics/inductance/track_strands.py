@@ -41,7 +41,7 @@ class Track:
     Straight sides: `starts`, `ends` (n, 2), and the mitres `before` (at the start) and `after` (at the end; n, 2). A
     mitre is the shift of the end per metre of offset to the left. Columns of `arcs` (m, 6): centre x, y, radius,
     azimuth of the start, direction (+1 counter-clockwise), angle. `turnings` (k) are the angles by which the track
-    turns at its mitred corners. `z` is the height of the mid-plane.
+    turns at its mitred corners. `width` and `thickness` are the cross-section, `z` is the height of the mid-plane.
     """
 
     starts: Array
@@ -93,6 +93,7 @@ class Pairs:
 
 
 Side = tuple[tuple[float, float], tuple[float, float]]
+"""Straight side: (x, y) of the start and of the end (m)."""
 BentPiece = tuple[tuple[float, float], float, float, float, float]
 """Arc: centre (x, y), radius, azimuth of the start, direction (+1 counter-clockwise), angle (m, rad)."""
 

@@ -107,9 +107,10 @@ def _levels(first: Track, second: Track, count: int, smooth: bool) -> int:
 
 
 def _integral_part(first: Track, second: Track, pairs: Pairs, strands: tuple[int, int], smooth: bool) -> float:
-    """Return the sum of t1.t2 / distance (m; Neumann's integral) over pairs of sides.
+    """Return the sum of t1.t2 / distance (m; Neumann's integral) over pairs of sides of two tracks.
 
-    `strands` are the numbers of strands for distant pairs and for near pairs.
+    `strands` are the numbers of strands for distant pairs and for near pairs. `smooth` is true if sides and arcs join
+    smoothly.
     """
     near = side_distances(first, second, pairs) < NEAR * max(first.width, second.width)
     usual = _sum(
@@ -139,6 +140,8 @@ def _sum(first: Track, second: Track, pairs: Pairs, strands: StrandPairs) -> flo
 def _near_strands(first: Track, second: Track, strands: tuple[int, int], smooth: bool) -> tuple[tuple[int, float], ...]:
     """Return (number of strands, weight without unit) of each sum whose weighted total is used for near pairs.
 
+    `strands` are the numbers of strands for distant and near pairs. `smooth` is true if sides and arcs join smoothly.
+
     Notes
     -----
     At corners above each other, each extra strand reduces the error if tracks are wide compared with their distance.
@@ -166,7 +169,10 @@ def side_distances(first: Track, second: Track, pairs: Pairs) -> Array:
 
 
 def _points_to_sides(start: Array, end: Array, other_start: Array, other_end: Array) -> Array:
-    """Return least squared distances (n; m2) of the ends and the middle of one side from another side (n, 2; m)."""
+    """Return least squared distances (n; m2) of the ends and the middle of one side from another side.
+
+    `start` and `end` (n, 2; m) belong to the first side, `other_start` and `other_end` to the other side.
+    """
     step = other_end - other_start
     length = np.hypot(step[:, 0], step[:, 1])
     tx, ty = step[:, 0] / length, step[:, 1] / length
@@ -183,7 +189,7 @@ def _points_to_sides(start: Array, end: Array, other_start: Array, other_end: Ar
 def _parallel_sides(first: Track, second: Track, pairs: Pairs, tangents: Array, strands: StrandPairs) -> float:
     """Return the sum of t1.t2 / distance (m) over pairs of parallel sides, by the closed form of `parallel_filaments`.
 
-    `tangents` (n, 2) are the unit vectors along the first sides.
+    `tangents` (n, 2) are the unit vectors along the first sides, `strands` the filaments that replace both tracks.
     """
     offset = second.starts[pairs.second] - first.starts[pairs.first]
     lateral = np.abs(tangents[:, 0] * offset[:, 1] - tangents[:, 1] * offset[:, 0])
@@ -206,8 +212,8 @@ def _inclined_sides(
 ) -> float:
     """Return the sum of t1.t2 / distance (m) over pairs of inclined sides, by the closed form of `inclined_integral`.
 
-    `directions` (n, 2 each) are unit vectors along both sides. For tracks that cross above each other, the mean of
-    1/distance needs no second height (to 4th order).
+    `directions` (n, 2 each) are unit vectors along both sides, `strands` the filaments that replace both tracks. For
+    tracks that cross above each other, the mean of 1/distance needs no second height (to 4th order).
     """
     is_level = first.z == second.z
     extra = strands.clearance(side_distances(first, second, pairs)) if is_level else np.zeros(pairs.first.size)
@@ -330,10 +336,10 @@ def _neumann(tracks: Sequence[Track], layers: Sequence[Layers], strands: tuple[i
 class _Stack:
     """Layers of a winding, with pairs of layers grouped by height difference and thicknesses.
 
-    `relations` are lists of pairs of layers with equal height difference and thicknesses. `whole` is a single track of
-    all pieces. `strands` are the numbers of strands for distant and near pairs. `squares` (n; m2) are all squared
-    heights between layers, two for each difference because of the copper's thickness. `spread` (relations, squares) is
-    the multiplicity of each squared height in each relation.
+    `tracks` are the layers. `relations` are lists of pairs of layers with equal height difference and thicknesses.
+    `whole` is a single track of all pieces. `strands` are the numbers of strands for distant and near pairs. `squares`
+    (n; m2) are all squared heights between layers, two for each difference because of the copper's thickness. `spread`
+    (relations, squares) is the multiplicity of each squared height in each relation.
     """
 
     tracks: Sequence[Track]

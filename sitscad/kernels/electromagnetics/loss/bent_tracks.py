@@ -280,9 +280,9 @@ def _single_arc_blocks(x: float, y: float, turn: float, width: float) -> tuple[B
 def _consecutive_arc_blocks(starts: Array, ends: Array, turns: Array, width: float) -> Iterator[Block]:
     """Yield the blocks into which consecutive arcs are divided.
 
-    Each block has nodes (n, 2; m), length (m), turning angle (rad) and direction (rad). The direction is at the middle
-    of the block. For arcs that turn by `ROUND` or more, it is at the middle of the whole step of `BLOCK` that contains
-    the block.
+    `starts`, `ends` (n, 2; m) and `turns` (n; rad) describe the arcs, `width` (m) is the track's. Each block has nodes
+    (n, 2; m), length (m), turning angle (rad) and direction (rad). The direction is at the middle of the block. For
+    arcs that turn by `ROUND` or more, it is at the middle of the whole step of `BLOCK` that contains the block.
     """
     sign = math.copysign(1.0, turns[0])
     spans = ends - starts
@@ -324,10 +324,10 @@ def _on_arcs(start: Array, end: Array, turn: Array, fraction: Array) -> Array:
 
 
 def _group(groups: list[tuple[float, int]], heading: float, part: int) -> int:
-    """Return the number of the group of a direction (rad), with separate groups for straight sides and arcs.
+    """Return the number of the group to which a direction `heading` (rad) belongs.
 
-    `groups` lists the direction and the kind (`part`) of each group. If no group of this kind differs by less than
-    `ABREAST`, a new group is appended.
+    `groups` lists the direction and the kind (`part`: 0 straight side, 1 arc) of each group. If no group of this kind
+    is within `ABREAST` of the direction, a new group is appended.
     """
     for number, (other, kind) in enumerate(groups):
         if kind == part and abs(math.remainder(heading - other, 2.0 * math.pi)) < ABREAST:
@@ -339,7 +339,7 @@ def _group(groups: list[tuple[float, int]], heading: float, part: int) -> int:
 def _cut(sides: _Sides, index: Index, fraction: float, weight: float) -> Cut:
     """Return the cross-sections of some sides (m) where a plane cuts them at a fraction of their lengths.
 
-    Each represents `weight` times the length of its side.
+    `index` are the numbers of the sides. Each cross-section represents `weight` times the length of its side.
     """
     place, tangent = _place(sides, index, fraction)
     z, width, thickness = sides.section[index].T
@@ -348,7 +348,10 @@ def _cut(sides: _Sides, index: Index, fraction: float, weight: float) -> Cut:
 
 
 def _place(sides: _Sides, index: Index, fraction: float) -> tuple[Array, Array]:
-    """Return the points (n, 2; m) at a fraction of some sides' lengths, and the unit vector (2) of the first side."""
+    """Return the points (n, 2; m) at a fraction of some sides' lengths, and the unit vector (2) of the first side.
+
+    `index` are the numbers of the sides.
+    """
     span = sides.end[index] - sides.start[index]
     return sides.start[index] + fraction * span, span[0] / np.hypot(*span[0])
 
@@ -356,7 +359,8 @@ def _place(sides: _Sides, index: Index, fraction: float) -> tuple[Array, Array]:
 def _driven_cut(sides: _Sides, index: Index, fraction: float, weight: float, modes: ModeSet) -> tuple[Cut, Array]:
     """Return the cross-sections of some sides, and the flux (tracks, points; Wb/m/A) of bends and the whole path.
 
-    The plane cuts the sides at a fraction of their lengths. Biot and Savart for straight filaments.
+    `index` are the numbers of the sides. The plane cuts them at a fraction of their lengths. Each cross-section
+    represents `weight` times the length of its side. Biot and Savart for straight filaments.
     """
     place, tangent = _place(sides, index, fraction)
     cut = _cut(sides, index, fraction, weight)
@@ -409,7 +413,8 @@ def _bend_flux(cut: Cut, half: Array, modes: ModeSet) -> Array:
 def _source_chords(sides: _Sides, index: Index, place: Array) -> tuple[_Chords, Index]:
     """Return the chords whose field acts on points (n, 2; m), and the indices of the tracks' own chords.
 
-    Blocks of arcs at a distance (`DISTANT`) are represented by a third of their chords.
+    `place` are the points, `index` the numbers of the sides in the plane. Blocks of arcs at a distance (`DISTANT`) are
+    represented by a third of their chords.
     """
     near = box_of(place).distance(sides.middle, sides.middle) < DISTANT * sides.reach
     near[sides.block[index]] = True

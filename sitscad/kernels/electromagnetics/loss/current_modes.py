@@ -42,24 +42,24 @@ FEW = 64
 
 @record(eq=False)
 class ProximityLoss:
-    """Resistance and inductance of a winding against frequency.
+    """Resistance and inductance of a winding by frequency.
 
-    Each mode adds w2 s / (1 + w2 tau2) to the resistance and subtracts w2 s tau / (1 + w2 tau2) from the inductance,
-    where w2 is the squared angular frequency.
+    Let w be the angular frequency. Each mode adds w^2 s / (1 + w^2 tau^2) to the resistance and subtracts w^2 s tau /
+    (1 + w^2 tau^2) from the inductance.
 
     Attributes
     ----------
     direct : float
         resistance for direct current (ohm)
     rates : array (n,)
-        relaxation times tau (s)
+        relaxation times tau of the modes (s)
     strengths : array (n,)
-        squared couplings s (ohm s2)
+        squared couplings s of the modes (ohm s2)
     direct_change : float
-        inductance (H) for direct current less the inductance of an even current. Direct current crowds to the inside of
-        bends
+            inductance (H) for direct current minus the inductance of a uniform current. Direct current crowds to the
+        inside of bends.
     unresolved : float
-        part of the strengths (ohm s2) that belongs to negative relaxation times, which no real track has
+        part of the strengths (ohm s2) that belongs to negative relaxation times, which are numerical errors
     """
 
     direct: float
@@ -256,8 +256,9 @@ def path_drive(cut: Cut, smooth: Array, conductivity: float, modes: ModeSet) -> 
     """Return the drive (modes) of the modes by the flux that the real path adds to the flux of straight tracks.
 
     `smooth` (tracks, points; Wb/m/A) is the vector potential along each track per ampere. It is multiplied by the
-    path's length at the point, divided by the centre line's length. The sum of -mu0 / (2 pi) sqrt(length_j / length_i)
-    ln(distance / `cut.unit`) over the other centre lines is subtracted from it. The conductivity is in S/m.
+    path's length at the point, divided by the centre line's length. The part of straight tracks is subtracted: the sum
+    of -mu0 / (2 pi) sqrt(length_j / length_i) ln(distance / `cut.unit`) over the other centre lines. The conductivity
+    is in S/m.
     """
     scale = mode_conductances(cut, conductivity, modes) * np.sqrt(cut.length)[:, None]
     stretch = np.sqrt(1.0 + cut.curvature[:, None] * 0.5 * cut.width[:, None] * local_points(modes)[0])
@@ -269,9 +270,10 @@ def _lanczos(
 ) -> list[tuple[Array, Array]]:
     """Return nodes (s) and weights (ohm s2) of the spectral measure of a symmetric matrix, for each vector (k, n).
 
-    They are a Gauss quadrature on the range of the projector, exact in 2 * steps moments. The method is Lanczos'
-    recursion with full orthogonalisation (Golub and Meurant, Matrices, Moments and Quadrature with Applications, 2010).
-    It ends early if R and L no longer change (`SETTLED`).
+    `vectors` are the drives, `project` removes the net currents. The nodes are a Gauss quadrature on the range of this
+    projector, exact in 2 * steps moments. The method is Lanczos' recursion with full orthogonalisation (Golub and
+    Meurant, Matrices, Moments and Quadrature with Applications, 2010). It ends early if R and L no longer change
+    (`SETTLED`).
     """
     norms = np.linalg.norm(vectors, axis=1)
     count, length = min(steps, vectors.shape[1]), np.zeros(len(vectors), dtype=np.intp)
@@ -318,7 +320,7 @@ def _relative_effects(diagonal: Array, beside: Array) -> Array:
 def _spectral_measure(diagonal: Array, beside: Array, norm: float) -> tuple[Array, Array]:
     """Return nodes (s) and weights of the spectral measure of a symmetric tridiagonal matrix (Golub and Welsch 1969).
 
-    `norm` is the length of the driving vector.
+    `diagonal` (n) and `beside` (n - 1) are the matrix. `norm` is the length of the driving vector.
     """
     if not diagonal.size:
         return np.zeros(1), np.zeros(1)

@@ -19,6 +19,7 @@ from sitscad.basics.record import record
 from sitscad.kernels.electromagnetics.polynomials import barycentric_weights, chebyshev_points, node_counts
 
 Single = NDArray[np.float32]
+"""Array in single precision."""
 
 AT_ONCE = 60_000
 """Number of pairs of points and filaments evaluated at once: these fit into the processor's cache."""

@@ -29,6 +29,7 @@ from sitscad.kernels.electromagnetics.special_functions import bessel_orders, ga
 from sitscad.kernels.solve_cache import cached_solution
 
 Source = tuple[Array, Array, Array]
+"""Field of a coil: wave numbers (k; 1/m), weights (k; 1/m) and spectra (planes, k) or (k) (m)."""
 
 MARGIN = 3.0
 """Distance from the coil's edge, divided by (radius + gap), beyond which a plate's metal has an effect below 0.2 %."""
@@ -104,7 +105,7 @@ class CoaxialRings:
 class FinitePlate:
     """Flat plate, a rectangle or a disc.
 
-    `size` (m) is along x and y; for a disc, it is the diameter twice. `thickness` is in m.
+    `size` (m) is along x and y; for a disc (`is_round`), it is the diameter twice. `thickness` is in m.
     """
 
     size: tuple[float, float]
@@ -169,7 +170,7 @@ def plate_loss_ratio(
 def _changes(plate: FinitePlate, coil: CoaxialRings, offsets: Array, gap: float, floor: float) -> tuple[Array, float]:
     """Return the size of the change of inductance by the plate (places) and by an infinite plate, in mu0 pi (m).
 
-    Results are cached by `cached_solution`.
+    The arguments are explained in `plate_ratio`. Results are cached by `cached_solution`.
     """
     places = np.atleast_2d(np.asarray(offsets, dtype=float))
 
@@ -186,7 +187,8 @@ def _solved_changes(
 ) -> tuple[Array, Array]:
     """Compute the change of inductance by the plate (places) and by an infinite plate, in mu0 pi (m).
 
-    The sheet is solved by `_sheet_changes`. The field that the thickness excludes is from `_field_on`.
+    The arguments are explained in `plate_ratio`. The sheet is solved by `_sheet_changes`. The field that the thickness
+    excludes is from `_field_on`.
     """
     outer = float(coil.radii.max())
     middle = gap + _sheet_depth(plate, outer)
@@ -367,8 +369,9 @@ def _slenderness(plate: FinitePlate, coil: CoaxialRings) -> tuple[float, float]:
 def _infinite_plate_change(k: Array, weights: Array, spectrum: Array, room: float, poles: bool = False) -> float:
     """Return the size of the change of inductance by an infinite plate, in units of mu0 pi (m).
 
-    It is the integral of the spectrum's square (Dodd and Deeds 1968). `room` (m) is the plate's distance from the
-    mirror; the repeated reflections are a geometric series. With `poles`, the plate is magnetic.
+    It is the integral of the spectrum's square (Dodd and Deeds 1968) over wave numbers `k` (1/m) with `weights` (1/m).
+    `room` (m) is the plate's distance from the mirror; the repeated reflections are a geometric series. With `poles`,
+    the plate is magnetic.
     """
     sign = 1.0 if poles else -1.0
     echo = 1.0 + sign * np.exp(-2.0 * k * room) if math.isfinite(room) else 1.0
@@ -380,8 +383,10 @@ def _field_on(
 ) -> Array:
     """Return the part of the coil's squared field that falls on the plate, divided by the whole (places; no unit).
 
-    `bessel` is J1 for the field along the plane, J0 for the field through it. The field at a distance from the axis is
-    the Hankel transform of the spectrum. Its square over the whole plane is by Parseval's theorem (textbook).
+    `half` (m) are half sides of the plate, `offsets` (places, 2; m) positions of the coil's axis, `source` is the
+    coil's spectrum. `detail` (m) is the length over which the field varies. `bessel` is J1 for the field along the
+    plane, J0 for the field through it. The field at a distance from the axis is the Hankel transform of the spectrum.
+    Its square over the whole plane is by Parseval's theorem (textbook).
     """
     k, weights, spectrum = source
     panels = min(6, 1 + math.ceil(float(half.max()) / (6.0 * detail)))
@@ -427,8 +432,9 @@ def _modes(half: float, detail: float) -> int:
 def _fluxes(half: Array, offsets: Array, source: Source, counts: tuple[int, int]) -> Array:
     """Return the flux (s, places, functions along x, along y; m, in units of mu0 / 2) through a rectangle's functions.
 
-    There are s spectra (s, k). The field is the integral of k J0(k r) times the spectrum. The flux is its projection by
-    `_chebyshev_projection`.
+    `half` (m) are half sides, `offsets` (places, 2; m) positions of the coil's axis, `counts` the numbers of functions
+    along x and y. `source` has s spectra (s, k). The field is the integral of k J0(k r) times the spectrum. The flux is
+    its projection by `_chebyshev_projection`.
     """
     u, v = (_chebyshev_projection(n) for n in counts)
     farthest = float(np.hypot(*(np.abs(offsets) + half).T).max())
@@ -506,8 +512,8 @@ def sheet_ratios(
 ) -> Array:
     """Return approximate results of `plate_ratio` (gaps, offsets; no unit) at several gaps (m), for screening.
 
-    Only the sheet is solved, with few waves and functions. The field that the thickness excludes is assumed to change
-    in the ratio of the sheet's effect.
+    The other arguments are explained in `plate_ratio`. Only the sheet is solved, with few waves and functions. The
+    field that the thickness excludes is assumed to change in the ratio of the sheet's effect.
     """
     offsets, outer = np.atleast_2d(np.asarray(offsets, dtype=float)), float(coil.radii.max())
     middles = gaps + _sheet_depth(plate, outer)

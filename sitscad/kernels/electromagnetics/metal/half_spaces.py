@@ -194,8 +194,8 @@ def raised_inductances(
 ) -> ComplexArray:
     """Return the reflectors' contribution (n; H, complex) to a coil's inductance, for several upper distances.
 
-    The `frequency` is in Hz. The upper reflector is farther away by each of the lengths `raised` (n; m). See
-    `reflected_inductances`.
+    `above` and `below` are the reflectors on both sides, the `frequency` is in Hz. The upper reflector is farther away
+    by each of the lengths `raised` (n; m). See `reflected_inductances`.
     """
     power = _returned_power(spectrum, np.array([frequency]), above, below, raised[:, None])
     return np.asarray(MU0 * math.pi * (power @ spectrum.weights))

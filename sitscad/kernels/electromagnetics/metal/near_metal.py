@@ -59,9 +59,9 @@ PERFECT = 1e18
 class _ReflectedCuts:
     """Current modes in all half-planes of a winding, and their amplitudes in the waves.
 
-    `tables` (half-planes, 2 k, modes; m sqrt(S)) holds, for each of k wave numbers, the waves that decay downwards,
-    then the waves that decay upwards. It is in single precision, because it is most of the memory of an estimate. Half-
-    planes with fewer tracks are padded with zeros.
+    `systems` are the equations of the modes in each half-plane. `tables` (half-planes, 2 k, modes; m sqrt(S)) holds,
+    for each of k wave numbers, the waves that decay downwards, then the waves that decay upwards. It is in single
+    precision, because it is most of the memory of an estimate. Half-planes with fewer tracks are padded with zeros.
     """
 
     systems: tuple[ModeSystem, ...]
@@ -118,10 +118,10 @@ def _zero_padded(rows: Array, count: int) -> Array:
 class CrowdingNearMetal:
     """Inductance changes by eddy currents in a winding's tracks near metal, by frequency and reflectors.
 
-    `levels` (m) are the lowest and highest mid-plane. `wave_numbers` and `weights` (k; 1/m) are nodes and weights of
-    the integral over waves. `bends` is explained in `crowding_near_metal`, `steps` is the number of Krylov steps. For
-    screening, `nearest` (m) is given. Then one subspace serves all metal on one side or on both, from perfect
-    conductors at this distance. `known` and `changed` cache subspaces and results.
+    `cuts` are the current modes with their waves. `levels` (m) are the lowest and highest mid-plane. `wave_numbers` and
+    `weights` (k; 1/m) are nodes and weights of the integral over waves. `bends` is explained in `crowding_near_metal`,
+    `steps` is the number of Krylov steps. For screening, `nearest` (m) is given. Then one subspace serves all metal on
+    one side or on both, from perfect conductors at this distance. `known` and `changed` cache subspaces and results.
     """
 
     cuts: _ReflectedCuts
@@ -137,8 +137,8 @@ class CrowdingNearMetal:
     def change(self, frequency: float, above: Reflector | None, below: Reflector | None) -> complex:
         """Return the change (H, complex) to add to the sum of two effects at a `frequency` (Hz) near reflectors.
 
-        The two effects are the reflection of a uniform current and the current crowding in free air. The imaginary part
-        times -omega is a resistance.
+        The two effects are the reflection of a uniform current and the current crowding in free air. `above` and
+        `below` are the reflectors on both sides, or None. The imaginary part times -omega is a resistance.
         """
         return complex(self.changes(np.array([frequency]), above, below)[0])
 
