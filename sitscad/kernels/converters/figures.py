@@ -24,7 +24,7 @@ WORDS = "words"
 class Limit:
     """Data-sheet value of a converter family in SI units, with its source.
 
-    `verified` is True if the value was compared with the source.
+    `verified` is True if the source was read for this value.
     """
 
     value: float

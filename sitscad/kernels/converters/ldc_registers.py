@@ -20,10 +20,13 @@ DATA_FLAGS = {
     "ERR_WD": (0x2000, "watchdog timeout: the sensor does not oscillate"),
     "ERR_AE": (0x1000, "amplitude outside about 1.2 to 1.8 V"),
 }
-"""Error flags in the upper or only register of a result, by name: mask and meaning. Register STATUS has them, too."""
+"""Error flags in the upper or only register of a result, by name: mask and meaning.
+
+The nominal amplitudes are from the description of register STATUS.
+"""
 
 WATCHDOG_RECOVERY = 5.2e-3
-"""Time (s) that the watchdog adds for a channel that does not oscillate (TI SNOSCY9A, 6.5: sensor recovery time)."""
+"""Time (s) that a channel without oscillation takes, by the watchdog (TI SNOSCY9A, 6.5: sensor recovery time)."""
 
 ORDER = "CONFIG comes last and wakes the device"
 """Text on the order of writing in the firmware's header file (data sheet, 8.2.5)."""

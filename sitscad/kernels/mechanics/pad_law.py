@@ -104,9 +104,9 @@ class Ogden:
     def _more(self, strain: Number, linear: float, square: Number) -> Number:
         """Return the difference of a factor from 1 (no unit) at a compressive strain, by two coefficients.
 
-        For exponents above 2 a pad is softer at first, by (alpha - 2) times `linear` (1/4 for a bar, textbook). At
-        larger strain it is stiffer, by `hardening` times `square`. For exponents below 2 the signs are opposite, and
-        the factor stays above 0.
+        For exponents above 2 a pad is softer at first, by (alpha - 2) times `linear` times the strain (1/4 for a bar,
+        textbook). At larger strain it is stiffer, by `hardening` times `square` times the squared strain. For exponents
+        below 2 the signs are opposite, and the factor stays above 0.
         """
         more = self.hardening * square * strain * strain
         if self.hardening < 0.0:

@@ -49,8 +49,7 @@ class BodyEnergies:
     def jump(self, square: complex, permeability: float) -> Array:
         """Return S - T (2, n, n; m), the vacuum's energies minus the metal's, as real and imaginary part.
 
-        `square` is g (1/m2), the squared wave number in the metal at relative permeability 1; `permeability` is
-        relative.
+        `square` is g (1/m2), the squared wave number in the metal; `permeability` is relative.
         """
         difference = permeability * self.within(square)
         difference[0] += (1.0 - permeability) * self.vacuum

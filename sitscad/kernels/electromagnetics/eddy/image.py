@@ -242,10 +242,10 @@ class Mirror:
 class ImageModes:
     """Current patterns by which a target couples to its own mirror image.
 
-    `within` (functions, k; one array per class) are the k patterns as weights of the class's stream functions. `points`
-    (points, 3; m) are relative to the middle of the near face. `currents` (points, 3, k; A m) are the patterns at these
-    points. `folding` is the quarter of a symmetric target, None if the target has no symmetry. `parities` lists the
-    symmetries along x and y, each with its number of patterns, in their order.
+    `within` (functions, k; one array per class) are the flux linkages of the class's stream functions with the k
+    patterns. `points` (points, 3; m) are relative to the middle of the near face. `currents` (points, 3, k; A m) are
+    the patterns at these points. `folding` is the quarter of a symmetric target, None if the target has no symmetry.
+    `parities` lists the symmetries along x and y, each with its number of patterns, in their order.
     """
 
     within: tuple[Array, ...]
@@ -289,7 +289,7 @@ class ImageModes:
 
 
 def image_modes(surface: Surface, coarse: Surface, near_face: float, closest: float, mirror: Mirror) -> ImageModes:
-    """Return the current patterns by which a target couples to its mirror image (weights without unit, A m).
+    """Return the current patterns (A m) by which a target couples to its mirror image, and their flux linkages.
 
     They are complete for every pose with the near face at z = `closest` (m) or farther from the mirror.
 
@@ -348,7 +348,7 @@ def _modes(
     classes: Sequence[CurrentClass], coarse: Sequence[CurrentClass], inverse: Sequence[Array],
     fold: Folding | None = None
 ) -> tuple[list[Array], Array]:
-    """Return the current patterns of one symmetry: weights of the functions by class, and currents (points, 3, k; A m).
+    """Return the current patterns of one symmetry: flux linkages by class, and currents (points, 3, k; A m).
 
     They are the eigenvectors of the coupling to the image, relative to a current's own energy. `classes` belong to the
     fine surface, `coarse` are these classes on the surface with fewer points. `inverse` are inverse distances (1/m) for
