@@ -52,9 +52,9 @@ def check_requirement(
 ) -> Iterator[Verdict]:
     """Yield the estimated value for the requirement `key`, and a finding if the value exceeds the requirement.
 
-    `most` is the value with its axis and working point. `limit` is the requirement of this axis, if the key has one
-    value per axis. With `slows`, a lower scan rate is tried, too. With `shrinks`, smaller pads are tried, too. The
-    changes of `first` are tried before all others.
+    `most` is the value with its axis and working point. `limit` is the requirement on this axis, if the key has one
+    value per axis. The changes in `first` are tried first. With `slows`, a lower scan rate is tried, too, and with
+    `shrinks`, smaller pads.
     """
     limit_value = getattr(design.spec.requirements, key) if limit is None else limit
     yield RequirementResult(key, rule, most.value, limit_value, unit, most.axis, most.at)
@@ -355,7 +355,7 @@ def temperature_error(sensing: SensingAnalysis, design: Design) -> Iterator[Verd
 
 
 BESIDE_NOISE = 10.0
-"""Ratio of two changes of the reading, by one degree of tilt and by noise, above which there is a note."""
+"""Change of the reading by one degree of tilt divided by the noise, above which there is a note."""
 
 
 @rule_of_performance
@@ -444,10 +444,10 @@ def _unseen_axis(cause: str) -> str:
 
 
 def unseen_shear(design: Design) -> Iterator[Verdict]:
-    """Yield findings if shear that the array does not measure causes too large a false reading on other axes.
+    """Yield findings if shear that the coils do not measure causes too large an error on other axes.
 
-    Only axes with a requirement are checked. The reading is computed only if a requirement needs performance, because
-    it doubles the time to check a single coil.
+    Only axes with a requirement are checked. The error is computed only if a requirement needs the sensing performance,
+    because it doubles the time to check a single coil.
     """
     requirements = design.spec.requirements
     is_note = len(design.spec.array.placements) == 1 and bool(requirements.shear_force)

@@ -24,7 +24,7 @@ from sitscad.spec.sensor import Requirements, SensorSpec
 from sitscad.spec.yaml.source import SpecSource
 
 ROUNDING = 1e-9
-"""Largest difference (m) between two lengths that count as equal: rounding errors are below a nanometre."""
+"""Difference (m) below which two lengths count as equal. Rounding errors are below a nanometre."""
 
 
 @record
@@ -168,7 +168,7 @@ _FEELING = {"normal resolution": ("normal_resolution",), "shear resolution": ("s
             "shear error": ("shear_error",), "moment error": ("moment_error",),
             "crosstalk": ("crosstalk",), "tilt error": ("tilt", "tilt_error"), "friction error": ("friction_error",),
             "temperature error": ("temperature_range", "temperature_error")}
-"""Needs of rules about sensing performance (SIT4xx), each with its keys in the section ``requirements``."""
+"""Needs of rules on sensing performance (SIT4xx), each with its keys in the section ``requirements``."""
 
 
 _REQUIRED = _ASKED | _FEELING | {"force": ("normal_force", "shear_force")}
@@ -212,7 +212,7 @@ NEEDS: dict[str, tuple[Callable[[SensorSpec], bool], str]] = {
 
 @record
 class Outcome:
-    """Finding before its place in the spec's text is known, with the families of changes to try for it."""
+    """A finding that is not yet located in the spec's text, with the families of changes to try for its hint."""
 
     finding: Finding
     fixes: tuple[Family, ...] = ()
@@ -220,7 +220,7 @@ class Outcome:
 
 OF_ONE_CELL = {"SIT218", "SIT221", "SIT304", "SIT306", "SIT310", "SIT312", "SIT313", "SIT327",
                *(f"SIT40{k}" for k in range(1, 10)), "SIT411", "SIT412", "SIT413", "SIT414"}
-"""Rules about target, pad and performance. With several cells, they are applied to the worst cell only.
+"""Rules on target, pad and performance. With several cells, they are applied only to the worst cell.
 
 No changes are tried for their hints, because trials need a whole sensor.
 """
@@ -230,19 +230,19 @@ OF_ARTWORK = frozenset(f"SIT{number}" for number in range(101, 134))
 """Rules about the artwork of sitscad's own boards. They do not apply to boards that the user drew."""
 
 OF_THE_SOFTEST = {"SIT304", "SIT310", "SIT312"}
-"""Rules of `OF_ONE_CELL` about the pad's compression, which name the softest cell first.
+"""Rules of `OF_ONE_CELL` on the pad's compression, for which the cell with the softest pad is reported first.
 
-If two cells are equally bad, the finding is about the cell whose pad has the fewest webs to its neighbours.
+If two cells are equally bad, the finding is on the cell whose pad has the fewest webs to its neighbours.
 """
 
 
 def apply_rule(
     rule: Rule, design: Design, least: Severity | None = Severity.NOTE
 ) -> tuple[list[Finding], list[NotChecked]]:
-    """Return the findings of one rule with their places in the spec's text, and the reasons for cases not checked.
+    """Return the findings of one rule, located in the spec's text, and the reasons for cases not checked.
 
-    No changes are tried for hints. Hints are omitted for findings milder than `least`, and for all findings if it is
-    None.
+    Hints contain only general advice, because no changes are tried. Findings milder than `least` have no hint. If
+    `least` is None, no finding has a hint.
     """
     results, undecided = outcomes(rule, design, least)
     return [locate_finding(outcome.finding, design.spec.source) for outcome in results], undecided

@@ -70,10 +70,10 @@ class Trials:
         return locate_finding(replace(finding, hint=hint, fixes=as_written(remedies, source)), source)
 
     def mending(self, finding: Finding, outcome: Outcome) -> Search:
-        """Return the changes of an outcome that were tried, and whether they mend its finding.
+        """Return the changes that were tried for a finding, and whether they remove it.
 
-        With a small budget, no changes are tried for notes. If the budget is used up before the first trial, no change
-        is tried.
+        With a small limit of trials, no changes are tried for notes. If the limit is reached before the first trial, no
+        change is tried.
         """
         is_over = self.budget.is_spent and not self._tried
         if is_over or (finding.severity is Severity.NOTE and not self.budget.is_long):
@@ -145,7 +145,7 @@ class Trials:
     def _gain(self, finding: Finding, trial: _ChangedDesign) -> float:
         """Return the factor by which a change brings a finding's value nearer to its limit.
 
-        It is 1 if a rule has new warnings, or if another rule's value gets worse.
+        1 if a rule has new warnings, or if another rule's value becomes worse.
         """
         remaining = self._side_effects(trial)
         findings, _ = trial.results_by_rule.get(finding.rule, ([], []))

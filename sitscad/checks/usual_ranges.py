@@ -154,9 +154,9 @@ def unusual_values(design: Design) -> Iterator[Verdict]:
 
 
 def _relative_excess(usual: UsualRange, value: float) -> float:
-    """Return the distance of a value beyond the bound that it exceeds, divided by this bound.
+    """Return the distance of a value from the bound that it exceeds, divided by this bound.
 
-    A bound of 0 counts as 1. The result is negative if the value lies in the range.
+    A bound of 0 is replaced by 1. The result is negative if the value is inside the range.
     """
     passed = ((usual.low, usual.low - value), (usual.high, value - usual.high))
     return max(by / (abs(bound) or 1.0) for bound, by in passed if math.isfinite(bound))

@@ -1,1 +1,1 @@
-"""Studies: from requirements to the designs that meet them best."""
+"""Studies: search for the designs that meet given requirements best, by varying keys of a base spec."""

@@ -1,4 +1,8 @@
-"""Result of a study: whether a design meets the requirements, which limits refuse designs, and the selected designs."""
+"""Result of a study: whether a design meets the requirements, which limits refuse designs, and the selected designs.
+
+A study varies keys of a base spec. A design is one combination of their values, and a point is the tuple of the values'
+numbers. The screen level evaluates a design quickly, and the full level like `check`.
+"""
 
 from __future__ import annotations
 
@@ -86,8 +90,8 @@ class KeptDesign:
 def binding_limits(request: StudyRequest, results: StudyResults) -> list[Binding]:
     """Return the rules and requirements that refuse designs, sorted by the fraction that each alone refuses.
 
-    A design that cannot be drawn is not checked further. Its rule counts as refusing it alone, although other rules
-    might refuse it as well.
+    A design whose board cannot be drawn is not checked further. It counts as refused only by the rule that found this,
+    although other rules might refuse it, too.
     """
     every, alone = Counter[str](), Counter[str]()
     nearest: dict[str, tuple[tuple[bool, float], Breach, Point]] = {}
@@ -105,11 +109,11 @@ def binding_limits(request: StudyRequest, results: StudyResults) -> list[Binding
 
 
 def smallest_relaxation(request: StudyRequest, results: StudyResults) -> Relaxation | None:
-    """Return the smallest relaxation that admits a design.
+    """Return the smallest relaxation of limits with which at least one design would pass.
 
-    It relaxes the fewest names, and among these it has the smallest breaches. Designs evaluated at the full level go
-    first, because the screen does not apply all rules. Designs with leads go before designs without. None if a design
-    meets everything at the full level, or if no design can be drawn.
+    It relaxes as few rules and requirements as possible, and among these has the smallest total breach. Designs
+    evaluated at the full level are preferred, because the screen level does not apply all rules. Designs with complete
+    leads are preferred to others. None if a design passes at the full level, or if no board can be drawn.
     """
     best: tuple[bool, bool, int, float, int] | None = None
     chosen: Relaxation | None = None
@@ -126,12 +130,12 @@ def smallest_relaxation(request: StudyRequest, results: StudyResults) -> Relaxat
 
 
 def count_unjudged(request: StudyRequest, results: StudyResults) -> int:
-    """Return the number of designs that pass the screen and were not evaluated at the full level."""
+    """Return the number of designs that pass the screen level but were not evaluated at the full level."""
     return sum(not violations(request, each) for point, each in results.screened.items() if point not in results.full)
 
 
 def level_agreement(goals: Sequence[Goal], results: StudyResults) -> Agreement:
-    """Return the agreement of screen and full level on designs that both evaluated and whose leads were drawn."""
+    """Return the agreement of screen and full level on the designs that both evaluated, if their leads are complete."""
     from scipy.stats import spearmanr
 
     pairs_of = [(results.screened[point], full) for point, full in results.full.items()
@@ -149,16 +153,16 @@ def level_agreement(goals: Sequence[Goal], results: StudyResults) -> Agreement:
 
 
 def pareto_front(request: StudyRequest, results: StudyResults, but: Collection[Point] = ()) -> list[Point]:
-    """Return the designs at the full level that meet everything and that no other design beats.
+    """Return the designs that pass at the full level and that no other design beats (the Pareto front).
 
-    A design beats another if it is no worse by any goal and better by at least one. The result is sorted by the first
-    goal, the best first. Designs in `but` are left out.
+    A design beats another if it is at least as good by each goal and better by at least one goal. The result is sorted
+    by the first goal, the best first. Designs in `but` are left out.
     """
     return best_of(request, {point: each for point, each in results.full.items() if point not in but})
 
 
 def best_of(request: StudyRequest, judged: Mapping[Point, Evaluation]) -> list[Point]:
-    """Return the designs in `judged` that meet everything and that no other beats, the best by the first goal first."""
+    """Return the designs in `judged` that pass and that no other design beats, the best by the first goal first."""
     good = passing_designs(request, judged)
     ranks = front_numbers([costs(request, judged[point]) for point in good])
     first = [point for point, rank in zip(good, ranks, strict=True) if rank == 0]
@@ -166,7 +170,7 @@ def best_of(request: StudyRequest, judged: Mapping[Point, Evaluation]) -> list[P
 
 
 def passing_designs(request: StudyRequest, judged: Mapping[Point, Evaluation]) -> list[Point]:
-    """Return the designs that meet everything."""
+    """Return the designs that meet all rules and requirements."""
     return [point for point, each in judged.items() if not violations(request, each)]
 
 
@@ -176,9 +180,9 @@ def _goals(goals: Sequence[Goal], evaluation: Evaluation) -> tuple[float, ...]:
 
 
 def count_beaten_by_base(request: StudyRequest, base: Evaluation, designs: Sequence[KeptDesign]) -> int:
-    """Return the number of kept designs that the base beats.
+    """Return the number of kept designs that the base design beats.
 
-    It is 0 if the base breaks a rule or requirement, or is itself a design of the study.
+    0 if the base breaks a rule or requirement, or is itself a design of the study.
     """
     if violations(request, base) or not changed_keys(request, request.base_point):
         return 0
@@ -191,16 +195,16 @@ def count_beaten_by_base(request: StudyRequest, base: Evaluation, designs: Seque
 NEAR = 0.1
 """Smallest distance between two kept designs of a study with a single goal.
 
-The distance is the mean over the varied keys. For each key it is the difference of the values' numbers, over the
-largest possible difference.
+For each varied key, the difference of the values' numbers is divided by the largest possible difference. The distance
+is the mean over the varied keys.
 """
 
 
 def kept_points(request: StudyRequest, results: StudyResults, but: Collection[Point] = ()) -> list[Point]:
     """Return the designs to keep, without those in `but`.
 
-    For a single goal, they are the best designs that differ from each other. For several goals, they are the designs
-    that cover most of the front (greedy hypervolume).
+    For a single goal, they are the best designs with sufficient distance from each other (`NEAR`). For several goals,
+    they are the designs of the front that together dominate the largest volume (greedy hypervolume).
     """
     if len(request.goals) == 1:
         good = [point for point in passing_designs(request, results.full) if point not in but]
@@ -212,7 +216,10 @@ def kept_points(request: StudyRequest, results: StudyResults, but: Collection[Po
 
 
 def _distinct_designs(request: StudyRequest, order: Sequence[Point]) -> list[Point]:
-    """Return the first designs of an order whose distances from each other are at least `NEAR`, at most `keep`."""
+    """Return the first designs in `order` whose distances from each other are at least `NEAR`.
+
+    At most as many designs are returned as the request keeps.
+    """
     spans = np.maximum(np.array(request.space.shape) - 1, 1)
     points: list[Point] = []
     for point in order:
@@ -237,17 +244,17 @@ def _by_hypervolume(values: Array, points: Sequence[Point], keep: int) -> list[P
 
 
 REFERENCE = 1.1
-"""Coordinate of the hypervolume's reference corner for every goal, for a front scaled to 0 to 1.
+"""Coordinate of the hypervolume's reference corner for each goal, if the front is scaled to 0 to 1.
 
 It is larger than 1, so that the designs at the ends of the front contribute to the volume.
 """
 
 
 def hypervolume(values: Array) -> float:
-    """Return the volume that points dominate, up to the corner with all coordinates `REFERENCE`.
+    """Return the volume of the region that is worse than at least one point, up to `REFERENCE` on each axis.
 
-    `values` is (points, goals); less is better. All coordinates together divide the space into cells. The result is the
-    exact sum of the cells that a point dominates.
+    `values` (points, goals) are costs: smaller is better. The coordinates of all points divide the space into cells.
+    The result is the exact sum of the cells in the region.
     """
     axes = [np.unique(np.append(column, REFERENCE)) for column in values.T]
     lows = np.meshgrid(*(axis[:-1] for axis in axes), indexing="ij")
@@ -259,13 +266,13 @@ def hypervolume(values: Array) -> float:
 
 
 def changed_keys(request: StudyRequest, point: Point) -> dict[str, Any]:
-    """Return the keys that differ from the base, with values as in a spec."""
+    """Return the keys of a design that differ from the base, with their values as in a spec."""
     before = request.base.values(())
     return {key: value for key, value in request.space.changes(point)
             if value_difference(value_at_key(before, key), value)}
 
 
 def broken_requirements(require: Sequence[Requirement], values: Mapping[str, float]) -> tuple[str, ...]:
-    """Return the requirements of the study that the figures break, or whose figures are missing."""
+    """Return the measures whose requirement is broken by `values`, or whose value is missing."""
     pairs = ((limit, values.get(limit.measure, math.nan)) for limit in require if limit.measure != "yield")
     return tuple(limit.measure for limit, value in pairs if not limit.holds(value))

@@ -1,4 +1,4 @@
-"""The answer of a study as tables of plain values, as text and as JSON, and its front as CSV."""
+"""Answer of a study as tables of values, as text and as JSON, and its Pareto front as CSV."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ Row = Mapping[str, Any]
 
 @record(eq=False)
 class AnswerTable:
-    """Rows of plain values under their JSON keys, with a function for each column that returns the text of a row."""
+    """A table: rows of values under their JSON keys, and for each column a function that returns its text for a row."""
 
     title: str
     rows: Sequence[Row]
     columns: Mapping[str, Callable[[Row], str]]
 
     def shown(self, *, most: int | None = None, without: Sequence[str] = ()) -> Table:
-        """Return the first `most` rows as texts, without the columns in `without` and without empty columns."""
+        """Return the first `most` rows as texts. Columns in `without` and empty columns are left out."""
         rows = self.rows[:most]
         texts = {head: [text(row) for row in rows] for head, text in self.columns.items() if head not in without}
         used = {head: column for head, column in texts.items() if any(column)}
@@ -49,11 +49,14 @@ class AnswerTable:
 REFUSALS = "What refuses designs: share of all that were looked at, and share that nothing else refuses"
 
 NEAREST, WITH = "nearest, of those refused by it alone if any", "with"
-"""Column headings: breach of the design nearest to a limit, and keys of this design. Texts omit the keys."""
+"""Column headings: distance from a limit of the nearest refused design, and keys of this design.
+
+Text omits the latter.
+"""
 
 
 def refusal_table(answer: StudyAnswer) -> AnswerTable:
-    """Return rules and requirements with the shares of designs that they refuse, and the nearest design."""
+    """Return a table of rules and requirements: fractions of designs that each refuses, and nearest refused design."""
     titles, chosen = rule_titles(), answer.request.space.chosen
     rows = [{"name": binding.name, "share": binding.share, "alone": binding.sole_share,
              "nearest": asdict(binding.nearest_breach),
@@ -70,16 +73,16 @@ def refusal_table(answer: StudyAnswer) -> AnswerTable:
 
 
 BY_YIELD = "yield by "
-"""Prefix of a measure in the name of a yield requirement.
+"""Prefix of a measure in the name of a requirement that refuses a design because of its yield.
 
-It refuses a design if too many units, with the measure's scatter, would break the limit.
+The design itself meets the limit, but too many manufactured sensors would break it.
 """
 
 
 def breach_text(name: str, breach: Breach) -> str:
     """Return the value of a design and the limit as text, for the rule or requirement `name`.
 
-    Empty if either is unknown, or if their texts are equal.
+    Empty if either is unknown, or if the texts are equal.
     """
     if breach.measured is None or breach.limit is None:
         return ""
@@ -95,17 +98,17 @@ def breach_text(name: str, breach: Breach) -> str:
 
 
 def keys_text(values: Mapping[str, Any]) -> str:
-    """Return keys and values on one line."""
+    """Return keys and values as text on one line."""
     return ", ".join(f"{key}: {value}" for key, value in values.items()) or "the base as it is"
 
 
 def base_value(before: Mapping[str, Any], key: str) -> str:
-    """Return the value of a key of the base as written there. A dash if the base does not have the key."""
+    """Return the value of a key in the base spec, as written there. A dash if the base does not have the key."""
     return DASH if (value := value_at_key(before, key)) is None else str(value)
 
 
 def measure_columns(names: Sequence[str]) -> dict[str, Callable[[Row], str]]:
-    """Return a text function for each measure, by name, without the measures ``sigma.*``.
+    """Return a text function for each measure by its name. Measures ``sigma.*`` are left out.
 
     Each function returns the text of the measure's value in a row's ``values``, or a dash.
     """
@@ -116,7 +119,7 @@ def measure_columns(names: Sequence[str]) -> dict[str, Callable[[Row], str]]:
 
 
 def design_table(answer: StudyAnswer) -> AnswerTable:
-    """Return the base and the kept designs: figures, yield, rules that refuse the base, and changed keys."""
+    """Return a table of base and kept designs: measures, yield, rules that refuse the base, and changed keys."""
     before = answer.request.base.values(())
     keys = dict.fromkeys(key for design in answer.kept for key in design.changed)
     rows: list[Row] = [{"design": "base", "changed": {key: base_value(before, key) for key in keys}, "accepted": [],
@@ -138,16 +141,16 @@ def design_table(answer: StudyAnswer) -> AnswerTable:
 
 
 def _number(row: Row) -> str:
-    """Return the number of a kept design. The base keeps its name."""
+    """Return the number of a kept design as text, or "base"."""
     return re.sub(r"designs/(\d+)\.yaml", r"\1", row["design"])
 
 
 def yield_table(designs: AnswerTable) -> AnswerTable:
     """Return a table of the yields of designs.
 
-    Its columns are the yield, its 95 % interval, the number of units, the yield after calibration, and failed
-    computations. Then follow the fraction of units that each rule loses, and the Sobol' indices of the spreads that
-    decide the yield.
+    Its columns are the yield, its 95 % interval, the number of simulated sensors, the yield after calibration, and the
+    number of failed computations. Further columns are the fraction of sensors that each rule refuses, and the Sobol'
+    indices (fractions of the variance) of the manufacturing errors that determine the yield.
     """
     rows = [{"design": row["design"], **row["yield"]} for row in designs.rows if row["yield"] is not None]
 
@@ -175,9 +178,9 @@ def _interval(ends: Sequence[float]) -> str:
 
 
 def sigma_table(designs: AnswerTable) -> AnswerTable:
-    """Return a table of standard deviations of measures from unit to unit.
+    """Return a table of standard deviations of measures between manufactured sensors.
 
-    One column has the first-order estimate, the other the deviation over the drawn units.
+    One column has the linearised estimate, the other the standard deviation over the simulated sensors.
     """
     rows = [{"design": row["design"], "measure": name, "first_order": row["values"][f"sigma.{name}"][0], "drawn": sigma}
             for row in designs.rows if row["yield"] is not None
@@ -191,7 +194,7 @@ def sigma_table(designs: AnswerTable) -> AnswerTable:
 
 
 def front_table(answer: StudyAnswer) -> AnswerTable:
-    """Return every design that no other beats, the best by the first goal first. Kept designs have their number."""
+    """Return a table of the Pareto front, the best by the first goal first. Kept designs have their number."""
     numbers = {design.point: number for number, design in enumerate(answer.kept, 1)}
     rows = [{"at": answer.request.space.chosen(point), "values": answer.results.of(point).as_json()["values"],
              "design": numbers.get(point, "")} for point in answer.front]
@@ -205,11 +208,11 @@ def front_table(answer: StudyAnswer) -> AnswerTable:
 
 
 LOW_YIELD = 0.9
-"""Yield (fraction of good units) below which the answer has a caution, if the study requires no yield."""
+"""Yield (fraction of good sensors) below which the answer has a caution, if the study requires no yield."""
 
 
 def low_yield_lines(answer: StudyAnswer) -> Iterator[str]:
-    """Yield a caution if the study requires no yield and keeps designs that lose many units."""
+    """Yield a caution if the study requires no yield and keeps designs with a yield below `LOW_YIELD`."""
     low = [f"design {number} ({design.units.share:.1%})" for number, design in enumerate(answer.kept, 1)
            if design.units is not None and design.units.share < LOW_YIELD]
     if low and answer.request.least_yield is None:
@@ -218,18 +221,18 @@ def low_yield_lines(answer: StudyAnswer) -> Iterator[str]:
 
 
 MOST_BINDING = 6
-"""Number of rules and requirements in the text. JSON has all."""
+"""Largest number of rules and requirements in the text. JSON has all of them."""
 
 UNMADE = "Designs that SIT0 rules refuse cannot be drawn, and nothing else was asked of them."
 
 
 def answer_text(answer: StudyAnswer, folder: str = "") -> str:
-    """Return the answer for people: the verdict, the limits, the designs, their yields, and the next steps."""
+    """Return the answer as text: verdict, limits that refuse designs, kept designs, yields, and next steps."""
     return f"{search_text(answer)}\n{yields_text(answer, folder)}"
 
 
 def search_text(answer: StudyAnswer) -> str:
-    """Return the part of the answer that is known before yields are computed."""
+    """Return the part of the answer's text that is known before yields are computed."""
     refusals = refusal_table(answer).shown(most=MOST_BINDING, without=(WITH,))
     count = answer.dropped_count
     fallen = [f"dropped, for their units have too small a yield: {count}"] if count else []
@@ -238,7 +241,7 @@ def search_text(answer: StudyAnswer) -> str:
 
 
 def yields_text(answer: StudyAnswer, folder: str, before: StudyAnswer | None = None) -> str:
-    """Return the rest of the answer.
+    """Return the part of the answer's text that is known after yields are computed.
 
     If the kept designs differ from those in `before` (the answer without yields), they are listed again.
     """
@@ -256,7 +259,7 @@ def _paragraphs(*parts: Table | Iterable[str]) -> str:
 
 
 def verdict_lines(answer: StudyAnswer) -> Iterator[str]:
-    """Yield lines with the verdict and the number of evaluated designs."""
+    """Yield lines with the verdict and the numbers of evaluated designs."""
     request, results, good = answer.request, answer.results, len(answer.front)
     tried = _line("study-tried", evaluated=len(results.screened), size=request.space.size, method=results.method,
                   full=len(results.full))
@@ -297,7 +300,7 @@ def _least_yield(answer: StudyAnswer) -> str:
 
 
 def refusal_lines(answer: StudyAnswer) -> Iterator[str]:
-    """Yield an explanation of refusals, and the smallest tried relaxation that admits a design."""
+    """Yield lines that explain refusals and state the smallest relaxation with which a design would pass."""
     if is_unmade(each.name for each in answer.bindings):
         yield UNMADE
     if (least := answer.relaxation) is not None:
@@ -309,7 +312,7 @@ def refusal_lines(answer: StudyAnswer) -> Iterator[str]:
 
 
 def trust_lines(answer: StudyAnswer) -> Iterator[str]:
-    """Yield lines on the agreement of both levels."""
+    """Yield lines on the agreement of screen and full level."""
     agreement = answer.agreement
     if unscreened := answer.results.unscreened:
         designs = count_text(len(answer.results.screened), "design")
@@ -323,7 +326,7 @@ def trust_lines(answer: StudyAnswer) -> Iterator[str]:
 
 
 def next_step_lines(answer: StudyAnswer, folder: str) -> Iterator[str]:
-    """Yield the next steps."""
+    """Yield lines with the next commands."""
     if not answer.kept:
         yield "Next: widen a range, relax what binds, or search longer (search.evaluations)."
     elif folder:
@@ -338,7 +341,7 @@ MOST_SWEPT = 7
 
 
 def sweep_range(space: Space) -> str:
-    """Return the range of a sweep over the first key that no other key follows. Empty if there is none."""
+    """Return the text of a range over the first varied key that determines no other key. Empty if there is none."""
     bound = {*space.linked.values(), *space.implied}
     for variable in space.variables:
         last = len(variable.values) - 1
@@ -349,7 +352,7 @@ def sweep_range(space: Space) -> str:
 
 
 def answer_json(answer: StudyAnswer) -> str:
-    """Return the answer for programs. It depends on study, seed and version only."""
+    """Return the answer as JSON. It depends only on the study, its seed and sitscad's version."""
     request, results, least = answer.request, answer.results, answer.relaxation
     _, *designs = design_table(answer).rows or [{}]
     return to_json({
@@ -371,7 +374,10 @@ def answer_json(answer: StudyAnswer) -> str:
 
 
 def front_csv(answer: StudyAnswer) -> str:
-    """Return the front, one row per design, the best by the first goal first. Kept designs have their number."""
+    """Return the Pareto front as CSV with one row per design, the best by the first goal first.
+
+    Kept designs have their number.
+    """
     request, nothing = answer.request, (float("nan"),) * 2
     named = [title for name in request.measures for title in (name, f"{name}.error")]
     rows: list[list[object]] = [[*(v.key for v in request.space.variables), *named, "design"]]

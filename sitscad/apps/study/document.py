@@ -1,6 +1,6 @@
-"""The file of a study: its keys, their validation, and a first study for a spec.
+"""The file of a study: its keys, their validation, and the text of a first study for a spec.
 
-All faults are reported at once, each with its place.
+All faults are reported at once, each with its position in the file.
 """
 
 from __future__ import annotations
@@ -109,18 +109,21 @@ class Goal:
     is_less_better: bool = True
 
     def cost(self, value: float) -> float:
-        """Return the figure as a cost to minimize."""
+        """Return a measure's value as a cost: smaller is better."""
         return value if self.is_less_better else -value
 
     @property
     def words(self) -> str:
-        """The goal as written in the file."""
+        """Text of the goal as in the file, like "minimize rp"."""
         return f"{'minimize' if self.is_less_better else 'maximize'} {self.measure}"
 
 
 @record
 class Requirement:
-    """A limit of a measure (SI): the least value if `is_floor`, else the largest. `written` is its text in the file."""
+    """A limit of a measure (SI): the smallest permitted value if `is_floor`, else the largest.
+
+    `written` is its text in the file.
+    """
 
     measure: str
     is_floor: bool
@@ -128,13 +131,17 @@ class Requirement:
     written: str
 
     def holds(self, value: float) -> bool:
-        """Whether a figure keeps the limit."""
+        """Whether a value meets the limit."""
         return value >= self.limit if self.is_floor else value <= self.limit
 
 
 @record(eq=False)
 class StudyRequest:
-    """The request in a study's file: base, space of designs, goals, requirements, and parameters of the search."""
+    """Contents of a study's file: base spec, possible designs, goals, requirements, and parameters of the search.
+
+    `accept` lists rules whose warnings are accepted. `spread` are standard deviations of manufacturing errors that
+    replace the usual ones. `keep` is the largest number of designs to keep.
+    """
 
     base: Base
     space: Space
@@ -149,12 +156,12 @@ class StudyRequest:
 
     @property
     def measures(self) -> tuple[str, ...]:
-        """Measures of every design: goals and requirements, and the standard deviations that are known for them."""
+        """Measures to compute for each design: goals, requirements, and their standard deviations if known."""
         return (*self._asked_for, *(f"sigma.{name}" for name in self.scattered))
 
     @property
     def scattered(self) -> tuple[str, ...]:
-        """Goals and requirements with a known standard deviation from unit to unit."""
+        """Goals and requirements whose standard deviation between manufactured sensors is computed."""
         return tuple(name for name in self._asked_for if f"sigma.{name}" in MEASURES)
 
     @property
@@ -177,7 +184,7 @@ class StudyRequest:
 
 
 def study_request(document: StudyDocument, base: Base, remarks: Remarks) -> StudyRequest:
-    """Return the request of a document for a base. Faults are added to `remarks`."""
+    """Return the contents of a study's file for a base spec. Faults are added to `remarks`."""
     variables = tuple(_variables(document, base, remarks))
     space = Space(variables, _linked_keys(document, base, remarks), _implied_keys(document, base, variables, remarks))
     _check_conflicts(document, remarks)
@@ -197,7 +204,7 @@ def study_request(document: StudyDocument, base: Base, remarks: Remarks) -> Stud
 
 
 def _variables(document: StudyDocument, base: Base, remarks: Remarks) -> Iterator[Variable]:
-    """Yield the varied keys with their values."""
+    """Yield the varied keys with their values. Faults are added to `remarks`."""
     if not 1 <= len(document.vary) <= MOST_KEYS:
         remarks.flaw("SIT006", "vary", f"{len(document.vary)} varied keys, allowed 1 to {MOST_KEYS}")
     for name, written in document.vary.items():
@@ -219,7 +226,7 @@ def _variables(document: StudyDocument, base: Base, remarks: Remarks) -> Iterato
 
 
 def _check_duplicates(place: str, values: tuple[Any, ...], remarks: Remarks) -> None:
-    """Note values that occur twice in a list, in whatever units they are written."""
+    """Add a remark for each value that occurs twice in a list, even with different units."""
     first: dict[Any, Any] = {}
     for k, value in enumerate(values):
         if (figure := same_value(value)) in first:
@@ -230,7 +237,7 @@ def _check_duplicates(place: str, values: tuple[Any, ...], remarks: Remarks) -> 
 
 
 def _is_usable(base: Base, name: str, values: tuple[Any, ...], place: str, remarks: Remarks) -> bool:
-    """Whether the spec has the key and accepts such values. Faults are noted."""
+    """Return whether the spec has the key and permits the values. Faults are added to `remarks`."""
     try:
         require_key(base, name, values)
     except SpecError as error:
@@ -259,7 +266,10 @@ def _linked_keys(document: StudyDocument, base: Base, remarks: Remarks) -> dict[
 def _implied_keys(
     document: StudyDocument, base: Base, variables: Iterable[Variable], remarks: Remarks
 ) -> dict[str, dict[str, dict[str, Any]]]:
-    """Return the keys that values of varied keys set in addition."""
+    """Return further keys that values of varied keys set.
+
+    The result maps varied key, text of its value and further key to the further key's value.
+    """
     implied: dict[str, dict[str, dict[str, Any]]] = {}
     by_key = {variable.key: variable for variable in variables}
     for name, choices in document.with_.items():
@@ -284,7 +294,7 @@ def _implied_keys(
 
 
 def _check_conflicts(document: StudyDocument, remarks: Remarks) -> None:
-    """Note keys that would have two values, directly or as part of a section.
+    """Add a remark for each key that would get two values, directly or as part of a section.
 
     The values can come from vary, same and with, or from two varied keys.
     """
@@ -298,7 +308,7 @@ def _check_conflicts(document: StudyDocument, remarks: Remarks) -> None:
 
 
 def _keys_by_section(document: StudyDocument) -> Iterator[tuple[str, str, str]]:
-    """Yield every key that a study sets, with the section that sets it and the place in the file."""
+    """Yield (key, section that sets it, position in the file) for each key that a study sets."""
     for name in document.vary:
         yield name, "vary", dotted("vary", name)
     for name in document.same:
@@ -341,7 +351,7 @@ EXAMPLES = {
     "H": ">= 1 uH", "ohm": ">= 1.2 kohm", "Hz": ">= 500 Hz", "N": "<= 20 mN", "m": "<= 5 mm", "m2": "<= 120 mm2",
     "V": ">= 1.2 V", "A": "<= 5 mA", "": ">= 95 %",
 }
-"""Example of a limit of a measure, by the measure's unit."""
+"""Example of a limit, by the measure's unit."""
 
 _LIMIT = re.compile(r"\s*(>=|<=)\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*(\S*)\s*")
 
@@ -398,7 +408,7 @@ def _is_whole(value: Any, low: int, high: int) -> bool:
 
 
 def _spreads(document: StudyDocument, remarks: Remarks) -> Iterator[tuple[str, float]]:
-    """Yield one standard deviation of keys, relative."""
+    """Yield (key, relative standard deviation) for each manufacturing error with a value in the study."""
     for name, written in document.spread.items():
         place, match = dotted("spread", name), re.fullmatch(r"\s*(\d+\.?\d*|\.\d+)\s*%\s*", str(written))
         if name not in SPREADS:
@@ -417,9 +427,9 @@ def _spreads(document: StudyDocument, remarks: Remarks) -> Iterator[tuple[str, f
 def _check_measures(
     base: Base, goals: tuple[Goal, ...], require: tuple[Requirement, ...], space: Space, remarks: Remarks
 ) -> None:
-    """Note goals that no varied key can change, and measures that no design can have.
+    """Add remarks for goals that no varied key changes, and for measures that no design can have.
 
-    A measure is absent from all designs if the base lacks a part that it needs, and no varied key adds the part.
+    No design has a measure if the base lacks a part that the measure needs, and no varied key adds this part.
     """
     places = [(goal.measure, dotted(dotted("goals", k), goal.words.partition(" ")[0])) for k, goal in enumerate(goals)]
     for goal, (_, place) in zip(goals, places, strict=True):
@@ -469,8 +479,8 @@ keep: 4
 def first_study_text(spec: SensorSpec, base: str) -> str:
     """Return the text of a first study for a spec. `base` is the path of the spec.
 
-    The sizes that the spec has vary around their values. The goals follow from the spec's purpose. Present warnings are
-    accepted.
+    Dimensions in the spec are varied around their values. The goals follow from the spec's purpose. Warnings of the
+    spec are accepted.
     """
     is_tactile = spec.target is not None and spec.elastomer is not None
     goals = _usual_goals(is_tactile, spec.requirements.shear_force, spec.jaw, spec.fpc.body)
@@ -492,9 +502,9 @@ def first_study_text(spec: SensorSpec, base: str) -> str:
 def _ranges_around_spec(
     coil: CoilSpec, rules: DesignRules, written: Collection[str], pitch: float | None, pad: ElastomerPad | None
 ) -> Iterator[str]:
-    """Yield keys of a spec, each with a range around its value.
+    """Yield lines with a key of the spec and a range around its value.
 
-    `written` are the keys in the spec's text. `pitch` is the distance of coils (m) that may vary.
+    `written` are the keys in the spec's text. `pitch` (m) is the distance of coils, if it may vary.
     """
     if coil.size[0] == coil.size[1]:  # else the size is a pair, which has no range
         yield f"  coil.outer_diameter: {_length_range(0.9 * coil.size[0], 1.05 * coil.size[0])}"
@@ -515,12 +525,12 @@ def _ranges_around_spec(
 
 
 def _length_range(low: float, high: float) -> str:
-    """Return a range between two lengths (m), as in a spec: in mm."""
+    """Return a range between two lengths (m) as in a study, in millimetres."""
     return f"{{from: {in_mm(low, 2)}, to: {in_mm(high, 2)}}}"
 
 
 def _usual_goals(is_tactile: bool, shear_force: float | None, jaw: Jaw | None, body: BodySpec | None) -> Iterator[str]:
-    """Yield two goals for a sensor. `is_tactile` states whether it has a target on a pad."""
+    """Yield two usual goals for a sensor. `is_tactile` is True if it has a target on a pad."""
     yield "minimize: resolution.normal" if is_tactile else "maximize: rp"
     if jaw is not None:
         yield "minimize: fit.closed_pair"

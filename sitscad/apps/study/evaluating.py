@@ -1,12 +1,12 @@
-"""Evaluation of designs on two levels, in parallel.
+"""Evaluation of designs at two levels, in parallel processes.
 
-Designs are grouped into chunks of about a second's work. Processes, or any object with `submit`, evaluate the chunks.
-Results come in the order of the requests.
+Designs are grouped into chunks of about a second of computing. Worker processes, or any object with `submit`, evaluate
+the chunks. Results are returned in the order of the requests.
 
-The full level evaluates a design as `check` does, without hints. At the screen level, each figure has an error bound.
-Leads are not routed (`layout.sketch`), estimates have a tolerance for screening, and the sensing performance comes from
-a surrogate with few points. Only rules that need no more than this are applied. All other rules are undecided, and so
-are rules whose limit lies within the error of a figure.
+The full level evaluates a design like `check` without hints. The screen level is faster, and each value has an error
+bound. It does not route leads (`layout.sketch`), computes estimates with a larger tolerance, and computes the sensing
+performance from a surrogate with few points. Only rules that need no more than this are applied. All other rules are
+undecided. A rule is also undecided if its limit is within the error bound of the value.
 """
 
 from __future__ import annotations
@@ -48,16 +48,16 @@ from sitscad.spec.reading import SpecError
 from sitscad.spec.sensor import SensorSpec
 
 NO_NEED = frozenset(("on-solids", *(case for _, case in NEEDS.values())))
-"""Cases of `NotChecked` for rules about a part that the spec does not have, and for rules that only a build can check.
+"""Cases of `NotChecked` for rules on a part that the spec does not have, and for rules that only a build can check.
 
-These rules do not count as undecided.
+Such rules do not count as undecided.
 """
 
 
 def evaluate_design(spec: SensorSpec, measures: Sequence[str], level: str = FULL) -> Evaluation:
-    """Return the evaluation of a design: the verdicts of all rules, and the values of `measures`.
+    """Return the evaluation of a design: the results of all rules, and the values of `measures`.
 
-    Configuration and comments that silence rules apply as in `check`.
+    Configuration and comments that suppress rules apply as in `check`.
     """
     design = Design(spec)
     result = as_configured(spec, checked(design, "none", None))
@@ -68,9 +68,9 @@ def evaluate_design(spec: SensorSpec, measures: Sequence[str], level: str = FULL
 
 
 def measure_values(design: Design, measures: Sequence[str]) -> tuple[dict[str, tuple[float, float]], dict[str, str]]:
-    """Return the values of measures of a design, and the reasons for absent values, both by measure.
+    """Return the values of measures of a design, and the reasons for missing values, both by measure.
 
-    Each value is a pair of the value and its error bound, in the measure's SI unit.
+    Each value is (value, error bound), in the measure's SI unit.
     """
     values, absent = {}, {}
     for name in measures:
@@ -95,12 +95,12 @@ def breaches_by_rule(findings: Iterable[Finding], severity: Severity) -> Mapping
 
 BY_SPEC = ("SIT101", "SIT102", "SIT103", "SIT117", "SIT131", "SIT137", "SIT138", "SIT220", "SIT304", "SIT305", "SIT306",
            "SIT308", "SIT309", "SIT313", "SIT314", "SIT327", "SIT329", "SIT330", "SIT331", "SIT334", "SIT335", "SIT410")
-"""Rules that use figures of the spec and of its parts only."""
+"""Rules that use only values of the spec and of its parts."""
 
 BY_BODY = ("SIT301", "SIT302", "SIT303", "SIT307", "SIT315")
 """Rules that use the size of the board.
 
-The screen level knows this size for a single coil and for two coils in line.
+At the screen level, this size is known for a single coil and for two coils in line.
 """
 
 BY_TANK = ("SIT201", "SIT202", "SIT203", "SIT204", "SIT205", "SIT206", "SIT207", "SIT208", "SIT209", "SIT210", "SIT211",
@@ -108,7 +108,7 @@ BY_TANK = ("SIT201", "SIT202", "SIT203", "SIT204", "SIT205", "SIT206", "SIT207",
 """Rules that use electrical values of the tank (the coil with its capacitor)."""
 
 RESOLUTION_RULES = ("SIT401", "SIT402")
-"""Rules that use the resolution of forces."""
+"""Rules that use the force resolution."""
 
 ASKED = frozenset((*BY_SPEC, *BY_TANK, *RESOLUTION_RULES))
 
@@ -118,8 +118,8 @@ IN_FULL = "it takes the full level"
 def screen_designs(specs: Sequence[SensorSpec], measures: Sequence[str]) -> list[Evaluation]:
     """Return the evaluation of each design at the screen level, independent of the other designs.
 
-    ``unknown`` are rules that `check` may decide. Designs without a screen are evaluated at the full level, and their
-    ``level`` states this.
+    ``unknown`` lists the rules that the screen level cannot decide. Designs that cannot be screened are evaluated at
+    the full level. ``level`` states the level that was used.
     """
     policies = {path: policy_for(path) for path in {spec.source.path for spec in specs}}
     return [
@@ -129,30 +129,30 @@ def screen_designs(specs: Sequence[SensorSpec], measures: Sequence[str]) -> list
 
 
 LEAST_CONDUCTIVITY = 5e6
-"""Least conductivity (S/m) of targets and shields at the screen level, which treats a plate as a sheet.
+"""Least conductivity (S/m) of targets and shields at the screen level, which models a plate as a thin sheet.
 
-Brass (16 MS/m) is accurate. The resolution was up to 25 % off the full level for stainless steel (1.4 MS/m), and 46 %
-for titanium (0.6 MS/m).
+Brass (16 MS/m) is accurate. The resolution differed from the full level by up to 25 % for stainless steel (1.4 MS/m),
+and by 46 % for titanium (0.6 MS/m).
 """
 
 RIMS = (-0.3, 1.2)
-"""Valid range at the screen level: distance from a coil's centre to the nearest edge of the target, in coil radii.
+"""Valid range at the screen level: distance from a coil's centre to the target's nearest edge, in coil radii.
 
-The distance is positive if the target covers the centre. Above the range, all coils read nearly equally, and shear
-appears in small differences: the resolution was wrong by a factor of seven. Below the range, the target hardly reaches
-the coil: the resolution was wrong by half.
+The distance is positive if the target covers the centre. Above the range, all coils have nearly equal readings, and
+shear appears only in small differences: the resolution was wrong by a factor of seven. Below the range, the target
+hardly covers the coil: the resolution was wrong by half.
 """
 
 NO_SCREEN = ("the screen has models of round coils, targets of a good conductor that end over the coils which share "
              "them, jaws without a window, shields of a good conductor before a jaw alone, and no moments")
-"""Reason for evaluating a design at the full level at once."""
+"""Reason for evaluating a design at the full level instead of the screen level."""
 
 
 def can_screen(spec: SensorSpec) -> bool:
     """Whether the screen level has a model of a design.
 
-    It has models of round coils, whole jaws, and targets and shields of a good conductor. The edges of a shared target
-    must lie over the coils, and moments must not be required.
+    It has models of round coils, jaws without a window, and targets and shields of a good conductor. The edges of a
+    target that coils share must lie over the coils, and moments must not be required.
     """
     jaw = spec.jaw
     is_whole = jaw is None or jaw.fenestration is None
@@ -167,7 +167,10 @@ def can_screen(spec: SensorSpec) -> bool:
 
 
 def _ends_over_coils(target: Box, placements: tuple[CoilPlacement, ...], coil: CoilSpec) -> bool:
-    """Whether the nearest edge of a target's box that several coils share lies in the screen's valid range."""
+    """Whether the nearest edge of a target that several coils share lies in the valid range `RIMS`.
+
+    `target` is the target's bounding box.
+    """
     places = {place.centre for place in placements}
     if len(places) < 2:
         return True
@@ -178,9 +181,9 @@ def _ends_over_coils(target: Box, placements: tuple[CoilPlacement, ...], coil: C
 
 @cache
 def screen_errors(has_body: bool = False) -> Mapping[str, float]:
-    """Return the relative error of figures at the screen level by measure, compared with the full level.
+    """Return the relative error of values at the screen level, compared with the full level, by measure.
 
-    Some errors are larger if the spec sets the body, because leads are then routed around inside it.
+    Some errors are larger if the spec states the body's outline (`has_body`), because leads are then routed inside it.
     """
     errors = {row["measure"]: float(row["error"]) for row in rows("screen_errors")}
     wider = {name.removesuffix(".body"): error for name, error in errors.items() if name.endswith(".body")}
@@ -213,13 +216,17 @@ def _screened(spec: SensorSpec, measures: Sequence[str], policy: Policy) -> Eval
 
 
 OF_BOARD = ("fit.width", "fit.length", "fit.closed_pair", "fit.spare", "board.area")
-"""Measures that the size of the board determines."""
+"""Measures that follow from the size of the board."""
 
 WIDER = 2  # Steps by which a board may be wider than its sketch. At most one was needed in 360 routed designs
+"""Number of steps by which a routed board may be wider than its sketch.
+
+At most one was needed in 360 routed designs.
+"""
 
 
 def _is_sized(array: ArraySpec) -> bool:
-    """Whether the board is as large as its sketch without leads. True for a single coil, and for two coils in line.
+    """Whether the size of the board is known without routing leads: for a single coil, and for two coils in line.
 
     The leads of six coils in line widened the board by 4 %.
     """
@@ -227,7 +234,7 @@ def _is_sized(array: ArraySpec) -> bool:
 
 
 def _screened_findings(design: Design) -> tuple[list[Finding], set[str]]:
-    """Return the findings of rules that the screen can apply, and the other rules that apply to the design."""
+    """Return the findings of rules that the screen level can decide, and the ids of the design's other rules."""
     findings: list[Finding] = []
     unknown: set[str] = set()
     errors = screen_errors(design.spec.fpc.body is not None)
@@ -270,7 +277,7 @@ def _serious_severities(findings: Sequence[Finding]) -> list[Severity]:
 
 
 def _is_undecided_by_screen(rule: Rule, cells: Cells) -> bool:
-    """Whether a sensing result differs from its required value by less than its relative error at the screen level."""
+    """Whether a sensing value differs from its required value by less than its relative error at the screen level."""
     error = screen_errors()["resolution.normal"]
     results = (each for cell in cells.extremes.values() for each in requirement_results(rule, cell))
     return any(each.limit and abs(each.measured / each.limit - 1.0) < error for each in results)
@@ -280,7 +287,7 @@ def _shifted(coil: CoilEstimate, side: float, errors: Mapping[str, float]) -> Co
     by_l, by_f, by_r = 1.0 + side * errors["inductance"], 1.0 - side * errors["frequency"], 1.0 + side * errors["rp"]
 
     def state(estimate: StateEstimate) -> StateEstimate:
-        """Return a state with L, frequency, Rp and the values that follow from them multiplied by their factors."""
+        """Return a state with L, frequency, Rp and the values that follow from these multiplied by their factors."""
         of_inductance = ("inductance", "apparent_inductance", "converter_inductance")
         more = {name: getattr(estimate, name) * by_l for name in of_inductance if getattr(estimate, name) is not None}
         of_resistance = ("parallel_resistance", "quality_factor", "amplitude")
@@ -303,14 +310,14 @@ def _shifted(coil: CoilEstimate, side: float, errors: Mapping[str, float]) -> Co
 
 
 SECONDS = 1.0
-"""Intended computing time of a chunk of designs (s)."""
+"""Intended computing time (s) of a chunk of designs."""
 
 MOST_IN_CHUNK = 500
 DEATHS = 3
-"""Number of attempts to evaluate a chunk. If the worker process dies in every attempt, an error is raised."""
+"""Number of attempts to evaluate a chunk. If the worker process ends unexpectedly each time, an error is raised."""
 
 NOT_COMPUTED = "not-computed"
-"""Rule name in the results of a design whose computation failed."""
+"""Rule name in the evaluation of a design whose computation failed."""
 
 
 Made = TypeVar("Made")
@@ -319,10 +326,10 @@ Task = tuple[Callable[..., Any], tuple[Any, ...]]
 
 
 class Executor(Protocol):
-    """An executor of work elsewhere: `concurrent.futures`, or a Dask client."""
+    """Interface of an object that computes elsewhere: `concurrent.futures`, or a Dask client."""
 
     def submit(self, work: Any, /, *arguments: Any) -> Any:
-        """Return an object whose `result` returns the result of the work."""
+        """Start `work` with these arguments, and return an object whose `result` returns the result."""
 
 
 @record
@@ -335,7 +342,7 @@ class Chunk:
 
 
 def evaluate_chunk(base: Base, chunk: Chunk) -> tuple[list[Evaluation], float]:
-    """Return the evaluations of a chunk in its order, and their time (s)."""
+    """Return the evaluations of a chunk's designs in their order, and the computing time (s)."""
     started = time.perf_counter()
     evaluations: list[Evaluation | None] = []
     specs: list[SensorSpec] = []
@@ -356,10 +363,10 @@ def evaluate_chunk(base: Base, chunk: Chunk) -> tuple[list[Evaluation], float]:
 
 
 def free_results(results: Iterable[Made]) -> Iterator[Made]:
-    """Yield the results, and free the memory of each before the next.
+    """Yield the results, and free the memory of each before computing the next.
 
-    A design consists of reference cycles with few objects that hold tens of megabytes. Python collects cycles by the
-    number of objects, and so too late.
+    A design consists of reference cycles with few objects that hold tens of megabytes. Python's garbage collector
+    counts objects, and would free these cycles too late.
     """
     for each in results:
         yield each
@@ -368,7 +375,7 @@ def free_results(results: Iterable[Made]) -> Iterator[Made]:
 
 
 def _evaluate_specs(specs: Sequence[SensorSpec], chunk: Chunk) -> list[Evaluation]:
-    """Return the evaluations of specs. A computation that fails refuses its design only."""
+    """Return the evaluations of specs. If a computation fails, only its design is refused."""
     try:
         if chunk.level != FULL:
             return screen_designs(specs, chunk.measures)
@@ -381,7 +388,7 @@ def _evaluate_specs(specs: Sequence[SensorSpec], chunk: Chunk) -> list[Evaluatio
 
 
 class Workers:
-    """Evaluation of designs of a base: in this process if `jobs` is 1, else in other processes, or by an executor."""
+    """Evaluation of designs: in this process if `jobs` is 1, else in other processes, or by an executor."""
 
     def __init__(self, base: Base, jobs: int | None = None, executor: Executor | None = None) -> None:
         self._base, self._given = base, executor
@@ -401,7 +408,7 @@ class Workers:
             self._pool.shutdown(wait=kind is None, cancel_futures=True)
 
     def evaluations(self, designs: Sequence[Changes], measures: Sequence[str], level: str) -> Iterator[Evaluation]:
-        """Yield evaluations of all designs, in their order."""
+        """Yield the evaluations of all designs in their order."""
         waiting = deque(designs)
 
         def chunks() -> Iterator[Task]:
@@ -415,7 +422,7 @@ class Workers:
             yield from evaluated
 
     def each(self, work: Callable[..., Made], calls: Sequence[tuple[Any, ...]]) -> Iterator[Made]:
-        """Yield the results of `work` for each tuple of arguments, in their order."""
+        """Yield the results of `work` for each tuple of arguments in `calls`, in their order."""
         yield from self._in_order((work, arguments) for arguments in calls)
 
     def _size(self, level: str) -> int:
@@ -428,7 +435,7 @@ class Workers:
         return self._given is None and self._jobs == 1
 
     def _in_order(self, tasks: Iterator[Task]) -> Iterator[Any]:
-        """Yield the results of tasks in order. Tasks are started as needed, two per worker at a time."""
+        """Yield the results of tasks in order. At most two tasks per worker are started at a time."""
         if self._is_here:
             yield from (work(*arguments) for work, arguments in tasks)
             return
@@ -446,7 +453,10 @@ class Workers:
         return self._pool.submit(task[0], *task[1])
 
     def _first(self, running: deque[tuple[Task, Any]]) -> Any:
-        """Return the result of the first running task. All running tasks are started again if a process died."""
+        """Return the result of the first running task.
+
+        If a process ended unexpectedly, all running tasks are started again.
+        """
         for _ in range(DEATHS):
             try:
                 result = running[0][1].result()
@@ -463,9 +473,9 @@ class Workers:
 
 
 def dask_cluster(address: str) -> tuple[Executor, int]:
-    """Return a client of the Dask scheduler at an address, and the number of designs that its workers evaluate at once.
+    """Return a client of the Dask scheduler at an address, and the number of designs that it evaluates at a time.
 
-    Work of a worker that dies goes to other workers.
+    If a worker fails, its work goes to other workers.
 
     Raises
     ------
@@ -492,4 +502,4 @@ def dask_cluster(address: str) -> tuple[Executor, int]:
 
 
 SCHEDULER_TIMEOUT = 10
-"""Longest wait for a scheduler (s)."""
+"""Longest wait (s) for a scheduler's answer."""

@@ -1,7 +1,7 @@
-"""The evaluation of a design, and the archive file of all evaluations of a study.
+"""The evaluation of a design, and the archive file with all evaluations of a study.
 
-An evaluation has figures with error bounds, and the rules that refuse the design. The archive has one line per design.
-Lines are appended and never rewritten. It serves as cache, checkpoint and record.
+An evaluation has values with error bounds, and the rules that refuse the design. The archive has one line per
+evaluation. Lines are appended and never rewritten. The archive is a cache, a checkpoint and a record.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ from typing import IO, Any
 from sitscad.basics.record import record
 
 OK, FAILS, UNKNOWN = "ok", "fails", "unknown"
-"""Verdicts: no rule refuses the design; a rule refuses it; some rules are undecided and none refuses it."""
+"""Verdicts: no rule refuses the design; a rule refuses it; no rule refuses it, but some rules are undecided."""
 
 FULL, SCREEN = "full", "screen"
-"""Levels: the full level equals `check` without hints; the screen is quick, and states the error of each figure."""
+"""Levels: the full level equals `check` without hints; the screen level is fast and states the error of each value."""
 
 UNDRAWN = frozenset({"SIT111", "SIT112", "SIT113", "SIT118", "SIT119"})
-"""Rules that find missing leads. The figures at the contacts of these designs do not include them."""
+"""Rules on missing leads. The electrical values of such designs do not include the missing leads."""
 
 
 LEAST_BREACH = 0.05
-"""Least size of a breach. It is added to the relative distance from the limit, so that two breaches outweigh one."""
+"""Smallest size of a breach. It is added to the relative distance from the limit, so that two breaches outweigh one."""
 
 
 @record
@@ -48,11 +48,11 @@ class Breach:
 
     @property
     def size(self) -> float:
-        """Size of the breach for the search.
+        """Size of the breach as a cost in the search.
 
-        It is `LEAST_BREACH` plus the distance from the limit over the larger magnitude of figure and limit. It is 1 if
-        the rule has no figures. If the figure keeps its limit, the distance is the part that is missing to one standard
-        deviation.
+        It is `LEAST_BREACH` plus the distance from the limit, divided by the larger magnitude of value and limit. It is
+        1 if the rule has no values. If the limit is met with a margin below one standard deviation, the distance is the
+        part that is missing to one standard deviation.
         """
         if self.measured is None or self.limit is None:
             return 1.0
@@ -60,7 +60,7 @@ class Breach:
         return LEAST_BREACH + distance / max(abs(self.limit), abs(self.measured), 1e-300)
 
     def as_json(self) -> list[Any]:
-        """Return figure, limit, unit, and the sigma if it is set."""
+        """Return [value, limit, unit], and the margin in standard deviations if it is set."""
         return [self.measured, self.limit, self.unit, *(() if self.sigma is None else (self.sigma,))]
 
 
@@ -116,9 +116,10 @@ class Evaluation:
 
 
 def evaluation_from_json(data: Mapping[str, Any]) -> Evaluation:
-    """Return the evaluation from plain values of `Evaluation.as_json`.
+    """Return the evaluation from values of `Evaluation.as_json`.
 
-    Equal texts and tuples of many designs share one object. Raises KeyError, TypeError or ValueError for other values.
+    Equal texts and tuples of many designs share one object in memory. Raises KeyError, TypeError or ValueError for
+    other values.
     """
     values = {intern(name): (_figure(value), _figure(error)) for name, (value, error) in data["values"].items()}
     absent = {intern(name): intern(why) for name, why in data["absent"].items()}
@@ -144,10 +145,10 @@ def _figure(value: float) -> float:
 
 @record
 class UnitEvaluation:
-    """The evaluation of one unit: a manufactured sensor with its own errors.
+    """Evaluation of one simulated sensor of a design, with its own manufacturing errors.
 
-    ``passes`` is True if the unit breaks no rule, and ``broken_rules`` lists the broken rules. ``is_computed`` is False
-    if a computation failed. ``values`` holds the measures in SI units.
+    ``passes`` is True if it breaks no rule, and ``broken_rules`` lists the broken rules. ``is_computed`` is False if a
+    computation failed. ``values`` holds its measures in SI units.
     """
 
     passes: bool
@@ -156,19 +157,22 @@ class UnitEvaluation:
     values: Mapping[str, float]
 
     def as_json(self) -> list[Any]:
-        """Return plain values, which `unit_from_json` reads back."""
+        """Return values for JSON, which `unit_from_json` reads."""
         return [self.passes, list(self.broken_rules), self.is_computed, dict(self.values)]
 
 
 def unit_from_json(data: Sequence[Any]) -> UnitEvaluation:
-    """Return the unit from plain values of `UnitEvaluation.as_json`. Raises the errors of `evaluation_from_json`."""
+    """Return the simulated sensor from values of `UnitEvaluation.as_json`.
+
+    Raises the errors of `evaluation_from_json`.
+    """
     is_good, broken, is_computed, values = data
     figures = {intern(name): _figure(value) for name, value in values.items()}
     return UnitEvaluation(bool(is_good), tuple(map(intern, broken)), bool(is_computed), figures)
 
 
 NONE: Mapping[str, Any] = {}
-"""The shared empty mapping."""
+"""An empty mapping that is shared to save memory."""
 
 
 @cache
@@ -180,12 +184,12 @@ ARCHIVE = "archive.jsonl"
 
 
 class Archive:
-    """Evaluations by the keys of `Base.key`, in a file if a path is given, else in memory.
+    """Evaluations by their keys (`Base.key`), in a file if a path is given, else in memory.
 
-    Only the start of each line is held, and lines are read again on demand. A hundred thousand evaluations take 30 MB
-    and not 600. Each line begins with a hash of the rest. A line that does not match its hash was changed, or torn when
-    a process was killed. It is skipped, and `damaged` counts it. Before lines are appended, the file is completed to a
-    whole line. Two processes can append to one file.
+    Only the start position of each line is in memory, and lines are read on demand. For a hundred thousand evaluations,
+    this takes 30 MB instead of 600 MB. Each line begins with a hash of the rest. A line that does not match its hash
+    was changed, or incomplete when a process was stopped. It is skipped, and `damaged` counts it. If the last line is
+    incomplete, it is ended before lines are appended. Two processes can append to one file.
     """
 
     def __init__(self, path: Path | None = None, again: bool = False) -> None:
@@ -227,12 +231,12 @@ class Archive:
         return evaluation_from_json({**stored, **requested}) if is_asked else None
 
     def units(self, key: str) -> list[UnitEvaluation] | None:
-        """Return the units under a key. None if there are none."""
+        """Return the simulated sensors under a key. None if there are none."""
         stored = self.line_of(key)
         return None if stored is None or "units" not in stored else list(map(unit_from_json, stored["units"]))
 
     def line_of(self, key: str) -> Mapping[str, Any] | None:
-        """Return the plain values under a key, or None. Raises OSError if another program has changed the file."""
+        """Return the values under a key, or None. Raises OSError if another program has changed the file."""
         start = self._starts.get(key.encode())
         if start is None:
             return None
@@ -244,13 +248,13 @@ class Archive:
         raise OSError(f"{ARCHIVE} was cut or rewritten while this study ran: run it again")
 
     def add(self, key: str, changes: Iterable[tuple[str, Any]], values: Mapping[str, Any]) -> None:
-        """Add plain values under a key. On return, their line has been passed to the operating system."""
+        """Append values under a key. When the function returns, the operating system has received the line."""
         line = {"key": key, "changes": dict(changes), **values}
         body = json.dumps(line, allow_nan=False).encode("ascii")
         self._starts[key.encode()] = self._write(_line_head(body) + body[1:] + b"\n")
 
     def _write(self, line: bytes) -> int:
-        """Append a line and return its start, after any lines that another process has appended."""
+        """Append a line, and return its start position. Another process may have appended lines before."""
         self._stream.seek(0, io.SEEK_END)
         self._stream.write(line)
         self._stream.flush()
@@ -258,12 +262,12 @@ class Archive:
 
 
 def _line_head(body: bytes) -> bytes:
-    """Return the start of an archive line: a hash of its body, in place of the body's brace."""
+    """Return the start of an archive line: a hash of its body, in place of the body's opening brace."""
     return b'{"hash": "%s", ' % hashlib.blake2b(body, digest_size=8).hexdigest().encode("ascii")
 
 
 def _line_body(line: bytes) -> bytes | None:
-    """Return the plain values of a line as JSON, without their hash. None if they do not match the hash."""
+    """Return the values of a line as JSON, without their hash. None if they do not match the hash."""
     begin, _, rest = line.rstrip(b"\n").partition(b", ")
     body = b"{" + rest
     return body if begin + b", " == _line_head(body) else None

@@ -1,4 +1,4 @@
-"""The measures of a design for studies and sweeps: a row for each, with its meaning and a function that reads it."""
+"""Measures (quantities) of a design for studies and sweeps: name, unit, meaning, and a function for the value."""
 
 from __future__ import annotations
 
@@ -40,14 +40,15 @@ Reader = Callable[[Design], Figure]
 
 
 class AbsentError(ValueError):
-    """Raised if the design does not have the figure. The text gives the reason."""
+    """Raised if a design does not have the measure. The text gives the reason."""
 
 
 @record
 class Need:
-    """A part that a spec may have.
+    """A part of a spec that a measure needs.
 
-    ``name`` is its name, ``is_present`` returns whether a spec has it, and ``keys`` are the keys that can add it.
+    ``name`` is its name, ``is_present`` returns whether a spec has it, and ``keys`` are the keys of a spec that can add
+    it.
     """
 
     name: str
@@ -59,9 +60,10 @@ class Need:
 class DesignMeasure:
     """A measure of a design.
 
-    ``unit`` is the SI unit (empty for fractions and counts). ``needs`` are the parts that a spec needs to have it, and
-    ``levels`` the levels that compute it. ``read`` takes it from a design at the full level, and raises `AbsentError`
-    if it is absent. ``decided_by`` are the keys that alone determine it. Empty if many keys do.
+    ``unit`` is the SI unit, and empty for fractions and counts. ``needs`` are parts of a spec without which the measure
+    is missing. ``levels`` are the levels at which it is computed. ``read`` returns its value and error bound for a
+    design, and raises `AbsentError` if it is missing. ``decided_by`` are keys that alone determine it; empty if many
+    keys do.
     """
 
     name: str
@@ -74,12 +76,12 @@ class DesignMeasure:
 
     @property
     def needed(self) -> str:
-        """Text that lists the parts that a spec needs."""
+        """Text with the parts of a spec that the measure needs."""
         return ", ".join(need.name for need in self.needs)
 
 
 def _states(coils: Sequence[CoilEstimate]) -> Iterator[tuple[CoilEstimate, StateEstimate]]:
-    """Yield every coil with each of its states. Raises AbsentError if a state could not be estimated."""
+    """Yield each coil with each of its states. Raises AbsentError if a state could not be estimated."""
     failures = {state: why for coil in coils for state, why in coil.failed_states.items()}
     failed = next((why for why in failures.values() if why != MOVED_SIDEWAYS), None)
     if failed is not None:
@@ -89,10 +91,10 @@ def _states(coils: Sequence[CoilEstimate]) -> Iterator[tuple[CoilEstimate, State
 
 
 def inductance_error(coil: CoilEstimate, state: StateEstimate) -> float:
-    """Error bound (H) of a state's inductance.
+    """Return the error bound (H) of a state's inductance.
 
-    It is the sum of three errors: of the winding's inductance at direct current, of current crowding, and of the
-    target's change.
+    It is the sum of three errors: of the winding's inductance at direct current, of the current crowding at the
+    frequency, and of the change by the target.
     """
     least = 0.01 * coil.winding_inductance
     crowding = crowding_error(coil.winding_inductance, coil.inductance_parts["crowding"])
@@ -103,7 +105,7 @@ def inductance_error(coil: CoilEstimate, state: StateEstimate) -> float:
 def _worst_tank(
     coils: Sequence[CoilEstimate], pick: Callable[..., Any], name: str
 ) -> tuple[CoilEstimate, StateEstimate]:
-    """Return the coil and the state with the worst value of a figure. `pick` (min or max) selects the worst."""
+    """Return the coil and the state with the worst value of the field `name`. `pick` (min or max) selects the worst."""
     pairs = [pair for pair in _states(coils) if math.isfinite(getattr(pair[1], name))]
     if not pairs:
         raise AbsentError("no tank of this design oscillates")
@@ -112,10 +114,10 @@ def _worst_tank(
 
 
 def _tank_reader(pick: Callable[..., Any], name: str, by_inductance: float, by_loss: float) -> Reader:
-    """Return a function that reads a tank quantity of a design at the coil and state with the worst value.
+    """Return a function that reads a tank quantity of a design, at the coil and state with the worst value.
 
-    `pick` is min or max, and `name` is a field of `StateEstimate`. `by_inductance` and `by_loss` are the exponents of L
-    and R in the quantity; its error bound follows from them.
+    `pick` is min or max, and `name` is a field of `StateEstimate`. `by_inductance` and `by_loss` are the exponents of
+    inductance and resistance in the quantity. The error bound follows from these exponents.
     """
 
     def read(design: Design) -> Figure:
@@ -128,7 +130,7 @@ def _tank_reader(pick: Callable[..., Any], name: str, by_inductance: float, by_l
 
 
 def _sigma(pick: Callable[..., Any], name: str) -> Reader:
-    """Return a function that reads the standard deviation of a quantity between manufactured units.
+    """Return a function that reads the standard deviation of a quantity between manufactured sensors.
 
     It is read at the coil and state with the worst value of the quantity.
     """
@@ -209,7 +211,7 @@ def _tilt_error(sensing: SensingAnalysis, axis: str) -> float:
 
 
 def _drift_reader(place: int) -> Callable[[SensingAnalysis, str], float]:
-    """Return a function that reads an axis's temperature drift at a load. `place` 0 is no load, and -1 is full load."""
+    """Return a function that reads the temperature drift of an axis. `place` is 0 for no load, and -1 for full load."""
     return lambda sensing, axis: float(sensing.warmed[place].drift[sensing.bench.range.axes.index(axis)])
 
 
@@ -263,7 +265,10 @@ def _fit(of: Callable[[dict[str, FitMeasure]], float]) -> Reader:
 
 
 def _exact_reader(of: Callable[[Design], float | None], why: str = "") -> Reader:
-    """Return a function that reads a quantity with error bound 0. `why` is the reason if the design lacks it."""
+    """Return a function that reads a quantity with error bound 0.
+
+    `why` is the reason if the design does not have it.
+    """
     def read(design: Design) -> Figure:
         value = of(design)
         if value is None or not math.isfinite(value):
@@ -280,7 +285,7 @@ WORST: dict[str, tuple[Callable[..., Any], str, float, float]] = {
     "frequency": (max, "highest frequency of all tanks and states", 0.5, 0.0),
     "amplitude": (min, "least amplitude at the converter, of all tanks and states", 1.0, 1.0),
 }
-"""Quantities of a tank by name: min or max (selects the worst state), meaning, exponent of L, and exponent of R."""
+"""Tank quantities by name: min or max (selects the worst state), meaning, exponents of inductance and of resistance."""
 
 PADDED = (Need("target", lambda spec: spec.target is not None, ("target",)),
           Need("elastomer", lambda spec: spec.elastomer is not None, ("elastomer",)))
@@ -316,7 +321,7 @@ AXIS_MEASURES = (
     ("error.tilt", "error of {axis} by requirements.tilt, or by one degree, at the worst load",
      _axis_readers(_tilt_error), (FULL,)),
 )
-"""Name, meaning, reader and levels of each measure that every axis has."""
+"""Name, meaning, reader and levels of each measure that exists for every axis."""
 
 
 def _rows() -> Iterator[DesignMeasure]:
@@ -372,14 +377,14 @@ def _rows() -> Iterator[DesignMeasure]:
 
 
 MEASURES: dict[str, DesignMeasure] = {row.name: row for row in _rows()}
-"""Every measure by name, in the order of lists."""
+"""All measures by name, in the order of lists."""
 
 
 def measures_named(names: list[str] | tuple[str, ...] | None, level: str = SCREEN) -> tuple[str, ...]:
-    """Return measures by name, without duplicates.
+    """Return the names of measures without duplicates, after a check that they exist.
 
     If `names` is None, return all measures of the level except ranges, sigmas, yield and drifts without compensation.
-    Raises ValueError for an unknown name, with the nearest names.
+    Raises ValueError for an unknown name, with the most similar names.
     """
     if names is None:
         dear = ("range.", "sigma.", "yield", "error.uncompensated.")
@@ -391,7 +396,7 @@ def measures_named(names: list[str] | tuple[str, ...] | None, level: str = SCREE
 
 
 def nearest_measures(word: str) -> str:
-    """Return a text that names measures similar to a word."""
+    """Return a text with measures whose names are similar to a word."""
     near = difflib.get_close_matches(word.lower(), list(MEASURES), n=3, cutoff=0.5)
     near = near or [name for name in MEASURES if word and (word in name or name.partition(".")[0] in word)]
     return f"did you mean {', '.join(near)}?" if near else "`sitscad measures` lists them all"

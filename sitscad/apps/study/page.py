@@ -1,9 +1,7 @@
-"""A study's page: its answer as a single HTML file that loads nothing.
+"""HTML page of a study's answer: a single file that loads nothing else.
 
-Without scripts it still has all tables and pictures.
-
-The module also makes the page and the numbers of a search in progress. A design in a chart is named
-``CHART-design-NUMBER`` for the script.
+Without scripts, it still has all tables and pictures. The module also makes the page and the numbers of a search in
+progress. Each design in a chart has the id ``CHART-design-NUMBER`` for the script.
 """
 
 from __future__ import annotations
@@ -61,11 +59,12 @@ INK, SOFT, LINE = "#1c2126", "#5c6670", "#d9dee3"
 REFUSED, PASSES, FRONT, KEPT = "#b9c1c9", "#7fa8d6", COLOURS[0], COLOURS[1]
 LETTERS = 12.0
 TICKS = 4  # Largest number of steps of an axis
+"""Largest number of intervals between ticks on an axis."""
 
 
 @record
 class ChartAxis:
-    """An axis of a chart: its title, its range, and its ticks with labels."""
+    """An axis of a chart: title, range, and ticks as (value, label)."""
 
     title: str
     low: float
@@ -73,7 +72,7 @@ class ChartAxis:
     ticks: tuple[tuple[float, str], ...]
 
     def at(self, value: float) -> float:
-        """Return a value's position on the axis: 0 at the low end and below it, 1 at the high end and above it."""
+        """Return the position of a value on the axis: 0 at or below the low end, 1 at or above the high end."""
         return min(1.0, max(0.0, (value - self.low) / (self.high - self.low)))
 
     def has(self, value: float | None) -> bool:
@@ -82,7 +81,7 @@ class ChartAxis:
 
 
 def axis_of_figures(title: str, values: Iterable[float]) -> ChartAxis:
-    """Return an axis that contains all finite values with a margin at both ends, and ticks at round numbers."""
+    """Return an axis that contains all finite values with a margin at both ends. Its ticks are at round numbers."""
     finite = [value for value in values if math.isfinite(value)] or [0.0]
     low, high = min(finite), max(finite)
     room = 0.06 * (high - low) or 0.05 * abs(high) or 1.0
@@ -113,7 +112,7 @@ MARKS = {
 }
 """Radius (px) and colour of each kind of design, in the order of drawing.
 
-If several kinds apply to a design, it has the last of these kinds.
+If several kinds apply to a design, the last of these is used.
 """
 
 
@@ -121,7 +120,10 @@ def scatter_chart(
     name: str, axes: tuple[ChartAxis, ChartAxis], marks: Iterable[DesignMark],
     place: Callable[[DesignMark], tuple[float, float] | None], base: tuple[float, float] | None,
 ) -> str:
-    """Return a chart of designs by two figures. Designs beyond the axes are left out."""
+    """Return a chart of designs by two measures, or by a key and a measure. Designs outside the axes are left out.
+
+    `place` returns the two values of a design, and `base` are the values of the base.
+    """
     size, (start, low, right, top) = (620.0, 430.0), (66.0, 52.0, 606.0, 400.0)
     sheet, (across, up) = Sheet(f"{axes[1].title} against {axes[0].title}", size, unit="", decimals=1), axes
     for value, label in across.ticks:
@@ -158,9 +160,9 @@ def board_sketch(
     body: tuple[float, float, float, float], outline: Path, windings: Sequence[Path], width: float,
     targets: Sequence[Path],
 ) -> str:
-    """Return a drawing of a board without leads, from the top (m).
+    """Return a drawing of a board without leads, from the top. Lengths are in metres.
 
-    It shows the outline, cut off behind the body, the tracks of one layer, and the targets.
+    It shows the outline, cut off behind the body, the tracks of one layer with a `width` (m), and the targets.
     """
     x0, y0, x1, y1 = box_around([body, *(bounding_box([path]) for path in targets)])
     scale = 400.0 / (x1 - x0)
@@ -180,16 +182,16 @@ def board_sketch(
 
 
 MOST_OTHERS = 2000
-"""Largest number of designs on the page besides the front."""
+"""Largest number of designs on the page in addition to the Pareto front."""
 
 FEW = 5
-"""Number of designs on a front below which the chart also covers other designs."""
+"""Number of designs on the front below which the axes of the chart also cover other designs."""
 
 MOST_SKETCHES = 1_000_000
-"""Maximum number of characters of all small board drawings on the page. Further designs have no drawing."""
+"""Largest total number of characters of the small board drawings on the page. Further designs have no drawing."""
 
 MOST_PAGE = 3_000_000
-"""Maximum number of characters of the page.
+"""Largest number of characters of the page.
 
 If the page is longer, `MOST_OTHERS` and `MOST_SKETCHES` are halved until it fits.
 """
@@ -198,7 +200,7 @@ Values = Mapping[str, float]
 
 
 class StudyPage:
-    """The page of an answer. `share` is the fraction of `MOST_OTHERS` and `MOST_SKETCHES` that it uses."""
+    """The page of an answer. `share` is the fraction of the limits `MOST_OTHERS` and `MOST_SKETCHES` that it uses."""
 
     def __init__(self, answer: StudyAnswer, share: float = 1.0) -> None:
         self.answer, self.request, self.share = answer, answer.request, share
@@ -208,7 +210,7 @@ class StudyPage:
         self.points = self._points()
 
     def _points(self) -> list[DesignPoint]:
-        """Return the whole front, and other designs up to a limit, evenly selected among the evaluated designs."""
+        """Return all designs of the front, and an even selection of the other evaluated designs up to a limit."""
         nearest = [] if self.nearest is None else [self.nearest]
         front = [*dict.fromkeys((*self.numbers, *nearest, *self.answer.front))]
         beaten = [point for point in self.answer.results.screened if point not in set(front)]
@@ -217,7 +219,7 @@ class StudyPage:
 
     @cached_property
     def scales(self) -> dict[str, tuple[float, str]]:
-        """Factor and unit of each measure in charts, from the middle design of the front, or of all designs."""
+        """Factor and unit of each measure in charts, chosen by the median value of the front, or of all designs."""
         scales = {}
         for name in self.names:
             values = [evaluation.values[name][0] for point in (self.answer.front or self.points)
@@ -226,7 +228,7 @@ class StudyPage:
         return scales
 
     def scaled(self, evaluation: Evaluation) -> dict[str, float]:
-        """Return the figures of an evaluation in the units of the charts."""
+        """Return the values of an evaluation in the units of the charts."""
         values = evaluation.values
         return {name: values[name][0] * self.scales[name][0] for name in self.names if name in values}
 
@@ -251,7 +253,7 @@ class StudyPage:
 
     @cached_property
     def axes(self) -> dict[str, ChartAxis]:
-        """Axis of each measure. It covers the front, or the better four fifths of all designs if the front is small."""
+        """Axis of each measure. It covers the front, or if the front is small, the better 80 % of all designs."""
         axes = {}
         shown_marks = [k for k, mark in enumerate(self.marks) if mark.kind in ("kept", "front")]
         is_few = len(shown_marks) < FEW
@@ -270,11 +272,11 @@ class StudyPage:
         return axes
 
     def titled(self, name: str) -> str:
-        """Return a measure with its unit."""
+        """Return the name of a measure with its unit in charts."""
         return measure_title(name, self.scales[name][1])
 
     def html(self) -> str:
-        """Return the whole file."""
+        """Return the HTML of the whole page."""
         goals = [goal.words for goal in self.request.goals]
         verdict = ("good", "It can be met") if self.answer.is_met else ("bad", "No design keeps everything")
         if self.answer.lacks_yield:
@@ -298,7 +300,7 @@ class StudyPage:
                     f"{self.request.base.spec.source.sha256}")
 
     def so_far(self, of: int) -> str:
-        """Return the page of a search of `of` designs in progress: results of the screen, without kept designs."""
+        """Return the page of a search in progress with `of` designs: screen-level results without kept designs."""
         answer, good = self.answer, sum(mark.kind != "refused" for mark in self.marks)
         verdict = f"{len(answer.results.screened)} of {of} designs looked at by the screen, {good} keep everything"
         head = self.head([goal.words for goal in self.request.goals], ("good" if good else "bad", verdict), ())
@@ -309,7 +311,7 @@ class StudyPage:
         ])
 
     def head(self, goals: Sequence[str], verdict: tuple[str, str], lines: Iterable[str]) -> str:
-        """Return the name, the verdict, and the best value of each goal beside the base."""
+        """Return the head of the page: name, verdict, and the best value of each goal beside the base's value."""
         answer, (kind, verdict_text) = self.answer, verdict
         asks = [f"{each.measure} {each.written}" for each in self.request.require]
         tiles = []
@@ -330,12 +332,12 @@ class StudyPage:
         )
 
     def obstacles_part(self) -> str:
-        """Return the rules and requirements that refuse designs, and the smallest tried relaxation."""
+        """Return the part with rules and requirements that refuse designs, and the smallest sufficient relaxation."""
         table = _table(refusal_table(self.answer)) or "<p>Nothing refused a design.</p>"
         return "".join(_paragraphs(refusal_lines(self.answer))) + table
 
     def designs(self) -> str:
-        """Return the base and the kept designs: a table, then a drawing of each kept design."""
+        """Return the part with the base and the kept designs: a table, then a drawing of each kept design."""
         articles = ""
         for number, layout in enumerate(self.answer.layouts, 1):
             x0, y0, x1, y1 = layout.body
@@ -345,14 +347,14 @@ class StudyPage:
         return _table(design_table(self.answer)) + articles
 
     def yields(self) -> str:
-        """Return the yield of each kept design with its interval, its deciding spreads, and one sigma of figures."""
+        """Return the part with yields of kept designs, decisive manufacturing errors, and standard deviations."""
         is_unknown = self.answer.kept and all(each.units is None for each in self.answer.kept)
         designs = design_table(self.answer)
         tables = "".join(_paragraphs(low_yield_lines(self.answer))) + _table(yield_table(designs))
         return "<p>Not worked out.</p>" if is_unknown else tables + _table(sigma_table(designs))
 
     def front(self) -> str:
-        """Return charts of designs by each pair of goals, the chosen design, and the front as a table."""
+        """Return the part with charts of designs by each pair of goals, the chosen design, and a table of the front."""
         goals = [goal.measure for goal in self.request.goals]
         pairs = [*combinations(goals, 2)] if len(goals) > 1 else [(self.request.space.variables[0].key, goals[0])]
         fields, base = "", self.scaled(self.answer.base)
@@ -375,19 +377,22 @@ class StudyPage:
         return f"<div class='fields'>{fields}</div>{CHOSEN if self.answer.results.full else ''}{whole}"
 
     def _key_axis(self, key: str) -> ChartAxis:
-        """Return the axis of a key's values by number. The first, the middle and the last value have labels."""
+        """Return the axis of a varied key by the numbers of its values.
+
+        The first, middle and last value have labels.
+        """
         values = next(v.values for v in self.request.space.variables if v.key == key)
         last = len(values) - 1
         ticks = tuple((float(k), str(values[k])) for k in sorted({0, last // 2, last}))
         return ChartAxis(key, -0.25, last + 0.25, ticks)
 
     def onward(self) -> str:
-        """Return the next commands, and the places of the files."""
+        """Return the part with the next commands and the places of the files."""
         lines = [line.replace("./designs", "designs") for line in next_step_lines(self.answer, ".")]
         return f"{''.join(_paragraphs(lines))}<p class='soft'>{FILES}</p>"
 
     def data(self) -> dict[str, Any]:
-        """Return the data of the page's script: keys, measures, points and small drawings of the front."""
+        """Return the data for the page's script: keys, measures, designs, and small drawings of the front."""
         before, space = self.request.base.values(()), self.request.space
         base = self.scaled(self.answer.base)
         return {
@@ -402,7 +407,7 @@ class StudyPage:
         }
 
     def _sketches(self) -> Iterator[tuple[str, str]]:
-        """Yield small drawings of the front by number, up to the limit of characters."""
+        """Yield (number of the design, small drawing) for designs of the front, up to the limit of characters."""
         room = int(self.share * MOST_SKETCHES)
         for mark in self.marks:
             if mark.kind not in BEST:
@@ -465,7 +470,7 @@ def _paragraphs(lines: Iterable[str]) -> Iterator[str]:
 
 
 def _digits(value: float | None) -> float | None:
-    """Return a figure with five significant digits for drawing."""
+    """Return a value rounded to five significant digits, for drawing."""
     return None if value is None else float(f"{value:.5g}")
 
 
@@ -478,7 +483,7 @@ def study_page(answer: StudyAnswer) -> str:
 
 
 def page_so_far(study: Study, results: StudyResults, of: int) -> str:
-    """Return the page of a search in progress, with `results` of `of` designs: results of the screen."""
+    """Return the page of a search in progress, with the screen-level `results` of some of its `of` designs."""
     request, results = study.request, replace(results, full={})
     nothing = Agreement(0, 0, 0, {})
     base = screen_designs([request.base.spec], request.measures)[0]
@@ -489,7 +494,7 @@ def page_so_far(study: Study, results: StudyResults, of: int) -> str:
 
 
 def answer_files(answer: StudyAnswer) -> dict[str, bytes]:
-    """Return the files of a study's folder besides its archive, and the files that the kept designs read."""
+    """Return the files of a study's folder except its archive, and the files that the kept designs read."""
     request = answer.request
     specs = (request.base.design(request.space.changes(design.point)) for design in answer.kept)
     files = {f"designs/{name}": content for spec in specs for name, content in spec.source.files.items()}
@@ -499,15 +504,16 @@ def answer_files(answer: StudyAnswer) -> dict[str, bytes]:
 
 
 PAUSE = 1.0
-"""Seconds between two events of a search in progress."""
+"""Time (s) between two reports of a search in progress."""
 
 
 def search_progress(
     study: Study, evaluated: dict[str, Evaluation], serves: bool
 ) -> Iterator[tuple[dict[str, Any], bytes]]:
-    """Yield the numbers of a search in progress, and its page if `serves`, until all designs are evaluated.
+    """Evaluate the first set of designs of a search at the screen level, and report progress.
 
-    Evaluations from earlier saves in `evaluated` are reused if they still apply.
+    After each pause, yield the counts and the best values so far (`numbers`), and the HTML page (empty unless
+    `serves`). Valid evaluations of earlier saves in `evaluated` are reused.
     """
     request = study.request
     points = first_set(request.space, request.evaluations, request.seed, [request.base_point])
@@ -527,7 +533,7 @@ def search_progress(
 
 
 def numbers(results: StudyResults, of: int) -> dict[str, Any]:
-    """Return the number of evaluated designs, the number that pass the screen, and their best value of each goal."""
+    """Return the numbers of evaluated designs and of designs that pass the screen level, and each goal's best value."""
     request, good = results.request, passing_designs(results.request, results.screened)
     texts = {"designs": f"{len(results.screened)} of {of}", "keep everything": str(len(good))}
     for goal in request.goals:

@@ -1,7 +1,7 @@
-"""The search of a study: candidates in generations, each evaluated once per level, and their costs.
+"""The search of a study: designs in generations, each evaluated once per level, and their costs.
 
-Candidates depend on the seed and on earlier costs. They never depend on the process that computed the costs, or on the
-order of computation.
+The designs of a generation depend on the seed and on earlier costs. They never depend on the order of computation or on
+the process that computed a cost.
 """
 
 from __future__ import annotations
@@ -38,18 +38,18 @@ GENERATION = 4096
 """Number of designs of a grid or a Sobol' set that are passed to the workers together."""
 
 LEAST_SOBOL, MOST_SOBOL = 32, 1024
-"""Least and largest number of designs that a search evaluates first, from a Sobol' set.
+"""Least and largest number of designs in the Sobol' set that a search evaluates first.
 
-Within these limits, the number is a quarter of all evaluations, as a power of two.
+Within these limits, the number is a quarter of all evaluations, rounded down to a power of two.
 """
 
 
 @record
 class Costs:
-    """Costs of a point.
+    """Costs of a design.
 
-    ``goals`` are figures to minimize, None if the design does not have the figure. ``violation`` is the total breach of
-    rules and requirements, 0 if all are kept.
+    ``goals`` are values to minimize, None if the design does not have the measure. ``violation`` is the total breach of
+    rules and requirements, and 0 if all are met.
     """
 
     goals: tuple[float | None, ...]
@@ -57,11 +57,11 @@ class Costs:
 
 
 Evaluate = Callable[[list[Point]], list[Costs]]
-"""Function that returns the costs of points. It is called once per point."""
+"""Function that returns the costs of points. It is called once for each point."""
 
 
 def method_for(method: str, space: Space, evaluations: int, goals: int) -> str:
-    """Return the search method: the named one, or for "auto" the grid if it is small enough, else another method."""
+    """Return the search method. For "auto", it is the grid if it is small enough, else another method."""
     if method != "auto":
         return method
     if space.size <= evaluations:
@@ -72,7 +72,7 @@ def method_for(method: str, space: Space, evaluations: int, goals: int) -> str:
 def search(
     method: str, space: Space, evaluations: int, seed: int, goals: int, evaluate: Evaluate, begin: Sequence[Point] = ()
 ) -> None:
-    """Evaluate points chosen by a method: the points in `begin` first, at most `evaluations`, and equal points once."""
+    """Evaluate points chosen by a method, at most `evaluations` points, each once. Points in `begin` come first."""
     if method in ("grid", "sobol"):
         further = space.points() if method == "grid" else sobol_set(space, evaluations, seed)
         _evaluate_in_parts(_distinct((*begin, *islice(further, evaluations)), evaluations), evaluate)
@@ -91,7 +91,7 @@ def first_set(space: Space, evaluations: int, seed: int, begin: Sequence[Point] 
 
 
 def _distinct(points: Iterable[Point], most: int) -> list[Point]:
-    """Return the first `most` points, equal points once."""
+    """Return the first `most` different points."""
     return list(dict.fromkeys(points))[:most]
 
 
@@ -101,9 +101,9 @@ def _evaluate_in_parts(points: Sequence[Point], evaluate: Evaluate) -> list[Cost
 
 
 def sobol_set(space: Space, count: int, seed: int) -> list[Point]:
-    """Return the distinct designs of a scrambled Sobol' set with `count` rows.
+    """Return the different designs of a scrambled Sobol' set with `count` rows.
 
-    Each coordinate (0 to 1) selects a value of a key. Rows that select equal values are one design.
+    Each coordinate (0 to 1) selects a value of a key. Rows that select the same values are one design.
     """
     from scipy.stats import qmc  # loaded for searches only
 
@@ -115,11 +115,11 @@ def sobol_set(space: Space, count: int, seed: int) -> list[Point]:
 
 
 WORST = 1e30
-"""Value in place of a goal that a design does not have. Such a design also violates the requirements."""
+"""Value used for a goal whose measure a design does not have. Such a design also violates the requirements."""
 
 
 def _figures(costs: Sequence[Costs]) -> tuple[Array, Array]:
-    """Return goals (n, goals) and violations (n, 1) as arrays."""
+    """Return goals (n, goals) and violations (n, 1) of n designs as arrays."""
     goals = np.array([[WORST if value is None else value for value in each.goals] for each in costs])
     return goals, np.array([each.violation for each in costs]).reshape(-1, 1)
 
@@ -127,9 +127,9 @@ def _figures(costs: Sequence[Costs]) -> tuple[Array, Array]:
 def _nsga2(
     space: Space, evaluations: int, seed: int, goals: int, evaluated: dict[Point, Costs], evaluate: Evaluate
 ) -> None:
-    """Search with NSGA-II (Deb 2002) on the numbers of the values.
+    """Search with NSGA-II (Deb 2002). Its variables are the numbers of the keys' values.
 
-    The first population is the best of the known points.
+    The first population are the best of the known points.
     """
     try:
         from pymoo.algorithms.moo.nsga2 import NSGA2
@@ -166,7 +166,7 @@ STILL = 50
 
 
 def _evaluate_new(points: Sequence[Point], evaluations: int, evaluated: dict[Point, Costs], evaluate: Evaluate) -> int:
-    """Evaluate unknown points while evaluations are left. Return their number."""
+    """Evaluate points that are not yet known, up to the limit of evaluations. Return how many were evaluated."""
     new = [point for point in dict.fromkeys(points) if point not in evaluated][: evaluations - len(evaluated)]
     if new:
         evaluated |= dict(zip(new, evaluate(new), strict=True))
@@ -174,20 +174,17 @@ def _evaluate_new(points: Sequence[Point], evaluations: int, evaluated: dict[Poi
 
 
 def _best(evaluated: dict[Point, Costs], size: int) -> list[Point]:
-    """Return the first population: the points with the least violation.
-
-    Among valid points, the best fronts go first.
-    """
+    """Return the first population: valid points front by front, then the points with the least violation."""
     points = list(evaluated)
     ranks = front_numbers([evaluated[point] for point in points])
     return [points[k] for k in np.argsort(ranks, kind="stable")[:size]]
 
 
 def front_numbers(costs: Sequence[Costs], least: int | None = None) -> NDArray[np.int64]:
-    """Return the number of the front of each point, from 0.
+    """Return the number of the Pareto front to which each point belongs, from 0.
 
-    Valid points are ranked by their goals. All others come after them, by their violation. Once `least` points have a
-    front, the remaining valid points share the next one.
+    Valid points are ranked by their goals. Points with violations follow, ranked by their violation. When `least`
+    points have a front, the remaining valid points share the next front.
     """
     goals, violations = _figures(costs)
     ranks = np.full(len(costs), -1, dtype=np.int64)
@@ -203,9 +200,9 @@ def front_numbers(costs: Sequence[Costs], least: int | None = None) -> NDArray[n
 
 
 def _unbeaten(values: Array) -> Flags:
-    """Return flags of the rows (n, goals; less is better) that no other row beats.
+    """Return flags of the rows (n, goals) that no other row beats. Smaller values are better.
 
-    In the order of their goals, a row can be beaten only by earlier rows. The number of passes is the number of
+    If rows are sorted by their goals, a row can be beaten only by earlier rows. The number of passes is the number of
     unbeaten rows.
     """
     remaining, unbeaten = np.lexsort(values.T[::-1]), np.zeros(len(values), dtype=bool)
@@ -223,16 +220,16 @@ class _SpentError(Exception):
 REFUSED = 1e12
 """Factor in the cost of an invalid design: the cost is `REFUSED` times (1 + violation).
 
-It is larger than every goal of a valid design in SI units.
+It exceeds each goal of a valid design in SI units.
 """
 
 
 def _differential_evolution(
     space: Space, evaluations: int, seed: int, goals: int, evaluated: dict[Point, Costs], evaluate: Evaluate
 ) -> None:
-    """Search with differential evolution (Storn and Price 1997) on the numbers of the values.
+    """Search with differential evolution (Storn and Price 1997). Its variables are the numbers of the keys' values.
 
-    The first population is the best of the known points.
+    The first population are the best of the known points.
     """
     from scipy.optimize import differential_evolution
 
@@ -264,40 +261,40 @@ def _differential_evolution(
 
 
 def _single_cost(cost: Costs) -> float:
-    """Return the cost of a design with one goal."""
+    """Return the cost of a design in a search with one goal. Invalid designs have large costs."""
     goal = cost.goals[0]
     return REFUSED * (1.0 + cost.violation) if cost.violation > 0.0 or goal is None else goal
 
 
 USELESS_COMMENT_RULE = "SIT020"
-"""Rule about a comment that silences no finding.
+"""Rule on a comment that suppresses no finding.
 
-The comment is removed from kept designs, and the warning is ignored.
+Such a comment is removed from kept designs, and the warning is ignored.
 """
 
 LEAST_FULL = 24
-"""Least number of designs to evaluate at the full level, if the search has as many.
+"""Least number of designs to evaluate at the full level, if the search has that number.
 
-If four times the number of designs to keep is larger, this number is used instead.
+If four times the number of designs to keep is larger, the larger number is used.
 """
 
 MOST_FRONT = 256
-"""Largest number of designs of the front to evaluate at the full level. Further designs are in the archive only."""
+"""Largest number of designs of the front to evaluate at the full level. Further designs are only in the archive."""
 
 MOST_AT_ONCE = 8
-"""Largest number of designs of one generation to evaluate at the full level during the search."""
+"""Largest number of designs of one generation that are evaluated at the full level during the search."""
 
 MOST_ROUNDS = 4
-"""Maximum number of rounds that evaluate the screen's best designs at the full level after the search.
+"""Largest number of rounds after the search in which the best screened designs are evaluated at the full level.
 
-Rounds do not count while no design meets everything (see `MOST_IN_VAIN`).
+Rounds do not count while no design passes (see `MOST_IN_VAIN`).
 """
 
 MOST_IN_VAIN = 8
-"""Maximum number of rounds (see `MOST_ROUNDS`) after which no design meets everything at the full level."""
+"""Largest number of rounds (see `MOST_ROUNDS`) without a design that passes at the full level."""
 
 MANY = 8
-"""Least number of designs with one value of a key that must fail at the full level before this value goes last.
+"""Least number of designs with one value of a key that must fail at the full level before this value is tried last.
 
 No design with the value may have passed.
 """
@@ -307,9 +304,9 @@ No design with the value may have passed.
 class StudyState:
     """Progress of a study.
 
-    ``stage`` is the present work, and ``done`` of ``of`` designs or units are finished, as far as the total is known.
-    ``feasible`` designs meet everything, and ``best`` is the best value of each goal. ``made`` counts evaluations of
-    this run, without those from the archive.
+    ``stage`` is the present work. ``done`` of ``of`` designs or simulated sensors are finished, as far as the total is
+    known. ``feasible`` is the number of designs that pass, and ``best`` the best value of each goal. ``made`` counts
+    evaluations of this run, without those from the archive.
     """
 
     stage: str
@@ -327,8 +324,8 @@ Progress = Callable[[StudyState], None]
 class StudyResults:
     """All evaluations of a study.
 
-    ``screened`` and ``full`` hold evaluations by point, in the order of evaluation. A design without a screen is in
-    both. ``reused`` counts evaluations from the archive, and ``damaged`` its damaged lines.
+    ``screened`` and ``full`` hold evaluations at the two levels by point, in the order of evaluation. A design that
+    cannot be screened is in both. ``reused`` counts evaluations from the archive, and ``damaged`` its damaged lines.
     """
 
     request: StudyRequest
@@ -340,29 +337,29 @@ class StudyResults:
 
     @property
     def unscreened(self) -> int:
-        """Number of designs without a screen, which were evaluated at the full level instead."""
+        """Number of designs that cannot be screened and were evaluated at the full level instead."""
         return sum(each.level == FULL for each in self.screened.values())
 
     def of(self, point: Point) -> Evaluation:
-        """Return the evaluation of a point at the full level, or else by the screen."""
+        """Return the evaluation of a point at the full level, or else at the screen level."""
         return self.full.get(point) or self.screened[point]
 
 
 LEAST_RANK = 0.98
-"""Least rank correlation (Spearman) between screen and full level.
+"""Least rank correlation (Spearman) between screen and full level for which the screen level ranks designs.
 
-If a measure has less, the screen does not rank designs by this measure.
+A measure with a smaller correlation is not used for ranking at the screen level.
 """
 
 
 @cache
 def unranked_measures() -> frozenset[str]:
-    """Return the measures by which the screen does not rank designs."""
+    """Return the measures that are not used for ranking designs at the screen level."""
     return frozenset(row["measure"] for row in rows("screen_errors") if row["rank"] and float(row["rank"]) < LEAST_RANK)
 
 
 def violations(request: StudyRequest, evaluation: Evaluation) -> dict[str, Breach]:
-    """Return the breaches of a design: rules with errors, warnings that may not stay, and broken requirements.
+    """Return the breaches of a design: rules with errors, warnings that are not accepted, and broken requirements.
 
     A missing measure is a breach, too, unless only the full level computes it. A design that cannot be drawn has only
     the breaches of the rules that refuse its spec, because no others are known.
@@ -402,20 +399,20 @@ def costs(request: StudyRequest, evaluation: Evaluation) -> Costs:
 
 
 def is_unmade(broken: Iterable[str]) -> bool:
-    """Whether a rule of the spec itself is broken.
+    """Whether a rule on the spec itself (SIT0xx) is broken.
 
-    The design then cannot be drawn, and other rules cannot be applied.
+    The board then cannot be drawn, and other rules cannot be applied.
     """
     return any(name.startswith("SIT0") and name != USELESS_COMMENT_RULE for name in broken)
 
 
 NOT_MADE = 100.0
-"""Additional violation of a design that cannot be drawn: more than the violation of any other design."""
+"""Additional violation of a design that cannot be drawn. It exceeds the violation of any other design."""
 
 
 @dataclass
 class LevelTally:
-    """Counts of the evaluations of a level, with a progress report after each new evaluation."""
+    """Counts of evaluations at one level, with a progress report after each new evaluation."""
 
     request: StudyRequest
     level: str
@@ -427,7 +424,7 @@ class LevelTally:
     best: dict[str, float] = field(default_factory=dict)
 
     def note(self, evaluation: Evaluation, is_made: bool) -> None:
-        """Count one evaluation."""
+        """Count one evaluation. `is_made` is False if it comes from the archive."""
         self.done += 1
         if not violations(self.request, evaluation):
             self.good += 1
@@ -456,7 +453,7 @@ class StudyRun:
         self.found = StudyResults(request, method, damaged=archive.damaged)
 
     def evaluate(self, points: Sequence[Point], level: str) -> None:
-        """Evaluate points on a level, each once. Evaluations in the archive are reused."""
+        """Evaluate points at a level, each once. Evaluations in the archive are reused."""
         results = self.found.full if level == FULL else self.found.screened
         base, measures = self._asked.base, self._asked.measures
         changes = {point: self._asked.space.changes(point) for point in points if point not in results}
@@ -483,7 +480,7 @@ class StudyRun:
         """Screen designs chosen by the method, then evaluate the front at the full level until it is stable.
 
         Promising designs are evaluated at the full level during the search, too. Designs with a value that failed often
-        come last.
+        are evaluated last.
         """
         study = self._asked
         count = min(study.evaluations, study.space.size)
@@ -504,10 +501,10 @@ class StudyRun:
             in_vain, rounds = in_vain + is_in_vain, rounds + (not is_in_vain)
 
     def _doubtful(self) -> set[tuple[int, int]]:
-        """Return pairs (key number, value number) that the full level refuses although the screen accepts them.
+        """Return pairs (key number, value number) that fail at the full level although they pass the screen level.
 
-        At least `MANY` designs with the value passed the screen and failed at the full level, and no design with it
-        passed. A key is left out if all its values failed.
+        At least `MANY` designs with the value passed the screen level and failed at the full level, and no design with
+        the value passed. A key is left out if all its values failed.
         """
         fell, sound = Counter[tuple[int, int]](), set[tuple[int, int]]()
         for point, each in self.found.full.items():
@@ -520,18 +517,18 @@ class StudyRun:
         return {(key, value) for key, value in doubtful if counts[key] < len(self._asked.space.variables[key].values)}
 
     def _good(self) -> list[Point]:
-        """Return the designs that meet everything by their best evaluation, at most `MOST_RANKED`."""
+        """Return the designs without violation by their best evaluation, at most `MOST_RANKED`."""
         good = [point for point, cost in self._costs.items() if cost.violation <= 0.0]
         if len(good) <= MOST_RANKED:
             return good
         return nsmallest(MOST_RANKED, good, key=lambda point: self._costs[point].goals)
 
     def _costs_of(self, points: list[Point]) -> list[Costs]:
-        """Return the costs of a generation.
+        """Return the costs of a generation of designs.
 
-        Designs are screened. Those on the front so far are also evaluated at the full level, because some rules can be
-        decided only there. If the screen does not rank designs by one of the goals, all designs that pass the screen
-        are evaluated at the full level. The design nearest to the base always is.
+        Designs are evaluated at the screen level. Designs on the present front are also evaluated at the full level,
+        because only this level decides some rules. If the screen level cannot rank designs by one of the goals, all
+        designs that pass it are evaluated at the full level. The design nearest to the base always is.
         """
         self.evaluate(points, SCREEN)
         self.evaluate([point for point in points if point == self._asked.base_point], FULL)
@@ -543,7 +540,7 @@ class StudyRun:
         return [self._costs[point] for point in points]
 
     def best(self, count: int, among: list[Point] | None = None) -> list[Point]:
-        """Return the `count` points with the least costs by their best evaluation, front by front.
+        """Return the `count` points with the smallest costs by their best evaluation, front by front.
 
         `among` limits the valid points. Points with the least violation follow.
         """
@@ -555,9 +552,9 @@ class StudyRun:
         return [*order[:count], *nsmallest(rest, bad, key=lambda point: self._costs[point].violation)]
 
     def units(self, points: Sequence[Point], count: int = DRAWS) -> dict[Point, list[UnitEvaluation]]:
-        """Return evaluated units of designs, with errors of manufacture.
+        """Return simulated sensors of designs, each with random manufacturing errors.
 
-        Parts of all designs are computed in parallel.
+        `count` is their number per design. Groups of sensors of all designs are computed in parallel.
         """
         base, sigmas, draw_rows = self._asked.base, dict(self._asked.spread), latin_hypercube(count)
         names = tuple(dict.fromkeys((*(each.measure for each in self._asked.require if each.measure != "yield"),
@@ -581,7 +578,7 @@ class StudyRun:
 
 
 PART = 8
-"""Number of units that go to one worker together: some seconds of work."""
+"""Number of simulated sensors that one worker computes at a time: some seconds of work."""
 
 MOST_RANKED = 20_000
-"""Largest number of designs to divide into fronts. Of more designs, the best by the first goal are used."""
+"""Largest number of designs that are divided into fronts. Of more designs, the best by the first goal are used."""

@@ -1,6 +1,6 @@
-"""The designs of a study: a base spec, the changes that make a design, and the varied keys.
+"""The possible designs of a study: a base spec, varied keys, and the changes of the spec that make a design.
 
-Each varied key has a list of values, so that two designs are either equal or different.
+Each varied key has a list of values, so two designs are either equal or different.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.source import SpecSource, TextError, read_yaml
 
 Changes = tuple[tuple[str, Any], ...]
-"""Dotted keys of a spec with their plain values, in order."""
+"""Changes of a spec: (dotted key, value) in order."""
 
 IGNORES = "# sitscad:"
 
 
 @record(eq=False)
 class Base:
-    """A spec by its text and path, with the folder of profiles from its configuration.
+    """A base spec by its text and path, with the folder of profiles from its configuration.
 
     It is small enough to be sent to other processes, which read the spec again.
     """
@@ -48,12 +48,12 @@ class Base:
 
     @classmethod
     def of(cls, source: SpecSource) -> Base:
-        """Return the base of a loaded spec by its source."""
+        """Return the base of a loaded spec, from its source."""
         return cls(source.text, source.path, policy_for(source.path).profiles)
 
     @classmethod
     def opened(cls, path: str) -> Base:
-        """Return the base of a file. Raises `SpecError` if the file is not a valid spec."""
+        """Return the base of a spec file. Raises `SpecError` if the file is not a valid spec."""
         policy = policy_for(path)
         return cls(open_spec(path, policy).source.text, path, policy.profiles)
 
@@ -70,7 +70,7 @@ class Base:
         return pickle.dumps(dict(read_yaml(self.text.removeprefix("\ufeff")).data))
 
     def values(self, changes: Changes) -> dict[str, Any]:
-        """Return the plain values of a design. Raises `SpecError` if the spec has no place for a key."""
+        """Return the spec's values with changes applied. Raises `SpecError` if the spec has no place for a key."""
         data: dict[str, Any] = pickle.loads(self._data)
         try:
             for key, value in changes:
@@ -80,18 +80,18 @@ class Base:
         return data
 
     def design(self, changes: Changes) -> SensorSpec:
-        """Return the spec of a design: its values, with this spec's text as their source. Raises `SpecError`."""
+        """Return the spec of a design, with this spec's text as its source. Raises `SpecError`."""
         return load_values(self.values(changes), self.spec.source, self.profiles)
 
     def written(self, changes: Changes) -> str:
-        """Return the text of a design, with the base's comments. Raises `SpecError`."""
+        """Return the text of a design's spec, with the base's comments. Raises `SpecError`."""
         return rewritten_spec(self.spec, changes).source.text
 
     def key(self, changes: Changes, level: str, *parameters: Any) -> str:
         """Return the hash under which a design's evaluation is stored.
 
-        It covers the values, everything that the evaluation depends on, the program, the level, and the further values
-        in `parameters`.
+        It depends on the design's values, on everything else that affects the evaluation, on sitscad's code, on the
+        level, and on `parameters`.
         """
         try:
             values: Any = self.values(changes)
@@ -103,7 +103,7 @@ class Base:
 
     @cached_property
     def _judged_by(self) -> list[Any]:
-        """Program, rules, configuration, comments that silence rules, and files that the spec names."""
+        """Code version, rules, configuration, comments that suppress rules, and hashes of files that the spec names."""
         files = _hashes(self.spec.source.files)
         comments = [line.strip() for line in self.text.splitlines() if IGNORES in line]
         policy = policy_for(self.path).as_json()
@@ -112,7 +112,7 @@ class Base:
     def _own_files(self, changes: Changes, values: Any) -> dict[str, str] | list[str]:
         """Return hashes of the files of a design that names other files than the base.
 
-        If the design is refused, return the reasons. A changed file may remove them.
+        If the design's spec is invalid, return the reasons, because a changed file may remove them.
         """
         if self.spec.source.files.keys() >= set(_FILE.findall(json.dumps(values, ensure_ascii=False))):
             return {}
@@ -123,7 +123,7 @@ class Base:
 
 
 _FILE = re.compile(rf'"([^"]*(?:{"|".join(map(re.escape, chain(*FILES.values())))}))"', re.IGNORECASE)
-"""Pattern of texts in JSON values that may name files."""
+"""Pattern of texts in JSON values that may be file names."""
 
 
 def _hashes(files: Mapping[str, bytes]) -> dict[str, str]:
@@ -132,14 +132,14 @@ def _hashes(files: Mapping[str, bytes]) -> dict[str, str]:
 
 @lru_cache(maxsize=4)
 def _read_once(text: str, path: str, profiles: str | None) -> Base:
-    """Return a base in another process, cached for further chunks."""
+    """Return a base in another process. It is cached for further chunks."""
     return Base(text, path, profiles)
 
 
 def require_key(base: Base, key: str, values: Sequence[Any]) -> None:
-    """Raise `SpecError` if the spec does not have the key, or if the key cannot have one of the values.
+    """Raise `SpecError` if the spec does not have the key, or if a value is invalid for the key by itself.
 
-    Values that only contradict other keys are accepted. They refuse single designs, not a sweep.
+    A value that conflicts with other keys is accepted. Only the designs with this conflict are then invalid.
     """
     looked_at = values
     if len(values) > MANY_VALUES:
@@ -154,17 +154,20 @@ def require_key(base: Base, key: str, values: Sequence[Any]) -> None:
 
 
 MANY_VALUES = 100
-"""Number of values above which only the first and the last, and values that are no finite numbers, are tested first."""
+"""Number of values above which only some are checked in advance.
+
+These are the first, the last, and values that are not finite numbers.
+"""
 
 UNREADABLE_KEY_RULES = ("SIT002", "SIT004", "SIT005", "SIT006", "SIT007")
-"""Rules of the spec about unknown keys and impossible values. No other key can remove their findings."""
+"""Rules on unknown keys and impossible values. Values of other keys cannot remove their findings."""
 
 
 @cache
 def code_version() -> str:
-    """Return the version of sitscad, with a hash of its modules and tables.
+    """Return the version of sitscad with a hash of its modules and tables.
 
-    Evaluations are valid for one version only.
+    Stored evaluations are valid for one such version only.
     """
     root, digest = PACKAGE, hashlib.sha256()
     for path in sorted(_code(root)):
@@ -176,12 +179,12 @@ def code_version() -> str:
 OF_NO_JUDGEMENT = {"apps", "calibration", "cli", "files", "templates"}
 """Folders of the package that do not affect the evaluation of a design.
 
-Modules of this folder are excepted unless `SEARCHING` lists them.
+In this folder, only the modules in `SEARCHING` do not affect it.
 """
 
 SEARCHING = {"answer.py", "answer_text.py", "document.py", "page.py", "running.py", "study.py", "sweeping.py",
              "__init__.py"}
-"""Modules of this folder that do not affect verdicts or figures of a design."""
+"""Modules of this folder that do not affect the evaluation of a design."""
 
 
 def _code(root: Path) -> Iterable[Path]:
@@ -196,10 +199,10 @@ MOST_VALUES = 100_000
 """Largest number of values of one key."""
 
 STEPS = 50
-"""Least number of steps of a range without a step. The default step is 1, 2 or 5 times a power of ten."""
+"""Least number of steps of a range without a stated step. The default step is 1, 2 or 5 times a power of ten."""
 
 Point = tuple[int, ...]
-"""A design: for each varied key, the number of its value in the key's list of values, from 0."""
+"""A design: for each varied key, the number (from 0) of its value in the key's list of values."""
 
 _WRITTEN = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*(.*?)\s*")
 
@@ -214,19 +217,19 @@ class RangeError(ValueError):
 
 @record
 class Variable:
-    """A varied key, its values as in a spec, and whether they are ordered as numbers."""
+    """A varied key, its values as in a spec, and whether the values are ordered as numbers."""
 
     key: str
     values: tuple[Any, ...]
     is_ordered: bool = True
 
     def nearest(self, value: Any) -> int:
-        """Return the number of the value nearest to a spec's value. 0 if they cannot be compared."""
+        """Return the number of the value nearest to a value of a spec. 0 if they cannot be compared."""
         return min(range(len(self.values)), key=lambda k: value_difference(self.values[k], value))
 
 
 def value_at_key(data: Any, key: str) -> Any:
-    """Return the plain value under a dotted key. Entries of lists have numbers as keys. None if there is none."""
+    """Return the value under a dotted key. Elements of lists have numbers as keys. None if there is none."""
     for name in key.split("."):
         inner = {str(k): entry for k, entry in enumerate(data)} if isinstance(data, list) else data
         data = inner.get(name) if isinstance(inner, dict) else None
@@ -244,7 +247,7 @@ def value_difference(value: Any, other: Any) -> Decimal:
 
 
 def same_value(value: Any) -> Hashable:
-    """Return a value that is equal for equal quantities in any units."""
+    """Return a hashable value that is the same for equal quantities in different units."""
     if isinstance(value, list):
         return tuple(map(same_value, value))
     try:
@@ -254,7 +257,7 @@ def same_value(value: Any) -> Hashable:
 
 
 def _size(value: Any) -> Decimal:
-    """Return a quantity in SI. A bare number is millimetres, because it is compared with lengths."""
+    """Return a quantity in SI units. A number without a unit is in millimetres, because it is compared with lengths."""
     number, unit = _number(value)
     return number * (_FACTORS.get(unit, Decimal(1)) if unit else Decimal("0.001"))
 
@@ -263,9 +266,9 @@ _FACTORS = {name: factor for units in UNITS.values() for name, factor in units.i
 
 
 def values_by_step(low: Any, high: Any, step: Any = None) -> tuple[Any, ...]:
-    """Return values from `low` to `high`, both as in a spec. The default step is a round number.
+    """Return values from `low` to `high` in steps, as in a spec. The default step is a round number.
 
-    The last value is the last step within the range. Without a given step, the end of the range is added.
+    The last value is the last step within the range. Without a stated step, the end of the range is added.
     """
     (first, unit), (last, _) = _pair(low, high)
     if step is None:
@@ -288,7 +291,7 @@ def values_by_step(low: Any, high: Any, step: Any = None) -> tuple[Any, ...]:
 
 
 def values_by_count(low: Any, high: Any, count: int) -> tuple[Any, ...]:
-    """Return `count` evenly spaced values from `low` to `high`, with at most twelve digits."""
+    """Return `count` equally spaced values from `low` to `high`, with at most twelve digits."""
     (first, unit), (last, _) = _pair(low, high, may_fall=True)
     if not 1 <= count <= MOST_VALUES:
         raise RangeError(f"a count from 1 to {MOST_VALUES} is wanted, not {count}")
@@ -297,7 +300,7 @@ def values_by_count(low: Any, high: Any, count: int) -> tuple[Any, ...]:
 
 
 def _pair(low: Any, high: Any, may_fall: bool = False) -> tuple[tuple[Decimal, str], tuple[Decimal, str]]:
-    """Return both ends of a range as numbers with one unit."""
+    """Return both ends of a range as (number, unit), with equal units."""
     bottom, top = _number(low), _number(high)
     if bottom[1] != top[1]:
         raise RangeError(f"{low} and {high} have different units", "write both with one unit, like 75 um and 125 um")
@@ -317,14 +320,14 @@ def _number(value: Any) -> tuple[Decimal, str]:
 
 
 def _written(value: Decimal, unit: str) -> Any:
-    """Return a number as in a spec: an integer if it is whole."""
+    """Return a number as in a spec: an integer if it is whole, with its unit if there is one."""
     plain = int(value) if value == value.to_integral_value() else float(value)
     return f"{plain} {unit}" if unit else plain
 
 
 @record
 class Space:
-    """The designs of a study: all combinations of the values of the varied keys (``variables``).
+    """The possible designs of a study: all combinations of the values of the varied keys (``variables``).
 
     ``linked`` maps further keys to the varied key whose value they take. ``implied`` maps a varied key and the text of
     its value to further keys and their values.
@@ -335,14 +338,14 @@ class Space:
     implied: Mapping[str, Mapping[str, Mapping[str, Any]]]
 
     def moves(self, keys: Iterable[str]) -> bool:
-        """Whether any of these keys is varied, lies inside a varied section, or contains a varied key."""
+        """Whether one of these keys is varied, is inside a varied section, or contains a varied key."""
         moved = [variable.key for variable in self.variables] + list(self.linked)
         moved += [key for choices in self.implied.values() for brings in choices.values() for key in brings]
         return any(meet(each, key) for each in moved for key in keys)
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Number of values of each variable."""
+        """Number of values of each varied key."""
         return tuple(len(variable.values) for variable in self.variables)
 
     @property
@@ -351,11 +354,11 @@ class Space:
         return math.prod(self.shape)
 
     def chosen(self, point: Point) -> dict[str, Any]:
-        """Return the values of the variables at a point."""
+        """Return the values of the varied keys at a point."""
         return {v.key: v.values[k] for v, k in zip(self.variables, point, strict=True)}
 
     def changes(self, point: Point) -> Changes:
-        """Return all changed keys at a point, with their values."""
+        """Return all changes of the spec at a point, including linked and implied keys."""
         chosen = self.chosen(point)
         changed = dict(chosen)
         changed |= {key: chosen[other] for key, other in self.linked.items()}
@@ -364,9 +367,9 @@ class Space:
         return tuple(changed.items())
 
     def nearest(self, values: Mapping[str, Any]) -> Point:
-        """Return the point nearest to a spec with these plain values, key by key."""
+        """Return the point nearest to a spec with these values, key by key."""
         return tuple(variable.nearest(value_at_key(values, variable.key)) for variable in self.variables)
 
     def points(self) -> Iterator[Point]:
-        """Return all points. The last variable changes fastest."""
+        """Return all points. The number of the last key changes fastest."""
         return product(*(range(count) for count in self.shape))

@@ -1,7 +1,8 @@
-"""Yield: the fraction of manufactured units that meet the requirements of a design.
+"""Yield: the fraction of manufactured sensors of a design that meet the requirements.
 
-A unit is the design with every scattering quantity changed by its own random draw. Its board is routed as designed. All
-designs use equal draws (common random numbers), so that their yields differ by the designs only.
+A simulated sensor (unit) is the design with a random error of each quantity that scatters in manufacture. Its board is
+routed like the design. All designs use the same random numbers, so that their yields differ only because of the
+designs.
 """
 
 from __future__ import annotations
@@ -28,28 +29,31 @@ from sitscad.package.inspection import as_configured
 from sitscad.spec.sensor import SensorSpec
 
 DRAWS, SEED = 256, 20261124
-"""Number of units of a kept design, and the seed of their draws, which is the same for every study."""
+"""Number of simulated sensors of each kept design, and seed of their random numbers. It is the same for all studies."""
 
 KEPT_BY_UNITS = ("SIT2", "SIT4")
-"""Rules that every unit has to keep: electrical, readout and sensing. Board and fit do not vary between units."""
+"""Beginnings of the ids of rules that each sensor must meet: electrical, readout and sensing.
+
+Board and fit do not vary between sensors.
+"""
 
 BY_CALIBRATION = ("error.gap",)
-"""Measures that a unit may exceed before its calibration and still be good after its calibration.
+"""Measures whose limit a sensor may exceed before its calibration and still be good after calibration.
 
-The gap's error, from the thickness of glue and pad, remains after a tare. Calibration removes it. All other limits
-must also be met after calibration.
+The error by the thickness of glue and pad remains after a tare, and calibration removes it. All other limits must also
+be met without calibration.
 """
 
 SPREADS = {cause.key: cause for cause in CAUSES if cause.moved is not None}
-"""Causes of scatter in manufacture that are drawn at random for each unit, by their names in studies."""
+"""Causes of manufacturing scatter that are drawn at random for each sensor, by their names in studies."""
 
 
 @cache
 def latin_hypercube(count: int) -> Array:
-    """Return random numbers (count, spreads) between 0 and 1: a Latin hypercube with a fixed seed.
+    """Return random numbers (count, causes) between 0 and 1: a Latin hypercube with a fixed seed.
 
-    The columns are in the order of `SPREADS`. A Sobol' set is not used: with few points, some pairs of its columns are
-    equal.
+    The columns are in the order of `SPREADS`. A Sobol' set is not used, because with few points some pairs of its
+    columns are equal.
     """
     from scipy.stats import qmc  # loaded for studies only
 
@@ -58,9 +62,9 @@ def latin_hypercube(count: int) -> Array:
 
 
 def unit_spec(spec: SensorSpec, row: Array, sigmas: Mapping[str, float]) -> SensorSpec:
-    """Return the spec of one manufactured unit from its draws (spreads,), numbers between 0 and 1.
+    """Return the spec of one simulated sensor from its random numbers `row` (causes), between 0 and 1.
 
-    `sigmas` replace standard deviations of the tables, by spread.
+    `sigmas` are standard deviations that replace the usual ones, by cause.
     """
     from scipy.special import ndtri
 
@@ -75,9 +79,9 @@ def unit_spec(spec: SensorSpec, row: Array, sigmas: Mapping[str, float]) -> Sens
 def judge_units(
     base: Base, changes: Changes, sigmas: Mapping[str, float], measures: Sequence[str], rows: Array
 ) -> list[UnitEvaluation]:
-    """Return evaluated units of a design, from their draws (n, spreads).
+    """Return simulated sensors of a design with their evaluations, from random numbers `rows` (n, causes).
 
-    Limits of measures are not applied here. The caller compares them.
+    Limits of measures are not applied here, but by the caller.
     """
     spec = base.design(changes)
     nominal = Design(spec)
@@ -104,11 +108,11 @@ def _evaluate_unit(design: Design, measures: Sequence[str]) -> UnitEvaluation:
 class Yield:
     """The yield of a design.
 
-    ``good`` of ``units`` are good as manufactured, and ``calibrated`` are good after calibration. The computation of
-    ``failed`` units failed. ``interval`` is the 95 % confidence interval of the yield (Wilson 1927). For each rule or
-    requirement, ``broken`` is the fraction of units that break it. For each spread, ``costs`` is its Sobol' index: the
-    fraction of the variance between good and bad units that it explains. ``sigmas`` are standard
-    deviations of measures over the units.
+    Of ``units`` simulated sensors, ``good`` are good as manufactured, and ``calibrated`` are good after calibration.
+    The computation of ``failed`` sensors failed. ``interval`` is the 95 % confidence interval of the yield (Wilson
+    1927). ``broken`` is the fraction of sensors that break each rule or requirement. ``costs`` is the Sobol' index of
+    each cause: the fraction of the variance between good and bad sensors that it explains. ``sigmas`` are standard
+    deviations of measures over the sensors.
     """
 
     units: int
@@ -122,12 +126,12 @@ class Yield:
 
     @property
     def share(self) -> float:
-        """Yield: fraction of units that are good as manufactured."""
+        """Yield: fraction of sensors that are good as manufactured."""
         return self.good / self.units
 
 
 def yield_of(judged: Sequence[UnitEvaluation], holds: Callable[[Mapping[str, float]], tuple[str, ...]]) -> Yield:
-    """Return the yield of units. `holds` returns the requirements that a unit's figures break."""
+    """Return the yield from simulated sensors. `holds` returns the requirements that a sensor's values break."""
     broken = [(*each.broken_rules, *holds(each.values)) if each.is_computed else () for each in judged]
     good = np.array([each.is_computed and not rules for each, rules in zip(judged, broken, strict=True)])
     mended = [each.is_computed and not set(rules) - set(BY_CALIBRATION)
@@ -144,7 +148,7 @@ def yield_of(judged: Sequence[UnitEvaluation], holds: Callable[[Mapping[str, flo
 
 
 def wilson_interval(good: int, count: int) -> tuple[float, float]:
-    """Return the 95 % confidence interval of a fraction (Wilson 1927)."""
+    """Return the 95 % confidence interval of the fraction `good` / `count` (Wilson 1927)."""
     z = 1.959964  # 97.5 % quantile of the normal distribution
     share, square = good / count, z * z
     middle = (share + square / (2.0 * count)) / (1.0 + square / count)
@@ -153,19 +157,19 @@ def wilson_interval(good: int, count: int) -> tuple[float, float]:
 
 
 BINS, SURELY = 8, 3.5
-"""Number of equal bins for the draws of a spread, and least significance of a returned Sobol' index.
+"""Number of equal bins for the random numbers of a cause, and least significance of a returned Sobol' index.
 
-An index is returned if it exceeds `SURELY` standard deviations of an index by chance (chi-square with BINS - 1 degrees
-of freedom).
+An index is returned if it exceeds the index expected by chance by `SURELY` standard deviations (chi-square with BINS -
+1 degrees of freedom).
 """
 
 
 def _first_order(good: Array, rows: Array) -> dict[str, float]:
-    """Return Sobol' indices of first order by spread, the largest first. Insignificant indices are left out.
+    """Return Sobol' indices of first order by cause, the largest first. Insignificant indices are left out.
 
-    An index is the part of the variance that the spread's draw explains. It is the variance of the means within equal
-    bins of the draw, over the whole variance, minus the part expected by chance. Empty if all units are equal, or if
-    there are fewer than two per bin.
+    An index is the fraction of the variance that the cause explains. It is the variance of the means within equal bins
+    of the random number, divided by the whole variance, minus the part expected by chance. Empty if all sensors are
+    equal, or if there are fewer than two per bin.
     """
     whole = float(good.var())
     if whole == 0.0 or len(good) < 2 * BINS:

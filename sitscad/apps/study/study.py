@@ -1,4 +1,4 @@
-"""A study: reading its file, running its search, and its answer."""
+"""A study: reading its file, running its search, and returning its answer."""
 
 from __future__ import annotations
 
@@ -50,9 +50,9 @@ class StudyAnswer:
 
     ``base`` is the evaluation of the base at the full level, and ``results`` are all evaluations. ``bindings`` and
     ``relaxation`` describe the limits that refuse designs, and ``agreement`` compares both levels. ``constant_goals``
-    are goals with equal values in all designs. ``front`` are the points that no other design beats, without the
-    ``dropped_count`` designs, whose yields are too small. ``kept`` are the kept designs, and ``spec_texts`` their
-    specs.
+    are goals with equal values in all designs. ``front`` are the points that no other design beats. ``dropped_count``
+    designs whose yield is too small are not part of it. ``kept`` are the kept designs, and ``spec_texts`` the texts of
+    their specs.
     """
 
     name: str
@@ -74,18 +74,18 @@ class StudyAnswer:
 
     @cached_property
     def layouts(self) -> tuple[Layout, ...]:
-        """Boards of the kept designs."""
+        """Layouts of the kept designs."""
         return tuple(arrange(self.request.base.design(self.request.space.changes(design.point)))
                      for design in self.kept)
 
     @property
     def is_met(self) -> bool:
-        """Whether a design meets the study."""
+        """Whether at least one design meets the study."""
         return bool(self.kept)
 
     @property
     def lacks_yield(self) -> bool:
-        """Whether a yield is required that was not computed."""
+        """Whether a yield is required but was not computed."""
         return self.request.least_yield is not None and any(each.units is None for each in self.kept)
 
 
@@ -190,7 +190,7 @@ class Study:
 
 
 def _with_kept_designs(result: StudyAnswer, points: Sequence[Point], yields: Mapping[Point, Yield]) -> StudyAnswer:
-    """Return the answer with kept designs and their spec texts."""
+    """Return the answer with kept designs and the texts of their specs."""
     request, full = result.request, result.results.full
     designs = tuple(KeptDesign(point, answer.changed_keys(request, point), full[point], yields.get(point))
                     for point in points)
@@ -199,10 +199,10 @@ def _with_kept_designs(result: StudyAnswer, points: Sequence[Point], yields: Map
 
 
 def _with_yields(result: StudyAnswer, run: StudyRun, draws: int) -> StudyAnswer:
-    """Return the answer with the yields of its designs.
+    """Return the answer with the yields of its kept designs.
 
-    A design with too small a yield is dropped and the next one is tried, until as many designs are dropped as can be
-    kept.
+    A design with too small a yield is dropped and another is tried. This ends when the number of dropped designs
+    reaches the number to keep.
     """
     request, fallen = result.request, set[Point]()
     yields: dict[Point, Yield] = {}
@@ -226,9 +226,9 @@ def _with_yields(result: StudyAnswer, run: StudyRun, draws: int) -> StudyAnswer:
 
 
 def _text(request: StudyRequest, design: KeptDesign, number: int) -> str:
-    """Return the whole spec of a kept design under its own name.
+    """Return the text of the spec of kept design number `number`, with its own name.
 
-    It keeps the base's comments, except waivers that silence no finding. A first line names the changed keys.
+    It has the base's comments, except comments that suppress no finding. The first line lists the changed keys.
     """
     base = request.base
     name = f"{base.spec.name[: LONGEST_NAME - 3]}-{number}"

@@ -1,6 +1,6 @@
-"""Sweeps: every design of a product of ranges, evaluated, as a table of arrays.
+"""Sweeps: evaluation of all combinations of several ranges of values, as a table of arrays.
 
-The table can be text, CSV, JSON, arrays or a picture. The module also lists the measures.
+The table can be written as text, CSV, JSON, arrays or a picture. The module also lists the measures.
 """
 
 from __future__ import annotations
@@ -40,10 +40,10 @@ MOST_DESIGNS = 1_000_000
 
 @record(eq=False)
 class SweepTable:
-    """A table of evaluations, one row per design. The last key changes fastest.
+    """A table of evaluations with one row per design. The last key changes fastest.
 
-    ``keys`` are the values of every varied key as given. ``values`` and ``errors`` are arrays by measure: figures and
-    error bounds in the measure's unit, NaN if absent. ``verdict``, ``refused_by`` and ``warned_by`` are the results of
+    ``keys`` are the values of each varied key as given. ``values`` and ``errors`` are arrays by measure: values and
+    error bounds in the measure's unit, NaN if missing. ``verdict``, ``refused_by`` and ``warned_by`` are the results of
     the rules.
     """
 
@@ -167,7 +167,7 @@ def sweep_as_written(
     source: SpecSource, ranges: Mapping[str, Sequence[Any]], measures: Sequence[str] | None = None, *,
     level: str = SCREEN, jobs: int | None = 1, executor: Executor | None = None, progress: Progress | None = None,
 ) -> SweepTable:
-    """Return figures as `sweep` does, for values as in a YAML file: bare lengths are millimetres."""
+    """Return the table of `sweep` for values as in a YAML file, in which lengths without a unit are in millimetres."""
     names = _measures_of(level, measures)
     axes = {str(key): tuple(plain_data(list(values))) for key, values in ranges.items()}
     if not axes or not all(axes.values()):
@@ -218,7 +218,7 @@ def _columns(axes: Mapping[str, tuple[Any, ...]]) -> dict[str, tuple[Any, ...]]:
 
 
 def parse_range(text: str) -> tuple[str, tuple[Any, ...]]:
-    """Return the key and the values of ``coil.turns=6:12:13`` or ``coil.layers=2,4``. Raises `RangeError`."""
+    """Return the key and the values in ``coil.turns=6:12:13`` or ``coil.layers=2,4``. Raises `RangeError`."""
     key, equals, written = text.partition("=")
     if not equals or not key.strip() or not written.strip():
         raise RangeError(f"{text!r} is no KEY=FIRST:LAST:COUNT and no KEY=VALUE,VALUE", "like coil.turns=6:12:13")
@@ -231,12 +231,12 @@ def parse_range(text: str) -> tuple[str, tuple[Any, ...]]:
 
 
 def value_text(name: str, value: float, digits: int = 4) -> str:
-    """Return a figure of a measure for people. A dash if it is not finite."""
+    """Return a value of a measure as text with its unit. A dash if it is not finite."""
     return quantity(value, MEASURES[name].unit, digits)
 
 
 def sweep_text(table: SweepTable) -> str:
-    """Return one line per design: keys, figures with error bounds, verdict, and the rules that refuse or warn."""
+    """Return one line per design: keys, values with error bounds, verdict, and the rules that refuse or warn."""
     head = [*table.keys, *table.values, "verdict", "refused by", "warned by"]
     rows = [
         [*(str(values[k]) for values in table.keys.values()),
@@ -249,13 +249,13 @@ def sweep_text(table: SweepTable) -> str:
 
 
 def _value_with_error(name: str, value: float, error: float) -> str:
-    """Return a figure with its relative error bound: ``1.263 kohm +-11%``."""
+    """Return a value with its relative error bound, like ``1.263 kohm +-11%``."""
     share = 100.0 * error / abs(value) if value and error > 0.0 else 0.0
     return f"{value_text(name, value)} +-{float(f'{share:.2g}'):g}%" if share else value_text(name, value)
 
 
 def sweep_csv(table: SweepTable) -> str:
-    """Return one row per design, with columns by key and measure. Absent figures are empty."""
+    """Return a CSV file with one row per design, and columns by key and measure. Missing values are empty."""
     named = [title for name in table.values for title in (name, f"{name}.error")]
     rows: list[list[object]] = [[*table.keys, *named, "verdict", "refused_by", "warned_by"]]
     for k in range(len(table)):
@@ -267,7 +267,7 @@ def sweep_csv(table: SweepTable) -> str:
 
 
 def sweep_json(table: SweepTable) -> str:
-    """Return the table by columns, with units."""
+    """Return the table as JSON by columns, with units."""
     columns = {
         name: {"unit": MEASURES[name].unit, "value": values.tolist(), "error": table.errors[name].tolist()}
         for name, values in table.values.items()
@@ -281,7 +281,10 @@ def sweep_json(table: SweepTable) -> str:
 
 
 def sweep_npz(table: SweepTable) -> bytes:
-    """Return arrays by key and measure, with ``NAME.error`` beside each. The bytes are always equal."""
+    """Return arrays by key and measure as an NPZ file, with ``NAME.error`` for error bounds.
+
+    Equal tables give equal bytes.
+    """
     arrays: dict[str, Any] = {key: np.array(values) for key, values in table.keys.items()}
     for name, values in table.values.items():
         arrays |= {name: values, f"{name}.error": table.errors[name]}
@@ -293,14 +296,14 @@ def sweep_npz(table: SweepTable) -> bytes:
 
 
 PANEL = (140.0, 80.0)
-"""Size of one picture on a sheet (mm)."""
+"""Width and height (mm) of one picture on a sheet."""
 
 
 def sweep_svg(table: SweepTable) -> str:
-    """Return a picture of each measure.
+    """Return a picture of each measure as SVG.
 
-    For one key it is a curve with its band of error. For two keys it is a field without interpolation, with the edges
-    of the cells that each rule refuses. Raises ValueError for more keys.
+    For one key, it is a curve with a band for the error. For two keys, it is a map of coloured cells without
+    interpolation, with the borders of the cells that each rule refuses. Raises ValueError for more keys.
     """
     if len(table.keys) > 2:
         raise ValueError(f"a picture has one key or two, not {len(table.keys)}; .csv takes any number")
@@ -316,7 +319,7 @@ def sweep_svg(table: SweepTable) -> str:
 
 
 def scale_of(name: str, values: Array) -> tuple[float, str]:
-    """Return the factor and the unit of a measure in drawings."""
+    """Return the factor and the unit of a measure in drawings, chosen by the largest of the values."""
     finite = np.abs(values[np.isfinite(values)])
     most = float(finite.max()) if finite.size else 0.0
     unit = value_text(name, most).partition(" ")[2] if most else MEASURES[name].unit
@@ -325,7 +328,7 @@ def scale_of(name: str, values: Array) -> tuple[float, str]:
 
 
 def _axis(values: Sequence[Any]) -> tuple[Array, list[str] | None]:
-    """Return the positions of values on an axis. Also return their names if they are not numbers with one unit."""
+    """Return the positions of values on an axis, and their labels. None for labels if all are numbers with one unit."""
     matches = [re.fullmatch(r"\s*([-+.\deE]+)\s*([^\d]*)", str(value)) for value in values]
     units = {match[2] for match in matches if match is not None}
     if all(matches) and len(units) == 1:
@@ -336,7 +339,7 @@ def _axis(values: Sequence[Any]) -> tuple[Array, list[str] | None]:
 
 
 def measure_title(name: str, unit: str) -> str:
-    """Return a measure's name with its unit."""
+    """Return a measure's name with its unit in parentheses."""
     return f"{name} ({unit})" if unit else name
 
 
@@ -395,7 +398,7 @@ def _field(table: SweepTable, name: str) -> Callable[[Any], None]:
 
 
 def rule_titles() -> dict[str, str]:
-    """Return identifier and name of every rule, by identifier."""
+    """Return the text "ID NAME" of each rule by its id."""
     return {rule.id: f"{rule.id} {rule.name}" for rule in all_rules()}
 
 
@@ -406,7 +409,8 @@ REFUSAL_LINE_COLOURS = ("#d02020", "#ffffff", "#ff9a1f", "#111111", "#e05ab0", "
 def _cell_borders(middles: Array) -> Array:
     """Return the n + 1 borders of cells around n ascending values.
 
-    Inner borders lie halfway between neighbouring values, outer borders as far beyond the first and last value.
+    Inner borders are halfway between neighbouring values. Outer borders are at equal distance beyond the first and the
+    last value.
     """
     if len(middles) == 1:
         return np.array([middles[0] - 0.5, middles[0] + 0.5])
@@ -415,7 +419,10 @@ def _cell_borders(middles: Array) -> Array:
 
 
 def _draw_refused_edge(axes: Any, refused: Flags, xs: Array, ys: Array, rule: str, colour: str) -> None:
-    """Draw the border of the cells that a rule refuses. It follows the cells, because designs between are unknown."""
+    """Draw the border of the cells that a rule refuses.
+
+    It follows the cells, because designs between them are unknown.
+    """
     inside = np.pad(refused, 1)
     lines: list[tuple[list[float], list[float]]] = []
     for i, k in zip(*np.nonzero(inside[1:, 1:-1] != inside[:-1, 1:-1]), strict=True):
@@ -431,16 +438,16 @@ def _bytes(write: Callable[[SweepTable], str]) -> Callable[[SweepTable], bytes]:
 
 
 SWEEP_FORMATS: Mapping[str, Callable[[SweepTable], str]] = {"text": sweep_text, "csv": sweep_csv, "json": sweep_json}
-"""Output formats of `sweep`."""
+"""Output formats of `sweep`: functions of the table, by name."""
 
 SWEEP_FILES: Mapping[str, Callable[[SweepTable], bytes]] = {
     ".csv": _bytes(sweep_csv), ".json": _bytes(sweep_json), ".npz": sweep_npz, ".svg": _bytes(sweep_svg),
 }
-"""File formats of `sweep -o`, by ending."""
+"""File formats of `sweep -o`: functions of the table, by file ending."""
 
 
 def measures_text() -> str:
-    """Return one line per measure: name, unit, levels, meaning and needs."""
+    """Return one line per measure: name, unit, levels, meaning and needed parts."""
     rows = [
         [row.name, row.unit or "-", ", ".join(row.levels),
          row.meaning + (f" (needs {row.needed})" if row.needs else "")]
@@ -451,7 +458,7 @@ def measures_text() -> str:
 
 
 def measures_json() -> str:
-    """Return the properties of every measure as JSON."""
+    """Return the properties of all measures as JSON."""
     rows = [
         {"name": row.name, "unit": row.unit, "meaning": row.meaning, "levels": list(row.levels), "needs": row.needed}
         for row in MEASURES.values()

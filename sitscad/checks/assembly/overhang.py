@@ -36,9 +36,9 @@ from sitscad.spec.mount import Mount
 from sitscad.spec.sensor import SensorSpec
 
 FACTORS = (1, 2, 3)
-"""Factors on the computed increase of the body's margin, tried in this order.
+"""Factors on the computed increase of the body's margin, in the order of trial.
 
-Factor 1 suffices unless a short jaw lets the body grow on one side only.
+Factor 1 is sufficient unless a short jaw lets the body grow on one side only.
 """
 
 ENDS = ("far end", "lower side", "tail's end", "upper side")
@@ -84,19 +84,19 @@ def overhang(design: Design) -> Iterator[Verdict]:
 
 
 def _overhang_texts(box: tuple[float, ...], on: tuple[float, ...]) -> list[str]:
-    """Return a text for each side at which a box extends beyond its support, with the length.
+    """Return a text with the excess length for each side at which a box extends beyond its support `on`.
 
-    Boxes are (x_min, y_min, x_max, y_max; m). Empty if only rounded corners of the support are exceeded.
+    Boxes are (x_min, y_min, x_max, y_max; m). Empty if the box exceeds only rounded corners of the support.
     """
     out = [sign * (on[i] - box[i]) for i, sign in enumerate((1.0, 1.0, -1.0, -1.0))]
     return [f"{show(by, 'm', 3)} at the {end}" for by, end in zip(out, ENDS, strict=True) if by > ROUNDING]
 
 
 def _plates_onto_body(design: Design) -> tuple[Family, ...]:
-    """Return families of changes after which target and elastomer lie completely on the body.
+    """Return families of changes after which target and pad lie completely on the body.
 
-    The first families keep the body: a larger elastomer, and an elastomer moved under the target. Then follow a larger
-    body, and smaller plates.
+    Changes that keep the body come first: a larger pad, and a pad moved under the target. A larger body and smaller
+    plates follow.
     """
     spec, body = design.spec, design.layout.body_outline
 
@@ -132,9 +132,9 @@ def _larger_bodies(design: Design) -> Iterator[Fix]:
 
 
 def laser_sheet(design: Design) -> Iterator[Verdict]:
-    """Yield findings on cut parts larger than their sheet with kerf and coupon, and on copies without a web.
+    """Yield findings on cut parts that do not fit on their sheet, and on several copies of a part without a web.
 
-    The parts are elastomer, target and shield.
+    The parts are pad, target and shield. Their kerf and the kerf coupon need room on the sheet, too.
     """
     spec, cutting, boards = design.spec, design.spec.cutting, design.spec.fpc.boards or 1
     yield from _uncut_target(spec)
@@ -157,7 +157,7 @@ def laser_sheet(design: Design) -> Iterator[Verdict]:
 
 
 def _uncut_target(spec: SensorSpec) -> Iterator[Violation]:
-    """Yield a note if no known laser cuts the target's metal in its thickness."""
+    """Yield a note if no known laser cuts the target's metal with this thickness."""
     plate = spec.target
     if plate is None or is_laser_cut(plate.material.name, plate.thickness):
         return

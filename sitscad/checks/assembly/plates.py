@@ -48,7 +48,7 @@ from sitscad.spec.places import footprint
 from sitscad.spec.sensor import SensorSpec
 
 MOST_MARGIN, MOST_SIDE = 0.1, 0.5
-"""Largest value of ``fpc.margin``, and largest side of a plate, that a spec may have (m)."""
+"""Largest ``fpc.margin`` (m), and largest side of a plate (m), that a spec may have."""
 
 
 def lowest_plates(plates: Plates) -> tuple[Body, ...]:
@@ -62,9 +62,9 @@ def grow_box(box: tuple[float, ...], by: float) -> tuple[float, float, float, fl
 
 
 def plates_lie_on_body(plates: Plates, film: float, body: Path) -> bool:
-    """Whether each target lies completely on its elastomer, and the lowest plates on the body's outline.
+    """Whether each target lies completely on its pad, and the lowest plates with their film on the body's outline.
 
-    `film` is the thickness (m) of the film around the lowest plates; it must lie on the body, too.
+    `film` is the thickness (m) of the film around the lowest plates.
     """
     pad, plate = plates.elastomer, plates.target
     if pad is not None and plate is not None and plate.footprint.hangs_over(pad.outline()) > ROUNDING:
@@ -191,10 +191,10 @@ def _room(here: Footprint, on: Path, around: float, is_square: bool, grain: floa
 def _shortened_sides(
     here: Footprint, size: list[float], way: tuple[float, float], on: Path, around: float, grain: float
 ) -> tuple[float, float] | None:
-    """Return reduced sides (m) of a plate with which its corners and the film lie on the outline `on`.
+    """Return reduced sides (m) of a plate with which its corners and the film around it lie on the outline `on`.
 
-    `way` holds 1 for each side that is shortened, 0 for each side that is not. `around` is the film's thickness (m).
-    None if even the smallest plate does not fit.
+    `way` holds 1 for each side that may be shortened, else 0. `around` is the film's thickness (m). None if even the
+    smallest plate does not fit.
     """
 
     def sides(less: float) -> tuple[float, float]:
@@ -212,9 +212,9 @@ def _shortened_sides(
 
 
 def _widest_side(here: Footprint, on: Path, around: float, axis: int) -> float:
-    """Return the largest side (m) along one axis of a plate, while its other side is nearly zero.
+    """Return the largest side (m) of a plate along one axis, if its other side is nearly 0.
 
-    The plate keeps its place. With the film `around` it (m), it must lie on the outline `on`.
+    The plate keeps its centre. With the film `around` it (m), it must lie on the outline `on`.
     """
     sides = [GRAIN, GRAIN]
 
@@ -295,7 +295,10 @@ def target_proportions(design: Design) -> Iterator[Verdict]:
 
 
 def _beside_line_length(design: Design, hint: str, fixes: tuple[Family, ...]) -> Iterator[Verdict]:
-    """Yield a finding if a target as long as the distance of two coils would give clearly larger signals."""
+    """Yield a finding if a target as long as the pitch of two coils in a line would give a larger signal.
+
+    The signal must be larger by more than the limit `target_length_gain`. `hint` is the case of the hint.
+    """
     spec, pitch, limit = design.spec, _line_pitch(design.spec.array), constant_limits()["target_length_gain"]
     target, requirements = spec.target, spec.requirements
     assert pitch is not None and target is not None
@@ -450,15 +453,15 @@ RULES = (PROPORTIONS, rule_of("SIT328", plates_apart))
 
 
 FREQUENCY = 5e6
-"""Frequency (Hz) of the comparison. The ratios of signals hardly depend on it."""
+"""Frequency (Hz) at which the signals of targets are compared. Their ratios hardly depend on it."""
 
 SHEAR_SHARE = 0.25
-"""Shear force for the comparison of targets, as a fraction of the normal force. Used if the spec has no shear force."""
+"""Shear force for the comparison of targets, divided by the normal force, if the spec requires no shear force."""
 
 
 @record
 class LengthGain:
-    """Signal ratios for normal and shear force: another target divided by the spec's target."""
+    """Signals with another target, divided by the signals with the spec's target: for normal and for shear force."""
 
     normal: float
     shear: float

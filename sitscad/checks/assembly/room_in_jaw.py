@@ -33,7 +33,7 @@ from sitscad.spec.sensor import SensorSpec
 JAW_SOURCE = "the jaw's figures (mount.jaw); thesis of Jones 2.5: jaw about 5 mm wide, sensing body 5 x 10 mm"
 
 SMALLEST_MEASURED_PORT = 1.1
-"""Ratio of the smallest measured inner diameter of a port to its nominal diameter.
+"""Smallest measured inner diameter of a port, divided by its nominal diameter.
 
 5 mm trocars measure at least 5.5 mm inside (Limperg 2024).
 """
@@ -45,7 +45,7 @@ PLATES = ("target", "elastomer", "encapsulation")
 """Names of the parts of the closed jaws whose width is in the spec, and of the film that covers them."""
 
 LEAST_STEP = 1e-6
-"""Step (m) to which the bisection finds the length by which a part must shrink."""
+"""Resolution (m) of the bisection for the length by which a part must shrink."""
 
 
 def sensor_width(design: Design) -> Iterator[Verdict]:
@@ -107,10 +107,10 @@ def _less_margins(spec: SensorSpec, axis: int, excess: float) -> Iterator[Fix]:
 
 
 WIDER_GAPS = (0.0, 0.02e-3, 0.05e-3, 0.1e-3, 0.2e-3)
-"""Reductions (m) of the body beyond the needed length, tried in this order. Leads may need wider gaps."""
+"""Lengths (m) by which the body is made shorter than needed, in the order of trial. Leads may then have wider gaps."""
 
 MOST_ENDS = 6
-"""Largest number of designs to try in which the coil's layers end at other angles, so that leads move."""
+"""Largest number of trial designs in which the coil's layers end at other angles, so that the leads move."""
 
 
 def _narrower_boards(spec: SensorSpec, by: float) -> tuple[Family, ...]:
@@ -192,9 +192,9 @@ def sensor_length(design: Design) -> Iterator[Verdict]:
 
 
 def stack_height(design: Design) -> Iterator[Verdict]:
-    """Yield findings on the closed pair of jaws with the whole stack between them, against the port.
+    """Yield findings on the closed jaws with the whole sensor between them, if they do not pass through the port.
 
-    Glue and tolerances are included.
+    Glue lines and tolerances are included.
     """
     try:
         backing_of(design.spec).shield_that_fits()
@@ -308,9 +308,10 @@ def _measure_of(fit: tuple[Measure, ...], name: str) -> Measure | None:
 
 
 def _weight_of(measure: Measure) -> Severity | None:
-    """Return the severity of a measure that exceeds its limit. None if it does not.
+    """Return the severity of a comparison whose value exceeds its limit. None if the limit is met.
 
-    It is an error if the nominal or the root-sum-square value exceeds the limit, a warning if only the worst case does.
+    It is an error if the nominal or the root-sum-square value exceeds the limit, and a warning if only the worst case
+    does.
     """
     if max(measure.nominal, measure.root_sum_square) > measure.limit + ROUNDING:
         return Severity.ERROR

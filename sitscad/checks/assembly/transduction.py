@@ -39,22 +39,22 @@ rigidity = late("sitscad.kernels.mechanics.plate_bending", "rigidity")
 
 STRAIN_ERROR = 0.5
 LOADED = 0.99
-"""Ratio of a pad's loaded area to its whole area from which the pad counts as fully loaded."""
+"""Loaded area of a pad divided by its whole area, above which the pad counts as fully loaded."""
 
 LEAST_MODULUS_CHANGE = 0.05
-"""Least relative change of the pad's modulus, between 20 degC and the temperature of use, that is reported.
+"""Least relative change of the pad's modulus between 20 degC and the temperature of use that is reported.
 
 It is smaller than the uncertainty of the modulus itself.
 """
 
 SLENDERNESS = 0.25
-"""Largest ratio of a pad's thickness to its width without a finding.
+"""Largest thickness of a pad divided by its width without a finding.
 
 It is the ratio of the 8 x 8 x 2 mm bench pad (Jones, thesis, Leeds), whose target stayed level.
 """
 
 THICKNESS_GRAIN = 50e-6
-"""Step (m) between the thicknesses that are tried for a pad that would buckle sideways."""
+"""Step (m) between trial thicknesses of a pad that would buckle sideways."""
 
 
 def elastomer_strain(design: Design) -> Iterator[Verdict]:
@@ -372,9 +372,9 @@ def target_bending(design: Design) -> Iterator[Verdict]:
 
 
 def _modulus_lower_bound(sigma: float) -> float:
-    """Return the lower bound of a material's modulus, as a fraction of its nominal modulus.
+    """Return the lower limit of a material's modulus, divided by its nominal modulus.
 
-    It is one standard deviation below nominal (`sigma`, relative), and at least 0.05.
+    It is one standard deviation (`sigma`, relative) below nominal, but at least 0.05.
     """
     return max(0.05, 1.0 - sigma)
 

@@ -42,9 +42,9 @@ GRAIN = 1e-6
 """Rounding step (m) of the spacings that hints propose."""
 
 ALLOWED_SHORTFALL = 1e-6
-"""Largest length (m) by which a drawn gap may be smaller than the rule's minimum.
+"""Largest length (m) by which a drawn gap may be smaller than the minimum of the rules.
 
-A spiral's gap, measured perpendicular to the track, is a little smaller than its spacing.
+The gap between turns of a spiral, perpendicular to the track, is a little smaller than the spacing in the spec.
 """
 
 
@@ -138,10 +138,10 @@ def edge_gaps(copper: Copper, edge: Primitives, minimum: float) -> Iterator[tupl
 
 
 def _worst_of_each_kind(design: Design, of_vias: bool, key: str) -> Iterator[Violation]:
-    """Yield one violation for each kind of pair that is too near, at the place with the smallest gap.
+    """Yield one violation for each kind of pair of copper pieces with too small a gap, at the smallest gap.
 
-    A kind is, for example, turn to turn, or lead to turn of another net. With `of_vias` only pairs with a via count,
-    otherwise only pairs without. `key` is the key of the spec that the finding names.
+    A kind is, for example, turn to turn, or lead to turn of another net. With `of_vias`, only pairs with a via are
+    compared, otherwise only pairs without. `key` is the key of the spec to which the finding points.
     """
     kinds: dict[tuple[object, ...], list[Nearness]] = {}
     spacing = design.spec.fpc.rules.trace_spacing
@@ -180,9 +180,9 @@ def _too_close(spec: SensorSpec, traces: tuple[Trace, ...], near: Nearness, plac
 
 
 def _common_radius(coil: CoilSpec, traces: tuple[Trace, ...]) -> float | None:
-    """Return the largest radius (m) with room at all corners of the coils, in hundredths of a millimetre.
+    """Return the largest corner radius (m) that fits at all corners of the coils, in hundredths of a millimetre.
 
-    None if all corners have the specified radius, or if the layers begin at corners, because there the radii differ
+    None if all corners have the radius in the spec, or if the layers begin at corners, because the radii there differ
     intentionally.
     """
     if not coil.is_mid_side:

@@ -60,9 +60,9 @@ class ConductorLoop:
 
 @record
 class _Edge:
-    """Part of a track between two nodes, `one` and `other`.
+    """Part of a track between two nodes of the graph, `one` and `other`.
 
-    `first` and `last` are the path lengths (m) along the track at which the part begins and ends.
+    `first` and `last` (m) are the path lengths along the track at which the part begins and ends.
     """
 
     one: Node
@@ -248,8 +248,8 @@ class _Joined:
 ACUTE = math.radians(59.9)
 """Smallest angle (rad) between two tracks without a finding.
 
-In a sharper corner, etchant stays and undercuts the tracks (unverified: workshop practice). The stubs drawn by sitscad
-meet their spirals at 75 degrees and more.
+Etchant stays in sharper corners and erodes the tracks (unverified: workshop practice). Stubs drawn by sitscad meet
+their spirals at 75 degrees or more.
 """
 
 _SAME_PLACE = 1e-8

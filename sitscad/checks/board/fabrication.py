@@ -95,8 +95,9 @@ def part_size(design: Design) -> Iterator[Verdict]:
 def _panel_size(rules: DesignRules, size: tuple[float, float], parts: int = 0) -> Iterator[Verdict]:
     """Yield a violation if a delivered part or panel (m) is larger than the fabricator's panel.
 
-    A profile's choice of a convenient panel is no limit. A larger panel gets a note, and only beyond the largest part
-    that is made a warning. `parts` is the number of parts in the panel, or 0 for a board that is delivered singly.
+    If the panel size in the profile is only a usual size and not a limit, a larger part gets a note. Above the largest
+    part that the fabricator makes, it gets a warning. `parts` is the number of parts in the panel, or 0 for a board
+    that is delivered singly.
     """
     is_choice = is_unverified(rules.source_of("panel_size"))
     for field in ("largest_part", "panel_size") if is_choice else ("panel_size",):
@@ -142,10 +143,10 @@ def shorter_than_limit(
 
 
 def gap_asked_by(rules: DesignRules, gap: float) -> tuple[str, str]:
-    """Return two texts about the minimum gap between copper: the document that sets it, and its source.
+    """Return two texts on the minimum gap between copper: the document that sets it, and its source.
 
-    Both name the spec if `gap` (m) is smaller than the fabricator's minimum. It is then the spec's own spacing of
-    turns.
+    If `gap` (m) is smaller than the fabricator's minimum, both texts refer to the spec, because the gap is then the
+    spec's spacing of turns.
     """
     if gap < rules.trace_spacing - ROUNDING:
         return "the spec (coil.trace_spacing)", "coil.trace_spacing in the spec"
@@ -280,13 +281,13 @@ def _is_installed(coil: CoilSpec, fpc: FpcSpec) -> bool:
 
 
 THICKNESS_TOLERANCE = 0.1
-"""Largest relative difference between a thickness in the spec and a listed thickness that counts as equal.
+"""Largest relative difference between a thickness in the spec and a listed thickness at which both count as equal.
 
-Fabricators' tolerance of films is 10 %.
+The fabricators' tolerance of films is 10 %.
 """
 
 GLUES = ("adhesive", "bondply")
-"""Materials of dielectric layers that glue other layers together. All other dielectrics carry copper (cores)."""
+"""Materials of dielectric layers that glue other layers together. Other dielectrics are bases of copper foil."""
 
 
 def unlisted_materials(design: Design) -> Iterator[Verdict]:

@@ -29,7 +29,7 @@ from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.sensor import ArtworkSpec, SensorSpec
 
 GRAIN = 100e-6
-"""First amount (m) by which coils or body change in trials, if the missing length is unknown."""
+"""First length (m) by which coils or body change in trials, if the missing length is unknown."""
 
 
 def no_room(what: Missing) -> Callable[[Design], Iterator[Verdict]]:
@@ -42,7 +42,7 @@ def no_room(what: Missing) -> Callable[[Design], Iterator[Verdict]]:
 
 
 def _with_need(artwork: ArtworkSpec, lack: Shortfall) -> Shortfall:
-    """Return the description of missing room, with the needed size (m) added if it can be found by trials.
+    """Return a shortfall of room with the needed size (m) added, if trials can find it.
 
     Only vias inside a coil are tried. The coil is enlarged by each of `GROWTHS` until all inner vias and their stubs
     have room.

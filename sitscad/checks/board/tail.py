@@ -47,10 +47,10 @@ from sitscad.spec.presets import finish, is_rigid, stock_stiffeners
 from sitscad.spec.sensor import SensorSpec
 
 LENGTH_GRAIN, LONGEST = 0.1e-3, 5.0
-"""Rounding step (m) of the tail lengths that hints propose, and the largest length (m) of a tail in a spec."""
+"""Rounding step (m) of tail lengths in hints, and largest length (m) of a tail that a spec may have."""
 
 FIRST_ROOM = 1e-3
-"""First increase (m) of the length of a tail in which no part can be bent."""
+"""First increase (m) of the length of a tail that has no part for its bend."""
 
 GRAIN = 0.05e-3
 """Rounding step (m) of the margins that hints propose."""
@@ -294,12 +294,13 @@ def _near_step(
 
 
 LONGEST_BAR = 1.5e-3
-"""Largest distance (m) from a contact's tip to the board's edge at which a fabricator is assumed to add plating bars
-unasked.
+"""Largest distance (m) between a contact's end and the board's edge for which plating bars are assumed.
+
+Fabricators add such bars without a request.
 """
 
 CLOSER_CUT = 2.0
-"""Ratio of a fabricator's usual tolerance of the outline to the tolerance of the closer cut on request.
+"""Usual tolerance of the outline divided by the tolerance of the more accurate cut on request.
 
 A router cuts within +-0.1 mm, a steel die within +-0.05 mm (wellerpcba.com/flex-pcb-capability).
 """
@@ -332,10 +333,10 @@ def insertion_thickness(design: Design) -> Iterator[Verdict]:
 
 
 def contact_worst_case(design: Design) -> Iterator[Verdict]:
-    """Yield a finding if the thickness at the contacts, with tolerance, leaves the connector's range.
+    """Yield a finding if the thickness at the contacts, with tolerance, can be outside the connector's range.
 
-    It is only reported if another stiffener would reduce the deviation. This is so if the deviation exceeds half a step
-    between stock thicknesses. Smaller deviations occur with every connector and are stated in the order.
+    It is reported only if another stiffener would reduce the deviation: if the deviation exceeds half a step between
+    stock thicknesses. Smaller deviations occur with every connector and are stated in the order.
     """
     connector, pads = _connector(design.spec.fpc), design.layout.pads
     required, allowed = connector.insertion_thickness, connector.insertion_thickness_tolerance

@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
 
 def fit_words(fit: Sequence[Measure], whole: bool = False) -> list[str]:
-    """Return a line for each measure of the fit, with the limit. With `whole` it has all three cases.
+    """Return a line for each comparison of the fit with its limit. With `whole`, it has all three cases.
 
-    The cases are nominal, by root-sum-square of tolerances, and at worst. Without `whole` it has only the worst case.
+    The cases are nominal, root-sum-square of tolerances, and worst case. Without `whole`, it has only the worst case.
     """
     lines = []
     for m in fit:
@@ -47,9 +47,9 @@ _TISSUE = (0.0, 0.5e-3, 1e-3, 2e-3, 3e-3, 5e-3)
 
 
 def closing_words(closing: Closing) -> str:
-    """Return a line on the tissue thickness at which the jaws' faces are parallel.
+    """Return a line with the tissue thickness at which the jaws' faces are parallel.
 
-    The line also has the tilt of the faces for each further millimetre of tissue.
+    It also has the angle between the faces for each further millimetre of tissue.
     """
     tilt = closing.tilt(closing.parallel_at + 1e-3)
     leans = "" if tilt is None else f"; every millimetre more tilts them by {math.degrees(tilt):.1f} deg"

@@ -68,7 +68,7 @@ class OutputOptions:
     width: int | None = None
 
     def is_told_in_full(self, severity: Severity) -> bool:
-        """Whether the short form prints the line and the hint of a finding of this severity."""
+        """Whether the short form prints a finding of this severity completely, with its line and hint."""
         return severity.is_at_least(self.fail_on) or (self.hints and severity.is_at_least(Severity.WARNING))
 
     def path_from_root(self, path: str) -> str:

@@ -1,4 +1,4 @@
-"""Changes of a spec that may mend a design, as values (`Fix`), their sources, and the search for a change.
+"""Changes of a spec that may remove findings (`Fix`), their sources, and the search for a change.
 
-This folder does not judge designs. `checks` tries a fix, lays it out, estimates and checks it, within a budget.
+This folder does not check designs. `checks` lays out, estimates and checks each trial change, within a limit of trials.
 """

@@ -155,7 +155,7 @@ def _swaps_notes(applied: Applied, before: SpecFindings, after: SpecFindings) ->
 
 
 def _has_new_fixes(before: SpecFindings, after: SpecFindings, may: IsAllowed) -> bool:
-    """Whether a finding that was not there before has an allowed fix. This fix might undo the present fix."""
+    """Whether a new finding has an allowed fix. This fix might undo the present fix."""
     old_keys = {(finding.rule, finding.key) for finding in before.findings}
     fixes = ((f, remedy) for f, remedy in _fixes(after.findings) if (f.rule, f.key) not in old_keys)
     return any(not remedy.new_warnings and may(finding, remedy) for finding, remedy in fixes)
@@ -177,14 +177,14 @@ def _why_not(applied: Applied, before: SpecFindings, after: SpecFindings) -> str
 def worsened_rules(before: Iterable[Finding], after: Iterable[Finding]) -> set[str]:
     """Return the rules whose values are farther beyond their limits than before, by more than `WORSE` of the limit.
 
-    Only rules with findings both before and after count. Notes do not count.
+    Only rules with findings both before and after are compared. Notes are left out.
     """
     was, now = _excess(before), _excess(after)
     return {rule for rule, excess in now.items() if excess > was.get(rule, excess) + WORSE}
 
 
 WORSE = 0.01
-"""Largest increase of the distance beyond a limit, divided by the limit, that does not count as worse."""
+"""Increase of the distance beyond a limit, divided by the limit, up to which a value does not count as worse."""
 
 
 def _excess(findings: Iterable[Finding]) -> dict[str, float]:
@@ -228,7 +228,7 @@ def _unchecked_rules(result: SpecFindings) -> set[str]:
 
 
 def is_further(before: Iterable[Finding], after: Iterable[Finding]) -> bool:
-    """Whether all findings from before the fix are gone. New findings may be hidden until then and do not count."""
+    """Whether all former findings are gone. New findings do not count, because they could not be found before."""
     return not {(finding.rule, finding.key) for finding in before} & {(finding.rule, finding.key) for finding in after}
 
 

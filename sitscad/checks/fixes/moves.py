@@ -1,7 +1,7 @@
-"""Changes of coil, board and readout that may mend a finding, the smallest first. Each is tried before it is named.
+"""Changes of coil, board and readout that may remove a finding, the smallest first. A hint contains only tried changes.
 
 A closed formula gives the room for a single via. If leads, vias and other coils share the room, only a trial shows
-whether a change suffices. So every amount that a hint names was tried.
+whether a change is sufficient. Each amount in a hint was therefore tried.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from sitscad.spec.sensor import ArtworkSpec, SensorSpec
 MOST_LAYERS = 8
 
 MAX_TURN_RUN_BACK = 0.05
-"""Largest part of a turn by which a lead may run back round the coil, against the winding, in a proposed design."""
+"""Largest part of a turn by which a lead may run around the coil against the winding's sense, in a proposed design."""
 
 
 def with_turns(spec: SensorSpec, turns: float) -> Fix:
@@ -69,10 +69,11 @@ def with_each(spec: SensorSpec, numbers: Iterable[float]) -> Iterator[Fix]:
 
 
 def more_turns(coil: CoilSpec, factor: float) -> Iterator[float]:
-    """Yield more turns for a coil: the turns times a factor, then half-way to the most that fit, then the most.
+    """Yield larger numbers of turns, in the order of trial.
 
-    Turns are multiples of the smallest part of a turn of the shape. No lead runs back round the coil. Empty for layers
-    of unequal turns.
+    They are the present turns times a factor, then halfway to the largest number, then the largest. The largest number
+    is limited by the room inside the coil. Numbers are multiples of the shape's smallest part of a turn. No lead runs
+    back around the coil. Empty for layers with unequal turns.
     """
     if coil.has_unequal_turns:
         return
@@ -242,7 +243,7 @@ def more_layers(spec: SensorSpec, factor: float) -> Iterator[Fix]:
 
 
 KEPT_TURNS_PITCH_RATIO = 1.1
-"""Ratio of the new pitch to the present pitch below which a trial first leaves the number of turns unchanged."""
+"""New pitch of turns divided by the present pitch, below which a trial first keeps the number of turns."""
 
 
 def wider_tracks(spec: SensorSpec, width: float, spacing: float) -> Iterator[Fix]:
@@ -363,7 +364,7 @@ def larger_coils(spec: SensorSpec, by: float) -> Fix:
 
 
 LONGER = (1.1, 1.4)
-"""Factors on the required length of a coil. The products are the lengths that are tried."""
+"""Factors on the required length of a coil that give the trial lengths."""
 
 
 def longer_coils(spec: SensorSpec, factor: float) -> Iterator[Fix]:
@@ -391,7 +392,7 @@ def longer_coils(spec: SensorSpec, factor: float) -> Iterator[Fix]:
 
 
 COIL_END_RATIO = 0.9
-"""Ratio of a plate's length to the coil's length from which the plate counts as reaching the coil's ends."""
+"""Length of a plate divided by the coil's length, above which the plate counts as covering the coil's ends."""
 
 
 def larger_body(spec: SensorSpec, by: float) -> Fix:
@@ -504,7 +505,7 @@ def narrower_plugs(spec: SensorSpec, width: float) -> list[tuple[float, Fix]]:
 
 
 MOST_COILS = 4
-"""Largest number of coils of a spec for which trials search room. Only for specs that could not be read."""
+"""Largest number of coils of a spec that cannot be read, for which trials search room."""
 
 FEWER = 4
 """Largest number of designs with fewer turns that are tried."""

@@ -22,9 +22,9 @@ from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.thermistor import CALIBRATED
 
 STEPS = 4
-"""Number of steps from the present size to the smallest size, or from the present pitch to the largest pitch.
+"""Number of steps from the present size of a target to the smallest, or from the present pitch to the largest.
 
-At the last step, the target's edges lie over the centres of the outer coils.
+At the last step, the target's edges are over the centres of the outer coils.
 """
 
 
@@ -86,13 +86,13 @@ def _rounded_to_tenth_mm(length: float) -> float:
 
 
 SCANS_A_BAND = 2.0
-"""Least ratio of scan rate to bandwidth that a proposed design has (SIT210)."""
+"""Least scan rate divided by bandwidth of a proposed design (SIT210)."""
 
 FEWEST_SCANS = 1.0
 """Least scan rate (Hz) that a hint proposes."""
 
 MAGNETIC, CONDUCTS = 1.1, 1e5
-"""Least relative permeability of a magnetic metal, and least conductivity (S/m) of a material that counts as metal."""
+"""Least relative permeability of a magnetic metal, and least conductivity (S/m) of a metal."""
 
 OTHERS = 3
 """Largest number of softer (or stiffer) silicones that are tried. The nearest modulus is first."""
@@ -159,7 +159,7 @@ def other_metals(spec: SensorSpec) -> Iterator[Fix]:
 
 
 BETTER = 0.5
-"""Ratio of a metal's conductivity to the best conductor's, below which the best conductor is proposed."""
+"""Conductivity of a metal divided by the best conductor's, below which the best conductor is proposed."""
 
 
 def cut_to_target(spec: SensorSpec) -> Fix | None:
@@ -186,8 +186,8 @@ def more_signal(spec: SensorSpec) -> tuple[Family, ...]:
     """Return families of changes that may increase the signal of the required force.
 
     They are another metal of the target, a pad no larger than the target, thinner pads, thicker pads, and softer
-    silicones. A thinner pad brings the target nearer to the coils. A thicker pad is compressed more. So one thickness
-    gives the most signal.
+    silicones. With a thinner pad, the target is nearer to the coils. A thicker pad is compressed more. One thickness
+    therefore gives the largest signal.
     """
     pad = spec.elastomer
     if pad is None:

@@ -20,13 +20,13 @@ from sitscad.spec.sensor import SensorSpec
 DECISIVE = "decisive"
 
 LEVELS = {"none": (0, 0, 0), DECISIVE: (6, 2, 200), "full": (1000, 300, 1_000_000)}
-"""Budgets for hints, by name: number of boards to lay out, of designs to estimate, and of router branches.
+"""Limits of trials for hints, by name: number of boards to lay out, of designs to estimate, and of router branches.
 
-A board counts as its number of coils. A branch is one attempt of the router to place a lead.
+A board with n coils counts n times. A branch is one attempt of the router to place a lead.
 """
 
 MOST_BRANCHES = 10_000
-"""Largest number of router branches for one board. If it is used up, the next change is tried."""
+"""Largest number of router branches for one board. If it is exceeded, the next change is tried."""
 
 HINTS = tuple(LEVELS)
 """Names of the budgets for hints: no trials, few trials, or many trials (minutes)."""
@@ -38,22 +38,22 @@ A board counts as its number of coils.
 """
 
 OTHER_BOARD = 2
-"""Number of estimates that a changed board counts as. Its windings must be solved again, which takes longer."""
+"""Number of estimates that one changed board counts as, because its windings must be computed again."""
 
 MORE_TRIALS = "sitscad check --hints full"
 """Command that a hint names if the budget was used up before all changes were tried."""
 
 LEAST_HELPFUL_GAIN = 1.1
-"""Least factor by which a change must bring the value nearer to its limit, so that the hint names it as a help.
+"""Least factor by which a change must bring the value nearer to its limit, so that the hint states it as a help.
 
-It applies to changes that do not mend the finding.
+It applies to changes that do not remove the finding.
 """
 
 DRAWN = ("coil.", "fpc.tail", "fpc.panel")
-"""Beginnings of keys that no change may set if the user drew the coil with its board."""
+"""Beginnings of keys that no change may set if the coil and its board are drawn by the user."""
 
 MAX_NAMED_CHANGES = 4
-"""Largest number of unsuccessful changes that a hint names. They are the last ones tried."""
+"""Largest number of unsuccessful changes in a hint. They are the last tried changes."""
 
 
 class Budget:
@@ -146,7 +146,7 @@ class CostlyFamily:
 
 
 GROWTH, AMOUNTS = 1.7, 4
-"""Ratio of each amount of a `FamilyByAmount` family to the amount before it, and number of amounts."""
+"""Ratio of successive amounts of a `FamilyByAmount`, and number of its amounts."""
 
 HALVINGS = 5
 """Number of bisection steps of a large budget, between an amount that fails and an amount that mends the finding."""
@@ -249,10 +249,10 @@ Trial = Callable[[Fix], RemainingProblems | None]
 
 
 def search(families: Iterable[Family], trial: Trial, budget: Budget, fixed: tuple[str, ...] = ()) -> Search:
-    """Try families of changes in order. Each family is tried until a change mends without a new warning.
+    """Try families of changes in order. In each, changes are tried until one removes the finding without a new warning.
 
-    With a small budget, the first such change ends the search. Changes of keys that begin with a text in `fixed` are
-    left out.
+    With a small limit of trials, the first such change ends the search. Changes of keys that begin with a text in
+    `fixed` are left out.
     """
     mending: list[tuple[Fix, RemainingProblems]] = []
     vain: list[tuple[Fix, RemainingProblems]] = []
@@ -289,9 +289,10 @@ def search(families: Iterable[Family], trial: Trial, budget: Budget, fixed: tupl
 
 
 def hint_text(advice: str, result: Search, already: Collection[str]) -> str:
-    """Return a hint: the changes that were tried, then the advice.
+    """Return the hint: the changes that remove the finding, or the change that helps most, then the advice.
 
-    `already` are the rules that have findings in the unchanged design.
+    If no change helps, the last failed changes follow in brackets. `already` are rules that have findings in the
+    unchanged design.
     """
     changes = [_filled("tried-brings", change=fix.words, warnings=warnings) if warnings else fix.words
                for fix, remaining in result.mending

@@ -28,12 +28,12 @@ from sitscad.spec.yaml.source import SpecSource
 MAX_BYTES = 64 << 20
 
 LARGEST = 1e15
-"""Largest absolute value (SI unit) in a baseline. Larger values cannot have been measured and are ignored."""
+"""Largest absolute value (SI unit) in a baseline. Larger values cannot be measurements and are ignored."""
 
 MAX_EQUAL_INCREASE = 1e-6
-"""Largest increase of a value beyond its limit, divided by the limit, that does not count as worse.
+"""Increase of a value beyond its limit, divided by the limit, up to which it does not count as worse.
 
-Machines differ by this much.
+Results of different computers differ by up to this ratio.
 """
 
 
@@ -50,10 +50,10 @@ class BaselineFinding:
     keeps_limit: bool = False
 
     def covers(self, now: Finding) -> bool:
-        """Whether a finding is no worse than this known finding.
+        """Whether a finding is at most as bad as this known finding.
 
-        Its severity must be no higher. Its value must lie on the same side of the limit, no farther beyond it, or no
-        nearer to it if the limit is kept.
+        Its severity must not be higher. Its value must be on the same side of the limit. Beyond the limit, it must not
+        be farther from the limit, and otherwise not nearer.
         """
         if not self.severity.is_at_least(now.severity):
             return False

@@ -66,10 +66,11 @@ def drive_amplitude(design: Design) -> Iterator[Verdict]:
 def serving_codes(
     converter: Converter, readout: ReadoutEstimate, coils: Sequence[CoilEstimate], sigmas: float, name: str = "",
 ) -> list[int]:
-    """Return the drive codes that keep the amplitudes of all coils (or of the coil `name`) in the low-noise window.
+    """Return the drive codes with which the amplitudes are in the low-noise window.
 
-    Each amplitude keeps both limits by some standard deviations of manufacture, and the upper limit with the thickest
-    copper. The code nearest to the present code is first.
+    With `name`, only this coil is tested, otherwise all coils. Each amplitude keeps both limits with a margin of
+    `sigmas` manufacturing standard deviations, and the upper limit with the thickest delivered copper. The code nearest
+    to the present code is first.
     """
     readings = readings_of(coils, "amplitude", True)
     low, high = converter.limit("amplitude_optimum_min"), converter.limit("amplitude_max")
@@ -93,9 +94,9 @@ def serving_code(
     converter: Converter, readout: ReadoutEstimate, coils: Sequence[CoilEstimate],
     margins: tuple[float, ...] = (NEAR, 0.0),
 ) -> tuple[int | None, float]:
-    """Return a drive code that keeps both limits, and its margin in standard deviations. None if no code does.
+    """Return a drive code that keeps both limits, and its margin in manufacturing standard deviations.
 
-    The code with the first of the margins for which there is a code is returned.
+    `margins` are tried in order. The code is None if no code keeps the limits with any of these margins.
     """
     for margin in margins:
         if codes := serving_codes(converter, readout, coils, margin):
@@ -148,7 +149,7 @@ def _copper_ends(
 
 
 def _too_strong(design: Design, largest: Reading | None) -> Iterator[Violation]:
-    """Yield a finding if the largest amplitude is above the clamping limit, or below it by little.
+    """Yield a finding if the largest amplitude exceeds the clamping limit, or is only little below it.
 
     The same drive code is also checked at power-up at room temperature.
     """
@@ -187,10 +188,10 @@ def _too_weak(
     converter: Converter, readout: ReadoutEstimate, coils: Sequence[CoilEstimate], smallest: Reading | None, *,
     is_set: bool, distance: str,
 ) -> Iterator[Violation]:
-    """Yield a finding if the smallest amplitude is below the low-noise window, or above it by little.
+    """Yield a finding if the smallest amplitude is below the low-noise window, or only little above its lower limit.
 
-    Below a second limit, the oscillation may stop. `is_set` states whether the spec sets the drive code. `distance` is
-    the advice for more distance from metal (`more_distance`).
+    Below a second limit, the oscillation may stop. `is_set` is True if the spec sets the drive code. `distance` is
+    advice for more distance from metal (`more_distance`).
     """
     limit = converter.limit
     optimum, high = limit("amplitude_optimum_min"), limit("amplitude_max")

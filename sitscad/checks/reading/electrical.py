@@ -41,7 +41,7 @@ from sitscad.spec.materials import Conductor, Shield, Target
 from sitscad.spec.mount import Mount
 
 DRAWS_IN = 1.5
-"""Least relative permeability of a shield that concentrates the field: a smaller gap to it adds inductance."""
+"""Least relative permeability of a shield that concentrates the field, so that a smaller gap to it adds inductance."""
 
 
 def _resistance_floor(high_current: bool, coil_count: int) -> str:
@@ -235,14 +235,14 @@ def _distance_ways(
 
 
 NOTED_LEAD_FLUX, WARNED = 0.015, 0.03
-"""Limits for the flux through the leads' arc round the coil, divided by the winding's inductance.
+"""Limits for the flux through the arc of the leads around the coil, divided by the winding's inductance.
 
-From the first there is a note. From the second there is a warning, but only if the arc runs against the winding. An arc
-that runs with the winding adds inductance, at the cost of resistance.
+Above the first, there is a note. Above the second, there is a warning if the arc runs against the winding. An arc in
+the winding's sense adds inductance, at the cost of resistance.
 """
 
 LEAST_LEAD_ARC = 0.1
-"""Least angle, in turns round the coil, of an arc between a coil's leads that is reported."""
+"""Least angle (turns) of the leads' arc around the coil that is reported."""
 
 MAX_TRIED_ANGLES = 3
 """Largest number of changed start angles that are laid out to find a design whose leads do not run round the coil."""

@@ -1,4 +1,4 @@
-"""SIT223 and SIT224: the target's signal on the reference coil, and metal that only this coil sees."""
+"""SIT223 and SIT224: the target's effect on the reference coil, and metal that affects only this coil."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ metal_share = late("sitscad.estimates.states.reference", "metal_share")
 KEY = "array.reference.offset"
 
 STEPS = (0.25, 0.5, 1.0)
-"""Distances by which the reference coil is moved in trials, in coil sizes."""
+"""Distances by which the reference coil is moved in trials, divided by the coil's size."""
 
 
 def reference_signal(design: Design) -> Iterator[Verdict]:
-    """Yield a finding if the reference coil sees more of a full-scale reading than the limit."""
+    """Yield a finding if a full-scale load changes the reference coil's reading by more than the limit."""
     if design.estimates.is_rough:
         return
     signal, limit = solved_signal(design.layout, design.estimates), constant_limits()["reference_signal"]
@@ -83,7 +83,7 @@ def reference_metal(design: Design) -> Iterator[Verdict]:
 
 
 UNEQUAL = 0.1
-"""Largest difference of the effects of metal behind the reference coil and another coil, over the latter."""
+"""Largest difference between the effects of metal behind the reference coil and another coil, divided by the latter."""
 
 
 RULES: tuple[Rule, ...] = (

@@ -59,22 +59,22 @@ if TYPE_CHECKING:
     from sitscad.estimates.coil_estimates import CoilEstimate
 
 FEWEST_STEPS = 30.0
-"""Least change between rest and pressed, in steps of the converter's result, without a finding.
+"""Least change between rest and pressed without a finding, in steps of the converter's result.
 
-TI requires a signal of 30 sigma (SNOAA04A: change over 3 sigma at least 10), which is 9 steps by quantisation alone.
-Real noise is a few times larger. With 30 steps, a thirtieth of the required force is still one step.
+TI requires a signal of 30 standard deviations (SNOAA04A), which is 9 steps with quantisation noise alone. Real noise is
+a few times larger. With 30 steps, a thirtieth of the required force is still one step.
 """
 
 LEAST_SHARE = 0.05
-"""Least change of a coil, divided by the largest change of all coils, without a finding. Derived here.
+"""Least change of a coil divided by the largest change of all coils, without a finding. Derived here.
 
-The error of the estimated target effect is 3 to 5 % of the change, so a smaller change may not exist. The coupling of
-neighbours and a shifted target add changes of this size, too.
+The error of the target's estimated effect is 3 to 5 % of the change, so a smaller change may be absent. Coupling
+between neighbours and a shifted target add changes of this size, too.
 """
 
 
 DETECTION_SIGMAS = 3.0
-"""Least change, in standard deviations of the noise, that is not lost in the noise: the usual limit of detection."""
+"""Least change that is detected, in standard deviations of the noise: the usual limit of detection."""
 
 
 @record
@@ -408,12 +408,12 @@ def _moved_changes(design: Design, moves: Sequence[tuple[float, float]], frequen
 def _tilt_reading(
     middles: Sequence[Point], axis: int, force: float, apart: float, pressed: float, travel: float
 ) -> float:
-    """Return the shear force (N) that gives an equal reading as one degree of tilt along an axis. 0 if it is not known.
+    """Return the shear force (N) that gives the same reading as one degree of tilt along an axis. 0 if it is unknown.
 
-    The target over a coil counts as level, at its height over the middle of their overlap (`middles`; m). Its effect
-    per height is `pressed` (H) over `travel` (m): the change of the strongest coil by the normal force, over the pad's
-    compression. `apart` is the difference between coils (H) by a shear force `force` (N). The result agrees within a
-    fifth with the data sheet's error by tilt.
+    Over each coil, the target counts as level, at its height over the middle of their overlap (`middles`; m). Its
+    effect per height is `pressed` (H) divided by `travel` (m): the change of the strongest coil by the normal force,
+    and the pad's compression. `apart` is the difference between coils (H) by a shear force `force` (N). The result
+    agrees within a fifth with the data sheet's error by tilt.
     """
     if travel <= 0.0 or apart <= 0.0:
         return 0.0

@@ -26,8 +26,8 @@ def _channel_sources(family: str | None = None) -> str:
 MOST_COUPLING = 2e-3
 """Largest coupling factor between coils of different converters without a warning.
 
-Tanks pull each other's frequencies if these differ by less than half of the coupling factor. Tolerances separate them
-by about this much.
+Tanks synchronise if their relative frequency difference is below half of the coupling factor. Tolerances cause
+differences of about this size.
 """
 
 
