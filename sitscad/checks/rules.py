@@ -282,8 +282,8 @@ def outcomes(
 def _of_worst_cell(rule: Rule, cells: Cells, least: Severity | None) -> tuple[list[Outcome], list[NotChecked]]:
     """Return a rule's findings for the worse of two cells, with the cell's number in the message.
 
-    The two are the cell with the softest pad and the cell with the least signal. If both are equally bad, the first in
-    the rule's order (`OF_THE_SOFTEST`) counts.
+    The two are the cell with the softest pad and the cell with the smallest signal. If both are equally bad, the cell
+    that comes first for this rule (`OF_THE_SOFTEST`) is reported.
     """
     order = list(cells.extremes.items())[:: -1 if rule.id in OF_THE_SOFTEST else 1]
     each = [(number, *outcomes(rule, cell, least)) for number, cell in order]

@@ -1,6 +1,6 @@
-"""Trials of changed designs: each is laid out, estimated and checked by all rules, within a budget.
+"""Trials of changed designs: each is laid out, estimated and checked by all rules, within a limit of trials (`Budget`).
 
-Changes of a spec that was refused are written into its text, which is then read again.
+If a spec is refused, its changes are written into its text, which is then read again.
 """
 
 from __future__ import annotations
@@ -72,8 +72,8 @@ class Trials:
     def mending(self, finding: Finding, outcome: Outcome) -> Search:
         """Return the changes that were tried for a finding, and whether they remove it.
 
-        With a small limit of trials, no changes are tried for notes. If the limit is reached before the first trial, no
-        change is tried.
+        With a small budget, no changes are tried for notes. If the budget is used up before the first trial, no change
+        is tried.
         """
         is_over = self.budget.is_spent and not self._tried
         if is_over or (finding.severity is Severity.NOTE and not self.budget.is_long):
@@ -84,9 +84,9 @@ class Trials:
     def _remaining_problems(self, finding: Finding, fix: Fix) -> RemainingProblems | None:
         """Return the problems that remain after a change. None if the budget does not suffice to try it.
 
-        The finding's own rule counts as broken if it still has a finding at this key, or can no longer be applied.
-        Notes count only if the finding itself is a note. Another rule counts as broken if it has an error at the same
-        key, or more errors than before.
+        The finding's own rule is broken if it still has a finding at this key, or can no longer be applied. Notes are
+        compared only if the finding itself is a note. Another rule is broken if it has an error at the same key, or
+        more errors than before.
         """
         trial = self._trial_of(fix.spec)
         if trial is None:

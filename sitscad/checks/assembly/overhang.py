@@ -46,9 +46,9 @@ ENDS = ("far end", "lower side", "tail's end", "upper side")
 
 
 def overhang(design: Design) -> Iterator[Verdict]:
-    """Yield findings on the target's overhang over the elastomer, and on the lowest plate's overhang over the body.
+    """Yield findings on a target that extends beyond its elastomer, and on lowest plates that extend beyond the body.
 
-    The lowest plate counts with its film.
+    The lowest plates include their film.
     """
     spec, body = design.spec, design.layout.body_outline
     pad, plate, round_it = plates_of(spec).elastomer, plates_of(spec).target, film_thickness(spec.encapsulation)

@@ -104,9 +104,9 @@ def elastomer_strain(design: Design) -> Iterator[Verdict]:
 
 
 def _strain_in_use(spec: SensorSpec, force: float, nominal: elastomer.Compression) -> Iterator[Verdict]:
-    """Yield a finding with the pad's compression at the temperature of use, if its modulus differs there.
+    """Yield a finding if the pad's modulus at the temperature of use differs from its modulus at 20 degrees Celsius.
 
-    All other numbers are for a pad at 20 degrees Celsius.
+    The finding states the compression at the temperature of use. All other estimates are for 20 degrees Celsius.
     """
     at, slope = spec.requirements.temperature, pad_of(spec.elastomer).material.modulus_temperature_coefficient
     more = slope * (at - ROOM_TEMPERATURE)

@@ -99,7 +99,7 @@ class TrackGraph:
         return {_cell(via.centre): i for i, via in enumerate(self.layout.vias)}
 
     def node_of(self, point: Point, layer: int) -> Node:
-        """Return the node at a point on a copper layer: the via or the contact there, or the point itself."""
+        """Return the node at a point on a copper layer: a via or contact at this point, or else the point itself."""
         cell = _cell(point)
         if cell in self.vias:
             return (0, self.vias[cell], 0)

@@ -249,9 +249,9 @@ def _copper_text(stackup: Stackup) -> str:
 
 
 def layer_step(design: Design) -> Iterator[Verdict]:
-    """Yield findings on holes and turns near the step at which the lower layers end.
+    """Yield findings on holes and turns near the step at which the tail's lower layers end.
 
-    The tail's own coverlay may overlap there.
+    The tail's own coverlay may overlap the body near this step.
     """
     layout, rules, end = design.layout, design.spec.fpc.rules, design.layout.body[2]
     if layout.spec.fpc.tail_copper == layout.copper_layers:

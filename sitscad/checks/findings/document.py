@@ -137,9 +137,9 @@ def numbered_places(findings: Sequence[Finding]) -> list[tuple[int, Finding]]:
 
 
 def finding_identities(findings: Sequence[Finding]) -> list[str]:
-    """Return a text for every finding that stays the same when lines move or numbers in its message change.
+    """Return a text for each finding that stays the same when lines move or numbers in its message change.
 
-    Findings of one rule at one key are distinguished by a count, in the given order.
+    Findings of one rule at one key differ by a number at the end of the text, in the given order.
     """
     counts: Counter[tuple[str, str | None, str | None]] = Counter()
     names = []

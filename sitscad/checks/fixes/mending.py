@@ -212,7 +212,7 @@ def _fixes(findings: Iterable[Finding]) -> Iterator[tuple[Finding, Remedy]]:
 
 
 def is_improved(applied: Applied, before: SpecFindings, after: SpecFindings) -> bool:
-    """Whether a fix improves a text. Two kinds of improvement count.
+    """Whether a fix improves the text of a spec. There are two kinds of improvement.
 
     If the text could not be read completely, all its former findings must be gone. Otherwise a finding must be gone or
     milder, without new problems (`is_better`), and no further rule may be unchecked.
@@ -248,8 +248,8 @@ def is_better(applied: Applied, before: Iterable[Finding], after: Iterable[Findi
 def _changes(applied: Applied, before: Iterable[Finding], after: Iterable[Finding]) -> tuple[_Weighed, _Weighed]:
     """Return two counts by (rule, key, severity): the findings that a fix removes, and the findings that it adds.
 
-    A finding counts for its own severity and for each milder one. A finding under another key than before is not new,
-    if its rule has no more findings in total.
+    A finding is counted at its own severity and at each milder severity. A finding under another key than before is not
+    new, if its rule has no more findings in total.
     """
     read = [f"{edit.key.rpartition('.')[0]}.{edit.new}.".removeprefix(".")
             for edit in applied.remedy.edits if edit.what == "name"]
@@ -278,7 +278,7 @@ _Weighed = Counter[tuple[str, str | None, Severity]]
 def _finding_counts(findings: Iterable[Finding]) -> _Weighed:
     """Return the number of findings by (rule, key, severity).
 
-    Each finding counts for its own severity and for all milder severities.
+    Each finding is counted at its own severity and at all milder severities.
     """
     order = list(Severity)
     return Counter((f.rule, f.key, milder) for f in findings for milder in order[order.index(f.severity) :])

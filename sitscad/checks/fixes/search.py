@@ -1,7 +1,8 @@
-"""Changes of a spec, and the search for a change that mends a finding, for hints and for `--fix`.
+"""Changes of a spec, and the search for a change that removes a finding, for hints and for `--fix`.
 
-A rule yields its finding with families of changes (lists of changes of one kind). The search tries them in order within
-a budget of trials, and writes the hint. The budget counts trials and not time, so every machine finds the same hints.
+A rule yields its finding with families of changes. A family is a list of changes of one kind. The search tries them in
+order within a `Budget`, and writes the hint. The budget limits the number of trials and not the time, so the hints are
+the same on every computer.
 """
 
 from __future__ import annotations
@@ -29,19 +30,19 @@ MOST_BRANCHES = 10_000
 """Largest number of router branches for one board. If it is exceeded, the next change is tried."""
 
 HINTS = tuple(LEVELS)
-"""Names of the budgets for hints: no trials, few trials, or many trials (minutes)."""
+"""Names of the budgets for hints: no trials, few trials, or many trials, which take minutes."""
 
 WARNING_BUDGET = (3, 1)
-"""Largest numbers of boards and of estimates for all warnings together, in a small budget.
+"""Largest number of boards to lay out, and of designs to estimate, for all warnings together, in a small budget.
 
-A board counts as its number of coils.
+A board with n coils counts n times.
 """
 
 OTHER_BOARD = 2
 """Number of estimates that one changed board counts as, because its windings must be computed again."""
 
 MORE_TRIALS = "sitscad check --hints full"
-"""Command that a hint names if the budget was used up before all changes were tried."""
+"""Command that a hint names if its search used up the budget before all changes were tried."""
 
 LEAST_HELPFUL_GAIN = 1.1
 """Least factor by which a change must bring the value nearer to its limit, so that the hint states it as a help.
@@ -57,7 +58,10 @@ MAX_NAMED_CHANGES = 4
 
 
 class Budget:
-    """Remaining trials for the hints of a check."""
+    """Remaining number of trials for the hints of a check: boards to lay out, designs to estimate, and router branches.
+
+    A budget is large (`is_long`) if it has more estimates than the budget `DECISIVE`, otherwise small.
+    """
 
     def __init__(self, layouts: int, estimates: int, branches: int) -> None:
         self.layouts, self.estimates, self.branches = layouts, estimates, branches
@@ -149,7 +153,10 @@ GROWTH, AMOUNTS = 1.7, 4
 """Ratio of successive amounts of a `FamilyByAmount`, and number of its amounts."""
 
 HALVINGS = 5
-"""Number of bisection steps of a large budget, between an amount that fails and an amount that mends the finding."""
+"""Number of bisection steps with a large budget.
+
+A step halves the range between an amount that does not remove the finding and an amount that does.
+"""
 
 
 @record
@@ -235,8 +242,8 @@ class RemainingProblems:
 class Search:
     """Result of a search for changes. Each change is listed with the problems that remain after it.
 
-    ``mending`` are changes that mend the finding, ``ineffective`` changes that do not. ``is_cut_short`` is True if the
-    budget ended the search.
+    ``mending`` are changes that remove the finding, ``ineffective`` are changes that do not. ``is_cut_short`` is True
+    if the search stopped because the budget was used up.
     """
 
     mending: tuple[tuple[Fix, RemainingProblems], ...] = ()
@@ -251,8 +258,8 @@ Trial = Callable[[Fix], RemainingProblems | None]
 def search(families: Iterable[Family], trial: Trial, budget: Budget, fixed: tuple[str, ...] = ()) -> Search:
     """Try families of changes in order. In each, changes are tried until one removes the finding without a new warning.
 
-    With a small limit of trials, the first such change ends the search. Changes of keys that begin with a text in
-    `fixed` are left out.
+    With a small budget, the first such change ends the search. Changes of keys that begin with a text in `fixed` are
+    left out.
     """
     mending: list[tuple[Fix, RemainingProblems]] = []
     vain: list[tuple[Fix, RemainingProblems]] = []

@@ -1,6 +1,6 @@
 """A project's policy for its specs: selected rules, waivers with a reason, changed severities and a baseline.
 
-The policy changes only which findings count and how much. It never changes the design.
+The policy changes which findings are reported, and their severities. It never changes the design.
 """
 
 from __future__ import annotations

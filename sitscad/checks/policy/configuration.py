@@ -57,7 +57,7 @@ class Policy:
     def as_json(self) -> dict[str, object]:
         """Return the policy without ``profiles`` as plain values.
 
-        The order of patterns is kept, because the last match counts.
+        The order of patterns is kept, because the last pattern that matches a rule applies.
         """
         return {
             "select": list(self.select),

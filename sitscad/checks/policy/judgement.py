@@ -87,11 +87,11 @@ class Baseline:
         return (_place(path), name) in self.known
 
     def covered(self, path: str, name: str, findings: Sequence[Finding]) -> list[bool]:
-        """Return, for each finding of a spec, whether a finding of the baseline covers it.
+        """Return, for each finding of a spec, whether a known finding in the baseline covers it.
 
-        A known finding covers one finding only. It is first compared with the finding of equal identity. Known findings
-        that remain are compared with other findings of the same rule and key, because an earlier finding there may have
-        been mended.
+        A known finding covers one finding only. It is first compared with the finding of equal identity. Remaining
+        known findings are compared with other findings of the same rule and key, because an earlier finding of this
+        rule and key may be gone.
         """
         free, is_covered = dict(self.of(path, name)), [False] * len(findings)
         names = finding_identities(findings)
@@ -254,7 +254,7 @@ def _move_to_ignored(checked: CheckedSpec, by: str, reason: Callable[[Finding], 
 def _with_severities(checked: CheckedSpec, severity: Mapping[str, Severity]) -> CheckedSpec:
     """Return the result with severities changed by a policy. `severity` maps patterns of rules to severities.
 
-    The last pattern that matches a rule counts. Findings about the spec itself (SIT0xx) do not change.
+    The last pattern that matches a rule applies. Findings about the spec itself (SIT0xx) do not change.
     """
     if not severity:
         return checked

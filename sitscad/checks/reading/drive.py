@@ -108,9 +108,10 @@ def _code_hint(
     converter: Converter, readout: ReadoutEstimate, coils: Sequence[CoilEstimate], serving: int | None, margin: float,
     is_set: bool,
 ) -> str:
-    """Return the case of the hint: a drive code that serves, a code for each coil, or none.
+    """Return the case of the hint: a drive code for all coils, a code for each coil, or no code.
 
-    `is_set` states whether the spec sets the drive code.
+    `serving` is the code for all coils, and `margin` its margin in manufacturing standard deviations. `is_set` is True
+    if the spec sets the drive code.
     """
     if serving is not None:
         return "code-serves-margin" if margin else "code-serves"

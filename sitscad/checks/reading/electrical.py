@@ -45,9 +45,9 @@ DRAWS_IN = 1.5
 
 
 def _resistance_floor(high_current: bool, coil_count: int) -> str:
-    """Return the name of the limit for the smallest parallel resistance that the drive of `coil_count` coils sustains.
+    """Return the name of the limit for the smallest parallel resistance at which `coil_count` coils still oscillate.
 
-    `high_current` is the readout's setting of the high-current drive, which serves a single coil.
+    `high_current` is the readout's setting of the high-current drive, which is for a single coil only.
     """
     strong = high_current and coil_count == 1
     return "parallel_resistance_high_current" if strong else "parallel_resistance_driveable"

@@ -1,6 +1,7 @@
-"""SIT221: effect of the other jaw's metal. SIT305: loss of signal and R_P by a thin target.
+"""SIT221: effect of the other jaw's metal. SIT305: loss of signal and parallel resistance by a thin target.
 
-The other jaw's effect is compared with the sensor's own signal, the thin target with a thick one of the same metal.
+The other jaw's effect is compared with the sensor's own signal, and the thin target with a thick target of the same
+metal.
 """
 
 from __future__ import annotations
@@ -27,24 +28,28 @@ from sitscad.spec.sensor import SensorSpec
 estimated_change = late("sitscad.estimates.states.other_jaw", "estimated_change")
 
 THICK = 3.0
-"""Least thickness of a thick target in skin depths: it stops 95 % of the field (TI SNOA957B)."""
+"""Thickness of a target divided by its skin depth, above which the target counts as thick.
+
+It then stops 95 % of the field (TI SNOA957B).
+"""
 
 COMPARED = 1.2
-"""Largest thickness of a target, in skin depths, at which the design is also estimated with a thick target.
+"""Thickness divided by skin depth, up to which a target is compared with a thick target.
 
 A thicker sheet and a thick target differ in resistance by at most 9 %. The coil's own resistance adds to both, so no
 limit can be exceeded.
 """
 
 MAGNETIC = 10.0
-"""Least relative permeability, and least ratio of skin depth to thickness, of a target that acts by permeability.
+"""Limit for targets that act by their permeability.
 
-If both are reached, currents in the target hardly matter.
+It is their least relative permeability, and their least skin depth divided by thickness. If both are reached, currents
+in the target hardly matter.
 """
 
 
 def target_thickness(design: Design) -> Iterator[Verdict]:
-    """Yield findings on a target thinner than three skin depths, and on a material that hardly conducts."""
+    """Yield findings on a target thinner than three skin depths, and on a target of a poorly conducting material."""
     target = _target(design.spec.target)
     frequencies = [reading.value for reading in readings_of(design.estimates.coils, "frequency")
                    if reading.value > 0.0]
@@ -62,7 +67,10 @@ def target_thickness(design: Design) -> Iterator[Verdict]:
 
 
 def _thin_target_findings(design: Design, depth: float, frequency: float) -> Iterator[Verdict]:
-    """Yield a note on a target thin for its skin depth `depth` (m), or a warning if its cost exceeds a limit."""
+    """Yield a note on a target that is thin compared with its skin depth, or a warning if its cost exceeds a limit.
+
+    `depth` is the skin depth (m) at the frequency `frequency` (Hz).
+    """
     target, thick, limits = _target(design.spec.target), THICK * depth, constant_limits()
     depths, limit = target.thickness / depth, limits["thin_target_resistance"]
     if depths >= COMPARED and target.material.relative_permeability < 1.1:
@@ -103,11 +111,12 @@ def _resistance_of_sheet(depths: float) -> float:
 
 @record
 class _ThinTargetCost:
-    """Losses by a thin target against a thick one: relative loss of R_P and of the signal change (negative: gain).
+    """Losses by a thin target, compared with a thick target of the same metal.
 
-    ``details`` are the message cases that describe the losses. ``readings`` are R_P (ohm) and ``changes`` the signal
-    changes, each with the thin, then with the thick target. ``where`` is the coil and the state, in which the amplitude
-    is ``amplitude`` (V).
+    ``resistance`` and ``change`` are the relative losses of parallel resistance and of the signal change (negative:
+    gain). ``details`` are the message cases that describe the losses. ``readings`` are the parallel resistances (ohm)
+    and ``changes`` the signal changes, each with the thin, then with the thick target. ``where`` is the coil and the
+    state, in which the amplitude is ``amplitude`` (V).
     """
 
     resistance: float
@@ -120,7 +129,10 @@ class _ThinTargetCost:
 
 
 def _cost(design: Design, thick: SensorSpec) -> _ThinTargetCost | None:
-    """Return the cost in the state in which the target reduces R_P most. None if either design has no values."""
+    """Return the cost of a thin target in the state in which it reduces the parallel resistance most.
+
+    `thick` is the spec with a thick target. None if either design has no values.
+    """
     other = _design_for_comparison(design, thick)
     readings, thick_readings = (
         readings_of(each.estimates.coils, "parallel_resistance", True) for each in (design, other))
@@ -142,9 +154,9 @@ def _cost(design: Design, thick: SensorSpec) -> _ThinTargetCost | None:
 
 
 def _change(mine: Mapping[str, float], theirs: Mapping[str, float]) -> tuple[float, float] | None:
-    """Return the signal change (H, or H/N) of a coil in two designs. None if no coil has a change in both.
+    """Return the signal changes (H, or H/N) of one coil in two designs. None if no coil has a change in both.
 
-    `mine` and `theirs` are the changes by coil name. The coil with the largest change in `theirs` counts.
+    `mine` and `theirs` are the changes by coil name. The coil with the largest change in `theirs` is used.
     """
     best = max((name for name in theirs if name in mine and theirs[name]), key=lambda n: abs(theirs[n]), default=None)
     return None if best is None else (mine[best], theirs[best])
@@ -155,7 +167,11 @@ def _percent(mine: float, other: float) -> str:
 
 
 def _poor_conductor(design: Design, depth: float, frequency: float) -> Iterator[Verdict]:
-    """Yield a finding on a material with a skin depth larger than the target's width, compared with copper."""
+    """Yield a finding on a material whose skin depth is larger than the target's width.
+
+    `depth` is the skin depth (m) at the frequency `frequency` (Hz). The finding states the comparison with a copper
+    target.
+    """
     target = _target(design.spec.target)
     copper = replace(design.spec, target=replace(target, material=presets.conductor("copper")))
     other = _design_for_comparison(design, copper)
@@ -206,17 +222,17 @@ _LIMITS = ("thin_target_resistance", "thin_target_change", "least_target_effect"
 
 
 MUCH, LITTLE = 0.1, 0.01
-"""Least ratios for a warning and for a note.
+"""Least ratios for a warning and for a note on the other jaw's metal.
 
-Both divide a coil's change by the other jaw's metal by its change by the required force. The warning is for closed jaws
-with an object of thickness `THIN` between them, the note for jaws with nothing between them.
+A ratio is a coil's change by this metal divided by its change by the required force. The warning is for jaws that are
+closed on an object of thickness `THIN`, the note for jaws with nothing between them.
 """
 
 THIN = 1e-3  # Thickness (m) of a thin grasped object, at which the metal's effect is checked
 
 
 def other_jaw_metal(design: Design) -> Iterator[Verdict]:
-    """Yield a finding on the coil with the largest ratio of the other jaw's effect to the signal.
+    """Yield a finding on the coil for which the other jaw's effect is largest compared with the signal.
 
     The effect is the change by the other jaw's metal when the jaws close. The signal is the change by the required
     force.

@@ -26,10 +26,10 @@ if TYPE_CHECKING:
 
 @record
 class Reading:
-    """Value of one quantity of a coil in one state.
+    """Value of one quantity of a coil in one state, in SI units.
 
-    `sigma` is its standard deviation by manufacturing tolerances. `cause` is the tolerance that contributes most.
-    `sigma` is None if it is unknown.
+    `sigma` is the standard deviation of the value by manufacturing tolerances, or None if it is unknown. `cause` is the
+    tolerance that contributes most.
     """
 
     coil: str
@@ -67,7 +67,10 @@ def _scatter(state: StateEstimate, attribute: str) -> tuple[float | None, str]:
 
 
 def sigmas_between(reading: Reading, limit: float) -> float | None:
-    """Return the distance of a reading from a limit in standard deviations, None if these are unknown."""
+    """Return the distance of a reading from a limit in standard deviations.
+
+    None if the standard deviation is unknown.
+    """
     return abs(reading.value - limit) / reading.sigma if reading.sigma else None
 
 
@@ -78,8 +81,8 @@ def worst_beyond_limit(
 ) -> Violation:
     """Return the violation for a reading and its limit, with the distance in standard deviations as a detail.
 
-    The distance is left out if it is unknown or more than `MAX_STATED_SIGMAS`. `states` are the values in other states
-    as text.
+    The distance is left out if it is unknown or more than `MAX_STATED_SIGMAS`. `states` are texts with the values in
+    other states.
     """
     count = sigmas_between(reading, limit)
     is_counted = count is not None and count <= MAX_STATED_SIGMAS
@@ -98,19 +101,19 @@ MAX_STATED_SIGMAS = 10.0
 """Largest distance between value and limit, in standard deviations, that messages state."""
 
 NEAR = 2.0
-"""Distance from a limit, in standard deviations, below which a value that meets the limit gets a note."""
+"""Distance of a value from its limit, in standard deviations, below which there is a note although the limit is met."""
 
 AT_RISK = 1.0
-"""Distance from a limit, in standard deviations, below which a value that meets the limit gets a warning.
+"""Distance of a value from its limit, in standard deviations, below which there is a warning although the limit is met.
 
 With one standard deviation, about one board in six is beyond the limit.
 """
 
 
 def more_distance(target: Target | None, shield: Shield | None, jaw: Jaw | None, metal: Conductor | None) -> str:
-    """Return advice for more distance from the target and from metal behind the coils.
+    """Return advice for more distance between the coils and the target or the metal behind the coils.
 
-    Empty if there is neither.
+    Empty if the sensor has no target and no metal behind the coils.
     """
     behind = "shield" if shield else "jaw" if jaw else "metal behind" if metal else ""
     names = [name for name in ("target" if target else "", behind) if name]
@@ -118,9 +121,9 @@ def more_distance(target: Target | None, shield: Shield | None, jaw: Jaw | None,
 
 
 def is_short_alone(coils: Sequence[CoilEstimate], worst: Reading, attribute: str, limit: float) -> bool:
-    """Whether the coil is below a lower limit in free air, too. More distance from metal then does not help.
+    """Whether a coil is below a lower limit in free air, too. More distance from metal then does not help.
 
-    `worst` is the reading whose coil is tested, `attribute` the quantity's name.
+    The coil is the coil of the reading `worst`. `attribute` is the quantity's name in the state estimates.
     """
     return any(
         each.coil == worst.coil and each.state == FREE and each.value < limit for each in readings_of(coils, attribute)
@@ -128,9 +131,9 @@ def is_short_alone(coils: Sequence[CoilEstimate], worst: Reading, attribute: str
 
 
 def near_limit(case: str, reading: Reading | None, limit: float, unit: str, key: str) -> Iterator[Violation]:
-    """Yield a note if a reading keeps its limit by less than two sigma of manufacture.
+    """Yield a note if a reading meets its limit, but is less than two standard deviations from it.
 
-    Below one sigma it is a warning.
+    Below one standard deviation, it is a warning.
     """
     count = None if reading is None else sigmas_between(reading, limit)
     if reading is not None and count is not None and count < NEAR:
@@ -139,7 +142,10 @@ def near_limit(case: str, reading: Reading | None, limit: float, unit: str, key:
 
 
 def missing_value_reasons(coils: Sequence[CoilEstimate], attribute: str) -> Iterator[Verdict]:
-    """Yield a reason for every state without the value, so that a missing value does not look like a pass."""
+    """Yield a reason for each state without this value, so that a rule does not count as passed.
+
+    `attribute` is the quantity's name in the state estimates.
+    """
     name_text = attribute.replace("_", " ")
     yield from failed_states(coils, name_text)
     for coil in coils:
@@ -150,13 +156,13 @@ def missing_value_reasons(coils: Sequence[CoilEstimate], attribute: str) -> Iter
 
 
 def failed_states(coils: Sequence[CoilEstimate], value_name: str) -> Iterator[Undecided]:
-    """Yield a reason for every state that is absent because the model fails there."""
+    """Yield a reason for each state that has no estimate because the model fails."""
     for state, reason in {state: why for coil in coils for state, why in coil.failed_states.items()}.items():
         yield not_checked("state-failed", quantity=value_name, state=state_text(state), reason=reason)
 
 
 def nothing_estimated(coils: Sequence[CoilEstimate]) -> Iterator[Verdict]:
-    """Yield an error for a coil without any estimated state. Overdamped tanks are left to SIT203."""
+    """Yield an error for each coil without an estimated state. Overdamped tanks are left to rule SIT203."""
     for coil in coils:
         reasons = [reason for state, reason in coil.failed_states.items() if state not in coil.overdamped]
         if reasons and not coil.overdamped:
@@ -165,7 +171,7 @@ def nothing_estimated(coils: Sequence[CoilEstimate]) -> Iterator[Verdict]:
 
 
 def overdamped_tank(design: Design) -> Iterator[Verdict]:
-    """Yield a finding on the state with the lowest quality factor if a tank does not oscillate."""
+    """Yield a finding if a tank does not oscillate, on the state with the lowest quality factor."""
     coils = design.estimates.all_coils
     tanks = [(value, coil.name, state) for coil in coils for state, value in coil.overdamped.items()]
     if not tanks:
@@ -185,25 +191,32 @@ def overdamped_tank(design: Design) -> Iterator[Verdict]:
 def worst_of(
     coils: Sequence[CoilEstimate], attribute: str, choose: Callable[..., Reading], working: bool = False
 ) -> Reading | None:
-    """Return the reading that `choose` (min or max) selects by value. None if there are no readings."""
+    """Return the smallest or largest reading of a quantity (`choose`: min or max). None if there are no readings.
+
+    `attribute` is the quantity's name in the state estimates. With `working`, only states of the assembled sensor
+    count.
+    """
     readings = readings_of(coils, attribute, working)
     return choose(readings, key=lambda reading: reading.value) if readings else None
 
 
 def coil_and_state(reading: Reading) -> str:
-    """Return coil and state in words."""
+    """Return a reading's coil and state as text."""
     return f"coil {reading.coil} {state_text(reading.state)}"
 
 
 def other_states(
     coils: Sequence[CoilEstimate], worst: Reading, attribute: str, unit: str, digits: int = 3
 ) -> list[str]:
-    """Return texts with the values of the same coil in other states, with `digits` significant digits."""
+    """Return texts with the values of the coil of `worst` in its other states, with `digits` significant digits."""
     readings = [r for r in readings_of(coils, attribute) if r.coil == worst.coil and r.state != worst.state]
     return [f"{state_text(r.state)} {show(r.value, unit, digits)}" for r in readings]
 
 
 def more_copper(spec: SensorSpec, factor: float, length: float) -> tuple[Family, ...]:
-    """Return more turns or layers that grow the coil by `factor`, and a long coil longer by the factor `length`."""
+    """Return families of changes that add copper: more turns, more layers, and longer coils.
+
+    The numbers of turns and of layers increase by `factor` or more. A long coil becomes longer by the factor `length`.
+    """
     return (lambda: with_each(spec, more_turns(spec.coil, factor)), partial(more_layers, spec, factor),
             partial(longer_coils, spec, length))

@@ -278,7 +278,7 @@ def _slower_scan_rate(
 def small_signal(design: Design) -> Iterator[Verdict]:
     """Yield a finding if the strongest coil's relative signal is small beside the effect of a small temperature change.
 
-    For cells, the cell with the least signal counts.
+    For a sensor with cells, the cell with the smallest signal is checked.
     """
     coil_signals = signals(design.estimates)
     yield from failed_states(design.estimates.coils, "signal over the required force")
