@@ -207,7 +207,10 @@ POINTS = tuple(point.text for point in WORKING_POINTS)
 
 @record
 class WorstValue:
-    """Largest of several values, with the name of its axis and the text of its working point."""
+    """The largest of several values of a quantity (SI unit).
+
+    ``axis`` is the name of its axis. ``at`` is the text of its working point.
+    """
 
     value: float
     axis: str

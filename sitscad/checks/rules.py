@@ -341,7 +341,7 @@ def locate_finding(finding: Finding, source: SpecSource) -> Finding:
 
 @record
 class ConstantLimit:
-    """A limit in SI units (relative limits as fractions), and the reason for it."""
+    """A limit of rules (SI unit; relative limits as fractions), with the reason for its value in ``source``."""
 
     value: float
     source: str

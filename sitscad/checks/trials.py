@@ -206,7 +206,7 @@ class _ChangedDesign:
     def apply_rule(self, rule: Rule, is_estimated: bool) -> bool:
         """Apply a rule if it was not applied before.
 
-        Return False if the rule needs estimates and there are none yet.
+        With `is_estimated`, it is applied to the estimated design. Otherwise, return False if the rule needs estimates.
         """
         if rule.id in self.results_by_rule:
             return True

@@ -24,9 +24,9 @@ from sitscad.spec.sensor import Requirements
 class UsualRange:
     """Usual range of the value at one key of the spec, a row of ``data/usual_ranges.csv``.
 
-    ``low`` and ``high`` are in SI units, infinite if the range is open. ``words`` is the range as text, ``source`` its
-    source. ``value`` is the dotted place of the value in the spec, or a name in `WORKED_OUT`. ``called`` is the value's
-    name in messages.
+    ``value`` is the dotted place of the value in the spec, or a name in `WORKED_OUT`. ``called`` is the value's name in
+    messages, and ``dimension`` its dimension, for example length. ``low`` and ``high`` are in SI units, infinite if the
+    range is open. ``words`` is the range as text, and ``source`` its source.
     """
 
     key: str

@@ -105,7 +105,11 @@ def _stands_on_metal(backing: Backing) -> bool:
 def _dovetail(
     spec: SensorSpec, process: str, jaw: Jaw, tongue: Retention, remaining: float | None, clearance: float
 ) -> Iterator[Verdict]:
-    """Yield findings on the tongue's neck, and on the metal that remains below its groove (m)."""
+    """Yield findings on the neck of the mount's tongue, and on the metal that remains below the tongue's groove.
+
+    `process` is the mount's printing process. `remaining` is the thickness (m) of this metal; None if it is not
+    computed. `clearance` (m) is the clearance between tongue and groove.
+    """
     wall, metal, narrow = print_limit(process, "wall"), print_limit("machined", "wall"), tongue_neck(tongue)
     if narrow <= 0.0:
         yield violation_of("tongue-none", "mount.retention.depth", tongue.depth,
@@ -123,7 +127,11 @@ def _dovetail(
 def _pins(
     process: str, jaw: Jaw, pins: Retention, clearance: float, has_places: bool
 ) -> Iterator[Verdict]:
-    """Yield findings on the pins' diameter and length, and on the metal around their holes."""
+    """Yield findings on the diameter and length of the mount's pins, and on the metal around the holes for the pins.
+
+    `process` is the mount's printing process. `clearance` (m) is the clearance between pin and hole. `has_places` is
+    True if the mount has places for pins.
+    """
     pin = print_limit(process, "pin")
     if pins.diameter < pin.value - ROUNDING:
         yield _too_little_metal("pin-diameter", pin, pins.diameter, "mount.retention.diameter", process=process)

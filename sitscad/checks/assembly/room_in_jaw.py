@@ -124,8 +124,9 @@ def _narrower_boards(spec: SensorSpec, by: float) -> tuple[Family, ...]:
 def _in_pocket(
     jaw: Jaw, standoff: float, body_size: tuple[float, float], distance_key: str, fixes: tuple[Family, ...]
 ) -> Iterator[Verdict]:
-    """Yield findings on a board that does not fit into a pad pocket.
+    """Yield findings on a board that does not fit into the pocket of the jaw.
 
+    `standoff` (m) is the height of the mount under the board, and `body_size` (m) the size of the board's body.
     `distance_key` is the key of the coils' distance. `fixes` are for a board below the pocket's rim.
     """
     if jaw.pocket is None:

@@ -219,7 +219,11 @@ def _relative_shear_travel(spec: SensorSpec, force: float, modulus: float = 1.0)
 
 
 def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdict]:
-    """Yield findings on the shear strain with the pad's nominal modulus, and with a modulus one sigma softer."""
+    """Yield findings on the pad's shear strain by the shear force `force` (N).
+
+    `strain` is the shear strain with the nominal modulus. It is also computed with a modulus one standard deviation
+    softer.
+    """
     spec, limit = design.spec, elastomer.VALID_SHEAR
     softest = _modulus_lower_bound(pad_of(spec.elastomer).material.shear_modulus_sigma)
     usual = _relative_shear_travel(spec, force, softest)
@@ -280,7 +284,10 @@ def _with_silicone(spec: SensorSpec, material: ElastomerMaterial | None) -> list
 
 
 def _softest_for_shear(spec: SensorSpec, force: float, limit: float) -> ElastomerMaterial | None:
-    """Return the softest silicone that stays within a shear strain, one sigma softer, under a shear force (N)."""
+    """Return the softest silicone whose shear strain by the shear force `force` (N) is at most `limit`.
+
+    The shear strain is computed with a modulus one standard deviation below nominal.
+    """
     return _softest_sufficient(
         lambda other, modulus: _relative_shear_travel(_of(spec, other).spec, force,
                                                       modulus / other.shear_modulus) <= limit)
@@ -289,10 +296,11 @@ def _softest_for_shear(spec: SensorSpec, force: float, limit: float) -> Elastome
 def _modulus_for_shear(
     spec: SensorSpec, force: float, limit: float, softer: tuple[float, float], strain: float
 ) -> float:
-    """Return the factor on the pad's modulus that keeps its shear strain just below a limit (within 1 %).
+    """Return the factor on the pad's modulus with which its shear strain is just below `limit`, within 1 %.
 
-    Shear strain falls about as the inverse of the modulus, so the search interpolates between logarithms. `softer` is a
-    factor with its strain beyond the limit, `strain` is the strain at factor 1.
+    `force` is the shear force (N). Shear strain is about inversely proportional to the modulus, so the search
+    interpolates between logarithms. `softer` is a factor with its strain beyond the limit. `strain` is the strain at
+    factor 1.
     """
     (low, lower), (high, upper) = softer, (1.0, strain)
     while upper > limit and high < 1e6:
@@ -381,10 +389,11 @@ def _modulus_lower_bound(sigma: float) -> float:
 
 @record
 class _StifferPad:
-    """Stiffness with which the pad withstands the force, and changes of the spec to reach it.
+    """Shear modulus with which the pad withstands the force, and changes of the spec to reach it.
 
-    `modulus` is the least shear modulus (Pa), rounded up. `preset` is the softest silicone of the data that suffices;
-    `preset_modulus` (Pa) and `preset_sigma` (relative) are its values. None if there is none.
+    `modulus` is the smallest sufficient shear modulus (Pa), rounded up. `preset` is the softest sufficient silicone of
+    the data. `preset_modulus` (Pa) is its shear modulus, and `preset_sigma` the relative standard deviation of this
+    modulus. Modulus and preset are None if none is sufficient. `fixes` are the changes.
     """
 
     modulus: float | None = None

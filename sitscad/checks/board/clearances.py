@@ -156,7 +156,10 @@ def _worst_of_each_kind(design: Design, of_vias: bool, key: str) -> Iterator[Vio
 
 
 def _too_close(spec: SensorSpec, traces: tuple[Trace, ...], near: Nearness, places: int, key: str) -> Violation:
-    """Return the violation for two pieces that are too near, with the number of such places."""
+    """Return the violation for two pieces of copper that are too near to each other.
+
+    `places` is the number of such places. `key` is the key of the spec to which the finding points.
+    """
     minimum = near.asked + ALLOWED_SHORTFALL
     holder, source = gap_asked_by(spec.fpc.rules, minimum)
     hint, fixes = "", tuple[Family, ...]()

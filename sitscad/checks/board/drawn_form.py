@@ -39,9 +39,10 @@ def _cell(point: Point) -> tuple[int, int]:
 
 @record
 class ConductorLoop:
-    """A closed path along conductors in plan view, from its closing point.
+    """A closed path along conductors in plan view.
 
-    ``layer`` is the layer of the closing track.
+    ``points`` are its corners, beginning where the path closes. ``nets`` are the nets of its tracks. ``layer`` is the
+    copper layer of the track that closes it.
     """
 
     points: tuple[Point, ...]

@@ -119,9 +119,10 @@ def _too_short(
     fpc: FpcSpec, zone: tuple[float, float] | None, straight: _Straight, mount_end: float | None,
     fixes: tuple[Family, ...],
 ) -> Iterator[Violation]:
-    """Yield a violation if the tail has no straight part long enough for its bend.
+    """Yield a violation if the tail has no straight part that is long enough for its bend.
 
-    `mount_end` is the end of the mount's bends (m), if any.
+    `zone` is the bend zone (from, to; m), or None. `straight` is its longest part with straight tracks. `mount_end` is
+    the end of the mount's bends (m), if any.
     """
     tail, needed, figure = fpc.tail, bend_length(fpc), bend_figure(fpc)
     assert tail is not None
@@ -210,7 +211,10 @@ def _longest_straight(
     zone: tuple[float, float] | None, room: tuple[float, float] | None,
     in_bend_zone: tuple[tuple[Trace, Segment], ...], traces: tuple[Trace, ...],
 ) -> _Straight:
-    """Return the longest part of the bend zone with straight tracks. All lengths are 0 if there is no bend zone."""
+    """Return the longest part of the bend zone with straight tracks. All lengths are 0 if there is no bend zone.
+
+    `zone` is the bend zone, and `room` the part that the mount's bends leave free (each from, to; m).
+    """
     if zone is None:
         return _Straight(0.0, 0.0, 0.0, None)
     unfit = unfit_for_bending(zone, in_bend_zone, traces)

@@ -39,9 +39,10 @@ Results of different computers differ by up to this ratio.
 
 @record
 class BaselineFinding:
-    """Finding in a baseline: severity, measured value and limit (SI units; None if it has none).
+    """A known finding in a baseline.
 
-    ``keeps_limit`` is True if the value meets its limit, but only just.
+    ``measured`` and ``limit`` are in SI units; None if the finding has no such value. ``keeps_limit`` is True if the
+    value meets its limit, but is near to it.
     """
 
     severity: Severity
@@ -316,9 +317,10 @@ _RULES = re.compile(r"\s*([A-Za-z]+[0-9]+(?:\s*,\s*[A-Za-z]+[0-9]+)*)(?:[\s:]+(.
 
 @record
 class Comment:
-    """A comment that silences rules: its place, its rules and its reason.
+    """A comment in a spec that silences rules, at `line` and `column`.
 
-    ``fault`` is the reason why it has no effect.
+    ``rules`` are identifiers of rules. ``reason`` is the reason for silencing them. ``fault`` is the reason why the
+    comment has no effect; empty if it has one.
     """
 
     line: int

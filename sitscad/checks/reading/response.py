@@ -135,7 +135,10 @@ def coil_response(design: Design) -> Iterator[Verdict]:
 
 
 def _change_to(design: Design, state: str, required: float) -> Iterator[Verdict]:
-    """Yield findings on every coil's change from rest to a state, under its force (N)."""
+    """Yield findings on the change of inductance of each coil from rest to the state `state`.
+
+    `required` is the required force (N) in this state.
+    """
     coils = design.estimates.coils
     changes = responses(coils, design.estimates.readout.conversion, state)
     if len(changes) < len(coils):
@@ -232,7 +235,10 @@ def _cover_all_coils(spec: SensorSpec) -> tuple[Family, ...]:
 
 @record
 class _MoreChange:
-    """Hint for a larger change: its message case, and the scan rate and converters that the text names."""
+    """Hint for a larger change of inductance, as the case of its message.
+
+    ``rate`` is the proposed scan rate as text. ``devices`` are the names of proposed converters.
+    """
 
     case: str
     rate: str = ""
@@ -433,10 +439,10 @@ def _nearer_edges(spec: SensorSpec) -> tuple[Family, ...]:
 
 @record
 class _Edges:
-    """Hint on the place to which the target's edges must move: its message case and the cases of its details.
+    """Hint on the place to which the target's edges must move: ``case`` of its message, and ``details`` cases.
 
-    ``apart`` is the distance (m) of the outer coils. ``beyond`` is the length (m) by which the target extends past
-    their centres.
+    ``apart`` is the distance (m) between the centres of the outer coils. ``beyond`` is the length (m) by which the
+    target extends past these centres.
     """
 
     case: str
