@@ -57,7 +57,11 @@ class BenchError(ValueError):
 
 @record
 class Column:
-    """A column of the table: number from 1, coil, load or pose component (`name`), unit, and whether it is a coil's."""
+    """A column of a table of measurements, with its number from 1.
+
+    `name` is a coil, or a component of the load or pose. `unit` is the unit of the values. `is_coil` is True for a
+    coil's column.
+    """
 
     number: int
     name: str

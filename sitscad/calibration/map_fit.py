@@ -60,7 +60,11 @@ LEAST_LEFT = 0.05  # Least divisor 1 - leverage of a residual
 
 @record(eq=False)
 class Samples:
-    """Samples for a map: readings (n, coils), the reading at rest (coils), and forces (n, axes) in full scales."""
+    """Samples from which a map is fitted.
+
+    `readings` (n, coils) belong to the forces `forces` (n, axes), which are divided by full scale. `rest` (coils) is
+    the reading at rest.
+    """
 
     readings: Array
     rest: Array

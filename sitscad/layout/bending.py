@@ -26,9 +26,10 @@ class Where(StrEnum):
 
 @record
 class FinishedThickness:
-    """Thickness (m) of the finished board: the sum of its layers, and the least and largest delivered thickness.
+    """Thickness (m) of the finished board.
 
-    `source` names the origin of the tolerance.
+    `nominal` is the sum of its layers. `minimum` and `maximum` are the least and the largest delivered thickness.
+    `source` names the origin of this tolerance.
     """
 
     minimum: float
@@ -198,8 +199,8 @@ class Bend:
     """Bend of the board by `angle` (rad) about the line x = `line` (m) across the tail.
 
     `direction` is ``down`` (away from the coils) or ``up``. The bent part extends from `start` to `end` (m). Both equal
-    `line` if no radius is known. `radius` (m) is the inside radius. `why` is the reason for a bend that the mount
-    causes; empty for a bend in the spec.
+    `line` if no radius is known. `radius` (m) is the inside radius. `is_dynamic` is True if the board is bent
+    repeatedly in use. `why` is the reason for a bend that the mount causes; empty for a bend in the spec.
     """
 
     line: float

@@ -50,7 +50,11 @@ class Role(StrEnum):
 
 @record
 class Trace:
-    """A track of constant width along a path, on copper layer `layer` (from 1 at the top)."""
+    """A track of constant width along a path.
+
+    `path` is its centre line, and `width` is in metres. `layer` is its copper layer, from 1 at the top. `role` is its
+    use, for example a turn or a lead.
+    """
 
     path: Path
     width: float
@@ -63,8 +67,8 @@ class Trace:
 class Via:
     """A plated hole with equal round pads on all copper layers that it passes.
 
-    `lowest` is the last of these layers, counted from the top, for a hole in a tail of fewer layers. None if the hole
-    passes all layers.
+    `drill` is the diameter (m) of the hole, and `pad` the diameter (m) of its pads. `lowest` is the last copper layer
+    that a hole in a tail of fewer layers passes, counted from the top. None if the hole passes all layers.
     """
 
     centre: Point
@@ -76,10 +80,10 @@ class Via:
 
 @record
 class Pad:
-    """A rectangular contact: centre and size [x, y] (m), net and pin (``C1.A``, ``C1.B``).
+    """A rectangular contact on copper layer `layer`, with its centre and its size [x, y] (m).
 
-    `reference` names the part with this contact: the tail's connector or a capacitor. Net and pin are empty for
-    connector contacts that no coil uses.
+    `pin` is ``C1.A`` or ``C1.B`` for the two ends of coil C1. `number` is the contact's number in its part. `reference`
+    names the part: the tail's connector or a capacitor. Net and pin are empty for connector contacts that no coil uses.
     """
 
     centre: Point
@@ -108,7 +112,11 @@ class Pad:
 
 @record
 class Teardrop:
-    """A filled outline on a copper layer, at the end `origin` of a track (index into the layout's tracks)."""
+    """A filled outline that widens a track towards a via or contact, on copper layer `layer`.
+
+    `track` is the index of the track in the layout's tracks. `origin` is the end of this track in the via or contact.
+    `at_start` is True if it is the track's first point.
+    """
 
     outline: Path
     layer: int
@@ -120,7 +128,10 @@ class Teardrop:
 
 @record
 class Capacitor:
-    """Two pads for the tank capacitor of a coil, the first at end A. `package` is the chip size name."""
+    """Two pads for the tank capacitor of the coil `coil`, the first pad at the coil's end A.
+
+    `reference` is the part's name on the board. `package` is the name of its chip size.
+    """
 
     reference: str
     coil: str
@@ -136,11 +147,12 @@ class Capacitor:
 
 @record
 class Winding:
-    """One layer of a coil.
+    """One layer of a coil: its spiral `path` on copper layer `layer`.
 
-    `outer_angle` (rad) is the direction of the layer's outer end. `sense` is +1 if the layer runs counter-clockwise
-    from the outside in, otherwise -1. `inward` is True if the coil's current flows from the outside in. `z` (m,
-    negative) is the copper's mid-plane relative to the board's top face.
+    `thickness` (m) is the thickness of the copper. `z` (m, negative) is the copper's mid-plane relative to the board's
+    top face. `outer_angle` (rad) is the direction of the spiral's outer end. `sense` is +1 if the spiral runs
+    counter-clockwise from the outside in, otherwise -1. `inward` is True if the coil's current flows from the outside
+    in.
     """
 
     layer: int
@@ -156,8 +168,8 @@ class Winding:
 class LeadPair:
     """Both leads of a coil along a stretch that is not drawn.
 
-    Fields are length and track width (m), and the layers of the leads, the first on top. `apart` (m) is the centre
-    distance of leads that lie side by side on one layer.
+    `length` is the stretch's length (m), and `width` the leads' track width (m). `layers` are the copper layers of the
+    two leads, the upper layer first. `apart` (m) is the centre distance of leads that lie side by side on one layer.
     """
 
     length: float
@@ -168,11 +180,12 @@ class LeadPair:
 
 @record
 class Coil:
-    """A drawn coil.
+    """A drawn coil, with one winding for each of its layers.
 
-    `series` lists all conductors from contact A to contact B in the order of the current. `undrawn` describes the
-    missing leads of a sketch. `goes_on` is about a lead that runs round the coil beside its turns. It holds the number
-    of turns (positive along the current) and the distance (m) from the coil's centre.
+    `series` lists all conductors from contact A to contact B in the order of the current. `is_closed_circuit` is True
+    if they connect both contacts. `undrawn` describes the missing leads of a sketch. `goes_on` describes a lead that
+    runs around the coil beside its turns: the number of turns (positive along the current), and the distance (m) from
+    the coil's centre.
     """
 
     placement: CoilPlacement
@@ -436,8 +449,8 @@ def _outlines(layout: Layout, trace: Trace, leg: Segment) -> Iterator[Path]:
 class _Try:
     """A teardrop outline to be checked.
 
-    `track` is the index of the track in the layout. `leg` is the track's segment at the teardrop, directed away from
-    the via or contact.
+    `track` is the index of the track in the layout. `at_start` is True if the teardrop is at the track's first point.
+    `leg` is the track's segment at the teardrop, directed away from the via or contact.
     """
 
     outline: Path

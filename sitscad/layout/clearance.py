@@ -35,7 +35,10 @@ meet at 45 degrees or more are then never compared.
 
 @record
 class Breadth:
-    """Range across the tail's axis of a board, or of the area for its leads: y of the lower and the upper edge (m)."""
+    """Range of y (m) of a board, or of the area for its leads: `low` at the lower edge, `high` at the upper edge.
+
+    y is measured across the tail, from the tail's axis.
+    """
 
     low: float
     high: float
@@ -60,7 +63,7 @@ ENDLESS = Breadth(-math.inf, math.inf)  # Ground without edges
 
 @record
 class TrackToPlace:
-    """A track to be placed: centre line, width (m) and copper layer."""
+    """A track to be placed: centre line `path`, `width` (m), and copper layer `layer` from 1 at the top."""
 
     path: Path
     width: float
@@ -84,7 +87,10 @@ class TrackToPlace:
 
 @record
 class ViaToPlace:
-    """A via to be placed: centre, pad and drill diameters (m). It has a pad on each layer."""
+    """A via to be placed. It has a pad on each layer.
+
+    `pad` and `drill` are the diameters (m) of its pads and its hole.
+    """
 
     centre: Point
     pad: float

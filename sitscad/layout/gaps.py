@@ -95,7 +95,10 @@ class Nearness:
 
 @record
 class _Stand:
-    """Position of an item on its conductor: number of the conductor, and distance (m) along it to the item's start."""
+    """Position of an item on its conductor.
+
+    `chain` is the conductor's number. `at` is the distance (m) along the conductor to the item's start.
+    """
 
     chain: int
     at: float

@@ -22,9 +22,9 @@ from sitscad.spec.sensor import ArtworkSpec
 
 @record
 class Ring:
-    """The closed curve `offset` (m) outside a coil's copper.
+    """The closed curve around a coil at the distance `offset` (m) from its copper.
 
-    Its points are given by angle (rad) about the coil's centre.
+    A point of the curve is given by its angle (rad) about the coil's centre.
     """
 
     coil: CoilSpec
@@ -145,9 +145,10 @@ Positive angles are away from the tail. They are tried if the pair cannot leave 
 
 @record
 class Exit:
-    """Beginning of one lead: angle (rad) at which it leaves the ring road, further corner points, and copper layer.
+    """Beginning of one lead on copper layer `layer`.
 
-    `way` lists the corner points up to the tail's funnel.
+    `angle` (rad) is the angle about the coil at which the lead leaves the ring road. `way` lists the corner points from
+    there to the tail's funnel.
     """
 
     angle: float
@@ -170,10 +171,11 @@ def straightness(before: Point, corner: Point, after: Point) -> float:
 
 @record
 class Bus:
-    """Dimensions (m) common to all leads: track width, gap between tracks, and the copper layers of a pair's two leads.
+    """Dimensions common to all leads.
 
-    `coils` is the extent of the coils' copper across the jaw. Between the coils and the innermost lane lie the ring
-    road and an additional distance `base`, which leaves room for tracks or vias.
+    `width` (m) is the width of the tracks, and `spacing` (m) the gap between them. `layers` are the copper layers of
+    the two leads of a pair. `coils` is the extent of the coils' copper across the jaw. Between the coils and the
+    innermost lane lie the ring road and an additional distance `base` (m), which leaves room for tracks or vias.
     """
 
     width: float

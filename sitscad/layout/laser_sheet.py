@@ -65,9 +65,10 @@ class CutLayer(StrEnum):
 
 @record
 class Look:
-    """Appearance of a layer in all file formats: colour name, ``#rrggbb``, AutoCAD colour index, and operation.
+    """Appearance of a layer in all file formats.
 
-    The operation is empty if the laser ignores the layer.
+    `colour` is the name of the colour, `rgb` its code ``#rrggbb``, and `index` its number in AutoCAD. `work` is the
+    laser's operation; empty if the laser ignores the layer.
     """
 
     colour: str
@@ -91,9 +92,9 @@ shops score it.
 
 @record
 class Contour:
-    """A closed path on a layer.
+    """A closed path on a layer of a laser sheet.
 
-    `diameter` (m) is set for a full circle, because some file formats have a circle element.
+    `diameter` (m) is set if the path is a full circle, because some file formats have a circle element.
     """
 
     layer: CutLayer

@@ -56,7 +56,10 @@ _ON_EDGE = 1e-9
 
 @record
 class Bridge:
-    """An uncut piece of a part's outline: number of the outline's segment, begin and end (m) along this segment."""
+    """An uncut piece of a part's outline.
+
+    `segment` is the index of the outline's segment. `begin` and `end` (m) are the distances along this segment.
+    """
 
     segment: int
     begin: float
@@ -211,11 +214,12 @@ FIDUCIAL_STEP = 5.0e-3  # Distance (m) of a fiducial from its tooling hole
 
 @record
 class Panel:
-    """Copies of a board in a frame.
+    """Copies of a board in a frame, in `columns` and `rows`.
 
     `layout` is the board, `size` the panel's outer size [x, y] (m), and `rail` the width (m) of the frame. `parts` and
-    `coupons` are the positions of each copy's origin. `coupon` is the layout of the coupon. None if there is no coupon;
-    `no_coupon` then gives the reason.
+    `coupons` are the positions of each copy's origin. `bridges` and `coupon_bridges` are the uncut pieces of one
+    outline. `coupon` is the layout of the coupon. None if there is no coupon; `no_coupon` then gives the reason.
+    `tooling_holes` and `fiducials` are centres of holes and marks in the frame.
     """
 
     layout: Layout

@@ -59,7 +59,7 @@ ROUNDING = 0.5e-6  # Error (m) of distances between sampled points
 class InnerJoin:
     """A via inside the coil (`hole`), and its stubs.
 
-    Each stub is (copper layer, path from the winding's inner end to the via).
+    Each of `stubs` is (copper layer, path from the winding's inner end to the via).
     """
 
     hole: ViaToPlace
@@ -73,7 +73,10 @@ class InnerJoin:
 
 @record
 class InnerEnd:
-    """Inner end of one layer's spiral: position, copper layer, and unit vector `back` along its turn."""
+    """Inner end of one layer's spiral, on copper layer `layer`.
+
+    `back` is a unit vector at this end, along the innermost turn.
+    """
 
     point: Point
     layer: int

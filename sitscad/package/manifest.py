@@ -37,7 +37,10 @@ Part = TypeVar("Part")
 
 @record
 class Entry:
-    """Manifest entry of one file: its SHA-256, its stage, and the hash of all inputs from which it was made."""
+    """Manifest entry of one file: `sha256` is the file's SHA-256, and `stage` the name of its stage.
+
+    `made_from` is the hash of all inputs from which the file was made.
+    """
 
     sha256: str
     stage: str
@@ -323,9 +326,10 @@ The first event of a stage is ``start``, if the stage must be made. The second e
 
 @record
 class StageResult:
-    """Outcome of a stage: ``made``, ``kept`` from the old package, ``dropped``, or ``none`` (the spec needs no files).
+    """Outcome of the stage `name` of a build.
 
-    `files` is the number of its files, and `seconds` the time that it took.
+    `outcome` is ``made``, ``kept`` (files of the old package), ``dropped``, or ``none`` (the spec needs no files).
+    `files` is the number of the stage's files, and `seconds` the time that it took.
     """
 
     name: str

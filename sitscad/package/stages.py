@@ -259,9 +259,10 @@ def _outcome(
 
 @record
 class Rendered:
-    """Files of one part of the build, and messages about files that could not be written.
+    """Files of one part of the build, as bytes by file name.
 
-    ``theirs`` maps each file name from a plugin, in lower case, to the plugin's name.
+    ``failures`` are messages about files that could not be written. ``theirs`` maps the name of each file from a
+    plugin, in lower case, to the plugin's name.
     """
 
     files: dict[str, bytes]

@@ -125,7 +125,7 @@ VIA_PLACES = 32  # Directions round a coil in which vias may stand
 
 @record
 class OuterEnd:
-    """An end of the winding at which a lead or a join begins: position and copper layer.
+    """An end of the winding at which a lead or a join begins, on copper layer `layer`.
 
     It is the outer end of a layer. If the coil has an odd number of layers, the last end is an inner via
     (`from_inside`).
@@ -138,7 +138,10 @@ class OuterEnd:
 
 @record
 class BranchGround:
-    """Inputs of the search for one coil: artwork, lead dimensions, placement, and range of y that is open to vias."""
+    """Inputs of the search for the branches of one coil.
+
+    `artwork` has the rules, and `bus` the dimensions of the leads. `breadth` is the range of y that is open to vias.
+    """
 
     artwork: ArtworkSpec
     bus: Bus
@@ -277,9 +280,10 @@ def _along(line: Line, point: Point) -> tuple[float, float]:
 
 @record
 class Leg:
-    """A track on one layer: from `begin` to the ring road, along it, and on through the points `finish`.
+    """A track on copper layer `layer`: from `begin` to the ring road, along it, and on through the points `finish`.
 
-    It meets the ring road at `angle` (rad) and follows it by `sweep` (rad, positive counter-clockwise).
+    It meets the ring road at `angle` (rad) and follows it by `sweep` (rad, positive counter-clockwise). `around`
+    describes the coil.
     """
 
     around: BranchGround
@@ -344,7 +348,7 @@ class Leg:
 
 @record
 class Branch:
-    """A connection outside the winding: one leg, or two legs with a via between them.
+    """A connection outside the winding: one leg, or two legs with the via `hole` between them.
 
     `returns` is True if the second leg is drawn from its own end towards the via. The current then flows along it
     backwards.

@@ -150,7 +150,10 @@ Successive trial boards share it.
 
 @record
 class Escape:
-    """Tracks outside one coil: the joins between its layers, and the two leads A and B up to the tail."""
+    """Tracks outside one coil, up to the tail.
+
+    `joins` connect the coil's layers. `lead_a` and `lead_b` are the leads from the coil's ends A and B.
+    """
 
     joins: tuple[Branch, ...]
     lead_a: Branch

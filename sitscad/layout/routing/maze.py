@@ -153,7 +153,8 @@ class Ground:
 class Lattice:
     """Lattice points over the whole array, with their distances from each coil.
 
-    All trial boards use the same lattice.
+    The points lie between x = `start` and x = `end` (m), in the range of y `breadth`. All trial boards use the same
+    lattice.
     """
 
     artwork: ArtworkSpec

@@ -197,7 +197,11 @@ def _bare_contact(tail: TailFrame, number: int) -> Pad:
 
 @record
 class Contact:
-    """Row of the contact table: number, pin (``C1.A``), net, coil, and the converter with its channel and pin."""
+    """Row of the contact table, for the contact `number` at the tail's end.
+
+    `pin` is ``C1.A`` or ``C1.B`` for the two ends of coil C1. `converter`, `channel` and `converter_pin` are the
+    converter's name, and its channel and pin for this contact.
+    """
 
     number: int
     pin: str
