@@ -63,7 +63,11 @@ CUTS = 8
 
 @record
 class DrawnAtFrequency(SeriesImpedance):
-    """A drawn coil at a `frequency` (Hz): inductance (H) and resistance (ohm) in series, with relative error bounds."""
+    """Estimates of a drawn coil at one `frequency` (Hz).
+
+    `inductance` (H) and `resistance` (ohm) are in series. `inductance_error` and `resistance_error` are their relative
+    error bounds.
+    """
 
     frequency: float
     inductance: float

@@ -33,9 +33,9 @@ from sitscad.spec.sensor import SensorSpec
 
 @record(eq=False)
 class Impedance:
-    """Impedance of a coil at n frequencies.
+    """Impedance of a coil at the n `frequencies` (Hz).
 
-    `series` (n; ohm) is inductance and resistance in series, and `capacitance` (F) lies across them.
+    `series` (n; ohm) is the impedance of inductance and resistance in series. `capacitance` (F) is parallel to them.
     """
 
     frequencies: Array

@@ -37,7 +37,7 @@ class BusConverter(Protocol):
 
 @record
 class CoilReading:
-    """One result of a coil: its time (s), its counts, and its status.
+    """One result of a coil: the `time` (s) of the reading, the converter's `counts`, and its status.
 
     ``is_off`` is True if the tank's amplitude was outside 1.2 to 1.8 V. A more severe fault in `status` may hide this.
     """

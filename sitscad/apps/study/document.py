@@ -103,7 +103,7 @@ class StudyDocument(Section):
 
 @record
 class Goal:
-    """A measure to minimize or maximize."""
+    """A measure to minimize (`is_less_better`) or to maximize."""
 
     measure: str
     is_less_better: bool = True
@@ -120,9 +120,10 @@ class Goal:
 
 @record
 class Requirement:
-    """A limit of a measure (SI): the smallest permitted value if `is_floor`, else the largest.
+    """A requirement of a study on one measure.
 
-    `written` is its text in the file.
+    `limit` (SI unit) is the smallest permitted value if `is_floor`, else the largest. `written` is its text in the
+    file.
     """
 
     measure: str

@@ -64,7 +64,10 @@ TICKS = 4  # Largest number of steps of an axis
 
 @record
 class ChartAxis:
-    """An axis of a chart: title, range, and ticks as (value, label)."""
+    """An axis of a chart, with the range from `low` to `high`.
+
+    `ticks` are pairs of value and label.
+    """
 
     title: str
     low: float

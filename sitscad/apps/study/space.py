@@ -217,7 +217,10 @@ class RangeError(ValueError):
 
 @record
 class Variable:
-    """A varied key, its values as in a spec, and whether the values are ordered as numbers."""
+    """A varied key of the spec.
+
+    `values` are its possible values, as in a spec. `is_ordered` is True if they are ordered as numbers.
+    """
 
     key: str
     values: tuple[Any, ...]

@@ -52,9 +52,10 @@ Document: TypeAlias = dict[str, Any]
 
 @record
 class Event:
-    """Result of one stage: data for JSON, the page, and the time (s) since the evaluation began.
+    """Result of one stage of an evaluation.
 
-    The page is empty if no web page is shown.
+    `data` is its content as JSON values. `page` is the web page; empty if no page is shown. `seconds` is the time since
+    the evaluation began.
     """
 
     stage: str

@@ -25,7 +25,7 @@ from sitscad.spec.mount import Assembly, Mount
 
 @record
 class Toleranced:
-    """A length (m) with several independent causes of deviation.
+    """A length with the nominal value `nominal` (m) and several independent causes of deviation.
 
     `terms` lists (cause, deviation in m). Deviations are signed, so that a common cause of two lengths cancels in their
     difference.
@@ -67,7 +67,7 @@ class Toleranced:
 
 @record
 class PrintLimit:
-    """Smallest size (m) that a process can make, with the source of this value."""
+    """Smallest size `value` (m) that a manufacturing process can make, with the source of this value."""
 
     value: float
     source: str
@@ -92,7 +92,10 @@ GLUE = "glue under the "
 
 @record
 class SizeTolerance:
-    """Half of the tolerance band of a size (m, relative, or angle), with the source of this value."""
+    """Half of the tolerance band of a size, with the source of this value.
+
+    `band` is in metres or radians, or relative to the size.
+    """
 
     band: float
     source: str
@@ -105,7 +108,10 @@ class SizeTolerance:
 
 @record
 class Layer:
-    """A layer between the backs of the jaws: name, thickness (m) with its deviations, and source of the tolerance."""
+    """A layer between the backs of the two jaws.
+
+    `part` is its name, and `thickness` its thickness with its deviations. `source` is the source of the tolerance.
+    """
 
     part: str
     thickness: Toleranced

@@ -309,7 +309,11 @@ def _sideways_deviation(assembly: Assembly, part: str) -> Toleranced:
 
 @record
 class Shaft:
-    """Bore (m) of the tube behind the jaw, diameter (m) of the hinge's pin, and the sources of these values."""
+    """Sizes of the tube behind the jaw.
+
+    `bore` (m) is the tube's inner diameter. `pin` (m) is the diameter of the hinge's pin. `source` names the sources of
+    both values.
+    """
 
     bore: float
     pin: float

@@ -22,9 +22,10 @@ With a ratio below 1, the film has its full thickness everywhere.
 
 @record
 class JawSection:
-    """Cross-section of a jaw with its face at height 0: width of the face, height, and radius of the back (m).
+    """Cross-section of a jaw whose face is at height 0.
 
-    `side` (m) is the length of the straight sides between face and back.
+    `face` (m) is the width of the face, `height` (m) the distance from the face to the back, and `radius` (m) the
+    radius of the back. `side` (m) is the length of the straight sides between face and back.
     """
 
     face: float

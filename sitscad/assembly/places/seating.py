@@ -213,7 +213,11 @@ ROUND_HOLE = 2.0e-3  # Plastic round a screw's head, out to the plate's edge (m)
 
 @record
 class Screw:
-    """A screw with its nut (m): diameters of hole and head, width across flats and height of the nut's pocket."""
+    """A screw with its nut. All sizes are in metres.
+
+    `hole` and `head` are the diameters of hole and head. `nut_across` is the width across flats of the nut's pocket,
+    and `nut_height` the pocket's height.
+    """
 
     hole: float
     head: float

@@ -116,7 +116,10 @@ MOVED_SIDEWAYS = "no numbers for this state: shear moves its target sideways; `r
 
 @record
 class WorkingPoint:
-    """A normal load, as a fraction of the full load (`share`), at which a sensor's performance is stated."""
+    """A normal load at which a sensor's performance is stated.
+
+    `share` is the load as a fraction of the full load. `text` describes the load in reports.
+    """
 
     name: str
     text: str

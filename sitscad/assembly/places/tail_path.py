@@ -28,7 +28,11 @@ LEFT = 0.4  # Share of the plastic under the tail that is left upright below a r
 
 @record
 class Lip:
-    """A rounded edge over which the tail leaves its support: x range (m), radius (m), and angle `turn` (rad)."""
+    """A rounded edge over which the tail leaves its support.
+
+    It extends from x = `start` to x = `end` (m). `radius` (m) is its radius, and `turn` (rad) the angle by which the
+    tail bends over it.
+    """
 
     start: float
     end: float
@@ -38,7 +42,10 @@ class Lip:
 
 @record
 class BentStretch:
-    """A part of the tail's middle line: its length (m), and the angle (rad) by which it bends upwards."""
+    """A part of the tail's middle line with constant curvature.
+
+    `length` (m) is its length, and `turn` (rad) the angle by which it bends upwards.
+    """
 
     length: float
     turn: float = 0.0
@@ -46,7 +53,10 @@ class BentStretch:
 
 @record
 class Station:
-    """A point on the tail's middle line: x along the jaw and height z (m), and slope angle of the tail (rad)."""
+    """A point on the middle line of the tail.
+
+    `x` (m) is its position along the jaw, and `z` (m) its height. `angle` (rad) is the slope of the tail at this point.
+    """
 
     x: float
     z: float
@@ -80,10 +90,11 @@ class Station:
 
 @record
 class TailPath:
-    """Path of the tail: the start of its middle line at the end of the board's body, and its parts from there.
+    """Path of the tail from the end of the board's body.
 
-    `radius` (m) is the inside radius of its bends. None if it has no bends. `reason` explains why a tail that should
-    bend is drawn straight; empty otherwise.
+    `start` is the first point of its middle line, and `stretches` are its parts from there. `radius` (m) is the inside
+    radius of its bends; None if it has no bends. `reason` explains why a tail that should bend is drawn straight; empty
+    otherwise.
     """
 
     start: Station

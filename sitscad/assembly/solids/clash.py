@@ -57,7 +57,11 @@ ACROSS, ALONG = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)  # Normals of the cuts: across 
 
 @record(eq=False)
 class ColouredMesh:
-    """A closed mesh: vertices (n, 3; mm), triangles (m, 3), colour, and whether it is one of the clashing parts."""
+    """A closed mesh of a part, for a picture of a clash.
+
+    `vertices` (n, 3) are in mm, and `triangles` (m, 3) are indices of vertices. `clashes` is True if the part is one of
+    the clashing parts.
+    """
 
     name: str
     vertices: Array

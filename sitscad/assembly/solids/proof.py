@@ -279,7 +279,10 @@ def _middle(body: Any) -> tuple[float, float, float]:
 
 @record
 class PadLoad:
-    """The pad under a load: name of the load, pose of the target, and bulge (m) of each side of the pad."""
+    """The pad under the load `name`.
+
+    `pose` is the pose of the target. `bulge` (m) is the bulge of each side of the pad.
+    """
 
     name: str
     pose: Pose
