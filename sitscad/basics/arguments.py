@@ -18,6 +18,7 @@ SOURCES = {
     "SensorSpec": "sitscad.load(path) reads one",
     "Design": "sitscad.Design(spec) makes one",
     "Spiral": "sitscad.coil(...) makes one",
+    "DrawnCoil": "sitscad.drawn_coil(path) makes one",
     "Measurement": "sitscad.apps.coil.measurement.read_measurement(path) reads one",
     "Layout": "sitscad.lay_out(spec) makes one",
     "Estimates": "sitscad.estimate(layout) makes one",

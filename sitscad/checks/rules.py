@@ -72,7 +72,8 @@ class Violation:
 
     def cases(self, with_hint: bool) -> tuple[str, ...]:
         """Return the cases of message, details and, `with_hint`, hint. Empty for texts without a case."""
-        return tuple(dict.fromkeys((self.case, *self.details, *(self._hint_case,) * with_hint))) if self.case else ()
+        hint_cases = (self._hint_case,) if with_hint and self.case else ()
+        return tuple(dict.fromkeys((self.case, *self.details, *hint_cases))) if self.case else ()
 
 
 def violation_of(

@@ -134,7 +134,7 @@ def test_commands_without_hints_try_no_changed_designs(run, pair, tmp_path, monk
     def refuse(*_):
         raise AssertionError("a changed design was tried")
 
-    monkeypatch.setattr(Trials, "_of", refuse)
+    monkeypatch.setattr(Trials, "_trial_of", refuse)
     with pytest.raises(AssertionError, match="was tried"):
         sitscad.check(sitscad.load(path))
     assert run(command, pair).code == 0

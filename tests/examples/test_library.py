@@ -41,7 +41,7 @@ def test_examples_of_library_page_run_with_shown_results():
     assert len(found.examples) > 15
 
 
-WITH_EXAMPLES = ("spec.sensor", "spec.load", "layout", "estimates", "estimates.design", "checks.judging",
+WITH_EXAMPLES = ("spec.sensor", "spec.load", "layout", "estimates", "estimates.requested_response", "checks.judging",
                  "files.export", "apps.coil.spiral", "apps.coil.drawn", "apps.study.sweeping")
 """Modules of public names with examples."""
 

@@ -494,7 +494,7 @@ def test_shield_larger_than_sheet_yields_finding():
         "trace_spacing: 100 um}\nfpc: {boards: 4}\nshield: {}\ncutting: {sheet: [30, 30]}\n"
     )
     said = [each for each in check(load_text(text, "s.yaml"), hints="none").findings if each.rule == "SIT317"]
-    assert [each.message.split(" with ")[0] for each in said] == ["the shield"]
+    assert [each.message.startswith("the shield") for each in said] == [True]
 
 
 def copies(gap, boards=4):

@@ -65,7 +65,9 @@ class Mesh:
 
 def triangulate(area: Polygon, size: float) -> Mesh:
     """Triangles that fill a polygon (m), none longer than about `size` (m); equal polygons give equal triangles."""
-    with session(gmsh, "copper", _OPTIONS):
+    with session(gmsh, "copper"):
+        for option, value in _OPTIONS.items():
+            gmsh.option.setNumber(option, value)
         area = remove_repeated_points(area, _SAME)
         millimetres = [np.asarray(ring.coords)[:-1] * 1e3 for ring in (area.exterior, *area.interiors)]
         gmsh.option.setNumber("Mesh.MeshSizeMax", size * 1e3)

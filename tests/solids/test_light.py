@@ -96,8 +96,8 @@ def test_unused_cad_dependencies_load_on_demand(tmp_path, monkeypatch):
 @pytest.mark.slow
 def test_cad_kernels_start_without_sympy_and_vtk():
     code = (
-        "from sitscad.assembly.solids.solid import require, UNUSED\nimport sys\n"
-        "for name in ('build123d', 'cadquery', 'trimesh', 'matplotlib.figure'): require(name)\n"
+        "from sitscad.assembly.solids.solid import UNUSED, import_extra\nimport sys\n"
+        "for name in ('build123d', 'cadquery', 'trimesh', 'matplotlib.figure'): import_extra(name)\n"
         "assert not [m for m in sys.modules if m.startswith('sympy.')]\n"
         "assert 'vtkmodules.vtkFiltersSources' not in sys.modules\n"
         "import vtk, build123d.objects_curve as curves, cadquery\n"

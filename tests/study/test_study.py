@@ -395,12 +395,12 @@ RUN = """\
 import pathlib, sys
 from sitscad.apps.study import running
 from sitscad.apps.study.page import answer_files, study_page
-from sitscad.apps.study.evaluating import cluster
+from sitscad.apps.study.evaluating import dask_cluster
 from sitscad.basics.messages import text_of
 from sitscad.apps.study.study import Study
 
 running.LEAST_FULL = 6
-executor, jobs = cluster(sys.argv[1]) if sys.argv[1].startswith("tcp") else (None, int(sys.argv[1]))
+executor, jobs = dask_cluster(sys.argv[1]) if sys.argv[1].startswith("tcp") else (None, int(sys.argv[1]))
 said = Study.load("study.yaml").run(executor, folder="out", jobs=jobs, draws=4)
 for name, content in answer_files(said).items():
     path = pathlib.Path("out") / name
