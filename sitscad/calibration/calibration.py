@@ -299,10 +299,11 @@ def calibrate_by(sensors: Sensors, points: Points) -> Calibration:
 
 
 def fit_by_surrogate(sensors: Sensors, points: Points) -> tuple[Sensors, ModelFit]:
-    """Return the sensors with the surrogate that was used last, and the fit of a sensor to the points.
+    """Fit one sensor to measured points. Return the sensors with the final surrogate, and the fit.
 
-    The first surrogate covers all manufactured sensors. The next surrogate is made about the fitted sensor, as wide as
-    the fit's uncertainty. Another follows if the new fit lies outside the surrogate.
+    The first surrogate covers the whole manufacturing spread. Each following surrogate is centred on the last fit. Its
+    width is the uncertainty of that fit, or the whole spread if the points contain poses. The loop ends when the fit
+    lies inside its surrogate. If a following fit fails or is much worse, the preceding surrogate is used again.
     """
     fit = fit_model(sensors, points, rounds=1)
     moving = [each.name in (*POSE_ERRORS, *PAD_ERRORS) for each in sensors.unknowns]

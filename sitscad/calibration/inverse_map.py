@@ -91,7 +91,10 @@ class InverseMap:
         return self.mixed(values, rest)
 
     def forces_at(self, mixed: Array) -> Array:
-        """Return forces (n, axes; N) at values of `mixed`, without limits."""
+        """Return forces (n, axes; N) from the map's inputs (n, axes), which `mixed` computes from readings.
+
+        The inputs are not clipped to the range of the map.
+        """
         return np.asarray(self.full_scale * (monomials(mixed, self.powers) @ self.coefficients.T))
 
     def holds(self, readings: ArrayLike, tare: ArrayLike) -> Flags:

@@ -217,7 +217,7 @@ def load_errors(sensors: Sensors, loads: Array) -> Array:
 
 
 def minus_tare(values: Array, at_rest: Flags) -> Array:
-    """Return values (n, ...) minus the mean of the rows `at_rest` (n). The rows at rest themselves become this mean."""
+    """Return values (n, ...) minus their mean at rest. Rows with a flag in `at_rest` (n) hold this mean instead."""
     rest = values[at_rest].mean(axis=0)
     changes = values - rest
     changes[at_rest] = rest
@@ -331,13 +331,15 @@ def _exchange_points(facts: Array, chosen: list[int]) -> list[int]:
 
 
 def _predicted_errors(sensors: Sensors, facts: Array, pulls: Array, order: list[int]) -> tuple[Array, Array, Array]:
-    """Return three force errors by axis (N), rms over the working range.
+    """Return three force errors by axis (N), rms over the working range: after the tare, without a tare, off centre.
 
-    The first (points, axes) is one standard deviation after the tare and 0, 1, ... of the other points in `order`. The
-    second is one standard deviation without a tare. The third is the error if all loads act beside their intended
-    position in one direction. They follow from the uncertainty of the unknowns, linearised, without noise and without
-    the map's own error. `pulls` (n, unknowns, 2) is the effect of the displaced loads on the unknowns. A fit attributes
-    this effect to the sensor.
+    * (points, axes): one sigma after the tare and the first 0, 1, ... of the other points in `order`
+    * (axes): one sigma without a tare
+    * (axes): the error if all loads are applied off centre in the same direction
+
+    `facts` (n, unknowns, unknowns) is the information matrix of each point. `pulls` (n, unknowns, 2) is the effect of
+    loads off centre on the unknowns, along x and y, which a fit attributes to the sensor. All errors follow from the
+    uncertainty of the unknowns, linearised. Noise and the map's own error are not included.
     """
     test_loads = np.vstack([sensors.range.pressed(0.0), sensors.range.inside(EXPECTED_ERROR_LOADS)])
     none = np.zeros(len(sensors.unknowns))

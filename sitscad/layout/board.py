@@ -209,10 +209,10 @@ class Coil:
 
 @record
 class Stiffener:
-    """A plate bonded to the bottom face: outline, and thickness (m) including the adhesive.
+    """A plate bonded to the bottom face: outline, and total thickness (m) with adhesive.
 
-    `adhesive` (m) is the thickness of the stock adhesive on a stock film. 0 if no stock film is near the needed
-    thickness.
+    `adhesive` (m) is the thickness of the adhesive on the stock film that has about the needed thickness. It is 0, for
+    unknown, if there is no such stock film.
     """
 
     outline: Region
@@ -460,7 +460,11 @@ class _Try:
 
 
 def _of_via(via: Via, leg: Line, width: float) -> Iterator[Path]:
-    """Yield convex hulls of a via's pad and a circle on the track's centre line, with the track's `width` (m)."""
+    """Yield teardrops of a via on the track `leg`, the longest first.
+
+    Each is the convex hull of the via's pad and of a circle on the track's centre line. `width` (m) is the track's
+    width and the circle's diameter.
+    """
     large, small = via.pad / 2, width / 2
     if small >= large:
         return

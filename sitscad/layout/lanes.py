@@ -137,7 +137,7 @@ With this ratio, the tracks have equal distances before, between and after their
 """
 
 PAIR_EXIT_ANGLES = (-15, 15, -30, 30, 45)
-"""Angles (degrees) from the ring's corner at which a pair of leads may leave the ring road, in the order of trial.
+"""Angles (degrees) from the ring's corner at which a pair of leads may leave the ring, in the order of trial.
 
 Positive angles are away from the tail. They are tried if the pair cannot leave at the corner itself.
 """
@@ -145,10 +145,10 @@ Positive angles are away from the tail. They are tried if the pair cannot leave 
 
 @record
 class Exit:
-    """Beginning of one lead on copper layer `layer`.
+    """Start of one lead, on copper layer `layer`.
 
-    `angle` (rad) is the angle about the coil at which the lead leaves the ring road. `way` lists the corner points from
-    there to the tail's funnel.
+    The lead first follows the ring track around the coil. `angle` (rad) is the angle about the coil at which it leaves
+    the ring. `way` lists the corner points from there to the taper in front of the tail.
     """
 
     angle: float
@@ -309,10 +309,11 @@ def lane_height(bus: Bus, index: int, track: int = 0) -> float:
 
 
 def exits(coil: CoilSpec, bus: Bus, lane: Lane, funnel_x: float, turned: bool = False) -> list[tuple[Exit, Exit]]:
-    """Return pairs of candidate beginnings of a coil's two leads (A, B), in the order of trial.
+    """Return candidate starts of the leads A and B of a coil, in the order of trial.
 
-    Leads on a lane leave the ring road at its corner, or if `turned`, at the angles `PAIR_EXIT_ANGLES` from the corner.
-    The latter are for coils whose winding ends at the corner. `funnel_x` (m) is the x at which the paths end.
+    In a lane beside the coils, the leads leave the ring track at its corner. If `turned`, leads that lie above each
+    other leave it at `PAIR_EXIT_ANGLES` from the corner, for windings that end at the corner. `turned` has no effect on
+    leads side by side. `funnel_x` (m) is the x of the taper in front of the tail, where the paths end.
     """
     ring = Ring(coil, lane.placement, bus.ring_offset)
     corner = math.atan2(ring.half_size[1], ring.half_size[0])
@@ -345,9 +346,10 @@ def exits(coil: CoilSpec, bus: Bus, lane: Lane, funnel_x: float, turned: bool = 
 
 
 def _forwards(coil: CoilSpec, ring: Ring, funnel_x: float) -> list[tuple[float, tuple[Point, ...]]]:
-    """Return candidate beginnings of leads for the coil next to the tail: (angle, corner points).
+    """Return candidate starts of leads for the coil next to the tail: (angle, corner points).
 
-    The angle (rad) is on the ring road, and the corner points lead to the funnel.
+    The lead leaves the ring track around the coil at the angle (rad). The corner points lead from there to the taper in
+    front of the tail, at x = `funnel_x` (m).
     """
     paths: list[tuple[float, tuple[Point, ...]]] = []
     length, breadth = ring.half_size

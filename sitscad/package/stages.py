@@ -104,7 +104,8 @@ def manifest_of(
 ) -> Manifest:
     """Return the manifest of a package.
 
-    Requested stages of the old manifest are included if the old package was built from the same inputs.
+    `chosen` are the stages requested now. The stages requested earlier are added if the old package was built from the
+    same inputs.
     """
     before = old.built_for if old.built_from == built_from else ()
     # Inputs besides the spec: policy and baseline for its findings, and plugins
@@ -229,9 +230,10 @@ def _stages_there(chosen: frozenset[str], entries: Mapping[str, Entry], old: Man
 def _inputs_hash(
     contents: Contents, stage: str, numbers: bool, entries: dict[str, Entry], failures: list[str]
 ) -> str:
-    """Return the hash of all inputs of the files of one part of the build: a stage, or with `numbers` its second pass.
+    """Return the hash of all inputs of a stage's files. With `numbers`, of its files with computed numbers alone.
 
-    If plugins are active, the hash includes the whole spec, because plugins may read any key.
+    Files with computed numbers are made last. If plugins are active, the hash includes the whole spec, because plugins
+    may read any key.
     """
     read = (marks(), contents.spec, contents.design.spec.source.text) if marks() else ()
     printed = (entries.get(PRINTED),) if (stage, numbers) == ("assembly", True) else ()

@@ -39,8 +39,8 @@ def _cell_specs(spec: SensorSpec, cells: CellsSpec) -> tuple[SensorSpec, ...]:
 def map_columns(spec: SensorSpec, coils: Sequence[str]) -> tuple[list[int], str]:
     """Return the indices, among the sensor's coils, of the coils that a map reads, and the prefix of the map's axes.
 
-    The prefix is empty if the map reads all coils. If it reads the coils of one cell, the prefix lists them. Raises
-    ValueError for a map of other coils.
+    `coils` are the coil names that the map states. The prefix is empty if the map reads all coils. If it reads the
+    coils of one cell, the prefix lists them. Raises ValueError for other coils.
     """
     names = [placement.name for placement in spec.array.placements]
     if list(coils) == names:
@@ -52,9 +52,10 @@ def map_columns(spec: SensorSpec, coils: Sequence[str]) -> tuple[list[int], str]
 
 
 def _with_webs(pad: ElastomerPad, here: Point, strips: tuple[Footprint, ...]) -> ElastomerPad:
-    """Return the pad of a cell at `here` (m) with its webs, the strips to neighbouring pads.
+    """Return a cell's pad, centred at `here` (m), with the webs that join it to neighbouring pads.
 
-    The pad's ``webs`` are the common width and the length at each side (m), 0 at sides without a web.
+    The pad's ``webs`` are one width (m), then the length (m) at each side: -x, +x, -y, +y. The length is 0 at a side
+    without a web. `strips` are the webs of all cells.
     """
     lengths, width = [0.0] * 4, 0.0
     for strip in strips:
@@ -92,10 +93,10 @@ def _strips(pads: Sequence[Footprint], width: float) -> tuple[Footprint, ...]:
 
 
 def gathered(spec: SensorSpec) -> SensorSpec:
-    """Return the sensor with the coils of all cells at the positions of the first cell, under one target.
+    """Return the sensor with the coils of all cells at the positions of the first cell's coils, under one target.
 
-    The target's effect on each coil is then correct, but the effects of coils in different cells on each other are not.
-    The sensor itself if it has no cells.
+    The target's effect on each coil is then correct, but mutual effects of coils in different cells are not. Return the
+    sensor itself if it has no cells.
     """
     if spec.cells is None:
         return spec
@@ -116,7 +117,7 @@ def footprint(spec: SensorSpec, plate: Target | ElastomerPad) -> Footprint:
 
 
 def coils_from(spec: SensorSpec, plate: Target | ElastomerPad) -> dict[str, tuple[float, float]]:
-    """Return the position (m) of each coil's centre from a plate's middle, along the plate's axes, by coil name."""
+    """Return the position (m) of each coil's centre from a plate's centre, along the plate's axes, by coil name."""
     here = footprint(spec, plate)
     return {placement.name: here.place_of(Point(*placement.centre)) for placement in spec.array.placements}
 
@@ -132,10 +133,10 @@ def breadth_from(spec: SensorSpec, plate: Target | ElastomerPad) -> tuple[float,
 
 
 def shared_middles(spec: SensorSpec) -> tuple[Point, ...]:
-    """Return the centre (m) of the overlap of each coil's box with the box of the target at rest.
+    """Return the centre (m) of the overlap of each coil's bounding box with the bounding box of the target at rest.
 
-    Both boxes are after rotation, and centres are from the mean of the coils' centres. For a coil beside the target, it
-    is the nearest place of the target.
+    The boxes are parallel to the board's x and y and enclose the rotated parts. Centres are relative to the mean of the
+    coils' centres. For a coil beside the target, the result is the nearest place of the target's box.
     """
     assert spec.target is not None
     outline, (mx, my), covered = spec.coil.outline, spec.array.middle, footprint(spec, spec.target).box
@@ -155,7 +156,11 @@ def _shared(centre: float, half: float, start: float, end: float) -> float:
 
 
 def place_text(plate: Target | ElastomerPad) -> str:
-    """Return a plate's offset and rotation as text for assembly. Empty if the plate is straight over the mean."""
+    """Return a plate's offset and rotation as text for assembly. Empty if both are 0.
+
+    The offset is the position of the plate's centre relative to the mean of the coils' centres. Rotation of a disc is
+    left out.
+    """
     parts = []
     if any(plate.offset):
         x, y = (f"{length * 1e3:.6g}" for length in plate.offset)

@@ -66,7 +66,11 @@ class Origin:
         return path.relative_to(self.root).as_posix() if self.root else path.name
 
     def complain(self, remarks: Remarks, rule: str, key: str, message: str, hint: str) -> None:
-        """Add a flaw or finding at a key of this text."""
+        """Record an error at a key of this text, with a hint for its correction.
+
+        It is added to the flaws of `remarks` if the text is the spec. For a profile file, a finding of this file is
+        added.
+        """
         flaw = Flaw(rule, key, message, hint)
         if not self.chain:
             remarks.flaws.append(flaw)
@@ -75,7 +79,10 @@ class Origin:
             remarks.findings.append(replace(finding_from_flaw(flaw, self.source), file=self.source.path))
 
     def names_of(self, name: str, path: Path) -> set[str]:
-        """Return a file's path from the spec's folder, as written and after links, if these differ."""
+        """Return the paths of a file relative to the spec's folder: as `name` writes it, and as `path` after links.
+
+        Paths outside the spec's folder are left out. The set has one entry if both are equal.
+        """
         assert self.folder is not None and self.root is not None
         written = Path(os.path.normpath(self.folder.resolve() / name))
         below = [each for each in (written, path) if each.is_relative_to(self.root)]
@@ -84,11 +91,10 @@ class Origin:
     def located(
         self, name: str, key: str, remarks: Remarks, what: str = "profile", like: str = "ourshop.yaml"
     ) -> Path | None:
-        """Return the path of a file that this text names, with links resolved.
+        """Return the path of a file that this text names, with links resolved. None if it is refused or not readable.
 
-        None if it is not allowed or not readable.
-
-        The reason is then added to the remarks. `what` is the kind of file, and `like` an example of its name.
+        The reason is then recorded in `remarks` as an error at `key`. `what` is the kind of file, and `like` an example
+        of its name; both are for messages.
         """
         hint = f"put the {what} beside the spec and write its name alone, like {like}"
         if self.folder is None or self.root is None:
@@ -124,10 +130,11 @@ class Origin:
     def content(
         self, name: str, key: str, remarks: Remarks, what: str, like: str, most: int, smaller: str
     ) -> tuple[bytes, set[str]] | None:
-        """Read a file that the spec names. Return its bytes and its paths from the spec's folder.
+        """Read a file that the spec names. Return its bytes and its paths relative to the spec's folder.
 
-        None if it is not allowed, not readable or larger than `most` bytes; the reason is then added to the remarks.
-        `smaller` is the hint for a file that is too large. `what` and `like` are as for `located`.
+        None if it is not allowed, not readable or larger than `most` bytes. The reason is then recorded in `remarks` as
+        an error at `key`. `smaller` is the hint for a file that is too large. `what` is the kind of file, and `like` an
+        example of its name.
         """
         path = self.located(name, key, remarks, what, like)
         if path is None:
@@ -146,9 +153,10 @@ class Origin:
     def opened(
         self, name: str, form: type[Form], begins: str, key: str, remarks: Remarks
     ) -> tuple[Form, Origin] | None:
-        """Read a profile from a file that is named at a key. None if it has errors, which are added to the remarks.
+        """Read a profile file that this text names at `key`. Return its section, and the origin of its own keys.
 
-        `begins` is the usual first line of such a file.
+        None if it has errors, which are recorded in `remarks`. `form` is the section class, and `begins` the usual
+        first line of such a file, for messages.
         """
         path = self.located(name, key, remarks)
         if path is None:
@@ -177,7 +185,7 @@ FILES = {"YAML": (".yaml", ".yml"), "STEP": (".step", ".stp"), "DXF": (".dxf",),
 
 
 def _files_like(folder: Path, like: str) -> str:
-    """Return a hint that lists the files in a folder with the same kind as an example."""
+    """Return a hint that lists up to six files in a folder that have the kind of the example name `like`."""
     kind, endings = next((kind, endings) for kind, endings in FILES.items() if like.endswith(endings))
     there = sorted(path.name for path in folder.iterdir() if path.name.lower().endswith(endings))[:6]
     return f"there are: {', '.join(there)}" if there else f"there is no {kind} file in that folder"
@@ -185,9 +193,10 @@ def _files_like(folder: Path, like: str) -> str:
 
 @cache
 def installed_rules(name: str) -> DesignRules:
-    """Return an installed profile, for its thinnest copper. Raises KeyError if the name is unknown.
+    """Return the design rules of an installed fabricator profile, for the thinnest foil that it lists.
 
-    Figures that a fabricator does not state come from the base profile, and their source states this.
+    Values that the profile lacks come from its base profile, and their source names the base. Raises KeyError if no
+    installed profile has the name.
     """
     if name not in names("rules"):
         raise KeyError(name)
@@ -197,14 +206,22 @@ def installed_rules(name: str) -> DesignRules:
 
 
 def resolve_rules(written: str | RulesDocument, foil: float, place: Origin, remarks: Remarks) -> DesignRules:
-    """Return the rules for a coil in foil of a thickness (m). Errors in profile files become findings."""
+    """Return the design rules for copper foil of thickness `foil` (m).
+
+    `written` is the name of a profile, or the rules that the spec itself contains. `place` is the text with the name or
+    rules. Errors in profile files become findings in `remarks`.
+    """
     if isinstance(written, RulesDocument):
         return _Profile(written, place, remarks).rules(foil)
     return _load_rules(written, foil, place, place.prefix.rstrip("."), remarks)
 
 
 def _load_rules(name: str, foil: float | None, place: Origin, key: str, remarks: Remarks) -> DesignRules:
-    """Return the rules with the name at a key of a text, for a foil (m; None: the thinnest listed)."""
+    """Return the design rules that a text names at `key`: an installed profile or a profile file.
+
+    `foil` is the thickness (m) of the copper foil that widths and spacings are for. None for the thinnest listed foil.
+    Errors in a profile file are recorded in `remarks`, and the rules are then those in generic-flex.
+    """
     inner = None
     if is_profile_file(name):
         inner = place.opened(name, RulesDocument, _BEGINS, key, remarks)
@@ -216,9 +233,9 @@ def _load_rules(name: str, foil: float | None, place: Origin, key: str, remarks:
 
 
 def _with_named_sources(rules: DesignRules) -> DesignRules:
-    """Return the rules with " (from NAME)" added to the source of each value that these rules define.
+    """Return the rules with " (from NAME)" added to the source of each value that this profile itself states.
 
-    A profile that is based on them names their sources in this way.
+    NAME is the name of the profile. A profile that is based on it then shows which values it took over.
     """
 
     def said(source: str, holder: str) -> str:
@@ -244,12 +261,15 @@ _BY_COUNT: Mapping[str, tuple[str, Callable[[str], Any]]] = {
     "thickness_tolerance_": ("thickness_tolerance", int),
     "stiffened_tolerance_": ("stiffened_tolerance", str),
 }
-"""Table of `DesignRules`, and type of the table's keys, by the prefix of a profile's keys for the table's entries."""
+"""Prefixes of profile keys whose values go into a table of `DesignRules`: (field of the table, type of its keys).
+
+The rest of the profile key, after the prefix, is the key in the table.
+"""
 
 _TABLES = {"trace": ("tracks", "track_lines"), "coil_trace": ("coil_tracks", "coil_lines")}
-"""Prefixes of a profile's keys for track widths and spacings.
+"""Prefixes of profile keys for track widths and spacings: (profile key, field of `DesignRules`).
 
-Each prefix has the key of the profile's rows by foil, and the field of `DesignRules` that stores the rows.
+The profile key lists rows by foil thickness, and the field stores these rows.
 """
 
 _NEEDED = ("via_drill", "annular_ring", "hole_to_hole", "drill_to_copper", "copper_to_edge", "coverlay_web",
@@ -322,7 +342,11 @@ class _Profile:
     def _binding(
         self, base: DesignRules, changed: Mapping[str, Any], rows: Mapping[str, tuple[FoilLines, ...]]
     ) -> dict[str, Any]:
-        """Return the fields of the rules that state whether minimums of coils are errors."""
+        """Return the fields of the rules that state whether the fabricator's minimums for coil tracks are errors.
+
+        The profile's key ``coil_rule_binding`` decides. Without it, they are errors if the profile has minimums for
+        coil tracks, or if the minimums of its base are errors.
+        """
         if "coil_rule_binding" in self.figures:
             return {"coil_rule_binding": self.figures["coil_rule_binding"].value}
         own_keys = {*self.figures, *self.document.by_foil, *(kind for kind in rows if rows[kind])}
@@ -392,13 +416,19 @@ class _Profile:
             yield self._row(parse_quantity(foil, "length"), {each: self.document.by_foil[each] for each in pair})
 
     def _row(self, copper: float, pair: Mapping[str, Figure]) -> FoilLines:
-        """Return the row for a foil thickness `copper` (m). `pair` has the width, then the spacing, by their keys."""
+        """Return the row for a foil thickness `copper` (m).
+
+        `pair` has the width and then the spacing, each by its profile key.
+        """
         width, spacing = (figure.value for figure in pair.values())
         sources = (self._source(key, figure) for key, figure in pair.items())
         return FoilLines(copper, width, spacing, *sources, *(self._holder(key) for key in pair))
 
     def _holder(self, field: str) -> str:
-        """Return the profile that contains a figure, with the line for a user's profile."""
+        """Return the name of the profile that states a key's value. If it is not installed, add its line.
+
+        The name of a profile file has its path, too.
+        """
         place = self.place
         if place.installed:
             return self.name
@@ -408,7 +438,10 @@ class _Profile:
         return f"{self.document.name or 'the spec'} (line {line})"
 
     def _source(self, key: str, figure: Figure) -> str:
-        """Return the source of a figure, after file and line for a profile file. Marked if it was not seen."""
+        """Return the source of a value, for a profile file after its name and line.
+
+        `UNVERIFIED` is put before it if nobody has seen the source.
+        """
         source, place = figure.source or self.document.source, self.place
         if place.chain:
             line = place.source.locate(key)[0]

@@ -59,7 +59,7 @@ class SpecError(ValueError):
 
 KINDS = {"sitscad": ("spec", "`sitscad new --study` writes a study, whose `base` this spec can be"),
          "sitscad_study": ("study", "`sitscad design` takes it")}
-"""Kind of a file by the key that identifies it, with a hint for use if another kind is expected."""
+"""Kind of a file, and the hint for a file of this kind in place of another. The keys are the files' first keys."""
 
 
 @record
@@ -94,11 +94,15 @@ class Remarks:
     files: dict[str, bytes] = field(default_factory=dict)
 
     def flaw(self, rule: str, key: str, message: str, hint: str = "", **facts: Any) -> None:
-        """Add a flaw."""
+        """Record an error at a dotted key of the spec, which becomes a finding of the rule with number `rule`.
+
+        `facts` are further fields of `Flaw`: `measured`, `limit` and `unit` of the compared quantity, and `edits` that
+        correct the error.
+        """
         self.flaws.append(Flaw(rule, key, message, hint, **facts))
 
     def default(self, key: str, value: str, why: str = "the default") -> None:
-        """Add a value that was filled in, with the reason."""
+        """Record that a key which the spec omits has the given value, and the reason for this value."""
         self.defaults.append(f"{key}: {value}, {why}")
 
 
@@ -159,9 +163,9 @@ def read_section(text: str, path: str, form: type[Form], begins: str) -> tuple[F
 
 
 def section_of_data(data: Any, source: SpecSource, form: type[Form], flaws: Iterable[TextError] = ()) -> Form:
-    """Read plain values as a section. `source` has their positions, and `flaws` are errors found before.
+    """Read plain values as a section. `source` has the positions of their keys in the text.
 
-    Raises `SpecError` as `read_section` does.
+    `flaws` are errors that were found in the text before. Raises `SpecError` with all errors, these included.
     """
     findings = [finding_from_text(flaw) for flaw in flaws]
     data, empty = _without_nulls(data, "")
@@ -185,7 +189,11 @@ def section_of_data(data: Any, source: SpecSource, form: type[Form], flaws: Iter
 
 
 def _replaced_key_findings(data: dict[str, Any], source: SpecSource, form: type[Section]) -> Iterable[Finding]:
-    """Yield a finding for each missing or surplus key of sections with alternative keys (`stands_in`)."""
+    """Yield a finding for each missing or surplus key of a section in which one key can replace others.
+
+    A section's `stands_in` lists this key and the keys that it replaces. `data` are the plain values of the whole text,
+    and `form` is its section class.
+    """
     for name, section in ((name, section_of(key.kind)) for name, key in form.keys.items()):
         written = data.get(name)
         if section is None or not section.stands_in[0] or not isinstance(written, dict):
@@ -221,17 +229,17 @@ def _without_nulls(data: Any, key: str) -> tuple[Any, list[str]]:
 
 
 def in_order(findings: list[Finding]) -> tuple[Finding, ...]:
-    """Return the findings in the order of the text."""
+    """Return the findings sorted by line, column and rule."""
     return tuple(sorted(findings, key=lambda finding: (finding.line or 0, finding.column or 0, finding.rule)))
 
 
 def finding_from_text(error: TextError) -> Finding:
-    """Return the finding for an error of the text itself."""
+    """Return the finding for a `TextError`: the text cannot be read as YAML, or a value in it is refused."""
     return _finding(error.rule, error.message, error.hint, error.key, error.place)
 
 
 def finding_from_flaw(flaw: Flaw, source: SpecSource) -> Finding:
-    """Return the finding for a flaw."""
+    """Return the finding for a flaw, with line and column of the flaw's key in `source`."""
     facts: dict[str, Any] = {"measured": flaw.measured, "limit": flaw.limit, "unit": flaw.unit}
     facts["fixes"] = (Remedy(flaw.edits),) if flaw.edits else ()
     message = f"{undotted(flaw.key)}: {flaw.message}"
@@ -250,7 +258,7 @@ MOST_LISTED = 16
 
 
 def _misfit_finding(misfit: Misfit, source: SpecSource, form: type[Section]) -> Finding:
-    """Return the finding for a key that cannot be read. `form` is the section of the whole text."""
+    """Return the finding for a key that cannot be read. `form` is the section class of the whole text."""
     key, refusal = misfit.key, misfit.refusal
     parent, _, name = key.rpartition(".")
     if misfit.section is not None:

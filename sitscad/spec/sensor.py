@@ -312,7 +312,7 @@ class Requirements(Section):
 
     @property
     def is_shear_told(self) -> bool:
-        """Whether a resolution or an error of shear is required."""
+        """Whether a shear resolution, a shear error or a friction error is required."""
         return any(each is not None for each in (self.shear_resolution, self.shear_error, self.friction_error))
 
     def tilt_limits(self) -> dict[str, float]:

@@ -110,9 +110,10 @@ class Base:
         return [code_version(), [rule.id for rule in all_rules()], policy, comments, files]
 
     def _own_files(self, changes: Changes, values: Any) -> dict[str, str] | list[str]:
-        """Return hashes of the files of a design that names other files than the base.
+        """Return hashes, by path, of the files of a design that names files which the base does not name. Else empty.
 
-        If the design's spec is invalid, return the reasons, because a changed file may remove them.
+        If the changed design is invalid, return its errors. A changed file may remove them, so the errors are part of
+        the key under which the evaluation is stored.
         """
         if self.spec.source.files.keys() >= set(_FILE.findall(json.dumps(values, ensure_ascii=False))):
             return {}

@@ -94,7 +94,8 @@ class Body:
     def outline(self, margin: float = 0.0) -> Path:
         """Return the closed outline from above.
 
-        The outline of a disc or a rectangle is enlarged by `margin` (m) on each side, with round corners.
+        With a `margin` (m), it is the disc or rectangle of the part's footprint, enlarged by the margin on each side,
+        with round corners. This also holds for parts of another shape.
         """
         if isinstance(self.plan, Region) and not margin:
             return self.plan.outline

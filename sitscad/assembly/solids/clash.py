@@ -192,7 +192,11 @@ def _figure(fault: Measurement, shared: Any) -> str:
 
 
 def _loaded_mesh(piece: MeshedPiece, what: str, load: PadLoad, gap: float | None) -> Any:
-    """Return a part's mesh under load, for a measurement of the kind `what`. `gap` (m) is the target's gap at rest."""
+    """Return a part's mesh under load: pads bulge and the target moves.
+
+    Other moving parts move only if the measurement `what` is `BULGE` or `TRAVEL`. `gap` (m) is the target's gap at
+    rest.
+    """
     if piece.role is BodyRole.ELASTOMER:
         return bulged_pad(piece.body, load)
     if piece.role is BodyRole.TARGET:

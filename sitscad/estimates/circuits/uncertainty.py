@@ -322,9 +322,10 @@ def state_sigmas(circuit: CoilCircuit, tank: Tank, state: StateEstimate, slopes:
 def _tank_changes(
     circuit: CoilCircuit, tank: Tank, state: StateEstimate, slopes: Slopes
 ) -> dict[str, tuple[float, float, float]]:
-    """Return changes of the tank's inductance (H), resistance (ohm) and capacitance (F) by one sigma of each cause.
+    """Return the change of the tank's (L, R, C) (H, ohm, F) for each cause of scatter that deviates by one sigma.
 
-    The causes are tolerances and error bounds. `slopes` are the inputs that all states of the coil share.
+    The causes are manufacturing tolerances and error bounds, by name. `slopes` holds the derivatives and sigmas of the
+    coil, which all its states share.
     """
     self_capacity = circuit.self_capacitance
     by_c = {name: power * self_capacity for name, power in OWN_CAPACITANCE.items()}

@@ -103,7 +103,7 @@ def pad_compression(pad: BondedPad | None, force: float) -> float | None:
 
 
 def pad_force(pad: BondedPad | None, travel: float) -> float | None:
-    """Return the force (N) on a pad (`unsealed_pad`) for a compression (m). None if there is no pad."""
+    """Return the force (N) that compresses a pad from `unsealed_pad` by `travel` (m). None if there is no pad."""
     return None if pad is None else float(pad.pressure(np.array([travel / pad.thickness]))[0])
 
 

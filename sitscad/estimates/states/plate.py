@@ -194,7 +194,10 @@ class PlateProblem:
 
     @property
     def tabulated_coils(self) -> _Coils:
-        """Coils with the values that determine the tables of their potentials."""
+        """Coils, and the sizes (m) that their tables of potentials depend on: track width, least height and reach.
+
+        The points of the tables lie at the least height or higher, and within the reach.
+        """
         height = _detail(self.coil, self.coils, self.lowest, self.behind, self.finer).height
         return _Coils(self.coils, self.coil.trace_width, height / self.finer, self.reach)
 

@@ -29,7 +29,10 @@ class ReferenceSignal:
 
     @property
     def share(self) -> float:
-        """Change of the reference coil, divided by the change of the sensing coil. Infinite if the latter is 0."""
+        """Inductance change of the reference coil divided by the change of the sensing coil, as an absolute value.
+
+        Both changes are from rest to the required force. Infinite if the sensing coil does not change.
+        """
         return abs(self.reference / self.sensing) if self.sensing else math.inf
 
 

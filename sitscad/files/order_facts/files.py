@@ -188,7 +188,10 @@ def tooling_file(copper_layers: int, name: str) -> FabricationFile:
 def panel_files(
     name: str, fpc: FpcSpec, stiffener: Stiffener | None, spans: tuple[int, ...]
 ) -> tuple[FabricationFile, ...]:
-    """Return all Gerber and drill files of the panel: the board's kinds in order, then the panel's own files."""
+    """Return the panel's Gerber and drill files: one for each of the board's files, then the tooling and cut files.
+
+    `spans` are the lowest copper layers of the kinds of plated holes: one drill file for each.
+    """
     layers = len(fpc.stackup.copper)
     board = (*gerber_files(name, fpc, stiffener), *drill_files(layers, spans, name))
     stem = fabrication_path(name, "").removesuffix("-")

@@ -95,7 +95,10 @@ def _distance_from_edge(point: Point, edge: Point, normal: Point) -> float:
 
 
 def _crossings(segment: Segment, edge: Point, normal: Point) -> Iterator[float]:
-    """Yield the fractions of a segment's length at which it crosses a line through `edge`, normal to `normal`."""
+    """Yield the fractions of a segment's length at which it crosses a line through `edge`, normal to `normal`.
+
+    The segment's whole straight line or circle counts: fractions outside 0 to 1 lie beyond its ends.
+    """
     if isinstance(segment, Line):
         first, last = (_distance_from_edge(point, edge, normal) for point in (segment.start, segment.end))
         if first != last:

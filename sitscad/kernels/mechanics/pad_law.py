@@ -438,7 +438,10 @@ def shear_stiffness(block: Block) -> tuple[Callable[[Array], Array], Callable[[A
         return np.asarray(stiffness * (softened + ogden.shear(e)) + film(e) * in_film)
 
     def cubic(strain: Array) -> Array:
-        """Return the cubic term (force over area and cubed shear strain; shear moduli) at compressive strains (n)."""
+        """Return the coefficient of the cubic term of shear stress over shear strain, at compressive strains (n).
+
+        It is in units of the shear modulus.
+        """
         pressed = np.clip(strain, 0.0, MOST_STRAIN)
         stiffness_by_shear = hardening + hardening_by * pressed**3 + of_film * (1.0 + 4.0 * pressed)
         if ogden is None:

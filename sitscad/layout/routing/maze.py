@@ -310,7 +310,11 @@ class Maze:
         return self.bus.ring_offset + beside + MARGIN / 2 - 1e-9
 
     def _starts(self, placement: CoilPlacement) -> Iterator[tuple[float, Point]]:
-        """Yield (angle on the ring road in rad, first point outside it at which a path may turn) for each direction."""
+        """Yield (angle, point) for each free direction out of the ring track around a coil.
+
+        The angle (rad) is the place on the ring. The point is the first place outside the ring at which a path may
+        turn.
+        """
         ring = Ring(self.artwork.coil, placement, self.bus.ring_offset)
         outside = Ring(self.artwork.coil, placement, self.bus.ring_offset + self.bus.pitch + MARGIN)
         for k in range(EXITS):

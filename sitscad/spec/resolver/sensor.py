@@ -157,7 +157,11 @@ def _note_plain_defaults(
 
 
 def _with_size(plate: Plate, key: str, usual: tuple[float, float], remarks: Remarks) -> Plate:
-    """Return a plate with its size and shape. `usual` is the default size (m)."""
+    """Return a plate with its size and shape filled in if the spec omits them. `usual` is the default size (m).
+
+    `key` is the dotted key of the plate's section. Defaults in use, and an error for two sides of a square or round
+    plate, are added to `remarks`.
+    """
     written = plate.values()
     if written["size"] is None:
         shown = show(usual[0], "m") if usual[0] == usual[1] else f"[{show(usual[0], 'm')}, {show(usual[1], 'm')}]"

@@ -260,9 +260,9 @@ def _sensor(coils: tuple[Coil, ...], pads: tuple[Pad, ...], issue: Issue, name: 
 
 
 def _rows(coils: tuple[Coil, ...], pads: tuple[Pad, ...]) -> list[tuple[Pad, float]]:
-    """Return the contacts from the top down, coil by coil, each with its height (mm).
+    """Return (contact, y in mm) for the pins of the symbol, from y = 0 downwards, grouped by coil.
 
-    Contacts without a coil are last.
+    Contacts without a net are last.
     """
     groups = [[pad for pad in pads if pad.net == coil.net] for coil in coils]
     groups += [[pad] for pad in pads if not pad.net]

@@ -306,10 +306,10 @@ def _octave(
 
 
 def _wave_numbers(count: int, spacing: float) -> tuple[Array, tuple[Index, Index]]:
-    """Return wave numbers (1/m) of one quarter of a grid's Fourier transform, and indices into this quarter.
+    """Return wave numbers (1/m) of one quadrant of a square Fourier grid, and indices that expand it to the whole grid.
 
-    The indices (rows and columns of (count, count)) give the wave number of each wave of the whole transform. The grid
-    has `count` nodes a side at a `spacing` (m).
+    The indices are one array of rows and one of columns. They give the whole grid (count, count), because the other
+    quadrants follow by symmetry. `spacing` (m) is the distance of neighbouring nodes.
     """
     number = np.minimum(np.arange(count), count - np.arange(count))
     k = 2.0 * math.pi / (count * spacing) * np.arange(count // 2 + 1)

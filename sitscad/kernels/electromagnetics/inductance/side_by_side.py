@@ -158,10 +158,10 @@ class Pieces:
         return least
 
     def _from_curves(self, p: Array) -> Array:
-        """Return the distances (points, pieces; m) of points from spiral pieces.
+        """Return the distances (points, pieces; m) from points to spiral pieces.
 
-        Each distance is the radial distance or the distance from an end. The slope of the spiral is assumed small
-        (derived here).
+        Beside a piece it is the radial distance, elsewhere the distance to the nearer end. The slope of the spiral is
+        assumed to be small.
         """
         x, y, radius, azimuth, direction, angle, fall = self.rows.T
         dx, dy = p[..., 0] - x, p[..., 1] - y

@@ -357,10 +357,12 @@ def _place(sides: _Sides, index: Index, fraction: float) -> tuple[Array, Array]:
 
 
 def _driven_cut(sides: _Sides, index: Index, fraction: float, weight: float, modes: ModeSet) -> tuple[Cut, Array]:
-    """Return the cross-sections of some sides, and the flux (tracks, points; Wb/m/A) of bends and the whole path.
+    """Return cross-sections of parallel sides with a plane, and the flux (tracks, points; Wb/m/A) that drives them.
 
-    `index` are the numbers of the sides. The plane cuts them at a fraction of their lengths. Each cross-section
-    represents `weight` times the length of its side. Biot and Savart for straight filaments.
+    The plane is normal to the sides, at a `fraction` of the first side's length. The flux is the flux of the whole coil
+    path minus the flux of straight infinite tracks. At bends, the flux of the arcs is added. `index` lists the numbers
+    of the sides. Each cross-section represents `weight` times the length of its side. The field is Biot and Savart's
+    for straight filaments.
     """
     place, tangent = _place(sides, index, fraction)
     cut = _cut(sides, index, fraction, weight)
