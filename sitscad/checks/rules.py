@@ -106,7 +106,7 @@ class Undecided:
 
 
 def not_checked(case: str, **values: object) -> Undecided:
-    """Return the reason "not checked" of a case in ``data/messages.csv``."""
+    """Return the reason why a rule could not be checked. `case` is its key in ``data/messages.csv``."""
     return Undecided(text_of(case, "message", values), case)
 
 
@@ -147,10 +147,11 @@ class Rule:
 def rule_of(
     number: str, apply: Callable[[Design], Iterable[Verdict]] | None = None, *needs: str, **values: object
 ) -> Rule:
-    """Return a rule by its number, with its texts from ``data/rules.csv``.
+    """Return a rule with its texts from ``data/rules.csv``.
 
-    `values` replace names in the texts. Other names are replaced by the sources of the converters' values with these
-    names.
+    `number` is the rule's identifier, `apply` the function that yields its results, and `needs` are preconditions
+    (keys of `NEEDS`). Names in braces in the texts are replaced by `values`. Other names in braces are values of
+    converters, and are replaced by the sources of these values.
     """
     row = RULE_TEXTS[number]
     texts = {field: row[field] for field in ("summary", "why", "mend", "source", "severities")}
@@ -162,20 +163,20 @@ def rule_of(
 
 
 _ASKED = {"normal force": ("normal_force",), "shear force": ("shear_force",), "bandwidth": ("bandwidth",)}
-"""Needs of rules about single requirements, each with its keys in the section ``requirements``."""
+"""Preconditions of other rules about requirements: for each, the keys of section ``requirements`` that must be set."""
 
 _FEELING = {"normal resolution": ("normal_resolution",), "shear resolution": ("shear_resolution",),
             "moment resolution": ("moment_resolution",), "normal error": ("normal_error",),
             "shear error": ("shear_error",), "moment error": ("moment_error",),
             "crosstalk": ("crosstalk",), "tilt error": ("tilt", "tilt_error"), "friction error": ("friction_error",),
             "temperature error": ("temperature_range", "temperature_error")}
-"""Needs of rules on sensing performance (SIT4xx), each with its keys in the section ``requirements``."""
+"""Preconditions of rules SIT4xx: for each, the keys of section ``requirements`` that must be set."""
 
 
 _REQUIRED = _ASKED | _FEELING | {"force": ("normal_force", "shear_force")}
 
 NO_REQUIREMENT = "no-requirement"
-"""Case of the reason "not checked" for requirements that the spec does not have."""
+"""Key in ``data/messages.csv`` of the reason why a rule is not checked if the spec lacks a requirement."""
 
 def _states(requirements: Requirements, keys: tuple[str, ...]) -> bool:
     return all(getattr(requirements, key) is not None for key in keys)
@@ -208,7 +209,10 @@ NEEDS: dict[str, tuple[Callable[[SensorSpec], bool], str]] = {
                "no-error-limit"),
     "feeling": (lambda s: any(_states(s.requirements, keys) for keys in _FEELING.values()), "no-performance-limit"),
 }
-"""Parts of the spec that a rule may need, by name: a test of the spec, and the case of the reason if the test fails."""
+"""Preconditions of rules by name.
+
+Each has a function that tests the spec, and the key in ``data/messages.csv`` of the reason if the test fails.
+"""
 
 
 @record
@@ -221,9 +225,9 @@ class Outcome:
 
 OF_ONE_CELL = {"SIT218", "SIT221", "SIT304", "SIT306", "SIT310", "SIT312", "SIT313", "SIT327",
                *(f"SIT40{k}" for k in range(1, 10)), "SIT411", "SIT412", "SIT413", "SIT414"}
-"""Rules on target, pad and performance. With several cells, they are applied only to the worst cell.
+"""Rules on target, pad and performance. In a sensor with several cells, only the worst cell has findings.
 
-No changes are tried for their hints, because trials need a whole sensor.
+No changes are tried for the hints of these findings, because a trial needs a whole sensor.
 """
 
 
@@ -231,16 +235,17 @@ OF_ARTWORK = frozenset(f"SIT{number}" for number in range(101, 134))
 """Rules about the artwork of sitscad's own boards. They do not apply to boards that the user drew."""
 
 OF_THE_SOFTEST = {"SIT304", "SIT310", "SIT312"}
-"""Rules of `OF_ONE_CELL` on the pad's compression, for which the cell with the softest pad is reported first.
+"""Rules on the pad's compression. If two cells are equally bad, the cell with the softest pad is reported.
 
-If two cells are equally bad, the finding is on the cell whose pad has the fewest webs to its neighbours.
+It is the cell whose pad has the fewest webs to its neighbours. For other rules of `OF_ONE_CELL`, the cell with the
+smallest signal is reported.
 """
 
 
 def apply_rule(
     rule: Rule, design: Design, least: Severity | None = Severity.NOTE
 ) -> tuple[list[Finding], list[NotChecked]]:
-    """Return the findings of one rule, located in the spec's text, and the reasons for cases not checked.
+    """Return the findings of one rule with their lines in the spec's text, and the reasons for cases not checked.
 
     Hints contain only general advice, because no changes are tried. Findings milder than `least` have no hint. If
     `least` is None, no finding has a hint.
@@ -254,7 +259,8 @@ def outcomes(
 ) -> tuple[list[Outcome], list[NotChecked]]:
     """Return the findings of one rule with the changes to try, and the reasons for cases not checked.
 
-    `least` limits the hints as in `apply_rule`.
+    The findings have no lines yet. Findings milder than `least` have no hint. If `least` is None, no finding has a
+    hint.
     """
     if design.spec.coil.copper is not None and rule.id in OF_ARTWORK:
         why = not_checked("drawn-by-user")
@@ -298,7 +304,7 @@ def _of_worst_cell(rule: Rule, cells: Cells, least: Severity | None) -> tuple[li
 
 
 def _severity_key(finding: Finding) -> tuple[float, ...]:
-    """Return a sort key for how bad a finding is: its severity, then for SIT4xx the ratio of value to limit."""
+    """Return a sort key for the weight of a finding: its severity, then for SIT4xx the ratio of value to limit."""
     beyond = finding.measured / finding.limit if finding.measured and finding.limit else 0.0
     return -list(Severity).index(finding.severity), beyond * finding.rule.startswith("SIT4")
 
@@ -308,7 +314,8 @@ def finding_of(
 ) -> Finding:
     """Return the finding for a violation of a rule.
 
-    Converter-dependent parts of the rule's source are for this converter.
+    If the source of the rule's limit depends on the converter, the finding has the source for `converter`. A finding
+    milder than `least` has no hint. If `least` is None, no finding has a hint.
     """
     severity, hint = complaint.severity or rule.severity, complaint.hint
     message, detail, is_hinted = complaint.message, complaint.detail, least is not None and severity.is_at_least(least)
@@ -350,5 +357,5 @@ class ConstantLimit:
 
 @cache
 def constant_limits() -> dict[str, ConstantLimit]:
-    """Return every limit by its name."""
+    """Return all limits of ``data/own_limits.csv`` by name."""
     return {row["name"]: ConstantLimit(float(row["value"]), row["source"]) for row in rows("own_limits")}

@@ -42,10 +42,10 @@ BOARD = "board body"
 """Name of the board's body among the parts of the closed jaws. Smaller coils or margins make it narrower."""
 
 PLATES = ("target", "elastomer", "encapsulation")
-"""Names of the parts of the closed jaws whose width is in the spec, and of the film that covers them."""
+"""Names of the parts between the closed jaws whose width is a key of the spec, and of the film that covers them."""
 
 LEAST_STEP = 1e-6
-"""Resolution (m) of the bisection for the length by which a part must shrink."""
+"""Largest error (m) of the bisection for the length by which a part must shrink, and rounding step of this length."""
 
 
 def sensor_width(design: Design) -> Iterator[Verdict]:
@@ -86,9 +86,9 @@ def _across_jaw(body: Box, jaw: Jaw, slab: Body) -> Iterator[Verdict]:
 
 
 def _less_margin(spec: SensorSpec, axis: int, excess: float) -> Fix | None:
-    """Return the change to a margin that makes the body shorter by `excess` (m) along an axis (0: x, 1: y).
+    """Return the smaller ``fpc.margin`` that makes the body shorter by `excess` (m) along `axis` (0: x, 1: y).
 
-    None if the present margin is smaller than half of `excess`.
+    The margin is on both sides of the coils, so it is reduced by half of `excess`. None if it would be negative.
     """
     x, y = spec.fpc.margin
     less = GRAIN * math.floor(((x, y)[axis] - 0.5 * excess + ROUNDING) / GRAIN)
@@ -97,9 +97,10 @@ def _less_margin(spec: SensorSpec, axis: int, excess: float) -> Fix | None:
 
 
 def _less_margins(spec: SensorSpec, axis: int, excess: float) -> Iterator[Fix]:
-    """Yield changes to margins that make the body smaller along an axis by `excess` (m) or more.
+    """Yield smaller margins that make the body shorter along `axis` (0: x, 1: y) by `excess` (m) or more.
 
-    Reductions beyond `excess` are tried, because leads may need wider gaps in the smaller body.
+    The lengths `WIDER_GAPS` are added to `excess` one after the other, because leads may need wider gaps in the smaller
+    body.
     """
     for more in WIDER_GAPS:
         if (fix := _less_margin(spec, axis, excess + more)) is not None:
@@ -107,16 +108,23 @@ def _less_margins(spec: SensorSpec, axis: int, excess: float) -> Iterator[Fix]:
 
 
 WIDER_GAPS = (0.0, 0.02e-3, 0.05e-3, 0.1e-3, 0.2e-3)
-"""Lengths (m) by which the body is made shorter than needed, in the order of trial. Leads may then have wider gaps."""
+"""Lengths (m) that are added to the required shortening of the body, in the order of trial.
+
+A shorter body can need wider gaps between leads, and these gaps take up part of the shortening.
+"""
 
 MOST_ENDS = 6
-"""Largest number of trial designs in which the coil's layers end at other angles, so that the leads move."""
+"""Largest number of designs with other end angles of the coil's layers that are tried for a narrower board.
+
+Other end angles move the leads.
+"""
 
 
 def _narrower_boards(spec: SensorSpec, by: float) -> tuple[Family, ...]:
-    """Return families of changes that make a board narrower by `by` (m).
+    """Return two families of changes that may make a board narrower by the length `by` (m).
 
-    The first moves the ends of the coil's layers, the second makes the coils smaller.
+    The first moves the ends of the coil's layers, so that the leads need less width. The second makes the coils
+    narrower.
     """
     return lambda: islice(other_ends(spec), MOST_ENDS), partial(narrower_coils, spec, by)
 
@@ -126,8 +134,9 @@ def _in_pocket(
 ) -> Iterator[Verdict]:
     """Yield findings on a board that does not fit into the pocket of the jaw.
 
-    `standoff` (m) is the height of the mount under the board, and `body_size` (m) the size of the board's body.
-    `distance_key` is the key of the coils' distance. `fixes` are for a board below the pocket's rim.
+    `standoff` (m) is the height of the mount under the board, and `body_size` the length and width (m) of the board's
+    body. `distance_key` is the spec key that sets the distance of the coils. `fixes` are families of changes for a
+    board that lies below the pocket's rim.
     """
     if jaw.pocket is None:
         return
@@ -193,9 +202,11 @@ def sensor_length(design: Design) -> Iterator[Verdict]:
 
 
 def stack_height(design: Design) -> Iterator[Verdict]:
-    """Yield findings on the closed jaws with the whole sensor between them, if they do not pass through the port.
+    """Yield findings if the closed jaws with the sensor between them do not pass through the port.
 
-    Glue lines and tolerances are included.
+    Further findings are on a jaw wider than the port, and on pocket rims that meet before the jaws are closed. For a
+    jaw with a STEP file, a note states that jaws with square backs would not pass. Heights include the glue lines. The
+    diameter is compared nominally, by root-sum-square of tolerances, and in the worst case.
     """
     try:
         backing_of(design.spec).shield_that_fits()
@@ -269,7 +280,10 @@ def _too_high(design: Design, jaw: Jaw, pair: Measure) -> Violation:
 
 
 def _pair_measure(fit: tuple[Measure, ...]) -> Measure:
-    """Return the closed pair's measure. The fit must be for a layout in a jaw in which the shield fits."""
+    """Return the measured diameter of the closed jaws with the sensor, compared with the port.
+
+    `fit` must be the fit of a layout in a jaw, with a shield that fits under the board.
+    """
     return next(measure for measure in fit if measure.name == CLOSED_PAIR)
 
 
@@ -304,7 +318,7 @@ def _least_that(passes: Callable[[float], bool], over: float, most: float) -> fl
 
 
 def _measure_of(fit: tuple[Measure, ...], name: str) -> Measure | None:
-    """Return the measure with a name. None if there is no measure of this name."""
+    """Return the comparison in `fit` with this name. None if there is no such comparison."""
     return next((measure for measure in fit if measure.name == name), None)
 
 

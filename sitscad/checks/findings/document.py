@@ -24,15 +24,37 @@ from sitscad.spec.yaml.source import SpecSource
 
 @record
 class CheckedSpec:
-    """A spec after its checks: the path as typed, the text that findings point into, and the results.
+    """Results of all checks of one spec.
 
-    ``texts`` are the texts of other files that findings point into, by path. ``signals`` is the change of each coil
-    from rest to the required force. ``fit`` are the measures of the sensor in its jaw, and ``closing`` describes how
-    the jaw closes. ``reached`` lists each requirement with the estimated value. ``ignored`` are findings that do not
-    count, each with its reason. ``silenced`` are errors that were ignored or left out although only physics can decide
-    them; they stop no build, but mark the package. ``name`` is the spec's own name, empty if it could not be read.
-    ``board`` is the length and width (m) of the board's body, of the whole board, and of a plate or cap that carries
-    it.
+    Attributes
+    ----------
+    path : str
+        path of the spec, as the user typed it
+    text : str
+        text of the spec, to which the lines and columns of findings refer
+    findings : tuple of Finding
+        findings that count
+    not_checked : tuple of NotChecked
+        rules that could not be applied, each with the reason
+    texts : mapping
+        texts of other files to which findings refer, by path
+    signals : tuple of Signal
+        for each coil, the change of its reading from rest to the required force
+    ignored : tuple of Ignored
+        findings that do not count because of the policy, a comment or a baseline, each with the reason
+    fit : tuple of Measure
+        sizes of the sensor in its jaw, each compared with its limit
+    silenced : tuple of Finding
+        errors of SIT2xx and `NOT_FOR_WAIVING` that the policy, a comment or a baseline has switched off; they do not
+        stop a build, but the package is marked
+    closing : Closing or None
+        motion of the jaws when they close on tissue
+    reached : tuple of RequirementResult
+        each requirement with its estimated value
+    name : str
+        name that the spec gives itself; empty if it could not be read
+    board : tuple of float or None
+        length and width (m) of the board's body, then of the whole board, then of the plate or cap that carries it
     """
 
     path: str
@@ -66,7 +88,7 @@ class CheckedSpec:
         return self.ok and not self.silenced
 
     def fails(self, on: Severity) -> bool:
-        """Whether any finding is as severe as `on`, or more severe."""
+        """Whether any finding has the severity `on` or a higher severity."""
         return any(finding.severity.is_at_least(on) for finding in self.findings)
 
     def count(self, severity: Severity) -> int:
@@ -74,7 +96,7 @@ class CheckedSpec:
         return sum(finding.severity == severity for finding in self.findings)
 
     def without(self, rules: Collection[str], reason: str) -> CheckedSpec:
-        """Return the spec without the findings of some rules. These rules count as not checked, with a reason."""
+        """Return the results without the findings of `rules`, which are added to ``not_checked`` with `reason`."""
         findings = tuple(finding for finding in self.findings if finding.rule not in rules)
         not_checked = tuple(skipped for skipped in self.not_checked if skipped.rule not in rules)
         left_out = tuple(NotChecked(rule, reason) for rule in rules)
@@ -82,7 +104,7 @@ class CheckedSpec:
         return replace(self, findings=findings, not_checked=not_checked + left_out, reached=reached)
 
     def line(self, number: int | None, file: str | None = None) -> str | None:
-        """Return a line of the spec's text or of another file, counted from 1. None if there is no such line."""
+        """Return line `number` (from 1) of the spec's text, or of `file` if given. None if there is no such line."""
         lines = (self.text if file is None else self.texts.get(file, "")).splitlines()
         return lines[number - 1] if number and 0 < number <= len(lines) else None
 
@@ -91,9 +113,10 @@ EXCERPT = 160  # Characters of a spec's line that are quoted by default
 
 
 def excerpt(line: str, column: int, room: int | None = None) -> tuple[str, int]:
-    """Return (excerpt, offset of the column in it) for a line of a spec. The excerpt has at most `room` characters.
+    """Return the part of a line around a column, and the position (from 0) of this column in the part.
 
-    `column` counts from 1. Cut ends are marked by "...". The length is at least 20, by default `EXCERPT`.
+    `column` counts from 1. The part has at most `room` characters, at least 20, by default `EXCERPT`. Cut ends are
+    marked by "...".
     """
     room = max(EXCERPT if room is None else room, 20)
     if len(line) <= room:
@@ -108,7 +131,11 @@ def checked_spec(
     signals: Sequence[Signal] = (), fit: Sequence[Measure] = (), closing: Closing | None = None,
     reached: Sequence[RequirementResult] = (), board: tuple[float, ...] | None = None,
 ) -> CheckedSpec:
-    """Return a spec with its findings and measured values. Findings without a place get their place in the text."""
+    """Return the results of a spec's checks. Findings without a line get the line and column of their key.
+
+    `name` is the path as typed, and `source` the spec's text with its keys. The other arguments are the attributes of
+    `CheckedSpec` with these names.
+    """
     located = []
     for finding in findings:
         if finding.line is None:
@@ -137,9 +164,10 @@ def numbered_places(findings: Sequence[Finding]) -> list[tuple[int, Finding]]:
 
 
 def finding_identities(findings: Sequence[Finding]) -> list[str]:
-    """Return a text for each finding that stays the same when lines move or numbers in its message change.
+    """Return for each finding a text that identifies it in later checks of an edited spec.
 
-    Findings of one rule at one key differ by a number at the end of the text, in the given order.
+    The text does not depend on lines or on numbers in the message. Several findings of one rule at one key are numbered
+    at the end of the text, in the order of `findings`.
     """
     counts: Counter[tuple[str, str | None, str | None]] = Counter()
     names = []
@@ -151,15 +179,15 @@ def finding_identities(findings: Sequence[Finding]) -> list[str]:
 
 
 def without_count(identity: str) -> str:
-    """Return an identity (`finding_identities`) without its final count.
+    """Return the text that identifies a finding (`finding_identities`) without the number at its end.
 
-    The count distinguishes findings of one rule at one key.
+    The number distinguishes several findings of one rule at one key.
     """
     return identity.rpartition("\0")[0]
 
 
 def fingerprint(*parts: str) -> str:
-    """Return the first sixteen hexadecimal digits of the SHA-256 hash of some texts."""
+    """Return the first sixteen hexadecimal digits of the SHA-256 hash of the joined texts `parts`."""
     return sha256("\0".join(parts).encode("utf-8", "surrogatepass")).hexdigest()[:16]
 
 
@@ -176,7 +204,7 @@ def as_json(checked: Sequence[CheckedSpec]) -> str:
 
 
 def json_document(checked: Sequence[CheckedSpec]) -> dict[str, Any]:
-    """Return the findings as plain values for JSON."""
+    """Return the content of the JSON document of ``check`` as dictionaries, lists, texts and numbers."""
     return {
         "sitscad": __version__,
         "ok": all(spec.ok for spec in checked),
@@ -218,7 +246,7 @@ FINDING_KEYS = ("rule", "name", "severity", "message", "hint", "key", "line", "c
 
 
 def finding_json(finding: Finding) -> dict[str, Any]:
-    """Return a finding as plain values for JSON."""
+    """Return a finding as a dictionary for JSON: the keys `FINDING_KEYS`, further keys with a value, and its fixes."""
     entry: dict[str,
                 Any] = {name: getattr(finding, name) for name in FINDING_KEYS} | {"severity": finding.severity.value}
     if finding.detail:
@@ -240,7 +268,7 @@ def finding_json(finding: Finding) -> dict[str, Any]:
 
 
 def _finite(value: object) -> object:
-    """Return plain values with None for numbers that are not finite."""
+    """Return a copy of dictionaries, lists and numbers in which infinite numbers and NaN are None."""
     if isinstance(value, Mapping):
         return {key: _finite(entry) for key, entry in value.items()}
     if isinstance(value, (list, tuple)):
@@ -251,9 +279,10 @@ def _finite(value: object) -> object:
 
 
 def read_findings(content: bytes, path: str, text: str) -> CheckedSpec | None:
-    """Return the checked spec stored in a ``findings.json``. None if the file does not hold exactly one spec.
+    """Return the results stored in a ``findings.json``. None if it is unreadable or does not hold exactly one spec.
 
-    `path` and `text` come from the spec file, because the JSON file does not contain them.
+    `content` is the JSON file. `path` and `text` are the path and text of the spec, which the JSON file does not
+    contain.
     """
     try:
         (spec,) = json.loads(content)["specs"]

@@ -33,7 +33,7 @@ from sitscad.spec.sensor import ArtworkSpec, SensorSpec
 MOST_LAYERS = 8
 
 MAX_TURN_RUN_BACK = 0.05
-"""Largest part of a turn by which a lead may run around the coil against the winding's sense, in a proposed design."""
+"""Largest arc (turns) of a lead around the coil against the winding's sense in a proposed design."""
 
 
 def with_turns(spec: SensorSpec, turns: float) -> Fix:
@@ -88,26 +88,28 @@ def more_turns(coil: CoilSpec, factor: float) -> Iterator[float]:
 
 
 def _least_turns_forward(coil: CoilSpec, part: int, parts: int) -> int:
-    """Return the smallest number of parts of a turn, at least `part`, with which no lead runs back round the coil.
+    """Return the smallest number of turns, in parts of a turn, at which no lead runs back around the coil.
 
-    A turn has `parts` parts. If there is no such number within one turn, the result is `part`.
+    A turn has `parts` parts. The search covers the numbers from `part` up to one turn more. If all of them have a lead
+    that runs back, the result is `part`.
     """
     return next((more for more in range(part, part + parts) if not _runs_back(coil, more / parts)), part)
 
 
 def _runs_back(coil: CoilSpec, turns: float) -> bool:
-    """Whether a lead runs back round the coil by more than `MAX_TURN_RUN_BACK` with this number of turns per layer.
+    """Whether a lead would run around the coil against the winding's sense by more than `MAX_TURN_RUN_BACK` turns.
 
-    Such a lead runs against the winding and reduces the inductance.
+    `turns` is the number of turns per layer. Such a lead reduces the inductance.
     """
     return turns > 0.0 and least_closing(replace(coil, turns=turns)) < -MAX_TURN_RUN_BACK
 
 
 def fewer_turns(coil: CoilSpec, room: float, steps: int = 1) -> Iterator[float]:
-    """Yield numbers of turns per layer: the present number, then at most `room`, then fewer.
+    """Yield numbers of turns per layer: the present number, then the largest that has room, then smaller numbers.
 
-    The first number below `room` is followed by at most `steps` smaller numbers, each by one part of a turn. Except
-    with the present number, no lead runs back round the coil. Empty for layers of unequal turns.
+    `room` is the number of turns for which there is room. At most `steps` smaller numbers follow, each smaller by one
+    part of a turn. At all numbers but the present, no lead runs back around the coil. Empty for layers of unequal
+    turns.
     """
     if coil.has_unequal_turns:
         return
@@ -135,7 +137,7 @@ def roomy_turns(spec: SensorSpec, most: float, count: int) -> Iterator[Fix]:
 
 
 MOST_STEPS = 24
-"""Largest number of steps, of one part of a turn each, by which trials reduce the turns to make room inside."""
+"""Largest number of steps by which trials reduce the turns to make room inside. A step is one part of a turn."""
 
 
 def whole_turns(coil: CoilSpec) -> Iterator[float]:
@@ -505,16 +507,18 @@ def narrower_plugs(spec: SensorSpec, width: float) -> list[tuple[float, Fix]]:
 
 
 MOST_COILS = 4
-"""Largest number of coils of a spec that cannot be read, for which trials search room."""
+"""Largest number of coils for which changes are tried that make room in a spec with too little room to be loaded."""
 
 FEWER = 4
-"""Largest number of designs with fewer turns that are tried."""
+"""Largest number of designs with fewer turns that are tried for a spec with too little room to be loaded."""
 
 
 def families_for_room(spec: SensorSpec, is_turns: bool, is_apart: bool) -> tuple[Family, ...]:
-    """Return changes of a spec whose coils or turns lack room: fewer turns, coils farther apart, or both.
+    """Return families of changes for a spec whose coils or turns lack room.
 
-    Empty for large arrays and for layers of unequal turns.
+    If turns lack room (`is_turns`), fewer turns are tried. If coils are too close to each other (`is_apart`), every
+    change also moves the coils apart. For other arrays, such changes follow the changes of the turns alone. Empty for
+    more than `MOST_COILS` coils and for layers of unequal turns.
     """
     if len(spec.array.placements) > MOST_COILS or spec.coil.has_unequal_turns:
         return ()
@@ -531,7 +535,8 @@ def families_for_room(spec: SensorSpec, is_turns: bool, is_apart: bool) -> tuple
 def _separated_coils(spec: SensorSpec) -> Iterator[Fix]:
     """Yield changes to coils farther apart: first until they do not touch, then also with room for leads.
 
-    The additional room grows from that for one lead with its via, by the factor `GROWTH` at each step.
+    The additional room is first enough for one lead with its via. It then grows by the factor `GROWTH` at each of
+    `AMOUNTS` steps.
     """
     near = nearest_distance(spec.array.placements)
     scale = None if near is None else least_scale(spec.array, spec.coil)

@@ -21,9 +21,10 @@ from sitscad.spec.sensor import SensorSpec
 DECISIVE = "decisive"
 
 LEVELS = {"none": (0, 0, 0), DECISIVE: (6, 2, 200), "full": (1000, 300, 1_000_000)}
-"""Limits of trials for hints, by name: number of boards to lay out, of designs to estimate, and of router branches.
+"""Limits of trials for hints, by the name of the budget.
 
-A board with n coils counts n times. A branch is one attempt of the router to place a lead.
+Columns are the number of boards to lay out, the number of designs to estimate, and the number of router branches. A
+board with n coils counts as n boards. A branch is one attempt of the router to place a lead.
 """
 
 MOST_BRANCHES = 10_000
@@ -33,9 +34,9 @@ HINTS = tuple(LEVELS)
 """Names of the budgets for hints: no trials, few trials, or many trials, which take minutes."""
 
 WARNING_BUDGET = (3, 1)
-"""Largest number of boards to lay out, and of designs to estimate, for all warnings together, in a small budget.
+"""Number of boards to lay out, and number of designs to estimate, for the hints of all warnings together.
 
-A board with n coils counts n times.
+They limit the small budget `DECISIVE` only. A board with n coils counts as n boards.
 """
 
 OTHER_BOARD = 2
@@ -45,22 +46,24 @@ MORE_TRIALS = "sitscad check --hints full"
 """Command that a hint names if its search used up the budget before all changes were tried."""
 
 LEAST_HELPFUL_GAIN = 1.1
-"""Least factor by which a change must bring the value nearer to its limit, so that the hint states it as a help.
+"""Least gain of a change that does not remove the finding, above which the hint states the change as a help.
 
-It applies to changes that do not remove the finding.
+The gain is the factor by which the change moves the value towards its limit.
 """
 
 DRAWN = ("coil.", "fpc.tail", "fpc.panel")
-"""Beginnings of keys that no change may set if the coil and its board are drawn by the user."""
+"""Beginnings of the spec keys that no change may set if the user has drawn the coil and its board."""
 
 MAX_NAMED_CHANGES = 4
-"""Largest number of unsuccessful changes in a hint. They are the last tried changes."""
+"""Largest number of changes that a hint names although they do not help. They are the changes tried last."""
 
 
 class Budget:
-    """Remaining number of trials for the hints of a check: boards to lay out, designs to estimate, and router branches.
+    """Number of trials that remain for the hints of a check.
 
-    A budget is large (`is_long`) if it has more estimates than the budget `DECISIVE`, otherwise small.
+    ``layouts`` is the number of boards to lay out, where a board with n coils counts as n boards. ``estimates`` is the
+    number of designs to estimate. ``branches`` is the number of attempts of the router to place a lead. A budget is
+    large (`is_long`) if it begins with more estimates than the budget `DECISIVE`, otherwise small.
     """
 
     def __init__(self, layouts: int, estimates: int, branches: int) -> None:
@@ -80,9 +83,9 @@ class Budget:
         return self.layouts <= 0 or self.estimates <= 0
 
     def begin_warnings(self) -> None:
-        """Reduce a small budget to the trials for warnings (`WARNING_BUDGET`). A large budget stays.
+        """Limit the remaining trials of a small budget to `WARNING_BUDGET`. A large budget does not change.
 
-        Errors come first, and checks without errors stay fast.
+        The hints of errors are searched before, and checks without errors remain fast.
         """
         if not self.is_long:
             self.layouts, self.estimates = min(self.layouts, WARNING_BUDGET[0]), min(self.estimates, WARNING_BUDGET[1])
@@ -93,15 +96,16 @@ class Budget:
         return min(self.branches // 2, MOST_BRANCHES)
 
     def lays_out(self, coils: int) -> bool:
-        """Subtract a board with `coils` coils from the budget. Return False if no boards were left."""
+        """Subtract a board with `coils` coils from the budget. If no boards remain, only return False."""
         is_left = self.layouts > 0
         self.layouts -= is_left * coils
         return is_left
 
     def estimates_one(self, is_same_board: bool) -> bool:
-        """Subtract an estimate from the budget. Return False if no estimates were left.
+        """Subtract an estimate from the budget. If no estimates remain, only return False.
 
-        With `is_same_board` it counts as one estimate, otherwise as `OTHER_BOARD` estimates.
+        A design with the board of the original (`is_same_board`) counts as one estimate. A design with a changed board
+        counts as `OTHER_BOARD` estimates.
         """
         is_left = self.estimates > 0
         self.estimates -= is_left * (1 if is_same_board else OTHER_BOARD)
@@ -112,7 +116,8 @@ class Budget:
 class Fix:
     """Change of a spec: the edits of its text, and the changed spec.
 
-    ``description`` is the text of the change in hints. Empty if the text is "key: value with key: value" of the edits.
+    ``description`` is the text of the change in hints. If it is empty, the hint lists the edits, as in "key: value with
+    key: value".
     """
 
     edits: tuple[Edit, ...]
@@ -120,7 +125,7 @@ class Fix:
     description: str = ""
 
     def with_also(self, fix: Fix) -> Fix:
-        """Return this change followed by another change, which was made for the spec of this change."""
+        """Return the combination of this change and `fix`, which was made for this change's spec."""
         text = " with ".join(part for part in (self.words, fix.words) if part)
         return Fix((*self.edits, *fix.edits), fix.spec, text)
 
@@ -136,16 +141,16 @@ Family = Callable[[], Iterable[Fix]]
 
 @record
 class CostlyFamily:
-    """Family of changes that take long to find, because coils are wound for them.
+    """Family of changes that take long to find, because the windings of trial coils are computed for them.
 
-    A search with no trials left skips such a family.
+    A search that has used up its budget skips such a family.
     """
 
     changes: Family
     is_costly: ClassVar[bool] = True
 
     def __call__(self) -> Iterable[Fix]:
-        """Return the changes."""
+        """Return the changes of the family, the best first."""
         return self.changes()
 
 
@@ -153,7 +158,7 @@ GROWTH, AMOUNTS = 1.7, 4
 """Ratio of successive amounts of a `FamilyByAmount`, and number of its amounts."""
 
 HALVINGS = 5
-"""Number of bisection steps with a large budget.
+"""Number of bisection steps by which a search with a large budget reduces an amount that removes the finding.
 
 A step halves the range between an amount that does not remove the finding and an amount that does.
 """
@@ -161,11 +166,11 @@ A step halves the range between an amount that does not remove the finding and a
 
 @record
 class FamilyByAmount:
-    """Family of changes by an amount (m), such as a length added to a coil. `move` makes the change of an amount.
+    """Family of changes that differ by an amount (m), such as a length added to a coil.
 
-    The first amount is `first`; each next amount is larger by the factor `GROWTH`. Amounts are multiples of `grain`
-    (m). Changes for which `fits` returns False are not tried. If `is_costly`, a search with no trials left skips the
-    family.
+    `move` returns the change for an amount. The first of the `AMOUNTS` amounts is `first` (m). Each next amount is
+    larger by the factor `GROWTH`. Amounts are rounded up to multiples of `grain` (m). Changes for which `fits` returns
+    False are not tried. If `is_costly`, a search that has used up its budget skips the family.
     """
 
     move: Callable[[float], Fix]
@@ -175,7 +180,7 @@ class FamilyByAmount:
     is_costly: bool = False
 
     def rounded(self, amount: float) -> float:
-        """Return an amount (m) rounded up to a multiple of `grain`."""
+        """Return an amount (m) rounded up to a multiple of `grain`. The result is at least one `grain`."""
         return max(self.grain, math.ceil(amount / self.grain - 1e-6) * self.grain)
 
     @property
@@ -188,10 +193,10 @@ class FamilyByAmount:
         return (fix for fix in map(self.move, self.amounts) if fix.edits and self.fits(fix.spec))
 
     def smaller(self, fix: Fix, trial: Trial) -> Iterator[tuple[Fix, RemainingProblems]]:
-        """Yield (change, remaining problems) for amounts smaller than the amount of `fix`.
+        """Yield changes by smaller amounts than `fix` that also remove the finding, each with its remaining problems.
 
-        Each change mends the finding without a warning. The amounts are found by bisection. The smallest amount is
-        last.
+        The amounts are found by bisection, and the smallest is last. Changes with new warnings or worse values are left
+        out. `trial` tries a change.
         """
         amounts = self.amounts
         number = next(k for k, amount in enumerate(amounts) if self.move(amount) == fix)
@@ -211,8 +216,8 @@ class FamilyByAmount:
 def setting(spec: SensorSpec, key: str, value: object, written: str, description: str = "") -> Fix:
     """Return the change that sets one value of the spec.
 
-    `key` is the dotted place of the value in text and spec, `value` the new value, `written` its text. `description` is
-    the change's text in hints, if it differs from key and text.
+    `key` is the dotted key of the value, as in ``fpc.margin``. `value` is the new value, and `written` its text in
+    YAML. `description` is the text of the change in hints; if empty, the hint has key and `written`.
     """
 
     def changed(of: Any, names: list[str]) -> Any:
@@ -224,12 +229,19 @@ def setting(spec: SensorSpec, key: str, value: object, written: str, description
 
 @record
 class RemainingProblems:
-    """Problems that remain in a changed design after a trial. Each is given by the identifiers of its rules.
+    """Problems that a trial found in a changed design.
 
-    ``broken`` holds the finding's own rule if the finding remains, and the rules with new errors. ``new_warnings``
-    holds the rules with new warnings, a reason against the change. ``worse`` holds the rules with values farther beyond
-    their limits, no reason against mending an error. ``gain`` is the factor by which the value of a remaining finding
-    comes nearer to its limit. It is 1 if unknown.
+    Attributes
+    ----------
+    broken : tuple of str
+        identifiers of the finding's own rule, if the finding remains, and of the rules with new errors
+    new_warnings : tuple of str
+        identifiers of the rules with new warnings or more warnings; these speak against the change
+    worse : tuple of str
+        identifiers of the rules whose values are farther beyond their limits than before; these do not speak against
+        the change if it removes an error
+    gain : float
+        factor by which the value of the remaining finding moves towards its limit; 1 if it is unknown
     """
 
     broken: tuple[str, ...] = ()
@@ -240,10 +252,10 @@ class RemainingProblems:
 
 @record
 class Search:
-    """Result of a search for changes. Each change is listed with the problems that remain after it.
+    """Result of a search for changes that remove a finding.
 
-    ``mending`` are changes that remove the finding, ``ineffective`` are changes that do not. ``is_cut_short`` is True
-    if the search stopped because the budget was used up.
+    ``mending`` are the changes that remove it, ``ineffective`` are tried changes that do not. Each change has the
+    problems that remain after it. ``is_cut_short`` is True if the search stopped because the budget was used up.
     """
 
     mending: tuple[tuple[Fix, RemainingProblems], ...] = ()
@@ -256,9 +268,10 @@ Trial = Callable[[Fix], RemainingProblems | None]
 
 
 def search(families: Iterable[Family], trial: Trial, budget: Budget, fixed: tuple[str, ...] = ()) -> Search:
-    """Try families of changes in order. In each, changes are tried until one removes the finding without a new warning.
+    """Try families of changes in order. Return the changes that remove the finding, and the other tried changes.
 
-    With a small budget, the first such change ends the search. Changes of keys that begin with a text in `fixed` are
+    In each family, changes are tried until one removes the finding without a new warning. With a small budget, the
+    first such change ends the search. `trial` tries a change. Changes of keys that begin with a text in `fixed` are
     left out.
     """
     mending: list[tuple[Fix, RemainingProblems]] = []
@@ -296,10 +309,10 @@ def search(families: Iterable[Family], trial: Trial, budget: Budget, fixed: tupl
 
 
 def hint_text(advice: str, result: Search, already: Collection[str]) -> str:
-    """Return the hint: the changes that remove the finding, or the change that helps most, then the advice.
+    """Return the hint: the changes that remove the finding, or else the change that helps most, then `advice`.
 
-    If no change helps, the last failed changes follow in brackets. `already` are rules that have findings in the
-    unchanged design.
+    If no change removes the finding, the changes tried last follow in brackets. If the budget was used up, the hint
+    names the command that searches further. `already` are the rules with findings in the unchanged design.
     """
     changes = [_filled("tried-brings", change=fix.words, warnings=warnings) if warnings else fix.words
                for fix, remaining in result.mending
@@ -341,9 +354,9 @@ def _vain_trials(trials: Iterable[tuple[Fix, RemainingProblems]]) -> str:
 
 
 def warnings_text(rules: Collection[str], already: Collection[str]) -> str:
-    """Return a text that names the rules with warnings after a change. Empty if there are none.
+    """Return a text that names the rules with warnings after a change. Empty if `rules` is empty.
 
-    Rules in `already`, which have findings before the change, are named apart.
+    Rules in `already` have findings before the change, and are listed after the other rules.
     """
     new, more = ([rule for rule in rules if (rule in already) is is_known] for is_known in (False, True))
     groups = (("tried-warns", new), ("tried-warns-more", more))
