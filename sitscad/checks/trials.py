@@ -1,6 +1,6 @@
 """Trials of changed designs: each is laid out, estimated and checked by all rules, within a limit of trials (`Budget`).
 
-If a spec is refused, its changes are written into its text, which is then read again.
+If a spec could not be loaded, each fix is written into its text, and the text is read again.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ from sitscad.spec.yaml.source import SpecSource
 class Trials:
     """Trials of changes of one design, for the hints of all its findings.
 
-    ``rules`` are all rules. ``results`` are the findings for the unchanged design. ``undecided`` are the cases that the
-    rules could not decide. All findings share one ``budget``.
+    ``rules`` are all rules. ``results`` are the findings on the unchanged design, each with its families of changes.
+    ``undecided`` are the cases in this design that rules could not decide. All findings share one ``budget``.
     """
 
     def __init__(
@@ -45,9 +45,10 @@ class Trials:
     def advised(
         self, least: Severity | None = Severity.NOTE, is_ignored: Callable[[Finding], bool] = lambda _: False
     ) -> list[Finding]:
-        """Return every finding with its place, and with hint and fixes if it is not milder than `least` nor ignored.
+        """Return every finding with its line in the spec, and with the changes that were tried for it.
 
-        The trials are made for errors first, then for warnings, in the order of the rules.
+        No changes are tried for findings that are milder than `least` or ignored. If `least` is None, none are tried.
+        Changes are tried for errors first, then for warnings, in the order of the rules.
         """
         order = sorted(range(len(self._said)), key=lambda k: list(Severity).index(self._said[k].finding.severity))
         findings = dict[int, Finding]()
@@ -70,10 +71,10 @@ class Trials:
         return locate_finding(replace(finding, hint=hint, fixes=as_written(remedies, source)), source)
 
     def mending(self, finding: Finding, outcome: Outcome) -> Search:
-        """Return the changes that were tried for a finding, and whether they remove it.
+        """Try changes for a finding, and return the changes that remove it and the other tried changes.
 
-        With a small budget, no changes are tried for notes. If the budget is used up before the first trial, no change
-        is tried.
+        `outcome` holds the families of changes. With a small budget, no changes are tried for notes. If the budget is
+        used up before the first trial, no change is tried.
         """
         is_over = self.budget.is_spent and not self._tried
         if is_over or (finding.severity is Severity.NOTE and not self.budget.is_long):
@@ -82,11 +83,11 @@ class Trials:
         return search(outcome.fixes, lambda fix: self._remaining_problems(finding, fix), self.budget, fixed)
 
     def _remaining_problems(self, finding: Finding, fix: Fix) -> RemainingProblems | None:
-        """Return the problems that remain after a change. None if the budget does not suffice to try it.
+        """Return the problems that remain after a change. None if the budget is too small to try it.
 
-        The finding's own rule is broken if it still has a finding at this key, or can no longer be applied. Notes are
-        compared only if the finding itself is a note. Another rule is broken if it has an error at the same key, or
-        more errors than before.
+        The finding's own rule is broken if it still has a finding at this key, or could decide all cases before and now
+        cannot. Its notes count only if the finding is a note. Any rule is broken if it has more errors than before, or
+        had errors before and still has an error or a warning at the finding's key.
         """
         trial = self._trial_of(fix.spec)
         if trial is None:
@@ -143,9 +144,9 @@ class Trials:
         return RemainingProblems((), tuple(sorted(brings)), tuple(sorted(worse)))
 
     def _gain(self, finding: Finding, trial: _ChangedDesign) -> float:
-        """Return the factor by which a change brings a finding's value nearer to its limit.
+        """Return the factor by which a change moves a finding's value towards its limit.
 
-        1 if a rule has new warnings, or if another rule's value becomes worse.
+        1 if a rule has new warnings, if another rule's value is worse, or if the factor is unknown.
         """
         remaining = self._side_effects(trial)
         findings, _ = trial.results_by_rule.get(finding.rule, ([], []))
@@ -158,9 +159,9 @@ class Trials:
         return more if finding.limit > finding.measured else 1.0 / more
 
     def _trial_of(self, changed: SensorSpec) -> _ChangedDesign | None:
-        """Return the trial of a changed spec, with its design laid out. None if the budget does not suffice.
+        """Return the trial of a changed spec, with its design laid out. None if the budget is too small.
 
-        The trial of an equal spec is used again.
+        If an equal spec was tried before, its trial is returned.
         """
         for spec, past_trial in self._tried:
             if spec == changed:
@@ -183,7 +184,7 @@ class Trials:
 
 
 class _NeedsEstimates(Exception):
-    """Raised if a rule needs estimates that are not made yet."""
+    """Raised if a rule needs estimates of a design that is laid out but not estimated."""
 
 
 class _Unestimated(Design):
@@ -204,9 +205,10 @@ class _ChangedDesign:
         self.results_by_rule = dict[str, tuple[list[Finding], list[NotChecked]]]()
 
     def apply_rule(self, rule: Rule, is_estimated: bool) -> bool:
-        """Apply a rule if it was not applied before.
+        """Apply a rule unless it was applied before. Return whether its results are available.
 
-        With `is_estimated`, it is applied to the estimated design. Otherwise, return False if the rule needs estimates.
+        With `is_estimated`, the rule is applied to the estimated design. Otherwise it is applied to the layout alone,
+        and the result is False if the rule needs estimates.
         """
         if rule.id in self.results_by_rule:
             return True
@@ -222,10 +224,10 @@ class _ChangedDesign:
 
 
 def as_written(remedies: Iterable[Remedy], source: SpecSource) -> tuple[Remedy, ...]:
-    """Return remedies with edits completed from the spec's text.
+    """Return remedies (fixes of a finding) whose edits can be written into the spec's text.
 
-    Remedies without new warnings are preferred; if each brings a warning, all are returned. Remedies that the text has
-    no place for are left out.
+    Their edits are completed from this text, for example by the old value. Remedies with new warnings are only returned
+    if all remedies have new warnings. Remedies that cannot be written into the text are left out.
     """
     remedies, written = list(remedies), []
     for remedy in [remedy for remedy in remedies if not remedy.new_warnings] or remedies:
@@ -247,9 +249,11 @@ def _errors_in(findings: Iterable[Finding]) -> list[Finding]:
 
 
 def of_refused(error: SpecError, rules: tuple[Rule, ...], hints: str) -> tuple[Finding, ...]:
-    """Return the findings of a spec that could not be loaded, with fixes that remove the finding and add none.
+    """Return the findings of a spec that could not be loaded, with tested fixes.
 
-    Each fix is tested: it is written into the text, which is read again. Findings about other files have no fixes.
+    Each fix is written into the text, and the text is read again. A fix remains if the text can then be loaded, or if
+    the findings that are left show an improvement. Findings about other files have no fixes. `hints` is the name of the
+    budget.
     """
     findings, source = _with_room(error, rules, hints), error.source
     return tuple(
@@ -260,7 +264,10 @@ def of_refused(error: SpecError, rules: tuple[Rule, ...], hints: str) -> tuple[F
 
 
 def _fixes_for_reading(finding: Finding, error: SpecError, source: SpecSource) -> Iterator[Remedy]:
-    """Yield the fixes of a finding after which the text can be read, or is read further than before."""
+    """Yield the fixes of a finding after which the text can be loaded, or has fewer or other findings than before.
+
+    Findings are compared by `is_further` and `is_better`.
+    """
     for remedy in finding.fixes:
         try:
             edits = completed(source.text, remedy.edits)
@@ -279,10 +286,11 @@ ROOM = ("SIT112", "SIT113")
 
 
 def _with_room(error: SpecError, rules: tuple[Rule, ...], hints: str) -> tuple[Finding, ...]:
-    """Return the findings of a refused spec, with hints and fixes that make room if coils or turns lack room.
+    """Return the findings of a spec that could not be loaded, with tried fixes if coils or turns lack room.
 
-    This concerns SIT014 and SIT016. Loading knows only closed formulas for the distance of coils and the number of
-    turns. The fixes are laid out, so that vias and leads have room as well.
+    These are the findings of SIT014 (coils) and SIT016 (turns). When a spec is loaded, room is computed by closed
+    formulas for coils and turns alone. Here each change is laid out, so that vias and leads have room as well. `hints`
+    is the name of the budget.
     """
     spec, first = error.lacking_room, error.findings[0]
     refused = {finding.rule for finding in error.findings}

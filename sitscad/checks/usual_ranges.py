@@ -24,9 +24,10 @@ from sitscad.spec.sensor import Requirements
 class UsualRange:
     """Usual range of the value at one key of the spec, a row of ``data/usual_ranges.csv``.
 
-    ``value`` is the dotted place of the value in the spec, or a name in `WORKED_OUT`. ``called`` is the value's name in
-    messages, and ``dimension`` its dimension, for example length. ``low`` and ``high`` are in SI units, infinite if the
-    range is open. ``words`` is the range as text, and ``source`` its source.
+    ``key`` is the key to which the finding points. ``value`` is the dotted key of the value, or a name in
+    `COMPUTED_VALUES`. ``called`` is the value's name in messages, and ``dimension`` its dimension, for example length.
+    ``low`` and ``high`` are the ends of the range in SI units, infinite if an end is open. ``words`` is the range as
+    text, and ``source`` its source.
     """
 
     key: str
@@ -66,9 +67,9 @@ def _figure(text: str, dimension: str, otherwise: float) -> float:
 
 
 def _thicknesses(stackup: Stackup, kind: LayerKind, rigid: bool = False) -> list[float]:
-    """Return the thicknesses (m) of the layers of a kind.
+    """Return the thicknesses (m) of the stack-up's layers of one kind.
 
-    For dielectrics, only of rigid or only of flexible materials.
+    For dielectrics, only rigid layers if `rigid`, otherwise only flexible layers.
     """
     return [layer.thickness for layer in stackup.layers if layer.kind is kind
             and (kind is LayerKind.COPPER or ("rigid" in dielectric_roles(layer.material)) is rigid)]
@@ -83,7 +84,7 @@ def _poisson(pad: ElastomerPad | None) -> float | None:
 
 
 def _required_ratios(needs: Requirements) -> list[float]:
-    """Return each required error or resolution, divided by the required force or moment of its axis."""
+    """Return the ratio of each required error or resolution to the required force or moment of its axis."""
     normal = needs.normal_force
     moments = [each for each in needs.moments if each]
     tilts = {"normal": normal, "shear_x": needs.shear_force, "shear_y": needs.shear_force, "moment_x": needs.moment_x,
@@ -154,16 +155,19 @@ def unusual_values(design: Design) -> Iterator[Verdict]:
 
 
 def _relative_excess(usual: UsualRange, value: float) -> float:
-    """Return the distance of a value from the bound that it exceeds, divided by this bound.
+    """Return the distance by which a value is outside its range, divided by the exceeded end of the range.
 
-    A bound of 0 is replaced by 1. The result is negative if the value is inside the range.
+    The divisor is 1 if this end is 0. The result is negative if the value is inside the range.
     """
     passed = ((usual.low, usual.low - value), (usual.high, value - usual.high))
     return max(by / (abs(bound) or 1.0) for bound, by in passed if math.isfinite(bound))
 
 
 def _values_at_key(design: Design, path: str) -> list[float]:
-    """Return the numbers at a dotted place of the spec, or of a name in `WORKED_OUT`. Empty if a part is missing."""
+    """Return the numbers at the dotted key `path` of the spec, or the values of this name in `COMPUTED_VALUES`.
+
+    Empty if the spec lacks a part of the key.
+    """
     values: Any = design.spec
     if path in COMPUTED_VALUES:
         values = COMPUTED_VALUES[path][1](design)

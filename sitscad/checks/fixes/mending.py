@@ -13,7 +13,7 @@ from sitscad.spec.yaml.rewriting import CannotWriteError, rewritten
 
 
 class SpecFindings(Protocol):
-    """Results of checking a spec's text."""
+    """Results of the checks of a spec's text."""
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -31,9 +31,9 @@ IsAllowed = Callable[[Finding, Remedy], bool]
 
 @record
 class Applied:
-    """Fix written into a text, with the finding that it removes.
+    """Fix that was written into a text, and the finding that it removes.
 
-    `worsens` are the rules whose values are farther beyond their limits than before.
+    `worsens` are the identifiers of rules whose values are farther beyond their limits than before.
     """
 
     finding: Finding
@@ -43,7 +43,10 @@ class Applied:
 
 @record
 class RolledBack:
-    """Allowed fix that was tried and undone, because it does not improve the text. `why` is the reason as text."""
+    """Allowed fix that is not in the text, because it does not improve it or cannot be written.
+
+    `why` is the reason as text.
+    """
 
     finding: Finding
     remedy: Remedy
@@ -52,9 +55,10 @@ class RolledBack:
 
 @record(eq=False)
 class Mended(Generic[CheckResults]):
-    """Text of a spec with all fixes that improve it. `check_result` holds the results of checking it.
+    """Text of a spec with all fixes that improve it.
 
-    `applied` are the fixes in the text, `rolled_back` the fixes that were tried and undone.
+    `check_result` are the results of the checks of this text. `applied` are the fixes in the text, and `rolled_back`
+    the allowed fixes that did not improve it.
     """
 
     text: str
@@ -67,20 +71,25 @@ def mended_text(
     text: str, judge: CheckText[CheckResults], may: IsAllowed, verdict: CheckText[CheckResults] | None = None,
     progress: Callable[[str], None] = lambda step: None,
 ) -> Mended[CheckResults]:
-    """Return a text with every allowed fix that mends its finding and adds none.
+    """Apply allowed fixes to a spec's text, one after the other, as long as a fix improves the text.
 
     Parameters
     ----------
     text : str
         Text of the spec.
     judge : callable
-        Returns the results of a text, with fixes.
+        Checks a text and returns its findings, with their fixes.
     may : callable
-        Whether a fix of a finding may be written.
+        Returns whether a given fix of a given finding is allowed.
     verdict : callable, optional
-        Returns the findings of a text in less time than `judge`.
+        Checks a text in less time than `judge` and returns findings without fixes. By default `judge`.
     progress : callable, optional
-        Called with a description of each step before it is taken.
+        Called before each step with a text that describes the step.
+
+    Returns
+    -------
+    Mended
+        The changed text, the results of its checks, the fixes in it, and the fixes that did not improve it.
 
     Notes
     -----
@@ -94,7 +103,7 @@ def mended_text(
     past_texts = {text}
 
     def told(finding: Finding, remedy: Remedy) -> bool:
-        """Return whether a fix is allowed. If it is, report first that it is tried."""
+        """Return whether a fix is allowed. If it is allowed, `progress` is called with the fix."""
         if is_allowed := may(finding, remedy):
             progress(f"{len(applied)} mended, {finding.rule}: trying {'; '.join(edit.words for edit in remedy.edits)}")
         return is_allowed
@@ -114,10 +123,12 @@ def _next_fix(
     text: str, result: CheckResults, judge: CheckText[CheckResults], verdict: CheckText[CheckResults], may: IsAllowed,
     past_texts: set[str]
 ) -> tuple[tuple[str, Applied] | None, tuple[RolledBack, ...]]:
-    """Return (changed text, fix) for the first fix that improves the text, and the fixes that were tried and undone.
+    """Return the first fix that improves a text, with the changed text, or else the fixes that do not improve it.
 
-    If a fix improves the text, the second result is empty. If no fix does, the first result is None. `past_texts` are
-    texts of earlier steps, to which no fix may return.
+    The first result is (changed text, fix), or None if no fix improves the text. The second result are the allowed
+    fixes that do not improve it, each with the reason; empty if a fix improves it. `result` are the findings of `text`.
+    `judge`, `verdict` and `may` are as in `mended_text`. `past_texts` are the texts of earlier steps. A fix that leads
+    back to an earlier text is no improvement.
     """
     rolled_back: list[RolledBack] = []
     already = {each.rule for each in result.findings if each.severity is not Severity.NOTE}
@@ -147,7 +158,10 @@ def _next_fix(
 
 
 def _swaps_notes(applied: Applied, before: SpecFindings, after: SpecFindings) -> bool:
-    """Whether a fix removes a note and adds only other notes. It must not add more notes than it removes."""
+    """Whether a fix removes its note and adds other notes only, no more than it removes.
+
+    No further rule may be unchecked after the fix.
+    """
     gone, new = _changes(applied, before.findings, after.findings)
     is_note = applied.finding.severity is Severity.NOTE and {severity for _, _, severity in new} == {Severity.NOTE}
     is_fewer = new.total() <= gone.total() and _unchecked_rules(after) <= _unchecked_rules(before)
@@ -155,7 +169,10 @@ def _swaps_notes(applied: Applied, before: SpecFindings, after: SpecFindings) ->
 
 
 def _has_new_fixes(before: SpecFindings, after: SpecFindings, may: IsAllowed) -> bool:
-    """Whether a new finding has an allowed fix. This fix might undo the present fix."""
+    """Whether a finding that is new in `after` has an allowed fix without new warnings.
+
+    Such a fix might undo the present fix.
+    """
     old_keys = {(finding.rule, finding.key) for finding in before.findings}
     fixes = ((f, remedy) for f, remedy in _fixes(after.findings) if (f.rule, f.key) not in old_keys)
     return any(not remedy.new_warnings and may(finding, remedy) for finding, remedy in fixes)
@@ -212,10 +229,11 @@ def _fixes(findings: Iterable[Finding]) -> Iterator[tuple[Finding, Remedy]]:
 
 
 def is_improved(applied: Applied, before: SpecFindings, after: SpecFindings) -> bool:
-    """Whether a fix improves the text of a spec. There are two kinds of improvement.
+    """Whether a fix improves the text of a spec. Either of two improvements is sufficient.
 
-    If the text could not be read completely, all its former findings must be gone. Otherwise a finding must be gone or
-    milder, without new problems (`is_better`), and no further rule may be unchecked.
+    The first is for a text that could not be read as a spec (findings SIT0xx): all its former findings are gone. The
+    second is for every text: the finding is gone or milder without new problems (`is_better`), and no further rule is
+    unchecked.
     """
     is_unread = any(finding.rule.startswith("SIT0") for finding in before.findings)
     return (is_unread and is_further(before.findings, after.findings)) or (
@@ -233,10 +251,11 @@ def is_further(before: Iterable[Finding], after: Iterable[Finding]) -> bool:
 
 
 def is_better(applied: Applied, before: Iterable[Finding], after: Iterable[Finding]) -> bool:
-    """Whether a finding is gone or milder, no finding is new or more severe, and no value got worse.
+    """Whether the finding of a fix is gone or milder, no finding is new or more severe, and no value is worse.
 
-    New notes do not prevent the fix of an error or a warning, and worse values do not prevent the fix of an error. A
-    key with a corrected name may have new findings, because its value could not be checked before.
+    New notes do not speak against the fix of an error or a warning. Worse values do not speak against the fix of an
+    error. If the fix corrects the name of a key, this key may have new findings, because its value was not checked
+    before.
     """
     gone, new = _changes(applied, before, after)
     allowed = {Severity.NOTE} - {applied.finding.severity}
@@ -261,9 +280,9 @@ def _changes(applied: Applied, before: Iterable[Finding], after: Iterable[Findin
 
 
 def _of_rule(weighed: _Weighed, entry: tuple[str, str | None, Severity]) -> int:
-    """Return the number of findings of the rule and severity in `entry`, with any key.
+    """Return the number of findings with the rule and severity of `entry` (rule, key, severity), at any key.
 
-    The key of a finding may change, because it depends on the changes that were tried.
+    The key is left out, because the key of a finding depends on the changes that were tried.
     """
     return sum(count for (rule, _, severity), count in weighed.items() if (rule, severity) == (entry[0], entry[2]))
 

@@ -46,8 +46,8 @@ def with_turns(spec: SensorSpec, turns: float) -> Fix:
 def _winding_keys(keys: Mapping[str, tuple[int, int]]) -> set[str]:
     """Return the keys for turns, trace width, spacing and inner diameter that a fix may edit.
 
-    If the spec gives the inner diameter, the result has its key and each of the other three keys that the spec
-    contains. Otherwise the result has these three keys.
+    If the spec gives the inner diameter, the result has its key, and each of the other three keys that is in the spec.
+    Otherwise the result has the other three keys.
     """
     all_of_them = {f"coil.{key}" for key in CoilSpec.stands_in[1]}
     is_by_inner = INNER in keys
@@ -69,11 +69,11 @@ def with_each(spec: SensorSpec, numbers: Iterable[float]) -> Iterator[Fix]:
 
 
 def more_turns(coil: CoilSpec, factor: float) -> Iterator[float]:
-    """Yield larger numbers of turns, in the order of trial.
+    """Yield up to three larger numbers of turns per layer, in the order of trial.
 
-    They are the present turns times a factor, then halfway to the largest number, then the largest. The largest number
-    is limited by the room inside the coil. Numbers are multiples of the shape's smallest part of a turn. No lead runs
-    back around the coil. Empty for layers with unequal turns.
+    The first is the present number times `factor`. The second is halfway from there to the largest number that fits
+    inside the coil. The third is the largest number. Numbers are multiples of the smallest part of a turn for the
+    coil's shape. At no number does a lead run back around the coil. Empty for layers with unequal turns.
     """
     if coil.has_unequal_turns:
         return
@@ -141,10 +141,10 @@ MOST_STEPS = 24
 
 
 def whole_turns(coil: CoilSpec) -> Iterator[float]:
-    """Yield numbers of turns per layer that give a whole number of turns over all layers.
+    """Yield numbers of turns per layer with which the sum of turns over all layers is a whole number.
 
-    The nearest number is first, then the next number on the other side of the present number. Both leads then start
-    from the same place. Empty for layers of unequal turns.
+    Both leads then start at one place of the coil. The number nearest to the present number is first, then the nearest
+    number on its other side. Empty for layers of unequal turns.
     """
     layers = len(coil.layers)
     if coil.has_unequal_turns:
@@ -157,9 +157,9 @@ def whole_turns(coil: CoilSpec) -> Iterator[float]:
 
 
 def narrower_coils(spec: SensorSpec, by: float) -> Iterator[Fix]:
-    """Yield changes to coils narrower by at least `by` (m): with the present turns, then with fewer turns.
+    """Yield changes to coils narrower by at least the length `by` (m): with the present turns, then with fewer turns.
 
-    With fewer turns, the free width inside the coil remains.
+    The fewer turns leave the free width inside the coil as it is.
     """
     coil = spec.coil
     x, y = coil.size
@@ -175,9 +175,10 @@ def narrower_coils(spec: SensorSpec, by: float) -> Iterator[Fix]:
 
 
 def smaller_coils(spec: SensorSpec, by: float, keeps_length: bool = False) -> Fix:
-    """Return coils smaller by `by` (m) with the same gaps between them, and with fewer turns if inner vias need room.
+    """Return the change to coils smaller by the length `by` (m), with equal gaps between them as before.
 
-    A long coil only becomes narrower if ``keeps_length``. The fix has no edits if no coil would be left.
+    The turns are reduced if the vias inside the coil would have no room. With `keeps_length`, a long coil becomes
+    narrower, but not shorter. The fix has no edits if no coil would remain.
     """
     coil = spec.coil
     if keeps_length and coil.outline.is_long:
@@ -197,9 +198,9 @@ def smaller_coils(spec: SensorSpec, by: float, keeps_length: bool = False) -> Fi
 
 
 def _with_edits(edits: tuple[Edit, ...], turned: Fix, turns: float) -> Fix:
-    """Return the change `turned` with the other `edits` put before its own edits.
+    """Return the change `turned` of the turns, preceded by the `edits` of another change.
 
-    Its edit of the turns is left out if the number of turns remains `turns`. An edit of the inner diameter remains,
+    If the number of turns remains `turns`, the edit of the turns is left out. An edit of the inner diameter remains,
     because it depends on both changes.
     """
     turning = (edit for edit in turned.edits if edit.key == INNER or turned.spec.coil.most_turns != turns)
@@ -219,9 +220,11 @@ def other_ends(spec: SensorSpec) -> Iterator[Fix]:
 
 
 def more_layers(spec: SensorSpec, factor: float) -> Iterator[Fix]:
-    """Yield changes to more layers: the first even number from `factor` times the present number, then two more.
+    """Yield changes to coils of more layers.
 
-    The stack-up stays if it has enough layers. Otherwise it is the first installed stack-up with as many layers.
+    The first number of layers is the smallest even number of at least `factor` times the present number. The second is
+    larger by two. The stack-up does not change if it has enough layers. Otherwise it is replaced by the first installed
+    stack-up with the needed number of layers.
     """
     coil, now = spec.coil, len(spec.coil.layers)
     if coil.has_unequal_turns or coil.layers != tuple(range(1, now + 1)):
@@ -270,7 +273,7 @@ def wider_tracks(spec: SensorSpec, width: float, spacing: float) -> Iterator[Fix
 
 
 def with_capacitors(spec: SensorSpec, values: Iterable[float]) -> Iterator[Fix]:
-    """Yield tank capacitors (F), rounded to two digits."""
+    """Yield changes to tank capacitors of these `values` (F), rounded to two significant digits."""
     for value in values:
         rounded = float(f"{value:.1e}")
         yield setting(spec, "readout.capacitance", rounded, show(rounded, "F", 2))
@@ -282,9 +285,9 @@ def with_scan_rate(spec: SensorSpec, rate: float) -> Fix:
 
 
 def thinner_tails(spec: SensorSpec) -> Iterator[Fix]:
-    """Yield tails of two copper layers, then one, with which the spec can be read.
+    """Yield changes to a tail of two copper layers, then of one layer, if the changed text is a valid spec.
 
-    The body's layers are then built around these layers.
+    The other layers of the body are then added above and below the tail's layers.
     """
     tail = spec.fpc.tail
     assert tail is not None
@@ -294,9 +297,9 @@ def thinner_tails(spec: SensorSpec) -> Iterator[Fix]:
 
 
 def reread_change(spec: SensorSpec, key: str, value: float | str) -> Iterator[Fix]:
-    """Yield the change of one value, with the spec read again from its text. Other values that depend on it follow.
+    """Yield the change of the key `key` to `value`, with the spec read again from its changed text.
 
-    Empty if the changed text is not a valid spec.
+    Defaults that depend on the value change with it. Empty if the changed text is not a valid spec.
     """
     try:
         changed = rewritten_spec(spec, ((key, value),))
@@ -312,9 +315,10 @@ def reread_changes(spec: SensorSpec, key: str, values: Iterable[float | str]) ->
 
 
 def hole_plating_only(spec: SensorSpec) -> Iterator[Fix]:
-    """Yield plating of holes and their pads alone ("buttons"), so that tracks stay thin foil.
+    """Yield the change to plating on holes and their pads only ("button plating"), so that tracks are unplated foil.
 
-    Such tracks can be etched finer, and the tail is thinner. Empty if this is so already, or if no hole is plated.
+    Such tracks can be etched finer, and the tail is thinner. Empty if the plating is such already, or if no hole is
+    plated.
     """
     if len(spec.fpc.stackup.copper) > 1 and spec.fpc.stackup.plating is not Plating.BUTTONS:
         yield from reread_change(spec, "fpc.plated", "buttons")
@@ -325,10 +329,10 @@ SAME = 1e-9
 
 
 def finer_fabricators(coil: CoilSpec, stackup: Stackup) -> Iterator[tuple[str, DesignRules]]:
-    """Yield the installed fabricators' profiles that make the coil's tracks and gaps in its foil, the coarsest first.
+    """Yield (name, design rules) of installed fabricator profiles whose limits permit the coil's tracks and gaps.
 
-    Each has its name and its rules for this foil and number of layers. A profile that states its layer counts must also
-    make this number of layers.
+    The rules are for the foil and the number of layers of `stackup`. The profile with the coarsest limits is first. A
+    profile that states its layer counts must include this number of layers.
     """
     foil, count = stackup.line_foil(coil.layers), len(stackup.copper)
     fitting = []
@@ -352,7 +356,7 @@ START_ANGLES = (15.0, 30.0, 45.0, 90.0, 135.0, 180.0, 225.0, 270.0, 315.0)
 """Angles (degrees) by which the start of a winding without corners is turned in trials, in this order."""
 
 def larger_coils(spec: SensorSpec, by: float) -> Fix:
-    """Return coils larger by `by` (m) in both directions, with the same gaps between them."""
+    """Return the change to coils longer and wider by the length `by` (m), with equal gaps between them as before."""
     size = (spec.coil.size[0] + by, spec.coil.size[1] + by)
     is_long = spec.coil.outline.is_long
     written = f"[{_mm(size[0])}, {_mm(size[1])}]" if is_long else _mm(size[0])
@@ -366,14 +370,14 @@ def larger_coils(spec: SensorSpec, by: float) -> Fix:
 
 
 LONGER = (1.1, 1.4)
-"""Factors on the required length of a coil that give the trial lengths."""
+"""Factors by which the required length of a coil is multiplied to obtain the lengths that are tried."""
 
 
 def longer_coils(spec: SensorSpec, factor: float) -> Iterator[Fix]:
-    """Yield changes to a coil longer than the present coil by more than `factor`. Only for a single long coil.
+    """Yield changes to a longer coil, for a single coil of a long shape.
 
-    Target and pad become longer by the same length, if they reach the coil's ends (`COIL_END_RATIO`). Empty for other
-    shapes and for arrays.
+    The lengths are the present length times `factor`, times each of `LONGER`. Target and pad become longer by an equal
+    length if they cover the coil's ends (`COIL_END_RATIO`). Empty for other shapes and for arrays.
     """
     coil = spec.coil
     if not coil.outline.is_long or len(spec.array.placements) > 1:
@@ -394,11 +398,11 @@ def longer_coils(spec: SensorSpec, factor: float) -> Iterator[Fix]:
 
 
 COIL_END_RATIO = 0.9
-"""Length of a plate divided by the coil's length, above which the plate counts as covering the coil's ends."""
+"""Ratio of a plate's length to the coil's length, above which the plate counts as covering the coil's ends."""
 
 
 def larger_body(spec: SensorSpec, by: float) -> Fix:
-    """Return the change to a body larger by `by` (m) on every side.
+    """Return the change to a board's body larger by the length `by` (m) on every side.
 
     The change has no edits if the spec gives no size of the body, or a drawn outline.
     """
@@ -411,7 +415,7 @@ def larger_body(spec: SensorSpec, by: float) -> Fix:
 
 
 def coils_farther_apart(spec: SensorSpec, by: float) -> Fix:
-    """Return the change to a scaled array, in which the nearest coils are farther apart by `by` (m).
+    """Return the change that scales the array until the nearest coils are farther apart by the length `by` (m).
 
     The change has no edits for a single coil.
     """
@@ -435,7 +439,7 @@ def _edit_text(edit: Edit, by: float) -> str:
 
 
 def rounded_up(length: float) -> float:
-    """Return a length (m) rounded up to whole micrometres, as written."""
+    """Return a length (m) rounded up to whole micrometres, as the spec's text states it."""
     return round(math.ceil(length * 1e6 - 1e-3) * 1e-6, 9)
 
 
@@ -449,9 +453,9 @@ def nearest_distance(placements: tuple[CoilPlacement, ...]) -> float | None:
 
 
 def lead_room(placements: tuple[CoilPlacement, ...], coil: CoilSpec, rules: DesignRules) -> float:
-    """Return the length (m) by which the gap between two coils must grow for a via and a lead.
+    """Return the length (m) by which the gap between the two nearest coils must grow for a via and a lead.
 
-    The result is at least the pitch of a track.
+    The result is at least the width of a track plus the fabricator's least spacing.
     """
     pitch = coil.trace_width + rules.trace_spacing
     hole = joined_hole(rules, coil.trace_width)
@@ -474,9 +478,9 @@ def other_start_angles(spec: SensorSpec) -> Iterator[Fix]:
 
 
 def larger_connectors(spec: SensorSpec, length: str) -> Iterator[Fix]:
-    """Yield changes to connectors with a larger dimension `length` (a field name). The next larger is first.
+    """Yield changes to connectors whose dimension `length` is larger than now, the next larger first.
 
-    Empty without a tail.
+    `length` is the name of a field of `Connector`. Empty if the board has no tail.
     """
     tail = spec.fpc.tail
     if tail is None:
@@ -488,9 +492,9 @@ def larger_connectors(spec: SensorSpec, length: str) -> Iterator[Fix]:
 
 
 def narrower_plugs(spec: SensorSpec, width: float) -> list[tuple[float, Fix]]:
-    """Return (width in m, change) for each connector with enough contacts whose tail is narrower than `width` (m).
+    """Return (tail width in m, change) for each connector with enough contacts and a tail narrower than `width` (m).
 
-    The narrowest is first. Empty without a tail.
+    The narrowest tail is first. Empty if the board has no tail.
     """
     tail, used, plugs = spec.fpc.tail, 2 * len(spec.all_placements), []
     for name in names("connector") if tail is not None else ():

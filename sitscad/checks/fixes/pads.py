@@ -22,16 +22,17 @@ from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.thermistor import CALIBRATED
 
 STEPS = 4
-"""Number of steps from the present size of a target to the smallest, or from the present pitch to the largest.
+"""Number of steps from the target's present size to the smallest size, or from the present pitch to the largest pitch.
 
-At the last step, the target's edges are over the centres of the outer coils.
+At the last step, the target's edges lie over the centres of the outer coils.
 """
 
 
 def smaller_targets(spec: SensorSpec) -> Iterator[Fix]:
-    """Yield changes to smaller targets, the largest first.
+    """Yield changes to smaller targets, in at most `STEPS` steps, the largest target first.
 
-    The edges of the last target lie over the centres of the outer coils. A pad of equal size becomes smaller, too.
+    The edges of the last target lie over the centres of the outer coils. A pad as large as the target is reduced with
+    it.
     """
     target, pad = spec.target, spec.elastomer
     assert target is not None
@@ -55,7 +56,7 @@ def smaller_targets(spec: SensorSpec) -> Iterator[Fix]:
 
 
 def smaller_pads(spec: SensorSpec) -> Iterator[Fix]:
-    """Yield a pad cut to its target, then smaller targets on pads of their size, the largest first."""
+    """Yield the change to a pad as large as its target, then changes that also reduce the target, the largest first."""
     cut = cut_to_target(spec)
     if cut is None:
         yield from smaller_targets(spec)
@@ -65,9 +66,9 @@ def smaller_pads(spec: SensorSpec) -> Iterator[Fix]:
 
 
 def wider_arrays(spec: SensorSpec) -> Iterator[Fix]:
-    """Yield changes to a larger pitch of the array.
+    """Yield changes to a larger pitch of the array, the smallest pitch first.
 
-    The centres of the outer coils then lie nearer to the target's edges.
+    The centres of the outer coils then lie nearer to the target's edges. Empty if there is no target or no pitch.
     """
     target, pitch = spec.target, spec.array.pitch
     if target is None or pitch is None:
@@ -86,13 +87,16 @@ def _rounded_to_tenth_mm(length: float) -> float:
 
 
 SCANS_A_BAND = 2.0
-"""Least scan rate divided by bandwidth of a proposed design (SIT210)."""
+"""Least ratio of scan rate to required bandwidth in a proposed design (rule SIT210)."""
 
 FEWEST_SCANS = 1.0
 """Least scan rate (Hz) that a hint proposes."""
 
 MAGNETIC, CONDUCTS = 1.1, 1e5
-"""Least relative permeability of a magnetic metal, and least conductivity (S/m) of a metal."""
+"""Relative permeability from which a metal counts as magnetic, and conductivity (S/m) above which it counts as metal.
+
+A material of lower conductivity is not proposed.
+"""
 
 OTHERS = 3
 """Largest number of softer (or stiffer) silicones that are tried. The nearest modulus is first."""
@@ -102,9 +106,10 @@ THICKNESSES = (1.25, 0.8, 1.5)
 
 
 def slower_scans(spec: SensorSpec, factor: float) -> Iterator[Fix]:
-    """Yield the change to a scan rate lower by `factor`, but at least `SCANS_A_BAND` times the bandwidth.
+    """Yield the change to the present scan rate divided by `factor`.
 
-    Empty if this is no change.
+    The new rate is at least `SCANS_A_BAND` times the required bandwidth, and at least `FEWEST_SCANS`. Empty if the scan
+    rate would not change.
     """
     least = max(SCANS_A_BAND * (spec.requirements.bandwidth or 0.0), FEWEST_SCANS)
     required = max(spec.readout.scan_rate / factor, least)
@@ -115,7 +120,7 @@ def slower_scans(spec: SensorSpec, factor: float) -> Iterator[Fix]:
 
 
 def other_silicones(spec: SensorSpec, is_softer: bool) -> Iterator[Fix]:
-    """Yield the next softer silicones in the data, or the next stiffer silicones."""
+    """Yield pads of the next softer silicones in the data (`is_softer`), or of the next stiffer silicones."""
     pad = spec.elastomer
     assert pad is not None
     sense = -1.0 if is_softer else 1.0
@@ -159,7 +164,7 @@ def other_metals(spec: SensorSpec) -> Iterator[Fix]:
 
 
 BETTER = 0.5
-"""Conductivity of a metal divided by the best conductor's, below which the best conductor is proposed."""
+"""Ratio of a metal's conductivity to the best conductor's conductivity, below which the best conductor is proposed."""
 
 
 def cut_to_target(spec: SensorSpec) -> Fix | None:
@@ -183,7 +188,7 @@ AS_WRITTEN = tuple(1e-3 * t for t in (0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.2, 1.5, 2.
 
 
 def more_signal(spec: SensorSpec) -> tuple[Family, ...]:
-    """Return families of changes that may increase the signal of the required force.
+    """Return families of changes that may increase the change of the readings by the required force.
 
     They are another metal of the target, a pad no larger than the target, thinner pads, thicker pads, and softer
     silicones. With a thinner pad, the target is nearer to the coils. A thicker pad is compressed more. One thickness
@@ -201,10 +206,11 @@ def more_signal(spec: SensorSpec) -> tuple[Family, ...]:
 
 
 def temperature_sensors(spec: SensorSpec) -> Iterator[Fix]:
-    """Yield a temperature sensor on the board, then coefficients that are measured at two temperatures.
+    """Yield changes that compensate the readings for temperature.
 
-    A reference coil with such coefficients follows, if a channel is free for it. If the spec has a sensor or a
-    reference coil, only the coefficients are changed. Empty if they are measured already.
+    The first is a temperature sensor on the board. The second adds compensation coefficients that are measured at two
+    temperatures. The third is a reference coil with such coefficients, if the converter has a free channel. If the spec
+    has a sensor or a reference coil, only its coefficients are changed. Empty if they are measured already.
     """
     settings, coils = spec.readout.compensation, len(spec.array.placements)
     measured = ("readout.compensation.coefficients", CALIBRATED)
@@ -221,7 +227,7 @@ def temperature_sensors(spec: SensorSpec) -> Iterator[Fix]:
 
 
 SENSOR = "tmp117"
-"""Temperature sensor in hints. Its error is the least in `data/thermistors.csv`."""
+"""Temperature sensor that hints propose. It has the smallest error of the sensors in ``data/thermistors.csv``."""
 
 NEXT = 5
 """Number of thinner pads and number of thicker pads that are tried."""
@@ -235,7 +241,7 @@ PROTECTIVE_FILM = ("ecoflex-00-50", 50e-6)
 
 
 def with_film(spec: SensorSpec) -> Iterator[Fix]:
-    """Yield a soft thin film over the whole sensor. Empty if there is a film."""
+    """Yield the change that adds the film `PROTECTIVE_FILM` over the whole sensor. Empty if the spec has a film."""
     if spec.encapsulation is None:
         name, thickness = PROTECTIVE_FILM
         edits = (Edit("encapsulation.material", name), Edit("encapsulation.thickness", f"{1e3 * thickness:g}"))
@@ -243,15 +249,16 @@ def with_film(spec: SensorSpec) -> Iterator[Fix]:
 
 
 def thicker_target(spec: SensorSpec, thickness: float) -> Fix:
-    """Return a target of at least `thickness` (m)."""
+    """Return the change of the target's thickness to `thickness` (m), rounded up to whole micrometres."""
     thick = math.ceil(thickness * 1e6 - 1e-6) * 1e-6  # rounded as written
     return setting(spec, "target.thickness", thick, show(thick, "m", 6))
 
 
 def larger_target(spec: SensorSpec, length: float, width: float) -> Iterator[Fix]:
-    """Yield a target of the given sides (m) on a pad large enough to carry it, then on the present pad.
+    """Yield changes to a target of the sides `length` and `width` (m).
 
-    A shape with a single size (circle, square) takes the larger side first, then becomes a rectangle.
+    The first is on a pad large enough to carry the target, the second on the present pad. A circle or square has a
+    single size. It first gets the larger side as its size, then becomes a rectangle.
     """
     target, pad = spec.target, spec.elastomer
     assert target is not None
@@ -264,7 +271,7 @@ def larger_target(spec: SensorSpec, length: float, width: float) -> Iterator[Fix
 
 
 def centred_plates(spec: SensorSpec) -> Iterator[Fix]:
-    """Yield target and elastomer centred over the coils. Empty if the target is centred."""
+    """Yield the change that sets the offsets of target and elastomer to 0. Empty if the target has no offset."""
     target, pad = spec.target, spec.elastomer
     if target is None or not any(target.offset):
         return
@@ -276,9 +283,9 @@ def centred_plates(spec: SensorSpec) -> Iterator[Fix]:
 
 
 def pad_sides_under_plate(pad: Footprint, plate: Footprint) -> tuple[float, float]:
-    """Return the sides (m) of a pad, at its present place, that lies under a whole plate and is no smaller than now.
+    """Return the smallest sides (m) with which a pad carries a whole plate, without a change of the pad's centre.
 
-    For a round pad, both values are the diameter.
+    The sides are at least the present sides. For a round pad, both values are the diameter.
     """
     if pad.is_round:
         reach = max((pad.centre.distance(p) for p in plate.corners), default=pad.centre.distance(plate.centre))
@@ -292,9 +299,10 @@ Plate = TypeVar("Plate", Target, ElastomerPad)
 
 
 def resized_plates(key: str, plate: Plate, size: tuple[float, float]) -> Iterator[tuple[tuple[Edit, ...], Plate]]:
-    """Yield edits and a plate of the given sides (m).
+    """Yield (edits, changed plate) for a plate with the sides `size` (length, width; m).
 
-    A shape with a single size (circle, square) takes the larger side first, then becomes a rectangle.
+    `key` is the plate's section in the spec. A circle or square has a single size. It first gets the larger side as its
+    size, then becomes a rectangle.
     """
     sides = [f"{side * 1e3:.6g}" for side in size]
     size_edit = Edit(f"{key}.size", f"[{', '.join(sides)}]")

@@ -29,7 +29,7 @@ from sitscad.checks.findings import RuleTexts
 
 
 class PolicyError(ExpectedError, ValueError):
-    """A configuration or baseline that cannot be used. The message gives the place and the reason."""
+    """Raised for a configuration or baseline that cannot be used. The message gives the place and the reason."""
 
 
 @record
@@ -55,9 +55,9 @@ class Policy:
         return bool(self.select or self.ignore or self.reasons or self.severity)
 
     def as_json(self) -> dict[str, object]:
-        """Return the policy without ``profiles`` as plain values.
+        """Return the policy without ``profiles`` as a dictionary for JSON.
 
-        The order of patterns is kept, because the last pattern that matches a rule applies.
+        The order of patterns does not change, because the last pattern that matches a rule applies.
         """
         return {
             "select": list(self.select),
@@ -82,15 +82,18 @@ def policy_from_manifest(stored: Mapping[str, Any]) -> Policy:
 
 
 def matches_rule(pattern: str, rule: str, name: str) -> bool:
-    """Whether a pattern matches a rule: by the start of its identifier, its number or its name."""
+    """Whether a pattern such as SIT1, SIT103 or ``coil-trace`` matches a rule.
+
+    `rule` is the rule's identifier and `name` its name. A pattern is a name, or the start of an identifier.
+    """
     identifier = f"SIT{pattern}" if pattern.isdecimal() else pattern.upper()
     return rule.startswith(identifier) or name == pattern.lower().replace("_", "-")
 
 
 def chosen_rules(rules: Iterable[RuleTexts], select: tuple[str, ...], ignore: tuple[str, ...]) -> frozenset[str]:
-    """Return the identifiers of rules that are selected and not ignored.
+    """Return the identifiers of the rules that the patterns `select` match and the patterns `ignore` do not match.
 
-    Rules of the spec itself (SIT0xx) are always included.
+    An empty `select` selects all rules. Rules of the spec itself (SIT0xx) are always included.
     """
 
     def is_wanted(rule: RuleTexts) -> bool:
@@ -110,7 +113,7 @@ KEYS_OF_OTHER_TOOLS = {
     **dict.fromkeys(("levels", "severities"), "severity"),
     **dict.fromkeys(("fabricators", "profile", "shops"), "profiles"),
 }
-"""Keys that users of other tools may write, and the key of sitscad that an error message proposes for each."""
+"""Configuration keys of other tools, each with the key of sitscad that an error message proposes instead."""
 MAX_BYTES = 1 << 20
 """Largest size of a configuration file in bytes."""
 
@@ -148,7 +151,7 @@ def _read_bytes(path: Path) -> bytes:
 
 @lru_cache(maxsize=8)
 def _parse_toml(content: bytes) -> dict[str, Any]:
-    """Return a file's TOML, parsed once for all designs of a study. Raises ValueError if it is no TOML."""
+    """Return the tables in a TOML file's content. Equal content is parsed once. Raises ValueError if it is no TOML."""
     import tomllib  # imported only if there is a file
 
     return tomllib.loads(content.decode("utf-8"))

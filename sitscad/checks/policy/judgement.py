@@ -28,10 +28,10 @@ from sitscad.spec.yaml.source import SpecSource
 MAX_BYTES = 64 << 20
 
 LARGEST = 1e15
-"""Largest absolute value (SI unit) in a baseline. Larger values cannot be measurements and are ignored."""
+"""Absolute value (SI unit) from which a number in a baseline is ignored, because it cannot be a measured value."""
 
 MAX_EQUAL_INCREASE = 1e-6
-"""Increase of a value beyond its limit, divided by the limit, up to which it does not count as worse.
+"""Largest increase of the distance between a value and its limit, divided by the limit, that does not count as worse.
 
 Results of different computers differ by up to this ratio.
 """
@@ -51,10 +51,11 @@ class BaselineFinding:
     keeps_limit: bool = False
 
     def covers(self, now: Finding) -> bool:
-        """Whether a finding is at most as bad as this known finding.
+        """Whether the finding `now` is no worse than this known finding.
 
-        Its severity must not be higher. Its value must be on the same side of the limit. Beyond the limit, it must not
-        be farther from the limit, and otherwise not nearer.
+        Its severity must not be higher, and its value must lie on the same side of the limit. A value beyond the limit
+        must not be farther from the limit than before. A value that meets the limit must not be nearer to it. The
+        tolerance is `MAX_EQUAL_INCREASE`. If a finding has no value, only severities are compared.
         """
         if not self.severity.is_at_least(now.severity):
             return False
@@ -71,16 +72,17 @@ class BaselineFinding:
 
 @record
 class Baseline:
-    """Known findings, read from the file ``file_name``.
+    """Findings that an earlier check reported, and that do not fail again.
 
-    ``known`` holds them by spec (absolute path, name), then by the finding's identity (`finding_identities`).
+    ``file_name`` is the file from which they were read. ``known`` holds them first by (absolute path, name) of the
+    spec, then by the text that identifies the finding (`finding_identities`).
     """
 
     file_name: str
     known: Mapping[tuple[str, str], Mapping[str, BaselineFinding]]
 
     def of(self, path: str, name: str) -> Mapping[str, BaselineFinding]:
-        """Return the known findings of a spec. Empty if there are none."""
+        """Return the known findings of the spec with this path and name. Empty if there are none."""
         return self.known.get((_place(path), name), {})
 
     def holds(self, path: str, name: str) -> bool:
@@ -88,11 +90,11 @@ class Baseline:
         return (_place(path), name) in self.known
 
     def covered(self, path: str, name: str, findings: Sequence[Finding]) -> list[bool]:
-        """Return, for each finding of a spec, whether a known finding in the baseline covers it.
+        """Return a list that states for each finding whether a known finding covers it.
 
-        A known finding covers one finding only. It is first compared with the finding of equal identity. Remaining
-        known findings are compared with other findings of the same rule and key, because an earlier finding of this
-        rule and key may be gone.
+        Each known finding covers at most one finding. It is first compared with the finding that has the same
+        identifying text (`finding_identities`). The remaining known findings are then compared with other findings of
+        their rule and key, because the numbers in these texts change when a finding is gone.
         """
         free, is_covered = dict(self.of(path, name)), [False] * len(findings)
         names = finding_identities(findings)
@@ -108,21 +110,21 @@ class Baseline:
         return is_covered
 
     def as_json(self, path: str, name: str) -> dict[str, Any]:
-        """Return the known findings of a spec as plain values, for a manifest. Empty if there are none."""
+        """Return the known findings of a spec as a dictionary for a package's manifest. Empty if there are none."""
         entries = self.of(path, name)
         rows = {key: [k.severity.value, k.measured, k.limit, k.keeps_limit] for key, k in sorted(entries.items())}
         return {"named": self.file_name, "known": rows} if rows else {}
 
 
 def baseline_findings(baseline: Baseline | None, path: str, name: str) -> dict[str, Any]:
-    """Return a baseline's known findings of a spec as plain values. Empty without a baseline."""
+    """Return a baseline's known findings of a spec as a dictionary for JSON. Empty if `baseline` is None."""
     return {} if baseline is None else baseline.as_json(path, name)
 
 
 def read_baseline(path: str) -> Baseline:
-    """Read a baseline from the output of ``sitscad check --format json``.
+    """Read a baseline from a file with the output of ``sitscad check --format json``.
 
-    Its paths are relative to the file's folder.
+    Relative paths of specs in the file are relative to the file's folder.
 
     Raises `PolicyError` for any other file.
     """
@@ -153,15 +155,12 @@ def baseline_from_manifest(path: str, name: str, document: Mapping[str, Any]) ->
 
 
 def _place(path: str, folder: str = "") -> str:
-    """Return a spec's absolute path, relative paths counted from a folder. ``-`` (standard input) stays."""
+    """Return the absolute path of a spec. Relative paths start from `folder`. ``-`` (standard input) is unchanged."""
     return path if path == "-" else os.path.abspath(os.path.join(folder, path))
 
 
 def _figure(value: Any) -> float | None:
-    """Return a measured value of a baseline.
-
-    None for values that cannot have been measured, like true, NaN and 1e99.
-    """
+    """Return a measured value from a baseline. None if it cannot have been measured, as true, NaN and 1e99."""
     return float(value) if type(value) in (int, float) and abs(value) < LARGEST else None
 
 
@@ -182,7 +181,10 @@ def _entries(spec: Mapping[str, Any]) -> dict[str, BaselineFinding]:
 
 
 NOT_FOR_WAIVING = ("SIT111", "SIT122", "SIT125")
-"""Rules beside SIT2xx that a fabricator cannot waive: coils that are open, shorted or not connected."""
+"""Further rules whose errors mean that the sensor cannot work: coils that are open, shorted or not connected.
+
+As for rules SIT2xx, a package is marked if a policy, a comment or a baseline has switched off such an error.
+"""
 
 
 def apply_policy(
@@ -191,8 +193,9 @@ def apply_policy(
 ) -> CheckedSpec:
     """Apply a policy, the comments in the spec and a baseline to the results of a check.
 
-    ``source`` is the spec's text with its keys. If it is None, the spec could not be read, and nothing can be ignored.
-    Errors of SIT2xx and `NOT_FOR_WAIVING` that no longer count as errors are listed in ``silenced`` of the result.
+    ``source`` is the spec's text with its keys. If it is None, the spec could not be read, and `checked` is returned
+    unchanged. ``rules`` are all rules. Errors of SIT2xx and `NOT_FOR_WAIVING` that no longer count as errors are in
+    ``silenced`` of the result.
     """
     if source is None:
         return checked
@@ -224,9 +227,10 @@ def ignored_test(
     source: SpecSource, rules: Sequence[RuleTexts], policy: Policy, select: tuple[str, ...] = (),
     ignore: tuple[str, ...] = (),
 ) -> Callable[[Finding], bool]:
-    """Return a function that tests whether a located finding is ignored or left out, so that its hint is not needed.
+    """Return a function that returns whether a finding is ignored or its rule left out.
 
-    The policy, the patterns of selected or ignored rules, or a comment may ignore it.
+    No hint is searched for such a finding. The finding must have its line in the spec's text. `policy`, the patterns
+    `select` and `ignore` of rules, and comments in the spec are considered.
     """
     chosen = chosen_rules(rules, policy.select, policy.ignore) & chosen_rules(rules, select, ignore)
     written = comments(source.text, [rule.id for rule in rules])
@@ -241,7 +245,10 @@ def ignored_test(
 
 
 def _move_to_ignored(checked: CheckedSpec, by: str, reason: Callable[[Finding], str | None]) -> CheckedSpec:
-    """Move findings with a reason to the ignored findings. Findings of SIT0xx are never ignored."""
+    """Move each finding for which `reason` returns a text to the ignored findings, with this text and the source `by`.
+
+    Findings of SIT0xx are never ignored.
+    """
     counting, ignored = [], []
     for finding in checked.findings:
         why = None if finding.rule.startswith("SIT0") else reason(finding)
@@ -270,7 +277,10 @@ def _with_severities(checked: CheckedSpec, severity: Mapping[str, Severity]) -> 
 def _apply_comments(
     checked: CheckedSpec, source: SpecSource, written: tuple[Comment, ...], names: Mapping[str, str]
 ) -> CheckedSpec:
-    """Move findings that comments silence to the ignored findings, and add a warning for each useless comment."""
+    """Move findings that comments silence to the ignored findings, and add a warning for each useless comment.
+
+    `written` are the comments, and `names` the names of all rules by identifier.
+    """
     if not written:
         return checked
     used: set[tuple[int, str]] = set()
@@ -294,7 +304,7 @@ def _apply_comments(
 def _useless_comment_warnings(comment: Comment, spare: Sequence[str], names: Mapping[str, str]) -> Iterator[Finding]:
     """Yield a warning for a comment that has a fault, or that names rules without a finding on its line.
 
-    `spare` are these rules. `names` are the rules' names by identifier.
+    `spare` are the identifiers of the rules without a finding. `names` are the names of all rules by identifier.
     """
     if comment.fault:
         message = f"the comment ignores nothing: {comment.fault}"
