@@ -131,10 +131,10 @@ class Stackup:
         return tuple(layers)
 
     def platings(self, number: int) -> int:
-        """Return the number of plating steps that a copper layer (from 1) receives.
+        """Return the number of plating steps that a copper layer with a number (from 1) receives.
 
-        The outer layers get a step with the through holes. The outer layers of a separately plated core get a step with
-        the core's holes. A layer can get both. A single copper layer has no plated holes.
+        The outer layers get a step with the through holes. If a core is plated separately, its outer layers get a step
+        with the core's holes. A layer can get both. A single copper layer has no plated holes.
         """
         count = sum(layer.kind is LayerKind.COPPER for layer in self.layers)
         ends = [(1, count)] * (count > 1) + [(1, self.core_layers)] * (self.core_layers > 1)
@@ -143,10 +143,11 @@ class Stackup:
     def built(
         self, plating: Plating, core_layers: int, thickness: float | None = None, finished: bool = False
     ) -> Stackup:
-        """Return the stack-up for a plating method and a number of core layers.
+        """Return the stack-up after plating by a method, with the first `core_layers` copper layers plated as a core.
 
-        `thickness` is the plating (m) of one step; None takes the stack-up's own. If the copper is given as
-        ``finished``, its thickness stays and the foil is the rest. Otherwise the plating is added to the foil.
+        `core_layers` is 0 without a core. `thickness` is the plating (m) of one step; None takes the stack-up's own. If
+        the copper is `finished`, its thickness stays and the foil is the rest. Otherwise the plating is added to the
+        foil.
         """
         wall = self.plating_thickness if thickness is None else thickness
         plated_stackup = replace(self, plating=plating, core_layers=core_layers, plating_thickness=wall)
@@ -162,7 +163,7 @@ class Stackup:
 
     @property
     def covers(self) -> tuple[tuple[str, StackLayer, CopperLayer], ...]:
-        """Each coverlay with its side ("top" or "bottom") and the thickest copper below it.
+        """Each coverlay with its side ("top" or "bottom"), as (side, coverlay, thickest copper below it).
 
         This copper is an outer layer, or the last layer of a core whose tail has its own coverlay.
         """
@@ -220,7 +221,7 @@ class Connector:
     positions: tuple[int, ...] = ()
 
     def width(self, contacts: int) -> float:
-        """Return the width (m) of the tail's end: outer contact centres plus a margin on each side."""
+        """Return the width (m) of the tail's end: the distance of the outer contact centres plus both edge margins."""
         return self.pitch * (contacts - 1) + 2.0 * self.edge_margin
 
 
@@ -379,7 +380,10 @@ class BodySpec(Section):
     edge: Path = Path(())
 
     def sized(self, size: tuple[float, float]) -> BodySpec:
-        """Return the body with another size (m) and outline. A body drawn in a file is returned unchanged."""
+        """Return the body with another size (m), and with the outline of this size.
+
+        A body drawn in a file is returned unchanged.
+        """
         if self.shape == "dxf":
             return self
         (x, y), radius = size, PLAIN_CORNER if self.corner_radius is None else self.corner_radius
@@ -389,7 +393,7 @@ class BodySpec(Section):
 
     @property
     def extent(self) -> tuple[float, float]:
-        """Length and width (m)."""
+        """Length along x and width along y (m) of the outline's bounding box."""
         x0, y0, x1, y1 = bounding_box([self.edge])
         return x1 - x0, y1 - y0
 
@@ -466,7 +470,7 @@ class FpcSpec(Section):
 
     @property
     def body_key(self) -> str:
-        """Key of the spec that makes the body larger."""
+        """Dotted key in the spec whose value makes the body larger."""
         return "fpc.margin" if self.body is None else "fpc.body"
 
     @property
@@ -484,7 +488,7 @@ class FpcSpec(Section):
 
     @property
     def tail_step(self) -> float:
-        """Thickness difference (m) between body and tail if lower layers end at the tail."""
+        """Thickness (m) of the body minus thickness of the tail. 0 if all layers run down the tail."""
         return self.stackup.thickness - sum(layer.thickness for layer in self.tail_layers)
 
     @property

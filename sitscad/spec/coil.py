@@ -36,9 +36,9 @@ TURNS, INNER = "coil.turns", "coil.inner_diameter"
 
 
 def written_key(key: str | None, written: Container[str]) -> str | None:
-    """Return the key that a finding about `key` should name, given the keys that the spec has `written`.
+    """Return the key that a finding about `key` should name: `key` itself, or ``coil.inner_diameter``.
 
-    This is ``coil.inner_diameter`` if the spec has it in place of `key`, else `key` itself.
+    The latter is named if the spec writes it in place of `key`. `written` are the keys that the spec has.
     """
     stood_for = {f"coil.{name}" for name in CoilSpec.stands_in[1]}
     return INNER if key in stood_for and key not in written and INNER in written else key
@@ -83,7 +83,10 @@ class DrawnLayer:
 
 @record
 class DrawnPiece:
-    """A track of a drawn coil: copper layer, path about the coil's centre, width (m), and winding, stub or lead."""
+    """A track of a drawn coil: copper layer, path about the coil's centre, width (m), and purpose.
+
+    The purpose is winding, stub or lead.
+    """
 
     layer: int
     path: Path

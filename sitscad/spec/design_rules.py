@@ -137,9 +137,10 @@ class DesignRules(Readable):
     unbound: tuple[str, ...] = ()
 
     def for_foil(self, thickness: float) -> DesignRules:
-        """Return the rules for a foil thickness (m), with the lines of the thinnest listed foil that is not thinner.
+        """Return the rules with the track widths and spacings that apply to a foil of a thickness (m).
 
-        If all listed foils are thinner, the thickest one is used and the sources state this.
+        The profile's row for the thinnest listed foil applies that is at least as thick. If all listed foils are
+        thinner, the row of the thickest one applies and the sources state this.
         """
         rules = self
         for prefix, listed in (("coil_trace", self.coil_lines), ("trace", self.track_lines)):
@@ -163,7 +164,7 @@ class DesignRules(Readable):
         return replace(self, **changed, sources={**self.sources, **sources}, holders={**self.holders, **holders})
 
     def for_layers(self, count: int) -> DesignRules:
-        """Return the rules with the annular ring that applies to a board with `count` copper layers."""
+        """Return the rules with the smallest annular ring for a board with `count` copper layers."""
         ring_layers = max((least for least in self.annular_rings if least <= count), default=None)
         if ring_layers is None:
             return self
@@ -173,15 +174,15 @@ class DesignRules(Readable):
         return replace(self, annular_ring=self.annular_rings[ring_layers], sources=sources, holders=holders)
 
     def binds(self, field: str) -> bool:
-        """Whether a coil track below the minimum in `field` is an error. Otherwise it is a warning."""
+        """Whether a coil track below the minimum in `field` is an error. If False, it is only a warning."""
         return self.coil_rule_binding and field not in self.unbound
 
     def source_of(self, field: str) -> str:
-        """Return the source of a figure."""
+        """Return the source of the value in `field`: its own, or else the source of the whole profile."""
         return self.sources.get(field) or self.source or "the fabricator's design rules (fpc.rules)"
 
     def holder(self, field: str) -> str:
-        """Return the name of the profile with a figure, and of the profile that it takes the figure from."""
+        """Return the name of the profile whose value in `field` applies, with its base if the base states the value."""
         holder = self.holders.get(field, self.name)
         is_placed = "(" in holder  # a user's profile, with file and line
         return holder if holder == self.name or is_placed else f"{self.name} (which takes that from {holder})"

@@ -33,7 +33,7 @@ class Conductor(Section):
 
 
 NEO_HOOKEAN = 2.0
-"""Exponent of an Ogden material that is neo-Hookean."""
+"""Ogden exponent at which the Ogden law equals the neo-Hookean law."""
 
 
 @record
@@ -105,18 +105,19 @@ AT_DOUBLE, TO_30_PERCENT = (2.0,), tuple(1.0 + 0.01 * k for k in range(1, 31))
 
 
 def tension(exponent: float, stretch: float) -> float:
-    """Return the nominal stress of a bar of one-term Ogden rubber over its small-strain modulus (1) (Ogden 1972).
+    """Return the tensile stress of a bar of one-term Ogden rubber, divided by its small-strain modulus (Ogden 1972).
 
-    Nominal stress is force over the undeformed section.
+    The stress is nominal: force over the undeformed section. `exponent` is the Ogden exponent, and `stretch` the length
+    divided by the length at rest. The modulus is the shear modulus.
     """
     return 2.0 / exponent * (stretch ** (exponent - 1.0) - stretch ** (-0.5 * exponent - 1.0))
 
 
 def stiffened(exponent: float, stretches: Sequence[float]) -> float:
-    """Return the ratio of a fitted neo-Hookean modulus to the small-strain modulus of an Ogden rubber (1).
+    """Return the neo-Hookean modulus that fits a bar of Ogden rubber, divided by the rubber's small-strain modulus.
 
-    The neo-Hookean law is fitted by least squares to the stress of a bar at some stretches. The ratio is 1 if the
-    rubber is neo-Hookean.
+    The neo-Hookean law is fitted by least squares to the stress at `stretches`. The ratio is 1 if the rubber is
+    neo-Hookean.
     """
     plain = [tension(NEO_HOOKEAN, stretch) for stretch in stretches]
     ogden = [tension(exponent, stretch) for stretch in stretches]

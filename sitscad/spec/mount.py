@@ -133,12 +133,15 @@ class Jaw(Section):
 
 
 def half_chord(height: float, radius: float) -> float:
-    """Return half the width (m) of a flat face at a height (m) above the lowest point of an arc with a radius (m)."""
+    """Return half the width (m) of a flat face that lies `height` (m) above the lowest point of an arc.
+
+    `radius` (m) is the radius of the arc. From its centre upwards, the half width is the radius.
+    """
     return math.sqrt(max(0.0, height * (2.0 * radius - height))) if height < radius else radius
 
 
 LEVEL = {"opposing_pad_thickness": 0.0, "recess": 0.0, "opposing_recess": 0.0, "pivot_offset": 0.0}
-"""Default figures (m) of a jaw: no rims, no pad on the other jaw, and the pivot in the middle."""
+"""Default sizes (m) of a jaw: no rims, no pad on the other jaw, and the pivot in the middle."""
 
 
 @record
@@ -314,13 +317,13 @@ class TolerancesDocument(Section):
     placement: float | None = key(Tolerance, "position of each glued piece, along and across", None)
 
     def written(self) -> tuple[tuple[str, float], ...]:
-        """Return the tolerances (m) in the spec, by part."""
+        """Return the tolerances (m) that the spec writes, as (part, tolerance)."""
         return tuple((name, value) for name, value in self.values().items() if value is not None)
 
 
 @record
 class HeightOffsets:
-    """Additional distances (m) of target, shield and metal from the board, in one unit compared with the drawing."""
+    """Distances (m) of target, shield and metal from the board in one unit, minus the distances in the drawing."""
 
     target: float = 0.0
     shield: float = 0.0

@@ -201,7 +201,7 @@ Temperature = UnitValue("temperature", "-60 degC", "200 degC")
 Resolution = UnitValue("force", "1 uN", "10 kN")
 Moment = UnitValue("moment", "0.001 mN mm", "1000 N m")
 LONGEST_NAME = 64
-"""Maximum number of characters of a sensor's name."""
+"""Largest number of characters in a sensor's name."""
 
 
 def _version(value: Any) -> int:
@@ -316,9 +316,9 @@ class Requirements(Section):
         return any(each is not None for each in (self.shear_resolution, self.shear_error, self.friction_error))
 
     def tilt_limits(self) -> dict[str, float]:
-        """Return the largest error due to tilt (N, N m) by required axis.
+        """Return the largest allowed error due to tilt (N, N m), by axis. Empty if none is required.
 
-        A single value stands for all axes of force.
+        If the spec has a single value, it is the limit of each axis of force.
         """
         if isinstance(self.tilt_error, TiltErrors):
             return self.tilt_error.written()
@@ -432,9 +432,10 @@ class SensorSpec(Readable):
 
     @property
     def _beyond_plates(self) -> float:
-        """Place x (m) of a coil towards the tail, clear of coils, target and elastomer, rounded up to 10 um.
+        """Default x (m) of the reference coil: beyond coils, target and elastomer, towards the tail.
 
-        Its edge is 0.5 mm from the next coil, and half a coil from the plates.
+        It is rounded up to 10 um. The reference coil's edge is 0.5 mm from the next coil, and half a coil from the
+        plates.
         """
         boundary, ends = self.coil.outline.boundary(self.coil.size, 0.0), list[float]()
         for place in self.array.placements:
@@ -561,9 +562,9 @@ class SensorSpec(Readable):
 
 
 def without_text(spec: SensorSpec) -> SensorSpec:
-    """Return the spec's values with the STEP files that it names, but without comments and file name.
+    """Return the spec's values and the bytes of its STEP files, but without comments and file name.
 
-    The drawings do not depend on comments and file name.
+    Drawings depend on the former alone.
     """
     files = spec.source.files.items()
     solids = {name: content for name, content in files if name.lower().endswith((".step", ".stp"))}

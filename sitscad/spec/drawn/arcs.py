@@ -33,7 +33,7 @@ def with_arcs(path: Path) -> Path:
 
 
 def in_line(path: Path) -> list[Segment]:
-    """Return the segments of a path, with straight segments in line merged."""
+    """Return the segments of a path. Successive straight segments that turn by less than `STRAIGHT` are merged."""
     merged: list[Segment] = []
     for segment in path:
         before = merged[-1] if merged else None
@@ -45,7 +45,7 @@ def in_line(path: Path) -> list[Segment]:
 
 
 STRAIGHT = 1e-4
-"""Largest angle (rad) between two pieces that together are a straight line."""
+"""Angle (rad) between two straight segments below which they count as a single line."""
 
 
 def _turn(chord: Segment, following: Segment) -> float:

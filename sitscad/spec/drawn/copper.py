@@ -42,7 +42,7 @@ class DrawnPad:
     drill: float = 0.0
 
     def distance(self, point: Point) -> float:
-        """Distance (m) of a point from the pad's copper; 0 inside."""
+        """Return the distance (m) from a point to the pad's copper; 0 inside."""
         dx, dy = point.x - self.centre.x, point.y - self.centre.y
         cos, sin = math.cos(self.angle), math.sin(self.angle)
         x, y = abs(cos * dx + sin * dy), abs(cos * dy - sin * dx)
@@ -80,9 +80,10 @@ class DrawnCopper:
     is_footprint: bool = False
 
     def names_for(self, count: int) -> tuple[str, ...]:
-        """Return the names of the copper layers of a board with `count` layers. Empty if the file has another number.
+        """Return the names of the copper layers from the top, for a board with `count` copper layers.
 
-        A footprint on the outer layers alone fits any board.
+        Empty if the file has another number of layers. A footprint that has tracks on the outer layers alone fits any
+        board.
         """
         if count == len(self.layers):
             return tuple(self.layers)

@@ -27,7 +27,7 @@ JOINED = 1e-6
 """Largest distance (m) between track ends that are the same point: files round to 1 um or finer."""
 
 OVERLAP = 0.5
-"""Largest distance between two track ends that count as joined, divided by the width of the track that is added.
+"""Largest distance between two track ends that count as joined, over the width of the track that is added (1).
 
 KiCad also joins an end to a track whose copper covers it.
 """
@@ -44,9 +44,10 @@ class DrawnRun:
 
 @record
 class DrawnConductor:
-    """The conductor of a drawn coil: runs in series, the vias between them, and the dead ends that are left out.
+    """The conductor of a drawn coil: runs in series, and the vias between them.
 
-    `ends` are the names of the terminals, and `terminals` their pads. A terminal without a pad is None.
+    `stubs` describe the dead ends that are left out. `ends` are the names of the terminals, and `terminals` their pads.
+    A terminal without a pad is None.
     """
 
     runs: tuple[DrawnRun, ...]
@@ -62,7 +63,7 @@ class DrawnConductor:
 
     @property
     def width(self) -> float:
-        """Track width (m) of the largest part of the length."""
+        """Track width (m) that the longest part of the conductor has."""
         lengths: dict[float, float] = defaultdict(float)
         for run in self.runs:
             for segment, width in zip(run.path, run.widths, strict=True):
@@ -99,7 +100,10 @@ class DrawnConductor:
         return self.winding_circle[0]
 
     def turns(self) -> list[tuple[str, float]]:
-        """Return layer and turns of each run about the centre, counter-clockwise positive, along the current."""
+        """Return (layer, number of turns) for each run, in the direction of the current.
+
+        The turns go round the coil's centre and are positive if they are counter-clockwise.
+        """
         polylines = [run.path.flattened(SAMPLED) for run in self.runs]
         # the median of the turns of a wedge lies outside of its inner turns
         inner = [_innermost(points) for points in polylines]
@@ -109,7 +113,7 @@ class DrawnConductor:
 
 
 SAMPLED = 10e-6
-"""Distance (m) between arcs and their chords when turns are counted."""
+"""Largest distance (m) between an arc and the chords that replace it when turns are counted."""
 
 
 def _innermost(points: Sequence[Point]) -> Point:
@@ -127,7 +131,7 @@ def _innermost(points: Sequence[Point]) -> Point:
 
 
 LEAST_BEND = 1.5 * math.pi
-"""Smallest total bend (rad) of a run that counts as a part of the winding."""
+"""Total change of direction (rad) from which a run counts as a part of the winding."""
 
 
 def _bent(path: Path) -> float:
@@ -154,11 +158,14 @@ def _bends(path: Path) -> Iterator[tuple[float, Point]]:
 
 
 GENTLE = math.radians(16.0)
-"""Largest angle (rad) between successive chords that count as an arc."""
+"""Largest change of direction (rad) between successive chords that count as an approximated arc."""
 
 
 def _enclosed(points: Sequence[Point]) -> tuple[float, Point]:
-    """Return the area (m2) that a closed polyline encloses, turn by turn, and its centroid (Green's theorem)."""
+    """Return the area (m2) that a closed polyline encloses, and the centroid of this area (Green's theorem).
+
+    Area inside several turns counts once for each turn.
+    """
     origin = points[0]
     area = x = y = 0.0
     for a, b in pairwise([*points, origin]):
@@ -169,7 +176,7 @@ def _enclosed(points: Sequence[Point]) -> tuple[float, Point]:
 
 
 def _quantile(pieces: Sequence[tuple[float, float]], part: float) -> float:
-    """Return the distance within which the fraction `part` of the total length lies.
+    """Return the smallest distance up to which the pieces have the fraction `part` of the total length.
 
     `pieces` are pairs (distance, length), sorted by distance.
     """
@@ -185,9 +192,10 @@ Edge = tuple[int, int, DrawnTrack]
 
 
 def conductor_of(copper: DrawnCopper, net: str = "", start: str = "", end: str = "") -> DrawnConductor:
-    """Return the conductor of a net, or of all copper between two pads. A board needs a net or both pads.
+    """Return the conductor of a net. Without a net, return the conductor between the pads `start` and `end`.
 
-    Raises DrawnCoilError as `follow` does, and if a board needs a net.
+    For a footprint, net and pads can all be empty. Raises DrawnCoilError as `follow` does, and if a board has neither a
+    net nor both pads.
     """
     if not copper.is_footprint and not net and not (start and end):
         nets = sorted({track.net for track in copper.tracks if track.net})
@@ -263,7 +271,10 @@ class _Graph:
         return owner
 
     def _node(self, point: Point, layer: str, width: float) -> int:
-        """Return the node of a track's end: a pad under the end, a joined end, or a new node."""
+        """Return the node at a track's end `point`: a pad under the end, a joined end, or a new node.
+
+        `width` (m) is the track's width, which determines the distance within which ends are joined.
+        """
         for number in self.layered[layer]:
             if self.pads[number].distance(point) <= JOINED:
                 return self.owner[number]
@@ -322,7 +333,10 @@ class _Graph:
                 self._split(nearest, node, point)
 
     def _split(self, number: int, node: int, point: Point) -> None:
-        """Join a node to a track: to its end, if this is nearest, or between two parts of the track."""
+        """Join a node to the track with a number, at the place of the track nearest to `point`.
+
+        If this place is an end of the track, the nodes are merged. Otherwise the track is divided there.
+        """
         a, b, track = self.edges[number]
         near = _nearest(track.line, point)
         for other, end in ((a, track.line.start), (b, track.line.end)):
@@ -336,7 +350,7 @@ class _Graph:
             self.at[last].add(new)
 
     def _merge(self, node: int, other: int) -> None:
-        """Attach the tracks of a node to another node, whose copper covers it."""
+        """Attach the tracks of `node` to the node `other`, whose copper covers it."""
         for number in self.at.pop(node):
             a, b, track = self.edges[number]
             self.edges[number] = other if a == node else a, other if b == node else b, track
@@ -347,7 +361,7 @@ class _Graph:
         return self.pads[node] if node < len(self.pads) else None
 
     def name(self, node: int) -> str:
-        """Return the name of a pad's node, or the place of another node."""
+        """Return the name of a node for messages: the pad's name, or the place if it is not a pad with a name."""
         if node < len(self.pads) and self.pads[node].name:
             return f"pad {self.pads[node].name}"
         return place_text(*self.places[node])
@@ -402,7 +416,7 @@ class _Graph:
         raise DrawnCoilError(f"the copper from {self.name(first)} ends at {place_text(point, layer)}; {what}")
 
     def prune(self, first: int, last: int) -> Iterator[str]:
-        """Remove dead ends. Return a text for each with its length and its free end."""
+        """Remove dead ends. Yield a text for each removed dead end, with its length and its free end."""
         reached, stubs = self._reached(first), []
         for number in [n for n, (a, _, _) in self.edges.items() if a not in reached]:
             self._remove(number)
@@ -423,7 +437,10 @@ class _Graph:
         return iter(stubs)
 
     def chain(self, first: int, last: int) -> list[tuple[int, int, DrawnTrack]]:
-        """Return the edges from terminal to terminal, in order. Raises DrawnCoilError if the copper branches."""
+        """Return (node, node, track) of each track from terminal to terminal, in the direction of the current.
+
+        Raises DrawnCoilError if the copper branches.
+        """
         edges, node, before = [], first, 0
         while node != last:
             onwards = sorted(self.at[node] - {before})
@@ -445,7 +462,7 @@ class _Graph:
 
 
 CELL = 0.2e-3
-"""Side (m) of the grid squares in the search of track ends. It limits the distance by `OVERLAP`."""
+"""Side (m) of the grid squares in the search for track ends. Joined ends lie in the same or in neighbouring squares."""
 
 MOST_NAMED = 12
 """Largest number of pads that a message lists."""
@@ -464,7 +481,7 @@ def _without_copies(tracks: Sequence[DrawnTrack]) -> Iterator[DrawnTrack]:
 
 
 def _nearest(line: Segment, point: Point) -> Point:
-    """Return the point of a segment nearest to another point, among 200 samples."""
+    """Return the point on a segment that is nearest to another point, among 201 points at equal distances."""
     return min((line.at(k / 200.0) for k in range(201)), key=point.distance)
 
 
@@ -558,4 +575,7 @@ def _require_no_short(graph: _Graph, chain: Sequence[Edge]) -> None:
 
 
 NEIGHBOURS = 2.0
-"""Largest distance along the conductor at which two pieces may touch, divided by their mean width or the pad's size."""
+"""Largest distance along the conductor at which two of its pieces may touch without a short circuit (1).
+
+It is divided by their mean width, or by the pad's size.
+"""

@@ -130,7 +130,7 @@ def _point(node: Node, name: str) -> Point:
 
 
 def _layers(node: Node, board_layers: Iterable[str]) -> frozenset[str]:
-    """Return the copper layers of an expression; wildcards are all copper layers."""
+    """Return the copper layers of an expression. Wildcards stand for all layers or for both outer layers."""
     names = [each for child in _children(node, "layer", "layers") for each in child[1:] if isinstance(each, str)]
     if any(name in COPPER_WILDCARDS for name in names):
         return frozenset(board_layers) if "*.Cu" in names else frozenset({"F.Cu", "B.Cu"})
@@ -166,7 +166,11 @@ def _heights(root: Node, layers: list[str]) -> list[CopperHeight]:
 
 def _copper(parts: Iterable[Node], nets: dict[str, str], layers: Iterable[str], heights: Iterable[CopperHeight],
             is_footprint: bool = False) -> DrawnCopper:
-    """Return the copper of footprints and of a board itself."""
+    """Return the copper of `parts`: footprints, and the board itself.
+
+    `nets` has the names of nets by number. `layers` are the copper layers from the top; if it is empty, the parts
+    themselves name them.
+    """
     board_layers = tuple(layers) or _named_layers(parts := list(parts))
     tracks: list[DrawnTrack] = []
     pads: list[DrawnPad] = []
@@ -204,7 +208,10 @@ def _moved(point: Point, home: Point, turn: float) -> Point:
 
 
 def _net(node: Node, nets: dict[str, str]) -> str:
-    """Return the name of an expression's net: KiCad 6 to 9 number nets, KiCad 10 names them."""
+    """Return the name of an expression's net. `nets` has the names by the numbers that KiCad 6 to 9 write.
+
+    KiCad 10 writes the name itself. Empty if the expression has no net.
+    """
     child = _child(node, "net")
     if len(child) < 2:
         return ""

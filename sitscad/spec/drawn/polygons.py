@@ -24,15 +24,15 @@ SHAPES = {4: "square", 6: "hexagon", 8: "octagon"}
 """Shapes with known error bounds, by their number of sides."""
 
 REGULAR = math.radians(0.5)
-"""Largest error (rad) of the angles between sides, and of the direction of the flat that faces +x."""
+"""Largest deviation (rad) of the angles between sides from equal angles, and of the flat at +x from the y axis."""
 
 LEAST_TURNS = 2
-"""Least number of turns of a layer: fewer have no side one turn further inside another."""
+"""Smallest number of turns of a layer. With fewer turns, no side lies one turn further inside another side."""
 
 
 @record(eq=False)
 class _Side:
-    """A straight side: first and last segment (index) of the run, its ends, and its heading (rad)."""
+    """A straight side of a run: indices of its first and last segment, its ends, and its heading (rad)."""
 
     first: int
     last: int
@@ -128,7 +128,10 @@ def _turn(heading: float, following: float) -> float:
 
 
 def _side_count(run: DrawnRun) -> int:
-    """Return the number of sides in a turn, from the usual angle between sides. Raises DrawnCoilError for others."""
+    """Return the number of sides in a turn, from the median angle between sides.
+
+    Raises DrawnCoilError if no shape in `SHAPES` has this number.
+    """
     turns = [abs(_turn(a.heading, b.heading)) for a, b in pairwise(_sides(run))]
     count = round(TWO_PI / max(float(np.median(turns)), 1e-3)) if turns else 0
     if count not in SHAPES:
@@ -138,7 +141,10 @@ def _side_count(run: DrawnRun) -> int:
 
 
 def _layer(run: DrawnRun, count: int, width: float) -> _Layer:
-    """Return the longest stretch of sides that lie one pitch further inside (or outside) turn by turn."""
+    """Return the longest part of a run whose sides shift by one pitch, inwards or outwards, from turn to turn.
+
+    `count` is the number of sides in a turn, and `width` (m) the track's width.
+    """
     sides = _sides(run)
     turns = np.array([_turn(a.heading, b.heading) for a, b in pairwise(sides)])
     sense = int(np.sign(np.median(turns))) if turns.size else 1
@@ -172,7 +178,11 @@ def _layer(run: DrawnRun, count: int, width: float) -> _Layer:
 
 @record(eq=False)
 class _Stretch:
-    """Successive sides of a run. Corners of successive turns lie within `reach` (m) along a side."""
+    """Successive sides of a run, with `count` sides in a turn.
+
+    `step` (m) is the distance by which a side lies further inside after one turn. Corners of successive turns lie
+    within `reach` (m) along a side.
+    """
 
     run: DrawnRun
     sides: tuple[_Side, ...]
@@ -182,9 +192,9 @@ class _Stretch:
 
     @property
     def ends(self) -> tuple[int, int]:
-        """First and last segment, without leads and stubs in line with the sides at the ends.
+        """Indices of the first and last segment, without leads and stubs that lie in line with the sides at the ends.
 
-        A segment is a lead or a stub if it ends near the corner of the side a turn further on.
+        A segment is a lead or a stub if it ends near the corner of the side one turn further on.
         """
         segments, head, tail = self.run.path.segments, self.sides[0], self.sides[-1]
         first, last = head.first, tail.last
@@ -197,9 +207,10 @@ class _Stretch:
         return first, last
 
     def kept(self) -> tuple[bool, slice]:
-        """Return whether both ends lie in the middle of sides, and the sides without a lead or a stub at the ends.
+        """Return whether both ends lie in the middle of sides, and the slice of sides that belong to the spiral.
 
-        A side at an end has about the length of the side a turn further on, or half of the length.
+        A side at an end belongs to it if it has about the length of the side one turn further on, or half of this
+        length. Otherwise it is a lead or a stub.
         """
         segments, (first, last), (head, tail) = self.run.path.segments, self.ends, (self.sides[0], self.sides[-1])
         growth = 2.0 * math.tan(math.pi / self.count) * self.step

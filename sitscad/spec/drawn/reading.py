@@ -19,10 +19,11 @@ MOST_BYTES = 32 * 2**20
 
 
 def coil_from_file(written: CoilSpec, place: Origin, copper_layers: int | None, remarks: Remarks) -> CoilSpec:
-    """Return the coil that is drawn in a file. If the file cannot be used, a flaw gives the reason.
+    """Return the coil that is drawn in a file.
 
-    The file's bytes are added to `remarks.files`. `copper_layers` is the number of copper layers of the written
-    stack-up; None if the spec has none.
+    If the file cannot be used, record the reason as an error in `remarks` and return a small circle in its place. The
+    file's bytes are added to `remarks.files`. `copper_layers` is the number of copper layers of the written stack-up;
+    None if the spec has none.
     """
     assert written.drawn is not None
     # a small coil in place of a file that cannot be used, for the checks of the rest of the spec
@@ -44,7 +45,10 @@ def coil_from_file(written: CoilSpec, place: Origin, copper_layers: int | None, 
 
 
 def _layers(copper: DrawnCopper, count: int | None) -> tuple[str, ...]:
-    """Return the names of the copper layers from the top, for a stack-up with `count` layers (None: the default)."""
+    """Return the names of the file's copper layers from the top, for a stack-up with `count` copper layers.
+
+    None stands for the default stack-up, which has two. Raises DrawnCoilError if the file has another number.
+    """
     names = copper.names_for(2 if count is None else count)
     if not names:
         layers = "the default stack-up has 2" if count is None else f"fpc.stackup has {count}"

@@ -16,16 +16,19 @@ from sitscad.spec.drawn.follow import DrawnConductor, DrawnRun
 from sitscad.spec.drawn.turns import DEVIATION, Spiral, Turns
 
 LEAST_TURNS = 0.75
-"""Least number of turns of a run that counts as a layer of the winding."""
+"""Smallest number of turns of a run that counts as a layer of the winding."""
 
 SEARCH = (0.5, 0.25, DEVIATION)
-"""Distances from the spiral, divided by the width of the track, at which turns end in successive fits."""
+"""Largest distance between a track and the fitted spiral, over the track's width (1), in successive fits.
+
+The turns of a run end where the distance is larger.
+"""
 
 BEYOND = 1.1
-"""Largest number of turns of a run that are no part of the spiral: a lead may go round the coil."""
+"""Largest number of turns of a run that may lie outside its spiral: a lead may go round the coil."""
 
 SAMPLES = (0.0, 0.25, 0.5, 0.75, 1.0)
-"""Places along a segment at which its distance from the spiral is computed."""
+"""Fractions of a segment's length at which its distance from the spiral is computed."""
 
 CORE = 0.3
 """Fraction of a run's length, at each end, that the first fit leaves out: leads and stubs."""
@@ -80,14 +83,17 @@ def _fitted(runs: Sequence[DrawnRun], conductor: DrawnConductor) -> tuple[_Fit, 
 
 
 def _core(run: DrawnRun) -> Turns:
-    """Return the middle of a run, in which turns are certain."""
+    """Return the middle part of a run, which is surely a part of the winding: `CORE` is left out at each end."""
     ends = np.cumsum([segment.length for segment in run.path]) / run.path.length
     first, last = (int(np.searchsorted(ends, fraction)) for fraction in (CORE, 1.0 - CORE))
     return Turns(run, first, last)
 
 
 def _extended(fit: _Fit, layer: int, turns: Turns, tolerance: float) -> Turns:
-    """Return the turns as far as the run stays within a distance (m) of its spiral."""
+    """Return the turns, extended as far as the run stays within `tolerance` (m) of its fitted spiral.
+
+    `layer` is the index of the spiral in `fit`.
+    """
     radius, angle = _polar(turns.run.path, fit.centre)
     spiral = fit.starts[layer] + fit.slopes[layer] * (angle - angle[turns.first, 0])
     # the middles of chords lie further inside than their ends
@@ -120,7 +126,10 @@ FITS = 10
 
 
 def _require_whole(turns: Turns, count: float, centre: Point) -> None:
-    """Raise DrawnCoilError if the turns are fewer than one, or if much of a run does not lie on its spiral."""
+    """Raise DrawnCoilError if a spiral has too few turns, or if too much of its run lies outside the spiral.
+
+    `count` is the number of turns of the spiral. The limits are `LEAST_TURNS` and `BEYOND`.
+    """
     sweeps = _polar(turns.run.path, centre)[1]
     total = float(np.abs(sweeps[:, -1] - sweeps[:, 0]).sum()) / TWO_PI
     if count < LEAST_TURNS or total - count > BEYOND:
@@ -132,9 +141,10 @@ def _require_whole(turns: Turns, count: float, centre: Point) -> None:
 def _deviation(
     turns: Turns, inward: bool, radius: float, pitch: float, centre: Point, width: float
 ) -> float:
-    """Return the largest distance (m) of turns from a spiral with outer radius and pitch (m) of the whole coil.
+    """Return the largest distance (m) of the turns of one layer from the spiral that the whole coil is computed as.
 
-    Of chords, the arcs in their place and their ends count.
+    This spiral has an outer `radius` (m) and a `pitch` (m). Arcs that replace chords are compared at all samples, and
+    the drawn chords at their ends.
     """
     largest, drawn = 0.0, Path(turns.run.path.segments[turns.first : turns.last + 1])
     for path, columns in ((turns.path, slice(None)), (drawn, slice(0, None, len(SAMPLES) - 1))):

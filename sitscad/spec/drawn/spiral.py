@@ -22,17 +22,17 @@ from sitscad.spec.drawn.round_spiral import LEAST_TURNS, round_spiral
 from sitscad.spec.drawn.turns import Spiral, Turns
 
 EQUAL_TURNS = 2e-3
-"""Largest difference of turns between layers that counts as equal, and rounding of turns to whole numbers."""
+"""Largest difference between a number of turns and the nearest whole number to which it is rounded."""
 
 
 def recognised(
     conductor: DrawnConductor, layers: Sequence[str], written: CoilSpec, heights: Sequence[CopperHeight] = ()
 ) -> CoilSpec:
-    """Return the coil that a conductor winds, with its copper about its centre.
+    """Return the coil that a conductor winds, with its copper about the centre of the turns.
 
     `layers` are the names of the copper layers, from the top, and `heights` the copper layers of the file's stack-up.
-    Raises DrawnCoilError if the turns are no spiral of a known shape, with equal pitch, size and width on all layers
-    and in one sense.
+    `written` is the coil as the spec has it. Raises DrawnCoilError if the turns are no spiral of a known shape in one
+    sense, or if pitch, size or width differ between layers.
     """
     runs = [run for run, (_, turns) in zip(conductor.runs, conductor.turns(), strict=True) if abs(turns) >= LEAST_TURNS]
     if not runs:
@@ -55,7 +55,7 @@ def recognised(
 
 
 def _is_straight(runs: Sequence[DrawnRun]) -> bool:
-    """Whether most of the length of the runs is straight, with arcs in place of chords."""
+    """Whether more than half of the length of the runs is straight, after `with_arcs` has replaced chords by arcs."""
     segments = [segment for run in runs for segment in with_arcs(run.path)]
     straight = math.fsum(segment.length for segment in segments if isinstance(segment, Line))
     return straight > 0.5 * math.fsum(segment.length for segment in segments)
@@ -74,7 +74,7 @@ def _layers(spiral: Spiral, layers: Sequence[str]) -> list[DrawnLayer]:
 
 
 def _require_width(turns: Turns, width: float) -> None:
-    """Raise DrawnCoilError if a track of the turns has another width (m)."""
+    """Raise DrawnCoilError if any track of the turns has another width than `width` (m)."""
     for segment, each in zip(turns.run.path.segments[turns.first : turns.last + 1],
                              turns.run.widths[turns.first : turns.last + 1], strict=True):
         if abs(each - width) > 1e-9:
@@ -84,7 +84,7 @@ def _require_width(turns: Turns, width: float) -> None:
 
 
 def _require_series(wound: Sequence[DrawnLayer], layers: Sequence[str]) -> None:
-    """Raise DrawnCoilError if a layer cancels the field of the others, or if a layer has two spirals."""
+    """Raise DrawnCoilError if the field of a layer opposes the other layers, or if a layer has two spirals."""
     circulation = [layer.sense * (1 if layer.inward else -1) for layer in wound]
     for layer, way in zip(wound, circulation, strict=True):
         if way * sum(circulation) <= 0:
@@ -97,7 +97,10 @@ def _require_series(wound: Sequence[DrawnLayer], layers: Sequence[str]) -> None:
 def _series(
     conductor: DrawnConductor, spiral: Spiral, wound: Sequence[DrawnLayer], layers: Sequence[str]
 ) -> tuple[DrawnPiece | DrawnHole, ...]:
-    """Return tracks and holes in the order of the current, about the spiral's centre."""
+    """Return tracks and holes in the order of the current, relative to the spiral's centre.
+
+    `wound` are the layers of the winding, and `layers` the names of the copper layers from the top.
+    """
     if len(conductor.vias) != len(conductor.runs) - 1:
         raise DrawnCoilError("a via joins no two tracks")
     series: list[DrawnPiece | DrawnHole] = []
@@ -123,7 +126,10 @@ WINDING, STUB, LEAD = "winding", "stub", "lead"
 def _pieces(
     run: DrawnRun, first: int, stop: int, layer: int, role: str, home: tuple[float, float]
 ) -> Iterator[DrawnPiece]:
-    """Yield a part of a run as tracks, one for each stretch of equal width, moved by `home` (m)."""
+    """Yield the segments `first` to `stop` (exclusive) of a run as tracks, one for each stretch of equal width.
+
+    `layer` is the number of the copper layer, and `role` the purpose of the tracks. All are moved by `home` (m).
+    """
     rows = zip(run.path.segments[first:stop], run.widths[first:stop], strict=True)
     for width, group in groupby(rows, key=lambda row: row[1]):
         yield DrawnPiece(layer, Path(tuple(segment for segment, _ in group)).shifted(*home), width, role)
@@ -132,7 +138,10 @@ def _pieces(
 def _terminals(
     conductor: DrawnConductor, centre: Point, layers: Sequence[str]
 ) -> tuple[DrawnTerminal, DrawnTerminal]:
-    """Return both terminals about the centre (m). A free end of a track is a terminal as large as it is wide."""
+    """Return both terminals relative to the coil's `centre` (m).
+
+    If a track ends without a pad, the terminal is a square whose sides are the track's width.
+    """
     ends = ((conductor.runs[0], conductor.runs[0].path.start), (conductor.runs[-1], conductor.runs[-1].path.end))
     first, second = (
         DrawnTerminal(at.shifted(-centre.x, -centre.y), (run.widths[0],) * 2 if pad is None else _extent(pad),

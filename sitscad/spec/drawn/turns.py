@@ -8,12 +8,12 @@ from sitscad.spec.drawn.arcs import with_arcs
 from sitscad.spec.drawn.follow import DrawnRun
 
 DEVIATION = 0.1
-"""Largest distance of turns from their spiral, divided by the width of the track."""
+"""Largest distance between the turns and their fitted spiral, over the width of the track (1)."""
 
 
 @record(eq=False)
 class Turns:
-    """Turns of one run: the run, and the first and last segment (index) of the spiral."""
+    """The part of a run that belongs to a spiral: the run, and the indices of the first and last segment."""
 
     run: DrawnRun
     first: int
@@ -29,9 +29,9 @@ class Turns:
 class Spiral:
     """The spiral that a conductor winds: shape, size (m), pitch (m), centre (m), and one value for each layer.
 
-    The values are the turns with their number, whether the current flows inward, and the sense of turning along the
-    current (+1 counter-clockwise). `deviation` (m) is the largest distance of the turns from the shape as a spec winds
-    it.
+    The values for each layer are the turns, their number, and whether the current flows inward. Another is the sense of
+    turning along the current (+1 counter-clockwise). `deviation` (m) is the largest distance of the drawn turns from
+    this spiral.
     """
 
     shape: str

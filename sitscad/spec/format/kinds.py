@@ -114,7 +114,7 @@ class Scalar(Kind):
 
 @record
 class Either(Scalar):
-    """A special word, read as None, or a value of another kind."""
+    """A special word, which is read as None, or else a value of the kind `other`."""
 
     word: str
     other: Scalar
@@ -128,7 +128,10 @@ class Either(Scalar):
 
 @record(eq=False)
 class Special(Scalar):
-    """A value read by a function, with an explicit JSON Schema. For lists, ``entry`` is the kind of the entries."""
+    """A value that the function `reader` reads. `described_as` is its JSON Schema.
+
+    For lists, ``entry`` is the kind of the entries.
+    """
 
     reader: Callable[[Any], Any]
     described_as: Mapping[str, Any]
@@ -167,7 +170,7 @@ class Number(Scalar):
     def _meant(self, value: Any) -> tuple[str, bool]:
         """Return the number that a text probably stands for, as text, and whether no other reading is possible.
 
-        The number is empty if the text stands for none.
+        The text is empty if `value` stands for no number.
         """
         text = value.strip() if isinstance(value, str) and len(value) <= 40 else ""
         plain = re.sub(r"(?<=[0-9])_(?=[0-9])", "", text)  # digits in groups, as YAML 1.1 has them
@@ -377,7 +380,10 @@ class Text(Scalar):
 
 @record
 class FileName(Scalar):
-    """The name of a file in the spec's folder. Its ending must match the pattern `ending`."""
+    """The name of a file in the spec's folder, which must match the regular expression `ending`.
+
+    `what` is the kind of file, and `like` an example of its name; both are for messages.
+    """
 
     what: str
     ending: str
@@ -428,7 +434,10 @@ def did_you_mean(word: Any, allowed: tuple[str, ...]) -> str:
 
 
 def nearest(word: Any, allowed: tuple[str, ...]) -> str:
-    """Return the allowed word nearest to a word. Empty if none is near, or if the word is the start of several."""
+    """Return the allowed word that is most similar to a word, without regard to upper or lower case.
+
+    Empty if no word is similar enough, or if the word is the start of several allowed words.
+    """
     names = {name.lower(): name for name in allowed}
     close = [] if _family(word, allowed) else difflib.get_close_matches(str(word)[:64].lower(), names, 1, 0.5)
     return names[close[0]] if close else ""
@@ -512,9 +521,9 @@ class ProfileName(Scalar):
 
 @record
 class Figure:
-    """A value with its source, and whether the source was seen.
+    """A value of a profile, its source, and whether somebody has seen the source.
 
-    An empty source means the source of the whole profile.
+    An empty source stands for the source of the whole profile.
     """
 
     value: Any

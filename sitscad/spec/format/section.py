@@ -63,7 +63,7 @@ class Key:
         return self.default is REQUIRED
 
     def usual(self) -> Any:
-        """Return the default after reading it by its kind."""
+        """Return the default as the spec stores it, in SI units."""
         return self.kind.read_at("", self.default, [])
 
 
@@ -82,7 +82,10 @@ def key(kind: Kind, about: str, default: Any = REQUIRED, written: str = "") -> A
 
 @record
 class KeysLike:
-    """Keys whose names match a pattern, with values of one kind. One attribute holds all values by name."""
+    """Declaration of keys whose names match a pattern. Their values have one kind.
+
+    One attribute holds all values by name.
+    """
 
     pattern: re.Pattern[str]
     example: str
@@ -91,7 +94,7 @@ class KeysLike:
 
 
 def keys_like(pattern: re.Pattern[str], example: str, kind: Kind, about: str) -> Any:
-    """Declare keys by a pattern of their names."""
+    """Declare all keys whose names match a pattern. `example` is one such name, for the documentation."""
     return KeysLike(pattern, example, kind, about)
 
 
@@ -244,7 +247,7 @@ class NameOr(Kind):
         return None
 
     def _form(self) -> str:
-        """Return a description of the written form: the required keys, then the optional keys."""
+        """Return a description of the form written out: the required keys, then the optional keys."""
         section = section_of(self.written)
         keys = section.keys if section else {}
         if isinstance(self.written, ListOf):
@@ -336,7 +339,10 @@ def kind_at(section: type[Section], key: str) -> Kind | None:
 
 
 def _inner(kind: Kind | None, name: str) -> Kind | None:
-    """Return the kind of an entry of a value, given a key of a section or an index of a list. None if there is none."""
+    """Return the kind of an entry of a value. None if the value has no such entry.
+
+    `kind` is the kind of the value, and `name` a key of a section or an index of a list.
+    """
     if isinstance(kind, Either):
         return _inner(kind.other, name)
     if isinstance(kind, NameOr):

@@ -42,13 +42,14 @@ OUTLINE_REQUIREMENT = (
 
 
 class UnfitError(Exception):
-    """A drawing cannot be used. The message states the reason for users."""
+    """A DXF file cannot be used as the outline of a body. The message states the reason for users."""
 
 
 def body_from_file(part: BodySpec, name: str, place: Origin, remarks: Remarks) -> BodySpec | None:
-    """Return the body with the outline in its DXF file. None if the file is invalid; a flaw then gives the reason.
+    """Return the body with the outline in its DXF file. None if the file is invalid.
 
-    The file's bytes are added to `remarks.files`.
+    The reason is then recorded in `remarks`. `name` is the dotted key of the body's section, and `place` the spec,
+    which names the file. The file's bytes are added to `remarks.files`.
     """
     key = f"{name}.file"
     if part.file is None:
@@ -143,7 +144,7 @@ def _pieces(entity: Any, scale: float) -> Iterator[Piece]:
 
 
 def _heights(entity: Any) -> list[float]:
-    """Return the heights z of an entity in the drawing's unit."""
+    """Return the z of the points of an entity, in the drawing's unit: one value if all have the same z."""
     dxf = entity.dxf
     if entity.dxftype() == "LINE":
         return [dxf.start[2], dxf.end[2]]
@@ -153,7 +154,10 @@ def _heights(entity: Any) -> list[float]:
 
 
 def _corners(entity: Any) -> list[tuple[float, float, float]]:
-    """Return the vertices and bulges (x, y, bulge) of a polyline in the drawing's unit."""
+    """Return (x, y, bulge) of each vertex of a polyline, in the drawing's unit.
+
+    The bulge describes the arc to the next vertex: the tangent of a quarter of its angle, 0 for a straight line.
+    """
     if entity.dxftype() == "LWPOLYLINE":
         return list(entity.get_points("xyb"))
     vertices = ((vertex, vertex.dxf.location) for vertex in entity.vertices)
@@ -178,7 +182,10 @@ def _middle(start: Point, end: Point) -> Point:
 
 
 def _bulged(start: Point, end: Point, bulge: float) -> Arc:
-    """Return the arc between two vertices of a polyline. A bulge is the tangent of a quarter of the arc's angle."""
+    """Return the arc from one vertex of a polyline to the next.
+
+    `bulge` is the tangent of a quarter of the arc's angle, positive for a counter-clockwise arc.
+    """
     # distance from the chord's middle to the centre, positive to the left, over the chord's length
     offset = (1.0 - bulge * bulge) / (4.0 * bulge)
     dx, dy = end.x - start.x, end.y - start.y
@@ -191,7 +198,10 @@ def _place(point: Point) -> str:
 
 
 def _chained(pieces: list[Piece]) -> list[Piece]:
-    """Return the pieces in the order of the outline. Each begins at the end of the piece before it."""
+    """Return the pieces in the order of the outline, each beginning at the end of the preceding piece.
+
+    Pieces are reversed if needed. Raises `UnfitError` if the outline is open, or if pieces are left over.
+    """
     remaining, chain = pieces[1:], pieces[:1]
     while remaining:
         here = chain[-1][1].end
@@ -216,9 +226,9 @@ def _chained(pieces: list[Piece]) -> list[Piece]:
 
 
 def _convex(pieces: list[Piece]) -> Path:
-    """Return the outline, counter-clockwise.
+    """Return the pieces, which form a closed chain, as a counter-clockwise outline.
 
-    Raises `UnfitError` if it is not convex, crosses itself or has a wrong size.
+    Raises `UnfitError` if the outline is not convex, crosses itself or has a wrong size.
     """
     path = Path(tuple(piece for _, piece in pieces))
     if enclosed_area(path) < 0.0:
@@ -253,7 +263,11 @@ USUAL_CORNER = 1e-3
 
 
 def resolve_body(part: BodySpec | None, name: str, place: Origin, remarks: Remarks) -> BodySpec | None:
-    """Return the body with its outline. Keys that do not match its shape are flaws. `name` is the body's dotted key."""
+    """Return the body with its outline. None if the spec has no body, or if no outline follows from its keys.
+
+    `name` is the dotted key of the body's section. Keys that do not match the body's shape are recorded as errors in
+    `remarks`. `place` is the spec, which names the DXF file.
+    """
     if part is None:
         return None
     is_drawn, is_rounded = part.shape == "dxf", part.shape == "rounded"

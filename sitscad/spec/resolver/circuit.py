@@ -38,9 +38,10 @@ ROUNDING = 1e-9
 def resolve_fpc(
     document: FpcSpec, coil: CoilSpec, mount: Mount | None, remarks: Remarks, place: Origin
 ) -> FpcSpec:
-    """Return the flexible circuit of a sensor on its mount. It is a flaw if the stack-up lacks a layer of the coil.
+    """Return the flexible circuit with stack-up, design rules, tail, panel and body filled in.
 
-    File names are relative to `place`, the spec.
+    `place` is the spec: file names are relative to its folder. Errors, such as a stack-up that lacks a copper layer of
+    the coil, are recorded in `remarks`.
     """
     as_written = document.values()
     stackup = _stackup(as_written["stackup"], coil, remarks)
@@ -114,10 +115,12 @@ def _stackup(written: Stackup | list[LayerDocument] | None, coil: CoilSpec, rema
 
 
 def _plated_stackup(stackup: Stackup, document: FpcSpec, remarks: Remarks) -> Stackup:
-    """Return the stack-up after plating, for the number of layers in the tail. A single copper layer is not plated.
+    """Return the stack-up after plating. A single copper layer is not plated.
 
-    Copper in a stack-up written out is finished copper: its foil is the rest after the plating. If its outer copper is
-    too thin for plating, the default is to plate only the holes.
+    If the tail has fewer copper layers than the body, its layers are a core that is plated in a separate step. If the
+    spec writes out the stack-up, its copper is finished copper: the foil is the rest without the plating. If the outer
+    copper is then too thin for plating, the default is to plate only the holes. If copper contains less than its
+    plating, record an error in `remarks` and return the stack-up unchanged.
     """
     written = isinstance(document.values()["stackup"], list)
     count = len(stackup.copper)
@@ -175,7 +178,10 @@ def _stack_layer(layer: LayerDocument, key: str, remarks: Remarks) -> StackLayer
 
 
 def _tail(tail: Tail | None, copper: int, rules: DesignRules, mount: Mount | None, remarks: Remarks) -> Tail | None:
-    """Return the tail with all defaults. None if the spec has no tail."""
+    """Return the tail with all defaults filled in. None if the spec has no tail.
+
+    `copper` is the number of copper layers in the body.
+    """
     if tail is None:
         return None
     layers = tail.values()["layers"]
@@ -206,10 +212,11 @@ def _tail(tail: Tail | None, copper: int, rules: DesignRules, mount: Mount | Non
 
 
 def _bent(tail: Tail, written: str | BendDocument, mount: Mount | None, remarks: Remarks) -> Tail:
-    """Return the tail with its bend. Angle and direction have defaults.
+    """Return the tail with its bend. Angle and direction of the bend have defaults.
 
-    If a jaw has a hinge, the tail bends at the hinge into the shaft, by half of the angle between the open jaws. On a
-    finger or a jaw without a hinge, the default angle is 0: the mount itself leads the tail down.
+    `written` is the word or section of the key ``bend`` in the spec. If a jaw has a hinge, the tail bends at the hinge
+    into the shaft, by half of the angle between the open jaws. On a finger or a jaw without a hinge, the default angle
+    is 0, because the mount itself leads the tail down.
     """
     if written == "none":
         return replace(tail, bend="none")

@@ -36,10 +36,10 @@ coil_from_file = late("sitscad.spec.drawn.reading", "coil_from_file")
 
 
 def resolve_coil(written: CoilSpec, remarks: Remarks, place: Origin, copper_layers: int | None) -> CoilSpec:
-    """Return the coil with the values that its inner diameter or its file replaces. Check its turns against its size.
+    """Return the coil with the values that its inner diameter or its file determines, after checks of its turns.
 
-    `place` is the text that names the file of a drawn coil. `copper_layers` is the number of copper layers of the
-    written stack-up; None if the spec has none.
+    `place` is the spec, which names the file of a drawn coil. `copper_layers` is the number of copper layers of the
+    written stack-up; None if the spec has none. Errors are recorded in `remarks`.
     """
     if written.drawn is not None:
         return coil_from_file(written, place, copper_layers, remarks)
@@ -56,11 +56,17 @@ def resolve_coil(written: CoilSpec, remarks: Remarks, place: Origin, copper_laye
 
 
 INSET_TOLERANCE = 1e-6
-"""Largest difference (m) between the insets of a long coil along x and along y: rounding of the spec's numbers."""
+"""Largest difference (m) between the insets along x and along y of a long coil that count as equal.
+
+The inset is the distance from the outer to the inner copper edge. Numbers in a spec are rounded.
+"""
 
 
 def _with_replaced_key(coil: CoilSpec, remarks: Remarks) -> CoilSpec:
-    """Return the coil with turns, width or spacing, whichever the spec omits, computed from the inner diameter."""
+    """Return the coil with the value that its inner diameter replaces: turns, trace width or trace spacing.
+
+    If no value follows from the inner diameter, record an error in `remarks` and use the value in `PLACEHOLDERS`.
+    """
     inner, values = coil.written_inner, coil.values()
     if inner is None:
         return coil
@@ -88,13 +94,17 @@ def _with_replaced_key(coil: CoilSpec, remarks: Remarks) -> CoilSpec:
 
 
 PLACEHOLDERS = {"turns": (1.0,), "trace_width": 1e-6, "trace_spacing": 1e-6}
-"""Turns and lengths (m) used to check the rest of a spec if its inner diameter is impossible."""
+"""Turns, trace width (m) and spacing (m) that replace an omitted value if the inner diameter is impossible.
+
+The rest of the spec can then still be checked.
+"""
 
 
 def _turns_in(coil: CoilSpec, inset: float, remarks: Remarks) -> float:
-    """Return the number of turns that fill an inset (m): exact for a circle, rounded to whole sides for other shapes.
+    """Return the number of turns that fill the distance `inset` (m) from the outer to the inner copper edge.
 
-    A remark names the turns, and also the inner diameter if rounding changes it.
+    It is exact for a circle, and rounded to whole sides for other shapes. The number is recorded as a default in
+    `remarks`, and also the inner diameter if rounding changes it.
     """
     exact = coil.outline.outermost_turns + (inset - coil.trace_width) / coil.pitch
     turns = round(coil.outline.nearest_turns(exact), 9)
@@ -114,7 +124,11 @@ def _turns_in(coil: CoilSpec, inset: float, remarks: Remarks) -> float:
 
 
 def _width_or_spacing_in(coil: CoilSpec, name: str, inset: float, remarks: Remarks) -> float:
-    """Return the omitted trace width or spacing (m), chosen so that the turns fill an inset (m)."""
+    """Return the trace width or spacing (m) with which the turns fill the distance `inset` (m).
+
+    `name` is the key to compute, which the spec omits. The inset is the distance from the outer to the inner copper
+    edge.
+    """
     gaps = max(coil.layer_turns) - coil.outline.outermost_turns
     if name == "trace_spacing" and gaps <= 0.0:
         message = f"{max(coil.layer_turns):g} turns of a {coil.shape} have no gap, so {name} does not follow from them"
@@ -138,9 +152,9 @@ def _width_or_spacing_in(coil: CoilSpec, name: str, inset: float, remarks: Remar
 def check_coil(
     coil: CoilSpec, remarks: Remarks, written: tuple[float, ...] = (), turns_key: str = "coil.turns"
 ) -> None:
-    """Add a flaw to the remarks for each size, number of turns or corner radius that does not fit the coil's shape.
+    """Record an error for each size, number of turns or corner radius that does not fit the coil's shape.
 
-    `written` is the turns as the spec writes them, and `turns_key` the key that flaws of the turns name.
+    `written` are the numbers of turns in the spec, and `turns_key` is the key that errors of the turns name.
     """
     (x, y), outline, most = coil.size, coil.outline, coil.turns_that_fit
     if not outline.bounds:
@@ -173,9 +187,9 @@ def check_coil(
 
 
 def _check_turns(coil: CoilSpec, turns: float, most: float, key: str, remarks: Remarks) -> None:
-    """Add a flaw if a layer's turns do not end at an end that the shape allows, or do not fit.
+    """Record an error if a layer's turns do not end where the shape allows, or do not fit into the coil.
 
-    `key` is the turns' key.
+    `turns` is the number for this layer, `most` the largest number that fits, and `key` the dotted key of the turns.
     """
     parts = coil.outline.ends
     if parts and not coil.outline.is_whole(turns):
@@ -196,7 +210,7 @@ def _check_turns(coil: CoilSpec, turns: float, most: float, key: str, remarks: R
 
 
 def check_amount(coil: CoilSpec, coils: int, remarks: Remarks) -> None:
-    """Add a flaw if there are too many turns in total for an estimate."""
+    """Record an error if one coil, or all `coils` coils together, have too many turns for an estimate."""
     coil_turns = math.fsum(coil.layer_turns)
     totals = ((coil_turns, MOST_OF_A_COIL, "a coil"), (coil_turns * coils, MOST_OF_ALL, f"all {coils} coils"))
     for turns, most, whose in totals:
@@ -223,7 +237,10 @@ _PATTERN_KEYS = {
 
 
 def resolve_array(document: ArrayDocument, coil: CoilSpec, remarks: Remarks) -> ArraySpec:
-    """Return the array of coils. If the number of coils is invalid, add a flaw and return a single coil."""
+    """Return the array with the centre and rotation of each coil.
+
+    If the number of coils is invalid, record an error in `remarks` and return a single coil.
+    """
     is_grid = document.count is not None and len(document.count) == 2
     is_line = document.count is not None or document.pitch is not None
     implied = "explicit" if document.centres is not None else "grid" if is_grid else "line" if is_line else "single"
@@ -258,9 +275,9 @@ def resolve_array(document: ArrayDocument, coil: CoilSpec, remarks: Remarks) -> 
 
 
 def _pitch(document: ArrayDocument, pattern: str, coil: CoilSpec, remarks: Remarks) -> float | None:
-    """Return the written pitch (m), else the smallest pitch with enough gap between coils.
+    """Return the distance (m) of neighbouring coils: the pitch in the spec, or else the smallest possible pitch.
 
-    None if the pattern has no pitch.
+    None if the pattern has no pitch. The smallest pitch leaves the default gap, or the trace spacing if this is larger.
     """
     if document.pitch is not None or "pitch" not in _PATTERN_KEYS[pattern]:
         return document.pitch
@@ -301,7 +318,7 @@ def _rotations(document: ArrayDocument, pattern: str, coils: int, remarks: Remar
 
 
 def check_gaps(array: ArraySpec, coil: CoilSpec, remarks: Remarks) -> None:
-    """Add a flaw if the gap between two coils is smaller than the trace spacing."""
+    """Record an error if the gap between two coils is smaller than the trace spacing."""
     smallest, first, second = _smallest_gap(array.placements, coil)
     if smallest >= coil.trace_spacing * _NEARLY:
         return
@@ -320,7 +337,10 @@ def check_gaps(array: ArraySpec, coil: CoilSpec, remarks: Remarks) -> None:
 
 
 def check_reference(placements: tuple[CoilPlacement, ...], coil: CoilSpec, remarks: Remarks) -> None:
-    """Add a flaw if the gap between the last of the placements, the reference coil's, and another coil is too small."""
+    """Record an error if the gap between the reference coil and another coil is below the trace spacing.
+
+    The reference coil is the last of the placements.
+    """
     reference = placements[-1]
     smallest, name = min((gap(coil.shape, coil.size, each, reference), each.name) for each in placements[:-1])
     if smallest < coil.trace_spacing * _NEARLY:
@@ -338,7 +358,7 @@ REFERENCE_OFFSET = "array.reference.offset"
 def _smallest_gap(placements: tuple[CoilPlacement, ...], coil: CoilSpec) -> tuple[float, str, str]:
     """Return the smallest gap (m) between two coils, and their names.
 
-    The gap is infinite if no coils are near each other.
+    The gap is infinite if no two centres are closer than the coil's diagonal plus the trace spacing.
     """
     # skip pairs whose outlines cannot come near each other
     reach = math.hypot(*coil.size) + coil.trace_spacing
@@ -348,9 +368,9 @@ def _smallest_gap(placements: tuple[CoilPlacement, ...], coil: CoilSpec) -> tupl
 
 
 def least_scale(array: ArraySpec, coil: CoilSpec) -> float | None:
-    """Return the smallest factor for all centres that gives enough gap, at most 1e-6 too large.
+    """Return the smallest factor for all centres at which no gap between coils is below the trace spacing.
 
-    None if two centres coincide.
+    The result is at most 1e-6 too large. None if two centres coincide.
     """
     near = min(math.dist(a.centre, b.centre) for a, b in combinations(array.placements, 2))
     if near <= 0.0:
@@ -369,7 +389,11 @@ def least_scale(array: ArraySpec, coil: CoilSpec) -> float | None:
 
 
 def check_cells(coils: int, placements: tuple[CoilPlacement, ...], has_plates: bool, remarks: Remarks) -> None:
-    """Add a flaw unless the coils form two or more equal cells of `coils` coils, each with a target on a pad."""
+    """Record an error unless the coils form two or more equal cells of `coils` coils each.
+
+    Cells are equal if their coils have the same positions and rotations relative to the cell's middle. `has_plates` is
+    False if the spec lacks a target or an elastomer, which cells need.
+    """
     count, key = len(placements), "cells.coils"
     if not has_plates:
         hint = "write target and elastomer of one cell, or leave cells out"
@@ -393,7 +417,7 @@ def check_webs(
     web: float | None, pattern: str, target: Target | None, pad: ElastomerPad | None, has_film: bool,
     remarks: Remarks,
 ) -> None:
-    """Add a flaw if strips of width `web` (m) cannot join the pads of the cells.
+    """Record an error if strips of width `web` (m) cannot join the pads of the cells.
 
     Pads must be rectangular, in rows and columns, with targets in line with them, and without a film on top. The
     stiffness law of joined pads covers nothing else.
@@ -417,9 +441,9 @@ def check_webs(
 
 
 def within(placements: Sequence[CoilPlacement]) -> list[tuple[int, ...]]:
-    """Return (x, y, rotation) of each coil as whole numbers.
+    """Return (x, y, rotation) of each coil as whole numbers, to compare the arrangement of coils in cells.
 
-    x and y are nanometres from the mean of the centres, and the rotation is in microradians.
+    x and y are in nanometres from the mean of the centres, and the rotation is in microradians.
     """
     x, y = (math.fsum(p.centre[axis] for p in placements) / len(placements) for axis in (0, 1))
     return [(round((p.centre[0] - x) * 1e9), round((p.centre[1] - y) * 1e9), round(p.rotation * 1e6))
@@ -427,14 +451,14 @@ def within(placements: Sequence[CoilPlacement]) -> list[tuple[int, ...]]:
 
 
 def line(count: int, pitch: float) -> tuple[Point, ...]:
-    """Return the centres (m) of a row along x."""
+    """Return the centres (m) of `count` coils in a row along x about the origin, `pitch` (m) apart."""
     return tuple(((i - (count - 1) / 2) * pitch, 0.0) for i in range(count))
 
 
 def triangle(pitch: float) -> tuple[Point, ...]:
-    """Return the centres (m) of three coils at equal distances.
+    """Return the centres (m) of three coils, each at a distance `pitch` (m) from the others.
 
-    The first is on the axis, at the far end; the centroid is the origin.
+    The first is on the x axis, on the negative side. The centroid is the origin.
     """
     return (
         (-pitch / math.sqrt(3), 0.0), (pitch / (2 * math.sqrt(3)), -pitch / 2), (pitch / (2 * math.sqrt(3)), pitch / 2)
@@ -455,7 +479,7 @@ def scaled(array: ArraySpec, factor: float) -> ArraySpec:
 def coil_placements(
     centres: tuple[Point, ...], rotations: tuple[float, ...] | None = None
 ) -> tuple[CoilPlacement, ...]:
-    """Return placements C1, C2, ... at some centres (m), in the same order, with rotations (rad)."""
+    """Return placements named C1, C2, ... at the centres (m), in their order. Rotations (rad) are 0 if None."""
     turned = zip(centres, rotations or (0.0,) * len(centres), strict=True)
     return tuple(CoilPlacement(f"C{number}", *place) for number, place in enumerate(turned, 1))
 

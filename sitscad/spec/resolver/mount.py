@@ -30,7 +30,7 @@ KEYS_BY_KIND: dict[str, tuple[str, ...]] = {
 """Keys that are valid for a single kind of mount, by kind."""
 
 NEEDED = ("width", "length", "height")
-"""Figures that a jaw must have unless it is based on a preset or described by a STEP file."""
+"""Sizes that the spec must give for a jaw, unless it is based on a preset or described by a STEP file."""
 
 MOST_STEP_BYTES = 16 * 2**20
 """Maximum size of a STEP file. A package stores it; a jaw usually has some hundred kilobytes."""
@@ -39,9 +39,10 @@ BEGINS, ENDS = b"ISO-10303-21;", b"END-ISO-10303-21;"
 
 
 def resolve_mount(part: Mount | None, shield: Shield | None, remarks: Remarks, place: Origin) -> Mount | None:
-    """Return the mount. It is a flaw if the shield does not fit between board and metal.
+    """Return the mount with presets, files and defaults filled in. None if the spec has no mount.
 
-    File names are relative to `place`, the spec.
+    `place` is the spec: file names are relative to its folder. Errors, such as a shield that does not fit between board
+    and metal, are recorded in `remarks`.
     """
     if part is None:
         return None
@@ -76,7 +77,10 @@ def resolve_mount(part: Mount | None, shield: Shield | None, remarks: Remarks, p
 
 
 def computable_plate(shape: str, key: str, remarks: Remarks) -> str:
-    """Return the shape of a plate. If it cannot be computed and cut, add a flaw and return a rectangle."""
+    """Return the shape of a plate, or a rectangle if the shape has no form as a plate that can be computed and cut.
+
+    The second case is recorded as an error at `key` in `remarks`.
+    """
     if PLATES[shape].plate:
         return shape
     shapes = ", ".join(name for name, row in PLATES.items() if row.plate)
@@ -86,9 +90,9 @@ def computable_plate(shape: str, key: str, remarks: Remarks) -> str:
 
 
 def _standoff(part: Mount, shield: Shield | None, remarks: Remarks) -> float:
-    """Return the height (m) of the board over the metal or mount.
+    """Return the height (m) of the board's bottom face above the metal, or above the mount if it has no metal.
 
-    It is a flaw if the shield does not fit below the board.
+    A shield that does not fit below the board is recorded as an error in `remarks`.
     """
     needed = shield.gap + shield.thickness if shield else 0.0
     standoff: float | None = part.values()["standoff"]
@@ -137,7 +141,11 @@ def _check_metal(part: Mount, standoff: float, remarks: Remarks) -> None:
 
 
 def _in_jaw(mount: Mount, written: Jaw, place: Origin, remarks: Remarks) -> Mount:
-    """Return the mount with its jaw. If the spec gives only a STEP file of the jaw, return the mount with that file."""
+    """Return the mount with its jaw: a preset, or the sizes in the spec with defaults filled in.
+
+    `written` is the jaw as the spec has it. If the spec gives only a STEP file of the jaw, return the mount with this
+    file and without a jaw. Errors are recorded in `remarks`.
+    """
     if written.preset:
         return replace(mount, jaw=written)
     step = _step(written, "mount.jaw", place, remarks)

@@ -44,11 +44,10 @@ CELLS_APART = 1e-3
 
 
 def resolve(document: SpecDocument, source: SpecSource, folder: Path | None = None) -> tuple[SensorSpec, Remarks]:
-    """Return the sensor in SI units, with flaws, findings and defaults.
+    """Return the sensor in SI units, and the remarks: flaws, findings and defaults.
 
-    It is unusable if there are flaws or findings.
-
-    `folder` is the folder of the spec, in which profile files are searched. None if the text came from no file.
+    The sensor is unusable if there are flaws or findings. `folder` is the folder of the spec, in which the files that
+    it names are searched. None if the text came from no file.
     """
     remarks = Remarks()
     # The spec names the rules. Profile files may be in its folder or below.
@@ -97,7 +96,7 @@ def resolve(document: SpecDocument, source: SpecSource, folder: Path | None = No
 
 
 def _check_drawn(drawn: str, source: SpecSource, remarks: Remarks) -> None:
-    """Add a flaw for each key about the artwork of a board that the user drew."""
+    """Record an error for each key that has no effect on a board that the user drew. `drawn` is the board's file."""
     for key in ("fpc.tail", "fpc.panel", "fpc.teardrops"):
         if key in source.keys:
             message = f"the board is drawn in {drawn}, with all tracks to its terminals"
@@ -105,14 +104,14 @@ def _check_drawn(drawn: str, source: SpecSource, remarks: Remarks) -> None:
 
 
 OTHER_HEIGHT, OTHER_THICKNESS = 0.1, 0.3
-"""Relative differences of heights and of copper thicknesses above which the file of a board contradicts the spec.
+"""Largest relative differences of layer heights and of copper thicknesses between a board's file and the spec.
 
-Files often have the foil without its plating.
+A larger difference is an error. The limit for copper is wide, because files often have the foil without its plating.
 """
 
 
 def _check_heights(coil: CoilSpec, stackup: Stackup, remarks: Remarks) -> None:
-    """Add a flaw if the stack-up in the file of a drawn coil contradicts the stack-up of the spec."""
+    """Record an error if heights or copper thicknesses in the file of a drawn coil contradict the spec's stack-up."""
     drawn = {number: (z, thickness) for number, z, thickness in coil.copper.heights} if coil.copper else {}
     ours = {layer.number: (layer.z, layer.thickness) for layer in stackup.copper if layer.number in coil.layers}
     if not ours or not ours.keys() <= drawn.keys():
@@ -138,9 +137,10 @@ def _copper_layers(document: SpecDocument) -> int | None:
 def _note_plain_defaults(
     section: type[Section], values: Any, path: str, written: Mapping[str, Any], remarks: Remarks
 ) -> None:
-    """Add a remark for each default that the format declares.
+    """Record each default that the format declares for an omitted key of `section`.
 
-    Defaults that depend on other values have remarks already.
+    `values` is the section with its values, `path` its dotted key with a dot at the end, and `written` the keys in the
+    text. Defaults that depend on other values are recorded elsewhere.
     """
     is_alone = bool(section.alone) and getattr(values, section.attributes[section.alone[0]]) is not None
     for name, key in section.keys.items() if not is_alone else ():
@@ -188,7 +188,10 @@ def _carrying(target: Target, offset: tuple[float, float]) -> tuple[float, float
 
 
 def _assembly(part: Assembly, is_glued: bool, remarks: Remarks) -> Assembly:
-    """Return the assembly with its adhesive. Figures that the spec omits come from the adhesive."""
+    """Return the assembly with its adhesive. Values that the spec omits come from the adhesive's preset.
+
+    `is_glued` is False if the sensor has nothing to glue.
+    """
     written = part.values()
     adhesive = part.adhesive or presets.adhesive("cyanoacrylate")
     line = adhesive.line if written["glue_line"] is None else part.glue_line
@@ -222,7 +225,7 @@ def toleranced_sizes(spec: SensorSpec) -> dict[str, float | None]:
 
 
 def _check_tolerances(spec: SensorSpec, remarks: Remarks) -> None:
-    """Add a flaw for each tolerance in the spec that is not smaller than the size it applies to."""
+    """Record an error for each tolerance in the spec that is not smaller than the size to which it applies."""
     sizes = toleranced_sizes(spec)
     for part, tolerance in spec.assembly.tolerances:
         size = sizes.get(part)
@@ -238,9 +241,10 @@ _CABLE_PER_METRE = {"inductance": (600e-9, "H"), "capacitance": (100e-12, "F"), 
 
 
 def _readout(part: ReadoutSpec, tail: Tail | None, has_reference: bool, remarks: Remarks) -> ReadoutSpec:
-    """Return the converter and its cable.
+    """Return the converter and its cable, with omitted values filled in. Errors are recorded in `remarks`.
 
-    Omitted figures of a cable are typical of a thin flexible pair of its length.
+    Omitted values of a cable are typical of a thin flexible pair of its length. `has_reference` is True if the array
+    has a reference coil.
     """
     cable, place = part.cable, part.values()["capacitor_at"]
     for name, (per_metre, unit) in _CABLE_PER_METRE.items() if cable is not None else ():
@@ -315,7 +319,11 @@ def _check_contacts(tail: Tail | None, needed: int, remarks: Remarks) -> None:
 
 
 def _loads(document: SpecDocument, mount: Mount | None, remarks: Remarks) -> tuple[LoadCase, ...]:
-    """Return the load cases in the order of the format. It is a flaw if a case lacks a force, a pad or a lever."""
+    """Return the load cases in the order of the format.
+
+    A case without a normal force, or without a target on an elastomer, is recorded as an error in `remarks`. The same
+    holds for levers that cannot close the jaws.
+    """
     cases = tuple(_cases(document, mount, remarks))
     for case in cases:
         if document.elastomer is None or document.target is None:
@@ -325,10 +333,13 @@ def _loads(document: SpecDocument, mount: Mount | None, remarks: Remarks) -> tup
 
 
 def _cases(document: SpecDocument, mount: Mount | None, remarks: Remarks) -> Iterator[LoadCase]:
-    """Yield a load case for each section of `loads` in the spec."""
+    """Yield a load case for each section of `loads` in the spec. Errors are recorded in `remarks`."""
 
     def normal(name: str, written: float | None) -> float:
-        """Return the normal force (N) as written, or else the required normal force."""
+        """Return the normal force (N) that the case writes, or else the required normal force.
+
+        `name` is the name of the case. If neither exists, return 0 and record an error.
+        """
         required = document.requirements.normal_force
         if written is None and required is None:
             hint = f"write loads.{name}.normal, or requirements.normal_force"
@@ -359,7 +370,10 @@ def _cases(document: SpecDocument, mount: Mount | None, remarks: Remarks) -> Ite
 
 
 def _mechanism(written: Mechanism, mount: Mount | None, remarks: Remarks) -> Mechanism:
-    """Return the levers. It is a flaw if link B does not reach the axis, or if the length of the jaw is unknown."""
+    """Return the levers that close the jaws, with the distance from the pivot to the tip filled in.
+
+    Record an error if link B does not reach the axis, if no pull can close the jaws, or if the jaw's length is unknown.
+    """
     lever_angle = written.theta + written.theta0
     pin_height, reach = written.lever * math.sin(lever_angle), written.values()["reach"]
     if pin_height >= written.link:

@@ -65,7 +65,10 @@ def refuse_unusable(spec: SensorSpec) -> None:
 
 
 def _misfits(value: Any, expected: Any, key: str) -> Iterator[Flaw]:
-    """Yield a flaw for each value inside `value` that does not have the type of its field."""
+    """Yield a flaw for each value inside `value` that does not have the type of its field.
+
+    `expected` is the type from the annotation of the field, and `key` the dotted key of the value.
+    """
     if is_dataclass(expected) and isinstance(expected, type):
         if type(value) is not expected:
             yield _mistyped(value, expected, key)
@@ -103,7 +106,10 @@ def _tuple_misfits(value: Any, inner: tuple[Any, ...], key: str) -> Iterator[Fla
 
 
 def _is_scalar(value: Any, expected: Any) -> bool:
-    """Whether a value has a plain type. Floats must be finite."""
+    """Whether a single value has the type `expected`. For float, integers count too, and the value must be finite.
+
+    A magnitude of 1e30 or more counts as infinite.
+    """
     if expected is float:  # whole numbers may be too large for a float; comparisons with NaN are False
         return isinstance(value, (int, float)) and not isinstance(value, bool) and -1e30 < value < 1e30
     if expected is int:
@@ -121,7 +127,10 @@ _hints = cache(get_type_hints)
 
 
 def _ranges(spec: SensorSpec) -> Iterator[Flaw]:
-    """Yield a flaw for each value that is outside the range of its kind."""
+    """Yield a flaw for each value that its key does not allow, and for too many or too distant coils.
+
+    The keys of the format declare the ranges. Each layer of the stack-up has a thickness from 1 um to 5 mm.
+    """
     yield from _out_of_range(spec, "")
     for index, layer in enumerate(spec.fpc.stackup.layers):
         yield from _refused(layer.thickness, _LAYER, f"fpc.stackup.layers.{index}.thickness")
@@ -137,7 +146,7 @@ _LAYER = UnitValue("length", "1 um", "5 mm")
 
 
 def _out_of_range(value: Any, key: str) -> Iterator[Flaw]:
-    """Yield a flaw for each value inside `value` that its key does not allow."""
+    """Yield a flaw for each value inside `value` that its key does not allow. `key` is the dotted key of `value`."""
     section = type(value) if isinstance(value, Section) else DOCUMENTS.get(type(value))
     keys: dict[str, Key] = {}
     if section is not None:
@@ -175,7 +184,7 @@ def _refused(value: Any, kind: Kind, key: str) -> Iterator[Flaw]:
 
 
 def _fits(spec: SensorSpec) -> Iterator[Flaw]:
-    """Yield a flaw for each conflict between the coils, their layers and their positions."""
+    """Yield a flaw for each conflict between coils, stack-up and cells: layers, turns, sizes, gaps, groups."""
     remarks, copper = Remarks(), len(spec.fpc.stackup.copper)
     if spec.coil.has_unequal_turns and len(spec.coil.layer_turns) != len(spec.coil.layers):
         message = f"{len(spec.coil.layer_turns)} numbers of turns for {len(spec.coil.layers)} layers"

@@ -84,7 +84,10 @@ class _SpecText:
         return cls(raw, plain, yaml_text)
 
     def replaced(self, start: int, end: int, new: str) -> str:
-        """Return the raw text with the characters between two offsets of the plain text replaced."""
+        """Return the raw text with `new` in place of the characters from `start` to `end` (exclusive).
+
+        The offsets count in the plain text, whose line ends are line feeds.
+        """
         first = _LINE_END.search(self.raw)
         line_end = first[0] if first else "\n"
         start, end = self._raw_place(start), self._raw_place(end)
@@ -97,7 +100,7 @@ class _SpecText:
         return place + marks + longer
 
     def place(self, position: Position) -> int:
-        """Return the offset in the plain text of a line and column."""
+        """Return the offset in the plain text of a position (line and column, from 1)."""
         line, column = position
         start = 0
         for _ in range(line - 1):
@@ -105,7 +108,7 @@ class _SpecText:
         return start + column - 1
 
     def span(self, key: str) -> tuple[int, int] | None:
-        """Return the offsets where a value begins and ends.
+        """Return the offsets in the plain text at which the value of a dotted key begins and ends.
 
         None for sections and texts that extend over lines, and for empty values.
         """
@@ -144,7 +147,7 @@ class _SpecText:
         return sorted(mine, key=lambda k: self.found.keys[k])
 
     def last_place(self, key: str) -> int:
-        """Return the offset where the last entry of a section ends."""
+        """Return the offset in the plain text at which the last entry of a section ends."""
         inside = [k for k in self.found.keys if not key or k.startswith(f"{key}.")]
         return max(self.place(self.found.ends.get(k, self.found.keys[k])) for k in inside)
 
@@ -184,9 +187,9 @@ def _required(span: tuple[int, int] | None, key: str) -> tuple[int, int]:
 
 
 def _values(text: _SpecText, key: str, new: str) -> Iterator[tuple[str, str]]:
-    """Yield the key and new text of each value to write.
+    """Yield (key, text) for each value that an edit has to write. `new` is the new text of the value at `key`.
 
-    For a list of unchanged length these are only the entries that differ.
+    For a list of unchanged length, these are only the entries that differ.
     """
     new_text = _SpecText.read(f"x: {new}")
     before, after = text.value(key), new_text.value("x")
@@ -201,7 +204,10 @@ def _values(text: _SpecText, key: str, new: str) -> Iterator[tuple[str, str]]:
 
 
 def _in_style(new: str, now: str) -> str:
-    """Return a value in the unit, spacing and quotes of the current text, if the conversion of the unit is exact."""
+    """Return the new value `new` in the unit, spacing and quotes of the current text `now`.
+
+    The unit is kept only if the conversion is exact.
+    """
     quote = now[0] if now[:1] in _QUOTES and new[:1] not in _QUOTES else ""
     inner = now[1:-1] if quote else now
     here, there = _QUANTITY.fullmatch(inner), _QUANTITY.fullmatch(new)
@@ -211,7 +217,11 @@ def _in_style(new: str, now: str) -> str:
 
 
 def _in_unit(new: str, there: re.Match[str], here: re.Match[str]) -> str:
-    """Return a quantity converted to the unit and the spacing of the quantity `here`."""
+    """Return the quantity `there`, converted to the unit and the spacing of the quantity `here`.
+
+    Both are matches of a number with a unit. If no exact conversion exists, return `new`, the text of `there`,
+    unchanged.
+    """
     unit, now = there[3], here[3]
     dimension = next((d for d, units in UNITS.items() if {unit, now} - {""} and {unit, now} <= {*units, ""}), None)
     if dimension is None or dimension == "temperature" or ("" in (unit, now) and dimension != "length"):
@@ -230,7 +240,10 @@ LONGEST_NUMBER = 16
 
 
 def _added(text: _SpecText, key: str, new: str) -> str:
-    """Return the text with a new key at the end of its section. Missing sections are added as well."""
+    """Return the text with the key `key` and its value `new` at the end of its section.
+
+    Missing sections are added as well.
+    """
     parent, _, name = key.rpartition(".")
     sections: list[str] = []
     while parent and parent not in text.found.keys:
@@ -257,7 +270,7 @@ def _added(text: _SpecText, key: str, new: str) -> str:
 
 
 def _is_as_asked(before: Any, after: Any, edit: Edit) -> bool:
-    """Whether the values of two texts differ by an edit and by nothing else."""
+    """Whether the values `after` an edit differ from the values `before` it by this edit and by nothing else."""
     expected, actual = copy.deepcopy(before), copy.deepcopy(after)
     *parents, last = (undotted(name) for name in edit.key.split("."))
     if edit.what == "name":

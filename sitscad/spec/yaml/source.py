@@ -91,7 +91,7 @@ class YamlText:
 
 
 def plain_value(text: str) -> Any:
-    """Return the value of a plain scalar by YAML 1.2's core schema.
+    """Return the value that YAML 1.2 (core schema) gives to a scalar without quotes.
 
     Integers of more than 64 characters become infinite.
     """
@@ -132,7 +132,10 @@ class SpecSource:
 
     @property
     def kept(self) -> Mapping[str, bytes]:
-        """Files from which the spec can be built again: `files`, and the text itself if it came from no file."""
+        """Bytes of all files from which the spec can be built again, by name.
+
+        If the spec came from no file, its own text is one of them.
+        """
         file_name = os.path.basename(self.path)
         return self.files if file_name in self.files else {file_name: self.text.encode("utf-8"), **self.files}
 
@@ -253,7 +256,7 @@ _INDENT_AND_REST = re.compile(r"^([ \t]*)(.*)$", re.MULTILINE)
 
 
 def _with_spaces(line: re.Match[str]) -> str:
-    """Return a line with spaces in place of all tabs, except tabs that indent text."""
+    """Return a line with spaces in place of its tabs. Tabs that indent text are left, because YAML refuses them."""
     indent, rest = line.groups()
     indents = rest.strip() and not rest.startswith("#")
     return (indent if indents else indent.replace("\t", " ")) + rest.replace("\t", " ")
@@ -306,7 +309,7 @@ def _end(event: Event) -> Position:
 
 
 def _bounded(events: Iterator[Event]) -> Iterator[Event]:
-    """Yield the events. Raises `TextError` at an event that exceeds the size limits or is not plain YAML."""
+    """Yield the events. Raise `TextError` at an event that exceeds a limit of size or depth, or is not plain YAML."""
     documents = depth = count = 0
     for event in events:
         if isinstance(event, DocumentStartEvent):
