@@ -27,9 +27,10 @@ if TYPE_CHECKING:
     from sitscad.estimates.coil_estimates import CoilEstimate, ReadoutEstimate
 
 CODE_KEY = "readout.drive_code"
-"""Key of findings that another drive code mends.
+"""Key of the spec to which findings point that another drive code removes.
 
-If the chosen code is too weak, the finding is at the turns, which determine R_P.
+If the drive code that sitscad chose is too weak, the finding points to the turns, which determine the parallel
+resistance.
 """
 
 
@@ -66,11 +67,11 @@ def drive_amplitude(design: Design) -> Iterator[Verdict]:
 def serving_codes(
     converter: Converter, readout: ReadoutEstimate, coils: Sequence[CoilEstimate], sigmas: float, name: str = "",
 ) -> list[int]:
-    """Return the drive codes with which the amplitudes are in the low-noise window.
+    """Return the drive codes with which the oscillation amplitudes lie in the converter's low-noise window.
 
-    With `name`, only this coil is tested, otherwise all coils. Each amplitude keeps both limits with a margin of
-    `sigmas` manufacturing standard deviations, and the upper limit with the thickest delivered copper. The code nearest
-    to the present code is first.
+    If `name` is given, only the coil of this name is tested, otherwise all coils. Each amplitude must meet both limits
+    with a margin of `sigmas` standard deviations (manufacturing). It must also meet the upper limit with the thickest
+    delivered copper. The code nearest to the present code is first.
     """
     readings = readings_of(coils, "amplitude", True)
     low, high = converter.limit("amplitude_optimum_min"), converter.limit("amplitude_max")
@@ -94,9 +95,10 @@ def serving_code(
     converter: Converter, readout: ReadoutEstimate, coils: Sequence[CoilEstimate],
     margins: tuple[float, ...] = (NEAR, 0.0),
 ) -> tuple[int | None, float]:
-    """Return a drive code that keeps both limits, and its margin in manufacturing standard deviations.
+    """Return (drive code, margin) for a code with which the amplitudes of all coils lie in the low-noise window.
 
-    `margins` are tried in order. The code is None if no code keeps the limits with any of these margins.
+    The margin to both limits is the first of `margins`, in standard deviations (manufacturing), that any code meets.
+    The code is None, and the margin 0, if no code meets the limits with any of these margins.
     """
     for margin in margins:
         if codes := serving_codes(converter, readout, coils, margin):
@@ -108,10 +110,10 @@ def _code_hint(
     converter: Converter, readout: ReadoutEstimate, coils: Sequence[CoilEstimate], serving: int | None, margin: float,
     is_set: bool,
 ) -> str:
-    """Return the case of the hint: a drive code for all coils, a code for each coil, or no code.
+    """Return the key of the hint in ``data/messages.csv``: a drive code for all coils, one for each coil, or none.
 
-    `serving` is the code for all coils, and `margin` its margin in manufacturing standard deviations. `is_set` is True
-    if the spec sets the drive code.
+    `serving` is the code that suits all coils (None: no code does), and `margin` its margin to the limits in standard
+    deviations (manufacturing). `is_set` is True if the spec sets the drive code.
     """
     if serving is not None:
         return "code-serves-margin" if margin else "code-serves"

@@ -41,13 +41,17 @@ from sitscad.spec.materials import Conductor, Shield, Target
 from sitscad.spec.mount import Mount
 
 DRAWS_IN = 1.5
-"""Least relative permeability of a shield that concentrates the field, so that a smaller gap to it adds inductance."""
+"""Relative permeability of a shield from which a smaller gap to the coils adds inductance.
+
+Such a shield concentrates the field.
+"""
 
 
 def _resistance_floor(high_current: bool, coil_count: int) -> str:
-    """Return the name of the limit for the smallest parallel resistance at which `coil_count` coils still oscillate.
+    """Return the name of the converter's limit for the smallest parallel resistance that it can drive.
 
-    `high_current` is the readout's setting of the high-current drive, which is for a single coil only.
+    `high_current` is True if the spec sets the high-current drive, which works for a single coil only. `coil_count` is
+    the number of coils.
     """
     strong = high_current and coil_count == 1
     return "parallel_resistance_high_current" if strong else "parallel_resistance_driveable"
@@ -218,9 +222,9 @@ def capacitor_sold(design: Design) -> Iterator[Verdict]:
 def _distance_ways(
     mount: Mount | None, shield: Shield | None, metal: Conductor | None, target: Target | None, is_free: bool
 ) -> list[str]:
-    """Return changes for more distance from metal.
+    """Return texts of advice for more distance between the coils and metal.
 
-    For the state in free air (`is_free`), or without metal, a higher frequency is the only change.
+    For the state in free air (`is_free`), or for a sensor without metal, the only advice is a higher frequency.
     """
     has_metal = metal is not None
     is_apart = mount is not None and mount.metal_behind is not None
@@ -235,22 +239,23 @@ def _distance_ways(
 
 
 NOTED_LEAD_FLUX, WARNED = 0.015, 0.03
-"""Limits for the flux through the arc of the leads around the coil, divided by the winding's inductance.
+"""Limits for the inductance that the leads' arc around a coil adds or removes, divided by the winding's inductance.
 
-Above the first, there is a note. Above the second, there is a warning if the arc runs against the winding. An arc in
-the winding's sense adds inductance, at the cost of resistance.
+From the first limit, there is a note. From the second, there is a warning if the arc runs against the winding and
+removes inductance. An arc in the winding's sense adds inductance, and also resistance.
 """
 
 LEAST_LEAD_ARC = 0.1
-"""Least angle (turns) of the leads' arc around the coil that is reported."""
+"""Angle (turns) of the leads' arc around the coil, below which there is no finding."""
 
 MAX_TRIED_ANGLES = 3
 """Largest number of changed start angles that are laid out to find a design whose leads do not run round the coil."""
 
 def leads_through_flux(design: Design) -> Iterator[Verdict]:
-    """Yield a finding on the coil whose leads link the largest fraction of its winding's flux.
+    """Yield a finding on the coil whose leads, running around it, change its inductance most.
 
-    The hint names turns or a start angle that avoid this.
+    The change is compared with `NOTED_LEAD_FLUX` and `WARNED`. The hint names turns or start angles at which the leads
+    do not run around the coil.
     """
     spec, layout = design.spec, design.layout
     if not all(coil.is_closed_circuit for coil in layout.coils):
@@ -281,9 +286,10 @@ def leads_through_flux(design: Design) -> Iterator[Verdict]:
 
 
 def smallest_coil(design: Design) -> Iterator[Verdict]:
-    """Yield a note on a round coil smaller than the smallest that senses with the tracks of its profile.
+    """Yield a note on a coil smaller than the smallest coil that works with the fabricator's finest tracks.
 
-    The smallest coil is computed in free air, for the least parallel resistance that the converter drives.
+    The smallest coil reaches, in free air, the least parallel resistance that the converter drives. It is listed in
+    ``data/smallest_coils.csv`` for each profile and shape.
     """
     spec = design.spec
     estimates = design.estimates

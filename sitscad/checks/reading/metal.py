@@ -34,17 +34,16 @@ It then stops 95 % of the field (TI SNOA957B).
 """
 
 COMPARED = 1.2
-"""Thickness divided by skin depth, up to which a target is compared with a thick target.
+"""Ratio of a target's thickness to its skin depth, above which it is not compared with a thick target.
 
-A thicker sheet and a thick target differ in resistance by at most 9 %. The coil's own resistance adds to both, so no
-limit can be exceeded.
+Above this ratio, the target and a thick target differ in resistance by at most 9 %. The coil's own resistance adds to
+both, so no limit can be exceeded.
 """
 
 MAGNETIC = 10.0
-"""Limit for targets that act by their permeability.
+"""Least relative permeability, and least ratio of skin depth to thickness, of a target that acts by its permeability.
 
-It is their least relative permeability, and their least skin depth divided by thickness. If both are reached, currents
-in the target hardly matter.
+If both values are at least this number, eddy currents in the target hardly matter.
 """
 
 
@@ -67,7 +66,7 @@ def target_thickness(design: Design) -> Iterator[Verdict]:
 
 
 def _thin_target_findings(design: Design, depth: float, frequency: float) -> Iterator[Verdict]:
-    """Yield a note on a target that is thin compared with its skin depth, or a warning if its cost exceeds a limit.
+    """Yield a note on a target thin compared with its skin depth, or a warning if its losses exceed a limit.
 
     `depth` is the skin depth (m) at the frequency `frequency` (Hz).
     """
@@ -111,12 +110,22 @@ def _resistance_of_sheet(depths: float) -> float:
 
 @record
 class _ThinTargetCost:
-    """Losses by a thin target, compared with a thick target of the same metal.
+    """Loss of parallel resistance and signal by a thin target, compared with a thick target of the same metal.
 
-    ``resistance`` and ``change`` are the relative losses of parallel resistance and of the signal change (negative:
-    gain). ``details`` are the message cases that describe the losses. ``readings`` are the parallel resistances (ohm)
-    and ``changes`` the signal changes, each with the thin, then with the thick target. ``where`` is the coil and the
-    state, in which the amplitude is ``amplitude`` (V).
+    Attributes
+    ----------
+    resistance, change : float
+        relative losses of parallel resistance and of signal; negative for a gain
+    details : tuple of str
+        keys in ``data/messages.csv`` of the texts that describe the losses
+    where : str
+        coil and state with the largest loss of parallel resistance
+    readings : tuple of float
+        parallel resistance (ohm) there with the thin target, then with the thick target
+    changes : tuple of float
+        signal of a coil (H/N, or H if no force is required) with the thin target, then with the thick target
+    amplitude : float
+        oscillation amplitude (V) there with the thin target; 0 if it is unknown
     """
 
     resistance: float
@@ -129,9 +138,9 @@ class _ThinTargetCost:
 
 
 def _cost(design: Design, thick: SensorSpec) -> _ThinTargetCost | None:
-    """Return the cost of a thin target in the state in which it reduces the parallel resistance most.
+    """Return the losses by a thin target, for the coil and state with the largest loss of parallel resistance.
 
-    `thick` is the spec with a thick target. None if either design has no values.
+    `thick` is the spec with a thick target. None if no coil has a parallel resistance with both targets.
     """
     other = _design_for_comparison(design, thick)
     readings, thick_readings = (
@@ -154,9 +163,10 @@ def _cost(design: Design, thick: SensorSpec) -> _ThinTargetCost | None:
 
 
 def _change(mine: Mapping[str, float], theirs: Mapping[str, float]) -> tuple[float, float] | None:
-    """Return the signal changes (H, or H/N) of one coil in two designs. None if no coil has a change in both.
+    """Return the signals of one coil in two designs, as (signal in `mine`, signal in `theirs`).
 
-    `mine` and `theirs` are the changes by coil name. The coil with the largest change in `theirs` is used.
+    `mine` and `theirs` are the signals (H, or H/N) by coil name. The coil with the largest signal in `theirs` is used.
+    None if no coil has a signal in both.
     """
     best = max((name for name in theirs if name in mine and theirs[name]), key=lambda n: abs(theirs[n]), default=None)
     return None if best is None else (mine[best], theirs[best])

@@ -67,7 +67,7 @@ def _scatter(state: StateEstimate, attribute: str) -> tuple[float | None, str]:
 
 
 def sigmas_between(reading: Reading, limit: float) -> float | None:
-    """Return the distance of a reading from a limit in standard deviations.
+    """Return the absolute difference between a reading and a limit, in standard deviations of the reading.
 
     None if the standard deviation is unknown.
     """
@@ -79,10 +79,11 @@ def worst_beyond_limit(
     details: tuple[str, ...] = (), severity: Severity | None = None, source: str | None = None,
     fixes: tuple[Family, ...] = (), keeps_limit: bool = False, states: Sequence[str] = (), **values: Any,
 ) -> Violation:
-    """Return the violation for a reading and its limit, with the distance in standard deviations as a detail.
+    """Return the violation for a reading and its limit, with their difference in standard deviations as a detail.
 
-    The distance is left out if it is unknown or more than `MAX_STATED_SIGMAS`. `states` are texts with the values in
-    other states.
+    The detail is left out if the standard deviation is unknown, or if the difference is more than `MAX_STATED_SIGMAS`.
+    `case` is the key of the texts in ``data/messages.csv``, and `key` the key of the spec to which the finding points.
+    `states` are texts with the values in other states. The other arguments are as in `violation_of`.
     """
     count = sigmas_between(reading, limit)
     is_counted = count is not None and count <= MAX_STATED_SIGMAS
@@ -98,15 +99,18 @@ def worst_beyond_limit(
 
 
 MAX_STATED_SIGMAS = 10.0
-"""Largest distance between value and limit, in standard deviations, that messages state."""
+"""Largest difference between value and limit, in standard deviations of the value, that messages state."""
 
 NEAR = 2.0
-"""Distance of a value from its limit, in standard deviations, below which there is a note although the limit is met."""
+"""Difference between a value and its limit, in standard deviations, below which there is a note.
+
+It applies to values that meet the limit.
+"""
 
 AT_RISK = 1.0
-"""Distance of a value from its limit, in standard deviations, below which there is a warning although the limit is met.
+"""Difference between a value and its limit, in standard deviations, below which there is a warning.
 
-With one standard deviation, about one board in six is beyond the limit.
+It applies to values that meet the limit. At one standard deviation, about one board in six is beyond the limit.
 """
 
 
@@ -121,9 +125,9 @@ def more_distance(target: Target | None, shield: Shield | None, jaw: Jaw | None,
 
 
 def is_short_alone(coils: Sequence[CoilEstimate], worst: Reading, attribute: str, limit: float) -> bool:
-    """Whether a coil is below a lower limit in free air, too. More distance from metal then does not help.
+    """Whether the coil of the reading `worst` is below the lower limit `limit` in free air, too.
 
-    The coil is the coil of the reading `worst`. `attribute` is the quantity's name in the state estimates.
+    More distance from metal then does not help. `attribute` is the name of the quantity in the state estimates.
     """
     return any(
         each.coil == worst.coil and each.state == FREE and each.value < limit for each in readings_of(coils, attribute)
@@ -142,9 +146,9 @@ def near_limit(case: str, reading: Reading | None, limit: float, unit: str, key:
 
 
 def missing_value_reasons(coils: Sequence[CoilEstimate], attribute: str) -> Iterator[Verdict]:
-    """Yield a reason for each state without this value, so that a rule does not count as passed.
+    """Yield a reason "not checked" for each state without a value of the quantity `attribute`.
 
-    `attribute` is the quantity's name in the state estimates.
+    Otherwise a rule would count as passed. `attribute` is the name of the quantity in the state estimates.
     """
     name_text = attribute.replace("_", " ")
     yield from failed_states(coils, name_text)
@@ -156,7 +160,10 @@ def missing_value_reasons(coils: Sequence[CoilEstimate], attribute: str) -> Iter
 
 
 def failed_states(coils: Sequence[CoilEstimate], value_name: str) -> Iterator[Undecided]:
-    """Yield a reason for each state that has no estimate because the model fails."""
+    """Yield a reason "not checked" for each state that has no estimate because the model fails.
+
+    `value_name` is the name of the missing value in the reason.
+    """
     for state, reason in {state: why for coil in coils for state, why in coil.failed_states.items()}.items():
         yield not_checked("state-failed", quantity=value_name, state=state_text(state), reason=reason)
 
@@ -216,7 +223,8 @@ def other_states(
 def more_copper(spec: SensorSpec, factor: float, length: float) -> tuple[Family, ...]:
     """Return families of changes that add copper: more turns, more layers, and longer coils.
 
-    The numbers of turns and of layers increase by `factor` or more. A long coil becomes longer by the factor `length`.
+    The numbers of turns and of layers are multiplied by at least `factor`, and the length of a long coil by at least
+    `length`.
     """
     return (lambda: with_each(spec, more_turns(spec.coil, factor)), partial(more_layers, spec, factor),
             partial(longer_coils, spec, length))

@@ -22,11 +22,15 @@ metal_share = late("sitscad.estimates.states.reference", "metal_share")
 KEY = "array.reference.offset"
 
 STEPS = (0.25, 0.5, 1.0)
-"""Distances by which the reference coil is moved in trials, divided by the coil's size."""
+"""Distances by which the reference coil is moved in trials, as multiples of the coil's length."""
 
 
 def reference_signal(design: Design) -> Iterator[Verdict]:
-    """Yield a finding if a full-scale load changes the reference coil's reading by more than the limit."""
+    """Yield a finding if the required force changes the reference coil's reading too much.
+
+    The change is compared with the change of another coil, by the limits `reference_signal` and
+    `reference_signal_most` of ``data/own_limits.csv``.
+    """
     if design.estimates.is_rough:
         return
     signal, limit = solved_signal(design.layout, design.estimates), constant_limits()["reference_signal"]
@@ -54,7 +58,10 @@ def _moved(spec: SensorSpec) -> Sequence[Fix]:
 
 
 def reference_metal(design: Design) -> Iterator[Verdict]:
-    """Yield findings on metal that changes the reference coil with the jaws' opening, or behind this coil alone."""
+    """Yield findings on metal that affects the reference coil unlike the other coils.
+
+    It is the metal of the other jaw, whose effect changes with the jaws' opening, and metal behind the reference coil.
+    """
     estimates, layout = design.estimates, design.layout
     if estimates.is_rough or estimates.reference is None or REST not in estimates.reference.states:
         return
@@ -83,7 +90,10 @@ def reference_metal(design: Design) -> Iterator[Verdict]:
 
 
 UNEQUAL = 0.1
-"""Largest difference between the effects of metal behind the reference coil and another coil, divided by the latter."""
+"""Largest relative difference between the effects of metal on the reference coil and on another coil.
+
+The metal lies behind the coils. The difference is divided by the effect on the other coil.
+"""
 
 
 RULES: tuple[Rule, ...] = (

@@ -59,14 +59,14 @@ if TYPE_CHECKING:
     from sitscad.estimates.coil_estimates import CoilEstimate
 
 FEWEST_STEPS = 30.0
-"""Least change between rest and pressed without a finding, in steps of the converter's result.
+"""Change of the converter's result from rest to pressed, in steps, below which there is a finding.
 
 TI requires a signal of 30 standard deviations (SNOAA04A), which is 9 steps with quantisation noise alone. Real noise is
 a few times larger. With 30 steps, a thirtieth of the required force is still one step.
 """
 
 LEAST_SHARE = 0.05
-"""Least change of a coil divided by the largest change of all coils, without a finding. Derived here.
+"""Ratio of a coil's change to the largest change of all coils, below which there is a finding. Derived here.
 
 The error of the target's estimated effect is 3 to 5 % of the change, so a smaller change may be absent. Coupling
 between neighbours and a shifted target add changes of this size, too.
@@ -74,15 +74,18 @@ between neighbours and a shifted target add changes of this size, too.
 
 
 DETECTION_SIGMAS = 3.0
-"""Least change that is detected, in standard deviations of the noise: the usual limit of detection."""
+"""Change, in standard deviations of the noise, below which it counts as lost in the noise.
+
+It is the usual limit of detection.
+"""
 
 
 @record
 class SignalChange:
     """Change of one coil's inductance from rest to pressed, as the converter measures it.
 
-    `change` and `step` (one converter step) are in henries. `steps` is the change in converter steps. `noise` is one
-    standard deviation of the noise in steps, by the law measured on the converter.
+    `change` is the change (H), and `step` the inductance (H) of one step of the converter's result. `steps` is the
+    change in steps. `noise` is the standard deviation of the noise in steps, by the law measured on the converter.
     """
 
     coil: str
@@ -100,7 +103,10 @@ class SignalChange:
 def responses(
     coils: Sequence[CoilEstimate], conversion: Conversion | None, state: str = PRESSED
 ) -> list[SignalChange]:
-    """Return the change from rest to a state for every coil that has both states."""
+    """Return the change from rest to the state `state`, for every coil that has finite values in both states.
+
+    Empty if `conversion` (the converter's settings) is None.
+    """
     changes = []
     for coil in coils:
         rest, pressed = coil.states.get(REST), coil.states.get(state)
@@ -116,10 +122,11 @@ def responses(
 
 
 def coil_response(design: Design) -> Iterator[Verdict]:
-    """Yield findings on every coil's change, against the converter's step and against the largest change of all coils.
+    """Yield findings on coils whose reading changes too little from rest to the loaded states.
 
-    If no force is required, the rule checks whether any coil responds to full load. Of the states with a required
-    signal, the largest load comes first, and the first finding ends the check.
+    The limits are `FEWEST_STEPS` converter steps, and `LEAST_SHARE` of the largest change of all coils. The state with
+    the largest load is checked first, and the first state with a finding ends the check. If no normal force is
+    required, the only check is whether any coil responds to full load.
     """
     required = design.spec.requirements.normal_force
     if not required:
@@ -135,9 +142,9 @@ def coil_response(design: Design) -> Iterator[Verdict]:
 
 
 def _change_to(design: Design, state: str, required: float) -> Iterator[Verdict]:
-    """Yield findings on the change of inductance of each coil from rest to the state `state`.
+    """Yield a finding if a coil's reading changes too little from rest to the state `state`.
 
-    `required` is the required force (N) in this state.
+    The limits are `FEWEST_STEPS` and `LEAST_SHARE`. `required` is the required force (N) in this state.
     """
     coils = design.estimates.coils
     changes = responses(coils, design.estimates.readout.conversion, state)
@@ -182,9 +189,10 @@ def _is_lost(changes: Sequence[SignalChange]) -> bool:
 def _unmeasured_shear(
     cells: tuple[tuple[CoilPlacement, ...], ...], changes: Sequence[SignalChange]
 ) -> list[str]:
-    """Return the axes along which shear cannot be separated from normal force.
+    """Return the names of the axes along which shear cannot be distinguished from normal force.
 
-    The coils (in at least one cell) have different positions along such an axis, but the coils that respond do not.
+    In at least one cell, the coils have different positions along such an axis, but the coils that respond have not.
+    `cells` are the coils of each cell, and `changes` the change of each coil.
     """
     lost, untold = {response.coil for response in changes if response.is_lost}, set()
     for cell in cells:
@@ -219,12 +227,12 @@ def _signal_without_requirement(design: Design) -> Iterator[Verdict]:
 
 
 def _changes(deaf: Sequence[SignalChange]) -> list[str]:
-    """Return every change in henries and steps, in the order of the coils."""
+    """Return a text for each change: the coil, the change in henries, and the change in converter steps."""
     return [f"{r.coil} {show(r.change, 'H', 3)} ({r.steps:.2g} steps of {show(r.step, 'H', 3)})" for r in deaf]
 
 
 def _cover_all_coils(spec: SensorSpec) -> tuple[Family, ...]:
-    """Return changes that centre the target over the coils, or enlarge a centred target to cover all."""
+    """Return the family of changes that centre the target over the coils, or enlarge a centred target to cover all."""
     target = spec.target
     assert target is not None
     length, width = (reach + max(spec.coil.size) for reach in breadth_from(spec, target))
@@ -235,9 +243,10 @@ def _cover_all_coils(spec: SensorSpec) -> tuple[Family, ...]:
 
 @record
 class _MoreChange:
-    """Hint for a larger change of inductance, as the case of its message.
+    """Hint on a larger change of inductance.
 
-    ``rate`` is the proposed scan rate as text. ``devices`` are the names of proposed converters.
+    ``case`` is the key of the hint in ``data/messages.csv``. ``rate`` is the proposed scan rate as text, and
+    ``devices`` are the names of the proposed converters; each is empty if the hint has none.
     """
 
     case: str
@@ -269,10 +278,11 @@ def _more_change(
 def _slower_scan_rate(
     conversion: Conversion | None, readout: ReadoutSpec, coil_count: int, steps: float
 ) -> float | None:
-    """Return the scan rate (Hz) at which the change reaches `FEWEST_STEPS` converter steps.
+    """Return the scan rate (Hz, a whole number) at which the change reaches `FEWEST_STEPS` converter steps.
 
-    It is scaled from the `steps` at the present rate, and limited to what can be read back. None if conversions cannot
-    be this long.
+    `steps` is the change in steps at the present rate. The number of steps is inversely proportional to the rate. The
+    result is at most the rate at which the results of `coil_count` coils can be read over I2C. None if conversions
+    cannot be this long, or if the rate is below 1 Hz.
     """
     if conversion is None or conversion.conversion_time * FEWEST_STEPS > conversion.longest_conversion * steps:
         return None
@@ -282,9 +292,10 @@ def _slower_scan_rate(
 
 
 def small_signal(design: Design) -> Iterator[Verdict]:
-    """Yield a finding if the strongest coil's relative signal is small beside the effect of a small temperature change.
+    """Yield a finding if the strongest coil's relative signal is small compared with the drift by a temperature change.
 
-    For a sensor with cells, the cell with the smallest signal is checked.
+    The signal is the relative change of the reading over the required force. The limit is lower if the readings are
+    compensated for temperature. For a sensor with cells, the cell with the smallest signal is checked.
     """
     coil_signals = signals(design.estimates)
     yield from failed_states(design.estimates.coils, "signal over the required force")
@@ -398,9 +409,10 @@ def shear_response(design: Design) -> Iterator[Verdict]:
 
 
 def _moved_changes(design: Design, moves: Sequence[tuple[float, float]], frequency: float) -> list[list[float]]:
-    """Return changes (moves, coils; H) of the coils' inductances by moves (x, y; m) of the level target from rest.
+    """Return changes (moves, coils; H) of inductance if the level target is moved from rest by each of `moves`.
 
-    The frequency is in Hz. A target too large to be solved is estimated by plate ratios.
+    A move is (x, y) in metres. `frequency` is in Hz. If the target is too large for the field solver, the model of a
+    finite plate is used.
     """
     if design.estimates.is_solved:
         poses = np.zeros((1 + len(moves), 6))
@@ -414,12 +426,16 @@ def _moved_changes(design: Design, moves: Sequence[tuple[float, float]], frequen
 def _tilt_reading(
     middles: Sequence[Point], axis: int, force: float, apart: float, pressed: float, travel: float
 ) -> float:
-    """Return the shear force (N) that gives the same reading as one degree of tilt along an axis. 0 if it is unknown.
+    """Return the shear force (N) that gives an equal reading as one degree of tilt along an axis. 0 if it is unknown.
 
-    Over each coil, the target counts as level, at its height over the middle of their overlap (`middles`; m). Its
-    effect per height is `pressed` (H) divided by `travel` (m): the change of the strongest coil by the normal force,
-    and the pad's compression. `apart` is the difference between coils (H) by a shear force `force` (N). The result
-    agrees within a fifth with the data sheet's error by tilt.
+    `axis` is 0 for x, 1 for y. `middles` (m) are the middles of the areas of the target over each coil. `pressed` (H)
+    is the change of the strongest coil by the normal force, and `travel` (m) the pad's compression by it. `apart` (H)
+    is the difference between the changes of the coils by the shear force `force` (N).
+
+    Notes
+    -----
+    Over each coil, the tilted target counts as a level target at the height of its middle over this coil. The change
+    per height is `pressed` / `travel`. The result agrees within a fifth with the data sheet's error by tilt.
     """
     if travel <= 0.0 or apart <= 0.0:
         return 0.0
@@ -439,10 +455,11 @@ def _nearer_edges(spec: SensorSpec) -> tuple[Family, ...]:
 
 @record
 class _Edges:
-    """Hint on the place to which the target's edges must move: ``case`` of its message, and ``details`` cases.
+    """Hint on the place to which the target's edges must move.
 
-    ``apart`` is the distance (m) between the centres of the outer coils. ``beyond`` is the length (m) by which the
-    target extends past these centres.
+    ``case`` is the key of the hint in ``data/messages.csv``, and ``details`` are the keys of its details. ``apart`` is
+    the distance (m) between the centres of the outer coils. ``beyond`` is the length (m) by which the target extends
+    past these centres, negative if it ends before them.
     """
 
     case: str
