@@ -135,10 +135,10 @@ def read_artwork(directory: Path) -> Artwork:
 
 
 def artwork_of(files: Iterable[tuple[str, Sequence[str], list[Any]]], sources: tuple[Path, ...]) -> Artwork:
-    """Return the artwork of one board.
+    """Return the artwork of one board, from the objects that its files plot.
 
-    ``files`` are names, fields of the file functions and plotted objects. ``sources`` are the copper files, top first.
-    Raises ExtractionError for layers that the board does not have.
+    ``files`` are rows (name, fields of the file function, plotted objects). ``sources`` are the paths of the copper
+    files, from the top. Raises ExtractionError if a file names a layer that the board does not have.
     """
     copper: dict[int, BaseGeometry] = {}
     flashes: list[Flash] = []
@@ -168,14 +168,20 @@ def artwork_of(files: Iterable[tuple[str, Sequence[str], list[Any]]], sources: t
 
 
 def _layer(number: str, sources: Sequence[Path]) -> int:
-    """Return the layer number in a text. Raises ExtractionError if the board has no such layer."""
+    """Return the layer number that a text states. Raises ExtractionError if the board has no such layer.
+
+    `sources` are the paths of the board's copper files.
+    """
     if len(number) > len(str(MAX_LAYERS)) or not 1 <= int(number) <= len(sources):
         raise ExtractionError(f"layer {number[:20]} of a board with {len(sources)} copper layers")
     return int(number)
 
 
 def file_functions(directory: Path) -> Iterator[tuple[Path, list[str]]]:
-    """Yield the Gerber and drill files of a directory, with the fields of each file's declared function."""
+    """Yield (path, fields of the X2 file function) for each Gerber and drill file in a directory.
+
+    Raises ExtractionError if it is not a directory.
+    """
     if not directory.is_dir():
         raise ExtractionError(f"{directory} is not a directory")
     for path in directory.iterdir():
@@ -215,9 +221,9 @@ def objects_of(path: Path, fields: Sequence[str]) -> list[Any]:
 
 
 def _read(path: Path, opener: Any) -> Any:
-    """Return a parsed file.
+    """Return a file as parsed by `opener` of gerbonara.
 
-    Raises ExtractionError for errors and for warnings of the reader, which show doubtful commands.
+    Raises ExtractionError for errors, and for warnings, because a warning shows a doubtful command.
     """
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -263,7 +269,7 @@ def area_of(objects: list[Any]) -> BaseGeometry:
 
 
 def _shape(thing: Any) -> BaseGeometry:
-    """Return the area of one object, whatever its polarity. A hole in its aperture is no part of the area."""
+    """Return the area (m) of one object, regardless of its polarity. A hole in its aperture is not part of the area."""
     primitives = list(thing.to_primitives(unit=MM))
     dark = bool(getattr(thing, "polarity_dark", True))
     parts = [_primitive(p) for p in primitives if bool(p.polarity_dark) == dark]
@@ -326,7 +332,7 @@ def _stroke(points: np.ndarray, width_mm: float) -> BaseGeometry:
 
 
 def _arc_points(start: np.ndarray, end: np.ndarray, centre: np.ndarray, *, clockwise: bool) -> np.ndarray:
-    """Return points (n, 2; m) on an arc, with chords within `SAGITTA`.
+    """Return points (n, 2; m) on an arc. Their chords deviate from the arc by at most `SAGITTA`.
 
     If start and end are equal, the arc is a full circle, as in the Gerber format.
     """

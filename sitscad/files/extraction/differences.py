@@ -26,7 +26,7 @@ from sitscad.files.extraction.intent import Mark, MarkSource, read_marks
 from sitscad.files.extraction.limits import ExtractionError, content_of
 
 REACH = 1e-6
-"""Largest distance (m) between a mark (place at which a file states a net) and the mark's copper.
+"""Largest distance (m) between the copper and the place at which a file states the copper's net.
 
 It is the resolution of an IPC-D-356 coordinate.
 """
@@ -87,9 +87,9 @@ class ExtractedNet:
 
 @record
 class ExtractedBoard:
-    """Board as drawn by its finished files, and the intent that the files state.
+    """Board as its finished files draw it, and the nets that the files state.
 
-    ``marks`` are all marks of nets, ``astray`` the marks without copper.
+    ``marks`` are all places at which a file states a net, and ``astray`` the marks without copper.
     """
 
     artwork: Artwork
@@ -98,7 +98,10 @@ class ExtractedBoard:
     nets: tuple[ExtractedNet, ...]
 
     def net(self, name: str) -> ExtractedNet:
-        """Return the extracted net with a mark of an intended net. Raises KeyError if there are none or several."""
+        """Return the extracted net on which a file states the net `name`.
+
+        Raises KeyError if there is no such net, or more than one.
+        """
         matches = [net for net in self.nets if name in net.names]
         if len(matches) != 1:
             raise KeyError(f"{len(matches)} extracted nets carry {name!r}")
@@ -118,7 +121,10 @@ def extract(directory: str | Path, growth: float = 0.0) -> ExtractedBoard:
 
 
 def nets_of(artwork: Artwork, marks: tuple[Mark, ...], growth: float = 0.0) -> ExtractedBoard:
-    """Return the nets of some artwork. Copper is grown by ``growth`` (m) on every side before it is joined."""
+    """Return the nets of some artwork, with the marks that its files state.
+
+    Copper is grown by ``growth`` (m) on every side before it is joined.
+    """
     pieces = [
         Piece(layer, part) for layer, area in enumerate(artwork.copper, start=1)
         for part in shapely.get_parts(area.buffer(growth) if growth else area)
@@ -163,7 +169,7 @@ def nets_of(artwork: Artwork, marks: tuple[Mark, ...], growth: float = 0.0) -> E
 
 
 def _windows(piece: Piece) -> list[Loop]:
-    """Return the holes in one piece's area, as loops."""
+    """Return the holes in the area of one piece of copper. Each is a closed loop for a current."""
     inside = [Polygon(ring) for ring in piece.shape.interiors]
     points = [window.representative_point() for window in inside]
     return [
@@ -188,9 +194,9 @@ def _cell(x: float, y: float) -> tuple[int, int]:
 
 
 def _contacts(mark: Mark, flashes: dict[tuple[int, int, int], Flash]) -> list[BarePad]:
-    """Return the contact that a mark names, if a pad is flashed exactly at the mark. Otherwise empty.
+    """Return the contact that a mark names. Empty if no pad is flashed exactly at the mark.
 
-    `flashes` holds the flashed pads by layer and by grid cell of their centre.
+    `flashes` holds the flashed pads by layer and by x and y of their centre (nm).
     """
     if mark.pin is None or mark.layer is None:
         return []
@@ -242,14 +248,17 @@ class _DisjointSets:
         return number
 
     def join(self, a: int, b: int) -> bool:
-        """Join the sets of two numbers. Return False if they were one set already."""
+        """Join the sets of two numbers. Return False if both were already in one set."""
         a, b = self.root(a), self.root(b)
         self._parent[max(a, b)] = min(a, b)
         return a != b
 
 
 PAD_EDGE = 1e-6
-"""Allowance (m) round a flashed pad, the extent of a layer or a coverlay: copper this near counts as inside."""
+"""Distance (m) by which copper may extend beyond a flashed pad, a layer's extent or a coverlay.
+
+Copper within this distance counts as inside.
+"""
 
 OPEN_RIM = 0.3e-3
 """Distance (m) from a contact up to which an opening of the coverlay may expose copper.
@@ -264,7 +273,10 @@ The coverlay intentionally covers the rims of solder pads and the ends of contac
 """
 
 DRILL_TOLERANCE = 2.6e-6
-"""Largest allowed difference (m) of a drilled diameter from the netlist's, which is rounded to 0.0001 inch."""
+"""Largest allowed difference (m) between a drilled diameter and the diameter in the netlist.
+
+The netlist rounds diameters to 0.0001 inch.
+"""
 
 SMALLEST_TRACK = 1e-9
 """Largest area (m2) of copper outside the pads that does not count as a dead end: a square of 30 um."""
@@ -292,7 +304,10 @@ class DifferenceKind(StrEnum):
 
 @record
 class Difference:
-    """Difference between the files' copper and the files' intent, with its place (m; layer from 1)."""
+    """Difference between the copper that the files draw and the nets that they state.
+
+    `x` and `y` (m) are its place, and `layer` its copper layer (from 1).
+    """
 
     kind: DifferenceKind
     message: str
@@ -303,10 +318,10 @@ class Difference:
 
 
 def compare(board: ExtractedBoard) -> tuple[Difference, ...]:
-    """Return all differences between extracted and intended nets. Empty if there are none.
+    """Return all differences between extracted nets and the nets that the files state. Empty if there are none.
 
     A coil is copper from one contact to the other, so both contacts belong to one net. Touching turns do not change
-    this net, but they close a loop, which is a difference in any net.
+    this net. They close a loop, which counts as a difference in any net.
     """
     looks = (_nets, _holes, _netlists, _openings, _dead_ends, _beyond_their_layers, _bare)
     return tuple(difference for look in looks for difference in look(board))
@@ -318,7 +333,7 @@ def _place(x: float, y: float, layer: int | None) -> str:
 
 
 def _nets(board: ExtractedBoard) -> Iterator[Difference]:
-    """Yield joined nets, divided nets, copper without a net, nets without copper, and closed loops."""
+    """Yield a difference for each short, divided net, copper without a net, net without copper, and closed loop."""
     if not board.marks:
         yield Difference(DifferenceKind.NO_INTENT, "no file names a net: there is nothing to compare the copper with")
     for net in board.nets:
@@ -346,7 +361,7 @@ def _nets(board: ExtractedBoard) -> Iterator[Difference]:
 
 
 def _holes(board: ExtractedBoard) -> Iterator[Difference]:
-    """Yield holes off their pads, undrilled vias, and plated holes of another size than in the netlist."""
+    """Yield holes beside their pads, vias without a hole, and plated holes of another diameter than in the netlist."""
     plated = [hole for hole in board.artwork.holes if hole.is_plated]
     for hole in board.artwork.holes:
         for layer in hole.layers:
@@ -377,7 +392,7 @@ def _holes(board: ExtractedBoard) -> Iterator[Difference]:
 
 
 def _netlists(board: ExtractedBoard) -> Iterator[Difference]:
-    """Yield nets that only one of the netlists names."""
+    """Yield nets that the copper files name and a netlist does not, or the reverse."""
     by_source: dict[MarkSource, set[str]] = {}
     for mark in board.marks:
         by_source.setdefault(mark.source, set()).add(mark.net)
@@ -446,7 +461,10 @@ def _drawn(kind: DifferenceKind, copper: BaseGeometry, layer: int, says: str) ->
 
 
 def _beyond_their_layers(board: ExtractedBoard) -> Iterator[Difference]:
-    """Yield copper and holes beyond the extent of their layer (lower layers of a board with a thinner tail)."""
+    """Yield copper and holes outside the extent of their layer.
+
+    Lower layers of a board with a thinner tail have such an extent.
+    """
     for first, last, extent in board.artwork.extents:
         grown = extent.buffer(PAD_EDGE)
         for layer in range(first, min(last, len(board.artwork.copper)) + 1):
@@ -459,7 +477,7 @@ def _beyond_their_layers(board: ExtractedBoard) -> Iterator[Difference]:
 
 
 def _bare(board: ExtractedBoard) -> Iterator[Difference]:
-    """Yield bare copper of a tail's last layer: beyond the layers below, and not under the tail's own coverlay."""
+    """Yield copper of a tail's last layer that neither the layers below nor the tail's own coverlay cover."""
     for layer, cover in board.artwork.covers:
         below = [extent for first, _, extent in board.artwork.extents if first == layer + 1]
         covered = shapely.union_all([cover, *below]).buffer(PAD_EDGE)
@@ -475,10 +493,11 @@ def _somewhere(net: ExtractedNet) -> tuple[float, float, int | None]:
 
 
 def compare_job(directory: Path) -> Iterator[str]:
-    """Yield the differences between a directory's job files and its other files, as texts.
+    """Yield the differences between the job files in a directory and the other files there, as texts.
 
-    The listed file functions are compared with the functions that the files declare, and the order of the copper layers
-    with the stack-up. Yields nothing if there is no job file. Raises ExtractionError if a job file cannot be read.
+    The file functions in a job file are compared with the functions that the files declare. The order of the copper
+    layers is compared with the stack-up. Empty if there is no job file. Raises ExtractionError if a job file cannot be
+    read.
     """
     functions = {path.name: ",".join(fields) for path, fields in sorted(file_functions(directory))}
     for path in sorted(directory.glob("*.gbrjob")):

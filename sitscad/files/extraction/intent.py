@@ -78,7 +78,10 @@ class _GerberState:
 
 
 def marks_of_gerber(text: str, layer: int) -> tuple[Mark, ...]:
-    """Return the marks of a copper layer: each flash and both ends of each draw that have a ``.N`` attribute."""
+    """Return the marks of a copper layer: the place of each flash and of both ends of each draw with a net (``.N``).
+
+    `layer` is the layer's number, from 1 at the top.
+    """
     state = _GerberState()
     marks: list[Mark] = []
     for extended, word in _STATEMENT.findall(text):
@@ -152,10 +155,9 @@ BINARY = (b"PK\x03\x04", b"%PDF")
 
 
 def is_ipc_d_356(text: str) -> bool:
-    """Return whether a text looks like an IPC-D-356 netlist: some line begins like a test record, or states units.
+    """Return whether a text looks like an IPC-D-356 netlist: a line begins like a test record, or states units.
 
-    A record's number alone is not enough: a fingerprint in a readme or a byte count in a PDF may begin with this
-    number.
+    The number of the record alone is not enough, because numbers in other files may begin with its digits.
     """
     return bool(re.search(r"^(?:3[12]7\S.{13} {3}|P  UNITS )", text, re.MULTILINE))
 

@@ -36,7 +36,7 @@ from sitscad.files.extraction.intent import Mark, MarkSource
 from sitscad.files.extraction.limits import ExtractionError, content_of
 
 NEAR = 1e-6
-"""Largest distance (m) between two shapes that count as equal. Rounding moves an arc's centre by nanometres."""
+"""Largest distance (m) between two shapes that count as equal. Rounding moves the centre of an arc by nanometres."""
 
 NM = 1e-9
 
@@ -76,12 +76,19 @@ class PanelList:
     fiducial_opening: Places
 
     def inside_rails(self) -> BaseGeometry:
-        """Return the area (m) inside the rails. Tooling holes are in the middle of the rails."""
+        """Return the area (m) of the panel inside its rails.
+
+        Tooling holes are in the middle of the rails. Their distance from the edge is therefore half of the rails'
+        width.
+        """
         rail = 2.0 * self.tooling_holes[:, 0].min() if len(self.tooling_holes) else 0.0
         return shapely.box(*(NM * np.array([rail, rail, *(self.size - rail)])))
 
     def frame(self, fields: Sequence[str]) -> BaseGeometry:
-        """Return the area (m) that a file must show beside boards and coupons."""
+        """Return the area (m) that a panel's file must show outside boards and coupons.
+
+        `fields` are the fields of its file function.
+        """
         if fields[0] == "Other" and fields[1].startswith("Extent_of"):
             return shapely.box(0.0, 0.0, *(NM * self.size)).difference(self.inside_rails())
         places, diameter = self.fiducials[:0], self.fiducial_diameter
@@ -127,7 +134,7 @@ def _lengths(values: Any, shape: tuple[int, ...]) -> Places:
 
 
 class Plotted:
-    """Graphic objects of a file. `take` removes the objects of a copy of board or coupon; the others remain."""
+    """Graphic objects of a file. `take` removes the objects of one copy of the board or the coupon."""
 
     def __init__(self, name: str, fields: list[str], objects: list[Any]) -> None:
         self.name, self.fields, self.objects = name, fields, objects
@@ -141,9 +148,10 @@ class Plotted:
         return sorted(number for numbers in self.by_key.values() for number in numbers)
 
     def take(self, keys: Sequence[Key], move: Places) -> str:
-        """Remove the objects of a copy shifted by `move` (nm). Return the difference as text.
+        """Remove the objects of a copy shifted by `move` (nm). Return its difference from the single board as text.
 
-        Empty if no object is missing and the order of plotting is equal.
+        `keys` are the keys of the single board's objects. Empty if no object is missing and the order of plotting is
+        equal.
         """
         dx, dy = move.tolist()
         matched, missing = [], []
@@ -160,9 +168,9 @@ class Plotted:
         return "" if is_ordered else "objects in another order"
 
     def copy_in(self, room: BaseGeometry, move: Places) -> list[Key]:
-        """Return the keys of remaining objects that begin in an area (m) shifted by `move` (nm).
+        """Return the keys of the remaining objects whose first point lies in the bounding box of `room` (m).
 
-        The area counts as its bounding box. The keys are shifted back.
+        The box is first shifted by `move` (nm). The keys are shifted back.
         """
         x0, y0, x1, y1 = np.array(room.bounds) + NM * np.tile(move, 2)
         dx, dy = move.tolist()
@@ -173,7 +181,7 @@ class Plotted:
         ]
 
     def objects_at(self, keys: Sequence[Key], move: Places) -> list[Any]:
-        """Return the objects with these keys in a copy shifted by `move` (nm), in the order of plotting."""
+        """Return the objects of the copy shifted by `move` (nm) that have one of the keys, in the order of plotting."""
         dx, dy = move.tolist()
         expected = {(x + dx, y + dy, form) for x, y, form in keys}
         return [thing for thing, key in zip(self.objects, self.keys, strict=True) if key in expected]
@@ -200,9 +208,10 @@ def key_of(thing: Any) -> Key:
 
 
 def compare_panel(board: Path, panel: Path) -> tuple[int, tuple[str, ...]]:
-    """Return the number of boards on a panel, and its differences from single board and list as texts.
+    """Return the number of boards on a panel, and its differences from the single board and the list, as texts.
 
-    Raises ExtractionError if a file cannot be read or a needed file is missing.
+    `board` and `panel` are the folders of the files. Raises ExtractionError if a file cannot be read or a needed file
+    is missing.
     """
     single, whole = _read(board), _read(panel)
     outlines = [folder.pop(OUTLINE, None) for folder in (single, whole)]
@@ -234,6 +243,7 @@ def _differences(
 ) -> Iterator[str]:
     """Yield the differences between the panel and copies of the board in a frame, as texts.
 
+    ``single`` and ``whole`` are the files of board and panel by function, and ``listed`` the panel's list of places.
     ``edge`` is the area of the line that draws the board's outline, ``border`` the panel's outline.
     """
     expected = shapely.box(0.0, 0.0, *(NM * listed.size)).exterior
@@ -285,9 +295,9 @@ NET, PADS = "coupon", 2
 
 
 def compare_coupon(files: list[tuple[str, list[str], list[Any]]]) -> tuple[Difference, ...]:
-    """Return the flaws of a coupon. `files` are names, fields of the file functions and objects.
+    """Return the faults of a coupon. `files` are rows (name, fields of the file function, objects).
 
-    Rectangular flashes are solder pads and round flashes pads of vias, as in the board's own files.
+    As in the board's own files, rectangular flashes are solder pads and round flashes are pads of vias.
     """
     copper = sorted(int(fields[1][1:]) for _, fields, _ in files if fields[0] == "Copper")
     art = artwork_of(files, tuple(Path(f"L{layer}") for layer in copper))
@@ -306,10 +316,10 @@ def compare_coupon(files: list[tuple[str, list[str], list[Any]]]) -> tuple[Diffe
 def cut_differences(
     cuts: list[Any], bridges: Places, move: Places, where: str, edge: BaseGeometry | None = None
 ) -> Iterator[str]:
-    """Yield the flaws of the cut around a copy shifted by `move` (nm).
+    """Yield the faults of the cut around a copy shifted by `move` (nm), as texts.
 
     `bridges` (n, 2, 2; nm) are both ends of each gap in the cut, and `where` begins each text. Cut and bridges must
-    close an outline. The cut must not enter a bridge, and must stay in the area ``edge`` of the board's drawn outline.
+    close an outline. The cut must not enter a bridge. It must stay in the area ``edge`` of the board's drawn outline.
     """
     if not cuts:
         yield f"{where} is not cut out"
@@ -330,9 +340,9 @@ def cut_differences(
 
 
 def frame_differences(file: Plotted, listed: PanelList) -> Iterator[str]:
-    """Yield the differences between the remaining objects of a file and the listed marks of the frame.
+    """Yield the differences between a file's objects outside the copies and the listed marks of the frame.
 
-    On copper layers the sensor's name is written on the rails. All other objects must be listed marks.
+    On copper layers, the sensor's name is written on the rails. All other objects must be listed marks.
     """
     leftover = file.left()
     rest = [file.objects[number] for number in leftover]

@@ -14,9 +14,9 @@ from sitscad.spec.circuit import FpcSpec, Stackup, Tail
 from sitscad.spec.presets import cover_name
 
 SAME = 1e-6
-"""Largest difference (m) between two widths that count as equal.
+"""Largest difference (m) between two widths of the outline that count as equal.
 
-The outline's arcs are approximated by chords to this accuracy.
+It is also the largest distance between the outline's arcs and the chords that replace them.
 """
 
 
@@ -38,7 +38,7 @@ class BoardEnd:
 
 
 def board_end(outline: Path, pads: tuple[Pad, ...]) -> BoardEnd:
-    """Measure the board's end in the outline as drawn."""
+    """Return the dimensions of the board's end, measured in the outline as drawn."""
     row, _ = contact_row(pads)
     first = min(pads, key=lambda pad: pad.number)
     is_along_x = runs_along_x(row)
@@ -89,7 +89,10 @@ def tail_width(
 
 
 def _crossings(outline: Path, at: float, upright: bool) -> list[float]:
-    """Return the sorted coordinates (m) at which the outline crosses the line x = `at` (if `upright`) or y = `at`."""
+    """Return the sorted coordinates (m) at which the outline crosses a line parallel to an axis.
+
+    The line is x = `at` (m) if `upright`, otherwise y = `at`.
+    """
     crossings = []
     for a, b in pairwise(outline.flattened(SAME)):
         (p, q), (r, s) = ((a.x, a.y), (b.x, b.y)) if upright else ((a.y, a.x), (b.y, b.x))
@@ -113,9 +116,9 @@ def contact_row(pads: tuple[Pad, ...]) -> tuple[tuple[Pad, ...], float | None]:
 
 
 def contact_text(pads: tuple[Pad, ...], stackup: Stackup, top_openings: tuple[Region, ...]) -> str:
-    """Describe the contacts: number, width, length, pitch and bare area. Empty without contacts.
+    """Describe the contacts: number, width, length, pitch, bare area, and contacts that no coil uses.
 
-    The text also names contacts that no coil uses.
+    Empty if there are no contacts.
     """
     if not pads:
         return ""
@@ -171,7 +174,11 @@ def plug_text(pads: tuple[Pad, ...], fpc: FpcSpec) -> str:
 
 
 def end_tolerance(fpc: FpcSpec) -> float:
-    """Return tolerance (m) of the board's width at the contacts: the connector's if stated, else the outline's."""
+    """Return the tolerance (m) of the board's width at the contacts.
+
+    It is the connector's tolerance if the connector has one, otherwise the tolerance of the outline in the design
+    rules.
+    """
     tail = fpc.tail
     tolerance = tail.connector.width_tolerance if tail is not None else 0.0
     return tolerance or fpc.rules.outline_tolerance
@@ -184,7 +191,10 @@ def contact_size(pad: Pad) -> tuple[float, float]:
 
 
 def footprint_row(symbol: str, pins: int) -> Row | None:
-    """Return the KiCad footprint's row for a part by its symbol; a socket's row depends on its number of pins."""
+    """Return the row of the table ``footprints`` for a part. None if the table has no such part.
+
+    `symbol` is the name of the part's symbol. `pins` is its number of pins, on which the row for a socket depends.
+    """
     footprints = (row for row in rows("footprints") if row["symbol"] == symbol)
     return next((row for row in footprints if not row["most"] or pins <= int(row["most"])), None)
 

@@ -70,7 +70,7 @@ def fabrication_path(name: str, ending: str) -> str:
 
 
 def copper_files(count: int, name: str) -> tuple[FabricationFile, ...]:
-    """Return one file per copper layer, from the top."""
+    """Return one Gerber file for each of `count` copper layers, from the top."""
     sides = {count: "Bot", 1: "Top"}
     return tuple(
         FabricationFile(
@@ -108,7 +108,7 @@ def stiffener_files(name: str, stiffener: Stiffener | None) -> tuple[Fabrication
 
 
 def body_files(name: str, fpc: FpcSpec) -> tuple[FabricationFile, ...]:
-    """Return the file that outlines the layers absent from the tail; empty if the tail has all copper layers."""
+    """Return the file with the extent of the copper layers that end before the tail. Empty if all run down the tail."""
     first, last = fpc.tail_copper + 1, len(fpc.stackup.copper)
     if first > last:
         return ()
@@ -143,9 +143,9 @@ def gerber_files(name: str, fpc: FpcSpec, stiffener: Stiffener | None) -> tuple[
 
 
 def drill_files(copper_layers: int, spans: tuple[int, ...], name: str) -> tuple[FabricationFile, ...]:
-    """Return one drill file for each kind of plated hole: through the board, and in a thinner tail.
+    """Return one drill file for each kind of plated hole: through the board, and through a thinner tail.
 
-    Names follow KiCad's. `layer` of a file is the last copper layer that its holes go through.
+    `spans` lists the last copper layer of each kind, counted from the top. Names follow KiCad's.
     """
     files = []
     for lowest in spans:
@@ -159,7 +159,10 @@ def drill_files(copper_layers: int, spans: tuple[int, ...], name: str) -> tuple[
 
 
 def drill_title(issue: str, name: str, title: str) -> str:
-    """Return a drill file's first comment: design name, issue (`issue`) and kind of holes (`title`)."""
+    """Return the first comment of a drill file: design name `name`, issue, and kind of holes (`title`).
+
+    `issue` is the text with part number, revision and date, or empty.
+    """
     return f"{name}{f' ({issue})' if issue else ''}: {title}"
 
 
@@ -226,7 +229,7 @@ def project_attributes(revision: str, name: str) -> tuple[tuple[str, ...], ...]:
 
 
 def project_guid(name: str) -> str:
-    """Return an RFC 4122 identifier (version 5) that depends on the design's name only."""
+    """Return an RFC 4122 identifier (version 5) that depends only on the design's name."""
     return str(uuid.uuid5(_PROJECTS, name))
 
 
@@ -236,7 +239,10 @@ def drill_map_file(path: str) -> FabricationFile:
 
 
 def stack_names(copper_layers: int, layers: tuple[StackLayer, ...]) -> list[str]:
-    """Return the name of each layer of the stack-up; copper layers are named with their files' short names."""
+    """Return the name of each layer of the stack-up. A copper layer has the short name in its file's name.
+
+    `layers` are the layers from the top, and `copper_layers` their number of copper layers.
+    """
     names, copper = [], 0
     for layer in layers:
         if layer.kind is LayerKind.COPPER:
@@ -262,7 +268,7 @@ class DrilledHole(NamedTuple):
 
 @record
 class Tool:
-    """Holes of one finished diameter (nm) and one kind. `words` names the kind in tables and drill maps."""
+    """Holes of one finished diameter (nm) and one kind. `words` describes the kind in tables and drill maps."""
 
     diameter: int
     holes: tuple[DrilledHole, ...]
@@ -284,7 +290,10 @@ def tools(holes: Sequence[DrilledHole], kind: str) -> list[Tool]:
 
 
 def plated_words(spans: tuple[int, ...], lowest: int) -> str:
-    """Describe plated holes in a table, with the copper layers they go through if kinds of holes differ."""
+    """Describe the plated holes down to copper layer `lowest`, for a table.
+
+    The text names the layers only if `spans` has several kinds of holes.
+    """
     return "plated" if len(spans) < 2 else f"plated, copper 1 to {lowest}"
 
 
@@ -295,7 +304,10 @@ def plated_tools(layout: Layout) -> list[Tool]:
 
 
 def tools_of(holes: Iterable[DrilledHole]) -> list[tuple[int, list[DrilledHole]]]:
-    """Group holes by finished diameter (nm), smallest first; the given order is kept within a group."""
+    """Return (diameter in nm, holes) for each finished diameter, the smallest first.
+
+    Holes of one diameter keep their order.
+    """
     ordered = sorted(holes, key=lambda hole: hole.diameter)
     return [(diameter, list(group)) for diameter, group in groupby(ordered, key=lambda hole: hole.diameter)]
 
@@ -306,7 +318,7 @@ def on_grid(length: float) -> int:
 
 
 def millimetres(nanometres: int, least: int = 1) -> str:
-    """Format a length (nm) in millimetres to the nanometre, as in Gerber files, with `least` decimals or more."""
+    """Return a length (nm) as text in millimetres with up to six decimals, at least `least`."""
     return fixed_decimals(nanometres / 1e6, 6, least)
 
 
@@ -315,18 +327,27 @@ SHOWN = 16
 
 
 def board_images(files: Mapping[str, bytes], folder: str = FOLDER) -> list[str]:
-    """Return the image paths directly in a folder of the package, in hashed order; by default the single board's."""
+    """Return the sorted paths of the Gerber and drill files directly in a folder of the package.
+
+    The fingerprint hashes them in this order. The default folder contains the files of the single board.
+    """
     inside = [path for path in files if path.rpartition("/")[0] == folder]
     return sorted(path for path in inside if path.endswith((".gbr", ".drl")))
 
 
 def panel_images(name: str, files: Mapping[str, bytes]) -> list[str]:
-    """Return the panel's image paths in hashed order; empty without a panel."""
+    """Return the sorted paths of the panel's Gerber and drill files. Empty if the package has no panel.
+
+    The fingerprint hashes them in this order.
+    """
     return board_images(files, panel_path(name, "").rpartition("/")[0])
 
 
 def fingerprint(files: Mapping[str, bytes], images: list[str]) -> str:
-    """Return the SHA-256 (hexadecimal) of the images, one after another."""
+    """Return the SHA-256 (hexadecimal) of the contents of the images, one after another.
+
+    `images` are the paths of Gerber and drill files in hashed order.
+    """
     digest = hashlib.sha256()
     for path in images:
         digest.update(files[path])
@@ -334,10 +355,13 @@ def fingerprint(files: Mapping[str, bytes], images: list[str]) -> str:
 
 
 def shell_line(images: list[str]) -> str:
-    """Return the shell command that prints the fingerprint in the folder of the images."""
+    """Return the shell command that prints the fingerprint of images. It is run in their folder."""
     return f"cat {' '.join(path.rpartition('/')[2] for path in images)} | sha256sum"
 
 
 def on_drawing(whose: str, files: Mapping[str, bytes], images: list[str]) -> str:
-    """Format the first digits of the fingerprint for a title block; `whose` names the set of images."""
+    """Return the first `SHOWN` digits of the fingerprint of images, as text for a title block.
+
+    `whose` is the word for the set of images: board or panel.
+    """
     return f"{whose} SHA-256 {fingerprint(files, images)[:SHOWN]} ... (how: see the readme)"

@@ -95,9 +95,9 @@ def step_text(layout: Layout) -> str:
 
 
 def _beside_lap(vias: tuple[Via, ...], lap: float) -> str:
-    """Describe the gap from the tail's own coverlay to the walls of through holes; empty without through holes.
+    """Describe the smallest gap from the edge of the tail's own coverlay to the walls of through holes.
 
-    `lap` is the x coordinate (m) of the coverlay's edge.
+    Empty if there are no through holes. `lap` is the x (m) of the edge.
     """
     through = [via.centre.x + via.drill / 2 for via in vias if via.lowest is None]
     if not through:
@@ -109,8 +109,8 @@ def _beside_lap(vias: tuple[Via, ...], lap: float) -> str:
 def bend_text(stretch: tuple[float, float] | None, tail_bends: tuple[Bend, ...], pivot: float | None) -> str:
     """Describe the tail's bends: lines, directions, angles, radii, and the stretch without holes and joints.
 
-    `stretch` holds both ends (x, m) of this stretch; None if the tail has no straight stretch. `pivot` is the x (m) of
-    the pivot of the jaw's hinge. None if it is unknown.
+    `stretch` holds the x (m) of both ends of this stretch; None if no part of the tail is straight. `pivot` is the x
+    (m) of the pivot of the jaw's hinge; None if it is unknown.
     """
     if stretch is None:
         return "The tail has no stretch where its tracks run straight: do not bend it."
@@ -165,7 +165,10 @@ def bent_text(layout: Layout) -> str:
 
 
 def hinge_text(tail: Tail | None, jaw: Jaw | None, hinge_bend: Bend | None) -> str:
-    """Warn that a bend at the hinge of a moving jaw must be dynamic; empty if it need not be, or is."""
+    """Return a warning if the bend at the hinge of a moving jaw is static, although each grasp bends the tail.
+
+    Empty if the tail does not bend there at each grasp, or if the bend is dynamic.
+    """
     if hinge_bend is None or hinge_bend.is_dynamic or not bends_at_every_grasp(tail, jaw):
         return ""
     return (
@@ -279,7 +282,7 @@ def bond_texts(stackup: Stackup) -> dict[str, str]:
 
 
 def outline_text(rules: DesignRules) -> str:
-    """Describe the outline's tolerance, and its source if the fabricator does not state the tolerance."""
+    """Describe the outline's tolerance, with its source if the fabricator's own profile does not state it."""
     holder = rules.holders.get("outline_tolerance", rules.name)
     is_anothers = holder != rules.name and holder in names("rules")  # a user's figure has file and line as holder
     other = f" (not stated by {rules.name}: the figure of {holder}, to be confirmed)" if is_anothers else ""
@@ -287,9 +290,9 @@ def outline_text(rules: DesignRules) -> str:
 
 
 def questions(fpc: FpcSpec) -> Iterator[tuple[str, str]]:
-    """Yield subject and text of questions to a fabricator with a single process; empty for other fabricators.
+    """Yield (subject, text) of questions to a fabricator with a single process. Empty for other fabricators.
 
-    These properties cannot be ordered, so users ask about them before ordering.
+    An order cannot choose foil, plating, class, test and marks there, so users ask about them before the order.
     """
     rules, foil = fpc.rules, FOILS[fpc.copper]
     if not rules.one_process:
@@ -303,10 +306,10 @@ def questions(fpc: FpcSpec) -> Iterator[tuple[str, str]]:
 
 
 def quantity_text(boards: int | None, panel_parts: int | None, multiple: int = 1) -> str:
-    """Describe the number of boards, and the panels or multiples in which they are ordered; empty if not given.
+    """Describe the number of boards, and the panels or multiples in which they are ordered.
 
-    `panel_parts` is the number of boards in a panel. `multiple` is the number in whose multiples single boards are
-    sold.
+    Empty if `boards` is None. `panel_parts` is the number of boards on a panel; None for single boards. Single boards
+    are sold in multiples of `multiple`.
     """
     if boards is None:
         return ""
@@ -333,7 +336,7 @@ _LAMINATES = {
 
 
 def thickness_texts(layout: Layout) -> dict[str, str]:
-    """Describe the finished thickness at each place: nominal, and the delivered range in brackets."""
+    """Describe the finished thickness at each place: nominal, and the range of delivered boards in brackets."""
     places = {Where.COIL: "at the coils"}
     if layout.spec.fpc.tail is not None:
         places |= {Where.TAIL: "tail", Where.CONTACT: "at the contacts"}
@@ -343,8 +346,8 @@ def thickness_texts(layout: Layout) -> dict[str, str]:
 def thickness_text(layout: Layout, where: Where) -> str:
     """Describe the finished thickness at a place.
 
-    For contacts that are plugged in, the text states the thickness that the connector takes. It adds a warning if the
-    fabricator's tolerance is wider.
+    For contacts that are plugged in, the text also states the thickness that the connector accepts. It contains a
+    warning if the fabricator's tolerance is wider than the connector's.
     """
     finished, tail = finished_thickness(layout, where), layout.spec.fpc.tail
     if where is not Where.CONTACT or tail is None or tail.connector.insertion_thickness <= 0.0:
