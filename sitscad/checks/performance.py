@@ -52,9 +52,10 @@ def check_requirement(
 ) -> Iterator[Verdict]:
     """Yield the estimated value for the requirement `key`, and a finding if the value exceeds the requirement.
 
-    `most` is the value with its axis and working point. `limit` is the requirement on this axis, if the key has one
-    value per axis. The changes in `first` are tried first. With `slows`, a lower scan rate is tried, too, and with
-    `shrinks`, smaller pads.
+    `case` is the key of the finding's texts in ``data/messages.csv``, and `rule` the rule's identifier. `most` is the
+    value (in `unit`) with its axis and working point. If the requirement has one value per axis, `limit` is the value
+    for this axis. The families `first` of changes are tried first. With `slows`, lower scan rates are tried as well,
+    and with `shrinks`, smaller pads.
     """
     limit_value = getattr(design.spec.requirements, key) if limit is None else limit
     yield RequirementResult(key, rule, most.value, limit_value, unit, most.axis, most.at)
@@ -80,9 +81,10 @@ def requirement_results(rule: Rule, design: Design) -> tuple[RequirementResult, 
 
 
 def estimated_values(cells: Cells) -> tuple[RequirementResult, ...]:
-    """Return the estimated value for each requirement, and the largest error sources.
+    """Return the estimated value for each requirement, and the error by each of the largest error sources.
 
-    For a sensor with several cells, each is the worst value of the extreme cells, with the cell's number.
+    For a sensor with several cells, each is the worst value of two cells: the cell with the softest pad and the cell
+    with the smallest signal. The working point then contains the number of this cell.
     """
     worst: dict[tuple[str, str], RequirementResult] = {}
     for number, cell in cells.extremes.items():
@@ -96,16 +98,17 @@ def estimated_values(cells: Cells) -> tuple[RequirementResult, ...]:
 
 
 def _limit_ratio(result: RequirementResult) -> float:
-    """Return a result's ratio to its limit. Without a limit, return its value (N, N m)."""
+    """Return the ratio of an estimated value to its limit. If it has no limit, return the value (N or N m)."""
     return result.measured / result.limit if result.limit else result.measured
 
 
 def _cell_estimated_values(design: Design) -> tuple[RequirementResult, ...]:
-    """Return the estimated values of one cell for its requirements, then its largest error sources.
+    """Return the estimated values of one cell for its requirements, then the error by each error source.
 
-    Sources are the drift with temperature, hysteresis and creep of the pad, the required tilt or one degree, and the
-    pad's modulus. Each source has the largest error of all force axes (N), and the largest of all moment axes (N m).
-    There are no sources if no value has a requirement.
+    Sources are the drift with temperature, the hysteresis and creep of the pad, the tilt of the contact, and the error
+    of the pad's modulus. The tilt is the required tilt, or else one degree. Each source has two values: the largest
+    error of all force axes (N), and of all moment axes (N m). There are no sources if the spec has no requirement of
+    performance.
     """
     results = [result for rule in RULES for result in requirement_results(rule, design)]
     needs = design.spec.requirements
@@ -136,10 +139,10 @@ def _cell_estimated_values(design: Design) -> tuple[RequirementResult, ...]:
 
 
 def largest_by_unit(name: str, rule: str, errors: Mapping[str, float], where: str) -> list[RequirementResult]:
-    """Return the largest error of all force axes (N) and the largest of all moment axes (N m).
+    """Return the largest error of all force axes (N), and the largest error of all moment axes (N m).
 
-    `errors` holds the error by axis. `name` is the error source, `rule` the rule about it, `where` the working point as
-    text. The results have no limit.
+    `errors` holds the error by axis. `name` is the error source, `rule` the rule about it, and `where` the text of the
+    working point. The results have no limit.
     """
     results = []
     for kind, unit in ((FORCES, "N"), (MOMENTS, "N m")):
@@ -150,24 +153,25 @@ def largest_by_unit(name: str, rule: str, errors: Mapping[str, float], where: st
 
 
 def axis_text(axis: str) -> str:
-    """Return the name of an axis of force or moment as readers know it, such as "normal force"."""
+    """Return the name of an axis for texts, such as "normal force" for ``normal``."""
     return AXIS_WORDS[axis]
 
 
 def _no_performance_reason(is_solved: bool, is_rough: bool, has_target: bool) -> Undecided:
     """Return the reason why no sensing performance was estimated.
 
-    `is_solved` and `is_rough` are properties of the estimates. `is_rough` estimates are for screening only.
+    `is_solved` is True if the field of the target was solved, and `is_rough` if the estimates are for screening only.
+    `has_target` is True if the spec has a target.
     """
     is_too_large = not (is_solved or is_rough)
     return not_checked("performance-unsolved" if is_too_large and has_target else "performance-unknown")
 
 
 def rule_of_performance(rule: AnalysisRule) -> Callable[[Design], Iterator[Verdict]]:
-    """Return a rule about a design, made from a rule about its estimated sensing performance.
+    """Return the function of a rule on a design, made from a function `rule` on its estimated sensing performance.
 
-    The new rule yields "not checked" if there is no performance, and for working points at which the pad buckles
-    sideways.
+    The new function yields a reason "not checked" if there is no estimated performance, or if the pad buckles sideways
+    at a working point.
     """
 
     @wraps(rule)
@@ -186,9 +190,9 @@ def rule_of_performance(rule: AnalysisRule) -> Callable[[Design], Iterator[Verdi
 
 
 def only_if_pad_holds(rule: AnalysisRule) -> AnalysisRule:
-    """Return a rule that is only applied if the pad holds the target in the whole working range.
+    """Return the function of a rule that applies `rule` only if the pad holds the target in the whole working range.
 
-    Otherwise the new rule yields "not checked".
+    If the pad buckles sideways under full shear, the new function yields a reason "not checked".
     """
 
     @wraps(rule)
@@ -207,9 +211,9 @@ POINTS = tuple(point.text for point in WORKING_POINTS)
 
 @record
 class WorstValue:
-    """The largest of several values of a quantity (SI unit).
+    """Largest value of a quantity (SI unit) over several axes and working points.
 
-    ``axis`` is the name of its axis. ``at`` is the text of its working point.
+    ``axis`` is the name of the axis with this value, and ``at`` the text of the working point with this value.
     """
 
     value: float
@@ -218,10 +222,10 @@ class WorstValue:
 
 
 def worst_value(sensing: SensingAnalysis, axes: Iterable[str], of: Callable[[int, int], float]) -> WorstValue | None:
-    """Return the largest value of `of(point, axis)` over some axes and all working points at which the pad holds.
+    """Return the largest value of `of(point, axis)` over `axes` and all working points at which the pad holds.
 
-    `point` and `axis` are indices of working points and of the array's axes. `axes` are names with one common unit.
-    None if the array cannot measure these axes.
+    In `of`, the arguments `point` and `axis` are the indices of the working point and of the axis. `axes` are the names
+    of axes with a common unit. None if the array measures no axis in `axes`.
     """
     names = sensing.bench.range.axes
     each = [
@@ -275,9 +279,9 @@ def _resolution(
 @rule_of_performance
 @only_if_pad_holds
 def crosstalk(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
-    """Yield findings on the error of each axis while another axis covers its full scale.
+    """Yield the largest error on an axis by a full-scale load on another axis, and a finding if it exceeds the limit.
 
-    Forces are computed by the best polynomial in the readings.
+    The forces are computed from the readings by the best polynomial.
     """
     if len(sensing.bench.range.axes) == 1:
         yield not_checked("one-axis")
@@ -292,7 +296,10 @@ def crosstalk(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
 
 @rule_of_performance
 def tilt_error(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
-    """Yield findings on the error by the required tilt of the contact, on every axis with a limit."""
+    """Yield the error by the required tilt of the contact, and a finding if it exceeds the limit of its axis.
+
+    Of all axes with a limit, it is the axis with the largest ratio of error to limit.
+    """
     tilt, limits = design.spec.requirements.tilt, design.spec.requirements.tilt_limits()
     assert tilt is not None
     measured_axes = [name for name in limits if name in sensing.bench.range.axes]
@@ -317,7 +324,10 @@ def tilt_error(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
 @rule_of_performance
 @only_if_pad_holds
 def friction_error(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
-    """Yield findings on the error of the ratio of shear to normal force at full load."""
+    """Yield the error of the ratio of shear force to normal force at full load, and a finding if it exceeds the limit.
+
+    A further finding is on an array that cannot measure shear.
+    """
     limit = design.spec.requirements.friction_error
     assert limit is not None
     shear = next((name for name in sensing.bench.range.axes if name in SHEARS), None)
@@ -336,9 +346,9 @@ def friction_error(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict
 
 @rule_of_performance
 def temperature_error(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
-    """Yield findings on the drift of the forces at full load over the temperature range.
+    """Yield the largest drift of a force at full load over the temperature range, and a finding beyond the limit.
 
-    The drift is from the temperature of the tare to the farther end of the range.
+    The temperature changes from the temperature of the tare to the farther end of the range.
     """
     needs = design.spec.requirements
     apart = warming(needs)
@@ -358,13 +368,13 @@ def temperature_error(sensing: SensingAnalysis, design: Design) -> Iterator[Verd
 
 
 BESIDE_NOISE = 10.0
-"""Change of the reading by one degree of tilt divided by the noise, above which there is a note."""
+"""Ratio of the error by one degree of tilt to the noise on an axis, above which there is a note."""
 
 
 @rule_of_performance
 @only_if_pad_holds
 def ambiguous_load_findings(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
-    """Yield a finding if two different loads within the requirements give the same reading."""
+    """Yield a finding if two different loads within the required forces and moments give equal readings."""
     ambiguous = design.sensing.ambiguous_loads
     if ambiguous is not None:
         loads = [" and ".join(f"{show(load[k], unit_of(name), 3)} of {axis_text(name)}"
@@ -376,7 +386,7 @@ def ambiguous_load_findings(sensing: SensingAnalysis, design: Design) -> Iterato
 
 @rule_of_performance
 def tilt_above_noise(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
-    """Yield a note if one degree of tilt changes the reading by more than `BESIDE_NOISE` times the noise."""
+    """Yield a note if one degree of tilt causes an error of more than `BESIDE_NOISE` times the noise on an axis."""
     most = worst_value(sensing, sensing.bench.range.axes, lambda point, axis: float(
         sensing.points[point].tilt_errors(DEGREE)[axis].max() / sensing.points[point].noise[axis]))
     if most is not None and most.value > BESIDE_NOISE:
@@ -402,9 +412,9 @@ def tilt_above_noise(sensing: SensingAnalysis, design: Design) -> Iterator[Verdi
 @rule_of_performance
 @only_if_pad_holds
 def combined_errors(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
-    """Yield findings on the total error of every axis at full load.
+    """Yield findings on the total error of every axis at full load, by all error sources together.
 
-    The limit is the allowed error, or else the required resolution.
+    The limit is the permitted error, or the required resolution if the spec states no permitted error.
     """
     needs, names, causes = design.spec.requirements, sensing.bench.range.axes, sensing.lasting_errors
     where = TOGETHER + ", with the shear that is not told" * any(_unseen_axis(cause) for cause in causes)
@@ -439,18 +449,19 @@ TOGETHER = "at full load, errors together, a tare before each grasp"
 
 
 def _unseen_axis(cause: str) -> str:
-    """Return the shear axis at the start of an error cause's name. Empty if the cause is not about a shear axis.
+    """Return the shear axis with which the name of an error source begins. Empty if it begins with no shear axis.
 
-    Such a cause is shear that the array does not measure.
+    Such a source is shear that the array does not measure.
     """
     return next((axis for axis in SHEARS if cause.startswith(f"{axis} ")), "")
 
 
 def unseen_shear(design: Design) -> Iterator[Verdict]:
-    """Yield findings if shear that the coils do not measure causes too large an error on other axes.
+    """Yield the errors on other axes by shear that the coils do not measure, and a finding if one exceeds its limit.
 
-    Only axes with a requirement are checked. The error is computed only if a requirement needs the sensing performance,
-    because it doubles the time to check a single coil.
+    Only axes with a requirement are checked. The errors are computed only if a requirement needs the sensing
+    performance, because they double the time to check a single coil. A single coil with a required shear force always
+    has a finding.
     """
     requirements = design.spec.requirements
     is_note = len(design.spec.array.placements) == 1 and bool(requirements.shear_force)
@@ -503,7 +514,10 @@ def unseen_shear(design: Design) -> Iterator[Verdict]:
 def _cached_per_design(
     number: str, apply: Callable[[Design], Iterable[Verdict]]
 ) -> Callable[[Design], Iterable[Verdict]]:
-    """Return a rule's function that computes once per design, because findings and results are requested separately."""
+    """Return the function `apply` of rule `number` with its results cached per design.
+
+    The results are needed twice: for findings, and for the table of estimated values.
+    """
     return lambda design: memo(design, f"verdicts of {number}", lambda: tuple(apply(design)))
 
 

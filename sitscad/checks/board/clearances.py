@@ -62,9 +62,9 @@ def spiral_gap_reduction(coil: CoilSpec) -> float:
 
 
 def copper_to_edge(design: Design) -> Iterator[Verdict]:
-    """Yield findings on the distance of copper to the board's outline.
+    """Yield findings on copper nearer to the board's outline than the fabricator's minimum.
 
-    A connector's contacts may extend to the end that is plugged in.
+    The contacts of a tail may extend to the end that is plugged into the connector.
     """
     spec, rules, tail, copper = design.spec, design.spec.fpc.rules, design.spec.fpc.tail, cached_copper(design)
     # A body too small for its coils is one finding (SIT135), not one for every layer of every coil
@@ -88,10 +88,10 @@ def copper_to_edge(design: Design) -> Iterator[Verdict]:
 def _near_edge(
     copper: Copper, outline: Path, rules: DesignRules, has_tail: bool
 ) -> dict[tuple[str, int], tuple[float, int, Item]]:
-    """Return the items of copper that are too near the board's edge.
+    """Return the items of copper (tracks, vias, contacts) that are too near to the board's edge.
 
-    Keys are the item's name and copper layer. Values are the smallest gap (m), the number of the piece of copper with
-    this gap, and the item. Contacts are left out if the board has a tail.
+    Keys are (item's name, copper layer). Values are (smallest gap in m, number of the piece of copper with this gap,
+    item). The limit is the fabricator's ``copper_to_edge``. Contacts are left out if the board has a tail.
     """
     worst: dict[tuple[str, int], tuple[float, int, Item]] = {}
     for index, gap in edge_gaps(copper, edge_of(outline), rules.copper_to_edge):
@@ -105,7 +105,7 @@ def _near_edge(
 
 
 def drill_to_copper(design: Design) -> Iterator[Verdict]:
-    """Yield findings on the distance of every hole's wall to copper that does not belong to it, on every layer."""
+    """Yield findings on holes whose wall is too near to copper of another conductor, on any layer."""
     rules = design.spec.fpc.rules
     for near in drill_nearness(cached_copper(design), rules.drill_to_copper - ALLOWED_SHORTFALL):
         via, foreign = (near.one, near.other) if isinstance(near.one, Via) else (near.other, near.one)
@@ -115,7 +115,7 @@ def drill_to_copper(design: Design) -> Iterator[Verdict]:
 
 
 def edge_of(outline: Path) -> Primitives:
-    """Return the lines and arcs of a closed outline as arrays, for the computation of distances."""
+    """Return the lines and arcs of a closed outline as `Primitives`, the arrays from which distances are computed."""
     return from_rows([row for row, _ in path_rows(outline)])
 
 
@@ -138,10 +138,11 @@ def edge_gaps(copper: Copper, edge: Primitives, minimum: float) -> Iterator[tupl
 
 
 def _worst_of_each_kind(design: Design, of_vias: bool, key: str) -> Iterator[Violation]:
-    """Yield one violation for each kind of pair of copper pieces with too small a gap, at the smallest gap.
+    """Yield a violation for each kind of pair of copper pieces that are too near to each other.
 
-    A kind is, for example, turn to turn, or lead to turn of another net. With `of_vias`, only pairs with a via are
-    compared, otherwise only pairs without. `key` is the key of the spec to which the finding points.
+    The violation is on the pair with the smallest gap. A kind is, for example, turn to turn, or lead to turn of another
+    net. With `of_vias`, only pairs with a via are compared, otherwise only pairs of tracks and contacts. `key` is the
+    key of the spec to which the finding points.
     """
     kinds: dict[tuple[object, ...], list[Nearness]] = {}
     spacing = design.spec.fpc.rules.trace_spacing
@@ -158,7 +159,8 @@ def _worst_of_each_kind(design: Design, of_vias: bool, key: str) -> Iterator[Vio
 def _too_close(spec: SensorSpec, traces: tuple[Trace, ...], near: Nearness, places: int, key: str) -> Violation:
     """Return the violation for two pieces of copper that are too near to each other.
 
-    `places` is the number of such places. `key` is the key of the spec to which the finding points.
+    `traces` are the tracks of the board, and `near` describes the pair. `places` is the number of pairs of this kind.
+    `key` is the key of the spec to which the finding points.
     """
     minimum = near.asked + ALLOWED_SHORTFALL
     holder, source = gap_asked_by(spec.fpc.rules, minimum)

@@ -39,10 +39,10 @@ def _cell(point: Point) -> tuple[int, int]:
 
 @record
 class ConductorLoop:
-    """A closed path along conductors in plan view.
+    """A closed path along tracks and vias of all layers, seen from above.
 
-    ``points`` are its corners, beginning where the path closes. ``nets`` are the nets of its tracks. ``layer`` is the
-    copper layer of the track that closes it.
+    ``points`` (m) are its corners. They begin on the track with which the path closes, on copper layer ``layer``.
+    ``nets`` are the names of the nets of its tracks.
     """
 
     points: tuple[Point, ...]
@@ -51,7 +51,7 @@ class ConductorLoop:
 
     @property
     def area(self) -> float:
-        """Enclosed area (m2), multiplied by the number of turns of the loop."""
+        """Enclosed area (m2). An area that the loop surrounds several times counts several times."""
         return abs(sum(a.x * b.y - b.x * a.y for a, b in pairwise((*self.points, self.points[0])))) / 2
 
     def turns_round(self, centre: Point) -> float:
@@ -61,9 +61,9 @@ class ConductorLoop:
 
 @record
 class _Edge:
-    """Part of a track between two nodes of the graph, `one` and `other`.
+    """Part of the track `trace` between the nodes `one` and `other` of the graph.
 
-    `first` and `last` (m) are the path lengths along the track at which the part begins and ends.
+    `first` and `last` are the distances (m) along the track at which the part begins and ends.
     """
 
     one: Node
@@ -135,7 +135,10 @@ def closed_loops(graph: TrackGraph) -> Iterator[ConductorLoop]:
 
 
 def loose_ends(graph: TrackGraph) -> Iterator[tuple[Point, int, str]]:
-    """Yield track ends without a connection on their layer, and vias that join nothing: place, copper layer, net."""
+    """Yield (place, copper layer, net) for each unconnected end of a track, and for each via that joins nothing.
+
+    The end of a track is unconnected if nothing on its layer touches it.
+    """
     layout = graph.layout
     count = Counter(node for edge in graph.edges for node in (edge.one, edge.other))
     for trace in layout.traces:
@@ -168,7 +171,10 @@ def open_nets(graph: TrackGraph) -> Iterator[tuple[Pad, Pad]]:
 
 
 def _track_meetings(copper_layers: int, traces: tuple[Trace, ...]) -> dict[int, list[tuple[float, Point]]]:
-    """Return the ends of other tracks that run into each track between its ends: the path length (m) and the place."""
+    """Return for each track the ends of other tracks that touch it between its own ends.
+
+    Keys are the indices of the tracks. Each end is (distance along the track in m, place).
+    """
     meetings: dict[int, list[tuple[float, Point]]] = defaultdict(list)
     for layer in range(1, copper_layers + 1):
         tracks = [(i, trace) for i, trace in enumerate(traces) if trace.layer == layer]
@@ -202,7 +208,7 @@ def _track_meetings(copper_layers: int, traces: tuple[Trace, ...]) -> dict[int, 
 
 
 def _loop(tree: dict[Node, list[tuple[Node, _Edge]]], closing: _Edge) -> ConductorLoop:
-    """Return the loop of a closing edge and the path back through the tree."""
+    """Return the loop that the edge `closing` forms with the path through the tree between its nodes."""
     way = _way_back(tree, closing.other, closing.one)
     points, nets = list(closing.points), {closing.trace.net}
     for edge in way:
@@ -247,7 +253,7 @@ class _Joined:
 
 
 ACUTE = math.radians(59.9)
-"""Smallest angle (rad) between two tracks without a finding.
+"""Angle (rad) between two tracks, below which there is a finding.
 
 Etchant stays in sharper corners and erodes the tracks (unverified: workshop practice). Stubs drawn by sitscad meet
 their spirals at 75 degrees or more.
@@ -277,7 +283,10 @@ def acute_angle(design: Design) -> Iterator[Verdict]:
 
 
 def sliver(design: Design) -> Iterator[Verdict]:
-    """Yield findings on gaps within one conductor that turns back on itself, narrower than the fabricator's spacing."""
+    """Yield findings on gaps between parts of one conductor that turns back, if they are below the minimum spacing.
+
+    The minimum is the smaller of the fabricator's spacing and the spec's spacing of turns.
+    """
     minimum = min(design.spec.fpc.rules.trace_spacing, design.spec.coil.trace_spacing)
     holder, source = gap_asked_by(design.spec.fpc.rules, minimum)
     for near in conductor_notches(cached_copper(design), minimum - ALLOWED_SHORTFALL):
@@ -321,7 +330,10 @@ def _graph(design: Design) -> TrackGraph:
 
 
 def _corners(copper: Copper) -> Iterator[tuple[int, int, tuple[float, float], float]]:
-    """Yield pairs of track pieces that meet at an acute angle: their numbers, the place (m) and the angle (rad)."""
+    """Yield (number, number, place in m, angle in rad) for two pieces of track that meet at less than `ACUTE`.
+
+    The numbers are indices of the pieces in `copper`.
+    """
     tracks = np.flatnonzero(np.array([isinstance(copper.items[k], Trace) for k in copper.item], dtype=bool))
     pieces = copper.pieces.take(tracks)
     points = np.concatenate([pieces.start, pieces.end])

@@ -30,7 +30,7 @@ from sitscad.spec.sensor import SensorSpec
 
 
 def via_drill(vias: tuple[Via, ...], rules: DesignRules) -> Iterator[Verdict]:
-    """Yield findings on drills smaller than the fabricator's smallest."""
+    """Yield findings on vias whose drill is smaller than the fabricator's minimum."""
     for via in vias:
         if via.drill < rules.via_drill - ROUNDING:
             yield shorter_than_limit("via-drill", rules, "via_drill", via.drill, "fpc.rules",
@@ -38,7 +38,7 @@ def via_drill(vias: tuple[Via, ...], rules: DesignRules) -> Iterator[Verdict]:
 
 
 def annular_ring(vias: tuple[Via, ...], rules: DesignRules) -> Iterator[Verdict]:
-    """Yield findings on the ring of copper around each drill."""
+    """Yield findings on vias whose ring of copper around the drill is narrower than the fabricator's minimum."""
     for via in vias:
         ring = (via.pad - via.drill) / 2.0
         if ring < rules.annular_ring - ROUNDING:
@@ -48,7 +48,7 @@ def annular_ring(vias: tuple[Via, ...], rules: DesignRules) -> Iterator[Verdict]
 
 
 def hole_to_hole(vias: tuple[Via, ...], rules: DesignRules) -> Iterator[Verdict]:
-    """Yield findings on the wall between each pair of drilled holes."""
+    """Yield findings on pairs of drilled holes with a wall between them thinner than the fabricator's minimum."""
     for via, other in combinations(vias, 2):
         wall = via.centre.distance(other.centre) - (via.drill + other.drill) / 2.0
         if wall < rules.hole_to_hole - ROUNDING:
@@ -93,11 +93,11 @@ def part_size(design: Design) -> Iterator[Verdict]:
 
 
 def _panel_size(rules: DesignRules, size: tuple[float, float], parts: int = 0) -> Iterator[Verdict]:
-    """Yield a violation if a delivered part or panel (m) is larger than the fabricator's panel.
+    """Yield a violation if a delivered part or panel of the sides `size` (m) is larger than the fabricator's panel.
 
-    If the panel size in the profile is only a usual size and not a limit, a larger part gets a note. Above the largest
-    part that the fabricator makes, it gets a warning. `parts` is the number of parts in the panel, or 0 for a board
-    that is delivered singly.
+    `parts` is the number of parts in the panel, or 0 for a single board. The panel size in the profile may be only a
+    usual size and not a limit. A larger panel then gets a note, and a larger single board has no finding. Sizes above
+    the largest part that the fabricator makes get a warning.
     """
     is_choice = is_unverified(rules.source_of("panel_size"))
     for field in ("largest_part", "panel_size") if is_choice else ("panel_size",):
@@ -127,7 +127,7 @@ def _sides(size: Sequence[float]) -> list[float]:
 def limit_document(rules: DesignRules, field: str) -> str:
     """Return the name of the document that sets a limit: the profile's name, or file and line of a user's own profile.
 
-    " (unverified)" is added to limits that were not verified. `field` is the limit's key in the rules.
+    `field` is the limit's key in the design rules. " (unverified)" is added if the limit was not verified.
     """
     mark = " (unverified)" if is_unverified(rules.source_of(field)) else ""
     return rules.holder(field) + mark
@@ -137,16 +137,20 @@ def shorter_than_limit(
     case: str, rules: DesignRules, field: str, have: float, key: str, place: Place, *, hint: str = "",
     fixes: tuple[Family, ...] = (), **values: Any,
 ) -> Violation:
-    """Return the violation for a length `have` (m) smaller than the limit `field` of the fabricator's rules."""
+    """Return the violation for a length `have` (m) smaller than the limit `field` of the fabricator's rules.
+
+    `case` is the key of the texts in ``data/messages.csv``, `key` the key of the spec to which the finding points, and
+    `place` the place on the board. The other arguments are as in `violation_of`.
+    """
     return violation_of(case, key, have, getattr(rules, field), "m", source=rules.source_of(field), place=place,
                         hint=hint, fixes=fixes, house=limit_document(rules, field), **values)
 
 
 def gap_asked_by(rules: DesignRules, gap: float) -> tuple[str, str]:
-    """Return two texts on the minimum gap between copper: the document that sets it, and its source.
+    """Return (document, source) of the minimum gap `gap` (m) between copper, as texts.
 
-    If `gap` (m) is smaller than the fabricator's minimum, both texts refer to the spec, because the gap is then the
-    spec's spacing of turns.
+    If `gap` is smaller than the fabricator's minimum, both texts refer to the spec, because the spec's spacing of turns
+    then sets the minimum.
     """
     if gap < rules.trace_spacing - ROUNDING:
         return "the spec (coil.trace_spacing)", "coil.trace_spacing in the spec"
@@ -158,7 +162,7 @@ MAX_NAMED_FABRICATORS = 4
 
 
 def trace_width(design: Design) -> Iterator[Verdict]:
-    """Yield findings on tracks narrower than the fabricator's smallest."""
+    """Yield findings on tracks narrower than the fabricator's minimum, and on copper too thick for this minimum."""
     yield from _too_fine("trace-width", design.spec, "trace_width")
     yield from _thicker_foil(design.spec.coil.layers, design.spec.fpc, "trace_width", "tracks")
     # Tracks drawn narrower than the fabricator makes, if the coil's own width is not the reason
@@ -204,7 +208,7 @@ def _thicker_foil(
 
 
 def trace_spacing(design: Design) -> Iterator[Verdict]:
-    """Yield findings on a spacing smaller than the fabricator's smallest."""
+    """Yield findings on a spacing of turns below the fabricator's minimum, and on copper too thick for this minimum."""
     yield from _too_fine("trace-spacing", design.spec, "trace_spacing")
     yield from _thicker_foil(design.spec.coil.layers, design.spec.fpc, "trace_spacing", "spacings")
 
@@ -328,7 +332,11 @@ def _not_offered(
     case: str, rules: DesignRules, key: str, field: str, value: object, measured: float | None = None, *,
     hint: str = "", details: tuple[str, ...] = (), fixes: tuple[Family, ...] = (), **values: Any,
 ) -> Violation:
-    """Return the violation for a material that the fabricator does not list. The message contains the list."""
+    """Return the violation for a material, thickness or number of layers that the fabricator does not list.
+
+    `field` is the key of the fabricator's list, which the message contains. `value` is the text of the unlisted value,
+    and `measured` its number (thickness in m, or number of layers). The other arguments are as in `violation_of`.
+    """
     listed = [show(each, "m") if isinstance(each, float) else str(each) for each in getattr(rules, field)]
     return violation_of(case, key, measured, unit=None if measured is None or field == "layer_counts" else "m",
                         hint=hint,
@@ -337,10 +345,11 @@ def _not_offered(
 
 
 def _refused_parts(stackup: Stackup, rules: DesignRules) -> Iterator[tuple[str, str, float | None, object, float]]:
-    """Yield a row for each part of a stack-up that the fabricator does not offer.
+    """Yield (case, list, number, text, plating) for each part of a stack-up that the fabricator does not offer.
 
-    Columns are the message case, the key of the fabricator's list, the number (layers, or thickness in m; None for a
-    kind of cover), its text, and the thickness (m) of the plating on a foil (else 0).
+    ``case`` is the key of the message in ``data/messages.csv``, and ``list`` the key of the fabricator's list.
+    ``number`` is the number of layers or the thickness (m), None for a kind of cover. ``text`` is the number or kind as
+    text. ``plating`` is the thickness (m) of the plating on a foil, 0 for other parts.
     """
     count = len(stackup.copper)
     if rules.layer_counts is not None and count not in rules.layer_counts:

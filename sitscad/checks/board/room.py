@@ -29,11 +29,11 @@ from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.sensor import ArtworkSpec, SensorSpec
 
 GRAIN = 100e-6
-"""First length (m) by which coils or body change in trials, if the missing length is unknown."""
+"""Smallest length (m) by which trials change coils or body, if the missing length is unknown."""
 
 
 def no_room(what: Missing) -> Callable[[Design], Iterator[Verdict]]:
-    """Return the function of a rule about one kind of missing room. It yields a violation for each place."""
+    """Return the function of a rule on one kind `what` of missing room. It yields a violation for each such place."""
 
     def reported(design: Design) -> Iterator[Verdict]:
         return (_too_little_room(design.spec, lack) for lack in design.layout.shortfalls if lack.what is what)
@@ -42,10 +42,10 @@ def no_room(what: Missing) -> Callable[[Design], Iterator[Verdict]]:
 
 
 def _with_need(artwork: ArtworkSpec, lack: Shortfall) -> Shortfall:
-    """Return a shortfall of room with the needed size (m) added, if trials can find it.
+    """Return a description of missing room, with the needed size (m) added if trials can find it.
 
-    Only vias inside a coil are tried. The coil is enlarged by each of `GROWTHS` until all inner vias and their stubs
-    have room.
+    This is tried only for vias inside a coil. The coil is enlarged by each length of `GROWTHS`, until all inner vias
+    and their stubs have room.
     """
     if lack.what is not Missing.INNER_ROOM or lack.need is not None or lack.have is None:
         return lack
@@ -63,7 +63,9 @@ GROWTHS = (50e-6, 100e-6, 200e-6, 400e-6)
 def lead_gap(
     placements: tuple[CoilPlacement, ...], coil: CoilSpec, rules: DesignRules
 ) -> tuple[float, float] | None:
-    """Return two lengths (m): the gap between the two nearest coils, and the gap that one more via or lead needs.
+    """Return (present gap, needed gap) in metres between the two nearest coils.
+
+    The needed gap has room for one more via or lead.
 
     None for a single coil.
     """
@@ -82,7 +84,9 @@ def lead_gap(
 
 
 def body_gap(artwork: ArtworkSpec) -> tuple[float, float] | None:
-    """Return two lengths (m): the room between the coils and the body's edge, and the room for one more lead or via.
+    """Return (present room, needed room) in metres between the coils and the body's edge.
+
+    The needed room is sufficient for one more lead or via.
 
     None if the spec gives no outline of the body.
     """

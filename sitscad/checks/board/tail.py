@@ -50,7 +50,7 @@ LENGTH_GRAIN, LONGEST = 0.1e-3, 5.0
 """Rounding step (m) of tail lengths in hints, and largest length (m) of a tail that a spec may have."""
 
 FIRST_ROOM = 1e-3
-"""First increase (m) of the length of a tail that has no part for its bend."""
+"""Smallest length (m) that is added in trials to a tail without a part for its bend."""
 
 GRAIN = 0.05e-3
 """Rounding step (m) of the margins that hints propose."""
@@ -60,9 +60,10 @@ GRAIN = 0.05e-3
 class _Straight:
     """Longest part of the bend zone in which all tracks are straight and of constant width.
 
-    The bend zone is the part of the tail without stiff items. ``start`` and ``length`` are in metres along the tail.
-    ``room`` is the length (m) for the bend that the spec describes, without the part that the mount bends. ``unfit`` is
-    the first place with tracks that are not straight. None if there is no such place.
+    The bend zone is the part of the tail without stiff items. ``start`` is the position (m) along the tail where the
+    longest part begins, and ``length`` (m) is its length. ``room`` (m) is the length that remains for the bend in the
+    spec, without the part that the mount bends. ``unfit`` is the first place with tracks that are not straight, None if
+    there is none.
     """
 
     start: float
