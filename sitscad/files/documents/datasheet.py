@@ -198,9 +198,9 @@ MOST_BESIDE = 4  # Most coils whose incoming test fits on the sheet of contacts 
 
 
 def _widths(rows: Rows, first: float, whole: float) -> list[float]:
-    """Return the column widths (mm) of a table whose total width is `whole` (mm).
+    """Return the widths (mm) of a table's columns, which add up to `whole` (mm).
 
-    Up to four columns, the first has the width `first` (mm) and the others are equal. With more, all are equal.
+    With up to four columns, the first has the width `first` (mm) and the others are equal. With more, all are equal.
     """
     count = len(rows[0]) if rows else 1
     if count > 4:
@@ -243,7 +243,10 @@ def _page(content: Content, assembly: Sheet | None) -> str:
 
 
 def _figure(plotted: Plot) -> str:
-    """Return a plot as a figure of the page; narrow plots share a row, so that all plots have letters of one size."""
+    """Return a plot as an HTML figure with its caption.
+
+    Narrow plots share a row of the page, so that the letters of all plots have one size.
+    """
     sheet = Sheet(plotted.caption, plotted.size, decimals=3)
     plot(sheet, (0.0, 0.0, *plotted.size), plotted.draw)
     return figure(svg(sheet), plotted.caption)
@@ -350,10 +353,10 @@ TARED_AFTER_A_GRASP = (
 
 
 def acceptance(coils: tuple[CoilEstimate, ...], metered: tuple[MeterReadings, ...], temperature: float) -> Rows:
-    """Return the accepted readings by instrument of bare coils at 20 degrees Celsius (`bench`).
+    """Return the accepted readings of bare coils at a temperature (degrees Celsius), by coil and instrument.
 
-    Limits are three standard deviations of manufacture about the design's value. Inductance and resistance are listed
-    only if `bench` has an LCR meter's readings.
+    The first row has the headings. Limits are three standard deviations of manufacture about the design's value.
+    Inductance and resistance are listed only if `metered` has the readings of an LCR meter.
     """
     limits = production_limits(coils)
     if not limits:
@@ -374,12 +377,12 @@ def acceptance(coils: tuple[CoilEstimate, ...], metered: tuple[MeterReadings, ..
 
 
 def _within_sigmas(value: float, sigma: float, unit: str) -> str:
-    """Format the range of accepted readings: `value` within `ACCEPTED_SIGMAS` standard deviations, at least 0."""
+    """Return the accepted range as text: `ACCEPTED_SIGMAS` standard deviations to either side, at least 0."""
     return _between(max(0.0, value - ACCEPTED_SIGMAS * sigma), value + ACCEPTED_SIGMAS * sigma, unit)
 
 
 def _between(low: float, high: float, unit: str) -> str:
-    """Format a range, with both ends in the unit of the higher end."""
+    """Return a range as text, with both ends in the unit of the higher end."""
     last = show(high, unit, 4)
     scale = 10.0 ** round(math.log10(float(last.partition(" ")[0]) / high))
     return f"{float(f'{low * scale:.4g}'):.7g} to {last}"

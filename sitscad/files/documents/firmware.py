@@ -20,7 +20,7 @@ from sitscad.spec.sensor import SensorSpec
 
 
 def config_path(converter: Converter, ending: str) -> str:
-    """Return the package path of the C header (``h``) or of the JSON file (``json``)."""
+    """Return the package path of the file with the register settings: C header (``h``) or JSON file (``json``)."""
     return f"firmware/{converter.name}_config.{ending}"
 
 
@@ -47,7 +47,7 @@ def render(spec: SensorSpec, estimates: Estimates, forced: str = "") -> dict[str
 
 
 def refusal(name: str, converter: Converter, reason: str) -> dict[str, str]:
-    """Return the two files for a sensor that cannot be read out, by path."""
+    """Return the C header and the JSON file, by path, for a sensor that cannot be read out. `reason` states why."""
     text = " ".join(reason.replace('"', "'").replace("\\", "/").split())
     value = {"name": name, "device": converter.name, "refused": reason, "converters": []}
     return {
@@ -102,7 +102,10 @@ def table(
 
 
 def _coil_document(device: Converter, force: float | None, estimates: Estimates, index: int) -> dict[str, Any]:
-    """Return the JSON entry of a coil: channel, place, and expected frequencies and inductances."""
+    """Return the JSON entry of the coil with an index: channel, place, and expected frequencies and inductances.
+
+    `force` is the required normal force (N); None if the spec requires no force.
+    """
     coil, channel = estimates.all_coils[index], device.places(len(estimates.all_coils))[index]
     offsets = () if estimates.readout.conversion is None else estimates.readout.conversion.offsets
     change, sigma = coil.converter_sensitivity(force) or (None, None)
@@ -224,7 +227,7 @@ SCANS = ("scan_rate_Hz", "read_back_time_s", "supply_current_A")
 def _step(readout: ReadoutEstimate, state: StateEstimate) -> str:
     """Describe the inductance (H) of one step of the converter's result, and the frequency's standard deviation.
 
-    The converter's formula gives the inductance. "unknown" if the settings or the inductance are unknown.
+    The converter's formula gives the inductance. If settings or inductance are unknown, the text for it is "unknown".
     """
     conversion, inductance = readout.conversion, state.converter_inductance
     step, size = "one count of the reference", "unknown"
@@ -278,7 +281,10 @@ def _result_macros(converter: Converter, readout: ReadoutEstimate, text: Firmwar
 
 
 def _count_macros(converter: Converter, readout: ReadoutEstimate, part_by: str) -> list[str]:
-    """Return macros that convert partial results to counts; empty if results show the whole conversion."""
+    """Return macros that convert results with fewer bits than a conversion to counts of a whole conversion.
+
+    Empty if results have all bits.
+    """
     conversion = readout.conversion
     if conversion is None or not conversion.is_partial:
         return []

@@ -41,7 +41,7 @@ from sitscad.spec.sensor import ReadoutSpec, SensorSpec
 
 
 def addr_pin(converter: Converter, address: int) -> str:
-    """Return the level of the ADDR pin that selects an address, or the line it is tied to."""
+    """Return the level of the converter's ADDR pin that selects an I2C address, or the line to which it is tied."""
     net = converter.address_net(address)
     return {"GND": "low", "VDD": "high"}.get(net, f"to {net}")
 
@@ -73,15 +73,16 @@ def driver_files(
 
 
 def _counts(band: Band, conversion: Conversion) -> tuple[int, ...]:
-    """Return a frequency band in counts: design value, lowest and highest, each limited to the converter's range."""
+    """Return (design value, lowest, highest) of a frequency band in counts, limited to the converter's range."""
     scale, most = 1.0 / conversion.hertz_per_count, 2**conversion.device.bits - 2
     return tuple(min(max(round(value * scale), 1), most) for value in (band.design, band.low, band.high))
 
 
 def unlike(coil_bands: Sequence[CoilBands]) -> float:
-    """Return the least frequency difference (Hz) of two coils at which the self-test detects their exchange.
+    """Return the least frequency difference (Hz) at which the self-test detects that two coils are exchanged.
 
-    It is five standard deviations of the difference between the two coils with the largest `own_sigma`.
+    It is five standard deviations of the difference between two coils. For all pairs, it is computed for the two coils
+    with the largest `own_sigma`.
     """
     widest = sorted(band.own_sigma for band in coil_bands)[-2:]
     return 5.0 * math.hypot(*widest)
@@ -217,7 +218,7 @@ def _self_test_time(coils: int, scan_rate: float) -> float:
 
 
 def _wake(device: ConverterPart) -> int:
-    """Return the time from SD low to a converter's first answer, in milliseconds rounded up."""
+    """Return the time (ms, rounded up) from a low SD pin to the converter's first answer."""
     return math.ceil(1e3 * device.limit("wake_time"))
 
 
@@ -226,7 +227,7 @@ def _macro(name: str, rows: Sequence[str]) -> list[str]:
 
 
 def _plain(text: str) -> str:
-    """Return a text that can neither end a C comment nor a string."""
+    """Return a text without characters that end a comment or a string of C."""
     return " ".join(comment_text(text).replace('"', "'").encode("ascii", "replace").decode().split())
 
 
@@ -390,7 +391,10 @@ def _readings(
 
 
 def _too_fast(device: Converter, coil_bands: tuple[CoilBands, ...]) -> str:
-    """Warn of sound boards that are too fast for the converter; empty if no band exceeds its limit."""
+    """Return a warning if boards within their frequency bands can exceed the converter's largest sensor frequency.
+
+    Empty if no band exceeds it.
+    """
     most = device.limit("sensor_frequency_max")
     each = [(coil_band.coil, name, band) for coil_band in coil_bands
             for name, band in (("the bare board", coil_band.bare), ("assembled and at rest", coil_band.assembled))]

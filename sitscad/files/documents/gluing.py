@@ -50,7 +50,7 @@ BARS, BAR_HOLE = (30e-3, 50e-3, 80e-3), 8.5e-3
 """Outer diameters (m) of the steel bars that load a press, and diameter (m) of their hole for the press's peg."""
 
 HEIGHT_ERROR = 5e-6
-"""Compression (m) of a pad that its height gauge may cause. It limits the contact force of the gauge."""
+"""Largest compression (m) of a pad by the height gauge. It determines the largest contact force of the gauge."""
 
 LIGHT_GAUGE = 0.1
 """Contact force (N) of a light dial gauge. From memory, not verified."""
@@ -63,7 +63,7 @@ RATCHET = 5.0
 
 
 def toleranced(size: Toleranced) -> str:
-    """Format a length in millimetres with its tolerance, the largest deviation to either side."""
+    """Return a length in millimetres as text, with its largest deviation to either side."""
     return f"{size.nominal * 1e3:.3f} +-{size.spread * 1e3:.3f} mm"
 
 
@@ -106,7 +106,7 @@ def _plain(value: float, digits: int) -> str:
 
 
 def setting(glue: Adhesive | None) -> str:
-    """Describe the glue's open time, setting time and cure time; empty if all are unknown."""
+    """Describe the glue's open time, setting time and cure time, as far as they are known. Empty if none is known."""
     if glue is None or glue.set_time is None or glue.open_time is None:
         return "" if glue is None or not glue.cure_time else f" Full strength comes after {duration(glue.cure_time)}."
     maker = "Loctite's" if glue.product.startswith("Loctite") else "the maker's"
@@ -148,7 +148,10 @@ def primed(glue: Adhesive | None, elastomer: ElastomerPad | None) -> str:
 
 
 def washers(mass: float) -> int | None:
-    """Return the number of washers with which a press has a total mass (kg); None if its peg is too short for them."""
+    """Return the number of washers with which a press has at least a total mass (kg).
+
+    None if the press's peg is too short for them.
+    """
     count = max(1, math.ceil((mass - PRESS_MASS) / WASHER_MASS))
     return count if count * WASHER_HEIGHT <= PEG[1] else None
 
@@ -168,7 +171,7 @@ def steel_bar(mass: float) -> tuple[float, float]:
 
 
 MOST_STANDING = 3.0
-"""Largest mass (kg) placed on a press; above it, a clamp over a spring presses instead. An assumption."""
+"""Largest mass (kg) placed on a press. For a larger mass, a clamp over a spring presses instead. An assumption."""
 
 
 def is_clamped(mass: float) -> bool:
@@ -181,7 +184,10 @@ SPRING_RATE = 10e3
 
 
 def spring(mass: float) -> str:
-    """Describe the weight (N) of a mass (kg), and the compression by it of a spring of the rate `SPRING_RATE`."""
+    """Describe the clamping force: the weight (N) of a mass (kg), and the spring's compression by this force.
+
+    The spring has the rate `SPRING_RATE`.
+    """
     force = mass * STANDARD_GRAVITY
     travel = force / SPRING_RATE
     return (f"{show(force, 'N', 2)}: a spring of {1e-3 * SPRING_RATE:g} N/mm, at least "
@@ -262,7 +268,7 @@ def line_areas(layout: Layout) -> dict[str, float]:
 
 
 def hard_dose(assembly: Assembly, glue: Adhesive | None, area: float) -> str:
-    """Describe the dose of glue for an area (m2) between two hard faces."""
+    """Describe the dose of glue for an area (m2) between two hard faces. `glue` is the glue for hard faces."""
     return dose(glue, area, assembly.glue_line, assembly.glue_tolerance)
 
 

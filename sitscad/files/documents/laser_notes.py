@@ -38,7 +38,7 @@ def render(layout: Layout, forced: str = "") -> dict[str, bytes]:
 
 
 def text(spec: SensorSpec, sheets: tuple[LaserSheet, ...], forced: bool = False) -> str:
-    """Return the whole page."""
+    """Return the whole page, with a warning at the top if `forced`."""
     lines = [FORCED, ""] if forced else []
     lines += [f"{spec.name}: parts to be cut, for {count_text(spec.fpc.boards or 1, 'sensor')}"]
     lines += [*([f"{spec.issue.title}."] if spec.issue.rows else []), ""]

@@ -134,7 +134,10 @@ def _own_height(coil: CoilSpec, mount: Mount | None) -> str:
 
 
 def in_place(layout: Layout) -> Iterator[str]:
-    """Yield the steps that put the glued, bent and sealed sensor on its plate or finger; empty for a jaw."""
+    """Yield the steps that mount the sensor, after gluing, bending and sealing, on its plate or finger.
+
+    Empty without a mount, and for a jaw.
+    """
     mount = layout.spec.mount
     if mount is None or mount.jaw is not None:
         return
@@ -213,7 +216,8 @@ def set_screw(body: Box, mount: Mount | None) -> float:
 def nut_screw(depth: float) -> tuple[int, bool]:
     """Return the length (mm) of the M2 screws through mount and adapter, and whether they must be cut to `depth`.
 
-    `depth` (m) is the distance from below the screws' heads to the adapter's lower face, with the nuts in it.
+    `depth` (m) is the distance from the lower side of the screws' heads to the lower face of the adapter, which holds
+    the nuts. Screws are cut if the longest standard length within `depth` enters the nuts by less than half.
     """
     grip = depth - CORNER_SCREW.nut_height
     length = max((each for each in LENGTHS if 1e-3 * each <= depth + SAME), default=LENGTHS[0])
@@ -232,9 +236,9 @@ def _into_nuts(depth: float) -> str:
 
 
 def screw_length(thread: str, grip: float) -> int | None:
-    """Return the length (mm) of a metric screw for a plastic thickness `grip` (m).
+    """Return the standard length (mm) of a metric screw that goes through plastic of a thickness `grip` (m).
 
-    None for inch threads, and for lengths beyond the table.
+    None for threads in inches, and for lengths beyond `LENGTHS`.
     """
     if not thread.startswith("M"):
         return None
@@ -280,7 +284,7 @@ def metal_below_told(coil: CoilSpec, mount: Mount | None) -> str:
 
 
 def _room_below(body_end: float, tail_bends: tuple[Bend, ...]) -> str:
-    """Describe the limit of the part under a plate for a tail that bends down; empty if no bend goes down."""
+    """Describe where the part under a plate must end, so that the tail can bend down. Empty if no bend goes down."""
     first = next((bend for bend in tail_bends if bend.direction == "down"), None)
     if first is None:
         return ""
@@ -350,7 +354,7 @@ def cures_badly(mount: Mount | None) -> bool:
 
 
 PARABOLA = 1.5
-"""Largest bulge over mean bulge of a bonded pad's free side, which bulges as a parabola (Gent 2012, 2.3)."""
+"""Ratio of largest to mean bulge of a bonded pad's free side, which bulges as a parabola (Gent 2012, 2.3)."""
 
 
 def render_fit(layout: Layout, solids: tuple[Solid, ...]) -> dict[str, bytes]:
@@ -500,7 +504,10 @@ def _balance(total: Balance) -> dict[str, Any]:
 
 
 def _rounded(value: float, digits: int = 9) -> float:
-    """Round a value to `digits` decimals (9 is 1 nm for lengths), below which CAD kernels differ between machines."""
+    """Return a value rounded to `digits` decimals (9 is 1 nm for lengths).
+
+    CAD kernels differ between machines in the decimals that are cut off.
+    """
     return round(value, digits) + 0.0
 
 

@@ -32,12 +32,12 @@ From memory, not verified.
 
 
 def near(assembly: Assembly) -> str:
-    """Format the largest deviation (mm) of a piece from its place, equal along and across."""
+    """Return the largest deviation (mm) of a piece from its intended place as text. It is equal along and across."""
     return f"+-{1e3 * placement(assembly).band:.3f} mm"
 
 
 def piece_sizes(layout: Layout) -> dict[str, tuple[float, float]]:
-    """Return (x of the tip end, largest width) in metres, by name, of each piece between a jaw and the board.
+    """Return (x of the end at the tip, largest width) in metres of each piece between a jaw and the board, by name.
 
     Pieces of a mount widen upwards as far as the port leaves room.
     """
@@ -128,7 +128,10 @@ def film_rooms(layout: Layout) -> set[float]:
 
 
 def strips_off(jaw: Jaw | None, width: float, has_strips: bool) -> str:
-    """Describe the removal of the strips and films of `squared` before a board of a width (m) is glued."""
+    """Describe the removal of strips and films, which align the pieces below the board during gluing.
+
+    `width` (m) is the width of the board, which needs their room. Empty if there is no jaw, or if none were used.
+    """
     if jaw is None or not has_strips:
         return ""
     if jaw.pocket is not None:
@@ -210,7 +213,7 @@ def _films(fpc: FpcSpec) -> str:
 
 
 def in_well(layout: Layout, part: str) -> str:
-    """Describe the placing of a piece in a frame's well, which has room on all sides; whole sentences."""
+    """Describe how a piece is placed in the well of the jig's frame, which is larger on all sides. Whole sentences."""
     room, end = process_clearance(layout.spec.mount), _tail_end(layout.spec.fpc.tail)
     row = plates_of(layout.spec).of(part)
     (x0, y0, _, y1), (left, low, _, high) = layout.body, box_around([piece.footprint.box for piece in row])

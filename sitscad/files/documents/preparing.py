@@ -61,7 +61,7 @@ def tools(steps: str) -> str:
 
 
 def waits(layout: Layout) -> str:
-    """List the longest waits: for a cast pad, for glue, for the film; empty if there are none."""
+    """List the longest waiting times: for a cast pad, for glue, for the film. Empty if there are none."""
     spec, texts = layout.spec, list[str]()
     if spec.elastomer is not None:
         times, cure = pours(spec), _cure(spec.elastomer.material.name)
@@ -106,10 +106,10 @@ USES = (
 """Regular expression for a piece's name, and the piece's purpose; the first row that matches applies."""
 
 STAGE_OF = {"fpc/": "gerber", "laser/": "laser", "firmware/": "firmware", "bom.csv": "report"}
-"""Build stage (a value of `--only`) that writes a folder or file, by its name in the text of the steps."""
+"""Build stage (a value of `--only`) that writes a folder or file. The keys are the names in the text of the steps."""
 
 STAGE_FILES = {"gerber": "fpc/", "laser": "laser/", "firmware": "firmware/", "report": "bom.csv"}
-"""Folder or file named in the text, by the build stage that writes it."""
+"""Folder or file that a build stage writes, as named in the text of the steps. The keys are the stages."""
 
 
 def to_make(mount: Mount | None, name: str, ordered: str, package: Package, width: int) -> Iterator[str]:
@@ -156,12 +156,18 @@ def cutting(sheet: ElastomerPad | Target | Shield) -> str:
 
 
 def _lacking(text: str, stages: frozenset[str]) -> list[str]:
-    """Return the build stages that would write files named in the steps but are not in the package."""
+    """Return the build stages whose files the steps name, but which the package does not have.
+
+    `stages` are the stages that it has.
+    """
     return [stage for name, stage in STAGE_OF.items() if name in text and stage not in stages]
 
 
 def is_current(text: str, stages: frozenset[str]) -> bool:
-    """Whether the text's list of missing files matches the stages that the package lacks."""
+    """Whether the list of missing files in a text is right for a package that has the build stages `stages`.
+
+    The list must have each stage whose files the steps of the text name, but which the package lacks, in order.
+    """
     steps, _, lacking = text.partition(LACKING)
     return re.findall(r"--only\s+([a-z]+)", lacking) == _lacking(steps, stages)
 
@@ -264,7 +270,7 @@ RELEASE = ("Wipe mould release for silicone thinly into every cavity and on the 
 
 
 def amount(poured: Pour) -> str:
-    """Describe the volume of silicone to mix, and the volume of the cast pieces."""
+    """Describe the volume of silicone to mix, and the volume that the cast pieces take."""
     pieces = "the pads take" if poured.pads > 1 else "the piece takes"
     share_text = f"{pieces} {1e6 * poured.pads * poured.pad:.2g} ml"
     if poured.mixed < LEAST_MIX:

@@ -24,7 +24,10 @@ LEAST_MET = 0.05e-3
 
 
 def tail_fixed(layout: Layout) -> tuple[float, float] | None:
-    """Return length and width (m) of the tail's area glued to a mount's tongue or a jaw's face; None if not glued."""
+    """Return length and width (m) of the tail's area that is glued to a mount's tongue or a jaw's face.
+
+    None if the tail is not glued to either.
+    """
     tongue, edge, path, jaw = relief(layout), lip(layout), tail_path(layout), layout.spec.jaw
     if jaw is None or path is None:
         return None
@@ -103,7 +106,7 @@ def _listed(body_end: float, edge: Lip | None, tail_bends: Sequence[Bend]) -> st
 
 
 def _rod(radius: float | None) -> str:
-    """Describe the rod that the tail is bent round; empty if no radius (m) is given."""
+    """Describe the rod around which the tail is bent to an inner radius (m). Empty if `radius` is not given."""
     if radius is None or radius <= 0.0:
         return ""
     across = math.ceil(2e4 * radius - 1e-6) / 10.0

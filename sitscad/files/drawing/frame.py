@@ -24,7 +24,7 @@ NOT_STATED = "not stated"
 
 SCALES = (50.0, 20.0, 10.0, 5.0, 3.0, 2.0, 1.5, 1.0, 0.5, 0.2, 0.1)
 DETAIL_SCALES = (50.0, 40.0, 30.0, 25.0, 20.0, 15.0, 12.0, 10.0, 8.0, 7.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.5, 1.0)
-"""Scales of details. Their finer steps let a detail use more of its room."""
+"""Scales for enlarged details. They have finer steps than `SCALES`, so that a detail fills more of its room."""
 THICK, THIN, HIDDEN = Pen(0.5), Pen(0.18), Pen(0.18, BLACK, (1.2, 0.8))
 CHAIN = Pen(0.18, "#555555", (4.0, 0.8, 0.8, 0.8))
 TEXT = 2.6
@@ -140,7 +140,7 @@ class View:
         return metres * 1e3 * self.scale
 
     def path(self, path: Path) -> Path:
-        """Return a path (m) in millimetres on paper."""
+        """Return a path on the board (m) as a path on paper (mm)."""
         return path.mapped(lambda p: Point(self.x(p.x), self.y(p.y)))
 
 
@@ -190,7 +190,7 @@ def ordinates(sheet: Sheet, view: View, axis: int, values: Sequence[float], star
 
 
 def spread(places: Sequence[float], least: float) -> list[float]:
-    """Return sorted places moved apart until neighbours are at least `least` apart.
+    """Return sorted places, moved apart so that neighbours have a distance of `least` or more.
 
     Each result is the mean of two passes: one moves places only up, the other only down.
     """
@@ -204,7 +204,7 @@ def spread(places: Sequence[float], least: float) -> list[float]:
 
 
 def span(sheet: Sheet, first: tuple[float, float], other: tuple[float, float], text: str, colour: str = BLACK) -> None:
-    """Draw a dimension line with arrows between two points of equal x or equal y (mm on paper), with text."""
+    """Draw a dimension line with arrows between two points, with its text. The points have equal x or equal y (mm)."""
     (x0, y0), (x1, y1) = first, other
     sheet.line(x0, y0, x1, y1, Pen(THIN.width, colour))
     level = abs(y1 - y0) < 1e-9

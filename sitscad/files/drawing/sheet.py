@@ -161,7 +161,10 @@ def flattened(items: Iterable[Item]) -> Iterator[Shape | Label]:
 
 
 def text_width(text: str, size: float) -> float:
-    """Return the width (mm) of a text in Helvetica. Characters outside ASCII count as wide as a digit."""
+    """Return the width of a text in Helvetica, in the unit of `size` (mm on paper).
+
+    Characters outside ASCII count as wide as a digit.
+    """
     return _thousandths(text) * size / 1000.0
 
 
@@ -236,7 +239,7 @@ Put: TypeAlias = Callable[[Sheet, float, float], None]
 
 @lru_cache(maxsize=4)  # a data sheet draws every figure twice: in HTML and in PDF
 def _drawn(matplotlib: Any, width: float, height: float, draw: Callable[[Any], None]) -> tuple[Put, ...]:
-    """Return functions that draw a matplotlib figure of a size (mm) on a sheet.
+    """Return functions that put the parts of a matplotlib figure on a sheet. The figure has a width and height (mm).
 
     matplotlib's constrained layout makes room for the labels of the axes.
     """
@@ -259,7 +262,7 @@ def _drawn(matplotlib: Any, width: float, height: float, draw: Callable[[Any], N
 
 
 def _manner() -> dict[str, Any]:
-    """Return the settings of matplotlib: thin lines, small letters, the colours of `COLOURS`."""
+    """Return the settings of matplotlib: thin lines, small letters, and the colours in `COLOURS`."""
     from matplotlib.rcsetup import cycler
 
     return {

@@ -12,9 +12,9 @@ from sitscad.files.drawing.sheet import Group, Item, Label, Shape, Sheet, text_w
 from sitscad.kernels.geometry.path import TWO_PI, Arc, Path, Point
 
 LINE = 30
-"""Least number of characters of a text whose width is fixed in the SVG (`textLength`).
+"""Number of characters above which the width of a text is fixed in the SVG (`textLength`).
 
-With a wider substitute for Helvetica, the notes of a drawing ran over its frame.
+Otherwise the notes on a drawing run over its frame if a viewer has only a wider substitute for Helvetica.
 """
 INKSCAPE = "http://www.inkscape.org/namespaces/inkscape"
 escape = partial(html_escape, quote=False)

@@ -58,7 +58,10 @@ def program(cell: int | None = None) -> bytes:
 
 
 def of_cell(text: str, cell: int | None) -> str:
-    """Return C code with the names of one cell. Unchanged if `cell` is None."""
+    """Return C code with ``sitscad_`` changed to ``sitscad_cellN_``, N being the cell's number, also in capitals.
+
+    Unchanged if `cell` is None.
+    """
     if cell is None:
         return text
     return text.replace("sitscad_", f"sitscad_cell{cell}_").replace("SITSCAD_", f"SITSCAD_CELL{cell}_")
@@ -146,9 +149,9 @@ def _tables(inverse: InverseMap) -> list[str]:
 
 
 def _ends(inverse: InverseMap, conversion: Conversion) -> list[str]:
-    """Return the smallest and largest count of every coil as C arrays.
+    """Return C arrays with the counts of each coil's smallest and largest possible result. Both mean: no reading.
 
-    Empty if results show whole conversions, because the range is then equal for all coils.
+    Empty if results show whole conversions, because the limits are then equal for all coils.
     """
     if not conversion.is_partial:
         return []

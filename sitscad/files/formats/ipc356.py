@@ -45,7 +45,10 @@ def _records(layout: Layout) -> Iterator[str]:
 
 
 def _contact(copper_layers: int, pad: Pad, covered: int) -> str:
-    """Return the record of a surface contact (operation 327) with access from its own side."""
+    """Return the record of a surface contact (operation 327), which the tester reaches from the contact's own side.
+
+    `covered` is the code of the sides under coverlay.
+    """
     bottom = pad.layer == copper_layers and pad.layer > 1
     size = f"X{_number(pad.size[0], 4)}Y{_number(pad.size[1], 4)}"
     access = f"A{pad.layer if bottom else 1:02d}"
@@ -53,9 +56,9 @@ def _contact(copper_layers: int, pad: Pad, covered: int) -> str:
 
 
 def _via(via: Via, is_through: bool, covered: int) -> str:
-    """Return the record of a plated hole (operation 317).
+    """Return the record of a plated hole (operation 317). `covered` is the code of the sides under coverlay.
 
-    A hole that ends on an inner layer has access from the top (01), as in KiCad.
+    The tester reaches a hole that ends on an inner layer from the top (01), as in KiCad.
     """
     size = f"X{_number(via.pad, 4)}Y0000"
     hole = f"MD{_number(via.drill, 4)}P"

@@ -91,7 +91,7 @@ those make it stiffer by {held} %, cell by cell (data sheet)"""
 
 
 def bulk_ratio(pad: ElastomerPad) -> float:
-    """Return bulk modulus over shear modulus for the deck, at most the material's own ratio."""
+    """Return the ratio of bulk modulus to shear modulus for the input deck, at most the material's own ratio."""
     shape_factor = pad.size[0] * pad.size[1] / (2.0 * sum(pad.size) * pad.thickness)
     stiff = 3.0 * (1.0 + 2.0 * shape_factor**2)
     return min(stiff / SHRINK, pad.material.bulk_modulus / pad.material.shear_modulus)
@@ -243,10 +243,11 @@ def written(gmsh: Any, path: Path) -> bytes:
 
 
 def quality(gmsh: Any, volumes: Iterable[Entity] = ()) -> dict[str, float]:
-    """Return the numbers of nodes and tetrahedra, and least, median and share below 0.1 of their quality SICN.
+    """Return the numbers of nodes and tetrahedra, and the least and median quality of the tetrahedra.
 
-    SICN (signed inverse condition number) of a tetrahedron is 1 if regular, 0 if flat and negative if inverted. If
-    `volumes` is not empty, only these volumes are evaluated.
+    It also has the fraction of tetrahedra with a quality below 0.1. The quality is gmsh's SICN (signed inverse
+    condition number): 1 for a regular tetrahedron, 0 for a flat one, negative for an inverted one. If `volumes` is not
+    empty, only these volumes are evaluated.
     """
     places = [tag for _, tag in volumes] or [-1]
     tags = [int(tag) for place in places for each in gmsh.model.mesh.getElements(3, place)[1] for tag in each]
@@ -263,7 +264,7 @@ def quality(gmsh: Any, volumes: Iterable[Entity] = ()) -> dict[str, float]:
 ELEMENTS_THROUGH_THICKNESS = 5
 ELEMENTS_ACROSS = 10
 AT_EDGES = 0.5
-"""Element size along the edges of the bonded faces, over the size elsewhere.
+"""Ratio of the element size along the edges of the bonded faces to the size elsewhere.
 
 The size grows within two elements from the edges.
 """

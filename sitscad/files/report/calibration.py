@@ -47,9 +47,10 @@ def _amount(value: float, unit: str) -> str:
 
 
 def point_rows(calibration: Calibration) -> tuple[list[str], list[list[str]]]:
-    """Return headings and rows of the points: number, loads, errors of the map, and errors of a fit without the point.
+    """Return headings and rows of the points: number, loads, errors of the map, errors of a fit without the point.
 
-    An error is the force from the readings minus the load. Empty for points that state poses and no loads.
+    An error is the force computed from the readings minus the applied load. Empty for points that state poses and no
+    loads.
     """
     points, fit = calibration.points, calibration.fit
     if points is None or points.loads is None or fit is None or fit.force_errors is None:
@@ -108,7 +109,7 @@ def _measured(calibration: Calibration) -> Iterable[str]:
 
 
 def _foretold(calibration: Calibration) -> Iterable[str]:
-    """Yield the HTML table of planned points, with the errors expected once all points up to the row are measured."""
+    """Yield the HTML table of planned points. Each row has the expected errors after all points up to this row."""
     if calibration.plan is not None:
         axes = calibration.map.axes
         scope = calibration.sensors.range
@@ -189,11 +190,14 @@ MOMENTS = ("A moment is a load beside the middle: move the guide until the rod s
 """Instructions for applying moments."""
 
 ASIDE = 0.1e-3
-"""Shift (m) of the places of all loads together, for which a plan states the additional errors."""
+"""Common shift (m) of the places of all loads, for which a plan states the additional errors."""
 
 
 def place_words(calibration: Calibration, plan: Plan) -> tuple[str, ...]:
-    """Describe the required accuracy of the loads' places and the errors by a shift; empty for a level target."""
+    """Describe the required accuracy of the places of loads, and the errors that a common shift causes.
+
+    Empty if the target is kept level.
+    """
     if calibration.sensors.is_held:
         return ()
     sigma, axes = usual_value("place"), calibration.sensors.range.axes
@@ -210,7 +214,10 @@ CARD_SCALE, CARD_EDGE = 5.0, 6.0
 
 
 def _on_card(middle: Point, centre: Point, scale: float, point: Point) -> Point:
-    """Map a point (m) to the card: `scale` (mm/m) about the target's middle, which is at `centre` (mm)."""
+    """Return the place (mm) on the card of a point (m) on the target.
+
+    `middle` (m) is the target's middle, which lies at `centre` (mm) on the card. `scale` is in mm/m.
+    """
     return Point(centre.x + scale * (point.x - middle.x), centre.y + scale * (point.y - middle.y))
 
 

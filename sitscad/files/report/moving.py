@@ -139,7 +139,7 @@ def pushed_document(
 
 
 def _span(boxes: list[tuple[float, float, float, float]], axis: int) -> list[float]:
-    """Return the first and last place (mm) along an axis that boxes (m: x0, y0, x1, y1) cover."""
+    """Return the lowest and highest coordinate (mm) of boxes (x0, y0, x1, y1; m) along x (`axis` 0) or y (`axis` 1)."""
     low, high = min(box[axis] for box in boxes), max(box[2 + axis] for box in boxes)
     return [round(MM * low, 4), round(MM * high, 4)]
 

@@ -122,7 +122,7 @@ def estimate_tables(estimates: Estimates) -> list[Table]:
 
 
 def coil_table(coils: tuple[CoilEstimate, ...], temperature: float) -> Table:
-    """Return each quantity of the coils, with one value per coil."""
+    """Return a table with one row for each quantity and one column for each coil."""
     rows = by_quantity(coils, COIL)
     changes = [coil.resistance_change for coil in coils]
     if any(changes):
@@ -200,7 +200,10 @@ def other_table(coils: tuple[CoilEstimate, ...], temperature: float, normal_forc
 
 
 def spread_table(coils: tuple[CoilEstimate, ...], temperature: float) -> Table:
-    """Return the scatter by manufacture (one sigma over the value) of each quantity, and the largest cause for Rp."""
+    """Return the scatter due to manufacture of each quantity, and the largest cause for Rp.
+
+    The scatter is one sigma divided by the value. Rp is the parallel resistance of the tank.
+    """
     def share(each: Quantity, state: StateEstimate) -> str:
         sigma, value = each.deviation(state), each.value(state)
         ratio = sigma / value if sigma is not None and value else math.nan

@@ -129,16 +129,16 @@ RADIUS = 2.0  # SIT321 measures from the port's axis, the other rules across: th
 
 
 def _needed(fault: Finding) -> Iterator[float]:
-    """Yield the diameter (m) of the circle that encloses the closed pair, from a finding of SIT303 or SIT321.
+    """Yield the diameter (m) of the circle that encloses the closed jaws, from a finding of SIT303 or SIT321.
 
-    Empty for other rules. The finding of SIT321 states a radius, which is doubled.
+    Empty for other rules. SIT321 states the radius, which is doubled.
     """
     if fault.rule in ("SIT303", "SIT321"):
         yield _sizes(fault)[0] * (RADIUS if fault.rule == "SIT321" else 1.0)
 
 
 def _section(sheet: Sheet, layout: Layout, jaw: Jaw, pair: ClosedSection, view: View, shown: Sequence[Finding]) -> None:
-    """Draw the closed pair across the jaw, with the circle it needs and each width that exceeds its limit."""
+    """Draw the cross section of the closed jaws, with their enclosing circle and each width that exceeds its limit."""
     sized = [fault for fault in shown if _sizes(fault)]
     draw_section(sheet, layout, jaw, view, Pen(0.35))
     draw_names(sheet, layout, jaw, view, SECTION[0] + SECTION[2])
@@ -199,9 +199,9 @@ def _widths(
 
 
 def _thin_wall(sheet: Sheet, width: float, layers: tuple[Layer, ...], view: View, fault: Finding, x: float) -> None:
-    """Draw the thickness of a printed piece that is below its process's least wall thickness.
+    """Draw the thickness of a printed piece that is smaller than the least wall thickness of its process.
 
-    The dimension's lines begin at the place `x` on paper (mm).
+    The lines of the dimension begin at `x` on paper (mm).
     """
     measured, limit = _sizes(fault)
     at = layer_heights(layers)
@@ -259,7 +259,7 @@ def _along(sheet: Sheet, layout: Layout, jaw: Jaw, fault: Finding, top: float) -
 
 
 def _at_hinge(sheet: Sheet, layout: Layout, jaw: Jaw, top: float) -> None:
-    """Draw the tail and the hinge's pin, in the first checked state in which they collide."""
+    """Draw the tail and the hinge's pin in the first of the checked states in which they collide."""
     path, pivot = tail_path(layout), hinge_pivot(layout)
     gap = next((gap for gap in pin_gaps(layout) if not gap.is_free), None)
     if gap is None or pivot is None or jaw.hinge is None or path is None:

@@ -87,7 +87,10 @@ Lengths are pixels.
 AXES_AT = 340.0
 """x position (pixels) of the axes symbol in the row of the scale bar."""
 UNDER = 0.3
-"""Width of the line that shows a track under upper copper, over the width of this track."""
+"""Ratio of the width of the line that shows a covered track to the width of this track.
+
+Upper copper covers the track.
+"""
 
 
 class PicturePoint(NamedTuple):
@@ -147,7 +150,10 @@ def legend_keys(layout: Layout, shown: list[int], view: View, marks: list[Pictur
 
 
 WIDER_FONT = 1.2
-"""Width of letters in the widest substitute font, over their width in Helvetica (DejaVu Sans: 1.15 to 1.2)."""
+"""Ratio of the letters' width in the widest substitute font to their width in Helvetica.
+
+For DejaVu Sans it is 1.15 to 1.2.
+"""
 
 
 def _scale_bar(
@@ -345,7 +351,7 @@ def _labels(sheet: Sheet, layout: Layout, view: View, name: str) -> None:
 
 
 def _marks(sheet: Sheet, marks: list[PicturePoint], view: View, name: str) -> None:
-    """Draw a ring at each place, with its text beside it. Places less than 26 pixels apart share a ring."""
+    """Draw a ring at each place, with its text beside it. Places less than 26 pixels apart share one ring."""
     boxes: list[tuple[float, float, float]] = []
     groups: list[list[PicturePoint]] = []
     for mark in marks:
@@ -416,7 +422,7 @@ def dot_picture(layout: Layout, marks: Iterable[PicturePoint] = (), columns: int
 
 
 def _along(corners: Points, step: float) -> Points:
-    """Return points (n, 2) on a polyline, no further apart than `step`."""
+    """Return points (n, 2) along a polyline at equal distances of at most `step`."""
     lengths = np.hypot(*np.diff(corners, axis=0).T)
     way = np.concatenate([[0.0], np.cumsum(lengths)])
     at = np.linspace(0.0, way[-1], max(2, math.ceil(way[-1] / step) + 1))

@@ -406,7 +406,10 @@ def exploded(sheet: Sheet, solids: tuple[Solid, ...], width: float, height: floa
 
 
 def _trimmed(solids: tuple[Solid, ...]) -> list[tuple[Solid, TriangleMesh]]:
-    """Return the solids with their meshes, cut a little beyond the sensor: a long tail would shrink the picture."""
+    """Return the solids with their meshes, cut a little beyond the sensor.
+
+    A long tail would otherwise shrink the picture.
+    """
     meshes = [(solid, tessellate(solid, CHORD, TURN)) for solid in solids]
     body = [m.vertices[:, 0] for s, m in meshes if s.role not in (BodyRole.BOARD, BodyRole.STIFFENER)]
     if not body:

@@ -168,7 +168,10 @@ def regions(areas: Iterable[Region]) -> Iterator[str]:
 
 
 def profile(*paths: Path, function: str = "Profile") -> Iterator[str]:
-    """Yield the outline, or other paths with another aperture function, as thin lines."""
+    """Yield commands that draw paths as thin lines, such as the board's outline.
+
+    `function` is the X2 function of their aperture.
+    """
     yield from (f"%TA.AperFunction,{function}*%", f"%ADD10C,{mm(PROFILE_WIDTH)}*%", "%TD*%", "D10*")
     for path in paths:
         yield from stroke(path)
@@ -224,9 +227,9 @@ def _halves(segment: Segment) -> tuple[Segment, ...]:
 def centre_on_grid(centre: Point, start: Grid, end: Grid) -> Grid:
     """Return the grid point near `centre` whose distances from `start` and `end` are most nearly equal.
 
-    Rounding start, end and centre to 1 nm leaves two radii that differ by up to about 3 nm. The centre is first moved
-    onto the perpendicular bisector of the chord. Then the best of 25 grid points around it is taken. The remaining
-    difference is a fraction of a nanometre, far below the tolerances of Gerber readers.
+    The centre (m) is first moved onto the perpendicular bisector of the chord. Then the best of 25 grid points around
+    it is taken. Rounding alone would leave two radii that differ by up to about 3 nm. The remaining difference is a
+    fraction of a nanometre, far below the tolerances of Gerber readers.
     """
     x, y, ux, uy = centre.x / UNIT, centre.y / UNIT, end[0] - start[0], end[1] - start[1]
     fraction = ((x - (start[0] + end[0]) / 2) * ux + (y - (start[1] + end[1]) / 2) * uy) / (ux * ux + uy * uy)
@@ -287,7 +290,10 @@ def image_of(text: bytes) -> Image:
 
 
 def repeated(images: Iterable[tuple[Image, Iterable[Point]]]) -> Iterator[str]:
-    """Yield the apertures of some images, then each image at each of its places (shifts in metres)."""
+    """Yield the apertures of all images, then the commands of each image at each of its places.
+
+    `images` are pairs of an image and its places (shifts in metres).
+    """
     lines, first = [], 0
     for image, places in images:
         yield from (_renumbered(line, first) for line in image.apertures)

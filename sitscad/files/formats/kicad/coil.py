@@ -111,7 +111,7 @@ class _CoilFootprint:
     # ------------------------------------------------------------------------------------------------------ terminals
 
     def _ends(self) -> tuple[_End, _End]:
-        """Return the terminals at the first turn's beginning and the last turn's end.
+        """Return the terminals at the beginning of the first turn and at the end of the last turn.
 
         If the last turn ends inside the coil, its terminal is the hole there.
         """
@@ -253,7 +253,7 @@ def _form(hole: ViaToPlace, strokes: list[str]) -> tuple[str, ...]:
 
 
 def _with_long_start(path: Path, reach: float) -> Path:
-    """Return the path with its first arcs, up to the length `reach` (m), joined to one arc.
+    """Return the path with its first arcs joined to one arc, up to a length of `reach` (m).
 
     Unchanged if these arcs do not lie on one circle.
     """

@@ -46,7 +46,7 @@ _ATTRIBUTES = "(attr smd exclude_from_pos_files exclude_from_bom allow_soldermas
 
 
 def anchor(pads: tuple[Pad, ...]) -> Grid:
-    """Return the place of the footprint: the centre of its pads."""
+    """Return the place of the footprint on the grid (nm, y downwards): the centre of its pads."""
     low, high = extent(pads)
     return (low[0] + high[0]) // 2, (low[1] + high[1]) // 2
 
@@ -154,7 +154,7 @@ def pad_text(
 
 
 def extent(pads: Sequence[Pad]) -> tuple[Grid, Grid]:
-    """Return the corners of the bounding rectangle of some pads."""
+    """Return the lower and the upper corner (nm) of the box around all pads."""
     sides = [(*grid(pad.centre), round(pad.size[0] * 5e8), round(pad.size[1] * 5e8)) for pad in pads]
     low = min(x - half for x, _, half, _ in sides), min(y - half for _, y, _, half in sides)
     return low, (max(x + half for x, _, half, _ in sides), max(y + half for _, y, _, half in sides))

@@ -228,7 +228,7 @@ def _via(via: Via, index: int, layout: Layout, nets: Mapping[str, int], sheet: G
 
 
 def _groups(coils: tuple[Coil, ...], name: str, traces: tuple[Trace, ...]) -> Iterator[str]:
-    """Yield a group of the tracks of each coil's windings.
+    """Yield a group for each coil, with the tracks of its windings.
 
     A group can be selected as a whole, and rules can distinguish windings from leads.
     """

@@ -61,7 +61,7 @@ class SchematicPart:
 
     @property
     def half(self) -> int:
-        """Half of the box's width (steps)."""
+        """Half of the width of the box, in steps of 2.54 mm."""
         return 2 if self.symbol in ("R", "C") else 4
 
     @property
@@ -71,13 +71,16 @@ class SchematicPart:
 
     @property
     def footprint(self) -> str:
-        """Footprint in KiCad's own libraries. Empty if the table has none (some sockets and converters)."""
+        """Name of the footprint in KiCad's own libraries. Empty if the table ``footprints`` has none for the part."""
         number = len(self.left) + len(self.right)
         row = footprint_row(self.symbol, number)
         return "" if row is None else row["footprint"].format(number=number, pins=f"{number:02}")
 
     def at(self) -> Iterator[tuple[Pin, int, int]]:
-        """Yield every pin with its side (-1 left, 1 right) and its row (steps, from the box's top downwards)."""
+        """Yield (pin, side, row) for each pin.
+
+        The side is -1 (left) or 1 (right). The row counts steps of 2.54 mm from the top of the box downwards.
+        """
         for side, pins in ((-1, self.left), (1, self.right)):
             for row, pin in enumerate(pins):
                 yield pin, side, row
