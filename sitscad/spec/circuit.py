@@ -59,9 +59,9 @@ MASK = "solder-mask"
 class StackLayer:
     """One layer: thickness (m) and material (a row of the materials data).
 
-    ``made_of`` lists the films of a laminated layer, empty if unknown. ``plated`` (m) is the plated part of a copper
-    layer's thickness. ``adhesive`` (m) is the part of a coverlay's thickness that flows between the tracks, 0 if
-    unknown.
+    * ``made_of``: films of a laminated layer. Empty if unknown.
+    * ``plated``: plated part (m) of a copper layer's thickness
+    * ``adhesive``: part (m) of a coverlay's thickness that flows between the tracks. 0 if unknown.
     """
 
     kind: LayerKind
@@ -100,9 +100,10 @@ class CopperLayer:
 class Stackup:
     """The layers of the flexible circuit from top to bottom, with finished thicknesses (see `built`).
 
-    `plating_thickness` (m) is the copper of one plating step, in holes and, depending on `plating`, on foil.
-    `is_plating_stated` is False if the fabricator does not state how much of the copper is plated. ``core_layers`` is
-    the number of copper layers from the top that are drilled and plated before the others are laminated on, 0 if none.
+    * ``plating_thickness``: copper (m) of one plating step, in holes and, depending on ``plating``, on foil
+    * ``is_plating_stated``: False if the fabricator does not state how much of the copper is plated
+    * ``core_layers``: number of copper layers, from the top, that form a core. It is drilled and plated before the
+      other layers are laminated on. 0 without a core.
     """
 
     name: str
@@ -201,10 +202,9 @@ TurnRadius = UnitValue("length", "0.1 mm", "100 mm")
 class Connector:
     """The end of the tail: contacts at a pitch, with their bare length and width.
 
-    The insertion thickness (m) is 0 for solder pads.
-
-    ``positions`` are the available numbers of contacts, empty for any. ``width_tolerance`` (m) is the tolerance, plus
-    and minus, of the tail's width.
+    * ``insertion_thickness`` (m): 0 for solder pads
+    * ``positions``: available numbers of contacts. Empty if any number is available.
+    * ``width_tolerance``: largest deviation (m) of the tail's width to either side
     """
 
     name: str

@@ -116,9 +116,10 @@ class DrawnTerminal:
 class DrawnCopperCoil:
     """The copper of a coil that the user drew, about the centre of its turns.
 
-    `series` lists tracks and holes from terminal to terminal, in the order of the current. `deviation` (m) is the
-    largest distance of the turns from the shape as a spec winds it. `heights` are number, mid-plane (m) and thickness
-    (m) of the board's copper layers. Empty if the file has no stack-up.
+    * ``series``: tracks and holes from terminal to terminal, in the order of the current
+    * ``deviation``: largest distance (m) of the drawn turns from the spiral that they are computed as
+    * ``heights``: (number, height of the mid-plane in m, thickness in m) of the board's copper layers. Empty if the
+      file has no stack-up.
     """
 
     layers: tuple[DrawnLayer, ...]

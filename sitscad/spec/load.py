@@ -38,7 +38,7 @@ from sitscad.spec.yaml.source import MAX_BYTES, SpecSource, TextError, dotted, p
 __all__ = ["SpecError", "load", "load_text"]
 
 NO_FILE = "<text>"
-"""Path of a text that came from no file. It has no folder, and therefore no profile files."""
+"""Path of a text that came from no file. It has no folder, so it can name no other files."""
 
 
 @checked_arguments
@@ -127,7 +127,10 @@ def load_text(
 def _read(
     text: str, path: str, profiles: str | os.PathLike[str] | None = None, folder: str | None = None
 ) -> SensorSpec:
-    """Return the sensor of a text, as `load_text` does. Files that it names are read from `folder` if that is set."""
+    """Return the sensor of a text, as `load_text` does.
+
+    The files that the text names are searched in `folder` if it is set, otherwise in the folder of `path`.
+    """
     document, source = read_section(text.removeprefix("\ufeff"), path, SpecDocument, "sitscad: 1")
     return _resolve_document(document, replace(source, folder=folder), profiles)
 
@@ -135,9 +138,9 @@ def _read(
 def load_values(
     data: Mapping[str, Any], source: SpecSource, profiles: str | os.PathLike[str] | None = None
 ) -> SensorSpec:
-    """Return the sensor that plain values describe, without writing them as text. Programs use it for many variants.
+    """Return the sensor that plain values describe. Programs with many variants need not write them as text.
 
-    `source` is the text from which the values differ. It gives positions for findings, and its comments count.
+    `source` is the text from which the values differ. It gives the positions for findings, and its comments count.
     """
     return _resolve_document(section_of_data(data, source, SpecDocument), source, profiles)
 
@@ -164,7 +167,7 @@ MOST_VALUES = 20_000
 """Maximum number of values of a spec, including sections and lists, and of values in an array."""
 
 DEEPEST = 16
-"""Maximum depth of nested sections and lists."""
+"""Largest number of sections and lists inside each other."""
 
 _PLAIN = re.compile(r"[A-Za-z0-9][A-Za-z0-9 ._/+-]*(?<! )")
 _MOST_BITS = 200
@@ -272,7 +275,10 @@ def from_mapping(sections: Mapping[str, Any], named: Mapping[str, Any]) -> Senso
 
 
 def replaced(spec: SensorSpec, changes: Iterable[tuple[Any, Any]]) -> SensorSpec:
-    """Return a spec with other values, as attributes give them, at dotted keys; see `SensorSpec.replace`."""
+    """Return a spec with other values at dotted keys; see `SensorSpec.replace`.
+
+    `changes` are pairs (key, value). Values are as in attributes of the spec, in SI units.
+    """
     pairs, written = tuple(changes), []
     records: dict[str, Any] = {}
     try:
@@ -296,9 +302,9 @@ def replaced(spec: SensorSpec, changes: Iterable[tuple[Any, Any]]) -> SensorSpec
 
 
 def written_value(key: str, value: Any) -> Any:
-    """Return the value of a dotted key, as attributes give it, in the plain form of a YAML file.
+    """Return the form that a value has in a YAML file. `value` is as in attributes of the spec, in SI units.
 
-    Raises `TextError` if a spec cannot hold the value, or if it is a length as text without a unit.
+    Raises `TextError` if a spec cannot hold the value at `key`, or if it is a length as text without a unit.
     """
     kind = kind_at(SpecDocument, key)
     if callable(getattr(value, "tolist", None)) and not isinstance(value, type):
@@ -307,7 +313,10 @@ def written_value(key: str, value: Any) -> Any:
 
 
 def rewritten_spec(spec: SensorSpec, changes: Iterable[tuple[Any, Any]]) -> SensorSpec:
-    """Return a spec with other values at dotted keys, in the form of a YAML file: bare lengths are millimetres."""
+    """Return a spec with other values at dotted keys, after rewriting and reading its text.
+
+    `changes` are pairs (key, value). Values are as in a YAML file: lengths without a unit are millimetres.
+    """
     try:
         _require_as_written(spec)
         text = spec.source.text
@@ -333,7 +342,7 @@ def meet(key: str, other: str) -> bool:
 
 
 def attribute(spec: SensorSpec, key: str) -> Any:
-    """Return the value that attributes of a spec give for a dotted key. Raises LookupError if there is none."""
+    """Return the value at a dotted key, from the attributes of a spec. Raises LookupError if there is none."""
     value: Any = spec
     for name in key.split("."):
         if name.isdecimal() and isinstance(value, tuple) and int(name) < len(value):
@@ -358,7 +367,10 @@ def _is_attribute(value: Any, spec: SensorSpec, key: str) -> bool:
 
 
 def _require_as_written(spec: SensorSpec) -> None:
-    """Raise `TextError` if values of a spec differ from its text: a change of the text would undo them."""
+    """Raise `TextError` if values of a spec differ from its text.
+
+    A change of the text would then lose them.
+    """
     if not spec.source.text:
         raise TextError("SIT011", "this spec was not read from a text", "create it with SensorSpec.from_mapping")
     if spec.is_known:
@@ -406,7 +418,11 @@ def put(data: Any, key: str, value: Any) -> None:
 
 
 def _entry(data: Any, name: str, key: str) -> Any:
-    """Return the entry of a section or list by name. None if a section lacks it."""
+    """Return the entry of a section or list. None if a section lacks it.
+
+    `name` is the entry's name or index, and `key` its dotted key for messages. Raises `TextError` if a list lacks it,
+    or if `data` is a single value.
+    """
     if isinstance(data, dict):
         return data.get(name)
     if isinstance(data, list):

@@ -144,11 +144,14 @@ class Finish:
 class Adhesive:
     """An adhesive, with the thickness of one glue line and its tolerance (m).
 
-    ``product`` is a product on the market. ``primer`` is the primer it needs on silicone, empty if none.
-    `bonds_silicone` is False if it does not hold on silicone at all. ``viscosity`` (Pa s) is None for a tape.
-    ``open_time``, ``set_time`` and ``cure_time`` (s) are the times until it stops flowing between two faces, until the
-    pieces can be released, and until full strength. The first two are None for a tape. ``inhibitor`` names the
-    substance in it that keeps a platinum silicone from curing, empty if none is known.
+    * ``product``: a product on the market
+    * ``primer``: primer that it needs on silicone. Empty if none is needed.
+    * ``bonds_silicone``: False if it does not hold on silicone at all
+    * ``viscosity`` (Pa s): None for a tape
+    * ``open_time`` (s): time until it stops flowing between two faces. None for a tape.
+    * ``set_time`` (s): time until the pieces can be released. None for a tape.
+    * ``cure_time`` (s): time until full strength
+    * ``inhibitor``: substance in it that keeps a platinum silicone from curing. Empty if none is known.
     """
 
     name: str

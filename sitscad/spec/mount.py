@@ -53,9 +53,11 @@ Datum = Special(
 class StepPart:
     """A STEP file in the spec's folder, with its position.
 
-    ``file`` is its path in that folder and ``sha256`` the hash of its bytes, which the spec's source stores. ``datum``
-    is the point (m, in the file's axes) at the middle of the face, or the name of a coordinate system in the file.
-    ``along`` is the file's axis towards the tail, and ``up`` its axis away from the face.
+    * ``file``: its path in that folder
+    * ``sha256``: hash of its bytes, which the spec's source stores
+    * ``datum``: middle of the face as a point (m, in the file's axes), or the name of a coordinate system in the file
+    * ``along``: the file's axis that points towards the tail
+    * ``up``: the file's axis that points away from the face
     """
 
     file: str

@@ -42,7 +42,7 @@ from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.thermistor import ThermistorPart
 
 ADHESIVE_PER_COPPER = 25.0 / 35.0
-"""Least thickness of a coverlay's adhesive over the thickness of the copper that it embeds (1).
+"""Least ratio of the thickness of a coverlay's adhesive to the thickness of the copper that it embeds (1).
 
 The rule is a thousandth of an inch (25 um) for each ounce of copper (35 um): SMT007 Magazine, August 2019, page 55,
 American Standard Circuits. PCBWay lays 25 um on 18 and 35 um foil (Stack-up for FPC).
@@ -53,19 +53,19 @@ COVERLAY_FILM = "polyimide-coverlay"
 
 
 def least_adhesive(copper: float) -> float:
-    """Return the thickness (m) of adhesive that a coverlay needs over copper of a thickness (m)."""
+    """Return the smallest adhesive thickness (m) of a coverlay over copper of thickness `copper` (m)."""
     return ADHESIVE_PER_COPPER * copper
 
 
 @cache
 def coverlay_films() -> tuple[tuple[float, float], ...]:
-    """Return thickness pairs (polyimide, adhesive; m) of the coverlays in stock, the thinnest first."""
+    """Return (polyimide, adhesive), both thicknesses in m, of the coverlays in stock, the thinnest coverlay first."""
     stock = [(_length(row, "film"), _length(row, "adhesive")) for row in read_rows("coverlays")]
     return tuple(sorted(stock, key=lambda pair: (sum(pair), pair[0])))
 
 
 def film_text(film: float, adhesive: float) -> str:
-    """Return the description of a coverlay with these thicknesses (m) of polyimide film and adhesive."""
+    """Return the description of a coverlay by the thicknesses (m) of its polyimide film and its adhesive."""
     return f"{show(film, 'm')} polyimide + {show(adhesive, 'm')} adhesive"
 
 
@@ -79,9 +79,9 @@ def best_film(least: float) -> tuple[float, float]:
 
 
 def covered(stackup: Stackup) -> Stackup:
-    """Return the stack-up with the coverlay film on each face that `best_film` chooses for the copper below it.
+    """Return the stack-up with the film from `best_film` in place of each film coverlay.
 
-    Coverlays of other materials are not changed.
+    `best_film` chooses it for the copper below the coverlay. Coverlays of other materials are not changed.
     """
     layers = list(stackup.layers)
     for side, layer, copper in stackup.covers:
@@ -95,9 +95,10 @@ def covered(stackup: Stackup) -> Stackup:
 
 @cache
 def stackup(name: str) -> Stackup:
-    """Return a stack-up, plated in one step by the method in its rows, with the coverlay film chosen by `covered`.
+    """Return the stack-up that has the preset name `name`, plated in one step, with the coverlay film from `covered`.
 
-    Rows of copper give its foil. If the fabricator's plating is not verified, they give the finished copper.
+    The table's row ``plated`` names the method of plating. Its rows of copper give the foil. If the fabricator's
+    plating is not verified, they give the finished copper.
     """
     rows = _rows("stackup", name)
     extra = {row["kind"]: row for row in rows if row["kind"] in ("plating", "plated", "note")}
@@ -117,7 +118,7 @@ def stackup(name: str) -> Stackup:
 
 @cache
 def connector(name: str) -> Connector:
-    """Return a connector of the tail."""
+    """Return the connector at the end of the tail that has the preset name `name`."""
     fields = _fields("connector", name)
     lengths = {field: _length(row) for field, row in fields.items() if field not in ("kind", "positions")}
     # numbers of contacts are a list like 4-6 8, which is 4, 5, 6 and 8
@@ -129,7 +130,7 @@ def connector(name: str) -> Connector:
 
 @cache
 def chip(name: str) -> Chip:
-    """Return the land pattern of a chip."""
+    """Return the land pattern of the chip that has the preset name `name`."""
     row = _table("chips")[name]
     lengths = {field: _length(row, field) for field in ("pad_along", "pad_across", "pitch")}
     return Chip(name, **lengths, source=cited(row), model=row["model"])
@@ -141,7 +142,11 @@ BUS_ADDRESSES = range(0x08, 0x78)
 
 @cache
 def converter(name: str) -> Converter:
-    """Return a converter. Raises `DataError` if its row, its family's figures and the modules contradict each other."""
+    """Return the converter that has the preset name `name`.
+
+    Raises `DataError` if the data tables about it contradict each other: its row, the figures of its family, and the
+    register map and conversion law that they name.
+    """
     row = _table("converters")[name]
     try:
         channels, addresses = int(row["channels"]), tuple(int(each, 16) for each in row["bus_addresses"].split())
@@ -165,7 +170,7 @@ def converter(name: str) -> Converter:
 
 @cache
 def jaw(name: str) -> Jaw:
-    """Return a grasper's jaw."""
+    """Return the grasper's jaw that has the preset name `name`."""
     fields = _fields("jaw", name)
     figures: dict[str, Any] = dict(LEVEL)
     for field, row in fields.items():
@@ -188,7 +193,10 @@ def jaw_source(name: str, written: tuple[str, ...]) -> str:
 
 @cache
 def hole_pattern(name: str) -> HolePattern:
-    """Return the holes of a bench plate."""
+    """Return the holes of the bench plate that has the preset name `name`.
+
+    For holes in a grid or at corners, the pattern has a single hole at the origin with the sizes of all.
+    """
     fields = _fields("hole pattern", name)
     grid = _length(fields["grid"]) if "grid" in fields else None
     places: list[tuple[float, float]] = [(0.0, 0.0)]  # for a grid or corners: one hole with its sizes, placed later
@@ -202,7 +210,7 @@ def hole_pattern(name: str) -> HolePattern:
 
 @cache
 def conductor(name: str) -> Conductor:
-    """Return a metal or magnetic sheet."""
+    """Return the metal or magnetic sheet that has the preset name `name`."""
     row = _table("conductors")[name]
     conductivity, permeability = parse_quantity(row["conductivity"], "conductivity"), row["relative_permeability"]
     coefficient = parse_quantity(row["temperature_coefficient"], "temperature coefficient")
@@ -253,7 +261,7 @@ def elastomer(name: str) -> ElastomerMaterial:
 
 @cache
 def casting(name: str) -> Casting | None:
-    """Return mixing ratio and times of a silicone. None if no source for them is known."""
+    """Return mixing ratio and times of the silicone `name`. None if no source for them is known."""
     row = _table("casting").get(name)
     if row is None:
         return None
@@ -264,7 +272,7 @@ def casting(name: str) -> Casting | None:
 
 @cache
 def finish(name: str) -> Finish:
-    """Return a finish of bare contacts."""
+    """Return the finish of bare contacts that has the preset name `name`."""
     row = _table("finishes")[name]
     electrolytic, plugged, soldered = (row[field] == "yes" for field in ("electrolytic", "plugged", "soldered"))
     return Finish(name, row["job_name"], row["words"], electrolytic, plugged, soldered, cited(row))
@@ -272,7 +280,7 @@ def finish(name: str) -> Finish:
 
 @cache
 def adhesive(name: str) -> Adhesive:
-    """Return an adhesive for the pieces."""
+    """Return the adhesive for gluing the pieces that has the preset name `name`."""
     row = _table("adhesives")[name]
     viscosity, open_time, set_time = (
         float(row[field]) if row[field] else None for field in ("viscosity_pa_s", "open_s", "set_s"))
@@ -283,7 +291,7 @@ def adhesive(name: str) -> Adhesive:
 
 @cache
 def thermistor(name: str) -> ThermistorPart:
-    """Return a temperature sensor."""
+    """Return the temperature sensor that has the preset name `name`."""
     row = _table("thermistors")[name]
     resistance = parse_quantity(row["resistance"], "resistance") if row["resistance"] else None
     relative, b_relative, error = (float(row[each] or 0.0) for each in ("resistance_tolerance", "b_tolerance", "error"))
@@ -299,14 +307,20 @@ def compensation_figure(name: str) -> float:
 
 @cache
 def cures_by_platinum(name: str) -> bool:
-    """Whether a silicone of the table cures by platinum, which amines, tin and sulphur inhibit. False for any other."""
+    """Whether the silicone `name` cures by platinum. False for silicones outside the table.
+
+    Amines, tin and sulphur keep such a silicone from curing.
+    """
     row = _table(TABLES["elastomer"]).get(name)
     return row is not None and row["cure"] == "platinum"
 
 
 @cache
 def stock_stiffeners() -> tuple[tuple[float, float], ...]:
-    """Return all pairs of polyimide film and adhesive (m) in stock for stiffeners, the thinnest first."""
+    """Return (film, adhesive), both thicknesses in m, of all polyimide stiffeners in stock, the thinnest first.
+
+    Each film is combined with each adhesive.
+    """
     rows = read_rows("stiffeners")
     films, adhesives = (
         [_length(row, "thickness") for row in rows if row["part"] == part] for part in ("film", "adhesive")
@@ -321,9 +335,12 @@ def permittivity(material: str) -> float:
 
 @cache
 def dielectric_roles(material: str) -> tuple[str, ...]:
-    """Return the uses of a dielectric. A material that is not in the table has all flexible uses.
+    """Return the uses of a dielectric. A material that is not in the table has all uses except ``rigid``.
 
-    ``base`` carries copper, ``bond`` joins layers, ``cover`` lies over the outer copper, and ``rigid`` does not bend.
+    * ``base``: carries copper
+    * ``bond``: joins layers
+    * ``cover``: lies over the outer copper
+    * ``rigid``: does not bend
     """
     row = _table("dielectrics").get(material)
     return ("base", "bond", "cover") if row is None else tuple(row["roles"].split())
@@ -353,7 +370,10 @@ def cover_name(stackup: Stackup) -> str:
 
 
 def unverified_rows(kind: str, name: str) -> tuple[tuple[str, str, str], ...]:
-    """Return field, value and source of the unverified rows of a preset. Empty if there is no such preset."""
+    """Return (field, value, source) of the unverified rows of a preset. Empty if there is no such preset.
+
+    `kind` is the kind of the preset, such as ``stackup``.
+    """
     if name not in names(kind):
         return ()
     rows = _rows(kind, name) if kind in FOLDERS else (_table(TABLES[kind])[name],)
@@ -398,12 +418,12 @@ class UnverifiedFigure:
 
 
 def is_unverified(rules: DesignRules, field: str) -> bool:
-    """Whether the source of a figure of the fabricator's rules was not seen."""
+    """Whether the value in a field of the fabricator's rules is unverified: nobody has seen its source."""
     return is_unseen(rules.sources.get(field, ""))
 
 
 def unverified_figures(spec: SensorSpec) -> tuple[UnverifiedFigure, ...]:
-    """Return the unverified figures of design rules, stack-up, connector, chip, jaw and materials of a spec."""
+    """Return the unverified values that a spec uses, from its design rules and all its presets."""
     rules, figures = spec.fpc.rules, []
     for field, source in rules.sources.items():
         if is_unverified(rules, field) and not _OF_A_FOIL.search(field):

@@ -45,9 +45,13 @@ MOST_FILES = 8
 class Origin:
     """The text that names or contains a profile: the spec, a file beside it, or an installed profile.
 
-    ``source`` is the text, ``prefix`` the dotted key before its figures, ``folder`` the text's folder and ``root`` the
-    spec's folder. ``chain`` lists the files from the spec to this text, which is the last. ``installed`` is the name of
-    an installed profile, else empty.
+    * ``source``: the text
+    * ``prefix``: dotted key of the profile's section in the text, with a dot at the end. Empty if the text is the
+      profile.
+    * ``folder``: folder of the text
+    * ``root``: folder of the spec
+    * ``chain``: paths of the profile files from the spec to this text, which is the last
+    * ``installed``: name of an installed profile. Empty for other texts.
     """
 
     source: SpecSource

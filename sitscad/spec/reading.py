@@ -83,8 +83,9 @@ class Flaw:
 class Remarks:
     """Remarks of the resolver: flaws of the spec, and defaults that were filled in.
 
-    ``findings`` are findings in other files that the spec names, and ``texts`` the texts of these files by path.
-    ``files`` holds the bytes of all files in use, by path relative to the spec's folder.
+    * ``findings``: findings in other files that the spec names
+    * ``texts``: texts of these files, by path
+    * ``files``: bytes of all files in use, by path relative to the spec's folder
     """
 
     flaws: list[Flaw] = field(default_factory=list)

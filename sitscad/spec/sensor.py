@@ -179,11 +179,12 @@ class LoadsDocument(Section):
 class LoadCase:
     """A load on the target: forces (N) towards the board and along x and y.
 
-    The force acts at `offset` (m) from the middle of the outermost face. With `opening` (rad), a face inclined about y
-    by this angle lies flush on the target, nearest to the board at +x. If `is_stuck` is True, the face holds the target
-    in x and y. Otherwise it slides and pushes along its own normal, and `normal` is the component towards the board. If
-    `is_held` is True, the face keeps the target level. `mechanism` is the source of the normal force, which is then
-    None here.
+    * ``offset``: place (m) of the force, from the middle of the outermost face
+    * ``opening``: angle (rad) about y of a face that lies flush on the target, nearest to the board at +x
+    * ``is_held``: True if the face keeps the target level
+    * ``is_stuck``: True if the face holds the target in x and y. Otherwise the face slides and pushes along its own
+      normal, and ``normal`` is the component towards the board.
+    * ``mechanism``: levers that determine the normal force. ``normal`` is then None.
     """
 
     name: str

@@ -64,7 +64,10 @@ EXTRAPOLATED = "extrapolated"
 
 
 def _shade(axes: Any, curve: Curve, limit: float) -> None:
-    """Shade the shear forces beyond `limit` (N), for which the pad's law is extrapolated, with one legend entry."""
+    """Shade the shear forces beyond `limit` (N), for which the law of the pad's stiffness is extrapolated.
+
+    The legend has one entry for all shaded areas.
+    """
     most, label = float(np.abs(curve.forces).max()), EXTRAPOLATED
     if curve.axis not in SHEARS or most <= limit:
         return
@@ -143,9 +146,10 @@ def _line(axes: Any, curve: Curve, values: Array, sigma: Array, label: str, dash
 
 
 def _range(curves: Curves, figure: Any) -> None:
-    """Draw the working range: sum of the coils' inductances over their difference (nH), one panel per shear or moment.
+    """Draw the working range: sum of the coils' inductances over their difference (nH).
 
-    Blue lines have one normal force, orange lines one shear force or moment.
+    There is one panel for each shear or moment. Blue lines have one normal force, orange lines one shear force or
+    moment.
     """
     panels = figure.subplots(1, len(curves.ranges), squeeze=False)[0]
     for axes, (kind, normal, shear, inductance) in zip(panels, curves.ranges, strict=True):

@@ -253,7 +253,7 @@ def readout_table(coils: tuple[CoilEstimate, ...], readout: ReadoutEstimate) -> 
 
 
 def stack_tables(estimates: Estimates) -> list[Table]:
-    """Return the gaps by name, and the elastomer's compression under the required force."""
+    """Return the table of gaps by state, and the elastomer's compression under the required force."""
     sigmas = estimates.gap_sigmas
     gaps = [[state_title(name), plus_minus(gap, sigmas.get(name), "m", digits=4)] for name,
             gap in estimates.gaps.items()]
@@ -270,7 +270,7 @@ LAW_HELD = "one sigma of 2.5 % where the law was held against them, 5 % beyond"
 
 
 def incoming_tables(coils: tuple[CoilEstimate, ...], metered: tuple[MeterReadings, ...]) -> list[Table]:
-    """Return the bare board's readings by an LCR meter and at each tank's frequency."""
+    """Return the expected readings of the bare board: of an LCR meter, and at the frequency of each tank."""
     free = [(coil.name, coil.states[FREE]) for coil in coils if FREE in coil.states]
     rows = [[name, *(each.text(state) for each in BARE_TANK)] for name, state in free]
     return [
@@ -299,7 +299,7 @@ def cross_check_table(cross_checks: tuple[CrossCheck, ...], no_cross_check: str 
 
 
 def head_and_rows(lines: Sequence[Sequence[str]]) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
-    """Split lines into a table's head (the first line) and its rows; both empty if there are no lines."""
+    """Return the first line as the head of a table, and the other lines as its rows. Both are empty without lines."""
     return (lines[0], lines[1:]) if lines else ((), ())
 
 

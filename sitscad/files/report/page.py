@@ -157,7 +157,7 @@ def _picture(drawing: str, caption: str) -> str:
 
 
 def _verdict(checked: CheckedSpec) -> str:
-    """Return the verdict; it is green only if there are no errors, silenced errors or warnings."""
+    """Return the verdict as HTML. It is green only if there are no errors, silenced errors or warnings."""
     errors, warnings = (checked.count(severity) for severity in (Severity.ERROR, Severity.WARNING))
     if checked.silenced:
         kind, text = "bad", f"{count_text(len(checked.silenced), 'error')} silenced: do not order this"
@@ -175,7 +175,7 @@ SMALL_SIGNAL = "small-signal"  # Rule whose warning is stated in the verdict
 
 
 def _head(checked: CheckedSpec, spec: SensorSpec, estimates: Estimates, failed: str) -> str:
-    """Return the name, the verdict and the signal; `failed` is the banner of a design with errors."""
+    """Return the top of the page: name, verdict and signal. `failed` is the banner of a design with errors."""
     counts = [count_text(checked.count(severity), severity.value) for severity in ORDER if checked.count(severity)]
     headline = "; ".join(measures.headline(signals(estimates)))
     coil = spec.coil
@@ -231,7 +231,10 @@ def _tiles(
 
 
 def _worst_in(sheet: Document) -> str:
-    """Name the cells with the coarsest resolution; empty without cells or if any resolution is unknown."""
+    """Return the names of the cells with the coarsest resolution.
+
+    Empty without cells, or if any resolution is unknown.
+    """
     each = sheet.get("cells", {}).get("each", ())
     if not each or any(cell["resolution_N"]["normal"] is None for cell in each):
         return ""
@@ -344,7 +347,10 @@ def _in_columns(body: str) -> str:
 
 
 def _range(values: Iterable[float | None], unit: str) -> str:
-    """Format the least and largest of some values in one unit."""
+    """Return the smallest and the largest of the values as text. Values that are None or infinite do not count.
+
+    Each value has its own unit prefix if the prefixes differ.
+    """
     finite = [value for value in values if value is not None and math.isfinite(value)]
     if not finite:
         return DASH

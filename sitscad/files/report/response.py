@@ -65,12 +65,12 @@ def _rows(response: Response, k: int) -> Iterator[list[str]]:
 
 
 def _of_coil(values: Array, coil: int) -> float:
-    """Return a coil's value; for a matrix of coils, the element on the diagonal."""
+    """Return the value of a coil. If the values are a matrix of coils, return its element on the diagonal."""
     return float(values[coil] if values.ndim == 1 else values[coil, coil])
 
 
 def _figure(value: float) -> str:
-    """Format a number to four digits; values below a nanonewton or picometre, left by solvers, become 0."""
+    """Return a number as text with four digits. Values below 5e-10, which solvers leave, become 0."""
     return f"{round(float(value), 9) + 0.0:.4g}"
 
 

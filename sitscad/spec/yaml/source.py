@@ -108,13 +108,17 @@ def plain_value(text: str) -> Any:
 
 @record
 class SpecSource:
-    """The text that a spec was read from: path as typed, text, and positions (line and column from 1) by dotted key.
+    """The text that a spec was read from: path as typed, text, and positions by dotted key.
 
-    ``keys`` has the position of each key (``fpc.tail.length``) or list entry. ``values`` has the position of each value
-    that begins beside its key, which are single and bracketed values. ``defaults`` lists the values that were filled
-    in, each with its reason. ``files`` has the bytes of all files that were read, by path relative to the spec's
-    folder: the spec and the profiles it names. It is empty if the text came from no file. ``folder`` is the folder of
-    these files if it is not the path's folder. An example is a package's own copy, whose path is the original spec's.
+    A position is (line, column), both counted from 1.
+
+    * ``keys``: position of each key (``fpc.tail.length``) and of each list entry
+    * ``values``: position of each value that begins beside its key: single values and values in brackets
+    * ``defaults``: values that were filled in, each with its reason
+    * ``files``: bytes of all files that were read, by path relative to the spec's folder: the spec and the files that
+      it names. Empty if the text came from no file.
+    * ``folder``: folder of these files if it is not the path's folder. An example is a package's own copy, whose path
+      is the original spec's.
     """
 
     path: str
