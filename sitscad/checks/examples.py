@@ -39,7 +39,10 @@ def _changes() -> dict[str, tuple[Row, ...]]:
 
 
 def _as_yaml(values: Sequence[tuple[str, str]]) -> str:
-    """Return dotted keys and values as YAML, a line for each section. A comment names the keys if all are left out."""
+    """Return (dotted key, value) pairs as YAML, with a line for each section.
+
+    If no pair has a value, the result is a comment that names the keys.
+    """
     sections: dict[str, dict[str, str]] = {}
     for key, value in values:
         if value:

@@ -140,10 +140,10 @@ def apply_rules(
     design: Design, hints: str = DECISIVE, least: Severity | None = Severity.NOTE,
     is_ignored: Callable[[Finding], bool] = lambda _: False,
 ) -> CheckResult:
-    """Apply every rule to a design. Layout and estimates are made when a rule first needs them.
+    """Apply every rule to a design. Layout and estimates are computed when a rule first needs them.
 
-    Unlike `check`, it searches no hint for findings that are milder than `least` or ignored. If `least` is None, it
-    searches no hints at all.
+    `hints` is the name of the budget of trials for hints, as in `check`. No changes are tried for findings that are
+    milder than `least`, or for which `is_ignored` returns True. If `least` is None, no changes are tried.
     """
     budget = Budget.of(hints)
     results: list[Outcome] = []

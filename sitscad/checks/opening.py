@@ -27,7 +27,7 @@ process_pool = late("sitscad.checks.pool", "process_pool")
 
 STDIN = "-"
 SHOWN = 1 << 18
-"""Largest number of bytes that are read from a spec with errors to show its lines: the largest size of a spec."""
+"""Largest number of bytes that are read from a spec with errors, to print its lines: the largest size of a spec."""
 
 
 def policy_for(path: str) -> Policy:
@@ -49,9 +49,10 @@ def open_spec(path: str, policy: Policy | None = None) -> SensorSpec:
 
 
 def unreadable(path: str, error: SpecError, hints: str = "decisive", text: str | None = None) -> CheckedSpec:
-    """Return the findings of a spec that could not be loaded. All other rules are listed as not checked.
+    """Return the findings of a spec that could not be loaded. Rules without a finding are listed as not checked.
 
-    `hints` has the same values as in `check`. `text` is the spec's text. If it is left out, it is read from the file.
+    `error` is the error of loading. `hints` is the name of the budget of trials for hints, as in `check`. `text` is the
+    spec's text; if None, it is read from the file.
     """
     reported = {finding.rule for finding in error.findings}
     skipped = (rule.id for rule in _active_rules() if rule.id not in reported)
@@ -71,11 +72,11 @@ def is_study(path: str) -> bool:
 
 
 def specs_in(paths: Sequence[str], passed_by: Callable[[str], None] | None = None) -> list[str]:
-    """Return paths of specs, with folders replaced by the specs inside and below, sorted by name.
+    """Return paths of specs, in which each folder is replaced by the specs in it and below it, sorted by name.
 
-    YAML files in a folder are specs if they have a top-level key ``sitscad``. Packages and hidden folders are left out.
-    Studies in folders are left out as well, and `passed_by` is called with each. Raises ValueError for a folder without
-    specs, and for the path of a study.
+    YAML files in a folder are specs if they have a top-level key ``sitscad``. Hidden folders and folders of packages
+    are left out. Studies in folders are left out as well, and `passed_by` is called with the path of each. Raises
+    ValueError for a folder without specs, and for the path of a study.
     """
     specs: list[str] = []
     for path in paths:
@@ -100,7 +101,7 @@ def _begins(path: str, word: str) -> bool:
 
 
 def _yaml_files(folder: str) -> list[str]:
-    """Return the YAML files in a folder and below, without hidden folders and packages."""
+    """Return the paths of YAML files in a folder and below it, without hidden folders and folders of packages."""
     specs = []
     for root, folders, files in os.walk(folder):
         visible = (
@@ -114,7 +115,7 @@ def _yaml_files(folder: str) -> list[str]:
 def file_beginning(path: str) -> str:
     """Return the start of a file, up to the largest size of a spec.
 
-    Empty for anything but plain files (a pipe may never end).
+    Empty for anything but plain files, because a pipe may never end.
     """
     try:
         if not Path(path).is_file():

@@ -10,9 +10,9 @@ from multiprocessing import connection, parent_process
 
 
 def process_pool(count: int, undisturbed: bool = False) -> ProcessPoolExecutor:
-    """Return a pool of processes that end with this process, even if it is killed.
+    """Return a pool of `count` processes that end with this process, even if this process is killed.
 
-    `undisturbed` processes leave Ctrl-C to this process.
+    If `undisturbed`, the processes of the pool ignore Ctrl-C, and only this process receives it.
     """
     return ProcessPoolExecutor(count, initializer=_prepare_process, initargs=(undisturbed,))
 
@@ -24,7 +24,7 @@ def _prepare_process(undisturbed: bool) -> None:
 
 
 def _end_with_parent() -> None:
-    """Wait until the parent process ends, then end this process. Otherwise it would wait for work forever."""
+    """Wait until the parent process ends, then end this process, which would otherwise wait for work forever."""
     if (parent := parent_process()) is not None:
         connection.wait([parent.sentinel])
         os._exit(1)

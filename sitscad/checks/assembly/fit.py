@@ -52,7 +52,11 @@ GRAIN = 10e-6
 
 
 def tail_bend(design: Design) -> Iterator[Verdict]:
-    """Yield findings on the tail's bend through a hinge: its layers, its foil and its radius."""
+    """Yield findings on a tail that is bent: its stack-up, its copper layers, its foil and its bend radius.
+
+    A rigid board cannot be bent. A tail that bends at every grasp must have few layers and rolled-annealed foil. The
+    bend radius is compared with half of the port's diameter.
+    """
     spec, tail, figure = design.spec, design.spec.fpc.tail, bend_figure(design.spec.fpc)
     assert tail is not None
     if tail.bend == "none":
@@ -74,8 +78,8 @@ def tail_bend(design: Design) -> Iterator[Verdict]:
 def _repeated_bend_finding(spec: SensorSpec, tail: Tail) -> Violation:
     """Return the finding on a tail with ``bend: static`` that in fact bends at every grasp.
 
-    It is a warning if the tail exceeds a limit for repeated bending, or if the fabricator states no such limit.
-    Otherwise it is a note.
+    It is a warning if the tail has a finding as a repeatedly bent tail, or if the fabricator states no bend radius for
+    repeated bending. Otherwise it is a note.
     """
     dynamic = setting(spec, "fpc.tail.bend", "dynamic", "dynamic")
     moving, figure = replace(tail, bend="dynamic"), bend_figure(dynamic.spec.fpc)
@@ -93,8 +97,8 @@ def _repeated_bend_finding(spec: SensorSpec, tail: Tail) -> Violation:
 def _repeated_bend_materials(spec: SensorSpec, tail: Tail) -> Iterator[Violation]:
     """Yield findings on the number of copper layers and the type of foil of a tail that bends repeatedly.
 
-    A tail that passes the jaw's hinge bends at every grasp. Allowed are one layer (two with a warning) and
-    rolled-annealed foil.
+    One layer has no finding, two layers have a warning, and more layers an error. Foil that is not rolled-annealed has
+    a warning.
     """
     in_hinge = bends_at_every_grasp(spec.fpc.tail, spec.jaw)
     if tail.layers > 1:
@@ -116,7 +120,7 @@ def _bend_radius(spec: SensorSpec, tail: Tail, field: str, ratio: float) -> Iter
     """Yield a finding if the tail's bend radius exceeds half of the port's diameter.
 
     The radius is the larger of two values: the radius in the spec, and `ratio` times the tail's thickness. `field` is
-    the key of the fabricator's rules that states the `ratio`.
+    the key of the fabricator's design rules for `ratio`, the least bend radius divided by the thickness.
     """
     thickness, jaw = tail_thickness(spec.fpc), spec.jaw
     room = None if jaw is None else jaw.port_diameter / 2.0
@@ -186,12 +190,15 @@ def pad_of(elastomer: ElastomerPad | None) -> ElastomerPad:
 
 
 def unmeasured_jaw_case(jaw: Jaw) -> tuple[str, ...]:
-    """Return the message case of the remark that the jaw's dimensions were not measured. Empty if they were."""
+    """Return the key in ``data/messages.csv`` of the remark that the jaw's dimensions were not measured, in a tuple.
+
+    Empty if they were measured.
+    """
     return ("jaw-unverified",) if is_unverified(jaw.source) else ()
 
 
 def measured_on_solids(design: Design) -> Iterator[Verdict]:
-    """Yield the reason for "not checked": only `build` makes the solids that this rule measures."""
+    """Yield the reason why `check` cannot apply the rule: only `build` makes the solids that the rule measures."""
     yield not_checked("on-solids")
 
 
@@ -238,7 +245,11 @@ def end_through_shaft(design: Design) -> Iterator[Verdict]:
 
 
 def judged_on_solids(document: Mapping[str, Any], device: Converter, source: SpecSource) -> tuple[Finding, ...]:
-    """Return the findings on the values in ``mount/fit.json`` that miss their limits. Empty for any other document."""
+    """Return the findings on values in the document ``mount/fit.json`` that do not meet their limits.
+
+    `document` is the content of a JSON file of the build; empty for any other file than ``mount/fit.json``. `device`
+    is the spec's converter, and `source` the spec's text with its keys.
+    """
     findings = []
     for each in document.get("measured", ()):
         if not each["kept"]:
@@ -249,7 +260,10 @@ def judged_on_solids(document: Mapping[str, Any], device: Converter, source: Spe
 
 
 def _solid_violation(each: Mapping[str, Any], key: str) -> Violation:
-    """Return the violation for one measured value of the solids, which the build writes into ``mount/fit.json``."""
+    """Return the violation for `each`, an entry of ``mount/fit.json`` with one measured value of the solids.
+
+    `key` is the key of the spec to which the finding points.
+    """
     first, value, limit = each["first"], each["value"], each["limit"] or 0.0
     case, hint, details, severity = _SOLID_CASES.get(each["what"], ("", "", (), None))
     match each["what"]:
@@ -273,9 +287,9 @@ def _solid_violation(each: Mapping[str, Any], key: str) -> Violation:
 
 
 def _jaw_case(name: str, value: float) -> str:
-    """Return the message case for a dimension that differs between the jaw's STEP file and the spec.
+    """Return the key in ``data/messages.csv`` for a dimension that differs between the jaw's STEP file and the spec.
 
-    `name` is the dimension's name in ``mount/fit.json``. `value` is the difference (m), whose sign selects the case.
+    `name` is the dimension's name in ``mount/fit.json``. `value` is the difference (m); its sign selects the text.
     """
     match name:
         case "no metal":
@@ -309,10 +323,11 @@ _SOLID_CASES: dict[str, tuple[str, str, tuple[str, ...], Severity | None]] = {
     "few jaw metal": ("jaw-file-metal", "", ("solids-when",), Severity.ERROR),
     "step file": ("step-file", "", (), None),
 }
-"""Texts for each kind of measured value in ``mount/fit.json``.
+"""Texts and severity of the finding for each kind of measured value in ``mount/fit.json``.
 
-Each entry has the case of the message, the case of the hint (empty if equal), the cases of the details, and the
-severity. Cases are keys of ``data/messages.csv``. The severity is None if the rule's own applies.
+Columns are the key of the message, the key of the hint (empty if it is the key of the message), the keys of the
+details, and the severity. Keys are those in ``data/messages.csv``. If the severity is None, the rule's severity is
+used.
 """
 
 

@@ -58,7 +58,10 @@ from sitscad.spec.sensor import SensorSpec
 
 
 def mount_joint(design: Design) -> Iterator[Verdict]:
-    """Yield findings on tongue or pins of a grasper's pad: their size, and the metal around them."""
+    """Yield findings on the joint between mount and jaw: the size of tongue or pins, and the metal around them.
+
+    Further findings are on the metal around a window in the jaw, and on a joint of a piece that does not lie on metal.
+    """
     mount, jaw = design.spec.mount, jaw_of(design.spec.jaw)
     joint = retention(design.layout.body, design.layout.spec.mount)
     assert mount is not None
@@ -87,7 +90,8 @@ def _too_little_metal(
     """Return the violation for a length `have` (m) smaller than `limit`.
 
     The limit is the smallest size that the printing or cutting process makes, or the least thickness of metal that must
-    remain.
+    remain. `case` is the key of the texts in ``data/messages.csv``, and `key` the key of the spec to which the finding
+    points. The other arguments are as in `violation_of`.
     """
     return violation_of(case, key, have, limit.value, "m", source=limit.source, details=details, fixes=fixes, **values)
 
@@ -107,8 +111,8 @@ def _dovetail(
 ) -> Iterator[Verdict]:
     """Yield findings on the neck of the mount's tongue, and on the metal that remains below the tongue's groove.
 
-    `process` is the mount's printing process. `remaining` is the thickness (m) of this metal; None if it is not
-    computed. `clearance` (m) is the clearance between tongue and groove.
+    `process` is the printing process of the mount, and `tongue` the joint. `remaining` (m) is the thickness of the
+    metal below the groove, None if it is not computed. `clearance` (m) is the gap between tongue and groove.
     """
     wall, metal, narrow = print_limit(process, "wall"), print_limit("machined", "wall"), tongue_neck(tongue)
     if narrow <= 0.0:
@@ -129,8 +133,8 @@ def _pins(
 ) -> Iterator[Verdict]:
     """Yield findings on the diameter and length of the mount's pins, and on the metal around the holes for the pins.
 
-    `process` is the mount's printing process. `clearance` (m) is the clearance between pin and hole. `has_places` is
-    True if the mount has places for pins.
+    `process` is the printing process of the mount. `clearance` (m) is the gap between pin and hole. `has_places` is
+    True if the mount has room for the pins.
     """
     pin = print_limit(process, "pin")
     if pins.diameter < pin.value - ROUNDING:
@@ -148,7 +152,7 @@ def _pins(
 
 
 def mount_holes(mount: Mount | None) -> Iterator[Verdict]:
-    """Yield findings on screw holes smaller than the mount's process makes."""
+    """Yield findings on screw holes smaller than the smallest hole that the mount's manufacturing process makes."""
     assert mount is not None
     limit = print_limit(mount.process, "hole")
     for hole in mount.holes.holes if mount.holes is not None else ():
@@ -193,12 +197,12 @@ def printed_wall(design: Design) -> Iterator[Verdict]:
 
 
 def _rounded_up_mm(length: float) -> float:
-    """Return a length (m) in mm, rounded up to whole micrometres, as hints print it."""
+    """Return a length in millimetres from a `length` in metres, rounded up to whole micrometres, for hints."""
     return round(math.ceil(length * 1e6 - 1e-3) * 1e-3, 3)
 
 
 def unsupported_board(design: Design) -> Iterator[Verdict]:
-    """Yield a finding if the board is not supported under the pressed area, or elsewhere, by mount, shield or metal."""
+    """Yield a finding if mount, shield or metal do not support the board under the pressed area, or elsewhere."""
     mount = design.spec.mount
     assert mount is not None
     if mount.kind == "custom" and mount.step is None:
@@ -230,7 +234,7 @@ def unsupported_board(design: Design) -> Iterator[Verdict]:
 
 
 def glue_on_silicone(design: Design) -> Iterator[Verdict]:
-    """Yield a finding if the adhesive of the pieces does not hold on the silicone pad."""
+    """Yield a finding if the adhesive of the sensor's parts does not bond to the silicone pad."""
     glue = design.spec.assembly.adhesive
     if glue is None or glue.bonds_silicone:
         return
@@ -242,7 +246,11 @@ def glue_on_silicone(design: Design) -> Iterator[Verdict]:
 
 
 def glue_open_times(design: Design) -> Iterator[Verdict]:
-    """Yield a finding on the first part under which the glue sets too early: board, elastomer or target."""
+    """Yield a finding on the first part under which the glue does not spread to its layer thickness in its open time.
+
+    The parts are board, elastomer and target, in this order. The time to spread follows from the part's size, the
+    permitted force, and the thickness of the glue line.
+    """
     spec, glue = design.spec, design.spec.assembly.adhesive
     if glue is None or not spec.assembly.glue_line:
         return
@@ -271,7 +279,7 @@ def glue_open_times(design: Design) -> Iterator[Verdict]:
 
 
 def film_inhibitors(design: Design) -> Iterator[Verdict]:
-    """Yield a finding if the glue of the pieces may keep the film from curing."""
+    """Yield a finding if the glue of the sensor's parts may prevent the film from curing."""
     film, glue = design.spec.encapsulation, design.spec.assembly.adhesive
     if film is None or glue is None or not glue.inhibitor or not presets.cures_by_platinum(film.material.name):
         return
@@ -284,7 +292,11 @@ def film_inhibitors(design: Design) -> Iterator[Verdict]:
 
 
 def hole_places(design: Design) -> Iterator[Verdict]:
-    """Yield a finding on the two nearest holes of a bench plate, if they are too close."""
+    """Yield a finding on the two holes of a bench plate with the least room between them, if it is too little.
+
+    The wall between the holes must have the minimum thickness, and the heads of their screws must not overlap.
+    Otherwise a warning may be on a hole too near to the board.
+    """
     mount = design.spec.mount
     pattern = mount.holes if mount is not None else None
     if mount is None or pattern is None or pattern.grid is not None or mount.kind != "bench-plate":
@@ -305,10 +317,11 @@ def hole_places(design: Design) -> Iterator[Verdict]:
 
 
 def _under_board(pattern: HolePattern, holes: tuple[Hole, ...], boxes: list[Box]) -> Iterator[Verdict]:
-    """Yield a warning for the plate's hole nearest to the board, if the head of its screw has too little room.
+    """Yield a warning for the hole nearest to the board, if the head of its screw has no room beside the board.
 
-    The distance is from the hole to the board, its tail or a plate on it. `holes` are the holes that need a second
-    piece of the mount. `boxes` are the boxes of the board.
+    `holes` are the holes of the mount's second piece, which is needed if a hole lies under board or tail. `boxes` are
+    the rectangles of the board, its tail and its plates. Without a second piece there is no warning, nor for a
+    `pattern` whose places the spec does not list.
     """
     if not holes or pattern.name != "written out":
         return

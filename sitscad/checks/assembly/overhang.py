@@ -36,9 +36,9 @@ from sitscad.spec.mount import Mount
 from sitscad.spec.sensor import SensorSpec
 
 FACTORS = (1, 2, 3)
-"""Factors on the computed increase of the body's margin, in the order of trial.
+"""Factors by which the computed increase of the body's margin is multiplied, in the order of trial.
 
-Factor 1 is sufficient unless a short jaw lets the body grow on one side only.
+Factor 1 is sufficient, unless the jaw is so short that the body can grow on one side only.
 """
 
 ENDS = ("far end", "lower side", "tail's end", "upper side")
@@ -48,7 +48,8 @@ ENDS = ("far end", "lower side", "tail's end", "upper side")
 def overhang(design: Design) -> Iterator[Verdict]:
     """Yield findings on a target that extends beyond its elastomer, and on lowest plates that extend beyond the body.
 
-    The lowest plates include their film.
+    The lowest plates are the elastomers, or the targets if there are none. They are compared with the body's outline,
+    together with the film around them.
     """
     spec, body = design.spec, design.layout.body_outline
     pad, plate, round_it = plates_of(spec).elastomer, plates_of(spec).target, film_thickness(spec.encapsulation)
@@ -84,9 +85,9 @@ def overhang(design: Design) -> Iterator[Verdict]:
 
 
 def _overhang_texts(box: tuple[float, ...], on: tuple[float, ...]) -> list[str]:
-    """Return a text with the excess length for each side at which a box extends beyond its support `on`.
+    """Return a text for each side at which `box` extends beyond the box `on` that carries it, with the excess length.
 
-    Boxes are (x_min, y_min, x_max, y_max; m). Empty if the box exceeds only rounded corners of the support.
+    Boxes are (x_min, y_min, x_max, y_max; m). Empty if the box extends only beyond rounded corners.
     """
     out = [sign * (on[i] - box[i]) for i, sign in enumerate((1.0, 1.0, -1.0, -1.0))]
     return [f"{show(by, 'm', 3)} at the {end}" for by, end in zip(out, ENDS, strict=True) if by > ROUNDING]
@@ -132,9 +133,10 @@ def _larger_bodies(design: Design) -> Iterator[Fix]:
 
 
 def laser_sheet(design: Design) -> Iterator[Verdict]:
-    """Yield findings on cut parts that do not fit on their sheet, and on several copies of a part without a web.
+    """Yield findings on cut parts (pad, target, shield) that do not fit on the sheet from which they are cut.
 
-    The parts are pad, target and shield. Their kerf and the kerf coupon need room on the sheet, too.
+    The width of the cut (kerf) and a test piece for it (kerf coupon) need room on the sheet, too. Further findings are
+    on a gap between copies of a part that is no wider than the cut, and on metal that no known laser cuts.
     """
     spec, cutting, boards = design.spec, design.spec.cutting, design.spec.fpc.boards or 1
     yield from _uncut_target(spec)
@@ -157,7 +159,7 @@ def laser_sheet(design: Design) -> Iterator[Verdict]:
 
 
 def _uncut_target(spec: SensorSpec) -> Iterator[Violation]:
-    """Yield a note if no known laser cuts the target's metal with this thickness."""
+    """Yield a note if no laser service known to sitscad cuts the target's metal at the target's thickness."""
     plate = spec.target
     if plate is None or is_laser_cut(plate.material.name, plate.thickness):
         return
@@ -171,7 +173,7 @@ def _uncut_target(spec: SensorSpec) -> Iterator[Violation]:
 
 
 def finger_carries(body_size: tuple[float, float], mount: Mount | None) -> Iterator[Verdict]:
-    """Yield a finding if the board's body is wider than the finger that a cap slips over."""
+    """Yield a finding if the board's body is wider than the finger on which the mount's cap is put."""
     width = body_size[1]
     if mount is not None and mount.finger is not None and width > mount.finger.size[0] + ROUNDING:
         has = mount.finger.size[0]

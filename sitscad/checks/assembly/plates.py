@@ -52,19 +52,19 @@ MOST_MARGIN, MOST_SIDE = 0.1, 0.5
 
 
 def lowest_plates(plates: Plates) -> tuple[Body, ...]:
-    """Return the plates that lie directly on the board."""
+    """Return the plates that lie directly on the board: the elastomers, or the targets if there are none."""
     return plates.elastomers or plates.targets
 
 
 def grow_box(box: tuple[float, ...], by: float) -> tuple[float, float, float, float]:
-    """Return a box (x_min, y_min, x_max, y_max) larger by a length (m) on every side."""
+    """Return a box (x_min, y_min, x_max, y_max; m) enlarged by the length `by` (m) on every side."""
     return box[0] - by, box[1] - by, box[2] + by, box[3] + by
 
 
 def plates_lie_on_body(plates: Plates, film: float, body: Path) -> bool:
-    """Whether each target lies completely on its pad, and the lowest plates with their film on the body's outline.
+    """Whether the target lies completely on its pad, and all lowest plates with their film lie on the board's body.
 
-    `film` is the thickness (m) of the film around the lowest plates.
+    `film` is the thickness (m) of the film around the lowest plates, and `body` the outline of the body.
     """
     pad, plate = plates.elastomer, plates.target
     if pad is not None and plate is not None and plate.footprint.hangs_over(pad.outline()) > ROUNDING:
@@ -73,7 +73,7 @@ def plates_lie_on_body(plates: Plates, film: float, body: Path) -> bool:
 
 
 def larger_pad(spec: SensorSpec) -> Iterator[Fix]:
-    """Yield the elastomer enlarged to carry the whole target."""
+    """Yield changes to an elastomer large enough to carry the whole target. Empty if it carries the target already."""
     pad, plate = plates_of(spec).elastomer, plates_of(spec).target
     if spec.elastomer is None or pad is None or plate is None or plate.footprint.hangs_over(pad.outline()) <= ROUNDING:
         return
@@ -84,9 +84,10 @@ def larger_pad(spec: SensorSpec) -> Iterator[Fix]:
 
 
 def pad_under_target(spec: SensorSpec) -> Iterator[Fix]:
-    """Yield two changes: the elastomer with the target's offset, then both parts without offset.
+    """Yield the change that gives the elastomer the target's offset, then the change of both offsets to 0.
 
-    Without offset, a part is centred on the mean of the coils' centres.
+    The offset of a part is the distance of its centre from the mean of the coils' centres. A change is left out if the
+    offsets are such already.
     """
     pad, plate = spec.elastomer, spec.target
     if pad is not None and plate is not None and pad.offset != plate.offset:
@@ -102,8 +103,8 @@ def more_margin(
 ) -> tuple[float, float]:
     """Return the smallest ``fpc.margin`` (x, y; m) with which the lowest plates and their film lie on the body.
 
-    `here` are the places of the plates, `film` the film's thickness (m), `trace_width` the width of the coils' tracks
-    (m). `body` is the present body; its larger version has rounded corners.
+    `here` are the footprints of these plates, `film` is the film's thickness (m), and `trace_width` (m) the width of
+    the coils' tracks. `body` is the box of the present body. The larger body has rounded corners.
     """
     boxes = [grow_box(plate.box, film) for plate in here]
     more = [max(0.0, *(max(body[k] - box[k], box[k + 2] - body[k + 2]) for box in boxes)) for k in (0, 1)]
@@ -155,10 +156,11 @@ def _cut(spec: SensorSpec, now: ElastomerPad, body: Path, grain: float) -> Itera
 def _fitting_plates(
     key: str, here: Footprint, plate: Plate, on: Path, around: float, grain: float
 ) -> Iterator[tuple[tuple[Edit, ...], Plate]]:
-    """Yield smaller versions of a plate that lie on an outline, each with the edits of the spec.
+    """Yield (edits, smaller plate) for versions of a plate that lie completely on the outline `on`.
 
-    `here` is the plate's place, `on` the outline, `around` the thickness (m) of the film around the plate. Sides are
-    multiples of `grain` (m). The first version keeps the plate's shape, the second is a rectangle.
+    `key` is the plate's section in the spec, `here` its present footprint, and `around` (m) the thickness of the film
+    around it. Reduced sides are multiples of `grain` (m). The first version has the plate's shape, the second is a
+    rectangle. A plate that lies on the outline already is returned unchanged, without edits.
     """
     if here.hangs_over(on) + around <= ROUNDING:
         yield (), plate
@@ -191,10 +193,11 @@ def _room(here: Footprint, on: Path, around: float, is_square: bool, grain: floa
 def _shortened_sides(
     here: Footprint, size: list[float], way: tuple[float, float], on: Path, around: float, grain: float
 ) -> tuple[float, float] | None:
-    """Return reduced sides (m) of a plate with which its corners and the film around it lie on the outline `on`.
+    """Return the largest reduced sides (m) with which a plate and the film around it lie on the outline `on`.
 
-    `way` holds 1 for each side that may be shortened, else 0. `around` is the film's thickness (m). None if even the
-    smallest plate does not fit.
+    `here` is the plate's footprint. `size` are the sides (m) at which the search begins. `way` holds 1 for each side
+    that may be shortened, else 0. `around` (m) is the film's thickness. Sides are multiples of `grain` (m). None if
+    even the smallest plate does not fit.
     """
 
     def sides(less: float) -> tuple[float, float]:
@@ -212,9 +215,9 @@ def _shortened_sides(
 
 
 def _widest_side(here: Footprint, on: Path, around: float, axis: int) -> float:
-    """Return the largest side (m) of a plate along one axis, if its other side is nearly 0.
+    """Return the largest side (m) along `axis` (0: x, 1: y) of a plate whose other side is nearly 0.
 
-    The plate keeps its centre. With the film `around` it (m), it must lie on the outline `on`.
+    The plate with the film `around` (m) it must lie on the outline `on`. Its centre does not change.
     """
     sides = [GRAIN, GRAIN]
 
@@ -226,7 +229,7 @@ def _widest_side(here: Footprint, on: Path, around: float, axis: int) -> float:
 
 
 def _least_amount(enough: Callable[[float], bool], most: float) -> float:
-    """Return the smallest amount (m) for which `enough` is true, found by bisection between 0 and `most`.
+    """Return the smallest length (m) for which `enough` is true, found by bisection between 0 and `most` (m).
 
     The error is at most a thousandth of `GRAIN`.
     """
@@ -242,7 +245,7 @@ def _least_amount(enough: Callable[[float], bool], most: float) -> float:
 def _round_down(length: float, grain: float) -> float:
     """Return a length (m) rounded down to a multiple of `grain` (m), at least `GRAIN`.
 
-    A length just below a multiple counts as this multiple, because the bisection in `_least_amount` has this error.
+    A length just below a multiple counts as this multiple, because lengths from `_least_amount` have a small error.
     """
     return max(GRAIN, round(math.floor((length + 1e-3 * GRAIN) / grain + 1e-9) * grain, 9))
 
@@ -263,10 +266,11 @@ TARGET_LENGTH_TOLERANCE = 0.2
 
 
 def target_proportions(design: Design) -> Iterator[Verdict]:
-    """Yield findings about a target's size.
+    """Yield findings on a target that is too small, too long, or not over the coils.
 
-    Over two coils in a line, its width is compared with a coil's, and its signals with the signals of a target as long
-    as the coils' distance. Over other arrays, its length and width are compared with a coil's.
+    Its width must be at least the width of a coil. Over two coils in a line, a target as long as the distance between
+    the coils' centres must not give a much larger signal. Over other arrays, its length must be at least the length of
+    a coil. Further findings are on an offset that moves the target away from coils, and on a target between coils.
     """
     target, array = design.spec.target, design.spec.array
     assert target is not None
@@ -295,9 +299,10 @@ def target_proportions(design: Design) -> Iterator[Verdict]:
 
 
 def _beside_line_length(design: Design, hint: str, fixes: tuple[Family, ...]) -> Iterator[Verdict]:
-    """Yield a finding if a target as long as the pitch of two coils in a line would give a larger signal.
+    """Yield a finding if a target as long as the distance of two coils' centres would give a much larger signal.
 
-    The signal must be larger by more than the limit `target_length_gain`. `hint` is the case of the hint.
+    The ratio of the signals is compared with the limit `target_length_gain` of ``data/own_limits.csv``. `hint` is the
+    key of the hint in ``data/messages.csv``.
     """
     spec, pitch, limit = design.spec, _line_pitch(design.spec.array), constant_limits()["target_length_gain"]
     target, requirements = spec.target, spec.requirements
@@ -328,10 +333,11 @@ NO_PAD = "no elastomer pad: forces cannot be measured, so the target's length ha
 def _larger_target(
     target: Target, pitch: float | None, coil: tuple[float, float]
 ) -> tuple[str, tuple[float, float] | None]:
-    """Return the case of the hint, and the proposed size (m) of the target.
+    """Return the hint's key in ``data/messages.csv``, and the proposed (length, width; m) of the target.
 
-    The proposed length is the distance `pitch` of two coils in a line, or else at least the length of a `coil` (length,
-    width; m). The size is None for a rotated target over two coils in a line.
+    `pitch` (m) is the distance between the centres of two coils in a line, None for other arrays. `coil` is the length
+    and width (m) of a coil. The proposed length is `pitch`, or else at least the length of a coil. The size is None for
+    a rotated target over two coils in a line.
     """
     if pitch and not target.outline.is_disc and abs(math.sin(target.rotation)) > 1e-9:
         return "target-line-turned", None
@@ -358,10 +364,11 @@ def _coils_left_uncovered(
     array: ArraySpec, target: Target, here: Footprint, middle: Footprint, coil: tuple[float, float],
     fixes: tuple[Family, ...],
 ) -> Iterator[Verdict]:
-    """Yield a finding on the coils from which an offset moves the target away.
+    """Yield a finding on the coils that the target does not cover because of its offset.
 
     A single coil must be covered completely. With several coils, the target must cover each centre that it covers
-    without the offset. `here` is the target's footprint, `middle` its footprint without the offset.
+    without the offset. `here` is the target's footprint, and `middle` its footprint without the offset. `coil` is the
+    length and width (m) of a coil along the target's axes.
     """
     if len(array.placements) == 1:
         place = here.place_of(Point(*array.middle))
@@ -389,7 +396,10 @@ def _length_along_coils(target: Target) -> float:
 
 
 def _largest_coil(placements: tuple[CoilPlacement, ...], size: tuple[float, float], turn: float) -> tuple[float, float]:
-    """Return the extent (m) of the largest rotated coil along the axes of a target rotated by `turn` (rad)."""
+    """Return the largest extents (m) of the coils along the two axes of a target.
+
+    `size` is the length and width (m) of a coil that is not rotated. `turn` (rad) is the target's rotation.
+    """
     length, width = size
     turned = [placement.rotation - turn for placement in placements]
     if length == width:
@@ -456,21 +466,25 @@ FREQUENCY = 5e6
 """Frequency (Hz) at which the signals of targets are compared. Their ratios hardly depend on it."""
 
 SHEAR_SHARE = 0.25
-"""Shear force for the comparison of targets, divided by the normal force, if the spec requires no shear force."""
+"""Ratio of shear force to normal force at which targets are compared, if the spec requires no shear force."""
 
 
 @record
 class LengthGain:
-    """Signals with another target, divided by the signals with the spec's target: for normal and for shear force."""
+    """Ratio of the signal with another target to the signal with the spec's target.
+
+    `normal` is the ratio for normal force, and `shear` the ratio for shear force.
+    """
 
     normal: float
     shear: float
 
 
 def gain_at_length(design: Design, length: float, shear: float) -> LengthGain | None:
-    """Return the gain of a target with another `length` (m) along the line of coils.
+    """Return the ratios of signals with a target of another `length` (m) along the line of coils.
 
-    None if a pad buckles sideways, or if a signal is zero.
+    `shear` is the shear force (N), 0 for `SHEAR_SHARE` of the normal force. None if a pad buckles sideways, or if a
+    signal is zero.
 
     Notes
     -----
@@ -500,9 +514,10 @@ def gain_at_length(design: Design, length: float, shear: float) -> LengthGain | 
 
 
 def _signals(layout: Layout, normal: float, shear: float) -> tuple[float, float] | None:
-    """Return the change (H) of the coils' sum by a normal force (N), and of their difference by a shear force (N).
+    """Return (normal signal, shear signal) in henries, as absolute values.
 
-    None if the pad yields sideways under a force.
+    The first is the change of the sum of all inductances by the force `normal` (N). The second is the change of the
+    difference between the first two coils by the force `shear` (N) along x. None if the pad buckles sideways.
     """
     poses, notes = loaded_poses(layout.spec, np.array([(0.0, shear, 0.0), (normal, 0.0, 0.0)]))
     if any(notes) or not np.isfinite(poses).all():

@@ -39,26 +39,30 @@ rigidity = late("sitscad.kernels.mechanics.plate_bending", "rigidity")
 
 STRAIN_ERROR = 0.5
 LOADED = 0.99
-"""Loaded area of a pad divided by its whole area, above which the pad counts as fully loaded."""
+"""Ratio of a pad's loaded area to its whole area, above which the pad counts as fully loaded."""
 
 LEAST_MODULUS_CHANGE = 0.05
-"""Least relative change of the pad's modulus between 20 degC and the temperature of use that is reported.
+"""Relative change of the pad's modulus between 20 degC and the temperature of use, below which there is no finding.
 
 It is smaller than the uncertainty of the modulus itself.
 """
 
 SLENDERNESS = 0.25
-"""Largest thickness of a pad divided by its width without a finding.
+"""Ratio of a pad's thickness to its width, above which there is a finding.
 
 It is the ratio of the 8 x 8 x 2 mm bench pad (Jones, thesis, Leeds), whose target stayed level.
 """
 
 THICKNESS_GRAIN = 50e-6
-"""Step (m) between trial thicknesses of a pad that would buckle sideways."""
+"""Step (m) between the thicknesses that are tried for a pad that buckles sideways."""
 
 
 def elastomer_strain(design: Design) -> Iterator[Verdict]:
-    """Yield findings on the pad's compression by the required force, with the uncertainty of its modulus."""
+    """Yield findings if the required normal force compresses the pad beyond the valid range of its force law.
+
+    The compression is computed with the nominal modulus and one standard deviation below. A further finding is on the
+    compression at the temperature of use.
+    """
     pad, force = pad_of(design.spec.elastomer), design.spec.requirements.normal_force
     assert force is not None
     if not rests_on_pad(design.spec):
@@ -106,7 +110,9 @@ def elastomer_strain(design: Design) -> Iterator[Verdict]:
 def _strain_in_use(spec: SensorSpec, force: float, nominal: elastomer.Compression) -> Iterator[Verdict]:
     """Yield a finding if the pad's modulus at the temperature of use differs from its modulus at 20 degrees Celsius.
 
-    The finding states the compression at the temperature of use. All other estimates are for 20 degrees Celsius.
+    The least difference is `LEAST_MODULUS_CHANGE`. The finding states the compression at the temperature of use; all
+    other estimates are for 20 degrees Celsius. `force` (N) is the required normal force, and `nominal` the compression
+    by it at 20 degrees Celsius.
     """
     at, slope = spec.requirements.temperature, pad_of(spec.elastomer).material.modulus_temperature_coefficient
     more = slope * (at - ROOM_TEMPERATURE)
@@ -123,9 +129,10 @@ def _strain_in_use(spec: SensorSpec, force: float, nominal: elastomer.Compressio
 
 
 def target_rotation(design: Design) -> Iterator[Verdict]:
-    """Yield findings on the ratio of thickness to width of the pad under the target.
+    """Yield findings on a pad that is too thick for its width.
 
-    On a slender pad the target tilts easily, and the pad may yield sideways under the force.
+    It is an error or a warning if the pad buckles sideways under the required normal force. Otherwise it is a note if
+    the ratio of thickness to width exceeds `SLENDERNESS`, because the target then tilts easily.
     """
     if not rests_on_pad(design.spec):
         yield not_checked("beside-pad")
@@ -159,10 +166,10 @@ def target_rotation(design: Design) -> Iterator[Verdict]:
 
 
 def _thickness_that_holds(spec: SensorSpec, force: float, most: float) -> float | None:
-    """Return the largest thickness (m) at which the pad holds a free target under a normal force (N).
+    """Return the largest thickness (m) at which the pad does not buckle under the normal force `force` (N).
 
-    Free means that the target may tilt. The thickness is a multiple of `THICKNESS_GRAIN`, below `most` and below the
-    pad's present thickness. None if there is none.
+    The target may tilt. The thickness is a multiple of `THICKNESS_GRAIN`, at most `most` (m) and at most the pad's
+    present thickness. None if the pad buckles at every such thickness.
     """
     def holds(grains: int) -> bool:
         thinner = replace(spec, elastomer=replace(pad_of(spec.elastomer), thickness=grains * THICKNESS_GRAIN))
@@ -176,9 +183,10 @@ def _thickness_that_holds(spec: SensorSpec, force: float, most: float) -> float 
 
 
 def elastomer_shear(design: Design) -> Iterator[Verdict]:
-    """Yield findings on the target's travel by the required shear force.
+    """Yield findings on the sideways travel of the target by the required shear force.
 
-    The limits are the valid shear strain of the pad and half the coils' distance.
+    The travel divided by the pad's thickness is compared with the valid shear strain of the pad. The travel itself is
+    compared with half the distance between the coils' centres.
     """
     spec, pad, force = design.spec, pad_of(design.spec.elastomer), design.spec.requirements.shear_force
     pitch = spec.array.pitch
@@ -205,9 +213,8 @@ def elastomer_shear(design: Design) -> Iterator[Verdict]:
 def _relative_shear_travel(spec: SensorSpec, force: float, modulus: float = 1.0) -> float:
     """Return the target's sideways travel under a shear force (N), divided by the pad's thickness.
 
-    The target stays level. The force acts along the softer axis. The travel is the larger of two: without and with the
-    required normal force (like the range in a data sheet, `shear_for_travel`). `modulus` is a factor on the pad's
-    modulus. Infinite if no equilibrium is found.
+    The target remains level. The result is the largest of four cases: shear along x or y, without or with the required
+    normal force. `modulus` is a factor by which the pad's modulus is multiplied. Infinite if no equilibrium is found.
     """
     normal = spec.requirements.normal_force or 0.0
     loads = np.array([(pressed, *way) for pressed in (0.0, normal) for way in ((force, 0.0), (0.0, force))])
@@ -222,7 +229,7 @@ def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdi
     """Yield findings on the pad's shear strain by the shear force `force` (N).
 
     `strain` is the shear strain with the nominal modulus. It is also computed with a modulus one standard deviation
-    softer.
+    below nominal. Both are compared with the limits of shear strain.
     """
     spec, limit = design.spec, elastomer.VALID_SHEAR
     softest = _modulus_lower_bound(pad_of(spec.elastomer).material.shear_modulus_sigma)
@@ -279,7 +286,7 @@ def _of(spec: SensorSpec, material: ElastomerMaterial) -> Fix:
 
 
 def _with_silicone(spec: SensorSpec, material: ElastomerMaterial | None) -> list[Fix]:
-    """Return the change to a pad of another silicone, in a list. Empty if `material` is None."""
+    """Return the change to a pad of the silicone `material`, in a list. Empty if `material` is None."""
     return [] if material is None else [_of(spec, material)]
 
 
@@ -296,11 +303,11 @@ def _softest_for_shear(spec: SensorSpec, force: float, limit: float) -> Elastome
 def _modulus_for_shear(
     spec: SensorSpec, force: float, limit: float, softer: tuple[float, float], strain: float
 ) -> float:
-    """Return the factor on the pad's modulus with which its shear strain is just below `limit`, within 1 %.
+    """Return the factor by which the pad's modulus must increase, so that the shear strain is just below `limit`.
 
-    `force` is the shear force (N). Shear strain is about inversely proportional to the modulus, so the search
-    interpolates between logarithms. `softer` is a factor with its strain beyond the limit. `strain` is the strain at
-    factor 1.
+    The strain is within 1 % of the limit. `force` is the shear force (N). `softer` is (factor, strain) for a factor at
+    which the strain exceeds the limit, and `strain` is the strain at factor 1. The search interpolates between
+    logarithms, because shear strain is about inversely proportional to the modulus.
     """
     (low, lower), (high, upper) = softer, (1.0, strain)
     while upper > limit and high < 1e6:
@@ -339,7 +346,7 @@ def target_gap(design: Design) -> Iterator[Verdict]:
 def target_bending(design: Design) -> Iterator[Verdict]:
     """Yield a finding if the target bends too much under a contact smaller than the target.
 
-    Bending is the additional travel of its middle against its edges.
+    The bending is the difference between the travel of the target's middle and the travel of its edges.
     """
     spec, target, force = design.spec, design.spec.target, design.spec.requirements.normal_force
     assert target is not None
@@ -382,18 +389,25 @@ def target_bending(design: Design) -> Iterator[Verdict]:
 def _modulus_lower_bound(sigma: float) -> float:
     """Return the lower limit of a material's modulus, divided by its nominal modulus.
 
-    It is one standard deviation (`sigma`, relative) below nominal, but at least 0.05.
+    It is 1 - `sigma`, but at least 0.05. `sigma` is the standard deviation of the modulus, divided by the modulus.
     """
     return max(0.05, 1.0 - sigma)
 
 
 @record
 class _StifferPad:
-    """Shear modulus with which the pad withstands the force, and changes of the spec to reach it.
+    """Shear modulus at which the required force compresses the pad within its valid range, and changes to reach it.
 
-    `modulus` is the smallest sufficient shear modulus (Pa), rounded up. `preset` is the softest sufficient silicone of
-    the data. `preset_modulus` (Pa) is its shear modulus, and `preset_sigma` the relative standard deviation of this
-    modulus. Modulus and preset are None if none is sufficient. `fixes` are the changes.
+    Attributes
+    ----------
+    modulus : float or None
+        smallest sufficient shear modulus (Pa), rounded up; None if no modulus is sufficient
+    preset : str or None
+        name of the softest sufficient silicone in the data; None if no silicone is sufficient
+    preset_modulus, preset_sigma : float
+        shear modulus (Pa) of this silicone, and its relative standard deviation
+    fixes : tuple of Fix
+        changes of the spec to this silicone and to this modulus
     """
 
     modulus: float | None = None

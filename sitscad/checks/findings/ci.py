@@ -47,7 +47,10 @@ _GROUPS = {"0": "spec", "1": "fabrication", "2": "readout", "3": "mechanics"}
 
 
 def sarif(checked: Sequence[CheckedSpec], output: OutputOptions) -> str:
-    """Return the SARIF document of checked specs. It is deterministic, without times or paths of the machine."""
+    """Return the SARIF document of checked specs. Equal input gives equal text, because it contains no times.
+
+    Paths are relative to the root folder of `output`; only paths outside this folder are absolute.
+    """
     indices = {rule.id: index for index, rule in enumerate(output.rules)}
     driver = {"name": "sitscad", "semanticVersion": __version__, "rules": [_rule(rule) for rule in output.rules]}
     # Notifications of the SARIF run: rules that were not checked
@@ -131,7 +134,10 @@ def _result(
 
 
 def _fix(spec: CheckedSpec, remedy: Remedy, where: dict[str, Any]) -> dict[str, Any] | None:
-    """Return a fix as replaced lines of the spec. None if the text has no place for it."""
+    """Return a fix in SARIF form, as replaced lines of the spec. None if it cannot be written into the spec's text.
+
+    `where` is the location of the spec's file in SARIF form.
+    """
     try:
         after = rewritten(spec.text, remedy.edits).splitlines(keepends=True)
     except CannotWriteError:
@@ -157,7 +163,7 @@ def _fix(spec: CheckedSpec, remedy: Remedy, where: dict[str, Any]) -> dict[str, 
 
 
 def _region(spec: CheckedSpec, finding: Finding) -> dict[str, Any] | None:
-    """Return line, columns and text of the value at which a finding points. None if the finding has no line."""
+    """Return line, columns and text of the value to which a finding points. None if the finding has no line."""
     if finding.line is None:
         return None
     column, text = finding.column or 1, spec.line(finding.line, finding.file)
@@ -173,7 +179,10 @@ _PLAIN = re.compile(r"[^#\[\]{},]*?(?=\s*(?:$|[\[\]{},]|\s#))")
 
 
 def value_length(line: str, column: int) -> int:
-    """Return the length (at least 1) of the value at a column (from 1): quoted, plain, or a bracketed list."""
+    """Return the number of characters (at least 1) of the value that begins at `column` (from 1) of a line.
+
+    The value is quoted, plain, or a list in brackets.
+    """
     rest = line[column - 1 :]
     if rest.startswith(("[", "{")):
         # Number of characters up to the closing bracket, or to the line's end if it closes on a later line
@@ -208,7 +217,7 @@ def junit(checked: Sequence[CheckedSpec], output: OutputOptions) -> str:
 
 
 def _case(suite: Element, spec: CheckedSpec, output: OutputOptions, path: str, rule: str, name: str) -> None:
-    """Add a rule as a test case, with its findings."""
+    """Add a rule to a test suite as a test case, with its findings. `path` is the spec's path in the report."""
     findings = [finding for finding in spec.findings if finding.rule == rule]
     case = SubElement(suite, "testcase", classname=path, name=f"{rule} {name}", time="0")
     failing = [finding for finding in findings if finding.severity.is_at_least(output.fail_on)]
@@ -244,7 +253,7 @@ _COMMANDS = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.NOTE
 
 
 def github(checked: Sequence[CheckedSpec], output: OutputOptions) -> str:
-    """Return the ten worst findings as annotations, the number of all findings, and the final summary line."""
+    """Return annotations of GitHub Actions for the ten worst findings, the number of findings, and the verdict."""
     unsorted_pairs = [(spec, finding) for spec in checked for finding in by_severity(spec.findings)]
     pairs = sorted(unsorted_pairs, key=lambda pair: list(Severity).index(pair[1].severity))
     lines = [_command(spec, finding, output) for spec, finding in pairs[:SHOWN]]

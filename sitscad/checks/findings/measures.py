@@ -15,9 +15,10 @@ if TYPE_CHECKING:
 
 
 def fit_words(fit: Sequence[Measure], whole: bool = False) -> list[str]:
-    """Return a line for each comparison of the fit with its limit. With `whole`, it has all three cases.
+    """Return a line for each size of the sensor in its jaw, with its limit and the room that remains.
 
-    The cases are nominal, root-sum-square of tolerances, and worst case. Without `whole`, it has only the worst case.
+    A line has the worst-case size. With `whole`, it also has the nominal size and the size by root-sum-square of
+    tolerances.
     """
     lines = []
     for m in fit:
@@ -37,7 +38,7 @@ def fit_words(fit: Sequence[Measure], whole: bool = False) -> list[str]:
 
 
 def fit_tables(fit: Sequence[Measure]) -> list[Table]:
-    """Return two tables: the fit's measures, and the parts between the closed jaws, from the lower jaw upwards."""
+    """Return two tables: sizes in the jaw with their limits, and parts between the closed jaws, the lowest first."""
     parts = [part for measure in fit[:1] for part in measure.parts]
     return [by_result(fit, FIT, "Fit in the jaw, as glued together"),
             by_result(parts, FIT_PART, "What the closed pair is made of")]
@@ -49,7 +50,7 @@ _TISSUE = (0.0, 0.5e-3, 1e-3, 2e-3, 3e-3, 5e-3)
 def closing_words(closing: Closing) -> str:
     """Return a line with the tissue thickness at which the jaws' faces are parallel.
 
-    It also has the angle between the faces for each further millimetre of tissue.
+    The line also states by how much each further millimetre of tissue increases the angle between the faces.
     """
     tilt = closing.tilt(closing.parallel_at + 1e-3)
     leans = "" if tilt is None else f"; every millimetre more tilts them by {math.degrees(tilt):.1f} deg"
@@ -61,8 +62,8 @@ def closing_words(closing: Closing) -> str:
 def closing_table(closing: Closing) -> Table:
     """Return a table with one row per tissue thickness between the jaws.
 
-    Columns are the thickness, the angle between the faces, the place that touches first, and the distance by which the
-    faces slide.
+    Columns are the thickness (mm), the angle between the faces (degrees), the place that touches first (heel, tip or
+    whole face), and the distance by which the faces slide until they are parallel.
     """
     at = sorted({*_TISSUE, *([closing.parallel_at] if closing.parallel_at > 0.0 else [])})
     most = closing.most
@@ -78,7 +79,7 @@ def closing_table(closing: Closing) -> Table:
 
 
 def closing_json(closing: Closing) -> dict[str, Any]:
-    """Return plain values for JSON that describe how the jaws close."""
+    """Return a dictionary for JSON that describes how the jaws close. Keys contain the units of their values."""
     return {
         "parallel_at_m": closing.parallel_at, "reach_m": closing.reach, "opening_rad": closing.opening,
         "most_m": closing.most, "pivot_offset_m": closing.offset,
@@ -98,9 +99,9 @@ NO_SIGNAL = (
 
 
 def headline(signals: Iterable[Signal]) -> list[str]:
-    """Return lines with the change of inductance per newton, and the relative change over the required force.
+    """Return lines on the signals of coils: change of inductance per newton, and relative change over the force.
 
-    Coils with equal texts share a line.
+    The force is the required normal force. Coils with equal values share a line.
     """
     named: dict[str, list[str]] = {}
     for s in signals:
@@ -125,7 +126,10 @@ def performance_text(reached: RequirementResult) -> str:
 
 
 def signal_table(signals: Sequence[Signal], coils: tuple[CoilEstimate, ...], drive_code: int | None) -> Table:
-    """Return a table of the signal's quantities with one column per coil, or the reason why it is missing."""
+    """Return a table with a row for each quantity of `Signal`, and a column for each coil.
+
+    If there are no signals, the table has the reason, or no row if `drive_code` is None.
+    """
     if not signals:
         missing = [["change per newton", NO_SIGNAL]] if drive_code is not None else []
         return Table(["", ""], missing, SIGNAL_TITLE)
@@ -150,4 +154,7 @@ OTHERS_MEANING = (
     "by the firmware's formula: 1 / (C (2 pi f)^2), which counts the coil's own capacitance as inductance and a cable "
     "as coil; for comparing with what the header's formula makes of a reading",
 )
-"""Meaning and use of the three inductances in the report: at the contacts, on an LCR meter, by the firmware."""
+"""Texts on the three inductances in the report: at the contacts, on an LCR meter, and by the firmware's formula.
+
+Each states the definition and the use of one inductance.
+"""

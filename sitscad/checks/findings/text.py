@@ -51,11 +51,24 @@ class RuleTexts(Protocol):
 class OutputOptions:
     """Options for the output of findings.
 
-    ``colour`` allows a terminal's colours. ``rules`` are all rules, sorted by identifier. ``fail_on`` is the mildest
-    severity that counts as failed. ``root`` is the folder to which paths in formats for machines are relative (the
-    repository's). With ``has_names``, every line of the text names its spec even if there is a single spec. ``verbose``
-    selects the full form. With ``hints``, warnings are printed in full, with their hints. ``width`` is the terminal's
-    width, at which lines are folded.
+    Attributes
+    ----------
+    colour : bool
+        whether the text has terminal colours
+    rules : tuple of RuleTexts
+        all rules, sorted by identifier
+    fail_on : Severity
+        mildest severity that fails the command
+    root : str
+        folder of the repository; paths in formats for other programs are relative to it
+    has_names : bool
+        whether every line of the text names its spec, even if there is a single spec
+    verbose : bool
+        whether the text has the full form
+    hints : bool
+        whether the short form has warnings in full, with their hints
+    width : int or None
+        number of characters at which lines are folded; None if they are not folded
     """
 
     colour: bool = False
@@ -72,7 +85,7 @@ class OutputOptions:
         return severity.is_at_least(self.fail_on) or (self.hints and severity.is_at_least(Severity.WARNING))
 
     def path_from_root(self, path: str) -> str:
-        """Return a spec's path relative to the root, with forward slashes. Paths outside the root stay as typed."""
+        """Return a path relative to the folder ``root``, with forward slashes. Paths outside it remain as typed."""
         try:
             whole = Path(os.path.abspath(path))
             return PurePosixPath(whole.relative_to(os.path.abspath(self.root))).as_posix()
@@ -110,7 +123,10 @@ def as_text(checked: Sequence[CheckedSpec], output: OutputOptions = _BRIEF) -> s
 
 
 def _findings_text(spec: CheckedSpec, output: OutputOptions) -> list[list[str]]:
-    """Return the findings of a spec as groups of lines: one for each finding in full, and one for short warnings."""
+    """Return the findings of a spec as groups of lines.
+
+    Each finding that is printed in full has its own group. The last group has a line for each warning printed in short.
+    """
     if output.verbose:
         return [_in_full(spec, finding, output) for finding in in_order(spec.findings)]
     findings = by_severity(spec.findings)
@@ -120,10 +136,10 @@ def _findings_text(spec: CheckedSpec, output: OutputOptions) -> list[list[str]]:
 
 
 def _fixes_text(checked: Sequence[CheckedSpec], are_all_tried: bool) -> list[str]:
-    """Return a line with the number and the rules of findings that `check --fix` can mend. Empty if there are none.
+    """Return a line with the number and the rules of findings that `check --fix` can remove. Empty if there are none.
 
-    If all changes were tried (`are_all_tried`), the command in the line includes the option for hints. Without this
-    option it finds fewer fixes.
+    If all changes were tried (`are_all_tried`), the command in the line has the option ``--hints full``. Without this
+    option, the command finds fewer fixes.
     """
     command = "check --fix --hints full" if are_all_tried else "check --fix"
     rules: dict[bool, list[str]] = {True: [], False: []}
@@ -160,7 +176,7 @@ SEVERITY_COLOURS = {Severity.ERROR: "red", Severity.WARNING: "yellow", Severity.
 
 
 def styled(text: str, colour: str, on: bool = True) -> str:
-    """Return `text` in a terminal colour, or unchanged if not `on`."""
+    """Return `text` in the terminal colour `colour`. If `on` is False, return it unchanged."""
     return f"\033[{_COLOURS[colour]}m{text}\033[0m" if on else text
 
 
@@ -174,7 +190,7 @@ def _head(spec: CheckedSpec, finding: Finding, output: OutputOptions) -> list[st
 
 
 def _in_full(spec: CheckedSpec, finding: Finding, output: OutputOptions) -> list[str]:
-    """Return the lines of a finding: its head, its line of the spec, its detail and its hint."""
+    """Return the lines of a finding: its place with rule and message, its line of the spec, its detail and its hint."""
     lines, text = _head(spec, finding, output), spec.line(finding.line, finding.file)
     if text is not None:
         margin = f"{finding.line:>5} | "
