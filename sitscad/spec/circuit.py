@@ -262,15 +262,16 @@ class BendDocument(Section):
 class Tail(Section):
     """The strip that leads to the converter.
 
-    ``length`` (m) is along its middle line. ``turn_radius`` (m) and ``layers`` are None only until the resolver
-    computes them. ``bend`` is a word; a written section is split into the fields below by the resolver. ``bend_at`` (m)
-    is the distance of the bend's line from the body. None means the pivot of the jaw's hinge, or the middle of the
-    section that may be bent. ``bend_direction`` is ``down`` (away from the face with the coils) or ``up``.
-    ``bend_angle`` is in rad; half of the jaw's opening leads the tail into the shaft. ``bend_radius`` (m) is the inside
-    radius, None for the fabricator's minimum.
-
-    ``contacts`` is the connector's number of contacts, None for the smallest sufficient number. ``stiffener`` (m, with
-    its adhesive) is None for the best stock stiffener.
+    * ``length``: length (m) along its middle line
+    * ``turn_radius`` (m) and ``layers``: None only until the resolver computes them
+    * ``bend``: kind of the bend, as a word. The resolver splits a written section into the next four fields.
+    * ``bend_at``: distance (m) of the bend's line from the body. None for the pivot of the jaw's hinge, or the middle
+      of the section that may be bent.
+    * ``bend_direction``: ``down`` (away from the face with the coils) or ``up``
+    * ``bend_angle`` (rad): half of the jaw's opening leads the tail into the shaft
+    * ``bend_radius``: inside radius (m). None for the fabricator's minimum.
+    * ``contacts``: number of contacts of the connector. None for the smallest sufficient number.
+    * ``stiffener``: thickness (m) with its adhesive. None for the best stock stiffener.
     """
 
     length: float = key(RunLength, "from the sensor's body to the end", 30)
@@ -334,9 +335,11 @@ def _columns_and_rows(value: Any) -> tuple[int, ...]:
 class PanelSpec(Section):
     """A panel of several boards.
 
-    ``parts`` are columns and rows (None: as many as fit on the fabricator's panel). Lengths are metres. ``wish`` is
-    ``auto`` (a panel only if the board is too small to be made singly), ``none`` or ``always``. A written panel is
-    ``always``.
+    Lengths are metres.
+
+    * ``wish``: ``auto`` (a panel only if the board is too small to be made singly), ``none`` or ``always``. A written
+      panel is ``always``.
+    * ``parts``: columns and rows. If None, the fabricator's panel is filled with boards.
     """
 
     wish: str = "auto"
@@ -411,14 +414,17 @@ class BodySpec(Section):
 class FpcSpec(Section):
     """The flexible printed circuit.
 
-    Stack-up, rules and panel are as written only until the resolver replaces them. ``plating`` (m) and ``plated`` stay
-    as written, None if omitted; ``stackup`` has the values in use. Without a tail, there are solder pads at the
-    outline.
+    Stack-up, rules and panel are as written only until the resolver replaces them. Without a tail, there are solder
+    pads at the outline.
 
-    ``panel`` describes the delivery of the boards, ``finish`` is the finish of the bare contacts, and ``copper`` the
-    kind of foil. ``boards`` is the number of boards wanted, None if the order states it. ``margin`` (m, along and
-    across) is the space on each side beyond coils and leads. ``body`` is None if coils, leads and margin set the
-    outline. ``largest`` is an outline that must contain the body.
+    * ``plating`` (m) and ``plated``: as written, None if omitted. ``stackup`` has the values in use.
+    * ``panel``: delivery of the boards
+    * ``finish``: finish of the bare contacts
+    * ``copper``: kind of foil
+    * ``boards``: number of boards wanted. None if only the order states it.
+    * ``margin`` (m, along and across): space on each side beyond coils and leads
+    * ``body``: None if coils, leads and margin set the outline
+    * ``largest``: outline that must contain the body
     """
 
     stackup: Stackup = key(

@@ -137,12 +137,13 @@ Net = Text(120, r"[^\n\r\t]+", "write the net's name, like COIL")
 class CoilSpec(Section):
     """One coil: all its layers are one conductor.
 
-    ``size`` is measured across the outer copper edges (polygons: across flats), equal in x and y except for rectangle
-    and racetrack. ``layers`` are copper layer numbers from 1 at the top, in winding order; ``turns`` is one number for
-    all layers, or one number for each. A spec may omit ``turns``, ``trace_width`` or ``trace_spacing`` and write
-    ``inner_diameter``. The resolver then computes the omitted value from ``written_inner`` and sets ``written_inner``
-    to None. If the coil is ``drawn`` in a file, the resolver takes all other values from the file, and ``copper`` is
-    the copper of the file.
+    * ``size``: (x, y) in m across the outer copper edges, across flats for polygons. Both are equal except for
+      rectangle and racetrack.
+    * ``layers``: numbers of the copper layers from 1 at the top, in winding order
+    * ``turns``: one number for all layers, or one number for each
+    * ``written_inner``: inner diameter in place of an omitted value. The value is ``turns``, ``trace_width`` or
+      ``trace_spacing``. The resolver computes it and sets ``written_inner`` to None.
+    * ``drawn``: file with the coil. The resolver takes all other values from the file, and ``copper`` is its copper.
     """
 
     stands_in: ClassVar[tuple[str, tuple[str, ...]]] = ("inner_diameter", ("turns", "trace_width", "trace_spacing"))

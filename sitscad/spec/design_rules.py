@@ -31,7 +31,10 @@ from sitscad.spec.format.section import ListOf, NameOr, Part, Readable, Section,
 
 @record
 class FoilLines:
-    """Smallest width and spacing (m) of tracks in copper foil of one thickness (m), with their sources and holders."""
+    """Smallest width and spacing (m) of tracks in copper foil of one thickness (m).
+
+    Each has its source, and as holder the name of the profile that states it.
+    """
 
     copper: float
     width: float
@@ -46,30 +49,48 @@ class FoilLines:
 class DesignRules(Readable):
     """Smallest sizes (m) that a fabricator can make.
 
-    `sources` has the source of each figure by field. `holders` has the profile that contains the figure, with the line
-    in a user's file. A profile based on another profile takes most figures from it.
+    Sources, by field:
 
-    ``coil_lines`` are the smallest widths and spacings of coil tracks by foil thickness (m), from the thinnest.
-    ``track_lines`` are the values of all other tracks, if these depend on the foil. ``coil_trace_width``,
-    ``trace_width`` and their spacings are the values in use, for a foil of ``coil_copper`` if known. ``annular_rings``
-    holds rings that differ from ``annular_ring``, by the smallest number of copper layers. ``static_bend_ratio``,
-    ``dynamic_bend_ratio`` and ``thickness_tolerance`` (half the band, m) depend on the number of copper layers. Their
-    largest number also stands for more layers. ``stiffened_tolerance`` (m) depends on the stiffener's material.
+    * ``sources``: source of each value
+    * ``holders``: name of the profile that states the value, with the line in a user's file
+    * ``beyond``: largest foil (m) for which a value is stated, if the value is in use for a thicker foil
+    * ``unbound``: minimums of coils that only warn, although ``coil_rule_binding`` makes the others errors
 
-    Parts smaller than ``part_size`` are not handled singly. ``panel_size`` is the size up to which a panel is filled.
-    ``largest_part`` is the largest part or panel that is made by agreement. ``file_naming`` is the naming scheme of
-    files in the archive. ``inside_radius`` is the smallest radius of inner edges of the outline. If the tail has fewer
-    layers than the body, its coverlay laps into the body by ``coverlay_lap``, and holes keep ``hole_to_step`` from the
-    body's end. The fingers of a plug extend below the coverlay by ``finger_lap``. The coverlay covers the rims of
-    solder pads by ``pad_lap``.
+    Tracks:
 
-    ``layer_counts``, ``foils`` and ``cores`` (m), ``covers``, ``stiffeners`` and ``finishes`` list all options on
-    offer. None means not stated, so not checked. Boards are sold in multiples of ``order_multiple``. If ``one_process``
-    is True, all boards are made in the same way. ``house`` and ``country`` are the fabricator and the place of
-    production, ``purpose`` is the use of the profile; empty if not stated.
+    * ``coil_lines``: smallest widths and spacings of coil tracks by foil thickness (m), from the thinnest
+    * ``track_lines``: values for all other tracks, if these depend on the foil
+    * ``coil_trace_width``, ``trace_width`` and their spacings: values in use, for a foil of ``coil_copper`` if known
 
-    ``beyond`` holds the largest stated foil (m) of figures that are used for a thicker foil. ``unbound`` lists minimums
-    of coils that only warn although `coil_rule_binding` makes the others errors.
+    Values that depend on the number of copper layers, by this number:
+
+    * ``annular_rings``: rings that differ from ``annular_ring``, by the smallest number to which they apply
+    * ``static_bend_ratio``, ``dynamic_bend_ratio`` and ``thickness_tolerance`` (half the band, m): the largest number
+      also stands for more layers
+
+    Boards and panels:
+
+    * ``part_size``: size below which parts are not handled singly
+    * ``panel_size``: size up to which a panel is filled
+    * ``largest_part``: largest part or panel that is made by agreement
+    * ``inside_radius``: smallest radius of inner edges of the outline
+    * ``stiffened_tolerance`` (m): tolerance of the thickness with a stiffener, by its material
+    * ``file_naming``: naming scheme of files in the archive
+
+    Coverlay:
+
+    * ``coverlay_lap``: length by which the coverlay of a tail with fewer layers laps into the body
+    * ``hole_to_step``: distance of holes from the body's end at such a tail
+    * ``finger_lap``: length by which the fingers of a plug extend below the coverlay
+    * ``pad_lap``: width of the rims of solder pads that the coverlay covers
+
+    Orders:
+
+    * ``layer_counts``, ``foils`` and ``cores`` (m), ``covers``, ``stiffeners``, ``finishes``: all options on offer.
+      None means not stated, so not checked.
+    * ``order_multiple``: boards are sold in multiples of this number
+    * ``one_process``: True if all boards are made in the same way
+    * ``house``, ``country``, ``purpose``: fabricator, place of production, and use of the profile. Empty if not stated.
     """
 
     read_instead: ClassVar[dict[str, str]] = {

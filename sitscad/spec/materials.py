@@ -40,12 +40,16 @@ NEO_HOOKEAN = 2.0
 class ElastomerMaterial(Section):
     """A silicone, written out.
 
-    Small-strain shear modulus (Pa) with its relative standard deviation, bulk modulus (Pa), and the exponent alpha of
-    an Ogden material: W = (2 mu / alpha^2) (sum of the stretches to the power alpha - 3).
+    * ``shear_modulus`` (Pa): at small strain
+    * ``shear_modulus_sigma``: its relative standard deviation
+    * ``bulk_modulus`` (Pa)
+    * ``ogden_exponent``: alpha of an Ogden material, W = (2 mu / alpha^2) (sum of the stretches to the power alpha - 3)
+    * ``hysteresis_normal`` and ``hysteresis_shear``: largest difference between loading and unloading, as a fraction of
+      the full scale of force
+    * ``creep``: drift under a load, as a fraction of the full scale of force
+    * ``modulus_temperature_coefficient`` and ``expansion`` (1/K): of the modulus, and of linear expansion
 
-    Other errors of the force are never corrected, but carried as errors: hysteresis (largest distance between loading
-    and unloading) and creep, as fractions of the full scale of force. The temperature coefficients of the modulus and
-    of linear expansion are in 1/K.
+    Hysteresis and creep are never corrected. They count as errors of the force.
     """
 
     name: str = key(Label, "name of the material", "written out")

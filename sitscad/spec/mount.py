@@ -71,21 +71,24 @@ class StepPart:
 class Jaw(Section):
     """A grasper's jaw: written out, a preset with some changed figures, or a STEP file.
 
-    The face carries the sensor; the metal is behind it. Omitted values are None only until the resolver computes them.
-    The same holds for the name of the file in ``step``. ``datum``, ``along``, ``up`` and ``based_on`` stay as written,
-    and are None if omitted. ``height`` is the height of one jaw from face to back. ``port_diameter`` is the circle that
-    the closed pair of jaws must pass.
+    The face carries the sensor; the metal is behind it. Lengths are metres. Omitted values are None only until the
+    resolver computes them. The same holds for the name of the file in ``step``.
 
-    ``face`` (m) is the measured width of the flat. If it is None, the width is the chord of a back that is as round as
-    the port. In a jaw with a pad pocket, the face is the floor of the pocket. ``pocket`` is the pocket's length and
-    width. The rims beside it stand ``recess`` above the floor. ``opposing_pocket`` and ``opposing_recess`` describe the
-    other jaw.
-
-    ``hinge`` is the distance from the face's heel to the pivot. ``pivot_offset`` is the pivot's distance from the
-    middle of the closed pair, positive towards this jaw. ``opening`` (rad) is the angle between the faces when wide
-    open. ``fenestration`` is the length and width of a window through the face. ``preset`` is the preset of all figures
-    that the spec does not write; ``written`` lists the figures that it does. ``step`` is the solid, if it is in a STEP
-    file.
+    * ``based_on``, ``datum``, ``along``, ``up``: as written, None if omitted
+    * ``height``: height of one jaw from face to back
+    * ``port_diameter``: diameter of the circle that the closed pair of jaws must pass
+    * ``face``: measured width of the flat. If it is None, the width is the chord of a back that is as round as the
+      port. In a jaw with a pad pocket, the face is the floor of the pocket.
+    * ``pocket``: length and width of the pocket
+    * ``recess``: height of the rims beside the pocket above its floor
+    * ``opposing_pocket`` and ``opposing_recess``: pocket and rims of the other jaw
+    * ``hinge``: distance from the face's heel to the pivot
+    * ``pivot_offset``: distance of the pivot from the middle of the closed pair, positive towards this jaw
+    * ``opening`` (rad): angle between the faces of the fully open jaws
+    * ``fenestration``: length and width of a window through the face
+    * ``preset``: name of the preset for all figures that the spec does not write
+    * ``written``: keys of the figures that the spec writes
+    * ``step``: the solid, if it is in a STEP file
     """
 
     name: str = key(Label, "what to call it", "written out")
@@ -230,10 +233,12 @@ class MetalBehind(Section):
 class Mount(Section):
     """The part that carries the sensor.
 
-    ``standoff`` (m) is the distance from the metal's face to the board's bottom face. ``process`` is the manufacturing
-    process of the mount. Names and lists are as written until the resolver replaces them. ``step`` is a mount designed
-    by the user, or a jaw whose size only the STEP file gives. ``backing`` is the metal of a finger or of a jaw of this
-    kind.
+    Names and lists are as written until the resolver replaces them.
+
+    * ``standoff``: distance (m) from the metal's face to the board's bottom face
+    * ``process``: manufacturing process of the mount
+    * ``step``: a mount designed by the user, or a jaw whose size only the STEP file gives
+    * ``backing``: metal of a finger or of a jaw in a STEP file
     """
 
     kind: str = key(
@@ -337,8 +342,10 @@ class Assembly(Section):
     """Assembly of the pieces. The thickness of glue and the tolerances are included in the check against the port.
 
     Lengths are metres. The adhesive's figures are None only until the resolver fills them in. Bore and pin are None for
-    the usual sizes of the port. ``tolerances`` of parts, by name, take precedence over tolerances of their process.
-    ``offsets`` are zero except in simulated units.
+    the usual sizes of the port.
+
+    * ``tolerances``: (part, tolerance), in place of the tolerance of the part's process
+    * ``offsets``: zero except in simulated units
     """
 
     adhesive: Adhesive | None = key(

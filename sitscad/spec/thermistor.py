@@ -14,9 +14,11 @@ DESIGN, CALIBRATED = "design", "calibrated"
 class ThermistorPart:
     """An NTC thermistor, or a digital temperature sensor with I2C.
 
-    ``resistance`` (ohm) is at 25 degrees Celsius and ``b`` (K) is the exponent; both are None for a digital sensor.
-    Their tolerances are relative and largest. ``error`` (K) is the largest error of a digital sensor. ``noise`` (K) is
-    one sigma of a reading.
+    * ``resistance`` (ohm): at 25 degrees Celsius. None for a digital sensor.
+    * ``b`` (K): exponent of the resistance over temperature. None for a digital sensor.
+    * ``resistance_tolerance`` and ``b_tolerance``: largest relative deviations
+    * ``error`` (K): largest error of a digital sensor
+    * ``noise`` (K): one sigma of a reading
     """
 
     name: str

@@ -60,8 +60,8 @@ class BarePad:
 class Loop:
     """Closed path in the copper of one net.
 
-    Either a hole in one layer's copper, with its ``layer`` and the ``area`` (m2) inside, or a path through several
-    layers that the drilled hole at (x, y) closes (``layer`` None, ``area`` nan).
+    * Hole in the copper of one layer: ``layer`` is its number, ``area`` (m2) the area inside.
+    * Path through several layers: the drilled hole at (x, y) closes it. ``layer`` is None, ``area`` is nan.
     """
 
     x: float

@@ -59,9 +59,11 @@ _LIST_SHAPES = {
 class PanelList:
     """Intended places on a panel (nm), from its lower left corner.
 
-    ``parts`` and ``coupons`` (n, 2) are the origins of the copies of board and coupon. ``bridges`` and
-    ``coupon_bridges`` (n, 2, 2) are both ends of each gap in the cut, relative to the copy's origin. ``size`` is width
-    and height of the panel. Diameters are in nanometres, too.
+    * ``size``: width and height of the panel
+    * ``parts`` and ``coupons`` (n, 2): origins of the copies of board and coupon
+    * ``bridges`` and ``coupon_bridges`` (n, 2, 2): both ends of each gap in the cut, relative to the copy's origin
+
+    Diameters are in nanometres, too.
     """
 
     size: Places

@@ -24,9 +24,12 @@ It is also the largest distance between the outline's arcs and the chords that r
 class BoardEnd:
     """Dimensions (m) of the board's end that is plugged in or soldered to.
 
-    `first` is contact 1. `width` is the board's width across the row of contacts, between the coordinates `sides`.
-    `edge` is the distance from the middle of contact 1 to the nearest edge of the board beside it. `tip` is the
-    distance from the contacts' ends to the board's end, whose coordinate along the contacts is `end`.
+    * ``first``: contact 1
+    * ``width``: the board's width across the row of contacts
+    * ``sides``: coordinates of both sides between which the width is measured
+    * ``edge``: distance from the middle of contact 1 to the nearest edge of the board beside it
+    * ``tip``: distance from the ends of the contacts to the board's end
+    * ``end``: coordinate of the board's end along the contacts
     """
 
     first: Pad

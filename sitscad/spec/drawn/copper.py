@@ -25,10 +25,11 @@ class DrawnTrack:
 
 @record
 class DrawnPad:
-    """A pad or a via: outline about its centre, copper layers, net, and its name (``J1.2``; empty for a via).
+    """A pad or a via: outline about its centre, copper layers, net and name.
 
-    The outline is a rectangle of `size` (m) with corners of a `radius` (m), turned by `angle` (rad). `drill` (m) is the
-    diameter of the hole, 0 without a hole.
+    * ``name``: like ``J1.2``. Empty for a via.
+    * ``size``, ``radius``, ``angle``: rectangle with sides (m), corner radius (m), and rotation (rad)
+    * ``drill``: diameter (m) of the hole. 0 without a hole.
     """
 
     centre: Point

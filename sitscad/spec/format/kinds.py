@@ -25,8 +25,11 @@ from sitscad.data import FOLDER, rows
 class Refusal(ValueError):
     """A value breaks a rule of the format.
 
-    `facts` holds ``measured``, ``limit`` and ``unit`` of the finding. It also holds ``meant``, a suggested value as
-    text, and ``is_sure``, which is True if no other value can have been meant.
+    `facts` has these entries, if known:
+
+    * ``measured``, ``limit`` and ``unit``: quantity of the value and its limit, for the finding
+    * ``meant``: suggested value as text
+    * ``is_sure``: True if no other value can have been meant
     """
 
     def __init__(self, rule: str, message: str, hint: str, facts: Mapping[str, Any]) -> None:

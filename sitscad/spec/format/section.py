@@ -115,11 +115,14 @@ class Readable:
 class Section(Readable):
     """A read-only section of the spec. Each declared key is an attribute of the instance.
 
-    ``keys`` holds the declared keys by their names in the text, and ``attributes`` the attribute of each. ``alike``
-    holds keys that are declared by a pattern, by attribute. ``form`` is the name of the section in the JSON Schema.
-    ``stands_in`` holds a key and a group of required keys; the key may replace one key of the group. ``alone`` holds a
-    key that replaces all other keys of the section, and keys that are allowed beside it alone. The first paragraph of a
-    subclass's docstring is printed for users.
+    * ``keys``: declared keys by their names in the text
+    * ``attributes``: attribute of each of these keys
+    * ``alike``: keys that are declared by a pattern, by attribute
+    * ``form``: name of the section in the JSON Schema
+    * ``stands_in``: a key, and a group of required keys. The key may replace one key of the group.
+    * ``alone``: a key that replaces all other keys of the section, then the keys that may stand beside it
+
+    The first paragraph of a subclass's docstring is printed for users.
     """
 
     keys: ClassVar[dict[str, Key]] = {}

@@ -78,9 +78,10 @@ class TextError(ValueError):
 class YamlText:
     """Plain values (dict, list, str, int, float, bool, None) of a text, and their positions by dotted key.
 
-    ``keys`` has the start of each key or list entry. ``values`` has the start of each single or bracketed value.
-    ``ends`` has the end of each of these values, except empty values and blocks of lines. ``flaws`` are errors that do
-    not stop the reader.
+    * ``keys``: start of each key or list entry
+    * ``values``: start of each single value, and of each value in brackets
+    * ``ends``: end of each of these values, except empty values and blocks of lines
+    * ``flaws``: errors that do not stop the reader
     """
 
     data: Any = None
