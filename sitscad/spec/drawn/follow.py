@@ -416,7 +416,11 @@ class _Graph:
         raise DrawnCoilError(f"the copper from {self.name(first)} ends at {place_text(point, layer)}; {what}")
 
     def prune(self, first: int, last: int) -> Iterator[str]:
-        """Remove dead ends. Yield a text for each removed dead end, with its length and its free end."""
+        """Remove dead ends. Return a text for each removed dead end, with its length and its free end.
+
+        `first` and `last` are the nodes of the terminals. Tracks that no copper joins to `first` are removed, too,
+        without a text.
+        """
         reached, stubs = self._reached(first), []
         for number in [n for n, (a, _, _) in self.edges.items() if a not in reached]:
             self._remove(number)

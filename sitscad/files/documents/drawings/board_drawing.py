@@ -218,7 +218,7 @@ def _is_turned(tail: Tail | None) -> bool:
 def _tail_reach(outline: Path, pads: tuple[Pad, ...], tail: Tail | None) -> tuple[float, ...]:
     """Return the lowest and the highest y (m) of the outline at its end in x.
 
-    For a tail that turns, the ends in y of contact 1. Empty if the outline has no point there.
+    For a tail that turns, return both ends of contact 1 along y. Empty if the outline has no point there.
     """
     if _is_turned(tail):
         return tuple({pad.centre.y - side * pad.size[1] / 2 for pad in pads[:1] for side in (-1, 1)})

@@ -315,7 +315,7 @@ STEPS = 12  # Segments of a side along the port's circle
 
 
 def draw_section(sheet: Sheet, layout: Layout, jaw: Jaw, view: View, port: Pen = PORT) -> None:
-    """Draw the cross section of the closed pair: layers, glue lines, and the port's circle about the pair's axis.
+    """Draw the cross section of the closed jaws: layers, glue lines, and the port's circle about their axis.
 
     `port` is the pen of the circle.
     """
@@ -367,7 +367,10 @@ def _jaw(jaw: Jaw, recess: float, pocket: tuple[float, float] | None) -> Iterato
 
 
 def _half(layout: Layout, jaw: Jaw, part: str, level: float) -> float:
-    """Return half the width (m) of a layer; `level` is a height above the jaw's lowest point."""
+    """Return half the width (m) of a layer in the cross section.
+
+    `level` is a height (m) above the jaw's lowest point.
+    """
     plates = plates_of(layout.spec).all
     if part == "encapsulation" and plates:  # its width over the uppermost plate
         part = plates[-1].role.value
@@ -478,9 +481,8 @@ def draw_side(
 def _tail(layout: Layout, pivot: float, top: float, turn: float) -> Path | None:
     """Return the tail's middle line (m from the pivot, in the jaw's axes) up to the pivot.
 
-    None if no part of a tail lies before the pivot.
-
-    Each jaw is turned by `turn` (rad). `top` is the height of the board's upper face.
+    None if no part of a tail lies before the pivot. Each jaw is turned by `turn` (rad). `top` (m) is the height of the
+    board's upper face.
     """
     way = tail_path(layout, turn)
     if way is None:
@@ -493,6 +495,9 @@ def _tail(layout: Layout, pivot: float, top: float, turn: float) -> Path | None:
 
 
 def _turned(path: Path, angle: float, at: tuple[float, float], scale: float) -> Path:
-    """Return a path (m from the pivot), turned about the pivot, in paper coordinates."""
+    """Return a path (m from the pivot) as a path on paper (mm), turned about the pivot by `angle` (rad).
+
+    `at` is the pivot's place on paper (mm), and `scale` the scale of the drawing.
+    """
     turned = path.rotated(angle)
     return turned.mapped(lambda p: Point(at[0] + scale * 1e3 * p.x, at[1] + scale * 1e3 * p.y))
