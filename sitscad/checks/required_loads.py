@@ -22,8 +22,9 @@ from sitscad.kernels.mechanics.elastomer import HELD_TILT
 def unmeasurable_moments(design: Design) -> Iterator[Verdict]:
     """Yield a finding for each required moment that the array cannot measure.
 
-    The array needs coils on both sides of the moment's axis. It cannot measure a moment and a shear force that change
-    the readings in equal ratios. A spec must not require both.
+    The array needs coils on both sides of the moment's axis. It cannot measure a moment together with a shear force
+    that changes the readings in equal ratios, so a spec must not require both. Further findings are on a resolution or
+    an error of a moment that the spec does not require.
     """
     spec, requirements = design.spec, design.spec.requirements
     if not any(requirements.moments):
@@ -48,7 +49,7 @@ def unmeasurable_moments(design: Design) -> Iterator[Verdict]:
 
 
 def moment_range(design: Design) -> Iterator[Verdict]:
-    """Yield a finding for each required moment that tilts the target beyond the valid range of the pad's law."""
+    """Yield a finding for each required moment that tilts the target beyond the valid range of the pad's force law."""
     if not any(design.spec.requirements.moments):
         return
     if not rests_on_pad(design.spec):
@@ -65,7 +66,7 @@ def moment_range(design: Design) -> Iterator[Verdict]:
 
 
 def requirements_agree(design: Design) -> Iterator[Verdict]:
-    """Yield findings about a temperature outside of temperature_range and load cases beyond the required forces."""
+    """Yield findings on a temperature outside ``temperature_range``, and on load cases beyond the required forces."""
     requirements, written = design.spec.requirements, design.spec.source.keys
     if requirements.temperature_range is not None:
         low, high = requirements.temperature_range

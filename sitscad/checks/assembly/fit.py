@@ -145,8 +145,8 @@ def _bend_radius(spec: SensorSpec, tail: Tail, field: str, ratio: float) -> Iter
 def shield_gap(design: Design) -> Iterator[Verdict]:
     """Yield findings on a shield that is too high for the standoff, or too narrow to cover all coils.
 
-    The height is the gap to the board plus the shield's thickness; the limit is the distance of the board from the
-    jaw's metal. The diameter of the port may limit the shield's width.
+    The height is the gap between shield and board plus the shield's thickness. Its limit is the standoff, the distance
+    of the board from the jaw's metal. The port's diameter may limit the shield's width.
     """
     part, mount, (_, y0, _, y1) = design.spec.shield, design.spec.mount, design.layout.body
     assert part is not None and mount is not None

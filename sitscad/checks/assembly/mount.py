@@ -336,7 +336,10 @@ def _hole_key(pattern: HolePattern, number: int) -> str:
 
 
 def tolerance_shares(design: Design) -> Iterator[Verdict]:
-    """Yield a finding for each tolerance of a part that exceeds half of the part's size."""
+    """Yield a finding for each tolerance that exceeds the permitted fraction of the part's size.
+
+    The fraction is the limit `tolerance_share` of ``data/own_limits.csv``.
+    """
     limit, sizes = constant_limits()["tolerance_share"], toleranced_sizes(design.spec)
     for part, tolerance in design.spec.assembly.tolerances:
         size = sizes.get(part)
@@ -354,9 +357,9 @@ def missing_metal_note(mount: Mount | None) -> Iterator[Verdict]:
 
 
 def screw_heads(design: Design) -> Iterator[Verdict]:
-    """Yield a finding if the heads of a plate's screws protrude above the sensor.
+    """Yield a finding if the screw heads of a bench plate are higher than the sensor.
 
-    A flat part then meets the heads first.
+    A flat object then touches the screw heads before the sensor.
     """
     above = heads_above(design.layout)
     if above is None or above <= ROUNDING:

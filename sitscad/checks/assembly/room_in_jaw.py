@@ -49,10 +49,11 @@ LEAST_STEP = 1e-6
 
 
 def sensor_width(design: Design) -> Iterator[Verdict]:
-    """Yield findings on parts that are wider than the jaw, or wider than the port.
+    """Yield findings on parts that are wider than the jaw, its pocket, or the port.
 
-    Board, elastomer and target are compared with the jaw's width, the flat board with the port's diameter. The centre
-    line of the jaw lies under the centre line of the body.
+    Board, elastomer and target are compared with the jaw's width, and the board also with the jaw's pocket. The board
+    lying flat with its tail is compared with the port's diameter. The centre line of the jaw lies under the centre line
+    of the body.
     """
     jaw, across = jaw_of(design.spec.jaw), design.layout.size[1]
     for slab in plates_of(design.spec).all:
@@ -71,7 +72,10 @@ def sensor_width(design: Design) -> Iterator[Verdict]:
 
 
 def _across_jaw(body: Box, jaw: Jaw, slab: Body) -> Iterator[Verdict]:
-    """Yield a finding if a plate (elastomer or target) extends sideways beyond the jaw and beyond the board."""
+    """Yield a finding if the plate `slab` (elastomer or target) extends sideways beyond both jaw and board.
+
+    `body` is the box of the board's body, whose centre line lies over the centre line of the jaw.
+    """
     (_, low, _, high), (_, y0, _, y1) = slab.footprint.box, body
     middle, width = (y0 + y1) / 2, high - low
     needed, room = 2.0 * max(high - middle, middle - low), max(jaw.width, min(y1 - y0, jaw.port_diameter))
@@ -183,7 +187,10 @@ def _overhang(design: Design, jaw: Jaw) -> Iterator[Verdict]:
 
 
 def sensor_length(design: Design) -> Iterator[Verdict]:
-    """Yield a finding if the board's body is longer than the jaw."""
+    """Yield a finding if the board's body is longer than the jaw.
+
+    Lengths are compared nominally, by root-sum-square of tolerances, and in the worst case.
+    """
     jaw, measure = jaw_of(design.spec.jaw), _measure_of(design.fit, LENGTH)
     severity = None if measure is None else _weight_of(measure)
     if measure is None or severity is None:

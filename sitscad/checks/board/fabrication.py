@@ -295,9 +295,10 @@ GLUES = ("adhesive", "bondply")
 
 
 def unlisted_materials(design: Design) -> Iterator[Verdict]:
-    """Yield findings on materials of the board that the fabricator does not list.
+    """Yield findings on parts of the order that the fabricator does not list.
 
-    Lists that are not stated are not checked.
+    They are layer counts, foils, films, covers, stiffeners and finishes. A list that the fabricator does not state is
+    not checked. A warning is on a number of boards that is no multiple of the fabricator's order multiple.
     """
     spec = design.spec
     rules, fpc = spec.fpc.rules, spec.fpc

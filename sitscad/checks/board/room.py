@@ -137,7 +137,7 @@ def _too_little_lead_room(spec: SensorSpec, lack: Shortfall) -> Violation:
 
 
 def no_way_out(design: Design) -> Iterator[Verdict]:
-    """Yield findings on coils that do not begin and end at a contact."""
+    """Yield findings on coils whose leads the router could not draw, or that are not joined to two contacts."""
     yield from no_room(Missing.WAY_OUT)(design)
     unled = [coil for coil in design.layout.coils if not coil.is_closed_circuit]
     if unled and not design.layout.shortfalls:
@@ -146,7 +146,7 @@ def no_way_out(design: Design) -> Iterator[Verdict]:
 
 
 def _changes_for_room(spec: SensorSpec, lack: Shortfall) -> tuple[Family, ...]:
-    """Return changes that may make room for a shortfall."""
+    """Return the families of changes that may make room for the missing item that `lack` describes."""
     missing, body = lack.missing, spec.fpc.body
     wider = FamilyByAmount(partial(moves.larger_body, spec),
                            GRAIN if missing is None else missing + moves.lead_room(spec.array.placements, spec.coil,
@@ -182,15 +182,16 @@ FEWER = 2
 
 
 def _apart_and_turned(spec: SensorSpec, by: float) -> Iterator[Fix]:
-    """Yield changes to coils farther apart by `by` (m), each with another start angle of the winding."""
+    """Yield changes to coils farther apart by the length `by` (m), each with another start angle of the winding."""
     farther = moves.coils_farther_apart(spec, by)
     yield from map(farther.with_also, moves.other_start_angles(farther.spec))
 
 
 def within_largest(design: Design) -> Iterator[Verdict]:
-    """Yield findings on a body, tail or plate outside the largest outline.
+    """Yield findings on a body, tail or bench plate that is larger than the largest permitted outline ``fpc.largest``.
 
-    The body may have any place in the outline. A drawn outline has a fixed place around the coils.
+    The body may have any place in this outline, unless the outline is drawn. A drawn outline has a fixed place around
+    the coils. Findings on tail and bench plate are notes, because the outline limits the body alone.
     """
     spec, largest = design.spec, design.spec.fpc.largest
     if largest is None:
@@ -214,7 +215,7 @@ def within_largest(design: Design) -> Iterator[Verdict]:
 def _wide_tail(layout: Layout, largest: BodySpec) -> Iterator[Violation]:
     """Yield a note if the tail or its contacts are wider than `fpc.largest`, which limits the body alone.
 
-    A turned tail, and a tail with a drawn outline, have no such width.
+    Empty for a tail that leaves the body at an angle, and for a drawn outline, because these have no comparable width.
     """
     tail, size = layout.spec.fpc.tail, largest.size
     if tail is None or tail.turn != "none" or size is None:
@@ -238,8 +239,8 @@ def _wide_tail(layout: Layout, largest: BodySpec) -> Iterator[Violation]:
 def _larger_plate(plate: Box, middle: tuple[float, float], largest: BodySpec) -> Iterator[Violation]:
     """Yield a note if the bench plate does not lie in `fpc.largest`, which limits the board alone.
 
-    `middle` is the mean of the coils' centres (m). The plate is centred on the outline, in either orientation. In a
-    drawn outline it keeps its place.
+    `plate` is the plate's box, and `middle` the mean of the coils' centres (m). The plate is compared with its centre
+    on the outline's centre, in both orientations. In a drawn outline it is compared at its place.
     """
     x0, y0, x1, y1 = plate
     (x, y), lying, upright = middle, (x1 - x0, y1 - y0), (y1 - y0, x1 - x0)
@@ -262,8 +263,9 @@ def _changes_within_largest(
 ) -> tuple[Family, ...]:
     """Return families of changes after which the body lies in the largest outline ``fpc.largest``.
 
-    They are this outline as the body's own, smaller coils, and both. `over` is the excess (m), `have` the present size
-    of the body (m).
+    The first sets the body's outline to this outline, the second makes the coils smaller, and the third does both.
+    `over` is the length (m) by which the body extends beyond the outline, and `have` the present size (x, y; m) of the
+    body.
     """
     as_asked = _with_largest_body(spec, largest)
     keeps_length = largest.size is not None and have[0] <= largest.size[0] + ROUNDING

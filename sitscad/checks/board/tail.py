@@ -73,7 +73,11 @@ class _Straight:
 
 
 def bend_zone(design: Design) -> Iterator[Verdict]:
-    """Yield findings on stiff items and possible starts of cracks where the tail bends."""
+    """Yield findings on a tail that cannot be bent as the spec or the mount bends it.
+
+    They are on stiff items in the bend zone, and on a zone too short for the bends. Others are on a bend at an
+    unsuitable place, and on a bend radius below the fabricator's minimum.
+    """
     zone, tail = design.layout.bend_zone, design.spec.fpc.tail
     assert tail is not None
     if tail.bend == "none":
@@ -122,8 +126,9 @@ def _too_short(
 ) -> Iterator[Violation]:
     """Yield a violation if the tail has no straight part that is long enough for its bend.
 
-    `zone` is the bend zone (from, to; m), or None. `straight` is its longest part with straight tracks. `mount_end` is
-    the end of the mount's bends (m), if any.
+    `zone` is the bend zone (from, to; m), None if there is no bend zone. `straight` is its longest part with straight
+    tracks. `mount_end` (m) is the end of the bends that the mount needs, None if it needs none. `fixes` are families of
+    longer tails.
     """
     tail, needed, figure = fpc.tail, bend_length(fpc), bend_figure(fpc)
     assert tail is not None
@@ -150,7 +155,7 @@ def _too_short(
 
 
 def tail_length(design: Design) -> Iterator[Verdict]:
-    """Yield a finding if the drawn tail is longer than the spec's."""
+    """Yield a finding if the drawn tail is longer than ``fpc.tail.length``, because its parts need more length."""
     tail, drawn_length = design.spec.fpc.tail, design.layout.tail_length
     assert tail is not None
     if drawn_length > tail.length + ROUNDING:
@@ -166,8 +171,9 @@ def _misplaced_bend(
 ) -> Iterator[Violation]:
     """Yield a finding if the spec's bend, at the place that the spec gives, does not lie in the part that may be bent.
 
-    `zone` is the part of the tail without stiff items, `room` the part that the mount's bends leave free (from, to; m).
-    `body_end` is the body's end (m).
+    `zone` is the part of the tail without stiff items, and `room` the part that the mount's bends leave free. Both are
+    (from, to; m) along x. `body_end` (m) is the x at which the body ends. `reach_at` returns the lowest and highest y
+    (m) of the board at an x (m).
     """
     beyond = max(room[0] - bend.start, bend.end - room[1])
     if beyond > ROUNDING:
@@ -198,7 +204,10 @@ def _too_sharp(spec: SensorSpec) -> Iterator[Violation]:
 
 
 def _longer_tails(spec: SensorSpec, tail_length: float, missing: float) -> tuple[Family, ...]:
-    """Return the family of longer tails. `tail_length` is the present length (m), `missing` the missing length (m)."""
+    """Return the family of changes to a longer tail.
+
+    `tail_length` is the present length (m), and `missing` the least length (m) that is added.
+    """
 
     def longer(by: float) -> Fix:
         length = LENGTH_GRAIN * math.ceil((tail_length + by) / LENGTH_GRAIN - 1e-6)
@@ -214,7 +223,8 @@ def _longest_straight(
 ) -> _Straight:
     """Return the longest part of the bend zone with straight tracks. All lengths are 0 if there is no bend zone.
 
-    `zone` is the bend zone, and `room` the part that the mount's bends leave free (each from, to; m).
+    `zone` is the bend zone, and `room` the part that the mount's bends leave free. Both are (from, to; m) along x.
+    `in_bend_zone` are the pieces of tracks in the bend zone, and `traces` all tracks.
     """
     if zone is None:
         return _Straight(0.0, 0.0, 0.0, None)
@@ -225,9 +235,9 @@ def _longest_straight(
 
 
 def special_build(design: Design) -> Iterator[Verdict]:
-    """Yield a finding on a special build: a tail of fewer layers than the body, or button plating.
+    """Yield a finding on a board that costs more: a tail with fewer layers than the body, or plating on holes only.
 
-    Its hint describes the plain build for comparison.
+    The finding describes the plain board for comparison.
     """
     layout, spec = design.layout, design.spec
     last, count, tail = layout.spec.fpc.tail_copper, layout.copper_layers, spec.fpc.tail
@@ -249,14 +259,15 @@ def special_build(design: Design) -> Iterator[Verdict]:
 
 
 def _copper_text(stackup: Stackup) -> str:
-    """Return the thickness of each copper layer with its plating, from the top, as text: "30/18/18/30 um"."""
+    """Return the thickness of each copper layer with its plating, from the top, as text such as "30/18/18/30 um"."""
     return "/".join(f"{layer.thickness * 1e6:.4g}" for layer in stackup.copper) + " um"
 
 
 def layer_step(design: Design) -> Iterator[Verdict]:
-    """Yield findings on holes and turns near the step at which the tail's lower layers end.
+    """Yield findings on holes and turns too near to the step at the body's end.
 
-    The tail's own coverlay may overlap the body near this step.
+    The step is the place at which the lower copper layers end, if the tail has fewer layers than the body. The limits
+    are the fabricator's distance from hole to step, and the length by which the tail's coverlay overlaps the body.
     """
     layout, rules, end = design.layout, design.spec.fpc.rules, design.layout.body[2]
     if layout.spec.fpc.tail_copper == layout.copper_layers:
@@ -286,7 +297,11 @@ def layer_step(design: Design) -> Iterator[Verdict]:
 def _near_step(
     case: str, spec: SensorSpec, gap: float, minimum: float, source: str, place: Place, **values: Any
 ) -> Violation:
-    """Return the violation for an item too near to the step in thickness, with a longer body as remedy."""
+    """Return the violation for a hole or coil at a distance `gap` (m), below `minimum`, from the step in thickness.
+
+    The step is at the body's end. The proposed change is a longer body. `case` is the key of the texts in
+    ``data/messages.csv``.
+    """
     margin = spec.fpc.margin
     longer = GRAIN * math.ceil((margin[0] + (minimum - gap)) / GRAIN - 1e-6)
     fix = setting(spec, "fpc.margin", (longer, margin[1]), f"[{longer * 1e3:g}, {margin[1] * 1e3:g}]")

@@ -58,7 +58,7 @@ def _resistance_floor(high_current: bool, coil_count: int) -> str:
 
 
 def inductance_floor(design: Design) -> Iterator[Verdict]:
-    """Yield findings on the smallest inductance over all coils and states."""
+    """Yield findings if the least inductance of all coils and states is below the converter's minimum, or near it."""
     floor, limit = design.spec.readout.device.limit("inductance_min"), design.spec.readout.device.limit
     coils = design.estimates.all_coils
     yield from missing_value_reasons(coils, "inductance")
@@ -88,7 +88,7 @@ def inductance_floor(design: Design) -> Iterator[Verdict]:
 
 
 def frequency_ceiling(design: Design) -> Iterator[Verdict]:
-    """Yield findings on the highest and lowest sensor frequency over all coils and states."""
+    """Yield findings if a sensor frequency of any coil and state is outside the converter's range, or near its top."""
     limit = design.spec.readout.device.limit
     low, high = limit("sensor_frequency_min"), limit("sensor_frequency_max")
     coils = design.estimates.all_coils
@@ -113,9 +113,10 @@ def frequency_ceiling(design: Design) -> Iterator[Verdict]:
 
 
 def parallel_resistance(design: Design) -> Iterator[Verdict]:
-    """Yield findings on the smallest R_P over all coils and states.
+    """Yield findings on the smallest parallel resistance over all coils and states.
 
-    The limits are the smallest resistance that the driver sustains and the data sheet's specified range.
+    Below the resistance that the converter can drive, it is an error. Below the range specified in the data sheet, it
+    is a warning. Further findings are on a value near the limit, and on a tank that does not oscillate.
     """
     spec, coils = design.spec, design.estimates.all_coils
     yield from missing_value_reasons(coils, "parallel_resistance")
@@ -150,7 +151,7 @@ def parallel_resistance(design: Design) -> Iterator[Verdict]:
 
 
 def quality_factor(design: Design) -> Iterator[Verdict]:
-    """Yield findings on the smallest Q over all coils and states."""
+    """Yield a finding if the smallest quality factor over all coils and states is below the converter's minimum."""
     coils = design.estimates.all_coils
     yield from missing_value_reasons(coils, "quality_factor")
     floor, worst = design.spec.readout.device.limit("quality_factor_min"), worst_of(coils, "quality_factor", min)

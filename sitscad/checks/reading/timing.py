@@ -24,7 +24,7 @@ def _channel_sources(family: str | None = None) -> str:
 
 
 MOST_COUPLING = 2e-3
-"""Largest coupling factor between coils of different converters without a warning.
+"""Coupling factor between coils of different converters, from which there is a warning.
 
 Tanks synchronise if their relative frequency difference is below half of the coupling factor. Tolerances cause
 differences of about this size.
@@ -58,7 +58,10 @@ def scan_rate(design: Design) -> Iterator[Verdict]:
 
 
 def read_back(design: Design) -> Iterator[Verdict]:
-    """Yield a finding if the results of a scan cannot be read over I2C before the next scan ends."""
+    """Yield a finding if the results of a scan cannot be read over I2C before the next scan ends.
+
+    It is a warning if they can be read without pauses between transfers.
+    """
     channels, required = len(design.spec.all_placements), design.spec.readout.scan_rate
     converter = design.spec.readout.device
     sure, hopeful = 1.0 / converter.read_back_time(channels), 1.0 / converter.read_back_time_optimistic(channels)
@@ -83,9 +86,10 @@ def bandwidth(design: Design) -> Iterator[Verdict]:
 
 
 def channels(design: Design) -> Iterator[Verdict]:
-    """Yield findings on missing channels, and on coupling between coils of different converters.
+    """Yield a finding if the converters have too few channels, or on the coupling of coils on different converters.
 
-    Each coil needs one channel, on as many converters as the buses can address.
+    Each coil needs one channel. The number of converters is limited by the I2C addresses and the number of buses. The
+    coupling is a warning from `MOST_COUPLING`, else a note.
     """
     names = [placement.name for placement in design.spec.all_placements]
     key = "array.centres" if design.spec.array.pattern == "explicit" else "array.count"
@@ -156,9 +160,9 @@ def _coupling_squared(matrix: Sequence[Sequence[float]], i: int, j: int) -> floa
 
 
 def crosstalk(design: Design) -> Iterator[Verdict]:
-    """Yield a finding with the change of a cell's reading by neighbouring cells, as a fraction of its full signal.
+    """Yield a finding on the largest change of a cell's reading by neighbouring cells.
 
-    The fraction is also checked against a limit.
+    The finding states the change as a fraction of the cell's full signal, and compares it with a limit.
     """
     if design.spec.cells is None:
         return
