@@ -235,9 +235,9 @@ def _longest_straight(
 
 
 def special_build(design: Design) -> Iterator[Verdict]:
-    """Yield a finding on a board that costs more: a tail with fewer layers than the body, or plating on holes only.
+    """Yield a finding on a board that must be agreed with the fabricator, and describe the usual board for comparison.
 
-    The finding describes the plain board for comparison.
+    It has a tail with fewer layers than the body, or plating only on holes and their pads.
     """
     layout, spec = design.layout, design.spec
     last, count, tail = layout.spec.fpc.tail_copper, layout.copper_layers, spec.fpc.tail

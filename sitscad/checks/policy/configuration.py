@@ -82,9 +82,10 @@ def policy_from_manifest(stored: Mapping[str, Any]) -> Policy:
 
 
 def matches_rule(pattern: str, rule: str, name: str) -> bool:
-    """Whether a pattern such as SIT1, SIT103 or ``coil-trace`` matches a rule.
+    """Whether a pattern such as SIT1, SIT103, 103 or ``coil-trace`` matches a rule.
 
-    `rule` is the rule's identifier and `name` its name. A pattern is a name, or the start of an identifier.
+    `rule` is the rule's identifier and `name` its name. A pattern is a name, or the start of an identifier with or
+    without the letters SIT.
     """
     identifier = f"SIT{pattern}" if pattern.isdecimal() else pattern.upper()
     return rule.startswith(identifier) or name == pattern.lower().replace("_", "-")

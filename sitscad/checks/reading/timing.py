@@ -60,7 +60,7 @@ def scan_rate(design: Design) -> Iterator[Verdict]:
 def read_back(design: Design) -> Iterator[Verdict]:
     """Yield a finding if the results of a scan cannot be read over I2C before the next scan ends.
 
-    It is a warning if they can be read without pauses between transfers.
+    It is a warning if they can be read in the shorter of the times that the manufacturer states, else an error.
     """
     channels, required = len(design.spec.all_placements), design.spec.readout.scan_rate
     converter = design.spec.readout.device
