@@ -132,7 +132,7 @@ def test_files_contain_both_pads_of_every_capacitor():
         turn = math.radians(float(row["Rot"]))
         reach = capacitor.pads[1].centre - capacitor.centre
         assert (math.cos(turn), math.sin(turn)) == approx([r / math.hypot(*reach) for r in reach], abs=1e-6)
-    parts = {item.item: item for item in bom.items(layout, estimate(layout))}
+    parts = {item.item: item for item in bom.items(layout, estimate(layout).readout)}
     assert parts["capacitor"].size.startswith("chip-0402") and "CT1, CT2" in parts["capacitor"].note
     assert {row["Val"] for row in rows} == {parts["capacitor"].part} and parts["capacitor"].part.endswith("F")
     assert parts["connector"].part == "zif-0.5mm, 4 contacts"
