@@ -172,10 +172,10 @@ def changed(tmp_path_factory):
         env={"PATH": "", "PYTHONPATH": str(folder), "OPENBLAS_NUM_THREADS": "1"},
     )
     assert done.returncode == 0, done.stderr
-    found = json.loads(done.stdout)
-    assert Path(found["package"]).is_relative_to(folder)
+    result = json.loads(done.stdout)
+    assert Path(result["package"]).is_relative_to(folder)
     written = folder / "out" / "pentagon" / "fpc"
-    return found | {name: (written / name).read_text(encoding="utf-8").splitlines()
+    return result | {name: (written / name).read_text(encoding="utf-8").splitlines()
                     for name in ("centres.csv", "centres.txt")}
 
 

@@ -44,13 +44,13 @@ def canonical(name: str) -> str:
 def undeclared(files: Iterable[Path], known: set[str]) -> dict[str, str]:
     """Modules from outside that files import, wherever in them, and that no distribution asked for brings."""
     brought = importlib.metadata.packages_distributions()
-    found = {}
+    result = {}
     for file in files:
         for name in imported(ast.parse(file.read_text(encoding="utf-8"))):
             is_ours = (ROOT / name).is_dir()
             if name in brought and not is_ours and not {canonical(each) for each in brought[name]} & known:
-                found[name] = str(file.relative_to(ROOT))
-    return found
+                result[name] = str(file.relative_to(ROOT))
+    return result
 
 
 def imported(tree: ast.AST) -> set[str]:

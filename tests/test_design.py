@@ -104,8 +104,8 @@ def test_designs_with_equal_board_share_copper_measurement():
     coarse = replace(rules, trace_spacing=1.05 * spec.coil.trace_spacing)
     stricter = design.drawn(replace(spec, fpc=replace(spec.fpc, rules=coarse)))
     assert cached_copper(stricter) is not cached_copper(design)
-    said = {finding.rule for finding in apply_rules(stricter, hints="none").findings}
-    assert said > {finding.rule for finding in apply_rules(design, hints="none").findings}
+    message = {finding.rule for finding in apply_rules(stricter, hints="none").findings}
+    assert message > {finding.rule for finding in apply_rules(design, hints="none").findings}
 
 
 def members_of(cls: ast.ClassDef) -> set[str]:
@@ -131,8 +131,8 @@ def test_results_cached_on_design_are_computed_once():
 def felt():
     """A sensor whose forces are judged at the screen level, which takes a part of a second."""
     spec = sitscad.load(TEMPLATES / "bench_7mm.yaml")
-    asked = {"normal_resolution": "1 mN", "crosstalk": 0.01, "tilt": "1 deg", "tilt_error": "1 mN"}
-    for key, value in asked.items():
+    request = {"normal_resolution": "1 mN", "crosstalk": 0.01, "tilt": "1 deg", "tilt_error": "1 mN"}
+    for key, value in request.items():
         spec = spec.replace(f"requirements.{key}", value)
     layout = sitscad.lay_out(spec)
     estimates = estimated(layout, tolerance=SCREENING)
@@ -140,8 +140,8 @@ def felt():
 
 
 def said(rule, design):
-    found, undecided = outcomes(rule, design, least=None)
-    return [replace(each.finding, hint=None) for each in found], undecided
+    result, undecided = outcomes(rule, design, least=None)
+    return [replace(each.finding, hint=None) for each in result], undecided
 
 
 def test_rule_findings_do_not_depend_on_order(felt):

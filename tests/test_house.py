@@ -46,6 +46,6 @@ def test_repository_root_contains_only_expected_entries():
     """Specs and tables that a trial wrote there were committed with it."""
     if not (PACKAGE.parent / ".git").exists():
         pytest.skip("no repository: what is kept in it cannot be told")
-    asked = ["git", "-c", "safe.directory=*", "ls-tree", "--name-only", "HEAD"]
-    found = subprocess.run(asked, cwd=PACKAGE.parent, capture_output=True, text=True, check=True)
-    assert set(found.stdout.split()) == AT_THE_TOP
+    request = ["git", "-c", "safe.directory=*", "ls-tree", "--name-only", "HEAD"]
+    result = subprocess.run(request, cwd=PACKAGE.parent, capture_output=True, text=True, check=True)
+    assert set(result.stdout.split()) == AT_THE_TOP

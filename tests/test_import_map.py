@@ -91,7 +91,7 @@ def imports_of_modules(package: Path = PACKAGE) -> dict[str, set[str]]:
     loaded = {
         name: {known_as(module, paths) for module in imported_modules(path, package)} for name, path in paths.items()
     }
-    return {name: {other for other in found if other not in (None, name)} for name, found in loaded.items()}
+    return {name: {other for other in result if other not in (None, name)} for name, result in loaded.items()}
 
 
 def neighbours_that_import_each_other(imports: dict[str, set[str]]) -> set[tuple[str, str]]:
@@ -137,9 +137,9 @@ def rings(imports: dict[str, set[str]]) -> set[frozenset[str]]:
     """The sets of modules each of which imports every other, itself or through others."""
     reached = {module: reached_from(module, imports) for module in imports}
     return {
-        frozenset(other for other in found if module in reached[other])
-        for module, found in reached.items()
-        if module in found
+        frozenset(other for other in result if module in reached[other])
+        for module, result in reached.items()
+        if module in result
     }
 
 

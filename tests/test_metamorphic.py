@@ -29,9 +29,9 @@ def estimated(coil: dict[str, Any] | None = None, **sections: Any) -> Estimates:
 
 def numbers(found: Estimates, coil: int = 0) -> list[float]:
     """What is printed of a coil: winding, tank, every state."""
-    one = found.coils[coil]
-    values = [one.winding_inductance, one.resistance_dc, one.terminal_inductance, one.sensor_frequency]
-    for state in one.states.values():
+    item = found.coils[coil]
+    values = [item.winding_inductance, item.resistance_dc, item.terminal_inductance, item.sensor_frequency]
+    for state in item.states.values():
         values += [state.inductance, state.resistance, state.parallel_resistance, state.amplitude]
     return values
 
@@ -81,9 +81,9 @@ def test_direct_current_estimates_scale_with_length(shape: str, scale: float) ->
     def of(factor: float) -> list[float]:
         stackup = [{k: v * factor if isinstance(v, float) else v for k, v in layer.items()} for layer in STACKUP]
         sizes = {name: WINDING[name] * factor for name in ("outer_diameter", "trace_width", "trace_spacing")}  # type: ignore[operator]
-        one = estimated(sizes | {"shape": shape}, fpc={"stackup": stackup}, readout={"capacitance": "330 pF"}).coils[0]
-        assert one.winding_capacitance is not None
-        return [one.winding_inductance / factor, one.resistance_dc * factor, one.winding_capacitance / factor]
+        item = estimated(sizes | {"shape": shape}, fpc={"stackup": stackup}, readout={"capacitance": "330 pF"}).coils[0]
+        assert item.winding_capacitance is not None
+        return [item.winding_inductance / factor, item.resistance_dc * factor, item.winding_capacitance / factor]
 
     assert of(scale) == approx(of(1.0), rel=2e-7)
 
@@ -92,8 +92,8 @@ def test_distant_or_insulating_target_gives_estimates_without_target() -> None:
     def at_rest(**target: Any) -> list[float]:
         """Inductance, resistance and frequency at rest over those of the coil alone."""
         pad = {"size": 8, "thickness": target.pop("gap", 2)}
-        found = estimated(target={"size": 8, **target}, elastomer=pad, readout={"capacitance": "220 pF"})
-        rest, free = (found.coils[0].states[name] for name in ("rest", "free"))
+        result = estimated(target={"size": 8, **target}, elastomer=pad, readout={"capacitance": "220 pF"})
+        rest, free = (result.coils[0].states[name] for name in ("rest", "free"))
         return [getattr(rest, name) / getattr(free, name) for name in ("inductance", "resistance", "frequency")]
 
     assert at_rest(gap=90) == approx([1.0] * 3, rel=1e-5)

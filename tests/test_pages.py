@@ -13,12 +13,12 @@ BUILT = {"assembling", "examples", "getting-started", "templates", "tutorial"}
 
 def differences(name: str) -> list[str]:
     """Lines by which a page and its pictures differ from what the program shows now, the first twenty of each file."""
-    found: list[str] = []
+    result: list[str] = []
     for path, data in pages.made(name).items():
         before = path.read_text(encoding="utf-8", errors="replace") if path.is_file() else ""
         now = data.decode(errors="replace").splitlines()
-        found += list(unified_diff(before.splitlines(), now, path.name, "shown now", n=0))[:20]
-    return found
+        result += list(unified_diff(before.splitlines(), now, path.name, "shown now", n=0))[:20]
+    return result
 
 
 @pytest.mark.parametrize(

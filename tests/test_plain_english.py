@@ -131,11 +131,11 @@ def texts() -> Iterator[tuple[str, int, str, bool]]:
 
 def offences() -> dict[str, list[str]]:
     """Return the faulty sentences of each file."""
-    found: dict[str, list[str]] = {}
+    result: dict[str, list[str]] = {}
     for file, line, text, is_docstring in texts():
         for fault, sentence in faults(text, is_docstring):
-            found.setdefault(file, []).append(f"{file}:{line}: {fault}: {sentence[:150]}")
-    return found
+            result.setdefault(file, []).append(f"{file}:{line}: {fault}: {sentence[:150]}")
+    return result
 
 
 def exceptions() -> dict[str, tuple[int, str]]:
@@ -145,9 +145,9 @@ def exceptions() -> dict[str, tuple[int, str]]:
 
 
 def test_no_file_has_more_faulty_sentences_than_listed():
-    found, listed = offences(), exceptions()
-    new = {file: told for file, told in found.items() if len(told) > listed.get(file, (0, ""))[0]}
-    assert not new, "\n".join(line for told in new.values() for line in told)
+    result, listed = offences(), exceptions()
+    new = {file: text for file, text in result.items() if len(text) > listed.get(file, (0, ""))[0]}
+    assert not new, "\n".join(line for text in new.values() for line in text)
 
 
 def test_exception_list_names_existing_files_with_reasons():
@@ -188,12 +188,12 @@ def test_code_tables_and_list_items_are_not_reported(text):
 
 def write() -> None:
     """Lower the numbers in the list of exceptions. Files without faults leave the list."""
-    found, listed = offences(), exceptions()
+    result, listed = offences(), exceptions()
     with EXCEPTIONS.open("w", encoding="utf-8", newline="") as lines:
         table = csv.writer(lines, lineterminator="\n")
         table.writerow(["file", "sentences", "reason"])
         for file, (count, reason) in sorted(listed.items()):
-            if left := min(count, len(found.get(file, ()))):
+            if left := min(count, len(result.get(file, ()))):
                 table.writerow([file, left, reason])
 
 

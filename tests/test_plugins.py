@@ -78,8 +78,8 @@ def ran(*words):
 
 @pytest.mark.slow
 def test_plugin_rule_is_reported_listed_explained_ignored_and_waived(spec):
-    found = json.loads(ran("check", spec, "--format", "json", "--hints", "none", "--plugin", EXAMPLE).stdout)
-    (finding,) = [each for each in found["specs"][0]["findings"] if each["rule"] == "LAB001"]
+    result = json.loads(ran("check", spec, "--format", "json", "--hints", "none", "--plugin", EXAMPLE).stdout)
+    (finding,) = [each for each in result["specs"][0]["findings"] if each["rule"] == "LAB001"]
     assert finding["severity"] == "warning" and finding["limit"] == 0.5 and finding["unit"] == "m"
     assert spec.read_text().splitlines()[finding["line"] - 1].lstrip().startswith("turns:")
     assert "LAB001  winder-track" in ran("rules").stdout and "winder's manual" in ran("explain", "LAB001").stdout
@@ -132,7 +132,7 @@ def test_plugin_and_profile_of_extending_page_work_as_shown(tmp_path, spec):
         (page.partition("## A writer")[2], sitscad.Writer),
     ):
         named = set(re.findall(r"`(\w+)`", " ".join(re.findall(r"^\| (`.*?) \|", table, re.MULTILINE))))
-        assert named == {one.name for one in fields(kind)} - {"applies"}
+        assert named == {item.name for item in fields(kind)} - {"applies"}
 
 
 def test_plugin_file_named_repeatedly_is_used_once(spec):
@@ -226,10 +226,10 @@ def test_exit_in_plugin_is_reported_with_plugin_name(plugin, spec, typed, tmp_pa
         text += f"\ndel RULES\ndef __getattr__(name):\n    {body}\n"
     file.write_text(text)
     if where == "writer":
-        code, said = typed("build", spec, "-o", tmp_path / "out", "--only", "firmware", "--plugin", file)
+        code, message = typed("build", spec, "-o", tmp_path / "out", "--only", "firmware", "--plugin", file)
     else:
-        code, said = typed("check", spec, "--hints", "none", "--plugin", file)
-    assert code == 2 and re.search(r"plugin .*own\.py", said.err), said
+        code, message = typed("check", spec, "--hints", "none", "--plugin", file)
+    assert code == 2 and re.search(r"plugin .*own\.py", message.err), message
     assert not (tmp_path / "out" / "jaw-5x20").exists()
 
 
@@ -252,8 +252,8 @@ def test_exit_in_installed_plugin_is_reported_with_plugin_name(tmp_path):
 def test_user_interrupt_during_plugin_exits_130(plugin, spec, typed):
     body = "import os, signal, time; os.kill(os.getpid(), signal.SIGINT); time.sleep(5)"
     before = signal.getsignal(signal.SIGINT)
-    code, said = typed("check", spec, "--hints", "none", "--plugin", plugin(RULE, body=body))
-    assert code == 130 and "own.py" not in said.err
+    code, message = typed("check", spec, "--hints", "none", "--plugin", plugin(RULE, body=body))
+    assert code == 130 and "own.py" not in message.err
     assert signal.getsignal(signal.SIGINT) is before
 
 
@@ -265,8 +265,8 @@ def test_slow_plugin_is_reported_by_name(plugin, spec, monkeypatch, caplog, wher
         file.write_text("import time; time.sleep(0.4)\n" + file.read_text())
     ran("check", spec, "--hints", "none", "--plugin", file)
     what = "own.py: rule LAB001" if where == "apply" else "own.py"
-    told = re.findall(rf"plugin .*{re.escape(what)} has been at work for ([\d.]+) s", caplog.text)
-    assert [float(seconds) for seconds in told[:2]] == [0.05, 0.1] and len(told) < 5, caplog.text
+    text = re.findall(rf"plugin .*{re.escape(what)} has been at work for ([\d.]+) s", caplog.text)
+    assert [float(seconds) for seconds in text[:2]] == [0.05, 0.1] and len(text) < 5, caplog.text
 
 
 def test_fast_plugin_is_not_reported(spec, caplog):
@@ -281,8 +281,8 @@ def test_fast_plugin_is_not_reported(spec, caplog):
 def test_violation_field_of_wrong_type_is_refused_by_name(plugin, spec, typed, field, value):
     given = {"message": "'m'", field: value}
     body = f"return [sitscad.Violation({', '.join(f'{name}={word}' for name, word in given.items())})]"
-    code, said = typed("check", spec, "--hints", "none", "--plugin", plugin(RULE, body=body))
-    assert code == 2 and f"own.py: rule LAB001: TypeError: the {field} of its Violation" in said.err
+    code, message = typed("check", spec, "--hints", "none", "--plugin", plugin(RULE, body=body))
+    assert code == 2 and f"own.py: rule LAB001: TypeError: the {field} of its Violation" in message.err
 
 
 @pytest.mark.slow
@@ -295,9 +295,9 @@ def test_violation_field_of_wrong_type_is_refused_by_name(plugin, spec, typed, f
 )
 def test_plugin_writer_of_reserved_file_is_refused_by_name(plugin, spec, typed, tmp_path, stage, path, only):
     file = plugin(WRITER, stage=stage, body=f"return {{'{path}': b'x'}}")
-    code, said = typed("build", spec, "-o", tmp_path / "out", "--only", only, "--plugin", file)
+    code, message = typed("build", spec, "-o", tmp_path / "out", "--only", only, "--plugin", file)
     assert code == 2
-    assert re.search(r"plugin own\.py: writer own would write .*, which is", said.err), said
+    assert re.search(r"plugin own\.py: writer own would write .*, which is", message.err), message
     assert not (tmp_path / "out" / "jaw-5x20").exists()
 
 

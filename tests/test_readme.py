@@ -54,8 +54,8 @@ def test_heading_links_target_existing_headings(page):
 
 
 def test_readme_has_fewer_than_1100_words():
-    told = re.sub(r"^```.*?^```|^<!--.*?-->", "", TEXT, flags=re.DOTALL | re.MULTILINE)
-    assert len(told.split()) < 1100
+    text = re.sub(r"^```.*?^```|^<!--.*?-->", "", TEXT, flags=re.DOTALL | re.MULTILINE)
+    assert len(text.split()) < 1100
 
 
 def test_readme_links_every_page():

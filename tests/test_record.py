@@ -81,8 +81,8 @@ def test_record_has_equality_and_hash_of_frozen_dataclass():
 
 
 def test_record_without_eq_compares_by_identity():
-    one, other = Field(np.zeros(3)), Field(np.zeros(3))
-    assert one == one and one != other and len({one, other}) == 2
+    item, other = Field(np.zeros(3)), Field(np.zeros(3))
+    assert item == item and item != other and len({item, other}) == 2
 
 
 def test_record_attributes_cannot_be_set_or_deleted():
@@ -99,7 +99,7 @@ def test_dataclass_functions_accept_records():
     track, twin = Track(0.1, 2), Twin(0.1, 2)
     assert dataclasses.is_dataclass(track)
     assert dataclasses.replace(track, layer=3) == Track(0.1, 3)
-    assert [one.name for one in dataclasses.fields(track)] == [one.name for one in dataclasses.fields(twin)]
+    assert [item.name for item in dataclasses.fields(track)] == [item.name for item in dataclasses.fields(twin)]
     assert dataclasses.asdict(track) == dataclasses.asdict(twin)
     assert dataclasses.astuple(track) == dataclasses.astuple(twin)
     assert repr(track) == repr(twin).replace("Twin", "Track")
@@ -124,7 +124,7 @@ def test_fields_of_a_record_without_instances_are_complete():
         third: int = 3
 
     assert dataclasses.is_dataclass(Derived)
-    assert [one.name for one in dataclasses.fields(Derived)] == ["first", "second", "third"]
+    assert [item.name for item in dataclasses.fields(Derived)] == ["first", "second", "third"]
     assert Derived.__annotations__ == {"third": "int"} and Derived.__match_args__ == ("first", "second", "third")
     assert Derived(1.0) == Derived(1.0) != Base(1.0) and hash(Base(1.0)) != hash(Base(2.0))
 
@@ -172,7 +172,7 @@ def test_records_sharing_constructor_pattern_have_own_names_and_defaults():
     assert Inner(1, field_0={"a": 1}).field_0 == {"a": 1} and Inner(1).field_0 is not Inner(1).field_0
     with pytest.raises(TypeError, match=r"Inner.__init__\(\) missing 1 required positional argument: 'missing'"):
         Inner()
-    assert [one.type for one in dataclasses.fields(Inner)] == ["int", "int", "dict"]
+    assert [item.type for item in dataclasses.fields(Inner)] == ["int", "int", "dict"]
 
 
 def test_record_field_of_type_named_variable_is_no_class_variable():
@@ -190,10 +190,10 @@ def test_record_fields_may_have_internal_names():
 
 
 def test_replaced_record_has_no_cached_values():
-    one = Track(1.0)
-    assert memo(one, "_twice", lambda: 2) == memo(one, "_twice", lambda: 3) == 2 and hash(one) == hash(one)
-    other = replace(one, layer=3)
-    assert other == dataclasses.replace(one, layer=3) and hash(other) != hash(one)
-    assert "_twice" not in other.__dict__ and "_hash" not in pickle.loads(pickle.dumps(one)).__dict__
+    item = Track(1.0)
+    assert memo(item, "_twice", lambda: 2) == memo(item, "_twice", lambda: 3) == 2 and hash(item) == hash(item)
+    other = replace(item, layer=3)
+    assert other == dataclasses.replace(item, layer=3) and hash(other) != hash(item)
+    assert "_twice" not in other.__dict__ and "_hash" not in pickle.loads(pickle.dumps(item)).__dict__
     with pytest.raises(TypeError, match="no field wide"):
-        replace(one, wide=1.0)
+        replace(item, wide=1.0)

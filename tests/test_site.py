@@ -41,8 +41,8 @@ def test_tutorial_specs_have_findings_stated_on_page():
     for spec in (first, second):
         findings = sitscad.check(sitscad.load_text(spec), hints="none").findings
         assert {finding.rule for finding in findings if finding.severity == "error"} == {"SIT202"}
-    found = sitscad.check(sitscad.load_text(first)).findings
-    assert "frequency-high" in found[[each.rule for each in found].index("SIT202")].cases
+    result = sitscad.check(sitscad.load_text(first)).findings
+    assert "frequency-high" in result[[each.rule for each in result].index("SIT202")].cases
 
 
 class Links(HTMLParser):
@@ -54,9 +54,9 @@ class Links(HTMLParser):
         self.feed(text)
 
     def handle_starttag(self, tag, attrs):
-        told = dict(attrs)
-        self.links += [told[key] for key in ("href", "src") if told.get(key)]
-        self.places |= {told[key] for key in ("id", "name") if told.get(key)}
+        text = dict(attrs)
+        self.links += [text[key] for key in ("href", "src") if text.get(key)]
+        self.places |= {text[key] for key in ("id", "name") if text.get(key)}
 
 
 def built(folder, seed):
@@ -79,20 +79,20 @@ def test_site_builds_are_equal_with_valid_links(tmp_path):
     for name, process in running.items():
         said, _ = process.communicate(timeout=1500)
         assert process.returncode == 0, f"{name}: {said}"
-    one, other = (
+    item, other = (
         {path.relative_to(folder): path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
         for folder in (tmp_path / "one" / "site", tmp_path / "other" / "site")
     )
-    assert [path for path in one | other if one.get(path) != other.get(path)] == []
-    assert len([path for path in one if path.suffix == ".svg"]) >= 14
-    pages = {path: Links(data.decode()) for path, data in one.items() if path.suffix == ".html"}
-    for page, found in pages.items():
-        for link in found.links:
+    assert [path for path in item | other if item.get(path) != other.get(path)] == []
+    assert len([path for path in item if path.suffix == ".svg"]) >= 14
+    pages = {path: Links(data.decode()) for path, data in item.items() if path.suffix == ".html"}
+    for page, result in pages.items():
+        for link in result.links:
             parts = urlsplit(link)
             if parts.scheme or parts.netloc:
                 continue
             target = Path(os.path.normpath(page.parent / unquote(parts.path))) if parts.path else page
-            assert target in one, f"{page}: {link}"
+            assert target in item, f"{page}: {link}"
             if parts.fragment and target in pages:
                 assert unquote(parts.fragment) in pages[target].places, f"{page}: {link}"
 
@@ -101,6 +101,6 @@ def test_external_addresses_are_extracted_from_text():
     """What asks them needs a network: tests/validation/outer_links.py."""
     from runpy import run_path
 
-    found = run_path(str(ROOT / "tests" / "validation" / "outer_links.py"))["addresses_in"]
+    result = run_path(str(ROOT / "tests" / "validation" / "outer_links.py"))["addresses_in"]
     text = "See <https://a.test/x#place>, (https://b.test/y.html). Yours: https://example.org/sitscad@v0.1.0"
-    assert found(text) == {"https://a.test/x", "https://b.test/y.html"}
+    assert result(text) == {"https://a.test/x", "https://b.test/y.html"}

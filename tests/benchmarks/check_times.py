@@ -111,11 +111,11 @@ def _board(pick: random.Random, coil: dict[str, object], array: dict[str, object
 def _plates(pick: random.Random, across: tuple[float, float]) -> dict[str, object]:
     """Target and pad about as large as the coils together."""
     size = [round(side * pick.uniform(0.8, 1.2), 2) for side in across]
-    alike = abs(size[0] - size[1]) < 0.2 * size[1]
-    shape = pick.choice(["square", "circle"]) if alike else "rectangle"
+    equal = abs(size[0] - size[1]) < 0.2 * size[1]
+    shape = pick.choice(["square", "circle"]) if equal else "rectangle"
 
     def plate() -> dict[str, object]:
-        return {"shape": shape, "size": size[0] if alike else list(size)}
+        return {"shape": shape, "size": size[0] if equal else list(size)}
 
     thickness = pick.choice([0.02, 0.1, 0.2, 0.5])
     pad = {"material": pick.choice(PADS), "thickness": pick.choice([0.5, 1.0, 1.5, 3.0])}
@@ -221,12 +221,12 @@ def pairs(found: Sequence[Cost], outcome: str = "refused") -> list[tuple[Cost, C
     factor of 1.6; without those that have no such partner.
     """
     matched = []
-    for one in (cost for cost in found if cost.outcome == outcome and cost.size):
-        alike = [c for c in found if c.outcome == "passed" and (c.shape == "circle") == (one.shape == "circle")]
-        others = (c for c in alike if c is not one and c.size)
-        near = min(others, key=lambda c: abs(math.log(c.size / one.size)), default=None)
-        if near is not None and 1 / 1.6 < near.size / one.size < 1.6:
-            matched.append((one, near))
+    for item in (cost for cost in found if cost.outcome == outcome and cost.size):
+        equal = [c for c in found if c.outcome == "passed" and (c.shape == "circle") == (item.shape == "circle")]
+        others = (c for c in equal if c is not item and c.size)
+        near = min(others, key=lambda c: abs(math.log(c.size / item.size)), default=None)
+        if near is not None and 1 / 1.6 < near.size / item.size < 1.6:
+            matched.append((item, near))
     return matched
 
 
@@ -239,7 +239,7 @@ def pairs_table(found: Sequence[Cost]) -> str:
     for outcome, words in (("refused", "refused"), ("passed", "another passed one (control)")):
         matched = pairs(found, outcome)
         if matched:
-            spread = quantiles([one.seconds / passed.seconds for one, passed in matched])
+            spread = quantiles([item.seconds / passed.seconds for item, passed in matched])
             lines.append(f"| {words} | {len(matched)} | " + " | ".join(f"{value:.2f}" for value in spread) + " |")
         else:
             lines.append(f"| {words} | 0 | | | | | |")
@@ -275,7 +275,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     chosen = parser.parse_args(arguments)
     numpy = ImportNumpy()
     print(f"import numpy: {numpy.seconds:.3f} s of the processor")
-    found = []
+    result = []
     with tempfile.TemporaryDirectory() as folder:
         files = list(chosen.files)
         for seed in range(chosen.first, chosen.first + chosen.n) if not files else ():
@@ -283,17 +283,17 @@ def main(arguments: Sequence[str] | None = None) -> None:
             sections = (f"{key}: {json.dumps(value)}\n" for key, value in design(seed).items())
             files[-1].write_text("".join(sections), "utf-8")
         for cost in costs(files, numpy, ["--hints", chosen.hints] if chosen.hints else []):
-            found.append(cost)
+            result.append(cost)
             print(f"{cost.seed:>5} {cost.outcome:<9} {cost.seconds:7.2f} s {cost.numpies:7.1f} x "
                   f"{cost.megabytes:6.0f} MB  {cost.errors}", flush=True)
     print(f"import numpy: {numpy.seconds:.3f} s of the processor at last")
-    print(table(found))
-    print(pairs_table(found))
+    print(table(result))
+    print(pairs_table(result))
     if chosen.output:
         with chosen.output.open("w", encoding="utf-8", newline="") as file:
             writer = csv.DictWriter(file, [field.name for field in fields(Cost)], lineterminator="\n")
             writer.writeheader()
-            writer.writerows(asdict(cost) for cost in found)
+            writer.writerows(asdict(cost) for cost in result)
 
 
 if __name__ == "__main__":

@@ -171,12 +171,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--repeat", type=int, default=3)
     parser.add_argument("--write", action="store_true", help="into docs/commands.md")
     chosen = parser.parse_args(arguments)
-    with tempfile.TemporaryDirectory() as one, tempfile.TemporaryDirectory() as other:
+    with tempfile.TemporaryDirectory() as item, tempfile.TemporaryDirectory() as other:
         before = measured(chosen.before.resolve(), Path(other), chosen.only, chosen.repeat) if chosen.before else {}
-        found = table(measured(ROOT, Path(one), chosen.only, chosen.repeat), before)
-    print(found)
+        result = table(measured(ROOT, Path(item), chosen.only, chosen.repeat), before)
+    print(result)
     if chosen.write:
-        write(found)
+        write(result)
 
 
 if __name__ == "__main__":

@@ -51,22 +51,22 @@ def _on_design(row: dict[str, str]) -> Iterator[Measured]:
     coil, exact = geometry(design), float(row["inductance_H"])
     name = f"{row['family']} {row['number']} ({row['series']}): {row['layers']} x {row['turns']}"
     for method in methods(design.spec.shape):
-        if method.is_valid(coil) and (found := method.solve(coil)) is not None:
+        if method.is_valid(coil) and (result := method.solve(coil)) is not None:
             work = partial(method.solve, coil)
-            yield Measured(WINDING, method.name, name, *timed(work), peak(work), abs(found / exact - 1.0),
+            yield Measured(WINDING, method.name, name, *timed(work), peak(work), abs(result / exact - 1.0),
                            method.error(coil))
 
 
 def _on_pair(row: dict[str, str]) -> Measured:
     two = coil_pairs.pair(row["family"], int(row["number"]))
-    one, other = (
+    item, other = (
         (SimpleNamespace(centre=Point(*centre)), geometry(design))
         for design, centre in ((two.first, (0.0, 0.0)), (two.second, two.centre))
     )
-    work = partial(winding_pair_inductance, one, other)
-    found, exact = work(), float(row["mutual_inductance_H"])
+    work = partial(winding_pair_inductance, item, other)
+    result, exact = work(), float(row["mutual_inductance_H"])
     return Measured(MUTUAL, "side by side", f"{row['family']} {row['number']}", *timed(work), peak(work),
-                    abs(found.inductance / exact - 1.0), mutual_error(found, two.first.spec) / abs(exact))
+                    abs(result.inductance / exact - 1.0), mutual_error(result, two.first.spec) / abs(exact))
 
 
 def grown(turns: tuple[float, ...] = TURNS, layers: tuple[int, ...] = LAYERS) -> Iterator[Growth]:

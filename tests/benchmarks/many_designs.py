@@ -59,12 +59,12 @@ def main() -> None:
     parser.add_argument("--method", default="sobol")
     parser.add_argument("--folder", type=Path)
     parser.add_argument("--again", action="store_true")
-    asked = parser.parse_args()
+    request = parser.parse_args()
     with tempfile.TemporaryDirectory() as temporary:
-        folder = asked.folder or Path(temporary)
-        run(folder, asked.designs, asked.method)
-        if asked.again:
-            subprocess.run([sys.executable, __file__, "--designs", str(asked.designs), "--method", asked.method,
+        folder = request.folder or Path(temporary)
+        run(folder, request.designs, request.method)
+        if request.again:
+            subprocess.run([sys.executable, __file__, "--designs", str(request.designs), "--method", request.method,
                             "--folder", folder], check=True)
 
 

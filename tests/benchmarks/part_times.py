@@ -35,26 +35,26 @@ from sitscad.spec import templates
 
 def timed(function: Callable[[], Any], runs: int = 1) -> tuple[Any, float]:
     """What a function gives, and the least processor time (s) of some runs."""
-    best, found = float("inf"), None
+    best, result = float("inf"), None
     for _ in range(runs):
         began = time.process_time()
-        found = function()
+        result = function()
         best = min(best, time.process_time() - began)
-    return found, best
+    return result, best
 
 
 def rows(name: str) -> list[tuple[str, float]]:
     """Every step with its time (s)."""
     layout = sitscad.lay_out(sitscad.load_text(templates.read(name)))
     spec = layout.spec
-    found = [("plane tier: the fit's figures", timed(lambda: fit(layout), 5)[1])]
+    result = [("plane tier: the fit's figures", timed(lambda: fit(layout), 5)[1])]
     pieces, seconds = timed(lambda: assemble(layout))
-    found.append(("solids of the sensor", seconds))
+    result.append(("solids of the sensor", seconds))
     every, seconds = timed(lambda: whole(layout, pieces))
-    found.append(("solids of the whole assembly", seconds))
+    result.append(("solids of the whole assembly", seconds))
     tools, seconds = timed(lambda: assembly_aids(layout))
-    found.append(("solids of jig and moulds", seconds))
-    found.append(("3-D tier: meshes, interference, port, opening, gaps",
+    result.append(("solids of jig and moulds", seconds))
+    result.append(("3-D tier: meshes, interference, port, opening, gaps",
                   timed(lambda: measure_solids(layout, every))[1]))
     exports: list[tuple[str, Callable[[], Any]]] = [
         ("STEP of every piece", lambda: step.render(pieces, spec, tools)),
@@ -67,7 +67,7 @@ def rows(name: str) -> list[tuple[str, float]]:
         ("mesh of the pad", lambda: elastomer_meshes(pieces, layout.spec.elastomer)),
         ("mesh for fields", lambda: sitscad.field_mesh(layout)),
     ]
-    return found + [(what, timed(export)[1]) for what, export in exports]
+    return result + [(what, timed(export)[1]) for what, export in exports]
 
 
 def main() -> None:

@@ -53,10 +53,10 @@ def summary(rows: Sequence[Measured]) -> list[str]:
 
 def grouped(rows: Sequence[Measured]) -> dict[tuple[str, str], list[Measured]]:
     """Rows by quantity and method, in their order."""
-    found: dict[tuple[str, str], list[Measured]] = {}
+    result: dict[tuple[str, str], list[Measured]] = {}
     for row in rows:
-        found.setdefault((row.quantity, row.method), []).append(row)
-    return found
+        result.setdefault((row.quantity, row.method), []).append(row)
+    return result
 
 
 def growth_table(rows: Sequence[Growth]) -> list[str]:
@@ -99,7 +99,7 @@ def _draw_methods(axis, rows: Sequence[Measured]) -> None:
         axis.loglog(*where, marker, color=colour, markeredgecolor="black", markersize=10, label=f"{quantity}: {method}")
         if quantity == inductance.WINDING:
             medians.append(where)
-    front = [one for one in sorted(medians) if all(other[1] >= one[1] for other in medians if other[0] < one[0])]
+    front = [item for item in sorted(medians) if all(other[1] >= item[1] for other in medians if other[0] < item[0])]
     axis.loglog(*zip(*front, strict=True), "--", color="black", linewidth=1, label="front of a coil's inductance")
     axis.set(
         xlabel="processor time, ms", ylabel="relative error", title="every method: designs (small), medians (large)"

@@ -67,10 +67,10 @@ def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("--designs", type=int, default=64)
     parser.add_argument("--screen", type=float, help="milliseconds of a design, in place of the measured ones")
-    asked = parser.parse_args()
+    request = parser.parse_args()
     study = sitscad.Study.load(ROOT / "templates/studies/jaw_5mm.yaml")
     base, measures = study.request.base, study.request.measures
-    points = list(islice(sobol_set(study.request.space, 4 * asked.designs, 1), asked.designs))
+    points = list(islice(sobol_set(study.request.space, 4 * request.designs, 1), request.designs))
     designs = [study.request.space.changes(point) for point in points]
     evaluations, times = [], {}
     for jobs in (1, 2):
@@ -81,11 +81,11 @@ def main() -> None:
             times[jobs] = time.perf_counter() - clock, _processor() - before
     screen = times[1][1] / len(designs)
     archive, tally, began = Archive(), LevelTally(study.request, "screen", 0, lambda state: None), time.process_time()
-    for changes, one in zip(designs, evaluations, strict=True):
+    for changes, item in zip(designs, evaluations, strict=True):
         key = base.key(changes, "screen")
-        archive.add(key, changes, one.as_json())
+        archive.add(key, changes, item.as_json())
         archive.evaluation(key, measures)
-        tally.note(one, is_made=True)
+        tally.note(item, is_made=True)
     parent = (time.process_time() - began) / len(designs)
     chunk, text = Chunk(tuple(designs), measures, "screen"), float(len(base.text))
     there, back = (len(pickle.dumps(each)) / len(designs) for each in (chunk, evaluations))
@@ -93,7 +93,7 @@ def main() -> None:
         print(f"{jobs} workers: {len(designs)} designs in {clock:.1f} s by the clock, {processor:.1f} s of processor")
     print(f"a design: {1e3 * screen:.1f} ms of a worker, {1e3 * parent:.2f} ms of the parent, {there:.0f} bytes there "
           f"and {back:.0f} back; a task brings {text:.0f} bytes of the base; load {os.getloadavg()[0]:.1f}")
-    screen = screen if asked.screen is None else 1e-3 * asked.screen
+    screen = screen if request.screen is None else 1e-3 * request.screen
     print(f"simulated with {1e3 * screen:.1f} ms a design: seconds (share of what so many workers could do)")
     print("| workers |", " | ".join(f"{name}, {count} designs" for name, count, _ in RUNS), "|")
     for workers in (1, 2, 10, 100, 1000, 10_000):

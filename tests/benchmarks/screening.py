@@ -39,30 +39,30 @@ def timed(work: Callable[[Any], Any], many: list[Any]) -> tuple[list[Any], float
     """What work makes of each, and the milliseconds of processor time that one takes: the least of five rows of them,
     which other programs disturb least.
     """
-    found, least, size = [], math.inf, -(-len(many) // ROWS)
+    result, least, size = [], math.inf, -(-len(many) // ROWS)
     for first in range(0, len(many), size):
         part = many[first : first + size]
         began = time.process_time()
-        found += map(work, part)
+        result += map(work, part)
         least = min(least, (time.process_time() - began) / len(part) * 1e3)
-    return found, least
+    return result, least
 
 
 def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("templates", nargs="*", default=TEMPLATES)
     parser.add_argument("--designs", type=int, default=60)
-    asked = parser.parse_args()
+    request = parser.parse_args()
     print("| template | spec | sketch | estimates | figures | rules | whole | a minute on two | full |")
     print("|---|---|---|---|---|---|---|---|---|")
-    for name in asked.templates:
+    for name in request.templates:
         base = Base(templates.read(name), f"{name}.yaml")
         coil = base.spec.coil
         changes = [(("coil.trace_width", f"{(coil.trace_width - k * 0.05e-6) * 1e6:.2f} um"),
                     ("coil.outer_diameter", f"{(coil.outer_diameter - k * 1e-6) * 1e3:.3f} mm"))
-                   for k in range(asked.designs)]
+                   for k in range(request.designs)]
         evaluate_chunk(base, Chunk(tuple(changes[:2]), NAMES, SCREEN))
-        size = max(1, asked.designs // 2 // ROWS)
+        size = max(1, request.designs // 2 // ROWS)
         chunks = [Chunk(tuple(changes[2 + 2 * k * size : 2 + 2 * (k + 1) * size : 2]), NAMES, SCREEN)
                   for k in range(ROWS)]
         _, whole = timed(lambda one, base=base: evaluate_chunk(base, one), chunks)

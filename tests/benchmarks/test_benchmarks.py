@@ -26,9 +26,9 @@ LAWS = {"constant": (lambda n: 3.0, 0.0), "N": (lambda n: 0.1 * n, 1.0), "N^2": 
 @pytest.mark.parametrize("name", LAWS)
 def test_growth_is_named(name):
     law, exponent = LAWS[name]
-    found = Growth("work", "turns", NUMBERS, tuple(law(n) for n in NUMBERS))
-    assert found.name == name
-    assert found.exponent == approx(exponent, abs=1e-9)
+    result = Growth("work", "turns", NUMBERS, tuple(law(n) for n in NUMBERS))
+    assert result.name == name
+    assert result.exponent == approx(exponent, abs=1e-9)
 
 
 def test_a_constant_part_does_not_hide_the_growth():

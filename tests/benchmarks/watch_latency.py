@@ -95,17 +95,17 @@ def told(process: subprocess.Popen[str]) -> list[tuple[str, float, float]]:
     """Every stage up to the last one, with the seconds since the save, on the wall and of the processor; hints are the
     findings once more.
     """
-    found, began, spent = [], time.perf_counter(), processor(process)
+    result, began, spent = [], time.perf_counter(), processor(process)
     assert process.stdout is not None
     for line in process.stdout:
         if not line.startswith("{"):
             continue
         event = json.loads(line)
         stage = "hints" if event.get("last") else event["stage"]
-        found.append((stage, time.perf_counter() - began, processor(process) - spent))
+        result.append((stage, time.perf_counter() - began, processor(process) - spent))
         if stage in ("hints", "failed") or event.get("unreadable"):
-            return found
-    return found
+            return result
+    return result
 
 
 if __name__ == "__main__":

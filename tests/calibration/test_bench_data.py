@@ -78,8 +78,8 @@ def test_table_with_any_line_ends_is_read(tmp_path, end, begin):
     """A file of an old Macintosh ended in a traceback."""
     path = tmp_path / "bench.csv"
     path.write_bytes(begin + (HEAD + "0,0,5,6\n1,0,7,8\n").replace("\n", end).encode())
-    found = read_table(str(path), COILS)
-    assert found.values.tolist() == [[0, 0, 5, 6], [1, 0, 7, 8]] and found.lines == (2, 3)
+    result = read_table(str(path), COILS)
+    assert result.values.tolist() == [[0, 0, 5, 6], [1, 0, 7, 8]] and result.lines == (2, 3)
 
 
 def test_table_field_of_200000_digits_is_refused(tmp_path):
@@ -103,9 +103,9 @@ def test_inductance_columns_are_converted_by_firmware_formula(sensors, bench, ta
 
     def in_microhenry(head, rows):
         loads = bench.loads[:, sensors.range.columns]
-        found = 1e6 / (capacitance * (2.0 * np.pi * bench.frequency) ** 2)
+        result = 1e6 / (capacitance * (2.0 * np.pi * bench.frequency) ** 2)
         names = [name.replace("counts", "uH") for name in head]
-        return names, [[*map(str, a), *map(repr, map(float, b))] for a, b in zip(loads, found, strict=True)]
+        return names, [[*map(str, a), *map(repr, map(float, b))] for a, b in zip(loads, result, strict=True)]
 
     read = points_of(read_table(table(in_microhenry), sensors.coils), sensors)
     assert read.frequency == approx(bench.frequency, rel=1e-12)
@@ -142,8 +142,8 @@ def test_table_with_too_few_points_or_columns_is_refused(table, sensors, change,
 
 
 def _judge(path, sensors):
-    found = read_table(path, sensors.coils)
-    require_plausible(found, points_of(found, sensors), sensors)
+    result = read_table(path, sensors.coils)
+    require_plausible(result, points_of(result, sensors), sensors)
 
 
 def _swapped(head, rows):

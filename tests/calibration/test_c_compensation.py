@@ -74,8 +74,8 @@ def run(folder, design, thermometer, rows, tare):
     done = subprocess.run(command, capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, done.stderr
     lines = [" ".join(map(str, row)) for row in (tare, *rows)]
-    told = subprocess.run([str(folder / "main")], input="\n".join(lines), capture_output=True, text=True, check=True)
-    values = np.array([[float(value) for value in line.split()] for line in told.stdout.splitlines()])
+    text = subprocess.run([str(folder / "main")], input="\n".join(lines), capture_output=True, text=True, check=True)
+    values = np.array([[float(value) for value in line.split()] for line in text.stdout.splitlines()])
     return values[:, 0].astype(int), values[:, 1:-1], values[:, -1]
 
 

@@ -86,10 +86,10 @@ def test_c_example_program_prints_forces_of_header(tmp_path, foretold):
     tare = foretold.map.rest
     rows = [tare, 1.001 * tare, 1.002 * tare]
     given = "\n".join(" ".join(str(int(count)) for count in row) for row in [tare, *rows]) + "\n"
-    told = subprocess.run([str(made)], input=given, capture_output=True, text=True)
-    found = np.array([[float(value) for value in line.split()] for line in told.stdout.splitlines()])
-    assert told.returncode == 0
-    assert np.abs(found - foretold.map(np.floor(rows), tare)).max() < 3e-5 * foretold.map.full_scale.max()
+    text = subprocess.run([str(made)], input=given, capture_output=True, text=True)
+    result = np.array([[float(value) for value in line.split()] for line in text.stdout.splitlines()])
+    assert text.returncode == 0
+    assert np.abs(result - foretold.map(np.floor(rows), tare)).max() < 3e-5 * foretold.map.full_scale.max()
     assert subprocess.run([str(made)], input=given + "7 x\n", capture_output=True, text=True).returncode == 1
     still = subprocess.run([str(made)], input=given + "0 0\n", capture_output=True, text=True)
     assert still.returncode == 2 and still.stdout.splitlines()[-1] == "0 0"
@@ -118,13 +118,13 @@ def test_c_header_forces_agree_with_numpy_map(tmp_path, sensors, foretold, capsy
 
 @pytest.mark.clients("gcc")
 def test_every_c_header_table_is_used(tmp_path, sensors, hidden):
-    found = fit_unit_map(sensors, hidden)
+    result = fit_unit_map(sensors, hidden)
     _, counts, tare = _at_loads(sensors, hidden, 200)
-    code = re.sub(r"/\*.*?\*/", "", header(found, sensors.conversion).decode("ascii"), flags=re.DOTALL)
+    code = re.sub(r"/\*.*?\*/", "", header(result, sensors.conversion).decode("ascii"), flags=re.DOTALL)
     tables = re.findall(r"static const \w+ (\w+)\[", code)
     assert tables and [name for name in tables if len(re.findall(rf"\b{name}\b", code)) < 2] == [], "unused"
-    _, forces, _ = _run_c(tmp_path, found, sensors.conversion, counts, tare)
-    assert np.abs(forces - found(counts, tare)).max() < 3e-5 * found.full_scale.max()
+    _, forces, _ = _run_c(tmp_path, result, sensors.conversion, counts, tare)
+    assert np.abs(forces - result(counts, tare)).max() < 3e-5 * result.full_scale.max()
 
 
 @pytest.mark.clients("gcc")

@@ -36,7 +36,7 @@ def sensors():
 @pytest.mark.parametrize("modulus", [-1.0, 0.0])
 def test_surrogate_covers_sensors_at_ends_of_manufacturing_scatter(sensors, gap, modulus):
     """The box was that of forty sensors at random: one of a gap 1.9 sigma thin read the same from 2 N to 8 N."""
-    errors = np.array([{"gap": gap, "modulus": modulus}.get(one.name, 0.0) * one.sigma for one in sensors.unknowns])
+    errors = np.array([{"gap": gap, "modulus": modulus}.get(item.name, 0.0) * item.sigma for item in sensors.unknowns])
     loads = np.array([[force, 0.0, 0.0] for force in (0.0, 2.0, 4.0, 8.0)])
     poses = sensors.poses(errors, loads)
     charted, solved = (np.log(sensors.frequencies(errors, poses, exact)) for exact in (False, True))
@@ -65,12 +65,12 @@ def test_surrogate_error_covers_deviation_from_solved_readings(soft):
     """A pad known to 67 % was charted as far as the softest is sheared, four thicknesses: the readings' changes were
     half wrong where 0.6 % was taken for granted, and no calibration noticed.
     """
-    found = sensors_of(soft.response)
-    loads, none = np.vstack([np.zeros((1, 3)), found.range.inside(20, 700)]), np.zeros(len(found.unknowns))
-    charted, solved = (np.log(found.frequencies_under(none, loads, exact)) for exact in (False, True))
+    result = sensors_of(soft.response)
+    loads, none = np.vstack([np.zeros((1, 3)), result.range.inside(20, 700)]), np.zeros(len(result.unknowns))
+    charted, solved = (np.log(result.frequencies_under(none, loads, exact)) for exact in (False, True))
     change = solved[1:] - solved[0]
     off = np.sqrt(np.mean((charted[1:] - charted[0] - change) ** 2) / np.mean(change**2))
-    assert off < 0.03 and off < 3.0 * found.surrogate.error + 0.003
+    assert off < 0.03 and off < 3.0 * result.surrogate.error + 0.003
 
 
 @pytest.mark.more
@@ -84,16 +84,16 @@ def test_noiseless_readings_of_stiffer_pad_give_its_modulus(soft):
     other = sitscad.Design(replace(spec, elastomer=replace(spec.elastomer, material=stiffer)))
     loads = np.vstack([np.zeros((1, 3)), foretold.plan.loads])
     read = sitscad.respond(other, loads=loads, rotation="held").frequency
-    found = calibrate_by(foretold.sensors, Points(loads, None, read, np.arange(len(loads)) == 0))
-    moved = {name: row["moved_by_sigmas"] for name, row in found.moved.items()}
-    assert found.moved["modulus"]["value"] == approx(np.log(17.0 / 13.2), abs=0.02)
+    result = calibrate_by(foretold.sensors, Points(loads, None, read, np.arange(len(loads)) == 0))
+    moved = {name: row["moved_by_sigmas"] for name, row in result.moved.items()}
+    assert result.moved["modulus"]["value"] == approx(np.log(17.0 / 13.2), abs=0.02)
     assert max(abs(far) for name, far in moved.items() if name != "modulus") < 0.2
     tried = np.vstack([np.zeros((1, 3)), foretold.sensors.range.inside(15, 700)])
     true = sitscad.respond(other, loads=tried, rotation="held").frequency
-    off = found.map(true[1:], true[0]) - tried[1:, foretold.sensors.range.columns]
+    off = result.map(true[1:], true[0]) - tried[1:, foretold.sensors.range.columns]
     error = np.sqrt(np.mean(off**2, axis=0))
-    assert np.all(error < 0.005 * found.map.full_scale) and np.all(error < found.map.error)
-    assert np.all(found.map.error < 4.5 * foretold.plan.errors[-1]), "95 % of sensors, where plans state one sigma"
+    assert np.all(error < 0.005 * result.map.full_scale) and np.all(error < result.map.error)
+    assert np.all(result.map.error < 4.5 * foretold.plan.errors[-1]), "95 % of sensors, where plans state one sigma"
 
 
 def _with_target(material: str):
@@ -104,9 +104,9 @@ def _with_target(material: str):
 @pytest.mark.slow
 def test_surrogate_of_ferrite_target_has_negative_sign_and_small_error():
     """A ferrite's change counted as next to nothing in every pose, so that the plan promised 6 % of full scale."""
-    found = calibrate(_with_target("ferrite"))
-    assert np.all(found.sensors.surrogate.sign < 0.0) and found.sensors.surrogate.error < 0.02
-    assert np.all(found.plan.errors[-1] < 0.02 * found.map.full_scale)
+    result = calibrate(_with_target("ferrite"))
+    assert np.all(result.sensors.surrogate.sign < 0.0) and result.sensors.surrogate.error < 0.02
+    assert np.all(result.plan.errors[-1] < 0.02 * result.map.full_scale)
 
 
 @pytest.mark.slow
@@ -118,8 +118,8 @@ def test_target_whose_inductance_change_crosses_zero_is_refused():
 
 
 def test_map_counts_at_rest_equal_response_counts(design, foretold):
-    found = sitscad.respond(design, loads=[(0.0, 0.0, 0.0)])
-    assert foretold.map.rest == approx(found.counts[0], rel=1e-6, abs=0.0)
+    result = sitscad.respond(design, loads=[(0.0, 0.0, 0.0)])
+    assert foretold.map.rest == approx(result.counts[0], rel=1e-6, abs=0.0)
 
 
 @pytest.mark.slow
@@ -142,4 +142,4 @@ def test_stratified_sensors_are_normal_in_every_unknown(sensors):
 
 
 def _sigmas(sensors):
-    return np.array([one.sigma for one in sensors.unknowns])
+    return np.array([item.sigma for item in sensors.unknowns])

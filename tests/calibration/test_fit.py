@@ -69,8 +69,8 @@ def test_calibration_by_eight_points_reduces_error_below_30_percent(foretold, ca
 
 @pytest.mark.slow
 def test_calibrated_error_is_within_stated_error_below_4_percent(calibrated, truth):
-    stated, found = calibrated.map.error / calibrated.map.full_scale, _off(calibrated.map, truth)
-    assert np.all(found < 2.0 * stated) and np.all(stated < 0.04)
+    stated, result = calibrated.map.error / calibrated.map.full_scale, _off(calibrated.map, truth)
+    assert np.all(result < 2.0 * stated) and np.all(stated < 0.04)
 
 
 def test_calibrated_unit_error_is_reported_as_sigma_and_95_percent(calibrated, foretold):
@@ -78,8 +78,8 @@ def test_calibrated_unit_error_is_reported_as_sigma_and_95_percent(calibrated, f
     sigma, sure = calibrated.unit_errors
     assert "one sigma" in sigma.of and "95 %" in sure.of
     assert np.all(sigma.error < sure.error) and np.array_equal(sure.error, calibrated.map.error)
-    alike = next(one for one in foretold.unit_errors if one.points == len(foretold.plan.loads))
-    assert np.all(sigma.error < 3.0 * alike.error) and np.all(sigma.error > alike.error / 3.0)
+    equal = next(item for item in foretold.unit_errors if item.points == len(foretold.plan.loads))
+    assert np.all(sigma.error < 3.0 * equal.error) and np.all(sigma.error > equal.error / 3.0)
 
 
 @pytest.mark.slow
@@ -88,13 +88,13 @@ def test_loads_along_one_axis_leave_larger_stated_error(sensors, foretold, hidde
     loads = np.zeros((5, 3))
     loads[1:, 0] = np.linspace(0.3, 1.0, 4) * sensors.range.full_scales[0]
     frequency = sensors.frequencies_under(hidden, loads)
-    found = calibrate_by(sensors, Points(loads, None, frequency, loads[:, 0] == 0.0))
-    assert np.all(found.map.error > calibrated.map.error)
-    assert np.all(_off(found.map, truth) * found.map.full_scale < 2.5 * found.map.error)
+    result = calibrate_by(sensors, Points(loads, None, frequency, loads[:, 0] == 0.0))
+    assert np.all(result.map.error > calibrated.map.error)
+    assert np.all(_off(result.map, truth) * result.map.full_scale < 2.5 * result.map.error)
 
 
 def test_fit_finds_modulus_within_its_sigma(sensors, hidden, calibrated):
-    names = [one.name for one in sensors.unknowns]
+    names = [item.name for item in sensors.unknowns]
     true = dict(zip(names, hidden, strict=True))["modulus"]
     row = calibrated.moved["modulus"]
     assert abs(row["value"] - true) < 4.0 * row["sigma"] and row["sigma"] < 0.3 * row["sigma_before"]
@@ -108,8 +108,8 @@ def test_repeated_tares_remove_drift(sensors, bench, calibrated, foretold, truth
     order = np.array([*range(half), 0, *range(half, len(bench))])
     drifted = bench.part(order)
     drifted.frequency[half:] *= 1.002
-    found = calibrate_by(sensors, drifted)
-    assert np.all(_off(found.map, truth) < 0.02)
+    result = calibrate_by(sensors, drifted)
+    assert np.all(_off(result.map, truth) < 0.02)
 
 
 @pytest.mark.slow
@@ -119,8 +119,8 @@ def test_poses_determine_target_offset_but_not_modulus(sensors, hidden):
     poses[1:, 0] = [-5e-4, 5e-4, 0.0, 0.0, -5e-4, 5e-4, 0.0, 3e-4]
     poses[1:, 2] = [0.0, 0.0, -8e-5, 5e-5, -8e-5, -8e-5, -4e-5, -2e-5]
     read = sensors.frequencies(hidden, sensors.poses_after_travel(hidden, poses), exact=True)
-    found = calibrate_by(sensors, Points(None, poses, read, np.arange(9) == 0))
-    rows, true = found.moved, {one.name: e for one, e in zip(sensors.unknowns, hidden, strict=True)}
+    result = calibrate_by(sensors, Points(None, poses, read, np.arange(9) == 0))
+    rows, true = result.moved, {item.name: e for item, e in zip(sensors.unknowns, hidden, strict=True)}
     for name in ("offset_x", "tilt_y"):
         assert abs(rows[name]["value"] - true[name]) < 4.0 * rows[name]["sigma"]
     assert rows["modulus"]["sigma"] == approx(rows["modulus"]["sigma_before"], rel=1e-6)
@@ -173,9 +173,9 @@ def test_default_target_rotation_is_held_everywhere(design):
     """A package's plan was of a level target and spoke of weights and threads; the command and the library meant a
     free one. Loads of `respond` are put on a target that tilts as it likes, as the contract has it.
     """
-    found = calibrate(design, points=3)
-    assert found.sensors.rotation == "held" == found.document()["rotation"]
-    files = calibration_files(found)
+    result = calibrate(design, points=3)
+    assert result.sensors.rotation == "held" == result.document()["rotation"]
+    files = calibration_files(result)
     assert files["plan.csv"].startswith(b"# rotation: held\n")
     plan = files["plan.txt"].decode()
     assert "+x runs" in plan and "in a vice" in plan
@@ -192,13 +192,13 @@ def test_default_target_rotation_is_held_everywhere(design):
 
 
 def test_calibration_files_are_complete_and_repeatable(foretold, calibrated, truth):
-    for found in (foretold, calibrated):
-        files = calibration_files(found)
-        assert files == calibration_files(found)
+    for result in (foretold, calibrated):
+        files = calibration_files(result)
+        assert files == calibration_files(result)
         document = json.loads(files["calibration.json"])
         again = map_of(document)
-        assert np.array_equal(again(truth[1][1:], truth[1][0]), found.map(truth[1][1:], truth[1][0]))
-        assert b"<svg" in files["calibration.html"] or found.fit is None
+        assert np.array_equal(again(truth[1][1:], truth[1][0]), result.map(truth[1][1:], truth[1][0]))
+        assert b"<svg" in files["calibration.html"] or result.fit is None
     assert {"plan.csv", "plan.txt"} < set(calibration_files(foretold))
     assert b"NOT calibrated" in calibration_files(foretold)["calibration.h"]
     with pytest.raises(ValueError, match="no map"):
@@ -235,8 +235,8 @@ def test_calibration_json_validates_against_published_schema(foretold, calibrate
 
     schema = json_file("calibration.schema")
     jsonschema.Draft202012Validator.check_schema(schema)
-    for found in (foretold, calibrated):
-        document = json.loads(calibration_files(found)["calibration.json"])
+    for result in (foretold, calibrated):
+        document = json.loads(calibration_files(result)["calibration.json"])
         jsonschema.validate(document, schema)
         assert set(document) <= set(schema["properties"]), "a key that the schema does not name"
         assert set(document["map"]) == set(schema["properties"]["map"]["properties"])
@@ -250,8 +250,8 @@ def test_map_of_target_moving_off_its_coil_has_small_error():
     eighteen.
     """
     own = sensors_of(sitscad.Design(sitscad.load_text(templates.read("robotic_jaw_12mm"))).response)
-    found = fit_unit_map(own, draw_units(own.unknowns, 2, 7)[1])
-    assert np.all(found.error < 0.004 * found.full_scale)
+    result = fit_unit_map(own, draw_units(own.unknowns, 2, 7)[1])
+    assert np.all(result.error < 0.004 * result.full_scale)
 
 
 @pytest.mark.parametrize(("axes", "samples", "degree"), [(1, 241, 6), (2, 41, 6), (2, 40, 5), (3, 273, 6), (5, 273, 4)])
@@ -275,11 +275,11 @@ def test_plan_of_more_than_40_points_is_refused(design):
 
 def test_levenberg_marquardt_solves_linear_least_squares():
     matrix = np.array([[1.0, 2.0], [0.0, 1.0], [3.0, -1.0]])
-    found = levenberg_marquardt(lambda x: matrix @ x - [1.0, 2.0, 3.0], np.zeros(2))
+    result = levenberg_marquardt(lambda x: matrix @ x - [1.0, 2.0, 3.0], np.zeros(2))
     known = matrix.T @ matrix + np.eye(2)
-    assert found.settled
-    assert found.values == approx(np.linalg.solve(known, matrix.T @ [1.0, 2.0, 3.0]), abs=1e-3)
-    assert found.covariance == approx(np.linalg.inv(known), rel=1e-6)
+    assert result.settled
+    assert result.values == approx(np.linalg.solve(known, matrix.T @ [1.0, 2.0, 3.0]), abs=1e-3)
+    assert result.covariance == approx(np.linalg.inv(known), rel=1e-6)
 
 
 @pytest.mark.slow
@@ -287,20 +287,20 @@ def test_fit_of_extreme_unknowns_settles_within_stated_error(sensors, foretold):
     """Found with one of ten simulated sensors, 7 % of full scale off: from the drawn sensor, the target's change went
     to 8 sigma, every step beyond was taken back, and the steps that were left counted as settled.
     """
-    was = np.array([one.name not in ("shear_curve", "exponent") for one in sensors.unknowns])
+    was = np.array([item.name not in ("shear_curve", "exponent") for item in sensors.unknowns])
     own = np.zeros(len(was))  # nobody asked for these two then
-    own[was] = draw_units(tuple(one for one, known in zip(sensors.unknowns, was, strict=True) if known), 5, 100)[4]
-    for k, one in enumerate(sensors.unknowns):
-        if one.name in ("shear_modulus", "softening"):
-            own[k] *= 0.0682 / one.sigma  # drawn when the pad's law stated that of so flat a pad
+    own[was] = draw_units(tuple(item for item, known in zip(sensors.unknowns, was, strict=True) if known), 5, 100)[4]
+    for k, item in enumerate(sensors.unknowns):
+        if item.name in ("shear_modulus", "softening"):
+            own[k] *= 0.0682 / item.sigma  # drawn when the pad's law stated that of so flat a pad
     points = simulated(sensors, own, foretold.plan.loads, np.random.default_rng((100, 4)))
     with warnings.catch_warnings():
         warnings.simplefilter("error")  # steps that are taken back ended in tanks that do not oscillate
-        found = calibrate_by(sensors, points)
+        result = calibrate_by(sensors, points)
     tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(20, 600)])
-    off = _off(found.map, (tried[1:, sensors.range.columns], sensors.frequencies_under(own, tried, exact=True)))
-    assert found.fit.settled and found.fit.excess < 2.5
-    assert np.all(off < 0.015) and np.all(off * found.map.full_scale < 2.0 * found.map.error)
+    off = _off(result.map, (tried[1:, sensors.range.columns], sensors.frequencies_under(own, tried, exact=True)))
+    assert result.fit.settled and result.fit.excess < 2.5
+    assert np.all(off < 0.015) and np.all(off * result.map.full_scale < 2.0 * result.map.error)
 
 
 def test_fit_next_to_bound_has_finite_slopes():
@@ -309,40 +309,40 @@ def test_fit_next_to_bound_has_finite_slopes():
     def residuals(values):
         return values - 3.0 if values[0] <= 0.9995 else np.full(1, np.inf)
 
-    found = levenberg_marquardt(residuals, np.array([0.9993]))
-    assert np.all(np.isfinite(found.slopes)) and np.all(np.isfinite(found.covariance))
-    assert found.slopes[0, 0] == approx(1.0, rel=1e-6) and not found.settled
+    result = levenberg_marquardt(residuals, np.array([0.9993]))
+    assert np.all(np.isfinite(result.slopes)) and np.all(np.isfinite(result.covariance))
+    assert result.slopes[0, 0] == approx(1.0, rel=1e-6) and not result.settled
     with pytest.raises(NoFit, match="no slopes"):
         levenberg_marquardt(lambda values: values if abs(values[0]) < 1e-4 else np.full(1, np.nan), np.zeros(1))
 
 
 def test_reading_outside_map_gives_force_at_map_edge(foretold):
     """Simulated units of a soft pad read 1,400 full scales, and that was stated as the error of any unit."""
-    found, rest = foretold.map, foretold.map.rest
+    result, rest = foretold.map, foretold.map.rest
     far = np.array([rest * (1.0 + k) for k in (0.1, 0.3, -0.1, -0.3)])
-    assert not found.holds(far, rest).any()
-    assert np.abs(found(far, rest) / found.full_scale).max() < 3.0
-    assert np.abs(found.forces_at(found.mixed(far, rest)) / found.full_scale).max() > 10.0
+    assert not result.holds(far, rest).any()
+    assert np.abs(result(far, rest) / result.full_scale).max() < 3.0
+    assert np.abs(result.forces_at(result.mixed(far, rest)) / result.full_scale).max() > 10.0
 
 
 def test_fit_stopped_by_bound_is_not_settled():
     def residuals(values):
         return 100.0 * (values - 3.0) if values[0] < 1.0 else np.full(1, np.inf)
 
-    found = levenberg_marquardt(residuals, np.zeros(1))
-    assert found.values[0] < 1.0 and not found.settled
+    result = levenberg_marquardt(residuals, np.zeros(1))
+    assert result.values[0] < 1.0 and not result.settled
 
 
 @pytest.mark.more
 @pytest.mark.slow
 def test_map_covers_edge_of_working_range():
     """It ended before the required load, where it read 2 % too little and said that this lies beyond it."""
-    found = calibrate(sitscad.Design(sitscad.load_text(templates.read("three_axis_pad"))))
-    sensors, edge = found.sensors, found.sensors.range.rim
+    result = calibrate(sitscad.Design(sitscad.load_text(templates.read("three_axis_pad"))))
+    sensors, edge = result.sensors, result.sensors.range.rim
     assert len(edge) == 33
     read = sensors.frequencies_under(np.zeros(len(sensors.unknowns)), np.vstack([np.zeros((1, 3)), edge]), exact=True)
-    assert np.all(found.map.holds(read[1:], read[0]))
-    off = np.abs(found.map(read[1:], read[0]) - edge) / sensors.range.full_scales
+    assert np.all(result.map.holds(read[1:], read[0]))
+    off = np.abs(result.map(read[1:], read[0]) - edge) / sensors.range.full_scales
     assert off.max() < 0.007
 
 
@@ -363,11 +363,11 @@ def overloaded():
 @pytest.mark.parametrize("which", ["foretold", "coarse", pytest.param("overloaded", marks=pytest.mark.more)])
 def test_plan_error_is_at_least_map_fit_error(which, request):
     """It promised 0.43 % of full scale where the map of the very sensor as drawn left 0.7 %."""
-    found = request.getfixturevalue(which)
-    scope, none = found.sensors.range, np.zeros(len(found.sensors.unknowns))
+    result = request.getfixturevalue(which)
+    scope, none = result.sensors.range, np.zeros(len(result.sensors.unknowns))
     loads = np.vstack([np.zeros((1, 3)), scope.inside(40, 900)])
-    left = _off(found.map, (loads[1:, scope.columns], found.sensors.frequencies_under(none, loads, exact=True)))
-    assert np.all(left < found.plan.errors[-1] / scope.full_scales)
+    left = _off(result.map, (loads[1:, scope.columns], result.sensors.frequencies_under(none, loads, exact=True)))
+    assert np.all(left < result.plan.errors[-1] / scope.full_scales)
 
 
 @pytest.mark.more

@@ -80,13 +80,13 @@ def test_pad_of_unusual_thickness_is_fitted_and_reported(sensors, foretold, hidd
     """A fifth thicker: the chart ended where usual sensors do, and half of full scale was stated."""
     own = 0.7 * hidden
     own[0] = gap * sensors.unknowns[0].sigma
-    found = calibrate_by(sensors, simulated(sensors, own, foretold.plan.loads, np.random.default_rng(1)))
-    assert found.sensors.around is not None and found.fit.moved[0] == approx(gap, abs=1.0)
+    result = calibrate_by(sensors, simulated(sensors, own, foretold.plan.loads, np.random.default_rng(1)))
+    assert result.sensors.around is not None and result.fit.moved[0] == approx(gap, abs=1.0)
     tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(20, 600)])
     read = sensors.frequencies_under(own, tried, exact=True)
-    off = np.sqrt(np.mean((found.map(read[1:], read[0]) - tried[1:, sensors.range.columns]) ** 2, axis=0))
-    assert np.all(off < found.map.error) and np.all(found.map.error < 0.03 * found.map.full_scale)
-    assert any(note.startswith("unusual: gap is") and "elastomer.thickness" in note for note in found.notes)
+    off = np.sqrt(np.mean((result.map(read[1:], read[0]) - tried[1:, sensors.range.columns]) ** 2, axis=0))
+    assert np.all(off < result.map.error) and np.all(result.map.error < 0.03 * result.map.full_scale)
+    assert any(note.startswith("unusual: gap is") and "elastomer.thickness" in note for note in result.notes)
 
 
 @pytest.mark.slow
@@ -95,16 +95,16 @@ def test_pad_with_unusual_shear_law_is_fitted_within_stated_error(sensors, foret
     """Shear that goes further under the normal force, or stiffens more, was not looked for: 12 points left up to 1.5 %
     of full scale, and stated 3.5 %.
     """
-    place = [one.name for one in sensors.unknowns].index(name)
+    place = [item.name for item in sensors.unknowns].index(name)
     own = 0.7 * hidden
     own[place] = 2.0 * sensors.unknowns[place].sigma
-    found = calibrate_by(sensors, simulated(sensors, own, foretold.plan.loads, np.random.default_rng(1)))
-    assert found.fit.moved[place] == approx(2.0, abs=1.0) and found.fit.sigma[place] < 0.75
+    result = calibrate_by(sensors, simulated(sensors, own, foretold.plan.loads, np.random.default_rng(1)))
+    assert result.fit.moved[place] == approx(2.0, abs=1.0) and result.fit.sigma[place] < 0.75
     tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(20, 600)])
     read = sensors.frequencies_under(own, tried, exact=True)
-    off = np.sqrt(np.mean((found.map(read[1:], read[0]) - tried[1:, sensors.range.columns]) ** 2, axis=0))
-    assert np.all(off < found.map.error) and np.all(off < 0.006 * found.map.full_scale)
-    assert np.all(found.map.error < 0.02 * found.map.full_scale)
+    off = np.sqrt(np.mean((result.map(read[1:], read[0]) - tried[1:, sensors.range.columns]) ** 2, axis=0))
+    assert np.all(off < result.map.error) and np.all(off < 0.006 * result.map.full_scale)
+    assert np.all(result.map.error < 0.02 * result.map.full_scale)
 
 
 @pytest.mark.more
@@ -127,12 +127,12 @@ def test_map_error_includes_surrogate_error(sensors, foretold, hidden):
     there, and now it goes on straight.
     """
     own = 0.7 * hidden
-    own[[one.name for one in sensors.unknowns].index("modulus")] = -np.log(2.0)
-    found = calibrate_by(sensors, simulated(sensors, own, foretold.plan.loads, np.random.default_rng(77)))
+    own[[item.name for item in sensors.unknowns].index("modulus")] = -np.log(2.0)
+    result = calibrate_by(sensors, simulated(sensors, own, foretold.plan.loads, np.random.default_rng(77)))
     tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(25, 700)])
     read = sensors.frequencies_under(own, tried, exact=True)
-    off = np.sqrt(np.mean((found.map(read[1:], read[0]) - tried[1:, sensors.range.columns]) ** 2, axis=0))
-    assert np.all(off < found.map.error) and np.all(found.map.error < 0.03 * found.map.full_scale)
+    off = np.sqrt(np.mean((result.map(read[1:], read[0]) - tried[1:, sensors.range.columns]) ** 2, axis=0))
+    assert np.all(off < result.map.error) and np.all(result.map.error < 0.03 * result.map.full_scale)
 
 
 @pytest.mark.slow
@@ -210,7 +210,7 @@ def calibrated(sensors, bench, foretold):
 
 
 def test_every_fitted_unknown_has_cause_text(sensors):
-    assert {cause_text(one.name) for one in sensors.unknowns if one.is_fitted} == set(CAUSES.values())
+    assert {cause_text(item.name) for item in sensors.unknowns if item.is_fitted} == set(CAUSES.values())
     assert WIDEST < 3.0
 
 
@@ -230,9 +230,9 @@ def test_stated_error_of_five_point_calibration_holds_within_factor_4(sensors, f
     ratios = []
     for number, own in enumerate(draw_units(sensors.unknowns, 5, 4100)):
         points = simulated(sensors, own, foretold.plan.loads[:5], np.random.default_rng((4100, number)))
-        found, read = calibrate_by(sensors, points), sensors.frequencies_under(own, tried, exact=True)
-        off = found.map(read[1:], read[0]) - tried[1:, sensors.range.columns]
-        ratios.append(found.map.error / np.sqrt(np.mean(off**2, axis=0)))
+        result, read = calibrate_by(sensors, points), sensors.frequencies_under(own, tried, exact=True)
+        off = result.map(read[1:], read[0]) - tried[1:, sensors.range.columns]
+        ratios.append(result.map.error / np.sqrt(np.mean(off**2, axis=0)))
     assert np.all(np.array(ratios) > 0.9) and 1.0 < np.median(ratios) < 4.0
 
 

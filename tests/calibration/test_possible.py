@@ -63,8 +63,8 @@ def fit(sensors, bench):
 
 
 def _read(table, sensors, change=lambda head, rows: (head, rows)):
-    found = read_table(table(change), sensors.coils)
-    return found, points_of(found, sensors)
+    result = read_table(table(change), sensors.coils)
+    return result, points_of(result, sensors)
 
 
 def test_fit_of_matching_readings_is_accepted(table, sensors, fit):
@@ -84,7 +84,7 @@ def test_unsettled_fit_is_refused_with_worst_row(table, sensors, fit):
 
 def test_unknown_beyond_6_sigma_is_refused_by_name(table, sensors, fit):
     read, points = _read(table, sensors)
-    k = [one.name for one in sensors.unknowns].index("offset_x")
+    k = [item.name for item in sensors.unknowns].index("offset_x")
     moved = fit.moved.copy()
     moved[k] = -6.5
     with pytest.raises(BenchError, match=r"offset_x would be -6.5 sigma of manufacture off \(.* m\)"):
@@ -134,10 +134,10 @@ def test_readings_of_far_displaced_target_are_refused_with_worst_row(table, sens
     read, points = _read(table, sensors, lambda head, rows: (head, [line.split(",") for line in FAR_ASIDE.split()]))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        found = fit_model(sensors, points)
-        assert np.all(np.isfinite(found.likely)) and np.all(np.isfinite(found.disagreement))
+        result = fit_model(sensors, points)
+        assert np.all(np.isfinite(result.likely)) and np.all(np.isfinite(result.disagreement))
         with pytest.raises(BenchError, match="this row most"):
-            require_agreement(read, points, sensors, found)
+            require_agreement(read, points, sensors, result)
 
 
 def _twice(sensors, bench, scale):
@@ -145,10 +145,10 @@ def _twice(sensors, bench, scale):
 
     def change(head, rows):
         capacitance = 1.5 * sensors.model.estimates.readout.conversion_capacitance
-        found = 1e6 / (capacitance * (2.0 * np.pi * bench.frequency) ** 2)
-        found = found[:1] + scale * (found - found[:1])
+        result = 1e6 / (capacitance * (2.0 * np.pi * bench.frequency) ** 2)
+        result = result[:1] + scale * (result - result[:1])
         return [*head, "C1_uH", "C2_uH"], [[*row, *(f"{v:.9f}" for v in more)]
-                                           for row, more in zip(rows, found, strict=True)]
+                                           for row, more in zip(rows, result, strict=True)]
 
     return change
 
@@ -157,10 +157,10 @@ def _twice(sensors, bench, scale):
 def test_counts_column_is_preferred_and_difference_of_second_column_reported(table, sensors, bench, scale, words):
     read, points = _read(table, sensors, _twice(sensors, bench, scale))
     assert points.frequency == approx(bench.frequency, rel=1e-7)
-    one, other = second_readings(read, points, sensors)
-    assert "C1_counts is used, C1_uH is not" in one and "C2_counts is used" in other
-    assert words in one and words in other
-    assert "capacitor +50.0 % off" in one
+    item, other = second_readings(read, points, sensors)
+    assert "C1_counts is used, C1_uH is not" in item and "C2_counts is used" in other
+    assert words in item and words in other
+    assert "capacitor +50.0 % off" in item
     assert second_readings(*_read(table, sensors), sensors) == ()
 
 

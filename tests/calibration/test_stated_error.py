@@ -41,16 +41,16 @@ def test_hysteresis_in_five_loads_gives_stated_error_below_4_percent(small, tmp_
     by which the error is stated were divided by zero, and 1176 N were stated of 4 N.
     """
     (tmp_path / "held.csv").write_text(HELD)
-    found = calibrate(small, str(tmp_path / "held.csv"))
-    share = found.map.error / found.map.full_scale
+    result = calibrate(small, str(tmp_path / "held.csv"))
+    share = result.map.error / result.map.full_scale
     assert np.all(share > 0.01) and np.all(share < 0.04)
-    assert 0.01 < found.fit.scatter < 0.06 and np.abs(found.fit.moved).max() < 2.0
+    assert 0.01 < result.fit.scatter < 0.06 and np.abs(result.fit.moved).max() < 2.0
 
 
 @pytest.mark.slow
 def test_readings_beyond_surrogate_range_are_within_40_percent_of_solved(small):
     sensors = sensors_of(small.response, True)
-    errors = np.array([4.0 * one.sigma * (one.name == "gap") for one in sensors.unknowns])
+    errors = np.array([4.0 * item.sigma * (item.name == "gap") for item in sensors.unknowns])
     loads = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
     charted, solved = (np.ptp(np.log(sensors.frequencies_under(errors, loads, exact)), axis=0)
                        for exact in (False, True))

@@ -30,9 +30,9 @@ requirements: {{normal_force: 8 N{asked}}}
 def test_calibrated_shear_range_is_required_force_limited_by_travel(asked, travel, notes):
     plain = sitscad.load_text(SENSOR.format(asked=""), "pair.yaml")
     words = "" if asked is None else f", shear_force: {shear_for_travel(plain, asked):.9g} N"
-    found = working_range(sitscad.load_text(SENSOR.format(asked=words), "pair.yaml"))
-    assert found.shear == approx(shear_for_travel(plain, travel), rel=1e-5)
-    assert len(found.notes) == notes
+    result = working_range(sitscad.load_text(SENSOR.format(asked=words), "pair.yaml"))
+    assert result.shear == approx(shear_for_travel(plain, travel), rel=1e-5)
+    assert len(result.notes) == notes
 
 
 @pytest.mark.parametrize("name", ["grasper_3p5mm", "three_axis_triangle", "bench_7mm", "jaw_5x20"])
@@ -50,9 +50,9 @@ def test_shear_for_travel_moves_pad_by_half_its_thickness(name, travel):
 def test_shear_range_of_tall_pad_is_limited_at_half_normal_force():
     """Under 1 N with half of the normal force the pad went 2.7 times its thickness, and under neither end of it."""
     spec = sitscad.load_text(templates.read("grasper_3p5mm"), "grasper_3p5mm.yaml")
-    found = working_range(spec)
-    assert found.shear < 0.5 < spec.requirements.shear_force and "the pad's thickness" in " ".join(found.notes)
-    loads = np.array([[share * found.normal, found.shear, 0.0] for share in (0.0, 0.5, 1.0)])
+    result = working_range(spec)
+    assert result.shear < 0.5 < spec.requirements.shear_force and "the pad's thickness" in " ".join(result.notes)
+    loads = np.array([[share * result.normal, result.shear, 0.0] for share in (0.0, 0.5, 1.0)])
     assert np.abs(loaded_poses(spec, loads)[0][:, 0]).max() < 1.01 * spec.elastomer.thickness
 
 

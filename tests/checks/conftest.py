@@ -123,8 +123,8 @@ def advised(rule_id: str, spec: SensorSpec, layout: Layout | None = None) -> lis
     """Findings of one rule with their hints, which this rule alone was tried for."""
     rule = next(rule for rule in RULES if rule.id == rule_id)
     subject = Design(spec, layout)
-    found, _ = outcomes(rule, subject)
-    return Trials(subject, [rule], found, (), Budget.of("full")).advised()
+    result, _ = outcomes(rule, subject)
+    return Trials(subject, [rule], result, (), Budget.of("full")).advised()
 
 
 # Test modules cannot import a conftest, so the helpers reach them as fixtures of the same names.

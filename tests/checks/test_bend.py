@@ -57,13 +57,13 @@ def test_via_pad_or_stiffener_in_bend_zone_gives_error(advised, bench):
     assert note.measured == approx(end - note.place.x, rel=1e-6) and note.measured > note.limit > 0
     middle = Point((start + end) / 2, 0.0)
     via = replace(bench, vias=(*bench.vias, Via(middle, 0.2 * MM, 0.45 * MM, "C1")))
-    found = [f for f in advised("SIT123", bench.spec, via) if f.severity is Severity.ERROR]
-    assert [(f.key, f.place.x, f.place.nets) for f in found] == [("fpc.tail.bend", middle.x, ("C1",))]
+    result = [f for f in advised("SIT123", bench.spec, via) if f.severity is Severity.ERROR]
+    assert [(f.key, f.place.x, f.place.nets) for f in result] == [("fpc.tail.bend", middle.x, ("C1",))]
     pad = replace(bench, pads=(*bench.pads, Pad(middle, (1 * MM, 0.3 * MM), 1, "C2", "C2.A", 9)))
     assert any(f.place.nets == ("C2",) and f.place.layer == 1 for f in advised("SIT123", bench.spec, pad))
     edge = replace(pad, pads=(*bench.pads, replace(pad.pads[-1], centre=Point(end + 0.4 * MM, 0.0))))
-    (found,) = [f for f in advised("SIT123", bench.spec, edge) if f.place.nets == ("C2",)]
-    assert found.measured == approx(0.1 * MM, rel=1e-6)
+    (result,) = [f for f in advised("SIT123", bench.spec, edge) if f.place.nets == ("C2",)]
+    assert result.measured == approx(0.1 * MM, rel=1e-6)
     outline = Region(rectangle(end - 0.5 * MM, -1e-3, end + 4e-3, 1e-3))
     plate = replace(bench, stiffener=replace(bench.stiffener, outline=outline))
     (stiff,) = [f for f in advised("SIT123", bench.spec, plate) if f.severity is Severity.ERROR]
@@ -73,22 +73,22 @@ def test_via_pad_or_stiffener_in_bend_zone_gives_error(advised, bench):
 
 def test_bend_zone_shorter_than_bend_gives_error_with_longer_tail(advised, bench):
     start, _ = bench.bend_zone
-    (found,) = advised("SIT123", bench.spec, replace(bench, bend_zone=(start, start + 1.2 * MM)))
-    assert found.severity is Severity.ERROR and [edit.key for edit in found.fixes[0].edits] == ["fpc.tail.length"]
+    (result,) = advised("SIT123", bench.spec, replace(bench, bend_zone=(start, start + 1.2 * MM)))
+    assert result.severity is Severity.ERROR and [edit.key for edit in result.fixes[0].edits] == ["fpc.tail.length"]
 
 
 def test_bend_zone_with_too_short_straight_stretch_gives_warning(advised, bench):
     needed, (start, _) = bend_length(bench.spec.fpc), bench.bend_zone
-    (found,) = advised("SIT123", bench.spec, replace(bench, bend_zone=(start, start + 1.01 * needed)))
-    assert found.severity is Severity.WARNING and found.measured < found.limit == needed
+    (result,) = advised("SIT123", bench.spec, replace(bench, bend_zone=(start, start + 1.01 * needed)))
+    assert result.severity is Severity.WARNING and result.measured < result.limit == needed
 
 
 @pytest.mark.parametrize("kind", ["static", "dynamic"])
 def test_bend_position_passes_only_within_range_in_hint(advised, kind):
     def misplaced(at):
         here = spec(f"length: 40, layers: 2, bend: {{kind: {kind}, at: {at:.2f}}}")
-        found = [f for f in advised("SIT123", here, lay_out(here)) if f.key == "fpc.tail.bend.at"]
-        return found[0] if found and found[0].severity is not Severity.NOTE else None
+        result = [f for f in advised("SIT123", here, lay_out(here)) if f.key == "fpc.tail.bend.at"]
+        return result[0] if result and result[0].severity is not Severity.NOTE else None
 
     low, high = map(float, re.search(r"from ([\d.]+) mm to ([\d.]+) mm", misplaced(200.0).hint).groups())
     assert misplaced(low + 0.05) is misplaced(high - 0.05) is None
@@ -97,9 +97,9 @@ def test_bend_position_passes_only_within_range_in_hint(advised, kind):
 
 def short(advised, changed):
     """The finding of a tail too short for its bend, if any."""
-    found = [f for f in advised("SIT123", changed, lay_out(changed)) if f.severity is not Severity.NOTE]
-    assert len(found) <= 1 and all(f.measured < f.limit for f in found)
-    return found[0] if found else None
+    result = [f for f in advised("SIT123", changed, lay_out(changed)) if f.severity is not Severity.NOTE]
+    assert len(result) <= 1 and all(f.measured < f.limit for f in result)
+    return result[0] if result else None
 
 
 SHORT_TAILS = {
@@ -121,8 +121,8 @@ SHORT_TAILS = {
 @pytest.mark.parametrize(("tail", "coil", "rest"), SHORT_TAILS.values(), ids=SHORT_TAILS)
 def test_too_short_tail_gets_shortest_length_that_fits_bend(advised, tail, coil, rest):
     """Told with the length; laid out again with it the finding is gone, and half a millimetre less brings it back."""
-    found = short(advised, spec(tail, coil, rest))
-    ((edit,),) = (fix.edits for fix in found.fixes)
+    result = short(advised, spec(tail, coil, rest))
+    ((edit,),) = (fix.edits for fix in result.fixes)
     named = edit.new
 
     def of_length(length):
@@ -140,16 +140,16 @@ def test_bend_longer_than_any_tail_gives_error_without_fix(advised, bench):
     """A fabricator who asks a thousand times the thickness, of a tail that is thick: there is no such tail."""
     rules = replace(bench.spec.fpc.rules, static_bend_ratio={2: 30_000.0})
     far = replace(bench.spec, fpc=replace(bench.spec.fpc, rules=rules))
-    (found,) = advised("SIT123", far, bench)
-    assert found.severity is Severity.ERROR and not found.fixes
+    (result,) = advised("SIT123", far, bench)
+    assert result.severity is Severity.ERROR and not result.fixes
 
 
 def test_no_bend_room_without_stated_radius_gives_error(advised):
     here = spec("length: 1, bend: dynamic, layers: 2", "turns: 8, layers: 2", "")
     silent = replace(here, fpc=replace(here.fpc, rules=replace(here.fpc.rules, dynamic_bend_ratio={})))
-    (found,) = advised("SIT123", silent, lay_out(silent))
-    assert found.severity is Severity.ERROR and found.measured == found.limit == 0.0 and found.fixes
-    assert "bend-room-unknown" in found.cases
+    (result,) = advised("SIT123", silent, lay_out(silent))
+    assert result.severity is Severity.ERROR and result.measured == result.limit == 0.0 and result.fixes
+    assert "bend-room-unknown" in result.cases
 
 
 GRID = "array: {pattern: grid, count: [2, 2], pitch: 8}"
@@ -164,10 +164,10 @@ def test_order_notes_and_drawings_give_bend_zone_of_check(advised, rest):
     start, end = bend_stretch(layout)
     assert note.severity is Severity.NOTE and show(start, "m", 4) in note.message
     assert start == note.place.x > layout.bend_zone[0] and end - start == approx(note.measured, rel=1e-6)
-    told = f"between x = {show(start, 'm')} and x = {show(end, 'm')}"
+    text = f"between x = {show(start, 'm')} and x = {show(end, 'm')}"
     board, stackup = board_drawing.drawing(layout, ""), stackup_drawing.drawing(layout, "")
     for words in (fabrication_notes.readme(layout), words_of(board), words_of(stackup)):
-        assert told in " ".join(words.split())
+        assert text in " ".join(words.split())
         assert show(layout.bend_zone[0], "m") not in words
     assert mm(start) in words_of(board) and mm(layout.bend_zone[0]) not in words_of(board)
 
@@ -195,8 +195,8 @@ def test_longer_tail_is_not_tried_if_leads_lack_room(advised, monkeypatch):
     assert {lack.what for lack in layout.shortfalls} == {Missing.LEAD_ROOM}
     tried = []
     monkeypatch.setattr("sitscad.estimates.design.arrange", lambda *given, **named: tried.append(given) or layout)
-    (found,) = [finding for finding in advised("SIT123", crowded, layout) if finding.key == "fpc.tail.length"]
-    assert not found.fixes and tried == []
+    (findings,) = [finding for finding in advised("SIT123", crowded, layout) if finding.key == "fpc.tail.length"]
+    assert not findings.fixes and tried == []
 
 
 @pytest.mark.slow
@@ -206,9 +206,9 @@ def test_tail_offset_without_bend_room_gives_error_with_sufficient_length(advise
     text = re.sub(r"^  capacitor_at: .*\n", "  capacitors_on_board: chip-0402\n", text, flags=re.MULTILINE)
     aside = load_text(text, "aside.yaml")
     layout = lay_out(aside)
-    (found,) = [each for each in advised("SIT123", aside, layout) if each.severity is Severity.ERROR]
+    (result,) = [each for each in advised("SIT123", aside, layout) if each.severity is Severity.ERROR]
     begin, end = layout.bend_zone
-    assert found.key == "fpc.tail.length" and end - begin < bend_length(aside.fpc) == approx(found.limit, abs=0)
-    (edit,) = found.fixes[0].edits
+    assert result.key == "fpc.tail.length" and end - begin < bend_length(aside.fpc) == approx(result.limit, abs=0)
+    (edit,) = result.fixes[0].edits
     longer = aside.replace(edit.key, float(edit.new) * MM)
     assert all(each.severity is not Severity.ERROR for each in advised("SIT123", longer, lay_out(longer)))

@@ -60,9 +60,9 @@ def board(layers: int) -> Layout:
 
 @pytest.fixture(scope="module")
 def boards():
-    found = {layers: board(layers) for layers in (2, 4)}
-    assert all(not layout.shortfalls for layout in found.values())
-    return found
+    result = {layers: board(layers) for layers in (2, 4)}
+    assert all(not layout.shortfalls for layout in result.values())
+    return result
 
 
 def findings(layout: Layout) -> list[Finding]:
@@ -221,12 +221,12 @@ def ring_round_a_coil(layout, rng):
 def bridged_turns(layout, rng):
     """A short track from one turn to the next: still one net, no electrical test sees it."""
     track = rng.choice([t for t in layout.traces if t.role is Role.WINDING])
-    one = rng.choice(track.path.segments[30:-30]).at(0.5)
+    item = rng.choice(track.path.segments[30:-30]).at(0.5)
     centre = next(c.centre for c in layout.coils if c.net == track.net)
-    out = 1 + layout.spec.coil.pitch / one.distance(centre)
-    other = Point(centre.x + out * (one.x - centre.x), centre.y + out * (one.y - centre.y))
-    bridge = Trace(polyline([one, other]), 100 * UM, track.layer, track.net, Role.LEAD)
-    return Fault(replace(layout, traces=(*layout.traces, bridge)), (one, other), frozenset({"SIT122", "SIT108"}))
+    out = 1 + layout.spec.coil.pitch / item.distance(centre)
+    other = Point(centre.x + out * (item.x - centre.x), centre.y + out * (item.y - centre.y))
+    bridge = Trace(polyline([item, other]), 100 * UM, track.layer, track.net, Role.LEAD)
+    return Fault(replace(layout, traces=(*layout.traces, bridge)), (item, other), frozenset({"SIT122", "SIT108"}))
 
 
 def second_opening(layout, rng):
@@ -255,9 +255,9 @@ def test_layouts_without_faults_have_no_findings(boards, layers):
 @pytest.mark.parametrize("spoil", FAULTS, ids=lambda fault: fault.__name__)
 def test_layout_fault_gives_finding_at_its_position(boards, spoil, seed):
     fault = spoil(boards[(2, 4)[seed % 2]], random.Random(f"{spoil.__name__} {seed}"))
-    found = [f for f in findings(fault.layout) if f.rule in fault.rules and f.place is not None]
+    result = [f for f in findings(fault.layout) if f.rule in fault.rules and f.place is not None]
     near = [
-        f for f in found if min(Point(f.place.x, f.place.y).distance(place) for place in fault.places) <= fault.within
+        f for f in result if min(Point(f.place.x, f.place.y).distance(place) for place in fault.places) <= fault.within
     ]
     assert near, [(f.rule, f.place, f.message) for f in findings(fault.layout)]
     assert all(f.hint and f.key and f.message for f in near)
@@ -294,8 +294,8 @@ def test_layout_fault_gives_difference_in_extracted_files(boards, spoil, seed, t
         path = tmp_path / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(content)
-    found = compare(extract(tmp_path))
-    named = [difference for difference in found if difference.kind.value in SEEN_IN_FILES[spoil]]
-    assert named, found
+    result = compare(extract(tmp_path))
+    named = [difference for difference in result if difference.kind.value in SEEN_IN_FILES[spoil]]
+    assert named, result
     if spoil in (ring_round_a_coil, bridged_turns):  # the loop's place is a point inside it, beside or inside the coil
         assert any(Point(d.x, d.y).distance(c.centre) < 4 * MM for d in named for c in good.coils if d.x is not None)

@@ -57,8 +57,8 @@ def test_decisive_hint_level_estimates_within_its_budget(monkeypatch):
 def test_trial_budget_is_spent_on_errors_before_warnings():
     """Two tracks at the fabricator's minimum for coils only warn; the tank that is too fast decides."""
     spec = spec_of(width=100, turns=12, size=6.0, readout=REFUSED)
-    found = check(spec).findings
-    (error,) = [f for f in found if f.rule == "SIT202"]
+    findings = check(spec).findings
+    (error,) = [f for f in findings if f.rule == "SIT202"]
     assert error.severity is Severity.ERROR and error.fixes
 
 
@@ -71,9 +71,9 @@ def test_unknown_hint_level_gives_value_error(hints):
 def test_exhausted_hint_budget_gives_no_fix():
     spec = spec_of("octagon", turns=4, layers=2, size=5.0, readout=REFUSED)
     subject = Design(spec)
-    said = [outcome for rule in RULES for outcome in outcomes(rule, subject)[0]]
-    found = {f.rule: f for f in Trials(subject, RULES, said, (), Budget(0, 0, 0)).advised()}
-    assert all(MORE_TRIALS in found[rule].hint and not found[rule].fixes for rule in ("SIT101", "SIT202"))
+    message = [outcome for rule in RULES for outcome in outcomes(rule, subject)[0]]
+    result = {f.rule: f for f in Trials(subject, RULES, message, (), Budget(0, 0, 0)).advised()}
+    assert all(MORE_TRIALS in result[rule].hint and not result[rule].fixes for rule in ("SIT101", "SIT202"))
 
 
 @pytest.mark.parametrize("family", [
@@ -81,23 +81,23 @@ def test_exhausted_hint_budget_gives_no_fix():
     FamilyByAmount(lambda amount: pytest.fail("it was asked"), 1e-3, is_costly=True),
 ], ids=["costly", "growing"])
 def test_exhausted_budget_calls_no_costly_fix_family(family):
-    found = search((family,), lambda fix: None, Budget(0, 0, 0))
-    assert found.is_cut_short and not found.mending and not found.ineffective
+    result = search((family,), lambda fix: None, Budget(0, 0, 0))
+    assert result.is_cut_short and not result.mending and not result.ineffective
 
 
 def test_exhausted_layout_budget_winds_no_coils_for_hints(monkeypatch):
     """Seven turns too many of fine tracks: room for the vias inside was looked for after the last trial."""
     spec = spec_of(turns=20, layers=4, size=7.0, width=80)
     subject = Design(spec)
-    said = [outcome for rule in RULES for outcome in outcomes(rule, subject)[0]]
-    assert "SIT112" in {outcome.finding.rule for outcome in said}
+    message = [outcome for rule in RULES for outcome in outcomes(rule, subject)[0]]
+    assert "SIT112" in {outcome.finding.rule for outcome in message}
     budget, tried = Budget(1, 1, 0), []
-    trials = Trials(subject, RULES, said, (), budget)
+    trials = Trials(subject, RULES, message, (), budget)
     trials._tried.append((spec, None))  # something was tried, and nothing is left
     budget.layouts = 0
     monkeypatch.setattr("sitscad.checks.fixes.moves.wind_all", lambda *_: tried.append(1) or pytest.fail("wound"))
-    found = {f.rule: f for f in trials.advised()}
-    assert MORE_TRIALS in found["SIT112"].hint and not tried
+    result = {f.rule: f for f in trials.advised()}
+    assert MORE_TRIALS in result["SIT112"].hint and not tried
 
 
 def test_change_that_fixes_two_findings_is_tried_once(monkeypatch):
@@ -105,9 +105,9 @@ def test_change_that_fixes_two_findings_is_tried_once(monkeypatch):
     spec, drawn = spec_of(turns=6, width=80, size=8.0), []
     made = Design.drawn
     monkeypatch.setattr(Design, "drawn", lambda own, changed, *more: drawn.append(changed) or made(own, changed, *more))
-    found = {f.rule: [fix.edits for fix in f.fixes] for f in check(spec).findings if f.rule in ("SIT101", "SIT102")}
-    assert found["SIT101"] == found["SIT102"] != []
-    assert all(one != other for k, one in enumerate(drawn) for other in drawn[:k])
+    findings = {f.rule: [fix.edits for fix in f.fixes] for f in check(spec).findings if f.rule in ("SIT101", "SIT102")}
+    assert findings["SIT101"] == findings["SIT102"] != []
+    assert all(item != other for k, item in enumerate(drawn) for other in drawn[:k])
 
 
 def test_refused_spec_gets_fixes_only_within_hint_budget():

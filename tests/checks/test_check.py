@@ -50,12 +50,12 @@ def test_coil_only_spec_lists_rules_not_checked(design, estimates):
 def test_findings_are_sorted_located_and_reproducible(design, estimates):
     spec = design(coil__trace_width="70 um", coil__trace_spacing="70 um", requirements__bandwidth="400 Hz")
     numbers = estimates(spec, inductance=0.1e-6, quality=5.0)
-    one, other = check(spec, estimates=numbers), check(spec, estimates=numbers)
-    assert one == other and not one.ok
-    rules = [f.rule for f in one.findings]
+    item, other = check(spec, estimates=numbers), check(spec, estimates=numbers)
+    assert item == other and not item.ok
+    rules = [f.rule for f in item.findings]
     assert rules == sorted(rules) and {"SIT101", "SIT102", "SIT201", "SIT205", "SIT210"} <= set(rules)
-    for found in one.findings:
-        assert found.line and found.column and found.source and found.hint and found.name, found
+    for result in item.findings:
+        assert result.line and result.column and result.source and result.hint and result.name, result
 
 
 @pytest.mark.slow
@@ -63,8 +63,8 @@ def test_every_finding_has_id_and_name_of_rule_table(design, estimates):
     spec = design(coil__turns=11.75)
     names = {rule.id: rule.name for rule in RULES}
     result = check(spec, estimates=estimates(spec))
-    assert all(names[found.rule] == found.name for found in result.findings)
-    assert any(found.rule == "SIT112" for found in result.findings)
+    assert all(names[results.rule] == results.name for results in result.findings)
+    assert any(results.rule == "SIT112" for results in result.findings)
 
 
 def test_checks_package_imports_no_cad_or_plotting():
@@ -73,16 +73,16 @@ def test_checks_package_imports_no_cad_or_plotting():
         "heavy = {'build123d', 'cadquery', 'OCP', 'gmsh', 'manifold3d', 'trimesh', 'scipy', 'matplotlib', 'ezdxf'}\n"
         "print(sorted(heavy & set(sys.modules)))"
     )
-    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert found.stdout.strip() == "[]"
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert result.stdout.strip() == "[]"
 
 
 def test_every_rule_lists_all_severities_in_its_code():
     """Whatever the rule's own function says, and whatever it says by default, stands in its list."""
     for rule in RULES:
         listed = {word for word in ("note", "warning", "error") if word in rule.severities.replace(",", " ").split()}
-        said = {word.lower() for word in re.findall(r"Severity\.(NOTE|WARNING|ERROR)", _sources(rule.apply))}
-        assert rule.severity.value in listed and (said <= listed or rule.id == "SIT111"), (rule.id, said, listed)
+        message = {word.lower() for word in re.findall(r"Severity\.(NOTE|WARNING|ERROR)", _sources(rule.apply))}
+        assert rule.severity.value in listed and (message <= listed or rule.id == "SIT111"), (rule.id, message, listed)
 
 
 def _sources(function):
@@ -98,14 +98,14 @@ def _sources(function):
 @pytest.mark.slow
 def test_finding_for_absent_key_names_key_to_add(design, estimates):
     spec = design(readout={"device": "ldc1614"}, requirements={"bandwidth": "400 Hz"})
-    (found,) = [f for f in check(spec, estimates=estimates(spec)).findings if f.rule == "SIT210"]
-    assert found.line and "readout.scan_rate" in found.hint
+    (findings,) = [f for f in check(spec, estimates=estimates(spec)).findings if f.rule == "SIT210"]
+    assert findings.line and "readout.scan_rate" in findings.hint
     bare = design(readout=None, requirements={"bandwidth": "400 Hz"})
-    (found,) = [f for f in check(bare, estimates=estimates(bare)).findings if f.rule == "SIT210"]
-    assert found.line == len(bare.source.text.splitlines()) and "readout.scan_rate" in found.hint
+    (findings,) = [f for f in check(bare, estimates=estimates(bare)).findings if f.rule == "SIT210"]
+    assert findings.line == len(bare.source.text.splitlines()) and "readout.scan_rate" in findings.hint
     written = design(requirements={"bandwidth": "400 Hz"})
-    (found,) = [f for f in check(written, estimates=estimates(written)).findings if f.rule == "SIT210"]
-    assert "add " not in found.hint
+    (findings,) = [f for f in check(written, estimates=estimates(written)).findings if f.rule == "SIT210"]
+    assert "add " not in findings.hint
 
 
 def test_key_below_preset_name_is_not_absent_key(design):
@@ -116,7 +116,7 @@ def test_key_below_preset_name_is_not_absent_key(design):
 
 
 def test_target_without_elastomer_gives_warning(judge, design, verdicts):
-    (found,) = judge("SIT313", design(elastomer=None))
-    assert (found.severity, found.key, found.measured) == (Severity.WARNING, "elastomer", 0.0)
+    (result,) = judge("SIT313", design(elastomer=None))
+    assert (result.severity, result.key, result.measured) == (Severity.WARNING, "elastomer", 0.0)
     assert judge("SIT313", design()) == []
     assert verdicts("SIT313", design(target=None, elastomer=None))[1][0].case == "no-target"

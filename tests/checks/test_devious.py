@@ -298,19 +298,20 @@ def named(row):
 @cache
 def usual(letter):
     """What is said of a base: rule and severity."""
-    return {(one.rule, one.severity) for one in check(base(letter), hints="none").findings}
+    return {(item.rule, item.severity) for item in check(base(letter), hints="none").findings}
 
 
 @pytest.mark.parametrize("row", TOLD, ids=named)
 def test_unusual_spec_gives_expected_rule_and_severity(row):
-    letter, changes, asked = row
+    letter, changes, request = row
     design = Design(rewritten_spec(base(letter), changes.items()))
-    for word in asked.split() if asked else ():
+    for word in request.split() if request else ():
         severity = {"!": Severity.ERROR, "-": Severity.NOTE}.get(word[6:], Severity.WARNING)
-        found = apply_rule(next(rule for rule in RULES if rule.id == word[:6]), design)[0]
-        assert severity in {one.severity for one in found}, (word, [one.message for one in found])
-        assert (word[:6], severity) not in usual(letter) or any(one.key in " ".join(changes) for one in found), word
-    if not asked:
+        findings = apply_rule(next(rule for rule in RULES if rule.id == word[:6]), design)[0]
+        assert severity in {item.severity for item in findings}, (word, [item.message for item in findings])
+        is_named = any(item.key in " ".join(changes) for item in findings)
+        assert (word[:6], severity) not in usual(letter) or is_named, word
+    if not request:
         assert apply_rule(next(rule for rule in RULES if rule.id == "SIT116"), design)[0] == []
 
 
@@ -318,8 +319,8 @@ def test_unusual_spec_gives_expected_rule_and_severity(row):
 def test_justified_unusual_spec_gives_no_error(row):
     letter, changes, reason = row
     result = check(rewritten_spec(base(letter), changes.items()), hints="none")
-    new = [one for one in result.findings if (one.rule, one.severity) not in usual(letter)]
-    graver = [one.message for one in new if one.severity is Severity.ERROR or one.rule == "SIT134"]
+    new = [item for item in result.findings if (item.rule, item.severity) not in usual(letter)]
+    graver = [item.message for item in new if item.severity is Severity.ERROR or item.rule == "SIT134"]
     assert result.ok and reason and not graver, graver
 
 
@@ -328,11 +329,11 @@ def test_senseless_spec_gives_spec_error(row):
     letter, changes, rule = row
     with pytest.raises(SpecError) as refused:
         rewritten_spec(base(letter), changes.items())
-    assert rule in {one.rule for one in refused.value.findings}
+    assert rule in {item.rule for item in refused.value.findings}
 
 
 def told(design):
-    return [one.message for one in apply_rule(next(rule for rule in RULES if rule.id == "SIT134"), design)[0]]
+    return [item.message for item in apply_rule(next(rule for rule in RULES if rule.id == "SIT134"), design)[0]]
 
 
 @pytest.mark.parametrize(("kind", "letter", "key"), [
@@ -362,14 +363,14 @@ def test_every_usual_range_has_bounds_source_and_spec_field():
 
 def test_unusual_fabricator_rules_give_one_finding():
     spec = base("B").replace(rules(trace_width="5 um", via_drill="5 um", annular_ring="5 um", hole_to_hole="5 um"))
-    (found,) = told(Design(spec))
-    assert all(word in found for word in ("trace_width", "via_drill", "annular_ring", "hole_to_hole"))
+    (result,) = told(Design(spec))
+    assert all(word in result for word in ("trace_width", "via_drill", "annular_ring", "hole_to_hole"))
 
 
 def test_value_at_usual_bound_passes_and_value_beyond_gives_finding():
     assert told(Design(base("B").replace("elastomer.kerf", 0.5e-3))) == []
-    (found,) = told(Design(base("B").replace("elastomer.kerf", 0.51e-3)))
-    assert found.startswith("elastomer.kerf is 510 um;")
+    (result,) = told(Design(base("B").replace("elastomer.kerf", 0.51e-3)))
+    assert result.startswith("elastomer.kerf is 510 um;")
 
 
 def test_ignore_comment_from_hint_suppresses_finding(tmp_path):
@@ -378,7 +379,7 @@ def test_ignore_comment_from_hint_suppresses_finding(tmp_path):
     text = (TEMPLATES / "single_coil.yaml").read_text(encoding="utf-8")
     plain = f"{text}\nelastomer:\n  size: 9\n  kerf: 0.8"
     path.write_text(f"{plain}\n", encoding="utf-8")
-    found = [one for one in inspect(str(path), "none").checked.findings if one.rule == "SIT134"]
-    (comment,) = {re.search(r"# sitscad: ignore SIT134 .*", one.hint).group() for one in found}
+    findings = [item for item in inspect(str(path), "none").checked.findings if item.rule == "SIT134"]
+    (comment,) = {re.search(r"# sitscad: ignore SIT134 .*", item.hint).group() for item in findings}
     path.write_text(f"{plain}  {comment}\n", encoding="utf-8")
-    assert not {"SIT134", "SIT020"} & {one.rule for one in inspect(str(path), "none").checked.findings}
+    assert not {"SIT134", "SIT020"} & {item.rule for item in inspect(str(path), "none").checked.findings}

@@ -65,8 +65,8 @@ def test_too_narrow_track_gives_error_at_its_start(judge, bench):
 def test_track_end_without_copper_overlap_is_unconnected(judge, bench, apart, is_loose):
     trunk = only(bench, polyline([Point(0.0, 0.0), Point(2 * MM, 0.0)]))
     end = Point(1 * MM, apart)
-    found = judge("SIT125", bench.spec, with_track(trunk, [Point(1 * MM, 1 * MM), end]))
-    places = {(f.place.x, f.place.y) for f in found}
+    result = judge("SIT125", bench.spec, with_track(trunk, [Point(1 * MM, 1 * MM), end]))
+    places = {(f.place.x, f.place.y) for f in result}
     assert {(0.0, 0.0), (2 * MM, 0.0), (1 * MM, 1 * MM)} == places - {end}
     assert (end in places) is is_loose
 
@@ -77,11 +77,11 @@ def test_acute_track_corner_gives_finding(judge, bench, degrees, fires):
     end = Point(
         2 * MM + 0.5 * MM * math.cos(math.radians(degrees)), 1 * MM + 0.5 * MM * math.sin(math.radians(degrees))
     )
-    found = judge("SIT120", bench.spec, only(bench, polyline([Point(3 * MM, 1 * MM), corner, end])))
-    assert bool(found) == fires
+    result = judge("SIT120", bench.spec, only(bench, polyline([Point(3 * MM, 1 * MM), corner, end])))
+    assert bool(result) == fires
     if fires:
-        assert found[0].measured == approx(degrees, rel=1e-6) and found[0].unit == "degrees"
-        assert (found[0].place.x, found[0].place.y) == approx(corner, rel=1e-6) and found[0].place.nets == ("C1",)
+        assert result[0].measured == approx(degrees, rel=1e-6) and result[0].unit == "degrees"
+        assert (result[0].place.x, result[0].place.y) == approx(corner, rel=1e-6) and result[0].place.nets == ("C1",)
 
 
 def test_acute_corner_of_line_and_arc_gives_one_finding(judge, bench):
@@ -92,10 +92,10 @@ def test_acute_corner_of_line_and_arc_gives_one_finding(judge, bench):
         polyline([Point(0.0, 1 * MM), Point(1 * MM, 0.8 * MM)]),
     )
     assert judge("SIT120", bench.spec, only(bench, Path((*arc_path(arc), *along)))) == []
-    (found,) = judge("SIT120", bench.spec, only(bench, Path((*arc_path(arc), *back))))
-    assert found.measured == approx(math.degrees(math.atan(0.2)), rel=1e-6)
-    one, two = only(bench, arc_path(arc)), Trace(back, 100 * UM, 1, "C1", Role.LEAD)
-    both = replace(one, traces=(*one.traces, two))
+    (result,) = judge("SIT120", bench.spec, only(bench, Path((*arc_path(arc), *back))))
+    assert result.measured == approx(math.degrees(math.atan(0.2)), rel=1e-6)
+    item, two = only(bench, arc_path(arc)), Trace(back, 100 * UM, 1, "C1", Role.LEAD)
+    both = replace(item, traces=(*item.traces, two))
     assert len(judge("SIT120", bench.spec, both)) == 1
     covered = replace(both, vias=(Via(Point(0.0, 1 * MM), 0.2 * MM, 0.45 * MM, "C1"),))
     assert judge("SIT120", bench.spec, covered) == []
@@ -110,21 +110,21 @@ def test_narrow_gap_in_hairpin_track_gives_sliver_finding(judge, bench, apart, f
     """Two legs that lie `apart` mm from one another, joined at their end."""
     legs = polyline([Point(0.0, 0.0), Point(0.15 * MM, 0.0), Point(0.15 * MM, apart * MM), Point(0.0, apart * MM)])
     assert judge("SIT108", bench.spec, only(bench, legs)) == []
-    found = judge("SIT121", bench.spec, only(bench, legs))
-    assert bool(found) == fires
+    result = judge("SIT121", bench.spec, only(bench, legs))
+    assert bool(result) == fires
     if fires:
-        assert found[0].measured == approx(apart * MM - 100 * UM, rel=1e-6) and found[0].place.layer == 1
+        assert result[0].measured == approx(apart * MM - 100 * UM, rel=1e-6) and result[0].place.layer == 1
 
 
 def test_sliver_limit_follows_trace_spacing_of_spec(judge, bench):
     """Turns nearer to each other than the fabricator's spacing are a finding of their own (SIT102)."""
     legs = polyline([Point(0.0, 0.0), Point(0.15 * MM, 0.0), Point(0.15 * MM, 0.15 * MM), Point(0.0, 0.15 * MM)])
-    (found,) = judge("SIT121", bench.spec, only(bench, legs))
-    assert found.limit == approx(100 * UM, rel=1e-6) and "coil.trace_spacing" not in found.source
+    (result,) = judge("SIT121", bench.spec, only(bench, legs))
+    assert result.limit == approx(100 * UM, rel=1e-6) and "coil.trace_spacing" not in result.source
     narrow = replace(bench.spec, coil=replace(bench.spec.coil, trace_spacing=80 * UM))
-    (found,) = judge("SIT121", narrow, only(bench, legs))
-    assert found.limit == approx(80 * UM, rel=1e-6)
-    assert found.source == "coil.trace_spacing in the spec"
+    (result,) = judge("SIT121", narrow, only(bench, legs))
+    assert result.limit == approx(80 * UM, rel=1e-6)
+    assert result.source == "coil.trace_spacing in the spec"
 
 
 def test_rounded_right_angle_gives_no_sliver_finding(judge, bench):
@@ -147,12 +147,12 @@ def test_bridge_between_turns_gives_shorted_turn_finding(judge, bench):
     """A track from the middle of one turn to the middle of the next closes a turn round the coil, once round."""
     turn, centre = next(t for t in bench.traces if t.role is Role.WINDING), bench.coils[0].centre
     far = [p for p in turn.path.flattened(1e-7) if abs(p.y - centre.y) < 0.1 * MM and p.x < centre.x - 2 * MM]
-    one, two = min(far, key=lambda p: p.x), max(far, key=lambda p: p.x)
-    spoilt = with_track(bench, [one, two], net=turn.net)
+    item, two = min(far, key=lambda p: p.x), max(far, key=lambda p: p.x)
+    spoilt = with_track(bench, [item, two], net=turn.net)
     (loop,) = closed_loops(TrackGraph(spoilt))
     assert abs(loop.turns_round(centre)) == approx(round(abs(loop.turns_round(centre))), rel=1e-6) and loop.area > 20e-6
-    (found,) = judge("SIT122", bench.spec, spoilt)
-    assert "shorted-turn" in found.cases and "C1" in found.message
+    (result,) = judge("SIT122", bench.spec, spoilt)
+    assert "shorted-turn" in result.cases and "C1" in result.message
 
 
 def test_loop_through_two_vias_gives_finding_with_area(judge, bench):
@@ -161,8 +161,8 @@ def test_loop_through_two_vias_gives_finding_with_area(judge, bench):
     top = with_track(replace(bench, vias=(*bench.vias, *vias)), [a, b], net="C2")
     assert judge("SIT122", bench.spec, top) == []
     both = with_track(top, [a, Point(14.5 * MM, 1 * MM), b], layer=2, net="C2")
-    (found,) = judge("SIT122", bench.spec, both)
-    assert "0.5 mm2" in found.message and found.place.nets == ("C2",)
+    (result,) = judge("SIT122", bench.spec, both)
+    assert "0.5 mm2" in result.message and result.place.nets == ("C2",)
 
 
 def test_wide_stiffener_tolerance_gives_note_of_contact_thickness_range(judge, bench):
@@ -170,11 +170,11 @@ def test_wide_stiffener_tolerance_gives_note_of_contact_thickness_range(judge, b
     nominal = finished_thickness(bench, Where.CONTACT).nominal
     wide = replace(fpc.rules, stiffened_tolerance={bench.stiffener.material: 70 * UM})
     layout = replace(bench, spec=replace(bench.spec, fpc=replace(fpc, rules=wide)))
-    (found,) = judge("SIT124", layout.spec, layout)
-    assert found.severity is Severity.NOTE and found.key == "fpc.tail.connector"
-    assert f"{show(nominal - 70 * UM, 'm')} to {show(nominal + 70 * UM, 'm')}" in found.message
+    (result,) = judge("SIT124", layout.spec, layout)
+    assert result.severity is Severity.NOTE and result.key == "fpc.tail.connector"
+    assert f"{show(nominal - 70 * UM, 'm')} to {show(nominal + 70 * UM, 'm')}" in result.message
     assert judge("SIT124", layout.spec, replace(layout, stiffener=replace(bench.stiffener, thickness=1 * MM))) == []
     loose = replace(fpc.rules, stiffened_tolerance={bench.stiffener.material: 1 * MM})
     layout = replace(bench, spec=replace(bench.spec, fpc=replace(fpc, rules=loose)))
-    (found,) = judge("SIT124", layout.spec, layout)
-    assert f"0 mm to {show(nominal + 1 * MM, 'm')}" in found.message and "-" not in found.message.split("thick")[0]
+    (result,) = judge("SIT124", layout.spec, layout)
+    assert f"0 mm to {show(nominal + 1 * MM, 'm')}" in result.message and "-" not in result.message.split("thick")[0]

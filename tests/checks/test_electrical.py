@@ -28,17 +28,17 @@ LDC1614 = presets.converter("ldc1614")
 @pytest.mark.parametrize("rule", [f"SIT2{n:02d}" for n in range(1, 15)])
 def test_valid_design_has_no_electrical_finding(rule: str, judge, design, estimates) -> None:
     spec = design()
-    found = [f for f in judge(rule, spec, None, estimates(spec)) if f.severity is not Severity.NOTE]
-    assert found == []
+    result = [f for f in judge(rule, spec, None, estimates(spec)) if f.severity is not Severity.NOTE]
+    assert result == []
 
 
 def test_too_low_inductance_gives_error_with_hint_without_numbers(judge, design, estimates) -> None:
     spec = design()
     weak = {"free": 300.0, "rest": 250.0}
-    (found,) = judge("SIT201", spec, None, estimates(spec, inductance=0.14e-6, resistances=weak))
-    assert (found.severity, found.measured, found.limit, found.unit) == (Severity.ERROR, 0.14e-6, 0.2e-6, "H")
-    assert not re.search(r"\d", found.hint)
-    assert found.key == "coil.turns" and spec.source.line(found.line).strip().startswith('"turns"')
+    (result,) = judge("SIT201", spec, None, estimates(spec, inductance=0.14e-6, resistances=weak))
+    assert (result.severity, result.measured, result.limit, result.unit) == (Severity.ERROR, 0.14e-6, 0.2e-6, "H")
+    assert not re.search(r"\d", result.hint)
+    assert result.key == "coil.turns" and spec.source.line(result.line).strip().startswith('"turns"')
     assert judge("SIT201", spec, None, estimates(spec, inductance=0.2e-6)) == []
 
 
@@ -53,8 +53,8 @@ def test_too_low_inductance_gives_error_with_hint_without_numbers(judge, design,
 )
 def test_low_inductance_is_error_only_if_tank_breaks_limits(how, severity, judge, design, estimates) -> None:
     spec = design(array=None)
-    (found,) = judge("SIT201", spec, None, estimates(spec, inductance=0.14e-6, **how))
-    assert found.severity is severity
+    (result,) = judge("SIT201", spec, None, estimates(spec, inductance=0.14e-6, **how))
+    assert result.severity is severity
 
 
 def test_large_single_turn_loop_gives_only_warning() -> None:
@@ -82,10 +82,10 @@ def test_missing_coil_estimate_leaves_rule_not_checked(design, estimates, verdic
 @pytest.mark.slow
 def test_too_high_frequency_gets_capacitor_of_preferred_series(judge, design, estimates) -> None:
     spec = design(readout__capacitance="82 pF")
-    (found,) = judge("SIT202", spec, None, estimates(spec, frequency=12e6))
-    assert (found.severity, found.limit) == (Severity.ERROR, 10e6)
-    (found,) = (f for f in check(spec).findings if f.rule == "SIT202")
-    value = parse_quantity(found.fixes[0].edits[0].new.strip('"'), "capacitance")
+    (result,) = judge("SIT202", spec, None, estimates(spec, frequency=12e6))
+    assert (result.severity, result.limit) == (Severity.ERROR, 10e6)
+    (result,) = (f for f in check(spec).findings if f.rule == "SIT202")
+    value = parse_quantity(result.fixes[0].edits[0].new.strip('"'), "capacitance")
     assert any(value == approx(each, rel=1e-6) for each in preferred_values(LDC1614))
     spec = design()
     assert judge("SIT202", spec, None, estimates(spec, frequency=10e6)) == []
@@ -105,23 +105,23 @@ def test_low_parallel_resistance_gives_warning_or_error(
     pressed: float, severity: Severity | None, limit: float, judge, design, estimates
 ) -> None:
     spec = design()
-    found = judge(
+    result = judge(
         "SIT203", spec, None, estimates(spec, resistances={"free": 2200.0, "rest": 1300.0, "pressed": pressed})
     )
     if severity is None:
-        assert found == []
+        assert result == []
         return
-    assert [(f.severity, f.measured, f.limit) for f in found] == [(severity, pressed, limit)]
+    assert [(f.severity, f.measured, f.limit) for f in result] == [(severity, pressed, limit)]
 
 
 @pytest.mark.more
 @pytest.mark.slow
 def test_low_resistance_of_two_layer_miniature_gets_four_layer_fix(judge, design, estimates) -> None:
     spec = design(coil__layers=2, fpc__stackup="flex-2l-35um", coil__turns=6.5, coil__outer_diameter=3.5)
-    (found,) = judge("SIT203", spec, None, estimates(spec, resistances={"free": 270.0}))
-    assert found.severity is Severity.ERROR and not re.search(r"\d layers", found.hint)
-    (found,) = (f for f in check(spec, hints="full").findings if f.rule == "SIT203")
-    edits = [[(edit.key, edit.new.strip('"')) for edit in fix.edits] for fix in found.fixes]  # as quoted as the text
+    (result,) = judge("SIT203", spec, None, estimates(spec, resistances={"free": 270.0}))
+    assert result.severity is Severity.ERROR and not re.search(r"\d layers", result.hint)
+    (result,) = (f for f in check(spec, hints="full").findings if f.rule == "SIT203")
+    edits = [[(edit.key, edit.new.strip('"')) for edit in fix.edits] for fix in result.fixes]  # as quoted as the text
     assert [("coil.layers", "4"), ("fpc.stackup", "flex-4l")] in edits
 
 
@@ -171,9 +171,9 @@ def test_copper_tolerance_beyond_amplitude_limit_gives_finding(
         replace(coil, states=coil.states | {"rest": replace(coil.states["rest"], spread=spread)})
         for coil in numbers.coils
     )
-    found = judge("SIT204", spec, None, replace(numbers, coils=coils))
-    assert [(f.severity, f.limit) for f in found] == ([(severity, limit)] if severity else [])
-    assert [f.measured for f in found] == ([approx(volts, rel=1e-9)] if severity else [])
+    result = judge("SIT204", spec, None, replace(numbers, coils=coils))
+    assert [(f.severity, f.limit) for f in result] == ([(severity, limit)] if severity else [])
+    assert [f.measured for f in result] == ([approx(volts, rel=1e-9)] if severity else [])
 
 
 @pytest.mark.parametrize("readout", [None, {"device": "ldc1614"}])
@@ -199,15 +199,15 @@ def test_free_state_amplitude_is_checked_only_if_sole_state(judge, design, estim
 
 def test_high_current_amplitude_above_limit_gives_warning(judge, design, estimates) -> None:
     spec = design(array=None)
-    (found,) = judge("SIT204", spec, None, estimates(spec, resistances={"free": 300.0}, high_current=True))
-    assert found.severity is Severity.WARNING
-    assert (found.measured, found.limit) == (approx(4.0 / math.pi * 300.0 * 6e-3, rel=1e-9), 1.8)
+    (result,) = judge("SIT204", spec, None, estimates(spec, resistances={"free": 300.0}, high_current=True))
+    assert result.severity is Severity.WARNING
+    assert (result.measured, result.limit) == (approx(4.0 / math.pi * 300.0 * 6e-3, rel=1e-9), 1.8)
 
 
 def test_quality_factor_below_ten_gives_warning(judge, design, estimates) -> None:
     spec = design()
-    (found,) = judge("SIT205", spec, None, estimates(spec, quality=9.5))
-    assert (found.severity, found.measured) == (Severity.WARNING, 9.5)
+    (result,) = judge("SIT205", spec, None, estimates(spec, quality=9.5))
+    assert (result.severity, result.measured) == (Severity.WARNING, 9.5)
     assert judge("SIT205", spec, None, estimates(spec, quality=10.0)) == []
 
 
@@ -218,25 +218,25 @@ def test_low_self_resonance_gives_warning_or_error(
     resonance: float, severity: Severity | None, judge, design, estimates
 ) -> None:
     spec = design()
-    found = judge("SIT206", spec, None, estimates(spec, self_resonance=resonance))
-    assert [f.severity for f in found] == ([severity] if severity else [])
+    result = judge("SIT206", spec, None, estimates(spec, self_resonance=resonance))
+    assert [f.severity for f in result] == ([severity] if severity else [])
 
 
 def test_input_frequency_above_clock_limit_gives_finding(judge, design, estimates) -> None:
     spec = design()
     assert judge("SIT207", spec, None, estimates(spec, frequency=8.74e6)) == []
-    (found,) = judge("SIT207", spec, None, estimates(spec, frequency=8.75e6))
-    assert (found.measured, found.limit, found.hint) == (8.75e6, 8.75e6, RULE_TEXTS["SIT207"]["mend"])
+    (result,) = judge("SIT207", spec, None, estimates(spec, frequency=8.75e6))
+    assert (result.measured, result.limit, result.hint) == (8.75e6, 8.75e6, RULE_TEXTS["SIT207"]["mend"])
     slow = ReferenceCounter(spec.readout.device, 2, 2e6, 1, 15, 2400, 8)
-    (found,) = judge("SIT207", spec, None, estimates(spec, frequency=9e6, clock=2e6, conversion=slow))
-    assert (found.key, found.measured, found.limit) == ("readout.clock", 9e6, 7.5e6)
-    assert "2.4 MHz" in found.hint
+    (result,) = judge("SIT207", spec, None, estimates(spec, frequency=9e6, clock=2e6, conversion=slow))
+    assert (result.key, result.measured, result.limit) == ("readout.clock", 9e6, 7.5e6)
+    assert "2.4 MHz" in result.hint
 
 
 def test_reached_scan_rate_below_stated_rate_gives_finding(judge, design, estimates) -> None:
     spec = design()
-    (found,) = judge("SIT208", spec, None, estimates(spec, scan_rate=480.0))
-    assert (found.measured, found.limit) == (480.0, 500.0)
+    (result,) = judge("SIT208", spec, None, estimates(spec, scan_rate=480.0))
+    assert (result.measured, result.limit) == (480.0, 500.0)
     assert judge("SIT208", spec, None, estimates(spec, scan_rate=500.1)) == []
 
 
@@ -245,34 +245,34 @@ def test_reached_scan_rate_below_stated_rate_gives_finding(judge, design, estima
 )
 def test_scan_rate_beyond_bus_speed_gives_warning_or_error(rate: str, severity: Severity | None, judge, design) -> None:
     """Error and warning named two rates of one converter, in "kHz times a second"."""
-    found = judge("SIT209", design(readout__scan_rate=rate))
-    assert [f.severity for f in found] == ([severity] if severity else [])
-    for one in found:
-        assert one.limit == approx(400e3 / 196.0, rel=1e-6)  # two coils of two registers of 49 bits
-        assert (one.key, one.measured) == ("readout.scan_rate", 2500.0 if severity is Severity.WARNING else 3000.0)
+    result = judge("SIT209", design(readout__scan_rate=rate))
+    assert [f.severity for f in result] == ([severity] if severity else [])
+    for item in result:
+        assert item.limit == approx(400e3 / 196.0, rel=1e-6)  # two coils of two registers of 49 bits
+        assert (item.key, item.measured) == ("readout.scan_rate", 2500.0 if severity is Severity.WARNING else 3000.0)
 
 
 @pytest.mark.slow
 def test_bandwidth_fix_gives_lowest_sufficient_scan_rate(design) -> None:
     """Every further scan takes time from conversions: with 500 Hz a signal of 3.6 steps had 1.4."""
-    (found,) = (f for f in check(design(requirements__bandwidth="251 Hz")).findings if f.rule == "SIT210")
-    assert [edit.new for fix in found.fixes for edit in fix.edits] == ['"502 Hz"']
+    (findings,) = (f for f in check(design(requirements__bandwidth="251 Hz")).findings if f.rule == "SIT210")
+    assert [edit.new for fix in findings.fixes for edit in fix.edits] == ['"502 Hz"']
 
 
 def test_bandwidth_above_half_scan_rate_gives_finding(judge, design, verdicts) -> None:
-    (found,) = judge("SIT210", design(requirements__bandwidth="251 Hz"))
-    assert (found.measured, found.limit) == (500.0, 502.0)
+    (result,) = judge("SIT210", design(requirements__bandwidth="251 Hz"))
+    assert (result.measured, result.limit) == (500.0, 502.0)
     assert judge("SIT210", design(requirements__bandwidth="250 Hz")) == []
     assert verdicts("SIT210", design(requirements__bandwidth=None))[1][0].case == "no-requirement"
 
 
 def test_more_coils_than_channels_gives_error(judge, design) -> None:
-    (found,) = judge("SIT211", design(array__count=9))
-    assert (found.severity, found.measured, found.limit) == (Severity.ERROR, 9.0, 8.0)
-    assert "channels-second-bus" in found.cases
+    (result,) = judge("SIT211", design(array__count=9))
+    assert (result.severity, result.measured, result.limit) == (Severity.ERROR, 9.0, 8.0)
+    assert "channels-second-bus" in result.cases
     assert judge("SIT211", design(array__count=9, readout__buses=2))[0].severity is not Severity.ERROR
-    (found,) = judge("SIT211", design(array__count=17, readout__buses=2))
-    assert (found.measured, found.limit) == (17.0, 16.0) and "channels-second-bus" not in found.cases
+    (result,) = judge("SIT211", design(array__count=17, readout__buses=2))
+    assert (result.measured, result.limit) == (17.0, 16.0) and "channels-second-bus" not in result.cases
     assert judge("SIT211", design(array__count=4)) == []
 
 
@@ -281,8 +281,8 @@ def test_channel_error_points_to_centres_or_count_of_array(judge, design) -> Non
     explicit = design(array={"pattern": "explicit", "centres": centres})
     grid = design(array={"pattern": "grid", "count": [3, 3], "pitch": 4.5})
     for spec, key in ((explicit, "array.centres"), (grid, "array.count")):
-        (found,) = judge("SIT211", spec)
-        assert (found.key, found.measured, found.limit) == (key, 9.0, 8.0)
+        (result,) = judge("SIT211", spec)
+        assert (result.key, result.measured, result.limit) == (key, 9.0, 8.0)
 
 
 @pytest.mark.parametrize(("coupling", "severity"), [(1.9e-3, Severity.NOTE), (2.1e-3, Severity.WARNING)])
@@ -290,10 +290,10 @@ def test_coupling_across_converters_gives_note_or_warning(judge, design, estimat
     spec = design(array__count=5)
     matrix = [[2.5e-6 if i == j else 0.3e-6 if (i < 3) == (j < 3) else 1e-10 for j in range(5)] for i in range(5)]
     matrix[2][4] = matrix[4][2] = -coupling * 2.5e-6
-    (found,) = judge("SIT211", spec, None, estimates(spec, matrix=matrix))
-    assert (found.severity, found.measured) == (severity, approx(coupling, rel=1e-6))
-    assert {"0x2A", "0x2B"} == set(re.findall("0x2[AB]", found.detail))
-    assert {"C3", "C5"} <= set(re.findall(r"C\d", found.message))
+    (result,) = judge("SIT211", spec, None, estimates(spec, matrix=matrix))
+    assert (result.severity, result.measured) == (severity, approx(coupling, rel=1e-6))
+    assert {"0x2A", "0x2B"} == set(re.findall("0x2[AB]", result.detail))
+    assert {"C3", "C5"} <= set(re.findall(r"C\d", result.message))
 
 
 @pytest.mark.parametrize(("coupling", "severity"), [(0.03, None), (0.1, Severity.NOTE), (0.3, Severity.WARNING)])
@@ -302,9 +302,9 @@ def test_coupling_to_idle_coil_gives_note_or_warning(
 ) -> None:
     spec = design()
     matrix = ((2.5e-6, -coupling * 2.5e-6), (-coupling * 2.5e-6, 2.5e-6))
-    found = judge("SIT212", spec, None, estimates(spec, matrix=matrix))
-    assert [f.severity for f in found] == ([severity] if severity else [])
-    assert all(f.measured == approx(coupling**2, rel=1e-6) for f in found)
+    result = judge("SIT212", spec, None, estimates(spec, matrix=matrix))
+    assert [f.severity for f in result] == ([severity] if severity else [])
+    assert all(f.measured == approx(coupling**2, rel=1e-6) for f in result)
 
 
 def test_coil_of_other_converter_is_not_idle_neighbour(judge, design, estimates) -> None:
@@ -313,8 +313,8 @@ def test_coil_of_other_converter_is_not_idle_neighbour(judge, design, estimates)
     matrix = [[2.5e-6 if i == j else 0.0 for j in range(5)] for i in range(5)]
     matrix[2][3] = matrix[3][2] = 0.3 * 2.5e-6
     assert judge("SIT212", spec, None, estimates(spec, matrix=matrix)) == []
-    (found,) = judge("SIT211", spec, None, estimates(spec, matrix=matrix))
-    assert found.measured == approx(0.3, rel=1e-9)
+    (result,) = judge("SIT211", spec, None, estimates(spec, matrix=matrix))
+    assert result.measured == approx(0.3, rel=1e-9)
 
 
 def test_clock_outside_converter_range_gives_finding(judge, design) -> None:
@@ -328,8 +328,8 @@ def test_tank_capacitor_outside_range_gives_finding(
     value: float, limit: float | None, judge, design, estimates
 ) -> None:
     spec = design()
-    found = judge("SIT214", spec, None, estimates(spec, capacitance=value))
-    assert [f.limit for f in found] == ([limit] if limit else [])
+    result = judge("SIT214", spec, None, estimates(spec, capacitance=value))
+    assert [f.limit for f in result] == ([limit] if limit else [])
 
 
 def scattered(numbers, **sigma):
@@ -355,12 +355,12 @@ def test_value_within_few_sigma_of_limit_gives_note_or_warning(
     rule, how, sigma, limit, count, judge, design, estimates
 ):
     spec = design()
-    (found,) = judge(rule, spec, None, scattered(estimates(spec, **how), **sigma))
+    (result,) = judge(rule, spec, None, scattered(estimates(spec, **how), **sigma))
     # by less than one sigma more than one board of six is beyond it
-    assert (found.severity, found.limit) == (Severity.WARNING if count < 0.9 else Severity.NOTE, limit)
-    assert found.sigma == approx(count, rel=1e-6)
-    assert {"sigma-below", "sigma-above"} & set(found.cases) and "sigma-cause" in found.cases
-    assert f"{count:.1f} sigma" in found.whole_message and "trace width" in found.whole_message
+    assert (result.severity, result.limit) == (Severity.WARNING if count < 0.9 else Severity.NOTE, limit)
+    assert result.sigma == approx(count, rel=1e-6)
+    assert {"sigma-below", "sigma-above"} & set(result.cases) and "sigma-cause" in result.cases
+    assert f"{count:.1f} sigma" in result.whole_message and "trace width" in result.whole_message
     assert judge(rule, spec, None, scattered(estimates(spec, **how))) == []
 
 
@@ -374,10 +374,10 @@ def test_value_within_few_sigma_of_limit_gives_note_or_warning(
 )
 def test_value_beyond_limit_gives_excess_in_sigma(rule, how, sigma, count, judge, design, estimates) -> None:
     spec = design()
-    found = judge(rule, spec, None, scattered(estimates(spec, **how), **sigma))[0]
-    assert found.severity is not Severity.NOTE
-    assert found.sigma == approx(count, rel=1e-6)
-    assert f"{count:.1f} sigma" in found.whole_message
+    result = judge(rule, spec, None, scattered(estimates(spec, **how), **sigma))[0]
+    assert result.severity is not Severity.NOTE
+    assert result.sigma == approx(count, rel=1e-6)
+    assert f"{count:.1f} sigma" in result.whole_message
 
 
 def test_amplitude_within_sigma_of_limits_gives_warning(judge, design, estimates) -> None:
@@ -393,8 +393,8 @@ def test_amplitude_within_sigma_of_limits_gives_warning(judge, design, estimates
 def test_amplitude_near_both_limits_names_both_limits(judge, design, estimates) -> None:
     spec = design()
     numbers = scattered(estimates(spec), amplitude=0.2)
-    alike = replace(numbers.coils[0].states["rest"], amplitude=1.5)
-    numbers = replace(numbers, coils=(replace(numbers.coils[0], states={"rest": alike}),))
+    equal = replace(numbers.coils[0].states["rest"], amplitude=1.5)
+    numbers = replace(numbers, coils=(replace(numbers.coils[0], states={"rest": equal}),))
     (note,) = judge("SIT204", spec, None, numbers)
     assert "1.8 V" in note.whole_message and "1.2 V" in note.whole_message
     assert not {"code-near", "code-serves", "code-serves-margin"} & set(note.cases)
@@ -410,10 +410,10 @@ def test_suggested_drive_code_meets_both_amplitude_limits_if_any_does(amplitude,
         "rest": replace(coil.states["rest"], amplitude=amplitude)}),))
     (note,) = judge("SIT204", spec, None, numbers)
     now, currents = numbers.readout.drive_code, spec.readout.device.drive_currents
-    kept = [code for code, current in enumerate(currents)
+    stored = [code for code, current in enumerate(currents)
             if all(1.2 <= (amplitude + side * 2.0 * sigma) * current / currents[now] <= 1.8 for side in (-1, 1))]
     named = re.search(r"drive code (\d+), which keeps", note.hint)
-    assert (named is None) == (not kept) and (named is None or int(named[1]) in kept)
+    assert (named is None) == (not stored) and (named is None or int(named[1]) in stored)
 
 
 def test_failed_state_leaves_rules_not_checked(design, estimates, verdicts) -> None:
@@ -431,13 +431,13 @@ def test_drive_code_for_hot_sensor_gives_amplitude_warning_at_20_degrees(design)
     """The drive code suits 150 degC; copper, jaw and target lose less when it is switched on at 20."""
     spec = design(requirements__temperature="150 degC")
     result = sitscad.check(spec)
-    (found,) = [f for f in result.findings if f.rule == "SIT204" and f.key == "requirements.temperature"]
+    (findings,) = [f for f in result.findings if f.rule == "SIT204" and f.key == "requirements.temperature"]
     hot, cold = (sitscad.estimate(sitscad.lay_out(spec), temperature=t) for t in (150.0, 20.0))
     assert hot.readout.drive_code > cold.readout.drive_code
     most = max(coil.states[state].parallel_resistance for coil in cold.coils for state in ("rest", "pressed"))
-    assert found.severity is Severity.WARNING
-    assert found.measured == approx(4.0 / math.pi * most * hot.readout.drive_current, rel=1e-6)
-    assert str(cold.readout.drive_code) in re.findall(r"\d+", found.hint)
+    assert findings.severity is Severity.WARNING
+    assert findings.measured == approx(4.0 / math.pi * most * hot.readout.drive_current, rel=1e-6)
+    assert str(cold.readout.drive_code) in re.findall(r"\d+", findings.hint)
 
 
 def test_rule_texts_state_limits_of_converter() -> None:
@@ -458,10 +458,10 @@ def test_rule_texts_state_limits_of_converter() -> None:
         "SIT214": [f"{LDC1614.limit('capacitor_min') * 1e12:g} pF", f"{LDC1614.limit('capacitor_max') * 1e9:g} nF"],
         "SIT304": [f"{100 * VALID_STRAIN:.0f} %", f"{100 * STRAIN_ERROR:.0f} %"],
     }
-    told = {rule.id: f"{rule.summary} {rule.severities} {rule.why}" for rule in RULES}
+    text = {rule.id: f"{rule.summary} {rule.severities} {rule.why}" for rule in RULES}
     for rule, expected in words.items():
         for word in expected:
-            assert word in told[rule], (rule, word)
+            assert word in text[rule], (rule, word)
 
 
 def test_low_amplitude_hint_depends_on_states_coils_or_drive(judge, design, estimates) -> None:
@@ -474,29 +474,29 @@ def test_low_amplitude_hint_depends_on_states_coils_or_drive(judge, design, esti
         for name, state in second.states.items()
     }
     unlike = replace(numbers, coils=(first, replace(second, states=weaker)))
-    (found,) = (f for f in judge("SIT204", spec, None, unlike) if f.severity is Severity.WARNING)
-    assert "weak-coils" in found.cases and "1.5 kohm" in found.hint and "C1" in found.hint
+    (result,) = (f for f in judge("SIT204", spec, None, unlike) if f.severity is Severity.WARNING)
+    assert "weak-coils" in result.cases and "1.5 kohm" in result.hint and "C1" in result.hint
     wide = estimates(spec, resistances={"free": 2000.0, "rest": 1500.0, "pressed": 1000.0}, drive_code=26)
-    (found,) = (f for f in judge("SIT204", spec, None, wide) if f.severity is Severity.WARNING)
-    assert "weak-states" in found.cases
+    (result,) = (f for f in judge("SIT204", spec, None, wide) if f.severity is Severity.WARNING)
+    assert "weak-states" in result.cases
     poor = estimates(spec, resistances={"free": 600.0, "rest": 550.0, "pressed": 540.0}, drive_code=31)
-    (found,) = (f for f in judge("SIT204", spec, None, poor) if f.severity is Severity.WARNING)
-    assert "weak-drive" in found.cases
+    (result,) = (f for f in judge("SIT204", spec, None, poor) if f.severity is Severity.WARNING)
+    assert "weak-drive" in result.cases
 
 
 def test_low_resistance_hint_proposes_shield_only_if_absent(judge, design, estimates) -> None:
     """The hint named a copper shield where there was one."""
     numbers = {"resistances": {"free": 2200.0, "rest": 400.0}}
-    for more, said in (
+    for more, message in (
         ({"shield": None}, ["a copper shield", "a larger mount.standoff", "a thicker elastomer"]),
         ({"shield": {"material": "copper", "thickness": 0.1, "gap": 0.3}}, ["a larger shield.gap"]),
         ({"shield": {"material": "ferrite", "thickness": 0.1, "gap": 0.3}}, ["a larger mount.standoff"]),
     ):
         spec = design(**more)
-        (found,) = judge("SIT203", spec, None, estimates(spec, **numbers))
-        assert all(words in found.hint for words in said), found.hint
-        assert ("a copper shield" in found.hint) is (spec.shield is None)
-        assert ("shield.gap" in found.hint) is ("a larger shield.gap" in said)
+        (result,) = judge("SIT203", spec, None, estimates(spec, **numbers))
+        assert all(words in result.hint for words in message), result.hint
+        assert ("a copper shield" in result.hint) is (spec.shield is None)
+        assert ("shield.gap" in result.hint) is ("a larger shield.gap" in message)
 
 
 def test_longer_coil_fix_also_lengthens_target_of_coil_length(design):
@@ -523,8 +523,8 @@ elastomer: {shape: rectangle, size: [6, 2.2], thickness: 1}
 @pytest.mark.slow
 def test_longer_coil_fix_clears_low_resistance_finding():
     spec = sitscad.load_text(STRIP.partition("target:")[0], "strip.yaml")
-    (found,) = (f for f in check(spec, hints="full").findings if f.rule == "SIT203")
-    longer = [edit.new for remedy in found.fixes for edit in remedy.edits if edit.key == "coil.outer_diameter"]
+    (findings,) = (f for f in check(spec, hints="full").findings if f.rule == "SIT203")
+    longer = [edit.new for remedy in findings.fixes for edit in remedy.edits if edit.key == "coil.outer_diameter"]
     assert longer
     mended = spec.source.text.replace("[12, 2.2]", longer[0])
     assert not [f for f in check(sitscad.load_text(mended), hints="none").findings
@@ -537,9 +537,9 @@ def test_distance_hint_appears_only_if_free_coil_meets_limit(free, is_named, jud
     spec = design(shield=None)
     numbers = estimates(spec, resistances={"free": free, "rest": 330.0, "pressed": 314.0}, drive_code=31)
     for rule in ("SIT203", "SIT204"):
-        (found,) = (f for f in judge(rule, spec, None, numbers) if f.severity is not Severity.NOTE)
+        (result,) = (f for f in judge(rule, spec, None, numbers) if f.severity is not Severity.NOTE)
         words = ("a thicker elastomer", "mount.standoff", "more distance from the")
-        assert any(each in found.hint for each in words) is is_named, found.hint
+        assert any(each in result.hint for each in words) is is_named, result.hint
 
 
 @pytest.mark.parametrize("rule", ["SIT201", "SIT203", "SIT204"])
@@ -554,7 +554,7 @@ def test_hints_mention_only_metal_parts_of_spec(rule, judge, design, estimates) 
         ({"shield": None, "mount": None, "target": None, "elastomer": None, "requirements": None}, set()),
     ):
         spec = design(**more)
-        for found in judge(rule, spec, None, estimates(spec, **numbers)):
-            said = {word for word in ("target", "jaw", "shield") if f"the {word}" in found.hint}
-            assert said <= there, found.hint
-            assert "over the metal" not in found.hint or spec.mount.metal is not None, found.hint
+        for result in judge(rule, spec, None, estimates(spec, **numbers)):
+            message = {word for word in ("target", "jaw", "shield") if f"the {word}" in result.hint}
+            assert message <= there, result.hint
+            assert "over the metal" not in result.hint or spec.mount.metal is not None, result.hint

@@ -62,13 +62,13 @@ def test_trace_width_and_spacing_below_minimum_give_error(judge, design):
 
 
 def test_coil_track_minimum_gives_warning_or_binding_error(judge, verdicts, design):
-    found = judge("SIT103", design())
-    assert [(f.severity, f.key) for f in found] == [
+    result = judge("SIT103", design())
+    assert [(f.severity, f.key) for f in result] == [
         (Severity.WARNING, "coil.trace_width"),
         (Severity.WARNING, "coil.trace_spacing"),
     ]
     # the core of the tail is plated first, and copper 1 again: 42 um of panel plating are etched like 35 um of foil
-    assert all(f.limit == approx(203.2e-6, rel=1e-6) for f in found)
+    assert all(f.limit == approx(203.2e-6, rel=1e-6) for f in result)
     buttons = judge("SIT103", design(fpc__plated="buttons"))
     assert all(f.limit == approx(152.4e-6, rel=1e-6) for f in buttons) and len(buttons) == 2
     binding = ruled(design(), coil_rule_binding=True)
@@ -104,8 +104,8 @@ def test_turn_gap_of_spiral_is_measured_perpendicular_to_track(judge, good):
     spec, layout = good
     assert judge("SIT108", spec, layout) == []
     strict = replace(spec, coil=replace(spec.coil, trace_spacing=102.5e-6))
-    found = judge("SIT108", *(lambda s: (s, replace(layout, spec=s)))(ruled(strict, trace_spacing=102.5e-6)))
-    turns = min(found, key=lambda f: f.measured)
+    result = judge("SIT108", *(lambda s: (s, replace(layout, spec=s)))(ruled(strict, trace_spacing=102.5e-6)))
+    turns = min(result, key=lambda f: f.measured)
     assert turns.place.nets == ("C1",) and "gap-places" in turns.cases and "4" in turns.detail  # two coils, two layers
     innermost = 3.45e-3 - 12 * 0.2e-3
     slope = 0.2e-3 / 6.283185307
@@ -121,19 +121,19 @@ def test_overlap_with_turn_of_same_net_gives_finding(judge, good):
     bridge = Trace(
         Path((Line(middle, Point(middle.x + 0.15e-3, middle.y)),)), 100e-6, winding.layer, coil.net, Role.LEAD
     )
-    found = judge("SIT108", spec, replace(layout, traces=(*layout.traces, bridge)))
-    assert found and found[0].place.layer == winding.layer
-    assert min(f.measured for f in found) < 0.0
+    result = judge("SIT108", spec, replace(layout, traces=(*layout.traces, bridge)))
+    assert result and result[0].place.layer == winding.layer
+    assert min(f.measured for f in result) < 0.0
 
 
 def test_close_tracks_of_two_nets_give_spacing_finding(judge, good):
     spec, layout = good
-    one, other = layout.coils
-    away = Trace(Path((Line(Point(0.02, 0.001), Point(0.021, 0.001)),)), 100e-6, 1, one.net, Role.LEAD)
+    item, other = layout.coils
+    away = Trace(Path((Line(Point(0.02, 0.001), Point(0.021, 0.001)),)), 100e-6, 1, item.net, Role.LEAD)
     beside = replace(away, path=away.path.shifted(0.0, 0.18e-3), net=other.net)
-    (found,) = judge("SIT108", spec, replace(layout, traces=(away, beside), vias=(), pads=()))
-    assert found.measured == approx(80e-6, rel=1e-6) and found.limit == 100e-6
-    assert "20 um" in found.hint
+    (result,) = judge("SIT108", spec, replace(layout, traces=(away, beside), vias=(), pads=()))
+    assert result.measured == approx(80e-6, rel=1e-6) and result.limit == 100e-6
+    assert "20 um" in result.hint
     fair = replace(beside, path=away.path.shifted(0.0, 0.2e-3))
     assert judge("SIT108", spec, replace(layout, traces=(away, fair), vias=(), pads=())) == []
     below = replace(beside, layer=2)
@@ -149,8 +149,8 @@ def test_tight_hairpin_gives_finding_and_right_angle_does_not(judge, good):
         return replace(layout, traces=(Trace(path, 100e-6, 1, net, Role.LEAD),), vias=(), pads=(), coils=())
 
     legs = [Point(0, 0), Point(1e-3, 0), Point(1e-3, 0.15e-3), Point(0, 0.15e-3)]
-    (found,) = judge("SIT108", spec, on_board(*legs))
-    assert found.measured == approx(50e-6, rel=1e-6)
+    (result,) = judge("SIT108", spec, on_board(*legs))
+    assert result.measured == approx(50e-6, rel=1e-6)
     assert judge("SIT108", spec, on_board(Point(0, 0), Point(1e-3, 0), Point(1e-3, 1e-3))) == []
     assert judge("SIT108", spec, on_board(Point(0, 0), Point(1e-3, 0), Point(1e-3, 0.2e-3), Point(0, 0.2e-3))) == []
 
@@ -161,8 +161,8 @@ def test_via_on_turn_of_same_coil_gives_finding(judge, good):
     winding = next(t for t in layout.traces if t.role is Role.WINDING and t.net == via.net)
     onto = winding.path.segments[len(winding.path.segments) // 2].at(0.5)
     moved = replace(layout, vias=(*layout.vias, replace(via, centre=onto)))
-    (found,) = judge("SIT107", spec, moved)
-    assert found.measured < 0.0 and "gap-places" in found.cases
+    (result,) = judge("SIT107", spec, moved)
+    assert result.measured < 0.0 and "gap-places" in result.cases
     assert {f.place.layer for f in judge("SIT110", spec, moved)} == {1, 2}
 
 
@@ -171,8 +171,8 @@ def test_via_clearance_is_measured_from_pad_edge(judge, good):
     via = Via(Point(0, 0), 0.2e-3, 0.45e-3, layout.coils[0].net)
     other = layout.coils[1].net
     line = Trace(Path((Line(Point(-1e-3, 0.36e-3), Point(1e-3, 0.36e-3)),)), 100e-6, 2, other, Role.LEAD)
-    (found,) = judge("SIT107", spec, replace(layout, traces=(line,), vias=(via,), pads=()))
-    assert found.measured == approx(0.36e-3 - 0.225e-3 - 0.05e-3, rel=1e-6)
+    (result,) = judge("SIT107", spec, replace(layout, traces=(line,), vias=(via,), pads=()))
+    assert result.measured == approx(0.36e-3 - 0.225e-3 - 0.05e-3, rel=1e-6)
     assert judge("SIT110", spec, replace(layout, traces=(line,), vias=(via,), pads=()))[0].measured == approx(
         0.21e-3, rel=1e-6
     )
@@ -185,8 +185,8 @@ def test_track_inside_contact_of_other_net_gives_finding(judge, good):
     spec, layout = good
     pad = Pad(Point(0, 0), (3e-3, 0.3e-3), 1, layout.coils[0].net, "C1.A", 1)
     inside = Trace(Path((Line(Point(-0.5e-3, 0), Point(0.5e-3, 0)),)), 50e-6, 1, layout.coils[1].net, Role.LEAD)
-    (found,) = judge("SIT108", spec, replace(layout, traces=(inside,), vias=(), pads=(pad,)))
-    assert found.measured < 0.0 and "C1.A" in found.message
+    (result,) = judge("SIT108", spec, replace(layout, traces=(inside,), vias=(), pads=(pad,)))
+    assert result.measured < 0.0 and "C1.A" in result.message
 
 
 def test_copper_near_board_edge_gives_finding(judge, good):
@@ -196,8 +196,8 @@ def test_copper_near_board_edge_gives_finding(judge, good):
         Path((Line(Point(x0 + 1e-3, y1 - 0.2e-3), Point(x1 - 1e-3, y1 - 0.2e-3)),)), 100e-6, 1, "C1", Role.LEAD
     )
     board = replace(layout, outline=rectangle(*layout.body), traces=(near,), vias=(), pads=())
-    (found,) = judge("SIT109", spec, board)
-    assert found.measured == approx(0.15e-3, rel=1e-6) and found.limit == 0.2e-3
+    (result,) = judge("SIT109", spec, board)
+    assert result.measured == approx(0.15e-3, rel=1e-6) and result.limit == 0.2e-3
     inner = replace(near, path=near.path.shifted(0.0, -0.05e-3))
     assert judge("SIT109", spec, replace(board, traces=(inner,))) == []
     crossing = replace(near, path=Path((Line(Point(x0 - 1e-3, 0), Point(x1, 0)),)))
@@ -207,8 +207,8 @@ def test_copper_near_board_edge_gives_finding(judge, good):
 def test_open_coil_circuit_gives_error(judge, good):
     spec, layout = good
     open_coil = replace(layout.coils[1], is_closed_circuit=False)
-    (found,) = judge("SIT111", spec, replace(layout, coils=(layout.coils[0], open_coil)))
-    assert "C2" in found.message and found.severity is Severity.ERROR
+    (result,) = judge("SIT111", spec, replace(layout, coils=(layout.coils[0], open_coil)))
+    assert "C2" in result.message and result.severity is Severity.ERROR
 
 
 def test_single_layer_coil_without_exit_gives_one_finding(judge, design):
@@ -216,15 +216,15 @@ def test_single_layer_coil_without_exit_gives_one_finding(judge, design):
         coil__layers=1, fpc={"stackup": [{"copper": "35 um"}, {"dielectric": "25 um", "material": "polyimide"}]}
     )
     layout = lay_out(spec)
-    found = [f for rule in ("SIT111", "SIT112", "SIT113") for f in judge(rule, spec, layout)]
-    assert [f.message for f in found] == [lack.message for lack in layout.shortfalls] and found[0].line is not None
+    result = [f for rule in ("SIT111", "SIT112", "SIT113") for f in judge(rule, spec, layout)]
+    assert [f.message for f in result] == [lack.message for lack in layout.shortfalls] and result[0].line is not None
 
 
 def test_missing_inner_room_gives_error_with_needed_length(judge, design):
     spec = design(coil__turns=11.75)
-    (found,) = judge("SIT112", spec)
-    assert found.severity is Severity.ERROR and found.measured < found.limit
-    assert spec.source.line(found.line).strip().startswith('"turns"')
+    (result,) = judge("SIT112", spec)
+    assert result.severity is Severity.ERROR and result.measured < result.limit
+    assert spec.source.line(result.line).strip().startswith('"turns"')
     assert judge("SIT112", design()) == []
 
 
@@ -236,8 +236,8 @@ def test_coil_enlarged_by_missing_inner_room_has_room(turns, layers, most):
     {{sitscad: 1, name: a, fpc: {{stackup: {stackup}, rules: recommended}}, coil: {{shape: circle,
      outer_diameter: {outer}, turns: {turns}, layers: {layers}, trace_width: 0.1, trace_spacing: 0.1}}}}
     """)
-    (found,) = [each for each in check(spec, hints="none").findings if each.rule == "SIT112"]
-    missing = found.limit - found.measured
+    (findings,) = [each for each in check(spec, hints="none").findings if each.rule == "SIT112"]
+    missing = findings.limit - findings.measured
     assert 0.0 < missing < most
     larger = replace(spec, coil=replace(spec.coil, size=tuple(size + 1.05 * missing for size in spec.coil.size)))
     assert not any(lack.what is Missing.INNER_ROOM for lack in lay_out(larger).shortfalls)
@@ -249,11 +249,11 @@ def test_array_without_lead_room_gives_present_and_needed_gap():
     {sitscad: 1, name: a, fpc: {stackup: flex-4l, rules: generic-fine}, array: {pattern: grid, count: [2, 2],
      pitch: 4.12}, coil: {shape: circle, outer_diameter: 4, turns: 5, layers: 4, trace_width: 0.1, trace_spacing: 0.1}}
     """)
-    (found,) = [each for each in check(spec, hints="none").findings if each.rule == "SIT113"]
+    (findings,) = [each for each in check(spec, hints="none").findings if each.rule == "SIT113"]
     rules = spec.fpc.rules
-    assert found.measured == approx(0.12e-3, rel=1e-9) and found.unit == "m"
-    assert found.limit > rules.via_pad + 2.0 * rules.trace_spacing + spec.coil.trace_width
-    assert {"lead-room", "lead-room-coils", "lead-room-gap"} & set(found.cases)
+    assert findings.measured == approx(0.12e-3, rel=1e-9) and findings.unit == "m"
+    assert findings.limit > rules.via_pad + 2.0 * rules.trace_spacing + spec.coil.trace_width
+    assert {"lead-room", "lead-room-coils", "lead-room-gap"} & set(findings.cases)
 
 
 @pytest.mark.parametrize("added", [0.12, 0.2])
@@ -265,18 +265,18 @@ def test_single_coil_without_lead_room_gives_needed_body_room(added):
      layers: 4, start_angle: 180 deg, trace_width: {width}, trace_spacing: {width}}}}}
     """
     spec = load_text(text.format(side=5.5 + added, width=added))
-    (found,) = [each for each in check(spec, hints="none").findings if each.rule == "SIT113"]
-    assert found.cases[0] == "lead-room-body" and found.key == "fpc.body" and found.unit == "m"
-    assert found.measured == approx((0.25 + added / 2) * 1e-3, rel=1e-6)
-    larger = load_text(text.format(side=5.0 + 2.0 * (1e3 * found.limit + 0.05), width=added))
+    (findings,) = [each for each in check(spec, hints="none").findings if each.rule == "SIT113"]
+    assert findings.cases[0] == "lead-room-body" and findings.key == "fpc.body" and findings.unit == "m"
+    assert findings.measured == approx((0.25 + added / 2) * 1e-3, rel=1e-6)
+    larger = load_text(text.format(side=5.0 + 2.0 * (1e3 * findings.limit + 0.05), width=added))
     assert not any(lack.what is Missing.LEAD_ROOM for lack in lay_out(larger).shortfalls)
 
 
 def test_layout_shortfall_gives_finding_with_its_message(judge, good):
     spec, layout = good
-    told = Shortfall(Missing.TAIL_LAYERS, have=1.0, need=2.0, facts=(("pattern", "grid"),))
-    (found,) = judge("SIT118", spec, replace(layout, shortfalls=(told,)))
-    assert (found.message, found.measured) == (told.message, 1.0) and found.line is not None
+    text = Shortfall(Missing.TAIL_LAYERS, have=1.0, need=2.0, facts=(("pattern", "grid"),))
+    (result,) = judge("SIT118", spec, replace(layout, shortfalls=(text,)))
+    assert (result.message, result.measured) == (text.message, 1.0) and result.line is not None
 
 
 @pytest.mark.parametrize("connector", ["zif-0.5mm", "zif-0.3mm", "solder-pads"])
@@ -286,10 +286,10 @@ def test_coverlay_beside_contacts_of_one_coil_has_no_finding(judge, design, conn
     changes = {"fpc__rules": {"based_on": "generic-fine", "coverlay_web": web}, "fpc__tail__connector": connector}
     spec = design(array=None, **changes)
     layout, rules = lay_out(spec), spec.fpc.rules
-    found = judge("SIT114", spec, layout)
+    result = judge("SIT114", spec, layout)
     highest = max(bounding_box([region.outline])[3] for region in layout.top_openings)
     _, edge = layout.reach_at(layout.pads[0].centre.x)
-    assert found == []
+    assert result == []
     if connector == "solder-pads":
         assert edge - highest >= rules.coverlay_web - 1e-9
     else:
@@ -308,9 +308,9 @@ def test_tracks_too_near_plug_edge_get_connector_with_room(advised, design, conn
         spec = design(fpc__rules=rules, fpc__tail__connector=name, array=array)
         return advised("SIT109", spec, lay_out(spec))
 
-    found = board(connector)
-    assert connector != "solder-pads" or found == []
-    for finding in found:
+    result = board(connector)
+    assert connector != "solder-pads" or result == []
+    for finding in result:
         assert finding.key == "fpc.tail.connector" and finding.cases[1].startswith("edge-contacts")
         ((edit,),) = (fix.edits for fix in finding.fixes)
         named = edit.new.strip('"')
@@ -321,19 +321,19 @@ def test_narrow_coverlay_web_or_bare_track_gives_finding(judge, good):
     spec, layout = good
     left, right = (Region(rectangle(x, 0.0, x + 1e-3, 1e-3)) for x in (0.0, 1.15e-3))
     web = replace(layout, top_openings=(left, right))
-    (found,) = judge("SIT114", spec, web)
-    assert found.measured == approx(0.15e-3, rel=1e-6) and found.limit == 0.2e-3
+    (result,) = judge("SIT114", spec, web)
+    assert result.measured == approx(0.15e-3, rel=1e-6) and result.limit == 0.2e-3
     assert judge("SIT114", spec, replace(layout, top_openings=(left,), bottom_openings=(right,))) == []
     edge = bounding_box([layout.outline])
     beside = Region(rectangle(edge[0] + 0.12e-3, 0.0, edge[0] + 1e-3, 1e-3))
-    (found,) = judge("SIT114", spec, replace(layout, bottom_openings=(beside,)))
-    assert found.measured == approx(0.12e-3, rel=1e-6) and "bottom" in found.message
+    (result,) = judge("SIT114", spec, replace(layout, bottom_openings=(beside,)))
+    assert result.measured == approx(0.12e-3, rel=1e-6) and "bottom" in result.message
     reaching = Region(rectangle(edge[2] - 1e-3, -0.5e-3, edge[2], 0.5e-3))
     assert judge("SIT114", spec, replace(layout, top_openings=(reaching,))) == []
     track = Trace(Path((Line(Point(-1e-3, 1.2e-3), Point(3e-3, 1.2e-3)),)), 100e-6, 1, "C1", Role.TAIL)
     bare = replace(layout, top_openings=(left,), traces=(track,), vias=())
-    (found,) = judge("SIT115", spec, bare)
-    assert found.measured == approx(0.15e-3, rel=1e-6)
+    (result,) = judge("SIT115", spec, bare)
+    assert result.measured == approx(0.15e-3, rel=1e-6)
     assert judge("SIT115", spec, replace(bare, traces=(replace(track, layer=2),))) == []
     into = replace(track, path=Path((Line(Point(-1e-3, 0.5e-3), Point(0.5e-3, 0.5e-3)),)))
     assert judge("SIT115", spec, replace(bare, traces=(into,))) == []
@@ -342,13 +342,13 @@ def test_narrow_coverlay_web_or_bare_track_gives_finding(judge, good):
 def test_small_part_gives_note_or_warning(judge, good):
     spec, layout = good
     small = replace(layout, outline=rectangle(0, 0, 9e-3, 6e-3))
-    (found,) = judge("SIT116", spec, small)
-    assert (found.measured, found.limit) == (9e-3, 10e-3)
-    assert found.severity is Severity.NOTE and found.key == "fpc.rules"
-    assert f"send fpc/{spec.name}-order.zip" in found.hint
+    (result,) = judge("SIT116", spec, small)
+    assert (result.measured, result.limit) == (9e-3, 10e-3)
+    assert result.severity is Severity.NOTE and result.key == "fpc.rules"
+    assert f"send fpc/{spec.name}-order.zip" in result.hint
     alone = replace(spec, fpc=replace(spec.fpc, panel=replace(spec.fpc.panel, wish="none")))
-    (found,) = judge("SIT116", alone, replace(small, spec=alone))
-    assert found.severity is Severity.NOTE and "part-size" in found.cases
+    (result,) = judge("SIT116", alone, replace(small, spec=alone))
+    assert result.severity is Severity.NOTE and "part-size" in result.cases
     alone = replace(alone, fpc=replace(alone.fpc, rules=replace(alone.fpc.rules, one_process=True)))
     assert judge("SIT116", alone, replace(small, spec=alone))[0].severity is Severity.WARNING
     assert judge("SIT116", spec, replace(layout, outline=rectangle(0, 0, 5e-3, 10e-3))) == []
@@ -357,9 +357,9 @@ def test_small_part_gives_note_or_warning(judge, good):
 @pytest.mark.parametrize(("parts", "told"), [("auto", False), ([1, 2], False), ([3, 4], True)])
 def test_panel_larger_than_fabricator_limit_gives_finding(judge, design, parts, told):
     spec = design(fpc__panel={"parts": parts})
-    found = [f for f in judge("SIT116", spec, lay_out(spec)) if f.key == "fpc.panel"]
-    assert bool(found) == told
-    assert all(f.measured > f.limit for f in found)
+    result = [f for f in judge("SIT116", spec, lay_out(spec)) if f.key == "fpc.panel"]
+    assert bool(result) == told
+    assert all(f.measured > f.limit for f in result)
 
 
 @pytest.mark.parametrize("most", [(0.1, 0.05), (0.05, 0.1)])
@@ -371,8 +371,8 @@ def test_panel_is_compared_longer_side_to_longer_side(judge, design, most, x, y,
     spec = design(fpc__panel={"parts": [1, 1], "rail": 3, "gap": 0.5})
     spec = replace(spec, fpc=replace(spec.fpc, rules=replace(spec.fpc.rules, panel_size=most)))
     layout = replace(lay_out(spec), outline=rectangle(0, 0, (x - 7) * 1e-3, (y - 7) * 1e-3))
-    found = [f for f in judge("SIT116", spec, layout) if f.key == "fpc.panel"]
-    assert [f.measured for f in found] == approx([over] if over else [], rel=1e-6)
+    result = [f for f in judge("SIT116", spec, layout) if f.key == "fpc.panel"]
+    assert [f.measured for f in result] == approx([over] if over else [], rel=1e-6)
 
 
 STRIP = """sitscad: 1
@@ -390,9 +390,9 @@ def test_oversized_panel_of_one_board_has_no_hint_of_fewer_parts(judge):
     """A panel of a single board was to have fewer parts, and its largest sides were told the other way round."""
     for panel, is_advised in (("auto", False), ("{parts: [1, 3]}", True)):
         spec = load_text(STRIP.format(rules="generic-flex", length=250, panel=panel), "strip.yaml")
-        (found,) = (one for one in judge("SIT116", spec, lay_out(spec)) if one.key == "fpc.panel")
-        assert ("fpc.panel.parts" in found.hint) is is_advised
-        assert "584.2 mm x 228.6 mm" in found.hint
+        (result,) = (item for item in judge("SIT116", spec, lay_out(spec)) if item.key == "fpc.panel")
+        assert ("fpc.panel.parts" in result.hint) is is_advised
+        assert "584.2 mm x 228.6 mm" in result.hint
 
 
 @pytest.mark.parametrize("length", [100, 250, 400])
@@ -400,8 +400,8 @@ def test_oversized_panel_of_one_board_has_no_hint_of_fewer_parts(judge):
 def test_long_narrow_board_gives_note_and_order_text(judge, length, panel):
     spec = load_text(STRIP.format(rules="generic-flex", length=length, panel=panel), "strip.yaml")
     layout = lay_out(spec)
-    found = judge("SIT116", spec, layout)
-    assert found and all(one.severity is Severity.NOTE for one in found)
+    result = judge("SIT116", spec, layout)
+    assert result and all(item.severity is Severity.NOTE for item in result)
     text = " ".join(order_notes.readme(layout, plan(layout)).split())
     assert ("larger than usual: confirm" if panel == "auto" else "in a panel of your own") in text
 
@@ -409,8 +409,8 @@ def test_long_narrow_board_gives_note_and_order_text(judge, length, panel):
 def test_board_longer_than_largest_panel_gives_warning(judge):
     spec = load_text(STRIP.format(rules="generic-flex", length=400, panel="none"), "strip.yaml")
     layout = replace(lay_out(spec), outline=rectangle(0, 0, 0.6, 6e-3))
-    (found,) = judge("SIT116", spec, layout)
-    assert found.severity is Severity.WARNING and (found.measured, found.limit) == (0.6, 0.5842)
+    (result,) = judge("SIT116", spec, layout)
+    assert result.severity is Severity.WARNING and (result.measured, result.limit) == (0.6, 0.5842)
 
 
 SMALL_PART = """sitscad: 1
@@ -474,8 +474,8 @@ def test_via_in_coverlay_opening_gives_finding(judge, good):
     spec, layout = good
     via = Via(Point(0.5e-3, 0.5e-3), 0.2e-3, 0.45e-3, "C1")
     bare = replace(layout, top_openings=(Region(rectangle(-1e-3, -1e-3, 2e-3, 2e-3)),), traces=(), vias=(via,))
-    (found,) = judge("SIT115", spec, bare)
-    assert found.measured < 0.0 and "opening-to-track" in found.cases and "C1" in found.message
+    (result,) = judge("SIT115", spec, bare)
+    assert result.measured < 0.0 and "opening-to-track" in result.cases and "C1" in result.message
     assert judge("SIT115", spec, replace(bare, vias=(replace(via, centre=Point(3e-3, 0.5e-3)),))) == []
 
 
@@ -483,10 +483,10 @@ def test_via_in_coverlay_opening_gives_finding(judge, good):
 def test_coil_slightly_below_track_minimum_gets_wider_tracks_if_room(turns, has_room):
     size = f"outer_diameter: 9, turns: {turns}, layers: 2, trace_width: 150 um, trace_spacing: 150 um"
     spec = load_text(f"sitscad: 1\nname: a\ncoil: {{shape: circle, {size}}}\n", "a.yaml")
-    found = [finding for finding in check(spec).findings if finding.rule == "SIT103"]
+    findings = [finding for finding in check(spec).findings if finding.rule == "SIT103"]
     wide = [("coil.trace_width", "152.4 um"), ("coil.trace_spacing", "152.4 um")]
     fixes = [[(edit.key, edit.new.strip('"')) for fix in finding.fixes if not fix.new_warnings for edit in fix.edits]
-             for finding in found]
+             for finding in findings]
     assert len(fixes) == 2 and all((each == wide) is has_room for each in fixes)
 
 
@@ -494,8 +494,8 @@ def test_coil_track_waiver_from_hint_clears_finding():
     """A new user asked the fabricator, and did not find where to write the answer."""
     text = "sitscad: 1\nname: a\ncoil: {shape: circle, outer_diameter: 9, turns: 12, layers: 2, %s}\n%s"
     lines = "trace_width: 120 um, trace_spacing: 160 um"
-    (found,) = (f for f in check(load_text(text % (lines, ""), "a.yaml")).findings if f.rule == "SIT103")
-    (rules,) = re.findall(r"fpc\.rules: ({based_on: [^}]*})", found.hint)
+    (findings,) = (f for f in check(load_text(text % (lines, ""), "a.yaml")).findings if f.rule == "SIT103")
+    (rules,) = re.findall(r"fpc\.rules: ({based_on: [^}]*})", findings.hint)
     assert "coil_trace_spacing" not in rules
     stated = load_text(text % (lines, f"fpc: {{rules: {rules}}}\n"), "a.yaml")
     assert not [f for f in check(stated).findings if f.rule == "SIT103"]
@@ -507,9 +507,9 @@ def test_waiver_for_rules_named_like_preset_preserves_custom_values():
     own = "{name: generic-flex, based_on: generic-flex, copper_to_edge: 0.4 mm}"
     for rules, is_based in (("generic-flex", True), (own, False)):
         text = f"sitscad: 1\nname: a\ncoil: {{shape: circle, {lines}}}\nfpc: {{rules: {rules}}}\n"
-        found = [f for f in check(load_text(text, "a.yaml"), hints="none").findings if f.rule == "SIT103"]
-        assert found and all(("based_on" in f.hint, "coil_trace_width: 120 um" in f.hint) == (is_based, True)
-                             for f in found)
+        findings = [f for f in check(load_text(text, "a.yaml"), hints="none").findings if f.rule == "SIT103"]
+        assert findings and all(("based_on" in f.hint, "coil_trace_width: 120 um" in f.hint) == (is_based, True)
+                             for f in findings)
 
 
 @pytest.mark.slow
@@ -519,15 +519,15 @@ name: a
 coil: {shape: circle, outer_diameter: 4, turns: 5.5, layers: 4, trace_width: 0.1, trace_spacing: 0.1}
 fpc: {rules: generic-fine}
 """
-    found = [f for f in check(load_text(text, "a.yaml"), hints="full").findings if f.rule == "SIT103"]
-    assert found and all("SIT203" in f.hint and not f.fixes for f in found)
+    findings = [f for f in check(load_text(text, "a.yaml"), hints="full").findings if f.rule == "SIT103"]
+    assert findings and all("SIT203" in f.hint and not f.fixes for f in findings)
 
 
 def test_coil_track_minimum_depends_on_copper_thickness(judge, good):
-    found = judge("SIT103", good[0])
-    assert [f.limit for f in found] == approx([203.2e-6] * 2, rel=1e-6)
-    assert all("35 um" in f.detail and "35 um" in f.source for f in found)
-    assert all("based_on" in f.hint and "loop-unbound" in f.cases for f in found)
+    result = judge("SIT103", good[0])
+    assert [f.limit for f in result] == approx([203.2e-6] * 2, rel=1e-6)
+    assert all("35 um" in f.detail and "35 um" in f.source for f in result)
+    assert all("based_on" in f.hint and "loop-unbound" in f.cases for f in result)
 
 
 THICK = """sitscad: 1
@@ -550,15 +550,15 @@ def test_unstated_width_or_spacing_for_thick_copper_gives_finding(judge, written
     spec = load_text(THICK.format(written=f"{written}: 120 um"), "thick.yaml")
     known = {"SIT101", "SIT102"} - {unknown}
     assert [judge(rule, spec) for rule in known] == [[]]
-    (found,) = judge(unknown, spec)
-    assert (found.measured, found.limit) == approx((70e-6, 35e-6), rel=1e-6)
+    (result,) = judge(unknown, spec)
+    assert (result.measured, result.limit) == approx((70e-6, 35e-6), rel=1e-6)
 
 
 def test_one_custom_coil_minimum_does_not_make_others_binding(judge):
     spec = load_text(THICK.format(written="coil_trace_spacing: 250 um"), "thick.yaml")
-    found = {f.key: f for f in judge("SIT103", spec)}
-    assert found["coil.trace_spacing"].severity is Severity.ERROR
-    assert found["coil.trace_width"].severity is Severity.WARNING
-    assert "loop-unbound-base" in found["coil.trace_width"].cases
+    result = {f.key: f for f in judge("SIT103", spec)}
+    assert result["coil.trace_spacing"].severity is Severity.ERROR
+    assert result["coil.trace_width"].severity is Severity.WARNING
+    assert "loop-unbound-base" in result["coil.trace_width"].cases
     both = load_text(THICK.format(written="coil_trace_spacing: 250 um, coil_rule_binding: true"), "thick.yaml")
     assert {f.severity for f in judge("SIT103", both)} == {Severity.ERROR}

@@ -55,8 +55,8 @@ def bench():
 
 def _judged(rule_id, design, **needs):
     (rule,) = (rule for rule in RULES if rule.id == rule_id)
-    asked = replace(design.spec, requirements=replace(design.spec.requirements, **needs))
-    return apply_rule(rule, Design(asked, replace(design.layout, spec=asked), design.estimates))
+    request = replace(design.spec, requirements=replace(design.spec.requirements, **needs))
+    return apply_rule(rule, Design(request, replace(design.layout, spec=request), design.estimates))
 
 
 @pytest.mark.slow
@@ -66,18 +66,18 @@ def test_too_large_tilt_error_gets_smaller_target_and_pad(monkeypatch):
         monkeypatch.setattr(f"sitscad.checks.performance.{family}", lambda spec, is_softer=True: ())
     spec = rewritten_spec(sitscad.load(TEMPLATES / "grasper_4layer.yaml"), [
         ("requirements.tilt", "1 deg"), ("requirements.tilt_error", {"shear_x": "60 mN"})])
-    (found,) = (one for one in check(spec).findings if one.rule == "SIT404")
-    keys = {edit.key for edit in found.fixes[0].edits}
-    assert found.severity is Severity.ERROR and keys == {"target.size", "elastomer.size"}
+    (findings,) = (item for item in check(spec).findings if item.rule == "SIT404")
+    keys = {edit.key for edit in findings.fixes[0].edits}
+    assert findings.severity is Severity.ERROR and keys == {"target.size", "elastomer.size"}
 
 
 @pytest.mark.parametrize("kind, together", [("normal", 0.309), ("shear", 0.0658)])
 def test_resolution_below_combined_error_gives_warning_unless_error_allowed(bench, kind, together):
     """`check` said ok to 500 mN of resolution where tilt alone was read as 2.6 N."""
     key = f"requirements.{kind}_resolution"
-    (found,), _ = _judged("SIT414", bench, **{f"{kind}_resolution": 0.5 * together})
-    assert (found.severity, found.key) == (Severity.WARNING, key)
-    assert found.measured == approx(together, rel=0.02) and found.limit == 0.5 * together
+    (findings,), _ = _judged("SIT414", bench, **{f"{kind}_resolution": 0.5 * together})
+    assert (findings.severity, findings.key) == (Severity.WARNING, key)
+    assert findings.measured == approx(together, rel=0.02) and findings.limit == 0.5 * together
     assert _judged("SIT414", bench, **{f"{kind}_resolution": 2.0 * together}) == ([], [])
     allowed = {f"{kind}_resolution": 0.5 * together, f"{kind}_error": 1.1 * together}
     assert _judged("SIT414", bench, **allowed) == ([], [])
@@ -85,9 +85,9 @@ def test_resolution_below_combined_error_gives_warning_unless_error_allowed(benc
 
 def test_combined_error_equals_data_sheet_and_includes_required_shear(bench):
     def together(**needs):
-        asked = replace(bench.spec, requirements=replace(bench.spec.requirements, normal_resolution=1.0, **needs))
-        design = Design(asked, replace(bench.layout, spec=asked), bench.estimates)
-        return {one.requirement: one for one in estimated_values(design.cells)}
+        request = replace(bench.spec, requirements=replace(bench.spec.requirements, normal_resolution=1.0, **needs))
+        design = Design(request, replace(bench.layout, spec=request), bench.estimates)
+        return {item.requirement: item for item in estimated_values(design.cells)}
 
     alone, full = together(), bench.sensing.performance[-1]
     assert alone["normal_error"].measured == approx(combined_error(full.axes["normal"].errors), rel=0.02)
@@ -117,23 +117,23 @@ def test_requirement_without_effective_change_gets_general_advice():
      trace_spacing: 0.2}, target: {size: 10}, elastomer: {size: 10, thickness: 2},
      requirements: {normal_force: 5 N, temperature_range: [15, 35], temperature_error: 1 mN}}
     """, "a.yaml")
-    (found,) = (f for f in sitscad.check(spec, hints="full").findings if f.rule == "SIT406")
+    (findings,) = (f for f in sitscad.check(spec, hints="full").findings if f.rule == "SIT406")
     (rule,) = (rule for rule in RULES if rule.id == "SIT406")
-    assert rule.mend.rstrip(".") in found.hint and not found.fixes
+    assert rule.mend.rstrip(".") in findings.hint and not findings.fixes
 
 
 def test_check_output_shows_estimated_values_beside_requirements(bench):
     """A resolution that passed was silent."""
     wanted = {"tilt": 0.05, "tilt_error": 1.0, "normal_resolution": 0.1, "crosstalk": 0.5}
-    asked = replace(bench.spec, requirements=replace(bench.spec.requirements, **wanted))
-    result = check(asked, replace(bench.layout, spec=asked), bench.estimates, "none")
-    found = {each.requirement: each for each in result.reached}
+    request = replace(bench.spec, requirements=replace(bench.spec.requirements, **wanted))
+    result = check(request, replace(bench.layout, spec=request), bench.estimates, "none")
+    results = {each.requirement: each for each in result.reached}
     asked_for = ["normal_resolution", "crosstalk", "tilt_error"]
-    assert list(found) == [*asked_for, "unmeasured_shear", "normal_error", "zero_drift", "drift", "tared_drift",
+    assert list(results) == [*asked_for, "unmeasured_shear", "normal_error", "zero_drift", "drift", "tared_drift",
                            "hysteresis", "creep", "modulus"]
-    found = {name: found[name] for name in asked_for}
-    assert all(0.0 < each.measured < each.limit == wanted[name] for name, each in found.items())
-    checked = as_configured(asked, result)
+    results = {name: results[name] for name in asked_for}
+    assert all(0.0 < each.measured < each.limit == wanted[name] for name, each in results.items())
+    checked = as_configured(request, result)
     line = "felt: +normal resolution by noise alone 1\\.[0-9]+ mN of 100 mN asked \\(normal, at full load\\)\n +cross"
     assert re.search(f"^{line}", as_text([checked]), re.MULTILINE)
     document = json.loads(as_json([checked]))["specs"][0]
@@ -145,16 +145,16 @@ def test_check_output_shows_estimated_values_beside_requirements(bench):
 @pytest.mark.slow
 def test_estimated_values_include_hysteresis_creep_modulus_and_tared_drift(bench):
     """Beside a resolution known within a few per cent, what a pad is off by by a tenth was not said."""
-    asked = replace(bench.spec, requirements=replace(bench.spec.requirements, normal_resolution=0.1))
-    design = Design(asked, replace(bench.layout, spec=asked), bench.estimates)
-    found = {one.requirement: one for one in check(asked, design.layout, bench.estimates, "none").reached}
+    request = replace(bench.spec, requirements=replace(bench.spec.requirements, normal_resolution=0.1))
+    design = Design(request, replace(bench.layout, spec=request), bench.estimates)
+    findings = {item.requirement: item for item in check(request, design.layout, bench.estimates, "none").reached}
     full, k = design.performance[-1], list(design.performance[-1].axes).index("normal")
     for name, cause in (("hysteresis", "hysteresis"), ("creep", "creep"), ("modulus", "modulus, before calibration"),
                         ("tared_drift", "drift with a tare before each grasp, 10 K")):
-        assert found[name].axis == "normal" and found[name].limit is None
-        assert found[name].measured == approx(full.axes["normal"].errors[cause], rel=0.1), name
-    pad = asked.elastomer.material
-    assert found["creep"].measured == approx(pad.creep * full.axes["normal"].full_scale, rel=1e-9)
+        assert findings[name].axis == "normal" and findings[name].limit is None
+        assert findings[name].measured == approx(full.axes["normal"].errors[cause], rel=0.1), name
+    pad = request.elastomer.material
+    assert findings["creep"].measured == approx(pad.creep * full.axes["normal"].full_scale, rel=1e-9)
     # the tare takes away what moves the reading at rest: capacitors and most of the metal
     warmed = design.sensing.analysis.warmed[-1]
     assert warmed.tared_drift[k] < warmed.drift[k]
@@ -169,9 +169,9 @@ def test_estimated_values_include_hysteresis_creep_modulus_and_tared_drift(bench
 def test_check_output_shows_zero_drift_with_temperature(bench, needs, end):
     """It was most of what three sensors of a new user were off by, and every line of what is felt was met."""
     wanted = {"normal_resolution": 0.1, **needs}
-    asked = replace(bench.spec, requirements=replace(bench.spec.requirements, **wanted))
-    design = Design(asked, replace(bench.layout, spec=asked), bench.estimates)
-    checked = as_configured(asked, check(asked, design.layout, bench.estimates, "none"))
+    request = replace(bench.spec, requirements=replace(bench.spec.requirements, **wanted))
+    design = Design(request, replace(bench.layout, spec=request), bench.estimates)
+    checked = as_configured(request, check(request, design.layout, bench.estimates, "none"))
     drift = abs(end - 20.0) * design.sensing.analysis.warmed[0].temperature[0]
     line = f"zero drift {show(float(drift), 'N', 3)} (normal, at rest, after one tare, 20 to {end:.3g} degC)"
     assert line in as_text([checked]) and drift > 0.1
@@ -180,8 +180,8 @@ def test_check_output_shows_zero_drift_with_temperature(bench, needs, end):
 
 @pytest.mark.parametrize("rule_id", ASKED)
 def test_rule_without_stated_requirement_is_not_checked(bench, rule_id):
-    found, (skipped,) = _judged(rule_id, bench)
-    assert not found and skipped.case in {case for _, case in NEEDS.values()}
+    findings, (skipped,) = _judged(rule_id, bench)
+    assert not findings and skipped.case in {case for _, case in NEEDS.values()}
 
 
 @pytest.mark.parametrize(("rule_id", "needs", "absent"), [
@@ -198,8 +198,8 @@ def test_reason_names_missing_one_of_two_requirements(bench, rule_id, needs, abs
 @pytest.mark.slow
 def test_error_budget_uses_required_temperature_range(bench):
     """The largest error of a sensor for 15 to 35 degC stood as "temperature, 10 K"."""
-    asked = replace(bench.spec, requirements=replace(bench.spec.requirements, temperature_range=(-10.0, 45.0)))
-    ranged = Design(asked, replace(bench.layout, spec=asked), bench.estimates)
+    request = replace(bench.spec, requirements=replace(bench.spec.requirements, temperature_range=(-10.0, 45.0)))
+    ranged = Design(request, replace(bench.layout, spec=request), bench.estimates)
     wide, usual = (design.performance[-1].axes["normal"].errors for design in (ranged, bench))
     assert "drift at full load, 10 K" not in wide
     assert wide["drift at full load, 30 K"] == approx(3.0 * usual["drift at full load, 10 K"], rel=1e-9)
@@ -211,16 +211,16 @@ def test_error_budget_uses_required_temperature_range(bench):
 @pytest.mark.slow
 def test_check_data_sheet_and_sweep_give_equal_drift_values(bench):
     """1.7, 3.34 and 3.3 N stood for "temperature", at rest and at full load."""
-    asked = replace(bench.spec, requirements=replace(bench.spec.requirements, normal_resolution=1.0))
-    design = Design(asked, replace(bench.layout, spec=asked), bench.estimates)
+    request = replace(bench.spec, requirements=replace(bench.spec.requirements, normal_resolution=1.0))
+    design = Design(request, replace(bench.layout, spec=request), bench.estimates)
     rest, _, full = design.performance
-    reached = {one.requirement: one for one in apply_rules(design, "none").reached}
+    reached = {item.requirement: item for item in apply_rules(design, "none").reached}
     axis = {name.replace("_", " along "): name for name in rest.axes}
     for name, point, cause, at in (("zero_drift", rest, "zero drift, 10 K", "at rest"),
                                    ("drift", full, "drift at full load, 10 K", "at full load")):
-        one = reached[name]
-        figure = point.axes[axis[one.axis]].errors[cause]
-        assert one.at.startswith(at) and one.measured == approx(figure, rel=1e-12, abs=0.0)
+        item = reached[name]
+        figure = point.axes[axis[item.axis]].errors[cause]
+        assert item.at.startswith(at) and item.measured == approx(figure, rel=1e-12, abs=0.0)
         rows = axis_table(PerformanceReport(design.performance, design.spec)).rows
         assert [row[0].startswith(cause) for row in rows].count(True) == 1
     for measure, point, cause in (("error.zero_drift.normal", rest, "zero drift, 10 K"),
@@ -239,11 +239,11 @@ def test_checked_resolution_equals_largest_axis_resolution(bench):
 
 def test_single_coil_tilt_error_includes_second_order():
     """By symmetry hardly any slope over tilt is left; any tilt passed, however small its allowed error."""
-    one = Design(sitscad.load(TEMPLATES / "fingertip_foil.yaml"))
-    (finding,), left = _judged("SIT404", one, tilt=0.0349, tilt_error=3e-3)
+    item = Design(sitscad.load(TEMPLATES / "fingertip_foil.yaml"))
+    (finding,), left = _judged("SIT404", item, tilt=0.0349, tilt_error=3e-3)
     assert not left and finding.measured == approx(0.0157, rel=0.2)
-    assert _judged("SIT404", one, tilt=0.0349, tilt_error=25e-3) == ([], [])
-    findings, left = _judged("SIT403", one, crosstalk=1e-9)
+    assert _judged("SIT404", item, tilt=0.0349, tilt_error=25e-3) == ([], [])
+    findings, left = _judged("SIT403", item, crosstalk=1e-9)
     assert not findings and left[0].case == "one-axis"
 
 
@@ -298,10 +298,10 @@ def test_unmeasured_shear_gives_warning_above_allowed_error_or_tenth_of_range(
     shear = [each for each in result.reached if each.requirement == "unmeasured_shear"]
     assert [each.unit for each in shear] == (["N"] if axis == "normal" else ["N", "N m"])
     assert axis in shear[-1].axis and shear[-1].rule == "SIT409" and shear[-1].limit is None
-    found = [each for each in result.findings if each.rule == "SIT409"]
-    assert [each.severity for each in found] == severities
+    findings = [each for each in result.findings if each.rule == "SIT409"]
+    assert [each.severity for each in findings] == severities
     assert (shear[-1].measured > limit) == (severities == WARNING)
-    for each in found:
+    for each in findings:
         assert (each.measured, each.limit, each.key) == (
             approx(shear[-1].measured, rel=1e-12), approx(limit, rel=1e-9), "requirements.shear_force")
 
@@ -317,8 +317,8 @@ def test_largest_errors_are_chosen_separately_for_forces_and_moments():
 
 
 def test_estimated_values_are_largest_force_errors_of_all_axes(bench):
-    asked = replace(bench.spec, requirements=replace(bench.spec.requirements, normal_resolution=1.0, tilt=0.005))
-    design = Design(asked, replace(bench.layout, spec=asked), bench.estimates)
+    request = replace(bench.spec, requirements=replace(bench.spec.requirements, normal_resolution=1.0, tilt=0.005))
+    design = Design(request, replace(bench.layout, spec=request), bench.estimates)
     full, results = design.sensing.analysis.warmed[-1], {one.requirement: one for one in estimated_values(design.cells)}
     for name, errors in {"hysteresis": full.hysteresis, "drift": full.drift, "tared_drift": full.tared_drift,
                          "tilt": full.tilt_errors(0.005).max(axis=1)}.items():
@@ -330,8 +330,8 @@ def test_estimated_values_are_largest_force_errors_of_all_axes(bench):
 def test_combined_error_uses_required_tilt_or_one_degree(bench, tilt):
     """One degree was taken whatever tilt was required."""
     needs = replace(bench.spec.requirements, normal_resolution=1.0, tilt=tilt)
-    asked = replace(bench.spec, requirements=needs)
-    felt = Design(asked, replace(bench.layout, spec=asked), bench.estimates).sensing.analysis
+    request = replace(bench.spec, requirements=needs)
+    felt = Design(request, replace(bench.layout, spec=request), bench.estimates).sensing.analysis
     name = {None: "tilt of 1 degree"}.get(tilt, f"tilt of {math.degrees(tilt or 0.0):.1g} degrees")
     both = felt.warmed[-1].tilt_errors(tilt or math.radians(1.0))
     assert felt.lasting_errors[name] == approx(np.hypot(*both.T), rel=1e-9)
@@ -368,12 +368,12 @@ def test_hints_propose_no_value_already_in_spec(name):
     """A value advised for a key is another than the spec's, and a requirement named alone is not stated yet."""
     spec = sitscad.load_text(templates.read(name), "spec.yaml")
     has_moments = any(spec.requirements.moments)
-    for found in sitscad.check(spec, hints="none").findings:
-        for key, value in re.findall(r"\b([a-z_]+(?:\.[a-z_]+)+): ([^,;()]+)", found.hint):
+    for result in sitscad.check(spec, hints="none").findings:
+        for key, value in re.findall(r"\b([a-z_]+(?:\.[a-z_]+)+): ([^,;()]+)", result.hint):
             assert spec.source.text is not None and f"{key.split('.')[-1]}: {value.strip()}" not in spec.source.text
-        for key in re.findall(r"requirements\.([a-z_]+)(?!\w|[.:])", found.hint):
-            assert getattr(spec.requirements, key) is None, (found.rule, found.hint)
-        assert not has_moments or not {"tilt-advice", "tilt-advice-judged"} & set(found.cases), found.rule
+        for key in re.findall(r"requirements\.([a-z_]+)(?!\w|[.:])", result.hint):
+            assert getattr(spec.requirements, key) is None, (result.rule, result.hint)
+        assert not has_moments or not {"tilt-advice", "tilt-advice-judged"} & set(result.cases), result.rule
 
 
 @pytest.mark.slow
@@ -388,19 +388,19 @@ def test_ambiguous_shear_loads_give_note(bench):
 def test_target_beside_coils_leaves_resolution_not_checked(bench):
     aside = bench.spec.replace("target.offset", [16e-3, 0])
     design = Design(aside)
-    found, (skipped,) = _judged("SIT401", design, normal_resolution=0.1)
-    assert not found and skipped.case == "performance-unknown"
+    findings, (skipped,) = _judged("SIT401", design, normal_resolution=0.1)
+    assert not findings and skipped.case == "performance-unknown"
 
 
 @pytest.mark.slow
 def test_scan_rate_fix_clears_resolution_finding():
     text = (TEMPLATES / "bench_7mm.yaml").read_text()
     spec = sitscad.load_text(text.replace("  bandwidth: 50 Hz", "  bandwidth: 20 Hz\n  normal_resolution: 1.3 mN"))
-    (finding,) = (one for one in check(spec).findings if one.rule == "SIT401")
+    (finding,) = (item for item in check(spec).findings if item.rule == "SIT401")
     (fix, *_) = finding.fixes
     assert fix.edits[0].key == "readout.scan_rate"
     mended = spec.replace(fix.edits[0].key, fix.edits[0].new)
-    assert not [one for one in check(mended).findings if one.rule == "SIT401"]
+    assert not [item for item in check(mended).findings if item.rule == "SIT401"]
 
 
 @pytest.mark.slow
@@ -433,9 +433,9 @@ def test_collapsing_pad_leaves_performance_not_checked():
     design = Design(_pressed(0.25, 8.0))
     for rule_id in ("SIT401", "SIT402", "SIT407", "SIT408"):
         (rule,) = (rule for rule in RULES if rule.id == rule_id)
-        found, skipped = apply_rule(rule, design)
+        findings, skipped = apply_rule(rule, design)
         assert skipped[0].case == "performance-lost" and "at half load" in skipped[0].reason
-        assert not any("half" in one.message or "full" in one.message for one in found)
+        assert not any("half" in item.message or "full" in item.message for item in findings)
     assert "SIT304" in [f.rule for f in apply_rules(design, hints="none").findings if f.severity is Severity.ERROR]
     assert design.performance == ()
 
@@ -446,7 +446,7 @@ def test_noise_of_unmeasurable_axis_is_infinite(bench):
     point = felt.points[0]
     blind = replace(point, by_pose=0.0 * point.by_pose, inverse=0.0 * point.inverse)
     assert np.isfinite(point.noise).all() and np.isinf(blind.noise).all()
-    known, untold = (one.errors(felt.units, felt.working.map_errors) for one in (point, blind))
+    known, untold = (item.errors(felt.units, felt.working.map_errors) for item in (point, blind))
     assert all(np.isfinite(error).all() for error in known.values())
     assert all(np.isinf(error).all() for error in untold.values())
 
@@ -457,19 +457,19 @@ def test_suggested_scan_rate_gives_sufficient_signal_steps():
         {"requirements.normal_force": "80 mN", "requirements.bandwidth": "1 Hz", "readout.scan_rate": "1 kHz"})
 
     def said(changes):
-        found = sitscad.check(spec.replace(changes), hints="none").findings
-        return [one for one in found if one.rule == "SIT215"]
+        result = sitscad.check(spec.replace(changes), hints="none").findings
+        return [item for item in result if item.rule == "SIT215"]
 
-    (found,) = said({})
-    rate = float(re.search(r"readout.scan_rate: (\d+) Hz", found.hint)[1])
-    assert rate == approx(1e3 * found.measured / found.limit, rel=0.02)
+    (result,) = said({})
+    rate = float(re.search(r"readout.scan_rate: (\d+) Hz", result.hint)[1])
+    assert rate == approx(1e3 * result.measured / result.limit, rel=0.02)
     assert said({"readout.scan_rate": f"{rate} Hz"}) == []
     assert "readout.scan_rate)" in said({"requirements.normal_force": "5 mN"})[0].hint, "beyond the longest conversion"
 
 
 def test_shear_beyond_validated_range_gets_material_with_larger_range():
     spec = sitscad.load(TEMPLATES / "three_axis_grid.yaml")
-    ((found,), _) = _judged("SIT312", Design(spec))
-    name = re.search(r"such as one of ([a-z0-9-]+)", found.hint)[1]
+    ((findings,), _) = _judged("SIT312", Design(spec))
+    name = re.search(r"such as one of ([a-z0-9-]+)", findings.hint)[1]
     assert validated_shear(spec) < spec.requirements.shear_force
     assert validated_shear(spec.replace("elastomer.material", name)) >= spec.requirements.shear_force

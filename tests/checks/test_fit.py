@@ -54,17 +54,17 @@ def test_valid_design_has_no_fit_finding(number, judge, design, drawn):
 @pytest.mark.parametrize("aside", [{"turn": "left"}, {"offset": 8}])
 def test_tail_outside_port_circle_gives_warning(aside, judge, design, drawn):
     spec = design(**{f"fpc__tail__{key}": value for key, value in aside.items()})
-    (found,) = judge("SIT301", spec, drawn(spec))
-    assert (found.severity, found.key) == (Severity.WARNING, "fpc.tail")
-    assert found.measured > 8e-3 and found.limit == spec.mount.jaw.port_diameter
+    (result,) = judge("SIT301", spec, drawn(spec))
+    assert (result.severity, result.key) == (Severity.WARNING, "fpc.tail")
+    assert result.measured > 8e-3 and result.limit == spec.mount.jaw.port_diameter
 
 
 def test_jaw_wider_than_port_without_stated_face_gives_error(judge, design):
     """A face that was measured decides by where it is; without one the back would be taken as narrow as the port."""
     spec = design()
     wide = with_jaw(spec, width=12e-3, port_diameter=10e-3)
-    found = [f for f in judge("SIT303", wide, lay_out(wide)) if f.key == "mount.jaw.width"]
-    assert [(f.severity, f.measured, f.limit) for f in found] == [("error", 12e-3, 10e-3)]
+    result = [f for f in judge("SIT303", wide, lay_out(wide)) if f.key == "mount.jaw.width"]
+    assert [(f.severity, f.measured, f.limit) for f in result] == [("error", 12e-3, 10e-3)]
     flat = with_jaw(spec, width=12e-3, face=4.4e-3, port_diameter=10e-3)
     assert not [f for f in judge("SIT303", flat, lay_out(flat)) if f.key == "mount.jaw.width"]
 
@@ -73,16 +73,16 @@ def test_board_larger_than_jaw_gives_width_and_length_findings(judge, design, dr
     spec = design()
     layout = drawn(spec)
     narrow = with_jaw(spec, width=2.6e-3, source="width: unverified: from memory")
-    (found,) = judge("SIT301", narrow, replace(layout, spec=narrow))
-    assert found.severity is Severity.ERROR and found.limit == approx(0.6e-3, rel=1e-9) and found.measured > 0.6e-3
-    assert f"{1e3 * layout.body_size[1]:.4g} mm" in found.message
-    assert {"width-shares", "jaw-unverified"} <= set(found.cases) and "4 mm" in found.detail
+    (result,) = judge("SIT301", narrow, replace(layout, spec=narrow))
+    assert result.severity is Severity.ERROR and result.limit == approx(0.6e-3, rel=1e-9) and result.measured > 0.6e-3
+    assert f"{1e3 * layout.body_size[1]:.4g} mm" in result.message
+    assert {"width-shares", "jaw-unverified"} <= set(result.cases) and "4 mm" in result.detail
     measured = with_jaw(spec, width=2.6e-3, source="measured with a calliper")
-    (found,) = judge("SIT301", measured, replace(layout, spec=measured))
-    assert "jaw-unverified" not in found.cases
+    (result,) = judge("SIT301", measured, replace(layout, spec=measured))
+    assert "jaw-unverified" not in result.cases
     short = with_jaw(spec, length=9e-3)
-    (found,) = judge("SIT302", short, replace(layout, spec=short))
-    assert layout.body_size[0] < found.measured < layout.body_size[0] + 0.15e-3 and found.limit == 9e-3
+    (result,) = judge("SIT302", short, replace(layout, spec=short))
+    assert layout.body_size[0] < result.measured < layout.body_size[0] + 0.15e-3 and result.limit == 9e-3
 
 
 @pytest.mark.parametrize(
@@ -93,10 +93,10 @@ def test_board_larger_than_jaw_gives_width_and_length_findings(judge, design, dr
 def test_closed_pair_larger_than_port_gives_warning_or_error(port, source, severity, judge, design, drawn):
     """Nominally 4.99 mm, 5.2 by root-sum-square, 5.6 at worst (more on a wider back); sources change nothing."""
     spec = with_jaw(design(), port_diameter=port, source=source)
-    found = judge("SIT303", spec, replace(drawn(design()), spec=spec))
-    found = [f for f in found if f.key != "mount.jaw.width"]
-    assert [f.severity for f in found] == ([severity] if severity else [])
-    for f in found:
+    result = judge("SIT303", spec, replace(drawn(design()), spec=spec))
+    result = [f for f in result if f.key != "mount.jaw.width"]
+    assert [f.severity for f in result] == ([severity] if severity else [])
+    for f in result:
         assert f.limit == port < f.measured < 5.9e-3
         assert "elastomer.thickness" in f.hint
         assert "elastomer.thickness 1 mm" in f.detail and "elastomer +-150 um" in f.detail
@@ -107,8 +107,8 @@ def test_closed_pair_larger_than_port_gives_warning_or_error(port, source, sever
 @pytest.mark.parametrize(("layers", "severity", "most"), [(4, Severity.ERROR, 2.0), (2, Severity.WARNING, 1.0)])
 def test_dynamic_bend_with_several_layers_gives_warning_or_error(judge, design, layers, severity, most):
     spec = design(fpc__tail__bend="dynamic", fpc__tail__layers=layers, fpc__stackup="flex-4l")
-    (found,) = [f for f in judge("SIT308", spec, lay_out(spec)) if f.key == "fpc.tail.layers"]
-    assert (found.severity, found.measured, found.limit) == (severity, layers, most)
+    (result,) = [f for f in judge("SIT308", spec, lay_out(spec)) if f.key == "fpc.tail.layers"]
+    assert (result.severity, result.measured, result.limit) == (severity, layers, most)
 
 
 @pytest.mark.parametrize(("layers", "severity"), [(2, Severity.WARNING), (1, Severity.NOTE)])
@@ -116,8 +116,8 @@ def test_static_tail_at_jaw_hinge_gives_bend_finding(layers, severity, judge, de
     """Only the assembly steps said so, after the boards were bought."""
     hinged = {"mount__jaw__hinge": 8, "mount__jaw__opening": "60 deg", "mount__jaw__port_diameter": 20,
               "fpc__tail__layers": layers}
-    (found,) = judge("SIT308", design(**hinged))
-    assert found.key == "fpc.tail.bend" and found.severity is severity
+    (result,) = judge("SIT308", design(**hinged))
+    assert result.key == "fpc.tail.bend" and result.severity is severity
     dynamic = judge("SIT308", design(**hinged, fpc__tail__bend="dynamic"))
     assert bool(dynamic) is (severity is Severity.WARNING)
     assert judge("SIT308", design(**hinged, fpc__tail__bend="none")) == []
@@ -127,22 +127,22 @@ def test_static_tail_at_jaw_hinge_gives_bend_finding(layers, severity, judge, de
 def test_bench_plate_leaves_jaw_rules_not_checked(verdicts, design, drawn):
     spec = design(mount={"kind": "bench-plate", "standoff": 0.7})
     for rule in ("SIT301", "SIT302", "SIT303", "SIT311"):
-        found, skipped = verdicts(rule, spec, drawn(spec))
-        assert found == [] and skipped[0].case == "no-jaw"
+        findings, skipped = verdicts(rule, spec, drawn(spec))
+        assert findings == [] and skipped[0].case == "no-jaw"
 
 
 def test_soft_thesis_pad_gives_compression_error(judge, design):
     miniature = {"material": "ecoflex-00-30", "shape": "square", "size": 4, "thickness": 2, "kerf": 0.15}
     spec = design(elastomer=miniature, encapsulation=None)
-    (found,) = judge("SIT304", spec)
-    assert (found.severity, found.limit) == (Severity.ERROR, 0.5)
-    assert 0.57 < found.measured < 0.73 and "compression-beyond" in found.cases
+    (result,) = judge("SIT304", spec)
+    assert (result.severity, result.limit) == (Severity.ERROR, 0.5)
+    assert 0.57 < result.measured < 0.73 and "compression-beyond" in result.cases
     known = {"shear_modulus": 39.4e3, "shear_modulus_sigma": 0.0, "ogden_exponent": 2.0}
     pad = replace(spec.elastomer, material=replace(spec.elastomer.material, **known))
     (stiff,) = judge("SIT304", replace(spec, elastomer=pad))
     assert stiff.measured == approx(0.57, abs=0.005)
     (skinned,) = judge("SIT304", design(elastomer=miniature))
-    assert skinned.measured < found.measured
+    assert skinned.measured < result.measured
 
 
 @pytest.mark.parametrize(
@@ -158,9 +158,9 @@ def test_soft_thesis_pad_gives_compression_error(judge, design):
 def test_large_pad_strain_gives_warning_or_error(modulus, sigma, severity, limit, judge, design):
     spec = design(encapsulation=None)
     material = replace(spec.elastomer.material, shear_modulus=modulus, shear_modulus_sigma=sigma)
-    found = judge("SIT304", replace(spec, elastomer=replace(spec.elastomer, material=material)))
-    assert [(f.severity, f.limit) for f in found] == ([(severity, limit)] if severity else [])
-    assert all(f.measured > f.limit for f in found)
+    result = judge("SIT304", replace(spec, elastomer=replace(spec.elastomer, material=material)))
+    assert [(f.severity, f.limit) for f in result] == ([(severity, limit)] if severity else [])
+    assert all(f.measured > f.limit for f in result)
 
 
 @pytest.mark.parametrize("bulk_modulus", [1.5e9, 3e6])
@@ -169,8 +169,8 @@ def test_suggested_modulus_is_smallest_that_meets_strain_limit(modulus, sigma, b
     """The hint, followed to its last digit, is enough; a hundredth less is not."""
     spec = design(encapsulation=None)
     soft = replace(spec.elastomer.material, shear_modulus=modulus, shear_modulus_sigma=sigma, bulk_modulus=bulk_modulus)
-    (found,) = advised("SIT304", replace(spec, elastomer=replace(spec.elastomer, material=soft)))
-    number, unit = re.search(r"shear modulus of ([\d.]+) ([kM]?Pa)", found.hint).groups()
+    (result,) = advised("SIT304", replace(spec, elastomer=replace(spec.elastomer, material=soft)))
+    number, unit = re.search(r"shear modulus of ([\d.]+) ([kM]?Pa)", result.hint).groups()
     wanted = parse_quantity(f"{number} {unit}", "pressure")
     for factor, count in ((1.0, 0), (0.98, 1)):
         enough = replace(soft, shear_modulus=wanted * factor)
@@ -183,13 +183,13 @@ def test_pad_strain_is_computed_with_modulus_at_sensor_temperature(celsius, seve
     spec = design(encapsulation=None, requirements__temperature=f"{celsius} degC")
     law = {"shear_modulus": 34e3, "shear_modulus_sigma": 0.0}
     spec = replace(spec, elastomer=replace(spec.elastomer, material=replace(spec.elastomer.material, **law)))
-    (found,) = judge("SIT304", spec)
-    assert found.severity is severity and f"{celsius} degC" in found.message
+    (result,) = judge("SIT304", spec)
+    assert result.severity is severity and f"{celsius} degC" in result.message
     more = 1.0 + 3411e-6 * (celsius - 20.0)
     there = replace(spec.elastomer.material, shear_modulus=34e3 * more)
     there = replace(spec, elastomer=replace(spec.elastomer, material=there))
-    assert found.measured == approx(pressed_pad(there).strain,
-                                    rel=1e-9) and found.keeps_limit is (found.measured <= 0.3)
+    assert result.measured == approx(pressed_pad(there).strain,
+                                    rel=1e-9) and result.keeps_limit is (result.measured <= 0.3)
 
 
 def test_pad_at_room_temperature_gives_no_finding(judge, design):
@@ -205,8 +205,8 @@ def test_shear_beyond_data_sheet_range_gives_warning():
     small = spec.replace("target.size", [0.7 * side for side in spec.target.size])
     most = shear_for_travel(small, VALID_SHEAR)
     for share, severity in ((0.99, Severity.NOTE), (1.01, Severity.WARNING)):
-        found = check(small.replace("requirements.shear_force", f"{share * most:.6g} N"), hints="none").findings
-        strained = [f.severity for f in found if f.rule == "SIT312" and f.limit == VALID_SHEAR]
+        findings = check(small.replace("requirements.shear_force", f"{share * most:.6g} N"), hints="none").findings
+        strained = [f.severity for f in findings if f.rule == "SIT312" and f.limit == VALID_SHEAR]
         assert strained == [severity]
 
 
@@ -221,16 +221,16 @@ def test_suggested_elastomer_is_softest_sufficient_preset(rule, force, judge, ad
     soft = {"material": "ecoflex-00-10", "shape": "square", "size": 4, "thickness": 1, "kerf": 0.15}
     wanted = {"requirements__normal_force": f"{force} N", "requirements__shear_force": f"{force / 5} N"}
     wanted |= {"target__size": 4, "array": None, "encapsulation": None}
-    found, *_ = advised(rule, design(elastomer=soft, **wanted))
-    named = re.search(r"elastomer\.material: ([\w-]+)", found.hint).group(1)
+    result, *_ = advised(rule, design(elastomer=soft, **wanted))
+    named = re.search(r"elastomer\.material: ([\w-]+)", result.hint).group(1)
     moduli = {name: presets.elastomer(name).shear_modulus for name in presets.names("elastomer")}
     enough = {name for name in moduli if not of_pad(judge(rule, design(elastomer=soft | {"material": name}, **wanted)))}
     assert named == min(enough, key=lambda name: (moduli[name], name))
 
 
 def test_hint_suggests_no_preset_if_none_is_stiff_enough(advised, design):
-    found, *_ = advised("SIT304", design(target__size=4, elastomer__size=4, requirements__normal_force="400 N"))
-    assert "compression-stiffer" in found.cases
+    result, *_ = advised("SIT304", design(target__size=4, elastomer__size=4, requirements__normal_force="400 N"))
+    assert "compression-stiffer" in result.cases
 
 
 def test_strain_message_shows_measured_value_and_limit(judge, design):
@@ -251,7 +251,7 @@ def test_body_too_large_by_margin_gets_sufficiently_smaller_margin(judge, advise
         [f for f in advised(rule, spec, layout) if f.key == "fpc.margin"] for rule in ("SIT301", "SIT302")
     )
     assert "width-margin" in wide.cases and "1 mm" in wide.detail
-    (narrow,), (short,) = ([ast.literal_eval(fix.edits[0].new) for fix in found.fixes] for found in (wide, long))
+    (narrow,), (short,) = ([ast.literal_eval(fix.edits[0].new) for fix in result.fixes] for result in (wide, long))
     assert narrow[0] == 10 and short[1] == 0.5
     less = design(fpc__margin=[short[0], narrow[1]])
     drawn = lay_out(less)
@@ -265,8 +265,8 @@ def test_body_wider_than_jaw_agrees_with_fit_line(width, severity, design):
     spec = design(mount={"kind": "grasper-pad", "jaw": {"based_on": "generic-5mm", "width": width}, "standoff": 0.7})
     result = check(spec, hints="none")
     (over,) = [each for each in result.fit if each.name == OVERHANG]
-    (found,) = [each for each in result.findings if each.rule == "SIT301"]
-    assert (found.measured, found.limit) == (over.measured, over.limit) and found.severity == severity
+    (findings,) = [each for each in result.findings if each.rule == "SIT301"]
+    assert (findings.measured, findings.limit) == (over.measured, over.limit) and findings.severity == severity
     assert (over.root_sum_square > over.limit) == (severity == "error")
 
 
@@ -274,9 +274,9 @@ def test_offset_plate_is_compared_with_jaw_at_its_position(judge, design):
     """A pad of 4 mm passed on a jaw of 4.8 mm wherever it stood."""
     narrow = {"target__size": 4, "elastomer__size": 4, "elastomer__offset": [0, 0.3]}
     assert [f.key for f in judge("SIT301", design(**narrow | {"elastomer__offset": [0, 0.3]}))] == []
-    (found,) = judge("SIT301", design(**narrow | {"elastomer__offset": [0, 0.7]}))
-    assert found.key == "elastomer.offset" and found.measured == approx(5.4e-3, rel=1e-6)
-    assert "plate-aside" in found.cases and "700 um" in found.message and "300 um" in found.hint
+    (result,) = judge("SIT301", design(**narrow | {"elastomer__offset": [0, 0.7]}))
+    assert result.key == "elastomer.offset" and result.measured == approx(5.4e-3, rel=1e-6)
+    assert "plate-aside" in result.cases and "700 um" in result.message and "300 um" in result.hint
     (turned,) = judge("SIT301", design(target__size=4, target__rotation="45 deg"))
     assert turned.key == "target.size" and turned.measured == approx(4e-3 * math.sqrt(2), rel=1e-6)
 
@@ -285,9 +285,9 @@ def test_rotated_target_is_checked_by_length_along_coils(judge, design):
     wide = {"target__shape": "rectangle", "target__size": [4.2, 9],
             "elastomer__shape": "rectangle", "elastomer__size": [9, 9]}
     assert [f.measured for f in judge("SIT306", design(**wide))] == []
-    (found,) = judge("SIT306", design(**wide, target__rotation="90 deg"))
-    assert found.key == "target.size" and found.measured > found.limit
-    assert "target.rotation" in found.hint
+    (result,) = judge("SIT306", design(**wide, target__rotation="90 deg"))
+    assert result.key == "target.size" and result.measured > result.limit
+    assert "target.rotation" in result.hint
 
 
 def test_short_target_of_two_coils_gives_signal_and_width_findings(judge, design):
@@ -314,14 +314,14 @@ def test_gain_at_other_target_length_agrees_with_noise_ratio(design):
 
     long, usual = sized(6.0), sized(4.5)
     gain = gain_at_length(long, 4.5e-3, 1.0)
-    noise = [[float(one.sensing.analysis.points[0].noise[axis]) for axis in (0, 1)] for one in (long, usual)]
+    noise = [[float(item.sensing.analysis.points[0].noise[axis]) for axis in (0, 1)] for item in (long, usual)]
     assert (gain.normal, gain.shear) == approx((noise[0][0] / noise[1][0], noise[0][1] / noise[1][1]), rel=0.2)
 
 
 def test_long_target_with_both_resolutions_required_gives_no_length_finding(judge, design):
-    asked = {"normal_force": "4.8 N", "shear_force": "1 N", "normal_resolution": "1 N", "shear_resolution": "1 N"}
+    request = {"normal_force": "4.8 N", "shear_force": "1 N", "normal_resolution": "1 N", "shear_resolution": "1 N"}
     size = {"target__shape": "rectangle", "target__size": [10, 4.5]}
-    assert judge("SIT306", design(**size, requirements=asked)) == []
+    assert judge("SIT306", design(**size, requirements=request)) == []
 
 
 def test_long_target_without_required_shear_gives_no_finding(judge, design):
@@ -330,34 +330,34 @@ def test_long_target_without_required_shear_gives_no_finding(judge, design):
 
 
 def test_target_smaller_than_single_coil_gives_findings(judge, design):
-    found = judge("SIT306", design(array=None, target__size=3.9))
-    assert [f.limit for f in found] == [approx(4e-3, rel=1e-6)] * 2
+    result = judge("SIT306", design(array=None, target__size=3.9))
+    assert [f.limit for f in result] == [approx(4e-3, rel=1e-6)] * 2
     assert judge("SIT306", design(array=None, target__size=6)) == []
 
 
 def test_offset_target_beside_single_coil_gives_finding(judge, design):
     """Only its size was held against the coil: with no force required, a target beside every coil passed in silence."""
     for offset, over in (([12, 0], 12e-3), ([0, 1.5], 1.5e-3), ([-2, 1.2], 2e-3)):
-        (found,) = judge("SIT306", design(array=None, target__size=4, target__offset=offset))
-        assert found.key == "target.offset" and found.measured == approx(over, rel=1e-6)
-        assert "target-aside" in found.cases and "C1" in found.message and "target.offset: [0, 0]" in found.hint
+        (result,) = judge("SIT306", design(array=None, target__size=4, target__offset=offset))
+        assert result.key == "target.offset" and result.measured == approx(over, rel=1e-6)
+        assert "target-aside" in result.cases and "C1" in result.message and "target.offset: [0, 0]" in result.hint
     assert judge("SIT306", design(array=None, target__size=8, target__offset=[1.9, -1.9])) == []
     assert len(judge("SIT306", design(array=None, target__size=8, target__offset=[2.1, 0]))) == 1
 
 
 def test_offset_target_that_misses_array_coil_gives_finding(judge, design):
-    (found,) = judge("SIT306", design(target__size=4.5, target__offset=[4, 0]))
-    assert "C1" in found.message and found.measured == approx(4e-3, rel=1e-6)
+    (result,) = judge("SIT306", design(target__size=4.5, target__offset=[4, 0]))
+    assert "C1" in result.message and result.measured == approx(4e-3, rel=1e-6)
     assert judge("SIT306", design(target__size=4.5, target__offset=[0.3, 0.2])) == []
     grid = {"pattern": "grid", "count": [2, 2], "pitch": 5}
-    (found,) = judge("SIT306", design(array=grid, target__size=8, target__offset=[0, -3]))
-    assert "C2, C4" in found.message
+    (result,) = judge("SIT306", design(array=grid, target__size=8, target__offset=[0, -3]))
+    assert "C2, C4" in result.message
 
 
 def test_target_between_grid_coils_gives_finding(judge, design):
     grid = {"pattern": "grid", "count": [2, 2], "pitch": 10}
-    (found,) = judge("SIT306", design(array=grid, target__size=5))
-    assert found.key == "target.size" and found.measured == approx(2.5e-3 * math.sqrt(2), rel=1e-6)
+    (result,) = judge("SIT306", design(array=grid, target__size=5))
+    assert result.key == "target.size" and result.measured == approx(2.5e-3 * math.sqrt(2), rel=1e-6)
     assert judge("SIT306", design(array=grid, target__size=9)) == []
 
 
@@ -366,25 +366,25 @@ def test_target_shorter_than_racetrack_coil_gives_finding(judge, design):
     long = {"shape": "racetrack", "outer_diameter": [10, 4], "turns": 6.5}
     coil = {f"coil__{key}": value for key, value in long.items()}
     spec = design(array=None, **coil, target__shape="rectangle", target__size=[8, 4])
-    (found,) = judge("SIT306", spec)
-    assert (found.measured, found.limit) == (
+    (result,) = judge("SIT306", spec)
+    assert (result.measured, result.limit) == (
         approx(8e-3, rel=1e-6),
         approx(10e-3, rel=1e-6),
-    ) and "long" in found.message
+    ) and "long" in result.message
 
 
 def test_target_length_is_not_checked_for_grid_or_three_coils(verdicts, design):
     for array in ({"pattern": "grid", "count": [2, 2], "pitch": 5}, {"pattern": "line", "count": 3, "pitch": 4.5}):
-        found, skipped = verdicts("SIT306", design(array=array, target__size=8))
-        assert found == [] and skipped[0].case == "target-length-line"
+        findings, skipped = verdicts("SIT306", design(array=array, target__size=8))
+        assert findings == [] and skipped[0].case == "target-length-line"
 
 
 def test_small_target_on_large_pad_increases_strain_and_shear(judge, design):
     """Stiffness of the whole pad made both come out too low, on the unsafe side."""
     soft = {"material": "dragon-skin-10", "shape": "square", "size": 8, "thickness": 1, "kerf": 0.15}
     assert judge("SIT304", design(elastomer=soft, target__size=8)) == []
-    (found,) = judge("SIT304", design(elastomer=soft, target__size=3, encapsulation=None))
-    assert found.measured > found.limit and "14 %" in found.whole_message
+    (result,) = judge("SIT304", design(elastomer=soft, target__size=3, encapsulation=None))
+    assert result.measured > result.limit and "14 %" in result.whole_message
     thick = {**soft, "material": "ecoflex-00-30", "thickness": 2}
     bare = {"elastomer": thick, "encapsulation": None, "requirements__normal_force": "0.2 N"}
     assert [f.severity for f in judge("SIT312", design(target__size=8, **bare))] == [Severity.NOTE]
@@ -410,8 +410,8 @@ def test_bend_radius_below_minimum_gives_finding(judge, verdicts, design, drawn)
     assert dynamic[1].measured == approx(40 * thin, rel=1e-6)
     many = judge("SIT308", design(fpc__tail__bend="dynamic", fpc__tail__layers=4))
     assert many[0].severity is Severity.ERROR and many[0].measured == 4.0
-    one = judge("SIT308", design(fpc__tail__bend="dynamic", fpc__tail__layers=1))
-    assert [f.unit for f in one] == ["m"]
+    item = judge("SIT308", design(fpc__tail__bend="dynamic", fpc__tail__layers=1))
+    assert [f.unit for f in item] == ["m"]
     free = verdicts("SIT308", design(mount=None, shield=None))
     assert free[0] == [] and free[1][0].case == "no-bend-room"
     roomy = with_jaw(design(), port_diameter=10e-3)
@@ -421,11 +421,11 @@ def test_bend_radius_below_minimum_gives_finding(judge, verdicts, design, drawn)
 def test_shield_deeper_than_standoff_gives_finding(judge, design):
     spec = design()
     deep = replace(spec, shield=replace(spec.shield, gap=0.7e-3))
-    (found,) = judge("SIT309", deep)
+    (result,) = judge("SIT309", deep)
     assert (
-        found.measured == approx(0.8e-3, rel=1e-6)
-        and found.limit == approx(0.7e-3, rel=1e-6)
-        and "100 um" in found.hint
+        result.measured == approx(0.8e-3, rel=1e-6)
+        and result.limit == approx(0.7e-3, rel=1e-6)
+        and "100 um" in result.hint
     )
     assert judge("SIT309", spec) == []
 
@@ -434,16 +434,16 @@ def test_shield_narrower_than_coils_gives_warning(judge, design):
     """Low in the standoff the port leaves 3.4 mm, the coils are 4 mm."""
     jaw = {"kind": "grasper-pad", "jaw": "generic-5mm", "standoff": 1.6}
     low = design(mount=jaw, shield__gap=1.5)
-    (found,) = judge("SIT309", low)
-    assert found.severity is Severity.WARNING and found.measured < 4e-3 and found.limit == approx(4e-3, rel=1e-6)
+    (result,) = judge("SIT309", low)
+    assert result.severity is Severity.WARNING and result.measured < 4e-3 and result.limit == approx(4e-3, rel=1e-6)
     assert (
         judge("SIT309", design(mount__standoff=1.6, shield__gap=1.5, mount__kind="bench-plate", mount__jaw=None)) == []
     )
 
 
 def test_slender_pad_gives_target_tilt_note(judge, design):
-    (found,) = judge("SIT310", design(elastomer__thickness=2))
-    assert found.severity is Severity.NOTE and found.measured == approx(2 / 4.5, rel=1e-6)
+    (result,) = judge("SIT310", design(elastomer__thickness=2))
+    assert result.severity is Severity.NOTE and result.measured == approx(2 / 4.5, rel=1e-6)
     assert judge("SIT310", design(elastomer__size=8, elastomer__thickness=2, target__size=8)) == []
     (small,) = judge("SIT310", design(elastomer__size=8, elastomer__thickness=2))
     assert small.measured == approx(2 / 4.5, rel=1e-6)
@@ -454,10 +454,10 @@ def test_unstable_pad_gets_largest_stable_thickness(thickness, severity, judge, 
     """The hint of a pad of 1.5 mm named 2 mm, which gives way even with the target held level."""
     wide = {"target__size": 8, "elastomer__size": 8, "elastomer__material": "dragon-skin-10", "encapsulation": None,
             "requirements__normal_force": "60 N"}
-    (found,) = judge("SIT310", design(elastomer__thickness=thickness, **wide))
-    assert found.severity is severity and found.limit < found.measured == approx(thickness / 8, rel=1e-6)
-    (named,) = re.findall(r"([0-9.]+) mm", found.hint)
-    assert float(named) == approx(8 * found.limit, rel=1e-6)
+    (result,) = judge("SIT310", design(elastomer__thickness=thickness, **wide))
+    assert result.severity is severity and result.limit < result.measured == approx(thickness / 8, rel=1e-6)
+    (named,) = re.findall(r"([0-9.]+) mm", result.hint)
+    assert float(named) == approx(8 * result.limit, rel=1e-6)
     assert judge("SIT310", design(elastomer__thickness=float(named), **wide)) == []
     (more,) = judge("SIT310", design(elastomer__thickness=float(named) + 0.1, **wide))
     assert more.severity is Severity.WARNING
@@ -465,14 +465,14 @@ def test_unstable_pad_gets_largest_stable_thickness(thickness, severity, judge, 
 
 def test_tilt_message_names_force_for_one_coil_and_shear_for_two(judge, design):
     """It has no other coil to tell shear by."""
-    (one,) = judge("SIT310", design(elastomer__thickness=3, array=None))
+    (item,) = judge("SIT310", design(elastomer__thickness=3, array=None))
     (two,) = judge("SIT310", design(elastomer__thickness=3))
-    assert one.cases[0] == two.cases[0] == "slender" and "force" in one.message and "shear" in two.message
+    assert item.cases[0] == two.cases[0] == "slender" and "force" in item.message and "shear" in two.message
 
 
 def test_bare_metal_target_gives_warning(judge, design):
-    (found,) = judge("SIT311", design(encapsulation=None))
-    assert found.severity is Severity.WARNING and "copper" in found.message
+    (result,) = judge("SIT311", design(encapsulation=None))
+    assert result.severity is Severity.WARNING and "copper" in result.message
     assert judge("SIT311", design()) == []
 
 
@@ -480,9 +480,9 @@ def test_sheared_thin_pad_gives_strain_warning(judge, design):
     """A pad sheared by 540 % passed: its travel was less than half the coils' distance, for it was thin."""
     soft = {"material": "ecoflex-00-30", "shape": "square", "size": 4, "thickness": 0.3, "kerf": 0.15}
     bare = {"target__size": 4, "requirements__shear_force": "2 N", "encapsulation": None}
-    (found,) = judge("SIT312", design(elastomer=soft, **bare))
-    assert found.severity is Severity.WARNING and found.measured > 3.0 and "unverified" in found.source
-    wanted, unit = re.search(r"shear modulus of ([\d.]+) (\wPa)", found.hint).groups()
+    (result,) = judge("SIT312", design(elastomer=soft, **bare))
+    assert result.severity is Severity.WARNING and result.measured > 3.0 and "unverified" in result.source
+    wanted, unit = re.search(r"shear modulus of ([\d.]+) (\wPa)", result.hint).groups()
     material = design(elastomer=soft).elastomer.material
     stiff = {"name": "stiff", "uncertainty": material.shear_modulus_sigma, "shear_modulus": f"{wanted} {unit}",
              "ogden_exponent": material.ogden_exponent}
@@ -493,9 +493,9 @@ def test_shear_travel_beyond_half_pitch_gives_finding(judge, verdicts, design):
     neo_hookean = {"name": "soft", "shear_modulus": "23.8 kPa", "uncertainty": 0.5}
     pad = {"material": neo_hookean, "shape": "square", "size": 4, "thickness": 2, "kerf": 0.15}
     soft = design(elastomer=pad, target__size=4, encapsulation=None, requirements__normal_force="0.2 N")
-    strained, found = judge("SIT312", soft)
+    strained, result = judge("SIT312", soft)
     travel = soft_pad(soft).pose([[0.2, 1.0, 0.0], [0.0, 1.0, 0.0]], is_held=True)[:, 0].max()
-    assert found.measured == approx(travel, rel=1e-6) and found.limit == approx(2.25e-3, rel=1e-6)
+    assert result.measured == approx(travel, rel=1e-6) and result.limit == approx(2.25e-3, rel=1e-6)
     assert strained.measured == approx(travel / 2e-3, rel=1e-6)
     plain = 1.0 / (soft.elastomer.material.shear_modulus * 16e-6)
     assert 0.8 < strained.measured / plain < 1.1  # bonded edges and bending soften, large shear hardens
@@ -517,9 +517,9 @@ def test_shear_hint_proposes_larger_target_only_if_jaw_has_room(judge, design, f
     spec = design(mount=mount, elastomer=soft, shield=None, encapsulation=None, requirements__shear_force=force)
     hint = judge("SIT312", spec)[0].hint
     assert words in hint
-    asked = float(re.search(r"(?:have to be|pad of) ([\d.]+) mm2", hint)[1])
+    request = float(re.search(r"(?:have to be|pad of) ([\d.]+) mm2", hint)[1])
     room = spec.mount.jaw.width * spec.mount.jaw.length * 1e6 if spec.mount.jaw else math.inf
-    assert (asked > room) == words.startswith("have")
+    assert (request > room) == words.startswith("have")
 
 
 @pytest.mark.parametrize(("size", "force", "severity"), [(9, 4, "warning"), (9, 30, "error"), (4.5, 4, "error")])
@@ -530,34 +530,34 @@ def test_small_target_gives_error_only_if_strain_is_certain(size, force, severit
         elastomer__size=size, elastomer__thickness=2, elastomer__material="ecoflex-00-30",
         requirements__normal_force=f"{force} N",
     )
-    (found,) = judge("SIT304", spec)
-    assert found.severity.value == severity
+    (result,) = judge("SIT304", spec)
+    assert result.severity.value == severity
     if severity == "error":
-        assert found.measured > found.limit == 0.5
-        assert ("compression-helped" in found.cases) is (size > 4.5)
+        assert result.measured > result.limit == 0.5
+        assert ("compression-helped" in result.cases) is (size > 4.5)
 
 
 def test_body_width_detail_includes_coils_off_axis(judge, design):
     centres = [[0, 0], [7.5, 0], [15, 0], [0, 7.5]]
     spec = design(coil__outer_diameter=6, array={"pattern": "explicit", "centres": centres})
-    (found,) = judge("SIT301", with_jaw(spec, width=10e-3, length=60e-3, port_diameter=60e-3), lay_out(spec))
-    assert "width-shares" in found.cases and "13.5 mm" in found.detail
+    (result,) = judge("SIT301", with_jaw(spec, width=10e-3, length=60e-3, port_diameter=60e-3), lay_out(spec))
+    assert "width-shares" in result.cases and "13.5 mm" in result.detail
 
 
 @pytest.mark.parametrize(("standoff", "count"), [(0.73, 1), (0.7, 0), (1.09, 1), (1.1, 0)])
 def test_too_thin_printed_wall_over_shield_gives_error(standoff, count, judge, design):
     """A standoff of 0.73 mm over a shield that ends at 0.7 mm printed a sheet of 0.03 mm without a word."""
-    found = judge("SIT314", design(mount__standoff=standoff))
-    assert len(found) == count
-    for one in found:
-        assert one.severity is Severity.ERROR and one.measured == approx(standoff * 1e-3 - 0.7e-3, rel=1e-6)
-        assert one.limit == 0.4e-3 and {"0.7", "1.1"} <= set(one.hint.split())
+    result = judge("SIT314", design(mount__standoff=standoff))
+    assert len(result) == count
+    for item in result:
+        assert item.severity is Severity.ERROR and item.measured == approx(standoff * 1e-3 - 0.7e-3, rel=1e-6)
+        assert item.limit == 0.4e-3 and {"0.7", "1.1"} <= set(item.hint.split())
 
 
 def test_coarser_print_process_raises_minimum_thickness(judge, design):
     assert judge("SIT314", design(mount__process="resin")) == []
-    (found,) = judge("SIT314", design(mount__process="powder"))
-    assert found.key == "shield.gap" and found.limit == 0.7e-3 and found.measured == approx(0.6e-3, rel=1e-6)
+    (result,) = judge("SIT314", design(mount__process="powder"))
+    assert result.key == "shield.gap" and result.limit == 0.7e-3 and result.measured == approx(0.6e-3, rel=1e-6)
     assert judge("SIT314", design(mount={"kind": "bench-plate", "standoff": 2}, shield=None)) == []
 
 
@@ -573,8 +573,8 @@ def test_board_overhang_beyond_jaw_face_is_limited_by_seat_thickness(judge, desi
 def test_board_below_pocket_rim_must_fit_pocket(judge, design):
     jaw = {"width": 4.8, "length": 20, "height": 1.3, "port_diameter": 8, "recess": 1, "pocket": [18, 3.7]}
     mount = {"kind": "grasper-pad", "jaw": jaw, "standoff": 0.7}
-    (found,) = judge("SIT301", design(mount=mount))
-    assert found.key == "mount.standoff" and found.limit == approx(3.5e-3, rel=1e-6) and "300 um" in found.message
+    (result,) = judge("SIT301", design(mount=mount))
+    assert result.key == "mount.standoff" and result.limit == approx(3.5e-3, rel=1e-6) and "300 um" in result.message
     assert judge("SIT301", design(mount=mount | {"standoff": 1})) == []
     (short,) = judge("SIT301", design(mount=mount | {"standoff": 1, "jaw": jaw | {"pocket": [9, 3.7]}}))
     assert " 9 mm" not in short.message and short.limit == approx(8.8e-3, rel=1e-6)
@@ -588,14 +588,14 @@ def test_suggested_height_reduction_is_just_sufficient(thickness):
     spec = sitscad.load(Path(__file__).parents[2] / "templates" / "grasper_4layer.yaml").replace(
         "elastomer.thickness", f"{1e3 * thickness} mm"
     )
-    finding = next(one for one in check(spec).findings if one.rule == "SIT303")
+    finding = next(item for item in check(spec).findings if item.rule == "SIT303")
     less = 1e-6 * float(re.search(r"([\d.]+) um", finding.hint)[1])
     assert "pair-height" in finding.cases and less > finding.measured - finding.limit
     mended = spec.replace("elastomer.thickness", f"{1e3 * (thickness - less)} mm")
-    severities = [one.severity for one in check(mended).findings if one.rule == "SIT303"]
+    severities = [item.severity for item in check(mended).findings if item.rule == "SIT303"]
     assert finding.severity not in severities
     barely = spec.replace("elastomer.thickness", f"{1e3 * (thickness - less) + 0.01} mm")
-    assert finding.severity in [one.severity for one in check(barely).findings if one.rule == "SIT303"]
+    assert finding.severity in [item.severity for item in check(barely).findings if item.rule == "SIT303"]
 
 
 @pytest.mark.slow
@@ -606,17 +606,17 @@ def test_board_edges_outside_port_circle_get_smaller_margin():
     spec = sitscad.load(Path(__file__).parents[2] / "templates" / "grasper_4layer.yaml").replace(
         "fpc.margin", [0.15e-3, 0.2e-3]
     )
-    finding = next(one for one in check(spec, hints="full").findings if one.rule == "SIT303")
+    finding = next(item for item in check(spec, hints="full").findings if item.rule == "SIT303")
     assert "closed-pair" in finding.cases and "board body" in finding.message
     ((edit,),) = (fix.edits for fix in finding.fixes)
     margin = ast.literal_eval(edit.new)
     assert edit.key == "fpc.margin" and margin[0] == 0.15 and 0.0 <= margin[1] <= 0.02
     mended = spec.replace(edit.key, [1e-3 * side for side in margin])
-    assert "SIT303" not in {one.rule for one in check(mended, hints="none").findings}
-    high = next(one for one in check(mended.replace("elastomer.thickness", 1.5e-3), hints="none").findings
-                if one.rule == "SIT303")
+    assert "SIT303" not in {item.rule for item in check(mended, hints="none").findings}
+    high = next(item for item in check(mended.replace("elastomer.thickness", 1.5e-3), hints="none").findings
+                if item.rule == "SIT303")
     assert "pair-height" in high.cases and "opposing jaw" in high.message
-    unread = next(one for one in check(spec, hints="none").findings if one.rule == "SIT303")
+    unread = next(item for item in check(spec, hints="none").findings if item.rule == "SIT303")
     assert "338 um" in unread.hint
 
 
@@ -626,8 +626,8 @@ def test_margin_fix_for_narrow_face_includes_wider_lead_gaps():
     spec = sitscad.load(Path(__file__).parents[2] / "templates" / "grasper_4layer.yaml").replace(
         {"fpc.margin": [0.15e-3, 0.2e-3], "mount.jaw": {"based_on": "generic-5mm", "face": 4.015e-3}}
     )
-    (found,) = [f for f in check(spec, hints="full").findings if f.rule == "SIT301" and f.severity is Severity.ERROR]
-    (fix,) = found.fixes
+    (findings,) = [f for f in check(spec, hints="full").findings if f.rule == "SIT301" and f.severity is Severity.ERROR]
+    (fix,) = findings.fixes
     assert [(edit.key, ast.literal_eval(edit.new)[0]) for edit in fix.edits] == [("fpc.margin", 0.15)]
     assert ast.literal_eval(fix.edits[0].new)[1] <= 0.04
 
@@ -639,10 +639,10 @@ def test_shear_beyond_validated_range_gives_note_of_extrapolation(share, is_said
     pad = {"thickness": 1, "size": 4, "material": rubber}
     spec = design(elastomer=pad, target__size=4, encapsulation=None, requirements__shear_force="1 N")
     held = validated_shear(spec)
-    asked = replace(spec, requirements=replace(spec.requirements, shear_force=share * held))
-    found = [f for f in judge("SIT312", asked) if f.key == "requirements.shear_force"]
-    assert [f.severity for f in found] == [Severity.NOTE] * is_said
-    assert all(f.limit == held and extrapolated_shear_note(held) in f.detail for f in found)
+    request = replace(spec, requirements=replace(spec.requirements, shear_force=share * held))
+    result = [f for f in judge("SIT312", request) if f.key == "requirements.shear_force"]
+    assert [f.severity for f in result] == [Severity.NOTE] * is_said
+    assert all(f.limit == held and extrapolated_shear_note(held) in f.detail for f in result)
 
 
 def test_unstable_pressed_pad_has_zero_validated_shear():

@@ -79,8 +79,8 @@ def test_sheet_too_small_for_parts_and_coupon_gives_finding(boards, sheet, is_fo
 
 @pytest.mark.parametrize(("finger", "is_found"), [(3, True), (8, False)])
 def test_finger_narrower_than_board_gives_finding(finger, is_found):
-    said = found(f"{{kind: fingertip, standoff: 1, finger: {{shape: circle, size: {finger}}}}}", "SIT318")
-    assert bool(said) is is_found
+    message = found(f"{{kind: fingertip, standoff: 1, finger: {{shape: circle, size: {finger}}}}}", "SIT318")
+    assert bool(message) is is_found
 
 
 @pytest.mark.slow
@@ -126,8 +126,8 @@ def test_two_small_holes_give_one_warning():
     holes = (
         "{kind: bench-plate, process: PROCESS, holes: [{at: [20, 9], diameter: 1.6}, {at: [-20, 9], diameter: 1.6}]}"
     )
-    (one,) = found(holes.replace("PROCESS", "filament"), "SIT316")
-    assert (one.measured, one.limit, one.severity) == (
+    (item,) = found(holes.replace("PROCESS", "filament"), "SIT316")
+    assert (item.measured, item.limit, item.severity) == (
         approx(1.6e-3, rel=1e-6),
         approx(2e-3, rel=1e-6),
         Severity.WARNING,

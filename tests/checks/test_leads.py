@@ -34,11 +34,11 @@ def found_in(spec):
 
 
 def test_half_turn_lead_gives_note_with_turns_that_avoid_it():
-    (found,) = [each for each in check(loops(8.75), hints="full").findings if each.rule == "SIT216"]
-    assert found.severity is Severity.NOTE and found.key == "coil.turns" and 0.04 < found.measured < 0.06
-    assert {"lead-on", "lead-resistance"} <= set(found.cases)
-    assert re.search(r"0\.5 turns .* \d+\.?\d* nH, \d\.\d % ", found.message)
-    assert [(edit.key, edit.new) for edit in found.fixes[0].edits] == [("coil.turns", "8.5")]
+    (findings,) = [each for each in check(loops(8.75), hints="full").findings if each.rule == "SIT216"]
+    assert findings.severity is Severity.NOTE and findings.key == "coil.turns" and 0.04 < findings.measured < 0.06
+    assert {"lead-on", "lead-resistance"} <= set(findings.cases)
+    assert re.search(r"0\.5 turns .* \d+\.?\d* nH, \d\.\d % ", findings.message)
+    assert [(edit.key, edit.new) for edit in findings.fixes[0].edits] == [("coil.turns", "8.5")]
     assert found_in(loops(8.5)) == found_in(loops(9)) == []
 
 
@@ -64,9 +64,9 @@ def test_measured_lead_ratio_equals_estimate():
     spec = loops(8.65)
     layout = lay_out(spec)
     estimates = estimate(layout)
-    (found,) = [f for f in check(spec, layout, estimates).findings if f.rule == "SIT216"]
+    (findings,) = [f for f in check(spec, layout, estimates).findings if f.rule == "SIT216"]
     shares = [coil.lead_parts["coupling"] / coil.winding_inductance for coil in estimates.coils]
-    assert found.measured == approx(max(map(abs, shares)), rel=1e-6)
+    assert findings.measured == approx(max(map(abs, shares)), rel=1e-6)
     assert drawn_closing(spec.coil, layout.coils[0]) == approx(-0.3, abs=0.01)
 
 

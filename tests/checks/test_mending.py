@@ -106,16 +106,16 @@ CAREFULLY = (
 
 
 def test_unreadable_spec_is_fixed_as_far_as_possible():
-    found = mended_text(BROKEN, lambda text: judged(text) if text != MENDED else Said(), always)
-    assert found.text == MENDED
-    rules = [one.finding.rule for one in found.applied]
+    result = mended_text(BROKEN, lambda text: judged(text) if text != MENDED else Said(), always)
+    assert result.text == MENDED
+    rules = [item.finding.rule for item in result.applied]
     assert rules == sorted(rules) and set(rules) == {"SIT002", "SIT004", "SIT005", "SIT007", "SIT009", "SIT014"}
 
 
 def test_safe_fixes_leave_turns_and_size_unchanged():
-    found = mended_text(BROKEN, read, only_safe)
-    assert found.text == CAREFULLY
-    assert {finding.rule for finding in found.check_result.findings} == {"SIT004"}
+    result = mended_text(BROKEN, read, only_safe)
+    assert result.text == CAREFULLY
+    assert {finding.rule for finding in result.check_result.findings} == {"SIT004"}
 
 
 @pytest.mark.slow
@@ -131,10 +131,10 @@ def test_misspelt_key_of_any_template_is_fixed_or_unchanged(data):
     if not slip or slip in siblings:
         return
     broken = rewritten(text, [Edit(key, slip, what="name")])
-    found = mended_text(broken, read, only_safe)
-    assert found.text in (broken, text)
-    assert found.text == text or slip == name[::-1] or len(name) < 5 or not found.applied
-    assert mended_text(found.text, read, only_safe).text == found.text
+    result = mended_text(broken, read, only_safe)
+    assert result.text in (broken, text)
+    assert result.text == text or slip == name[::-1] or len(name) < 5 or not result.applied
+    assert mended_text(result.text, read, only_safe).text == result.text
 
 
 @pytest.mark.slow
@@ -148,12 +148,12 @@ def test_misspelt_value_of_any_template_is_fixed_or_unchanged(data):
     before = rewritten(text, [Edit(key, words[key])])
     at = data.draw(st.integers(1, len(words[key]) - 1))
     broken = rewritten(before, [Edit(key, words[key][:at] + words[key][at + 1 :])])
-    found = mended_text(broken, read, only_safe)
-    assert found.text == broken or found.text.splitlines()[:3] == before.splitlines()[:3]
+    result = mended_text(broken, read, only_safe)
+    assert result.text == broken or result.text.splitlines()[:3] == before.splitlines()[:3]
     changed = [
-        (a, b) for a, b in zip(broken.splitlines(), found.text.splitlines(), strict=True) if a != b and key not in a
+        (a, b) for a, b in zip(broken.splitlines(), result.text.splitlines(), strict=True) if a != b and key not in a
     ]
-    assert all(words[key] in b for _, b in changed if found.text == before)
+    assert all(words[key] in b for _, b in changed if result.text == before)
 
 
 def document(shape, size, turns, layers, width, spacing, rules, **more):
@@ -190,18 +190,18 @@ def test_scan_rate_is_changed_only_by_unsafe_fixes(name):
 
 
 def keys_of(found):
-    return {edit.key for one in found.applied for edit in one.remedy.edits}
+    return {edit.key for item in found.applied for edit in item.remedy.edits}
 
 
 @pytest.mark.parametrize("name", SAFE)
 def test_safe_fixes_change_only_listed_keys(name):
-    asked, keys = SAFE[name]
-    text = json.dumps(asked, indent=1)
-    found = mended_text(text, judged, only_safe, verdict)
-    assert keys_of(found) == keys
-    again = mended_text(found.text, judged, only_safe, verdict)
-    assert again.text == found.text and not again.applied
-    before, after = judged(text, "none"), judged(found.text, "none")
+    request, keys = SAFE[name]
+    text = json.dumps(request, indent=1)
+    result = mended_text(text, judged, only_safe, verdict)
+    assert keys_of(result) == keys
+    again = mended_text(result.text, judged, only_safe, verdict)
+    assert again.text == result.text and not again.applied
+    before, after = judged(text, "none"), judged(result.text, "none")
     assert len(weights(after.findings)) < len(weights(before.findings))
     assert set(weights(after.findings)) < set(weights(before.findings))
 
@@ -213,14 +213,14 @@ def test_safe_fixes_change_only_listed_keys(name):
 )
 def test_fixed_random_design_is_no_worse_and_needs_no_second_fix(seed):
     text = json.dumps(random_design(seed), indent=1)
-    found = mended_text(text, judged, always, verdict)
-    again = mended_text(found.text, judged, always, verdict)
-    assert again.text == found.text
-    keys = {edit.key for one in found.applied for edit in one.remedy.edits}
-    changed = {k for k in places(found.text) | places(text) if at(found.text, k) != at(text, k)}
+    result = mended_text(text, judged, always, verdict)
+    again = mended_text(result.text, judged, always, verdict)
+    assert again.text == result.text
+    keys = {edit.key for item in result.applied for edit in item.remedy.edits}
+    changed = {k for k in places(result.text) | places(text) if at(result.text, k) != at(text, k)}
     assert all(any(f"{k}.".startswith(f"{key}.") or f"{key}.".startswith(f"{k}.") for key in keys) for k in changed)
     if not any(f.rule.startswith("SIT0") for f in judged(text, "none").findings):
-        assert set(weights(found.check_result.findings)) <= set(weights(judged(text, "none").findings))
+        assert set(weights(result.check_result.findings)) <= set(weights(judged(text, "none").findings))
 
 
 def places(text):
@@ -249,8 +249,8 @@ def test_fix_that_adds_finding_is_rolled_back(name):
     remedy = Remedy((Edit("coil.turns", "7"),))
     first = Said((finding("SIT201", remedy), finding("SIT201", key="coil.layers")))
     texts = {"coil: {turns: 6}\n": first, "coil: {turns: 7}\n": Said(WORSE[name])}
-    found = mended_text("coil: {turns: 6}\n", texts.__getitem__, always)
-    assert (found.text, found.applied) == ("coil: {turns: 6}\n", ())
+    result = mended_text("coil: {turns: 6}\n", texts.__getitem__, always)
+    assert (result.text, result.applied) == ("coil: {turns: 6}\n", ())
 
 
 def test_rolled_back_fix_gives_reason():
@@ -261,10 +261,10 @@ def test_rolled_back_fix_gives_reason():
         (Said((finding("SIT201"),)), "SIT201 stays"),
         (Said((), (NotChecked("SIT302", "why"),)), "SIT302 can then not be checked"),
     ):
-        found = mended_text(
+        result = mended_text(
             "coil: {turns: 6}\n", {"coil: {turns: 6}\n": first, "coil: {turns: 7}\n": after}.get, always
         )
-        assert [one.why for one in found.rolled_back] == [why] and not found.applied
+        assert [item.why for item in result.rolled_back] == [why] and not result.applied
 
 
 @pytest.mark.parametrize("more", [(), (finding("SIT204", severity=Severity.NOTE),)])
@@ -277,16 +277,16 @@ def test_fix_that_replaces_note_by_unfixable_note_is_applied(way_back, more):
         "coil: {turns: 6}\n": Said((finding("SIT216", remedy, severity=Severity.NOTE),)),
         "coil: {turns: 7}\n": Said((note, *more)),
     }
-    found = mended_text("coil: {turns: 6}\n", texts.__getitem__, always)
+    result = mended_text("coil: {turns: 6}\n", texts.__getitem__, always)
     is_written = not way_back and not more
-    assert (found.text == "coil: {turns: 7}\n") == is_written == (not found.rolled_back)
-    assert is_written or found.rolled_back[0].why.startswith("it brings SIT203 (note)")
+    assert (result.text == "coil: {turns: 7}\n") == is_written == (not result.rolled_back)
+    assert is_written or result.rolled_back[0].why.startswith("it brings SIT203 (note)")
 
 
 def test_fix_that_adds_warning_is_not_applied():
     remedy = Remedy((Edit("coil.turns", "7"),), ("SIT205",))
-    found = mended_text("coil: {turns: 6}\n", lambda _: Said((finding("SIT201", remedy),)), always)
-    assert not found.applied
+    result = mended_text("coil: {turns: 6}\n", lambda _: Said((finding("SIT201", remedy),)), always)
+    assert not result.applied
 
 
 def test_finding_with_changed_key_does_not_roll_back_fix():
@@ -321,8 +321,8 @@ def test_errors_are_fixed_before_warnings_of_lower_rules():
     """SIT103 (warning) was mended before SIT201 (error), because its number is lower."""
     error = finding("SIT201", Remedy((Edit("coil.turns", "7"),)))
     warning = finding("SIT103", Remedy((Edit("coil.turns", "6.5"),)), severity=Severity.WARNING)
-    found = mended_text("coil: {turns: 6}\n", lambda text: Said((warning, error) if "6" in text else ()), always)
-    assert [one.finding for one in found.applied] == [error]
+    result = mended_text("coil: {turns: 6}\n", lambda text: Said((warning, error) if "6" in text else ()), always)
+    assert [item.finding for item in result.applied] == [error]
 
 
 def test_worsened_error_is_listed_and_blocks_warning_fix():
@@ -333,8 +333,8 @@ def test_worsened_error_is_listed_and_blocks_warning_fix():
     def judge(text, severity):
         return Said((finding("SIT201", remedy, severity=severity), before)) if "6" in text else Said((after,))
 
-    found = mended_text("coil: {turns: 6}\n", lambda text: judge(text, Severity.ERROR), always)
-    assert [one.worsens for one in found.applied] == [("SIT205",)]
+    result = mended_text("coil: {turns: 6}\n", lambda text: judge(text, Severity.ERROR), always)
+    assert [item.worsens for item in result.applied] == [("SIT205",)]
     assert not mended_text("coil: {turns: 6}\n", lambda text: judge(text, Severity.WARNING), always).applied
 
 

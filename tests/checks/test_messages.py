@@ -51,29 +51,29 @@ def called(node):
 @cache
 def helpers():
     """Functions by name that may return cases for details."""
-    found = {}
+    result = {}
     for tree in modules().values():
         for node in ast.walk(tree):
             kind = ast.unparse(node.returns) if isinstance(node, ast.FunctionDef) and node.returns else ""
             if kind == "str" or kind.startswith(("tuple[str, ", "_")):
-                found.setdefault(node.name, []).append(node)
-    return found
+                result.setdefault(node.name, []).append(node)
+    return result
 
 
 @cache
 def makers():
     """Functions that pass a case to `violation_of`, with the values that they add and their own parameters."""
-    found = {"violation_of": (frozenset(), frozenset(FIELDS)), "not_checked": (frozenset(), frozenset())}
+    result = {"violation_of": (frozenset(), frozenset(FIELDS)), "not_checked": (frozenset(), frozenset())}
     for _ in range(3):  # makers that call makers
         for tree in modules().values():
             for function in ast.walk(tree):
                 if isinstance(function, ast.FunctionDef) and "case" in [each.arg for each in function.args.args]:
-                    inner = [node for node in ast.walk(function) if called(node) in found]
-                    added = {name for node in inner for name in {*keywords(node), *found[called(node)][0]}}
+                    inner = [node for node in ast.walk(function) if called(node) in result]
+                    added = {name for node in inner for name in {*keywords(node), *result[called(node)][0]}}
                     own = {each.arg for each in (*function.args.args, *function.args.kwonlyargs)}
                     if inner and function.name not in ("violation_of", "not_checked"):
-                        found[function.name] = frozenset(added), frozenset(own)
-    return found
+                        result[function.name] = frozenset(added), frozenset(own)
+    return result
 
 
 @cache
@@ -90,17 +90,17 @@ def texts_in(node, function):
         value = each.iter if isinstance(each, ast.For) else getattr(each, "value", None)
         for name in (part.id for target in targets for part in ast.walk(target) if isinstance(part, ast.Name)):
             assigned.setdefault(name, []).append(value)
-    found, seen, open_ = set(), set(), [node]
+    result, seen, open_ = set(), set(), [node]
     while open_:
         for part in ast.walk(open_.pop()):
             if isinstance(part, ast.Constant) and isinstance(part.value, str):
-                found.add(part.value)
+                result.add(part.value)
             if isinstance(part, ast.Name) and part.id not in seen:
                 seen.add(part.id)
                 open_ += filter(None, assigned.get(part.id, []))
                 open_ += [each for other in functions_of(function) if other.name == part.id for each in returned(other)]
             open_ += helpers().get(called(part), [])
-    return found
+    return result
 
 
 def returned(function):
@@ -114,7 +114,7 @@ def functions_of(tree):
 @cache
 def calls():
     """Every call that makes a finding of a case: module, function, call, its cases, and the values that it gives."""
-    found = []
+    result = []
     for path, tree in modules().items():
         module_texts = {node.value for node in ast.walk(tree) if isinstance(node, ast.Constant)
                         and isinstance(node.value, str) and node.value in templates()}
@@ -132,8 +132,8 @@ def calls():
                 cases = cases or module_texts
                 more = {text for name in ("hint", "details") if name in given
                         for text in texts_in(given[name], function) & set(templates())}
-                found.append((path, function, node, frozenset(cases), frozenset(more), is_open))
-    return found
+                result.append((path, function, node, frozenset(cases), frozenset(more), is_open))
+    return result
 
 
 def test_every_call_names_cases_with_messages():
@@ -209,16 +209,16 @@ def test_form_formats_value_as_text(value, form, text):
 
 
 def test_hint_is_computed_only_when_requested():
-    asked = []
-    found = violation_of("trace-width", measured=1e-4, limit=2e-4, house="us",
-                         hint=lambda: asked.append(1) or "finer-rules", finer=lambda: asked.append(2) or ["a", "b"])
-    assert found.text("message") and not asked
-    assert found.text("hint") and asked == [1, 2]
+    request = []
+    result = violation_of("trace-width", measured=1e-4, limit=2e-4, house="us",
+                         hint=lambda: request.append(1) or "finer-rules", finer=lambda: request.append(2) or ["a", "b"])
+    assert result.text("message") and not request
+    assert result.text("hint") and request == [1, 2]
 
 
 def test_empty_hint_function_gives_hint_of_case():
-    found = violation_of("annular-ring", measured=1e-4, limit=2e-4, house="us", net="C1", pad=4e-4, hint=lambda: "")
-    assert "0.4 mm" in found.text("hint") or "400 um" in found.text("hint")
+    result = violation_of("annular-ring", measured=1e-4, limit=2e-4, house="us", net="C1", pad=4e-4, hint=lambda: "")
+    assert "0.4 mm" in result.text("hint") or "400 um" in result.text("hint")
 
 
 KEY_AND_VALUE = re.compile(r"(?:\w+\.)+\w+: (?!a |an |that |less |plastic )")

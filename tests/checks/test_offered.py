@@ -46,9 +46,9 @@ def test_board_within_osh_park_offers_passes(judge):
     ],
 )
 def test_feature_not_offered_gives_error_at_its_key(judge, fpc, key, have, listed):
-    found = [f for f in judge("SIT131", spec(fpc)) if f.message.endswith(f" {listed}")]
-    assert [(f.severity.value, f.key) for f in found] == [("error", key)]
-    assert found[0].measured == (have and approx(have, rel=1e-9))
+    result = [f for f in judge("SIT131", spec(fpc)) if f.message.endswith(f" {listed}")]
+    assert [(f.severity.value, f.key) for f in result] == [("error", key)]
+    assert result[0].measured == (have and approx(have, rel=1e-9))
 
 
 WRITTEN = "stackup: [{coverlay: 27.5 um}, {copper: %s}, {dielectric: 25 um}, {copper: %s}, {coverlay: 27.5 um}]"
@@ -58,8 +58,8 @@ WRITTEN = "stackup: [{coverlay: 27.5 um}, {copper: %s}, {dielectric: 25 um}, {co
 @pytest.mark.parametrize(("copper", "foil"), [("18 um", "6 um"), ("30 um", ""), ("47 um", ""), ("35 um", "23 um")])
 def test_unlisted_foil_gives_error_although_finished_copper_is_listed(judge, house, copper, foil):
     """18 um finished were once taken as listed: with 12 um of plating they need a foil of 6 um."""
-    found = said(judge, f"{WRITTEN % (copper, copper)}, rules: {house}, {PADS}")
-    assert [message.partition(";")[0] for *_, message in found] == [f"copper foil: {foil}"] * bool(foil)
+    result = said(judge, f"{WRITTEN % (copper, copper)}, rules: {house}, {PADS}")
+    assert [message.partition(";")[0] for *_, message in result] == [f"copper foil: {foil}"] * bool(foil)
 
 
 @pytest.mark.parametrize("name", ["flex-2l-18um", "flex-2l-24um", "flex-2l-30um", "flex-2l-35um"])
@@ -69,9 +69,9 @@ def test_preset_stackups_use_listed_foils(judge, name):
 
 
 def test_board_count_off_multiple_gives_warning_with_next_multiple(judge):
-    (found,) = judge("SIT131", spec(f"{OWN}, boards: 10, {PADS}"))
-    assert (found.severity.value, found.key, found.limit) == ("warning", "fpc.boards", 12)
-    assert found.source and "fpc.boards: 12" in found.hint
+    (result,) = judge("SIT131", spec(f"{OWN}, boards: 10, {PADS}"))
+    assert (result.severity.value, result.key, result.limit) == ("warning", "fpc.boards", 12)
+    assert result.source and "fpc.boards: 12" in result.hint
 
 
 def test_stackup_hint_names_offered_stackup(judge):
@@ -87,22 +87,22 @@ def test_stackup_hint_names_offered_stackup(judge):
 ])
 def test_hint_for_feature_not_offered_has_tried_fix(advised, fpc, key, new):
     """Hints named a stack-up that is offered, and `--fix` said that no fix is known."""
-    found = advised("SIT131", spec(fpc))
-    assert found and all((edit.key, edit.new) == (key, new) for one in found for edit in one.fixes[0].edits)
-    assert all(one.hint.count(f"{key}: {new} (tried)") == 1 and one.hint.count(new) == 1 for one in found)
+    result = advised("SIT131", spec(fpc))
+    assert result and all((edit.key, edit.new) == (key, new) for item in result for edit in item.fixes[0].edits)
+    assert all(item.hint.count(f"{key}: {new} (tried)") == 1 and item.hint.count(new) == 1 for item in result)
 
 
 def test_stackup_with_fewer_layers_than_coil_is_not_suggested(judge):
     text = f"stackup: flex-4l, rules: rehan-2l, {PADS}"
     four = replace(spec(text), coil=replace(spec(text).coil, layers=(1, 2, 3, 4)))
-    assert all("fpc.stackup" not in one.hint for one in judge("SIT131", four))
+    assert all("fpc.stackup" not in item.hint for item in judge("SIT131", four))
 
 
 @pytest.mark.parametrize("name", presets.names("stackup"))
 def test_profile_without_stated_offers_is_not_checked(verdicts, name):
     assert "layer_counts" not in installed_rules("generic-flex").sources
-    asked = spec(f"stackup: {name}, rules: generic-flex, boards: 7, {PLUG}")
-    findings, undecided = verdicts("SIT131", asked)
+    request = spec(f"stackup: {name}, rules: generic-flex, boards: 7, {PLUG}")
+    findings, undecided = verdicts("SIT131", request)
     assert findings == [] and [each.case for each in undecided] == ["no-offers"]
 
 

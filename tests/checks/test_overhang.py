@@ -106,9 +106,9 @@ def hangs_nowhere(spec, layout):
 def test_every_overhang_fix_clears_finding_and_overhang(judge, advised, written):
     spec = loaded(written)
     assert not hangs_nowhere(spec, lay_out(spec))
-    found = advised("SIT307", spec)
-    assert found
-    for finding in found:
+    result = advised("SIT307", spec)
+    assert result
+    for finding in result:
         assert finding.fixes
         for changed in followed(written, finding.fixes):
             after = loaded(changed)
@@ -118,33 +118,33 @@ def test_every_overhang_fix_clears_finding_and_overhang(judge, advised, written)
 
 def test_pad_as_long_as_body_gets_margin_and_size_fixes(advised):
     """The length that was named before was that of a body in which the coils stood aside."""
-    (found,) = advised("SIT307", loaded(document(**LONG_PAD, mount={"kind": "bench-plate"})))
-    edits = [[(edit.key, edit.new) for edit in fix.edits] for fix in found.fixes]
+    (result,) = advised("SIT307", loaded(document(**LONG_PAD, mount={"kind": "bench-plate"})))
+    edits = [[(edit.key, edit.new) for edit in fix.edits] for fix in result.fixes]
     assert edits == [[("fpc.margin", "[0.21, 0.07]")], [("elastomer.size", "[11.5, 10]")]]
-    assert "far end" in found.detail and "tail's end" in found.detail
+    assert "far end" in result.detail and "tail's end" in result.detail
 
 
 def test_square_pad_corners_overhang_rounded_board_corners(judge):
     plain = document(**LONG_PAD)
     body = lay_out(loaded(plain)).body_size
     plain["elastomer"] = {"shape": "rectangle", "size": [float(f"{side / MM:.6f}") for side in body], "thickness": 1}
-    (found,) = judge("SIT307", loaded(plain))
+    (result,) = judge("SIT307", loaded(plain))
     radius = 0.5 * MM
-    assert found.measured == approx((math.sqrt(2) - 1) * radius, abs=1e-6) and "overhang-corners" in found.cases
+    assert result.measured == approx((math.sqrt(2) - 1) * radius, abs=1e-6) and "overhang-corners" in result.cases
 
 
 def test_overhang_includes_film_around_pad(judge):
     parts = {"target": {"size": 10}, "elastomer": {"size": 10.3, "shape": "square"}}
     assert judge("SIT307", loaded(document(**parts))) == []
-    (found,) = judge("SIT307", loaded(document(**parts, encapsulation={"thickness": 0.1})))
-    assert "overhang-film" in found.cases and found.measured == approx(50e-6, rel=1e-3)
+    (result,) = judge("SIT307", loaded(document(**parts, encapsulation={"thickness": 0.1})))
+    assert "overhang-film" in result.cases and result.measured == approx(50e-6, rel=1e-3)
 
 
 def test_overhang_on_short_jaw_names_jaw_length(judge):
     jaw = {"jaw": {"width": 5, "length": 5, "height": 2}}
     pad = {"shape": "rectangle", "size": [5, 4], "thickness": 1}
-    (found,) = judge("SIT307", loaded(document(None, (4, 5), target={"size": 4}, elastomer=pad, mount=jaw)))
-    assert "overhang-jaw-length" in found.cases and "5 mm" in found.detail
+    (result,) = judge("SIT307", loaded(document(None, (4, 5), target={"size": 4}, elastomer=pad, mount=jaw)))
+    assert "overhang-jaw-length" in result.cases and "5 mm" in result.detail
 
 
 @pytest.mark.slow
@@ -153,10 +153,10 @@ def test_smaller_plates_that_break_other_rule_are_not_suggested():
     parts = {"elastomer": pad, "mount": {"jaw": "generic-5mm"}, "encapsulation": {"thickness": 0.1}}
     written = document(None, (4, 5), target={"size": 4}, **parts)
     before = check(loaded(written), hints="full").findings
-    (found,) = [one for one in before if one.rule == "SIT307"]
-    for changed in followed(written, [fix for fix in found.fixes if not fix.new_warnings]):
-        after = [one.rule for one in check(loaded(changed), hints="none").findings]
-        assert "SIT307" not in after and after.count("SIT306") <= [one.rule for one in before].count("SIT306")
+    (result,) = [item for item in before if item.rule == "SIT307"]
+    for changed in followed(written, [fix for fix in result.fixes if not fix.new_warnings]):
+        after = [item.rule for item in check(loaded(changed), hints="none").findings]
+        assert "SIT307" not in after and after.count("SIT306") <= [item.rule for item in before].count("SIT306")
 
 
 @pytest.mark.parametrize(
@@ -176,8 +176,8 @@ def test_large_plate_offset_gives_error_and_small_offset_gives_warning(judge, ta
 
 
 def test_spec_without_target_and_pad_leaves_overhang_not_checked(verdicts):
-    found, skipped = verdicts("SIT307", loaded(document()))
-    assert not found and skipped[0].case == "no-plate"
+    findings, skipped = verdicts("SIT307", loaded(document()))
+    assert not findings and skipped[0].case == "no-plate"
 
 
 def test_extreme_offset_hint_proposes_no_extreme_size(judge, advised):

@@ -47,8 +47,8 @@ def of_stack(design, layers, copper):
     (stack(["polyimide"], coverlay={"coverlay": "25 um", "material": "felios"}), 2, "fpc.stackup.0.material"),
 ])
 def test_stackup_layer_of_unsuitable_material_gives_error(design, judge, layers, copper, key):
-    (found,) = judge("SIT137", of_stack(design, layers, copper))
-    assert found.severity is Severity.ERROR and found.key == key
+    (result,) = judge("SIT137", of_stack(design, layers, copper))
+    assert result.severity is Severity.ERROR and result.key == key
 
 
 @pytest.mark.parametrize(("layers", "copper"), [
@@ -71,11 +71,11 @@ def film(thickness, adhesive=None):
     (film("50 um", "20 um"), Severity.WARNING), (film("25 um") | {"material": "solder-mask"}, None),
 ])
 def test_coverlay_with_little_adhesive_gives_warning_or_error(design, judge, coverlay, severity):
-    found = judge("SIT138", of_stack(design, stack(["polyimide"], coverlay=coverlay), 2))
-    assert [(one.severity, one.key) for one in found] == [
+    result = judge("SIT138", of_stack(design, stack(["polyimide"], coverlay=coverlay), 2))
+    assert [(item.severity, item.key) for item in result] == [
         (severity, "fpc.stackup.0"), (severity, "fpc.stackup.4")] * (severity is not None)
-    for one in found:
-        assert one.limit == approx(25e-6 * 30 / 35, rel=1e-9, abs=0)
+    for item in result:
+        assert item.limit == approx(25e-6 * 30 / 35, rel=1e-9, abs=0)
 
 
 @pytest.mark.parametrize("name", presets.names("stackup"))
@@ -95,8 +95,8 @@ def test_every_preset_stackup_has_enough_adhesive_for_any_plating(name, plating,
 
 @pytest.mark.parametrize("adhesive", ["epoxy", "transfer-tape"])
 def test_glue_without_silicone_bond_gives_error_only_with_pad(design, judge, adhesive):
-    (found,) = judge("SIT329", design(assembly={"adhesive": adhesive}))
-    assert found.severity is Severity.ERROR and found.key == "assembly.adhesive"
+    (result,) = judge("SIT329", design(assembly={"adhesive": adhesive}))
+    assert result.severity is Severity.ERROR and result.key == "assembly.adhesive"
     without = design(assembly={"adhesive": adhesive}, elastomer=None, requirements=None)
     assert judge("SIT329", without) == []
 
@@ -113,19 +113,19 @@ def test_glue_with_silicone_bond_passes(design, judge, adhesive):
 def test_glue_that_sets_before_spreading_gives_warning(judge, size, adhesive, is_found):
     spec = sitscad.load_text(templates.read("three_axis_pad"), "t.yaml").replace(
         {"elastomer.size": f"{size} mm", "assembly.adhesive": adhesive})
-    found = judge("SIT334", spec)
-    assert [each.severity for each in found] == [Severity.WARNING] * is_found
+    result = judge("SIT334", spec)
+    assert [each.severity for each in result] == [Severity.WARNING] * is_found
     if is_found:
-        assert found[0].key == "assembly.adhesive" and found[0].measured > found[0].limit == 5.0
-        assert "silicone-adhesive" in found[0].hint and "epoxy" not in found[0].hint  # it does not hold on silicone
+        assert result[0].key == "assembly.adhesive" and result[0].measured > result[0].limit == 5.0
+        assert "silicone-adhesive" in result[0].hint and "epoxy" not in result[0].hint  # it does not hold on silicone
 
 
 def test_board_too_large_for_glue_spreading_gives_warning(judge):
     text = templates.read("skin_grid_3x3")
     assert judge("SIT334", sitscad.load_text(text, "t.yaml")) == []
-    (found,) = judge("SIT334", sitscad.load_text(text, "t.yaml").replace("assembly.glue_line", "5 um"))
-    assert (found.severity, found.key) == (Severity.WARNING, "assembly.glue_line")
-    assert found.measured > found.limit == 300.0
+    (result,) = judge("SIT334", sitscad.load_text(text, "t.yaml").replace("assembly.glue_line", "5 um"))
+    assert (result.severity, result.key) == (Severity.WARNING, "assembly.glue_line")
+    assert result.measured > result.limit == 300.0
 
 
 @pytest.mark.few(4)
@@ -147,22 +147,22 @@ def test_glue_spreads_within_open_time_in_every_template(judge, name):
 ])
 def test_platinum_silicone_film_on_inhibiting_glue_gives_note(judge, changes, is_found):
     spec = sitscad.load_text(templates.read("round_button_12mm"), "t.yaml").replace(changes)
-    found = judge("SIT335", spec)
-    assert [(each.severity, each.key) for each in found] == [(Severity.NOTE, "encapsulation.material")] * is_found
+    result = judge("SIT335", spec)
+    assert [(each.severity, each.key) for each in result] == [(Severity.NOTE, "encapsulation.material")] * is_found
     # the one adhesive without an inhibitor does not hold on silicone: a hint that names it is no way out
-    assert all("film-barrier" in each.cases for each in found)
+    assert all("film-barrier" in each.cases for each in result)
 
 
 @pytest.mark.parametrize(("thickness", "is_found"), [("1.5 mm", True), ("1.55 mm", True), ("1.7 mm", False)])
 def test_screw_heads_above_sensor_give_note_with_height(judge, thickness, is_found):
     """The steps alone said that the heads of a shipped template stand 0.11 mm above its top face."""
     spec = sitscad.load_text(templates.read("round_button_12mm"), "t.yaml").replace({"elastomer.thickness": thickness})
-    found = judge("SIT337", spec)
-    assert [(each.severity, each.key) for each in found] == [(Severity.NOTE, "mount.holes")] * is_found
+    result = judge("SIT337", spec)
+    assert [(each.severity, each.key) for each in result] == [(Severity.NOTE, "mount.holes")] * is_found
     pad = float(thickness.removesuffix(" mm")) * 1e-3
     # target, film and three glue lines of 30 um under board, pad and target
     top = pad + spec.target.thickness + spec.encapsulation.thickness + 3.0 * spec.assembly.glue_line
-    assert all(each.measured == approx(2e-3 - top, abs=0, rel=1e-6) for each in found)
+    assert all(each.measured == approx(2e-3 - top, abs=0, rel=1e-6) for each in result)
 
 
 def plate(design, *places, **sizes):
@@ -175,9 +175,9 @@ def plate(design, *places, **sizes):
     ([(-20, 20), (-20, 24)], {"diameter": 3.8}),
 ])
 def test_overlapping_plate_holes_give_error(design, judge, places, sizes):
-    (found,) = judge("SIT330", plate(design, *places, **sizes))
-    assert found.severity is Severity.ERROR and found.key == f"mount.holes.{len(places) - 1}.at"
-    assert found.measured < found.limit
+    (result,) = judge("SIT330", plate(design, *places, **sizes))
+    assert result.severity is Severity.ERROR and result.key == f"mount.holes.{len(places) - 1}.at"
+    assert result.measured < result.limit
 
 
 @pytest.mark.parametrize("places", [[(-20, 20), (-20, 24)], [(-20, 20)]])
@@ -187,9 +187,9 @@ def test_separated_plate_holes_pass(design, judge, places):
 
 @pytest.mark.parametrize(("places", "found"), [([(0, 0), (-20, 20)], 0), ([(-20, 20), (5, 0)], 1)])
 def test_plate_hole_under_board_gives_warning(design, judge, places, found):
-    (one,) = judge("SIT330", plate(design, *places))
-    assert (one.severity, one.key) == (Severity.WARNING, f"mount.holes.{found}.at")
-    assert one.measured == 0.0 and one.limit == approx(1.9e-3 + 1e-3, rel=1e-9, abs=0)
+    (item,) = judge("SIT330", plate(design, *places))
+    assert (item.severity, item.key) == (Severity.WARNING, f"mount.holes.{found}.at")
+    assert item.measured == 0.0 and item.limit == approx(1.9e-3 + 1e-3, rel=1e-9, abs=0)
 
 
 @pytest.mark.parametrize("pattern", ["corners-m2", "ati-nano17", "ati-mini40", "breadboard-m6-25mm"])
@@ -198,17 +198,17 @@ def test_installed_hole_patterns_pass_hole_distance_rule(design, judge, pattern)
 
 
 def test_tolerance_above_half_part_thickness_gives_warning(design, judge):
-    (found,) = judge("SIT331", design(assembly={"tolerances": {"target": "190 um", "elastomer": "0.3 mm"}}))
-    assert found.severity is Severity.WARNING and found.key == "assembly.tolerances.target"
-    assert (found.measured, found.limit) == approx((190e-6, 100e-6), rel=1e-9)
+    (result,) = judge("SIT331", design(assembly={"tolerances": {"target": "190 um", "elastomer": "0.3 mm"}}))
+    assert result.severity is Severity.WARNING and result.key == "assembly.tolerances.target"
+    assert (result.measured, result.limit) == approx((190e-6, 100e-6), rel=1e-9)
     assert judge("SIT331", design(assembly={"tolerances": {"target": "100 um", "encapsulation": "50 um"}})) == []
 
 
 @pytest.mark.parametrize(("written", "nearest"), [("333.33 pF", 330e-12), ("350 pF", 360e-12), ("95 pF", 91e-12)])
 def test_capacitor_outside_e24_series_gives_warning_with_nearest_value(design, judge, written, nearest):
-    (found,) = judge("SIT220", design(readout__capacitance=written))
-    assert found.severity is Severity.WARNING and found.key == "readout.capacitance"
-    assert found.limit == approx(nearest, rel=1e-9)
+    (result,) = judge("SIT220", design(readout__capacitance=written))
+    assert result.severity is Severity.WARNING and result.key == "readout.capacitance"
+    assert result.limit == approx(nearest, rel=1e-9)
 
 
 @pytest.mark.parametrize("written", ["auto", "330 pF", "91 pF", "1 nF", "0.1 nF", "360 pF", "1.1 nF"])
@@ -229,8 +229,8 @@ def test_preferred_capacitors_are_in_e24_series():
     ({"temperature_range": [30, 40]}, Severity.NOTE, "requirements.temperature_range"),
 ])
 def test_temperature_outside_required_range_gives_finding_at_its_key(design, judge, asked, severity, key):
-    (found,) = judge("SIT410", design(requirements=asked))
-    assert (found.severity, found.key) == (severity, key)
+    (result,) = judge("SIT410", design(requirements=asked))
+    assert (result.severity, result.key) == (severity, key)
 
 
 @pytest.mark.parametrize("asked", [{"temperature_range": [15, 45]}, {"temperature": "37 degC"},
@@ -240,25 +240,25 @@ def test_temperature_inside_required_range_passes(design, judge, asked):
 
 
 def test_load_case_beyond_required_force_gives_warning(design, judge):
-    found = judge("SIT410", design(loads={"press": {"normal": "6 N"}, "shear": {"shear_x": "2 N"}}))
-    assert [(one.key, one.severity) for one in found] == [("loads.press", Severity.WARNING),
+    result = judge("SIT410", design(loads={"press": {"normal": "6 N"}, "shear": {"shear_x": "2 N"}}))
+    assert [(item.key, item.severity) for item in result] == [("loads.press", Severity.WARNING),
                                                           ("loads.shear", Severity.WARNING)]
     assert judge("SIT410", design(loads={"press": {"normal": "4.8 N"}, "shear": {"shear_x": "-1 N"}})) == []
 
 
 def test_unknown_layer_material_passes(judge, design):
     spec = design()
-    layers = tuple(replace(one, material="own film") if one.material == "polyimide" else one
-                   for one in spec.fpc.stackup.layers)
+    layers = tuple(replace(item, material="own film") if item.material == "polyimide" else item
+                   for item in spec.fpc.stackup.layers)
     assert judge("SIT137", replace(spec, fpc=replace(spec.fpc, stackup=replace(spec.fpc.stackup, layers=layers)))) == []
 
 
 def test_mount_tolerance_above_half_plate_thickness_gives_warning(design, judge):
     plate = {"kind": "bench-plate", "standoff": "0.5 mm"}
     spec = design(mount=plate, shield=None, assembly={"tolerances": {"mount": "0.49 mm"}})
-    (found,) = judge("SIT331", spec)
-    assert found.key == "assembly.tolerances.mount"
-    assert (found.measured, found.limit) == approx((0.49e-3, 0.25e-3), rel=1e-9)
+    (result,) = judge("SIT331", spec)
+    assert result.key == "assembly.tolerances.mount"
+    assert (result.measured, result.limit) == approx((0.49e-3, 0.25e-3), rel=1e-9)
 
 
 @pytest.mark.parametrize("pattern", ["ati-nano17", "ati-mini40", [{"at": [0, 0], "diameter": 6.6, "head": 10}]])
@@ -298,9 +298,9 @@ def strip(end="connector: zif-0.3mm, contacts: 7", width="3", mount=""):
 ])
 def test_contacts_wider_than_largest_outline_give_note(judge, end, width, told):
     spec = strip(end, width)
-    found = [each for each in judge("SIT136", spec) if each.severity is Severity.NOTE]
-    assert len(found) == told
-    for each in found:
+    result = [each for each in judge("SIT136", spec) if each.severity is Severity.NOTE]
+    assert len(result) == told
+    for each in result:
         assert each.key == "fpc.tail.connector" and each.limit == approx(1e-3 * float(width), rel=1e-9)
         assert each.measured == approx(lay_out(spec).size[1], rel=1e-6)
 
@@ -314,12 +314,12 @@ def test_contacts_wider_than_largest_outline_give_note(judge, end, width, told):
 def test_too_wide_tail_gets_narrower_existing_plugs(judge, end, edits):
     """A spec with zif-0.3mm was told to write zif-0.3mm, and a number of contacts that nobody is known to make."""
     spec = strip(end, "3")
-    (found,) = [each for each in judge("SIT136", spec) if each.severity is Severity.NOTE]
-    offered = narrower_plugs(spec, found.measured)
+    (result,) = [each for each in judge("SIT136", spec) if each.severity is Severity.NOTE]
+    offered = narrower_plugs(spec, result.measured)
     assert [{edit.key: edit.new for edit in fix.edits} for _, fix in offered[:1]] == [edits] * bool(edits)
-    assert all(value in found.hint for value in edits.values()) and ("fpc.tail" in found.hint) == bool(edits)
+    assert all(value in result.hint for value in edits.values()) and ("fpc.tail" in result.hint) == bool(edits)
     for width, fix in offered:
-        assert lay_out(fix.spec).size[1] == approx(width, rel=1e-6) and width < found.measured
+        assert lay_out(fix.spec).size[1] == approx(width, rel=1e-6) and width < result.measured
         assert not [each for each in judge("SIT127", fix.spec) if each.severity is not Severity.NOTE]
 
 
@@ -328,17 +328,17 @@ def test_too_wide_tail_gets_narrower_existing_plugs(judge, end, edits):
     ("mount: {kind: custom, metal_behind: {material: stainless-304, distance: 2, thickness: 1}}", False),
 ])
 def test_custom_mount_without_stated_metal_behind_gives_note(judge, mount, told):
-    found = judge("SIT336", strip(mount=mount))
-    assert [(each.severity, each.key) for each in found] == [(Severity.NOTE, "mount")] * told
-    assert all("metal-behind" in each.cases for each in found)
+    result = judge("SIT336", strip(mount=mount))
+    assert [(each.severity, each.key) for each in result] == [(Severity.NOTE, "mount")] * told
+    assert all("metal-behind" in each.cases for each in result)
 
 
 @pytest.mark.parametrize(("material", "thickness", "limit"), [
     ("copper", "0.2", None), ("copper", "0.21", 0.2e-3), ("copper", "0.5", 0.2e-3), ("aluminium", "0.5", None),
 ])
 def test_target_too_thick_for_laser_cutting_gives_note(design, judge, material, thickness, limit):
-    found = judge("SIT317", design(target__material=material, target__thickness=thickness))
-    assert [(each.severity, each.key, each.limit) for each in found] == (
+    result = judge("SIT317", design(target__material=material, target__thickness=thickness))
+    assert [(each.severity, each.key, each.limit) for each in result] == (
         [(Severity.NOTE, "target.thickness", limit)] if limit else [])
 
 
@@ -346,11 +346,11 @@ def test_target_too_thick_for_laser_cutting_gives_note(design, judge, material, 
 def test_outline_is_suggested_for_large_body_only_with_room(judge, room):
     """The outline as the body's own is laid out: it is advised if everything has room in it."""
     spec = strip(width=f"{room}").replace("fpc.margin", (0.0, 0.5e-3))
-    (found,) = [each for each in judge("SIT136", spec) if each.severity is Severity.ERROR]
+    (result,) = [each for each in judge("SIT136", spec) if each.severity is Severity.ERROR]
     body = {"shape": "rectangle", "size": ["60 mm", f"{room} mm"]}
     lacks = lay_out(spec.replace("fpc.margin", (0.0, 0.0)).replace("fpc.body", body))
     assert bool(lacks.shortfalls) == (room == 2.4)
-    assert (f"[60, {room}]" in found.hint) != bool(lacks.shortfalls)
+    assert (f"[60, {room}]" in result.hint) != bool(lacks.shortfalls)
 
 
 @pytest.mark.parametrize(("name", "shown"), [("", "based on generic-fine"), ("name: our shop, ", "our shop")])

@@ -48,10 +48,10 @@ def answers(estimates, spec, steps):
 def test_coils_beside_target_give_warning_with_larger_target():
     spec = sitscad.load_text(FOUR, "line4.yaml")
     result = sitscad.check(spec)
-    (found,) = [f for f in result.findings if f.rule == "SIT215"]
-    assert found.severity is Severity.WARNING and found.key == "target.size"
-    assert {"C1", "C4"} == set(re.findall(r"C\d", found.message)) and "C2" in found.detail
-    assert "target.size: [44.5, 10]" in found.hint
+    (findings,) = [f for f in result.findings if f.rule == "SIT215"]
+    assert findings.severity is Severity.WARNING and findings.key == "target.size"
+    assert {"C1", "C4"} == set(re.findall(r"C\d", findings.message)) and "C2" in findings.detail
+    assert "target.size: [44.5, 10]" in findings.hint
     (untried,) = [f for f in sitscad.check(spec, hints="none").findings if f.rule == "SIT215"]
     assert "11.8 mm" in untried.detail and not untried.fixes
     (left,) = [n for n in result.not_checked if n.rule == "SIT306"]
@@ -70,8 +70,8 @@ requirements: {normal_force: 2 N}
 """
     result = sitscad.check(sitscad.load_text(aside, "aside.yaml"))
     for rule in ("SIT215", "SIT217"):
-        (found,) = [f for f in result.findings if f.rule == rule]
-        assert "target.offset: [0, 0]" in found.hint
+        (findings,) = [f for f in result.findings if f.rule == rule]
+        assert "target.offset: [0, 0]" in findings.hint
     back = sitscad.check(sitscad.load_text(aside.replace("[12, 0]", "[0, 0]"), "back.yaml"))
     assert not {f.rule for f in back.findings} & {"SIT215", "SIT217", "SIT306"}
 
@@ -80,16 +80,16 @@ def test_suggested_target_size_gives_signal_in_every_coil():
     wide = FOUR.replace("size: [11, 10]", "size: [44.5, 10]")
     spec = sitscad.load_text(wide, "line4.yaml")
     numbers = sitscad.estimate(sitscad.lay_out(spec))
-    found = responses(numbers.coils, numbers.readout.conversion)
-    most = max(abs(one.change) for one in found)
-    assert all(abs(one.change) > 0.5 * most for one in found)
+    result = responses(numbers.coils, numbers.readout.conversion)
+    most = max(abs(item.change) for item in result)
+    assert all(abs(item.change) > 0.5 * most for item in result)
 
 
 def test_signal_below_least_fraction_of_best_coil_gives_finding(design, estimates, judge):
     spec = design()
     weak = 0.9 * LEAST_SHARE * 1e3
-    (found,) = judge("SIT215", spec, None, answers(estimates, spec, (1e3, weak)))
-    assert weak > FEWEST_STEPS and found.measured == approx(weak, rel=1e-6)
+    (result,) = judge("SIT215", spec, None, answers(estimates, spec, (1e3, weak)))
+    assert weak > FEWEST_STEPS and result.measured == approx(weak, rel=1e-6)
     assert judge("SIT215", spec, None, answers(estimates, spec, (1e3, 1.1 * LEAST_SHARE * 1e3))) == []
 
 
@@ -97,9 +97,9 @@ def test_signal_below_least_fraction_of_best_coil_gives_finding(design, estimate
 def test_coil_without_signal_gives_error_only_with_required_shear(shear, severity, design, estimates, judge):
     """With one of two coils lost shear is a normal force: that was a warning of the steps alone."""
     spec = design(requirements__shear_force=None if shear is None else f"{shear} N")
-    (found,) = judge("SIT215", spec, None, answers(estimates, spec, (1e3, 0.01)))
-    assert found.severity is severity
-    assert found.measured == approx(0.01, rel=1e-3)
+    (result,) = judge("SIT215", spec, None, answers(estimates, spec, (1e3, 0.01)))
+    assert result.severity is severity
+    assert result.measured == approx(0.01, rel=1e-3)
     (weak,) = judge("SIT215", spec, None, answers(estimates, spec, (1e3, 29.0)))
     assert weak.severity is Severity.WARNING and weak.measured == approx(29.0, rel=1e-6)
 
@@ -112,22 +112,22 @@ def test_cell_without_shear_signal_gives_error():
     """Three coils a cell under a target over the middle one, six in all: two of them felt something, each alone."""
     text = CELLS.replace("normal_force: 8 N", "normal_force: 8 N\n  shear_force: 1 N")
     result = sitscad.check(sitscad.load_text(text, "strip.yaml"), hints="none")
-    (found,) = (each for each in result.findings if each.rule == "SIT215")
-    assert found.severity is Severity.ERROR and {"C1", "C3", "C4", "C6"} <= set(re.findall(r"C\d", found.detail))
+    (findings,) = (each for each in result.findings if each.rule == "SIT215")
+    assert findings.severity is Severity.ERROR and {"C1", "C3", "C4", "C6"} <= set(re.findall(r"C\d", findings.detail))
 
 
 def test_few_signal_steps_of_all_coils_give_finding(design, estimates, judge):
     spec = design()
-    (found,) = judge("SIT215", spec, None, answers(estimates, spec, (29.0, 29.0)))
-    assert found.key == "elastomer.thickness"
-    assert found.measured == approx(29.0, rel=1e-6) and found.limit == FEWEST_STEPS
+    (result,) = judge("SIT215", spec, None, answers(estimates, spec, (29.0, 29.0)))
+    assert result.key == "elastomer.thickness"
+    assert result.measured == approx(29.0, rel=1e-6) and result.limit == FEWEST_STEPS
     assert judge("SIT215", spec, None, answers(estimates, spec, (31.0, 31.0))) == []
 
 
 def test_missing_signal_estimate_leaves_rule_not_checked(design, estimates, verdicts):
     spec = design()
-    found, skipped = verdicts("SIT215", spec, None, estimates(spec))
-    assert found == [] and skipped[0].case == "no-change"
+    findings, skipped = verdicts("SIT215", spec, None, estimates(spec))
+    assert findings == [] and skipped[0].case == "no-change"
     assert verdicts("SIT215", design(requirements__normal_force=None))[1][0].case == "no-requirement"
 
 
@@ -148,18 +148,18 @@ def test_signal_smaller_than_thermal_drift_gives_warning(material, small):
     """A sensor whose reading changes by half a per cent over its whole range passed without a word."""
     spec = sitscad.load_text(SMALL.replace("MATERIAL", material), "small.yaml")
     result = sitscad.check(spec)
-    found = [f for f in result.findings if f.rule == "SIT217"]
+    findings = [f for f in result.findings if f.rule == "SIT217"]
     (signal,) = result.signals
     states = sitscad.estimate(sitscad.lay_out(spec)).coils[0].states
     before, after = (states[name].converter_inductance for name in ("rest", "pressed"))
     assert signal.share == approx(after / before - 1.0, rel=1e-6)
-    assert bool(found) is small is (abs(signal.share) < constant_limits()["least_signal"].value)
+    assert bool(findings) is small is (abs(signal.share) < constant_limits()["least_signal"].value)
     if small:
-        (one,) = found
-        assert one.severity is Severity.WARNING and one.measured == approx(abs(signal.share), rel=1e-6)
-        assert "small-signal-steps" in one.cases
+        (item,) = findings
+        assert item.severity is Severity.WARNING and item.measured == approx(abs(signal.share), rel=1e-6)
+        assert "small-signal-steps" in item.cases
         # a target over the whole coil and a mount without metal: neither makes the signal larger
-        assert "elastomer" in one.hint and "target" not in one.hint and "metal" not in one.hint
+        assert "elastomer" in item.hint and "target" not in item.hint and "metal" not in item.hint
 
 
 def test_json_contains_signal_of_every_coil():
@@ -197,11 +197,11 @@ def test_spec_without_force_has_no_signals():
 def test_temperature_sensor_clears_thermal_drift_warning():
     """Of signals below 1 %, those above 0.3 % are kept from warmth by a compensation."""
     spec = sitscad.load_text(SMALL.replace("MATERIAL", "dragon-skin-20"), "small.yaml")
-    (found,) = (f for f in sitscad.check(spec, hints="full").findings if f.rule == "SIT217")
-    assert constant_limits()["least_signal_compensated"].value < found.measured < found.limit
+    (findings,) = (f for f in sitscad.check(spec, hints="full").findings if f.rule == "SIT217")
+    assert constant_limits()["least_signal_compensated"].value < findings.measured < findings.limit
     sensor = spec.replace("readout.thermistor.part", "tmp117")
     assert not [f for f in sitscad.check(sensor, hints="none").findings if f.rule == "SIT217"]
-    keys = [edit.key for fix in found.fixes for edit in fix.edits]
+    keys = [edit.key for fix in findings.fixes for edit in fix.edits]
     assert keys, "a change that clears it is named"
 
 
@@ -217,12 +217,12 @@ def test_drift_over_ten_kelvin_agrees_with_constant():
 def test_magnetic_steel_target_with_small_signal_gets_copper_fix():
     """17-4PH gave 0.06 % where 304 gives 0.7: softness and thickness were offered, and four rounds lost."""
     steel = sitscad.load(TEMPLATES / "bench_7mm.yaml").replace("target.material", "stainless-17-4ph")
-    (found,) = (f for f in sitscad.check(steel, hints="full").findings if f.rule == "SIT217")
+    (findings,) = (f for f in sitscad.check(steel, hints="full").findings if f.rule == "SIT217")
     assert [edit.new for fix in other_metals(steel) for edit in fix.edits] == ["stainless-316l", "copper"]
-    assert [(edit.key, edit.new) for edit in found.fixes[0].edits] == [("target.material", "copper")]
-    alike = sitscad.check(steel.replace("target.material", "stainless-316l"), hints="none").findings
-    (better,) = [f for f in alike if f.rule == "SIT217"]
-    assert 1.5 * found.measured < better.measured < better.limit, "more signal, and not enough"
+    assert [(edit.key, edit.new) for edit in findings.fixes[0].edits] == [("target.material", "copper")]
+    equal = sitscad.check(steel.replace("target.material", "stainless-316l"), hints="none").findings
+    (better,) = [f for f in equal if f.rule == "SIT217"]
+    assert 1.5 * findings.measured < better.measured < better.limit, "more signal, and not enough"
     copper = sitscad.load(TEMPLATES / "bench_7mm.yaml")
     assert not list(other_metals(copper)), "there is no better conductor"
 
@@ -238,8 +238,8 @@ def test_pad_wider_than_target_gets_hint_to_cut_it():
     spec = sitscad.load_text(wide, "wide.yaml")
     narrow = spec.replace("elastomer.size", 10e-3)
     here, there = (abs(signals(Design(each).estimates)[0].share) for each in (spec, narrow))
-    (found,) = (f for f in sitscad.check(spec).findings if f.rule == "SIT217")
-    times = re.match(r"elastomer\.size: 10 improves the value by a factor of ([\d.]+)", found.hint)[1]
+    (findings,) = (f for f in sitscad.check(spec).findings if f.rule == "SIT217")
+    times = re.match(r"elastomer\.size: 10 improves the value by a factor of ([\d.]+)", findings.hint)[1]
     assert float(times) == approx(there / here, rel=0.05) and there > 1.2 * here
     (untried,) = (f for f in sitscad.check(spec, hints="none").findings if f.rule == "SIT217")
     assert "elastomer.size: 10" in untried.hint
@@ -257,9 +257,9 @@ def test_thick_pad_gets_thickness_with_largest_signal():
      requirements: {normal_force: 0.3 N}}
     """
     spec = sitscad.load_text(thick, "thick.yaml")
-    (found,) = (f for f in sitscad.check(spec, hints="full").findings if f.rule == "SIT217")
+    (findings,) = (f for f in sitscad.check(spec, hints="full").findings if f.rule == "SIT217")
     named = r"elastomer\.thickness: ([\d.]+) improves the value by a factor of ([\d.]+)"
-    thickness, times = re.match(named, found.hint).groups()
+    thickness, times = re.match(named, findings.hint).groups()
     share = {mm: abs(signals(Design(spec.replace("elastomer.thickness", f"{mm} mm")).estimates)[0].share)
              for mm in ("1.2", "1.5", "2", "4")}
     assert share[thickness] == max(share.values()) and share[thickness] / share["4"] == approx(float(times), rel=0.05)

@@ -26,11 +26,11 @@ EXAMPLES = [pytest.param(rule, marks=[pytest.mark.slow] if rule in SLOW else [])
 
 @pytest.mark.parametrize("rule", EXAMPLES)
 def test_wrong_example_gives_stored_messages_and_right_example_passes(rule, tmp_path):
-    found, before = rule_examples.findings(rule, rule_examples.wrong_text(rule), tmp_path)
-    assert rule in {each.rule for each in found}
-    assert rule_examples.messages(rule, found) == rule_examples.stored_messages()[rule]
-    kept, undecided = rule_examples.findings(rule, rule_examples.right_text(rule), tmp_path)
-    assert [each.message for each in kept if not (each.keeps_limit and rule in STATED)] == []
+    findings, before = rule_examples.findings(rule, rule_examples.wrong_text(rule), tmp_path)
+    assert rule in {each.rule for each in findings}
+    assert rule_examples.messages(rule, findings) == rule_examples.stored_messages()[rule]
+    stored, undecided = rule_examples.findings(rule, rule_examples.right_text(rule), tmp_path)
+    assert [each.message for each in stored if not (each.keeps_limit and rule in STATED)] == []
     assert set(undecided) <= set(before) or rule in UNDECIDED
 
 
@@ -43,10 +43,10 @@ def test_every_broken_spec_file_has_rule_example():
 
 
 def test_rule_example_is_yaml_of_changed_keys():
-    found = rule_example("SIT205")
-    assert found is not None
-    assert rule_examples.value(found.wrong) == {"coil": {"outer_diameter": 3, "turns": 3, "trace_width": 0.05}}
-    assert rule_examples.value(found.right) == {"coil": {"outer_diameter": 6, "turns": 7, "trace_width": 0.1}}
+    result = rule_example("SIT205")
+    assert result is not None
+    assert rule_examples.value(result.wrong) == {"coil": {"outer_diameter": 3, "turns": 3, "trace_width": 0.05}}
+    assert rule_examples.value(result.right) == {"coil": {"outer_diameter": 6, "turns": 7, "trace_width": 0.1}}
     assert rule_example("SIT320") is None
     assert no_example("SIT320") and not no_example("SIT205")
     missing = rule_example("SIT003")

@@ -40,9 +40,9 @@ def judged(text):
 
 
 def test_target_wider_than_array_has_no_shear_signal():
-    found, skipped = judged(FOUR.replace("TARGET", "24"))
-    assert not skipped and [f.severity for f in found] == [Severity.WARNING] * 2
-    for finding, axis in zip(found, "xy", strict=True):
+    findings, skipped = judged(FOUR.replace("TARGET", "24"))
+    assert not skipped and [f.severity for f in findings] == [Severity.WARNING] * 2
+    for finding, axis in zip(findings, "xy", strict=True):
         assert f"shear along {axis}" in finding.message and finding.key == "target.size"
         assert finding.measured < 3 < FEWEST_STEPS <= finding.limit and finding.unit == "steps"
         assert "7 mm" in finding.hint and "8.5 mm" in finding.detail
@@ -59,22 +59,22 @@ def test_target_ending_at_coil_rims_has_tilt_error_above_shear():
     pad = sitscad.load(TEMPLATES / "three_axis_pad.yaml")
     assert apply_rule(SHEAR, Design(pad)) == ([], [])
     wide = pad.replace({"target.size": 14e-3, "elastomer.size": 14e-3})
-    found = [one for one in sitscad.check(wide, hints="full").findings if one.rule == "SIT218"]
-    assert [one.key for one in found] == ["target.size"] * 2
+    findings = [item for item in sitscad.check(wide, hints="full").findings if item.rule == "SIT218"]
+    assert [item.key for item in findings] == ["target.size"] * 2
     felt = analyse_sensing(sitscad.lay_out(wide), sitscad.estimate(sitscad.lay_out(wide))).points[1]
-    for finding, axis in zip(found, (2, 1), strict=True):
+    for finding, axis in zip(findings, (2, 1), strict=True):
         assert finding.fixes
         assert finding.measured == approx(felt.tilt_errors(math.radians(1.0))[axis].max(), rel=0.2)
         assert finding.limit == 3.0 < finding.measured
-    mended = sitscad.load_text(rewritten(wide.source.text, found[0].fixes[0].edits))
+    mended = sitscad.load_text(rewritten(wide.source.text, findings[0].fixes[0].edits))
     assert mended.target.size[0] < 0.014
     assert apply_rule(SHEAR, Design(mended)) == ([], [])
 
 
 def test_shear_is_checked_only_along_axes_with_several_coils():
     line = FOUR.replace("grid, count: [2, 2]", "line, count: 2").replace("TARGET", "24")
-    found, _ = judged(line)
-    assert len(found) == 1 and "shear-weak" in found[0].cases and "along x" in found[0].message
+    findings, _ = judged(line)
+    assert len(findings) == 1 and "shear-weak" in findings[0].cases and "along x" in findings[0].message
 
 
 @pytest.mark.parametrize(
@@ -86,8 +86,8 @@ def test_shear_is_checked_only_along_axes_with_several_coils():
     ],
 )
 def test_design_without_measurable_shear_is_not_checked(old, new, case):
-    found, (skipped,) = judged(FOUR.replace(old, new).replace("TARGET", "7"))
-    assert not found and skipped.case == case
+    findings, (skipped,) = judged(FOUR.replace(old, new).replace("TARGET", "7"))
+    assert not findings and skipped.case == case
 
 
 @pytest.mark.parametrize("shape", ["circle", "square"])
@@ -103,8 +103,8 @@ def test_inductance_change_equals_estimate_with_moved_target(shape, mount):
     for k, offset in enumerate(moves):
         moved = replace(spec, target=replace(spec.target, offset=offset))
         after = sitscad.estimate(replace(layout, spec=moved)).coils
-        for number, (one, other) in enumerate(zip(before.coils, after, strict=True)):
-            change = other.states["rest"].inductance - one.states["rest"].inductance
+        for number, (item, other) in enumerate(zip(before.coils, after, strict=True)):
+            change = other.states["rest"].inductance - item.states["rest"].inductance
             assert solved[k][number] == approx(change, rel=0.08)
             assert shared[1 + k, number] - shared[0, number] == approx(change, rel=0.12)
 

@@ -54,8 +54,8 @@ def test_only_coil_of_stated_smallest_size_reaches_required_resistance(row):
 def test_coil_smaller_than_profile_minimum_gives_one_note(diameter, rules, is_noted):
     """No message said that a coil of 3 mm cannot be made to the recommended profile."""
     row = {"profile": rules, "shape": "circle", "layers": "4"}
-    found = [each for each in check(spec_of(row, diameter, 1.5), hints="none").findings if each.rule == "SIT222"]
-    assert len(found) == is_noted
-    for each in found:
+    findings = [each for each in check(spec_of(row, diameter, 1.5), hints="none").findings if each.rule == "SIT222"]
+    assert len(findings) == is_noted
+    for each in findings:
         assert (each.severity, each.key) == (Severity.NOTE, "coil.outer_diameter")
         assert (each.measured, each.limit) == (approx(diameter, rel=1e-9), approx(4.2e-3, rel=1e-9))

@@ -37,11 +37,11 @@ def nearest_turns(spec):
     theta = [total * i / count for i in range(count + 1)]
     return (
         min(
-            math.dist(at(one), at(one - 2 * math.pi + turned))
-            for one in theta[:: count // 200]
-            if one >= 2 * math.pi
+            math.dist(at(item), at(item - 2 * math.pi + turned))
+            for item in theta[:: count // 200]
+            if item >= 2 * math.pi
             for turned in [0.5 * (k / 1000 - 0.5) for k in range(1001)]
-            if one - 2 * math.pi + turned >= 0.0
+            if item - 2 * math.pi + turned >= 0.0
         )
         - coil.trace_width
     )
@@ -50,8 +50,8 @@ def nearest_turns(spec):
 def test_measured_turn_gap_equals_exact_spiral_gap(judge):
     """It is not an error of how the spiral is drawn: the formula itself, tried point by point, has the same gap."""
     spec = wide()
-    found = judge("SIT108", spec, lay_out(spec))
-    gap = min(finding.measured for finding in found)
+    result = judge("SIT108", spec, lay_out(spec))
+    gap = min(finding.measured for finding in result)
     assert gap == approx(nearest_turns(spec), abs=0.2e-6)
     assert 0.0 < spec.coil.trace_spacing - gap <= spiral_gap_reduction(spec.coil)
 
@@ -59,9 +59,9 @@ def test_measured_turn_gap_equals_exact_spiral_gap(judge):
 @pytest.mark.parametrize(("width", "turns"), [(1.2, 1.35), (0.8, 2.5)])
 def test_suggested_trace_spacing_clears_turn_gap_finding(advised, judge, width, turns):
     spec = wide(width, turns=turns)
-    found = advised("SIT108", spec, lay_out(spec))
-    assert found and all(finding.fixes for finding in found)
-    edits = [edit for finding in found for edit in finding.fixes[0].edits if edit.key == "coil.trace_spacing"]
+    result = advised("SIT108", spec, lay_out(spec))
+    assert result and all(finding.fixes for finding in result)
+    edits = [edit for finding in result for edit in finding.fixes[0].edits if edit.key == "coil.trace_spacing"]
     named = max(parse_quantity(edit.new.strip('"'), "length") for edit in edits)
     mended = replace(spec, coil=replace(spec.coil, trace_spacing=named))
     assert judge("SIT108", mended, lay_out(mended)) == []
@@ -83,8 +83,8 @@ def test_suggested_corner_radius_clears_turn_gap_finding(judge, shape, size, tur
                 f"trace_width: 155 um, trace_spacing: 155 um, start: mid-side, corner_radius: {radius}}}\n")
 
     spec = load_text(text(radius), "a.yaml")
-    (found,) = judge("SIT108", spec, lay_out(spec))
-    named = float(re.search(r"coil\.corner_radius: ([0-9.]+)", found.hint)[1])
-    assert found.key == "coil.corner_radius" and 0.5 * radius < named < radius
+    (result,) = judge("SIT108", spec, lay_out(spec))
+    named = float(re.search(r"coil\.corner_radius: ([0-9.]+)", result.hint)[1])
+    assert result.key == "coil.corner_radius" and 0.5 * radius < named < radius
     mended = load_text(text(named), "a.yaml")
     assert judge("SIT108", mended, lay_out(mended)) == []

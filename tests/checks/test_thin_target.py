@@ -41,14 +41,14 @@ def numbers(spec):
 def test_household_foil_target_gives_only_note():
     """It was an error at 0.53 skin depths, where it takes a tenth of R_P and nothing of the signal."""
     result = sitscad.check(foil())
-    (found,) = [finding for finding in result.findings if finding.rule == "SIT305"]
-    assert found.severity is Severity.NOTE and result.ok
+    (findings,) = [finding for finding in result.findings if finding.rule == "SIT305"]
+    assert findings.severity is Severity.NOTE and result.ok
     (mine, change, frequency), (thick, before, _) = numbers(foil()), numbers(foil("115 um"))
     assert THICK * skin_depth(frequency, 35.4e6) == approx(114e-6, rel=0.02)
-    assert found.measured == approx(1.0 - mine / thick, abs=2e-3)
-    assert 0.08 < found.measured < 0.11 and change / before == approx(1.01, abs=0.01)
-    assert re.search(r"\(-\d\.\d %\)", found.detail) and "nH/N" in found.detail
-    assert found.limit == constant_limits()["thin_target_resistance"].value
+    assert findings.measured == approx(1.0 - mine / thick, abs=2e-3)
+    assert 0.08 < findings.measured < 0.11 and change / before == approx(1.01, abs=0.01)
+    assert re.search(r"\(-\d\.\d %\)", findings.detail) and "nH/N" in findings.detail
+    assert findings.limit == constant_limits()["thin_target_resistance"].value
 
 
 @pytest.mark.parametrize(
@@ -65,9 +65,9 @@ def test_slightly_thin_target_needs_no_comparison_design(monkeypatch, judge):
     assert abs(1.0 - mine / thick) < 0.02 and abs(1.0 - change / before) < 0.01
     estimates = sitscad.estimate(sitscad.lay_out(spec))
     monkeypatch.setattr("sitscad.checks.reading.metal._design_for_comparison", None)
-    (found,) = judge("SIT305", spec, None, estimates)
-    assert found.severity is Severity.NOTE and found.limit == constant_limits()["thin_target_resistance"].value
-    assert abs(found.measured) < 0.09 < constant_limits()["thin_target_resistance"].value
+    (result,) = judge("SIT305", spec, None, estimates)
+    assert result.severity is Severity.NOTE and result.limit == constant_limits()["thin_target_resistance"].value
+    assert abs(result.measured) < 0.09 < constant_limits()["thin_target_resistance"].value
 
 
 @pytest.mark.parametrize("depths", [1.2, 1.5, 2.0, 3.0])
@@ -81,10 +81,10 @@ def test_sheet_resistance_equals_complex_impedance_formula(depths):
 def test_higher_frequency_is_suggested_only_within_converter_range(thickness):
     """Three skin depths stop 95 %: at 13.1 MHz for 70 um of aluminium, at 9.1 MHz for 84 um; the LDC1614 ends at 10."""
     result = sitscad.check(foil(f"{thickness} um", force=FORCE + "readout: {capacitance: 220 nF}\n"))
-    (found,) = [finding for finding in result.findings if finding.rule == "SIT305"]
+    (findings,) = [finding for finding in result.findings if finding.rule == "SIT305"]
     stopped = next(f for f in range(1, 1000) if THICK * skin_depth(0.1e6 * f, 35.4e6) < thickness * 1e-6)
-    assert found.severity is Severity.WARNING
-    assert ("thin-thicker-frequency" in found.cases) is (stopped <= 100)
+    assert findings.severity is Severity.WARNING
+    assert ("thin-thicker-frequency" in findings.cases) is (stopped <= 100)
 
 
 def judge_alone(judge, spec):
@@ -94,25 +94,25 @@ def judge_alone(judge, spec):
 def test_lost_signal_gives_warning_despite_small_loss(judge):
     """A poor conductor: hardly any loss, and a fifth of the signal."""
     for force, case in ((FORCE, "thin-change-newton"), ("", "thin-change-rest")):
-        (found,) = judge_alone(judge, foil("200 um", "{conductivity: 3e4 S/m}", force))
-        assert found.severity is Severity.WARNING and case in found.cases
-        assert found.measured > 0.5 and found.limit == constant_limits()["thin_target_change"].value
+        (result,) = judge_alone(judge, foil("200 um", "{conductivity: 3e4 S/m}", force))
+        assert result.severity is Severity.WARNING and case in result.cases
+        assert result.measured > 0.5 and result.limit == constant_limits()["thin_target_change"].value
 
 
 @pytest.mark.parametrize("force", [FORCE, ""])
 @pytest.mark.parametrize("conductivity", ["0 S/m", "1 S/m"])
 def test_target_without_effect_gives_error(conductivity, force, judge):
-    (found,) = judge_alone(judge, foil("200 um", f"{{conductivity: {conductivity}}}", force))
-    assert found.severity is Severity.ERROR and found.measured < 1e-5 and "poor-conductor" in found.cases
-    assert found.limit == constant_limits()["least_target_effect"].value
+    (result,) = judge_alone(judge, foil("200 um", f"{{conductivity: {conductivity}}}", force))
+    assert result.severity is Severity.ERROR and result.measured < 1e-5 and "poor-conductor" in result.cases
+    assert result.limit == constant_limits()["least_target_effect"].value
 
 
 @pytest.mark.parametrize("permeability", [5, 100])
 def test_insulating_magnetic_target_gives_no_error(permeability, verdicts):
     """It draws the field in, and was refused for want of eddy currents."""
     spec = foil("1 mm", f"{{conductivity: 0 S/m, relative_permeability: {permeability}}}")
-    found, undecided = verdicts("SIT305", spec, None, sitscad.estimate(sitscad.lay_out(spec)))
-    assert not [finding for finding in found if finding.severity is Severity.ERROR]
+    findings, undecided = verdicts("SIT305", spec, None, sitscad.estimate(sitscad.lay_out(spec)))
+    assert not [finding for finding in findings if finding.severity is Severity.ERROR]
     assert bool(undecided) is (permeability == 100)
 
 
@@ -154,14 +154,14 @@ def bends(thickness, more="", material="aluminium"):
 def test_soft_contact_over_whole_foil_is_not_checked(thickness, more, is_said):
     """The pad's rim gives way under even pressure; a stiff face, as large as the target, keeps that flat."""
     text = LONG.format(thickness=thickness, more=more, material="copper").replace("[19, 9]", "[9, 9]")
-    found, undecided = judged(text)
-    assert not found and [one.case for one in undecided] == ["even-press"] * is_said
+    findings, undecided = judged(text)
+    assert not findings and [item.case for item in undecided] == ["even-press"] * is_said
 
 
 def test_bending_foil_gives_warning_with_sufficient_thickness():
-    (told,) = bends("50 um")
-    assert told.severity is Severity.WARNING and told.measured > 1.0 and told.key == "target.thickness"
-    enough = re.search(r"([\d.]+) um", told.hint)
+    (text,) = bends("50 um")
+    assert text.severity is Severity.WARNING and text.measured > 1.0 and text.key == "target.thickness"
+    enough = re.search(r"([\d.]+) um", text.hint)
     assert not bends(f"{enough[1]} um") and bends(f"{0.93 * float(enough[1]):.4g} um")
     assert not bends("50 um", ", contact: [19, 9]") and bends(f"{enough[1]} um", ", contact: 3")
     assert not bends("50 um", material="ferrite"), "whose modulus is not known: not checked"
@@ -174,8 +174,8 @@ def test_bending_target_gets_fix_with_sufficient_thickness():
      trace_spacing: 0.165}, fpc: {margin: [1, 1]}, target: {size: 20, thickness: 0.3, material: aluminium},
      elastomer: {size: 20, thickness: 4}, requirements: {normal_force: 20 N}}
     """, "a.yaml")
-    (found,) = (f for f in sitscad.check(spec).findings if f.rule == "SIT327")
-    (remedy,) = found.fixes
+    (findings,) = (f for f in sitscad.check(spec).findings if f.rule == "SIT327")
+    (remedy,) = findings.fixes
     (edit,) = remedy.edits
     assert edit.key == "target.thickness" and remedy.is_safe
     changed = spec.source.text.replace("thickness: 0.3,", f"thickness: {edit.new},")

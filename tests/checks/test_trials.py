@@ -96,8 +96,8 @@ def test_target_size_fix_also_enlarges_elastomer():
     changed = THIN
     for key, value in size:
         changed = written(changed, key, value)
-    found = check(load_text(json.dumps(changed), "spec.yaml"), hints="none").findings
-    assert "SIT307" not in {f.rule for f in found}
+    findings = check(load_text(json.dumps(changed), "spec.yaml"), hints="none").findings
+    assert "SIT307" not in {f.rule for f in findings}
 
 
 SQUARE_TARGET = design(
@@ -132,9 +132,9 @@ def test_plate_size_fix_fits_board_and_breaks_no_plate_rule(name, judge, advised
     document["target"] = {"shape": "square", "thickness": 0.2, **target}
     document["elastomer"] = {"material": "dragon-skin-10", "shape": "square", "thickness": 1, **pad}
     document["requirements"] = {"normal_force": force}
-    (found, *_) = advised("SIT307", load_text(json.dumps(document), "spec.yaml"))
+    (result, *_) = advised("SIT307", load_text(json.dumps(document), "spec.yaml"))
     changed = document
-    for key, value in alternatives(found)[0]:
+    for key, value in alternatives(result)[0]:
         changed = written(changed, key, value)
     after = load_text(json.dumps(changed), "spec.yaml")
     assert judge("SIT307", after) == judge("SIT306", after) == judge("SIT304", after) == []
@@ -147,9 +147,9 @@ def test_contradicting_limits_give_hint_without_fix():
         target={"shape": "square", "size": 5, "thickness": 0.2},
         elastomer={"material": "dragon-skin-10", "shape": "square", "size": 5, "thickness": 1},
     )
-    found = check(load_text(json.dumps(document), "spec.yaml"), hints="full").findings
-    hints = [f.hint for f in found if f.rule == "SIT306"]
-    assert hints and all("SIT301" in hint for hint in hints) and not any(f.fixes for f in found
+    findings = check(load_text(json.dumps(document), "spec.yaml"), hints="full").findings
+    hints = [f.hint for f in findings if f.rule == "SIT306"]
+    assert hints and all("SIT301" in hint for hint in hints) and not any(f.fixes for f in findings
                                                                               if f.rule == "SIT306")
 
 
@@ -168,18 +168,18 @@ def test_search_returns_change_with_warning_only_without_better_one(errors, warn
         count = fix.spec.coil.turns
         return RemainingProblems(errors.get(count, ()), warnings.get(count, ()))
 
-    found = search([lambda: [with_turns(spec, n * 1.0) for n in (3, 4, 5)]], trial, Budget.of("decisive"))
-    assert [fix.spec.coil.turns for fix, _ in found.mending] == turns and not found.is_cut_short
-    assert [left.new_warnings for _, left in found.mending] == [warnings.get(count, ()) for count in turns]
+    result = search([lambda: [with_turns(spec, n * 1.0) for n in (3, 4, 5)]], trial, Budget.of("decisive"))
+    assert [fix.spec.coil.turns for fix, _ in result.mending] == turns and not result.is_cut_short
+    assert [left.new_warnings for _, left in result.mending] == [warnings.get(count, ()) for count in turns]
 
 
 def test_search_without_fix_hint_names_most_effective_change():
     spec = load_text(json.dumps(design("circle", 6, 2, 2, 100, 100, "generic-flex")), "spec.yaml")
     gains = {3.0: 1.05, 4.0: 1.9, 5.0: 1.2}
-    found = search([lambda: [with_turns(spec, turns) for turns in gains]],
+    result = search([lambda: [with_turns(spec, turns) for turns in gains]],
                    lambda fix: RemainingProblems(("SIT201",), gain=gains[fix.spec.coil.turns]), Budget.of("decisive"))
     text = text_of("tried-helps", "hint", {"change": "coil.turns: 4", "gain": 1.9})
-    assert not found.mending and hint_text("more turns", found, ()).startswith(text)
+    assert not result.mending and hint_text("more turns", result, ()).startswith(text)
 
 
 def test_search_tries_second_family_only_at_full_level():
@@ -201,16 +201,16 @@ def test_error_fix_that_worsens_warning_is_accepted_and_reported():
     )
     text = json.dumps(faint, indent=1)
     before = check(load_text(text, "spec.yaml"), hints="full").findings
-    found = {each.rule: each for each in before}
-    (remedy,) = found["SIT210"].fixes
+    result = {each.rule: each for each in before}
+    (remedy,) = result["SIT210"].fixes
     assert [(edit.key, edit.new) for edit in remedy.edits] == [("readout.scan_rate", '"160 Hz"')]
-    assert text_of("tried-warns-more", "hint", {"rules": ["SIT215"]}) in found["SIT210"].hint
+    assert text_of("tried-warns-more", "hint", {"rules": ["SIT215"]}) in result["SIT210"].hint
     after = check(load_text(rewritten(text, remedy.edits), "spec.yaml"), hints="none").findings
     (worse,) = [each for each in after if each.rule == "SIT215"]
-    assert remedy.new_warnings == () and worse.measured < 0.95 * found["SIT215"].measured
+    assert remedy.new_warnings == () and worse.measured < 0.95 * result["SIT215"].measured
     assert worsened_rules(before, after) == {"SIT215"} and not worsened_rules(after, before)
-    assert is_better(Applied(found["SIT210"], remedy), before, after)
-    milder = replace(found["SIT210"], severity=Severity.WARNING)
+    assert is_better(Applied(result["SIT210"], remedy), before, after)
+    milder = replace(result["SIT210"], severity=Severity.WARNING)
     warned = [milder if each.rule == "SIT210" else each for each in before]
     assert not is_better(Applied(milder, remedy), warned, after)
 
@@ -254,8 +254,8 @@ def test_dynamic_bend_fix_depends_on_array_rows(array, named):
 @pytest.mark.slow
 def test_hint_lists_few_ineffective_changes():
     """Every try spelled out made the longest hint of all templates."""
-    found = check(load_text(templates.read("grasper_3p5mm"), "spec.yaml"), hints="full").findings
-    (hint,) = [f.hint for f in found if f.rule == "SIT203"]
+    findings = check(load_text(templates.read("grasper_3p5mm"), "spec.yaml"), hints="full").findings
+    (hint,) = [f.hint for f in findings if f.rule == "SIT203"]
     assert hint.count("SIT112") == 1 and len(hint.partition("SIT112")[2]) < 100
 
 
@@ -267,8 +267,8 @@ RACETRACK = design(
 
 
 def test_body_wider_than_jaw_detail_lists_coils_edges_and_leads(judge):
-    (found, port) = judge("SIT301", load_text(json.dumps(RACETRACK), "spec.yaml"))
-    assert all(share in found.detail for share in ("coils 4.4 mm", "edges 400 um", "the coils 400 um"))
+    (result, port) = judge("SIT301", load_text(json.dumps(RACETRACK), "spec.yaml"))
+    assert all(share in result.detail for share in ("coils 4.4 mm", "edges 400 um", "the coils 400 um"))
     assert port.key == "coil.outer_diameter"
 
 
@@ -334,8 +334,8 @@ def test_fixes_of_random_designs_clear_their_findings(seed):
 def test_suggested_finer_fabricator_profiles_fit_design():
     """ "choose a finer fabricator" named none: the table of the docs led to one whose rule for coils refused it."""
     spec = load_text(json.dumps(design("circle", 6, 12, 2, 80, 80, "generic-flex")), "spec.yaml")
-    (found,) = (f for f in check(spec, hints="none").findings if f.rule == "SIT101")
-    named = re.search(r"fpc\.rules \(([^)]+)\)", found.hint)[1].split(", ")
+    (findings,) = (f for f in check(spec, hints="none").findings if f.rule == "SIT101")
+    named = re.search(r"fpc\.rules \(([^)]+)\)", findings.hint)[1].split(", ")
     assert named
     for name in named:
         rules = {f.rule for f in check(spec.replace("fpc.rules", name), hints="none").findings
@@ -353,13 +353,13 @@ def test_shear_fix_and_overhang_fix_do_not_conflict():
     such as people write, not 7.79 and 7.78.
     """
     spec = load_text((Path(__file__).parents[1] / "report/broken/SIT407.yaml").read_text(), "felt.yaml")
-    found = check(spec, hints="full").findings
-    fixes = {f.rule: [[(e.key, e.new) for e in fix.edits] for fix in f.fixes] for f in found if f.fixes}
+    findings = check(spec, hints="full").findings
+    fixes = {f.rule: [[(e.key, e.new) for e in fix.edits] for fix in f.fixes] for f in findings if f.fixes}
     assert fixes["SIT307"] == [[("fpc.margin", "[0, 0.1]")]]
-    (hangs,) = [f.hint for f in found if f.rule == "SIT307"]
+    (hangs,) = [f.hint for f in findings if f.rule == "SIT307"]
     assert "elastomer.size: 7.8 with target.size: 7.8" in hangs and "SIT312" in hangs
     assert fixes["SIT312"] == [[("elastomer.material", "dragon-skin-10")]]
-    assert any("shear-body" in f.cases and "fpc.margin" in f.hint for f in found if f.rule == "SIT312")
+    assert any("shear-body" in f.cases and "fpc.margin" in f.hint for f in findings if f.rule == "SIT312")
 
 
 @pytest.mark.few(1)
@@ -387,8 +387,8 @@ def test_shear_fix_and_overhang_fix_do_not_conflict():
 def test_values_in_hints_are_tried_fixes(name, changes, rule, edits):
     """They were named "(not tried)" or without a word, sizes that other rules refuse; SIT308 named one layer alone."""
     spec = rewritten_spec(load_text(templates.read(name), "spec.yaml"), changes.items())
-    found = [f for f in check(spec, hints="full").findings if f.rule == rule]
-    fixes = [(f, fix) for f in found for fix in f.fixes if {edit.key: edit.new for edit in fix.edits} == edits]
+    findings = [f for f in check(spec, hints="full").findings if f.rule == rule]
+    fixes = [(f, fix) for f in findings for fix in f.fixes if {edit.key: edit.new for edit in fix.edits} == edits]
     assert fixes and all(next(iter(edits)) in f.hint for f, _ in fixes)
     mended = check(load_text(rewritten(spec.source.text, fixes[0][1].edits)), hints="none").findings
     finding = fixes[0][0]  # of one key a rule may complain twice: of a static bend in a hinge, and of its radius
@@ -398,8 +398,8 @@ def test_values_in_hints_are_tried_fixes(name, changes, rule, edits):
 def test_dynamic_bend_in_hinge_gets_no_static_bend_hint():
     """It moves at every grasp, whatever the spec says."""
     spec = load_text(templates.read("grasper_4layer"), "spec.yaml").replace("fpc.tail.bend", "dynamic")
-    found = [f for f in check(spec, hints="none").findings if f.rule == "SIT308" and f.key == "fpc.tail.layers"]
-    assert found and all({"moving-layers-hinge", "moving-foil-hinge"} & set(f.cases) for f in found)
+    findings = [f for f in check(spec, hints="none").findings if f.rule == "SIT308" and f.key == "fpc.tail.layers"]
+    assert findings and all({"moving-layers-hinge", "moving-foil-hinge"} & set(f.cases) for f in findings)
 
 
 @pytest.mark.more
@@ -412,8 +412,8 @@ def test_shear_and_length_fixes_do_not_conflict(size):
             for key, value in (("shape", shape), ("size", size))}
     changes = wide | {"requirements.shear_force": "1 N", "fpc.margin": [4, 8]}
     spec = rewritten_spec(load_text(templates.read("bench_7mm"), "spec.yaml"), changes.items())
-    found = {f.rule: f for f in check(spec, hints="full").findings}
-    fixes = [fix for rule in ("SIT218", "SIT306") for fix in found[rule].fixes]
+    findings = {f.rule: f for f in check(spec, hints="full").findings}
+    fixes = [fix for rule in ("SIT218", "SIT306") for fix in findings[rule].fixes]
     assert len(fixes) > 1
     for fix in fixes:
         after = check(load_text(rewritten(spec.source.text, fix.edits)), hints="none").findings
@@ -426,8 +426,8 @@ def test_shear_and_length_fixes_do_not_conflict(size):
 def test_wide_target_and_missing_film_give_findings_without_trials(name):
     """Without trials a hint gives the direction; a way to write it is what the search finds."""
     wide = {"target.size": 24e-3, "elastomer.size": 24e-3} if name == "three_axis_pad" else {"encapsulation": None}
-    found = check(load_text(templates.read(name), "spec.yaml").replace(wide), hints="none").findings
-    assert {"SIT218", "SIT311"} & {f.rule for f in found} 
+    findings = check(load_text(templates.read(name), "spec.yaml").replace(wide), hints="none").findings
+    assert {"SIT218", "SIT311"} & {f.rule for f in findings} 
 
 
 def test_trial_designs_reuse_solved_targets(monkeypatch):

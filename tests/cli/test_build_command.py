@@ -170,8 +170,8 @@ def test_terminal_shows_progress_and_colours_unless_no_color_is_set(run, monkeyp
 def test_piped_build_prints_line_at_start_of_long_stage(run):
     """A build into a pipe said nothing for up to a minute."""
     done = run("build", "good.yaml", "--only", "gerber")
-    told = [line for line in done.err.splitlines() if line.endswith(" ...")]
-    assert told == ["sitscad: good-coil: check ..."], "gerber is made at once, and nothing else is wanted"
+    text = [line for line in done.err.splitlines() if line.endswith(" ...")]
+    assert text == ["sitscad: good-coil: check ..."], "gerber is made at once, and nothing else is wanted"
     assert " ..." not in run("build", "good.yaml", "--only", "gerber").err, "nothing is made anew"
 
 
@@ -200,10 +200,10 @@ def test_build_check_lists_stale_files_exits_1_and_writes_nothing(run, tmp_path)
 
 
 def test_messages_of_several_specs_start_with_spec_name(run):
-    said = run("build", "good.yaml", "weak.yaml", "--check", "--only", "firmware").err
-    lines = [line for line in said.splitlines() if line and not line.startswith((" ", "sitscad: "))]
+    message = run("build", "good.yaml", "weak.yaml", "--check", "--only", "firmware").err
+    lines = [line for line in message.splitlines() if line and not line.startswith((" ", "sitscad: "))]
     assert lines and all(line.startswith(("good.yaml:", "weak.yaml:")) for line in lines)
-    assert "weak.yaml: not ok: " in said and "good.yaml: ok: " in said
+    assert "weak.yaml: not ok: " in message and "good.yaml: ok: " in message
 
 
 @pytest.mark.slow
@@ -225,11 +225,11 @@ def test_packages_do_not_depend_on_number_of_processes(run, tmp_path):
     for name in names:
         (tmp_path / f"{name}.yaml").write_text(text.replace("good-coil", name))
     specs = [f"{name}.yaml" for name in names]
-    one = run("build", *specs, "weak.yaml", "--only", "firmware", "-o", "one", "--jobs", "1")
+    item = run("build", *specs, "weak.yaml", "--only", "firmware", "-o", "one", "--jobs", "1")
     two = run("build", *specs, "weak.yaml", "--only", "firmware", "-o", "two", "--jobs", "2")
-    of_one, of_two = (sorted(line for line in done.err.splitlines() if not STAGE.match(line)) for done in (one, two))
-    assert (one.code, two.code) == (1, 1)
+    of_one, of_two = (sorted(line for line in done.err.splitlines() if not STAGE.match(line)) for done in (item, two))
+    assert (item.code, two.code) == (1, 1)
     assert of_one == of_two
-    assert one.out.replace("one/", "two/") == two.out and "coil-2" in two.out
+    assert item.out.replace("one/", "two/") == two.out and "coil-2" in two.out
     for path in sorted((tmp_path / "one").rglob("*.json")):
         assert path.read_bytes() == (tmp_path / "two" / path.relative_to(tmp_path / "one")).read_bytes()

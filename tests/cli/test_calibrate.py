@@ -54,8 +54,8 @@ def test_completed_plan_gives_calibration_within_stated_error(run, pair, tmp_pat
     folder = tmp_path / "pair-calibration"
     assert planned.code in (0, 1) and "not calibrated" in planned.out
     before = json.loads((folder / "calibration.json").read_text())
-    said, _, text = (folder / "plan.csv").read_text().partition("\n")
-    assert said == "# rotation: held"
+    message, _, text = (folder / "plan.csv").read_text().partition("\n")
+    assert message == "# rotation: held"
     rows = list(csv.DictReader(io.StringIO(text)))
     assert len(rows) == 5 + 3  # points, and three tares that tell the noise
     sensors = sensors_of(sitscad.Design(sitscad.load(tmp_path / "pair.yaml")).response)
@@ -74,8 +74,8 @@ def test_completed_plan_gives_calibration_within_stated_error(run, pair, tmp_pat
     assert after["is_calibrated"] and not before["is_calibrated"]
     tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(30, 300)])
     read = np.rint(sensors.conversion.counts(sensors.frequencies_under(hidden, tried, exact=True)))
-    found = sitscad.map_of(tmp_path / "made" / "calibration.json")
-    off = found(read[1:], read[0]) - tried[1:, sensors.range.columns]
-    stated = np.array([after["error_N"][axis] for axis in found.axes])
+    result = sitscad.map_of(tmp_path / "made" / "calibration.json")
+    off = result(read[1:], read[0]) - tried[1:, sensors.range.columns]
+    stated = np.array([after["error_N"][axis] for axis in result.axes])
     assert np.all(np.sqrt(np.mean(off**2, axis=0)) < 2.5 * stated)
     assert np.sqrt(np.mean(off[:, 0] ** 2)) < 0.3 * before["error_N"]["normal"]

@@ -108,10 +108,10 @@ def test_select_and_ignore_choose_rules_and_are_reported(run):
     assert not [f for f in document["findings"] if f["rule"].startswith("SIT2")]
     left_out = {entry["rule"] for entry in document["not_checked"] if "--ignore" in entry["reason"]}
     assert left_out == {rule.id for rule in sitscad.RULES if rule.id.startswith("SIT2")}
-    one = sorted(rule for rule in errors if rule.startswith("SIT2"))[0]
-    selected = json.loads(run("check", "weak.yaml", "--select", one, "--format=json").out)["specs"][0]
-    assert {f["rule"] for f in selected["findings"]} == {one}
-    name = next(rule.name for rule in sitscad.RULES if rule.id == one)
+    item = sorted(rule for rule in errors if rule.startswith("SIT2"))[0]
+    selected = json.loads(run("check", "weak.yaml", "--select", item, "--format=json").out)["specs"][0]
+    assert {f["rule"] for f in selected["findings"]} == {item}
+    name = next(rule.name for rule in sitscad.RULES if rule.id == item)
     assert json.loads(run("check", "weak.yaml", "--select", name, "--format=json").out)["specs"][0] == selected
 
 
@@ -227,9 +227,9 @@ TALL = Path(__file__).parents[1] / "report/broken/SIT319.yaml"
 
 
 def test_picture_shows_missing_height_in_jaw(run, tmp_path):
-    said = run("check", "--hints", "none", "--picture", "pictures/why.svg", str(TALL))
+    message = run("check", "--hints", "none", "--picture", "pictures/why.svg", str(TALL))
     drawn = (tmp_path / "pictures/why.svg").read_text()
-    assert said.code == 1 and "drawn in pictures/why.svg" in said.err
+    assert message.code == 1 and "drawn in pictures/why.svg" in message.err
     assert "needs 7.095" in drawn and "carried 2.095" in drawn and "#b00000" in drawn
 
 
@@ -237,9 +237,9 @@ def test_pictures_of_several_specs_are_named_after_specs(run, tmp_path):
     shutil.copy(TALL, tmp_path / "tall.yaml")
     bare = "coil: {shape: circle, outer_diameter: 8, turns: 14, layers: 2, trace_width: 0.1, trace_spacing: 0.1}\n"
     (tmp_path / "bare.yaml").write_text(f"sitscad: 1\nname: bare\n{bare}")
-    said = run("check", "--hints", "none", "--picture", "drawn", "tall.yaml", "bare.yaml")
+    message = run("check", "--hints", "none", "--picture", "drawn", "tall.yaml", "bare.yaml")
     assert [path.name for path in (tmp_path / "drawn").iterdir()] == ["tall.svg"]
-    assert "bare.yaml: nothing to draw, drawn/bare.svg was not written" in said.err
+    assert "bare.yaml: nothing to draw, drawn/bare.svg was not written" in message.err
 
 
 @pytest.mark.parametrize(
@@ -252,8 +252,8 @@ def test_pictures_of_several_specs_are_named_after_specs(run, tmp_path):
     ],
 )
 def test_impossible_picture_option_exits_2(run, options, why):
-    said = run("check", "--hints", "none", *options)
-    assert said.code == 2 and why in said.err
+    message = run("check", "--hints", "none", *options)
+    assert message.code == 2 and why in message.err
 
 
 def test_check_reports_board_size_of_layout(run):

@@ -19,17 +19,17 @@ from sitscad.spec.profiles import installed_rules
 def test_new_writes_each_template_and_refuses_existing_file(run, tmp_path):
     listed = [line.split()[0] for line in run("new", "--list").out.splitlines()]
     assert set(listed) >= {"bench_7mm", "grasper_3p5mm", "grasper_4layer", "single_coil"}
-    said = {}
+    message = {}
     for name in listed:
         done = run("new", name)
         assert (done.code, done.out) == (0, f"{name}.yaml\n")
         assert sitscad.load(tmp_path / f"{name}.yaml").name
-        (said[name],) = (line for line in done.err.splitlines() if "fpc.rules: recommended" in line)
+        (message[name],) = (line for line in done.err.splitlines() if "fpc.rules: recommended" in line)
     # "to start from: recommended" stood under templates that this profile refuses
-    assert "cannot be made (SIT112, SIT135)" in said["round_button_12mm"]
+    assert "cannot be made (SIT112, SIT135)" in message["round_button_12mm"]
     page = (Path(__file__).parents[2] / "docs/fabricators.md").read_text(encoding="utf-8")
     made = re.findall(r"`(\w+)`", page.split("`recommended`. These\ncan: ")[1].split(". ")[0])
-    assert made == [name for name, line in said.items() if "can be made with" in line]
+    assert made == [name for name, line in message.items() if "can be made with" in line]
     (tmp_path / "single_coil.yaml").write_text("mine")
     refused = run("new", "single_coil")
     assert (refused.code, refused.out) == (2, "")
@@ -125,8 +125,8 @@ def test_estimate_of_invalid_spec_prints_json_with_findings(run):
     assert done.code == 2
     assert document["coils"] == []
     assert document["findings"][0]["key"] == "coil.shape"
-    told = run("estimate", "broken.yaml").out
-    assert re.search(r"^broken.yaml:\d+:\d+ SIT\d+ error .*shape", told, re.M) and "nothing was estimated" in told
+    text = run("estimate", "broken.yaml").out
+    assert re.search(r"^broken.yaml:\d+:\d+ SIT\d+ error .*shape", text, re.M) and "nothing was estimated" in text
 
 
 def test_estimate_uses_tolerance_and_method_options(run):

@@ -55,8 +55,8 @@ def test_fix_changes_only_faulty_values_in_spec(run, slips):
     done = run("check", "--fix", "slips.yaml")
     assert slips.read_text() == MENDED
     assert done.code == 0 and done.out.splitlines()[-1].startswith("ok: ")
-    said = [line for line in done.err.splitlines() if "mended" in line]
-    assert said == [
+    message = [line for line in done.err.splitlines() if "mended" in line]
+    assert message == [
         "sitscad: slips.yaml: SIT002 mended: fpc.tail.conector is now connector",
         "sitscad: slips.yaml: SIT005 mended: coil.trace_width: 100 um instead of 100 Um",
         "sitscad: slips.yaml: SIT007 mended: coil.shape: circle instead of circel",
@@ -151,11 +151,11 @@ def test_rejected_fix_is_reported_with_its_new_findings(run, tmp_path):
     path.write_text(f"{broken}fpc: {{margin: [0, 0.1]}}\n", encoding="utf-8")
     before = path.read_bytes()
     done = run("check", "--fix", "--unsafe-fixes", "--hints", "decisive", "soft.yaml")
-    said = [line.removeprefix("sitscad: soft.yaml: ") for line in done.err.splitlines()]
-    (tried,) = [line for line in said if line.startswith("SIT103 not mended by coil.trace_width: ")]
+    message = [line.removeprefix("sitscad: soft.yaml: ") for line in done.err.splitlines()]
+    (tried,) = [line for line in message if line.startswith("SIT103 not mended by coil.trace_width: ")]
     assert "SIT217" in tried.rpartition(": ")[2]
-    assert "no fix is known for SIT134, SIT217, SIT312 (check -v has hints)" in said
-    assert len(said) == len(set(said)) and path.read_bytes() == before
+    assert "no fix is known for SIT134, SIT217, SIT312 (check -v has hints)" in message
+    assert len(message) == len(set(message)) and path.read_bytes() == before
 
 
 def test_fix_with_ignored_rule_skips_it(run, slips):
@@ -181,16 +181,16 @@ def test_fix_preserves_hard_links(run, slips, tmp_path):
 
 
 def test_unsafe_fixes_search_full_hints_by_default(run, slips, monkeypatch):
-    asked, mend = [], inspection.mend
+    request, mend = [], inspection.mend
 
     def noted(path, may, hints, options, progress=None):
-        asked.append(hints)
+        request.append(hints)
         return mend(path, may, "none", options, progress=progress)
 
     monkeypatch.setattr("sitscad.cli.checking.mend", noted)
     for words in (("--unsafe-fixes",), ("--unsafe-fixes", "--hints", "decisive"), ()):
         run("check", "--diff", *words, "slips.yaml")
-    assert asked == ["full", "decisive", "decisive"]
+    assert request == ["full", "decisive", "decisive"]
 
 
 def test_fix_of_read_only_file_exits_2_and_changes_nothing(run, open_folder, as_a_user):
@@ -251,8 +251,8 @@ def test_long_search_for_fixes_prints_progress(run, tmp_path, monkeypatch):
     monkeypatch.setattr(terminal, "REPORT_INTERVAL", 0.2)
     (tmp_path / "jaw.yaml").write_text(templates.read("single_coil").replace("turns:", "turns: 60 #", 1))
     done = run("check", "--diff", "--unsafe-fixes", "jaw.yaml")
-    told = [line for line in done.err.splitlines() if line.startswith("sitscad: jaw.yaml: ") and " s, " in line]
-    assert told and all("fixes" in line or "trying" in line for line in told)
+    text = [line for line in done.err.splitlines() if line.startswith("sitscad: jaw.yaml: ") and " s, " in line]
+    assert text and all("fixes" in line or "trying" in line for line in text)
     quick = run("check", "--hints", "none", "jaw.yaml")
     assert " s, " not in quick.err
 

@@ -75,8 +75,8 @@ def test_ignore_comment_may_follow_other_comment_on_its_line(run, good):
     )
     spec = spec_of(run, "good.yaml")
     assert ignored_of(spec) == {"SIT103": ("comment", "asked")}
-    (found,) = comments("turns: 9  # eight do not do  # sitscad: ignore SIT103", {"SIT103"})
-    assert (found.column, found.fault) == (30, "it gives no reason: who said so, and when?")
+    (result,) = comments("turns: 9  # eight do not do  # sitscad: ignore SIT103", {"SIT103"})
+    assert (result.column, result.fault) == (30, "it gives no reason: who said so, and when?")
 
 
 @pytest.mark.parametrize(
@@ -262,13 +262,13 @@ def test_baseline_without_measured_value_silences_nothing(run, figure):
 
 def test_smaller_margin_to_limit_is_not_covered_by_baseline(run):
     """Of what is told because it comes near its limit, less room is worse: of what is beyond it, more is."""
-    told = dict(key="coil.turns", limit=1.8)
+    text = dict(key="coil.turns", limit=1.8)
     for before, now, keeps, is_known in (
         (1.7, 1.6, True, True), (1.7, 1.75, True, False), (1.9, 1.95, False, False), (1.9, 1.85, False, True),
         (1.7, 1.85, False, False), (1.9, 1.7, True, False),
     ):
         entry = BaselineFinding(Severity.WARNING, before, 1.8, keeps_limit=before < 1.8 and keeps)
-        finding = Finding("SIT204", "", Severity.WARNING, "", measured=now, keeps_limit=keeps, **told)
+        finding = Finding("SIT204", "", Severity.WARNING, "", measured=now, keeps_limit=keeps, **text)
         assert entry.covers(finding) == is_known, (before, now, keeps)
 
 
@@ -352,9 +352,9 @@ def test_fail_on_option_sets_failing_severity(run, on, code):
 
 
 def test_check_with_two_processes_prints_equal_output(run):
-    asked = ("check", "good.yaml", "weak.yaml", "broken.yaml", "absent.yaml", "--hints", "none", "--format", "json")
-    one, two = run(*asked, "--jobs", "1"), run(*asked, "--jobs", "2")
-    assert one == two and one.code == 2
+    request = ("check", "good.yaml", "weak.yaml", "broken.yaml", "absent.yaml", "--hints", "none", "--format", "json")
+    item, two = run(*request, "--jobs", "1"), run(*request, "--jobs", "2")
+    assert item == two and item.code == 2
 
 
 # ------------------------------------------------------------------------------------------------------------ build

@@ -68,15 +68,15 @@ def test_response_files_have_equal_numbers(run, pair, tmp_path):
     first = (tmp_path / "found.npz").read_bytes()
     run("response", pair, "--pose", "x=0.3", "--jacobian", "-o", "found.npz")
     assert (tmp_path / "found.npz").read_bytes() == first
-    with np.load(tmp_path / "found.npz") as found:
+    with np.load(tmp_path / "found.npz") as result:
         point = shown["points"][0]
-        assert found["pose"].shape == (1, 6)
-        assert found["target_change_H"][0] == approx(np.array(point["target_change_H"]), rel=1e-6)
-        assert found["frequency_by_pose"][0] == approx(np.array(point["frequency_by_pose"]), rel=1e-6)
+        assert result["pose"].shape == (1, 6)
+        assert result["target_change_H"][0] == approx(np.array(point["target_change_H"]), rel=1e-6)
+        assert result["frequency_by_pose"][0] == approx(np.array(point["frequency_by_pose"]), rel=1e-6)
         # nearer is higher, and towards +x is towards the second coil
-        assert found["frequency_by_pose"][0, 0, 2] < 0.0
-        assert found["frequency_by_pose"][0, 0, 0] < 0.0 < found["frequency_by_pose"][0, 1, 0]
-        assert found["frequency_by_load"][0, 0, 0] > 0.0
+        assert result["frequency_by_pose"][0, 0, 2] < 0.0
+        assert result["frequency_by_pose"][0, 0, 0] < 0.0 < result["frequency_by_pose"][0, 1, 0]
+        assert result["frequency_by_load"][0, 0, 0] > 0.0
 
 
 @pytest.mark.parametrize(
@@ -148,5 +148,5 @@ def test_response_prints_gap_at_rest_and_adhesive_thickness(run, pair, tmp_path,
     gap = json.loads(run("estimate", pair, "--format", "json").out)["gaps_m"]["rest"]
     assert document["gap_at_rest_m"] == approx(gap, rel=1e-12)
     assert document["glue_in_gap_m"] == approx(2.0 * line, rel=1e-12)
-    said = run("response", pair, "--pose", "z=-0.1").out
-    assert f"{1e3 * gap:.4g} mm" in said and f"{2e6 * line:.3g} um" in said
+    message = run("response", pair, "--pose", "z=-0.1").out
+    assert f"{1e3 * gap:.4g} mm" in message and f"{2e6 * line:.3g} um" in message

@@ -26,8 +26,8 @@ def checked(text, tmp_path):
 @pytest.mark.parametrize("conductivity", ["0 S/m", "1e-300 S/m", "1 S/m"])
 def test_nearly_insulating_target_yields_error(tmp_path, conductivity):
     result = checked(f"{COIL}target: {{size: 8, material: {{conductivity: {conductivity}}}}}\n", tmp_path)
-    (found,) = (finding for finding in result.findings if finding.rule == "SIT305")
-    assert found.cases[0] == "poor-conductor" and found.severity == sitscad.Severity.ERROR
+    (findings,) = (finding for finding in result.findings if finding.rule == "SIT305")
+    assert findings.cases[0] == "poor-conductor" and findings.severity == sitscad.Severity.ERROR
 
 
 @pytest.mark.slow
@@ -78,8 +78,8 @@ def test_verify_of_coil_without_contacts_fails(tmp_path):
     coil = COIL.replace("layers: 2", "layers: 1").replace("turns: 14", "turns: 8")
     spec.write_text(f"sitscad: 1\nname: seen\n{coil}fpc: {{stackup: [{{copper: 35 um}}]}}\n", encoding="utf-8")
     sitscad.build(sitscad.load(spec), tmp_path / "out", only=("gerber", "kicad"), force=True)
-    found = sitscad.verify(tmp_path / "out/seen")
-    assert not found.ok and any("no way out" in difference for difference in found.differences)
+    result = sitscad.verify(tmp_path / "out/seen")
+    assert not result.ok and any("no way out" in difference for difference in result.differences)
 
 
 DAMPED = COIL.replace("0.1", "0.05") + "readout: {device: ldc1614, capacitance: 1 uF}\n"
@@ -117,10 +117,10 @@ def test_large_coil_of_thick_copper_has_expected_resistance_ratio(tmp_path):
     spec = tmp_path / "seen.yaml"
     coil = "coil: {shape: circle, outer_diameter: 70, turns: 8, trace_width: 1.5, trace_spacing: 1.5}\n"
     spec.write_text(f"sitscad: 1\nname: seen\n{coil}{stackup}", encoding="utf-8")
-    (found,) = sitscad.estimate(sitscad.lay_out(sitscad.load(spec))).coils
-    assert not found.failed_states
+    (result,) = sitscad.estimate(sitscad.lay_out(sitscad.load(spec))).coils
+    assert not result.failed_states
     # a skin of 22 um all round would be 6.6 times the direct current's; neighbours about double that
-    assert 8.0 < found.resistance_ac / found.resistance_dc < 16.0
+    assert 8.0 < result.resistance_ac / result.resistance_dc < 16.0
 
 
 def target_of(material, tmp_path):
@@ -134,17 +134,17 @@ def target_of(material, tmp_path):
 
 def test_ferrite_target_needs_no_skin_depth_thickness(tmp_path):
     """SIT305 asked for 0.4 m of ferrite, and its share of an endless plate's effect was that of a conductor."""
-    result, found = target_of("ferrite", tmp_path)
+    result, results = target_of("ferrite", tmp_path)
     assert "SIT305" not in [finding.rule for finding in result.findings]
     assert any("SIT305" in str(row) and "ferrite" in str(row) for row in result.not_checked)
-    (coil,) = found.coils
+    (coil,) = results.coils
     assert coil.states["rest"].inductance > coil.states["free"].inductance
-    assert found.is_solved and coil.states["rest"].target_change_error < 0.1
+    assert results.is_solved and coil.states["rest"].target_change_error < 0.1
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("material", ["stainless-17-4ph", "copper"])
 def test_inductance_change_error_of_large_target_is_below_10_percent(material, tmp_path):
     """The share of an endless steel was known to 55 %, and R with it."""
-    found = target_of(material, tmp_path)[1]
-    assert found.is_solved and found.coils[0].states["rest"].target_change_error < 0.1
+    result = target_of(material, tmp_path)[1]
+    assert result.is_solved and result.coils[0].states["rest"].target_change_error < 0.1

@@ -50,10 +50,10 @@ def test_unchanged_build_imports_neither_numpy_nor_rules(tmp_path):
     run = [sys.executable, "-c", _RUN.replace('.partition(".")[0]', ""), str(Path(sitscad.__file__).parents[1])]
     first, again = (subprocess.run([*run, *command], capture_output=True, text=True) for _ in range(2))
     assert "(unchanged)" in again.stdout
-    *said, imported = again.stderr.splitlines()
+    *message, imported = again.stderr.splitlines()
     findings = [line for line in first.stderr.splitlines()[:-1] if not line.startswith("sitscad: ")]  # stages at work
-    assert said == findings
-    assert any(line.startswith("signal: ") for line in said)
+    assert message == findings
+    assert any(line.startswith("signal: ") for line in message)
     assert not {"numpy", "sitscad.checks.judging", "sitscad.estimates", "sitscad.layout"} & set(imported.split())
 
 
@@ -112,10 +112,10 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before)
 def test_freed_memory_is_reused_without_page_faults():
     """Large arrays that come and go were cleared by the system every time: a fifth of a check's time."""
     environment = {"PYTHONPATH": str(Path(sitscad.__file__).parents[1]), "NUMPY_MADVISE_HUGEPAGE": "0"}
-    found = {
+    result = {
         how: subprocess.run([sys.executable, "-c", _FAULTS, how], capture_output=True, text=True, env=environment)
         for how in ("plain", "kept")
     }
-    said = {how: done.stdout.split() for how, done in found.items()}
-    assert (said["plain"][0], said["kept"][0]) == ("False", "True")
-    assert int(said["kept"][1]) < 0.3 * int(said["plain"][1])
+    message = {how: done.stdout.split() for how, done in result.items()}
+    assert (message["plain"][0], message["kept"][0]) == ("False", "True")
+    assert int(message["kept"][1]) < 0.3 * int(message["plain"][1])

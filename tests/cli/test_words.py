@@ -59,9 +59,9 @@ def test_tolerance_below_all_methods_is_reported(run, tolerance, said):
 def test_response_note_reports_error_above_tolerance():
     design = sitscad.Design(sitscad.load_text(templates.read("bench_7mm"), "bench_7mm.yaml"))
     pose = np.array([[0.0, 0.0, -1e-4, 0.0, 0.0, 0.0]])
-    for tolerance, said in ((1e-9, True), (0.5, False), (None, False)):
+    for tolerance, message in ((1e-9, True), (0.5, False), (None, False)):
         notes = sitscad.respond(design, pose, tolerance=tolerance).notes[0]
-        assert any("tolerance of 1e-09" in note for note in notes) == said
+        assert any("tolerance of 1e-09" in note for note in notes) == message
 
 
 def test_chosen_method_above_tolerance_is_reported(run):
@@ -106,7 +106,7 @@ def test_file_name_with_control_characters_is_printed_escaped(run, tmp_path):
     for text in ("sitscad_study: 1\n", "sitscad: 1\n", "nothing\n"):
         (tmp_path / f"\x1b[2J\x07{text[:9]}\nok: no findings\r.yaml").write_text(text)
     done = run("check", ".")
-    said = done.out + done.err
+    message = done.out + done.err
     assert done.code == 2
-    assert all(letter.isprintable() or letter == "\n" for letter in said), said
-    assert not any(line.startswith("ok") for line in said.splitlines())
+    assert all(letter.isprintable() or letter == "\n" for letter in message), message
+    assert not any(line.startswith("ok") for line in message.splitlines())

@@ -128,8 +128,8 @@ def test_layer_of_opposite_sense_is_noted_and_cancels_inductance(tmp_path):
     file = tmp_path / "board.kicad_pcb"
     file.write_text(two_layers(sense=-1))
     drawn = sitscad.drawn_coil(str(file), net="COIL", frequency="5 MHz")
-    (first, one), (second, other) = drawn.conductor.turns()
-    assert one * other < 0.0
+    (first, item), (second, other) = drawn.conductor.turns()
+    assert item * other < 0.0
     assert any(second in note or first in note for note in drawn.notes)
     same_sense = sitscad.coil(**TWO).inductance
     assert drawn.inductance < 0.1 * same_sense

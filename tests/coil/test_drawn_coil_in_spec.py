@@ -146,8 +146,8 @@ def test_coils_of_an_array_are_copies_of_the_drawing(drawing):
     folder, _ = drawing
     more = "array: {pattern: explicit, centres: [[-6, 1], [6, 0]], rotations: [90 deg, 0 deg]}\n"
     first, second = sitscad.lay_out(loaded(folder, "drawn: coil.kicad_mod", more)).coils
-    for one, other in zip(first.series, second.series, strict=True):
-        at, there = (piece.path.start if hasattr(piece, "path") else piece.centre for piece in (one, other))
+    for item, other in zip(first.series, second.series, strict=True):
+        at, there = (piece.path.start if hasattr(piece, "path") else piece.centre for piece in (item, other))
         assert (at.x + 6e-3, at.y - 1e-3) == approx((-there.y, there.x - 6e-3), abs=1e-9)
     estimates = sitscad.estimate(sitscad.lay_out(loaded(folder, "drawn: coil.kicad_mod", more)))
     assert estimates.coils[0].winding_inductance == approx(estimates.coils[1].winding_inductance, rel=1e-9)

@@ -28,11 +28,11 @@ def test_coil_function_equals_estimates_of_spec(section):
     section = {"shape": "circle"} | SPIRAL | section
     spec = sitscad.SensorSpec.from_mapping(name="same", coil=section)
     (expected,) = coils_at(sitscad.lay_out(spec), (5e6,))
-    found = sitscad.coil(**section, frequency="5 MHz")
-    assert found.inductance == approx(expected.winding_inductance, rel=1e-12, abs=0)
-    assert found.resistance == approx(expected.winding_resistance, rel=1e-12, abs=0)
-    assert found.quality_factor == approx(expected.winding_quality_factor, rel=1e-12, abs=0)
-    assert found.parallel_resistance == approx(found.resistance * (1 + found.quality_factor**2), rel=1e-12, abs=0)
+    result = sitscad.coil(**section, frequency="5 MHz")
+    assert result.inductance == approx(expected.winding_inductance, rel=1e-12, abs=0)
+    assert result.resistance == approx(expected.winding_resistance, rel=1e-12, abs=0)
+    assert result.quality_factor == approx(expected.winding_quality_factor, rel=1e-12, abs=0)
+    assert result.parallel_resistance == approx(result.resistance * (1 + result.quality_factor**2), rel=1e-12, abs=0)
 
 
 def test_coil_arguments_without_unit_are_in_si_units():
@@ -56,8 +56,8 @@ def test_warm_copper_has_the_resistance_of_warm_copper():
 
 
 def test_self_resonance_of_a_long_track_is_not_stated():
-    one, two = (sitscad.coil(**SPIRAL, layers=layers) for layers in (1, 2))
-    assert (one.self_resonance, one.self_resonance_error) == (None, None)
+    item, two = (sitscad.coil(**SPIRAL, layers=layers) for layers in (1, 2))
+    assert (item.self_resonance, item.self_resonance_error) == (None, None)
     at = sitscad.coil(**SPIRAL, layers=2, frequency=0.97 * two.self_resonance).at[0]
     assert at.apparent_inductance > 10.0 * at.inductance
 
@@ -80,8 +80,8 @@ def test_json_output_has_values_for_every_frequency():
 
 
 def test_published_formula_is_printed_beside_computed_inductance():
-    found = sitscad.coil(**SPIRAL)
-    assert found.formulas[0].inductance == approx(found.inductance, rel=0.05, abs=0)
+    result = sitscad.coil(**SPIRAL)
+    assert result.formulas[0].inductance == approx(result.inductance, rel=0.05, abs=0)
     run = CliRunner().invoke(cli, OPTIONS, standalone_mode=False)
     assert re.search(r"current-sheet +1 uH +\+1\.3 % +yes", run.output)
     long = sitscad.coil(**SPIRAL | {"outer_diameter": ["12 mm", "8 mm"]}, shape="racetrack")

@@ -49,8 +49,8 @@ def test_result_width_that_overlaps_flag_bits_is_refused(add_family):
 def test_c_header_and_bench_use_result_bits_of_family(add_family, monkeypatch, like, bits, mask):
     registers = dict(vars(ldc_registers))
     registers["DATA_FLAGS"] = {  # of 14 bits the flags are two: those of oscillation stand for each other
-        name: (0x4000 if bits == 14 and bit < 0x4000 else bit, said)
-        for name, (bit, said) in ldc_registers.DATA_FLAGS.items()
+        name: (0x4000 if bits == 14 and bit < 0x4000 else bit, message)
+        for name, (bit, message) in ldc_registers.DATA_FLAGS.items()
     }
     monkeypatch.setitem(sys.modules, "sitscad.kernels.converters.other_registers", SimpleNamespace(**registers))
     device = add_family(like, f"{like}_{bits}", result_bits=bits, register_map="other_registers")

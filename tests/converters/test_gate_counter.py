@@ -138,7 +138,7 @@ def test_gate_counter_result_overflow_yields_capacitance_finding(xgc4):
     short = replace(readout, conversion=replace(readout.conversion, gate=10.0))
     design = sitscad.Design(design.spec, given_estimates=replace(design.estimates, readout=short))
     findings = sitscad.check(design.spec, estimates=design.estimates).findings
-    (finding,) = [one for one in findings if one.rule == "SIT207"]
+    (finding,) = [item for item in findings if item.rule == "SIT207"]
     assert finding.key == "readout.capacitance" and finding.limit == approx((2**24 - 1) / 10.0, rel=1e-12)
     assert finding.source == "X Corp XGC4 data sheet XGC0001 (2026), row 1"
 
@@ -174,8 +174,8 @@ def test_gate_counter_package_builds_without_register_files_or_ti_names(xgc4, tm
     assert estimate["conversion_time_s"] == estimate["gate_s"]
     for path in package.rglob("*"):
         if path.suffix in (".json", ".txt", ".html", ".csv", ".h", ".c", ".svg") and path.name != "readme.txt":
-            found = OF_TI.search(path.read_text(encoding="utf-8"))
-            assert found is None, (path.name, found)
+            result = OF_TI.search(path.read_text(encoding="utf-8"))
+            assert result is None, (path.name, result)
 
 
 def test_gate_counter_bench_programs_are_refused_by_name(xgc4):

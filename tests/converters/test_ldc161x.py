@@ -163,9 +163,9 @@ def test_read_back_times_have_expected_bounds() -> None:
 )
 def test_frequency_and_inductance_match_ti_spring_example(data: int, frequency: float, inductance: float) -> None:
     """SSZTCH7: 1 nF at 40 MHz."""
-    found = float(counter(LDC1614).frequencies(np.array(data)))
-    assert found == approx(frequency, rel=2e-4)
-    assert LDC1614.inductance(found, 1e-9) == approx(inductance, rel=2e-4)
+    result = float(counter(LDC1614).frequencies(np.array(data)))
+    assert result == approx(frequency, rel=2e-4)
+    assert LDC1614.inductance(result, 1e-9) == approx(inductance, rel=2e-4)
 
 
 def test_inductance_matches_data_sheet_example() -> None:

@@ -53,10 +53,10 @@ def test_c_header_of_new_family_mentions_only_its_registers(xdc2214):
 
 
 def test_incomplete_register_module_is_refused_with_missing_names(xdc2214, monkeypatch):
-    found: RegisterMap = ldc_registers
+    result: RegisterMap = ldc_registers
     names = {"MANUFACTURER_ID", "DEVICE_ID", "STATUS", "MANUFACTURER", "DATA_FLAGS", "ORDER", "data_addresses",
              "registers", "results_text"}
-    assert set(names_of(RegisterMap)) == names <= set(vars(found))
+    assert set(names_of(RegisterMap)) == names <= set(vars(result))
     without = {name: value for name, value in vars(xdc_registers).items() if name not in ("STATUS", "registers")}
     monkeypatch.setitem(sys.modules, "sitscad.kernels.converters.xdc_registers", SimpleNamespace(**without))
     presets.converter.cache_clear()
@@ -70,19 +70,19 @@ def test_drive_code_beyond_converter_table_is_refused_on_load(xdc2214):
     assert sitscad.load_text(text.format(15)).readout.drive_code == 15
     with pytest.raises(sitscad.SpecError, match=r"XDC2214 has the drive codes 0 to 15, not 16") as refused:
         sitscad.load_text(text.format(16))
-    assert [(one.rule, one.key) for one in refused.value.findings] == [("SIT006", "readout.drive_code")]
+    assert [(item.rule, item.key) for item in refused.value.findings] == [("SIT006", "readout.drive_code")]
 
 
 @pytest.mark.slow
 def test_amplitude_hints_use_drive_table_of_converter(xdc2214):
     weak = design_with(xdc2214, capacitance=3e-9)
     assert weak.estimates.readout.drive_code == 15
-    found = next(one for one in sitscad.check(weak.spec).findings if one.rule == "SIT204")
-    assert "weak-drive" in found.cases
+    findings = next(item for item in sitscad.check(weak.spec).findings if item.rule == "SIT204")
+    assert "weak-drive" in findings.cases
     loud = replace(readings_of(weak.estimates.coils, "amplitude", True)[0], value=2.0)
     weakest = replace(weak.estimates, readout=replace(weak.estimates.readout, drive_code=0))
-    (said,) = _too_strong(sitscad.Design(weak.spec, given_estimates=weakest), loud)
-    assert "50 kohm" in said.text("hint") and "XAC0001 8.2" in said.text("hint")
+    (message,) = _too_strong(sitscad.Design(weak.spec, given_estimates=weakest), loud)
+    assert "50 kohm" in message.text("hint") and "XAC0001 8.2" in message.text("hint")
 
 
 def test_default_capacitor_keeps_frequency_above_converter_minimum(xdc2214):
@@ -125,7 +125,7 @@ def test_invalid_family_data_are_refused_with_message(xdc2214, data, was, writte
     with pytest.raises(DataError, match=re.escape(f"data/converters/xdc221x.csv, {said}")) as refused:
         presets.converter("xdc2214")
     assert report_error(refused.value) == 2
-    assert "fault of sitscad" not in (told := capsys.readouterr().err) and said in told
+    assert "fault of sitscad" not in (lines := capsys.readouterr().err) and said in lines
 
 
 @pytest.mark.parametrize(("was", "written", "said"), [
@@ -151,9 +151,9 @@ def test_family_may_define_additional_limits(xdc2214, data):
 
 
 def test_every_family_row_is_required_by_code():
-    asked = {*REQUIRED_ROWS, *REGISTER_ROWS, *HIGH_CURRENT, *reference_counter.REQUIRED_ROWS}
+    request = {*REQUIRED_ROWS, *REGISTER_ROWS, *HIGH_CURRENT, *reference_counter.REQUIRED_ROWS}
     for family in ("ldc161x", "ldc131x"):
-        assert set(rows_of(family)) == asked
+        assert set(rows_of(family)) == request
 
 
 def test_four_addresses_are_selected_by_addr_connection(xdc2214):
@@ -175,8 +175,8 @@ def test_read_of_converter_without_driver_is_refused(xdc2214):
 def test_readme_of_converter_without_driver_states_it(xdc2214):
     design = design_with(xdc2214)
     files = render_readme(design.layout, design.estimates, incoming(design).board)
-    said = " ".join(files["firmware/readme.txt"].decode().split())
-    assert "There is no driver for XDC2214 in this folder" in said and "xdc2214_config.json" in said
+    message = " ".join(files["firmware/readme.txt"].decode().split())
+    assert "There is no driver for XDC2214 in this folder" in message and "xdc2214_config.json" in message
 
 
 def test_read_back_time_uses_i2c_clock_of_family(xdc2214):

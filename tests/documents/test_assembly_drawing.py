@@ -66,8 +66,8 @@ def test_pieces_are_drawn_to_scale_at_their_positions(sensor):
         (drawn,) = ink[plan_view.PENS[piece.name]]
         low_x, low_y, high_x, high_y = bounding_box([drawn])
         expected = piece.footprint.box
-        found = [(c - o) / scale / 1e3 for c, o in zip((low_x, low_y, high_x, high_y), origin * 2, strict=True)]
-        assert found == approx(expected, abs=1e-9)
+        result = [(c - o) / scale / 1e3 for c, o in zip((low_x, low_y, high_x, high_y), origin * 2, strict=True)]
+        assert result == approx(expected, abs=1e-9)
     assert sum(map(len, ink.values())) == len(pieces)
 
 
@@ -109,9 +109,9 @@ def test_pieces_of_cells_are_listed_in_cell_order(name):
     """Pieces ran from 6 down to 1, coils from 1 up."""
     spec = load_text(templates.read(name))
     plates = plates_of(spec)
-    said = [*plan_view._notes(spec.assembly.glue_line, spec.encapsulation, plates.lines_below_target, plates.all)]
+    message = [*plan_view._notes(spec.assembly.glue_line, spec.encapsulation, plates.lines_below_target, plates.all)]
     for part in ("Target", "Elastomer"):
-        numbers = [int(line.split(":")[0].split("-")[1]) for line in said if line.startswith(f"{part}-")]
+        numbers = [int(line.split(":")[0].split("-")[1]) for line in message if line.startswith(f"{part}-")]
         assert len(numbers) > 5 and numbers == [*range(1, len(numbers) + 1)]
-    first = [line.split("-")[0] for line in said if line.startswith(("Target", "Elastomer"))]
+    first = [line.split("-")[0] for line in message if line.startswith(("Target", "Elastomer"))]
     assert first == sorted(first, reverse=True)

@@ -68,7 +68,7 @@ def in_order(said: str, *words: str) -> bool:
 
 def test_assembly_steps_are_numbered_and_fit_page_width():
     lines = text(GRASPER).splitlines()
-    numbers = [int(found[1]) for line in lines if (found := re.match(r" ?(\d+)\. ", line))]
+    numbers = [int(result[1]) for line in lines if (result := re.match(r" ?(\d+)\. ", line))]
     assert numbers and numbers == list(range(1, len(numbers) + 1))
     assert max(map(len, lines)) <= WIDTH
 
@@ -79,8 +79,8 @@ def test_listed_layers_add_up_to_closed_pair_height():
 
 
 def test_unverified_jaw_and_metals_are_marked_in_notes():
-    said = text(GRASPER)
-    marked = re.findall(r"^  ([a-z -]+?) +[\d.]+ \+-[\d.]+ mm  unverified$", said, re.M)
+    message = text(GRASPER)
+    marked = re.findall(r"^  ([a-z -]+?) +[\d.]+ \+-[\d.]+ mm  unverified$", message, re.M)
     assert marked == ["jaw", "opposing-jaw"]
     assert "the port has 5 mm (the jaw's figures are unverified: measure yours)" in in_one_line(GRASPER)
     assert "lean on unverified" not in in_one_line(GRASPER), "copper and 304 are"
@@ -124,15 +124,15 @@ test_every_named_jig_piece_is_built = pytest.mark.cad(test_every_named_jig_piece
 
 def test_bench_plate_notes_mention_no_jaw():
     bench = sitscad.lay_out(sitscad.load_text(templates.read("bench_7mm"), "t.yaml"))
-    said = text(bench)
-    assert "M2 x 6 screws" in said and "port" not in said and "jaw" not in said
+    message = text(bench)
+    assert "M2 x 6 screws" in message and "port" not in message and "jaw" not in message
 
 
 @pytest.mark.parametrize("template", ["bench_7mm", "fingertip_foil", "round_button_12mm"])
 def test_each_gluing_step_states_resulting_height(template):
     """Only sensors in jaws had the heights that docs/assembling.md promises."""
     layout = sitscad.lay_out(sitscad.load_text(templates.read(template), "t.yaml"))
-    spec, said = layout.spec, in_one_line(layout)
+    spec, message = layout.spec, in_one_line(layout)
     line, board = spec.assembly.glue_line, spec.fpc.stackup.thickness
     to_pad = line + spec.elastomer.thickness
     for words, height in (
@@ -140,7 +140,7 @@ def test_each_gluing_step_states_resulting_height(template):
         ("The upper face of the target is then", to_pad + line + spec.target.thickness),
         ("to the board's top face are", spec.mount.standoff + line + board),
     ):
-        assert f"{words} {1e3 * height:.3f} +-" in said
+        assert f"{words} {1e3 * height:.3f} +-" in message
 
 
 def test_weight_text_states_mass_of_mount():
@@ -148,11 +148,11 @@ def test_weight_text_states_mass_of_mount():
     pieces = [{"name": name, "is_carrier": False, "material": "steel", "mass_kg": mass, "copper_m3": 0.0,
                "density_source": "x"} for name, mass in (("mount", 5e-3), ("mount-spacer", 1e-3), ("target", 1e-3))]
     content = {"sensor": {"mass_kg": 7e-3, "centre_m": [0.0, 0.0, 0.0], "not_weighed": []}, "pieces": pieces}
-    said = " ".join(assembly_notes._weights(json.dumps(content).encode()))
-    assert said.startswith("The sensor with its mount (6 g of it) weighs 7 g;")
+    message = " ".join(assembly_notes._weights(json.dumps(content).encode()))
+    assert message.startswith("The sensor with its mount (6 g of it) weighs 7 g;")
     carried = content | {"pieces": [*pieces, pieces[0] | {"name": "jaw", "is_carrier": True}]}
-    said = " ".join(assembly_notes._weights(json.dumps(carried).encode()))
-    assert said.startswith("The sensor with its mount (6 g of it), without the jaws, weighs 7 g;")
+    message = " ".join(assembly_notes._weights(json.dumps(carried).encode()))
+    assert message.startswith("The sensor with its mount (6 g of it), without the jaws, weighs 7 g;")
 
 
 def test_notes_are_absent_without_mount_and_mould_without_pad():
@@ -187,15 +187,15 @@ def test_notes_describe_fastening_of_each_mount(template, mount, words):
         spec = spec.replace({"mount.retention": mount, "shield": None})
     elif mount.startswith("{"):
         spec = rewritten_spec(spec, [("mount", read_yaml(mount).data)])
-    said = re.sub(r"\s+", " ", text(sitscad.lay_out(spec)))
-    assert all(word in said for word in words), said
+    message = re.sub(r"\s+", " ", text(sitscad.lay_out(spec)))
+    assert all(word in message for word in words), message
 
 
 def test_thick_film_is_cast_and_thin_film_is_brushed():
     assert "brushed on: mix" in re.sub(r"\s+", " ", text(GRASPER))
     thick = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml").replace("encapsulation.thickness", "0.4 mm")
-    said = re.sub(r"\s+", " ", text(sitscad.lay_out(thick)))
-    assert "mould-skin" in said and "5 ml" in said
+    message = re.sub(r"\s+", " ", text(sitscad.lay_out(thick)))
+    assert "mould-skin" in message and "5 ml" in message
 
 
 @pytest.mark.parametrize("changes", [{}, {"encapsulation.thickness": "0.4 mm"}, {"mount": {"kind": "custom"}}])
@@ -215,8 +215,8 @@ def test_notes_state_height_with_film(changes):
 
 def test_film_is_cast_before_board_leaves_jig():
     thick = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml").replace("encapsulation.thickness", "0.4 mm")
-    said = in_one_line(sitscad.lay_out(thick))
-    assert in_order(said, "on the foot of jig-target-press", "Cast the skin", "Push the board out")
+    message = in_one_line(sitscad.lay_out(thick))
+    assert in_order(message, "on the foot of jig-target-press", "Cast the skin", "Push the board out")
 
 
 @pytest.mark.slow
@@ -233,10 +233,10 @@ def test_film_is_cast_before_board_leaves_jig():
 def test_notes_make_only_pieces_of_package(template, changes, made):
     """With a mount of one's own the first step made one from mount/, where none is."""
     layout = sitscad.lay_out(sitscad.load_text(templates.read(template), "t.yaml").replace(changes))
-    said, names = in_one_line(layout), {each.name for each in (*parts.solids(layout), *parts.assembly_aids(layout))}
-    assert (made in said) if made else "Make the" not in said
+    message, names = in_one_line(layout), {each.name for each in (*parts.solids(layout), *parts.assembly_aids(layout))}
+    assert (made in message) if made else "Make the" not in message
     assert ("the mount" in made) == ("mount" in names) and ("the jig" in made) == ("jig-base" in names)
-    assert ("Wax the jig" in said) == ("keep the feet of its presses clean" in said) == ("jig-base" in names)
+    assert ("Wax the jig" in message) == ("keep the feet of its presses clean" in message) == ("jig-base" in names)
 
 
 KINDS = ("fingertip_cell", "grasper_4layer", "racetrack_jaw", "square_bench")
@@ -251,29 +251,29 @@ KINDS = ("fingertip_cell", "grasper_4layer", "racetrack_jaw", "square_bench")
 def test_assembly_steps_agree_with_solids_of_pieces(template):
     """`jaw_5x20` was pushed against a stop that it has not, and glued over 3 mm to 0.13 mm of metal."""
     layout = sitscad.lay_out(sitscad.load_text(templates.read(template), "t.yaml"))
-    said, spec = in_one_line(layout), layout.spec
+    message, spec = in_one_line(layout), layout.spec
     pieces = {each.name: each for each in (*parts.solids(layout), *parts.assembly_aids(layout))}
-    assert set(re.findall(r"(?:jig|mould)-[a-z]+(?:-press)?|mount-[a-z]+", said)) - {"mount-spacer"} <= set(pieces)
+    assert set(re.findall(r"(?:jig|mould)-[a-z]+(?:-press)?|mount-[a-z]+", message)) - {"mount-spacer"} <= set(pieces)
     mount = pieces["mount"].shape.bounding_box()
     has_stop = spec.mount.jaw is not None and layout.body[0] - 0.3e-3 > 1e-3 * mount.min.X
-    assert ("against the stop itself" in said) == has_stop
+    assert ("against the stop itself" in message) == has_stop
     wide = layout.body_size[1] + 0.5e-3 < 1e-3 * (mount.max.Y - mount.min.Y)
-    assert ("between the ledges" in said) == (spec.mount.jaw is not None and wide)
-    if found := re.search(r"on the mount's tongue behind the body, over ([0-9.]+) mm", said):
+    assert ("between the ledges" in message) == (spec.mount.jaw is not None and wide)
+    if result := re.search(r"on the mount's tongue behind the body, over ([0-9.]+) mm", message):
         flat = [face.bounding_box() for face in pieces["mount"].shape.faces() if face.geom_type.name == "PLANE"]
         ends = [1e-3 * box.max.X for box in flat if box.size.Z < 1e-6 and layout.body[2] + 0.5e-3 < 1e-3 * box.max.X]
-        assert any(end - layout.body[2] == approx(1e-3 * float(found[1]), abs=1e-5) for end in ends)
-    if found := re.search(r"metal from ([0-9.]+) mm behind the body on, over at least ([0-9.]+) mm", said):
+        assert any(end - layout.body[2] == approx(1e-3 * float(result[1]), abs=1e-5) for end in ends)
+    if result := re.search(r"metal from ([0-9.]+) mm behind the body on, over at least ([0-9.]+) mm", message):
         heel = 1e-3 * pieces["jaw"].shape.bounding_box().max.X
-        assert heel - layout.body[2] - 1e-3 * float(found[1]) >= 1e-3 * float(found[2])
-    assert ("tail in the slot" in said) == (spec.fpc.tail is not None)
-    assert spec.mount.jaw is not None or "under the board's whole body" in said
+        assert heel - layout.body[2] - 1e-3 * float(result[1]) >= 1e-3 * float(result[2])
+    assert ("tail in the slot" in message) == (spec.fpc.tail is not None)
+    assert spec.mount.jaw is not None or "under the board's whole body" in message
 
 
 def test_tail_is_glued_after_board_and_before_sealing():
-    said = in_one_line(GRASPER)
+    message = in_one_line(GRASPER)
     assert in_order(
-        said, "the shield with", "the mount with", "Glue the board on", "Glue the tail down with",
+        message, "the shield with", "the mount with", "Glue the board on", "Glue the tail down with",
         "Seal board",
     )
 
@@ -313,10 +313,10 @@ def test_each_test_value_has_its_instrument():
 
 def test_bare_board_drive_code_stays_below_amplitude_limit():
     """What was a note of every check of an assembled sensor stands here, and in the report."""
-    (told,) = re.findall(r"use drive code (\d+) for the bare board; the assembled sensor has 27", in_one_line(GRASPER))
+    (lines,) = re.findall(r"use drive code (\d+) for the bare board; the assembled sensor has 27", in_one_line(GRASPER))
     bare = [coil.states["free"].parallel_resistance for coil in incoming(SENSOR).board.coils]
     device = SENSOR.spec.readout.device
-    assert device.amplitude(max(bare), int(told)) < device.limit("amplitude_max") < device.amplitude(max(bare), 27)
+    assert device.amplitude(max(bare), int(lines)) < device.limit("amplitude_max") < device.amplitude(max(bare), 27)
 
 
 def test_bare_board_table_has_meter_inductance_with_sigma():
@@ -328,8 +328,8 @@ def test_bare_board_table_has_meter_inductance_with_sigma():
 def test_equal_drive_code_for_bare_and_assembled_board_is_stated_once():
     """Use drive code 25 for the bare board; the assembled sensor has 25, it said."""
     used = str(SENSOR.estimates.readout.drive_code)
-    said = firmware_driver.bare_drive(SENSOR.layout.spec.readout.device, SENSOR.estimates.readout, int(used))
-    assert said.endswith(f"use drive code {used} for the bare board as for the assembled sensor.")
+    message = firmware_driver.bare_drive(SENSOR.layout.spec.readout.device, SENSOR.estimates.readout, int(used))
+    assert message.endswith(f"use drive code {used} for the bare board as for the assembled sensor.")
 
 
 def test_resin_is_sealed_before_casting_but_filament_is_not():
@@ -339,9 +339,9 @@ def test_resin_is_sealed_before_casting_but_filament_is_not():
 
 
 def test_pad_is_primed_only_for_glue_that_needs_primer():
-    said = in_one_line(GRASPER)
+    message = in_one_line(GRASPER)
     assert in_order(
-        said, "Wipe Loctite 770 once and thinly on the elastomer's upper and lower face", "Let it dry before",
+        message, "Wipe Loctite 770 once and thinly on the elastomer's upper and lower face", "Let it dry before",
         "mm3 (microlitres; a bead 1.0 mm across) of Loctite",
     )
     tough = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml").replace(
@@ -376,8 +376,8 @@ def test_mount_without_pocket_gets_alignment_instructions():
     for jaw in ("generic-5mm", "toothless-5mm"):
         spec = sitscad.load_text(JAW.format(jaw=jaw, tail=", tail: {length: 40}"), "jaw.yaml")
         layout = sitscad.lay_out(spec)
-        found = sitscad.estimate(layout)
-        pages[jaw] = " ".join(assembly_notes.text(layout, found, found).split())
+        result = sitscad.estimate(layout)
+        pages[jaw] = " ".join(assembly_notes.text(layout, result, result).split())
         assert "mount/assembly.svg shows the pieces apart, mount/placed-jaw-drawing.pdf the closed pair" in pages[jaw]
         assert "its tank's capacitor of" in pages[jaw] and " 30 deg down" in pages[jaw]
     assert "straight waxed strips upright against the jaw's sides" in pages["generic-5mm"]
@@ -412,16 +412,16 @@ def test_plate_is_screwed_down_after_bending_and_sealing():
 def test_board_is_cut_from_panel_before_test():
     spec = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml")
     assert "coupons" not in in_one_line(sitscad.lay_out(spec))
-    said = in_one_line(sitscad.lay_out(spec.replace("fpc.panel", {"parts": [1, 2]})))
-    assert in_order(said, "cut the board out", "grasper-4layer-panel-readme.txt", "Test the bare board")
+    message = in_one_line(sitscad.lay_out(spec.replace("fpc.panel", {"parts": [1, 2]})))
+    assert in_order(message, "cut the board out", "grasper-4layer-panel-readme.txt", "Test the bare board")
 
 
 def test_custom_mount_notes_state_height_over_metal_behind():
     metal = {"material": "aluminium", "distance": "3 mm", "thickness": "4 mm"}
     spec = sitscad.load_text(templates.read("fingertip_foil"), "t.yaml").replace(
         {"mount": {"kind": "custom", "metal_behind": metal}})
-    said = in_one_line(sitscad.lay_out(spec))
-    assert "your own mount" in said and "3 mm above the aluminium" in said and "4 mm thick" in said
+    message = in_one_line(sitscad.lay_out(spec))
+    assert "your own mount" in message and "3 mm above the aluminium" in message and "4 mm thick" in message
 
 
 PIECES = Package({
@@ -434,12 +434,12 @@ PIECES = Package({
 
 
 def test_every_piece_to_make_is_listed_with_size_and_use():
-    said = assembly_notes.text(GRASPER, SENSOR.estimates, incoming(SENSOR).board, PIECES)
-    rows = {line.split()[0]: line for line in said.partition(" 1. ")[0].splitlines() if line.startswith("  ")}
+    message = assembly_notes.text(GRASPER, SENSOR.estimates, incoming(SENSOR).board, PIECES)
+    rows = {line.split()[0]: line for line in message.partition(" 1. ")[0].splitlines() if line.startswith("  ")}
     assert {"mount", "jig-target-press", "mould-lid", "jaw"} <= set(rows)
     assert all("10.0 x 20.0 x 3.0" in row for name, row in rows.items() if name in ("mount", "mould-lid"))
     assert "not made" in rows["jaw"] and "stays" in rows["mount"]
-    assert max(map(len, said.splitlines())) <= WIDTH
+    assert max(map(len, message.splitlines())) <= WIDTH
 
 
 @pytest.mark.parametrize(("stages", "lacks"), [
@@ -453,12 +453,12 @@ def test_files_missing_from_package_have_their_build_command(stages, lacks):
 
 
 def test_cast_pad_notes_state_mixing_ratio_cure_time_and_release():
-    said = in_one_line(GRASPER)
+    message = in_one_line(GRASPER)
     known = presets.casting("dragon-skin-10")
-    assert known.mix in said and f"cure for {known.cure_time / 3600:.2g} h" in said and "mould release" in said
+    assert known.mix in message and f"cure for {known.cure_time / 3600:.2g} h" in message and "mould release" in message
     other = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml").replace("elastomer.material", "mold-star-16")
-    said = in_one_line(sitscad.lay_out(other))
-    assert presets.casting("mold-star-16") is None and "maker's sheet" in said and "cure time" in said
+    message = in_one_line(sitscad.lay_out(other))
+    assert presets.casting("mold-star-16") is None and "maker's sheet" in message and "cure time" in message
 
 
 def test_plate_screws_have_engaging_length():
@@ -485,8 +485,8 @@ def test_finger_cap_notes_state_outer_width():
     width, side = cap_size(layout.body, layout.spec.mount)
     finger = layout.spec.mount.finger
     assert width > finger.size[0] + 2 * 1.5 * finger.screw and side >= 1.5 * finger.screw
-    (said,) = re.findall(r"Slip the cap, ([0-9.]+) mm wide", in_one_line(layout))
-    assert float(said) == approx(1e3 * width, rel=1e-3)
+    (message,) = re.findall(r"Slip the cap, ([0-9.]+) mm wide", in_one_line(layout))
+    assert float(message) == approx(1e3 * width, rel=1e-3)
     (screw,) = re.findall(r"screws of ([0-9.]+) mm do not", in_one_line(layout))
     assert 1e-3 * float(screw) <= side + 1e-9 < 1e-3 * float(screw) + 1e-3
 
@@ -509,8 +509,8 @@ def test_check_states_outer_size_of_plate_and_cap(name):
 def test_notes_state_minimum_distance_of_metal_below_board(kind):
     spec = sitscad.load_text(templates.read("three_axis_grid"), "t.yaml")
     spec = spec if kind == "bench-plate" else spec.replace({"mount": {"kind": kind}})
-    said = in_one_line(sitscad.lay_out(spec))
-    (far,) = re.findall(r"of metal only from ([0-9.]+) mm below the board", said)
+    message = in_one_line(sitscad.lay_out(spec))
+    (far,) = re.findall(r"of metal only from ([0-9.]+) mm below the board", message)
     assert float(far) == approx(2e3 * max(spec.coil.size), rel=1e-3)
     metal = {"material": "aluminium", "distance": "5 mm", "thickness": "4 mm"}
     behind = sitscad.lay_out(spec.replace({"mount": {"kind": kind, "metal_behind": metal}}))
@@ -542,11 +542,11 @@ def test_mount_of_any_width_has_gap_of_at_least_50_um(width):
     """A jaw of 4.386 mm and a mount of 4.427 mm left no gap between strips on the jaw's sides."""
     jaw = {"based_on": "generic-5mm", "width": width, "port_diameter": "7 mm"}
     layout = sitscad.lay_out(GRASPER.spec.replace("mount.jaw", jaw))
-    said = in_one_line(layout)
-    film = re.search(r"a film of ([0-9.]+) mm between each and the jaw", said)
-    (face,) = re.findall(r"the jaw's face is ([0-9.]+) mm wide", said)
-    widths = re.findall(r"mm wide, the shield ([0-9.]+), the mount ([0-9.]+)\. Put", said)[0]
-    gaps = re.findall(r"([0-9.]+) mm beside the (?:shield|mount)", said)
+    message = in_one_line(layout)
+    film = re.search(r"a film of ([0-9.]+) mm between each and the jaw", message)
+    (face,) = re.findall(r"the jaw's face is ([0-9.]+) mm wide", message)
+    widths = re.findall(r"mm wide, the shield ([0-9.]+), the mount ([0-9.]+)\. Put", message)[0]
+    gaps = re.findall(r"([0-9.]+) mm beside the (?:shield|mount)", message)
     for wide, gap in zip(widths, gaps, strict=True):
         assert float(gap) == approx((float(film[1]) if film else 0.0) + (float(face) - float(wide)) / 2, abs=2e-3)
     assert min(map(float, gaps)) >= 0.05 - 1e-9
@@ -579,13 +579,13 @@ def test_each_placing_step_states_position_and_tolerance(template):
 
 def test_notes_state_gap_between_board_and_stop():
     """"Against the stop" put the board 0.15 mm beside the place that the same page gave."""
-    said, inner = in_one_line(GRASPER), stop_place(GRASPER.body, GRASPER.spec.jaw, GRASPER.spec.mount)[1]
-    (gap,) = re.findall(r"Do not push the board against the stop itself: leave a gap of ([0-9.]+) mm", said)
+    message, inner = in_one_line(GRASPER), stop_place(GRASPER.body, GRASPER.spec.jaw, GRASPER.spec.mount)[1]
+    (gap,) = re.findall(r"Do not push the board against the stop itself: leave a gap of ([0-9.]+) mm", message)
     assert float(gap) == approx(1e3 * (GRASPER.body[0] - inner), abs=1e-6)
     tip = jaw_range(GRASPER.body, GRASPER.spec.jaw)[0]
-    assert f"its end {1e3 * (GRASPER.body[0] - tip):.2f} mm from the jaw's tip" in said
+    assert f"its end {1e3 * (GRASPER.body[0] - tip):.2f} mm from the jaw's tip" in message
     stop = stop_place(GRASPER.body, GRASPER.spec.jaw, GRASPER.spec.mount)[0]
-    assert f"shield {1e3 * (GRASPER.body[0] - tip):.2f}, mount {1e3 * (stop - tip):.2f}" in said
+    assert f"shield {1e3 * (GRASPER.body[0] - tip):.2f}, mount {1e3 * (stop - tip):.2f}" in message
 
 
 def test_pieces_are_pressed_first_and_measured_afterwards():
@@ -613,8 +613,8 @@ INSTRUMENTS = (
 
 @pytest.mark.parametrize("template", ["grasper_4layer", "three_axis_grid", "fingertip_cell", "skin_strip_6"])
 def test_every_instrument_in_steps_is_listed_as_tool(template):
-    said = in_one_line(sitscad.lay_out(sitscad.load_text(templates.read(template), "t.yaml")))
-    head, _, steps = said.partition(" 1. ")
+    message = in_one_line(sitscad.lay_out(sitscad.load_text(templates.read(template), "t.yaml")))
+    head, _, steps = message.partition(" 1. ")
     listed = head.partition("Tools:")[2]
     absent = [each for each in INSTRUMENTS if re.search(rf"\b{each}\b(?!/)", steps) and each not in listed]
     assert listed and absent == []
@@ -657,9 +657,9 @@ def test_parts_list_contains_every_film_and_dose_of_steps(name):
 @pytest.mark.parametrize("name", MOUNTED)
 def test_board_press_clears_recess_films_and_pads(name):
     """A frame stood on the films and on the mount's rim, a glass plate on the highest of six pads."""
-    layout, said = steps_of(name)
+    layout, message = steps_of(name)
     pockets, (x0, y0, x1, y1) = tooling.foot_pockets(layout), layout.body
-    assert pockets and tooling.FOOT_INSET > 0.0 and "jig-board-press" in said
+    assert pockets and tooling.FOOT_INSET > 0.0 and "jig-board-press" in message
     boxes = [bounding_box((pocket,)) for pocket in pockets]
     for body in plates_of(layout.spec).all:
         left, low, right, high = body.footprint.box
@@ -679,18 +679,18 @@ def test_custom_mount_part_is_not_printed_and_locates_board():
     layout = sitscad.lay_out(bench.replace({"mount": {"kind": "custom"}}))
     spec = replace(layout.spec, mount=replace(layout.spec.mount, step=part))
     own = replace(layout, spec=spec)
-    said = assembly_notes.text(own, SENSOR.estimates, incoming(SENSOR).board, PIECES)
-    (row,) = (line for line in said.splitlines() if line.startswith("  mount "))
+    message = assembly_notes.text(own, SENSOR.estimates, incoming(SENSOR).board, PIECES)
+    (row,) = (line for line in message.splitlines() if line.startswith("  mount "))
     assert "block.step" in row and "10.0 x" not in row
-    flat = " ".join(said.split())
+    flat = " ".join(message.split())
     assert "comes over the point 0, 0, 4 (mm" in flat and "the file's axis x, where the tail leaves" in flat
     assert f"{1e3 * layout.body_size[0]:.2f}"[:4] in flat
 
 
 def test_round_pad_notes_mention_no_corner_or_long_wall():
-    said = in_one_line(sitscad.lay_out(sitscad.load_text(templates.read("round_button_12mm"), "t.yaml")))
-    assert "out from the edge" in said and "a corner" not in said.partition("Test the bare board")[0]
-    assert "long wall" not in said[said.index("Put the frame jig-elastomer"):said.index("Push the board out")]
+    message = in_one_line(sitscad.lay_out(sitscad.load_text(templates.read("round_button_12mm"), "t.yaml")))
+    assert "out from the edge" in message and "a corner" not in message.partition("Test the bare board")[0]
+    assert "long wall" not in message[message.index("Put the frame jig-elastomer"):message.index("Push the board out")]
 
 
 @cache
@@ -702,54 +702,54 @@ def steps_of(name):
 @pytest.mark.parametrize("name", ["round_button_12mm", "bench_7mm", "grasper_4layer"])
 def test_placing_steps_name_only_existing_walls_and_edges(name):
     """A round recess has no long wall, and no edge of the body is free where the tail leaves it."""
-    layout, said = steps_of(name)
+    layout, message = steps_of(name)
     is_round = layout.spec.fpc.body is not None and layout.spec.fpc.body.shape == "circle"
-    base = said[said.index("Lay the board, face"):said.index("Put the frame jig-elastomer")]
+    base = message[message.index("Lay the board, face"):message.index("Put the frame jig-elastomer")]
     assert ("round wall" in base) == is_round and ("the wall on the right" in base) != is_round
-    assert "long wall" not in said and "at it" not in said
+    assert "long wall" not in message and "at it" not in message
     (edges,) = re.findall(r"to the elastomer's edges must be, in mm [^:]+: [a-z ]+([0-9.]+), on the right ([0-9.]+), "
-                          r"on the left ([0-9.]+) ", said)
+                          r"on the left ([0-9.]+) ", message)
     pad, (x0, y0, _, y1) = plates_of(layout.spec).elastomer, layout.body
     left, low, _, high = pad.footprint.box
     assert [*map(float, edges)] == approx([1e3 * each for each in (left - x0, low - y0, y1 - high)], abs=6e-4)
-    assert "lift the frame off without moving" in said and re.search("films? out when the glue has set", said)
+    assert "lift the frame off without moving" in message and re.search("films? out when the glue has set", message)
 
 
 def test_alignment_strips_are_removed_before_gluing_board():
-    layout, said = steps_of("grasper_4layer")
-    (film,) = re.findall(r"a film of ([0-9.]+) mm between each", said)
+    layout, message = steps_of("grasper_4layer")
+    (film,) = re.findall(r"a film of ([0-9.]+) mm between each", message)
     apart = jaw_section(layout.spec.jaw).face + 2e-3 * float(film)
     assert apart < layout.body_size[1]
-    assert in_order(said, "clamp two straight waxed strips", "Take strips and films away", "Glue the board on")
+    assert in_order(message, "clamp two straight waxed strips", "Take strips and films away", "Glue the board on")
 
 
 def test_each_glue_line_has_dose_for_its_area():
-    layout, said = steps_of("grasper_4layer")
+    layout, message = steps_of("grasper_4layer")
     areas, length = line_areas(layout), layout.body_size[0]
     wide = {part: width for part, (_, width) in piece_sizes(layout).items()}
     assert areas["shield"] == approx(length * wide["shield"], rel=0.01)
     assert areas["mount"] == approx(length * wide["shield"], rel=0.01)
     assert areas["shield"] < areas["board"] < length * layout.body_size[1]
     for part, area in areas.items():
-        assert f"under {1e6 * area:.3g} mm2" in said, part
+        assert f"under {1e6 * area:.3g} mm2" in message, part
 
 
 def test_notes_state_screw_spacing_and_height_of_heads():
-    layout, said = steps_of("round_button_12mm")
+    layout, message = steps_of("round_button_12mm")
     metal = layout.spec.array.placements, plate_holes(layout)
     apart = screw_spacing(plate_holes(layout))
-    assert f"{1e3 * apart[0]:g} x {1e3 * apart[1]:g} mm apart" in said
-    (above,) = re.findall(r"heads stand ([0-9.]+) mm above", said)
+    assert f"{1e3 * apart[0]:g} x {1e3 * apart[1]:g} mm apart" in message
+    (above,) = re.findall(r"heads stand ([0-9.]+) mm above", message)
     glue = 3.0 * layout.spec.assembly.glue_line  # the board itself stands out of the plate by its own line
     assert float(above) == approx(2.0 - 1e3 * (top_height(layout.spec) + glue), abs=6e-3)
-    assert ("screws of plastic" in said) == is_near_metal(layout.spec.coil, *metal)
+    assert ("screws of plastic" in message) == is_near_metal(layout.spec.coil, *metal)
     assert not is_near_metal(replace(layout.spec.coil, size=(1e-3, 1e-3)), *metal)
 
 
 def test_notes_state_film_thickness_for_pocket_clearance():
     layout = sitscad.lay_out(sitscad.load_text(JAW.format(jaw="toothless-5mm", tail=""), "jaw.yaml"))
-    said, pocket = in_one_line(layout), layout.spec.jaw.pocket
-    (end, side), = re.findall(r"at the sides, in mm: mount ([0-9.]+) and ([0-9.]+)\.", said)
+    message, pocket = in_one_line(layout), layout.spec.jaw.pocket
+    (end, side), = re.findall(r"at the sides, in mm: mount ([0-9.]+) and ([0-9.]+)\.", message)
     start, width = piece_sizes(layout)["mount"]
     tip = sum(jaw_range(layout.body, layout.spec.jaw)) / 2 - pocket[0] / 2
     assert float(end) == approx(max(0.1, 1e3 * (start - tip)), abs=6e-3)

@@ -58,9 +58,9 @@ def rows_of(layout, estimates=ESTIMATES) -> dict[str, dict[str, str]]:
     text = bom.render(layout, estimates)["bom.csv"].decode("utf-8")
     rows = list(csv.DictReader(io.StringIO(text)))
     assert all(None not in row and None not in row.values() for row in rows)
-    found = {row["item"]: row for row in rows}
-    assert len(found) == len(rows)
-    return found
+    result = {row["item"]: row for row in rows}
+    assert len(result) == len(rows)
+    return result
 
 
 def test_full_spec_lists_every_part_with_size():
@@ -197,8 +197,8 @@ def test_rows_have_order_codes_and_quantities_for_all_boards():
     assert rows["adhesive"]["for_boards"] == rows["jig"]["for_boards"] == "1"
     assert rows["elastomer"]["for_boards"] == "40" and "two liquids" in rows["elastomer"]["note"]
     assert "unverified" in rows["connector"]["note"]
-    one = rows_of(lay_out(load_text(templates.read("grasper_4layer"), "one.yaml")))
-    assert one["elastomer"]["for_boards"] == "1"
+    item = rows_of(lay_out(load_text(templates.read("grasper_4layer"), "one.yaml")))
+    assert item["elastomer"]["for_boards"] == "1"
 
 
 def test_every_silicone_has_order_information():
@@ -261,8 +261,8 @@ def test_screw_length_is_equal_in_list_and_steps(template):
     layout = lay_out(load_text(templates.read(template), "t.yaml"))
     (part,) = (item.part for item in bom._mount(layout, layout.spec, layout.spec.mount) if "screw" in item.item)
     thread, length = part.split(" x ")
-    said = " ".join(mounting.in_place(layout))
-    assert thread == "M2" and (f"{part} screws" in said or f"screws of {length} mm" in said)
+    message = " ".join(mounting.in_place(layout))
+    assert thread == "M2" and (f"{part} screws" in message or f"screws of {length} mm" in message)
 
 
 @pytest.mark.parametrize(("contacts", "coded"), [(13, True), (7, False)])

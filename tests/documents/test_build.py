@@ -33,8 +33,8 @@ def laid(*changes):
 def test_lamination_text_names_every_inner_etching_and_bond(stackup, tail, etched, bonds, laminations):
     text = lamination_text(laid(("flex-4l  ", f"{stackup}  "), ("layers: 2   ", f"layers: {tail}   ")))
     assert text.startswith(laminations)
-    found = re.findall(r"copper ([\d, ]+) etched on", text)
-    assert {int(number) for group in found for number in re.findall(r"\d+", group)} == etched
+    result = re.findall(r"copper ([\d, ]+) etched on", text)
+    assert {int(number) for group in result for number in re.findall(r"\d+", group)} == etched
     assert set(re.findall(r"copper (\d to \d)[,)]", text)) == bonds
     if tail < len(presets.stackup(stackup).copper):
         assert f"copper {tail} etched, the tail's own coverlay laid" in text
@@ -48,8 +48,8 @@ def test_holes_are_clear_of_tail_coverlay_by_registration():
     assert gap >= rules.coverlay_registration
     assert f"{gap / UM:.3g} um or more from the walls of holes" in step_text(layout)
     wide = laid(("rules: generic-fine", "rules: {name: wide, based_on: generic-fine, coverlay_lap: 0.45}"))
-    (found,) = [f for f in sitscad.check(wide.spec, wide).findings if "hole-to-step" in f.cases]
-    assert found.limit == approx(0.6e-3, rel=1e-9)
+    (findings,) = [f for f in sitscad.check(wide.spec, wide).findings if "hole-to-step" in f.cases]
+    assert findings.limit == approx(0.6e-3, rel=1e-9)
 
 
 @pytest.mark.slow

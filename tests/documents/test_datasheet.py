@@ -87,8 +87,8 @@ def test_report_and_data_sheet_have_equal_rows(bench, files):
 @pytest.mark.slow
 def test_extrapolated_shear_note_appears_once():
     design = Design(sitscad.load(TEMPLATES / "three_axis_triangle.yaml"))
-    found = list(notes(design.performance, plan_calibration(design.response, is_held=True)))
-    assert sum("is extrapolated" in note for note in found) == 1
+    result = list(notes(design.performance, plan_calibration(design.response, is_held=True)))
+    assert sum("is extrapolated" in note for note in result) == 1
 
 
 @pytest.mark.more
@@ -110,11 +110,11 @@ def test_unit_errors_equal_calibration_errors(bench, files):
     stated = json.loads(made["calibration/calibration.json"])
     sheet = json.loads(files["datasheet.json"])["unit_to_unit"]
     assert sheet["rotation"] == stated["rotation"] == "held", "the target is kept level in both"
-    assert [one["of"] for one in sheet["unit_errors"]] == [one["of"] for one in stated["unit_errors"]]
-    for one, other in zip(sheet["unit_errors"], stated["unit_errors"], strict=True):
-        assert one["error_N"] == approx(other["error_N"], rel=1e-5)
-    assert [one["points"] for one in sheet["unit_errors"]] == [None, 0, 3, 5, 8]
-    errors = np.array([list(one["error_N"].values()) for one in stated["unit_errors"]])
+    assert [item["of"] for item in sheet["unit_errors"]] == [item["of"] for item in stated["unit_errors"]]
+    for item, other in zip(sheet["unit_errors"], stated["unit_errors"], strict=True):
+        assert item["error_N"] == approx(other["error_N"], rel=1e-5)
+    assert [item["points"] for item in sheet["unit_errors"]] == [None, 0, 3, 5, 8]
+    errors = np.array([list(item["error_N"].values()) for item in stated["unit_errors"]])
     assert np.all(np.diff(errors, axis=0) <= 0.0), "a tare and every point take something away"
     assert stated["unit_errors"][1]["error_N"] == stated["error_N"], "one figure for a unit that is tared alone"
     page, other = files["datasheet.html"].decode(), made["calibration/calibration.html"].decode()
@@ -126,14 +126,14 @@ def test_unit_errors_equal_calibration_errors(bench, files):
 
 def test_data_sheet_crosstalk_equals_crosstalk_of_delivered_map(bench, files):
     """The sheet had 0.09 % by a polynomial in exact readings alone, where the map in calibration/ left 0.9 %."""
-    told = json.loads(files["datasheet.json"])["map_crosstalk"]["normal"]["shear_x"]
-    found = plan_calibration(bench.response, is_held=True)
-    full, shear = found.map.full_scale
+    text = json.loads(files["datasheet.json"])["map_crosstalk"]["normal"]["shear_x"]
+    result = plan_calibration(bench.response, is_held=True)
+    full, shear = result.map.full_scale
     loads = [[0.0, 0.0, 0.0], *([0.5 * full, share * shear, 0.0] for share in (0.0, -1.0, -0.5, 0.5, 1.0))]
     tare, *frequency = sitscad.respond(bench, loads=loads, rotation="held").frequency
-    normal = found.map(frequency, tare)[:, 0]
-    assert told == approx(np.abs(normal - normal[0]).max() / full, rel=0.05)
-    assert bench.performance[1].crosstalk["normal"]["shear_x"] < told < 0.01
+    normal = result.map(frequency, tare)[:, 0]
+    assert text == approx(np.abs(normal - normal[0]).max() / full, rel=0.05)
+    assert bench.performance[1].crosstalk["normal"]["shear_x"] < text < 0.01
     assert "crosstalk, map to newtons, design as drawn, half load" in files["datasheet.html"].decode()
 
 
@@ -141,16 +141,16 @@ def test_plots_have_two_fixed_widths(files):
     """Narrow ones were drawn as wide as the page, with letters of twice the size."""
     curves = files["datasheet.html"].decode().partition("<h2>Curves</h2>")[2].partition("</section>")[0]
     wide, _, narrow = curves.partition("<div class='narrow'>")
-    sizes = {part: re.findall(r"<svg [^>]*viewBox='0 0 ([0-9.]+)", found)
-             for part, found in (("wide", wide), ("narrow", narrow))}
+    sizes = {part: re.findall(r"<svg [^>]*viewBox='0 0 ([0-9.]+)", result)
+             for part, result in (("wide", wide), ("narrow", narrow))}
     assert sizes["wide"] and set(sizes["wide"]) == {f"{WIDE[0]:g}"}
     assert sizes["narrow"] and set(sizes["narrow"]) == {f"{NARROW[0]:g}"}
 
 
 def test_crosstalk_rows_name_load_and_show_worst_value(bench):
     """Crosstalk and nonlinearity were those at half load and did not say so; SIT403 judged full load, and more."""
-    found = plan_calibration(bench.response, is_held=True)
-    rows = {row[0]: row[1:] for row in _axes(bench, found)}
+    result = plan_calibration(bench.response, is_held=True)
+    rows = {row[0]: row[1:] for row in _axes(bench, result)}
     named = [name for name in rows if name.startswith(("crosstalk", "nonlinearity"))]
     assert len(named) == 4 and all("load" in name for name in named)
     worst = max(point.crosstalk["normal"]["shear_x"] for point in bench.performance)
@@ -268,12 +268,12 @@ def test_curves_beyond_validated_shear_are_marked_extrapolated(bench, drawn):
     most = max(float(np.abs(curve.forces).max()) for curve in drawn.shears)
     for held, is_marked in ((0.6 * most, True), (1.1 * most, False)):
         plots, texts, captions = figures(replace(drawn, validated_shear=held), bench.performance), [], ""
-        for one in plots[:2]:
-            sheet = Sheet("plot", one.size)
-            plot(sheet, (0.0, 0.0, *one.size), one.draw)
+        for each in plots[:2]:
+            sheet = Sheet("plot", each.size)
+            plot(sheet, (0.0, 0.0, *each.size), each.draw)
             texts.append({item.text for item in flattened(sheet.items) if isinstance(item, Label)})
-        captions = " ".join(one.caption for one in plots)
-        assert [("extrapolated" in found) for found in texts] == [is_marked] * 2
+        captions = " ".join(each.caption for each in plots)
+        assert [("extrapolated" in result) for result in texts] == [is_marked] * 2
         assert (BEYOND in captions) is is_marked and (BEYOND_LINES in captions) is is_marked
 
 
@@ -302,8 +302,8 @@ def test_every_drift_row_names_its_tare(bench):
 @pytest.mark.parametrize(("coils", "number"), [(1, 1), (4, 1), (5, 2), (6, 2), (9, 3)])
 def test_data_sheet_states_required_number_of_converters(coils, number):
     """Six channels were said of one LDC1614, which has four."""
-    said = _converters(presets.converter("ldc1614"), coils)
-    assert int(re.match(r"(\d+) x |", said)[1] or 1) == number and f"{coils} channel" in said
+    message = _converters(presets.converter("ldc1614"), coils)
+    assert int(re.match(r"(\d+) x |", message)[1] or 1) == number and f"{coils} channel" in message
 
 
 def test_acceptance_limits_are_three_sigma_around_expected_values(bench):
@@ -312,12 +312,12 @@ def test_acceptance_limits_are_three_sigma_around_expected_values(bench):
     head, *rows = acceptance(board.coils, board.metered, board.temperature)
     assert sum("100 kHz" in column for column in head) == 2
     for row, coil, read in zip(rows, board.coils, board.metered, strict=True):
-        found = dict(zip(head, row, strict=True))
+        result = dict(zip(head, row, strict=True))
         free = coil.states["free"]
         wanted = {"f": (free.frequency, free.spread.frequency), "L": (read.inductance, read.inductance_sigma),
                   "R, LCR": (read.resistance, read.resistance_sigma), "R, ohm": (read.direct, read.direct_sigma)}
         for start, (value, sigma) in wanted.items():
-            (text,) = (cell for column, cell in found.items() if column.startswith(start))
+            (text,) = (cell for column, cell in result.items() if column.startswith(start))
             low, high, unit = re.fullmatch(r"([\d.]+) to ([\d.]+) (.+)", text).groups()
             scale = {"MHz": 1e6, "uH": 1e-6, "nH": 1e-9, "ohm": 1.0, "mohm": 1e-3}[unit]
             assert float(low) * scale == approx(value - 3.0 * sigma, abs=0, rel=1e-3)
@@ -380,19 +380,19 @@ def test_lower_overload_of_free_target_is_stated(bench):
 def test_two_shear_axes_share_one_calibrated_limit(bench):
     """3 N and 3 N stood as full scales; of both together the map in calibration/ read 2.67 N normal for 0.2."""
     design = Design(sitscad.load(TEMPLATES / "three_axis_pad.yaml"))
-    found = plan_calibration(design.response, is_held=True)
-    sensors, limit = found.sensors, found.sensors.range.shear
-    said = f"{limit:.3g} N in any direction"
+    result = plan_calibration(design.response, is_held=True)
+    sensors, limit = result.sensors, result.sensors.range.shear
+    message = f"{limit:.3g} N in any direction"
     rows = dict((row[0], row[1:]) for row in _axes(design))
     words = f"{show(limit, 'N', 3)} ({show(limit / 2**0.5, 'N', 3)} each)"
     assert rows["calibrated for a resultant shear up to"] == ("-", words, words)
-    assert sum(said in note for note in notes(design.performance, found)) == 1
+    assert sum(message in note for note in notes(design.performance, result)) == 1
     made = nominal_calibration(design)
-    assert said in made["calibration/calibration.h"].decode() and said in made["calibration/plan.txt"].decode()
+    assert message in made["calibration/calibration.h"].decode() and message in made["calibration/plan.txt"].decode()
     # it is so: on the circle all is read, at the square's corner the normal force is lost
     loads = np.array([[0.0, 0.0, 0.0], *([0.2, share * limit, -share * limit] for share in (0.7, 1.0))])
     frequency = sensors.frequencies_under(np.zeros(len(sensors.unknowns)), loads, exact=True)
-    off = np.abs(found.map(frequency[1:], frequency[0]) - loads[1:])
+    off = np.abs(result.map(frequency[1:], frequency[0]) - loads[1:])
     assert np.all(off[0] < 0.01 * limit) and off[1][0] > 0.3 * limit
     rows = dict((row[0], row[1:]) for row in _axes(bench))
     assert "calibrated for a resultant shear up to" not in rows
@@ -402,8 +402,8 @@ def test_two_shear_axes_share_one_calibrated_limit(bench):
 
 def test_every_error_table_names_its_loads(bench):
     """Capacitors, without a tare, at full load stood beside a smaller error of a unit without a tare, over all."""
-    found = plan_calibration(bench.response, is_held=True)
-    assert found.error_rows[0][0] == "error over all loads, of" and "over all loads" in found.errors_are
+    result = plan_calibration(bench.response, is_held=True)
+    assert result.error_rows[0][0] == "error over all loads, of" and "over all loads" in result.errors_are
     assert "at full load" in error_table(bench.performance).head[0]
 
 
@@ -417,7 +417,7 @@ def test_curves_of_cell_name_cell_and_show_coil_once(bench, drawn):
     sheet = Sheet("plot", curve.size)
     plot(sheet, (0.0, 0.0, *curve.size), curve.draw)
     assert "cell 5, L5" in [item.text for item in flattened(sheet.items) if isinstance(item, Label)]
-    assert not any(word in one.caption for one in figures(drawn, bench.performance) for word in ("Cell", "worst"))
+    assert not any(word in each.caption for each in figures(drawn, bench.performance) for word in ("Cell", "worst"))
 
 
 def test_axis_table_states_end_of_map(bench):
@@ -467,8 +467,8 @@ def test_many_rows_on_first_sheet_stay_above_frame(bench, monkeypatch):
     monkeypatch.setattr("sitscad.files.documents.datasheet.pdf", lambda made: sheets.extend(made) or b"")
     more = [("row", "-", "-")] * 12
     def longer(report):
-        found = axis_table(report)
-        return found._replace(rows=[*found.rows, *more])
+        result = axis_table(report)
+        return result._replace(rows=[*result.rows, *more])
 
     monkeypatch.setattr("sitscad.files.documents.datasheet.axis_table", longer)
     render(bench.layout, bench.estimates, bench.response, bench.performance, bench.sensing.curves, "",

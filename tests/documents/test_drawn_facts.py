@@ -102,11 +102,11 @@ def test_readme_and_drawings_state_equal_contact_thickness(connector):
     ]
     bands = set()
     for paper in papers:
-        found = re.findall(
+        result = re.findall(
             r"at the contacts ([0-9.]+) um \(([0-9.]+) um to ([0-9.]+) um\), as ", " ".join(paper.split())
         )
-        assert found
-        bands |= set(found)
+        assert result
+        bands |= set(result)
         assert not re.search(r"at the contacts [0-9.]+ um \+/-", " ".join(paper.split()))
     plug = layout.spec.fpc.tail.connector
     ((nominal, low, high),) = bands
@@ -128,8 +128,8 @@ def test_contact_sheet_dimensions_width_edge_and_end(real):
     count, connector = len(real.pads), real.spec.fpc.tail.connector if real.spec.fpc.tail else None
     allowed = end_tolerance(real.spec.fpc)
     assert f"{end.width * 1e3:.2f} +/- {allowed * 1e3:.2f}" in labels
-    told = re.search(r"Tail [0-9.]+ mm \+/- ([0-9]+) um wide", words_of(contact_sheet(real, "")))
-    assert told is None or float(told[1]) == approx(allowed * 1e6, rel=1e-6)
+    text = re.search(r"Tail [0-9.]+ mm \+/- ([0-9]+) um wide", words_of(contact_sheet(real, "")))
+    assert text is None or float(text[1]) == approx(allowed * 1e6, rel=1e-6)
     bare = bare_size(real.pads, real.top_openings)
     is_plugged = connector is not None and connector.insertion_thickness > 0.0
     assert (
@@ -148,15 +148,15 @@ def test_contact_sheet_dimensions_width_edge_and_end(real):
 
 def test_board_drawing_dimensions_tail(real):
     labels = labels_of(board_drawing.drawing(real, ""))
-    found = tail_width(real.body[2], real.outline, real.pads, real.spec.fpc.tail)
+    result = tail_width(real.body[2], real.outline, real.pads, real.spec.fpc.tail)
     if real.spec.fpc.tail is None:
-        assert found is None
+        assert result is None
         return
-    at, low, high = found
-    (said,) = (label for label in labels if label.startswith("tail "))
-    assert said.startswith(f"tail {board_drawing.mm(high - low)} +/- 0.10")
+    at, low, high = result
+    (message,) = (label for label in labels if label.startswith("tail "))
+    assert message.startswith(f"tail {board_drawing.mm(high - low)} +/- 0.10")
     # as the contacts' sheet and the readme have it
-    at_contacts = re.findall(r"\+/- ([\d.]+) at the contacts", said)
+    at_contacts = re.findall(r"\+/- ([\d.]+) at the contacts", message)
     allowed = f"{end_tolerance(real.spec.fpc) * 1e3:.2f}"
     assert at_contacts == ([] if allowed == "0.10" else [allowed])
     assert real.reach_at(at) == approx((low, high), abs=2e-6)
@@ -236,13 +236,13 @@ def bent(bend):
 @pytest.mark.parametrize("bend", ["static", "dynamic"])
 def test_default_bend_is_right_angle_down_in_middle(bend):
     layout = bent(bend)
-    found, (a, b) = own_bend(layout), bend_stretch(layout)
-    assert found.line == approx((a + b) / 2, rel=1e-6) and found.angle == approx(math.pi / 2, rel=1e-6)
-    assert (found.direction, found.is_dynamic) == ("down", bend == "dynamic")
+    result, (a, b) = own_bend(layout), bend_stretch(layout)
+    assert result.line == approx((a + b) / 2, rel=1e-6) and result.angle == approx(math.pi / 2, rel=1e-6)
+    assert (result.direction, result.is_dynamic) == ("down", bend == "dynamic")
     ratio = layout.spec.fpc.rules.static_bend_ratio[2] if bend == "static" else 40.0
     thickness = tail_thickness(layout.spec.fpc)
-    assert found.radius == approx(ratio * thickness, rel=1e-6)
-    assert found.end - found.start == approx(math.pi / 2 * (ratio + 0.5) * thickness, rel=1e-6)
+    assert result.radius == approx(ratio * thickness, rel=1e-6)
+    assert result.end - result.start == approx(math.pi / 2 * (ratio + 0.5) * thickness, rel=1e-6)
     assert any("90 deg down" in default for default in load_text(BENT.format(bend=bend)).source.defaults)
 
 
@@ -253,9 +253,9 @@ def test_stated_bend_is_drawn_with_its_values():
     assert bend.end - bend.start == approx(math.pi / 4 * (2e-3 + tail_thickness(layout.spec.fpc) / 2), rel=1e-6)
     drawing = board_drawing.drawing(layout, "")
     assert "bend 45 deg up, R min 2.00 inside" in labels_of(drawing) and board_drawing.mm(x) in labels_of(drawing)
-    said = f"about the line across it at x = {x * 1e3:.4g} mm; inside radius at least 2 mm"
+    message = f"about the line across it at x = {x * 1e3:.4g} mm; inside radius at least 2 mm"
     for paper in (fabrication_notes.readme(layout), words_of(drawing), words_of(stackup_drawing.drawing(layout, ""))):
-        assert said in " ".join(paper.split()) and "by 45 deg up (towards the face with the coils)" in " ".join(
+        assert message in " ".join(paper.split()) and "by 45 deg up (towards the face with the coils)" in " ".join(
             paper.split()
         )
     lines = [item for item in drawing.items if isinstance(item, Shape) and item.pen == board_drawing.BEND_LINE]
@@ -309,8 +309,8 @@ def test_labels_of_short_tail_do_not_overlap(name):
         boxes.append((left, label.at.y - 0.2 * label.size, left + wide, label.at.y + 0.8 * label.size))
         middle = label.at.y + 0.3 * label.size
         assert all(outline.distance(Point(left + wide * k / 20.0, middle)) > 0.5 * label.size for k in range(21))
-    for one, other in combinations(boxes, 2):
-        assert one[2] < other[0] or other[2] < one[0] or one[3] < other[1] or other[3] < one[1]
+    for each, other in combinations(boxes, 2):
+        assert each[2] < other[0] or other[2] < each[0] or each[3] < other[1] or other[3] < each[1]
 
 
 def test_kicad_board_has_bend_line_across_tail():
@@ -340,15 +340,15 @@ def bend_findings(bend, select="SIT123"):
     ],
 )
 def test_impossible_bend_gives_warning_or_error(bend, severity, said):
-    (found,) = bend_findings(bend)
-    assert found.severity is severity and said in found.message
-    assert found.key.startswith("fpc.tail.bend.") and found.line == 4
+    (findings,) = bend_findings(bend)
+    assert findings.severity is severity and said in findings.message
+    assert findings.key.startswith("fpc.tail.bend.") and findings.line == 4
 
 
 @pytest.mark.parametrize("at", [1, 29])
 def test_bend_positions_in_hint_give_no_finding(at):
-    (found,) = bend_findings(f"{{at: {at}}}")
-    low, high = map(float, re.search(r"from ([0-9.]+) mm to ([0-9.]+) mm", found.hint).groups())
+    (findings,) = bend_findings(f"{{at: {at}}}")
+    low, high = map(float, re.search(r"from ([0-9.]+) mm to ([0-9.]+) mm", findings.hint).groups())
     assert low < high
     for place in (low + 0.02, (low + high) / 2, high - 0.02):
         assert not bend_findings(f"{{at: {place:.3f}}}")
@@ -379,9 +379,9 @@ def test_invalid_bend_gives_spec_error(bend, said):
 def test_bend_radius_beyond_port_gives_finding():
     text = BENT.format(bend="{at: 12, radius: 5}") + "target: {shape: square, size: 4}\n"
     spec = load_text(text + "elastomer: {material: ecoflex-00-50, size: 4, thickness: 1}\nmount: {jaw: generic-5mm}\n")
-    found = [f for f in check(spec, replace(bent("{at: 12, radius: 5}"), spec=spec)).findings if f.rule == "SIT308"]
-    (found,) = [f for f in found if f.key == "fpc.tail.bend.radius"]
-    assert found.measured == approx(5e-3, rel=1e-9)
+    result = [f for f in check(spec, replace(bent("{at: 12, radius: 5}"), spec=spec)).findings if f.rule == "SIT308"]
+    (result,) = [f for f in result if f.key == "fpc.tail.bend.radius"]
+    assert result.measured == approx(5e-3, rel=1e-9)
 
 
 def test_board_stations_are_dimensioned_in_order(real):
@@ -399,10 +399,10 @@ def test_tail_in_jaw_bends_at_hinge_pivot():
     along = pivot_line(layout) - layout.body[2]
     assert along > pivot - layout.body[2] and way.at(along).x == approx(pivot, abs=2e-5)
     assert own_bend(layout).line == approx(pivot_line(layout), rel=1e-6)
-    said = "about the line across it at x = 18.23 mm, where the jaw's hinge has its pivot; inside radius"
+    message = "about the line across it at x = 18.23 mm, where the jaw's hinge has its pivot; inside radius"
     drawing = board_drawing.drawing(layout, "")
     for paper in (fabrication_notes.readme(layout), words_of(drawing), words_of(stackup_drawing.drawing(layout, ""))):
-        assert said in " ".join(paper.split())
+        assert message in " ".join(paper.split())
 
 
 def test_bend_beside_pivot_names_both_positions():
@@ -433,5 +433,5 @@ def test_default_bend_at_hinge_is_half_jaw_opening():
     ):
         spec = load_text(BENT.format(bend=bend) + mount)
         assert math.degrees(spec.fpc.tail.bend_angle) == approx(angle, rel=1e-6)
-        told = any("fpc.tail.bend" in told and f"{angle:g} deg" in told for told in spec.source.defaults)
-        assert told == (angle != 45.0)
+        text = any("fpc.tail.bend" in text and f"{angle:g} deg" in text for text in spec.source.defaults)
+        assert text == (angle != 45.0)

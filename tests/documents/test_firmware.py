@@ -113,7 +113,7 @@ def test_second_bus_addresses_third_converter():
     two = replace(TWO_CHANNELS, readout=replace(TWO_CHANNELS.readout, buses=2))
     files = firmware.render(two, estimates(5))
     table = json.loads(files["firmware/ldc1612_config.json"])
-    assert [(one["i2c_bus"], one["i2c_address"]) for one in table["converters"]] == [(0, 0x2A), (0, 0x2B), (1, 0x2A)]
+    assert [(item["i2c_bus"], item["i2c_address"]) for item in table["converters"]] == [(0, 0x2A), (0, 0x2B), (1, 0x2A)]
     assert (table["coils"][4]["i2c_bus"], table["coils"][4]["converter"]) == (1, 2)
     assert "#define LDC1612_2_I2C_BUS 1u" in files["firmware/ldc1612_config.h"].decode()
 
@@ -198,17 +198,17 @@ def test_every_channel_register_has_its_drive_code():
 
 def test_single_coil_settles_only_before_first_conversion():
     """Its scans a second were those without settling, beside a sum with it."""
-    one, two = (" ".join(rendered(estimates(coils))[0].replace("*", " ").split()) for coils in (1, 2))
-    assert "from one result of the coil to the next: 800.8 us" in one
-    assert "settling, once, before the first conversion: 4 us" in one
+    item, two = (" ".join(rendered(estimates(coils))[0].replace("*", " ").split()) for coils in (1, 2))
+    assert "from one result of the coil to the next: 800.8 us" in item
+    assert "settling, once, before the first conversion: 4 us" in item
     assert "time on one coil, of every scan: 804.8 us settling: 4 us conversion: 800 us" in two
 
 
 def test_coil_without_frequency_is_refused():
-    found = estimates()
-    for coil in found.coils:
+    result = estimates()
+    for coil in result.coils:
         coil.states = {}
-    assert "frequency" in rendered(found)[1]["refused"]
+    assert "frequency" in rendered(result)[1]["refused"]
 
 
 def test_comment_end_in_name_is_escaped():
@@ -249,8 +249,8 @@ CABLE = "cable: {length: 300, inductance: 180 nH, capacitance: 30 pF, resistance
 def test_header_formula_gives_printed_inductance(cable):
     """It differed by what 4 pF of the converter's pins make: the header named the capacitor alone."""
     spec = load_text(RACETRACK.replace("CABLE", cable), "long.yaml")
-    found = estimate(lay_out(spec))
-    header, table = rendered(found)
+    result = estimate(lay_out(spec))
+    header, table = rendered(result)
     macros = dict(re.findall(r"#define LDC1614_(\w+) ([\d.e+-]+)u?$", header, re.M))
     capacitance = float(macros["CAPACITANCE_F"])
     assert capacitance == approx(220e-12 + 4e-12 + (30e-12 if cable is CABLE else 0.0), rel=1e-6)
@@ -259,15 +259,15 @@ def test_header_formula_gives_printed_inductance(cable):
     for name, megahertz, microhenries in expected:
         by_formula = 1.0 / (capacitance * (2.0 * math.pi * float(megahertz) * 1e6) ** 2)
         assert by_formula == approx(float(microhenries) * 1e-6, rel=2e-6)
-        state = found.coils[0].states[name]
-        rows = other_table(found.coils, found.temperature, found.normal_force).rows
+        state = result.coils[0].states[name]
+        rows = other_table(result.coils, result.temperature, result.normal_force).rows
         (row,) = [row for row in rows if row[1].startswith(name) or f" {name} " in row[1]]
         assert show(by_formula, "H") == row[3]
         # what the header says about the difference to the inductance at the contacts
         if cable is not CABLE:
             q, omega = state.quality_factor, 2.0 * math.pi * state.frequency
             high = 1.0 + 1.0 / q**2 + 5e-9 * omega / q
-            own = 1.0 / (1.0 - omega**2 * state.inductance * found.coils[0].self_capacitance)
+            own = 1.0 / (1.0 - omega**2 * state.inductance * result.coils[0].self_capacitance)
             assert by_formula == approx(state.inductance * high * own, rel=2e-3)
     assert table["conversion_capacitance_F"] == approx(capacitance, rel=1e-6)
 
@@ -302,19 +302,19 @@ def test_readme_states_frequencies_above_converter_limit():
     """A band ended at 10.11 MHz, and nothing said that the converter does at 10."""
     fast = Band(9.4e6, 8.65e6, 10.15e6)  # one sigma is 150 kHz: 10 MHz are four of them away
     slow = Band(8.8e6, 8.1e6, 9.5e6)
-    said = firmware_driver._too_fast(SPEC.readout.device, (CoilBands("C1", slow, fast, fast, 1e4),))
-    assert "Above 10 MHz" in said and "coil C1, assembled and at rest" in said
-    assert f"{100.0 * NormalDist().cdf(-4.0):.2g} %" == "0.0032 %" and "0.0032 %" in said
+    message = firmware_driver._too_fast(SPEC.readout.device, (CoilBands("C1", slow, fast, fast, 1e4),))
+    assert "Above 10 MHz" in message and "coil C1, assembled and at rest" in message
+    assert f"{100.0 * NormalDist().cdf(-4.0):.2g} %" == "0.0032 %" and "0.0032 %" in message
     assert firmware_driver._too_fast(SPEC.readout.device, (CoilBands("C1", slow, slow, slow, 1e4),)) == ""
 
 
 def test_header_and_json_contain_force_and_sensitivity():
     spec = load_text(PRESSED, "long.yaml")
-    found = estimate(lay_out(spec))
-    files = firmware.render(spec, found)
+    result = estimate(lay_out(spec))
+    files = firmware.render(spec, result)
     header, table = files[HEADER].decode(), json.loads(files[TABLE])
     macros = {name: float(value) for name, value in re.findall(r"#define LDC1614_(\w+) ([-\d.e+]+)$", header, re.M)}
-    states, (change, sigma) = found.coils[0].states, found.coils[0].converter_sensitivity(4.0)
+    states, (change, sigma) = result.coils[0].states, result.coils[0].converter_sensitivity(4.0)
     assert macros["FORCE_PRESSED_N"] == 4.0 and "pressed is with 4 N" in header
     assert macros["COIL0_L_REST_H"] == approx(states["rest"].converter_inductance, rel=1e-6)
     assert macros["COIL0_L_PRESSED_H"] == approx(
@@ -331,12 +331,12 @@ def test_header_and_json_contain_force_and_sensitivity():
 
 def test_every_state_has_its_force_in_json():
     """A state that was added, by half the force, was pressed by 0 N."""
-    found = estimates()
-    for coil in found.coils:
+    result = estimates()
+    for coil in result.coils:
         coil.states["half"] = coil.states["pressed"]
-    found.states = (*found.states, State("half", force=2.0))
-    for coil in rendered(found)[1]["coils"]:
-        forces = {name: one["force_N"] for name, one in coil["expected"].items()}
+    result.states = (*result.states, State("half", force=2.0))
+    for coil in rendered(result)[1]["coils"]:
+        forces = {name: item["force_N"] for name, item in coil["expected"].items()}
         assert forces == {"free": 0.0, "pressed": 4.0, "half": 2.0}
 
 

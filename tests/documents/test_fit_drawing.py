@@ -81,8 +81,8 @@ def test_tail_at_hinge_pin_and_shaft_is_drawn(layout):
         TALL,
     ]
     sheet = drawing(changed, faults, True)
-    said = " ".join(words(sheet))
-    assert "from the pivot" in said and "2.518 from corner to corner" in said and "IN SPITE OF" in said
+    message = " ".join(words(sheet))
+    assert "from the pivot" in message and "2.518 from corner to corner" in message and "IN SPITE OF" in message
     assert_legible(replace(sheet, items=list(flattened(sheet.items))))
 
 

@@ -57,11 +57,11 @@ def test_press_weight_compresses_pad_by_stated_amount(name):
     assert press.travel == approx(-float(pose[2]), rel=1e-3)
     least = physics.pad_compression(physics.unsealed_pad(spec), physics.LEAST_MASS * physics.STANDARD_GRAVITY)
     assert press.travel <= 1.1 * max(physics.PIECE_STRAIN * spec.elastomer.thickness, least)
-    said = gluing.glued(spec, "target", "the elastomer", Toleranced(1e-3), "")
-    (mass,) = re.findall(r"together have ([0-9.]+) g", said)
-    (travel,) = re.findall(r"presses the pad by ([0-9.]+) mm, which comes back", said)
+    message = gluing.glued(spec, "target", "the elastomer", Toleranced(1e-3), "")
+    (mass,) = re.findall(r"together have ([0-9.]+) g", message)
+    (travel,) = re.findall(r"presses the pad by ([0-9.]+) mm, which comes back", message)
     assert (float(mass), float(travel)) == approx((1e3 * press.mass, 1e3 * press.travel), rel=0.06)
-    (volume,) = re.findall(r"Spread ([0-9.]+) mm3", said)
+    (volume,) = re.findall(r"Spread ([0-9.]+) mm3", message)
     assert float(volume) == approx(1e9 * spec.assembly.glue_line * physics.glued_area(spec, "target"), rel=0.05)
 
 
@@ -79,11 +79,11 @@ def test_heavy_press_load_is_steel_bar_instead_of_washers(mass):
     ring = math.pi / 4.0 * (across**2 - gluing.BAR_HOLE**2)
     assert diameter < gluing.BAR_HOLE and high <= 2.0 * across
     assert ring * high * 7850.0 + gluing.PRESS_MASS == approx(mass, rel=1e-6)
-    said = gluing.loaded("elastomer", mass)
+    message = gluing.loaded("elastomer", mass)
     # a heavier press needs a lower bar: of 630 g, a bar of 42 mm alone had 629 g, and the press 20 g
-    (less,) = re.findall(r"\(([\d.]+) mm less for each gram", said)
+    (less,) = re.findall(r"\(([\d.]+) mm less for each gram", message)
     assert ring * (high - 18.0 * float(less) * 1e-3) * 7850.0 + 20e-3 == approx(mass, abs=0, rel=0.01)
-    assert "washers" not in said and f"{1e3 * across:g} mm" in said and gluing.grams(mass) in said
+    assert "washers" not in message and f"{1e3 * across:g} mm" in message and gluing.grams(mass) in message
 
 
 def test_press_on_target_without_pad_has_no_travel():
@@ -104,12 +104,12 @@ def test_board_glue_is_replaced_if_stated_glue_sets_too_fast(name, own, used):
     glue = physics.hard_adhesive(layout)
     assert glue.name == used
     if layout.spec.jaw is None:
-        said, (_, area) = " ".join(fastened(layout)), physics.board_plan(layout)
-        assert (f"Not {spec.assembly.adhesive.product}" in said) == (used != own) and glue.product in said
-        for volume in re.findall(r"Spread ([0-9.]+) mm3", said):
+        message, (_, area) = " ".join(fastened(layout)), physics.board_plan(layout)
+        assert (f"Not {spec.assembly.adhesive.product}" in message) == (used != own) and glue.product in message
+        for volume in re.findall(r"Spread ([0-9.]+) mm3", message):
             assert float(volume) == approx(1e9 * area * spec.assembly.glue_line, rel=0.05)
         height = layout.spec.mount.standoff + spec.assembly.glue_line + layout.spec.fpc.stackup.thickness
-        assert f"to the board's top face are {1e3 * height:.3f} +-" in said
+        assert f"to the board's top face are {1e3 * height:.3f} +-" in message
 
 
 @pytest.mark.cad
@@ -132,8 +132,8 @@ def test_board_press_spreads_glue_within_open_time(name):
                                    physics.HARD_HANDLING)
     assert takes <= glue.open_time
     assert mass * physics.STANDARD_GRAVITY >= 0.95 * physics.HARD_PRESSURE * area
-    said = gluing.pressing(layout, "")
-    assert "jig-board-press" in said and gluing.grams(mass) in said
+    message = gluing.pressing(layout, "")
+    assert "jig-board-press" in message and gluing.grams(mass) in message
     text = pushed_out(push_places(layout.body, layout.body_outline), skin_pour(layout))
     assert ("holes in turn" in text) == (len(layout.spec.cell_placements) > 1)
 
@@ -150,16 +150,16 @@ def test_board_press_pocket_has_room_for_cast_film():
 def test_board_without_rim_is_pressed_through_foam():
     layout = sitscad.lay_out(spec_of("three_axis_triangle", **{"elastomer.size": "10 mm", "target.size": "10 mm"}))
     assert foot_pockets(layout) == ()
-    said = gluing.pressing(layout, "Spread.")
-    assert "jig-board-press" not in said and "foam" in said and "Clamp" in said
+    message = gluing.pressing(layout, "Spread.")
+    assert "jig-board-press" not in message and "foam" in message and "Clamp" in message
 
 
 def test_height_measurement_states_compression_by_micrometer():
     for name in ("grasper_4layer", "grasper_3p5mm"):
-        spec, said = spec_of(name), gluing.measuring(spec_of(name))
+        spec, message = spec_of(name), gluing.measuring(spec_of(name))
         is_soft = physics.pad_force(physics.unsealed_pad(spec), gluing.HEIGHT_ERROR) < gluing.LIGHT_GAUGE
-        assert ("Do not use a dial gauge" in said) == is_soft
-        (ratchet,) = re.findall(r"ratchet [^.]*presses the pad by ([0-9.]+) mm", said)
+        assert ("Do not use a dial gauge" in message) == is_soft
+        (ratchet,) = re.findall(r"ratchet [^.]*presses the pad by ([0-9.]+) mm", message)
         assert float(ratchet) == approx(1e3 * physics.pad_compression(physics.unsealed_pad(spec), gluing.RATCHET),
                                         rel=0.06)
     assert gluing.measuring(handmade.bare().spec) == ""
@@ -173,8 +173,8 @@ def test_height_measurement_states_compression_by_micrometer():
 )
 def test_cure_inhibition_of_film_is_stated_if_expected(changes, named):
     spec = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml").replace(changes)
-    said = gluing.inhibited(spec.assembly.adhesive, spec.encapsulation)
-    assert (named in said and "24 h" in said) if named else said == ""
+    message = gluing.inhibited(spec.assembly.adhesive, spec.encapsulation)
+    assert (named in message and "24 h" in message) if named else message == ""
 
 
 def test_free_tail_bend_uses_rod_of_twice_bend_radius():
@@ -208,12 +208,12 @@ def test_joint_cuts_in_jaw_have_stated_positions(kind):
     spec = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml").replace(
         {"mount.retention": kind, "shield": None})
     layout = sitscad.lay_out(spec)
-    said, tip = " ".join(jaw_cut(layout.body, layout.spec.assembly.glue_line,
+    message, tip = " ".join(jaw_cut(layout.body, layout.spec.assembly.glue_line,
                                  layout.spec.mount)), jaw_range(layout.body, layout.spec.jaw)[0]
-    assert f"{5e2 * layout.spec.jaw.width:.2f} mm from either side" in said
+    assert f"{5e2 * layout.spec.jaw.width:.2f} mm from either side" in message
     for x, _ in pin_places(layout.body, layout.spec.mount):
-        assert f"{1e3 * (x - tip):.2f}" in said
-    assert kind == "pins" or re.search(r"from the tip [0-9]+\.[0-9]{2} mm long", said)
+        assert f"{1e3 * (x - tip):.2f}" in message
+    assert kind == "pins" or re.search(r"from the tip [0-9]+\.[0-9]{2} mm long", message)
 
 
 @pytest.mark.more
@@ -256,6 +256,6 @@ def test_too_heavy_press_load_is_spring_clamp():
 def test_webs_between_pads_get_no_glue():
     """The area of the dose is the pads', and the step did not say whether the webs are glued."""
     joined_spec = spec_of("skin_strip_6").replace("cells.web", "1 mm")
-    said = gluing.glued(joined_spec, "elastomer", "the board", Toleranced(1e-3), "")
-    assert "the webs between them get none" in said
+    message = gluing.glued(joined_spec, "elastomer", "the board", Toleranced(1e-3), "")
+    assert "the webs between them get none" in message
     assert "webs" not in gluing.glued(spec_of("grasper_4layer"), "elastomer", "the board", Toleranced(1e-3), "")

@@ -131,8 +131,8 @@ def test_netlist_contains_issue_and_is_readable(issued):
     assert "P  NUM   TS-104 (a)" in lines and "P  REV   B.2" in lines
     assert "C  Part number TS-104 (a), revision B.2, 2026-11-22" in lines
     assert max(map(len, lines)) <= 80
-    found = ipc.Netlist.from_string(content.decode("ascii"), filename="x.d356")
-    assert len(found.test_records) == len(issued.pads) + len(issued.vias)
+    result = ipc.Netlist.from_string(content.decode("ascii"), filename="x.d356")
+    assert len(result.test_records) == len(issued.pads) + len(issued.vias)
 
 
 def test_kicad_title_block_contains_issue(issued):

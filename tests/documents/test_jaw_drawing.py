@@ -23,11 +23,11 @@ from sitscad.spec import templates
 
 def shapes(sheet: Sheet) -> dict[str, tuple[float, float, float, float]]:
     """The boxes (mm on paper) of what has a name."""
-    found: dict[str, list] = {}
+    result: dict[str, list] = {}
     for item in flattened(sheet.items):
         if getattr(item, "name", ""):
-            found.setdefault(item.name, []).extend(item.paths)
-    return {name: bounding_box(paths) for name, paths in found.items()}
+            result.setdefault(item.name, []).extend(item.paths)
+    return {name: bounding_box(paths) for name, paths in result.items()}
 
 
 def words(sheet: Sheet) -> str:

@@ -56,7 +56,7 @@ def archive(files: dict[str, bytes]) -> zipfile.ZipFile:
 
 def drawn(items):
     """Items out of their groups."""
-    return [one for item in items for one in (drawn(item.items) if isinstance(item, Group) else [item])]
+    return [each for item in items for each in (drawn(item.items) if isinstance(item, Group) else [item])]
 
 
 def test_outline_is_drawn_to_scale_of_title_block(board):
@@ -179,9 +179,9 @@ def test_holes_in_thin_tail_are_counted_separately():
     thin = layouts.thin_tail(whole)
     inside = sum(via.centre.x > thin.body[2] for via in thin.vias)
     assert inside
-    said = f"{len(thin.vias) - inside} through all 4 layers, {inside} in the tail through its 2 layers"
-    assert said in " ".join(layouts.order_set(thin)["fpc/readme.txt"].decode().split())
-    assert any(said in note for note in board_drawing.notes(thin))
+    message = f"{len(thin.vias) - inside} through all 4 layers, {inside} in the tail through its 2 layers"
+    assert message in " ".join(layouts.order_set(thin)["fpc/readme.txt"].decode().split())
+    assert any(message in note for note in board_drawing.notes(thin))
     assert "finished diameters; through all layers" in layouts.order_set(whole)["fpc/readme.txt"].decode()
 
 
@@ -326,15 +326,15 @@ def test_pdf_and_svg_show_equal_picture(tmp_path):
         subprocess.run(["pdftoppm", "-r", "100", "-png", "-singlefile", pdf, tmp_path / f"{name}-pdf"], check=True)
         command = ["rsvg-convert", "-d", "100", "-p", "100", "-o", tmp_path / f"{name}-svg.png", svg]
         subprocess.run(command, check=True)
-        one, other = (image.open(tmp_path / f"{name}-{kind}.png").convert("L") for kind in ("pdf", "svg"))
-        assert abs(one.size[0] - other.size[0]) <= 1 and abs(one.size[1] - other.size[1]) <= 1
-        size = tuple(map(min, one.size, other.size))
+        item, other = (image.open(tmp_path / f"{name}-{kind}.png").convert("L") for kind in ("pdf", "svg"))
+        assert abs(item.size[0] - other.size[0]) <= 1 and abs(item.size[1] - other.size[1]) <= 1
+        size = tuple(map(min, item.size, other.size))
         coarse = size[0] // 8, size[1] // 8  # edges and fonts are drawn a little differently
-        one, other = (picture.crop((0, 0, *size)).resize(coarse, image.Resampling.BOX) for picture in (one, other))
-        same = stat.Stat(chops.difference(one, other)).mean[0]
-        shifted = stat.Stat(chops.difference(one, chops.offset(other, 3, 0))).mean[0]
+        item, other = (picture.crop((0, 0, *size)).resize(coarse, image.Resampling.BOX) for picture in (item, other))
+        same = stat.Stat(chops.difference(item, other)).mean[0]
+        shifted = stat.Stat(chops.difference(item, chops.offset(other, 3, 0))).mean[0]
         assert same < 0.4 * shifted, (name, same, shifted)
-        assert stat.Stat(one).mean[0] < 252, "an empty sheet proves nothing"
+        assert stat.Stat(item).mean[0] < 252, "an empty sheet proves nothing"
 
 
 def test_text_width_equals_helvetica_widths():
@@ -363,7 +363,7 @@ def test_finished_thickness_has_tolerance_of_its_place(board):
     board = replace(board, spec=replace(board.spec, fpc=replace(board.spec.fpc, rules=rules)))
     at = {where: finished_thickness(board, where) for where in Where}
     many = board.copper_layers > 2
-    spread = {where: (found.maximum - found.minimum) / 2 for where, found in at.items()}
+    spread = {where: (result.maximum - result.minimum) / 2 for where, result in at.items()}
     assert spread[Where.COIL] == approx(60e-6 if many else 30e-6, rel=1e-6)
     assert spread[Where.CONTACT] == approx(40e-6, rel=1e-6)
     assert at[Where.COIL].source == ("many" if many else "two")

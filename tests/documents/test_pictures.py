@@ -129,12 +129,12 @@ def test_stackup_name_is_escaped_in_svg():
 
 def bars(board) -> list[tuple[float, float]]:
     """Left edge and height (mm on paper) of every bar of the stack-up drawing, from the top of each section."""
-    found = []
+    result = []
     for shape in stackup_drawing.drawing(board, "").items:
         if getattr(shape, "fill", None) in {*stackup_drawing.COLOURS.values(), stackup_drawing.PLATE}:
             x0, y0, _, y1 = bounding_box(shape.paths)
-            found.append((x0, y1 - y0))
-    return found
+            result.append((x0, y1 - y0))
+    return result
 
 
 def test_stackup_drawing_has_heights_to_scale(board):

@@ -30,7 +30,7 @@ FLEX_WORDS = re.compile(r"flexible|polyimide|coverlay|stiffener|rolled|IPC-6013|
 
 
 def rules(text, least=("error", "warning")):
-    return {found.rule for found in check(load_text(text), hints="none").findings if found.severity.value in least}
+    return {result.rule for result in check(load_text(text), hints="none").findings if result.severity.value in least}
 
 
 @pytest.mark.parametrize("text", [BARE, PRESET])
@@ -59,9 +59,9 @@ def check_capacitance(text):
 def test_bend_in_rigid_tail_gives_error():
     tail = BARE + "  tail: {length: 20, connector: solder-pads"
     assert load_text(tail + "}\n").fpc.tail.bend == "none"
-    errors = [one for one in check(load_text(tail + ", bend: static}\n")).findings if one.severity.value == "error"]
-    assert [(one.rule, one.key) for one in errors] == [("SIT308", "fpc.tail.bend")]
-    assert [edit.new for one in errors for remedy in one.fixes for edit in remedy.edits] == ["none"]
+    errors = [item for item in check(load_text(tail + ", bend: static}\n")).findings if item.severity.value == "error"]
+    assert [(item.rule, item.key) for item in errors] == [("SIT308", "fpc.tail.bend")]
+    assert [edit.new for item in errors for remedy in item.fixes for edit in remedy.edits] == ["none"]
 
 
 def test_suggested_stackup_matches_rigid_or_flexible_board():

@@ -56,8 +56,8 @@ def test_nearer_block_hides_only_covered_part_of_farther_block():
 
 
 def test_intersecting_blocks_show_their_front_parts():
-    one, other = block((0, 0, 0), (3, 2, 1), "#ff0000"), block((1, -1, 0.25), (2, 1, 0.75), "#00ff00")
-    _, areas, _ = drawn(one, other)
+    item, other = block((0, 0, 0), (3, 2, 1), "#ff0000"), block((1, -1, 0.25), (2, 1, 0.75), "#00ff00")
+    _, areas, _ = drawn(item, other)
     assert hue(areas, 1) / sum(areas.values()) == approx(0.5 / 3.0, rel=0.03)
 
 

@@ -57,8 +57,8 @@ def test_line_of_zero_length_is_omitted():
 def test_full_circles_are_svg_circles_and_dashed_circles_keep_their_start():
     sheet = Sheet("round", (40.0, 30.0))
     sheet.draw(circle(Point(10.0, 12.0), 3.0), Pen())
-    found = element(sheet, "circle")
-    assert [found.get(key) for key in ("cx", "cy", "r")] == ["10", "18", "3"]
+    result = element(sheet, "circle")
+    assert [result.get(key) for key in ("cx", "cy", "r")] == ["10", "18", "3"]
     dashed = Sheet("round", (40.0, 30.0))
     dashed.draw(circle(Point(10.0, 12.0), 3.0), Pen(dashes=(2.0, 1.0)))
     assert element(dashed, "path").get("d").startswith("M13 18A3 3 0 0 0 7 18")
@@ -117,12 +117,12 @@ def test_svg_and_pdf_render_groups_windows_halos_and_opacity_equally(tmp_path):
     (tmp_path / "a.pdf").write_bytes(pdf([busy()]))
     subprocess.run(["rsvg-convert", "-d", "127", "-p", "127", "-o", "svg.png", "a.svg"], cwd=tmp_path, check=True)
     subprocess.run(["pdftoppm", "-png", "-r", "127", "-singlefile", "a.pdf", "pdf"], cwd=tmp_path, check=True)
-    one, other = (
+    item, other = (
         np.asarray(image.open(tmp_path / f"{k}.png").convert("RGB").resize((250, 200))) for k in ("svg", "pdf")
     )
-    differ = abs(one.astype(int) - other.astype(int)).max(axis=2) > 60
+    differ = abs(item.astype(int) - other.astype(int)).max(axis=2) > 60
     assert differ.mean() < 0.04
-    red = (one[..., 0] > 180) & (one[..., 1] < 60)
+    red = (item[..., 0] > 180) & (item[..., 1] < 60)
     assert 0.03 < red.mean() < 0.06, "25 by 16 of 100 by 80 in the window, part of it covered, and a line"
 
 

@@ -60,23 +60,23 @@ def by_many_points(one, other, points=16):
     across, shares = gauss(2)
 
     def of_arcs(item):
-        found = []
+        result = []
         for x, y, radius, start, way, angle in item.arcs:
             for offset, share in zip(across * item.width / 2, shares / 2, strict=True):
                 r, azimuth = radius - way * offset, start + way * angle * (1 + nodes) / 2
                 where = np.array([x, y]) + r * np.stack([np.cos(azimuth), np.sin(azimuth)], axis=1)
                 forward = way * np.stack([-np.sin(azimuth), np.cos(azimuth)], axis=1)
-                found.append((where, r * angle * share * weights[:, None] / 2 * forward))
-        return found
+                result.append((where, r * angle * share * weights[:, None] / 2 * forward))
+        return result
 
     def of_sides(item):
-        found = []
+        result = []
         for start, end, before, after in zip(item.starts, item.ends, item.before, item.after, strict=True):
             for offset, share in zip(across * item.width / 2, shares / 2, strict=True):
                 p, q = start + offset * before, end + offset * after
                 s = (1 + gauss(60)[0][:, None]) / 2
-                found.append((p + s * (q - p), share * gauss(60)[1][:, None] / 2 * (q - p)))
-        return found
+                result.append((p + s * (q - p), share * gauss(60)[1][:, None] / 2 * (q - p)))
+        return result
 
     return of_arcs(one), of_arcs(other), of_sides(other)
 
@@ -104,36 +104,36 @@ def with_arcs(one, other):
 
 @pytest.mark.parametrize("corners", [4, 6, 8])
 def test_coupling_of_far_arcs_and_sides_agrees_with_fine_sum(corners):
-    one, other = rounded(corners, 2, 3.0, 0.3, 0.3), rounded(corners, 2, 3.0, 0.3, 0.3, z=0.2, mirror=True)
-    strands = strand_pairs(one, other, 2, 1)
+    item, other = rounded(corners, 2, 3.0, 0.3, 0.3), rounded(corners, 2, 3.0, 0.3, 0.3, z=0.2, mirror=True)
+    strands = strand_pairs(item, other, 2, 1)
     level = replace(strands, heights=np.zeros(1), clearances=(np.zeros(1), np.full(1, 0.05)))
-    far = arcs._pairs_by_method(one, other, every(one, other))[0]
+    far = arcs._pairs_by_method(item, other, every(item, other))[0]
     assert 0.5 < np.mean(far) < 1.0
-    mine, others, lines = by_many_points(one, other)
-    chosen = every(one, other).where(far)
+    mine, others, lines = by_many_points(item, other)
+    chosen = every(item, other).where(far)
     pairs = [(mine[2 * a + x], others[2 * b + y])
              for a, b in zip(chosen.first, chosen.second, strict=True) for x in (0, 1) for y in (0, 1)]
     # arcs of opposite ways nearly cancel: what is left is small against all pairs of one way
     whole = sum(abs(sum_over([pair], 0.05)) for pair in pairs)
-    assert arcs_with_arcs(one, other, chosen, level) == approx(sum_over(pairs, 0.05), abs=1e-6 * whole)
-    chosen = every(one, other, "sides")
-    half = arcs.half_lengths(one.arcs)[chosen.first]
-    chosen = chosen.where(arcs._middle_distances(one, other, chosen) > np.maximum(arcs.FAR * half, 0.5 + half))
+    assert arcs_with_arcs(item, other, chosen, level) == approx(sum_over(pairs, 0.05), abs=1e-6 * whole)
+    chosen = every(item, other, "sides")
+    half = arcs.half_lengths(item.arcs)[chosen.first]
+    chosen = chosen.where(arcs._middle_distances(item, other, chosen) > np.maximum(arcs.FAR * half, 0.5 + half))
     pairs = [(mine[2 * a + x], lines[2 * b + y])
              for a, b in zip(chosen.first, chosen.second, strict=True) for x in (0, 1) for y in (0, 1)]
     assert len(pairs) > 100
-    assert arcs_with_sides(one, other, chosen, level) == approx(sum_over(pairs, 0.05), rel=3e-5)
+    assert arcs_with_sides(item, other, chosen, level) == approx(sum_over(pairs, 0.05), rel=3e-5)
 
 
 @pytest.mark.parametrize("z", [0.0, 0.08])
 @pytest.mark.parametrize("make", [lambda **k: rounded(8, 3, 2.0, 0.2, 0.3, **k), lambda **k: oval(6, **k)])
 def test_adaptive_arc_points_agree_with_many_points(make, z, monkeypatch):
     """All pairs by the rules of near ones, with more points."""
-    one = make()
-    other = make(z=z, mirror=True) if z else one
-    usual = with_arcs(one, other)
+    item = make()
+    other = make(z=z, mirror=True) if z else item
+    usual = with_arcs(item, other)
     for name in ("FAR", "MIDDLING", "APART", "SPACED", "BESIDE"):
         monkeypatch.setattr(arcs, name, math.inf)
     crowded = arcs._points_near_ends
     monkeypatch.setattr(arcs, "_points_near_ends", lambda count: crowded(2 * count))
-    assert usual == approx(with_arcs(one, other), rel=3e-6)
+    assert usual == approx(with_arcs(item, other), rel=3e-6)

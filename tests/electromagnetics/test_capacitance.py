@@ -42,8 +42,8 @@ def aligned(monkeypatch):
 
 
 def test_strips_25_um_apart_have_plate_capacitance(aligned):
-    found = strip_layers(stack(1, [25]), 99 * UM, 100 * UM, 10e-3)
-    assert -found[0, 1] == approx(EPSILON0 / (25 * UM), rel=2e-3)
+    result = strip_layers(stack(1, [25]), 99 * UM, 100 * UM, 10e-3)
+    assert -result[0, 1] == approx(EPSILON0 / (25 * UM), rel=2e-3)
 
 
 @pytest.mark.parametrize(("width", "gap"), [(100, 25), (50, 50), (200, 60)])
@@ -52,8 +52,8 @@ def test_widely_spaced_strip_pairs_have_isolated_pair_capacitance(width, gap, al
     monkeypatch.setattr(capacitance, "HARMONICS", 3000)
     # the layered sum against Hammerstad and Jensen's microstrip, both thin and in one dielectric
     pitch = 20 * (width + gap) * UM
-    found = strip_layers(stack(0.2, [gap]), width * UM, pitch, 0.1)
-    assert -found[0, 1] * pitch == approx(stacked_strips(width * UM, gap * UM, 1.0), rel=0.02)
+    result = strip_layers(stack(0.2, [gap]), width * UM, pitch, 0.1)
+    assert -result[0, 1] * pitch == approx(stacked_strips(width * UM, gap * UM, 1.0), rel=0.02)
 
 
 def test_wide_stacked_strips_match_plate_with_fringe_formula():
@@ -97,8 +97,8 @@ def test_distant_strip_grids_have_capacitance_of_receded_sheets():
     # far against the pitch a grid of strips is a sheet set back by (p/2pi) ln 1/sin(pi w / 2p), as wire grids are
     pitch, width, gap = 200.0, 100.0, 800.0
     behind = pitch / (2.0 * math.pi) * math.log(1.0 / math.sin(0.5 * math.pi * width / pitch))
-    found = strip_layers(stack(0.2, [gap]), width * UM, pitch * UM, 0.1)
-    assert -found[0, 1] == approx(EPSILON0 / ((gap + 2.0 * behind) * UM), rel=5e-3)
+    result = strip_layers(stack(0.2, [gap]), width * UM, pitch * UM, 0.1)
+    assert -result[0, 1] == approx(EPSILON0 / ((gap + 2.0 * behind) * UM), rel=5e-3)
 
 
 @pytest.mark.parametrize(("width", "pitch", "gap", "copper"), [(100, 200, 25, 35), (80, 160, 60, 18), (50, 200, 25, 9)])
@@ -112,12 +112,12 @@ def test_default_cells_are_within_3_percent_of_fine_cells(width, pitch, gap, cop
 @settings(max_examples=15, deadline=None)
 @given(st.floats(40, 150), st.floats(40, 150), st.lists(st.floats(10, 100), min_size=1, max_size=3), st.floats(1, 5))
 def test_capacitance_matrix_is_symmetric_and_passive(width, spacing, gaps, permittivity):
-    found = strip_layers(stack(18, gaps, permittivity), width * UM, (width + spacing) * UM, 3e-3)
-    assert found == approx(found.T, rel=1e-9)
-    assert np.linalg.eigvalsh(found).min() > 0.0
-    assert np.all(found - np.diag(np.diag(found)) <= 1e-12)
+    result = strip_layers(stack(18, gaps, permittivity), width * UM, (width + spacing) * UM, 3e-3)
+    assert result == approx(result.T, rel=1e-9)
+    assert np.linalg.eigvalsh(result).min() > 0.0
+    assert np.all(result - np.diag(np.diag(result)) <= 1e-12)
     in_air = strip_layers(stack(18, gaps), width * UM, (width + spacing) * UM, 3e-3)
-    assert found == approx(permittivity * in_air, rel=0.3)
+    assert result == approx(permittivity * in_air, rel=0.3)
 
 
 def between(value):
@@ -138,17 +138,17 @@ def test_winding_capacitance_weights_outer_turns_by_area():
     places = (np.arange(400) + 0.5) / 400
     voltages = np.stack([0.5 * places - 0.5, 0.5 - 0.5 * places])
     radii = 1.0 - 0.7 * places
-    found = winding_capacitance(between(1.0), voltages, radii / radii.sum())
-    assert found == approx(0.42, abs=0.01)
+    result = winding_capacitance(between(1.0), voltages, radii / radii.sum())
+    assert result == approx(0.42, abs=0.01)
 
 
 def test_winding_voltages_are_antisymmetric_with_larger_outer_steps():
     radii = np.linspace(3.4e-3, 1.0e-3, 12)
-    found = winding_voltages(radii, [0.0, -60 * UM], [True, False], np.full(12, 30 * UM), np.ones((2, 12)))
-    along = np.concatenate([found[0], found[1][::-1]])
+    result = winding_voltages(radii, [0.0, -60 * UM], [True, False], np.full(12, 30 * UM), np.ones((2, 12)))
+    along = np.concatenate([result[0], result[1][::-1]])
     assert np.all(np.diff(along) > 0.0)
     assert along[0] == approx(-along[-1], rel=1e-6)
-    steps = np.diff(found[0])
+    steps = np.diff(result[0])
     assert steps[0] > steps[-1] * 1.5
 
 
@@ -157,6 +157,6 @@ def test_turn_capacitance_of_single_layer_matches_sum_of_pairs():
     lengths, shares = np.full(10, 20e-3), np.ones(10)
     voltages = (np.arange(10) + 0.5) / 10.0 - 0.5
     pair = coplanar_strips(100 * UM, 100 * UM, 2.0) + EPSILON0 * 2.0 * 35.0 / 100.0
-    found = turn_capacitance(lengths, voltages, shares, 100 * UM, 100 * UM, 35 * UM, 2.0)
-    assert found == approx(pair * 20e-3 * 9 * 0.01, rel=1e-9)
+    result = turn_capacitance(lengths, voltages, shares, 100 * UM, 100 * UM, 35 * UM, 2.0)
+    assert result == approx(pair * 20e-3 * 9 * 0.01, rel=1e-9)
     assert turn_capacitance(lengths, voltages, 0.1 * shares, 100 * UM, 100 * UM, 35 * UM, 2.0) == 0.0

@@ -55,18 +55,18 @@ def directly(first, second):
 @pytest.mark.parametrize("layers", [1, 2, 8])
 @pytest.mark.parametrize("step", [(3.6 * MM, 0.0), (0.0, -3.6 * MM), (3.1 * MM, 3.3 * MM), (-40 * MM, 11 * MM)])
 def test_clustered_sum_equals_sum_over_all_pairs(step, layers):
-    one = rings(4, layers, plans=min(layers, 2))
-    other = moved(one, *step)
-    assert neumann_sum(one, other) == approx(directly(one, other), rel=3e-7)
+    item = rings(4, layers, plans=min(layers, 2))
+    other = moved(item, *step)
+    assert neumann_sum(item, other) == approx(directly(item, other), rel=3e-7)
 
 
 def test_clustered_sum_converges_with_interpolation_order(monkeypatch):
-    one = rings(4, 4)
-    other = moved(one, 3.6 * MM, 0.0)
-    exact, errors = directly(one, other), []
+    item = rings(4, 4)
+    other = moved(item, 3.6 * MM, 0.0)
+    exact, errors = directly(item, other), []
     for order in (4, 6, 8, 10):
         monkeypatch.setattr(clusters, "ORDER", order)
-        errors.append(abs(neumann_sum(one, other) / exact - 1))
+        errors.append(abs(neumann_sum(item, other) / exact - 1))
     assert errors[0] > 20 * errors[2] > 0 and errors[3] < 1e-8
 
 
@@ -83,8 +83,8 @@ def test_clustered_work_grows_linearly_with_points():
     """Eight times as many turns used to be 64 times the pairs."""
     seen = []
     for turns in (3, 24):
-        one = rings(turns, 2, points=150)
-        other = moved(one, 2.2 * (1.0 + 0.2 * turns) * MM, 0.0)
-        pairs = clusters._pairs(clusters._whole(one), clusters._whole(other))
+        item = rings(turns, 2, points=150)
+        other = moved(item, 2.2 * (1.0 + 0.2 * turns) * MM, 0.0)
+        pairs = clusters._pairs(clusters._whole(item), clusters._whole(other))
         seen.append(sum(len(a[0]) * len(b[0]) for a, b, _ in pairs))
     assert seen[1] < 8 * seen[0]

@@ -67,10 +67,10 @@ def test_corner_inductance_of_single_corner_matches_table():
     for degrees in (45.0, 60.0, 90.0):
         turn = math.radians(degrees)
         arms = np.array([(-1.0, 0.0), (0.0, 0.0), (math.cos(turn), math.sin(turn))])
-        found = corner_inductance([bent(arms, 1e-3, 1e-4)])
-        assert found == approx(own_inductance(turn, 1e-3, 1e-4), rel=1e-3)
+        result = corner_inductance([bent(arms, 1e-3, 1e-4)])
+        assert result == approx(own_inductance(turn, 1e-3, 1e-4), rel=1e-3)
         column = int(np.argmin(np.abs(TURNS[1:] - turn)))
-        assert found == approx(MU0 * 1e-3 * OWN[3, 1 + column], rel=1e-3)
+        assert result == approx(MU0 * 1e-3 * OWN[3, 1 + column], rel=1e-3)
 
 
 def test_straight_tracks_and_arcs_have_no_corner():
@@ -84,11 +84,11 @@ def test_straight_tracks_and_arcs_have_no_corner():
 
 def test_corner_inductance_grows_with_field_of_other_layers():
     # two layers with the same current: more than twice as much, for each is in the other's field; far apart, twice
-    one = corner_inductance([bent(SPIRAL)])
-    assert corner_inductance([bent(SPIRAL), bent(SPIRAL, z=-80 * UM)]) < 2.2 * one
-    assert corner_inductance([bent(SPIRAL), bent(SPIRAL, z=-1.0)]) == approx(2.0 * one, rel=1e-6)
+    item = corner_inductance([bent(SPIRAL)])
+    assert corner_inductance([bent(SPIRAL), bent(SPIRAL, z=-80 * UM)]) < 2.2 * item
+    assert corner_inductance([bent(SPIRAL), bent(SPIRAL, z=-1.0)]) == approx(2.0 * item, rel=1e-6)
     opposed = [bent(SPIRAL), bent(SPIRAL[::-1], z=-80 * UM)]
-    assert corner_inductance(opposed) > 2.0 * one
+    assert corner_inductance(opposed) > 2.0 * item
 
 
 def test_corner_in_uniform_field_acts_as_magnetic_dipole():
@@ -110,11 +110,11 @@ def test_bend_of_given_radius_starts_at_tangent_points(turn):
     ends = np.array([corner, corner, corner + 5.0 * MM * along])
     track = BentTrack(starts, ends, np.array([0.0, turn, 0.0]), 200 * UM, 35 * UM, 0.0)
     bend = corners._TrackBend(1, turn, 0.5, tuple(corner), True)
-    found = corners._with_radius(track, [bend], 1.5)
+    result = corners._with_radius(track, [bend], 1.5)
     cut = 1.5 * 200 * UM * math.tan(0.5 * abs(turn))
-    assert found.ends[0] == approx(corner - np.array([cut, 0.0]), rel=1e-9)
-    assert found.starts[2] == approx(corner + cut * along, rel=1e-9)
-    assert (found.ends[1] == found.starts[2]).all() and (found.starts[1] == found.ends[0]).all()
+    assert result.ends[0] == approx(corner - np.array([cut, 0.0]), rel=1e-9)
+    assert result.starts[2] == approx(corner + cut * along, rel=1e-9)
+    assert (result.ends[1] == result.starts[2]).all() and (result.starts[1] == result.ends[0]).all()
 
 
 @pytest.mark.parametrize("turn", [0.2, 0.25 * math.pi, 0.5 * math.pi, 2.2])
@@ -195,7 +195,7 @@ def test_filament_field_matches_biot_savart():
     rng = np.random.default_rng(3)
     start, end = rng.normal(size=(20, 2)), rng.normal(size=(20, 2))
     point, height = rng.normal(size=(7, 1, 2)), np.full((7, 1), 0.2)
-    found = normal_field(point, height, start, end, np.zeros(20))
+    result = normal_field(point, height, start, end, np.zeros(20))
     t = np.linspace(0.0, 1.0, 4001)
     middle = 0.5 * (t[1:] + t[:-1])
     place = start[:, None] + middle[:, None] * (end - start)[:, None]
@@ -203,7 +203,7 @@ def test_filament_field_matches_biot_savart():
     distance = np.sqrt(np.sum(away**2, axis=-1) + 0.04)
     step = (end - start)[:, None] / 4000
     exact = 1e-7 * np.sum((step[..., 0] * away[..., 1] - step[..., 1] * away[..., 0]) / distance**3, axis=-1)
-    assert found == approx(exact, rel=1e-5, abs=1e-13)
+    assert result == approx(exact, rel=1e-5, abs=1e-13)
 
 
 def test_corner_points_distribute_moment_evenly():

@@ -63,20 +63,20 @@ def change(target, poses, rings=JAW, centres=CENTRES, floor=-math.inf):
 
 
 def test_gaussian_sum_approximates_inverse_distance():
-    found = gaussian_sum(1e-6, 1e-2)
+    result = gaussian_sum(1e-6, 1e-2)
     at = np.geomspace(2e-6, 1e-2, 50)
-    summed = (found.weights * np.exp(-((found.scales * at[:, None]) ** 2))).sum(axis=1)
+    summed = (result.weights * np.exp(-((result.scales * at[:, None]) ** 2))).sum(axis=1)
     constant = (summed - 1.0 / at)[-1]
     assert summed - constant == approx(1.0 / at, rel=1e-4)
 
 
 def test_gaussian_sum_tail_equals_missing_surface_integral():
-    found = gaussian_sum(1e-6, 1e-2)
+    result = gaussian_sum(1e-6, 1e-2)
     edges = np.geomspace(1e-11, 20e-6, 4001)
     at = np.sqrt(edges[1:] * edges[:-1])
-    summed = (found.weights * np.exp(-((found.scales * at[:, None]) ** 2))).sum(axis=1)
+    summed = (result.weights * np.exp(-((result.scales * at[:, None]) ** 2))).sum(axis=1)
     lacked = math.fsum((1.0 / at - summed) * math.pi * np.diff(edges**2))
-    assert found.tail == approx(lacked, rel=0.01)
+    assert result.tail == approx(lacked, rel=0.01)
 
 
 def test_non_positive_energy_eigenvalues_are_raised():
@@ -172,7 +172,7 @@ def test_magnetic_disc_target_agrees_with_finite_elements(case):
 def test_box_energy_of_harmonic_potential_matches_closed_form(size, axes):
     # of x^2 - y^2 and the like the squared gradient's integral is known
     surface = box(size, 0.1e-3, 0.5e-3, (6, 6, 5))
-    one = next(one for one in surface.classes if one.parity == (1, 1, 1))
+    item = next(item for item in surface.classes if item.parity == (1, 1, 1))
     grid = [line.values[1] for line in surface.lines]
     fits = [np.linalg.lstsq(v, line.nodes**2, rcond=None)[0] for v, line in zip(grid, surface.lines, strict=True)]
     ones = [np.linalg.lstsq(v, np.ones(len(v)), rcond=None)[0] for v in grid]
@@ -181,10 +181,10 @@ def test_box_energy_of_harmonic_potential_matches_closed_form(size, axes):
     )
     on_surface = np.zeros(whole.shape, dtype=bool)
     on_surface[-1], on_surface[:, -1], on_surface[:, :, -1] = True, True, True
-    values = whole[on_surface][one.functions.kept]
+    values = whole[on_surface][item.functions.kept]
     values[-1] = 0.0  # a constant is no field, and has an energy of its own for that
     exact = MU0 * np.prod(size) / 3.0 * sum((a * length) ** 2 for a, length in zip(axes, size, strict=True))
-    assert MU0 * (values @ one.functions.body.vacuum @ values) == approx(exact, rel=2e-3)
+    assert MU0 * (values @ item.functions.body.vacuum @ values) == approx(exact, rel=2e-3)
 
 
 def test_magnetic_square_rotated_by_90_degrees_gives_equal_change():
@@ -217,25 +217,25 @@ def test_distant_target_gives_negligible_change(plate):
 def test_target_change_is_reciprocal_lowers_inductance_and_adds_loss(plate, round_plate):
     pose = [0.7e-3, -0.4e-3, 0.4e-3, 0.1, 0.2, 0.5]
     for target in (plate, round_plate):
-        found = change(target, pose)[0]
-        assert found[0, 1] == approx(found[1, 0], rel=1e-9)
-        assert np.linalg.eigvalsh(found.real).max() < 0.0
-        assert np.linalg.eigvalsh(-found.imag).min() > 0.0
+        result = change(target, pose)[0]
+        assert result[0, 1] == approx(result[1, 0], rel=1e-9)
+        assert np.linalg.eigvalsh(result.real).max() < 0.0
+        assert np.linalg.eigvalsh(-result.imag).min() > 0.0
 
 
 def test_mirrored_target_pose_gives_mirrored_change(plate, round_plate):
     pose = np.array([0.7e-3, 0.4e-3, 0.4e-3, 0.1, 0.2, 0.5])
     across, along = pose * [1, -1, 1, -1, 1, -1], pose * [-1, 1, 1, 1, -1, -1]
     for target in (plate, round_plate):
-        found, mirrored, other = (change(target, one)[0] for one in (pose, across, along))
-        assert mirrored == approx(found, rel=1e-6)
-        assert other == approx(found[::-1, ::-1], rel=1e-6)
+        result, mirrored, other = (change(target, item)[0] for item in (pose, across, along))
+        assert mirrored == approx(result, rel=1e-6)
+        assert other == approx(result[::-1, ::-1], rel=1e-6)
 
 
 def test_disc_rotated_about_its_axis_gives_equal_change(round_plate):
     pose = np.array([0.7e-3, 0.4e-3, 0.6e-3, 0.1, 0.1])
-    found, after = (change(round_plate, [*pose, turn])[0] for turn in (0.0, 0.7))
-    assert after == approx(found, rel=2e-4)
+    result, after = (change(round_plate, [*pose, turn])[0] for turn in (0.0, 0.7))
+    assert after == approx(result, rel=2e-4)
 
 
 def test_positive_tilt_about_y_increases_change_at_plus_x(plate):
@@ -253,8 +253,8 @@ def test_change_is_smooth_over_target_pose():
         np.array(pose) for pose in ((-1e-3, 0.5e-3, 3e-3, -0.1, 0.0, -0.3), (1e-3, -1e-3, 0.7e-3, 0.1, 0.1, 0.4))
     )
     poses = first + np.linspace(0.0, 1.0, 500)[:, None] * (last - first)
-    found = target.changes(rotation_matrices(poses[:, 3:]), poses[:, :3], [table, table], CENTRES).reshape(500, -1)
-    for part in (found.real, found.imag):
+    result = target.changes(rotation_matrices(poses[:, 3:]), poses[:, :3], [table, table], CENTRES).reshape(500, -1)
+    for part in (result.real, result.imag):
         jump = np.abs(np.diff(part, n=4, axis=0)).max(axis=0)
         assert np.all(jump < 1e-3 * np.ptp(part, axis=0))
 
@@ -267,11 +267,11 @@ def test_gradient_fields_drive_no_target_current(surface):
     x, y, z = surface.points.T * 1e3
     none = np.zeros_like(x)
     fields = (z, none, x), (y * z, x * z, x * y), (z * z, none, 2.0 * x * z)
-    slopes = np.stack([np.stack(one, axis=1) for one in fields], axis=2)
+    slopes = np.stack([np.stack(item, axis=1) for item in fields], axis=2)
     across, up = slopes.copy(), slopes.copy()
     across[:, 2], up[:, :2] = 0.0, 0.0
     whole, parts = (
-        np.array([max(np.abs(one.drive(field)).max(initial=0.0) for one in surface.classes) for field in fields])
+        np.array([max(np.abs(item.drive(field)).max(initial=0.0) for item in surface.classes) for field in fields])
         for fields in ([slopes], [across, up])
     )
     assert parts.min() > 0.0 and whole.max() < 1e-3 * parts.min()
@@ -280,11 +280,11 @@ def test_gradient_fields_drive_no_target_current(surface):
 @pytest.mark.slow
 def test_repeated_gaussian_integrals_match_erf_and_each_other():
     scales, u, (nodes, weights) = np.geomspace(1.0, 1e3, 7), np.linspace(0.0, 0.1, 4001), gauss(6)
-    found = repeated_integrals(scales, u)
+    result = repeated_integrals(scales, u)
     erf = np.array([[math.erf(s * v) for v in u] for s in scales])
-    assert found[0] == approx(0.5 * math.sqrt(math.pi) / scales[:, None] * erf, rel=1e-12, abs=1e-18)
+    assert result[0] == approx(0.5 * math.sqrt(math.pi) / scales[:, None] * erf, rel=1e-12, abs=1e-18)
     between = (u[:-1, None] + 0.5 * np.diff(u)[:, None] * (1.0 + nodes)).ravel()
-    for lower, upper, values in zip(found, found[1:], repeated_integrals(scales, between), strict=False):
+    for lower, upper, values in zip(result, result[1:], repeated_integrals(scales, between), strict=False):
         steps = (values.reshape(len(scales), -1, nodes.size) * weights).sum(axis=2) * 0.5 * np.diff(u)
         assert np.diff(upper, axis=1) == approx(steps, rel=1e-7, abs=1e-15 * float(np.abs(upper).max()))
         assert np.all(np.diff(lower, axis=1) >= 0.0)
@@ -293,10 +293,10 @@ def test_repeated_gaussian_integrals_match_erf_and_each_other():
 @pytest.mark.parametrize("surface", [box(PLATE, 20e-6, 1e-3, (6, 5, 4)), disc(4e-3, 0.2e-3, 20e-6, 1e-3, (6, 3), 3)])
 def test_flux_linkage_and_current_operators_are_transposed(surface):
     field = np.sin(np.arange(len(surface.points) * 3 * 2)).reshape(-1, 3, 2)
-    for one in surface.classes:
-        some = np.cos(np.arange(len(one.functions.inductance) * 3)).reshape(-1, 3)
-        linked = np.einsum("pcm,pcs->ms", one.spread(some), field)
-        assert linked == approx(some.T @ one.drive(field), rel=1e-9, abs=1e-12)
+    for item in surface.classes:
+        some = np.cos(np.arange(len(item.functions.inductance) * 3)).reshape(-1, 3)
+        linked = np.einsum("pcm,pcs->ms", item.spread(some), field)
+        assert linked == approx(some.T @ item.drive(field), rel=1e-9, abs=1e-12)
 
 
 @pytest.mark.slow
@@ -316,13 +316,13 @@ def test_target_over_mirror_agrees_with_loop_model(floor, gap):
 def test_reduced_image_currents_agree_with_all_currents():
     mirror, near_face = Mirror(-0.4e-3), -0.5 * PLATE[2]
     surface = box(PLATE, 15e-6, 0.5e-3, (24, 24, 5))
-    poses, found = [[0.3e-3, 0.0, 0.3e-3, 0.05, 0.1, 0.2], [0.0, 0.5e-3, 1e-3, -0.2, 0.0, 0.0]], []
+    poses, result = [[0.3e-3, 0.0, 0.3e-3, 0.05, 0.1, 0.2], [0.0, 0.5e-3, 1e-3, -0.2, 0.0, 0.0]], []
     for points in (8, 11):
         images = image_modes(surface, box(PLATE, 15e-6, 0.5e-3, (points, points, 4)), near_face, 0.2e-3, mirror)
         target = SolvedTarget(surface, near_face, Metal(FREQUENCY, COPPER), mirror, images)
-        found.append(change(target, poses, floor=-0.4e-3))
+        result.append(change(target, poses, floor=-0.4e-3))
     assert images.currents.shape[2] < 160
-    assert found[0] == approx(found[1], abs=5e-4 * np.abs(found[1]).max())
+    assert result[0] == approx(result[1], abs=5e-4 * np.abs(result[1]).max())
 
 
 class Unfolded:
@@ -339,11 +339,11 @@ def test_symmetric_target_couples_with_image_like_full_model(points, floor):
     """Of a mirror 20 mm below some symmetries feel nothing."""
     mirror, near_face = Mirror(floor), -0.5 * PLATE[2]
     surface, coarse = box(PLATE, 15e-6, 0.5e-3, (16, 16, 4)), box(PLATE, 15e-6, 0.5e-3, points)
-    folded, whole = (image_modes(surface, one, near_face, 0.2e-3, mirror) for one in (coarse, Unfolded(coarse)))
+    folded, whole = (image_modes(surface, item, near_face, 0.2e-3, mirror) for item in (coarse, Unfolded(coarse)))
     assert folded.folding is not None and whole.folding is None
     for angles in ([0.0, 0.0, 0.0], [0.0, 0.0, 0.4], [0.1, -0.05, 0.2]):
         turn, place = rotation_matrices(np.array([angles]))[0], np.array([0.1e-3, 0.2e-3, 0.3e-3])
-        ours, theirs = (np.linalg.eigvalsh(one.coupling(turn, place, mirror)) for one in (folded, whole))
+        ours, theirs = (np.linalg.eigvalsh(item.coupling(turn, place, mirror)) for item in (folded, whole))
         assert ours == approx(theirs, abs=1e-9)
     counts = [count for _, count in folded.parities]
     assert sum(counts) == folded.currents.shape[2] and (0 in counts) == (floor < -10e-3)
@@ -367,7 +367,7 @@ def filaments(tracks, points, floor, roof=math.inf):
         images += [(1.0, sign * n * apart) for n in range(1, 13) for sign in (1, -1)]
         images += [(-1.0, 2.0 * floor - n * apart) for n in range(1, 13)]
         images += [(-1.0, 2.0 * roof + n * apart) for n in range(1, 13)]
-    found = np.zeros(len(points), dtype=complex)
+    result = np.zeros(len(points), dtype=complex)
     for track in tracks:
         for offset in (-0.5 / math.sqrt(3.0), 0.5 / math.sqrt(3.0)):
             corners = track.strand(offset * track.width)
@@ -379,8 +379,8 @@ def filaments(tracks, points, floor, roof=math.inf):
                     from_a, from_b = (np.sqrt(((points[:, None, :2] - p) ** 2).sum(-1) + (points[:, 2, None] - z) ** 2)
                                       for p in (a, b))
                     along = np.log((from_a + from_b + length) / (from_a + from_b - length)) / length
-                    found += sign * along @ ((b - a) @ np.array([1.0, 1j]))
-    return MU0 / (4.0 * math.pi) * found
+                    result += sign * along @ ((b - a) @ np.array([1.0, 1j]))
+    return MU0 / (4.0 * math.pi) * result
 
 
 @pytest.mark.parametrize("floor", [-math.inf, -0.6e-3, -20e-3])
@@ -430,11 +430,11 @@ def test_mirror_above_and_below_at_equal_distance_couple_equally():
     surface, coarse = box(PLATE, 15e-6, 0.5e-3, (16, 16, 4)), box(PLATE, 15e-6, 0.5e-3, (8, 6, 3))
     near_face, place = -0.5 * PLATE[2], np.array([0.0, 0.0, 0.3e-3])
     floor, roof = Mirror(-0.4e-3), Mirror(-math.inf, 0.0, in_front(0.3e-3 + PLATE[2] + 0.7e-3))
-    sizes = [np.linalg.eigvalsh(image_modes(surface, coarse, near_face, 0.3e-3, one).coupling(np.eye(3), place, one))
-             for one in (floor, roof)]
+    sizes = [np.linalg.eigvalsh(image_modes(surface, coarse, near_face, 0.3e-3, item).coupling(np.eye(3), place, item))
+             for item in (floor, roof)]
     most = np.abs(sizes[0]).max()
-    kept = min(map(len, sizes))
-    largest = [np.sort(np.abs(size))[::-1][: kept // 2] for size in sizes]
+    stored = min(map(len, sizes))
+    largest = [np.sort(np.abs(size))[::-1][: stored // 2] for size in sizes]
     assert largest[0] == approx(largest[1], abs=1e-6 * most)
 
 
@@ -444,7 +444,7 @@ def test_change_of_target_between_metals_is_reciprocal():
     surface, coarse = box(PLATE, 15e-6, 0.5e-3, (16, 16, 4)), box(PLATE, 15e-6, 0.5e-3, (8, 8, 3))
     images = image_modes(surface, coarse, near_face, gap, mirror)
     target = SolvedTarget(surface, near_face, Metal(FREQUENCY, COPPER), mirror, images)
-    found = change(target, [0.3e-3, 0.0, gap, 0.0, 0.0, 0.0], floor=-0.8e-3)[0]
-    assert found == approx(found.T, abs=1e-12 * np.abs(found).max())
+    result = change(target, [0.3e-3, 0.0, gap, 0.0, 0.0, 0.0], floor=-0.8e-3)[0]
+    assert result == approx(result.T, abs=1e-12 * np.abs(result).max())
     alone = SolvedTarget(surface, near_face, Metal(FREQUENCY, COPPER))
-    assert abs(found[0, 0] / change(alone, [0.3e-3, 0.0, gap, 0.0, 0.0, 0.0], floor=-0.8e-3)[0][0, 0] - 1.0) > 0.02
+    assert abs(result[0, 0] / change(alone, [0.3e-3, 0.0, gap, 0.0, 0.0, 0.0], floor=-0.8e-3)[0][0, 0] - 1.0) > 0.02

@@ -51,14 +51,14 @@ def test_plate_ratio_is_invariant_to_common_height_offset(floor):
     raised = CoaxialRings(COIL.radii, COIL.heights + up, COIL.turns)
     for share in (plate_ratio, plate_loss_ratio, magnetic_ratio):
         for plate in (rectangle(4.5e-3, 3e-3), disc(4.5e-3)):
-            found = share(plate, raised, place, 0.8e-3 + up, floor + up)
-            assert found == approx(share(plate, COIL, place, 0.8e-3, floor), rel=1e-9)
+            result = share(plate, raised, place, 0.8e-3 + up, floor + up)
+            assert result == approx(share(plate, COIL, place, 0.8e-3, floor), rel=1e-9)
 
 
 def test_rotated_rectangle_at_rotated_position_has_equal_ratio():
-    one = plate_ratio(rectangle(4.5e-3, 3e-3), COIL, np.array([[1.3e-3, 0.7e-3]]), 0.8e-3)
+    item = plate_ratio(rectangle(4.5e-3, 3e-3), COIL, np.array([[1.3e-3, 0.7e-3]]), 0.8e-3)
     other = plate_ratio(rectangle(3e-3, 4.5e-3), COIL, np.array([[0.7e-3, 1.3e-3]]), 0.8e-3)
-    assert one == approx(other, rel=1e-9)
+    assert item == approx(other, rel=1e-9)
 
 
 @pytest.mark.parametrize("make", [lambda s: rectangle(s, s), lambda s: rectangle(s, 4e-3), disc])
@@ -156,8 +156,8 @@ def test_plate_ratios_of_small_discs_scale_with_expected_power_of_size():
     for make, power, thickness in (
         (magnetic_ratio, 5.0, 1e-14), (plate_ratio, 3.0, 1e-9), (magnetic_ratio, 2.0, 1e-6)
     ):
-        one, other = (float(make(disc(d, thickness), ALONE, place, 1e-3)[0]) for d in (0.1e-3, 0.2e-3))
-        assert math.log2(other / one) == approx(power, abs=0.1)
+        item, other = (float(make(disc(d, thickness), ALONE, place, 1e-3)[0]) for d in (0.1e-3, 0.2e-3))
+        assert math.log2(other / item) == approx(power, abs=0.1)
     shares = [float(magnetic_ratio(disc(d), COIL, place, 1e-3)[0]) for d in (2e-3, 4e-3, 8e-3, 16e-3, 32e-3)]
     assert np.all(np.diff(shares) > 0.0)
 
@@ -174,8 +174,8 @@ def test_small_thin_magnetic_disc_acts_as_dipole():
     along = math.fsum(step[1] * gap / away**3) / (4.0 * math.pi)  # Biot and Savart, across the axis, A/m by A
     mirror = np.hypot(np.hypot(loop - ring[0], ring[1]), 2.0 * gap)
     endless = 0.5 * loop * math.fsum(step[1] / mirror)  # Neumann, with the mirror's ring, by mu0
-    found = magnetic_ratio(disc(2.0 * radius, 1e-14), ALONE, np.array([[off, 0.0]]), gap)[0]
-    assert found == approx(16.0 / 3.0 * radius**3 * along**2 / endless, rel=0.02)
+    result = magnetic_ratio(disc(2.0 * radius, 1e-14), ALONE, np.array([[off, 0.0]]), gap)[0]
+    assert result == approx(16.0 / 3.0 * radius**3 * along**2 / endless, rel=0.02)
 
 
 @pytest.mark.parametrize("size", [0.1e-3, 1e-3, 4e-3, 8e-3, 30e-3])

@@ -186,7 +186,7 @@ def test_log_mean_distance_of_far_thin_rectangles_keeps_accuracy(distance, thinn
 )
 def test_inductance_of_far_thin_bars_keeps_accuracy(length, start, height, width, thickness):
     """The sixty-four terms of the bar formula lose all digits in double precision; the tracks' sums must not."""
-    one = PolylineTrack(np.array([[0.0, 0.0], [length, 0.0]]), width, thickness, 0.0)
+    item = PolylineTrack(np.array([[0.0, 0.0], [length, 0.0]]), width, thickness, 0.0)
     other = PolylineTrack(np.array([[start, 0.0], [start + length, 0.0]]), width, thickness, height)
     exact = bars_exactly(length, start, height, width, thickness)
-    assert track_mutual_inductance(one, other) == approx(exact, rel=2e-6)
+    assert track_mutual_inductance(item, other) == approx(exact, rel=2e-6)

@@ -43,13 +43,13 @@ def test_arc_half_angles_at_cuts_add_up_to_turn(monkeypatch, turn):
 
 def test_right_and_left_bends_have_equal_loss():
     """And hardly another share than a gentle one: what the rest of its circle would send through it is taken off."""
-    frequencies, found = np.array([1e6, 1e7]), {}
+    frequencies, result = np.array([1e6, 1e7]), {}
     for radius, side in ((0.4 * MM, 1.0), (0.4 * MM, -1.0), (1.6 * MM, 1.0)):
         ways = np.array([(-2 * MM, 0.0), (0.0, 0.0), (radius, radius), (radius, radius + 2 * MM)]) * (1.0, side)
         track = BentTrack(ways[:-1], ways[1:], np.array([0.0, 0.5 * side * math.pi, 0.0]), 200 * UM, 35 * UM, 0.0)
         loss = bent_tracks.bent_winding_loss([track], COPPER, ModeSet(4, 1, (6, 2)), 2, 10)
-        found[radius, side] = loss.resistance_ratios(frequencies) - 1.0
-    tight, mirrored, gentle = found.values()
+        result[radius, side] = loss.resistance_ratios(frequencies) - 1.0
+    tight, mirrored, gentle = result.values()
     assert tight == approx(mirrored, rel=1e-6) and tight == approx(gentle, rel=0.02)
 
 
@@ -60,7 +60,7 @@ def test_bend_inductance_change_equals_energy_of_current_shift():
     modes = ModeSet(4, 1, (6, 2))
     place = local_points(modes)[0]
     smooth = 1e-8 * np.stack([1.0 + place, 2.0 - place])
-    bare, within = (mode_system(cut, one, COPPER, modes) for one in (np.zeros_like(smooth), smooth))
+    bare, within = (mode_system(cut, item, COPPER, modes) for item in (np.zeros_like(smooth), smooth))
     outside = within.coupling - bare.coupling
     assert within.shift.any() and outside.any()
     assert within.change - bare.change == approx(2.0 * float(within.shift @ outside), rel=1e-9)
@@ -99,7 +99,7 @@ def test_image_coupling_solution_agrees_with_series():
     among = rng.normal(size=(combinations,) * 2) + 1j * rng.normal(size=(combinations,) * 2)
     coupling, bare = rng.normal(size=(combinations,) * 2), np.zeros((1, coils, coils), dtype=complex)
     solved = SimpleNamespace(_currents=lambda linked, shape: (bare.copy(), driven, among))
-    (found,) = SolvedTarget._changes(solved, (), [coupling], (1, coils), False)
+    (result,) = SolvedTarget._changes(solved, (), [coupling], (1, coils), False)
     # summed order by order: the image's answer to its own answer, and so on
     scale = 1e-2 / np.abs(coupling @ among).max()
     (small,) = SolvedTarget._changes(solved, (), [scale * coupling], (1, coils), False)
@@ -107,14 +107,14 @@ def test_image_coupling_solution_agrees_with_series():
     series = sum(way.T @ np.linalg.matrix_power(-scale * coupling @ among, k) @ (scale * coupling) @ way
                  for k in range(12))
     assert small == approx(series, rel=1e-9)
-    assert np.all(np.isfinite(found))
+    assert np.all(np.isfinite(result))
 
 
 def test_strand_count_rises_at_width_to_distance_bounds():
     """Each of them is the first width over layer distance that takes so many."""
     for (least, strands), (more, _) in pairwise((*tracks.WIDE, (1e3, 0))):
-        one, other = (SimpleNamespace(width=least, z=z) for z in (0.0, 1.0))
-        assert tracks._near_strands(one, other, (1, 3), False) == ((strands + 1, 2.0), (strands, -1.0))
-        one.width = other.width = least * (1.0 - 1e-9)
-        fewer = tracks._near_strands(one, other, (1, 3), False)
+        item, other = (SimpleNamespace(width=least, z=z) for z in (0.0, 1.0))
+        assert tracks._near_strands(item, other, (1, 3), False) == ((strands + 1, 2.0), (strands, -1.0))
+        item.width = other.width = least * (1.0 - 1e-9)
+        fewer = tracks._near_strands(item, other, (1, 3), False)
         assert fewer[0][0] < strands + 1 <= more

@@ -64,20 +64,20 @@ def test_scaled_loss_scales_resistance_and_inductance_change():
 @pytest.mark.parametrize("apart", [300 * UM, 600 * UM])
 def test_distance_derivative_agrees_with_neumann_difference(apart):
     layers = coil(4 * MM, 6, 100 * UM, 100 * UM, (0.0, -apart), (18 * UM, 18 * UM))
-    found = distance_derivative(spiral_spectrum(layers, apart, 0), [layer.z for layer in layers])
+    result = distance_derivative(spiral_spectrum(layers, apart, 0), [layer.z for layer in layers])
     step = 0.02 * apart
     further, nearer = (
         spiral_inductance_matrix([layers[0], replace(layers[1], z=-apart - change)])[0, 1] for change in (step, -step)
     )
     sign = layers[0].circulation * layers[1].circulation
-    assert found[0, 1] == approx(sign * (further - nearer) / (2.0 * step), rel=0.01)
-    assert found[0, 0] == found[1, 1] == 0.0 and found[1, 0] == found[0, 1]
+    assert result[0, 1] == approx(sign * (further - nearer) / (2.0 * step), rel=0.01)
+    assert result[0, 0] == result[1, 1] == 0.0 and result[1, 0] == result[0, 1]
 
 
 def test_sectors_cover_full_circle_without_gaps():
-    found = proximity.sectors(four_layers(), 12)
-    ends = [middle + 0.5 * width for middle, width in found]
-    starts = [middle - 0.5 * width for middle, width in found]
+    result = proximity.sectors(four_layers(), 12)
+    ends = [middle + 0.5 * width for middle, width in result]
+    starts = [middle - 0.5 * width for middle, width in result]
     assert starts[1:] == approx(ends[:-1], abs=1e-9)
     assert ends[-1] - starts[0] == approx(2.0 * math.pi, abs=2e-6)  # ends are told apart to 1e-6
 
@@ -187,10 +187,10 @@ def test_two_perfect_plates_lower_inductance_more_than_either_alone():
     spectrum = spiral_spectrum(bench(), 0.5e-3)
     plate = (MetalLayer(1e15),)
     above, below = Reflector(0.5e-3, plate), Reflector(0.6e-3, plate)
-    one = reflected_impedance(spectrum, 5e6, above, None)[0]
+    item = reflected_impedance(spectrum, 5e6, above, None)[0]
     other = reflected_impedance(spectrum, 5e6, None, below)[0]
     both = reflected_impedance(spectrum, 5e6, above, below)[0]
-    assert both < min(one, other)
+    assert both < min(item, other)
     assert -spiral_inductance_matrix(bench()).sum() < both
 
 

@@ -22,8 +22,8 @@ def rows(count, thickness=35 * UM):
     """Two layers of tracks of 100 um, 200 um apart."""
     across = np.tile(1e-3 + 200 * UM * np.arange(count // 2), 2)
     height = np.repeat([0.0, -60 * UM], count // 2)
-    one = np.ones(count)
-    return Cut(across, height, 100 * UM * one, thickness * one, one, 1.0 / across)
+    item = np.ones(count)
+    return Cut(across, height, 100 * UM * item, thickness * item, item, 1.0 / across)
 
 
 def blocks_of(matrix):
@@ -43,12 +43,12 @@ def test_sparse_mode_matrix_products_agree_with_full_matrix(monkeypatch, thickne
     full = mode_matrix.mode_matrix(cut, COPPER, modes)
     size = 3 * len(modes.orders)
     # of the first three tracks: their own blocks to the last mode, all others within what far tracks may lack
-    found = sparse @ np.eye(full.shape[0])[:, :size]
-    assert np.abs(found - full[:, :size]).max() < 3e-4 * np.diagonal(full).max()
-    assert found[:size] == approx(full[:size, :size], rel=1e-12, abs=1e-20)
-    one, other = np.random.default_rng(1).normal(size=(2, full.shape[0]))
-    assert one @ (sparse @ other) == approx(other @ (sparse @ one), rel=1e-5)
-    assert sparse @ one == approx(full @ one, abs=1e-3 * np.abs(full @ one).max())
+    result = sparse @ np.eye(full.shape[0])[:, :size]
+    assert np.abs(result - full[:, :size]).max() < 3e-4 * np.diagonal(full).max()
+    assert result[:size] == approx(full[:size, :size], rel=1e-12, abs=1e-20)
+    item, other = np.random.default_rng(1).normal(size=(2, full.shape[0]))
+    assert item @ (sparse @ other) == approx(other @ (sparse @ item), rel=1e-5)
+    assert sparse @ item == approx(full @ item, abs=1e-3 * np.abs(full @ item).max())
 
 
 def test_pairs_with_equal_offsets_share_one_block(monkeypatch):
@@ -77,7 +77,7 @@ def test_losses_by_sparse_matrix_agree_with_full_matrix(monkeypatch):
     layers = tuple(coil(30e-3, 35, 200 * UM, 60 * UM, [0.0, -60 * UM], [35 * UM] * 2))
     frequencies = np.array([1e5, 1e6, 1e7])
     wall = Reflector(100 * UM, (MetalLayer(COPPER),))
-    found = []
+    result = []
     for many in (60, 1000):
         monkeypatch.setattr(mode_matrix, "MANY", many)
         proximity.winding_cuts.cache_clear()
@@ -86,7 +86,7 @@ def test_losses_by_sparse_matrix_agree_with_full_matrix(monkeypatch):
         assert isinstance(cuts[0].system.matrix, NearAndFar) == (many == 60)
         loss = proximity.winding_loss(layers, COPPER)
         near = crowding_near_metal(cuts, COPPER, resolution.modes, 100 * UM).changes(frequencies, wall, None)
-        found.append((loss.resistance_ratios(frequencies), loss.inductance_changes(frequencies), near))
+        result.append((loss.resistance_ratios(frequencies), loss.inductance_changes(frequencies), near))
     proximity.winding_cuts.cache_clear()
-    for some, all_modes in zip(*found, strict=True):
+    for some, all_modes in zip(*result, strict=True):
         assert np.abs(some / all_modes - 1.0).max() < 3e-4

@@ -40,13 +40,13 @@ def test_wide_thin_opening_recovers_full_inductance_of_elongated_coil(roof, echo
 def test_opening_gain_falls_with_thickness_and_fifth_power_of_size():
     thin, thick, endless = (gained_inductance(Opening((3e-3, 1e-3), t), [LONG], GAP) for t in (2e-5, 1e-3, 8e-3))
     assert thin > 1.1 * thick > 1.1 * endless
-    one, half = (gained_inductance(Opening((s, s), 1e-3), [LONG], GAP) for s in (0.4e-3, 0.2e-3))
+    item, half = (gained_inductance(Opening((s, s), 1e-3), [LONG], GAP) for s in (0.4e-3, 0.2e-3))
     # in the middle a coil's field along the slab is nothing and grows evenly: a hole gains with the fifth power
-    assert one / half == approx(32.0, rel=0.2)
+    assert item / half == approx(32.0, rel=0.2)
 
 
 def test_opening_rotated_with_its_coil_gives_equal_gain():
     turned = PolylineTrack(LONG.corners[:, ::-1] * [1.0, -1.0] + [1e-3, 0.4e-3], LONG.width, LONG.thickness, LONG.z)
     beside = PolylineTrack(LONG.corners + np.array([-0.4e-3, 1e-3]), LONG.width, LONG.thickness, LONG.z)
-    one = gained_inductance(Opening((2e-3, 3e-3), 1e-3), [turned], GAP, ROOM)
-    assert one == approx(gained_inductance(Opening((3e-3, 2e-3), 1e-3), [beside], GAP, ROOM), rel=1e-9)
+    item = gained_inductance(Opening((2e-3, 3e-3), 1e-3), [turned], GAP, ROOM)
+    assert item == approx(gained_inductance(Opening((3e-3, 2e-3), 1e-3), [beside], GAP, ROOM), rel=1e-9)

@@ -95,9 +95,9 @@ def test_coarse_chords_of_arc_agree_with_fine_chords(gap):
     starts = MM * np.array([(-1.0, -2.0), (1.0, -2.0), (1.0, 2.0), (-1.0, 2.0)])
     ends = MM * np.array([(1.0, -2.0), (1.0, 2.0), (-1.0, 2.0), (-1.0, -1.5)])
     track = BentTrack(starts, ends, np.array([0.0, math.pi, 0.0, math.pi - 0.25]), 100 * UM, 12 * UM, 0.0)
-    found, fine = with_chords(track, gap), with_chords(track, 0.02 * gap)
-    assert len(found.corners) < 0.5 * len(fine.corners)
-    assert over_mirror([found], gap) == approx(over_mirror([fine], gap), rel=5e-4)
+    result, fine = with_chords(track, gap), with_chords(track, 0.02 * gap)
+    assert len(result.corners) < 0.5 * len(fine.corners)
+    assert over_mirror([result], gap) == approx(over_mirror([fine], gap), rel=5e-4)
 
 
 def test_wave_normal_to_a_side_gives_finite_value():
@@ -121,10 +121,10 @@ def test_repeated_bends_are_summed_as_one_pattern():
         points += [points[-1] + matrix @ sum(steps[: n + 1]) for n in range(len(steps))]
         points.append(points[-1] + (2.0 - 0.1 * k) * matrix @ np.array([math.sqrt(0.5), math.sqrt(0.5)]))
     corners = np.array(points)
-    found = repeating_patterns(corners, np.zeros((len(corners), 1)), 1e-7)
-    assert len(found.first) == 9 and len(found.places) == 17 and len(found.kinds) == 8 * 9 + 1
+    result = repeating_patterns(corners, np.zeros((len(corners), 1)), 1e-7)
+    assert len(result.first) == 9 and len(result.places) == 17 and len(result.kinds) == 8 * 9 + 1
     wave = np.array([[3.0], [5.0]])
-    assert found.sums(wave, np.ones((1, 1)))[0] == approx(np.sum(np.exp(-1j * (corners @ wave))), rel=1e-12)
+    assert result.sums(wave, np.ones((1, 1)))[0] == approx(np.sum(np.exp(-1j * (corners @ wave))), rel=1e-12)
 
 
 @pytest.mark.parametrize("whole", [False, True])
@@ -169,10 +169,10 @@ def test_waves_are_computed_in_batches_with_equal_result(monkeypatch):
 
     monkeypatch.setattr(_Mitred, "waves", counted)
     track = PolylineTrack(SQUARE, 100 * UM, 12 * UM, 0.0)
-    found = over_mirror([track], 30 * UM)
+    result = over_mirror([track], 30 * UM)
     assert len(calls) < 30
     monkeypatch.setattr(polyline_spectrum_module, "AT_ONCE", 1)
-    assert found == approx(over_mirror([track], 30 * UM), rel=1e-4)
+    assert result == approx(over_mirror([track], 30 * UM), rel=1e-4)
     assert len(calls) > 400
 
 
@@ -181,18 +181,18 @@ def test_sum_over_row_of_positions_matches_closed_form(phase):
     """Also where every step turns the wave by nearly nothing, or by nearly a whole turn."""
     count, wave = 25, np.array([[phase / 0.05], [0.7]])
     places = np.array([2.0, 3.0]) + np.outer(np.arange(count) - 12.0, [0.05, 0.0])
-    found = Rows(np.array([(2.0, 3.0)]), np.array([(0.05, 0.0)]), np.array([float(count)])).sums(wave)
-    assert found[0, 0] == approx(np.sum(np.exp(-1j * (places @ wave))), rel=1e-9, abs=1e-9)
+    result = Rows(np.array([(2.0, 3.0)]), np.array([(0.05, 0.0)]), np.array([float(count)])).sums(wave)
+    assert result[0, 0] == approx(np.sum(np.exp(-1j * (places @ wave))), rel=1e-9, abs=1e-9)
 
 
 def test_polygon_turns_are_summed_as_rows():
     """Thirty turns of a square, a pitch farther in each: every corner is one figure in one row of thirty places."""
     size = np.repeat(2.0 - 0.05 * np.arange(30), 4)
     points = size[:, None] * np.tile([(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)], (30, 1))
-    found = repeating_patterns(points, np.tile(np.arange(4.0), 30)[:, None], 1e-7)
-    assert len(found.kinds) == 4 and len(found.places) == 120 and len(found._rows[0].counts) <= 6
+    result = repeating_patterns(points, np.tile(np.arange(4.0), 30)[:, None], 1e-7)
+    assert len(result.kinds) == 4 and len(result.places) == 120 and len(result._rows[0].counts) <= 6
     wave = np.array([[31.0, 3.0], [5.0, -40.0]])
-    assert found.sums(wave, np.ones((4, 2))) == approx(np.sum(np.exp(-1j * (points @ wave)), axis=0), rel=1e-9)
+    assert result.sums(wave, np.ones((4, 2))) == approx(np.sum(np.exp(-1j * (points @ wave)), axis=0), rel=1e-9)
 
 
 def octagon(turns, begin, sense, inwards=True):
@@ -202,7 +202,7 @@ def octagon(turns, begin, sense, inwards=True):
     normals = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     distance = MM * (2.0 - 0.15 * side / 8)
     pairs = zip(normals[:-1], normals[1:], distance[:-1], distance[1:], strict=True)
-    corners = np.array([np.linalg.solve([one, other], [near, far]) for one, other, near, far in pairs])
+    corners = np.array([np.linalg.solve([item, other], [near, far]) for item, other, near, far in pairs])
     corners = corners if inwards else corners[::-1]
     loops = Loops(corners[1:-1], np.full(len(corners) - 2, 1e-9 * (sense if inwards else -sense)), 20 * UM)
     return PolylineTrack(corners, 100 * UM, 12 * UM, 0.0), loops
@@ -221,16 +221,16 @@ def test_congruent_layers_share_computed_waves(monkeypatch):
             octagon(3.75, 0.25 * math.pi, -1), octagon(3.75, -0.5 * math.pi, -1, False)]
     tracks, loops = zip(*four, strict=True)
     shared = polyline_spectrum(tracks, 0.3 * MM, loops).power
-    assert len({id(one) for one in calls}) == 1
+    assert len({id(item) for item in calls}) == 1
     monkeypatch.setattr(polyline_spectrum_module, "track_images", lambda tracks, loops, centre: [None] * len(tracks))
     alone = polyline_spectrum(tracks, 0.3 * MM, loops).power
-    assert len({id(one) for one in calls}) == 5
+    assert len({id(item) for item in calls}) == 5
     assert np.abs(shared - alone).max() < 1e-9 * np.abs(alone).max()
 
 
 def test_tracks_with_different_loops_are_not_images():
-    (one, loops), (other, _) = octagon(3.75, 0.0, 1), octagon(3.75, 0.5 * math.pi, 1)
+    (item, loops), (other, _) = octagon(3.75, 0.0, 1), octagon(3.75, 0.5 * math.pi, 1)
     less = Loops(loops.places, 0.9 * loops.moments, loops.spread)
     turned = octagon(3.75, 0.5 * math.pi, 1)[1]
-    assert track_images([one, other], [loops, turned], np.zeros(2))[1] is not None
-    assert track_images([one, other], [loops, less], np.zeros(2)) == [None, None]
+    assert track_images([item, other], [loops, turned], np.zeros(2))[1] is not None
+    assert track_images([item, other], [loops, less], np.zeros(2)) == [None, None]

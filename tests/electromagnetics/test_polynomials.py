@@ -45,10 +45,10 @@ def test_surrogate_reproduces_cubic(chart):
 
 
 def test_interpolant_handles_complex_values_and_clamps_at_box():
-    found = interpolant(lambda points: np.exp(1j * points.sum(axis=1)), 14)
+    result = interpolant(lambda points: np.exp(1j * points.sum(axis=1)), 14)
     beyond = np.array([[9.0, -1.0]])
-    assert np.abs(found(INSIDE) - np.exp(1j * INSIDE.sum(axis=1))).max() < 1e-10
-    assert np.abs(found(beyond) - np.exp(1j * (HIGH[0] - 1.0))).max() < 1e-10
+    assert np.abs(result(INSIDE) - np.exp(1j * INSIDE.sum(axis=1))).max() < 1e-10
+    assert np.abs(result(beyond) - np.exp(1j * (HIGH[0] - 1.0))).max() < 1e-10
 
 
 def test_interpolation_error_falls_at_rate_of_nearest_pole():

@@ -25,12 +25,12 @@ PITCH, WIDTH, COPPER = 0.2e-3, 0.1e-3, 18e-6
 def layers(shape, turns, count, radius=0.0, gap=60e-6, angle=0.0):
     """A coil's layers as layouts wind them, each mirrored to go on where the last one ends."""
     size = (8e-3, 6e-3) if shape in ("rectangle", "racetrack") else (6e-3, 6e-3)
-    found = []
+    result = []
     for k in range(count):
         dimensions = SpiralDimensions(size, WIDTH, PITCH, turns)
         path = SHAPES[shape].wind(dimensions, angle + 0.9 * k, -1 if k % 2 else 1, radius)
-        found.append(track([_piece(segment) for segment in path], WIDTH, COPPER, -gap * k * (1.0 + 0.3 * (k % 2))))
-    return found
+        result.append(track([_piece(segment) for segment in path], WIDTH, COPPER, -gap * k * (1.0 + 0.3 * (k % 2))))
+    return result
 
 
 def _piece(segment):
@@ -48,21 +48,21 @@ def one_by_one(stack):
 ])
 def test_winding_inductance_equals_sum_of_layer_pairs(shape, radius, monkeypatch):
     stack = layers(shape, 6.0, 4, radius)
-    found = winding_inductance(stack)
+    result = winding_inductance(stack)
     # where arcs cross, the points of the first are not those of the second; what is distant goes by a few heights,
     # 1e-5 at most
-    assert found == approx(one_by_one(stack), rel=6e-6)
+    assert result == approx(one_by_one(stack), rel=6e-6)
     monkeypatch.setattr(tracks, "DISTANT", math.inf)
-    assert found == approx(winding_inductance(stack), rel=6e-6)
+    assert result == approx(winding_inductance(stack), rel=6e-6)
 
 
 def test_distant_pieces_of_many_layers_are_summed_at_few_heights(monkeypatch):
-    asked = []
+    request = []
     summed = tracks.distant_sides
-    monkeypatch.setattr(tracks, "distant_sides", lambda *a: asked.append(a[-1].size) or summed(*a))
+    monkeypatch.setattr(tracks, "distant_sides", lambda *a: request.append(a[-1].size) or summed(*a))
     winding_inductance(layers("octagon", 8.0, 8))
     # 36 pairs of layers at 22 distances, each through two thicknesses
-    assert len(asked) > 1 and max(asked) <= 8
+    assert len(request) > 1 and max(request) <= 8
 
 
 def test_concentric_arc_pairs_are_counted_by_rotation():
@@ -84,8 +84,8 @@ def test_displaced_pieces_are_counted_as_different_pairs(moved, angle):
 
     def kinds_of(corners):
         points = np.array(corners) @ turn
-        found = piece_kinds([track(list(pairwise([tuple(p) for p in points])), 0.1, 0.02, 0.0)])
-        return len(distinct_pairs(found[0], found[0], found[2], [[(0, 0, 1.0)]]).first)
+        result = piece_kinds([track(list(pairwise([tuple(p) for p in points])), 0.1, 0.02, 0.0)])
+        return len(distinct_pairs(result[0], result[0], result[2], [[(0, 0, 1.0)]]).first)
 
     closed = [*square, square[0]]
     # the first and the last side have an end, the two between lie alike
@@ -94,8 +94,8 @@ def test_displaced_pieces_are_counted_as_different_pairs(moved, angle):
 
 
 def test_shifted_equal_tracks_give_different_mutual_inductances():
-    one = layers("octagon", 2.0, 1, 0.3e-3)[0]
-    shifted = [one, one.shifted(15e-3, 0.0), one.shifted(18e-3, 0.0)]
+    item = layers("octagon", 2.0, 1, 0.3e-3)[0]
+    shifted = [item, item.shifted(15e-3, 0.0), item.shifted(18e-3, 0.0)]
     assert winding_inductance(shifted) == approx(one_by_one(shifted), rel=1e-6)
     assert 1.05 * tracks_mutual_inductance(*shifted[::2]) > tracks_mutual_inductance(*shifted[:2])
 

@@ -30,18 +30,18 @@ def tank(network, inductance, resistance, delay=0.0):
 @pytest.mark.parametrize("delay", [0.0, 5e-9])
 def test_overdamped_tank_has_no_frequency(quality, delay):
     """Equation 1's root has no real value: 1e-10 mHz and a parallel resistance of 2 mohm used to come out."""
-    found = tank(PLAIN, 2e-6, math.sqrt(2e-6 / 220e-12) / quality, delay)
-    assert not found.exists
-    assert math.isnan(found.frequency) and math.isnan(found.parallel_resistance)
-    assert found.quality_factor == approx(quality, rel=1e-6)
+    result = tank(PLAIN, 2e-6, math.sqrt(2e-6 / 220e-12) / quality, delay)
+    assert not result.exists
+    assert math.isnan(result.frequency) and math.isnan(result.parallel_resistance)
+    assert result.quality_factor == approx(quality, rel=1e-6)
 
 
 @pytest.mark.parametrize("quality", [1.02, 1.2, 2.0])
 def test_heavily_damped_tank_oscillates_at_damped_frequency(quality):
-    found = tank(PLAIN, 2e-6, math.sqrt(2e-6 / 220e-12) / quality)
+    result = tank(PLAIN, 2e-6, math.sqrt(2e-6 / 220e-12) / quality)
     plain = resonance_frequency(2e-6, 220e-12)
-    assert found.exists
-    assert found.frequency == approx(plain * math.sqrt(1.0 - 1.0 / quality**2), rel=1e-6)
+    assert result.exists
+    assert result.frequency == approx(plain * math.sqrt(1.0 - 1.0 / quality**2), rel=1e-6)
 
 
 coils = st.tuples(st.floats(0.5e-6, 20e-6), st.floats(8.0, 60.0))
@@ -54,23 +54,23 @@ def test_tank_frequency_matches_data_sheet_equation(coil, delay):
     inductance, quality = coil
     root = math.sqrt(inductance * 220e-12)
     resistance = math.sqrt(inductance / 220e-12) / quality
-    found = tank(PLAIN, inductance, resistance, delay)
+    result = tank(PLAIN, inductance, resistance, delay)
     angle = delay / root
     expected = math.sqrt(1.0 - 1.0 / quality**2 - angle / quality) / (2.0 * math.pi * root)
-    assert found.frequency == approx(expected, rel=1e-9 + (angle**3 / quality + 2.0 / quality**3 if delay else 0.0))
+    assert result.frequency == approx(expected, rel=1e-9 + (angle**3 / quality + 2.0 / quality**3 if delay else 0.0))
     if delay == 0.0:
-        assert found.parallel_resistance == approx(inductance / (resistance * 220e-12), rel=1e-9)
-        expected = 2 * math.pi * found.frequency * inductance / resistance
-        assert found.quality_factor == approx(expected, rel=2.0 / quality**2)
+        assert result.parallel_resistance == approx(inductance / (resistance * 220e-12), rel=1e-9)
+        expected = 2 * math.pi * result.frequency * inductance / resistance
+        assert result.quality_factor == approx(expected, rel=2.0 / quality**2)
 
 
 def test_tank_matches_data_sheet_examples():
     # 8.2: 43.9 uH with 100 pF at 2.4 MHz; 6.5 note 6: 19.4 uH, 330 pF, R_P 5.7 kohm at 2 MHz
     assert resonance_frequency(43.9e-6, 100e-12) == approx(2.4e6, rel=5e-3)
     resistance = 19.4e-6 / (5.7e3 * 330e-12)
-    found = tank(Network(0.0, 0.0, 330e-12, False), 19.4e-6, resistance)
-    assert found.frequency == approx(2.0e6, rel=0.02)
-    assert found.parallel_resistance == approx(5.7e3, rel=1e-6)
+    result = tank(Network(0.0, 0.0, 330e-12, False), 19.4e-6, resistance)
+    assert result.frequency == approx(2.0e6, rel=0.02)
+    assert result.parallel_resistance == approx(5.7e3, rel=1e-6)
 
 
 def test_capacitor_position_is_irrelevant_without_cable():
@@ -84,13 +84,13 @@ def test_capacitor_position_is_irrelevant_without_cable():
 def test_capacitor_series_resistance_forms_own_branch(at_coil):
     """Two branches, r + jwL and s + 1/jwC: resonant at w^2 LC = (L/C - r^2) / (L/C - s^2), as in any textbook."""
     inductance, capacitor, loss, own = 2e-6, 220e-12, 5.0, 30.0
-    found = tank(Network(0.0, 0.0, capacitor, at_coil, own), inductance, loss)
+    result = tank(Network(0.0, 0.0, capacitor, at_coil, own), inductance, loss)
     square = inductance / capacitor
     plain = resonance_frequency(inductance, capacitor)
-    assert found.frequency == approx(plain * math.sqrt((square - loss**2) / (square - own**2)), rel=1e-9)
-    omega = 2.0 * math.pi * found.frequency
+    assert result.frequency == approx(plain * math.sqrt((square - loss**2) / (square - own**2)), rel=1e-9)
+    omega = 2.0 * math.pi * result.frequency
     conductances = [r / (r * r + x * x) for r, x in ((loss, omega * inductance), (own, 1.0 / (omega * capacitor)))]
-    assert found.parallel_resistance == approx(1.0 / math.fsum(conductances), rel=1e-9)
+    assert result.parallel_resistance == approx(1.0 / math.fsum(conductances), rel=1e-9)
 
 
 def test_cable_lowers_coil_share_only_with_capacitor_at_converter():
@@ -110,11 +110,11 @@ def test_admittance_phase_at_resonance_equals_converter_delay(coil, at_coil, cab
     inductance, quality = coil
     network = Network(8e-12, 20e-12, 220e-12, at_coil, 0.02, cable, loss)
     resistance = math.sqrt(inductance / 220e-12) / quality
-    found = tank(network, inductance, resistance, delay)
-    omega = 2.0 * math.pi * found.frequency
+    result = tank(network, inductance, resistance, delay)
+    omega = 2.0 * math.pi * result.frequency
     admittance, _ = network.admittance(omega, inductance, resistance)
     assert cmath.phase(admittance) == approx(-omega * delay, abs=1e-6)
-    assert 1.0 / found.parallel_resistance == approx(admittance.real, rel=1e-9)
+    assert 1.0 / result.parallel_resistance == approx(admittance.real, rel=1e-9)
 
 
 def test_apparent_inductance_rises_towards_self_resonance():
@@ -134,11 +134,11 @@ def coil(frequency):
 
 def test_tank_uses_inductance_and_resistance_at_its_frequency():
     network = Network(8e-12, 4e-12, np.array([100e-12, 220e-12, 1e-9]), True, 0.02)
-    found = oscillate(network, coil, 5e-9, np.array([9e6, 6e6, 3e6]))
-    inductance, resistance = coil(found.frequency)
-    alike = oscillate_similar(network, inductance, resistance, 5e-9)
-    assert found.frequency == approx(alike.frequency, rel=1e-11)
-    assert found.inductance == approx(inductance, rel=1e-10) and found.resistance == approx(resistance, rel=1e-9)
+    result = oscillate(network, coil, 5e-9, np.array([9e6, 6e6, 3e6]))
+    inductance, resistance = coil(result.frequency)
+    equal = oscillate_similar(network, inductance, resistance, 5e-9)
+    assert result.frequency == approx(equal.frequency, rel=1e-11)
+    assert result.inductance == approx(inductance, rel=1e-10) and result.resistance == approx(resistance, rel=1e-9)
 
 
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-6])
@@ -152,7 +152,7 @@ def test_approximate_tank_frequency_is_within_tolerance(tolerance):
         return inductance, loss * resistance
 
     start = network.resonance(2e-6) / (2.0 * math.pi)
-    quick, exact = (oscillate(network, terminals, 5e-9, start, one) for one in (tolerance, 1e-12))
+    quick, exact = (oscillate(network, terminals, 5e-9, start, item) for item in (tolerance, 1e-12))
     exists = np.isfinite(exact.frequency)
     assert np.mean(exists) > 0.6 and (np.isfinite(quick.frequency) == exists).all()
     apart = np.abs(quick.frequency / exact.frequency - 1.0)[exists]
@@ -165,14 +165,14 @@ def test_approximate_tank_frequency_is_within_tolerance(tolerance):
 ])
 def test_coil_of_high_quality_behind_long_cable_oscillates(cable, inductance, resistance, frequency):
     """Sought by the phase, which turns round within a per cent of the frequency there, one tank in forty had none."""
-    found = tank(cable, inductance, resistance, 5e-9)
-    assert found.exists
+    result = tank(cable, inductance, resistance, 5e-9)
+    assert result.exists
     around = 2.0 * math.pi * frequency * np.array([0.999, 1.001])
     phase = np.angle(cable.admittance(around, inductance, resistance)[0]) + 5e-9 * around
-    assert phase[0] < 0.0 < phase[1] and abs(found.frequency / frequency - 1.0) < 1e-3
+    assert phase[0] < 0.0 < phase[1] and abs(result.frequency / frequency - 1.0) < 1e-3
 
 
 def test_invalid_inductances_give_nan_without_affecting_others():
     inductance = np.array([2e-6, -1e-6, 0.0, np.nan, 2e-6])
-    found = oscillate_similar(PLAIN, inductance, np.array([3.0, 3.0, 3.0, 3.0, -3.0]), 5e-9).frequency
-    assert found[0] == approx(tank(PLAIN, 2e-6, 3.0, 5e-9).frequency, rel=1e-12) and np.isnan(found[1:]).all()
+    result = oscillate_similar(PLAIN, inductance, np.array([3.0, 3.0, 3.0, 3.0, -3.0]), 5e-9).frequency
+    assert result[0] == approx(tank(PLAIN, 2e-6, 3.0, 5e-9).frequency, rel=1e-12) and np.isnan(result[1:]).all()

@@ -22,13 +22,13 @@ COPPER = 58e6
 
 def winding(layers: int, turns: float, width: float, spacing: float, inner: float) -> tuple[SpiralLayer, ...]:
     """Layers in series, wound in and out by turns, 60 um apart."""
-    pitch, angle, found = width + spacing, 0.3, []
+    pitch, angle, result = width + spacing, 0.3, []
     for k in range(layers):
         inward = k % 2 == 0
         angle += 0.0 if inward else 4.0 * math.pi * turns
         sense, outer = 1 if inward else -1, inner + turns * pitch
-        found.append(SpiralLayer(outer, pitch, turns, angle, sense, inward, -60e-6 * k, width, 25e-6))
-    return tuple(found)
+        result.append(SpiralLayer(outer, pitch, turns, angle, sense, inward, -60e-6 * k, width, 25e-6))
+    return tuple(result)
 
 
 CASES = [(1, 8.0, 100e-6, 100e-6, 0.5e-3), (2, 12.0, 100e-6, 100e-6, 1e-3), (2, 6.25, 150e-6, 90e-6, 0.4e-3),
@@ -45,15 +45,15 @@ def test_mean_ring_inductance_is_within_1_2_percent_of_spirals(case):
 @pytest.mark.parametrize("case", CASES[:5])
 def test_single_cut_resistance_ratio_is_within_8_percent(case):
     at = np.array([2e6, 5e6, 9e6])
-    one, all_of_them = (winding_loss(winding(*case), COPPER, tolerance) for tolerance in (ROUGH, 0.03))
-    assert np.all(np.abs(one.resistance_ratios(at) / all_of_them.resistance_ratios(at) - 1.0) < 0.08)
+    item, all_of_them = (winding_loss(winding(*case), COPPER, tolerance) for tolerance in (ROUGH, 0.03))
+    assert np.all(np.abs(item.resistance_ratios(at) / all_of_them.resistance_ratios(at) - 1.0) < 0.08)
     assert all_of_them.resistance_ratios(at)[-1] > 1.2
 
 
 def test_reflected_impedance_of_rings_agrees_with_spirals():
     layers, at = winding(4, 7.75, 80e-6, 80e-6, 0.7e-3), np.array([3e6, 8e6])
     sides = Reflector(0.6e-3, (MetalLayer(COPPER),)), Reflector(0.9e-3, (MetalLayer(1.4e6),))
-    rings, spirals = (reflected_inductances(one(layers, 0.6e-3), at, *sides, (0.0,)) for one in
+    rings, spirals = (reflected_inductances(item(layers, 0.6e-3), at, *sides, (0.0,)) for item in
                       (ring_spectrum, spiral_spectrum))
     assert np.all(np.abs(rings / spirals - 1.0) < 2e-3)
 
@@ -74,14 +74,14 @@ def test_sheet_ratios_are_within_4_percent_of_plate_ratios(floor, is_round):
 def test_one_mode_subspace_is_accurate_for_metal_at_any_distance():
     layers, at = winding(4, 7.75, 80e-6, 80e-6, 0.7e-3), np.array([2e6, 8e6])
     resolution = suited_resolution(layers, COPPER, ROUGH)
-    one = crowding_near_metal(
+    item = crowding_near_metal(
         winding_cuts(layers, COPPER, resolution), COPPER, resolution.modes, 0.2e-3, steps=ROUGH_STEPS)
-    own = replace(one, nearest=None, known={}, changed={})
+    own = replace(item, nearest=None, known={}, changed={})
     target, jaw = Reflector(0.3e-3, (MetalLayer(COPPER),)), Reflector(0.5e-3, (MetalLayer(1.4e6),))
     farther = replace(target, distance=0.9e-3)
     for sides in ((target, jaw), (farther, jaw), (None, jaw), (target, None)):
-        assert np.all(np.abs(one.changes(at, *sides) / own.changes(at, *sides) - 1.0) < 0.02)
-    assert len(one.known) == 3 < len(own.known)
+        assert np.all(np.abs(item.changes(at, *sides) / own.changes(at, *sides) - 1.0) < 0.02)
+    assert len(item.known) == 3 < len(own.known)
 
 
 def test_sheet_ratios_of_many_gaps_equal_single_gap_solution():

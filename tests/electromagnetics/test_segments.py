@@ -25,10 +25,10 @@ def track(corners, width=0.2e-3, z=0.0):
 
 def test_group_inductances_add_up_to_whole_track():
     pieces = [segment_set([track(CORNERS[:3])]), segment_set([track(CORNERS[2:])])]
-    found = grouped_segments_inductance(pieces, [0, 1])
-    assert found[0, 1] == found[1, 0]
-    assert found.sum() == approx(track_mutual_inductance(track(CORNERS), track(CORNERS), 1), rel=1e-6)
-    assert found.sum() == approx(grouped_segments_inductance(pieces, [0, 0])[0, 0], rel=1e-9)
+    result = grouped_segments_inductance(pieces, [0, 1])
+    assert result[0, 1] == result[1, 0]
+    assert result.sum() == approx(track_mutual_inductance(track(CORNERS), track(CORNERS), 1), rel=1e-6)
+    assert result.sum() == approx(grouped_segments_inductance(pieces, [0, 0])[0, 0], rel=1e-9)
 
 
 def test_inclined_track_coupling_agrees_with_neumann_sum():
@@ -43,10 +43,10 @@ def test_inclined_track_coupling_agrees_with_neumann_sum():
 def test_go_and_return_pair_inductance_agrees_with_mean_distances():
     # 30 mm of two 0.2 mm tracks, 60 um apart, currents opposed: mu0 l / pi times ln(g12 / g11), g by rectangles
     there, back = track([[0, 0], [30e-3, 0]]), track([[30e-3, 0], [0, 0]], z=-60e-6)
-    found = grouped_segments_inductance([segment_set([there]), segment_set([back])], [0, 0])[0, 0]
+    result = grouped_segments_inductance([segment_set([there]), segment_set([back])], [0, 0])[0, 0]
     mutual = track_mutual_inductance(there, back, 8)
     expected = track_mutual_inductance(there, there, 8) + track_mutual_inductance(back, back, 8) + 2.0 * mutual
-    assert found == approx(expected, rel=0.02)
+    assert result == approx(expected, rel=0.02)
 
 
 def curve(count=400):
@@ -69,5 +69,5 @@ def test_curve_and_segment_coupling_agrees_with_neumann_sum(corners):
     line = np.array(corners) * 1e-3
     if np.hypot(*np.diff(line, axis=0).T).min() < 1e-4:
         return
-    found = curve_segments_mutual(curve(), segment_set([track(line)]), 0.0)
-    assert found == approx(sampled_mutual_inductance(curve(), sampled(line, 0.0)), rel=2e-3, abs=1e-12)
+    result = curve_segments_mutual(curve(), segment_set([track(line)]), 0.0)
+    assert result == approx(sampled_mutual_inductance(curve(), sampled(line, 0.0)), rel=2e-3, abs=1e-12)

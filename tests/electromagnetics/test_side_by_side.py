@@ -59,13 +59,13 @@ def test_distances_of_many_sides_take_little_memory(monkeypatch):
                                                     100 * UM, 20 * UM, 0.0),))
     where = corners + 3e-2
     tracemalloc.start()
-    found = pieces.distance(where)
+    result = pieces.distance(where)
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert peak < 12e6
     assert pieces.distance(where[:0]).shape == (0,)
     monkeypatch.setattr(side_by_side, "DISTANCES", 1 << 30)
-    assert np.array_equal(found, pieces.distance(where))
+    assert np.array_equal(result, pieces.distance(where))
 
 
 def dense(radius, length, count):
@@ -91,12 +91,12 @@ def dense(radius, length, count):
 def test_mutual_inductance_of_nearly_touching_round_ends_is_accurate():
     """Seen to fail by 1.5 %: the points of facing arcs were crowded at their ends, and met in their middles."""
     radius, length = 2e-3, 3e-3
-    one = stadium(radius, length, 2 * UM, 2 * UM)
+    item = stadium(radius, length, 2 * UM, 2 * UM)
     away = length + 2 * radius + 50 * UM
     points, elements = dense(radius, length, 6000)
     other = points + np.array([away, 0.0, 0.0])
     expected = sampled_mutual_inductance((points, elements), (other, elements))
-    assert tracks_side_by_side(one, one, (away, 0.0)) == approx(expected, rel=1e-4)
+    assert tracks_side_by_side(item, item, (away, 0.0)) == approx(expected, rel=1e-4)
 
 
 def test_distant_mutual_inductance_includes_track_width():
@@ -105,15 +105,15 @@ def test_distant_mutual_inductance_includes_track_width():
     # strands stand at side +- 2 x, x over half the width; the corner where the track begins and ends is not mitred
     mean_area = side**2 + 0.75 * width**2 / 3.0
     expected = -MU0 * mean_area**2 / (4 * math.pi * distance**3)
-    one = square(side, width)
-    assert tracks_side_by_side(one, one, (distance, 0.0)) == approx(expected, rel=1e-4)
+    item = square(side, width)
+    assert tracks_side_by_side(item, item, (distance, 0.0)) == approx(expected, rel=1e-4)
 
 
 @pytest.mark.parametrize("direction", [0.0, 0.7, 2.0])
 def test_mutual_inductance_is_reciprocal(direction):
     x, y = 4.5e-3 * math.cos(direction), 4.5e-3 * math.sin(direction)
-    one, other = round_coil(), round_coil(turns=2.3)
-    assert spirals_side_by_side(one, other, (x, y)) == approx(spirals_side_by_side(other, one, (-x, -y)), rel=1e-9)
+    item, other = round_coil(), round_coil(turns=2.3)
+    assert spirals_side_by_side(item, other, (x, y)) == approx(spirals_side_by_side(other, item, (-x, -y)), rel=1e-9)
     flat, long = square(3e-3, 100 * UM), stadium(1e-3, 1e-3, 100 * UM)
     assert tracks_side_by_side(flat, long, (x, y)) == approx(tracks_side_by_side(long, flat, (-x, -y)), rel=1e-9)
 
@@ -121,9 +121,9 @@ def test_mutual_inductance_is_reciprocal(direction):
 @pytest.mark.parametrize(("scale", "tolerance"), [(1e-3, 1e-7), (0.1, 1e-9), (1e3, 1e-9)])
 def test_mutual_inductance_scales_with_size(scale, tolerance):
     """A coil of 3 um is beyond what heights are told apart by, 1e-18 m2."""
-    one = spirals_side_by_side(round_coil(), round_coil(), (4e-3, 1e-3))
+    item = spirals_side_by_side(round_coil(), round_coil(), (4e-3, 1e-3))
     scaled = round_coil(scale=scale)
-    assert spirals_side_by_side(scaled, scaled, (4e-3 * scale, 1e-3 * scale)) == approx(one * scale, rel=tolerance)
+    assert spirals_side_by_side(scaled, scaled, (4e-3 * scale, 1e-3 * scale)) == approx(item * scale, rel=tolerance)
 
 
 def filament(layer, count=4000):
@@ -138,36 +138,36 @@ def filament(layer, count=4000):
 
 
 def test_mutual_inductance_of_thin_spirals_agrees_with_centre_lines():
-    one, other = ([replace(layer, thickness=2 * UM) for layer in round_coil(2 * UM, turns)] for turns in (3.0, 2.3))
+    item, other = ([replace(layer, thickness=2 * UM) for layer in round_coil(2 * UM, turns)] for turns in (3.0, 2.3))
     move = np.array([3.3e-3, 1e-3, 0.0])
     expected = math.fsum(
         sampled_mutual_inductance(filament(a), (points + move, elements))
-        for a in one for points, elements in map(filament, other)
+        for a in item for points, elements in map(filament, other)
     )
-    assert spirals_side_by_side(one, other, tuple(move[:2])) == approx(expected, rel=1e-5)
+    assert spirals_side_by_side(item, other, tuple(move[:2])) == approx(expected, rel=1e-5)
 
 
 def test_mutual_inductance_is_invariant_to_common_rotation():
-    one = round_coil(turns=0.6, width=400 * UM)
-    turned = tuple(replace(layer, angle=layer.angle + 1.0) for layer in one)
+    item = round_coil(turns=0.6, width=400 * UM)
+    turned = tuple(replace(layer, angle=layer.angle + 1.0) for layer in item)
     x, y = 3.5e-3 * math.cos(1.0), 3.5e-3 * math.sin(1.0)
-    expected = spirals_side_by_side(one, one, (3.5e-3, 0.0))
+    expected = spirals_side_by_side(item, item, (3.5e-3, 0.0))
     assert spirals_side_by_side(turned, turned, (x, y)) == approx(expected, rel=1e-6)
 
 
 def test_mutual_inductance_equals_sum_over_layers():
-    one, other = round_coil(), round_coil(turns=2.0)
-    parts = [spirals_side_by_side([a], [b], (4e-3, 0.0)) for a in one for b in other]
-    assert spirals_side_by_side(one, other, (4e-3, 0.0)) == approx(math.fsum(parts), rel=1e-5)
+    item, other = round_coil(), round_coil(turns=2.0)
+    parts = [spirals_side_by_side([a], [b], (4e-3, 0.0)) for a in item for b in other]
+    assert spirals_side_by_side(item, other, (4e-3, 0.0)) == approx(math.fsum(parts), rel=1e-5)
 
 
 @pytest.mark.parametrize(("gap", "tolerance"), [(40 * UM, 2e-5), (400 * UM, 2e-7), (1e-3, 2e-8)])
 def test_sampled_straight_sides_agree_with_closed_form(gap, tolerance):
     """Three strands a track miss 2e-5 where the gap is narrower than the track."""
-    one = square(2e-3, 60 * UM)
+    item = square(2e-3, 60 * UM)
     away = 2e-3 + 60 * UM + gap
-    closed = tracks_mutual_inductance(one[0], one[0].shifted(away, 0.0), (4, 4))
-    assert tracks_side_by_side(one, one, (away, 0.0)) == approx(closed, rel=tolerance)
+    closed = tracks_mutual_inductance(item[0], item[0].shifted(away, 0.0), (4, 4))
+    assert tracks_side_by_side(item, item, (away, 0.0)) == approx(closed, rel=tolerance)
 
 
 @pytest.mark.parametrize("made", ["round", "stadium", "square", "turned square"])
@@ -175,15 +175,15 @@ def test_nearness_equals_width_divided_by_centre_line_distance(made):
     gap, width = 300 * UM, 100 * UM
     if made == "round":
         coil = round_coil(width)
-        found = side_by_side.spirals_side_by_side(coil, coil, (3e-3 + gap, 0.0))
+        result = side_by_side.spirals_side_by_side(coil, coil, (3e-3 + gap, 0.0))
         # the outer ends lie at 0.2 rad, half a turn on the radius is shorter by half a pitch
-        assert 0.5 < found.nearness * gap / width <= 1.0
+        assert 0.5 < result.nearness * gap / width <= 1.0
         return
     angle = 0.3 if made == "turned square" else 0.0
     coil = stadium(1e-3, 1e-3, width) if made == "stadium" else square(3e-3, width, angle=angle)
     away = 3e-3 + gap
-    found = side_by_side.tracks_side_by_side(coil, coil, (away * math.cos(angle), away * math.sin(angle)))
-    assert found.nearness == approx(width / gap, rel=0.02)
+    result = side_by_side.tracks_side_by_side(coil, coil, (away * math.cos(angle), away * math.sin(angle)))
+    assert result.nearness == approx(width / gap, rel=0.02)
 
 
 def test_fine_sampling_is_limited_to_near_parts(monkeypatch):
@@ -197,10 +197,10 @@ def test_fine_sampling_is_limited_to_near_parts(monkeypatch):
     turns = [square(side, 150 * UM)[0] for side in (8.5e-3, *np.arange(1.5e-3, 5e-3, 0.5e-3))]
     layers = tuple(replace(turn, z=-z) for turn in turns for z in np.arange(4) * 60 * UM)
     monkeypatch.setattr(side_by_side, "neumann_sum", counted)
-    found = tracks_side_by_side(layers, layers, (8.7e-3, 0.0))
+    result = tracks_side_by_side(layers, layers, (8.7e-3, 0.0))
     monkeypatch.setattr(side_by_side, "SHORT", (0.0,) * 6)
     monkeypatch.setattr(side_by_side, "NEAR", 0.0)
-    assert found == approx(tracks_side_by_side(layers, layers, (8.7e-3, 0.0)), rel=1e-5)
+    assert result == approx(tracks_side_by_side(layers, layers, (8.7e-3, 0.0)), rel=1e-5)
     assert points[1] > 1.3 * points[0]
 
 
@@ -212,10 +212,10 @@ def test_layers_of_equal_outline_are_sampled_once(monkeypatch):
         return clusters.neumann_sum(first, second)
 
     monkeypatch.setattr(side_by_side, "neumann_sum", counted)
-    one = square(3e-3, 100 * UM)
-    stack = tuple(replace(one[0], z=-z) for z in np.arange(8) * 60 * UM)
-    found = tracks_side_by_side(stack, stack, (3.4e-3, 0.0))
-    tracks_side_by_side(one, one, (3.4e-3, 0.0))
+    item = square(3e-3, 100 * UM)
+    stack = tuple(replace(item[0], z=-z) for z in np.arange(8) * 60 * UM)
+    result = tracks_side_by_side(stack, stack, (3.4e-3, 0.0))
+    tracks_side_by_side(item, item, (3.4e-3, 0.0))
     assert points == [(points[1][0], 8), (points[1][0], 1)]
     single = [tracks_side_by_side([a], [b], (3.4e-3, 0.0)) for a in stack for b in stack]
-    assert found == approx(math.fsum(single), rel=1e-6)
+    assert result == approx(math.fsum(single), rel=1e-6)

@@ -23,18 +23,18 @@ def layers(radius, turns):
 
 
 def test_spectrum_in_batches_equals_spectrum_at_once(monkeypatch):
-    found = spiral_spectrum(layers(4 * MM, 9.25), 0.2 * MM)
+    result = spiral_spectrum(layers(4 * MM, 9.25), 0.2 * MM)
     monkeypatch.setattr(current_spectrum, "AT_ONCE", 100_000_000)
     whole = spiral_spectrum(layers(4 * MM, 9.25), 0.2 * MM)
-    assert np.abs(found.power - whole.power).max() < 1e-13 * np.abs(whole.power).max()
+    assert np.abs(result.power - whole.power).max() < 1e-13 * np.abs(whole.power).max()
 
 
 @pytest.mark.slow
 def test_spectrum_of_thirty_turns_near_metal_takes_under_60_megabytes():
     """Of 16 mm, two layers, 25 um from it: all waves at all radii together took a third of a gigabyte."""
     tracemalloc.start()
-    found = spiral_spectrum(layers(8 * MM, 30.0), 25 * UM)
+    result = spiral_spectrum(layers(8 * MM, 30.0), 25 * UM)
     most = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert found.wave_numbers.size > 2000 and math.isfinite(float(found.power.max()))
+    assert result.wave_numbers.size > 2000 and math.isfinite(float(result.power.max()))
     assert most < 60e6

@@ -62,10 +62,10 @@ class Library:
 
 @pytest.fixture
 def library(monkeypatch):
-    found = Library()
+    result = Library()
     monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
-    monkeypatch.setattr("sitscad.kernels.electromagnetics.threads._libraries", lambda: found)
-    return found
+    monkeypatch.setattr("sitscad.kernels.electromagnetics.threads._libraries", lambda: result)
+    return result
 
 
 def test_thread_limit_ends_with_outermost_block_or_error(library):

@@ -87,9 +87,9 @@ def test_track_inductance_is_invariant_to_rotation_mirror_and_shift(design, turn
 @settings(max_examples=10, deadline=None)
 @given(coils, st.floats(-6.0, 3.0))
 def test_track_inductance_scales_with_length(design, exponent):
-    one = drawn(design)
-    large = one.scaled(10.0**exponent)
-    expected = 10.0**exponent * tracks_mutual_inductance(one, one)
+    item = drawn(design)
+    large = item.scaled(10.0**exponent)
+    expected = 10.0**exponent * tracks_mutual_inductance(item, item)
     assert tracks_mutual_inductance(large, large) == approx(expected, rel=1e-9)
 
 
@@ -115,10 +115,10 @@ def test_split_arc_has_equal_inductance():
         step = 1.9 * math.pi / count
         return track([((0.0, 0.0), 2e-3, k * step, 1.0, step) for k in range(count)], 100e-6, 35e-6, 0.0)
 
-    one = arcs(2)
+    item = arcs(2)
     for count in (4, 7):
         other = arcs(count)
-        assert tracks_mutual_inductance(other, other) == approx(tracks_mutual_inductance(one, one), rel=1e-4)
+        assert tracks_mutual_inductance(other, other) == approx(tracks_mutual_inductance(item, item), rel=1e-4)
 
 
 def test_oval_of_zero_length_agrees_with_ring_formula():
@@ -130,17 +130,17 @@ def test_oval_of_zero_length_agrees_with_ring_formula():
 
 
 def test_coincident_or_touching_tracks_have_finite_inductance():
-    one = oval(3e-3, 1e-3)
+    item = oval(3e-3, 1e-3)
     for other in (oval(3e-3, 1e-3, z=-1e-9), oval(3e-3, 1e-3 + 1.0001e-4), oval(3e-3, 1e-3)):
-        assert 0.0 < tracks_mutual_inductance(one, other) <= 1.001 * tracks_mutual_inductance(one, one)
+        assert 0.0 < tracks_mutual_inductance(item, other) <= 1.001 * tracks_mutual_inductance(item, item)
 
 
 def test_far_tracks_reach_the_dipole_limit():
-    one = polygon(4, 1.0, 1e-3, 0.0, 20e-6)
+    item = polygon(4, 1.0, 1e-3, 0.0, 20e-6)
     area = 2e-6
     excess = []
     for distance in (0.02, 0.04, 1.0, 10.0):
-        mutual = tracks_mutual_inductance(one, one.shifted(distance, 0.0), (1, 1))
+        mutual = tracks_mutual_inductance(item, item.shifted(distance, 0.0), (1, 1))
         excess.append(mutual / (-1e-7 * area**2 / distance**3) - 1.0)
     assert excess[0] == approx(4.0 * excess[1], rel=0.01) and excess[0] < 5e-3
     assert excess[2:] == approx([0.0, 0.0], abs=1e-4)  # at 10 m the sides cancel to 1e-12 of each

@@ -149,10 +149,10 @@ def test_log_mean_distance_of_touching_strips_agrees_with_mpmath(across, thinnes
     ],
 )
 def test_inductance_of_far_thin_tracks_keeps_accuracy(length, start, height, width, thickness):
-    one = track([((0.0, 0.0), (length, 0.0))], width, thickness, 0.0)
+    item = track([((0.0, 0.0), (length, 0.0))], width, thickness, 0.0)
     other = track([((start, 0.0), (start + length, 0.0))], width, thickness, height)
     exact = bars_exactly(length, start, height, width, thickness)
-    assert tracks_mutual_inductance(one, other) == approx(exact, rel=2e-6)
+    assert tracks_mutual_inductance(item, other) == approx(exact, rel=2e-6)
 
 
 @pytest.mark.parametrize("scale", [1e-6, 1e-3, 1e3])

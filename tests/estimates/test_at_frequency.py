@@ -29,37 +29,37 @@ def layout_of(coil, more=""):
 def test_coil_at_tank_frequency_equals_estimate(shape):
     layout = layout_of(SHAPES[shape])
     (coil,) = sitscad.estimate(layout).coils
-    (found,) = coils_at(layout, (coil.sensor_frequency,))
-    assert found.winding_resistance == approx(coil.resistance_ac, rel=1e-9, abs=0)
-    assert found.winding_resistance_error == approx(coil.resistance_error, rel=1e-9, abs=0)
+    (result,) = coils_at(layout, (coil.sensor_frequency,))
+    assert result.winding_resistance == approx(coil.resistance_ac, rel=1e-9, abs=0)
+    assert result.winding_resistance_error == approx(coil.resistance_error, rel=1e-9, abs=0)
     free = coil.states["free"]
-    assert found.inductance == approx(free.inductance, rel=1e-4, abs=0)  # which is interpolated
-    assert found.resistance == approx(free.resistance, rel=1e-3, abs=0)
-    assert found.apparent_inductance == approx(free.apparent_inductance, rel=2e-4, abs=0)
-    assert found.quality_factor == approx(
-        2.0 * math.pi * found.frequency * found.inductance / found.resistance, rel=1e-12, abs=0)
-    assert found.self_resonance == approx(coil.self_resonance, rel=1e-12, abs=0)
+    assert result.inductance == approx(free.inductance, rel=1e-4, abs=0)  # which is interpolated
+    assert result.resistance == approx(free.resistance, rel=1e-3, abs=0)
+    assert result.apparent_inductance == approx(free.apparent_inductance, rel=2e-4, abs=0)
+    assert result.quality_factor == approx(
+        2.0 * math.pi * result.frequency * result.inductance / result.resistance, rel=1e-12, abs=0)
+    assert result.self_resonance == approx(coil.self_resonance, rel=1e-12, abs=0)
 
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_stated_errors_bound_deviation_from_finer_solution(shape):
     layout = layout_of(SHAPES[shape])
     usual, finer = (coils_at(layout, FREQUENCIES, tolerance=tolerance) for tolerance in (None, 1e-3))
-    for one, best in zip(usual, finer, strict=True):
-        assert abs(one.winding_inductance / best.winding_inductance - 1.0) <= (
-            one.winding_inductance_error + best.winding_inductance_error)
-        assert abs(one.winding_resistance / best.winding_resistance - 1.0) <= (
-            one.winding_resistance_error + best.winding_resistance_error)
-        assert one.winding_inductance_error < 4e-3 and one.winding_resistance_error < 0.05
+    for item, best in zip(usual, finer, strict=True):
+        assert abs(item.winding_inductance / best.winding_inductance - 1.0) <= (
+            item.winding_inductance_error + best.winding_inductance_error)
+        assert abs(item.winding_resistance / best.winding_resistance - 1.0) <= (
+            item.winding_resistance_error + best.winding_resistance_error)
+        assert item.winding_inductance_error < 4e-3 and item.winding_resistance_error < 0.05
 
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_inductance_falls_and_resistance_rises_with_frequency(shape):
     layout = layout_of(SHAPES[shape])
     (coil,) = sitscad.estimate(layout).coils
-    found = coils_at(layout, FREQUENCIES)
-    inductances = [coil.winding_inductance, *(each.winding_inductance for each in found)]
-    resistances = [coil.resistance_dc, *(each.winding_resistance for each in found)]
+    result = coils_at(layout, FREQUENCIES)
+    inductances = [coil.winding_inductance, *(each.winding_inductance for each in result)]
+    resistances = [coil.resistance_dc, *(each.winding_resistance for each in result)]
     assert inductances == sorted(inductances, reverse=True)
     assert resistances == sorted(resistances)
     assert resistances[1] == approx(resistances[0], rel=1e-3, abs=0)
@@ -76,8 +76,8 @@ def test_frequency_above_self_resonance_gives_frequency_error():
     layout = layout_of("shape: circle, outer_diameter: 30, turns: 35, layers: 2")
     (coil,) = sitscad.estimate(layout).coils
     below, beyond = 0.9 * coil.self_resonance, 1.001 * coil.self_resonance
-    (found,) = coils_at(layout, (below,))
-    assert found.apparent_inductance > 3.0 * found.inductance  # near resonance, where a meter reads far too much
+    (result,) = coils_at(layout, (below,))
+    assert result.apparent_inductance > 3.0 * result.inductance  # near resonance, where a meter reads far too much
     with pytest.raises(FrequencyError, match="resonates with its own capacitance"):
         coils_at(layout, (beyond,))
 
@@ -88,7 +88,7 @@ def test_error_of_swept_inductance_includes_current_crowding_error(shape, level)
     layout = layout_of(SHAPES[shape])
     table = sitscad.sweep(layout.spec, {"fpc.margin": [0.0]}, ["inductance", "frequency"], level=level)
     (frequency,) = table.values["frequency"]
-    (found,) = coils_at(layout, (frequency,))
-    bound = found.winding_inductance_error * found.winding_inductance
+    (result,) = coils_at(layout, (frequency,))
+    bound = result.winding_inductance_error * result.winding_inductance
     assert table.errors["inductance"][0] >= 0.99 * bound
-    assert table.errors["frequency"][0] >= 0.99 * 0.5 * bound / found.inductance * frequency
+    assert table.errors["frequency"][0] >= 0.99 * 0.5 * bound / result.inductance * frequency

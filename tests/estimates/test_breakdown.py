@@ -39,10 +39,10 @@ def nanohenries(cell):
 
 def test_inductance_parts_add_up_to_terminal_inductance(template):
     layout = lay_out(load(template))
-    found = estimate(layout)
-    (frequency, *rows, total) = numbers.part_table(found.coils).rows
+    result = estimate(layout)
+    (frequency, *rows, total) = numbers.part_table(result.coils).rows
     assert "frequency" in frequency[0] and "sum" in total[0] and len(rows) == len(PARTS)
-    for column, (coil, drawn) in enumerate(zip(found.coils, layout.coils, strict=True), start=1):
+    for column, (coil, drawn) in enumerate(zip(result.coils, layout.coils, strict=True), start=1):
         free = coil.states["free"]
         assert tuple(coil.inductance_parts) == PARTS
         assert math.fsum(coil.inductance_parts.values()) == approx(free.inductance, rel=1e-12)
@@ -67,8 +67,8 @@ def test_crowding_part_equals_inductance_change_of_winding_loss():
     from sitscad.kernels.electromagnetics.loss.resistance import conductivity_at
     from tests.oracles.losses import inductance_change
 
-    found, layout = of(RACETRACK.replace("TURNS", "6.5").replace("WIDTH", "200 um"))
-    coil, spec = found.coils[0], layout.spec
+    result, layout = of(RACETRACK.replace("TURNS", "6.5").replace("WIDTH", "200 um"))
+    coil, spec = result.coils[0], layout.spec
     geometry = winding_geometry(spec.coil, layout.coils[0])
     loss = winding_losses(spec.coil, layout.coils[0], geometry.spirals, conductivity_at(20.0), None)
     crowding = inductance_change(loss, coil.sensor_frequency) - loss.direct_change
@@ -79,8 +79,8 @@ def test_crowding_part_equals_inductance_change_of_winding_loss():
 @pytest.mark.parametrize(("turns", "width"), [("6.5", "100 um"), ("4.5", "300 um")])
 def test_tail_inductance_part_is_independent_of_track_width(turns, width):
     """Tracks of the tail no wider than the coil's were booked as leads on the body, and the tail read 0 H."""
-    found, layout = of(RACETRACK.replace("TURNS", turns).replace("WIDTH", width))
-    parts = found.coils[0].inductance_parts
+    result, layout = of(RACETRACK.replace("TURNS", turns).replace("WIDTH", width))
+    parts = result.coils[0].inductance_parts
     assert 5e-9 < parts["tail"] < 9e-9
     end = layout.body_size[0] / 2.0
     for trace in layout.coils[0].series:
@@ -90,22 +90,22 @@ def test_tail_inductance_part_is_independent_of_track_width(turns, width):
 
 def test_missing_lead_room_gives_incomplete_layout_note_first():
     text = RACETRACK.replace("TURNS", "16.5").replace("WIDTH", "100 um")
-    found, layout = of(text)
-    assert layout.shortfalls and found.incomplete.startswith("INCOMPLETE LAYOUT: C1")
-    shown = numbers.as_text("long.yaml", found, None)
+    result, layout = of(text)
+    assert layout.shortfalls and result.incomplete.startswith("INCOMPLETE LAYOUT: C1")
+    shown = numbers.as_text("long.yaml", result, None)
     assert shown.splitlines()[2].startswith("INCOMPLETE LAYOUT")
     assert shown.count("INCOMPLETE") == 1
-    assert found.as_json("long.yaml")["incomplete"] == found.incomplete == found.notes[0]
+    assert result.as_json("long.yaml")["incomplete"] == result.incomplete == result.notes[0]
     whole = of(RACETRACK.replace("TURNS", "6.5").replace("WIDTH", "100 um"))[0]
     assert whole.as_json("long.yaml")["incomplete"] is None
-    json.dumps(found.as_json("long.yaml"), allow_nan=False)
+    json.dumps(result.as_json("long.yaml"), allow_nan=False)
 
 
 def test_missing_closed_formula_gives_reason():
-    found, _ = of(RACETRACK.replace("TURNS", "6.5").replace("WIDTH", "100 um"))
-    ((_, formula, *_, reason),) = numbers.cross_check_table(found.cross_checks, found.no_cross_check).rows
+    result, _ = of(RACETRACK.replace("TURNS", "6.5").replace("WIDTH", "100 um"))
+    ((_, formula, *_, reason),) = numbers.cross_check_table(result.cross_checks, result.no_cross_check).rows
     assert formula == "none" and "racetrack" in reason and "Mohan" in reason
-    assert found.as_json("x")["no_cross_check"] == reason
+    assert result.as_json("x")["no_cross_check"] == reason
     unequal = RACETRACK.replace("racetrack", "circle").replace("[14, 7]", "7").replace("TURNS", "[8, 7]")
     assert "one number of turns" in of(unequal.replace("WIDTH", "100 um"))[0].no_cross_check
     assert of(unequal.replace("[8, 7]", "8").replace("WIDTH", "100 um"))[0].no_cross_check is None

@@ -55,9 +55,9 @@ def test_cell_has_target_change_of_same_sensor_alone(two):
             if state != "free":
                 assert coil.states[state].target_change == approx(own.target_change, rel=two.cells.skin.crosstalk.total)
     load = [[4.0, 0.0, 0.0]]
-    found, own = (respond(one, loads=load, rotation="held") for one in (two.cells.by_number(2), alone))
-    assert found.coils == ("C2",) and np.array_equal(found.poses, own.poses)
-    assert found.target_change == approx(own.target_change, rel=two.cells.skin.crosstalk.total)
+    result, own = (respond(item, loads=load, rotation="held") for item in (two.cells.by_number(2), alone))
+    assert result.coils == ("C2",) and np.array_equal(result.poses, own.poses)
+    assert result.target_change == approx(own.target_change, rel=two.cells.skin.crosstalk.total)
 
 
 @pytest.mark.slow
@@ -71,8 +71,8 @@ def test_cell_of_skin_template_responds_like_same_sensor_alone(template):
     loads, most = [[8.0, 0.0, 0.0], [4.0, 0.5, 0.0]], skin.cells.skin.crosstalk.total
     own = respond(alone, loads=loads, rotation="held", frequency=7.5e6).target_change
     for cell in map(skin.cells.by_number, (1, 5, 9)):
-        found = respond(cell, loads=loads, rotation="held", frequency=7.5e6).target_change
-        assert found == approx(own, rel=most)
+        result = respond(cell, loads=loads, rotation="held", frequency=7.5e6).target_change
+        assert result == approx(own, rel=most)
     assert most < 2e-4
 
 
@@ -108,9 +108,9 @@ def test_web_crosstalk_decays_exponentially_with_web_length(two):
     assert pair == approx(1.2 * 0.2 * math.exp(-0.95 * 14.0 / 1.5), rel=1e-9)
     assert not web_crosstalk(two.spec).any()
     webs = design("{pattern: line, count: 2, pitch: 12}", "cells: {web: 2 mm}")
-    (said,) = (f for f in sitscad.check(webs.spec, hints="none").findings if f.rule == "SIT219")
-    assert "cell-crosstalk-webs" in said.cases and "1.4 %" in said.detail and said.severity.value == "warning"
-    assert "2.9 %" in said.detail
+    (message,) = (f for f in sitscad.check(webs.spec, hints="none").findings if f.rule == "SIT219")
+    assert "cell-crosstalk-webs" in message.cases and "1.4 %" in message.detail and message.severity.value == "warning"
+    assert "2.9 %" in message.detail
 
 
 @pytest.mark.slow
@@ -127,15 +127,15 @@ def test_webs_stiffen_pad_of_middle_cell_most():
     assert list(webs.cells.extremes) == [2, 1] and len(apart.cells.extremes) == 1
     # how far a pad is pressed is judged of the cell with the least webs: of the other one it passed
     thin = sitscad.check(webs.spec.replace("cells.web", "0.3 mm"), hints="none").findings
-    assert any(found.rule == "SIT328" and found.key == "cells.web" for found in thin)  # the laser's notes refused it
+    assert any(result.rule == "SIT328" and result.key == "cells.web" for result in thin)  # the laser's notes refused it
     far = webs.spec.replace("requirements.normal_force", "100 N")
-    (strained,) = (found for found in sitscad.check(far, hints="none").findings if found.rule == "SIT304")
+    (strained,) = (result for result in sitscad.check(far, hints="none").findings if result.rule == "SIT304")
     assert strained.message.startswith("cell 1: ")
     stated, middle, end = pressed_pad(webs.spec).strain, *(pressed_pad(webs.cells.by_number(k).spec).strain
                                                            for k in (2, 1))
     assert middle < stated < end < pressed_pad(apart.spec).strain
     assert formula_sigma(webs.spec) > formula_sigma(webs.cells.by_number(2).spec) > formula_sigma(apart.spec)
-    most, least = (normal_for_strain(soft_pad(one.cells.by_number(2).spec), 0.3) for one in (webs, apart))
+    most, least = (normal_for_strain(soft_pad(item.cells.by_number(2).spec), 0.3) for item in (webs, apart))
     assert most / least == approx(1.059, rel=1e-3)
 
 
@@ -152,17 +152,17 @@ def test_performance_uses_worst_cell_for_each_value(row):
     ends, middle = row.cells.skin.table.groups
     assert (ends.numbers, middle.numbers, middle.coils) == ((1, 3), (2,), ("C2",))
     full, each = row.performance[-1], [row.cells.by_number(k).performance[-1] for k in (1, 2, 3)]
-    assert full.overload == full.axes["normal"].range == min(one.overload for one in each) < each[1].overload
+    assert full.overload == full.axes["normal"].range == min(item.overload for item in each) < each[1].overload
     assert full.axes["normal"].resolution == each[1].axes["normal"].resolution > each[0].axes["normal"].resolution
-    tilts = [one.tilt_error["normal"]["ry"] for one in each]
+    tilts = [item.tilt_error["normal"]["ry"] for item in each]
     assert full.tilt_error["normal"]["ry"] == max(tilts) > 1.2 * tilts[1]
-    told = json.loads(figures_for_programs(
+    text = json.loads(figures_for_programs(
         PerformanceReport(row.performance, row.spec), None, cells=row.cells.skin.table.document()
     ))
-    assert [one["cell"] for one in told["cells"]["each"]] == [1, 2, 3] and told["cells"]["pushed_of"] == 2
-    for cell, own in zip(told["cells"]["each"], each, strict=True):
+    assert [item["cell"] for item in text["cells"]["each"]] == [1, 2, 3] and text["cells"]["pushed_of"] == 2
+    for cell, own in zip(text["cells"]["each"], each, strict=True):
         assert cell["overload_N"] == cell["range_N"]["normal"] == approx(own.overload, rel=1e-5)
-    _, first, second = told["cells"]["in_words"]
+    _, first, second = text["cells"]["in_words"]
     assert first[0] == "cells 1, 3" and first[4].endswith(" (worst)") and "worst" not in second[4]
     assert second[0] == "cell 2" and second[5].endswith(" (worst)") and "worst" not in first[5]
 
@@ -180,28 +180,28 @@ def test_findings_name_worst_cell_computed_with_its_webs(row):
     """The signal was that of a mean pad; the error by tilt that of the cell that tilts least."""
     ends, middle, _ = signals(row.estimates)
     loads = [[0.0, 0.0, 0.0], [8.0, 0.0, 0.0]]
-    found = [respond(row.cells.by_number(k), loads=loads, rotation="held").frequency[:, 0] for k in (1, 2)]
-    one, other = (after / before - 1.0 for before, after in found)
-    assert ends.frequency_share / middle.frequency_share == approx(one / other, rel=2e-3) and one > 1.02 * other
-    asked = row.spec.replace("requirements.normal_force", "1 N").replace("requirements.tilt", "1 deg")
-    cells = Design(asked).cells
+    results = [respond(row.cells.by_number(k), loads=loads, rotation="held").frequency[:, 0] for k in (1, 2)]
+    item, other = (after / before - 1.0 for before, after in results)
+    assert ends.frequency_share / middle.frequency_share == approx(item / other, rel=2e-3) and item > 1.02 * other
+    request = row.spec.replace("requirements.normal_force", "1 N").replace("requirements.tilt", "1 deg")
+    cells = Design(request).cells
     wanted = [cells.by_number(k).sensing.analysis.points[-1].tilt_errors(math.radians(1.0)).max() for k in (1, 2)]
     assert wanted[0] > 1.1 * wanted[1]
-    asked = asked.replace("requirements.tilt_error", f"{0.5 * sum(wanted):.5f} N")
-    result = sitscad.check(asked, hints="none")
-    said = {finding.rule: finding.message for finding in result.findings}
-    assert said["SIT217"].startswith("cell 2: ") and said["SIT404"][:7] in ("cell 1:", "cell 3:")
-    (tilt,) = (one for one in result.reached if one.requirement == "tilt_error")
-    assert tilt.at.endswith(said["SIT404"][:6])
+    request = request.replace("requirements.tilt_error", f"{0.5 * sum(wanted):.5f} N")
+    result = sitscad.check(request, hints="none")
+    message = {finding.rule: finding.message for finding in result.findings}
+    assert message["SIT217"].startswith("cell 2: ") and message["SIT404"][:7] in ("cell 1:", "cell 3:")
+    (tilt,) = (item for item in result.reached if item.requirement == "tilt_error")
+    assert tilt.at.endswith(message["SIT404"][:6])
 
 
 def test_signals_of_other_cells_are_proportional_to_solved_cell(row):
     """Each solved by itself, with its own webs, within 2 % of the change; what it reads of its neighbours adds up."""
     signals, load = cell_signals(row.spec, row.estimates.coils), [[6.0, 0.0, 0.0]]
-    found = [respond(row.cells.by_number(k), loads=[[0.0, 0.0, 0.0], *load], rotation="held").frequency[:, 0]
+    result = [respond(row.cells.by_number(k), loads=[[0.0, 0.0, 0.0], *load], rotation="held").frequency[:, 0]
              for k in (1, 2)]
-    one, other = (math.log(after / before) for before, after in found)
-    assert one / other == approx(signals[0] / signals[1], rel=0.02) and one > other
+    item, other = (math.log(after / before) for before, after in result)
+    assert item / other == approx(signals[0] / signals[1], rel=0.02) and item > other
     assert [(a, b) for a, b, _ in row.cells.skin.crosstalk.pairs] == [(1, 2), (2, 1), (2, 3), (3, 2)]
     of_middle = math.fsum(part for a, _, part in row.cells.skin.crosstalk.pairs if a == 2)
     assert of_middle == approx(row.cells.skin.crosstalk.total, rel=1e-2)
@@ -221,9 +221,9 @@ def test_web_pads_closer_than_laser_kerf_give_error():
     """They were cut as one plate, and the notes spoke of webs."""
     webs = design("{pattern: line, count: 2, pitch: 10.3}", "cells: {web: 2 mm}")
     wide = replace(webs.spec, elastomer=replace(webs.spec.elastomer, kerf=0.4e-3))
-    said = [[f.severity.value for f in sitscad.check(spec, hints="none").findings if f.limit in (0.2e-3, 0.4e-3)]
+    message = [[f.severity.value for f in sitscad.check(spec, hints="none").findings if f.limit in (0.2e-3, 0.4e-3)]
             for spec in (webs.spec, wide)]
-    assert said == [[], ["error"]]
+    assert message == [[], ["error"]]
 
 
 @pytest.mark.parametrize(("array", "cells", "rule"), [
@@ -267,7 +267,7 @@ def test_closed_pair_of_cells_equals_closed_pair_of_one_plate():
     def closed(array: str, cells: str) -> dict[str, float]:
         spec = design(array, f"{cells}\n{jaw}", 7).spec
         parts = sitscad.check(spec, hints="none").fit[0].parts
-        return {one.part: one.nominal for one in parts if one.part != "board across"}
+        return {item.part: item.nominal for item in parts if item.part != "board across"}
 
     cells = closed("{pattern: line, count: 2, pitch: 9}", "cells: {web: 1 mm}")
     assert cells == closed("{pattern: single}", "") and cells["target"] > 0.0

@@ -231,11 +231,11 @@ def test_error_of_simulated_units_agrees_with_predicted_drift(compensated, count
         sensed = warming + tolerance * reading.by_tolerance + noise * math.sqrt(2.0) * reading.noise
         errors.append(error(read, sensed))
         plain.append(error(read, 0.0))
-    found, before = (np.sqrt(np.mean(np.square(each), axis=0)) for each in (errors, plain))
+    result, before = (np.sqrt(np.mean(np.square(each), axis=0)) for each in (errors, plain))
     assert before[0, 0] == approx(point.plain_drift[0], rel=0.1)
-    assert found[0, 0] == approx(point.drift[0], rel=0.25) and found[0, 0] < 0.2 * before[0, 0]
+    assert result[0, 0] == approx(point.drift[0], rel=0.25) and result[0, 0] < 0.2 * before[0, 0]
     # the coefficients are those without shear: under full shear, the map turns readings into other newtons
-    assert np.all(found[1] < 2.5 * point.drift) and found[1, 1] > 0.5 * point.drift[1]
+    assert np.all(result[1] < 2.5 * point.drift) and result[1, 1] > 0.5 * point.drift[1]
 
 
 def test_drift_fixes_add_temperature_sensor_and_then_calibrated_coefficients(plain, compensated):

@@ -52,17 +52,17 @@ def test_slightly_changed_target_and_pad_reuse_spectra_and_modes(monkeypatch):
     tried, and another few for the spread of the pad's thickness."""
     modes = []
     monkeypatch.setattr(near_metal, "_reduce_modes", counted(modes, near_metal._reduce_modes))
-    for kept in (solved._spectrum, coils._led_out):
-        kept.cache_clear()
+    for stored in (solved._spectrum, coils._led_out):
+        stored.cache_clear()
     layout = lay_out(load_text(MOUNTED, "cost.yaml"))
     estimate(layout)
     before = sum(len(surroundings) for _, surroundings, *_ in modes)
-    assert [kept.cache_info().misses for kept in (solved._spectrum, coils._led_out)] == [1, 2]
+    assert [stored.cache_info().misses for stored in (solved._spectrum, coils._led_out)] == [1, 2]
     spec = layout.spec
     target, elastomer = spec.target, spec.elastomer
     estimate(replace(layout, spec=replace(spec, target=replace(target, thickness=0.3e-3))))
     estimate(replace(layout, spec=replace(spec, elastomer=replace(elastomer, thickness=0.97e-3))))
-    assert [kept.cache_info().misses for kept in (solved._spectrum, coils._led_out)] == [1, 2]
+    assert [stored.cache_info().misses for stored in (solved._spectrum, coils._led_out)] == [1, 2]
     assert sum(len(surroundings) for _, surroundings, *_ in modes) <= 1.5 * before
 
 

@@ -73,12 +73,12 @@ def test_amplitudes_and_supply_current_follow_drive_code(unlike):
 @pytest.mark.slow
 def test_drive_code_of_spec_is_used_and_checked():
     spec = sitscad.load_text(UNLIKE.replace("CODE", "24"), "six.yaml")
-    found = sitscad.estimate(sitscad.lay_out(spec))
-    assert found.readout.drive_code == 24 and found.readout.drive_codes == ()
-    rest = found.coils[0].states["rest"]
+    result = sitscad.estimate(sitscad.lay_out(spec))
+    assert result.readout.drive_code == 24 and result.readout.drive_codes == ()
+    rest = result.coils[0].states["rest"]
     assert rest.amplitude == approx(4.0 / math.pi * 551e-6 * rest.parallel_resistance, rel=1e-6)
-    told = [f for f in sitscad.check(spec, estimates=found).findings if f.rule == "SIT204"]
-    (error,) = [f for f in told if f.severity.value == "error"]
+    text = [f for f in sitscad.check(spec, estimates=result).findings if f.rule == "SIT204"]
+    (error,) = [f for f in text if f.severity.value == "error"]
     assert error.limit == 1.8 and "code-apart" in error.cases
     assert error.key == "readout.drive_code" and error.line
 

@@ -195,10 +195,10 @@ def test_cross_check_outside_valid_range_is_marked_invalid(mounted):
 
 
 def test_automatic_capacitor_meets_limits_and_gives_reason():
-    found = of(MOUNTED.replace("CAP", "auto"))
-    readout = found.readout
+    result = of(MOUNTED.replace("CAP", "auto"))
+    readout = result.readout
     assert any(readout.capacitance == approx(value, rel=1e-6) for value in preferred_values(LDC1614))
-    states = [state for coil in found.coils for name, state in coil.states.items() if name != "free"]
+    states = [state for coil in result.coils for name, state in coil.states.items() if name != "free"]
     assert max(state.frequency for state in states) <= 9.5e6
     assert max(state.amplitude for state in states) <= 1.8
     assert min(state.parallel_resistance for state in states) >= 1000.0
@@ -215,17 +215,17 @@ def test_layout_without_lead_room_is_estimated_with_note():
     # no way into the centre: 4 layers without room for two inner vias
     layout = lay_out(load_text(MOUNTED.replace("CAP", "220 pF").replace("turns: 7.75", "turns: 11.5"), "test.yaml"))
     assert layout.shortfalls
-    found = estimate(layout)
-    assert found.coils[0].winding_inductance > 0.0
-    assert any("no room" in note for note in found.notes)
+    result = estimate(layout)
+    assert result.coils[0].winding_inductance > 0.0
+    assert any("no room" in note for note in result.notes)
 
 
 @pytest.mark.parametrize("turns", [0.5, 1, 11.9])
 def test_fewest_and_most_turns_give_finite_json_estimate(turns):
     coil = f"{{shape: circle, outer_diameter: 4, turns: {turns}, layers: 2, trace_width: 80 um, trace_spacing: 80 um}}"
-    found = of(f"sitscad: 1\nname: few\ncoil: {coil}\n")
-    assert 0.0 < found.coils[0].inductance_error < 0.01
-    json.dumps(found.as_json("few.yaml"), allow_nan=False)
+    result = of(f"sitscad: 1\nname: few\ncoil: {coil}\n")
+    assert 0.0 < result.coils[0].inductance_error < 0.01
+    json.dumps(result.as_json("few.yaml"), allow_nan=False)
 
 
 def test_cable_lowers_frequency_less_with_capacitor_at_coil():
@@ -295,15 +295,15 @@ def test_failed_pressed_state_is_absent_with_reason(monkeypatch):
         return plain(self, frequency) * (10.0 if self._around.name == "pressed" else 1.0)
 
     monkeypatch.setattr(SolvedReflection, "_exact", overdone)
-    found = of(TINY)
-    coil = found.coils[0]
+    results = of(TINY)
+    coil = results.coils[0]
     assert list(coil.states) == ["free", "rest"]
     assert "half-space model fails" in coil.failed_states["pressed"]
-    assert any("half-space model fails" in note for note in found.notes)
-    document = json.loads(json.dumps(found.as_json("tiny.yaml"), allow_nan=False))
+    assert any("half-space model fails" in note for note in results.notes)
+    document = json.loads(json.dumps(results.as_json("tiny.yaml"), allow_nan=False))
     assert list(document["coils"][0]["states"]) == ["free", "rest"]
     assert "pressed" in document["coils"][0]["failed_states"]
-    result = check(load_text(TINY, "tiny.yaml"), None, found)
+    result = check(load_text(TINY, "tiny.yaml"), None, results)
     silent = {skipped.rule for skipped in result.not_checked if skipped.case == "state-failed"}
     assert {"SIT201", "SIT202", "SIT203", "SIT204", "SIT205", "SIT206"} <= silent
 

@@ -31,8 +31,8 @@ def wired(cable):
 def test_single_idle_neighbour_acts_as_loaded_secondary():
     mutual, omega = -80e-9, 2 * math.pi * 7e6
     circuits = [lambda f: ALONE, lambda f: ALONE]
-    found = idle_neighbours(0, circuits, lambda i, j, f: mutual, wired(None))(SEVEN)
-    change, added = (float(part[0]) for part in found)
+    result = idle_neighbours(0, circuits, lambda i, j, f: mutual, wired(None))(SEVEN)
+    change, added = (float(part[0]) for part in result)
     loop = complex(4.0 + 20.0, omega * 2.5e-6)
     expected = (omega * mutual) ** 2 / loop
     assert (change * omega, added) == approx((expected.imag, expected.real), rel=1e-6)
@@ -43,10 +43,10 @@ def test_single_idle_neighbour_acts_as_loaded_secondary():
 def test_two_coupled_idle_neighbours_equal_closed_solution():
     omega = 2 * math.pi * 7e6
     matrix = np.array([[0, -80, -10], [-80, 0, -80], [-10, -80, 0]]) * 1e-9
-    found = idle_neighbours(1, [lambda f: ALONE] * 3, lambda i, j, f: matrix[i, j], wired(None))(SEVEN)
+    result = idle_neighbours(1, [lambda f: ALONE] * 3, lambda i, j, f: matrix[i, j], wired(None))(SEVEN)
     loop = complex(24.0, omega * 2.5e-6)
     both = 2.0 * (omega * 80e-9) ** 2 / (loop + 1j * omega * -10e-9)
-    assert (found[0][0] * omega, found[1][0]) == approx((both.imag, both.real), rel=1e-6)
+    assert (result[0][0] * omega, result[1][0]) == approx((both.imag, both.real), rel=1e-6)
 
 
 def test_idle_coupling_at_several_frequencies_equals_separate_calls():
@@ -95,11 +95,11 @@ target: {shape: rectangle, size: [40, 30], thickness: 0.2, material: copper}
 elastomer: {material: dragon-skin-10, shape: rectangle, size: [40, 30], thickness: 3, kerf: 0.15}
 readout: {device: ldc1614, capacitance: 220 pF}
 """
-    one = estimate(lay_out(load_text(text.replace("count: COUNT, pitch: 4.1", "count: 1").replace("line", "single")
+    item = estimate(lay_out(load_text(text.replace("count: COUNT, pitch: 4.1", "count: 1").replace("line", "single")
                                      .replace(", count: 1", ""), "one.yaml")))
     two = estimate(lay_out(load_text(text.replace("COUNT", "2"), "two.yaml")))
     share = (two.inductance_matrix[0][1] / two.inductance_matrix[0][0]) ** 2
-    free = [e.coils[0].states["free"].inductance - e.coils[0].lead_inductance for e in (one, two)]
-    rest = [e.coils[0].states["rest"].inductance - e.coils[0].lead_inductance for e in (one, two)]
+    free = [e.coils[0].states["free"].inductance - e.coils[0].lead_inductance for e in (item, two)]
+    rest = [e.coils[0].states["rest"].inductance - e.coils[0].lead_inductance for e in (item, two)]
     assert free[1] == approx(free[0], rel=2e-4)
     assert 1.0 - rest[1] / rest[0] == approx(share, rel=0.3)

@@ -80,8 +80,8 @@ def test_stub_shorter_than_its_ends_has_minimum_resistance():
                  path=Path((Line(Point(0.0, 0.0), Point(0.1e-3, 0.0)),)))
     alone = replace(layout.coils[0], series=(stub,))
     whole = 0.5 / (COPPER_CONDUCTIVITY * copper.thickness)
-    found = estimate_leads(alone, layout.spec.fpc.stackup, COPPER_CONDUCTIVITY)
-    assert found.resistance == approx(LEAST_LEFT * whole, rel=1e-6, abs=0)
+    result = estimate_leads(alone, layout.spec.fpc.stackup, COPPER_CONDUCTIVITY)
+    assert result.resistance == approx(LEAST_LEFT * whole, rel=1e-6, abs=0)
 
 
 @pytest.mark.more

@@ -52,9 +52,9 @@ def test_press_case_applies_required_force_without_tilt():
 def test_pad_force_at_case_pose_equals_applied_load():
     spec = load_text(ALL)
     pad = soft_pad(spec)
-    for one in load_cases(spec.loads, ["all"]):
-        held, push = pad.force(case_pose(spec, one)[0])[0], applied_load(one)
-        assert held[:3] == approx(push.force, abs=1e-7), one.name
+    for item in load_cases(spec.loads, ["all"]):
+        held, push = pad.force(case_pose(spec, item)[0])[0], applied_load(item)
+        assert held[:3] == approx(push.force, abs=1e-7), item.name
 
 
 def test_sliding_face_pushes_along_normal_and_tilts_target_flush():
@@ -79,10 +79,10 @@ def test_offset_force_tilts_target_towards_its_side():
 
 
 def test_shaft_tension_gives_tip_force():
-    found = applied_load(load_text(ALL).loads[-1])
-    assert found.force[2] == approx(-0.4116 * 3.770 / 28.0 * 20.0, rel=1e-3)
+    result = applied_load(load_text(ALL).loads[-1])
+    assert result.force[2] == approx(-0.4116 * 3.770 / 28.0 * 20.0, rel=1e-3)
     jaw = load_text((TEMPLATES / "grasper_3p5mm.yaml").read_text())
-    assert applied_load(jaw.loads[-1]).force[2] == approx(found.force[2], rel=1e-9)  # 20 mm of jaw and 8 to its pivot
+    assert applied_load(jaw.loads[-1]).force[2] == approx(result.force[2], rel=1e-9)  # 20 mm of jaw and 8 to its pivot
 
 
 def test_ten_degree_tilt_reads_like_half_millimetre_shear():
@@ -91,15 +91,15 @@ def test_ten_degree_tilt_reads_like_half_millimetre_shear():
     design = Design(spec)
     pose = np.tile(respond(design, case="press").poses, (3, 1))
     pose[1, 0], pose[2, 4] = 0.5e-3, math.radians(10.0)
-    found = respond(design, pose)
-    _, moved, turned = found.target_change[:, 0, 0] - found.target_change[:, 1, 1]
+    result = respond(design, pose)
+    _, moved, turned = result.target_change[:, 0, 0] - result.target_change[:, 1, 1]
     assert 0.5 * turned / moved == approx(0.5, abs=0.06)
 
 
 def test_named_load_cases_give_responses_in_order():
-    found = respond(load_text(ALL), case=["edge", "press"])
-    assert found.cases == ("edge", "press")
-    assert found.point_document(0)["case"] == "edge"
+    result = respond(load_text(ALL), case=["edge", "press"])
+    assert result.cases == ("edge", "press")
+    assert result.point_document(0)["case"] == "edge"
     with pytest.raises(NoResponse, match="names no"):
         respond(load_text(PLAIN), case="all")
     with pytest.raises(ValueError, match="either"):
@@ -126,7 +126,7 @@ def test_named_load_cases_give_responses_in_order():
 def test_invalid_load_case_gives_finding_at_its_key(loads, rule, key):
     with pytest.raises(SpecError) as refused:
         load_text(f"{PLAIN}loads: {loads}\n")
-    assert (rule, key, 8) in [(found.rule, found.key, found.line) for found in refused.value.findings]
+    assert (rule, key, 8) in [(result.rule, result.key, result.line) for result in refused.value.findings]
 
 
 def test_load_case_without_force_or_pad_gives_spec_error():

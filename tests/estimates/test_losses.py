@@ -157,10 +157,10 @@ def test_corner_radius_below_track_width_gives_sharp_corner_values(radius):
     """A radius of half a track and less gave no resistance: an arc cannot be tighter than its inner edge."""
     rounded = SPEC.replace("SHAPE", "square").replace("trace_width: 100", f"corner_radius: {radius}, trace_width: 100")
     sharp = estimate(laid_out("square")).coils[0]
-    found = estimate(lay_out(load_text(rounded, "test.yaml"))).coils[0]
-    assert found.resistance_ac == approx(sharp.resistance_ac, rel=0.02)
-    assert found.terminal_inductance == approx(sharp.terminal_inductance, rel=0.01)
-    whole = [coil.winding_inductance + coil.bend_inductance for coil in (found, sharp)]
+    result = estimate(lay_out(load_text(rounded, "test.yaml"))).coils[0]
+    assert result.resistance_ac == approx(sharp.resistance_ac, rel=0.02)
+    assert result.terminal_inductance == approx(sharp.terminal_inductance, rel=0.01)
+    whole = [coil.winding_inductance + coil.bend_inductance for coil in (result, sharp)]
     assert whole[0] == approx(whole[1], rel=5e-3)
 
 
@@ -176,14 +176,14 @@ def test_corner_radius_below_track_width_gives_sharp_corner_values(radius):
 def test_coil_rotation_does_not_change_loss(coil):
     """No part of a round corner counts as abreast of the next one's, however the coil is turned."""
     coil = coil.replace("LINES", "layers: 1, trace_width: 200 um, trace_spacing: 200 um")
-    found = []
+    result = []
     for turned in (0, 10, 20, 22.5, 45):
         array = f"{{pattern: explicit, centres: [[0, 0]], rotations: [{turned} deg]}}"
         layout = lay_out(load_text(f"sitscad: 1\nname: turned\ncoil: {coil}\narray: {array}", "test.yaml"))
         loss = losses(layout)
-        found.append([(loss.resistance_ratio(f), inductance_change(loss, f)) for f in (1e6, 1e7)])
-    assert np.array(found) == approx(np.array(found[:1] * 5), rel=1e-6)
-    assert found[0][1][0] < 1.6
+        result.append([(loss.resistance_ratio(f), inductance_change(loss, f)) for f in (1e6, 1e7)])
+    assert np.array(result) == approx(np.array(result[:1] * 5), rel=1e-6)
+    assert result[0][1][0] < 1.6
 
 
 def test_slightly_rounded_octagon_has_loss_of_sharp_octagon():
@@ -232,11 +232,11 @@ def test_rounded_coil_has_loss_of_its_mirror_image(turns):
 @pytest.mark.parametrize("shape", ["square", "hexagon", "octagon"])
 def test_loss_changes_continuously_with_corner_radius(shape):
     """At 0.7 track widths R once jumped by a tenth, or had no number at all."""
-    found = [rounded_coil(shape, 5, radius) for radius in (0.15, 0.209, 0.211, 0.3, 0.389, 0.391, 1.0)]
-    assert all(loss.is_resolved(1e7) for loss in found)
-    resistance = np.array([loss.direct * loss.resistance_ratio(9e6) for loss in found])
+    result = [rounded_coil(shape, 5, radius) for radius in (0.15, 0.209, 0.211, 0.3, 0.389, 0.391, 1.0)]
+    assert all(loss.is_resolved(1e7) for loss in result)
+    resistance = np.array([loss.direct * loss.resistance_ratio(9e6) for loss in result])
     assert np.all(np.diff(resistance) < 3e-3 * resistance[0])
-    inductance = np.array([inductance_change(loss, 9e6) for loss in found])
+    inductance = np.array([inductance_change(loss, 9e6) for loss in result])
     for before, after in ((1, 2), (4, 5)):  # where one model passes into the other
         assert resistance[after] == approx(resistance[before], rel=1e-3)
         assert inductance[after] == approx(inductance[before], rel=2e-3)
@@ -260,8 +260,8 @@ def test_short_side_between_arcs_gives_expected_inductance(radius):
     coil = "{shape: octagon, outer_diameter: 5, turns: 1.75, trace_width: 0.8, trace_spacing: 0.3, corner_radius: R}"
     coil = coil.replace("R}", f"{radius}}}")
     text = f"sitscad: 1\nname: short\ncoil: {coil}\nfpc: {{stackup: flex-2l-18um}}"
-    found = estimate(lay_out(load_text(text, "test.yaml"))).coils[0]
-    assert found.winding_inductance == approx(10.35e-9, rel=0.01) and 0.03 < found.resistance_ac < 0.06
+    result = estimate(lay_out(load_text(text, "test.yaml"))).coils[0]
+    assert result.winding_inductance == approx(10.35e-9, rel=0.01) and 0.03 < result.resistance_ac < 0.06
 
 
 @pytest.mark.parametrize("shape", ["circle", "square"])

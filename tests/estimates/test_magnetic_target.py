@@ -20,12 +20,12 @@ def _design(name: str, metal: str):
 
 def _apart(design) -> np.ndarray:
     """Differences of the target's changes at rest between states and response, over both stated errors."""
-    found = sitscad.respond(design, loads=[(0.0, 0.0, 0.0)])
+    result = sitscad.respond(design, loads=[(0.0, 0.0, 0.0)])
     rest = [coil.states["rest"] for coil in design.estimates.coils]
-    told, solved = np.array([state.target_change for state in rest]), np.diagonal(found.target_change[0])
-    errors = np.array([state.target_change_error for state in rest]) + np.diagonal(found.target_change_error[0])
+    text, solved = np.array([state.target_change for state in rest]), np.diagonal(result.target_change[0])
+    errors = np.array([state.target_change_error for state in rest]) + np.diagonal(result.target_change_error[0])
     least = 0.01 * np.array([coil.winding_inductance for coil in design.estimates.coils])
-    return np.abs(told - solved) / (errors * np.maximum(np.minimum(np.abs(told), np.abs(solved)), least))
+    return np.abs(text - solved) / (errors * np.maximum(np.minimum(np.abs(text), np.abs(solved)), least))
 
 
 @pytest.mark.parametrize(("name", "metal"), [("bench_7mm", "nickel"), ("bench_7mm", "mild steel"),
@@ -62,10 +62,10 @@ def of_steel(permeability):
 
 @pytest.mark.parametrize("permeability", SOLVED)
 def test_thick_steel_disc_agrees_with_finite_elements_within_stated_error(permeability):
-    found, (inductance, resistance) = of_steel(permeability), SOLVED[permeability]
-    change, error = found.target_change.item(), found.target_change_error.item()
-    loss, loss_error = found.target_resistance.item(), found.target_resistance_error.item()
-    assert found.frequency[0, 0] == approx(11.602e6, rel=1e-3)
+    result, (inductance, resistance) = of_steel(permeability), SOLVED[permeability]
+    change, error = result.target_change.item(), result.target_change_error.item()
+    loss, loss_error = result.target_resistance.item(), result.target_resistance_error.item()
+    assert result.frequency[0, 0] == approx(11.602e6, rel=1e-3)
     assert change == approx(inductance, rel=0.6 * error, abs=0)
     assert loss == approx(resistance, rel=0.6 * loss_error, abs=0)
 

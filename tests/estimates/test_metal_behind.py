@@ -51,35 +51,35 @@ def in_jaw():
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_metal_behind_any_mount_equals_jaw_of_same_sheet(kind, in_jaw):
-    found, jaw = metal_behind(over(kind).spec), metal_behind(in_jaw.spec)
-    assert found.distance == approx(jaw.distance, rel=1e-12)
-    assert found.plates == jaw.plates
+    result, jaw = metal_behind(over(kind).spec), metal_behind(in_jaw.spec)
+    assert result.distance == approx(jaw.distance, rel=1e-12)
+    assert result.plates == jaw.plates
     assert backing_of(over(kind).spec).room == approx(backing_of(in_jaw.spec).room, rel=1e-12)
 
 
 def test_metal_behind_gives_state_values_of_same_jaw(in_jaw):
-    found, jaw = over().estimates.coils[0], in_jaw.estimates.coils[0]
-    assert set(found.states) == set(jaw.states) == {"free", "rest", "pressed"}
+    result, jaw = over().estimates.coils[0], in_jaw.estimates.coils[0]
+    assert set(result.states) == set(jaw.states) == {"free", "rest", "pressed"}
     for name, state in jaw.states.items():
         for figure in ("inductance", "resistance", "parallel_resistance", "frequency", "quality_factor"):
-            assert getattr(found.states[name], figure) == approx(getattr(state, figure), rel=1e-9), (name, figure)
+            assert getattr(result.states[name], figure) == approx(getattr(state, figure), rel=1e-9), (name, figure)
     rest = jaw.states["rest"], jaw.states["free"]
     assert rest[0].inductance < 0.97 * rest[1].inductance, "the sheet is seen"
 
 
 def test_metal_behind_gives_response_of_same_jaw(in_jaw):
     poses = np.array([[0.0, 0.0, -2e-4, 0.0, 0.0, 0.0], [3e-4, 1e-4, -1e-4, 0.01, 0.0, 0.0]])
-    found, jaw = (one.response.respond(poses) for one in (over(), in_jaw))
-    assert np.abs(found.frequency / jaw.frequency - 1.0).max() < 1e-9
-    assert np.abs(found.inductance / jaw.inductance - 1.0).max() < 1e-9
+    result, jaw = (item.response.respond(poses) for item in (over(), in_jaw))
+    assert np.abs(result.frequency / jaw.frequency - 1.0).max() < 1e-9
+    assert np.abs(result.inductance / jaw.inductance - 1.0).max() < 1e-9
 
 
 def test_metal_distance_and_thickness_tolerances_scatter_states(in_jaw):
     loose = over(more=", metal_distance: 0.3")
-    found = scatter_by_cause(loose.spec)
+    result = scatter_by_cause(loose.spec)
     glue = loose.spec.assembly.glue_tolerance
-    assert found[HEIGHT].sigma == approx(math.hypot(0.3e-3, glue) / math.sqrt(3.0), rel=1e-9)
-    assert found[METAL].sigma == approx(0.05e-3 / math.sqrt(3.0), rel=1e-9)
+    assert result[HEIGHT].sigma == approx(math.hypot(0.3e-3, glue) / math.sqrt(3.0), rel=1e-9)
+    assert result[METAL].sigma == approx(0.05e-3 / math.sqrt(3.0), rel=1e-9)
     assert METAL in scatter_by_cause(in_jaw.spec)
     tight = over().estimates.coils[0].states["rest"].spread
     wide = loose.estimates.coils[0].states["rest"].spread
@@ -131,7 +131,7 @@ def test_shield_and_metal_behind_are_separated_by_air():
 def test_metal_behind_in_contradictory_mount_gives_spec_error(mount, key):
     with pytest.raises(sitscad.SpecError) as refused:
         design(mount)
-    assert [(found.rule, found.key) for found in refused.value.findings] == [("SIT009", key)]
+    assert [(result.rule, result.key) for result in refused.value.findings] == [("SIT009", key)]
 
 
 def test_default_standoff_equals_metal_distance():
@@ -141,7 +141,7 @@ def test_default_standoff_equals_metal_distance():
 
 def test_low_resistance_near_metal_gives_hint_of_larger_metal_distance():
     near = over(sheet="metal_behind: {material: titanium-grade-5, distance: 0, thickness: 1}, standoff: 0")
-    found = [one for one in sitscad.check(near.spec, hints="none").findings if one.rule in ("SIT201", "SIT203")]
-    assert found
-    assert any("metal behind" in one.hint or "mount.metal_behind.distance" in one.hint for one in found)
-    assert not any("mount.standoff" in one.hint for one in found), "that does not move this metal"
+    findings = [item for item in sitscad.check(near.spec, hints="none").findings if item.rule in ("SIT201", "SIT203")]
+    assert findings
+    assert any("metal behind" in item.hint or "mount.metal_behind.distance" in item.hint for item in findings)
+    assert not any("mount.standoff" in item.hint for item in findings), "that does not move this metal"

@@ -65,7 +65,7 @@ def test_array_measures_moments_only_about_axes_with_separated_coils(array, axes
     spec = spec_of(array)
     assert measured_axes(spec.cell_placements[0], spec.requirements) == axes
     untold = {"moment_x", "moment_y"} - set(axes)
-    keys = {found.key for found in check(spec_of(array), hints="none").findings if found.rule == "SIT411"}
+    keys = {result.key for result in check(spec_of(array), hints="none").findings if result.rule == "SIT411"}
     assert keys == {f"requirements.{name}" for name in untold}
 
 
@@ -76,9 +76,9 @@ def test_single_required_moment_leaves_other_axis_as_shear():
 
 
 def test_spec_without_moments_measures_forces_only():
-    found = required_range(spec_of("grid", ""))
-    assert (found.axes, found.width, found.has_moments) == (("normal", "shear_x", "shear_y"), 3, False)
-    assert found.corners.shape == (18, 3)
+    result = required_range(spec_of("grid", ""))
+    assert (result.axes, result.width, result.has_moments) == (("normal", "shear_x", "shear_y"), 3, False)
+    assert result.corners.shape == (18, 3)
 
 
 @pytest.mark.slow
@@ -94,8 +94,8 @@ def test_spec_without_moments_measures_forces_only():
     ],
 )
 def test_requirement_that_contradicts_moments_gives_finding(more, rule, key):
-    found = check(spec_of("grid", more), hints="none").findings
-    assert key in {one.key for one in found if one.rule == rule}
+    findings = check(spec_of("grid", more), hints="none").findings
+    assert key in {item.key for item in findings if item.rule == rule}
 
 
 @pytest.mark.parametrize(("moment", "severity"), [("4.5 N mm", None), ("6 N mm", "warning"), ("1000 N m", "error")])
@@ -103,14 +103,15 @@ def test_moment_beyond_pad_limit_gives_warning_or_error(moment, severity):
     """The template's pad bears 5.1 N mm; 1000 N m passed `check`, and its data sheet could not be written."""
     text = CELL.replace("moment_x: 4 N mm", f"moment_x: {moment}")
     assert text.count(moment) == 1
-    found = [one for one in check(sitscad.load_text(text), hints="none").findings if one.rule == "SIT413"]
-    assert [(one.key, str(one.severity)) for one in found] == [("requirements.moment_x", severity)] * bool(severity)
+    findings = [item for item in check(sitscad.load_text(text), hints="none").findings if item.rule == "SIT413"]
+    places = [(item.key, str(item.severity)) for item in findings]
+    assert places == [("requirements.moment_x", severity)] * bool(severity)
 
 
 def test_moment_without_target_is_not_checked():
     text = SMALL.format(array=ARRAYS["grid"], more=BOTH)
     bare = "".join(line for line in text.splitlines(True) if not line.startswith(("target", "elastomer")))
-    untold = {one.rule for one in check(sitscad.load_text(bare), hints="none").not_checked}
+    untold = {item.rule for item in check(sitscad.load_text(bare), hints="none").not_checked}
     assert {"SIT411", "SIT413"} <= untold
 
 
@@ -123,19 +124,19 @@ def test_moment_calibration_with_held_rotation_gives_bench_error(cell):
 def test_tilt_error_is_checked_only_for_required_axes():
     """A value for all judged shear of sensors that are asked for the normal force alone."""
     many = ", tilt: 1 deg, tilt_error: 60 mN"
-    assert "SIT404" not in {one.rule for one in check(spec_of("grid", many), hints="none").findings}
+    assert "SIT404" not in {item.rule for item in check(spec_of("grid", many), hints="none").findings}
     sheared = check(spec_of("grid", many + ", shear_force: 1 N"), hints="none")
-    assert "SIT404" in {one.rule for one in sheared.findings}
-    (judged,) = (one for one in sheared.reached if one.rule == "SIT404")
+    assert "SIT404" in {item.rule for item in sheared.findings}
+    (judged,) = (item for item in sheared.reached if item.rule == "SIT404")
     assert (judged.axis.split()[0], judged.limit) == ("shear", 0.06)
 
 
 @pytest.mark.slow
 def test_tilt_error_by_axis_uses_limit_of_each_axis():
     own = ", shear_force: 1 N, tilt: 1 deg, tilt_error: {normal: 60 mN, shear_x: 2 N}"
-    found = check(spec_of("grid", own), hints="none")
-    assert "SIT404" not in {one.rule for one in found.findings}
-    (judged,) = (one for one in found.reached if one.rule == "SIT404")
+    findings = check(spec_of("grid", own), hints="none")
+    assert "SIT404" not in {item.rule for item in findings.findings}
+    (judged,) = (item for item in findings.reached if item.rule == "SIT404")
     assert judged.limit in (0.06, 2.0)
 
 
@@ -187,13 +188,13 @@ def test_moment_to_force_ratio_gives_contact_position(cell):
 
 
 def test_working_range_includes_moment_loads():
-    found = working_range(sitscad.load_text(CELL))
-    assert found.width == 5
-    assert found.inside(50).shape == (50, 5)
-    assert not found.inside(50)[:, 1:3].any()
-    assert np.all(np.hypot(*(found.inside(50)[:, 3:] / 4e-3).T) <= 1.0 + 1e-12)
-    assert np.all(np.abs(found.rim[:, 3:]) <= 4e-3 + 1e-12)
-    assert len(found.notes) >= 2
+    result = working_range(sitscad.load_text(CELL))
+    assert result.width == 5
+    assert result.inside(50).shape == (50, 5)
+    assert not result.inside(50)[:, 1:3].any()
+    assert np.all(np.hypot(*(result.inside(50)[:, 3:] / 4e-3).T) <= 1.0 + 1e-12)
+    assert np.all(np.abs(result.rim[:, 3:]) <= 4e-3 + 1e-12)
+    assert len(result.notes) >= 2
 
 
 @pytest.mark.slow
@@ -235,16 +236,16 @@ def test_calibrated_unit_reads_moments_within_two_percent(cell, tmp_path):
              for row, read in zip(rows, counts, strict=True)]
     table = tmp_path / "measured.csv"
     table.write_text("\n".join([head, names, *lines]) + "\n", encoding="utf-8")
-    found = sitscad.calibrate(cell, table)
+    result = sitscad.calibrate(cell, table)
     loads = sensors.range.inside(20, 900)
     rest, *read = sensors.conversion.counts(sensors.frequencies_under(errors, np.vstack([np.zeros(5), loads]),
                                                                       exact=True))
-    off = found.map(read, rest) - loads[:, [0, 3, 4]]
+    off = result.map(read, rest) - loads[:, [0, 3, 4]]
     before = planned.map(read, rest) - loads[:, [0, 3, 4]]
     rms, untold = (np.sqrt(np.mean(each**2, axis=0)) / sensors.range.full_scales for each in (off, before))
     assert np.all(rms < 0.02)
     assert np.all(rms < 0.5 * untold)
-    document = found.document()
+    document = result.document()
     assert set(document["error_N"]) == {"normal"}
     assert set(document["error_Nm"]) == {"moment_x", "moment_y"}
     assert document["map"]["units"] == ["N", "N m", "N m"]

@@ -51,13 +51,13 @@ def by_front(size, room):
     placed = TargetPoses.of(spec.target, at_rest(spec), np.array([[0.0, 0.0, GAP - at_rest(spec)[2], 0.0, 0.0, 0.0]]))
     cover = replace(placed.cover(spec.target, spec.coil, coils, spec.array.middle), lowest=GAP)
     behind = Reflector(BEHIND, (MetalLayer(5.8e7, 1.0, 0.1e-3),))
-    found = []
+    result = []
     for front in (None, Reflector(GAP + 0.15e-3 + room, (MetalLayer(STEEL, 1.0, 1.3e-3),))):
         target = solved_plate(spec.target, spec.coil, coils, (FREQUENCY,), behind, cover, front=front)
         change = target.changes(placed.turns, placed.places, True)[0][0, 0, 0, 0]
         bare = reflected_inductances(wound.winding.spectrum, np.array([FREQUENCY]), front, behind, (0.0,))[0, 0]
-        found.append((float(change.real), float((change + bare).real)))
-    return [winding.z for winding in coils[0].windings], found[1][1] - found[0][1], found[0][0]
+        result.append((float(change.real), float((change + bare).real)))
+    return [winding.z for winding in coils[0].windings], result[1][1] - result[0][1], result[0][0]
 
 
 @pytest.mark.parametrize(("size", "room", "exact"), [
@@ -65,14 +65,14 @@ def by_front(size, room):
 ])
 def test_inductance_change_by_front_metal_agrees_with_finite_elements(size, room, exact):
     """`validation/front_of_elements.py` has them."""
-    _, found, target = by_front(size, room)
-    assert found == approx(exact, abs=0.02 * abs(exact) + 1e-4 * abs(target))
+    _, result, target = by_front(size, room)
+    assert result == approx(exact, abs=0.02 * abs(exact) + 1e-4 * abs(target))
 
 
 @pytest.mark.slow
 def test_distant_front_metal_does_not_change_inductance():
-    _, found, target = by_front(4.1e-3, 30e-3)
-    assert abs(found) < 1e-5 * abs(target)
+    _, result, target = by_front(4.1e-3, 30e-3)
+    assert abs(result) < 1e-5 * abs(target)
 
 
 @pytest.fixture(scope="module")
@@ -100,9 +100,9 @@ def test_estimated_other_jaw_change_agrees_with_solved_change(grasper):
 
 def test_pad_on_other_jaw_reduces_warning_to_note(grasper):
     padded = grasper.spec.replace({"mount.jaw": {"based_on": "generic-5mm", "opposing_pad_thickness": "1.5 mm"}})
-    bare, less = (list(other_jaw_metal(one)) for one in (grasper, Design(padded)))
-    assert [one.severity for one in bare] == [None] and bare[0].measured > bare[0].limit
-    assert [one.severity for one in less] == [Severity.NOTE] and less[0].measured < less[0].limit
+    bare, less = (list(other_jaw_metal(item)) for item in (grasper, Design(padded)))
+    assert [item.severity for item in bare] == [None] and bare[0].measured > bare[0].limit
+    assert [item.severity for item in less] == [Severity.NOTE] and less[0].measured < less[0].limit
 
 
 def test_mount_without_jaw_has_no_front_metal():

@@ -25,18 +25,18 @@ def bench():
 
 
 def test_array_geometry_determines_measurable_axes():
-    found = {name: distinguishable_axes(sitscad.load(TEMPLATES / f"{name}.yaml").array.placements)
+    result = {name: distinguishable_axes(sitscad.load(TEMPLATES / f"{name}.yaml").array.placements)
              for name in ("single_coil", "bench_7mm", "three_axis_triangle", "three_axis_grid")}
-    assert found["single_coil"] == ("normal",)
-    assert found["bench_7mm"] == ("normal", "shear_x")
-    assert found["three_axis_triangle"] == found["three_axis_grid"] == FORCES
+    assert result["single_coil"] == ("normal",)
+    assert result["bench_7mm"] == ("normal", "shear_x")
+    assert result["three_axis_triangle"] == result["three_axis_grid"] == FORCES
 
 
 @pytest.mark.slow
 def test_performance_has_rest_half_and_full_load_points(bench):
-    found = bench.performance
+    result = bench.performance
     force = bench.spec.requirements.normal_force
-    assert [(point.at, point.load[0]) for point in found] == [("rest", 0.0), ("half", force / 2), ("full", force)]
+    assert [(point.at, point.load[0]) for point in result] == [("rest", 0.0), ("half", force / 2), ("full", force)]
 
 
 def test_resolution_equals_converter_noise_over_sensitivity(bench):
@@ -55,8 +55,8 @@ def test_sensitivity_equals_slope_of_frequency_over_load(bench):
     loads = np.array([[point.load[0] - 0.05, 0.0, 0.0], [point.load[0] + 0.05, 0.0, 0.0]])
     low, high = bench.response.respond_to_loads(loads).frequency
     assert point.axes["normal"].sensitivity == approx((high - low) / 0.1, rel=3e-3)
-    one, other = point.axes["shear_x"].sensitivity
-    assert one < 0.0 < other, "towards +x is towards the second coil"
+    item, other = point.axes["shear_x"].sensitivity
+    assert item < 0.0 < other, "towards +x is towards the second coil"
 
 
 ALONE = """
@@ -162,9 +162,9 @@ def test_changed_capacitor_leaves_frequency_ratios_to_tare_unchanged(bench):
     """The frequency of the clock, to which all frequencies are compared, keeps them as well."""
     wanted = bench.spec.replace("readout.capacitance", f"{1.03e12 * bench.estimates.readout.capacitance:.3f} pF")
     loads = np.array([[0.0, 0.0, 0.0], [bench.spec.requirements.normal_force, 0.3, 0.0]])
-    found = [np.log(np.divide(*design.response.respond_to_loads(loads).frequency[::-1]))
+    result = [np.log(np.divide(*design.response.respond_to_loads(loads).frequency[::-1]))
              for design in (bench, Design(wanted))]
-    assert found[1] == approx(found[0], rel=2e-3)
+    assert result[1] == approx(result[0], rel=2e-3)
 
 
 def test_folded_map_gives_ambiguous_load_pairs():
@@ -172,8 +172,8 @@ def test_folded_map_gives_ambiguous_load_pairs():
     x, one_axis = np.linspace(0.0, 1.0, 40)[:, None], WorkingRange(("normal",), 1.0, 0.0)
     folded = fit_polynomial(x, x - x**2, 2)
     for pair in _ambiguous_loads(folded, one_axis):
-        one, other = np.sort(np.concatenate(pair))
-        assert other - one > 0.05 and one + other == approx(1.0, abs=2e-3)
+        item, other = np.sort(np.concatenate(pair))
+        assert other - item > 0.05 and item + other == approx(1.0, abs=2e-3)
     assert not list(_ambiguous_loads(fit_polynomial(x, x + 0.2 * x**2, 2), one_axis))
 
 
@@ -186,14 +186,14 @@ def test_ambiguous_loads_are_found_for_any_shear_range(shear):
     """
     spec = sitscad.load(Path(__file__).parents[1] / "report/broken/SIT407.yaml")
     design = Design(spec.replace("requirements.shear_force", f"{shear} N"))
-    one, other = design.sensing.ambiguous_loads
+    item, other = design.sensing.ambiguous_loads
     bench = design.sensing.solved.bench
     span = np.ptp(design.sensing.analysis.working.readings, axis=0)
-    read = bench.readings(bench.poses(np.array([one, other])))
+    read = bench.readings(bench.poses(np.array([item, other])))
     assert np.linalg.norm((read[1] - read[0]) / span) < 3e-3
-    assert np.linalg.norm((np.array(other) - one)[bench.range.columns] / bench.range.full_scales) > 0.1
+    assert np.linalg.norm((np.array(other) - item)[bench.range.columns] / bench.range.full_scales) > 0.1
     full = design.performance[-1]
-    assert full.ambiguous == (one, other) and not full.invertible
+    assert full.ambiguous == (item, other) and not full.invertible
 
 
 @pytest.mark.slow
@@ -236,10 +236,10 @@ def test_grid_array_has_equal_errors_along_x_and_y():
 def test_polynomial_fit_reproduces_polynomial_and_slope():
     points = np.random.default_rng(3).uniform(-1.0, 1.0, (60, 2))
     values = np.stack([points[:, 0] * points[:, 1] ** 2 + 2.0 * points[:, 0], points[:, 1] ** 3], axis=1)
-    found = fit_best_polynomial(points[:40], values[:40], (points[40:], values[40:]), 5)
-    assert found.degree == 3
-    assert found(points) == approx(values, abs=1e-9)
-    assert found.slope(points[:1])[0, 0, 0] == approx(points[0, 1] ** 2 + 2.0, rel=1e-4)
+    result = fit_best_polynomial(points[:40], values[:40], (points[40:], values[40:]), 5)
+    assert result.degree == 3
+    assert result(points) == approx(values, abs=1e-9)
+    assert result.slope(points[:1])[0, 0, 0] == approx(points[0, 1] ** 2 + 2.0, rel=1e-4)
 
 
 def test_performance_document_is_json_with_required_keys(bench):

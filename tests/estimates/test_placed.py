@@ -76,11 +76,11 @@ def test_check_of_200_mm_target_needs_less_than_two_gigabytes(tmp_path):
     text = templates.read("robotic_jaw_12mm").replace("size: [9, 8.4]", "size: 200", 1)
     assert "size: 200" in text
     (tmp_path / "wide.yaml").write_text(text)
-    found = subprocess.run(
+    result = subprocess.run(
         [sys.executable, "-c", LIMITED, "check", "--hints", "none", str(tmp_path / "wide.yaml")],
         capture_output=True, text=True, timeout=600,
     )
-    assert "SIT402" in found.stdout and found.returncode == 1, found.stdout + found.stderr
+    assert "SIT402" in result.stdout and result.returncode == 1, result.stdout + result.stderr
 
 
 LIMITED = """

@@ -36,8 +36,8 @@ def sensor(array="", target="size: 5", pad="size: 9, shape: square"):
 
 
 def shares(spec):
-    found = target_ratios(spec, HEIGHTS, assemble(spec).states)
-    return {name: found.of(name, "rest") for name in (place.name for place in spec.array.placements)}
+    result = target_ratios(spec, HEIGHTS, assemble(spec).states)
+    return {name: result.of(name, "rest") for name in (place.name for place in spec.array.placements)}
 
 
 def turned(spec, angle):
@@ -88,8 +88,8 @@ def test_equivalent_target_rotations_give_equal_ratios(one, other):
 
 
 def test_target_effect_on_single_coil_falls_with_offset():
-    found = [shares(sensor("", f"size: 5, offset: [{away}, 0]"))["C1"][0] for away in (0.0, 0.5, 1.0, 2.0, 4.0, 8.0)]
-    assert found == sorted(found, reverse=True) and found[-1] < 0.05 * found[0]
+    result = [shares(sensor("", f"size: 5, offset: [{away}, 0]"))["C1"][0] for away in (0.0, 0.5, 1.0, 2.0, 4.0, 8.0)]
+    assert result == sorted(result, reverse=True) and result[-1] < 0.05 * result[0]
 
 
 SIZES = st.floats(0.5, 20.0)
@@ -139,9 +139,9 @@ def test_half_overlapping_target_loads_overlap_and_tilts():
     spec = sensor("", "size: 4, offset: [3, 0]", "size: 6, shape: square")
     face, beside = loaded_face(spec)
     assert face.area == approx(8e-6, rel=1e-6) and beside == approx(1e-3, rel=1e-6)
-    found = pressed_pad(spec)
-    assert not found.valid and "it tilts" in found.note and found.loaded_share == approx(8 / 36, rel=1e-6)
-    assert found.strain > pressed_pad(sensor("", "size: 4", "size: 6, shape: square")).strain
+    result = pressed_pad(spec)
+    assert not result.valid and "it tilts" in result.note and result.loaded_share == approx(8 / 36, rel=1e-6)
+    assert result.strain > pressed_pad(sensor("", "size: 4", "size: 6, shape: square")).strain
 
 
 def test_rotated_target_within_pad_loads_its_full_area():

@@ -63,15 +63,15 @@ def test_response_at_rest_and_pressed_agrees_with_states(name, request):
     estimates = design.estimates
     poses = np.zeros((2, 6))
     poses[1, 2] = estimates.gaps["pressed"] - estimates.gaps["rest"]
-    found = respond(design, poses)
+    result = respond(design, poses)
     for k, coil in enumerate(estimates.coils):
         for pose, state in enumerate(coil.states[name] for name in ("rest", "pressed")):
-            change = abs(found.target_change[pose, k, k])
-            assert found.inductance[pose, k] == approx(state.inductance, abs=0.05 * change)
-            assert found.resistance[pose, k] == approx(state.resistance, abs=0.1 * found.target_resistance[pose, k])
-            assert found.frequency[pose, k] == approx(state.frequency, rel=0.025 * change / state.inductance)
-            assert found.parallel_resistance[pose, k] == approx(state.parallel_resistance, rel=0.01)
-            assert found.amplitude[pose, k] == approx(state.amplitude, rel=0.01)
+            change = abs(result.target_change[pose, k, k])
+            assert result.inductance[pose, k] == approx(state.inductance, abs=0.05 * change)
+            assert result.resistance[pose, k] == approx(state.resistance, abs=0.1 * result.target_resistance[pose, k])
+            assert result.frequency[pose, k] == approx(state.frequency, rel=0.025 * change / state.inductance)
+            assert result.parallel_resistance[pose, k] == approx(state.parallel_resistance, rel=0.01)
+            assert result.amplitude[pose, k] == approx(state.amplitude, rel=0.01)
 
 
 POSE = np.array([0.4, -0.3, -0.2, 0.05, -0.08, 0.2]) * [MM, MM, MM, 1, 1, 1]
@@ -79,11 +79,11 @@ POSE = np.array([0.4, -0.3, -0.2, 0.05, -0.08, 0.2]) * [MM, MM, MM, 1, 1, 1]
 
 def test_target_change_matrix_is_symmetric_negative_and_lossy(plain, grasper, squares):
     for design in (plain, grasper, squares):
-        found = respond(design, [POSE])
-        change = found.target_change[0]
+        result = respond(design, [POSE])
+        change = result.target_change[0]
         assert change == approx(change.T, rel=1e-9)
         assert np.linalg.eigvalsh(change).max() < 0.0
-        assert np.all(found.target_resistance > 0.0)
+        assert np.all(result.target_resistance > 0.0)
 
 
 def test_distant_target_does_not_change_inductance(plain):
@@ -95,9 +95,9 @@ def test_distant_target_does_not_change_inductance(plain):
 def test_large_copper_target_equals_infinite_sheet():
     design = sensor(target="shape: square, size: 20")
     at = 5e6
-    found = respond(design, [[0.0] * 6, [0.0, 0.0, -0.6 * MM, 0.0, 0.0, 0.0]], frequency=at)
+    result = respond(design, [[0.0] * 6, [0.0, 0.0, -0.6 * MM, 0.0, 0.0, 0.0]], frequency=at)
     wound = design.response.windings
-    for change, height in zip(found.target_change, (1.06 * MM, 0.46 * MM), strict=True):
+    for change, height in zip(result.target_change, (1.06 * MM, 0.46 * MM), strict=True):
         sheet = Reflector(height, (MetalLayer(wound.spec.target.material.conductivity, 1.0, 0.2 * MM),))
         endless = reflected_inductances(wound.winding.spectrum, np.array([at]), sheet, None, (0.0, 6.0 * MM))[0]
         own, mutual = endless.real
@@ -146,7 +146,7 @@ def test_solving_work_counts_largest_symmetry_class(target):
     respond(design, [POSE])
     (near,) = design.response.solved.values()
     classes = near.plate.solving.targets[0].surface.classes
-    assert work_of(design, POSE) == max(len(one.functions.inductance) for one in classes) ** 3
+    assert work_of(design, POSE) == max(len(item.functions.inductance) for item in classes) ** 3
 
 
 @pytest.mark.slow
@@ -164,9 +164,9 @@ def test_solving_time_near_limit_agrees_with_stated_time():
 
 
 def test_counts_convert_back_to_frequency(plain):
-    found, counter = respond(plain, [POSE]), plain.estimates.readout.conversion
-    back = found.counts / 2.0**28 * counter.input_divider * counter.reference_frequency
-    assert back == approx(found.frequency, rel=1e-7)
+    result, counter = respond(plain, [POSE]), plain.estimates.readout.conversion
+    back = result.counts / 2.0**28 * counter.input_divider * counter.reference_frequency
+    assert back == approx(result.frequency, rel=1e-7)
 
 
 def test_tilt_towards_coil_increases_its_target_change(grasper):
@@ -176,32 +176,32 @@ def test_tilt_towards_coil_increases_its_target_change(grasper):
 
 def test_loads_move_target_by_pad_deformation(plain):
     estimates = plain.estimates
-    found = respond(plain, loads=[[2.0, 0.0, 0.0], [2.0, 0.3, -0.1]], rotation="free")
-    assert found.poses[0, 2] == approx(estimates.gaps["pressed"] - estimates.gaps["rest"], rel=1e-9)
-    assert found.strain[0] == approx(estimates.compression.strain, rel=1e-9)
-    assert found.poses[1, 0] > 0.0 > found.poses[1, 1]
-    assert found.force[1] == approx([0.3, -0.1, -2.0], rel=1e-6)
+    result = respond(plain, loads=[[2.0, 0.0, 0.0], [2.0, 0.3, -0.1]], rotation="free")
+    assert result.poses[0, 2] == approx(estimates.gaps["pressed"] - estimates.gaps["rest"], rel=1e-9)
+    assert result.strain[0] == approx(estimates.compression.strain, rel=1e-9)
+    assert result.poses[1, 0] > 0.0 > result.poses[1, 1]
+    assert result.force[1] == approx([0.3, -0.1, -2.0], rel=1e-6)
     # a dead load on the outermost face: its lever is the target, so the moment is small and turns with the shear
-    assert found.moment[1, 1] > 0.0 and found.moment[1, 0] > 0.0
-    assert found.poses[1, 4] > 0.0 and found.poses[1, 3] > 0.0
+    assert result.moment[1, 1] > 0.0 and result.moment[1, 0] > 0.0
+    assert result.poses[1, 4] > 0.0 and result.poses[1, 3] > 0.0
 
 
 def test_force_at_pose_equals_pad_force(plain):
     from sitscad.estimates.loads.pad import soft_pad
 
-    found = respond(plain, [[0.05e-3, 0.02e-3, -0.1e-3, 0.01, -0.02, 0.03], [0.0, 0.0, -0.9e-3, 0.0, 0.0, 0.0]])
-    assert np.isfinite(found.force).all() and np.isfinite(found.moment).all()
+    result = respond(plain, [[0.05e-3, 0.02e-3, -0.1e-3, 0.01, -0.02, 0.03], [0.0, 0.0, -0.9e-3, 0.0, 0.0, 0.0]])
+    assert np.isfinite(result.force).all() and np.isfinite(result.moment).all()
     pad = soft_pad(plain.spec)
-    assert np.hstack([found.force, found.moment]) == approx(pad.force(found.poses), rel=1e-12)
+    assert np.hstack([result.force, result.moment]) == approx(pad.force(result.poses), rel=1e-12)
     level = plain.response.respond_to_loads(np.array([[2.0, 0.3, -0.1]]))
     free = plain.response.respond_to_loads(np.array([[2.0, 0.3, -0.1]]), np.array([False]))
     assert not level.poses[0, 3:].any() and free.poses[0, 0] > 1.02 * level.poses[0, 0]
 
 
 def test_collapsing_pad_gives_note(plain):
-    found = plain.response.respond_to_loads(np.array([[60.0, 20.0, 0.0]]), np.array([False]))
-    assert np.isfinite(found.poses).all()
-    assert any("gives way sideways" in note for note in found.notes[0])
+    result = plain.response.respond_to_loads(np.array([[60.0, 20.0, 0.0]]), np.array([False]))
+    assert np.isfinite(result.poses).all()
+    assert any("gives way sideways" in note for note in result.notes[0])
 
 
 def test_surrogate_of_many_poses_agrees_with_exact_poses(plain):
@@ -224,18 +224,18 @@ def test_discontinuous_changes_are_solved_pose_by_pose():
 
     poses = np.zeros((FEW + 1, 6))
     poses[:, 0] = np.linspace(0.0, 1.0, FEW + 1)
-    found = changes_at_poses(ExactSolver((1e6, 2e6), rough), poses, 1.0)
-    assert found.error == 0.0
-    assert np.array_equal(found.total, rough(poses)[0])
+    result = changes_at_poses(ExactSolver((1e6, 2e6), rough), poses, 1.0)
+    assert result.error == 0.0
+    assert np.array_equal(result.total, rough(poses)[0])
 
 
 def test_changes_are_interpolated_over_skin_depth():
-    one = np.full((2, 1, 1, 1), 1.0, dtype=complex)
-    one[1] = 2.0
-    found = Changes((1e6, 4e6), one, one)
-    assert found.complex_at(np.array([1e6]))[0, 0, 0] == approx(1.0, rel=1e-6)
-    assert found.complex_at(np.array([4e6]))[0, 0, 0] == approx(2.0, rel=1e-6)
-    assert found.at(np.array([[16e6]]))[0][0, 0, 0] == approx(2.5, rel=1e-6)
+    item = np.full((2, 1, 1, 1), 1.0, dtype=complex)
+    item[1] = 2.0
+    result = Changes((1e6, 4e6), item, item)
+    assert result.complex_at(np.array([1e6]))[0, 0, 0] == approx(1.0, rel=1e-6)
+    assert result.complex_at(np.array([4e6]))[0, 0, 0] == approx(2.0, rel=1e-6)
+    assert result.at(np.array([[16e6]]))[0][0, 0, 0] == approx(2.5, rel=1e-6)
 
 
 @pytest.mark.parametrize("metal, thickness", [("stainless-17-4ph", 0.3), ("stainless-304", 0.05), ("copper", 0.02)])
@@ -253,52 +253,52 @@ def test_interpolated_target_change_agrees_with_solution_between_frequencies(met
             level, place)[0]
         for some in (band, (9e6, 9.1e6))
     )
-    found = Changes(band, ends, ends, spectrum=sheet_spectrum(spec.coil.size, spec.target)).complex_at(np.array([9e6]))
-    assert np.abs(found - middle[0]).max() < 1.5e-3 * np.abs(middle[0]).max()
+    result = Changes(band, ends, ends, spectrum=sheet_spectrum(spec.coil.size, spec.target)).complex_at(np.array([9e6]))
+    assert np.abs(result - middle[0]).max() < 1.5e-3 * np.abs(middle[0]).max()
 
 
 def test_band_interpolation_reproduces_smooth_functions():
-    found = interpolate_over_band((1e6, 4e6), lambda at: (np.sqrt(at) + 1j * at)[:, None])
+    result = interpolate_over_band((1e6, 4e6), lambda at: (np.sqrt(at) + 1j * at)[:, None])
     at = np.array([1.1e6, 2.7e6, 3.9e6])
-    assert found(at)[:, 0] == approx(np.sqrt(at) + 1j * at, rel=1e-5)
+    assert result(at)[:, 0] == approx(np.sqrt(at) + 1j * at, rel=1e-5)
 
 
 @pytest.mark.parametrize("at_coil", [True, False])
 def test_vectorised_oscillation_equals_single_oscillations(at_coil):
     network = Network(20e-12, 10e-12, 300e-12, at_coil, 0.02, 180e-9, 0.3)
     inductance, resistance = np.array([2e-6, 1.5e-6, 2e-6]), np.array([3.0, 5.0, 4e3])
-    found = oscillate_similar(network, inductance, resistance, 5e-9)
+    result = oscillate_similar(network, inductance, resistance, 5e-9)
     for k in range(2):
-        (one,) = oscillate_similar(network, inductance[k:k + 1], resistance[k:k + 1], 5e-9).as_list()
-        assert found.frequency[k] == approx(one.frequency, rel=1e-12)
-        assert found.parallel_resistance[k] == approx(one.parallel_resistance, rel=1e-9)
-    assert np.isnan(found.frequency[2])
+        (item,) = oscillate_similar(network, inductance[k:k + 1], resistance[k:k + 1], 5e-9).as_list()
+        assert result.frequency[k] == approx(item.frequency, rel=1e-12)
+        assert result.parallel_resistance[k] == approx(item.parallel_resistance, rel=1e-9)
+    assert np.isnan(result.frequency[2])
 
 
 def test_pose_inside_board_gives_contact_note(plain):
-    found = respond(plain, [[0.0, 0.0, -1.2 * MM, 0.0, 0.0, 0.0], [0.0] * 6])
-    assert "contact" in found.notes[0][0]
-    assert found.notes[1] == ()
-    assert np.all(np.isfinite(found.inductance))
+    result = respond(plain, [[0.0, 0.0, -1.2 * MM, 0.0, 0.0, 0.0], [0.0] * 6])
+    assert "contact" in result.notes[0][0]
+    assert result.notes[1] == ()
+    assert np.all(np.isfinite(result.inductance))
 
 
 def test_poses_beyond_validated_pad_range_give_extrapolation_note(plain):
     """A target sheared by four thicknesses and tilted by 22 degrees under 50 N was told without a word."""
     thick = plain.spec.elastomer.thickness
-    found = respond(plain, [[0.49 * thick, 0.0, 0.0, 0.0, 0.0, 0.0], [0.4 * thick, 0.4 * thick, 0.0, 0.0, 0.0, 0.0],
+    result = respond(plain, [[0.49 * thick, 0.0, 0.0, 0.0, 0.0, 0.0], [0.4 * thick, 0.4 * thick, 0.0, 0.0, 0.0, 0.0],
                             [0.0, 0.0, 0.0, math.radians(4.9), 0.0, 0.0], [0.0, 0.0, 0.0, 0.0, -0.1, 0.0]])
-    assert [any("extrapolated" in note for note in notes) for notes in found.notes] == [False, True, False, True]
-    assert "half its thickness" in found.notes[1][0]
-    assert "5 degrees" in found.notes[3][0]
+    assert [any("extrapolated" in note for note in notes) for notes in result.notes] == [False, True, False, True]
+    assert "half its thickness" in result.notes[1][0]
+    assert "5 degrees" in result.notes[3][0]
     pushed = respond(plain, loads=[[1.0, 40.0, 0.0]])
     assert any("half its thickness" in note for note in pushed.notes[0])
 
 
 @pytest.mark.filterwarnings("error")
 def test_fully_compressed_pad_has_no_finite_force_and_note(plain):
-    found = respond(plain, [[0.0, 0.0, -plain.spec.elastomer.thickness, 0.0, 0.0, 0.0]])
-    assert not np.any(np.isfinite(found.force[0][2]))
-    assert any("pressed by 100 %" in note for note in found.notes[0])
+    result = respond(plain, [[0.0, 0.0, -plain.spec.elastomer.thickness, 0.0, 0.0, 0.0]])
+    assert not np.any(np.isfinite(result.force[0][2]))
+    assert any("pressed by 100 %" in note for note in result.notes[0])
 
 
 def test_point_document_has_required_keys_and_units(plain):
@@ -331,22 +331,22 @@ def magnetic(material, size):
 @pytest.mark.slow
 def test_large_steel_target_equals_infinite_sheet():
     design, at = magnetic("stainless-17-4ph", 20), 5e6
-    found = respond(design, [[0.0] * 6], frequency=at)
+    result = respond(design, [[0.0] * 6], frequency=at)
     wound, metal = design.response.windings, design.response.spec.target.material
     gap = float(design.response.rest[2])
     sheet = Reflector(gap, (MetalLayer(metal.conductivity, metal.relative_permeability, 0.3 * MM),))
     own = reflected_inductances(wound.winding.spectrum, np.array([at]), sheet, None, (0.0,))[0, 0]
-    change, lost = found.target_change[0, 0, 0], found.target_resistance[0, 0] / (2.0 * math.pi * at)
+    change, lost = result.target_change[0, 0, 0], result.target_resistance[0, 0] / (2.0 * math.pi * at)
     assert change == approx(own.real, abs=0.01 * abs(own))
     assert lost == approx(-own.imag, abs=0.01 * abs(own))
 
 
 def test_ferrite_target_raises_inductance():
-    found = respond(magnetic("ferrite", 7), [[0.0] * 6, [2.0 * MM, 0.0, 0.0, 0.0, 0.0, 0.0], POSE])
-    assert np.all(np.einsum("pcc->pc", found.target_change) > 0.0)
-    assert found.target_change[1, 1, 1] > found.target_change[1, 0, 0]
-    assert found.target_change == approx(np.swapaxes(found.target_change, 1, 2), rel=1e-6)
-    assert found.target_change_error.max() < 0.05
+    result = respond(magnetic("ferrite", 7), [[0.0] * 6, [2.0 * MM, 0.0, 0.0, 0.0, 0.0, 0.0], POSE])
+    assert np.all(np.einsum("pcc->pc", result.target_change) > 0.0)
+    assert result.target_change[1, 1, 1] > result.target_change[1, 0, 0]
+    assert result.target_change == approx(np.swapaxes(result.target_change, 1, 2), rel=1e-6)
+    assert result.target_change_error.max() < 0.05
 
 
 def test_invalid_response_request_gives_error_with_reason(plain):
@@ -404,8 +404,8 @@ def test_disc_far_above_finger_has_finite_response(tmp_path):
         "mount: {kind: fingertip, standoff: 2, finger: {shape: circle, size: 15, material: aluminium}}\n",
         "utf-8",
     )
-    found = sitscad.respond(sitscad.load(path), poses=np.zeros((1, 6)))
-    assert np.all(np.isfinite(found.target_change)) and np.all(np.diagonal(found.target_change[0]) < 0.0)
+    result = sitscad.respond(sitscad.load(path), poses=np.zeros((1, 6)))
+    assert np.all(np.isfinite(result.target_change)) and np.all(np.diagonal(result.target_change[0]) < 0.0)
 
 
 def test_smooth_sampling_of_lossy_jaw_agrees_with_full_sampling(grasper):
@@ -420,23 +420,23 @@ def test_smooth_sampling_of_lossy_jaw_agrees_with_full_sampling(grasper):
     placed = TargetPoses.of(model.target, model.rest, poses)
     centres = np.array([coil.placement.centre for coil in solving.coils])
     coils, returned = solving.potentials[:count], solving.potentials[count:]
-    found, everywhere = (
+    result, everywhere = (
         changes_at(some, placed.turns, placed.places, coils, centres, returned=returned)
-        for some in (solving.targets, [replace(one, smooth=None) for one in solving.targets])
+        for some in (solving.targets, [replace(item, smooth=None) for item in solving.targets])
     )
-    assert np.abs(found - everywhere)[..., :count, :].max() < 1e-4 * np.abs(everywhere[..., :count, count:]).max()
+    assert np.abs(result - everywhere)[..., :count, :].max() < 1e-4 * np.abs(everywhere[..., :count, count:]).max()
 
 
 @pytest.mark.slow
 def test_thin_foil_over_shield_has_monotonic_response():
     """The faces of 11 um of brass cancel so far that the integrals made an energy negative: an internal error."""
     bench, jaw = sitscad.load(TEMPLATES / "square_bench.yaml"), sitscad.load(TEMPLATES / "grasper_4layer.yaml")
-    found = []
+    result = []
     for thickness in (9.0, 10.0, 11.16, 11.5, 14.0):
         spec = bench.replace("target.material", "brass").replace("target.size", ["12.528 mm", "9.929 mm"])
         spec = replace(spec.replace("target.thickness", f"{thickness} um"), mount=jaw.mount, shield=jaw.shield)
-        found.append(sitscad.Design(spec).response.respond(np.zeros((1, 6))))
-    inductance = np.array([one.inductance[0] for one in found])
-    resistance = np.array([one.resistance[0] for one in found])
+        result.append(sitscad.Design(spec).response.respond(np.zeros((1, 6))))
+    inductance = np.array([item.inductance[0] for item in result])
+    resistance = np.array([item.resistance[0] for item in result])
     assert np.all(np.diff(inductance, axis=0) < 0.0) and np.all(np.abs(np.diff(inductance, axis=0)) < 4e-10)
     assert np.all(np.diff(resistance, axis=0) < 0.0) and np.all(np.abs(np.diff(resistance, axis=0)) < 0.05)

@@ -52,9 +52,9 @@ def over_a_jaw(behind, size):
 
 
 def test_air_gap_between_shield_and_jaw_gives_finite_response():
-    found = over_a_jaw(BEHIND[2], 5).response.respond(np.zeros((1, 6)))
-    assert np.all(np.isfinite(found.inductance))
-    assert found.target_change[0, 0, 0] < 0.0
+    result = over_a_jaw(BEHIND[2], 5).response.respond(np.zeros((1, 6)))
+    assert np.all(np.isfinite(result.inductance))
+    assert result.target_change[0, 0, 0] < 0.0
 
 
 @pytest.mark.slow
@@ -62,7 +62,7 @@ def test_air_gap_between_shield_and_jaw_gives_finite_response():
                                     for each in BEHIND])
 def test_large_target_over_jaw_equals_infinite_sheet_within_error(behind):
     design, at = over_a_jaw(behind, 15), 5e6
-    found = design.response.respond(np.array([[0.0] * 6, [0.0, 0.0, -0.7e-3, 0.0, 0.0, 0.0]]), at)
+    result = design.response.respond(np.array([[0.0] * 6, [0.0, 0.0, -0.7e-3, 0.0, 0.0, 0.0]]), at)
     wound, jaw = design.response.windings, design.response.behind
     metal = wound.spec.target.material.conductivity
     rest = float(design.response.rest[2])
@@ -71,8 +71,8 @@ def test_large_target_over_jaw_equals_infinite_sheet_within_error(behind):
             reflected_inductances(wound.winding.spectrum, np.array([at]), above, jaw, (0.0,))[0, 0].real
             for above in (Reflector(height, (MetalLayer(metal, 1.0, 0.2e-3),)), None)
         )
-        error = abs(found.target_change[k, 0, 0] / (with_it - without) - 1.0)
-        assert error < found.target_change_error[k, 0, 0]
+        error = abs(result.target_change[k, 0, 0] / (with_it - without) - 1.0)
+        assert error < result.target_change_error[k, 0, 0]
 
 
 @pytest.mark.few(1)
@@ -88,7 +88,7 @@ def test_random_poses_agree_with_finer_solution_within_stated_error(shape, size,
     changed = replace(spec, target=target)
     design = Design(changed, replace(sitscad.lay_out(spec), spec=changed))
     some = poses(changed, float(design.response.rest[2]), 6, np.random.default_rng(5))
-    found = compared(design, some)
-    assert max(found["own_over_stated"].max(), found["mutual_over_stated"].max()) < 1.0
-    assert found["finer_levels"].max() < 0.5 * max(found["own"].max(), 1e-3)
-    assert found["loss"].max() < 0.02
+    result = compared(design, some)
+    assert max(result["own_over_stated"].max(), result["mutual_over_stated"].max()) < 1.0
+    assert result["finer_levels"].max() < 0.5 * max(result["own"].max(), 1e-3)
+    assert result["loss"].max() < 0.02

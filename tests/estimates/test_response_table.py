@@ -24,13 +24,13 @@ def test_response_table_agrees_with_response_within_error(name):
     assert table.error < 0.03 and table.document()["rotation"] == "held"
     generator = np.random.default_rng(7)
     low, high = table.through.low, table.through.high
-    asked = low + generator.random((30, 5)) * (high - low)
-    asked[:20, 3:] = 0.0
-    poses = loaded_poses(model.spec, asked[:, :3])[0]
-    poses[:, 3:] += np.pad(asked[:, 3:], ((0, 0), (0, 1)))
+    request = low + generator.random((30, 5)) * (high - low)
+    request[:20, 3:] = 0.0
+    poses = loaded_poses(model.spec, request[:, :3])[0]
+    poses[:, 3:] += np.pad(request[:, 3:], ((0, 0), (0, 1)))
     frequency = model.on_pad(np.vstack([np.zeros(6), poses])).frequency
-    told, travel = table(asked)
-    off = np.abs(told - frequency[1:]) / np.ptp(frequency, axis=0)
+    text, travel = table(request)
+    off = np.abs(text - frequency[1:]) / np.ptp(frequency, axis=0)
     assert off[:20].max() < 0.007 and off.max() < 0.04
     assert travel == approx(poses[:, :3], abs=0.02 * np.abs(poses[:, :3]).max())
     rest, still = table(np.zeros((1, 5)))
@@ -46,11 +46,11 @@ def test_response_table_with_moments_uses_free_target():
     assert (made["rotation"], made["inputs"][3:]) == ("free", ["moment_x_Nm", "moment_y_Nm"])
     assert table.error < 0.02
     low, high = table.through.low, table.through.high
-    asked = low + np.random.default_rng(7).random((30, 5)) * (high - low)
-    asked[:8, 1:] = 0.0
-    poses = loaded_poses(model.spec, asked, np.zeros(len(asked), dtype=bool))[0]
+    request = low + np.random.default_rng(7).random((30, 5)) * (high - low)
+    request[:8, 1:] = 0.0
+    poses = loaded_poses(model.spec, request, np.zeros(len(request), dtype=bool))[0]
     frequency = model.on_pad(np.vstack([np.zeros(6), poses])).frequency
-    told, travel = table(asked)
-    off = np.abs(told - frequency[1:]) / np.ptp(frequency, axis=0)
+    text, travel = table(request)
+    off = np.abs(text - frequency[1:]) / np.ptp(frequency, axis=0)
     assert off[:8].max() < 0.005 and off.max() < 0.02
     assert travel == approx(poses[:, :5], abs=0.02 * np.abs(poses[:, :5]).max())

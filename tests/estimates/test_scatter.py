@@ -32,32 +32,32 @@ def grasper():
 
 
 def _sigmas(design):
-    return {one.name: one.sigma for one in manufacturing_scatter(design.spec, design.estimates.coils)}
+    return {item.name: item.sigma for item in manufacturing_scatter(design.spec, design.estimates.coils)}
 
 
 def test_every_scatter_cause_has_unit_source_and_unique_name(grasper):
-    names = [one.name for one in manufacturing_scatter(grasper.spec, grasper.estimates.coils)]
+    names = [item.name for item in manufacturing_scatter(grasper.spec, grasper.estimates.coils)]
     assert len(set(names)) == len(names)
-    for one in manufacturing_scatter(grasper.spec, grasper.estimates.coils):
-        assert one.sigma > 0.0
-        assert one.unit in ("m", "rad", "1")
-        assert one.per in (scatter.UNIT, scatter.COIL)
-        assert one.source
+    for item in manufacturing_scatter(grasper.spec, grasper.estimates.coils):
+        assert item.sigma > 0.0
+        assert item.unit in ("m", "rad", "1")
+        assert item.per in (scatter.UNIT, scatter.COIL)
+        assert item.source
 
 
 def test_scatter_sigmas_follow_stated_tolerances(grasper):
     """The template asks 50 um of pad and placement; a band that is evenly filled has its half over the root of 3."""
-    found = _sigmas(grasper)
-    assert found[PAD] == approx(50e-6 / math.sqrt(3.0), rel=1e-6)
-    assert found[scatter.OFFSET_X] == found[scatter.OFFSET_Y] == approx(50e-6 / math.sqrt(3.0), rel=1e-6)
-    assert found[scatter.YAW] == approx(2.0 * 50e-6 / 4.1e-3 / math.sqrt(3.0), rel=1e-6)
-    assert found[MODULUS] == grasper.spec.elastomer.material.shear_modulus_sigma
-    assert found[CAPACITOR] == approx(0.05 / math.sqrt(3.0), rel=1e-6)
+    result = _sigmas(grasper)
+    assert result[PAD] == approx(50e-6 / math.sqrt(3.0), rel=1e-6)
+    assert result[scatter.OFFSET_X] == result[scatter.OFFSET_Y] == approx(50e-6 / math.sqrt(3.0), rel=1e-6)
+    assert result[scatter.YAW] == approx(2.0 * 50e-6 / 4.1e-3 / math.sqrt(3.0), rel=1e-6)
+    assert result[MODULUS] == grasper.spec.elastomer.material.shear_modulus_sigma
+    assert result[CAPACITOR] == approx(0.05 / math.sqrt(3.0), rel=1e-6)
 
 
 def test_inductance_scatter_equals_estimate_of_coils(grasper):
     free = [coil.states["free"] for coil in grasper.estimates.coils]
-    assert _sigmas(grasper)[scatter.INDUCTANCE] == max(one.spread.inductance / one.inductance for one in free)
+    assert _sigmas(grasper)[scatter.INDUCTANCE] == max(item.spread.inductance / item.inductance for item in free)
     assert 1e-3 < _sigmas(grasper)[scatter.INDUCTANCE] < 2e-2, "23 measured coils scattered by 0.31 %"
 
 
@@ -75,23 +75,23 @@ def test_coil_only_spec_has_three_scatter_causes():
 
 def test_gap_scatter_includes_glue_and_pad(grasper):
     """They had the pad alone: 29 um where performance and calibration had 33."""
-    found, estimates = _sigmas(grasper), grasper.estimates
-    glue = found[GLUE]
+    result, estimates = _sigmas(grasper), grasper.estimates
+    glue = result[GLUE]
     assert glue == uncertainty.tolerance_sigmas(grasper.spec)[GLUE] > 0.0
-    assert estimates.gap_sigmas["rest"] == approx(math.hypot(found[PAD], glue), rel=1e-6)
+    assert estimates.gap_sigmas["rest"] == approx(math.hypot(result[PAD], glue), rel=1e-6)
     assert estimates.gap_sigmas["pressed"] == approx(math.hypot(estimates.compression_scatter.gap, glue), rel=1e-6)
     for coil in estimates.coils:
         for state in ("rest", "pressed"):
-            by_glue, by_pad = (coil.states[state].spread.shifts[one][0] for one in (GLUE, PAD))
+            by_glue, by_pad = (coil.states[state].spread.shifts[item][0] for item in (GLUE, PAD))
             assert by_glue < 0.0, "from thick to thin: nearer metal takes inductance away"
             if state == "rest":  # an unloaded pad and glue are heights alike
-                assert by_glue / by_pad == approx(glue / found[PAD], rel=0.05)
+                assert by_glue / by_pad == approx(glue / result[PAD], rel=0.05)
 
 
 def test_target_without_pad_has_one_glue_line(grasper):
     bare = replace(grasper.spec, elastomer=None)
-    two, one = (uncertainty.tolerance_sigmas(spec)[GLUE] for spec in (grasper.spec, bare))
-    assert one == approx(two / math.sqrt(2.0), rel=1e-6)
+    two, item = (uncertainty.tolerance_sigmas(spec)[GLUE] for spec in (grasper.spec, bare))
+    assert item == approx(two / math.sqrt(2.0), rel=1e-6)
     assert uncertainty.tolerance_sigmas(replace(bare, target=None))[GLUE] == 0.0
 
 
@@ -101,12 +101,12 @@ def test_pad_tolerance_of_spec_sets_gap_scatter(band):
     spec = sitscad.load(TEMPLATES / "grasper_4layer.yaml")
     tolerances = (("elastomer", 1e-6 * float(band.split()[0])), ("elastomer_size", 0.1e-3))
     design = Design(replace(spec, assembly=replace(spec.assembly, tolerances=tolerances)))
-    found = _sigmas(design)
-    assert found[PAD] == approx(tolerances[0][1] / math.sqrt(3.0), rel=1e-6)
+    result = _sigmas(design)
+    assert result[PAD] == approx(tolerances[0][1] / math.sqrt(3.0), rel=1e-6)
     assert design.estimates.gap_sigmas["rest"] == approx(
-        math.hypot(found[PAD], found[GLUE]), rel=1e-6
+        math.hypot(result[PAD], result[GLUE]), rel=1e-6
     )
-    assert uncertainty.tolerance_sigmas(design.spec)[PAD_SIZE] == found[PAD_SIZE]
+    assert uncertainty.tolerance_sigmas(design.spec)[PAD_SIZE] == result[PAD_SIZE]
     assert not any("elastomer size" in note for note in design.estimates.notes)
 
 
@@ -119,9 +119,9 @@ def _changed_by(design, cause, loads):
     """Change of the readings since the tare by one sigma of a cause, on the three levels of simulated units."""
     sensors, sigma = sensors_of(design.response), cause.sigma(design.spec)
     drawn = _readings(design.sensing.solved.bench, loads)
-    (one,) = perturbed_readings(design.sensing.solved.bench, scatter.scatter_by_cause(design.spec)[cause.name], loads)
-    yield one[0] - drawn
-    errors = np.array([sigma if one.name == KNOWN_AS[cause.name] else 0.0 for one in sensors.unknowns])
+    (item,) = perturbed_readings(design.sensing.solved.bench, scatter.scatter_by_cause(design.spec)[cause.name], loads)
+    yield item[0] - drawn
+    errors = np.array([sigma if item.name == KNOWN_AS[cause.name] else 0.0 for item in sensors.unknowns])
     read = [np.log(sensors.frequencies_under(off, np.vstack([np.zeros((1, 3)), loads])))
             for off in (errors, 0.0 * errors)]
     yield (read[0][1:] - read[0][0]) - (read[1][1:] - read[1][0])
@@ -143,11 +143,11 @@ def test_three_models_of_simulated_units_agree(name):
     design = Design(sitscad.load(TEMPLATES / f"{name}.yaml"))
     full, shear = design.sensing.solved.bench.range.normal, design.sensing.solved.bench.range.shear
     loads = np.array([[0.5 * full, 0.0, 0.0], [full, 0.0, 0.0], [0.5 * full, 0.5 * shear, 0.0], [full, -shear, 0.0]])
-    found = {cause.name: list(_changed_by(design, cause, loads))
+    result = {cause.name: list(_changed_by(design, cause, loads))
              for cause in scatter.CAUSES if cause.name in KNOWN_AS}
-    together = [np.sqrt(np.mean(np.sum(np.square(levels), axis=0))) for levels in zip(*found.values(), strict=True)]
+    together = [np.sqrt(np.mean(np.sum(np.square(levels), axis=0))) for levels in zip(*result.values(), strict=True)]
     assert together[:-1] == approx(2 * [together[-1]], rel=0.01)
-    for cause, levels in found.items():  # the part of the pad that a turned target loads is not as drawn
+    for cause, levels in result.items():  # the part of the pad that a turned target loads is not as drawn
         off = [float(np.sqrt(np.mean((level - levels[-1]) ** 2))) / together[-1] for level in levels[:-1]]
         assert max(off) < 0.1, (cause, off)
 
@@ -158,14 +158,14 @@ def test_three_models_of_simulated_units_agree(name):
 def test_errors_by_cause_add_up_to_error_of_simulated_units(name):
     """What one map reads of units after their tare, over one range: to first order, and of 24 that are drawn."""
     design = Design(sitscad.load(TEMPLATES / f"{name}.yaml"))
-    found = plan_calibration(design.response, is_held=True)
-    scope, bench = found.sensors.range, design.sensing.analysis.bench
+    result = plan_calibration(design.response, is_held=True)
+    scope, bench = result.sensors.range, design.sensing.analysis.bench
     loads, square = scope.inside(40), 0.0
     for cause in manufacturing_scatter(design.spec, design.estimates.coils):
-        ways = [[found.map(np.exp(one), np.ones(one.shape[1])) - loads[:, scope.columns] for one in each]
+        ways = [[result.map(np.exp(item), np.ones(item.shape[1])) - loads[:, scope.columns] for item in each]
                 for each in perturbed_readings(bench, cause, loads)]
         square += root_sum_of_mean_squares(ways) ** 2 if ways else 0.0
-    assert np.sqrt(np.mean(square, axis=0)) == approx(found.map.error, rel=0.25)
+    assert np.sqrt(np.mean(square, axis=0)) == approx(result.map.error, rel=0.25)
 
 
 def _metal_behind(**parts):
@@ -190,7 +190,7 @@ def test_height_over_shield_scatters_by_mount_and_glue():
 
 
 def _sigma(spec, name):
-    (cause,) = (one for one in scatter.CAUSES if one.name == name)
+    (cause,) = (item for item in scatter.CAUSES if item.name == name)
     return cause.sigma(spec)
 
 
@@ -203,9 +203,9 @@ def test_moved_unit_has_shifted_shield_metal_or_target(standoff):
                         (GLUE, (0.0, 0.0, 1.0))):
         for off in (-10e-6, 10e-6):
             unit = scatter.MOVED[name](spec, off)
-            found = (backing_of(unit).shield_span[1] - shield[1], backing_of(unit).metal_face - metal,
+            result = (backing_of(unit).shield_span[1] - shield[1], backing_of(unit).metal_face - metal,
                      bodies.target_gap(unit) - gap)
-            assert found == approx(tuple(off * way for way in moved), rel=1e-6, abs=1e-12), (name, off)
+            assert result == approx(tuple(off * way for way in moved), rel=1e-6, abs=1e-12), (name, off)
     for off in (-10e-6, 10e-6):  # a shield grows downwards
         unit = scatter.MOVED[scatter.SHIELD](spec, off)
         assert backing_of(unit).shield_span == approx((shield[0] - off, shield[1]), rel=1e-9)
@@ -277,7 +277,7 @@ def test_pad_thickness_sigma_includes_change_of_target_ratio():
 @pytest.mark.slow
 def test_calibration_scatter_includes_height_over_shield(grasper):
     """What a calibration takes sensors of a jaw to differ by has the height over the shield in it."""
-    known = {one.name: one.sigma for one in sensors_of(grasper.response).unknowns}
+    known = {item.name: item.sigma for item in sensors_of(grasper.response).unknowns}
     rest = grasper.estimates.coils[0].states["rest"]
     by_height = abs(rest.spread.shifts[scatter.HEIGHT][0]) / rest.inductance
     assert by_height > 0.01

@@ -50,13 +50,13 @@ FIGURES = {
 @pytest.mark.slow
 def test_rules_and_data_sheet_have_equal_values():
     spec = sitscad.load(TEMPLATES / "bench_7mm.yaml")
-    asked = replace(spec.requirements, normal_resolution=1.0, tilt=0.02, tilt_error=100.0)
-    design = Design(replace(spec, requirements=asked))
-    reached = {one.requirement: one for one in apply_rules(design, "none").reached}
+    request = replace(spec.requirements, normal_resolution=1.0, tilt=0.02, tilt_error=100.0)
+    design = Design(replace(spec, requirements=request))
+    reached = {item.requirement: item for item in apply_rules(design, "none").reached}
     for requirement, of in FIGURES.items():
-        one = reached[requirement]
-        point = design.performance[POINTS.index(one.at.split(",")[0])]
-        assert one.measured == approx(of(point, one.axis), rel=1e-12, abs=0.0), requirement
+        item = reached[requirement]
+        point = design.performance[POINTS.index(item.at.split(",")[0])]
+        assert item.measured == approx(of(point, item.axis), rel=1e-12, abs=0.0), requirement
 
 
 def test_unsolvable_large_target_leaves_resolution_not_checked(monkeypatch):
@@ -68,8 +68,8 @@ def test_unsolvable_large_target_leaves_resolution_not_checked(monkeypatch):
     result = apply_rules(design, "none")
     assert not design.estimates.is_solved and design.sensing.analysis is None
     assert any("too large" in note for note in design.estimates.notes)
-    assert any(one.rule == "SIT401" and one.case == "performance-unsolved" for one in result.not_checked)
-    assert not any(one.rule == "SIT401" for one in result.findings)
+    assert any(item.rule == "SIT401" and item.case == "performance-unsolved" for item in result.not_checked)
+    assert not any(item.rule == "SIT401" for item in result.findings)
 
 
 def test_spec_without_target_has_no_sensing_analysis():

@@ -64,9 +64,9 @@ def test_stacked_strip_capacitance_agrees_with_layered_sum(stackup, width, monke
 def test_tiny_change_of_turns_hardly_changes_self_capacitance(one, other):
     """From eight turns on every further turn began with one place more along the layer: 2e-3 at once."""
     coil = "{shape: circle, outer_diameter: 11, turns: 7.75, layers: 2, trace_width: 100 um, trace_spacing: 100 um}"
-    found = []
+    result = []
     for turns in (one, other):
         text = f"sitscad: 1\nname: c\ncoil: {coil.replace('7.75', turns)}\n"
         layout = lay_out(load_text(text, "c.yaml"))
-        found.append(self_capacitance(layout.coils[0], layout.spec.coil, layout.spec.fpc.stackup))
-    assert found[0] == approx(found[1], rel=1e-5, abs=0.0) and found[0] != found[1]
+        result.append(self_capacitance(layout.coils[0], layout.spec.coil, layout.spec.fpc.stackup))
+    assert result[0] == approx(result[1], rel=1e-5, abs=0.0) and result[0] != result[1]

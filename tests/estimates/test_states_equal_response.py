@@ -32,10 +32,10 @@ def test_states_of_templates_equal_response_at_their_poses(name):
     poses = np.zeros((len(states) + 1, 6))
     poses[1:, 2] = [state.pose.z for state in states]
     poses[0] = [15e-3, 0.0, 0.0, 0.01, 0.0, 0.0]
-    found = design.response.respond(poses)
+    result = design.response.respond(poses)
     for row, state in enumerate(states, start=1):
         for k, coil in enumerate(estimates.coils):
             for figure in FIGURES:
-                told = getattr(coil.states[state.name], figure)
-                assert told == approx(getattr(found, figure)[row, k], rel=within, abs=0.0), (state.name, figure)
+                text = getattr(coil.states[state.name], figure)
+                assert text == approx(getattr(result, figure)[row, k], rel=within, abs=0.0), (state.name, figure)
     assert len(design.response.solved) == 2, "the last pose is not answered by the states' solution"

@@ -45,12 +45,12 @@ def test_interpolated_curve_reproduces_inductance_and_resistance():
 def test_slow_and_fast_tanks_use_values_at_their_frequency(capacitance):
     """Far below and above 1 to 11 MHz too, inductance and resistance are those at the frequency that is stated."""
     for outer, turns in ((4, 2), (14, 30)):
-        found = estimate(lay_out(load_text(
+        result = estimate(lay_out(load_text(
             f"sitscad: 1\nname: t\ncoil: {{shape: circle, outer_diameter: {outer}, turns: {turns}, layers: 2, "
             f"trace_width: 100 um, trace_spacing: 100 um}}\nreadout: {{device: ldc1614, capacitance: {capacitance}}}\n",
             "t.yaml",
         )))
-        coil = found.coils[0]
+        coil = result.coils[0]
         free = coil.states["free"]
         assert free.resistance == approx(coil.resistance_ac, rel=0.4)
         assert free.resistance > coil.resistance_ac * (1.0 - 1e-3)
@@ -71,12 +71,12 @@ def test_chosen_capacitor_reason_states_effect_of_tolerance():
 def test_input_divider_leaves_two_sigma_frequency_margin(clock, divider):
     """7.44 MHz of 7.5 MHz that a 30 MHz clock allows undivided: two sigma of manufacture are 0.2 MHz."""
     text = (ROOT / "templates/grasper_4layer.yaml").read_text(encoding="utf-8")
-    found = estimate(lay_out(load_text(text.replace("clock: 40 MHz", f"clock: {clock}"), "t.yaml")))
-    states = [state for coil in found.coils for state in coil.states.values()]
-    ceiling = 0.25 * found.readout.conversion.reference_frequency
+    result = estimate(lay_out(load_text(text.replace("clock: 40 MHz", f"clock: {clock}"), "t.yaml")))
+    states = [state for coil in result.coils for state in coil.states.values()]
+    ceiling = 0.25 * result.readout.conversion.reference_frequency
     assert all(state.frequency < ceiling for state in states)
     assert any(state.frequency + 2.0 * state.spread.frequency > ceiling for state in states) == (divider == 2)
-    assert found.readout.conversion.input_divider == divider
+    assert result.readout.conversion.input_divider == divider
 
 
 @pytest.mark.parametrize(("diameter", "turns", "strong"), [(4.5, 4, False), (5, 4, True), (6, 5, True), (7, 8, False)])
@@ -86,9 +86,9 @@ def test_high_current_drive_is_used_only_without_overdrive(diameter, turns, stro
     coil = f"{{shape: circle, layers: 2, {size}}}"
     rest = "fpc: {stackup: flex-2l-18um}\nreadout: {capacitance: 1 nF}"
     spec = load_text(f"sitscad: 1\nname: weak\ncoil: {coil}\n{rest}", "weak.yaml")
-    found = estimate(lay_out(spec))
-    assert found.readout.high_current is strong
-    swing = 4.0 * found.coils[0].states["free"].parallel_resistance * 3.5e-3 / math.pi
+    result = estimate(lay_out(spec))
+    assert result.readout.high_current is strong
+    swing = 4.0 * result.coils[0].states["free"].parallel_resistance * 3.5e-3 / math.pi
     assert swing < 1.8 or not strong
 
 
@@ -97,10 +97,10 @@ def test_screen_crowding_near_metal_agrees_with_exact_value():
     for circuit in tuned.circuits:
         for state in circuit.reflections:
             at = tuned.tank.oscillation(circuit, state).frequency * np.array([0.98, 1.0, 1.02])
-            found, exact = circuit.crowding(state, at), circuit.by_metal(state, at)
+            result, exact = circuit.crowding(state, at), circuit.by_metal(state, at)
             own = circuit.resistance * (circuit.loss.resistance_ratios(at) - 1.0)
-            assert found[1] == approx(own + exact[1], rel=2e-3)
-            assert found[1][2] - found[1][0] == approx((own + exact[1])[2] - (own + exact[1])[0], rel=0.03)
+            assert result[1] == approx(own + exact[1], rel=2e-3)
+            assert result[1][2] - result[1][0] == approx((own + exact[1])[2] - (own + exact[1])[0], rel=0.03)
 
 
 def test_no_curve_is_computed_beyond_converter_band():

@@ -61,8 +61,8 @@ def test_target_ratio_errors_change_continuously(metal, shape, quantity, monkeyp
     monkeypatch.setattr(finite_target, "magnetic_ratio", lambda *_: np.array([0.5]))
     places = np.zeros((1, 2))
     sweep = targets(metal, shape, quantity)
-    found = [finite_target.target_sheet_ratios(target, RINGS, places, gap, -np.inf) for target, gap in sweep]
-    for values in ([one.error for one in found], [one.loss_error for one in found]):
+    result = [finite_target.target_sheet_ratios(target, RINGS, places, gap, -np.inf) for target, gap in sweep]
+    for values in ([item.error for item in result], [item.loss_error for item in result]):
         steps = np.abs(np.diff(values))
         beside = np.maximum(np.r_[0.0, steps[:-1]], np.r_[steps[1:], 0.0])
         assert np.all(steps <= 4.0 * beside + 4e-3 * np.array(values[1:])), (metal, shape, quantity, steps.max())

@@ -58,13 +58,13 @@ def test_change_by_jaw_of_any_thickness_equals_dodd_deeds_integral(depths, perme
     spec = jaw(thickness, permeability=permeability)
     coil, (_, around) = lay_out(spec).coils[0], assemble(spec).states
     spectrum = metal_spectrum(winding_geometry(spec.coil, coil), around.below.distance, is_rough=True)  # as rings
-    found = reflected_impedance(spectrum, FREQUENCY, None, around.below)
+    result = reflected_impedance(spectrum, FREQUENCY, None, around.below)
     radii = 0.5 * (4e-3 - WIDTH) - 2.0 * WIDTH * (np.arange(8) + 0.5)
     height = around.below.distance + coil.windings[0].z
     true, mirror = (by_dodd_and_deeds(radii, height, thickness, at, 1.0 if at > STEEL else permeability)
                     for at in (STEEL, 1e15))
-    assert found[0] == approx(true[0], rel=5e-4, abs=2e-4 * abs(mirror[0]))
-    assert found[1] == approx(true[1], rel=5e-4)
+    assert result[0] == approx(true[0], rel=5e-4, abs=2e-4 * abs(mirror[0]))
+    assert result[1] == approx(true[1], rel=5e-4)
 
 
 def test_thick_jaw_equals_half_space():

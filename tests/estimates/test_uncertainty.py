@@ -90,16 +90,16 @@ def test_inductance_slopes_equal_finite_differences(shape, layers):
     slopes[DIAMETER] = whole - math.fsum(slopes.values())
     for name, key in ((WIDTH, "width"), (THICKNESS, "copper"), (DISTANCE, "gap"), (DIAMETER, "scale")):
         step = 0.05
-        found = (winding_inductance(changed(spec, **{key: step}))
+        result = (winding_inductance(changed(spec, **{key: step}))
                  - winding_inductance(changed(spec, **{key: -step}))) / (2 * step)
-        assert slopes[name] == approx(found, rel=0.03 if name in (WIDTH, DIAMETER) else 0.15), name
+        assert slopes[name] == approx(result, rel=0.03 if name in (WIDTH, DIAMETER) else 0.15), name
 
 
 @pytest.mark.parametrize("turns", [2, 12, 60])
 def test_short_waves_contribute_little_to_layer_distance_slope(monkeypatch, turns):
     """They took four of ten seconds of a coil of two hundred turns."""
-    one = SpiralLayer((1.0 + 0.22 * turns) * 1e-3, 2e-4, turns, 0.0, 1, True, 0.0, 1e-4, 18e-6)
-    layers = [one, replace(one, z=-6e-5, sense=-1, inward=False)]
+    item = SpiralLayer((1.0 + 0.22 * turns) * 1e-3, 2e-4, turns, 0.0, 1, True, 0.0, 1e-4, 18e-6)
+    layers = [item, replace(item, z=-6e-5, sense=-1, inward=False)]
     slope = track_slopes.distance_slopes(layers)[0, 1]
     monkeypatch.setattr(track_slopes, "SHORT_WAVES", 0.0)
     assert slope == approx(track_slopes.distance_slopes(layers)[0, 1], rel=1e-3)
@@ -111,9 +111,9 @@ def test_resistance_slopes_equal_finite_differences(frequency):
     circuit_slopes = _circuit_slopes(spec, frequency)
     for name, key in ((WIDTH, "width"), (THICKNESS, "copper")):
         step = 0.05
-        found = (_resistance(changed(spec, **{key: step}), frequency)
+        result = (_resistance(changed(spec, **{key: step}), frequency)
                  - _resistance(changed(spec, **{key: -step}), frequency)) / (2 * step)
-        assert circuit_slopes[name] == approx(found, abs=0.12 * _resistance(spec, frequency)), name
+        assert circuit_slopes[name] == approx(result, abs=0.12 * _resistance(spec, frequency)), name
 
 
 @pytest.mark.parametrize(("width", "frequency"), [(60e-6, 2e6), (150e-6, 1e6), (150e-6, 5e6), (300e-6, 6e6)])
@@ -167,12 +167,12 @@ def _circuit_slopes(spec, frequency):
             return loss.inductance_changes(frequencies), added
 
     extra, growth = crowding_growth(Winding, "free", frequency)[1]
-    found = resistance_slopes(Winding, frequency, (extra, growth), EXTRA)
+    result = resistance_slopes(Winding, frequency, (extra, growth), EXTRA)
     by_growth = EXTRA[WIDTH][0] + EXTRA[WIDTH][1] * growth / extra
     coil = lay_out(spec).coils[0]
     power = width_power(equivalent_spirals(winding_geometry(spec.coil, coil), coil), COPPER_CONDUCTIVITY)
-    found[WIDTH] += (power(frequency) - by_growth) * extra
-    return found
+    result[WIDTH] += (power(frequency) - by_growth) * extra
+    return result
 
 
 @pytest.mark.more
@@ -189,8 +189,8 @@ def test_stated_sigma_agrees_with_sampled_designs():
         drawn = changed(spec, width=width * sigma[WIDTH], copper=copper * sigma[THICKNESS],
                         gap=gap * sigma[DISTANCE], scale=scale * sigma[DIAMETER])
         drawn = replace(drawn, readout=replace(drawn.readout, capacitance=470e-12 * (1 + capacitor * sigma[CAPACITOR])))
-        found = estimate(lay_out(drawn)).coils[0].states["free"]
-        rows.append((found.inductance, found.resistance, found.frequency, found.parallel_resistance))
+        result = estimate(lay_out(drawn)).coils[0].states["free"]
+        rows.append((result.inductance, result.resistance, result.frequency, result.parallel_resistance))
     sampled = np.std(np.array(rows), axis=0)
     spread = state.spread
     stated = (spread.inductance, spread.resistance, spread.frequency, spread.parallel_resistance)
@@ -220,14 +220,14 @@ readout: {device: ldc1614, capacitance: 220 pF, drive_code: 20}
 def test_slopes_near_metal_equal_recomputed_designs(shape, monkeypatch):
     """Images hold the crowding down that grows with the width: slopes of the coil alone were twice as steep."""
     spec = load_text(BETWEEN_METAL.replace("SHAPE", shape), "between.yaml")
-    sigma, found = tolerance_sigmas(spec), moves(monkeypatch, spec)["rest"]
+    sigma, result = tolerance_sigmas(spec), moves(monkeypatch, spec)["rest"]
     state = estimate(lay_out(spec)).coils[0].states["rest"]
     for name, key in ((WIDTH, "width"), (THICKNESS, "copper")):
         less, more = (
             estimate(lay_out(changed(spec, **{key: s * sigma[name]}))).coils[0].states["rest"] for s in (-1.0, 1.0)
         )
-        assert found[name][1] == approx(0.5 * (more.resistance - less.resistance), abs=0.012 * state.resistance)
-        assert found[name][0] == approx(0.5 * (more.inductance - less.inductance), abs=3e-3 * state.inductance)
+        assert result[name][1] == approx(0.5 * (more.resistance - less.resistance), abs=0.012 * state.resistance)
+        assert result[name][0] == approx(0.5 * (more.inductance - less.inductance), abs=3e-3 * state.inductance)
 
 
 def test_recommended_design_has_expected_scatter_and_drive_code():
@@ -235,11 +235,11 @@ def test_recommended_design_has_expected_scatter_and_drive_code():
     a third of that of R_P is the height of the board over the shield.
     """
     template = Path(__file__).parents[2] / "templates" / "grasper_4layer.yaml"
-    found = estimate(lay_out(load(str(template))))
-    rest = found.coils[0].states["rest"]
+    result = estimate(lay_out(load(str(template))))
+    rest = result.coils[0].states["rest"]
     assert rest.spread.resistance / rest.resistance == approx(0.029, abs=0.004)
     assert rest.spread.parallel_resistance / rest.parallel_resistance == approx(0.041, abs=0.004)
-    assert found.readout.drive_code == 27
+    assert result.readout.drive_code == 27
     assert rest.amplitude == approx(1.47, abs=0.01)
 
 
@@ -273,48 +273,48 @@ def padded(**parts):
 
 def moves(monkeypatch, spec):
     """What one sigma of each cause does to inductance, resistance and capacitance, by state."""
-    found = {}
+    result = {}
     real = uncertainty._tank_changes
 
     def watched(circuit, tank, state, slopes):
-        found[state.state] = real(circuit, tank, state, slopes)
-        return found[state.state]
+        result[state.state] = real(circuit, tank, state, slopes)
+        return result[state.state]
 
     monkeypatch.setattr(uncertainty, "_tank_changes", watched)
     estimate(lay_out(spec))
     monkeypatch.undo()
-    return found
+    return result
 
 
 def test_pad_thickness_scatters_rest_and_pressed_states(monkeypatch):
-    found = moves(monkeypatch, padded())
+    result = moves(monkeypatch, padded())
     sigma = usual_tolerances()[PAD].sigma
     low, high = (estimate(lay_out(padded(elastomer={"thickness": 1e-3 + s * sigma}))).coils[0] for s in (-1.0, 1.0))
-    assert PAD not in found["free"]
+    assert PAD not in result["free"]
     for state in ("rest", "pressed"):
         slope = 0.5 * (high.states[state].inductance - low.states[state].inductance)
         assert slope > 0.0
-        assert abs(found[state][PAD][0]) == approx(slope, rel=0.1)
-    assert found["pressed"][PAD][0] == approx(-abs(found["pressed"][PAD][0]), rel=1e-6)
+        assert abs(result[state][PAD][0]) == approx(slope, rel=0.1)
+    assert result["pressed"][PAD][0] == approx(-abs(result["pressed"][PAD][0]), rel=1e-6)
     # softer, and thinner, both let the target nearer
-    assert found["pressed"]["elastomer modulus"][0] < 0.0
+    assert result["pressed"]["elastomer modulus"][0] < 0.0
 
 
 def test_target_ratio_error_scatters_rest_and_pressed_states(monkeypatch):
-    found = moves(monkeypatch, padded())
+    result = moves(monkeypatch, padded())
     states = estimate(lay_out(padded())).coils[0].states
     for state in ("rest", "pressed"):
         change = states[state].inductance - states["free"].inductance
-        share = found[state][SHARE][0]
+        share = result[state][SHARE][0]
         # 0.6 % of what the target changes, as a half width
         assert 0.004 / math.sqrt(3.0) < share / change < 0.01 / math.sqrt(3.0)
-    assert SHARE not in found["free"]
+    assert SHARE not in result["free"]
 
 
 def test_permittivity_scatters_self_capacitance_of_board(monkeypatch):
-    found = moves(monkeypatch, padded())
+    result = moves(monkeypatch, padded())
     own = estimate(lay_out(padded())).coils[0].self_capacitance
-    assert found["free"][PERMITTIVITY] == approx((0.0, 0.0, own * 0.06 / math.sqrt(3.0)), rel=1e-6, abs=1e-12)
+    assert result["free"][PERMITTIVITY] == approx((0.0, 0.0, own * 0.06 / math.sqrt(3.0)), rel=1e-6, abs=1e-12)
     spec = padded()
     layers = tuple(replace(layer, relative_permittivity=1.1 * layer.relative_permittivity)
                    if layer.relative_permittivity else layer for layer in spec.fpc.stackup.layers)
@@ -367,27 +367,27 @@ def changed_pad(spec, factor):
 def test_strain_gap_and_sensitivity_include_modulus_scatter():
     """A modulus known to a factor of two made strain, gap and henries per newton with no +- at all."""
     spec = padded(elastomer={"thickness": 2e-3})
-    found = estimate(lay_out(spec))
+    result = estimate(lay_out(spec))
     sigma = spec.elastomer.material.shear_modulus_sigma
     soft, stiff = (estimate(lay_out(changed_pad(spec, factor))) for factor in (1.0 - sigma, 1.0 + sigma))
-    scatter = found.compression_scatter
+    scatter = result.compression_scatter
     assert scatter.sigmas_by_cause["elastomer modulus"] == approx(
         0.5 * (soft.compression.strain - stiff.compression.strain), rel=1e-6
     )
     assert scatter.strain == approx(math.hypot(*scatter.sigmas_by_cause.values()), rel=1e-6)
     glue = tolerance_sigmas(spec)[GLUE]
-    assert found.gap_sigmas == {"rest": math.hypot(tolerance_sigmas(spec)[PAD], glue),
+    assert result.gap_sigmas == {"rest": math.hypot(tolerance_sigmas(spec)[PAD], glue),
                                 "pressed": math.hypot(scatter.gap, glue)}
     per_newton = [e.coils[0].sensitivity(4.0) for e in (soft, stiff)]
-    stated = found.coils[0].sensitivity_sigma(4.0)
+    stated = result.coils[0].sensitivity_sigma(4.0)
     # the pad's thickness moves both states alike, and adds little to what the modulus does to one of them
     for k in range(2):
         by_modulus = 0.5 * abs(per_newton[0][k] - per_newton[1][k])
         assert 0.9 * by_modulus < stated[k] < 2.0 * by_modulus
     read = [e.coils[0].converter_sensitivity(4.0)[0] for e in (soft, stiff)]
     by_modulus = 0.5 * abs(read[0] - read[1])
-    assert 0.9 * by_modulus < found.coils[0].converter_sensitivity(4.0)[1] < 2.0 * by_modulus
-    document = found.as_json("x")
+    assert 0.9 * by_modulus < result.coils[0].converter_sensitivity(4.0)[1] < 2.0 * by_modulus
+    document = result.as_json("x")
     assert document["coils"][0]["sigma_inductance_H_per_N"] == approx(stated[0], rel=1e-6)
     assert document["compression"]["sigma"]["strain"] == approx(scatter.strain, rel=1e-6)
     assert document["gaps_sigma_m"]["pressed"] == approx(math.hypot(scatter.gap, glue), rel=1e-6)
@@ -400,22 +400,22 @@ def test_partly_loaded_pad_increases_pressed_state_sigma():
     )
     assert part.compression.strain == approx(whole.compression.strain, rel=1e-6)
     assert part.compression.least_strain < 0.5 * part.compression.strain
-    one, other = (e.coils[0].states["pressed"].spread for e in (whole, part))
-    assert "part of the pad loaded" not in one.shifts
+    item, other = (e.coils[0].states["pressed"].spread for e in (whole, part))
+    assert "part of the pad loaded" not in item.shifts
     # nearer than it may be, so the doubt is towards more inductance
-    assert other.shifts["part of the pad loaded"][0] < 0.0 and other.inductance > one.inductance
+    assert other.shifts["part of the pad loaded"][0] < 0.0 and other.inductance > item.inductance
     assert any(note.startswith("pressed gap: the target loads 33 %") for note in part.notes)
 
 
 def test_modulus_dependent_values_are_printed_with_sigma():
-    found = estimate(lay_out(padded(elastomer={"thickness": 2e-3})))
-    rows = {row[0]: row[1] for row in [row for each in numbers.stack_tables(found) for row in each.rows]}
+    result = estimate(lay_out(padded(elastomer={"thickness": 2e-3})))
+    rows = {row[0]: row[1] for row in [row for each in numbers.stack_tables(result) for row in each.rows]}
     for name in ("strain", "thickness left", "apparent modulus", "at rest (assembled)", "pressed (required force)"):
         assert "+-" in rows[name], name
-    printed = [*signal_table(signals(found), found.coils, found.readout.drive_code).rows,
-               *numbers.other_table(found.coils, found.temperature, found.normal_force).rows]
+    printed = [*signal_table(signals(result), result.coils, result.readout.drive_code).rows,
+               *numbers.other_table(result.coils, result.temperature, result.normal_force).rows]
     per_newton = [row for row in printed if any("per newton" in cell for cell in row)]
-    assert len(per_newton) == 2 + len(found.coils) and all("+-" in row[-1] for row in per_newton)
+    assert len(per_newton) == 2 + len(result.coils) and all("+-" in row[-1] for row in per_newton)
 
 
 STEEL = """
@@ -432,16 +432,16 @@ requirements: {normal_force: 2.5 N}
 @pytest.mark.parametrize(("metal", "is_by_loss"), [("stainless-17-4ph", True), ("copper", False)])
 def test_loss_dominated_signal_states_inductance_part(metal, is_by_loss):
     """-725 pH/N stood beside +0.016 % of the reading, and nothing said why."""
-    found = estimate(lay_out(load_text(STEEL.replace("METAL", metal), "steel.yaml")))
-    (signal,) = signals(found)
-    rest, pressed = (found.coils[0].states[name] for name in ("rest", "pressed"))
+    result = estimate(lay_out(load_text(STEEL.replace("METAL", metal), "steel.yaml")))
+    (signal,) = signals(result)
+    rest, pressed = (result.coils[0].states[name] for name in ("rest", "pressed"))
     assert signal.by_inductance == approx(pressed.inductance / rest.inductance - 1.0, rel=1e-6)
     # omega^2 = 1/(LC) - (R/L)^2: with that square back, most of what is not by inductance is gone; the rest is the
     # drive's delay, which turns a tank of less Q farther
     squares = [(2.0 * math.pi * state.frequency) ** 2 for state in (rest, pressed)]
     lost = [(state.resistance / state.inductance) ** 2 for state in (rest, pressed)]
     without = (squares[0] + lost[0]) / (squares[1] + lost[1]) - 1.0
-    rows = {row[0]: row[1] for row in signal_table([signal], found.coils, found.readout.drive_code).rows}
+    rows = {row[0]: row[1] for row in signal_table([signal], result.coils, result.readout.drive_code).rows}
     alone = "by the inductance alone: the reading follows losses, too"
     (line,) = headline([signal])
     assert signal.has_loss_in_it is is_by_loss is (alone in rows) is ("it follows losses, too" in line)
@@ -468,10 +468,10 @@ def test_pad_scatter_includes_error_of_block_law():
     flat = padded(elastomer={"thickness": 0.2e-3})
     shares = {}
     for name, spec in (("near", near), ("flat", flat)):
-        found = estimate(lay_out(spec))
-        shares[name] = found.compression_scatter.sigmas_by_cause[pressing.BLOCK] / found.compression.strain
-        assert pressing.BLOCK in found.coils[0].states["pressed"].spread.shifts
-        assert pressing.BLOCK not in found.coils[0].states["rest"].spread.shifts
+        result = estimate(lay_out(spec))
+        shares[name] = result.compression_scatter.sigmas_by_cause[pressing.BLOCK] / result.compression.strain
+        assert pressing.BLOCK in result.coils[0].states["pressed"].spread.shifts
+        assert pressing.BLOCK not in result.coils[0].states["rest"].spread.shifts
     stiffer = pressing.pressed_pad(near, modulus=1.025).strain / pressing.pressed_pad(near).strain
     assert shares["near"] == approx(1.0 - stiffer, rel=0.1)
     assert shares["flat"] > 1.5 * shares["near"]

@@ -19,8 +19,8 @@ BARE = templates.read("grasper_4layer").replace(SHIELD, "")
 
 
 def at_rest(text: str):
-    found = sitscad.estimate(sitscad.lay_out(sitscad.load_text(text, "t.yaml")))
-    return found.coils[0].states["rest"], found
+    result = sitscad.estimate(sitscad.lay_out(sitscad.load_text(text, "t.yaml")))
+    return result.coils[0].states["rest"], result
 
 
 def windowed(size: str, text: str = BARE) -> str:
@@ -54,14 +54,14 @@ def test_jaw_window_values_lie_between_whole_face_and_none():
 def test_signal_response_and_states_agree_for_jaw_window():
     """Signals counted the jaw's metal as whole: -4.41 nH/N with and without a window of 10 x 2 mm."""
     specs = [sitscad.load_text(text, "t.yaml") for text in (BARE, windowed("[10, 2]"), POOR)]
-    found = [sitscad.estimate(sitscad.lay_out(spec)) for spec in specs]
-    sizes = [abs(signals(estimates)[0].per_newton) for estimates in found]
+    result = [sitscad.estimate(sitscad.lay_out(spec)) for spec in specs]
+    sizes = [abs(signals(estimates)[0].per_newton) for estimates in result]
     assert 1.15 * sizes[0] < sizes[1] < 1.02 * sizes[2]
-    pressed = found[1].coils[0].states["pressed"]
-    moved = np.array([(0, 0, 0, 0, 0, 0), (0, 0, found[1].gaps["pressed"] - found[1].gaps["rest"], 0, 0, 0)])
+    pressed = result[1].coils[0].states["pressed"]
+    moved = np.array([(0, 0, 0, 0, 0, 0), (0, 0, result[1].gaps["pressed"] - result[1].gaps["rest"], 0, 0, 0)])
     answers = [sitscad.respond(spec, moved) for spec in specs[:2]]
     changes = [float(answer.inductance[0, 0] - answer.inductance[1, 0]) for answer in answers]
-    per_newton = changes[1] / found[1].normal_force
+    per_newton = changes[1] / result[1].normal_force
     assert per_newton == approx(sizes[1], rel=0.02)
     assert answers[1].inductance[1, 0] == approx(pressed.inductance, rel=2e-3)
     assert np.all(answers[1].target_change_error[:, 0, 0] > answers[0].target_change_error[:, 0, 0] + 0.03)
@@ -85,8 +85,8 @@ def test_signal_error_at_large_jaw_window_is_within_stated_sigma():
 
 @pytest.mark.slow
 def test_copper_shield_hides_jaw_window():
-    (plain, _), (found, estimates) = (at_rest(text) for text in (BARE + SHIELD, windowed("[10, 2]", BARE + SHIELD)))
-    assert found.inductance == approx(plain.inductance, rel=1e-4)
+    (plain, _), (result, estimates) = (at_rest(text) for text in (BARE + SHIELD, windowed("[10, 2]", BARE + SHIELD)))
+    assert result.inductance == approx(plain.inductance, rel=1e-4)
     assert any("window" in note for note in estimates.notes)
 
 
@@ -95,6 +95,6 @@ def test_too_thin_rim_beside_jaw_window_gives_finding():
         spec = sitscad.load_text(windowed(size), "t.yaml")
         return apply_rule(RULES[0], Design(spec))[0]
 
-    (found,) = said("[19.5, 4.3]")
-    assert found.key == "mount.jaw.fenestration" and found.measured == approx(43e-6, rel=0.01)
+    (result,) = said("[19.5, 4.3]")
+    assert result.key == "mount.jaw.fenestration" and result.measured == approx(43e-6, rel=0.01)
     assert said("[10, 2]") == []

@@ -34,11 +34,11 @@ def test_examples_of_library_page_run_with_shown_results():
     pytest.importorskip("shapely")
     pytest.importorskip("cadquery")
     blocks = "\n".join(re.findall(r"^```python\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE))
-    found = doctest.DocTestParser().get_doctest(blocks, {}, "library.md", "docs/library.md", 0)
-    said: list[str] = []
+    result = doctest.DocTestParser().get_doctest(blocks, {}, "library.md", "docs/library.md", 0)
+    message: list[str] = []
     runner = doctest.DocTestRunner(optionflags=doctest.IGNORE_EXCEPTION_DETAIL | doctest.ELLIPSIS)
-    assert runner.run(found, out=said.append).failed == 0, "".join(said)
-    assert len(found.examples) > 15
+    assert runner.run(result, out=message.append).failed == 0, "".join(message)
+    assert len(result.examples) > 15
 
 
 WITH_EXAMPLES = ("spec.sensor", "spec.load", "layout", "estimates", "estimates.requested_response", "checks.judging",
@@ -74,11 +74,11 @@ def test_sweep_example_writes_plot_with_monotonic_inductances(tmp_path, monkeypa
 @pytest.mark.more
 @pytest.mark.slow
 def test_field_example_agrees_with_own_inductances(monkeypatch, capsys):
-    found = run("field.py", monkeypatch)
+    result = run("field.py", monkeypatch)
     # its filaments have no width: 0.2 % of the mutual inductance; the mean distance leaves 0.4 % of the own
-    assert found["own"] == approx(found["own_here"], rel=6e-3)
-    assert found["mutual"] == approx(found["mutual_here"], rel=6e-3)
-    assert 1e-6 < found["field_T"] < 5e-6 and "uT upwards" in capsys.readouterr().out
+    assert result["own"] == approx(result["own_here"], rel=6e-3)
+    assert result["mutual"] == approx(result["mutual_here"], rel=6e-3)
+    assert 1e-6 < result["field_T"] < 5e-6 and "uT upwards" in capsys.readouterr().out
 
 
 @pytest.mark.more
@@ -104,9 +104,9 @@ def test_cad_example_writes_assembly_with_sensor(tmp_path, monkeypatch):
 def test_pad_mesh_example_force_agrees_with_pad_law(monkeypatch, capsys):
     """Elements of this kind are too stiff, the coarser the more: on so few the law is at most a tenth below them."""
     pytest.importorskip("ngsolve")
-    found = run("pad_compression.py", monkeypatch, "templates/bench_7mm.yaml", 1)
+    result = run("pad_compression.py", monkeypatch, "templates/bench_7mm.yaml", 1)
     assert "20% compressed" in capsys.readouterr().out
-    for there, here in zip(found["elements"], found["law"], strict=True):
+    for there, here in zip(result["elements"], result["law"], strict=True):
         assert 0.9 < here / there < 1.0
 
 
@@ -114,11 +114,11 @@ def described() -> dict[str, str]:
     """What callers rely on, of every public name that the page tells of: a function's parameters, a value's fields,
     the parameters of its public methods.
     """
-    found: dict[str, str] = {}
+    result: dict[str, str] = {}
     for name in sitscad.__all__:
         if name in TOLD:
-            found |= _described(name, getattr(sitscad, name))
-    return found
+            result |= _described(name, getattr(sitscad, name))
+    return result
 
 
 def _described(name: str, value: object) -> dict[str, str]:
@@ -152,9 +152,9 @@ def test_public_names_and_signatures_are_backward_compatible():
     for name, was in known.items():
         assert name in now, f"{name} is gone, or the page says nothing of it any more"
         if was.startswith("("):
-            assert now[name].startswith(was) and all("=" in one for one in now[name][len(was) :].split()), name
+            assert now[name].startswith(was) and all("=" in item for item in now[name][len(was) :].split()), name
         else:
-            assert [one for one in now[name].split() if one in was.split()] == was.split(), name
+            assert [item for item in now[name].split() if item in was.split()] == was.split(), name
     assert set(now) == set(known), "new on the page: write it down"
 
 
@@ -170,7 +170,7 @@ def test_estimates_in_threads_equal_estimates_in_one_thread():
     with ThreadPoolExecutor(6) as pool:
         together = list(pool.map(worked_out, specs * 3))
     alone = [worked_out(spec) for spec in specs]
-    assert [repr(found) for found in together] == [repr(found) for found in alone] * 3
+    assert [repr(result) for result in together] == [repr(result) for result in alone] * 3
 
 
 def test_library_functions_print_nothing():

@@ -40,7 +40,7 @@ def test_repr_of_every_result_is_one_short_line(bench):
 @pytest.mark.slow
 def test_repr_of_results_names_rules_and_axes(bench):
     checked = sitscad.check(bench.spec, hints="none")
-    assert all(one.rule in repr(checked) for one in checked.findings if one.severity is not sitscad.Severity.NOTE)
+    assert all(item.rule in repr(checked) for item in checked.findings if item.severity is not sitscad.Severity.NOTE)
     assert all(axis in repr(bench.performance[2]) for axis in bench.performance[2].axes)
 
 
@@ -52,8 +52,8 @@ def test_spec_error_text_contains_message_and_hint_of_every_finding():
     with pytest.raises(sitscad.SpecError) as caught:
         sitscad.load_text("sitscad: 1\nname: x\ncoil: {shape: cirle, outer_diameter: 7 mn, turns: 5}\n")
     assert len(caught.value.findings) > 2
-    for found in caught.value.findings:
-        assert found.message in str(caught.value) and found.hint in str(caught.value)
+    for result in caught.value.findings:
+        assert result.message in str(caught.value) and result.hint in str(caught.value)
 
 
 PLUGIN = """import sitscad

@@ -59,9 +59,9 @@ def test_argument_tests_cover_every_public_name():
 
 
 def _parameters(function: Any) -> dict[str, inspect.Parameter]:
-    found = inspect.signature(function.__new__ if function is sitscad.Design else function).parameters
+    result = inspect.signature(function.__new__ if function is sitscad.Design else function).parameters
     variadic = inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD
-    return {name: each for name, each in found.items() if each.kind not in variadic and name != "cls"}
+    return {name: each for name, each in result.items() if each.kind not in variadic and name != "cls"}
 
 
 WRONG = {
@@ -96,11 +96,11 @@ def test_wrong_argument_type_raises_type_error_with_expected_type(name):
     for parameter, what in ((parameter, what) for other, parameter, what in CASES if other == name):
         with pytest.raises(TypeError) as caught:
             FUNCTIONS[name](**{parameter: WRONG[what]})
-        said = str(caught.value)
-        assert f"{parameter} is " in said and " is wanted" in said, (parameter, what, said)
+        message = str(caught.value)
+        assert f"{parameter} is " in message and " is wanted" in message, (parameter, what, message)
         annotation = str(_parameters(FUNCTIONS[name])[parameter].annotation)
         if source := next((SOURCES[kind] for kind in SOURCES if re.search(rf"\b{kind}\b", annotation)), ""):
-            assert any(each in said for each in SOURCES.values()), (source, said)
+            assert any(each in message for each in SOURCES.values()), (source, message)
 
 
 @pytest.mark.parametrize(("name", "given", "wanted"), [
@@ -137,9 +137,9 @@ def test_type_checked_function_keeps_signature_name_and_docstring():
 def _mutable(value: Any, path: str = "spec") -> list[str]:
     """Places in a frozen value where something can be changed."""
     if is_dataclass(value):
-        return [found for one in fields(value) for found in _mutable(getattr(value, one.name), f"{path}.{one.name}")]
+        return [result for one in fields(value) for result in _mutable(getattr(value, one.name), f"{path}.{one.name}")]
     if isinstance(value, tuple):
-        return [found for each in value for found in _mutable(each, f"{path}[]")]
+        return [result for each in value for result in _mutable(each, f"{path}[]")]
     is_open = isinstance(value, (dict, list, set, bytearray)) and not isinstance(value, FrozenDict)
     return [path] if is_open else []
 

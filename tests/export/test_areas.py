@@ -21,13 +21,13 @@ LAYOUTS = {name: sitscad.lay_out(sitscad.load_text(templates.read(name))) for na
 @pytest.mark.parametrize("name", LAYOUTS)
 def test_exported_copper_areas_of_nets_are_disjoint_and_inside_board(name):
     layout = LAYOUTS[name]
-    found = areas(layout)
-    (board,) = (area for area in found if area.what == "board")
-    copper = [area for area in found if area.what == "copper"]
+    result = areas(layout)
+    (board,) = (area for area in result if area.what == "board")
+    copper = [area for area in result if area.what == "copper"]
     assert all(area.polygon.is_valid and board.polygon.contains(area.polygon.buffer(-2e-6)) for area in copper)
-    for one, other in combinations(copper, 2):
-        if one.layer == other.layer:
-            assert one.polygon.distance(other.polygon) > 50e-6
+    for item, other in combinations(copper, 2):
+        if item.layer == other.layer:
+            assert item.polygon.distance(other.polygon) > 50e-6
     thickness = layout.spec.fpc.stackup.copper[0].thickness
     assert all(area.upper - area.lower == approx(thickness, rel=1e-6) for area in copper if area.layer == 1)
     assert all(area.upper < 0.0 for area in copper)
@@ -36,19 +36,19 @@ def test_exported_copper_areas_of_nets_are_disjoint_and_inside_board(name):
 def test_exported_coil_area_equals_length_times_width():
     layout = LAYOUTS["bench_7mm"]
     coil = layout.coils[0]
-    (found,) = (area for area in areas(layout) if area.layer == 2 and area.net == coil.net)
+    (result,) = (area for area in areas(layout) if area.layer == 2 and area.net == coil.net)
     tracks = [trace for trace in layout.on_layer(2) if trace.net == coil.net]
     drawn = math.fsum(trace.path.length * trace.width for trace in tracks)
-    assert found.polygon.area == approx(drawn, rel=0.03)  # pads and teardrops come on top, holes go off
+    assert result.polygon.area == approx(drawn, rel=0.03)  # pads and teardrops come on top, holes go off
 
 
 def test_exported_target_and_elastomer_have_expected_heights_and_areas():
-    found = {area.what: area for area in areas(LAYOUTS["jaw_5x20"])}
+    result = {area.what: area for area in areas(LAYOUTS["jaw_5x20"])}
     spec = LAYOUTS["jaw_5x20"].spec
-    assert found["target"].polygon.area == approx(math.prod(spec.target.size), rel=1e-6)
+    assert result["target"].polygon.area == approx(math.prod(spec.target.size), rel=1e-6)
     assert (
-        found["target"].lower
-        == approx(found["elastomer"].upper, rel=1e-6)
+        result["target"].lower
+        == approx(result["elastomer"].upper, rel=1e-6)
         == approx(spec.elastomer.thickness, rel=1e-6)
     )
 

@@ -75,9 +75,9 @@ def test_bypassed_winding_is_reported_as_dead_end(two_nets, tmp_path):
     """A track that hangs on one hole only carries no current: the net is whole, and yet half a coil is missing."""
     two_nets.layers[0] += track("C1", (5, 0), (5, 2))
     two_nets.layers[1] = via("C1", 5, 0) + via("C1", 5, 2) + track("C1", (5, 0), (5, 1))
-    (found,) = compare(extract(two_nets.write(tmp_path)))
-    assert (found.kind, found.nets, found.layer) == (DifferenceKind.DEAD_END, ("C1",), 2)
-    assert found.x == approx(5e-3, abs=6e-5) and 0.1e-3 < found.y < 1.1e-3
+    (result,) = compare(extract(two_nets.write(tmp_path)))
+    assert (result.kind, result.nets, result.layer) == (DifferenceKind.DEAD_END, ("C1",), 2)
+    assert result.x == approx(5e-3, abs=6e-5) and 0.1e-3 < result.y < 1.1e-3
 
 
 def test_missing_hole_is_reported_with_position_and_open_net(two_nets, tmp_path):

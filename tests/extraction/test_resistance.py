@@ -55,8 +55,8 @@ def test_resistance_of_ring_sector_converges_at_second_order(monkeypatch):
         ring = ring_sector(inner, outer, 0.0, angle, 24 * refinement)
         a = contact("J1-1", box(0.5e-3, -1e-3, 3e-3, 0.0))
         b = contact("J1-2", box(0.0, -3e-3, 1e-3, -0.5e-3))
-        found = copper_resistance(net([ring], a, b), a, b, [THICKNESS], fineness=4 * refinement)
-        errors.append(1.0 - found / exact)
+        result = copper_resistance(net([ring], a, b), a, b, [THICKNESS], fineness=4 * refinement)
+        errors.append(1.0 - result / exact)
     orders = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
     assert all(error > 0 for error in errors)
     assert errors[-1] < 1e-3
@@ -88,9 +88,9 @@ def test_resistance_of_two_layers_and_via_adds_in_series():
 
 def test_resistance_of_extracted_board_matches_hand_calculation(two_nets, tmp_path):
     """C1 of the board by hand: 4.55 mm of track twice, 1.7 mm once, and four via lands of well under a square each."""
-    found = extract(two_nets.write(tmp_path)).net("C1")
-    a, b = found.contacts
-    ohms = copper_resistance(found, a, b, [THICKNESS, THICKNESS])
+    result = extract(two_nets.write(tmp_path)).net("C1")
+    a, b = result.contacts
+    ohms = copper_resistance(result, a, b, [THICKNESS, THICKNESS])
     tracks = (2 * 4.55 + 1.7) / 0.1
     assert tracks + 1.0 < ohms / SQUARE < tracks + 4.0
 

@@ -68,15 +68,15 @@ def test_tracks_wide_enough_to_touch_are_reported_as_loops(finished, tmp_path):
     layout, folder = finished
     spec = layout.spec.coil
     wider = 1.05 * (spec.trace_width + spec.trace_spacing)
-    found = 0
+    result = 0
     for path in sorted((folder / "fpc").iterdir()):
         text = path.read_text(encoding="utf-8")
         for aperture, diameter in re.findall(r"(%ADD\d+C,)([0-9.]+)\*%", text):
             if float(diameter) * 1e-3 == approx(spec.trace_width, rel=1e-6):
                 text = text.replace(f"{aperture}{diameter}*%", f"{aperture}{wider * 1e3:.6f}*%")
-                found += 1
+                result += 1
         (tmp_path / path.name).write_text(text, encoding="utf-8")
-    assert found
+    assert result
     kinds = [difference.kind for difference in compare(extract(tmp_path))]
     assert kinds.count(DifferenceKind.LOOP) >= len(layout.coils)
 
@@ -92,7 +92,7 @@ def test_resistance_of_extracted_copper_matches_estimate(finished):
     for coil in layout.coils:
         net = board.net(coil.net)
         start, end = (touched(contact) for contact in sorted(net.contacts, key=lambda contact: contact.function))
-        found = copper_resistance(
+        result = copper_resistance(
             net,
             start,
             end,
@@ -101,4 +101,4 @@ def test_resistance_of_extracted_copper_matches_estimate(finished):
             plating=layout.spec.fpc.stackup.plating_thickness or None,
             fineness=1.0,
         )
-        assert found == approx(estimates[coil.name].terminal_resistance_dc, rel=0.008, abs=0)
+        assert result == approx(estimates[coil.name].terminal_resistance_dc, rel=0.008, abs=0)

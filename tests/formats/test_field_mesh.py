@@ -62,9 +62,9 @@ def test_mesh_regions_have_expected_volumes_and_fill_the_box():
         "target": math.prod(SPEC.target.size) * SPEC.target.thickness,
         "elastomer": math.prod(SPEC.elastomer.size) * gap,
     }
-    said = json.loads(made()["json"])["regions"]
+    message = json.loads(made()["json"])["regions"]
     for name, volume in expected.items():
-        assert said[name]["volume_m3"] == approx(volume, rel=1e-6), name
+        assert message[name]["volume_m3"] == approx(volume, rel=1e-6), name
         assert volumes(points, groups[name]).sum() == approx(volume, rel=0.02), name
     every = np.concatenate([volumes(points, groups[name]) for name in (*expected, "air")])
     assert every.min() > 0.0 and every.sum() == approx(np.prod(np.ptp(points, axis=0)), rel=1e-9)
@@ -116,8 +116,8 @@ def test_msh_and_inp_files_have_equal_regions():
 @pytest.mark.slow
 def test_copper_layers_shield_and_jaw_are_separate_mesh_regions():
     spec = sitscad.load_text(templates.read("grasper_4layer")).replace({"array": {"pattern": "single"}})
-    found = json.loads(sitscad.field_mesh(sitscad.lay_out(spec), size=0.5e-3, copper="layers")["json"])["regions"]
-    assert set(found) == {*(f"coil_C1_{n}" for n in (1, 2, 3, 4)), "target", "shield", "jaw", "elastomer", "air"}
+    result = json.loads(sitscad.field_mesh(sitscad.lay_out(spec), size=0.5e-3, copper="layers")["json"])["regions"]
+    assert set(result) == {*(f"coil_C1_{n}" for n in (1, 2, 3, 4)), "target", "shield", "jaw", "elastomer", "air"}
 
 
 @pytest.mark.parametrize("wrong", [{"size": 0.0}, {"air": -1e-3}, {"copper": "rings"}])

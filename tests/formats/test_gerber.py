@@ -77,9 +77,9 @@ def test_gerber_files_have_expected_file_attributes(board):
 def test_gerber_copper_area_agrees_with_layout(board):
     for layer, name in ((1, "F_Cu.gbr"), (board.copper_layers, "B_Cu.gbr")):
         expected = drawn_copper(board, layer)
-        found = image(read(files_of(board)[name]))
-        assert found.area == approx(expected.area, rel=1e-4)
-        assert found.symmetric_difference(expected).area < 1e-4 * expected.area
+        result = image(read(files_of(board)[name]))
+        assert result.area == approx(expected.area, rel=1e-4)
+        assert result.symmetric_difference(expected).area < 1e-4 * expected.area
 
 
 def test_winding_area_equals_length_times_width():

@@ -79,20 +79,20 @@ FAULTS = {
 @pytest.mark.parametrize(("spoil", "is_seen"), FAULTS.values(), ids=FAULTS)
 def test_two_renderers_agree_and_show_each_injected_fault(spoil, is_seen, tmp_path):
     layout = lay_out(load(TEMPLATES / "grasper_3p5mm.yaml"))
-    one, other = drawn_by_both(layout, spoil(layout), "F_Cu", tmp_path)
-    share = differing(one, other)
-    assert one.any() and (share > 10 * LIMIT if is_seen else share <= LIMIT), share
+    item, other = drawn_by_both(layout, spoil(layout), "F_Cu", tmp_path)
+    share = differing(item, other)
+    assert item.any() and (share > 10 * LIMIT if is_seen else share <= LIMIT), share
 
 
 def test_image_comparison_tolerates_only_pixels_at_edges():
     import numpy as np
 
-    one = np.zeros((40, 60), dtype=bool)
-    one[10:20, 10:50] = True
-    assert differing(one, np.roll(one, 1, axis=0)) == 0.0 and differing(one, np.roll(one, 1, axis=0), 0) == 80 / 440
-    assert differing(one, np.roll(one, 2, axis=0)) == 80 / 480
-    assert differing(one, one & False) == 1.0 and differing(one & False, one & False) == 0.0
-    assert cropped(one).shape == (10, 40) and cropped(one & False).size == 0
+    item = np.zeros((40, 60), dtype=bool)
+    item[10:20, 10:50] = True
+    assert differing(item, np.roll(item, 1, axis=0)) == 0.0 and differing(item, np.roll(item, 1, axis=0), 0) == 80 / 440
+    assert differing(item, np.roll(item, 2, axis=0)) == 80 / 480
+    assert differing(item, item & False) == 1.0 and differing(item & False, item & False) == 0.0
+    assert cropped(item).shape == (10, 40) and cropped(item & False).size == 0
 
 
 @pytest.mark.more
@@ -103,9 +103,9 @@ def test_template_layers_render_equally_in_all_renderers(template, tmp_path):
     """Ours by gerbv and librsvg, and KiCad's files of our board by both: nothing differs beyond an edge's pixel."""
     layout = lay_out(load(template))
     seen: dict[str, set[str]] = {}
-    for layer, what, one, other in pairs(layout, tmp_path):
-        assert differing(one, other) <= LIMIT, (layer, what)
-        assert one.any() == (layer != "B_Mask" or bool(layout.bottom_openings)), layer
+    for layer, what, item, other in pairs(layout, tmp_path):
+        assert differing(item, other) <= LIMIT, (layer, what)
+        assert item.any() == (layer != "B_Mask" or bool(layout.bottom_openings)), layer
         seen.setdefault(what, set()).add(layer)
     copper = {"F_Cu", "B_Cu", *(f"In{i}_Cu" for i in range(1, layout.copper_layers - 1))}
     assert seen["gerbv and librsvg"] >= copper | {"F_Mask", "B_Mask", "Edge_Cuts"}
@@ -125,8 +125,8 @@ def test_pygerber_renders_same_top_copper_as_gerbv(template, tmp_path, request):
     layout = lay_out(load(template))
     frame = Frame.round_board(bounding_box([layout.outline]))
     file = written(layout, tmp_path)["F_Cu"]
-    one, other = cropped(gerbv(file, frame, finer)), pygerber(file, finer)
-    assert one.any() and differing(one, other, finer * EDGE) <= LIMIT
+    item, other = cropped(gerbv(file, frame, finer)), pygerber(file, finer)
+    assert item.any() and differing(item, other, finer * EDGE) <= LIMIT
 
 
 def test_finest_template_track_is_wider_than_image_tolerance():

@@ -69,8 +69,8 @@ def test_template_arcs_keep_one_radius_and_nets_keep_distance(template, laid_out
         arcs = [item for item in file.objects if hasattr(item, "clockwise")]
         assert all(arc.numeric_error() < 1e-6 for arc in arcs)
         shapes = [unary_union([area_of(i) for i in file.objects if net_of(i) == net]) for net in layout.nets]
-        for i, one in enumerate(shapes):
-            assert all(one.is_empty or other.is_empty or one.distance(other) > 0.05 for other in shapes[i + 1 :])
+        for i, each in enumerate(shapes):
+            assert all(each.is_empty or other.is_empty or each.distance(other) > 0.05 for other in shapes[i + 1 :])
 
 
 def test_circular_windings_are_drawn_with_arcs(template, laid_out):

@@ -50,9 +50,9 @@ def test_glb_file_is_gltf_2_and_repeatable():
     assert data[:4] == b"glTF" and int.from_bytes(data[4:8], "little") == 2
     assert int.from_bytes(data[8:12], "little") == len(data)
     length = int.from_bytes(data[12:16], "little")
-    said = json.loads(data[20 : 20 + length])
-    assert said["asset"]["version"] == "2.0"
-    colours = {m["name"]: m["pbrMetallicRoughness"]["baseColorFactor"] for m in said["materials"]}
+    message = json.loads(data[20 : 20 + length])
+    assert message["asset"]["version"] == "2.0"
+    colours = {m["name"]: m["pbrMetallicRoughness"]["baseColorFactor"] for m in message["materials"]}
     assert colours["pdms"][3] < 1.0 == colours["copper"][3]
     assert meshes.render_glb(solids, spec)["mount/assembly.glb"] == data
 

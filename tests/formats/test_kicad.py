@@ -49,8 +49,8 @@ def test_kicad_rule_check_finds_no_violation(copper, tail, tmp_path):
         layout = replace(layout, traces=tuple(t for t in layout.traces if t.role in (Role.WINDING, Role.STUB)))
         layout = replace(layout, vias=tuple(v for v in layout.vias if v.centre.x < 5 * MM))
     violations, unconnected = rule_check(write(kicad.render(layout), tmp_path))
-    kept = [v for v in violations if tail or v["type"] != "track_dangling"]
-    assert (kept, unconnected) == ([], [])
+    stored = [v for v in violations if tail or v["type"] != "track_dangling"]
+    assert (stored, unconnected) == ([], [])
 
 
 def _spoilt_copper(layout):
@@ -184,9 +184,9 @@ def test_kicad_drill_file_matches_vias_of_layout(tmp_path):
     gerbonara = pytest.importorskip("gerbonara", reason="gerbonara is not installed")
     layout = layouts.two_coils()
     file = gerbonara.ExcellonFile.open(plots(write(kicad.render(layout), tmp_path))["drill"])
-    found = sorted((round(o.x, 4), round(o.y, 4), round(o.aperture.diameter, 4)) for o in file.objects)
+    result = sorted((round(o.x, 4), round(o.y, 4), round(o.aperture.diameter, 4)) for o in file.objects)
     wanted = sorted((round(v.centre.x * 1e3, 4), round(v.centre.y * 1e3, 4), v.drill * 1e3) for v in layout.vias)
-    assert found == [approx(hole, abs=2e-3) for hole in wanted]
+    assert result == [approx(hole, abs=2e-3) for hole in wanted]
 
 
 # --- what the files say
@@ -259,10 +259,10 @@ def test_kicad_pads_have_net_number_and_pin_function(board):
 
 
 def test_kicad_uuids_are_unique_and_repeatable(board):
-    found = re.findall(r'\(uuid "([0-9a-f-]{36})"\)', board_text(board))
-    assert len(found) == len(set(found)) > 50
-    assert all(value[14] == "5" for value in found)
-    assert found == re.findall(r'\(uuid "([0-9a-f-]{36})"\)', board_text(board))
+    result = re.findall(r'\(uuid "([0-9a-f-]{36})"\)', board_text(board))
+    assert len(result) == len(set(result)) > 50
+    assert all(value[14] == "5" for value in result)
+    assert result == re.findall(r'\(uuid "([0-9a-f-]{36})"\)', board_text(board))
 
 
 def test_parentheses_balance_outside_strings(board):
@@ -311,7 +311,7 @@ def test_mask_opening_with_hole_is_refused():
 
 
 def _numbers(text: str, name: str) -> list[tuple[float, ...]]:
-    return [tuple(map(float, found.split())) for found in re.findall(rf"\({name} ([-\d. ]+)\)", text)]
+    return [tuple(map(float, result.split())) for result in re.findall(rf"\({name} ([-\d. ]+)\)", text)]
 
 
 def test_kicad_board_is_centred_on_a4_sheet(board):
@@ -415,6 +415,6 @@ def hashes_in_another_process(**environment: str) -> str:
 
 
 def test_kicad_bytes_are_equal_in_every_process():
-    one = hashes_in_another_process(PYTHONHASHSEED="1", TZ="UTC", LC_ALL="C")
+    item = hashes_in_another_process(PYTHONHASHSEED="1", TZ="UTC", LC_ALL="C")
     two = hashes_in_another_process(PYTHONHASHSEED="2", TZ="Asia/Kolkata", LC_ALL="de_DE.UTF-8")
-    assert one == two and one.count("\n") == 10
+    assert item == two and item.count("\n") == 10

@@ -168,10 +168,10 @@ def test_kicad_plot_of_footprint_matches_turns_and_joints(kind, tmp_path):
         dx, dy = 1e3 * coil.centre.x, 1e3 * coil.centre.y
         mine = [translate(shape, 20 - dx, -20 - dy) for shape in wanted]
         row = r"\(segment \(start (\S+) (\S+)\) \(end (\S+) (\S+?)\) \(width 0.1\) \(layer \"(\S+)\"\)"
-        for found in re.finditer(row, text):
-            x0, y0, x1, y1 = map(float, found.groups()[:4])
+        for result in re.finditer(row, text):
+            x0, y0, x1, y1 = map(float, result.groups()[:4])
             mine.append(Spot(x1, -y1).buffer(0.5))
-            if found[5] == name:
+            if result[5] == name:
                 mine.append(LineString([(x0, -y0), (x1, -y1)]).buffer(0.05))
         there, wish = drawn[number - 1], union_all(mine)
         assert there.symmetric_difference(wish).area < 2e-3 * wish.area, name
@@ -185,8 +185,8 @@ def test_each_coil_has_footprint_with_net_tie_of_all_pads(layout):
         assert numbers == [str(i) for i in range(1, len(numbers) + 1)] and len(numbers) >= 2
         assert f'(net_tie_pad_groups "{", ".join(numbers)}")' in text
         assert text.count("F.CrtYd") == 1 and "(copperpour not_allowed)" in text
-        found = re.findall(r'\(uuid "([0-9a-f-]{36})"\)', text)
-        assert len(found) == len(set(found))
+        result = re.findall(r'\(uuid "([0-9a-f-]{36})"\)', text)
+        assert len(result) == len(set(result))
 
 
 def test_outer_layer_ends_are_smd_pads_and_inner_ends_are_holes():

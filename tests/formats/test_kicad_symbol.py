@@ -41,12 +41,12 @@ def symbols_of(text):
 
 def pins_of(symbol):
     """Kind, name and place by number."""
-    found = re.findall(
+    result = re.findall(
         r'\(pin (\w+) line\s+\(at (\S+) (\S+) \d+\)\s+\(length [\d.]+\)\s+\(name "([^"]*)".*?\(number "(\d+)"',
         symbol,
         re.S,
     )
-    return {int(number): (kind, name, (float(x), float(y))) for kind, x, y, name, number in found}
+    return {int(number): (kind, name, (float(x), float(y))) for kind, x, y, name, number in result}
 
 
 def footprint_of(symbol):
@@ -138,8 +138,8 @@ def test_board_with_body_layers_and_bend_passes_rule_check(tmp_path):
 @pytest.mark.parametrize("finish", FINISHES)
 def test_kicad_board_states_copper_finish_of_spec(board, finish):
     ordered = replace(board, spec=replace(board.spec, fpc=replace(board.spec.fpc, finish=finish)))
-    (said,) = re.findall(r'\(copper_finish "([^"]+)"\)', kicad_board.board(ordered))
-    assert said.lower().replace(" ", "-") == finish
+    (message,) = re.findall(r'\(copper_finish "([^"]+)"\)', kicad_board.board(ordered))
+    assert message.lower().replace(" ", "-") == finish
 
 
 @pytest.mark.parametrize("name", ["flex-2l-18um", "flex-4l", "flex-6l", "flex-8l"])

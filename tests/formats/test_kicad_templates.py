@@ -34,7 +34,7 @@ def test_kicad_plots_of_template_match_gerber_files(layout, tmp_path):
     ours = {name.rpartition("/")[2]: content for name, content in gerber.render(layout).items()}
     for name in (*copper_names(layout.copper_layers), "F.Mask"):
         ending = name.replace(".", "_")
-        one = shapes.image(shapes.read(ours[f"{layout.spec.name}-{ending}.gbr"]))
+        item = shapes.image(shapes.read(ours[f"{layout.spec.name}-{ending}.gbr"]))
         other = shapes.image(shapes.GerberFile.open(theirs[ending]))
-        assert other.area == approx(one.area, rel=1e-4), name
-        assert one.symmetric_difference(other).area < 1e-3 * one.area, name
+        assert other.area == approx(item.area, rel=1e-4), name
+        assert item.symmetric_difference(other).area < 1e-3 * item.area, name

@@ -74,9 +74,9 @@ def test_pads_joined_by_webs_are_cut_as_one_piece_with_holes(kerf):
     holes, coupon_hole = sheet.on(CutLayer.CUT_INNER)[1:], sheet.on(CutLayer.CUT_INNER)[0]
     assert coupon_hole.area == approx((COUPON_HOLE - kerf) ** 2, rel=1e-9) and len(holes) == 2
     hole = (14e-3 - kerf) ** 2 - 4 * (4e-3) ** 2  # from web to web, less the corners of four pads
-    assert [one.area for one in holes] == [approx(hole, rel=1e-9)] * 2
+    assert [item.area for item in holes] == [approx(hole, rel=1e-9)] * 2
     side, gap, web = 10e-3 + kerf, 6e-3 - kerf, 2e-3 + kerf
-    assert sheet.cut.area - sum(one.area for one in holes) == approx(6 * side**2 + 7 * gap * web, rel=1e-9)
+    assert sheet.cut.area - sum(item.area for item in holes) == approx(6 * side**2 + 7 * gap * web, rel=1e-9)
     assert sheet.size == approx((42e-3, 26e-3), rel=1e-9) and sheet.nest.count == 1
     assert "6 pads of 10 x 10 mm, joined by webs 2 mm wide" in "\n".join(text for _, text in sheet.notes)
     assert laser_sheets(layout)[1].nest.count == 6
@@ -233,8 +233,8 @@ def test_dxf_contours_have_intended_areas(shape, size):
     for (_, document), sheet in zip(dxf_of(layout), laser_sheets(layout), strict=True):
         space = document.modelspace()
         for layer in (CutLayer.CUT_INNER, CutLayer.CUT_OUTER):
-            found = [entity_area(e) for e in space.query(f'*[layer=="{layer}"]')]
-            assert found == approx([c.area * 1e6 for c in sheet.on(layer)], rel=1e-6)
+            result = [entity_area(e) for e in space.query(f'*[layer=="{layer}"]')]
+            assert result == approx([c.area * 1e6 for c in sheet.on(layer)], rel=1e-6)
         kind = "CIRCLE" if shape == "circle" else "LWPOLYLINE"
         assert space.query('*[layer=="CUT_OUTER"]').first.dxftype() == kind
 
@@ -327,8 +327,8 @@ def test_svg_contours_have_intended_areas(shape, size):
     for tree, sheet in zip(svg_of(layout), laser_sheets(layout), strict=True):
         for layer in (CutLayer.CUT_INNER, CutLayer.CUT_OUTER):
             group = next(g for g in tree.iter(f"{SVG}g") if g.get("id") == layer)
-            found = [abs(path.area(chord_length=1e-2)) for path in drawn(group)]
-            assert found == approx([c.area * 1e6 for c in sheet.on(layer)], rel=1e-5)
+            result = [abs(path.area(chord_length=1e-2)) for path in drawn(group)]
+            assert result == approx([c.area * 1e6 for c in sheet.on(layer)], rel=1e-5)
 
 
 def test_svg_is_in_millimetres_with_hairlines_and_colour_per_step():
@@ -340,7 +340,7 @@ def test_svg_is_in_millimetres_with_hairlines_and_colour_per_step():
         shapes = {name: [e for e in group if e.tag != f"{SVG}text"] for name, group in groups.items()}
         colours = {"CUT_INNER": {"#ff0000"}, "CUT_OUTER": {"#ff00ff"}, "ENGRAVE": {"#000000"}}
         assert {name: {e.get("stroke") for e in shapes[name]} for name in colours} == colours
-        drawn_ones = [e for found in shapes.values() for e in found]
+        drawn_ones = [e for result in shapes.values() for e in result]
         assert all(float(e.get("stroke-width")) <= 0.0254 and e.get("fill") == "none" for e in drawn_ones)
         layers = [g.get("{http://www.inkscape.org/namespaces/inkscape}label") for g in groups.values()]
         assert layers == list(groups)
@@ -397,9 +397,9 @@ def test_laser_bytes_are_equal_in_every_process():
         command = [sys.executable, "-c", IN_A_FRESH_PROCESS]
         return subprocess.run(command, env=whole, capture_output=True, text=True, check=True).stdout
 
-    one = hashes(PYTHONHASHSEED="1", TZ="UTC", LC_ALL="C")
-    assert one == hashes(PYTHONHASHSEED="2", TZ="Asia/Kolkata", LC_ALL="de_DE.UTF-8")
-    assert one.count("\n") == 4
+    item = hashes(PYTHONHASHSEED="1", TZ="UTC", LC_ALL="C")
+    assert item == hashes(PYTHONHASHSEED="2", TZ="Asia/Kolkata", LC_ALL="de_DE.UTF-8")
+    assert item.count("\n") == 4
 
 
 def test_closed_contours_do_not_repeat_their_first_point():
@@ -414,13 +414,13 @@ def test_forty_boards_are_distributed_over_sheets_of_given_size():
 
     text = templates.read("grasper_4layer").replace("  margin:", "  boards: 250\n  margin:")
     layout = sitscad.lay_out(sitscad.load_text(text + "cutting: {sheet: [80, 60], gap: 2}\n", "many.yaml"))
-    found = [sheet for sheet in laser_sheets(layout) if sheet.part == "elastomer"]
-    assert sum(sheet.nest.count * sheet.nest.times for sheet in found) == 250 and len(found) == 2
-    for sheet in found:
+    result = [sheet for sheet in laser_sheets(layout) if sheet.part == "elastomer"]
+    assert sum(sheet.nest.count * sheet.nest.times for sheet in result) == 250 and len(result) == 2
+    for sheet in result:
         *pieces, _ = [bounding_box((each.path,)) for each in sheet.on(CutLayer.CUT_OUTER)]
         assert len(pieces) == sheet.nest.count
-        for one, other in itertools.combinations(pieces, 2):
-            apart = max(max(one[k], other[k]) - min(one[k + 2], other[k + 2]) for k in (0, 1))
+        for item, other in itertools.combinations(pieces, 2):
+            apart = max(max(item[k], other[k]) - min(item[k + 2], other[k + 2]) for k in (0, 1))
             assert apart >= 2e-3 - 1e-9
         everything = [bounding_box((each.path,)) for each in sheet.on(CutLayer.CUT_OUTER)]
         assert max(box[2] for box in everything) <= 80e-3 - MARGIN + 1e-9
@@ -428,7 +428,7 @@ def test_forty_boards_are_distributed_over_sheets_of_given_size():
         assert min(min(box[:2]) for box in everything) >= MARGIN - 1e-9
     names = set(laser.render_dxf(layout))
     assert {"laser/grasper-4layer-elastomer.dxf", "laser/grasper-4layer-elastomer-2.dxf"} <= names
-    lines = dict(text_lines(found[0]))
+    lines = dict(text_lines(result[0]))
     assert any("cut this sheet" in line for line in lines)
 
 
@@ -454,8 +454,8 @@ def test_scalpel_is_suggested_only_for_thin_soft_metal(material, thickness, is_s
     coil = "{shape: circle, outer_diameter: 3.5, turns: 6, layers: 2, trace_width: 0.1, trace_spacing: 0.1}"
     pad = "{material: ecoflex-00-30, shape: square, size: 4, thickness: 1}"
     layout = lay_out(load_text(f"sitscad: 1\nname: cut\ncoil: {coil}\ntarget: {text}\nelastomer: {pad}\n", "c.yaml"))
-    said = laser_notes.render(layout)["laser/readme.txt"].decode()
-    assert ("with a scalpel" in said.replace("\n", " ")) == is_soft
+    message = laser_notes.render(layout)["laser/readme.txt"].decode()
+    assert ("with a scalpel" in message.replace("\n", " ")) == is_soft
 
 
 def test_laser_readme_states_laser_type_per_part():
@@ -464,11 +464,11 @@ def test_laser_readme_states_laser_type_per_part():
     from sitscad.spec import templates
 
     layout = sitscad.lay_out(sitscad.load_text(templates.read("grasper_4layer"), "one.yaml"))
-    said = " ".join(laser_notes.render(layout)["laser/readme.txt"].decode().split())
-    assert "CO2 does NOT cut: copper throws back" in said and "CO2 cuts: silicone" in said
+    message = " ".join(laser_notes.render(layout)["laser/readme.txt"].decode().split())
+    assert "CO2 does NOT cut: copper throws back" in message and "CO2 cuts: silicone" in message
     for word in ("Etched", "Punched", "two liquids", "#ff0000 layer CUT_INNER", "Cut the coupon first"):
-        assert word in said, word
-    assert "rectangle 4.9 x 4.1 mm, finished" in said
+        assert word in message, word
+    assert "rectangle 4.9 x 4.1 mm, finished" in message
     round_target = templates.read("three_axis_grid").replace("shape: square", "shape: circle")
     layout = sitscad.lay_out(sitscad.load_text(round_target, "two.yaml"))
     assert "circle diameter 8 mm, finished" in laser_notes.render(layout)["laser/readme.txt"].decode()
@@ -493,8 +493,8 @@ def test_shield_larger_than_sheet_yields_finding():
         "sitscad: 1\nname: s\ncoil: {shape: circle, outer_diameter: 20, turns: 14, layers: 2, trace_width: 100 um, "
         "trace_spacing: 100 um}\nfpc: {boards: 4}\nshield: {}\ncutting: {sheet: [30, 30]}\n"
     )
-    said = [each for each in check(load_text(text, "s.yaml"), hints="none").findings if each.rule == "SIT317"]
-    assert [each.message.startswith("the shield") for each in said] == [True]
+    message = [each for each in check(load_text(text, "s.yaml"), hints="none").findings if each.rule == "SIT317"]
+    assert [each.message.startswith("the shield") for each in message] == [True]
 
 
 def copies(gap, boards=4):
@@ -518,12 +518,12 @@ def test_copies_with_touching_cuts_yield_finding(gap, boards, is_found):
 def test_laser_readme_states_kerf_of_each_sheet(kerf):
     """It said of every sheet that half a kerf is added, and targets are drawn at nominal size."""
     layout = layout_with(target_kerf=kerf * MM)
-    said = " ".join(laser_notes.render(layout)["laser/readme.txt"].decode().split())
+    message = " ".join(laser_notes.render(layout)["laser/readme.txt"].decode().split())
     for sheet in laser_sheets(layout):
         grown = sheet.kerf > 0.0
-        assert (f"The {sheet.part} is drawn at nominal size" in said) != grown
-        assert (f"The {sheet.part} is drawn for a kerf of {1e3 * sheet.kerf:g} mm" in said) == grown
-        assert f"write {sheet.part}.kerf = " in said
+        assert (f"The {sheet.part} is drawn at nominal size" in message) != grown
+        assert (f"The {sheet.part} is drawn for a kerf of {1e3 * sheet.kerf:g} mm" in message) == grown
+        assert f"write {sheet.part}.kerf = " in message
         assert any("kerf =" in text for _, text in sheet.notes)
 
 
@@ -531,9 +531,9 @@ def test_laser_readme_states_kerf_of_each_sheet(kerf):
 def test_readme_names_no_laser_for_target_too_thick_to_cut(thickness, is_cut):
     spec = load_text(templates.read("bench_7mm"), "t.yaml").replace("target.thickness", thickness)
     layout = lay_out(spec)
-    said = laser_notes.render(layout)["laser/readme.txt"].decode()
+    message = laser_notes.render(layout)["laser/readme.txt"].decode()
     assert is_laser_cut(spec.target.material.name, spec.target.thickness) == is_cut
-    assert ("none that we know cuts 0.3 mm" in said) != is_cut
+    assert ("none that we know cuts 0.3 mm" in message) != is_cut
 
 
 def test_laser_readme_states_material_left_between_copies():

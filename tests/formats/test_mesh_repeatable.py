@@ -82,13 +82,13 @@ print(json.dumps({name: hashlib.sha256(data).hexdigest() for name, data in files
     pytest.param(n, marks=pytest.mark.more) for n in ("jaw_5x20", "three_axis_grid", "three_axis_triangle")
 ])
 def test_template_meshes_do_not_depend_on_memory_addresses(name):
-    found = []
-    for seed, kept in (("1", "0"), ("271828", "3001"), ("31", "777")):
+    result = []
+    for seed, stored in (("1", "0"), ("271828", "3001"), ("31", "777")):
         surroundings = {**os.environ, "PYTHONHASHSEED": seed, "PYTHONPATH": str(ROOT)}
-        command = [sys.executable, "-c", TEMPLATE, str(ROOT / "templates" / f"{name}.yaml"), kept]
+        command = [sys.executable, "-c", TEMPLATE, str(ROOT / "templates" / f"{name}.yaml"), stored]
         done = subprocess.run(command, capture_output=True, text=True, check=True, env=surroundings)
-        found.append(json.loads(done.stdout.splitlines()[-1]))
-    assert len(found[0]) > 50
-    for other in found[1:]:
-        assert {file for file in found[0] if other.get(file) != found[0][file]} == set()
-        assert len(other) == len(found[0])
+        result.append(json.loads(done.stdout.splitlines()[-1]))
+    assert len(result[0]) > 50
+    for other in result[1:]:
+        assert {file for file in result[0] if other.get(file) != result[0][file]} == set()
+        assert len(other) == len(result[0])

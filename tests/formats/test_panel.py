@@ -113,8 +113,8 @@ def test_coupon_is_first_coil_with_two_pads(small):
     single = layouts.order_set(panel.coupon)["fpc/small-part-F_Cu.gbr"]
     whole = image(files, "fpc/panel/small-part-panel-F_Cu.gbr")
     for at in panel.coupons:
-        one = moved(shapes.image(shapes.read(single)), at)
-        assert whole.intersection(area(panel.coupon, at)).symmetric_difference(one).area < 1e-6
+        item = moved(shapes.image(shapes.read(single)), at)
+        assert whole.intersection(area(panel.coupon, at)).symmetric_difference(item).area < 1e-6
 
 
 @pytest.mark.slow
@@ -134,8 +134,8 @@ def test_extent_of_body_layers_covers_all_other_copper_of_panel():
     for at in panel.parts:
         cell = area(layout, at)
         assert extent.intersection(cell).symmetric_difference(moved(own, at).intersection(cell)).area < 1e-3
-    said = files["fpc/panel/small-part-panel-readme.txt"].decode()
-    assert "Copper 3 to 4 and what lies between and below: the parts' bodies, the coupons and the rails only" in said
+    message = files["fpc/panel/small-part-panel-readme.txt"].decode()
+    assert "Copper 3 to 4 and what lies between and below: the parts' bodies, the coupons and the rails only" in message
 
 
 def test_panel_drills_holes_of_all_copies_and_unplated_tooling_holes(small):
@@ -228,10 +228,10 @@ def test_panel_is_limited_to_500_boards():
 def test_panel_copies_and_marks_are_separate_and_inside_frame(small):
     layout, panel, files = small
     areas = [area(layout, at) for at in panel.parts] + [area(panel.coupon, at) for at in panel.coupons]
-    for i, one in enumerate(areas):
-        assert all(one.distance(other) > 1.99 for other in areas[:i])
+    for i, item in enumerate(areas):
+        assert all(item.distance(other) > 1.99 for other in areas[:i])
     inner = Polygon(rectangle_of(5, 5, *(s / MM - 5 for s in panel.size)))
-    assert all(inner.contains(one) for one in areas)
+    assert all(inner.contains(item) for item in areas)
     listed = json.loads(files["fpc/panel/small-part-panel.json"])
     assert listed["parts"] == [[round(v / MM, 6) for v in at] for at in panel.parts]
 
@@ -308,11 +308,11 @@ def test_archive_readme_describes_each_panel_file():
 def test_coupon_inductance_is_stated_with_its_frequency(small):
     """It stood there without one, and a meter at 100 kHz reads another value than at the sensor's."""
     layout, panel, _ = small
-    found = estimate(panel.coupon)
-    files = layouts.order_set(layout, panel, coupon_estimates=found)
+    result = estimate(panel.coupon)
+    files = layouts.order_set(layout, panel, coupon_estimates=result)
     (text,) = [data for path, data in files.items() if b"A coupon, lying free" in data and path.endswith(".txt")]
     words = " ".join(text.decode().split())
-    coil = found.coils[0]
+    coil = result.coils[0]
     free = coil.states["free"]
     low = coil.winding_inductance + coil.bend_inductance + coil.lead_inductance
     assert f"{show(low, 'H')} at 100 kHz or less" in words

@@ -66,9 +66,9 @@ def test_step_assembly_of_sensor_named_like_a_part_contains_every_part(name, tmp
 
 def test_step_part_has_volume_of_solid_in_millimetres(files, tmp_path):
     solid = next(s for s in handmade.solids("jaw") if s.name == "mount")
-    found = read(files["mount/hand-made-mount.step"], tmp_path)
-    assert found.is_valid
-    assert found.volume == approx(solid.shape.volume, rel=1e-6)
+    result = read(files["mount/hand-made-mount.step"], tmp_path)
+    assert result.is_valid
+    assert result.volume == approx(solid.shape.volume, rel=1e-6)
     assert b"SI_UNIT(.MILLI.,.METRE.)" in files["mount/hand-made-mount.step"]
 
 

@@ -59,8 +59,8 @@ def holes(text: bytes) -> set[tuple[float, float]]:
 
 
 def flashes(text: bytes) -> set[tuple[float, float]]:
-    found = (item for item in read(text).objects if type(item).__name__ == "Flash")
-    return {(round(item.x, 4), round(item.y, 4)) for item in found}
+    result = (item for item in read(text).objects if type(item).__name__ == "Flash")
+    return {(round(item.x, 4), round(item.y, 4)) for item in result}
 
 
 def test_tail_vias_end_at_last_tail_layer(thin):
@@ -164,11 +164,11 @@ def test_readback_finds_tail_copper_without_bottom_coverlay(thin, tmp_path):
 
 @pytest.mark.slow
 def test_via_near_step_yields_finding_and_suggested_margin_removes_it(thin):
-    found = [f for f in sitscad.check(thin.spec, thin, hints="full").findings if f.rule == "SIT130"]
+    findings = [f for f in sitscad.check(thin.spec, thin, hints="full").findings if f.rule == "SIT130"]
     gaps = [thin.body[2] - via.centre.x - via.drill / 2 for via in thin.vias if via.lowest is None]
-    holes = [f for f in found if f.measured == approx(min(gaps), rel=1e-6)]
+    holes = [f for f in findings if f.measured == approx(min(gaps), rel=1e-6)]
     assert bool(holes) == (min(gaps) < thin.spec.fpc.rules.hole_to_step)
-    for finding in found:
+    for finding in findings:
         assert finding.severity.value == "warning"
         (edit,) = finding.fixes[0].edits
         assert edit.key == "fpc.margin"
@@ -198,11 +198,11 @@ fpc: {{tail: {{length: 30, layers: 2}}, rules: {{name: wide, coverlay_lap: 9}}}}
             "turned.yaml",
         )
     )
-    found = [f for f in sitscad.check(laid.spec, laid, hints="none").findings if f.rule == "SIT130"]
-    found = [f for f in found if (f.place.x, f.place.y) in {tuple(coil.centre) for coil in laid.coils}]
+    result = [f for f in sitscad.check(laid.spec, laid, hints="none").findings if f.rule == "SIT130"]
+    result = [f for f in result if (f.place.x, f.place.y) in {tuple(coil.centre) for coil in laid.coils}]
     windings = [winding.path for coil in laid.coils for winding in coil.windings]
     copper = bounding_box(windings)[2] + laid.spec.coil.trace_width / 2
-    assert len(found) == 1 and abs(found[0].measured - (laid.body[2] - copper)) < 0.05 * MM
+    assert len(result) == 1 and abs(result[0].measured - (laid.body[2] - copper)) < 0.05 * MM
 
 
 @pytest.mark.slow

@@ -73,16 +73,16 @@ def mesh(sensor: str) -> Msh:
 
 @pytest.mark.slow
 def test_square_pad_mesh_is_in_metres_with_bonded_and_free_faces():
-    found = mesh("jaw")
-    assert set(found.groups) == {"bonded_bottom", "bonded_top", "free", "elastomer"}
-    assert found.area("bonded_bottom") == approx(16e-6, rel=1e-9)
-    assert found.area("bonded_top") == approx(16e-6, rel=1e-9)
-    assert found.area("free") == approx(16e-6, rel=1e-9)
-    assert found.heights("bonded_bottom") == (0.0, 0.0)
-    assert found.heights("bonded_top") == approx((1e-3, 1e-3), rel=1e-6)
-    assert found.volumes().sum() == approx(16e-9, rel=1e-9)
-    assert found.volumes().min() > 0.0
-    assert 1000 < len(found.groups["elastomer"]) < 50_000
+    result = mesh("jaw")
+    assert set(result.groups) == {"bonded_bottom", "bonded_top", "free", "elastomer"}
+    assert result.area("bonded_bottom") == approx(16e-6, rel=1e-9)
+    assert result.area("bonded_top") == approx(16e-6, rel=1e-9)
+    assert result.area("free") == approx(16e-6, rel=1e-9)
+    assert result.heights("bonded_bottom") == (0.0, 0.0)
+    assert result.heights("bonded_top") == approx((1e-3, 1e-3), rel=1e-6)
+    assert result.volumes().sum() == approx(16e-9, rel=1e-9)
+    assert result.volumes().min() > 0.0
+    assert 1000 < len(result.groups["elastomer"]) < 50_000
 
 
 @pytest.mark.slow
@@ -98,10 +98,10 @@ def test_pad_overhang_beyond_board_or_target_is_free_face():
 
 @pytest.mark.slow
 def test_round_pad_under_smaller_target_has_expected_face_areas():
-    found = mesh("round")
-    assert found.area("bonded_top") == approx(np.pi * 1.5e-3**2, rel=0.02)
-    assert found.area("bonded_bottom") == approx(np.pi * 2e-3**2, rel=0.02)
-    assert found.volumes().sum() == approx(np.pi * 2e-3**2 * 1e-3, rel=0.02)
+    result = mesh("round")
+    assert result.area("bonded_top") == approx(np.pi * 1.5e-3**2, rel=0.02)
+    assert result.area("bonded_bottom") == approx(np.pi * 2e-3**2, rel=0.02)
+    assert result.volumes().sum() == approx(np.pi * 2e-3**2 * 1e-3, rel=0.02)
 
 
 def test_finer_pad_mesh_has_more_elements_and_equal_volume():
@@ -223,10 +223,10 @@ def test_deck_of_webbed_cell_states_that_webs_are_omitted():
 def test_deck_states_stiffening_by_omitted_film(name):
     """The pad of a button is 9.5 % stiffer with the film that its deck left out without a word."""
     spec = sitscad.load_text(templates.read(name), "t.yaml")
-    said = volume_mesh._left_out(spec)
-    assert ("NOT in this deck" in said) == (spec.encapsulation is not None)
+    message = volume_mesh._left_out(spec)
+    assert ("NOT in this deck" in message) == (spec.encapsulation is not None)
     if spec.encapsulation is not None:
-        (held,) = re.findall(r"needs ([0-9.]+) % more force", said)
+        (held,) = re.findall(r"needs ([0-9.]+) % more force", message)
         depth = np.array([[0.0, 0.0, -volume_mesh.STRAIN * spec.elastomer.thickness, 0.0, 0.0, 0.0]])
         forces = [soft_pad(each).force(depth)[0, 2] for each in (spec, replace(spec, encapsulation=None))]
         assert float(held) == approx(100.0 * (forces[0] / forces[1] - 1.0), rel=0.05)

@@ -38,10 +38,10 @@ def test_kicad_checks_schematic_without_error_and_reads_expected_nets(name, conv
         [*ask, "export", "netlist", "-o", "nets.net", "wiring.kicad_sch"], cwd=tmp_path, check=True, timeout=120
     )
     nets = {}
-    for found in re.finditer(
+    for result in re.finditer(
         r'\(net \(code "\d+"\) \(name "/?([^"]+)"\)(.*?)(?=\(net \(code|\Z)', (tmp_path / "nets.net").read_text(), re.S
     ):
-        nets[found[1]] = set(re.findall(r'\(ref "(\w+)"\)\s*\(pin "(\d+)"', found[2]))
+        nets[result[1]] = set(re.findall(r'\(ref "(\w+)"\)\s*\(pin "(\d+)"', result[2]))
     whole = (tmp_path / "nets.net").read_text()
     given = dict(re.findall(r'\(comp \(ref "(\w+)"\)\s*\(value "[^"]*"\)\s*\(footprint "([^"]+)"\)', whole))
     refs = set(re.findall(r'\(comp \(ref "(\w+)"\)', whole))
@@ -53,12 +53,12 @@ def test_kicad_checks_schematic_without_error_and_reads_expected_nets(name, conv
     assert f"PinHeader_1x{5 + design.spec.readout.device.needed(len(design.layout.coils)):02}_" in given["J2"]
     assert ("WQFN-16" if converter == "ldc1614" else "WSON-12") in given["U1"]
     pins = {f"IN{channel}{end}": str(9 + 2 * channel + k) for channel in range(4) for k, end in enumerate("AB")}
-    for one in contacts(design.layout):
-        if one.net != "-":
-            converter_number = one.converter.split()[0]
-            pad = str(order.index(one.number) + 1)
-            assert {("J1", pad), (f"U{converter_number}", pins[one.converter_pin])} < nets[one.pin]
-            assert len(nets[one.pin]) == 3  # and the tank's capacitor
+    for item in contacts(design.layout):
+        if item.net != "-":
+            converter_number = item.converter.split()[0]
+            pad = str(order.index(item.number) + 1)
+            assert {("J1", pad), (f"U{converter_number}", pins[item.converter_pin])} < nets[item.pin]
+            assert len(nets[item.pin]) == 3  # and the tank's capacitor
     for number in range(design.spec.readout.device.needed(len(design.layout.coils))):
         ref = f"U{number + 1}"
         assert {(ref, "1")} < nets["SCL"] and {(ref, "2")} < nets["SDA"] and {(ref, "6")} < nets["SD"]

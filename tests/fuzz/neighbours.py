@@ -106,9 +106,9 @@ def _alternatives(schema: dict[str, Any]) -> Iterator[dict[str, Any]]:
 
 def _below(schema: dict[str, Any], key: Any) -> dict[str, Any]:
     """The schema of a key's value or of a list's items."""
-    found = [each["properties"][key] for each in _alternatives(schema) if key in each.get("properties", {})]
-    found += [each["items"] for each in _alternatives(schema) if isinstance(key, int) and "items" in each]
-    return {"anyOf": found}
+    result = [each["properties"][key] for each in _alternatives(schema) if key in each.get("properties", {})]
+    result += [each["items"] for each in _alternatives(schema) if isinstance(key, int) and "items" in each]
+    return {"anyOf": result}
 
 
 def _listed(schema: dict[str, Any]) -> list[str]:
@@ -143,12 +143,12 @@ def built(text: str, folder: str, only: Sequence[str] | None = None) -> str:
     except sitscad.SpecError as error:
         assert error.findings, "refused without a finding"
         return REFUSED
-    told: list[tuple[str, str]] = []
-    result = sitscad.build(spec, folder, only, progress=lambda stage, outcome, _: told.append((stage, outcome)))
+    lines: list[tuple[str, str]] = []
+    result = sitscad.build(spec, folder, only, progress=lambda stage, outcome, _: lines.append((stage, outcome)))
     if result.written:
         return PASSED
     errors = [finding for finding in result.checked.findings if finding.severity == "error"]
-    return REFUSED if told[-1] == ("check", "stopped") else f"refused after its check: {errors}"
+    return REFUSED if lines[-1] == ("check", "stopped") else f"refused after its check: {errors}"
 
 
 def verified(folder: str, rebuild: bool) -> str:
@@ -209,22 +209,22 @@ def main() -> int:
     parser.add_argument("--only", choices=STAGES, nargs="+")
     parser.add_argument("--verbose", action="store_true")
     parser.add_argument("--template", choices=templates.names())
-    asked = parser.parse_args()
+    request = parser.parse_args()
     os.environ["SITSCAD_CACHE"] = ""
     for package in LOADED_ONCE:
         import_module(package)
     ends: Counter[str] = Counter()
-    names = [asked.template] if asked.template else templates.names()
-    for seed in range(asked.first, asked.first + asked.variants):
-        if _spent() > asked.seconds:
+    names = [request.template] if request.template else templates.names()
+    for seed in range(request.first, request.first + request.variants):
+        if _spent() > request.seconds:
             break
         name = names[seed % len(names)]
         text = variant(seed, name)
         before = _spent()
         with tempfile.TemporaryDirectory() as folder:
-            stage, outcome = judged(text, folder, asked.depth, asked.only)
+            stage, outcome = judged(text, folder, request.depth, request.only)
         ends[outcome if outcome in (PASSED, REFUSED) else "fault"] += 1
-        if asked.verbose or outcome not in (PASSED, REFUSED):
+        if request.verbose or outcome not in (PASSED, REFUSED):
             print(f"{seed} ({name}, {_spent() - before:.0f} s), {stage}: {outcome}", flush=True)
     print(f"{ends.total()} variants, {ends[REFUSED]} refused, {ends[PASSED]} passed, {ends['fault']} faults, in "
           f"{_spent():.0f} CPU seconds")

@@ -115,9 +115,9 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--boards", type=int, default=800)
     parser.add_argument("--first", type=int, default=0)
-    asked = parser.parse_args()
+    request = parser.parse_args()
     ends: Counter[str] = Counter()
-    for seed in range(asked.first, asked.first + asked.boards):
+    for seed in range(request.first, request.first + request.boards):
         document = board(seed)
         try:
             ends[judged(document)] += 1

@@ -32,24 +32,24 @@ def polygon(path):
 @given(plates, plates)
 def test_overlap_of_plates_matches_shapely(one, other):
     shared = polygon(one.outline()).intersection(polygon(other.outline()))
-    found = one.common(other)
-    area = 0.0 if found is None else enclosed_area(found)
+    result = one.common(other)
+    area = 0.0 if result is None else enclosed_area(result)
     assert area == approx(shared.area, abs=1e-3)
     if shared.area > 1e-2:
-        middle = centroid(found)
+        middle = centroid(result)
         assert (middle.x, middle.y) == approx((shared.centroid.x, shared.centroid.y), abs=1e-3)
-    if found is not None:
-        assert found.is_closed
+    if result is not None:
+        assert result.is_closed
 
 
 @settings(max_examples=60, deadline=None)
 @given(lengths, lengths, radii, places, places)
 def test_distance_beyond_rounded_body_matches_shapely(x, y, radius, px, py):
     ground = rectangle(-x / 2, -y / 2, x / 2, y / 2, radius)
-    found, reference, dot = signed_distance(ground, Point(px, py)), polygon(ground), Dot(px, py)
+    result, reference, dot = signed_distance(ground, Point(px, py)), polygon(ground), Dot(px, py)
     inside = reference.contains(dot)
     expected = -reference.exterior.distance(dot) if inside else reference.distance(dot)
-    assert found == approx(expected, abs=1e-4)
+    assert result == approx(expected, abs=1e-4)
 
 
 @settings(max_examples=60, deadline=None)

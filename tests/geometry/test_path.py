@@ -84,10 +84,10 @@ def test_enclosed_area_includes_arcs_exactly():
 def test_rounded_path_is_closed_and_tangent():
     path = rounded_polygon([Point(0, 0), Point(3e-3, 0), Point(3e-3, 1e-3), Point(1e-3, 1e-3), Point(0, 3e-3)], 0.2e-3)
     assert path.is_closed
-    for one, other in pairwise(path.segments):
-        assert one.end.distance(other.start) < 1e-12
-        before, after = one.at(1 - 1e-6), other.at(1e-6)
-        a = math.atan2(one.end.y - before.y, one.end.x - before.x)
+    for item, other in pairwise(path.segments):
+        assert item.end.distance(other.start) < 1e-12
+        before, after = item.at(1 - 1e-6), other.at(1e-6)
+        a = math.atan2(item.end.y - before.y, item.end.x - before.x)
         b = math.atan2(after.y - other.start.y, after.x - other.start.x)
         assert abs(math.remainder(a - b, 2 * math.pi)) < 1e-3
 

@@ -51,10 +51,10 @@ def brute_force(one: Line | Arc, other: Line | Arc) -> tuple[float, float]:
 @settings(max_examples=250, deadline=None)
 @given(st.one_of(lines(), arcs()), st.one_of(lines(), arcs()))
 def test_primitive_distance_matches_dense_samples(one: Line | Arc, other: Line | Arc) -> None:
-    found = float(distances(primitives(one), primitives(other))[0])
+    result = float(distances(primitives(one), primitives(other))[0])
     expected, slack = brute_force(one, other)
-    assert expected - slack - 1e-9 <= found <= expected + 1e-9
-    assert found == approx(float(distances(primitives(other), primitives(one))[0]), abs=1e-9)
+    assert expected - slack - 1e-9 <= result <= expected + 1e-9
+    assert result == approx(float(distances(primitives(other), primitives(one))[0]), abs=1e-9)
 
 
 def test_primitive_distances_match_known_values() -> None:
@@ -68,8 +68,8 @@ def test_primitive_distances_match_known_values() -> None:
         (inner, tangent, 0.5),
         (inner, Line(Point(0, 0.5), Point(0, 2)), 0.0),
     ]
-    for one, other, distance in cases:
-        assert distances(primitives(one), primitives(other))[0] == approx(distance, abs=1e-12)
+    for item, other, distance in cases:
+        assert distances(primitives(item), primitives(other))[0] == approx(distance, abs=1e-12)
 
 
 @given(arcs())
@@ -96,12 +96,12 @@ def test_nearest_pairs_finds_all_near_pairs() -> None:
     points = rng.uniform(0, 1, (600, 2))
     rows = [(*p, *(p + rng.uniform(-0.02, 0.02, 2)), 0.0, 0.0, 0.0, 0.0, 0.0) for p in points]
     pieces = from_rows(rows)
-    found = {(int(i), int(j)) for i, j in nearest_pairs(pieces.boxes, np.full(600, 0.005))}
+    result = {(int(i), int(j)) for i, j in nearest_pairs(pieces.boxes, np.full(600, 0.005))}
     i, j = np.triu_indices(600, 1)
     near = np.flatnonzero(distances(pieces.take(i), pieces.take(j)) < 0.01)
     assert len(near) > 50
-    assert {(int(i[k]), int(j[k])) for k in near} <= found
-    assert all(a < b for a, b in found)
+    assert {(int(i[k]), int(j[k])) for k in near} <= result
+    assert all(a < b for a, b in result)
 
 
 def test_empty_set_has_no_pairs() -> None:

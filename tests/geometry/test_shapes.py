@@ -37,10 +37,10 @@ def in_shape(name):
 def test_new_outline_is_laid_out_estimated_and_checked(dodecagon):
     layout = in_shape(dodecagon)
     assert not layout.shortfalls and all(coil.is_closed_circuit for coil in layout.coils)
-    found = {name: estimated(in_shape(name)).coils[0].winding_inductance for name in ("octagon", dodecagon, "circle")}
+    result = {name: estimated(in_shape(name)).coils[0].winding_inductance for name in ("octagon", dodecagon, "circle")}
     # of equal inscribed circles the one with more corners lies nearer to it
-    assert found["octagon"] > found[dodecagon] > 0.97 * found["circle"]
-    assert found[dodecagon] == approx(found["octagon"], rel=0.05)
+    assert result["octagon"] > result[dodecagon] > 0.97 * result["circle"]
+    assert result[dodecagon] == approx(result["octagon"], rel=0.05)
 
 
 def test_new_outline_is_drawn_at_its_boundary(dodecagon):
@@ -77,8 +77,8 @@ def test_coil_shape_without_error_bounds_is_refused_by_name(name, row, monkeypat
     coil = {**COIL, "shape": name, "outer_diameter": [9, 6] if row.is_long else 8, "turns": 6}
     with pytest.raises(sitscad.SpecError) as refused:
         sitscad.SensorSpec.from_mapping(name="row", coil=coil, fpc={"tail": {"length": 20}})
-    found = [f for f in refused.value.findings if (f.rule, f.key) == ("SIT009", "coil.shape")]
-    assert len(found) == 1 and row.name in found[0].message
+    findings = [f for f in refused.value.findings if (f.rule, f.key) == ("SIT009", "coil.shape")]
+    assert len(findings) == 1 and row.name in findings[0].message
 
 
 @pytest.mark.parametrize("key", ["target", "elastomer", "mount.finger"])

@@ -79,8 +79,8 @@ def test_polygon_winds_in_one_sense(shape, width, spread, sides, inside):
     size = SpiralDimensions((diameter * MM, diameter * MM), width * MM, pitch * MM, turns)
     path = SHAPES[name].wind(size, 0.0)
     along = [math.atan2(line.end.y - line.start.y, line.end.x - line.start.x) for line in path]
-    for one, other in pairwise(along):
-        assert math.remainder(other - one, 2 * math.pi) == approx(2 * math.pi / corners, rel=1e-6)
+    for item, other in pairwise(along):
+        assert math.remainder(other - item, 2 * math.pi) == approx(2 * math.pi / corners, rel=1e-6)
     assert round(turns * corners) - len(path.segments) in ((0, 1) if (turns * corners) % corners == 0 else (0,))
 
 
@@ -92,8 +92,8 @@ def test_first_turn_of_rectangle_has_specified_start_and_length():
 
 def test_mirrored_layers_are_mirror_images():
     size = SpiralDimensions((4 * MM, 4 * MM), 0.1 * MM, 0.2 * MM, 5.3)
-    one, other = SHAPES["circle"].wind(size, 0.7, 1), SHAPES["circle"].wind(size, -0.7, -1)
-    for a, b in zip(one.segments, other.segments, strict=True):
+    item, other = SHAPES["circle"].wind(size, 0.7, 1), SHAPES["circle"].wind(size, -0.7, -1)
+    for a, b in zip(item.segments, other.segments, strict=True):
         assert a.start.distance(Point(b.start.x, -b.start.y)) < 1e-15
 
 
@@ -145,13 +145,13 @@ def test_racetrack_is_smooth_and_evenly_spaced(quadrant, sense, turns):
     assert len(path.segments) == round(4 * turns)
     corner = Point((2 if quadrant in (0, 3) else -2) * MM, (2.45 if quadrant < 2 else -2.45) * MM)
     assert path.start.distance(corner) < 1e-12
-    for one, following in zip(path.segments, path.segments[1:], strict=False):
-        assert one.end.distance(following.start) < 1e-15
-        a, b = one.at(1.0 - 1e-6), following.at(1e-6)
-        assert abs(math.hypot(a.x - b.x, a.y - b.y) - a.distance(one.end) - b.distance(one.end)) < 1e-12
-    for one, inner in zip(path.segments, path.segments[4:], strict=False):
+    for item, following in zip(path.segments, path.segments[1:], strict=False):
+        assert item.end.distance(following.start) < 1e-15
+        a, b = item.at(1.0 - 1e-6), following.at(1e-6)
+        assert abs(math.hypot(a.x - b.x, a.y - b.y) - a.distance(item.end) - b.distance(item.end)) < 1e-12
+    for item, inner in zip(path.segments, path.segments[4:], strict=False):
         for fraction in (0.1, 0.5, 0.9):
-            assert inner.distance(one.at(fraction)) == approx(0.2 * MM, rel=1e-9)
+            assert inner.distance(item.at(fraction)) == approx(0.2 * MM, rel=1e-9)
     assert all((s.sweep > 0) == (sense > 0) for s in path if isinstance(s, Arc))
 
 
@@ -178,7 +178,7 @@ def test_mid_side_spiral_runs_between_middles_of_sides_at_its_pitch(shape, size,
     dimensions = SpiralDimensions(size, 0.1 * MM, 0.25 * MM, turns, is_mid_side=True)
     path = SHAPES[shape].wind(dimensions, SHAPES[shape].start(0.3, sense, True), sense)
     for end, level in ((path.start, 0), (path.end, math.floor(turns))):
-        flats = [(one - 0.1 * MM) / 2 - level * 0.25 * MM for one in size]
+        flats = [(item - 0.1 * MM) / 2 - level * 0.25 * MM for item in size]
         assert min(abs(end.x), abs(end.y)) == approx(0.0, abs=1e-12)
         assert max(abs(end.x) - flats[0], abs(end.y) - flats[1]) == approx(0.0, abs=1e-12)
     headings = [math.atan2(s.end.y - s.start.y, s.end.x - s.start.x) for s in path]

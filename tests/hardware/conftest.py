@@ -31,8 +31,8 @@ class Bench:
 
     def run(self, *commands: str) -> list[list[str]]:
         """The words of every line that commands give, on a sound board at rest."""
-        found = self.design.estimates.coils
-        states = [coil.states.get("rest") or coil.states["free"] for coil in found]
+        result = self.design.estimates.coils
+        states = [coil.states.get("rest") or coil.states["free"] for coil in result]
         coils = [f"coil {k} {one.frequency:.17g} {one.parallel_resistance:.17g}" for k, one in enumerate(states)]
         done = subprocess.run(
             [self.program], input="\n".join([*coils, *commands]) + "\n", capture_output=True, text=True, timeout=600
@@ -78,11 +78,11 @@ def sound_boards(design: sitscad.Design, count: int, state: str, seed: int) -> n
     generator = np.random.default_rng(seed)
     states = [coil.states[state] for coil in design.estimates.coils]
     common = {cause: generator.normal(size=count) for cause in states[0].spread.shifts}
-    found = np.array([[one.frequency] * count for one in states]).T
-    for k, one in enumerate(states):
-        for cause, (_, shift, *_) in one.spread.shifts.items():
-            found[:, k] += shift * (generator.normal(size=count) if cause == CAPACITOR else common[cause])
-    return found
+    result = np.array([[item.frequency] * count for item in states]).T
+    for k, item in enumerate(states):
+        for cause, (_, shift, *_) in item.spread.shifts.items():
+            result[:, k] += shift * (generator.normal(size=count) if cause == CAPACITOR else common[cause])
+    return result
 
 
 @pytest.fixture(scope="session")

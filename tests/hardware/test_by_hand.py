@@ -70,23 +70,23 @@ class Bench:
 
     def put(self, normal: float, shear: float) -> None:
         """Put a load on (N)."""
-        found = sitscad.respond(self.design, loads=[[normal, shear, 0.0]], rotation="held").frequency
+        result = sitscad.respond(self.design, loads=[[normal, shear, 0.0]], rotation="held").frequency
         made = self.folder / "new.json"
-        made.write_text(json.dumps(found.tolist()))
+        made.write_text(json.dumps(result.tolist()))
         made.replace(self.folder / "on.json")
 
     def until(self, pattern: str) -> re.Match[str]:
         """What is asked or said next; all before it is left behind."""
         end = time.monotonic() + 60.0
-        while not (found := re.search(pattern, self.text)):
+        while not (result := re.search(pattern, self.text)):
             assert time.monotonic() < end, self.text
             if select.select([self.terminal], [], [], 0.2)[0]:
                 try:
                     self.text += os.read(self.terminal, 4096).decode()
                 except OSError:  # the command has ended
                     raise AssertionError(self.text) from None
-        self.text = self.text[found.end() :]
-        return found
+        self.text = self.text[result.end() :]
+        return result
 
     def type(self, words: str) -> None:
         os.write(self.terminal, words.encode())

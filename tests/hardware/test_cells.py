@@ -27,8 +27,8 @@ def maps():
     """The headers of all cells by their paths: the maps of two cells, because each takes seconds."""
     design = sitscad.Design(sitscad.load(TEMPLATES / "skin_strip_6.yaml"))
     own, other = (plan_calibration(design.cells.by_number(k).response) for k in (PRESSED, 1))
-    found = {k: own if k == PRESSED else other for k in range(1, CELLS + 1)}
-    return {f"cell-{k}/calibration.h": header(one.map, one.sensors.conversion, cell=k) for k, one in found.items()}
+    result = {k: own if k == PRESSED else other for k in range(1, CELLS + 1)}
+    return {f"cell-{k}/calibration.h": header(item.map, item.sensors.conversion, cell=k) for k, item in result.items()}
 
 
 @pytest.fixture(scope="module")
@@ -49,17 +49,17 @@ def test_driver_computes_force_of_each_cell_with_its_map(skin):
     frequency = sitscad.respond(cell, loads=[[5.0, 0.0, 0.0]]).frequency[0, 0]
     ohms = cell.estimates.coils[0].states["rest"].parallel_resistance
     words = [f"coil {PRESSED - 1} {frequency:.17g} {ohms:.17g}", "settle 6", "forces"]
-    told = skin.run("begin", "settle 6", *["settle 1", "tare"] * 16, *words)
-    found = np.array(told[-1], dtype=float).reshape(CELLS, 2)
-    assert np.all(found[:, 0] == 0)
-    assert found[PRESSED - 1, 1] == approx(5.0, rel=0.03)
-    assert np.all(np.abs(np.delete(found[:, 1], PRESSED - 1)) < 0.05)
+    text = skin.run("begin", "settle 6", *["settle 1", "tare"] * 16, *words)
+    result = np.array(text[-1], dtype=float).reshape(CELLS, 2)
+    assert np.all(result[:, 0] == 0)
+    assert result[PRESSED - 1, 1] == approx(5.0, rel=0.03)
+    assert np.all(np.abs(np.delete(result[:, 1], PRESSED - 1)) < 0.05)
 
 
 def test_fault_of_one_cell_keeps_forces_of_other_cells(skin):
-    told = skin.run("begin", "settle 6", *["settle 1", "tare"] * 16, "coil 1 0 0", "settle 8", "forces")
-    found = np.array(told[-1], dtype=float).reshape(CELLS, 2)
-    assert found[1, 0] == 2 and np.all(np.delete(found[:, 0], 1) == 0)
+    text = skin.run("begin", "settle 6", *["settle 1", "tare"] * 16, "coil 1 0 0", "settle 8", "forces")
+    result = np.array(text[-1], dtype=float).reshape(CELLS, 2)
+    assert result[1, 0] == 2 and np.all(np.delete(result[:, 0], 1) == 0)
 
 
 def test_linux_example_prints_each_cell_without_error(skin, tmp_path):
@@ -71,7 +71,7 @@ def test_linux_example_prints_each_cell_without_error(skin, tmp_path):
     (head,) = (line.partition("*")[0] for line in text.splitlines() if line.startswith("id,"))
     assert head.split(",")[-CELLS:] == [f"C{k}.normal_N" for k in range(1, CELLS + 1)]
     last = text.splitlines()[-1].partition("*")[0].split(",")[-CELLS:]
-    assert all(abs(float(one)) < 0.05 for one in last)
+    assert all(abs(float(item)) < 0.05 for item in last)
 
 
 @pytest.mark.slow
@@ -90,11 +90,11 @@ def test_exchanged_or_missing_cell_maps_do_not_compile(skin, maps, tmp_path):
     for name, text, said in (("cell-2", maps["cell-1/calibration.h"], "cell-2/calibration.h"),
                              ("cell-6", None, "cell-6/calibration.h")):
         place = folder / name / "calibration.h"
-        kept = place.read_bytes()
+        stored = place.read_bytes()
         place.unlink() if text is None else place.write_bytes(text)
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
         assert done.returncode != 0 and f'#error "{said}' in done.stderr
-        place.write_bytes(kept)
+        place.write_bytes(stored)
 
 
 def test_example_without_maps_names_missing_header_once(skin, tmp_path):
@@ -108,8 +108,8 @@ def test_output_line_has_all_axes_of_multi_coil_cells(tmp_path):
     spec = sitscad.load(TEMPLATES / "skin_strip_6.yaml").replace(
         {"cells.coils": 2, "target.size": "20 mm", "elastomer.size": "20 mm"})
     design = sitscad.Design(spec)
-    one = plan_calibration(design.cells.by_number(1).response)
-    own = {f"cell-{k}/calibration.h": header(one.map, one.sensors.conversion, cell=k) for k in (1, 2, 3)}
+    item = plan_calibration(design.cells.by_number(1).response)
+    own = {f"cell-{k}/calibration.h": header(item.map, item.sensors.conversion, cell=k) for k in (1, 2, 3)}
     folder = compiled(design, tmp_path, SANE, own).folder
     subprocess.run(built(tmp_path), cwd=folder, check=True)
     text = subprocess.run([tmp_path / "sensor", "-", "8", "lines"], capture_output=True, text=True, check=True).stdout
@@ -119,16 +119,16 @@ def test_output_line_has_all_axes_of_multi_coil_cells(tmp_path):
 
 
 def test_ros_node_publishes_each_cell_on_its_topic(node):
-    one, received, sent, said = node
+    item, received, sent, message = node
     topics = []
-    one.create_publisher = lambda kind, topic, depth: topics.append(topic) or one.publisher
+    item.create_publisher = lambda kind, topic, depth: topics.append(topic) or item.publisher
     received += [
         _checked("id", "sequence", "C1_counts", "C1_status", "C2_counts", "C2_status", "C1.normal_N", "C2.normal_N"),
-        _checked(one.identity, 0, 1, 0, 1, 0, "1.5", "2.5"), _checked(one.identity, 1, 1, 0, 1, 4, "1.0", ""),
+        _checked(item.identity, 0, 1, 0, 1, 0, "1.5", "2.5"), _checked(item.identity, 1, 1, 0, 1, 4, "1.0", ""),
     ]
     for _ in range(3):
-        one.read()
-    assert topics == ["cell_1/wrench", "cell_2/wrench"] and said == []
+        item.read()
+    assert topics == ["cell_1/wrench", "cell_2/wrench"] and message == []
     assert [each.wrench.force.z for each in sent] == [-1.5, -2.5, -1.0]
 
 

@@ -28,8 +28,8 @@ pytestmark = pytest.mark.clients("gcc")
 
 def _of_coils(row: list[str]) -> tuple[int, list[int], list[int]]:
     """What a poll said: coils that are new, counts and status of each."""
-    found = [int(word) for word in row]
-    return found[0], found[1::2], found[2::2]
+    result = [int(word) for word in row]
+    return result[0], result[1::2], result[2::2]
 
 
 def _tested(row: list[str]) -> tuple[int, int, int, list[int], list[int]]:
@@ -112,8 +112,8 @@ def test_coil_fault_is_reported_in_next_scan(pad, changed, status):
     if status == OVER:
         changed = "coil 1 81e6 4000"
     rows = pad.run("begin", *FIRST, changed, *SCAN * 2, "advance 20000000", "poll", "tare")
-    found, _, statuses = _of_coils(rows[-2])
-    assert statuses[1] == status and {*statuses} == {GOOD, status} and found >= 1
+    result, _, statuses = _of_coils(rows[-2])
+    assert statuses[1] == status and {*statuses} == {GOOD, status} and result >= 1
     assert rows[-1] == (["0"] if status == AMPLITUDE else ["2"])
 
 
@@ -161,14 +161,14 @@ def test_fast_motion_stays_good(pad):
     words = ["begin", *FIRST]
     for step in range(1, 30):
         words += [f"coil 0 {8.423e6 + 2e3 * step} 4000", *SCAN]
-    found = [_of_coils(row) for row in pad.run(*words)[2:]]
-    assert [row[2][0] for row in found[2:]] == [GOOD] * len(found[2:])
+    result = [_of_coils(row) for row in pad.run(*words)[2:]]
+    assert [row[2][0] for row in result[2:]] == [GOOD] * len(result[2:])
 
 
 def test_frozen_result_becomes_stale_within_210_scans(pad):
     words = ["begin", *FIRST, "stuck 0 2", *SCAN * 210]
-    found = [_of_coils(row)[2] for row in pad.run(*words)[1:]]
-    assert found[150] == [GOOD] * 4 and found[-1] == [GOOD, STALE, GOOD, GOOD]
+    result = [_of_coils(row)[2] for row in pad.run(*words)[1:]]
+    assert result[150] == [GOOD] * 4 and result[-1] == [GOOD, STALE, GOOD, GOOD]
 
 
 def test_forces_without_tare_or_map_return_error_codes(pad):

@@ -52,9 +52,9 @@ def _driven(found: sitscad.Calibration, source: Simulation, folder: Path, freque
     words = [*wired(frequencies[0]), "begin", "settle 6", *["settle 1", "tare"] * 16]
     for row in frequencies[1:]:
         words += [*wired(row), "settle 6", "forces"]
-    told = np.array([[float(word) for word in row] for row in bench.run(*words)[35::2]])
-    assert np.all(told[:, 0] == 0)
-    return told[:, 1:]
+    text = np.array([[float(word) for word in row] for row in bench.run(*words)[35::2]])
+    assert np.all(text[:, 0] == 0)
+    return text[:, 1:]
 
 
 @pytest.mark.parametrize(
@@ -64,20 +64,20 @@ def _driven(found: sitscad.Calibration, source: Simulation, folder: Path, freque
 )
 def test_simulated_forces_are_recovered_within_stated_error(tmp_path, capsys, name):
     """What 95 % of sensors stay below is stated, without noise: that of one reading after a tare of 16 comes on top."""
-    planned, found, source = _calibrated(name, tmp_path)
-    sensors, scope = found.sensors, found.sensors.range
+    planned, result, source = _calibrated(name, tmp_path)
+    sensors, scope = result.sensors, result.sensors.range
     loads = np.vstack([np.zeros((1, 3)), scope.inside(LOADS, 700)])
     frequencies = sensors.frequencies_under(source.errors[0], loads, exact=True)
-    told, given = _driven(found, source, tmp_path, frequencies), loads[1:, scope.columns]
-    generator, true = np.random.default_rng(1), found.map(frequencies[1:], frequencies[0])
-    noisy = [found.map(sensors.read(frequencies[1:], generator, 1), frequencies[0]) - true for _ in range(20)]
+    text, given = _driven(result, source, tmp_path, frequencies), loads[1:, scope.columns]
+    generator, true = np.random.default_rng(1), result.map(frequencies[1:], frequencies[0])
+    noisy = [result.map(sensors.read(frequencies[1:], generator, 1), frequencies[0]) - true for _ in range(20)]
     noise = np.sqrt(17 / 16 * np.mean(np.square(noisy), axis=(0, 1)))
-    off = np.sqrt(np.mean((told - given) ** 2, axis=0))
-    stated = np.hypot(found.map.error, noise)
+    off = np.sqrt(np.mean((text - given) ** 2, axis=0))
+    stated = np.hypot(result.map.error, noise)
     sigma = planned.plan.errors[-1]
     with capsys.disabled():
         shown = [f"{what} {np.round(1e3 * values, 1)}" for what, values in
-                 (("off by", off), ("stated", found.map.error), ("noise", noise), ("data sheet, one sigma", sigma))]
+                 (("off by", off), ("stated", result.map.error), ("noise", noise), ("data sheet, one sigma", sigma))]
         print(f"\n  {name}, mN: {', '.join(shown)}; {np.round(off / stated, 2)} of stated and noise")
     assert np.all(off < stated)
     assert np.all(off < 2.0 * np.hypot(sigma, noise))

@@ -120,12 +120,12 @@ def test_driver_compiles_as_cpp_without_warning(pad, tmp_path):
 
 def _crc(text: str) -> int:
     """CRC-16 CCITT from 0xFFFF."""
-    found = 0xFFFF
+    result = 0xFFFF
     for byte in text.encode():
-        found ^= byte << 8
+        result ^= byte << 8
         for _ in range(8):
-            found = (found << 1 ^ 0x1021 if found & 0x8000 else found << 1) & 0xFFFF
-    return found
+            result = (result << 1 ^ 0x1021 if result & 0x8000 else result << 1) & 0xFFFF
+    return result
 
 
 ARDUINO_MAIN = """
@@ -150,8 +150,8 @@ def test_driver_for_cortex_m0_has_documented_size_without_heap(pad, tmp_path):
     """Cortex-M0, nothing but the driver; no heap, no library but the compiler's own."""
     flags = ["-std=c99", "-mcpu=cortex-m0", "-mthumb", "-Os", "-Wall", "-Wextra", "-Werror", "-pedantic"]
     objects = [tmp_path / "sensor.o", tmp_path / "ldc161x.o"]
-    for one, source in zip(objects, SOURCES, strict=True):
-        _made(["arm-none-eabi-gcc", *flags, "-c", "-o", one, source], pad.folder)
+    for item, source in zip(objects, SOURCES, strict=True):
+        _made(["arm-none-eabi-gcc", *flags, "-c", "-o", item, source], pad.folder)
     rows = [row.split() for row in _made(["arm-none-eabi-size", *objects], tmp_path).splitlines()[1:]]
     text, writable = sum(int(row[0]) for row in rows), sum(int(row[1]) + int(row[2]) for row in rows)
     assert writable == 0
@@ -159,8 +159,8 @@ def test_driver_for_cortex_m0_has_documented_size_without_heap(pad, tmp_path):
     _made(["arm-none-eabi-gcc", *flags, f"-I{pad.folder}", "-c", "-o", "one.o", "one.c"], tmp_path)
     held = int(_made(["arm-none-eabi-size", "one.o"], tmp_path).splitlines()[1].split()[2])
     page = (HERE.parents[1] / "docs/bring_up.md").read_text()
-    told = re.search(r"(\d+) bytes of code and tables, (\d+) of RAM", page)
-    assert (text, held) == (approx(int(told[1]), rel=0.02), int(told[2]))
+    lines = re.search(r"(\d+) bytes of code and tables, (\d+) of RAM", page)
+    assert (text, held) == (approx(int(lines[1]), rel=0.02), int(lines[2]))
     symbols = _made(["arm-none-eabi-nm", "-u", *objects], tmp_path)
     assert not re.findall(r"malloc|free|printf|delay", symbols)
 
@@ -204,18 +204,18 @@ def test_micropython_module_sets_up_and_reads_like_c_driver(pad, micropython):
     from sitscad.apps.hardware.converter import SimulatedConverter
 
     bus = FakeI2C(SimulatedConverter(pad.design, faults="reset@0.05"))
-    one = micropython.Sensor(bus)
+    item = micropython.Sensor(bus)
     rows = re.findall(r"\{0u, 0x(\w\w)u, 0x(\w{4})u\}", (pad.folder / "sensor_config.h").read_text())
     assert bus.written == [(0x1C, 0x8000), *((int(where, 16), int(value, 16)) for where, value in rows)]
-    assert one.poll() is None
+    assert item.poll() is None
     bus.chip.advance(6_000_000)
-    found = one.poll()
-    assert [status for _, status in found] == [micropython.GOOD] * 4
-    assert abs(found[0][0] * 80e6 / 2**28 / pad.design.estimates.coils[0].states["rest"].frequency - 1.0) < 1e-4
+    result = item.poll()
+    assert [status for _, status in result] == [micropython.GOOD] * 4
+    assert abs(result[0][0] * 80e6 / 2**28 / pad.design.estimates.coils[0].states["rest"].frequency - 1.0) < 1e-4
     bus.chip.advance(60_000_000)
     for _ in range(8):
-        one.poll()
-    assert one.restarts == 1
+        item.poll()
+    assert item.restarts == 1
 
 
 @pytest.mark.clients("gcc")
@@ -234,13 +234,13 @@ def test_micropython_module_polled_fast_reports_no_stale_coil(pad, micropython):
     from sitscad.apps.hardware.converter import SimulatedConverter
 
     bus = FakeI2C(SimulatedConverter(pad.design))
-    one = micropython.Sensor(bus)
+    item = micropython.Sensor(bus)
     bus.chip.advance(30_000_000)
-    one.poll()
+    item.poll()
     seen = []
     for _ in range(200):
         bus.chip.advance(100_000)
-        seen += [status for reading in [one.poll()] if reading for _, status in reading]
+        seen += [status for reading in [item.poll()] if reading for _, status in reading]
     assert len(seen) > 40 and set(seen) == {micropython.GOOD}
 
 
@@ -249,9 +249,9 @@ def test_micropython_module_reports_each_fault(pad, micropython):
     from sitscad.apps.hardware.converter import SimulatedConverter
 
     bus = FakeI2C(SimulatedConverter(pad.design, faults=["open:C2", "low-amplitude:C3", "lost-layer:C4"]))
-    one = micropython.Sensor(bus)
+    item = micropython.Sensor(bus)
     bus.chip.advance(30_000_000)
-    states = [status for _, status in one.poll()]
+    states = [status for _, status in item.poll()]
     assert states == [micropython.GOOD, micropython.WATCHDOG, micropython.AMPLITUDE, micropython.OUT_OF_BAND]
     bus = FakeI2C(SimulatedConverter(pad.design, faults="nack"))
     with pytest.raises(NotAcknowledged):
@@ -266,8 +266,8 @@ def test_micropython_module_reports_each_fault(pad, micropython):
 @pytest.fixture
 def node(pad, monkeypatch):
     """The node of ROS 2 on stubs of what it imports."""
-    sent, said = [], []
-    logger = SimpleNamespace(warning=said.append, error=said.append)
+    sent, message = [], []
+    logger = SimpleNamespace(warning=message.append, error=message.append)
 
     class Node:
         def __init__(self, name):
@@ -296,7 +296,7 @@ def node(pad, monkeypatch):
     path = pad.folder / "ros2" / "sensor_node.py"
     module = {"__name__": "sensor_node", "__file__": str(path)}
     exec(compile(path.read_text(), str(path), "exec"), module)
-    return module["SensorNode"](), received, sent, said
+    return module["SensorNode"](), received, sent, message
 
 
 def _checked(*cells: object) -> bytes:
@@ -306,22 +306,22 @@ def _checked(*cells: object) -> bytes:
 
 @pytest.mark.clients("gcc")
 def test_ros_node_publishes_valid_lines_and_reports_invalid_lines(node):
-    one, received, sent, said = node
+    item, received, sent, message = node
     head = _checked("id", "sequence", "C1_counts", "C1_status", "normal_N", "shear_x_N")
-    whole = _checked(one.identity, 0, 1, 0, "1.5", "-0.25")
+    whole = _checked(item.identity, 0, 1, 0, "1.5", "-0.25")
     stream = [
-        b"f,a,line*0000\r\n" + whole + head, whole[:9], whole[9:], _checked(one.identity, 4, 1, 4, "", ""),
+        b"f,a,line*0000\r\n" + whole + head, whole[:9], whole[9:], _checked(item.identity, 4, 1, 4, "", ""),
         whole.replace(b"1.5", b"9.5") + _checked("0" * 8, 5, 1, 0, "7.0", "0.1"),
-        _checked(one.identity, 5, 1, 0, "2.0", "0.0"),
+        _checked(item.identity, 5, 1, 0, "2.0", "0.0"),
     ]
     received += stream
     for _ in range(len(stream) + 1):
-        one.read()
-    one.log_losses()
-    one.log_losses()
+        item.read()
+    item.log_losses()
+    item.log_losses()
     assert [(each.wrench.force.x, each.wrench.force.z) for each in sent] == [(-0.25, -1.5), (0.0, -2.0)]
     assert all(math.isnan(value) for value in (sent[0].wrench.force.y, sent[0].wrench.torque.x))
-    assert said == ["3 lines lost, 1 corrupted, 1 of another sensor"]
+    assert message == ["3 lines lost, 1 corrupted, 1 of another sensor"]
 
 
 @pytest.mark.slow

@@ -25,8 +25,8 @@ def test_every_simulated_fault_is_detected_without_false_alarm():
     assert {(fault, who): right for fault, who, _, right in rows if right != "right"} == {
         ("swapped:C1:C2", who): "not seen" for who in ("driver", "diagnose")
     }
-    assert [said for fault, who, said, _ in rows if (fault, who) == ("stuck:C2@0.1", "driver")] == ["C2 stale"]
-    assert any(fault.startswith("glitch") and said.endswith("given out 0 wrong") for fault, _, said, _ in rows)
+    assert [message for fault, who, message, _ in rows if (fault, who) == ("stuck:C2@0.1", "driver")] == ["C2 stale"]
+    assert any(fault.startswith("glitch") and message.endswith("given out 0 wrong") for fault, _, message, _ in rows)
 
 
 @pytest.mark.slow

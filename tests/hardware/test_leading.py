@@ -45,11 +45,11 @@ def _unasked(words: str) -> str:
 @pytest.mark.slow
 def test_guided_calibration_records_points_and_resumes_table(design, planned):
     board, source = _begun(design)
-    said: list[str] = []
-    leading = GuidedCalibration(board, source, planned, _unasked, said.append)
+    message: list[str] = []
+    leading = GuidedCalibration(board, source, planned, _unasked, message.append)
     part = [text for text, _ in zip(leading.table(), range(3), strict=False)][-1]
     *_, whole = leading.table(part)
-    assert whole.startswith(part) and whole.startswith(head_lines(board, planned)) and said[-1] == "6 of 6 taken"
+    assert whole.startswith(part) and whole.startswith(head_lines(board, planned)) and message[-1] == "6 of 6 taken"
     rows = np.array([[float(cell) for cell in line.split(",")] for line in whole.splitlines()[3:]])
     assert rows[:, 0].tolist() == [0, 4, 0, 2, 1, 0] and rows[:, 1].tolist() == [0, 0.5, 0, 0, -0.5, 0]
     loads = np.insert(rows[:, :2], 2, 0.0, axis=1)
@@ -94,10 +94,10 @@ def test_guided_calibration_refuses_faulty_readings(design, source, words):
 
 def test_stable_counts_wait_for_rest_and_omit_single_jumps(design):
     board, source = _begun(design, "load=normal:3:0&seconds=3&fault=glitch:C1@4.5")
-    said: list[str] = []
-    found = stable_counts(board, source, said.append, range(2))
+    message: list[str] = []
+    result = stable_counts(board, source, message.append, range(2))
     rest = board.conversion.counts(sitscad.respond(design, loads=[[0, 0, 0]], rotation="held").frequency)[0]
-    assert list(found) == approx(list(rest), rel=2e-6) and len(said) >= 2 and "still moves" in said[0]
+    assert list(result) == approx(list(rest), rel=2e-6) and len(message) >= 2 and "still moves" in message[0]
 
 
 def _answered(design, planned, *answers: str, fault: str = ""):
@@ -105,16 +105,16 @@ def _answered(design, planned, *answers: str, fault: str = ""):
     asked and said comes in one list.
     """
     board, source = _begun(design, fault)
-    said: list[str] = []
+    message: list[str] = []
     left = iter(answers)
 
     def ask(words: str) -> str:
-        said.append(f"? {words}")
+        message.append(f"? {words}")
         load, typed = next(left)
         source.put_on(np.array(load), True)
         return typed
 
-    return GuidedCalibration(board, _by_hand(source), planned, ask, said.append).table(), said
+    return GuidedCalibration(board, _by_hand(source), planned, ask, message.append).table(), message
 
 
 NOTHING, FOUR = [0.0, 0.0, 0.0], [4.0, 0.5, 0.0]
@@ -122,42 +122,42 @@ NOTHING, FOUR = [0.0, 0.0, 0.0], [4.0, 0.5, 0.0]
 
 def test_typed_load_replaces_planned_load(design, planned):
     on = [3.8, 0.4, 0.0]
-    texts, said = _answered(
+    texts, message = _answered(
         design, planned, (NOTHING, ""), (on, "three"), (on, "0 0"), (on, "3.8"), (on, "3.8, 0.4")
     )
     next(texts)
     assert next(texts).splitlines()[-1].startswith("3.8,0.4,")
-    assert said[0] == "? 1 of 6: nothing on it" and "? 2 of 6: press 4 N, push +0.5 N along x" in said
-    assert sum(line.startswith("? 2") for line in said) == 4
-    assert "'three' is not normal, shear_x in newtons" in said[-7]
+    assert message[0] == "? 1 of 6: nothing on it" and "? 2 of 6: press 4 N, push +0.5 N along x" in message
+    assert sum(line.startswith("? 2") for line in message) == 4
+    assert "'three' is not normal, shear_x in newtons" in message[-7]
 
 
 def test_implausible_point_is_reported_and_requested_again(design, planned):
     """A weight that was forgotten, a push the wrong way; what somebody insists on is kept."""
-    texts, said = _answered(
+    texts, message = _answered(
         design, planned, (NOTHING, ""), (NOTHING, ""), ([4.0, -0.5, 0.0], ""), (FOUR, ""), (FOUR, ""), (FOUR, "0 0")
     )
     next(texts)
     second = next(texts)
     assert second.splitlines()[-1].startswith("4,0.5,")
-    again = [line for line in said if "Once more" in line]
+    again = [line for line in message if "Once more" in line]
     assert len(again) == 2 and "reads as about" in again[0] and "-0.5 N shear_x" in again[1]
     assert next(texts).splitlines()[-1].startswith("0,0,")  # four newtons on it, and typed to be none
-    assert "reads as about 4 N normal" in [line for line in said if "Once more" in line][2]
+    assert "reads as about 4 N normal" in [line for line in message if "Once more" in line][2]
 
 
 def test_typing_back_repeats_previous_point(design, planned):
-    texts, said = _answered(
+    texts, message = _answered(
         design, planned, (NOTHING, "back"), (NOTHING, ""), (FOUR, ""), (FOUR, "back"), ([3.9, 0.5, 0.0], "3.9 0.5")
     )
     first, second, back, again = (next(texts) for _ in range(4))
-    assert "'back' is not 0 for every axis" in said[1] and back == first != second
+    assert "'back' is not 0 for every axis" in message[1] and back == first != second
     assert again.splitlines()[-1].startswith("3.9,0.5,") and len(again.splitlines()) == len(second.splitlines())
 
 
 def test_guided_calibration_rejects_points_of_exchanged_coils(design, planned):
     """Nothing else sees them where they are drawn alike."""
-    texts, said = _answered(design, planned, (NOTHING, ""), (FOUR, ""), (FOUR, "4 0.5"), fault="fault=swapped:C1:C2")
+    texts, message = _answered(design, planned, (NOTHING, ""), (FOUR, ""), (FOUR, "4 0.5"), fault="fault=swapped:C1:C2")
     next(texts)
     next(texts)
-    assert any("Once more" in line and "-0.5 N shear_x" in line for line in said)
+    assert any("Once more" in line and "-0.5 N shear_x" in line for line in message)

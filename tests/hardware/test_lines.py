@@ -51,16 +51,16 @@ class Written:
         return min(len(self.content), 700)
 
     def read(self, size: int) -> bytes:
-        found, self.content = self.content[:size], self.content[size:]
-        return found
+        result, self.content = self.content[:size], self.content[size:]
+        return result
 
 
 def _taken(design: sitscad.Design, lines: list[bytes]) -> tuple[LineBoard, list[dict]]:
     board = LineBoard(design, Written([b"tail of one that began bef*0000", *lines]))
-    found = []
+    result = []
     while board.port.content or board.waiting:
-        found.append(board.poll(0.0))
-    return board, [one for one in found if one]
+        result.append(board.poll(0.0))
+    return board, [item for item in result if item]
 
 
 @pytest.mark.clients("gcc")
@@ -69,7 +69,7 @@ def test_all_serial_lines_are_read_with_expected_counts(pad, sent):
     heads = [line for line in sent if line.startswith(b"id,")]
     assert len(rows) == board.good > 240 and len(heads) == -(-len(rows) // 100) and board.remark.endswith("corrupted")
     drawn = [coil.states["rest"].frequency for coil in pad.design.estimates.coils]
-    read = [[board.frequency(one.counts) for _, one in sorted(row.items())] for row in rows]
+    read = [[board.frequency(item.counts) for _, item in sorted(row.items())] for row in rows]
     assert list(np.mean(read, axis=0)) == approx(drawn, rel=2e-5)
     assert np.ptp(np.array(read)[:, 0]) > 0.0
 
@@ -127,7 +127,7 @@ def test_moments_are_sent_in_newton_millimetres(pad, tmp_path):
     conversion = pad.design.estimates.readout.conversion
     rest = np.rint(conversion.counts(np.array([coil.states["rest"].frequency
                                                for coil in pad.design.estimates.coils])))
-    found = InverseMap(
+    result = InverseMap(
         gain=np.full(4, 1e-3),
         mix=np.array([[1.0, 1.0, 1.0, 1.0], [1.0, -1.0, 1.0, -1.0], [1.0, 1.0, -1.0, -1.0]]),
         powers=np.eye(3, dtype=np.int64), coefficients=np.eye(3),
@@ -135,7 +135,7 @@ def test_moments_are_sent_in_newton_millimetres(pad, tmp_path):
         coils=names, axes=("normal", "moment_x", "moment_y"), full_scale=np.array([8.0, 4e-3, 4e-3]),
         error=np.zeros(3), rest=rest,
     )
-    (folder / "calibration.h").write_bytes(header(found, conversion))
+    (folder / "calibration.h").write_bytes(header(result, conversion))
     (folder / "told.c").write_text(TOLD)
     made = folder / "told"
     command = ["gcc", *STRICT, "-o", made, "told.c", "sensor.c", "ldc161x.c", "-lm"]
@@ -144,8 +144,8 @@ def test_moments_are_sent_in_newton_millimetres(pad, tmp_path):
     head, line = subprocess.check_output([made]).decode("ascii").splitlines()
     assert [name.partition("*")[0] for name in head.split(",")[-3:]] == ["normal_N", "moment_x_Nmm", "moment_y_Nmm"]
     assert [cell.partition("*")[0] for cell in line.split(",")[-3:]] == ["6.5000", "1.2500", "-3.4375"]
-    assert "newton metres" in header(found, conversion).decode("ascii")
-    assert found.document()["units"] == ["N", "N m", "N m"]
+    assert "newton metres" in header(result, conversion).decode("ascii")
+    assert result.document()["units"] == ["N", "N m", "N m"]
 
 
 TOLD = """\

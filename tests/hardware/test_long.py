@@ -20,8 +20,8 @@ pytestmark = [pytest.mark.clients("gcc"), pytest.mark.slow]
 def fast(tmp_path_factory: pytest.TempPathFactory) -> Bench:
     """Two coils with a map to newtons, compiled for speed."""
     design = sitscad.Design(sitscad.load(TEMPLATES / "bench_7mm.yaml"))
-    found = sitscad.calibrate(design)
-    return compiled(design, tmp_path_factory.mktemp("fast"), ["-O2"], header(found.map, found.sensors.conversion))
+    result = sitscad.calibrate(design)
+    return compiled(design, tmp_path_factory.mktemp("fast"), ["-O2"], header(result.map, result.sensors.conversion))
 
 
 @pytest.mark.parametrize("state", ["rest", "free"])
@@ -45,14 +45,14 @@ def test_10000_faultless_boards_get_no_diagnosis(fast, state):
     board, generator = Board(fast.design, ()), np.random.default_rng(2)
     of_coil = re.compile("C[12] (frequency|amplitude|noise)")
     for frequencies in sound_boards(fast.design, 10_000, state, 1):
-        noise = np.array([board.conversion.noise(one) for one in frequencies])
+        noise = np.array([board.conversion.noise(item) for item in frequencies])
         read = board.conversion.counts(frequencies + noise * generator.normal(size=(40, 2))).round().astype(int)
         rows = [
-            [CoilReading(0.01 * k, one, board.status(coil, one, 0)) for k, one in enumerate(read[:, coil].tolist())]
+            [CoilReading(0.01 * k, item, board.status(coil, item, 0)) for k, item in enumerate(read[:, coil].tolist())]
             for coil in (0, 1)
         ]
-        said = [one for one in diagnose_board(board, [], rows) if of_coil.match(one.name)]
-        assert len(said) == 6 and {one.verdict for one in said} == {MET}, said
+        message = [item for item in diagnose_board(board, [], rows) if of_coil.match(item.name)]
+        assert len(message) == 6 and {item.verdict for item in message} == {MET}, message
 
 
 def test_no_wrong_value_in_a_day_changes_forces(fast, capsys):

@@ -39,8 +39,8 @@ def _diagnosed(design: sitscad.Design, seconds: float = 0.5, **given: object) ->
     board = Board(design, source.chips)
     wrong = board.set_up()
     rows = list(scans(board, source, seconds))
-    found = diagnose_board(board, wrong, [[row[k] for row in rows if k in row] for k in range(len(board.bands))])
-    return {one.name: (one.verdict, one.observation) for one in found}
+    result = diagnose_board(board, wrong, [[row[k] for row in rows if k in row] for k in range(len(board.bands))])
+    return {item.name: (item.verdict, item.observation) for item in result}
 
 
 def test_scans_contain_all_coils_of_converters_with_different_rates(tmp_path):
@@ -51,12 +51,12 @@ def test_scans_contain_all_coils_of_converters_with_different_rates(tmp_path):
     simulated, _ = source_of(f"sim:{path}", design)
     board = Board(design, simulated.chips)
     board.set_up()
-    found = list(scans(board, simulated, 0.1))
-    assert {len(scan) for scan in found} == {5}
-    assert len(found) == approx(0.1 * design.estimates.readout.scan_rate, rel=0.1)
+    result = list(scans(board, simulated, 0.1))
+    assert {len(scan) for scan in result} == {5}
+    assert len(result) == approx(0.1 * design.estimates.readout.scan_rate, rel=0.1)
     simulated.chips[1].reset()  # while the other goes on
-    found = list(scans(board, simulated, 0.2))
-    assert board.restarts == 1 and len(found[-1]) == 5
+    result = list(scans(board, simulated, 0.2))
+    assert board.restarts == 1 and len(result[-1]) == 5
     board.keep_settings = lambda new: None
     simulated.chips[1].reset()
     assert [set(scan) for scan in scans(board, simulated, 0.3)][1:3] == [{0, 1, 2}] * 2
@@ -68,17 +68,17 @@ def test_four_coils_on_one_converter_lose_no_result():
     source, _ = source_of(f"sim:{TEMPLATES}/three_axis_pad.yaml", pad)
     board = Board(pad, source.chips)
     board.set_up()
-    found = list(scans(board, source, 0.5))
-    assert {len(scan) for scan in found} == {4}
-    assert len(found) == approx(0.5 * pad.estimates.readout.scan_rate, rel=0.01)
-    steps = np.diff([[scan[k].time for k in range(4)] for scan in found], axis=0) * pad.estimates.readout.scan_rate
+    result = list(scans(board, source, 0.5))
+    assert {len(scan) for scan in result} == {4}
+    assert len(result) == approx(0.5 * pad.estimates.readout.scan_rate, rel=0.01)
+    steps = np.diff([[scan[k].time for k in range(4)] for scan in result], axis=0) * pad.estimates.readout.scan_rate
     assert np.all(steps > 0.7) and np.all(steps < 1.3)
 
 
 def test_diagnosis_of_faultless_board_is_met(design):
-    found = _diagnosed(design)
-    assert {name for name, (verdict, _) in found.items() if verdict != MET} == {"order of coils"}
-    assert set(found) >= {"identity", "settings", "C1 frequency", "C2 amplitude", "C2 noise", "rate"}
+    result = _diagnosed(design)
+    assert {name for name, (verdict, _) in result.items() if verdict != MET} == {"order of coils"}
+    assert set(result) >= {"identity", "settings", "C1 frequency", "C2 amplitude", "C2 noise", "rate"}
 
 
 @pytest.mark.parametrize(
@@ -94,16 +94,16 @@ def test_diagnosis_of_faultless_board_is_met(design):
     ],
 )
 def test_diagnosis_names_only_the_faulty_coil(design, fault, missed, words):
-    found = _diagnosed(design, faults=fault)
-    assert found[missed][0] == NOT_MET and words in found[missed][1]
-    others = {name for name, (verdict, _) in found.items() if verdict == NOT_MET} - {missed}
+    result = _diagnosed(design, faults=fault)
+    assert result[missed][0] == NOT_MET and words in result[missed][1]
+    others = {name for name, (verdict, _) in result.items() if verdict == NOT_MET} - {missed}
     assert not {name for name in others if name.startswith("C1")} and others <= {"rate", "C2 frequency", "C2 amplitude"}
 
 
 def test_missing_layer_fails_amplitude_requirement(design):
     """It was said to be good: the status told of the band alone."""
-    found = _diagnosed(design, faults="lost-layer:C2")
-    assert found["C2 amplitude"][0] == NOT_MET and found["C1 amplitude"][0] == MET
+    result = _diagnosed(design, faults="lost-layer:C2")
+    assert result["C2 amplitude"][0] == NOT_MET and result["C1 amplitude"][0] == MET
 
 
 def test_noise_of_12_results_is_not_diagnosed_as_excessive(design):
@@ -113,7 +113,7 @@ def test_noise_of_12_results_is_not_diagnosed_as_excessive(design):
 
     def said(sigma: float, number: int) -> set[str]:
         counts = board.conversion.counts(9e6 + sigma * hertz * noise.normal(size=number)).astype(int)
-        return {_noise(board, 0, [CoilReading(0.0, int(one), "good") for one in counts]).verdict}
+        return {_noise(board, 0, [CoilReading(0.0, int(item), "good") for item in counts]).verdict}
 
     assert set().union(*(said(1.0, 12) for _ in range(1000))) == {MET}
     assert set().union(*(said(2.5, 200) for _ in range(20))) == {NOT_MET}
@@ -126,10 +126,10 @@ def test_single_wrong_result_is_omitted_and_step_delayed_one_scan(design):
     board = Board(design, source.chips)
     board.set_up()
     rows = [row[1] for row in scans(board, source, 1.24) if 1 in row]
-    quiet = [one for one in rows if one.time < 1.1]
-    good = [board.frequency(one.counts) for one in quiet if one.is_good]
+    quiet = [item for item in rows if item.time < 1.1]
+    good = [board.frequency(item.counts) for item in quiet if item.is_good]
     assert len(quiet) - len(good) == 4 and np.ptp(good) < 8.0 * design.estimates.readout.conversion.noise(9e6)
-    step = [one.status for one in rows if one.time >= 1.1]
+    step = [item.status for item in rows if item.time >= 1.1]
     assert 1 <= step.count("stale") <= 2 and step[-1] == "good"
 
 
@@ -143,9 +143,9 @@ def test_invalid_simulated_load_is_refused_with_expected_form(load):
 
 
 def test_simulated_loads_are_given_in_one_or_several_keys():
-    one, two = _load_ramps(["normal:0:4,shear_x:1"]), _load_ramps(["shear_x:1", "normal:0:4"])
-    assert one.tolist() == two.tolist()
-    assert (one[0].tolist(), one[-1].tolist()) == ([0.0, 1.0, 0.0, 0.0, 0.0], [4.0, 1.0, 0.0, 0.0, 0.0])
+    item, two = _load_ramps(["normal:0:4,shear_x:1"]), _load_ramps(["shear_x:1", "normal:0:4"])
+    assert item.tolist() == two.tolist()
+    assert (item[0].tolist(), item[-1].tolist()) == ([0.0, 1.0, 0.0, 0.0, 0.0], [4.0, 1.0, 0.0, 0.0, 0.0])
     assert _load_ramps(["moment_y:2"])[-1].tolist() == [0.0, 0.0, 0.0, 0.0, 2e-3]
     source_of(f"sim:{SPEC}?load=normal:0:4,shear_x:1", None)
     with pytest.raises(ValueError, match="load says twice what normal is"):
@@ -156,10 +156,10 @@ def test_simulated_loads_are_given_in_one_or_several_keys():
 
 @pytest.mark.slow
 def test_readings_beyond_map_are_flagged(design):
-    found = sitscad.calibrate(design).map
-    forces, board = Forces([found]), Board(design, ())
+    result = sitscad.calibrate(design).map
+    forces, board = Forces([result]), Board(design, ())
     low, high = (
-        {k: CoilReading(0.0, int(counts * way), GOOD) for k, counts in enumerate(found.rest)} for way in (1.0, 1.2)
+        {k: CoilReading(0.0, int(counts * way), GOOD) for k, counts in enumerate(result.rest)} for way in (1.0, 1.2)
     )
     assert not forces.is_beyond(board, low) and forces.is_beyond(board, high)
 
@@ -176,10 +176,10 @@ def test_read_evaluates_each_cell_with_its_map(tmp_path):
         (folder / "calibration.json").write_text(json.dumps(sitscad.calibrate(skin.cells.by_number(k)).document()))
     source = f"sim:{tmp_path / 'two.yaml'}?load=normal:5&seconds=0.05"
     for unit, least, most in (("", 0.0, 0.05), ("&unit=2", 0.05, 1.0)):  # a unit has errors of its own
-        asked = ["read", f"{source}&cell=2{unit}", "--tare", "--calibration", str(tmp_path)]
-        done = CliRunner().invoke(cli, asked)
-        one, two = (float(re.findall(rf"C{k}\.normal (\S+) N", done.output)[-1]) for k in (1, 2))
-        assert done.exit_code == 0 and abs(one) < 0.05 and least <= abs(two - 5.0) < most
+        request = ["read", f"{source}&cell=2{unit}", "--tare", "--calibration", str(tmp_path)]
+        done = CliRunner().invoke(cli, request)
+        item, two = (float(re.findall(rf"C{k}\.normal (\S+) N", done.output)[-1]) for k in (1, 2))
+        assert done.exit_code == 0 and abs(item) < 0.05 and least <= abs(two - 5.0) < most
     assert "say on which, like cell=1" in CliRunner().invoke(cli, ["read", source]).output
     ours = ["read", f"sim:{SPEC}?seconds=0.05", "--calibration", str(tmp_path / "cell-2")]
     document = json.dumps(sitscad.calibrate(skin.cells.by_number(2)).document())
@@ -197,8 +197,8 @@ def test_manufactured_boards_within_tolerance_pass_diagnosis(design):
     drawn = sitscad.respond(design, loads=loads[:, 1:], rotation="held").frequency
     rest = np.array([coil.states["rest"].frequency for coil in design.estimates.coils])
     for seed, off in enumerate(sound_boards(design, 8, "rest", 4) - rest, 1):
-        found = _diagnosed(design, 0.3, loads=loads, frequencies=drawn + off, seed=seed)
-        assert NOT_MET not in {verdict for verdict, _ in found.values()}, found
+        result = _diagnosed(design, 0.3, loads=loads, frequencies=drawn + off, seed=seed)
+        assert NOT_MET not in {verdict for verdict, _ in result.values()}, result
 
 
 # ---------------------------------------------------------------------------------------------------------- the command
@@ -226,8 +226,8 @@ def test_read_command_diagnoses_logs_and_prints_forces(tmp_path):
 @pytest.mark.slow
 def test_read_command_prints_applied_force(tmp_path, design):
     """The tare is the mean of 16 scans, so that these come to nothing in the mean; the load comes on after them."""
-    found = sitscad.calibrate(design)
-    sitscad.write_calibration(found, tmp_path)
+    result = sitscad.calibrate(design)
+    sitscad.write_calibration(result, tmp_path)
     by = ("--tare", "--calibration", str(tmp_path / "calibration.json"))
     lines = _run(f"sim:{SPEC}?load=normal:2&seconds=0.1", *by).stdout.splitlines()
     newtons = [float(line.split("normal ")[1].split(" N")[0]) for line in lines if "normal" in line]
@@ -286,7 +286,7 @@ def test_contradictory_source_keys_are_refused(said, design):
 ])
 def test_infinite_time_option_is_refused(arguments):
     """An infinite one ended in an internal error."""
-    done = CliRunner().invoke(cli, [one.replace("SPEC", str(SPEC)) for one in arguments])
+    done = CliRunner().invoke(cli, [item.replace("SPEC", str(SPEC)) for item in arguments])
     assert done.exit_code == 2 and arguments[-2] in done.output and "is not in the range" in done.output
 
 

@@ -88,39 +88,39 @@ def _simulated(**given: object) -> sitscad.SimulatedConverter:
 
 def _results(chip: sitscad.SimulatedConverter, count: int) -> list[tuple[int, int, int, int]]:
     """So many results: time (ns), channel, counts, flags."""
-    found = []
-    while len(found) < count:
+    result = []
+    while len(result) < count:
         chip.advance(200_000)
         status = chip.read(at.STATUS)
         for channel in range(4):
             if status & at.UNREAD >> channel:
                 upper, lower = chip.read(2 * channel), chip.read(2 * channel + 1)
                 high = upper & DESIGN.spec.readout.device.result_mask
-                found.append((chip.time, channel, high << 16 | lower, upper >> 12))
-    return found
+                result.append((chip.time, channel, high << 16 | lower, upper >> 12))
+    return result
 
 
 def test_simulated_counts_have_estimated_mean_noise_and_rate():
     """Mean, standard deviation and rate of a sensor at rest are those of the estimates."""
     chip = _simulated()
-    found = _results(chip, 400)
+    result = _results(chip, 400)
     conversion, readout = DESIGN.estimates.readout.conversion, DESIGN.estimates.readout
     for channel, coil in enumerate(DESIGN.estimates.coils):
-        counts = np.array([row[2] for row in found if row[1] == channel], dtype=float)
+        counts = np.array([row[2] for row in result if row[1] == channel], dtype=float)
         rest = coil.states["rest"].frequency
         scale = conversion.frequencies(np.array(1.0))
         assert counts.mean() * scale == approx(rest, rel=1e-6)
         assert counts.std() * scale == approx(conversion.noise(rest), rel=0.2)
-    times = [row[0] for row in found if row[1] == 0]
+    times = [row[0] for row in result if row[1] == 0]
     assert (times[-1] - times[0]) * 1e-9 / (len(times) - 1) == approx(1.0 / readout.scan_rate, rel=0.01)
-    assert {row[3] for row in found} == {0}
+    assert {row[3] for row in result} == {0}
 
 
 def test_simulated_load_ramp_matches_response():
     chip = _simulated(loads=[[0.0, 0, 0, 0], [0.5, 4.0, 0, 0]], noise=False)
-    found = _results(chip, 120)
+    result = _results(chip, 120)
     ends = sitscad.respond(DESIGN, loads=[[0, 0, 0], [4.0, 0, 0]], rotation="held").counts[:, 0]
-    first = [row for row in found if row[1] == 0]
+    first = [row for row in result if row[1] == 0]
     assert all(later[2] >= earlier[2] for earlier, later in pairwise(first))
     assert first[-1][0] > 0.55e9 and first[-1][2] == approx(ends[1], rel=1e-7)
     half = min(first, key=lambda row: abs(row[0] - 0.25e9))
@@ -132,8 +132,8 @@ def test_simulated_load_ramp_matches_response():
     [("open:C2", 0xB, 0.0), ("short:C2", 0xB, 0.0), ("low-amplitude:C2", 0x1, 1.0), ("lost-layer:C2", None, None)],
 )
 def test_simulated_coil_fault_affects_only_that_coil(fault, flags, changed):
-    sound, faulty = (_results(_simulated(faults=one, noise=False), 12) for one in ((), fault))
-    by_channel = [{row[1]: row for row in found} for found in (sound, faulty)]
+    sound, faulty = (_results(_simulated(faults=item, noise=False), 12) for item in ((), fault))
+    by_channel = [{row[1]: row for row in result} for result in (sound, faulty)]
     assert by_channel[0][0][2:] == by_channel[1][0][2:]
     before, after = (rows[1] for rows in by_channel)
     assert flags is None or after[3] == flags
@@ -156,8 +156,8 @@ def test_simulated_converter_faults_occur_at_given_times():
     chip.advance(200_000_000)
     assert chip.read(at.CONFIG) == at.AT_RESET[at.CONFIG] and chip.read(at.STATUS) == 0
     chip = _simulated(faults="stuck:C1@0.1")
-    found = [row[2] for row in _results(chip, 80) if row[1] == 0]
-    assert len(set(found[-10:])) == 1 and len(set(found[:5])) == 5
+    result = [row[2] for row in _results(chip, 80) if row[1] == 0]
+    assert len(set(result[-10:])) == 1 and len(set(result[:5])) == 5
     chip = _simulated(faults="glitch:C1@0.3")
     first = [row[2] for row in _results(chip, 200) if row[1] == 0]
     wrong = [count for count in first if abs(count / np.median(first) - 1.0) > 1e-3]

@@ -99,10 +99,10 @@ def test_micropython_module_reads_two_buses(grid, monkeypatch):
     chips = [SimulatedConverter(grid.design, number=number) for number in range(3)]
     with pytest.raises(sensor.SensorError, match="on 2 buses, not 1"):
         sensor.Sensor(TwoAddresses(*chips))
-    one = sensor.Sensor(TwoAddresses(*chips[:2]), TwoAddresses(chips[2]))
+    item = sensor.Sensor(TwoAddresses(*chips[:2]), TwoAddresses(chips[2]))
     for chip in chips:
         chip.advance(60_000_000)
-    assert [status for _, status in one.poll()] == [sensor.GOOD] * COILS
+    assert [status for _, status in item.poll()] == [sensor.GOOD] * COILS
     for name in ("sensor", "sensor_config"):
         sys.modules.pop(name, None)
 
@@ -118,5 +118,5 @@ def test_read_source_opens_two_buses(grid, monkeypatch):
     simulated, _ = source_of(f"sim:{TEMPLATES}/skin_grid_3x3.yaml?fault=open:C9", None)
     board = Board(grid.design, simulated.chips)
     assert board.set_up() == []
-    read = [(k, one.is_good) for scan in scans(board, simulated, 0.1) for k, one in scan.items()]
+    read = [(k, item.is_good) for scan in scans(board, simulated, 0.1) for k, item in scan.items()]
     assert set(read) == {*((k, True) for k in range(COILS - 1)), (COILS - 1, False)}

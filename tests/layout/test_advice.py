@@ -27,8 +27,8 @@ from sitscad.spec.load import load_text
 def advised(spec, hints="full"):
     """What the rules of room say of a spec, with hints that only they were tried for."""
     subject, rules = Design(spec), [rule for rule in RULES if rule.id in ("SIT112", "SIT113", "SIT118", "SIT119")]
-    said = [outcome for rule in rules for outcome in outcomes(rule, subject)[0]]
-    return Trials(subject, rules, said, (), Budget.of(hints)).advised()
+    message = [outcome for rule in rules for outcome in outcomes(rule, subject)[0]]
+    return Trials(subject, rules, message, (), Budget.of(hints)).advised()
 
 
 def value(finding, key):
@@ -85,16 +85,16 @@ def test_close_contacts_suggest_connector_with_room(sensor):
 
 
 def test_full_hint_search_finds_nearly_smallest_sufficient_amount():
-    asked = []
+    request = []
 
     def trial(fix):
-        asked.append(fix.spec)
+        request.append(fix.spec)
         return RemainingProblems() if fix.spec >= 0.73e-3 else RemainingProblems(("SIT113",))
 
     family = FamilyByAmount(lambda amount: Fix((Edit("array.pitch", f"{amount}"),), amount), 0.2e-3)
-    (found, _), = search([family], trial, Budget.of("full")).mending
-    assert found.spec == min(amount for amount in asked if amount >= 0.73e-3)
-    assert found.spec - max(amount for amount in asked if amount < 0.73e-3) < 0.03e-3
+    (result, _), = search([family], trial, Budget.of("full")).mending
+    assert result.spec == min(amount for amount in request if amount >= 0.73e-3)
+    assert result.spec - max(amount for amount in request if amount < 0.73e-3) < 0.03e-3
     (first, _), = search([family], trial, Budget.of("decisive")).mending
     assert first.spec == approx(0.2e-3 * GROWTH**3, rel=0.02)
     assert search([family], lambda _: RemainingProblems(("SIT113",)), Budget.of("full")).mending == ()
@@ -141,8 +141,8 @@ def test_hint_search_does_not_change_finding_message_or_place(kind, sensor):
         "between coils": lambda: sensor(pitch=4.09e-3, coils=3),
         "in a body": lambda: load_text(GRID_IN_A_BODY, "tip.yaml"),
     }[kind]()
-    found, plain = ([replace(each, hint="", fixes=()) for each in advised(spec, how)] for how in ("decisive", "none"))
-    assert found == plain and plain
+    result, plain = ([replace(each, hint="", fixes=()) for each in advised(spec, how)] for how in ("decisive", "none"))
+    assert result == plain and plain
 
 
 def test_polygon_start_angles_are_corner_angles(sensor):
@@ -159,8 +159,8 @@ def test_leads_of_coil_with_stub_at_corner_are_routed(sensor):
 
 
 def test_exhausted_search_limit_reports_missing_lead_room(sensor):
-    found = _attempt(sensor().artwork, SearchLimit(0))
-    assert found.routing is None and [lack.what for lack in found.shortfalls] == [Missing.LEAD_ROOM]
+    result = _attempt(sensor().artwork, SearchLimit(0))
+    assert result.routing is None and [lack.what for lack in result.shortfalls] == [Missing.LEAD_ROOM]
 
 
 def test_layout_with_shortfall_is_attempted_once_without_hints(sensor, monkeypatch):
@@ -198,10 +198,10 @@ def test_skipping_blocked_ring_pieces_saves_trials_with_equal_escapes(monkeypatc
     """Leads were tried round the whole coil though the track of another one lay across their road."""
     spec = load_text(CLOSED, "closed.yaml")
     proved, tried = SearchLimit(), SearchLimit()
-    found = _attempt(spec.artwork, proved)
+    result = _attempt(spec.artwork, proved)
     monkeypatch.setattr(_BranchSearch, "_runs_into", lambda *_: False)
     other = _attempt(spec.artwork, tried)
-    assert found.routing is not None and found.routing.escapes == other.routing.escapes
+    assert result.routing is not None and result.routing.escapes == other.routing.escapes
     assert BUDGET - proved.left < 0.75 * (BUDGET - tried.left)
 
 
@@ -215,10 +215,10 @@ def test_admission_of_many_tracks_equals_single_admissions(sensor):
 
     board = Obstacles(rules, 0.1e-3, Breadth(0.2e-3, 4.9e-3))
     board.add([track() for _ in range(2)], [ViaToPlace(Point(1e-3, 4e-3), 0.4e-3, 0.2e-3)])
-    asked = [track() for _ in range(200)]
-    found = board.admits_each(asked).tolist()
-    assert found == [board.admits([one]) for one in asked]
-    assert 10 < sum(found) < 190
+    request = [track() for _ in range(200)]
+    result = board.admits_each(request).tolist()
+    assert result == [board.admits([item]) for item in request]
+    assert 10 < sum(result) < 190
     assert board.admits_each([track(layer=2)]).size == 1
 
 

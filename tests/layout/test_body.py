@@ -35,8 +35,8 @@ def bare(button) -> sitscad.SensorSpec:
 
 
 def refusals(spec: sitscad.SensorSpec, hints: str = "decisive") -> dict[str, sitscad.Finding]:
-    found = sitscad.check(spec, hints=hints).findings
-    return {finding.rule: finding for finding in found if finding.severity is sitscad.Severity.ERROR}
+    findings = sitscad.check(spec, hints=hints).findings
+    return {finding.rule: finding for finding in findings if finding.severity is sitscad.Severity.ERROR}
 
 
 def copper_outside(layout: sitscad.Layout) -> float:
@@ -89,20 +89,20 @@ def test_shifted_coils_shift_whole_layout(button):
 
 def test_root_rounding_touches_circle_and_tail():
     """(R + r)^2 = x^2 + (h + r)^2 (Pythagoras)."""
-    found = root(circle(sitscad.kernels.geometry.path.Point(0.0, 0.0), 6e-3), 1, 1.75e-3, 1e-3)
-    assert found.centre.x == approx(math.sqrt(7e-3**2 - 2.75e-3**2), rel=1e-12)
-    assert math.hypot(*found.on_body) == approx(6e-3, rel=1e-9)
+    result = root(circle(sitscad.kernels.geometry.path.Point(0.0, 0.0), 6e-3), 1, 1.75e-3, 1e-3)
+    assert result.centre.x == approx(math.sqrt(7e-3**2 - 2.75e-3**2), rel=1e-12)
+    assert math.hypot(*result.on_body) == approx(6e-3, rel=1e-9)
     assert root(circle(sitscad.kernels.geometry.path.Point(0.0, 0.0), 1e-3), 1, 1.75e-3, 1e-3) is None
 
 
 @pytest.mark.slow
 def test_small_body_is_refused_with_shortfall_and_sufficient_body(bare):
-    found = refusals(bare.replace("fpc.body.size", 11e-3), "full")
+    result = refusals(bare.replace("fpc.body.size", 11e-3), "full")
     radius = bare.array.pitch / math.sqrt(3) + bare.coil.size[0] / 2
-    said = found["SIT135"]
-    assert said.limit - said.measured == approx(radius + 0.2e-3 - 5.5e-3, rel=0.02)
-    larger = float(said.hint.split("fpc.body.size: ")[1].split()[0])
-    assert 11 < larger < 12.5 and "SIT109" not in found  # which would say it of every layer of every coil
+    message = result["SIT135"]
+    assert message.limit - message.measured == approx(radius + 0.2e-3 - 5.5e-3, rel=0.02)
+    larger = float(message.hint.split("fpc.body.size: ")[1].split()[0])
+    assert 11 < larger < 12.5 and "SIT109" not in result  # which would say it of every layer of every coil
     assert not sitscad.lay_out(bare.replace("fpc.body.size", 1e-3 * larger)).shortfalls
 
 
@@ -112,10 +112,10 @@ def test_largest_outline_limits_computed_body(bare):
     x, y = sitscad.lay_out(free).body_size
     roomy = {"shape": "rectangle", "size": [x + 2e-3, y + 2e-3]}
     assert "SIT136" not in refusals(free.replace("fpc.largest", roomy), "none")
-    said = refusals(free.replace("fpc.largest", {"shape": "circle", "size": "12 mm"}), "full")["SIT136"]
+    message = refusals(free.replace("fpc.largest", {"shape": "circle", "size": "12 mm"}), "full")["SIT136"]
     corner = math.hypot(x / 2 - 0.5e-3, y / 2 - 0.5e-3) + 0.5e-3  # of corners rounded by 0.5 mm
-    assert said.measured == approx(corner - 6e-3, rel=0.1)
-    assert [[(edit.key, edit.new) for edit in fix.edits] for fix in said.fixes] == [
+    assert message.measured == approx(corner - 6e-3, rel=0.1)
+    assert [[(edit.key, edit.new) for edit in fix.edits] for fix in message.fixes] == [
         [("fpc.body", "{shape: circle, size: 12}")]]
 
 
@@ -124,9 +124,9 @@ def test_largest_outline_limits_computed_body(bare):
 def test_plate_beyond_largest_outline_yields_note(button, side, is_told):
     """A pad for a room of 25 mm came with a plate of 33 mm, which no command said before it was built."""
     spec = rewritten_spec(button, [("fpc.largest", {"shape": "rectangle", "size": [side, side]})])
-    found = [f for f in sitscad.check(spec, hints="none").findings if f.rule == "SIT136"]
-    assert [(f.severity, f.key) for f in found] == [(sitscad.Severity.NOTE, "fpc.largest")] * is_told
-    assert all(f.measured > f.limit == 0.0 for f in found)
+    findings = [f for f in sitscad.check(spec, hints="none").findings if f.rule == "SIT136"]
+    assert [(f.severity, f.key) for f in findings] == [(sitscad.Severity.NOTE, "fpc.largest")] * is_told
+    assert all(f.measured > f.limit == 0.0 for f in findings)
 
 
 @pytest.mark.slow
@@ -136,17 +136,17 @@ def test_plate_corners_beyond_round_outline_yield_note(button, room, is_told):
     x0, y0, x1, y1 = plate_plan(sitscad.lay_out(button), film_thickness(button.encapsulation))
     diagonal = 1e3 * math.hypot(x1 - x0 - 4e-3, y1 - y0 - 4e-3) + 4.0  # corners of 2 mm
     spec = rewritten_spec(button, [("fpc.largest", {"shape": "circle", "size": room * diagonal})])
-    found = [f for f in sitscad.check(spec, hints="none").findings if f.rule == "SIT136"]
-    assert [f.severity for f in found] == [sitscad.Severity.NOTE] * is_told
-    assert all(f.measured == approx(0.5e-3 * (1.0 - room) * diagonal, rel=1e-2) for f in found)
+    findings = [f for f in sitscad.check(spec, hints="none").findings if f.rule == "SIT136"]
+    assert [f.severity for f in findings] == [sitscad.Severity.NOTE] * is_told
+    assert all(f.measured == approx(0.5e-3 * (1.0 - room) * diagonal, rel=1e-2) for f in findings)
 
 
 @pytest.mark.slow
 def test_long_coil_beyond_largest_outline_suggests_narrower_coil_with_fewer_turns():
     """A strip 3 mm wide was told "smaller coils" and no size: narrower, its vias had no room inside."""
     spec = sitscad.load_text(STRIP)
-    found = refusals(spec, "full")["SIT136"]
-    edits = {edit.key: edit.new for edit in found.fixes[0].edits}
+    result = refusals(spec, "full")["SIT136"]
+    edits = {edit.key: edit.new for edit in result.fixes[0].edits}
     length, width = YAML(typ="safe").load(edits["coil.outer_diameter"])
     assert length == 30 and 2.0 < width < 2.6 and float(edits.get("coil.turns", 5)) <= 5
     changed = spec.source.text.replace("[30, 2.6]", edits["coil.outer_diameter"])
@@ -177,8 +177,8 @@ D_SHAPE = [(5, -6, 0), (5, 6, 0), (0, 6, 1), (0, -6, 0)]
 
 
 def test_drawn_outline_is_read_as_lines_and_arcs(tmp_path):
-    found = outline(dxf(tmp_path, lambda space: space.add_lwpolyline(D_SHAPE, format="xyb", close=True)))
-    assert enclosed_area(found) == approx((60 + math.pi * 18) * 1e-6, rel=1e-9)
+    result = outline(dxf(tmp_path, lambda space: space.add_lwpolyline(D_SHAPE, format="xyb", close=True)))
+    assert enclosed_area(result) == approx((60 + math.pi * 18) * 1e-6, rel=1e-9)
 
     def pieces(space) -> None:  # in any order and direction
         space.add_arc((0, 0), 6, 90, 270)
@@ -199,8 +199,8 @@ def test_tiny_segments_of_drawn_outline_are_dropped(tmp_path):
             space.add_line(end, end)
         space.add_arc((5, 3 - 1e-5), 1e-5, 0, 90)
 
-    found = list(outline(dxf(tmp_path, draw)))
-    assert len(found) == 4 and all(piece.length > 5e-3 for piece in found)
+    result = list(outline(dxf(tmp_path, draw)))
+    assert len(result) == 4 and all(piece.length > 5e-3 for piece in result)
 
 
 @pytest.mark.parametrize(("draw", "said"), [
@@ -293,8 +293,8 @@ def test_coils_larger_than_body_are_unchanged_by_tail_turn(way):
     fpc = {"body": {"shape": "rectangle", "size": 9}, "tail": {"length": 40, **way}}
     values = {"sitscad": 1, "name": "small", "coil": coil, "array": {"count": 4}, "fpc": fpc}
     spec = sitscad.SensorSpec.from_mapping(values)
-    said, layout = refusals(spec, "none")["SIT135"], sitscad.lay_out(spec)
-    assert said.key == "fpc.body" and said.measured < 0.0 < said.limit == spec.fpc.rules.copper_to_edge
+    message, layout = refusals(spec, "none")["SIT135"], sitscad.lay_out(spec)
+    assert message.key == "fpc.body" and message.measured < 0.0 < message.limit == spec.fpc.rules.copper_to_edge
     straight = sitscad.lay_out(spec.replace({f"fpc.tail.{key}": None for key in way}))
     assert layout.coils == straight.coils and layout.outline != straight.outline
     assert shapely.Polygon(layout.outline.flattened(1e-6)).is_valid

@@ -120,7 +120,7 @@ def test_inductance_share_of_leads_jumps_only_at_whole_turns():
     sweep = [8.0 + k / 40 for k in range(21)]
     shares = [shares_of(laid_out(f"{BOARDS['two circles'][0]}, turns: {turns}", BOARDS["two circles"][1]))
               for turns in sweep]
-    steps = [max(abs(b - a) for a, b in zip(one, other, strict=True)) for one, other in pairwise(shares)]
+    steps = [max(abs(b - a) for a, b in zip(item, other, strict=True)) for item, other in pairwise(shares)]
     assert sorted(steps)[-2] < 0.01
     assert max(abs(share) for row in shares for share in row) < 0.055
 
@@ -129,7 +129,7 @@ def test_inductance_share_of_leads_jumps_only_at_whole_turns():
 def test_winding_sampling_is_fine_enough_for_leads(case, monkeypatch):
     """Chords 50 um off the outermost turn, with a lead 100 um beside it, were 6e-4 of the winding wrong."""
     layout = board(*case)
-    found = shares_of(layout)
+    result = shares_of(layout)
     monkeypatch.setattr(leads, "SAMPLED", 0.5e-6)
     monkeypatch.setattr(leads, "LONGEST", 0.05e-3)
-    assert found == approx(shares_of(layout), abs=1e-4)
+    assert result == approx(shares_of(layout), abs=1e-4)

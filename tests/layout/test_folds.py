@@ -56,9 +56,9 @@ fpc: {{rules: generic-flex, tail: {{length: 15, {TAIL}: 2}}}}
 def test_lead_beside_ring_corner_leaves_no_narrow_notch(name):
     spec = load_text(HEAD + FOLDED[name], "folded.yaml")
     layout = lay_out(spec)
-    asked = min(spec.fpc.rules.trace_spacing, spec.coil.trace_spacing)
+    request = min(spec.fpc.rules.trace_spacing, spec.coil.trace_spacing)
     assert layout.shortfalls == ()
-    assert [near.gap for near in conductor_notches(copper_of(layout), asked - 1 * UM)] == []
+    assert [near.gap for near in conductor_notches(copper_of(layout), request - 1 * UM)] == []
 
 
 ACUTE = {
@@ -94,20 +94,20 @@ def test_fold_chord_separates_lines_by_required_distance(opening, short):
     """Both lines meet at `opening` degrees; one of them begins `short` before or after that corner."""
     there = polar(1e-3, math.radians(opening))
     for begin in (polar(short, math.radians(opening)), polar(short, math.radians(opening) + math.pi)):
-        one, other = Line(Point(1e-3, 0.0), Point(short, 0.0)), Line(begin, there)
-        chord = fold_chord(one, other, 152 * UM)
+        item, other = Line(Point(1e-3, 0.0), Point(short, 0.0)), Line(begin, there)
+        chord = fold_chord(item, other, 152 * UM)
         assert chord.length == approx(152 * UM, abs=0, rel=1e-9)
         assert chord.start.y == approx(0.0, abs=1e-12) and other.distance(chord.end) < 1e-12
         left = Line(chord.end, there)
-        nearest = min(left.distance(one.at(k / 200)) for k in range(201) if one.at(k / 200).x >= chord.start.x)
+        nearest = min(left.distance(item.at(k / 200)) for k in range(201) if item.at(k / 200).x >= chord.start.x)
         assert nearest >= 152 * UM - 1e-12
 
 
 def test_fold_chord_of_distant_or_short_lines_is_none():
-    one = Line(Point(1e-3, 0.0), Point(0.2e-3, 0.0))
-    assert fold_chord(one, Line(Point(0.2e-3, 0.2e-3), Point(1e-3, 0.4e-3)), 152 * UM) is None
-    assert fold_chord(one, Line(Point(0.2e-3, 0.02e-3), Point(0.25e-3, 0.05e-3)), 152 * UM) is None
-    assert fold_chord(one, Line(Point(0.2e-3, 0.05e-3), Point(1e-3, 0.05e-3)), 152 * UM) is None
+    item = Line(Point(1e-3, 0.0), Point(0.2e-3, 0.0))
+    assert fold_chord(item, Line(Point(0.2e-3, 0.2e-3), Point(1e-3, 0.4e-3)), 152 * UM) is None
+    assert fold_chord(item, Line(Point(0.2e-3, 0.02e-3), Point(0.25e-3, 0.05e-3)), 152 * UM) is None
+    assert fold_chord(item, Line(Point(0.2e-3, 0.05e-3), Point(1e-3, 0.05e-3)), 152 * UM) is None
 
 
 @pytest.mark.parametrize("shape", ["circle", "hexagon"])

@@ -29,8 +29,8 @@ def assert_accepted_by_its_own_check(spec):
     layout = lay_out(spec)
     assert_sound(layout)
     subject = Design(spec, layout)
-    found = [finding for rule in DRAWN for finding in apply_rule(rule, subject)[0]]
-    assert [str(finding) for finding in found if finding.severity == "error"] == []
+    findings = [finding for rule in DRAWN for finding in apply_rule(rule, subject)[0]]
+    assert [str(finding) for finding in findings if finding.severity == "error"] == []
     return layout
 
 
@@ -53,7 +53,7 @@ def test_funnel_tracks_are_separated_by_pitch(seed):
     assert all(way.bend >= 0.0 and way.foot.y == height for way, height in zip(ways, heights, strict=True))
     ends = max(way.foot.x for way in ways) + 1.0
     necks = [way.neck(ends - way.foot.x) for way in ways]
-    assert min(gap(one, other) for one, other in pairwise(necks)) > 0.985 * pitch  # what sampling may miss
+    assert min(gap(item, other) for item, other in pairwise(necks)) > 0.985 * pitch  # what sampling may miss
 
 
 def test_funnel_track_with_room_bends_at_start():

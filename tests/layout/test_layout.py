@@ -63,12 +63,12 @@ def assert_sound(layout):
 
 
 def assert_in_series(series):
-    for one, other in pairwise(series):
-        end = one.path.end if isinstance(one, Trace) else one.centre
+    for item, other in pairwise(series):
+        end = item.path.end if isinstance(item, Trace) else item.centre
         start = other.path.start if isinstance(other, Trace) else other.centre
         assert end.distance(start) < 1e-9
-        if isinstance(one, Trace) and isinstance(other, Trace):
-            assert one.layer == other.layer
+        if isinstance(item, Trace) and isinstance(other, Trace):
+            assert item.layer == other.layer
     kinds = [isinstance(piece, Via) for piece in series]
     assert not any(a and b for a, b in pairwise(kinds))
 
@@ -85,11 +85,11 @@ def clashes(layout, spacing):
             else:
                 pad = shapely.Point(piece.centre).buffer(piece.pad / 2, quad_segs=32)
                 pieces += [(coil.name, index, layer, pad) for layer in range(1, layout.copper_layers + 1)]
-    found = []
+    result = []
     for (net, i, layer, a), (other, j, rival, b) in combinations(pieces, 2):
         if layer == rival and (net != other or abs(i - j) > 2) and a.distance(b) < spacing:
-            found.append((net, i, other, j, layer, a.distance(b)))
-    return found
+            result.append((net, i, other, j, layer, a.distance(b)))
+    return result
 
 
 def test_copper_of_sample_designs_passes_design_rules(layout):
@@ -168,8 +168,8 @@ def test_missing_room_for_inner_via_is_named(sensor, extra):
 def test_odd_layer_count_without_free_layer_has_way_out_shortfall(sensor):
     spec = sensor(layers=1, coils=1, turns=5, stackup="flex-2l-18um")
     coverlay = StackLayer(LayerKind.COVERLAY, 27e-6, "polyimide")
-    one = Stackup("one", (coverlay, StackLayer(LayerKind.COPPER, 18e-6, "copper"), coverlay))
-    layout = lay_out(dataclasses.replace(spec, fpc=dataclasses.replace(spec.fpc, stackup=one)))
+    item = Stackup("one", (coverlay, StackLayer(LayerKind.COPPER, 18e-6, "copper"), coverlay))
+    layout = lay_out(dataclasses.replace(spec, fpc=dataclasses.replace(spec.fpc, stackup=item)))
     assert [lack.what for lack in layout.shortfalls] == [Missing.WAY_OUT]
     assert not layout.coils[0].is_closed_circuit and layout.coils[0].windings
 
@@ -180,7 +180,7 @@ def test_close_coils_are_refused_with_missing_length(sensor):
     spec = sensor(diameter=7e-3, pitch=7.1e-3, coils=4, shape="square", turns=8)
     layout = lay_out(spec)
     assert [lack.what for lack in layout.shortfalls] == [Missing.LEAD_ROOM]
-    (finding,) = (found for found in check(spec, layout, hints="decisive").findings if found.rule == "SIT113")
+    (finding,) = (result for result in check(spec, layout, hints="decisive").findings if result.rule == "SIT113")
     assert finding.key == "array.pitch" and "um more) lets them pass" in finding.hint
 
 

@@ -66,8 +66,8 @@ def test_wave_distances_are_shortest():
                 steps = np.hypot(*(np.indices(near.shape) - np.array([min(i, 1), min(j, 1)])[:, None, None]))
                 expected[i, j] = min(expected[i, j], (near + steps).min())
         wave = spread(free, [(0, 0)])
-        found = [[wave.distance((i, j)) for j in range(8)] for i in range(7)]
-        assert np.array(found) == approx(expected, rel=1e-6)
+        result = [[wave.distance((i, j)) for j in range(8)] for i in range(7)]
+        assert np.array(result) == approx(expected, rel=1e-6)
 
 
 def test_maze_path_never_crosses_thin_track():
@@ -163,8 +163,8 @@ fpc: {rules: generic-fine, tail: {length: 60, connector: zif-0.5mm}}"""
     layout = lay_out(load_text(text, "corner.yaml"))
     leads = [trace.path for trace in layout.traces if trace.role is Role.LEAD]
     assert layout.shortfalls == () and len(leads) >= 8
-    for one, other in (pair for lead in leads for pair in pairwise(lead)):
-        ahead, onward = (np.subtract(line.end, line.start) / line.length for line in (one, other))
+    for item, other in (pair for lead in leads for pair in pairwise(lead)):
+        ahead, onward = (np.subtract(line.end, line.start) / line.length for line in (item, other))
         assert float(ahead @ onward) > math.cos(math.radians(120.0))
 
 
@@ -213,9 +213,9 @@ def test_leads_never_turn_back_over_themselves():
     spec = sensor(shape="square", diameter=5.24e-3, turns=11.5, layers=4, width=76e-6, spacing=76e-6, coils=4,
                   pitch=6.6e-3, clockwise=True, corner_radius=0.56e-3)
     for trace in lay_out(spec).traces:
-        for one, other in pairwise(trace.path):
-            if trace.role is Role.LEAD and isinstance(one, Line) and isinstance(other, Line):
-                ahead, onward = (np.subtract(line.end, line.start) / line.length for line in (one, other))
+        for item, other in pairwise(trace.path):
+            if trace.role is Role.LEAD and isinstance(item, Line) and isinstance(other, Line):
+                ahead, onward = (np.subtract(line.end, line.start) / line.length for line in (item, other))
                 assert float(ahead @ onward) > -0.9
 
 
@@ -262,10 +262,10 @@ def test_board_with_two_stuck_coils_ends_search_early():
 @pytest.mark.slow
 def test_no_escape_search_is_repeated(monkeypatch):
     """Orders that begin alike once led the first coils out again: an eighth of all searches of this board."""
-    found, lead_out = [], routes._lead_out
+    result, lead_out = [], routes._lead_out
 
     def recorded(board, index, choices, laid, first=False):
-        found.append((board.bus.base, board.breadth, board.lanes[index], index, repr(laid._tracks)))
+        result.append((board.bus.base, board.breadth, board.lanes[index], index, repr(laid._tracks)))
         return lead_out(board, index, choices, laid, first)
 
     monkeypatch.setattr(routes, "_lead_out", recorded)
@@ -274,8 +274,8 @@ def test_no_escape_search_is_repeated(monkeypatch):
     artwork = spec.artwork
     assert route_freely(artwork, bus, wind_all(artwork), front_of(artwork, bus),
                         SearchLimit()) is not None
-    assert len(found) > 40
-    assert len(set(found)) == len(found)
+    assert len(result) > 40
+    assert len(set(result)) == len(result)
 
 
 @pytest.mark.slow

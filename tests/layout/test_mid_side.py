@@ -21,8 +21,8 @@ def spec(**keys):
     {"shape": "rectangle", "outer_diameter": [10, 7], "start_angle": "90 deg"}, {"turns": [8, 7.75]},
 ])
 def test_mid_side_coil_is_routed_without_errors(keys):
-    found = check(spec(**keys), hints="none").findings
-    assert [f.rule for f in found if f.severity is not Severity.NOTE] == []
+    findings = check(spec(**keys), hints="none").findings
+    assert [f.rule for f in findings if f.severity is not Severity.NOTE] == []
 
 
 @pytest.mark.parametrize(("keys", "expected"), [
@@ -34,4 +34,4 @@ def test_mid_side_coil_is_routed_without_errors(keys):
 def test_mid_side_start_of_other_shapes_is_refused(keys, expected):
     with pytest.raises(SpecError) as refused:
         spec(**keys)
-    assert [(found.rule, found.key) for found in refused.value.findings] == [expected]
+    assert [(result.rule, result.key) for result in refused.value.findings] == [expected]

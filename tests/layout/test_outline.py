@@ -37,8 +37,8 @@ def inner_corners(outline):
     assert enclosed_area(outline) > 0.0
     segments = list(outline)
     radii = [s.radius for s in segments if isinstance(s, Arc) and not s.ccw]
-    for one, other in pairwise([*segments, segments[0]]):
-        turn = (headings(other)[0] - headings(one)[1] + math.pi) % (2 * math.pi) - math.pi
+    for item, other in pairwise([*segments, segments[0]]):
+        turn = (headings(other)[0] - headings(item)[1] + math.pi) % (2 * math.pi) - math.pi
         radii += [0.0] if turn < -1e-6 else []
     return radii
 
@@ -153,20 +153,20 @@ def test_taper_has_room_for_both_roundings(near, far, inner):
 
 def test_corner_radius_follows_profile():
     """The same board from two fabricators differs in its inner corners, and nowhere in its copper."""
-    one, other = (lay_out(board(array=row(2, 8), radius=radius)) for radius in ("1 mm", "2 mm"))
-    assert [min(inner_corners(each.outline)) for each in (one, other)] == approx([1 * MM, 2 * MM], rel=1e-6)
-    assert one.traces == other.traces and one.body == other.body
+    item, other = (lay_out(board(array=row(2, 8), radius=radius)) for radius in ("1 mm", "2 mm"))
+    assert [min(inner_corners(each.outline)) for each in (item, other)] == approx([1 * MM, 2 * MM], rel=1e-6)
+    assert item.traces == other.traces and item.body == other.body
 
 
 def test_board_without_tail_has_contact_strip_of_documented_length():
     """A reader took "none" for a board that ends with its body."""
     root = Path(__file__).parents[2]
     page = (root / "docs/spec.md").read_text(encoding="utf-8")
-    said = page.partition("Without `fpc.tail` a strip")[2].partition("\n\n")[0]
-    told = [float(length) * 1e-3 for length in re.findall(r"(\d+\.\d) mm", said)]
+    message = page.partition("Without `fpc.tail` a strip")[2].partition("\n\n")[0]
+    text = [float(length) * 1e-3 for length in re.findall(r"(\d+\.\d) mm", message)]
     spec = load(root / "templates/single_coil.yaml")
     shortest = spec.replace("fpc", {"tail": {"connector": "solder-pads", "length": "1 mm"}})
-    for each, length in zip((spec, shortest), told, strict=True):
+    for each, length in zip((spec, shortest), text, strict=True):
         layout = lay_out(each)
         strip = bounding_box((layout.outline,))[2] - layout.body[2]
         assert strip == approx(layout.tail_length, rel=1e-9) == approx(length, rel=5e-3)

@@ -74,10 +74,10 @@ def test_plug_opening_covers_fingers_and_passes_tip(plugged):
 
 @pytest.mark.slow
 def test_plug_tail_has_only_expected_notes(plugged):
-    found = [f for f in sitscad.check(plugged.spec, plugged).findings if f.rule.startswith("SIT1")]
-    kinds = {f.rule for f in found if f.rule != "SIT103"}
-    assert kinds <= {"SIT116", "SIT123", "SIT124", "SIT127"}, [f.message for f in found]
-    assert all(f.severity.value == "note" for f in found if f.rule in ("SIT124", "SIT127"))
+    findings = [f for f in sitscad.check(plugged.spec, plugged).findings if f.rule.startswith("SIT1")]
+    kinds = {f.rule for f in findings if f.rule != "SIT103"}
+    assert kinds <= {"SIT116", "SIT123", "SIT124", "SIT127"}, [f.message for f in findings]
+    assert all(f.severity.value == "note" for f in findings if f.rule in ("SIT124", "SIT127"))
     assert ("SIT127" in kinds) == any(pad.is_unused for pad in plugged.pads)
     assert ("SIT124" in kinds) == (plugged.spec.fpc.tail.connector.name == "zif-0.3mm"), "+-50 um for a band of +-30 um"
 
@@ -95,8 +95,8 @@ def test_order_readme_asks_to_confirm_width_and_thickness_of_plug(plugged):
 
 def test_outline_tolerance_too_wide_for_connector_yields_finding():
     layout = board(2, "zif-0.5mm", fpc=", rules: {outline_tolerance: 250 um}")  # a knife
-    (found,) = [f for f in sitscad.check(layout.spec, layout).findings if f.rule == "SIT126"]
-    assert (found.measured, found.limit) == approx((250e-6, 70e-6), rel=1e-9)
+    (findings,) = [f for f in sitscad.check(layout.spec, layout).findings if f.rule == "SIT126"]
+    assert (findings.measured, findings.limit) == approx((250e-6, 70e-6), rel=1e-9)
 
 
 def copper_at_contacts(layout):
@@ -106,8 +106,8 @@ def copper_at_contacts(layout):
     texts = {n: next(text for path, text in files.items() if path.endswith(f"-{name}_Cu.gbr"))
              for n in range(1, count + 1)
              for name in ["F" if n == 1 else "B" if n == count else f"In{n - 1}"]}
-    found = {n: [int(x) * 1e-9 for x in re.findall(r"X(-?[0-9]+)Y", text.decode())] for n, text in texts.items()}
-    return {n for n, xs in found.items() if max(xs, default=0.0) > edge}
+    result = {n: [int(x) * 1e-9 for x in re.findall(r"X(-?[0-9]+)Y", text.decode())] for n, text in texts.items()}
+    return {n for n, xs in result.items() if max(xs, default=0.0) > edge}
 
 
 def assert_contacts_are_as_thick_as_their_layers(layout):
@@ -148,8 +148,8 @@ def test_copper_under_contacts_adds_to_contact_thickness():
 def test_written_contact_count_is_used_or_refused():
     layout = board(1, "zif-0.3mm", ", contacts: 6")
     assert [pad.number for pad in layout.pads if not pad.is_unused] == [3, 4] and len(layout.pads) == 6
-    (found,) = [f for f in sitscad.check(layout.spec, layout).findings if f.rule == "SIT127"]
-    assert found.severity.value == "warning" and found.measured == 6.0 and "zif-0.5mm" in found.hint
+    (findings,) = [f for f in sitscad.check(layout.spec, layout).findings if f.rule == "SIT127"]
+    assert findings.severity.value == "warning" and findings.measured == 6.0 and "zif-0.5mm" in findings.hint
     with pytest.raises(sitscad.SpecError, match="the coils need 4 contacts"):
         board(2, "zif-0.3mm", ", contacts: 3")
     with pytest.raises(sitscad.SpecError, match="has the contacts that the coils need"):
@@ -162,8 +162,8 @@ def test_contact_count_beyond_connectors_is_error():
     few = replace(connector, positions=(2, 3))
     tail = replace(layout.spec.fpc.tail, connector=few)
     spec = replace(layout.spec, fpc=replace(layout.spec.fpc, tail=tail))
-    (found,) = [f for f in sitscad.check(spec, sitscad.lay_out(spec)).findings if f.rule == "SIT127"]
-    assert found.severity.value == "error" and (found.measured, found.limit) == (4.0, 3.0)
+    (findings,) = [f for f in sitscad.check(spec, sitscad.lay_out(spec)).findings if f.rule == "SIT127"]
+    assert findings.severity.value == "error" and (findings.measured, findings.limit) == (4.0, 3.0)
 
 
 def test_coverlay_covers_solder_pad_rims():
@@ -186,12 +186,12 @@ def test_coverlay_covers_at_most_half_of_small_solder_pads_with_finding(lap):
         assert (x1 - x0) * (y1 - y0) >= 0.5 * pad.size[0] * pad.size[1]
     x0, *_ = bounding_box([layout.top_openings[0].outline])
     drawn = x0 - (layout.pads[0].centre.x - layout.pads[0].size[0] / 2)
-    found = [f for f in sitscad.check(layout.spec, layout, hints="none").findings if f.rule == "SIT115"]
+    findings = [f for f in sitscad.check(layout.spec, layout, hints="none").findings if f.rule == "SIT115"]
     if lap == 0.15:
-        assert drawn == approx(lap * MM, rel=1e-6) and not found
+        assert drawn == approx(lap * MM, rel=1e-6) and not findings
     else:
         assert 0.9 * 0.16 * MM < drawn < lap * MM
-        assert [(f.measured, f.limit) for f in found] == [(approx(drawn, rel=1e-6), approx(lap * MM, rel=1e-6))]
+        assert [(f.measured, f.limit) for f in findings] == [(approx(drawn, rel=1e-6), approx(lap * MM, rel=1e-6))]
 
 
 def test_tight_outline_tolerance_has_no_width_finding():
@@ -202,11 +202,11 @@ def test_tight_outline_tolerance_has_no_width_finding():
 @pytest.mark.parametrize("connector", [*PLUGS, "solder-pads"])
 def test_hard_gold_finish_yields_plating_bar_finding(connector):
     layout = board(2, connector, fpc=", finish: hard-gold")
-    found = [f for f in sitscad.check(layout.spec, layout).findings if f.rule == "SIT128"]
-    (bars,) = [f for f in found if "plating-bars" in f.cases]
+    findings = [f for f in sitscad.check(layout.spec, layout).findings if f.rule == "SIT128"]
+    (bars,) = [f for f in findings if "plating-bars" in f.cases]
     assert f"{len(layout.pads)} contacts" in bars.message and bars.severity.value == "warning"
     assert bars.key == "fpc.finish" and "finish: enig" in bars.hint
-    assert bool(len(found) - 1) == (connector == "solder-pads")  # so much gold and solder
+    assert bool(len(findings) - 1) == (connector == "solder-pads")  # so much gold and solder
     (notes,) = {text for path, text in _papers(layout).items() if path.endswith("readme.txt")}
     assert f"plating bars from the tips of all {len(layout.pads)} contacts" in " ".join(notes.decode().split())
     longer = replace(
@@ -220,8 +220,8 @@ def test_hard_gold_finish_yields_plating_bar_finding(connector):
 def test_other_finishes_yield_no_plating_bar_finding():
     for finish, connector, count in (("enig", "zif-0.5mm", 0), ("osp", "zif-0.5mm", 1), ("osp", "solder-pads", 0)):
         layout = board(1, connector, fpc=f", finish: {finish}")
-        found = [f.message for f in sitscad.check(layout.spec, layout).findings if f.rule == "SIT128"]
-        assert len(found) == count and all("wears off" in message for message in found)
+        findings = [f.message for f in sitscad.check(layout.spec, layout).findings if f.rule == "SIT128"]
+        assert len(findings) == count and all("wears off" in message for message in findings)
         (notes,) = {text for path, text in _papers(layout).items() if path.endswith("readme.txt")}
         assert b"plating bars" not in notes
 
@@ -249,8 +249,8 @@ def test_stiffener_is_nearest_stock_film(stackup, connector):
         abs(have - wanted.insertion_thickness) <= abs(have - plate.thickness + t - wanted.insertion_thickness) + 1e-9
         for t in stock
     )
-    found = {f.rule for f in sitscad.check(layout.spec, layout).findings}
-    assert not found & {"SIT117", "SIT129"}
+    findings = {f.rule for f in sitscad.check(layout.spec, layout).findings}
+    assert not findings & {"SIT117", "SIT129"}
     text = " ".join(next(iter(_papers(layout).values())).decode().split())
     assert f"{plate.adhesive * 1e6:g} um adhesive" in text
 
@@ -262,10 +262,10 @@ def test_stiffener_is_nearest_stock_film(stackup, connector):
 def test_thick_tail_without_stiffener_is_refused(stackup, connector):
     """Where tail.layers is left out all layers run down it, and no stiffener makes that thinner."""
     layout = board(1, connector, fpc=f", stackup: {stackup}")
-    (found,) = [f for f in sitscad.check(layout.spec, layout).findings if f.rule == "SIT117"]
-    assert layout.stiffener is None and found.severity.value == "error"
-    assert found.measured > presets.connector(connector).insertion_thickness
-    assert "insertion-bare" in found.cases
+    (findings,) = [f for f in sitscad.check(layout.spec, layout).findings if f.rule == "SIT117"]
+    assert layout.stiffener is None and findings.severity.value == "error"
+    assert findings.measured > presets.connector(connector).insertion_thickness
+    assert "insertion-bare" in findings.cases
 
 
 @pytest.mark.slow
@@ -295,6 +295,6 @@ def test_stiffener_outside_stock_yields_question():
 def test_finding_of_too_thick_tail_suggests_key(fpc, key):
     coil = "shape: circle, outer_diameter: 8, turns: 6, layers: 2, trace_width: 0.25, trace_spacing: 0.25"
     text = f"sitscad: 1\nname: thick\ncoil: {{{coil}}}\nfpc: {{rules: generic-fine, {fpc}}}\n"
-    found = sitscad.check(sitscad.load_text(text, "thick.yaml"), hints="full").findings
-    (hint,) = [each.hint for each in found if each.rule == "SIT117"]
+    findings = sitscad.check(sitscad.load_text(text, "thick.yaml"), hints="full").findings
+    (hint,) = [each.hint for each in findings if each.rule == "SIT117"]
     assert key in hint

@@ -21,10 +21,10 @@ WIDTHS, MODULI = st.floats(0.5e-3, 20e-3), st.floats(5e3, 1e6)
     ids=["Ecoflex 00-30 by its data sheet", "Ecoflex 00-30 as measured"],
 )
 def test_thesis_pad_under_4_8_newton_is_strained_beyond_valid_range(modulus: float, strain: float) -> None:
-    found = compress(Face(4e-3, 4e-3), 2e-3, modulus, BULK, 4.8)
-    assert found.strain == approx(strain, abs=0.015)
-    assert found.gap == approx(2e-3 * (1 - found.strain), rel=1e-6)
-    assert not found.valid and "extrapolated" in found.note
+    result = compress(Face(4e-3, 4e-3), 2e-3, modulus, BULK, 4.8)
+    assert result.strain == approx(strain, abs=0.015)
+    assert result.gap == approx(2e-3 * (1 - result.strain), rel=1e-6)
+    assert not result.valid and "extrapolated" in result.note
 
 
 def test_shape_factor_matches_textbook_values() -> None:
@@ -62,10 +62,10 @@ def test_small_force_strain_is_linear(a: float, h: float, mu: float) -> None:
 @example(0.5e-3, 0.2e-3, 734035.0, 145.0)  # 159.5 N met a secant from a strain of 1
 @given(WIDTHS, st.floats(0.2e-3, 5e-3), MODULI, st.floats(1e-6, 1e6))
 def test_strain_rises_with_force_and_stays_below_1(a: float, h: float, mu: float, force: float) -> None:
-    one, other = compress(Face(a, a), h, mu, BULK, force), compress(Face(a, a), h, mu, BULK, 1.1 * force)
-    assert 0.0 < one.strain <= other.strain < 1.0
-    assert one.gap > 0.0
-    assert one.valid == (one.strain <= 0.3 and a <= 8.0 * h)
+    item, other = compress(Face(a, a), h, mu, BULK, force), compress(Face(a, a), h, mu, BULK, 1.1 * force)
+    assert 0.0 < item.strain <= other.strain < 1.0
+    assert item.gap > 0.0
+    assert item.valid == (item.strain <= 0.3 and a <= 8.0 * h)
 
 
 def test_zero_force_gives_zero_strain() -> None:
@@ -114,6 +114,6 @@ def test_pads_too_long_or_wide_for_formula_are_marked_invalid():
 @given(WIDTHS, WIDTHS, st.floats(0.1, 1.0), st.floats(0.1, 1.0), st.booleans(), st.floats(0.2e-3, 5e-3), MODULI,
        st.floats(0.01, 50.0))
 def test_smaller_target_never_compresses_less(a, b, along, across, is_round, h, mu, force):
-    found = press_part(Face(a, b, is_round), Face(along * a, across * b, is_round), h, mu, BULK, force)
-    assert found.strain >= found.least_strain
-    assert 0.0 < found.loaded_share <= 1.0 + 1e-12
+    result = press_part(Face(a, b, is_round), Face(along * a, across * b, is_round), h, mu, BULK, force)
+    assert result.strain >= result.least_strain
+    assert 0.0 < result.loaded_share <= 1.0 + 1e-12

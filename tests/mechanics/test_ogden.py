@@ -40,11 +40,11 @@ def of_exponent(pad, exponent):
 
 def figures():
     """By pad: the law's pad, the same neo-Hookean, the elements' rows and those of neo-Hookean elements."""
-    found = list(rows("ogden_figures.csv"))
+    result = list(rows("ogden_figures.csv"))
     plain = {key_of(row): row for row in rows("pad_figures.csv")}
-    plain |= {key_of(row): row for row in found if row["exponent"] == row["skin_exponent"] == 2.0}
+    plain |= {key_of(row): row for row in result if row["exponent"] == row["skin_exponent"] == 2.0}
     names = ("exponent", "skin_exponent", *PADS)
-    wanted = [row for row in found if key_of(row) in plain and row["exponent"] != 2.0 and (row["x"] or row["z"])]
+    wanted = [row for row in result if key_of(row) in plain and row["exponent"] != 2.0 and (row["x"] or row["z"])]
     for measures, group in groupby(wanted, key=lambda row: tuple(row[name] for name in names)):
         exponent, skin_exponent, along, across, is_round, rim, skin, modulus = measures
         around = Surround(rim, skin, modulus if skin else 0.0, skin_exponent)
@@ -58,9 +58,9 @@ def values(of_pad, *names):
 
 
 def poses(of_pad):
-    found = np.zeros((len(of_pad), 6))
-    found[:, [0, 2, 4]] = values(of_pad, "x", "z", "ry")
-    return found
+    result = np.zeros((len(of_pad), 6))
+    result[:, [0, 2, 4]] = values(of_pad, "x", "z", "ry")
+    return result
 
 
 def test_ogden_pad_forces_agree_with_finite_elements():
@@ -127,7 +127,7 @@ def test_exponent_2_equals_neo_hookean_law_without_step(pad):
         beside = of_exponent(pad, 2.0 + off).force(where)
         assert beside == approx(plain.force(where), rel=1e-6, abs=1e-9)
     steps = np.linspace(1.0, 4.0, 301)
-    held = np.array([of_exponent(pad, one).force(where)[0] for one in steps])
+    held = np.array([of_exponent(pad, item).force(where)[0] for item in steps])
     jumps = np.abs(np.diff(held, axis=0))
     usual = np.abs(np.diff(held, n=2, axis=0)).max(axis=0)
     assert np.all(usual < 0.1 * jumps.max(axis=0) + 1e-9)
@@ -179,5 +179,5 @@ def test_compression_formulas_use_film_exponent():
     for exponent in (2.0, 2.5, 3.3):
         force = force_for_strain(0.3, *pad, around, exponent)
         assert compress(*pad, force, around, exponent).strain == approx(0.3, rel=1e-9)
-    one, other = (force_for_strain(0.3, *pad, replace(around, film_exponent=e), 2.5) for e in (2.0, 3.05))
-    assert other > 1.01 * one
+    item, other = (force_for_strain(0.3, *pad, replace(around, film_exponent=e), 2.5) for e in (2.0, 3.05))
+    assert other > 1.01 * item

@@ -65,9 +65,9 @@ def errors(pad, rows):
 @pytest.mark.parametrize(("kind", "rms", "most"), [("bare", 0.03, 0.09), ("rim", 0.03, 0.05), ("film", 0.035, 0.17)])
 def test_pad_forces_agree_with_finite_elements(kind, rms, most):
     """Within 5 % but for a few of the flattest, the hardest sheared and the stiffest films."""
-    found = [errors(pad, rows) for pad, rows in figures()
+    result = [errors(pad, rows) for pad, rows in figures()
              if kind == ("film" if pad.surround.film else "rim" if pad.surround.rim else "bare")]
-    force, moment = (np.concatenate(part) for part in zip(*found, strict=True))
+    force, moment = (np.concatenate(part) for part in zip(*result, strict=True))
     assert len(force) >= 20
     assert math.sqrt(np.mean(force**2)) < rms
     assert force.max() < most
@@ -186,9 +186,9 @@ def test_pad_forces_do_no_work_on_closed_path():
 
 def test_pad_and_load_rotated_by_90_degrees_give_rotated_pose():
     across = BondedPad(Face(4e-3, 6e-3), 2e-3, 50e3, 1.5e9, Surround(0.4e-3), 0.2e-3)
-    one = OBLONG.pose(np.array([[0.5, 0.04, 0.0]]))[0]
+    item = OBLONG.pose(np.array([[0.5, 0.04, 0.0]]))[0]
     other = across.pose(np.array([[0.5, 0.0, 0.04]]))[0]
-    assert other[[1, 2, 3]] == approx([one[0], one[2], -one[4]], rel=1e-6)
+    assert other[[1, 2, 3]] == approx([item[0], item[2], -item[4]], rel=1e-6)
 
 
 @given(WIDTH, WIDTH, st.floats(0.0, 0.99), st.sampled_from([0.0, 1.0]))
@@ -239,8 +239,8 @@ def test_soft_film_acts_as_wider_pad(modulus):
     bare, wide = BondedPad(Face(4.0, 4.0), 2.0, 1.0), BondedPad(Face(4.4, 4.4), 2.0, 1.0)
     skinned = replace(bare, surround=Surround(0.0, 0.2, modulus))
     pose = np.array([[0.0, 0.0, -0.3, 0.0, 0.0, 0.0], [0.0, 0.0, -0.1, 0.0, 0.0, 0.0]])
-    one, none, all_of_it = (pad.force(pose)[:, 2] for pad in (skinned, bare, wide))
-    assert (one - none) / (all_of_it - none) == approx(modulus * np.ones(2), abs=0.25 * modulus)
+    item, none, all_of_it = (pad.force(pose)[:, 2] for pad in (skinned, bare, wide))
+    assert (item - none) / (all_of_it - none) == approx(modulus * np.ones(2), abs=0.25 * modulus)
 
 
 @example(skin=0.5, modulus=1.0, along=1.0, strain=1.175494351e-38)  # right at the first try: half of it was taken
@@ -329,7 +329,7 @@ def test_single_load_gives_pose_equal_to_batch():
     for pad in (SQUARE, OBLONG):
         together = pad.pose(wrenches)
         assert not np.isnan(together).any()
-        assert np.concatenate([pad.pose(one[None]) for one in wrenches]) == approx(together, abs=2e-9)
+        assert np.concatenate([pad.pose(item[None]) for item in wrenches]) == approx(together, abs=2e-9)
 
 
 def test_modified_pose_array_does_not_change_cached_poses():
@@ -345,7 +345,7 @@ def test_modified_pose_array_does_not_change_cached_poses():
 @pytest.mark.parametrize(("kind", "count"), [("bare", 90), ("film", 100)])
 def test_free_tilt_stiffness_is_within_stated_error(kind, count):
     """Of level pads: one sigma holds (root mean square), and twice that nearly always; a press takes stiffness away."""
-    found = []
+    result = []
     for pad, rows in figures():
         if kind != ("film" if pad.surround.film else "bare"):
             continue
@@ -360,7 +360,7 @@ def test_free_tilt_stiffness_is_within_stated_error(kind, count):
             ours = pad.stiffness(pose[None])[0][np.ix_([0, 2, 4], [0, 2, 4])]
             true, law = (1.0 / np.linalg.inv(each)[2, 2] for each in (given, ours))
             stated = tilt_stiffness_error(pad, pose, np.array([law, law]))[1] * abs(law)
-            found.append((law - true) / stated)
-    assert len(found) >= count
-    assert np.sqrt(np.mean(np.square(found))) < 1.0
-    assert np.quantile(np.abs(found), 0.95) < 2.0
+            result.append((law - true) / stated)
+    assert len(result) >= count
+    assert np.sqrt(np.mean(np.square(result))) < 1.0
+    assert np.quantile(np.abs(result), 0.95) < 2.0

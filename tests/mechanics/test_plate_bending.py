@@ -22,8 +22,8 @@ def test_narrow_plate_deflection_matches_beam_on_springs(monkeypatch, slendernes
     x = slenderness  # length times the fourth root of k / (4 E I)
     whole = np.sinh(x) + np.sin(x)
     beam = x * ((2.0 + np.cosh(x) + np.cos(x)) / 2.0 - 2.0 * np.cosh(x / 2.0) * np.cos(x / 2.0)) / whole
-    (found,) = plate_deflection((59e-3, 3e-3), False, (0.02e-3, 3e-3), np.array([(59e-3 / x) ** 4 / 4.0]))
-    assert found == approx(beam, rel=2e-3)
+    (result,) = plate_deflection((59e-3, 3e-3), False, (0.02e-3, 3e-3), np.array([(59e-3 / x) ** 4 / 4.0]))
+    assert result == approx(beam, rel=2e-3)
 
 
 def _round(radius, pressed, length):
@@ -38,14 +38,14 @@ def _round(radius, pressed, length):
     rows[:4, :2], rows[:4, 2:] = inner[:, :2], -inner
     rows[4, 2:] = outer[2] - (1.0 - POISSON) * length / radius * outer[1]
     rows[5, 2:] = outer[3]
-    found = np.linalg.solve(rows, right)
-    return (1.0 + found[0] - outer[0] @ found[2:]) * (radius / pressed) ** 2
+    result = np.linalg.solve(rows, right)
+    return (1.0 + result[0] - outer[0] @ result[2:]) * (radius / pressed) ** 2
 
 
 @pytest.mark.parametrize(("pressed", "length"), [(2e-3, 6e-3), (5e-3, 6e-3), (5e-3, 3e-3), (8e-3, 4e-3)])
 def test_round_plate_deflection_matches_kelvin_functions(pressed, length):
-    (found,) = plate_deflection((20e-3, 20e-3), True, (2.0 * pressed, 2.0 * pressed), np.array([length**4]))
-    assert found == approx(_round(10e-3, pressed, length), rel=3e-3)
+    (result,) = plate_deflection((20e-3, 20e-3), True, (2.0 * pressed, 2.0 * pressed), np.array([length**4]))
+    assert result == approx(_round(10e-3, pressed, length), rel=3e-3)
 
 
 def test_uniformly_pressed_plate_is_flat_and_bending_falls_with_rigidity():

@@ -24,8 +24,8 @@ MOST = {"press": 0.15, "shear": 0.3, "tilt": 0.16, "aside": 0.25}
 def joined(row: dict[str, float], **webs: float) -> BondedPad:
     """The pad of a row in metres, with webs or the row's one."""
     size = [1e-3 * (row[name] - 2.0 * row["rim"]) for name in ("along", "across")]
-    found = Webs(1e-3 * row["web"], **webs or {"right": web_effect(row["gap"])})
-    return BondedPad(Face(*size), 1e-3, 60e3, surround=Surround(1e-3 * row["rim"], webs=found))
+    result = Webs(1e-3 * row["web"], **webs or {"right": web_effect(row["gap"])})
+    return BondedPad(Face(*size), 1e-3, 60e3, surround=Surround(1e-3 * row["rim"], webs=result))
 
 
 def without_webs(pad: BondedPad) -> BondedPad:
@@ -36,12 +36,12 @@ def test_web_stiffening_agrees_with_finite_elements():
     for row in ROWS:
         pad = joined(row)
         stiffer, aside = pad.block.stiffer, pad.block.turned.stiffer
-        found = {"press": stiffer.press - 1.0, "shear": stiffer.shear - 1.0, "tilt": stiffer.tilt - 1.0,
+        result = {"press": stiffer.press - 1.0, "shear": stiffer.shear - 1.0, "tilt": stiffer.tilt - 1.0,
                  "aside": stiffer.pressure_centre}
         for name, most in MOST.items():
-            assert found[name] == approx(row[name], rel=most), (row, name)
+            assert result[name] == approx(row[name], rel=most), (row, name)
         assert abs(aside.shear - 1.0 - row["side_shear"]) < 0.025 > abs(aside.tilt - 1.0 - row["side_tilt"])
-        held, bare = (one.stiffness(np.zeros((1, 6)))[0] for one in (pad, without_webs(pad)))
+        held, bare = (item.stiffness(np.zeros((1, 6)))[0] for item in (pad, without_webs(pad)))
         for axis, name in ((2, "press"), (0, "shear")):
             assert held[axis, axis] / bare[axis, axis] - 1.0 == approx(row[name], rel=MOST[name] + 0.01)
 
@@ -71,8 +71,8 @@ def test_webs_on_all_sides_stiffen_nearly_like_a_rim():
     pad = BondedPad(Face(8e-3, 8e-3), 1e-3, 60e3)
     webs = Webs(8e-3, *(4 * [web_effect(3.0)]))
     wide, held = (replace(pad, surround=around) for around in (Surround(3e-3), Surround(webs=webs)))
-    more, most = (one.block.stiffer.press * one.pressure(np.array([0.0, 1e-4]))[1] / one.block.stiffer.press
-                  / pad.pressure(np.array([1e-4]))[0] - 1.0 for one in (held, wide))
+    more, most = (item.block.stiffer.press * item.pressure(np.array([0.0, 1e-4]))[1] / item.block.stiffer.press
+                  / pad.pressure(np.array([1e-4]))[0] - 1.0 for item in (held, wide))
     assert 0.6 * most < more < most
 
 

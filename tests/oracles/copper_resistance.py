@@ -183,10 +183,10 @@ class _Nodes:
 
     def of(self, points: np.ndarray, layer: int) -> np.ndarray:
         """For each point [n, 2] of a layer's mesh the node on whose edge it lies, or -1."""
-        found = np.full(len(points), -1)
+        result = np.full(len(points), -1)
         for number, shape in self._shapes(layer):
-            found[shapely.dwithin(shapely.points(points), shape, 2.0 * CLEANING)] = number
-        return found
+            result[shapely.dwithin(shapely.points(points), shape, 2.0 * CLEANING)] = number
+        return result
 
     def hops(self, holes: Sequence[PlottedHole]) -> Iterator[tuple[int, int, PlottedHole, int, int]]:
         """Every stretch of barrel between neighbouring layers: its two nodes, its hole, upper and lower layer."""

@@ -27,10 +27,10 @@ def track_mutual_inductance(first: PolylineTrack, second: PolylineTrack, strands
     height = first.z - second.z
     clearance = _clearance(first, second, height, strands)
     total = 0.0
-    for x, one in zip(nodes, weights, strict=True):
+    for x, item in zip(nodes, weights, strict=True):
         for y, other in zip(nodes, weights, strict=True):
             p, q = first.strand(0.5 * first.width * x), second.strand(0.5 * second.width * y)
-            total += 0.25 * one * other * _mutual(p, q, height**2, clearance)
+            total += 0.25 * item * other * _mutual(p, q, height**2, clearance)
     return float(total)
 
 
@@ -47,9 +47,9 @@ def _clearance(first, second, height, strands):
 
 def _mutual(p, q, square, clearance):
     """Mutual inductance (H) of two lines of corners (n, 2) in parallel planes, `square` (m2) that of their distance."""
-    one, other = np.diff(p, axis=0)[:, None], np.diff(q, axis=0)[None]
-    length, reach = np.linalg.norm(one, axis=2), np.linalg.norm(other, axis=2)
-    t, u = one / length[..., None], other / reach[..., None]
+    item, other = np.diff(p, axis=0)[:, None], np.diff(q, axis=0)[None]
+    length, reach = np.linalg.norm(item, axis=2), np.linalg.norm(other, axis=2)
+    t, u = item / length[..., None], other / reach[..., None]
     cosine, sine = np.sum(t * u, axis=2), _cross(t, u)
     away = q[None, :-1] - p[:-1, None]
     parallel = np.abs(sine) < 1e-9

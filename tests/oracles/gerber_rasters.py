@@ -156,11 +156,11 @@ def pairs(layout: Layout, folder: Path) -> Iterator[tuple[str, str, Image, Image
     frame, ours = Frame.round_board(bounding_box([layout.outline])), written(layout, folder)
     theirs = plots(write(kicad.render(layout), folder))
     for layer, file in sorted(ours.items()):
-        one = gerbv(file, frame)
-        yield layer, "gerbv and librsvg", one, librsvg(file, frame)
+        item = gerbv(file, frame)
+        yield layer, "gerbv and librsvg", item, librsvg(file, frame)
         if layer in theirs and layer not in OUTLINED:
-            yield layer, "KiCad's file by gerbv", one, gerbv(theirs[layer], frame)
-            yield layer, "KiCad's file by librsvg", one, librsvg(theirs[layer], frame)
+            yield layer, "KiCad's file by gerbv", item, gerbv(theirs[layer], frame)
+            yield layer, "KiCad's file by librsvg", item, librsvg(theirs[layer], frame)
 
 
 def _table() -> None:
@@ -171,8 +171,8 @@ def _table() -> None:
     for template in sorted((Path(__file__).parents[2] / "templates").glob("*.yaml")):
         layout = lay_out(load(template))
         with tempfile.TemporaryDirectory() as folder:
-            for layer, what, one, other in pairs(layout, Path(folder)):
-                shares = differing(one, other, 0), differing(one, other)
+            for layer, what, item, other in pairs(layout, Path(folder)):
+                shares = differing(item, other, 0), differing(item, other)
                 print(f"| {template.stem} | {layer} | {what} | {shares[0]:.2%} | {shares[1]:.2g} |", flush=True)
                 worst[what] = tuple(map(max, worst.get(what, shares), shares))  # type: ignore[assignment]
     for what, (every, beyond) in worst.items():

@@ -27,9 +27,9 @@ def rule_check(board: Path) -> tuple[list[dict], list[dict]]:
     command = ["kicad-cli", "pcb", "drc", "--format", "json", "--severity-all", "--exit-code-violations"]
     done = subprocess.run([*command, "-o", report, board], capture_output=True, text=True, timeout=60)
     assert done.returncode in (0, 5), done.stdout + done.stderr
-    found = json.loads(report.read_text())
-    assert (done.returncode == 5) == bool(found["violations"] or found["unconnected_items"])
-    return found["violations"], found["unconnected_items"]
+    result = json.loads(report.read_text())
+    assert (done.returncode == 5) == bool(result["violations"] or result["unconnected_items"])
+    return result["violations"], result["unconnected_items"]
 
 
 def kinds(board: Path) -> set[str]:
@@ -47,5 +47,5 @@ def plots(board: Path) -> dict[str, Path]:
         done = subprocess.run(command, capture_output=True, text=True, timeout=60)
         assert done.returncode == 0, done.stdout + done.stderr
     stem = board.stem
-    found = {path.stem.removeprefix(f"{stem}-"): path for path in folder.glob(f"{stem}-*.g*")}
-    return found | {"drill": folder / f"{stem}.drl"}
+    result = {path.stem.removeprefix(f"{stem}-"): path for path in folder.glob(f"{stem}-*.g*")}
+    return result | {"drill": folder / f"{stem}.drl"}

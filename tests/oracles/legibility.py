@@ -20,7 +20,7 @@ def assert_legible(sheet):
             boxes.append((box, item.text))
     for (x0, y0, x1, y1), text in boxes:
         assert x0 > 5 and x1 < width - 5 and y0 > 5 and y1 < height - 5, text
-    for i, (a, one) in enumerate(boxes):
+    for i, (a, each) in enumerate(boxes):
         for b, other in boxes[i + 1 :]:
             apart = a[2] <= b[0] + 0.05 or b[2] <= a[0] + 0.05 or a[3] <= b[1] + 0.05 or b[3] <= a[1] + 0.05
-            assert apart, (one, other)
+            assert apart, (each, other)

@@ -97,11 +97,11 @@ class HalfPad:
         """
         ng = self.ng
         squared = gradient.trans * gradient
-        one = volume ** (-2.0 / 3.0) * ng.Trace(squared)
+        item = volume ** (-2.0 / 3.0) * ng.Trace(squared)
         if exponent == 2.0:
-            return 0.5 * (one - 3.0)
-        two = 0.5 * (one * one - volume ** (-4.0 / 3.0) * ng.Trace(squared * squared))
-        x, y, energy = one - 3.0, two - 3.0, 0.0
+            return 0.5 * (item - 3.0)
+        two = 0.5 * (item * item - volume ** (-4.0 / 3.0) * ng.Trace(squared * squared))
+        x, y, energy = item - 3.0, two - 3.0, 0.0
         for i, j, value in invariant_terms(exponent):
             term = value
             for factor in [x] * i + [y] * j:
@@ -307,9 +307,9 @@ def _frustum(inner: list[np.ndarray], half: np.ndarray, layers: np.ndarray, axis
     across = [k for k in range(3) if k != axis]
     for layer in layers:
         shrink = [(half[k] - layer) / np.abs(inner[k]).max() for k in across]
-        one, other = np.meshgrid(*(s * inner[k] for s, k in zip(shrink, across, strict=True)), indexing="ij")
-        grid = np.empty((*one.shape, 3))
-        grid[..., across[0]], grid[..., across[1]] = one, other
+        item, other = np.meshgrid(*(s * inner[k] for s, k in zip(shrink, across, strict=True)), indexing="ij")
+        grid = np.empty((*item.shape, 3))
+        grid[..., across[0]], grid[..., across[1]] = item, other
         grid[..., axis] = sign * (half[axis] - layer)
         grids.append(grid)
     return np.stack(grids)
@@ -391,8 +391,8 @@ def invariant_terms(exponent: float) -> tuple[tuple[int, int, float], ...]:
     first = 0.125 * (exponent - 2.0)
     powers = [(i, total - i) for total in range(2, DEGREE + 1) for i in range(total, -1, -1)]
     each = np.linspace(-FARTHEST, FARTHEST, GRID)
-    one, two = (part.ravel() for part in np.meshgrid(each, each))
-    logs = np.stack([one, two, -one - two], axis=1)
+    item, two = (part.ravel() for part in np.meshgrid(each, each))
+    logs = np.stack([item, two, -item - two], axis=1)
     stretch = np.exp(logs[np.abs(logs).max(axis=1) <= FARTHEST + 1e-12])
     square = stretch**2
     x, y = np.sum(square, axis=1) - 3.0, np.sum(stretch**-2.0, axis=1) - 3.0
@@ -401,17 +401,17 @@ def invariant_terms(exponent: float) -> tuple[tuple[int, int, float], ...]:
         """Slopes (n, terms; no unit) of products of powers of I1 - 3 and I2 - 3, the third stretch giving way."""
         of_x = 2.0 * (square[:, side] - square[:, 2])
         of_y = 2.0 * (1.0 / square[:, 2] - 1.0 / square[:, side])
-        found = []
+        result = []
         for i, j in some:
             by_x = i * x ** max(i - 1, 0) * y**j if i else 0.0 * x
             by_y = j * y ** max(j - 1, 0) * x**i if j else 0.0 * x
-            found.append(by_x * of_x + by_y * of_y)
-        return np.stack(found, axis=1)
+            result.append(by_x * of_x + by_y * of_y)
+        return np.stack(result, axis=1)
 
     stress = [2.0 / exponent * (stretch[:, side] ** exponent - stretch[:, 2] ** exponent) for side in (0, 1)]
     size = np.hypot(*stress) + 1e-3
     rows = np.vstack([slopes(side, powers) / size[:, None] for side in (0, 1)])
     wanted = [(stress[side] - slopes(side, [(1, 0), (0, 1)]) @ [0.5 + first, -first]) / size for side in (0, 1)]
-    found = np.linalg.lstsq(rows, np.concatenate(wanted), rcond=None)[0]
-    higher = ((i, j, float(value)) for (i, j), value in zip(powers, found, strict=True))
+    result = np.linalg.lstsq(rows, np.concatenate(wanted), rcond=None)[0]
+    higher = ((i, j, float(value)) for (i, j), value in zip(powers, result, strict=True))
     return (1, 0, 0.5 + first), (0, 1, -first), *higher

@@ -19,5 +19,5 @@ def clearances(solids: tuple[Solid, ...]) -> tuple[Clearance, ...]:
 
 def interferences(solids: tuple[Solid, ...]) -> tuple[tuple[str, str, float], ...]:
     """The names of every two solids that share a volume, and that volume (m3)."""
-    found = overlaps([(solid, manifold(tessellate(solid))) for solid in solids])
-    return tuple((first.name, second.name, volume) for first, second, _, volume in found)
+    result = overlaps([(solid, manifold(tessellate(solid))) for solid in solids])
+    return tuple((first.name, second.name, volume) for first, second, _, volume in result)

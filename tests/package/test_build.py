@@ -61,9 +61,9 @@ def _outcomes(result) -> dict[str, str]:
 def test_manifest_lists_every_file_with_hash(good, tmp_path):
     result = sitscad.build(good, tmp_path, LIGHT)
     manifest = json.loads((result.directory / "manifest.json").read_text())
-    found = _hashes(result.directory)
-    del found["manifest.json"]
-    assert {name: entry["sha256"] for name, entry in manifest["files"].items()} == found
+    results = _hashes(result.directory)
+    del results["manifest.json"]
+    assert {name: entry["sha256"] for name, entry in manifest["files"].items()} == results
     assert manifest["sitscad"] == sitscad.__version__
     assert manifest["spec"] == {
         "name": "good-coil",
@@ -72,10 +72,10 @@ def test_manifest_lists_every_file_with_hash(good, tmp_path):
     }
     assert manifest["forced"] is False
     assert {entry["stage"] for entry in manifest["files"].values()} == {*LIGHT, "check"}
-    folders = {name.partition("/")[0] for name in found if "/" in name}
+    folders = {name.partition("/")[0] for name in results if "/" in name}
     assert folders == {"fpc", "kicad", "laser", "firmware", "spec"}
     beside = {"bom.csv", "estimate.json", "findings.json", "live.html", "report.html"}
-    assert {name for name in found if "/" not in name} == beside
+    assert {name for name in results if "/" not in name} == beside
 
 
 @pytest.mark.slow
@@ -272,10 +272,10 @@ def test_forced_build_continues_without_failing_writer(weak, tmp_path, monkeypat
 
 
 def test_progress_reports_each_stage_once(good, tmp_path):
-    told: list[tuple[str, str]] = []
-    sitscad.build(good, tmp_path, ["gerber"], progress=lambda stage, outcome, seconds: told.append((stage, outcome)))
-    assert [stage for stage, outcome in told if outcome == "start"] == ["check", "gerber"], "nothing else is made"
-    ends = [stage for stage, outcome in told if outcome != "start"]
+    text: list[tuple[str, str]] = []
+    sitscad.build(good, tmp_path, ["gerber"], progress=lambda stage, outcome, seconds: text.append((stage, outcome)))
+    assert [stage for stage, outcome in text if outcome == "start"] == ["check", "gerber"], "nothing else is made"
+    ends = [stage for stage, outcome in text if outcome != "start"]
     assert sorted(ends) == sorted(["check", *STAGES]) and (ends[0], ends[-1]) == ("check", "report")
 
 
@@ -299,9 +299,9 @@ def test_build_is_reproducible_across_place_zone_locale_and_hash_seed(tmp_path):
         spec, out = ("good.yaml", "out") if number else (str(home / "good.yaml"), str(home / "out"))
         command = [sys.executable, "-c", _BUILD, spec, out, ",".join(LIGHT)]
         subprocess.run(command, cwd=home, env=environment, check=True)
-    one, other = (_hashes(path) for path in sorted(tmp_path.rglob("good-coil")))
-    assert one == other
-    assert len(one) > 20
+    item, other = (_hashes(path) for path in sorted(tmp_path.rglob("good-coil")))
+    assert item == other
+    assert len(item) > 20
 
 
 class TestVerify:
@@ -310,8 +310,8 @@ class TestVerify:
     @pytest.mark.slow
     def test_intact_package_passes_verification(self, good, tmp_path):
         pytest.importorskip("gerbonara", reason="reading Gerber files back needs gerbonara")
-        found = sitscad.verify(sitscad.build(good, tmp_path, LIGHT).directory)
-        assert (found.ok, found.nets) == (True, ("C1",))
+        result = sitscad.verify(sitscad.build(good, tmp_path, LIGHT).directory)
+        assert (result.ok, result.nets) == (True, ("C1",))
 
     def test_changed_added_and_removed_files_are_listed(self, good, tmp_path):
         directory = sitscad.build(good, tmp_path, ["kicad"]).directory

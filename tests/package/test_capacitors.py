@@ -60,12 +60,12 @@ def test_capacitor_pads_lie_across_track_pairs_on_stiffener(case):
     assert layout.shortfalls == ()
     assert [c.coil for c in layout.capacitors] == [c.name for c in layout.coils]
     for capacitor, coil in zip(layout.capacitors, layout.coils, strict=True):
-        one, other = capacitor.pads
-        assert one.centre.distance(other.centre) == approx(
+        item, other = capacitor.pads
+        assert item.centre.distance(other.centre) == approx(
             max(chip.pitch, layout.spec.fpc.tail.connector.pitch), rel=1e-6
         )
-        assert sorted(one.size) == approx(sorted((chip.pad_along, chip.pad_across)), rel=1e-6)
-        assert {p.net for p in capacitor.pads} == {coil.net} and (one.pin, other.pin) == (
+        assert sorted(item.size) == approx(sorted((chip.pad_along, chip.pad_across)), rel=1e-6)
+        assert {p.net for p in capacitor.pads} == {coil.net} and (item.pin, other.pin) == (
             f"{capacitor.reference}.1",
             f"{capacitor.reference}.2",
         )
@@ -75,7 +75,7 @@ def test_capacitor_pads_lie_across_track_pairs_on_stiffener(case):
         assert at[0] < at[1]
         x0, y0, x1, y1 = bounding_box([layout.stiffener.outline.outline])
         assert all(x0 < p.centre.x < x1 and y0 < p.centre.y < y1 for p in capacitor.pads)
-        assert sum(_holds(r.outline, one) or _holds(r.outline, other) for r in layout.top_openings) == 2
+        assert sum(_holds(r.outline, item) or _holds(r.outline, other) for r in layout.top_openings) == 2
 
 
 @pytest.mark.parametrize("web", ["0.1 mm", "0.2 mm", "0.3 mm"])
@@ -84,14 +84,14 @@ def test_coverlay_web_beside_capacitor_pads_meets_minimum(chip, web):
     """Between an opening over a capacitor's pad and the tail's edge; half a web less of board and the check says so."""
     text = text_of("bench_7mm", chip)
     spec = sitscad.load_text(re.sub(r"rules: .*", f"rules: {{coverlay_web: {web}}}", text), "tank.yaml")
-    layout, asked = sitscad.lay_out(spec), spec.fpc.rules.coverlay_web
+    layout, request = sitscad.lay_out(spec), spec.fpc.rules.coverlay_web
     assert [f for f in check(spec, layout).findings if f.rule in ("SIT109", "SIT114", "SIT115")] == []
     highest = max(bounding_box([region.outline])[3] for region in layout.top_openings[1:])
     _, edge = layout.reach_at(layout.capacitors[0].centre.x)
-    assert edge - highest >= asked - 1e-9
-    flat = rectangle(-10e-3, -(highest + asked / 2), 60e-3, highest + asked / 2)
-    told = [f for f in check(spec, replace(layout, outline=flat)).findings if f.rule == "SIT114"]
-    assert len(told) >= 1 and all(f.measured == approx(asked / 2, rel=1e-6) for f in told)
+    assert edge - highest >= request - 1e-9
+    flat = rectangle(-10e-3, -(highest + request / 2), 60e-3, highest + request / 2)
+    lines = [f for f in check(spec, replace(layout, outline=flat)).findings if f.rule == "SIT114"]
+    assert len(lines) >= 1 and all(f.measured == approx(request / 2, rel=1e-6) for f in lines)
 
 
 def _holds(outline, pad):
@@ -105,10 +105,10 @@ def _holds(outline, pad):
 @pytest.mark.parametrize("case", CASES)
 def test_board_with_capacitors_has_no_layout_error(case):
     layout = board(*case)
-    found = [f for f in sitscad.check(layout.spec, layout).findings if f.rule.startswith("SIT1")]
-    assert [f for f in found if f.severity == "error"] == []
+    findings = [f for f in sitscad.check(layout.spec, layout).findings if f.rule.startswith("SIT1")]
+    assert [f for f in findings if f.severity == "error"] == []
     assert not {"SIT107", "SIT108", "SIT109", "SIT110", "SIT114", "SIT115", "SIT121", "SIT122"} & {
-        f.rule for f in found
+        f.rule for f in findings
     }
 
 
@@ -246,8 +246,8 @@ def test_board_with_capacitors_passes_kicad_and_verification(case, tmp_path):
     pytest.importorskip("gerbonara", reason="verify reads Gerbers through gerbonara, which sitscad[all] brings")
     sitscad.build(sitscad.load_text(text_of(*case), "tank.yaml"), tmp_path, only=("gerber", "kicad"), force=True)
     folder = tmp_path / "tank"
-    found = sitscad.verify(folder)
-    assert found.ok, found.differences
+    result = sitscad.verify(folder)
+    assert result.ok, result.differences
     nets = json.loads((folder / "manifest.json").read_text())["nets"]
     assert nets["C1"] == ["C1.A", "C1.B", "CT1.1", "CT1.2"]
     assert (folder / "fpc" / "tank-placement.csv").exists() and "CT1" in (folder / "fpc" / "readme.txt").read_text()

@@ -92,9 +92,9 @@ def test_every_spec_key_has_non_default_value_in_samples(every_key_folder):
 def through(capfd, path, *arguments):
     """Run one command in this process as a user does; it may find errors in the spec, and none in the program."""
     code = run([*arguments, str(path)])
-    said = capfd.readouterr()
-    assert code in (0, 1), (arguments, said.err)
-    return code, said.out
+    message = capfd.readouterr()
+    assert code in (0, 1), (arguments, message.err)
+    return code, message.out
 
 
 @pytest.mark.slow
@@ -217,14 +217,14 @@ def with_more(every_key_folder, values, taken, path, word):
         added = {**beside, path: word}
         if any(taken.get(key, value) != value for key, value in added.items()):
             continue
-        found = copy.deepcopy(values)
+        result = copy.deepcopy(values)
         try:
             for key, value in added.items():
-                put(found, key, value)
-            load_values(found, SpecSource(str(every_key_folder / "plain.yaml"), PLAIN))
+                put(result, key, value)
+            load_values(result, SpecSource(str(every_key_folder / "plain.yaml"), PLAIN))
         except (sitscad.SpecError, ValueError):
             continue
-        return found, taken | added
+        return result, taken | added
     return None
 
 

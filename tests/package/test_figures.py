@@ -62,8 +62,8 @@ def built(name, folder, stages):
 @pytest.mark.parametrize("stages", [DRAWN, pytest.param(None, marks=[pytest.mark.more, pytest.mark.cad])])
 def test_package_from_other_processor_passes_rebuild_verification(tmp_path, stages):
     names = ("single_coil", "bench_7mm") if stages else ("fingertip_foil", "grasper_4layer")
-    asked = [[str(tmp_path), built(name, tmp_path, stages).name] for name in names]
-    for differences, rebuilt, by_value in on_another_processor(asked):
+    request = [[str(tmp_path), built(name, tmp_path, stages).name] for name in names]
+    for differences, rebuilt, by_value in on_another_processor(request):
         assert (differences, rebuilt) == ([], 0)
         assert by_value < 12
 
@@ -90,11 +90,11 @@ def test_value_changed_beyond_tolerance_is_difference(whole, tmp_path, factor, i
     folder = shutil.copytree(whole, tmp_path / whole.name)
     moved(folder, "estimate.json", factor)
     assert sitscad.verify(folder).ok  # by its own manifest it is as it was built
-    found = sitscad.verify(folder, rebuild=True)
-    named = {words.split()[0] for words in found.differences}
+    result = sitscad.verify(folder, rebuild=True)
+    named = {words.split()[0] for words in result.differences}
     assert MANIFEST in named  # it says that the report was made from another file
     assert ("estimate.json" in named) is not is_equal
-    assert found.by_value == is_equal
+    assert result.by_value == is_equal
 
 
 def test_stale_comparison_ignores_changes_within_tolerance(whole, tmp_path):
@@ -140,8 +140,8 @@ OTHER = [
 def test_numbers_agree_within_tolerance_and_text_exactly(one, other, is_equal):
     assert agree(one.encode(), other.encode()) is is_equal
     assert agree(other.encode(), one.encode()) is is_equal
-    kept = with_equal_figures({"x": other.encode()}, {"x": one.encode()})
-    assert kept["x"] == (one if is_equal else other).encode()
+    stored = with_equal_figures({"x": other.encode()}, {"x": one.encode()})
+    assert stored["x"] == (one if is_equal else other).encode()
 
 
 @pytest.mark.parametrize("name", [

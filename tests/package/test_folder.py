@@ -179,13 +179,13 @@ def test_user_file_of_any_kind_is_backed_up_on_replacement(
                   "a folder that is unreadable": (mine.parent, 0)}.get(what)
         if closed:
             closed[0].chmod(closed[1])
-        kept = _replace(open_folder, {"kicad/board.txt": b"new"})
+        stored = _replace(open_folder, {"kicad/board.txt": b"new"})
         assert _contents(package) == {"kicad/board.txt": b"new"}
         if closed:
-            (kept / closed[0].relative_to(package)).chmod(0o755)
-        assert os.path.lexists(kept / mine.relative_to(package))
+            (stored / closed[0].relative_to(package)).chmod(0o755)
+        assert os.path.lexists(stored / mine.relative_to(package))
         assert sorted(os.listdir(open_folder)) == ["pack", "pack.kept-1"], "nothing else is left beside it"
-        assert not (kept / MANIFEST).exists(), "what is kept is no package"
+        assert not (stored / MANIFEST).exists(), "what is kept is no package"
 
 
 def test_file_that_appears_during_replacement_is_backed_up(tmp_path, monkeypatch):
@@ -197,8 +197,8 @@ def test_file_that_appears_during_replacement_is_backed_up(tmp_path, monkeypatch
         return real(old, entries)
 
     monkeypatch.setattr(building, "intact", intact)
-    kept = _replace(tmp_path, {"one.txt": b"2"})
-    assert _contents(kept) == {"late.txt": b"mine"}
+    stored = _replace(tmp_path, {"one.txt": b"2"})
+    assert _contents(stored) == {"late.txt": b"mine"}
 
 
 @pytest.mark.slow
@@ -228,8 +228,8 @@ def test_kicad_user_files_stay_beside_project(tmp_path):
         (tmp_path / "pack" / name).write_bytes(b"left")
     assert _replace(tmp_path, files) is None
     assert _contents(tmp_path / "pack") == files | dict.fromkeys(BY_KICAD, b"left")
-    kept = _replace(tmp_path, {"one.txt": b"1"})
-    assert _contents(kept) == dict.fromkeys(BY_KICAD, b"left"), "without the project they are kept aside"
+    stored = _replace(tmp_path, {"one.txt": b"1"})
+    assert _contents(stored) == dict.fromkeys(BY_KICAD, b"left"), "without the project they are kept aside"
 
 
 def test_concurrent_writes_leave_one_complete_file(tmp_path):

@@ -34,13 +34,13 @@ def whole(tmp_path_factory):
 @pytest.fixture(scope="module")
 def made_once():
     """`make_all`, with what one spec makes under one policy made once: a table of changes builds it again and again."""
-    kept, real = {}, stages.make_all
+    stored, real = {}, stages.make_all
 
     def make_all(contents, directory, old, wanted, *rest, **how):
         key = (contents.design.spec.source.text, json.dumps(contents.policy.as_json()), wanted)
-        if key not in kept:
-            kept[key] = real(contents, directory, old, wanted, *rest, **how)
-        return kept[key]
+        if key not in stored:
+            stored[key] = real(contents, directory, old, wanted, *rest, **how)
+        return stored[key]
 
     return make_all
 
@@ -77,9 +77,9 @@ def rewritten(name, old, new, count=1):
 def swapped(one, other):
     def change(package):
         a, b = (package / f"{STEM}{name}" for name in (one, other))
-        kept = a.read_bytes()
+        stored = a.read_bytes()
         a.write_bytes(b.read_bytes())
-        b.write_bytes(kept)
+        b.write_bytes(stored)
 
     return f"{STEM}{one}", change
 
@@ -184,8 +184,8 @@ CHANGES = {
 
 @pytest.mark.slow
 def test_unchanged_package_passes_rebuild_verification(package, capsys):
-    found = sitscad.verify(package, rebuild=True)
-    assert found.ok and found.rebuilt == 0 and found.wrong_archive == 0
+    result = sitscad.verify(package, rebuild=True)
+    assert result.ok and result.rebuilt == 0 and result.wrong_archive == 0
     with pytest.raises(SystemExit) as stop:
         main(["verify", str(package), "--rebuild"])
     assert stop.value.code == 0 and capsys.readouterr().out.endswith(", byte by byte what its spec makes\n")
@@ -198,11 +198,11 @@ def test_change_is_found_by_rebuild_despite_correct_hashes(package, what, monkey
     change(package)
     if name != MANIFEST:
         signed(package)
-    said = sitscad.verify(package, rebuild=True).differences
-    assert any(words.startswith((f"{name} ", f"{MANIFEST} ")) for words in said), said
+    message = sitscad.verify(package, rebuild=True).differences
+    assert any(words.startswith((f"{name} ", f"{MANIFEST} ")) for words in message), message
     if what not in ("turns of the spec", "a comment of the spec"):  # these are what a build goes by
         ours = f"{name} is not made by spec/" if what == "a file of another" else f"{name} is "
-        assert any(words.startswith(ours) for words in said), said
+        assert any(words.startswith(ours) for words in message), message
 
 
 @pytest.mark.parametrize(
@@ -227,19 +227,19 @@ def test_change_is_found_without_rebuild(package, what, said):
     _, change = CHANGES[what]
     change(package)
     signed(package)
-    found = sitscad.verify(package)
-    assert any(said in words for words in found.differences), found.differences
-    assert not found.ok and found.rebuilt is None
+    result = sitscad.verify(package)
+    assert any(said in words for words in result.differences), result.differences
+    assert not result.ok and result.rebuilt is None
 
 
 def test_changed_spec_copy_is_found_by_manifest_hash(package):
-    kept = (package / MANIFEST).read_text()
+    stored = (package / MANIFEST).read_text()
     CHANGES["turns of the spec"][1](package)
-    text = re.sub(f'("{SPEC}": {{\n.*?"sha256": )"[0-9a-f]+"', rf'\1"{sha256((package / SPEC).read_bytes())}"', kept)
-    assert text != kept
+    text = re.sub(f'("{SPEC}": {{\n.*?"sha256": )"[0-9a-f]+"', rf'\1"{sha256((package / SPEC).read_bytes())}"', stored)
+    assert text != stored
     (package / MANIFEST).write_text(text)
-    (said,) = sitscad.verify(package).differences
-    assert said == f"{SPEC} is not the spec that the manifest names (its SHA-256 differs)"
+    (message,) = sitscad.verify(package).differences
+    assert message == f"{SPEC} is not the spec that the manifest names (its SHA-256 differs)"
 
 
 @pytest.mark.parametrize(
@@ -294,10 +294,10 @@ def test_rebuild_uses_stored_profile_configuration_and_baseline(tmp_path, monkey
     ):
         with pytest.raises(SystemExit) as stop:
             main(command)
-        told = capsys.readouterr()
-        assert stop.value.code == code, (command, told)
+        text = capsys.readouterr()
+        assert stop.value.code == code, (command, text)
         if command[0] == "check":
-            (tmp_path / "known.json").write_text(told.out)
+            (tmp_path / "known.json").write_text(text.out)
 
 
 @pytest.mark.parametrize(
@@ -309,6 +309,6 @@ def test_order_archive_with_plugins_lists_missing_files(package, lost):
     if lost:
         member(lambda files: without(files, lost))[1](package)
     signed(package)
-    said = sitscad.verify(package).differences
-    assert [words for words in said if "own.csv" in words] == []
-    assert [words for words in said if "order.zip" in words] == [f"{STEM}order.zip: {lost} is missing"] * bool(lost)
+    message = sitscad.verify(package).differences
+    assert [words for words in message if "own.csv" in words] == []
+    assert [words for words in message if "order.zip" in words] == [f"{STEM}order.zip: {lost} is missing"] * bool(lost)

@@ -113,10 +113,10 @@ def test_hostile_file_gives_difference_within_25_seconds(package, what, monkeypa
     HOSTILE[what](package)
     monkeypatch.setattr(limits, "MAX_POINTS", limits.MAX_POINTS // 20)  # at which files take half a minute
     began = time.process_time()
-    found = sitscad.verify(package)
+    result = sitscad.verify(package)
     assert time.process_time() - began < 25.0
-    beyond_hashes = [words for words in found.differences if "SHA-256" not in words and "manifest" not in words]
-    assert beyond_hashes, found.differences
+    beyond_hashes = [words for words in result.differences if "SHA-256" not in words and "manifest" not in words]
+    assert beyond_hashes, result.differences
 
 
 @pytest.mark.parametrize("name", [COPPER, HOLES, JOB, "fpc/more.json", "spec/single_coil.yaml", "fpc/FORCED.txt"])
@@ -165,9 +165,9 @@ def test_exchanged_order_archive_is_found_despite_other_manifest_name(package):
     document["spec"]["name"] = "other"
     document["files"][ORDER]["sha256"] = hashlib.sha256(b"of somebody else").hexdigest()
     (package / MANIFEST).write_text(json.dumps(document))
-    found = sitscad.verify(package)
-    assert any(words.startswith(MANIFEST) for words in found.differences)
-    assert any(words.startswith(ORDER) for words in found.differences)
+    result = sitscad.verify(package)
+    assert any(words.startswith(MANIFEST) for words in result.differences)
+    assert any(words.startswith(ORDER) for words in result.differences)
 
 
 def test_missing_layer_in_order_archive_is_found_despite_other_stage(package):
@@ -226,10 +226,10 @@ def test_package_text_with_control_characters_is_printed_escaped(package, change
     change(package)
     with pytest.raises(SystemExit) as stop:
         main(["verify", str(package), *(["--rebuild"] if rebuilds else [])])
-    said = "".join(capsys.readouterr())
-    assert all(letter.isprintable() or letter == "\n" for letter in said), said
+    message = "".join(capsys.readouterr())
+    assert all(letter.isprintable() or letter == "\n" for letter in message), message
     if change is not _a_version or rebuilds:  # the version counts for building again alone
-        assert stop.value.code != 0 and not any(line.startswith("ok") for line in said.splitlines())
+        assert stop.value.code != 0 and not any(line.startswith("ok") for line in message.splitlines())
 
 
 @pytest.mark.parametrize("limit", ["MAX_BYTES", "MAX_STATEMENT", "MAX_OBJECTS", "MAX_POINTS", "MAX_PAIRS"])

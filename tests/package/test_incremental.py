@@ -48,17 +48,17 @@ def design_of(text: str) -> sitscad.Design:
 
 def changed(key: str, value: str, text: str = TEXT) -> str:
     """The template with one value changed."""
-    found = rewritten(text, [Edit(key, value)])
-    assert found != text
-    return found
+    result = rewritten(text, [Edit(key, value)])
+    assert result != text
+    return result
 
 
 def files_of(text: str, stages: tuple[str, ...], folder: Path) -> dict[str, bytes]:
     """The files of some stages, built anew."""
-    found = sitscad.build(design_of(text), folder, stages, force=True)
-    manifest = read_manifest(found.directory)
+    result = sitscad.build(design_of(text), folder, stages, force=True)
+    manifest = read_manifest(result.directory)
     return {
-        name: (found.directory / name).read_bytes() for name, entry in manifest.files.items() if entry.stage in stages
+        name: (result.directory / name).read_bytes() for name, entry in manifest.files.items() if entry.stage in stages
     }
 
 
@@ -294,10 +294,10 @@ def test_stale_files_are_listed_without_writing(built):
     (first.directory / "more.txt").write_text("mine")
     stamps = {path: path.stat().st_mtime_ns for path in out.rglob("*")}
     other = design_of(changed("readout.clock", "39 MHz"))
-    found = stale(other, out, only)
-    assert not found.written and not found.is_unchanged
+    result = stale(other, out, only)
+    assert not result.written and not result.is_unchanged
     assert {path: path.stat().st_mtime_ns for path in out.rglob("*")} == stamps
-    words = dict(line.split(" ", 1) for line in found.stale)
+    words = dict(line.split(" ", 1) for line in result.stale)
     assert words["bom.csv"] == "is missing" and words["report.html"] == "was changed by hand"
     assert words["firmware/ldc1614_config.h"] == "is stale" and words["more.txt"] == "is not sitscad's"
     assert not any(name.startswith("fpc/") for name in words), "what was never built is not asked for"
@@ -307,5 +307,5 @@ def test_stale_files_are_listed_without_writing(built):
 
 @pytest.mark.slow
 def test_missing_package_is_stale(tmp_path):
-    found = stale(design_of(TEXT), tmp_path / "outputs", ("firmware",))
-    assert "manifest.json is missing" in found.stale and not (tmp_path / "outputs").exists()
+    result = stale(design_of(TEXT), tmp_path / "outputs", ("firmware",))
+    assert "manifest.json is missing" in result.stale and not (tmp_path / "outputs").exists()

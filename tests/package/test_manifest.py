@@ -97,10 +97,10 @@ def test_manifest_round_trip_preserves_content(tmp_path):
 )
 def test_invalid_manifest_gives_plain_package_error(tmp_path, text):
     (tmp_path / MANIFEST).write_bytes(text.encode("latin-1"))
-    with pytest.raises(PackageError) as said:
+    with pytest.raises(PackageError) as message:
         read_manifest(tmp_path)
     for words in ("object", "attribute", "argument", "iterable", "subscript", "indices", "unpack", "NoneType", "__"):
-        assert words not in str(said.value), said.value
+        assert words not in str(message.value), message.value
 
 
 def test_changed_added_linked_and_missing_files_are_distinguished(tmp_path):

@@ -42,19 +42,19 @@ def cache(tmp_path, monkeypatch) -> Path:
 
 @pytest.mark.slow
 def test_changed_scan_rate_reuses_all_cached_solutions(cache, tmp_path, monkeypatch):
-    said = set[bytes]()
+    message = set[bytes]()
 
     def heard(question, solve):
-        said.update(part if isinstance(part, bytes) else repr(part).encode() for part in question()[:1])
+        message.update(part if isinstance(part, bytes) else repr(part).encode() for part in question()[:1])
         return cached_solution(question, solve)
 
     for module in (pad, plate, finite_plate, losses):
         monkeypatch.setattr(module, "cached_solution", heard)
     built(TEXT, tmp_path / "one")
-    assert any(b"Coil(" in each for each in said)
-    assert {b"BondedPad", b"LossesNearMetal"} <= {each.partition(b"(")[0] for each in said}
+    assert any(b"Coil(" in each for each in message)
+    assert {b"BondedPad", b"LossesNearMetal"} <= {each.partition(b"(")[0] for each in message}
     for word in (b"...", b" at 0x", b"array("):  # a text that leaves out what is asked would answer something else
-        assert not any(word in each for each in said), word
+        assert not any(word in each for each in message), word
     assert cache.stat().st_size < solutions.MOST
     assert [path.name for path in (tmp_path / "one").iterdir()] == ["bench-7mm"]
     first = cache.read_bytes()
@@ -83,8 +83,8 @@ def stored(*answers: float) -> Solutions:
 def asked(store: Solutions) -> tuple[list[float], list[complex]] | None:
     """What a store knows; None where it would solve."""
     with store_results(store):
-        found = cached_solution(lambda: QUESTION, lambda: ())
-    return (found[0].tolist(), found[1].tolist()) if found else None
+        result = cached_solution(lambda: QUESTION, lambda: ())
+    return (result[0].tolist(), result[1].tolist()) if result else None
 
 
 def test_cache_file_preserves_every_bit_and_results_are_read_only():

@@ -47,8 +47,8 @@ def test_package_rebuilds_from_stored_spec_and_profiles(tmp_path):
     _written(tmp_path, "base.yaml", BASE)
     _written(tmp_path, "shops/another.yaml", BASE)
     first = sitscad.build(sitscad.load(path), tmp_path / "one", LIGHT).directory
-    kept = {name: content for name, content in _contents(first).items() if name.startswith("spec/")}
-    assert kept == {"spec/mine.yaml": path.read_bytes(), "spec/shops/our shop.yaml": OWN, "spec/base.yaml": BASE}
+    stored = {name: content for name, content in _contents(first).items() if name.startswith("spec/")}
+    assert stored == {"spec/mine.yaml": path.read_bytes(), "spec/shops/our shop.yaml": OWN, "spec/base.yaml": BASE}
     again = sitscad.build(sitscad.load(first / "spec" / "mine.yaml"), tmp_path / "two", LIGHT).directory
     assert _contents(again) == _contents(first)
 
@@ -88,10 +88,10 @@ def test_spec_without_valid_file_name_is_stored_under_safe_name(tmp_path):
 @pytest.mark.slow
 def test_changed_step_file_rebuilds_package(tmp_path):
     path = _written(tmp_path, "mine.yaml", (SPEC + "mount: {kind: custom, step: parts/own.step}\n").encode())
-    one, other = (b"ISO-10303-21;\n%s\nEND-ISO-10303-21;\n" % inside for inside in (b"DATA;", b"DATA; "))
-    _written(tmp_path, "parts/own.step", one)
+    item, other = (b"ISO-10303-21;\n%s\nEND-ISO-10303-21;\n" % inside for inside in (b"DATA;", b"DATA; "))
+    _written(tmp_path, "parts/own.step", item)
     built = sitscad.build(sitscad.load(path), tmp_path / "out", ("firmware",))
-    assert (built.directory / "spec" / "parts" / "own.step").read_bytes() == one
+    assert (built.directory / "spec" / "parts" / "own.step").read_bytes() == item
     assert sitscad.build(sitscad.load(path), tmp_path / "out", ("firmware",)).is_unchanged
     assert sitscad.verify(built.directory, rebuild=True).ok
     _written(tmp_path, "parts/own.step", other)

@@ -69,8 +69,8 @@ def test_every_row_of_package_page_has_its_stage(root):
 @pytest.mark.parametrize("stage", STAGES)
 def test_single_stage_writes_files_of_whole_build(stage, design, whole, tmp_path):
     folder = sitscad.build(design, tmp_path, only=(stage,)).directory
-    asked = {stage, "assembly"} if stage == "mount" else {stage}
-    assert set(list_files(folder)) == {name for name in whole if set(stages_of(name)) <= asked}
+    request = {stage, "assembly"} if stage == "mount" else {stage}
+    assert set(list_files(folder)) == {name for name in whole if set(stages_of(name)) <= request}
     other = [name for name in list_files(folder) if (folder / name).read_bytes() != whole[name]]
     # the steps end with what a package lacks
     assert set(other) <= OF_ALL | {"mount/assembly.txt"}

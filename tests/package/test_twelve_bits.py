@@ -43,8 +43,8 @@ def settings(package):
 def test_ldc1314_package_mentions_no_other_converter(package):
     files = [path for path in package.rglob("*") if path.is_file()]
     assert len(files) > 20
-    told = {str(path.relative_to(package)): OTHERS.findall(path.read_bytes()) for path in files}
-    assert {name: words for name, words in told.items() if words} == {}
+    text = {str(path.relative_to(package)): OTHERS.findall(path.read_bytes()) for path in files}
+    assert {name: words for name, words in text.items() if words} == {}
 
 
 @pytest.mark.slow
@@ -57,8 +57,8 @@ def test_registers_offsets_and_documents_agree(package, settings):
     assert [values["OFFSET0"], values["OFFSET1"]] == offsets == estimate["offsets"]
     assert (settings["result_bits"], settings["count_bits"], settings["result_shift"]) == (12, 16, 0)
     assert settings["device_id"] == 0x3054
-    said = "12 of 16 bits, a step of 1.22 kHz (gain 16)"
-    assert said in (package / "datasheet.html").read_text() and said in (package / "report.html").read_text()
+    message = "12 of 16 bits, a step of 1.22 kHz (gain 16)"
+    assert message in (package / "datasheet.html").read_text() and message in (package / "report.html").read_text()
     assert "LDC1314_COUNTS of results" in (package / "calibration" / "plan.txt").read_text()
 
 
@@ -94,8 +94,8 @@ def test_header_converts_results_to_counts_and_frequencies(package, settings, tm
     (tmp_path / "main.c").write_text(PROGRAM)
     command = ["gcc", "-std=c99", "-Wall", "-Wextra", "-Werror", "-o", tmp_path / "a.out", tmp_path / "main.c"]
     subprocess.run(command, check=True, timeout=60)
-    told = subprocess.run([tmp_path / "a.out"], check=True, capture_output=True, text=True, timeout=60).stdout
-    rows = [line.split() for line in told.splitlines()]
+    text = subprocess.run([tmp_path / "a.out"], check=True, capture_output=True, text=True, timeout=60).stdout
+    rows = [line.split() for line in text.splitlines()]
     assert len(rows) == 2 * 66
     bits = (0, 2, 3, 4)[settings["output_gain"]]
     for coil, data, counts, frequency in rows:
@@ -120,8 +120,8 @@ def test_calibration_code_uses_counts_and_refuses_saturated_results(package, set
     subprocess.run(["gcc", "-o", made, folder / "example.c", f"-I{folder}", *FORCES], check=True, timeout=60)
     rows = [rest, rest, rest + 10, offsets, offsets + 0xFFF, offsets - 1]
     given = "\n".join(" ".join(str(int(count)) for count in row) for row in rows) + "\n"
-    told = subprocess.run([made], input=given, capture_output=True, text=True, timeout=60)
-    forces = np.array([[float(value) for value in line.split()] for line in told.stdout.splitlines()])
+    text = subprocess.run([made], input=given, capture_output=True, text=True, timeout=60)
+    forces = np.array([[float(value) for value in line.split()] for line in text.stdout.splitlines()])
     assert np.all(forces[0] == 0.0) and forces[1][0] > 0.0 and np.all(forces[2:] == 0.0)
     assert forces[1] == approx(sitscad.map_of(folder / "calibration.json")(rows[2], rest)[0], rel=1e-3)
 
@@ -131,12 +131,12 @@ def test_signal_below_twelve_bit_step_gives_finding_with_step():
     """120 mN are 36 steps of an LDC1614, and one of an LDC1314: longer conversions would not make that finer."""
     assert "SIT215" not in {f.rule for f in sitscad.check(spec_of("ldc1614", normal_force="0.12 N")).findings}
     spec = spec_of("ldc1314", normal_force="0.12 N")
-    (found,) = (f for f in sitscad.check(spec).findings if f.rule == "SIT215")
+    (findings,) = (f for f in sitscad.check(spec).findings if f.rule == "SIT215")
     estimates = sitscad.Design(spec).estimates
     state = estimates.coils[0].states["rest"]
     step = estimates.readout.conversion.inductance_step(state.converter_inductance, state.frequency)
-    assert f"steps of {show(step, 'H', 3)}" in found.detail and step > 1.01 * state.quantum
-    assert "readout.device: ldc1614" in found.hint and "scan_rate" not in found.hint
+    assert f"steps of {show(step, 'H', 3)}" in findings.detail and step > 1.01 * state.quantum
+    assert "readout.device: ldc1614" in findings.hint and "scan_rate" not in findings.hint
     assert state.quantum == approx(2.0 * state.inductance * 2 * 40e6 / 2**16 / state.frequency, rel=1e-6)
     (lost,) = (f for f in sitscad.check(spec_of("ldc1314", normal_force="0.02 N")).findings if f.rule == "SIT215")
     assert lost.severity is sitscad.Severity.ERROR

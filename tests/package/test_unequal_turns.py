@@ -56,8 +56,8 @@ def test_unequal_layers_connect_and_circulate_in_one_direction(name):
         steps = [math.remainder(math.atan2(b.y, b.x) - math.atan2(a.y, a.x), 2 * math.pi)
                  for a, b in pairwise(ways)]
         assert math.fsum(steps) / (2 * math.pi) == approx(turns, abs=0.06)
-    for one, other in pairwise(windings):
-        ends = [math.atan2(p.y, p.x) for p in (one.path.end, other.path.start)]
+    for item, other in pairwise(windings):
+        ends = [math.atan2(p.y, p.x) for p in (item.path.end, other.path.start)]
         # polygons and racetracks: corners of turns further in do not lie in quite the same direction
         assert abs(math.remainder(ends[0] - ends[1], 2 * math.pi)) < (1e-6 if spec.coil.shape == "circle" else 0.25)
 
@@ -66,17 +66,17 @@ def test_unequal_layers_connect_and_circulate_in_one_direction(name):
 def test_resistance_follows_drawn_copper(name):
     layout = sitscad.lay_out(spec_of(name))
     coil, spec = layout.coils[0], layout.spec
-    found = estimate(layout).coils[0]
+    result = estimate(layout).coils[0]
     squares = math.fsum(w.path.length / w.thickness for w in coil.windings) / spec.coil.trace_width
-    assert found.resistance_dc == approx(squares / 58e6, rel=0.02)
+    assert result.resistance_dc == approx(squares / 58e6, rel=0.02)
 
 
 def test_nearly_equal_layer_turns_give_values_of_equal_turns():
     equal = sitscad.load_text(text_of("circle", 4, 7.75, 4), "x.yaml")
     nearly = sitscad.load_text(text_of("circle", 4, [7.75, 7.749999, 7.75, 7.749999], 4), "x.yaml")
-    one, other = (estimate(sitscad.lay_out(spec)).coils[0] for spec in (equal, nearly))
+    item, other = (estimate(sitscad.lay_out(spec)).coils[0] for spec in (equal, nearly))
     for field in ("winding_inductance", "resistance_dc", "resistance_ac", "winding_capacitance", "terminal_inductance"):
-        assert getattr(other, field) == approx(getattr(one, field), rel=1e-4), field
+        assert getattr(other, field) == approx(getattr(item, field), rel=1e-4), field
 
 
 def test_one_turn_fewer_on_some_layers_gives_intermediate_values():
@@ -114,9 +114,9 @@ def test_turns_list_that_exceeds_layers_or_room_is_refused(turns, layers, rule, 
 def test_invalid_turns_of_one_layer_give_finding_at_its_position():
     with pytest.raises(SpecError) as caught:
         sitscad.load_text(text_of("square", 5, [7, 6.3], 2))
-    (found,) = caught.value.findings
-    assert (found.rule, found.key, found.limit) == ("SIT015", "coil.turns.1", 6.25)
-    assert found.column == text_of("square", 5, [7, 6.3], 2).splitlines()[2].index("6.3") + 1
+    (findings,) = caught.value.findings
+    assert (findings.rule, findings.key, findings.limit) == ("SIT015", "coil.turns.1", 6.25)
+    assert findings.column == text_of("square", 5, [7, 6.3], 2).splitlines()[2].index("6.3") + 1
 
 
 def test_all_coils_of_array_have_equal_windings():
@@ -169,7 +169,7 @@ def test_resistance_of_extracted_copper_equals_estimate(name, tmp_path):
     net = extract(tmp_path).net("C1")
     ends = [touched(contact) for contact in sorted(net.contacts, key=lambda contact: contact.function)]
     copper, plating = layout.spec.fpc.stackup.copper, layout.spec.fpc.stackup.plating_thickness
-    found = copper_resistance(
+    result = copper_resistance(
         net, *ends, [c.thickness for c in copper], depths=[c.z for c in copper], plating=plating or None, fineness=1.0
     )
-    assert found == approx(estimate(layout).coils[0].terminal_resistance_dc, rel=0.02)
+    assert result == approx(estimate(layout).coils[0].terminal_resistance_dc, rel=0.02)

@@ -66,8 +66,8 @@ def without(number, pattern):
     """A change that takes away the n-th line that matches."""
 
     def change(text):
-        found = list(re.finditer(pattern, text, re.MULTILINE))
-        return text[: found[number].start()] + text[found[number].end() :]
+        result = list(re.finditer(pattern, text, re.MULTILINE))
+        return text[: result[number].start()] + text[result[number].end() :]
 
     return change
 
@@ -78,8 +78,8 @@ def drawn(commands):
 
 @pytest.mark.slow
 def test_intact_panel_passes_verification(whole):
-    found = sitscad.verify(whole)
-    assert (found.differences, found.panel_boards) == ((), 6)
+    result = sitscad.verify(whole)
+    assert (result.differences, result.panel_boards) == ((), 6)
 
 
 @pytest.mark.parametrize(
@@ -114,20 +114,20 @@ def test_intact_panel_passes_verification(whole):
     ],
 )
 def test_change_on_panel_alone_is_found(package, name, change, words):
-    said = changed(package, name, change)
-    assert all(word in said for word in words), said
+    message = changed(package, name, change)
+    assert all(word in message for word in words), message
 
 
 def test_missing_panel_hole_is_found_despite_correct_hash(package):
-    said = changed(package, "-PTH.drl", without(2, r"^X.*\n"))
+    message = changed(package, "-PTH.drl", without(2, r"^X.*\n"))
     name = "fpc/panel/small-part-panel-PTH.drl"
     manifest = json.loads((package / "manifest.json").read_text())
     manifest["files"][name]["sha256"] = hashlib.sha256((package / name).read_bytes()).hexdigest()
     (package / "manifest.json").write_text(json.dumps(manifest))
-    found = sitscad.verify(package)
+    result = sitscad.verify(package)
     sent = "fpc/small-part-order.zip: small-part-panel-PTH.drl is not as the file beside it"
-    assert found.differences == (sent, *said.splitlines())
-    assert (found.wrong_nets, found.wrong_archive, found.wrong_boards) == (0, 1, len(said.splitlines()))
+    assert result.differences == (sent, *message.splitlines())
+    assert (result.wrong_nets, result.wrong_archive, result.wrong_boards) == (0, 1, len(message.splitlines()))
 
 
 def test_coupon_without_holes_in_every_place_is_found(package):
@@ -136,16 +136,16 @@ def test_coupon_without_holes_in_every_place_is_found(package):
     text = (package / "fpc/panel/small-part-panel-PTH.drl").read_text()
     holes = re.findall(r"^X.*\n", text, re.MULTILINE)
     assert len(holes) > boards + coupons
-    said = changed(package, "-PTH.drl", lambda t: t.replace("".join(holes[boards:]), ""))
-    assert "the panel's coupon: no-hole" in said and "the panel's coupon: open" in said
+    message = changed(package, "-PTH.drl", lambda t: t.replace("".join(holes[boards:]), ""))
+    assert "the panel's coupon: no-hole" in message and "the panel's coupon: open" in message
 
 
 def cut_paths(text):
     """The cuts of a file, each a line from its first point to its last, as (whole text, start, end)."""
-    found = []
+    result = []
     for run in re.finditer(r"^(X-?\d+Y-?\d+)D02\*\n(?:(?!.*D02).*D01\*\n|G0[123]\*\n)+", text, re.MULTILINE):
-        found.append((run[0], run[1], re.findall(r"^(X-?\d+Y-?\d+)", run[0], re.MULTILINE)[-1]))
-    return found
+        result.append((run[0], run[1], re.findall(r"^(X-?\d+Y-?\d+)", run[0], re.MULTILINE)[-1]))
+    return result
 
 
 @pytest.mark.parametrize("which", range(3))
@@ -162,8 +162,8 @@ def test_cut_missing_on_all_boards_is_found(package, which):
             text = text.replace(cut, "", 1)
         return text
 
-    said = changed(package, "-Part_Cuts.gbr", change)
-    assert "board 1: cut and bridges do not close an outline" in said and "is not as" not in said
+    message = changed(package, "-Part_Cuts.gbr", change)
+    assert "board 1: cut and bridges do not close an outline" in message and "is not as" not in message
 
 
 @pytest.mark.slow
@@ -208,8 +208,8 @@ def test_invalid_list_of_places_gives_error(package, change):
 
 def test_missing_panel_file_is_found(package):
     (package / "fpc/panel/small-part-panel-B_Mask.gbr").unlink()
-    said = "\n".join(compare_panel(package / "fpc", package / "fpc/panel")[1])
-    assert "the panel has nothing like small-part-B_Mask.gbr" in said
+    message = "\n".join(compare_panel(package / "fpc", package / "fpc/panel")[1])
+    assert "the panel has nothing like small-part-B_Mask.gbr" in message
 
 
 @pytest.mark.slow
@@ -219,11 +219,11 @@ def test_body_layers_are_on_rails_and_not_between_boards(tmp_path):
     spec = sitscad.load_text(text.replace("0.5mm}", "0.5mm, layers: 2}"), "four.yaml")
     package = sitscad.build(spec, tmp_path, ["gerber"], force=True).directory
     assert compare_panel(package / "fpc", package / "fpc/panel") == (2, ())
-    said = changed(package, "-Body_Layers.gbr", without(0, r"G36\*\n(?:[XG].*\n)*?G37\*\n"))
-    assert said
+    message = changed(package, "-Body_Layers.gbr", without(0, r"G36\*\n(?:[XG].*\n)*?G37\*\n"))
+    assert message
     area = "G36*\nX0Y0D02*\nG01*\nX20000000Y0D01*\nX20000000Y15000000D01*\nX0Y15000000D01*\nX0Y0D01*\nG37*\nM02*"
-    said = changed(package, "-Body_Layers.gbr", lambda text: text.replace("M02*", area))
-    assert "small-part-panel-Body_Layers.gbr shows what the list does not have" in said
+    message = changed(package, "-Body_Layers.gbr", lambda text: text.replace("M02*", area))
+    assert "small-part-panel-Body_Layers.gbr shows what the list does not have" in message
 
 
 def test_verification_summary_counts_differences(package, capsys):
@@ -257,8 +257,8 @@ def test_verification_of_500_boards_takes_under_15_seconds(tmp_path):
     spec = sitscad.load_text(SPEC % "[10, 50]", "small.yaml")
     folder = sitscad.build(spec, tmp_path, ["gerber"], force=True).directory
     began = time.process_time()
-    found = sitscad.verify(folder)
-    assert (found.ok, found.panel_boards) == (True, 500)
+    result = sitscad.verify(folder)
+    assert (result.ok, result.panel_boards) == (True, 500)
     assert time.process_time() - began < 15.0
 
 

@@ -45,11 +45,11 @@ def laid(name, *changes):
 @pytest.mark.parametrize("name", TEMPLATES)
 def test_bends_lie_on_straight_tracks_with_minimum_radius(name):
     layout = laid(name)
-    found, (low, high), least = bends(layout), bend_stretch(layout), least_bend_radius(layout.spec.fpc)
-    assert found
-    for bend in found:
+    result, (low, high), least = bends(layout), bend_stretch(layout), least_bend_radius(layout.spec.fpc)
+    assert result
+    for bend in result:
         assert low - 1e-9 <= bend.start < bend.end <= high + 1e-9 and bend.radius >= least - 1e-12
-    assert all(one.end <= other.start + 1e-9 for one, other in pairwise(found))
+    assert all(item.end <= other.start + 1e-9 for item, other in pairwise(result))
     edge = lip(layout)
     assert edge is None or edge.radius >= least - 1e-12
 
@@ -113,7 +113,7 @@ def test_jaw_without_hinge_has_only_mount_bends():
     """90 degrees were ordered 27 mm behind the heel, within the tube."""
     layout = laid("grasper_4layer", ("jaw: generic-5mm ", "jaw: {width: 4.8, length: 20, height: 1.3} "))
     assert own_bend(layout) is None and bends(layout) == bends_of_mount(layout)
-    told = [one.partition(": ") for one in layout.spec.source.defaults if one.startswith("fpc.tail.bend")]
-    assert ("fpc.tail.bend.angle", "0 deg down") in [(key, value.partition(",")[0]) for key, _, value in told]
-    assert len({key for key, _, _ in told}) == len(told), "one line a key"
+    text = [item.partition(": ") for item in layout.spec.source.defaults if item.startswith("fpc.tail.bend")]
+    assert ("fpc.tail.bend.angle", "0 deg down") in [(key, value.partition(",")[0]) for key, _, value in text]
+    assert len({key for key, _, _ in text}) == len(text), "one line a key"
     assert own_bend(laid("grasper_4layer")).angle == approx(math.radians(30.0), rel=1e-9)

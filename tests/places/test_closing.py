@@ -55,9 +55,9 @@ def test_faces_are_parallel_on_remaining_port_height():
 
 def test_sensor_closing_follows_closed_section():
     layout = handmade.jaw_sensor()
-    found = closing_motion(layout)
-    assert found.parallel_at == approx(5e-3 - closed_section(layout).height, rel=1e-6)
-    assert found.reach is None and found.tilt(1e-3) is None and found.most is None
+    result = closing_motion(layout)
+    assert result.parallel_at == approx(5e-3 - closed_section(layout).height, rel=1e-6)
+    assert result.reach is None and result.tilt(1e-3) is None and result.most is None
     jaw = replace(handmade.jaw(), hinge=8e-3)
     hinged = handmade.jaw_sensor(mount=handmade.Mount("grasper-pad", jaw, 1e-3))
     assert closing_motion(hinged).reach == approx(8e-3 + 8e-3, rel=1e-6)

@@ -61,7 +61,7 @@ def test_length_minus_itself_has_no_tolerance(parts):
 def test_worst_case_is_maximum_over_tolerance_corners():
     """Every layer at either end, drawn anew without the arithmetic of tolerances: none is worse, and one is as bad."""
     layout = glued(handmade.jaw_sensor(), tolerances=(("outline", 0.0), ("placement", 0.0)))
-    layers, found = column(layout), closed_section(layout)
+    layers, result = column(layout), closed_section(layout)
     bottoms = [layer.thickness.nominal for layer in layers]
     spreads = [layer.thickness.spread for layer in layers]
     chance = random.Random(7)
@@ -69,8 +69,8 @@ def test_worst_case_is_maximum_over_tolerance_corners():
     for signs in [[1] * len(layers), *([chance.choice((-1, 1)) for _ in layers] for _ in range(200))]:
         height = sum(t + s * d for t, s, d in zip(bottoms, signs, spreads, strict=True))
         highest = max(highest, height / 2)
-    assert highest <= found.worst + 1e-12
-    assert found.height == approx(sum(bottoms), rel=1e-6) and highest == approx(
+    assert highest <= result.worst + 1e-12
+    assert result.height == approx(sum(bottoms), rel=1e-6) and highest == approx(
         (sum(bottoms) + sum(spreads)) / 2, rel=1e-6
     )
 
@@ -129,10 +129,10 @@ def test_board_width_is_compared_with_jaw_chord():
 
 
 def test_fit_measures_name_limits():
-    found = {measure.name: measure for measure in fit(handmade.jaw_sensor())}
-    assert list(found) == [CLOSED_PAIR, OVERHANG, LENGTH]
-    assert found[CLOSED_PAIR].limit == 5e-3 and found[LENGTH].limit == 16e-3
-    for measure in found.values():
+    result = {measure.name: measure for measure in fit(handmade.jaw_sensor())}
+    assert list(result) == [CLOSED_PAIR, OVERHANG, LENGTH]
+    assert result[CLOSED_PAIR].limit == 5e-3 and result[LENGTH].limit == 16e-3
+    for measure in result.values():
         assert measure.nominal <= measure.root_sum_square <= measure.worst
         assert measure.margin == approx(measure.limit - measure.worst, rel=1e-6)
     assert fit(handmade.bench_sensor()) == ()
@@ -164,8 +164,8 @@ def test_jaw_with_narrow_face_lists_face_among_defaults(width, is_told):
     text = templates.read("jaw_5x20").replace("jaw: generic-5mm", f"jaw: {{based_on: generic-5mm, width: {width}}}")
     assert width in text
     spec = sitscad.load_text(text, "jaw.yaml")
-    told = [each.partition(": ")[2] for each in spec.source.defaults if each.startswith("mount.jaw.face:")]
-    assert bool(told) is is_told
+    lines = [each.partition(": ")[2] for each in spec.source.defaults if each.startswith("mount.jaw.face:")]
+    assert bool(lines) is is_told
     face = jaw_section(spec.jaw).face
-    assert all(each.startswith(show(face, "m", 4)) for each in told)
+    assert all(each.startswith(show(face, "m", 4)) for each in lines)
     assert (face < spec.jaw.width - 1e-9) is is_told

@@ -36,16 +36,16 @@ def design(standoff="1.2", shield=NEAR):
 )
 def test_gaps_match_column_of_closed_pair(standoff, shield):
     """Two ways to the same heights: the column of all layers that decides about the port, and the coils' gaps."""
-    found = design(standoff, shield)
-    at = {part: (low.nominal, high.nominal) for part, (low, high) in layer_heights(column(found.layout)).items()}
+    result = design(standoff, shield)
+    at = {part: (low.nominal, high.nominal) for part, (low, high) in layer_heights(column(result.layout)).items()}
     top = at["board"][1]
-    assert target_gap(found.spec) == approx(at["target"][0] - top, rel=1e-6)
-    assert backing_of(found.spec).metal_face == approx(at["jaw"][1] - top, rel=1e-6)
+    assert target_gap(result.spec) == approx(at["target"][0] - top, rel=1e-6)
+    assert backing_of(result.spec).metal_face == approx(at["jaw"][1] - top, rel=1e-6)
     if shield:
-        assert backing_of(found.spec).shield_span == approx([level - top for level in at["shield"]], rel=1e-6)
-        assert backing_of(found.spec).room == approx(at["board"][0] - at["shield"][1], rel=1e-6)
+        assert backing_of(result.spec).shield_span == approx([level - top for level in at["shield"]], rel=1e-6)
+        assert backing_of(result.spec).room == approx(at["board"][0] - at["shield"][1], rel=1e-6)
     else:
-        assert backing_of(found.spec).room == approx(at["board"][0] - at["jaw"][1], rel=1e-6)
+        assert backing_of(result.spec).room == approx(at["board"][0] - at["jaw"][1], rel=1e-6)
 
 
 @pytest.mark.slow

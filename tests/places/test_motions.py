@@ -14,34 +14,34 @@ from sitscad.assembly.places.motions import FORCE, POSE, MotionError, frequency_
 
 
 def test_bare_numbers_are_millimetres_degrees_and_newtons():
-    found = read_motions(poses=["x=0.5,z=-200 um, rx=1,ry=0.1rad"], loads=["normal=4.8,shear_y=-300 mN,rotation=held"])
-    assert found.poses[0] == approx([5e-4, 0.0, -2e-4, math.radians(1.0), 0.1, 0.0], rel=1e-6, abs=1e-12)
-    assert found.loads[0] == approx([4.8, 0.0, -0.3], rel=1e-6, abs=1e-12)
-    assert list(found.held) == [True]
+    result = read_motions(poses=["x=0.5,z=-200 um, rx=1,ry=0.1rad"], loads=["normal=4.8,shear_y=-300 mN,rotation=held"])
+    assert result.poses[0] == approx([5e-4, 0.0, -2e-4, math.radians(1.0), 0.1, 0.0], rel=1e-6, abs=1e-12)
+    assert result.loads[0] == approx([4.8, 0.0, -0.3], rel=1e-6, abs=1e-12)
+    assert list(result.held) == [True]
 
 
 def test_no_input_is_pose_at_rest():
-    found = read_motions()
-    assert np.array_equal(found.poses, np.zeros((1, 6)))
-    assert len(found.loads) == 0
+    result = read_motions()
+    assert np.array_equal(result.poses, np.zeros((1, 6)))
+    assert len(result.loads) == 0
 
 
 def test_scan_is_product_with_last_range_fastest():
-    found = read_motions(scans=["x=-2:2:5,rz=90,z=-0.9:0:4", "normal=0:2:3,shear_x=0.5"])
-    assert found.poses.shape == (20, 6)
-    assert found.poses[1] - found.poses[0] == approx([0.0, 0.0, 3e-4, 0.0, 0.0, 0.0], rel=1e-6, abs=1e-12)
-    assert found.poses[-1] == approx([2e-3, 0.0, 0.0, 0.0, 0.0, math.pi / 2], rel=1e-6, abs=1e-12)
-    assert found.loads == approx(np.array([[0.0, 0.5, 0.0], [1.0, 0.5, 0.0], [2.0, 0.5, 0.0]]), rel=1e-6)
+    result = read_motions(scans=["x=-2:2:5,rz=90,z=-0.9:0:4", "normal=0:2:3,shear_x=0.5"])
+    assert result.poses.shape == (20, 6)
+    assert result.poses[1] - result.poses[0] == approx([0.0, 0.0, 3e-4, 0.0, 0.0, 0.0], rel=1e-6, abs=1e-12)
+    assert result.poses[-1] == approx([2e-3, 0.0, 0.0, 0.0, 0.0, math.pi / 2], rel=1e-6, abs=1e-12)
+    assert result.loads == approx(np.array([[0.0, 0.5, 0.0], [1.0, 0.5, 0.0], [2.0, 0.5, 0.0]]), rel=1e-6)
 
 
 def test_motion_files_name_columns_and_units(tmp_path):
     poses, loads = tmp_path / "poses.csv", tmp_path / "loads.csv"
     poses.write_text("# scanned\nx,z_m,ry_deg\n1,-0.0002,2\n\n2,,\n")
     loads.write_text("normal_N,shear_x,rotation\n1,0.5,held\n2,0,\n")
-    found = read_motions(pose_files=[str(poses)], load_files=[str(loads)])
-    assert found.poses[0] == approx([1e-3, 0.0, -2e-4, 0.0, math.radians(2.0), 0.0], rel=1e-6, abs=1e-12)
-    assert found.poses[1] == approx([2e-3, 0.0, 0.0, 0.0, 0.0, 0.0], rel=1e-6, abs=1e-12)
-    assert list(found.held) == [True, False]
+    result = read_motions(pose_files=[str(poses)], load_files=[str(loads)])
+    assert result.poses[0] == approx([1e-3, 0.0, -2e-4, 0.0, math.radians(2.0), 0.0], rel=1e-6, abs=1e-12)
+    assert result.poses[1] == approx([2e-3, 0.0, 0.0, 0.0, 0.0, 0.0], rel=1e-6, abs=1e-12)
+    assert list(result.held) == [True, False]
 
 
 def test_reading_columns_are_skipped_and_reported(tmp_path):
@@ -49,9 +49,9 @@ def test_reading_columns_are_skipped_and_reported(tmp_path):
     plan, poses = tmp_path / "plan.csv", tmp_path / "poses.csv"
     plan.write_text("normal_N,shear_x_N,C1_counts,C2_counts\n0,0,,\n8,-1.15,8123456,7654321\n")
     poses.write_text("x,C1_MHz\n1,5.2\n")
-    found = read_motions(load_files=[str(plan)], pose_files=[str(poses)])
-    assert found.loads == approx(np.array([[0.0, 0.0, 0.0], [8.0, -1.15, 0.0]]), rel=1e-6) and len(found.poses) == 1
-    assert found.skipped_rows == (
+    result = read_motions(load_files=[str(plan)], pose_files=[str(poses)])
+    assert result.loads == approx(np.array([[0.0, 0.0, 0.0], [8.0, -1.15, 0.0]]), rel=1e-6) and len(result.poses) == 1
+    assert result.skipped_rows == (
         f"{poses}: columns of readings are passed over: C1_MHz",
         f"{plan}: columns of readings are passed over: C1_counts, C2_counts",
     )
@@ -104,12 +104,12 @@ def test_unreadable_motion_file_error_states_row(tmp_path, text, said):
 @given(st.text(alphabet="xyzr=,:.-+0123456789e mdN\n_alo", max_size=40), st.sampled_from(["poses", "loads", "scans"]))
 def test_random_text_is_read_or_refused(text, kind):
     try:
-        found = read_motions(**{kind: [text]})
+        result = read_motions(**{kind: [text]})
     except MotionError:
         return
-    assert np.all(np.isfinite(found.poses))
-    assert found.poses.shape[1:] == (len(POSE),)
-    assert found.loads.shape[1:] == (len(FORCE),)
+    assert np.all(np.isfinite(result.poses))
+    assert result.poses.shape[1:] == (len(POSE),)
+    assert result.loads.shape[1:] == (len(FORCE),)
 
 
 def test_frequency_without_unit_is_refused():

@@ -26,25 +26,25 @@ def test_cheeks_stand_beside_tail_over_full_length(diameter, pitch, margin, conn
     """A body of 8.9 mm narrows to its tail of 2.5 mm over 3 mm: cheeks as for the tail's end stood in the taper."""
     spec = sitscad.load_text(JAW.format(diameter=diameter, pitch=pitch, margin=margin, connector=connector), "jaw.yaml")
     layout = sitscad.lay_out(spec)
-    found = relief(layout)
-    if found is None or found.cheeks is None:
+    result = relief(layout)
+    if result is None or result.cheeks is None:
         return
     board = shapely.Polygon([(p.x, p.y) for p in layout.outline.flattened(1e-6)])
-    for inner, outer in ((found.tail[1], found.across[1]), (found.tail[0], found.across[0])):
+    for inner, outer in ((result.tail[1], result.across[1]), (result.tail[0], result.across[0])):
         low, high = sorted((inner, outer))
-        cheek = shapely.box(found.cheeks, low, found.along[1], high)
+        cheek = shapely.box(result.cheeks, low, result.along[1], high)
         assert board.intersection(cheek).area < 1e-10
 
 
 def test_long_taper_has_no_cheeks():
     text = JAW.format(diameter=8, pitch=8.5, margin=0, connector="zif-0.5mm")
     layout = sitscad.lay_out(sitscad.load_text(text, "jaw.yaml"))
-    found = relief(layout)
-    assert found is not None and found.cheeks is None
-    assert found.along == approx((layout.body[2], layout.spec.jaw.length / 2 - 0.2e-3), rel=1e-6)
+    result = relief(layout)
+    assert result is not None and result.cheeks is None
+    assert result.along == approx((layout.body[2], layout.spec.jaw.length / 2 - 0.2e-3), rel=1e-6)
 
 
 def test_short_taper_leaves_room_for_cheeks():
     text = JAW.format(diameter=5, pitch=6, margin=0, connector="zif-0.5mm")
-    found = relief(sitscad.lay_out(sitscad.load_text(text, "jaw.yaml")))
-    assert found is not None and found.cheeks is not None
+    result = relief(sitscad.lay_out(sitscad.load_text(text, "jaw.yaml")))
+    assert result is not None and result.cheeks is not None

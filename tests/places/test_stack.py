@@ -55,13 +55,13 @@ def test_closed_section_spans_both_backs(layout):
 
 
 def test_states_have_target_pose():
-    found = {state.name: state for state in sitscad.estimate(layout_of("bench_7mm")).states}
-    assert list(found) == [FREE, REST, PRESSED]
-    assert found[FREE].is_free and not found[REST].is_free
-    assert found[REST].pose.z == 0.0 and found[REST].force == 0.0
-    pose = found[PRESSED].pose
+    result = {state.name: state for state in sitscad.estimate(layout_of("bench_7mm")).states}
+    assert list(result) == [FREE, REST, PRESSED]
+    assert result[FREE].is_free and not result[REST].is_free
+    assert result[REST].pose.z == 0.0 and result[REST].force == 0.0
+    pose = result[PRESSED].pose
     assert pose.rx == pose.ry == 0.0 and pose.z < 0.0
-    assert found[PRESSED].force == layout_of("bench_7mm").spec.requirements.normal_force
+    assert result[PRESSED].force == layout_of("bench_7mm").spec.requirements.normal_force
 
 
 def test_state_names_have_texts():

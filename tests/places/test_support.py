@@ -39,8 +39,8 @@ def pad(**changes):
 
 def said(mount):
     result = check(load_text(f"{SENSOR}mount: {mount}\n", "held.yaml"), hints="none")
-    found = [finding for finding in result.findings if finding.rule == "SIT319"]
-    return found, [reason.case for reason in result.not_checked if reason.rule == "SIT319"]
+    findings = [finding for finding in result.findings if finding.rule == "SIT319"]
+    return findings, [reason.case for reason in result.not_checked if reason.rule == "SIT319"]
 
 
 def test_seat_support_is_limited_by_port():
@@ -50,24 +50,24 @@ def test_seat_support_is_limited_by_port():
     low, high = closed_span(backing_of(layout.spec), top_height(layout.spec))
     depth = (low + high) / 2 + layout.spec.fpc.stackup.thickness
     half = math.sqrt(made_to_measure(layout.spec.mount.jaw, worst_deviations(layout)) ** 2 - depth**2)
-    found = support(layout)
-    assert 2.0 * half < 4.0e-3 and found.name == "elastomer"
-    assert found.carried == approx(4.0e-3 * 2.0 * half, rel=1e-12) and found.pressed == approx(16e-6, rel=1e-6)
+    result = support(layout)
+    assert 2.0 * half < 4.0e-3 and result.name == "elastomer"
+    assert result.carried == approx(4.0e-3 * 2.0 * half, rel=1e-12) and result.pressed == approx(16e-6, rel=1e-6)
 
 
 def test_board_without_seat_lies_on_face_beside_window():
     jaw = replace(handmade.jaw(), fenestration=(3e-3, 1.0e-3))
-    found = support(pad(mount=handmade.Mount("grasper-pad", jaw, 0.0)))
-    assert found.carried == approx(16e-6 - 3e-6, rel=1e-12)
+    result = support(pad(mount=handmade.Mount("grasper-pad", jaw, 0.0)))
+    assert result.carried == approx(16e-6 - 3e-6, rel=1e-12)
     assert support(pad(mount=handmade.Mount("grasper-pad", jaw, 1e-3))).carried == approx(16e-6, rel=1e-6)
 
 
 def test_plate_and_cap_support_board_and_finger_supports_flat_part():
     def on(mount):
         layout = handmade.bench_sensor(mount=mount)
-        found = support(layout)
-        assert found.body == enclosed_area(layout.body_outline)
-        return found.body_carried / found.body, found.share
+        result = support(layout)
+        assert result.body == enclosed_area(layout.body_outline)
+        return result.body_carried / result.body, result.share
 
     assert on(handmade.Mount("bench-plate", None, 2e-3)) == approx((1.0, 1.0), rel=1e-6)
     flat, round_one = Finger("rectangle", (4e-3, 4e-3), 8e-3, 2e-3), Finger("circle", (14e-3, 14e-3), 8e-3, 2e-3)

@@ -73,8 +73,8 @@ class Browser:
             more = os.read(self.into, 1 << 16)
             assert more, "the browser has gone"
             self.rest += more
-        one, _, self.rest = self.rest.partition(b"\0")
-        message: dict[str, Any] = json.loads(one)
+        item, _, self.rest = self.rest.partition(b"\0")
+        message: dict[str, Any] = json.loads(item)
         if "method" in message:
             self.events.append(message)
         return message
@@ -89,9 +89,9 @@ class Browser:
 
     def run(self, script: str) -> Any:
         """The value of an expression in the page; a promise is waited for. Exceptions of the page are raised."""
-        found = self.call("Runtime.evaluate", expression=script, awaitPromise=True, returnByValue=True)
-        assert "exceptionDetails" not in found, found["exceptionDetails"]
-        return found["result"].get("value")
+        result = self.call("Runtime.evaluate", expression=script, awaitPromise=True, returnByValue=True)
+        assert "exceptionDetails" not in result, result["exceptionDetails"]
+        return result["result"].get("value")
 
     def size(self, width: int, height: int) -> None:
         """Show the page in a window of so many pixels."""

@@ -31,9 +31,9 @@ def test_error_text_gives_percent_of_full_scale(error, words):
 
 def test_performance_section_contains_unit_to_unit_table():
     """Shares were of another full scale than the map's, and rounded again: 76 % beside the data sheet's 75 %."""
-    said = [["error over all loads, of", "normal, of 2 N"], ["any unit, read without a tare", "1.5 N (75 %)"]]
-    page = _performance_section({"unit_to_unit": {"errors_are": "One sigma.", "in_words": said}})
-    assert all(cell in page for row in said for cell in row)
+    message = [["error over all loads, of", "normal, of 2 N"], ["any unit, read without a tare", "1.5 N (75 %)"]]
+    page = _performance_section({"unit_to_unit": {"errors_are": "One sigma.", "in_words": message}})
+    assert all(cell in page for row in message for cell in row)
     assert "unit" not in _performance_section({"performance": ()})
 
 

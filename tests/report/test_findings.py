@@ -135,7 +135,7 @@ def test_exit_code_follows_worst_finding():
     spec_error = Finding("SIT004", "type", Severity.ERROR, "x")
     warning = Finding("SIT201", "floor", Severity.WARNING, "x")
     cases = ((), (warning,), (ERROR,), (ERROR, spec_error))
-    assert [CheckedSpec("x", "", found).exit_code for found in cases] == [0, 0, 1, 2]
+    assert [CheckedSpec("x", "", result).exit_code for result in cases] == [0, 0, 1, 2]
 
 
 def test_json_preserves_floats_and_writes_nan_as_null():

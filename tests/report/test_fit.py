@@ -45,10 +45,10 @@ def test_passing_sensor_prints_fit_margin():
 
 def test_json_fit_contains_values_sources_and_margin():
     checked = CheckedSpec("a.yaml", "", (), fit=MEASURED)
-    found = json.loads(as_json([checked]))["specs"][0]["fit"]
-    assert [entry["name"] for entry in found] == [entry.name for entry in MEASURED]
-    assert found[0]["nominal_m"] == approx(MEASURED[0].nominal, rel=1e-6) and found[0]["parts"][0]["source"]
-    assert found[0]["margin_m"] == approx(found[0]["limit_m"] - found[0]["worst_m"], rel=1e-6)
+    result = json.loads(as_json([checked]))["specs"][0]["fit"]
+    assert [entry["name"] for entry in result] == [entry.name for entry in MEASURED]
+    assert result[0]["nominal_m"] == approx(MEASURED[0].nominal, rel=1e-6) and result[0]["parts"][0]["source"]
+    assert result[0]["margin_m"] == approx(result[0]["limit_m"] - result[0]["worst_m"], rel=1e-6)
     assert json.loads(as_json([CheckedSpec("a.yaml", "", ())]))["specs"][0]["fit"] == []
 
 

@@ -52,8 +52,8 @@ def test_job_summary_equals_snapshot():
 
 @pytest.mark.parametrize("form", NAMES)
 def test_output_format_is_printable_and_reproducible(form):
-    one, two = (FINDING_FORMATS[form](told.BOTH, told.OUTPUT) for _ in range(2))
-    assert one == two and "\x1b" not in one and one.endswith("\n")
+    item, two = (FINDING_FORMATS[form](told.BOTH, told.OUTPUT) for _ in range(2))
+    assert item == two and "\x1b" not in item and item.endswith("\n")
 
 
 @pytest.mark.parametrize("form", NAMES)
@@ -81,15 +81,15 @@ def test_very_long_line_is_quoted_in_part(form):
     """300 kB of zeros as a spec printed 1 MB, and 1.7 MB as SARIF."""
     text = "turns: " + "0" * 300_000
     finding = Finding("SIT004", "type", Severity.ERROR, "no", "", "turns", 1, 8)
-    said = FINDING_FORMATS[form]((CheckedSpec("a.yaml", text, (finding,)),), replace(FEW, verbose=True))
-    assert len(said) < 10_000
+    message = FINDING_FORMATS[form]((CheckedSpec("a.yaml", text, (finding,)),), replace(FEW, verbose=True))
+    assert len(message) < 10_000
 
 
 @pytest.mark.parametrize("form", NAMES)
 def test_non_utf8_file_name_is_reported(form):
     name = os.fsdecode(b"n\xff.yaml")
-    said = FINDING_FORMATS[form]((CheckedSpec(name, "a: 1\n", (replace(TURNS, line=1, column=1),)),), FEW)
-    assert "SIT201" in said
+    message = FINDING_FORMATS[form]((CheckedSpec(name, "a: 1\n", (replace(TURNS, line=1, column=1),)),), FEW)
+    assert "SIT201" in message
     if form == "sarif":
-        (result,) = json.loads(said)["runs"][0]["results"]
+        (result,) = json.loads(message)["runs"][0]["results"]
         assert result["locations"][0]["physicalLocation"]["artifactLocation"]["uri"] == "n%FF.yaml"

@@ -17,13 +17,13 @@ COMMAND = re.compile(r"::(?P<name>\w+) (?P<properties>[^:]*)::(?P<message>.*)")
 
 def commands(text: str) -> list[dict[str, str]]:
     """What the runner makes of the lines that are workflow commands: names, properties and messages unescaped."""
-    found = []
+    result = []
     for line in text.splitlines():
         if match := COMMAND.fullmatch(line):
             pairs = (pair.split("=", 1) for pair in match["properties"].split(","))
             values = {name: unescaped(value) for name, value in pairs}
-            found.append({"name": match["name"], "message": unescaped(match["message"]), **values})
-    return found
+            result.append({"name": match["name"], "message": unescaped(match["message"]), **values})
+    return result
 
 
 def unescaped(text: str) -> str:
@@ -61,8 +61,8 @@ def test_only_ten_worst_findings_are_annotated():
     milds = tuple(Finding("SIT206", "x", Severity.WARNING, str(i), line=i + 1) for i in range(SHOWN + 4))
     many = CheckedSpec("many.yaml", "", (*milds, told.TURNS))
     text = render((many,), told.OUTPUT)
-    found = commands(text)
-    assert len(found) == SHOWN and found[0]["name"] == "error"
+    result = commands(text)
+    assert len(result) == SHOWN and result[0]["name"] == "error"
     assert f"the {SHOWN} worst of 15 findings" in text
     assert text.splitlines()[-1] == "sitscad: not ok: 1 error, 14 warnings"
 

@@ -34,9 +34,9 @@ def outcomes(path) -> dict[str, dict[str, str]]:
 
 
 def test_junit_has_one_case_per_rule_and_spec(written):
-    found = outcomes(written)
-    assert list(found) == ["sensors/first, 100%: new.yaml", "second.yaml"]
-    for cases in found.values():
+    result = outcomes(written)
+    assert list(result) == ["sensors/first, 100%: new.yaml", "second.yaml"]
+    for cases in result.values():
         assert set(cases) == {rule.id for rule in sitscad.RULES}
 
 
@@ -49,10 +49,10 @@ def test_junit_outcomes_equal_findings(written):
 
 def test_two_junit_readers_count_equal_outcomes(written):
     report = Junit(filename=str(written))
-    found = outcomes(written)
-    assert [suite.name for suite in report.suites] == list(found)
+    result = outcomes(written)
+    assert [suite.name for suite in report.suites] == list(result)
     for suite in report.suites:
-        words = list(found[suite.name].values())
+        words = list(result[suite.name].values())
         assert len(suite.all()) == len(words)
         assert len(suite.failed()) == words.count("failed") + words.count("error")
         assert len(suite.skipped()) == words.count("skipped")

@@ -54,12 +54,12 @@ def _opened(page: Browser, folder: Path, text: str, said: str, where: str = "sai
 
 def test_serial_lines_give_forces_and_damaged_lines_are_counted(tmp_path):
     design = sitscad.Design(sitscad.load(TEMPLATE))
-    found = sitscad.calibrate(design)
+    result = sitscad.calibrate(design)
     path = tmp_path / "live.html"
-    path.write_bytes(live_page(design.spec, design.estimates, [found.document()]))
+    path.write_bytes(live_page(design.spec, design.estimates, [result.document()]))
     loads = np.array([[0.0, 0, 0], [2.0, 0.3, 0]])
     frequency = sitscad.respond(design, loads=loads, rotation="held").frequency
-    rest, pushed = np.rint(found.sensors.conversion.counts(frequency)).astype(int).tolist()
+    rest, pushed = np.rint(result.sensors.conversion.counts(frequency)).astype(int).tolist()
     known = json.loads(path.read_text().split('id="readings-data">')[1].split("</script>")[0])["id"]
 
     def reading(number: int, counts: list[int], status: int = 0) -> str:
@@ -87,12 +87,12 @@ def test_serial_lines_give_forces_and_damaged_lines_are_counted(tmp_path):
         damaged = reading(33, rest).replace(str(rest[0]), str(rest[0] + 1))
         send(damaged + _line(f"{int(known, 16) ^ 1:08X}", 33, 1, 0, 1, 0) + "# words\r\n" + reading(36, pushed),
              "33 lines, 4 lost, 1 corrupted, 1 of another sensor")
-        read = found.map(np.array([pushed], dtype=float), np.array(rest, dtype=float))[0]
+        read = result.map(np.array([pushed], dtype=float), np.array(rest, dtype=float))[0]
         assert float(_out(page, "force_N.normal")) == approx(read[0], abs=6e-4)
         assert float(_out(page, "force_N.shear_x")) == approx(read[1], abs=6e-4)
         assert int(_out(page, "counts.C1")) == pushed[0] and _out(page, "said") == "words"
         assert float(_out(page, "frequency_Hz.C2")) == approx(frequency[1, 1], rel=1e-6)
-        document = found.document()
+        document = result.document()
         twice = document | {"is_calibrated": True, "map": document["map"] | {
             "coefficients": [[2.0 * value for value in row] for row in document["map"]["coefficients"]]}}
         lacking = twice | {"map": {key: value for key, value in twice["map"].items() if key != "error"}}
@@ -123,12 +123,12 @@ def test_each_cell_shows_forces_of_its_map(tmp_path):
     """A reading in which the second alone is pressed; a map of one coil was laid over the counts of all."""
     text = (TEMPLATE.parent / "skin_strip_6.yaml").read_text(encoding="utf-8").replace("count: 6", "count: 2")
     design = sitscad.Design(sitscad.load_text(text))
-    found = [sitscad.calibrate(design.cells.by_number(k)) for k in (1, 2)]
+    result = [sitscad.calibrate(design.cells.by_number(k)) for k in (1, 2)]
     path = tmp_path / "live.html"
-    path.write_bytes(live_page(design.spec, design.estimates, [one.document() for one in found]))
-    (rest, pushed), idle = (one.sensors.conversion.counts(sitscad.respond(
+    path.write_bytes(live_page(design.spec, design.estimates, [item.document() for item in result]))
+    (rest, pushed), idle = (item.sensors.conversion.counts(sitscad.respond(
         design.cells.by_number(k), loads=[[0.0, 0, 0], [3.0, 0, 0]], rotation="held").frequency)[:, 0].round()
-        for k, one in ((2, found[1]), (1, found[0])))
+        for k, item in ((2, result[1]), (1, result[0])))
     counts = [[int(idle[0]), int(rest)], [int(idle[0]), int(pushed)]]
     with Browser() as page:
         page.open(path)

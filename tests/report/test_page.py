@@ -49,8 +49,8 @@ def design():
 
 
 def _page(design, checked: CheckedSpec | None = None, pictures=PICTURES) -> str:
-    spec, estimates, found = design
-    return render(checked or found, spec, estimates, pictures, {"fpc/board.gbr": 12345})
+    spec, estimates, result = design
+    return render(checked or result, spec, estimates, pictures, {"fpc/board.gbr": 12345})
 
 
 class _Reader(HTMLParser):
@@ -234,9 +234,9 @@ def test_placed_findings_are_numbered_errors_first():
 
 
 def test_page_lists_contacts_and_unverified_values(design):
-    spec, estimates, found = design
+    spec, estimates, result = design
     wiring = contacts(sitscad.lay_out(spec))
-    page = render(found, spec, estimates, {}, {}, contact_rows(sitscad.lay_out(spec)))
+    page = render(result, spec, estimates, {}, {}, contact_rows(sitscad.lay_out(spec)))
     assert [contact.pin for contact in wiring] == ["C1.A", "C1.B", "C2.A", "C2.B"]
     assert all(f">{contact.pin}<" in page and f">{contact.converter_pin}<" in page for contact in wiring)
     figures = unverified_figures(spec)
@@ -261,12 +261,12 @@ def test_single_coil_period_equals_inverse_scan_rate():
         "sitscad: 1\nname: one\ncoil: {shape: circle, outer_diameter: 8, turns: 12, layers: 2, trace_width: 0.1, "
         "trace_spacing: 0.1}\nreadout: {scan_rate: 3 kHz}\n"
     )
-    found = sitscad.estimate(sitscad.lay_out(spec))
-    rows = {row[0]: row[1] for row in numbers.readout_table(found.coils, found.readout).rows}
+    result = sitscad.estimate(sitscad.lay_out(spec))
+    rows = {row[0]: row[1] for row in numbers.readout_table(result.coils, result.readout).rows}
     value, unit = rows["from one result of the coil to the next"].split()
     period = float(value) * {"us": 1e-6, "ms": 1e-3}[unit]
-    assert 1.0 / period == approx(found.readout.scan_rate, rel=2e-3)
-    assert 1.0 / found.readout.dwell_time < 0.993 * found.readout.scan_rate
+    assert 1.0 / period == approx(result.readout.scan_rate, rel=2e-3)
+    assert 1.0 / result.readout.dwell_time < 0.993 * result.readout.scan_rate
     assert "settling, once, before the first conversion" in rows
     assert not {"- settling", "time on one coil, of every scan"} & rows.keys()
 
@@ -301,9 +301,9 @@ def test_racetrack_size_shows_both_sides():
 
 
 def test_incoming_test_states_meter_values_and_bare_board_drive_code(design):
-    spec, estimates, found = design
+    spec, estimates, result = design
     whole = Design(spec)
-    page = render(found, spec, estimates, {}, {}, bench=incoming(whole).board)
+    page = render(result, spec, estimates, {}, {}, bench=incoming(whole).board)
     part = page[page.index("Incoming test") :].partition("</section>")[0]
     for read, coil in zip(incoming(whole).board.metered, estimates.coils, strict=True):
         # at 100 kHz less crowds than at the tank's frequency, and the coil's own capacitance counts for nothing
@@ -316,7 +316,7 @@ def test_incoming_test_states_meter_values_and_bare_board_drive_code(design):
     device = whole.spec.readout.device
     swing = max(device.amplitude(coil.states["free"].parallel_resistance, int(code)) for coil in estimates.coils)
     assert "100 kHz" in part and 1.2 < swing < device.limit("amplitude_max")
-    assert "Incoming test" not in render(found, spec, estimates, {}, {})
+    assert "Incoming test" not in render(result, spec, estimates, {}, {})
 
 
 def test_print_style_has_dense_columns(design):

@@ -84,13 +84,13 @@ def test_pushed_sensor_agrees_with_response_and_map(page, package):
     loads = generator.random((6, 3)) * [scale["normal"], 0.7 * scale["shear"], 0.7 * scale["shear"]]
     span, tops = np.ptp(model.respond_to_loads(np.vstack([np.zeros(3), loads])).frequency, axis=0), []
     for load in loads:
-        asked = list[float]()
+        request = list[float]()
         for name, force in zip(("normal_N", "shear_x_N", "shear_y_N"), load, strict=True):
             _put(page, name, force)
-            asked.append(float(page.run(f"document.querySelector('[data-in={name}]').value")))
-        frequency = model.respond_to_loads(np.array([asked])).frequency[0]  # a slider has steps
-        told = [float(_out(page, f"frequency_Hz.{coil}")) for coil in ("C1", "C2")]
-        tops.append(np.abs(told - frequency) / span)
+            request.append(float(page.run(f"document.querySelector('[data-in={name}]').value")))
+        frequency = model.respond_to_loads(np.array([request])).frequency[0]  # a slider has steps
+        text = [float(_out(page, f"frequency_Hz.{coil}")) for coil in ("C1", "C2")]
+        tops.append(np.abs(text - frequency) / span)
         counts = [float(_out(page, f"counts.{coil}")) for coil in ("C1", "C2")]
         read = [float(_out(page, "force_N.normal")), float(_out(page, "force_N.shear_x"))]
         assert read == approx(known(counts, tare)[0], abs=6e-4)  # the page shows three decimals
@@ -123,8 +123,8 @@ def test_distance_between_equal_marked_points_is_zero(page):
     page.press("m")
     page.run("[...document.querySelectorAll('.views button')].find(b => b.textContent === 'nearer').click()")
     page.press("m")
-    said = _out(page, "measured")
-    assert re.search(r"; 0\.000 mm apart: x -?0\.000, y -?0\.000, z -?0\.000$", said), said
+    message = _out(page, "measured")
+    assert re.search(r"; 0\.000 mm apart: x -?0\.000, y -?0\.000, z -?0\.000$", message), message
 
 
 def test_finding_and_board_mark_link_to_each_other(page):
@@ -184,9 +184,9 @@ def test_printed_page_has_at_most_eleven_sheets(page):
 @pytest.mark.skipif(not AXE.exists(), reason="axe-core is not installed")
 def test_axe_reports_no_serious_violations(page):
     page.run(AXE.read_text(encoding="utf-8"))
-    found = page.run("axe.run({resultTypes: ['violations']}).then(r => r.violations.map(v => [v.id, v.impact,"
+    result = page.run("axe.run({resultTypes: ['violations']}).then(r => r.violations.map(v => [v.id, v.impact,"
                      " v.nodes.length, v.nodes[0].html.slice(0, 200)]))")
-    assert [one for one in found if one[1] in ("serious", "critical")] == []
+    assert [item for item in result if item[1] in ("serious", "critical")] == []
 
 
 @pytest.mark.slow

@@ -104,9 +104,9 @@ def test_sarif_paths_are_relative_to_root(tmp_path):
 def marks_of(text: str, path: Path) -> dict[str, int]:
     """Fingerprints of a spec's findings, and the lines that they are at."""
     path.write_text(text, encoding="utf-8")
-    found = results_of(inspect(str(path), "none").checked)
-    lines = [result["locations"][0]["physicalLocation"]["region"]["startLine"] for result in found]
-    marks = [result["partialFingerprints"]["sitscadFinding/v1"] for result in found]
+    results = results_of(inspect(str(path), "none").checked)
+    lines = [result["locations"][0]["physicalLocation"]["region"]["startLine"] for result in results]
+    marks = [result["partialFingerprints"]["sitscadFinding/v1"] for result in results]
     assert len(set(marks)) == len(marks), "two findings of one spec are never the same"
     return dict(zip(marks, lines, strict=True))
 

@@ -105,8 +105,8 @@ def test_layout_fault_result_points_at_key():
     for spoil in faults.FAULTS:
         layout = spoil(board, random.Random(f"{spoil.__name__} 0")).layout
         rules = [rule for rule in sitscad.RULES if rule.id in DRAWN - seen]
-        found = [finding for rule in rules for finding in apply_rule(rule, Design(layout.spec, layout))[0]]
-        for result in results_of(checked_spec(layout.spec.name, layout.spec.source, found, ())):
+        findings = [finding for rule in rules for finding in apply_rule(rule, Design(layout.spec, layout))[0]]
+        for result in results_of(checked_spec(layout.spec.name, layout.spec.source, findings, ())):
             seen.add(result["ruleId"])
             assert_points_at_its_key(result, layout.spec.source.text)
     assert seen == DRAWN

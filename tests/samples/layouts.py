@@ -189,9 +189,9 @@ def thin_tail(board: Layout, layers: int = 2) -> Layout:
     """A board whose tail has only its first copper layers; the leads of the last layer are taken out."""
     tail = replace(board.spec.fpc.tail, layers=layers)
     spec = replace(board.spec, fpc=replace(board.spec.fpc, tail=tail))
-    kept = tuple(t for t in board.traces if t.layer <= layers or t.role not in (Role.LEAD, Role.TAIL))
+    stored = tuple(t for t in board.traces if t.layer <= layers or t.role not in (Role.LEAD, Role.TAIL))
     vias = tuple(replace(v, lowest=layers) if v.centre.x > board.body[2] else v for v in board.vias)
-    return replace(board, spec=spec, traces=kept, vias=vias)
+    return replace(board, spec=spec, traces=stored, vias=vias)
 
 
 def rotated_arcs(count: int = 24) -> tuple[Arc, ...]:

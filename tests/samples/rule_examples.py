@@ -80,7 +80,7 @@ def findings(rule: str, text: str, folder: Path) -> tuple[list[Finding], list[No
     if rule == "SIT020":
         path = folder / "sensor.yaml"
         path.write_text(text, encoding="utf-8")
-        return [found for found in inspect(str(path), "none").checked.findings if found.rule == rule], []
+        return [result for result in inspect(str(path), "none").checked.findings if result.rule == rule], []
     try:
         spec = load_text(text, str(folder / "sensor.yaml"))
     except SpecError as error:

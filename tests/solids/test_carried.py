@@ -85,20 +85,20 @@ def test_part_under_tail_bend_gives_warning_with_volume(tmp_path):
 
     (tmp_path / "own.step").write_bytes(b"")
     (tmp_path / "spec.yaml").write_text(BENT)
-    found = {}
+    result = {}
     for length in (30.0, 0.0):
         first = None
         if not length:  # up to where the steps have it end
-            layout = found[30.0][0]
+            layout = result[30.0][0]
             first = min(bends(layout), key=lambda bend: bend.start)
             length = 2e3 * (first.start - first.radius - ROD)
         block = bd.Solid.make_box(length, 20.0, 4.0).moved(bd.Location((-length / 2, -10.0, -4.0)))
         bd.export_step(block, tmp_path / "own.step")
         layout = lay_out(load(tmp_path / "spec.yaml"))
         (measured,) = under_bend(layout, whole(layout))
-        found[30.0 if first is None else 0.0] = layout, measured
-    assert not found[30.0][1].is_kept and found[0.0][1].is_kept
-    layout, measured = found[30.0]
+        result[30.0 if first is None else 0.0] = layout, measured
+    assert not result[30.0][1].is_kept and result[0.0][1].is_kept
+    layout, measured = result[30.0]
     tail_bends = bends(layout)
     first = min(tail_bends, key=lambda bend: bend.start)
     rod, (low, high) = first.radius + ROD, layout.reach_at(first.start)
@@ -137,9 +137,9 @@ def test_sufficient_block_has_no_finding(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize(("side", "severity"), [(5.0, Severity.WARNING), (2.0, Severity.ERROR)])
 def test_block_smaller_than_pad_gives_finding_with_both_areas(tmp_path, side, severity):
-    (found, *_), _ = built(tmp_path, (side, 6.0, 3.0))
-    assert (found.rule, found.severity) == ("SIT326", severity)
-    assert (found.measured, found.limit) == (approx(6e-3 * side * 1e-3, rel=1e-6), approx(0.9 * 36e-6, rel=1e-6))
+    (result, *_), _ = built(tmp_path, (side, 6.0, 3.0))
+    assert (result.rule, result.severity) == ("SIT326", severity)
+    assert (result.measured, result.limit) == (approx(6e-3 * side * 1e-3, rel=1e-6), approx(0.9 * 36e-6, rel=1e-6))
 
 
 @pytest.mark.slow

@@ -84,8 +84,8 @@ def test_named_coordinate_system_is_datum(tmp_path, jaw_file):
     (tmp_path / "named.step").write_text(head + named + end + tail)
     by_name = load(written(tmp_path, "{jaw: {step: named.step, datum: SEAT}, standoff: 1}"))
     by_figures = beside(tmp_path, jaw_file, f"{{jaw: {{{LIES}}}, standoff: 1}}")
-    one, other = (jaw_of(spec)[1].shape.bounding_box() for spec in (by_name, by_figures))
-    assert tuple(one.min) == approx(tuple(other.min), abs=1e-9)
+    item, other = (jaw_of(spec)[1].shape.bounding_box() for spec in (by_name, by_figures))
+    assert tuple(item.min) == approx(tuple(other.min), abs=1e-9)
     unknown = load(written(tmp_path, "{jaw: {step: named.step, datum: SAET}, standoff: 1}"))
     with pytest.raises(PartsError, match="no coordinate system named SAET; there are: SEAT"):
         solids(lay_out(unknown))
@@ -118,20 +118,20 @@ def test_metal_of_jaw_file_is_reflector_behind_coils(tmp_path, jaw_file):
 @pytest.mark.slow
 def test_file_overlapping_board_is_found_once(tmp_path, jaw_file):
     sunk = lay_out(beside(tmp_path, jaw_file, "{jaw: {step: jaw.step, datum: [10, 0.9, 30], up: -y}, standoff: 1}"))
-    found = [each for each in in_file(sunk.spec.mount, whole(sunk)) if "board-" in f"{each.first} {each.second}"]
-    assert [(each.what, each.is_kept, "jaw" in (each.first, each.second)) for each in found] == [
+    result = [each for each in in_file(sunk.spec.mount, whole(sunk)) if "board-" in f"{each.first} {each.second}"]
+    assert [(each.what, each.is_kept, "jaw" in (each.first, each.second)) for each in result] == [
         ("interference", False, True)]
-    assert found[0].value > 1e-9
+    assert result[0].value > 1e-9
 
 
 @pytest.mark.slow
 def test_custom_mount_with_and_without_file_is_built(tmp_path, jaw_file):
     own = lay_out(beside(tmp_path, jaw_file, f"{{kind: custom, {LIES}}}"))
-    found = {solid.name: solid for solid in solids(own)}
-    assert approx(-own.spec.fpc.stackup.thickness * 1e3, abs=1e-6) == found["mount"].shape.bounding_box().max.Z
+    result = {solid.name: solid for solid in solids(own)}
+    assert approx(-own.spec.fpc.stackup.thickness * 1e3, abs=1e-6) == result["mount"].shape.bounding_box().max.Z
     assert all(each.is_kept for each in in_file(own.spec.mount, whole(own)))
     none = lay_out(beside(tmp_path, jaw_file, "{kind: custom}"))
-    assert {"board", "target"} <= {solid.name for solid in solids(none)} and "mount" not in found.keys() - {"mount"}
+    assert {"board", "target"} <= {solid.name for solid in solids(none)} and "mount" not in result.keys() - {"mount"}
 
 
 @pytest.mark.parametrize(
@@ -154,9 +154,9 @@ def test_invalid_file_is_refused_at_key_and_line(tmp_path, name, content, rule, 
     (tmp_path / "jaw.step").write_text("ISO-10303-21;\nEND-ISO-10303-21;\n")
     with pytest.raises(SpecError) as caught:
         load(written(inner, f"{{jaw: {{step: {name}}}}}"))
-    (found,) = caught.value.findings
-    assert (found.rule, found.key, found.line) == (rule, "mount.jaw.step", 8)
-    assert words in found.message
+    (findings,) = caught.value.findings
+    assert (findings.rule, findings.key, findings.line) == (rule, "mount.jaw.step", 8)
+    assert words in findings.message
 
 
 @pytest.mark.few(1)
@@ -211,7 +211,7 @@ def test_contradictory_keys_give_spec_error(tmp_path, jaw_file, mount, key, rule
     (tmp_path / "jaw.step").write_bytes(jaw_file.read_bytes())
     with pytest.raises(SpecError) as caught:
         load(written(tmp_path, mount))
-    assert (rule, key) in {(found.rule, found.key) for found in caught.value.findings}
+    assert (rule, key) in {(result.rule, result.key) for result in caught.value.findings}
 
 
 @pytest.mark.slow

@@ -69,21 +69,21 @@ def as_solid(body, lift=0.0):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["jaw", "round", "oblique", "overhanging", "bench", "solder-pads"])
 def test_jig_pieces_are_closed_single_solids(name):
-    found = assembly_aids(handmade.layout(name))
-    assert all(solid.shape.is_valid and solid.volume > 0.0 for solid in found)
-    for solid in found:
+    result = assembly_aids(handmade.layout(name))
+    assert all(solid.shape.is_valid and solid.volume > 0.0 for solid in result)
+    for solid in result:
         manifold(tessellate(solid))
-    assert {solid.role for solid in found} == {BodyRole.JIG, BodyRole.MOULD}
+    assert {solid.role for solid in result} == {BodyRole.JIG, BodyRole.MOULD}
 
 
 @pytest.mark.few(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["jaw", "round", "oblique", "overhanging"])
 def test_board_and_pieces_in_jig_touch_only_board(name):
-    layout, found = handmade.layout(name), pieces(name)
+    layout, result = handmade.layout(name), pieces(name)
     board = as_solid(stack.board(layout.outline, layout.spec.fpc.stackup))
     for body in (plates_of(layout.spec).elastomer, plates_of(layout.spec).target):
-        together = (board, found["jig-base"], found[f"jig-{body.name}"], as_solid(body))
+        together = (board, result["jig-base"], result[f"jig-{body.name}"], as_solid(body))
         assert interferences(together) == ()
         gaps = {(c.first, c.second): c.gap for c in clearances(together)}
         if name in ("jaw", "round") and body.role is BodyRole.ELASTOMER:  # others overhang, and lie on their frame
@@ -96,8 +96,8 @@ def test_jig_frame_has_single_orientation():
     """Turned by half a circle, the thick pin stands where the thin one's hole is."""
     import build123d as bd
 
-    found = pieces()
-    base, frame = found["jig-base"], found["jig-target"]
+    result = pieces()
+    base, frame = result["jig-base"], result["jig-target"]
     box = frame.shape.bounding_box()
     middle = bd.Axis(((box.min.X + box.max.X) / 2, (box.min.Y + box.max.Y) / 2, 0), (0, 0, 1))
     turned = replace(frame, shape=frame.shape.rotate(middle, 180.0))
@@ -164,16 +164,16 @@ def test_jig_frames_clear_pads_and_targets_of_all_thicknesses(name, spec):
 def test_jig_pieces_overlap_no_contents(name, spec):
     """Boolean overlaps of all pieces of the jig with board, pads and targets, as thin and as thick as they may be."""
     layout = lay_out(spec)
-    found = {solid.name: solid for solid in jig(layout)}
+    result = {solid.name: solid for solid in jig(layout)}
     board = as_solid(stack.board(layout.outline, layout.spec.fpc.stackup))
-    assert interferences((board, found["jig-base"])) == ()
+    assert interferences((board, result["jig-base"])) == ()
     for side in (-1.0, 0.0, 1.0):
         glued = [board]
         for part, row, lower, upper in placed(layout):
             low, high = (level.nominal + side * level.spread for level in (lower, upper))
             glued += [Solid(body.name, prism(body.region, max(0.0, low), high), "m", "#000000", body.role)
                       for body in row]
-            frame, press = found[f"jig-{part}"], lifted(found[f"jig-{part}-press"], high - upper.nominal)
+            frame, press = result[f"jig-{part}"], lifted(result[f"jig-{part}-press"], high - upper.nominal)
             for solid in glued:
                 common = frame.shape & solid.shape
                 assert common is None or common.volume < 1e-6, (part, solid.name, side)
@@ -187,9 +187,9 @@ def test_press_rests_only_on_piece_at_all_thicknesses(name):
     """A thin pad was never touched by the press, which stopped on the frame; a thick one was squeezed."""
     layout = handmade.layout(name)
     glued = replace(layout, spec=replace(layout.spec, assembly=GLUE))
-    found = {solid.name: solid for solid in jig(glued)}
+    result = {solid.name: solid for solid in jig(glued)}
     for frame in jig_frames(glued):
-        press, well = found[f"jig-{frame.kind}-press"], found[f"jig-{frame.kind}"]
+        press, well = result[f"jig-{frame.kind}-press"], result[f"jig-{frame.kind}"]
         for side in (-1.0, 1.0):
             shift = side * frame.face.spread
             moved = lifted(press, shift)
@@ -226,11 +226,11 @@ def test_mould_cavity_has_nominal_pad_volume(name):
     layout = handmade.layout(name)
     pad = plates_of(layout.spec).elastomer
     tray, lid = mould(layout)
-    found = silicone_to_mix(plates_of(layout.spec))
+    result = silicone_to_mix(plates_of(layout.spec))
     x, y = pad.footprint.size
     area = math.pi * x * y / 4 if pad.footprint.is_round else x * y
-    assert found.pad == approx(area * pad.thickness, rel=1e-6) and found.mixed == approx(
-        SPILL * CAVITIES * found.pad, rel=1e-6
+    assert result.pad == approx(area * pad.thickness, rel=1e-6) and result.mixed == approx(
+        SPILL * CAVITIES * result.pad, rel=1e-6
     )
     body = manifold(tessellate(tray))
     middle = body.slice(-0.5e3 * pad.thickness - 1e-6 if pad.thickness > 1e-3 else -0.5e3 * pad.thickness - 1e-3)
@@ -261,9 +261,9 @@ def test_webbed_pads_are_cast_and_placed_as_single_piece():
     assert whole - middle == approx(area, rel=0.01)
     silicone = silicone_to_mix(plates_of(layout.spec))
     assert (silicone.pads, silicone.pad) == approx((1, 1e-9 * area * depth), rel=1e-9)
-    found = {solid.name: manifold(tessellate(solid)) for solid in jig(layout)}
-    assert found["jig-elastomer"].slice(1.0).num_contour() == 4  # outside, two pins, a well
-    assert found["jig-target"].slice(1e3 * plates_of(layout.spec).elastomer.upper + 1.0).num_contour() == 3 + 4
+    result = {solid.name: manifold(tessellate(solid)) for solid in jig(layout)}
+    assert result["jig-elastomer"].slice(1.0).num_contour() == 4  # outside, two pins, a well
+    assert result["jig-target"].slice(1e3 * plates_of(layout.spec).elastomer.upper + 1.0).num_contour() == 3 + 4
 
 
 @pytest.mark.few(1)
@@ -281,9 +281,9 @@ target: {{size: 7, thickness: 0.2, material: copper}}
 elastomer: {{size: 7, thickness: 1.5}}
 mount: {{kind: grasper-pad, jaw: robotic-12mm, standoff: 1}}
 """)
-    found = {solid.name: manifold(tessellate(solid)) for solid in jig(lay_out(spec))}
-    assert found["jig-elastomer"].slice(1.0).num_contour() == 3 + wells  # outside, two pins
-    assert found["jig-target"].slice(1e3 * plates_of(spec).elastomer.upper + 1.0).num_contour() == 3 + wells
+    result = {solid.name: manifold(tessellate(solid)) for solid in jig(lay_out(spec))}
+    assert result["jig-elastomer"].slice(1.0).num_contour() == 3 + wells  # outside, two pins
+    assert result["jig-target"].slice(1e3 * plates_of(spec).elastomer.upper + 1.0).num_contour() == 3 + wells
 
 
 def test_joint_cut_equals_successive_cuts():

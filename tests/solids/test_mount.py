@@ -195,11 +195,11 @@ def test_side_ledges_have_round_corners():
     wide = replace(handmade.jaw(9e-3, 2.4e-3, length=24e-3), port_diameter=10e-3)
     (base,) = seats(shield=None, mount=handmade.Mount("grasper-pad", wide, 1.2e-3))
     y1 = bounds(base)[4]
-    found = [
+    result = [
         face for face in base.shape.faces()
         if face.geom_type.name == "CYLINDER" and abs(face.radius - 1e3 * seat.CORNER_ROUNDING) < 1e-9
     ]
-    assert len(found) == 4 and base.shape.is_valid
+    assert len(result) == 4 and base.shape.is_valid
     upright = [edge.center() for edge in base.shape.edges() if abs(edge.tangent_at(0.5).Z) > 0.99]
     assert {round(at.X, 6) for at in upright if abs(at.Y) > 1e3 * y1 - 1e-3} == {-4.2, 4.2}
 

@@ -44,9 +44,9 @@ def placed(shape, *at):
 
 
 def test_block_wall_is_least_side():
-    found = check_print(solid(block(5, 4, 0.7)), "resin")
-    assert found.wall == approx(0.7e-3, abs=2e-6) and found.hole is None and found.faults == ()
-    assert found.volume == approx(14e-9, rel=1e-6) and found.bed in ("-z", "+z") and found.unsupported == 0.0
+    result = check_print(solid(block(5, 4, 0.7)), "resin")
+    assert result.wall == approx(0.7e-3, abs=2e-6) and result.hole is None and result.faults == ()
+    assert result.volume == approx(14e-9, rel=1e-6) and result.bed in ("-z", "+z") and result.unsupported == 0.0
 
 
 def test_thin_wall_is_fault_with_size_and_limit():
@@ -61,8 +61,8 @@ def test_smallest_hole_ignores_pins():
 
     drilled = block(9, 9, 3) - placed(bd.Solid.make_cylinder(0.3, 4), 3, 3, -0.5)
     pinned = (drilled + placed(bd.Solid.make_cylinder(0.2, 4), 6, 6, 2)).solids()[0]
-    found = check_print(solid(pinned), "resin")
-    assert found.hole == approx(0.6e-3, rel=1e-6)
+    result = check_print(solid(pinned), "resin")
+    assert result.hole == approx(0.6e-3, rel=1e-6)
     assert [fault.what for fault in check_print(solid(pinned), "powder").faults] == ["wall", "hole"]
 
 
@@ -75,8 +75,8 @@ def test_closed_hollow_is_found():
 def test_print_bed_side_needs_least_support():
     """A table: standing it has a roof to be held up, upside down none."""
     table = block(8, 8, 1) + placed(block(2, 2, 5), 3, 3, -5)
-    found = check_print(solid(table.solids()[0]), "resin")
-    assert found.bed == "+z" and found.unsupported == 0.0
+    result = check_print(solid(table.solids()[0]), "resin")
+    assert result.bed == "+z" and result.unsupported == 0.0
 
 
 JAW = replace(handmade.jaw(9e-3, 2.4e-3, length=24e-3), port_diameter=10e-3)
@@ -124,9 +124,9 @@ def test_mount_pieces_are_printable_by_all_processes(kind, process):
     """But for the holes of a cap, which are drilled and tapped where its printer makes none so small."""
     layout = made(KINDS[kind], process)
     for piece in pieces(layout) if process == "filament" else mounts.mount(layout):
-        found = check_print(piece, process)
+        result = check_print(piece, process)
         assert piece.shape.is_valid, piece.name
-        assert all(fault.what == "hole" and kind.startswith("finger") for fault in found.faults), (piece.name, found)
+        assert all(fault.what == "hole" and kind.startswith("finger") for fault in result.faults), (piece.name, result)
 
 
 @pytest.mark.slow
@@ -152,8 +152,8 @@ def test_report_states_process_of_each_piece():
 def test_slicer_accepts_printed_meshes(kind, tmp_path):
     """admesh: no facet to be repaired; PrusaSlicer slices STL and 3MF without a warning."""
     layout = KINDS[kind]
-    found = pieces(layout)
-    files = meshes.render_stl(found, layout.spec) | meshes.render_3mf(found, layout.spec)
+    result = pieces(layout)
+    files = meshes.render_stl(result, layout.spec) | meshes.render_3mf(result, layout.spec)
     jigs = {**meshes.render_stl((), layout.spec, assembly_aids(layout)),
             **meshes.render_3mf((), layout.spec, assembly_aids(layout))}
     for name, data in (files | jigs).items():
@@ -184,9 +184,9 @@ def test_cap_bore_has_clearance_round_finger():
 def test_dovetail_tongue_has_section_volume():
     plain = mounts.mount(handmade.jaw_sensor(mount=handmade.Mount("grasper-pad", JAW, 1.2e-3), shield=None))[0]
     held = mounts.mount(KINDS["dovetail"])[0]
-    found = Retention("dovetail")
-    neck = found.width - 2 * found.depth / math.tan(found.angle)
-    area = 0.5 * (found.width + neck) * found.depth
+    result = Retention("dovetail")
+    neck = result.width - 2 * result.depth / math.tan(result.angle)
+    area = 0.5 * (result.width + neck) * result.depth
     length = 4.5e-3 - 1e-3 * held.shape.bounding_box().min.X
     assert held.volume - plain.volume == approx(area * length, rel=1e-6)
 
@@ -194,11 +194,11 @@ def test_dovetail_tongue_has_section_volume():
 @pytest.mark.slow
 def test_pins_have_cylinder_volume_less_chamfers():
     plain = mounts.mount(handmade.jaw_sensor(mount=handmade.Mount("grasper-pad", JAW, 1.2e-3), shield=None))[0]
-    held, found = mounts.mount(KINDS["pins"])[0], Retention("pins")
-    radius, cut = found.diameter / 2, 0.1e-3
+    held, result = mounts.mount(KINDS["pins"])[0], Retention("pins")
+    radius, cut = result.diameter / 2, 0.1e-3
     cone = math.pi * cut / 3 * (radius**2 + radius * (radius - cut) + (radius - cut) ** 2)
-    one = math.pi * radius**2 * (found.depth - cut) + cone
-    assert held.volume - plain.volume == approx(2 * one, rel=1e-6)
+    item = math.pi * radius**2 * (result.depth - cut) + cone
+    assert held.volume - plain.volume == approx(2 * item, rel=1e-6)
 
 
 @pytest.mark.few(1)
@@ -235,7 +235,7 @@ def test_wall_rays_in_plate_with_holes_meet_only_near_triangles(monkeypatch):
     plate = block(52, 52, 3).cut(*holes, placed(block(3, 3, 5), 8.5, 8.5, 0.9)).solids()[0]
     piece = solid(plate)
     monkeypatch.setattr(proof, "_first_hits", counted)
-    found = check_print(piece, "resin")
+    result = check_print(piece, "resin")
     triangles = len(tessellate(piece, *proof.COARSE).triangles)
-    assert found.wall == approx(0.9e-3, abs=2e-6)
+    assert result.wall == approx(0.9e-3, abs=2e-6)
     assert sum(pairs) < 0.35 * triangles**2

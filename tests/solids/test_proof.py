@@ -169,8 +169,8 @@ def test_thick_pin_and_narrow_shaft_are_found_without_solids():
     spec = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml")
 
     def rules(changed):
-        found = {f.rule: f for f in sitscad.check(changed, hints="none").findings}
-        return {rule: found[rule] for rule in ("SIT324", "SIT325") if rule in found}
+        findings = {f.rule: f for f in sitscad.check(changed, hints="none").findings}
+        return {rule: findings[rule] for rule in ("SIT324", "SIT325") if rule in findings}
 
     assert rules(spec) == {}
     thick = rules(spec.replace("assembly.hinge_pin", "2 mm"))

@@ -27,8 +27,8 @@ def cup():
     """As it lies on the base."""
     import build123d as bd
 
-    found = skin_mould(LAYOUT)
-    return replace(found, shape=found.shape.rotate(bd.Axis.X, 180.0))
+    result = skin_mould(LAYOUT)
+    return replace(result, shape=result.shape.rotate(bd.Axis.X, 180.0))
 
 
 def hollow(height):
@@ -64,9 +64,9 @@ def test_cup_fits_jig_base_in_single_orientation():
 
 
 def test_poured_volume_is_film_and_draft():
-    film, found = encapsulation(LAYOUT), skin_pour(LAYOUT)
-    assert found.mixed == approx(SPILL * found.pad, rel=1e-6)
-    assert 0.9 * film.volume < found.pad < 1.3 * film.volume
+    film, result = encapsulation(LAYOUT), skin_pour(LAYOUT)
+    assert result.mixed == approx(SPILL * result.pad, rel=1e-6)
+    assert 0.9 * film.volume < result.pad < 1.3 * film.volume
 
 
 def test_thin_film_is_not_cast():

@@ -60,25 +60,25 @@ def test_solids_share_no_volume(sensor):
 
 @pytest.mark.parametrize("sensor", ["jaw", "oblique", "bench", "bare"])
 def test_volumes_are_areas_times_thicknesses(sensor):
-    layout, found = handmade.layout(sensor), named(sensor)
+    layout, result = handmade.layout(sensor), named(sensor)
     spec, thickness = layout.spec, layout.spec.fpc.stackup.thickness
-    assert found["board"].volume == approx(abs(enclosed_area(layout.outline)) * thickness, rel=1e-9)
-    assert found["stiffener"].volume == approx(layout.stiffener.outline.area * 0.15e-3, rel=1e-9)
+    assert result["board"].volume == approx(abs(enclosed_area(layout.outline)) * thickness, rel=1e-9)
+    assert result["stiffener"].volume == approx(layout.stiffener.outline.area * 0.15e-3, rel=1e-9)
     for part in (spec.elastomer, spec.target):
         if part is not None:
             name = "elastomer" if part is spec.elastomer else "target"
-            assert found[name].volume == approx(part.size[0] * part.size[1] * part.thickness, rel=1e-9)
+            assert result[name].volume == approx(part.size[0] * part.size[1] * part.thickness, rel=1e-9)
 
 
 def test_round_parts_have_disc_volume():
-    found = named("round")
-    assert found["elastomer"].volume == approx(math.pi * 2e-3**2 * 1e-3, rel=1e-9)
-    assert found["target"].volume == approx(math.pi * 1.5e-3**2 * 0.2e-3, rel=1e-9)
+    result = named("round")
+    assert result["elastomer"].volume == approx(math.pi * 2e-3**2 * 1e-3, rel=1e-9)
+    assert result["target"].volume == approx(math.pi * 1.5e-3**2 * 0.2e-3, rel=1e-9)
 
 
 def test_solid_heights_follow_stack():
-    found = named("jaw")
-    heights = {name: (bounds(solid)[2], bounds(solid)[5]) for name, solid in found.items()}
+    result = named("jaw")
+    heights = {name: (bounds(solid)[2], bounds(solid)[5]) for name, solid in result.items()}
     wanted = {
         "board": (-0.2e-3, 0.0),
         "elastomer": (0.0, 1e-3),
@@ -110,19 +110,19 @@ def test_pad_is_centred_on_array():
 def test_film_has_minimum_thickness_everywhere(sensor):
     """What a ball of the film's radius sweeps over target and pad stays inside film, target, pad and board."""
     m3 = pytest.importorskip("manifold3d")
-    found = {name: manifold(tessellate(solid)) for name, solid in named(sensor).items()}
+    result = {name: manifold(tessellate(solid)) for name, solid in named(sensor).items()}
     ball = m3.Manifold.sphere(0.098, 24)
-    inside = found["encapsulation"] + found["target"] + found["elastomer"]
+    inside = result["encapsulation"] + result["target"] + result["elastomer"]
     for name in ("target", "elastomer"):
-        grown = found[name].minkowski_sum(ball).trim_by_plane((0.0, 0.0, 1.0), 0.0)
+        grown = result[name].minkowski_sum(ball).trim_by_plane((0.0, 0.0, 1.0), 0.0)
         assert (grown - inside).volume() < 2e-4, name
 
 
 def test_rotated_target_and_offset_pad_have_written_positions():
     """The target's corners, turned by 30 degrees counter-clockwise, seen from the mean of the coils' centres."""
-    found = named("oblique")
-    assert bounds(found["elastomer"])[:2] == approx((-1.9e-3, -1.7e-3), abs=1e-9)
-    at = [(v.X * 1e-3, v.Y * 1e-3) for v in found["target"].shape.vertices()]
+    result = named("oblique")
+    assert bounds(result["elastomer"])[:2] == approx((-1.9e-3, -1.7e-3), abs=1e-9)
+    at = [(v.X * 1e-3, v.Y * 1e-3) for v in result["target"].shape.vertices()]
     cos, sin = math.cos(math.radians(30.0)), math.sin(math.radians(30.0))
     corner = (0.9e-3 + cos * 2e-3 - sin * 0.6e-3, 0.2e-3 + sin * 2e-3 + cos * 0.6e-3)
     assert min(math.dist(corner, place) for place in at) < 1e-9
@@ -136,12 +136,12 @@ def test_contacts_on_body_are_not_covered_by_film():
 
 def test_film_outer_edges_are_rounded():
     """Rounding four upright and four upper edges takes (1 - pi/4) r^2 of each away: less than the sharp block."""
-    found = named("jaw")
-    sharp = (4.2e-3**2 * 1.3e-3) - found["elastomer"].volume - found["target"].volume
+    result = named("jaw")
+    sharp = (4.2e-3**2 * 1.3e-3) - result["elastomer"].volume - result["target"].volume
     layout = handmade.layout("jaw")
     flange = (abs(enclosed_area(handmade.with_solder_pads(layout).outline)) - 4.2e-3**2) * 0.1e-3
-    assert found["encapsulation"].volume < sharp + flange
-    kinds = {face.geom_type.name for face in found["encapsulation"].shape.faces()}
+    assert result["encapsulation"].volume < sharp + flange
+    kinds = {face.geom_type.name for face in result["encapsulation"].shape.faces()}
     assert kinds & {"TORUS", "SPHERE"}
 
 
@@ -175,8 +175,8 @@ def test_tail_of_fewer_layers_has_documented_thickness():
 def test_corner_coordinates_are_independent_of_memory_addresses():
     middle = Point(-2.7712812921102037e-3, 0.0)
     ring = Region(circle(middle, 2e-3), (circle(middle, 8.4e-4),))
-    kept = [face(ring) for _ in range(40)]
-    assert len({tuple(tuple(vertex) for vertex in each.vertices()) for each in kept}) == 1
+    stored = [face(ring) for _ in range(40)]
+    assert len({tuple(tuple(vertex) for vertex in each.vertices()) for each in stored}) == 1
 
 
 def test_disjoint_path_is_refused_as_face():

@@ -67,11 +67,11 @@ def layout_of(folder, shape, jaw, more=""):
 def faults(layout):
     """Rule, key and line of every finding of a jaw's file."""
     measured = [mounting._measured(each) for each in measured_jaw(layout)]
-    found = [each for each in judged_on_solids({"measured": measured}, layout.spec.readout.device,
+    findings = [each for each in judged_on_solids({"measured": measured}, layout.spec.readout.device,
                                                layout.spec.source) if each.severity.value != "note"]
     assert rules_in_fit_file({"measured": measured}) == {"SIT332"}
-    assert {finding.severity.value for finding in found} <= {"error"} and all(each.line == 9 for each in found)
-    return {finding.key: finding for finding in found}
+    assert {finding.severity.value for finding in findings} <= {"error"} and all(each.line == 9 for each in findings)
+    return {finding.key: finding for finding in findings}
 
 
 @pytest.mark.more
@@ -142,10 +142,10 @@ def test_file_back_is_compared_with_assumed_back(tmp_path, shape, port, severity
     """The square edge reaches hypot(3, half the pair's height) mm from the closed pair's axis."""
     layout = layout_of(tmp_path, shape(), FIGURES.replace(": 9", f": {port}"))
     measured = [mounting._measured(each) for each in measured_jaw(layout)]
-    found = [each for each in judged_on_solids({"measured": measured}, layout.spec.readout.device,
+    findings = [each for each in judged_on_solids({"measured": measured}, layout.spec.readout.device,
                                                layout.spec.source) if each.key == "mount.jaw.step"]
-    assert [(each.rule, each.severity.value) for each in found] == ([("SIT332", severity)] if severity else [])
-    for each in found:
+    assert [(each.rule, each.severity.value) for each in findings] == ([("SIT332", severity)] if severity else [])
+    for each in findings:
         pair = closed_section(layout)
         assert each.measured == approx(math.hypot(3e-3, pair.height / 2), rel=1e-6)
         assert each.limit < pair.radius + 1e-9 < each.measured
@@ -154,10 +154,10 @@ def test_file_back_is_compared_with_assumed_back(tmp_path, shape, port, severity
 
 def test_file_face_wider_than_chord_yields_finding(tmp_path):
     layout = layout_of(tmp_path, block(), FIGURES.replace("face: 6, ", "").replace(": 9", ": 6"))
-    found = {each.key: each for each in judged_on_solids(
+    findings = {each.key: each for each in judged_on_solids(
         {"measured": [mounting._measured(each) for each in measured_jaw(layout)]}, layout.spec.readout.device,
         layout.spec.source)}
-    face = found["mount.jaw.face"]
+    face = findings["mount.jaw.face"]
     assert (face.rule, face.severity.value) == ("SIT332", "warning")
     assert (face.measured, face.limit) == (approx(6e-3, rel=1e-6), approx(jaw_section(layout.spec.jaw).face, rel=1e-6))
 
@@ -165,12 +165,12 @@ def test_file_face_wider_than_chord_yields_finding(tmp_path):
 def test_corner_beyond_port_states_place_and_excess(tmp_path):
     layout = layout_of(tmp_path, block(), FIGURES.replace(": 9", ": 7.5"))
     document = json.loads(mounting.render_fit(layout, whole(layout))["mount/fit.json"])
-    (found,) = [each for each in judged_on_solids(document, layout.spec.readout.device,
+    (findings,) = [each for each in judged_on_solids(document, layout.spec.readout.device,
                                                   layout.spec.source) if each.rule == "SIT321"]
     (port,) = [each for each in document["measured"] if each["what"] == "port"]
-    assert "SIT303" not in found.message + found.hint
-    figures = [float(number) for number in re.findall(r"-?\d+\.?\d*", found.whole_message)]
-    for figure in (*(1e3 * along for along in port["where_m"]), 1e6 * (found.measured - found.limit)):
+    assert "SIT303" not in findings.message + findings.hint
+    figures = [float(number) for number in re.findall(r"-?\d+\.?\d*", findings.whole_message)]
+    for figure in (*(1e3 * along for along in port["where_m"]), 1e6 * (findings.measured - findings.limit)):
         assert any(each == approx(figure, rel=5e-3, abs=6e-3) for each in figures), figure
 
 
@@ -178,14 +178,14 @@ def test_corner_beyond_port_states_place_and_excess(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("unit", [10.0, 25.4])
 def test_file_in_wrong_unit_has_no_metal_under_coils(tmp_path, unit):
-    found = faults(layout_of(tmp_path, block().scale(1 / unit), FIGURES))
-    assert set(found) == {"mount.jaw.step"} and f"{24 / unit:.4g} x" in found["mount.jaw.step"].detail
+    result = faults(layout_of(tmp_path, block().scale(1 / unit), FIGURES))
+    assert set(result) == {"mount.jaw.step"} and f"{24 / unit:.4g} x" in result["mount.jaw.step"].detail
 
 
 @pytest.mark.slow
 def test_contradiction_states_measured_and_written_value(tmp_path):
-    found = faults(layout_of(tmp_path, block(24, 6.3, 1.8), FIGURES))
-    values = {key.rpartition(".")[2]: (each.measured, each.limit) for key, each in found.items()}
+    result = faults(layout_of(tmp_path, block(24, 6.3, 1.8), FIGURES))
+    values = {key.rpartition(".")[2]: (each.measured, each.limit) for key, each in result.items()}
     assert values == {"width": (approx(6.3e-3, rel=1e-6), 6e-3), "height": (approx(1.8e-3, rel=1e-6), 2e-3)}
 
 
@@ -193,8 +193,8 @@ def test_contradiction_states_measured_and_written_value(tmp_path):
 def test_tilted_jaw_is_found_by_face(tmp_path):
     import build123d as bd
 
-    found = faults(layout_of(tmp_path, block().rotate(bd.Axis.Y, 1), FIGURES))
-    assert found["mount.jaw.datum"].measured == approx(4.25e-3 * 0.01746, rel=1e-3)
+    result = faults(layout_of(tmp_path, block().rotate(bd.Axis.Y, 1), FIGURES))
+    assert result["mount.jaw.datum"].measured == approx(4.25e-3 * 0.01746, rel=1e-3)
 
 
 @pytest.mark.more
@@ -215,8 +215,8 @@ def test_window_in_file_must_equal_written_window(tmp_path):
 
     (jaw,) = (block() - bd.Solid.make_box(4, 3, 9).moved(bd.Location((-2, -1.5, -4)))).solids()
     assert faults(layout_of(tmp_path, jaw, f"{FIGURES}, fenestration: [4, 3]")) == {}
-    found = faults(layout_of(tmp_path, jaw, FIGURES))["mount.jaw.step"]
-    assert found.measured == approx(found.limit - 12e-6, rel=1e-6)
+    result = faults(layout_of(tmp_path, jaw, FIGURES))["mount.jaw.step"]
+    assert result.measured == approx(result.limit - 12e-6, rel=1e-6)
     assert set(faults(layout_of(tmp_path, block(), f"{FIGURES}, fenestration: [4, 3]"))) == {"mount.jaw.fenestration"}
 
 
@@ -243,8 +243,8 @@ def test_file_without_single_solid_is_finding_at_key(tmp_path, name):
 @pytest.mark.slow
 def test_unknown_coordinate_system_is_finding_at_datum(tmp_path):
     layout = layout_of(tmp_path, block(), f"{FIGURES}, datum: SEAT")
-    (found,) = read_files(layout.spec.mount, layout.spec.source)
-    assert (found.is_kept, found.key) == (False, "mount.jaw.datum")
+    (result,) = read_files(layout.spec.mount, layout.spec.source)
+    assert (result.is_kept, result.key) == (False, "mount.jaw.datum")
 
 
 @pytest.mark.more
@@ -304,8 +304,8 @@ def test_missing_file_path_is_found_at_key(tmp_path, kind):
             pytest.skip("who runs this may read everything")
     with pytest.raises(SpecError) as caught:
         load(spec_with(tmp_path, "jaw.step"))
-    (found,) = caught.value.findings
-    assert (found.key, found.line) == ("mount.jaw.step", 10) and found.hint
+    (findings,) = caught.value.findings
+    assert (findings.key, findings.line) == ("mount.jaw.step", 10) and findings.hint
 
 
 @pytest.mark.few(1)

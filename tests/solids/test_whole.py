@@ -99,10 +99,10 @@ def test_sensor_without_jaw_is_assembled():
 
     spec = sitscad.load(TEMPLATES / "three_axis_pad.yaml")
     layout = sitscad.lay_out(replace(spec, mount=None))
-    found = {solid.name: solid for solid in whole(layout)}
-    assert {"glue-elastomer", "glue-target", "elastomer", "target", "tail-1-coverlay"} < set(found)
-    assert {solid.role for solid in found.values()} >= {BodyRole.COPPER, BodyRole.GLUE, BodyRole.BOARD}
-    lift = found["target"].shape.bounding_box().min.Z - found["elastomer"].shape.bounding_box().size.Z
+    result = {solid.name: solid for solid in whole(layout)}
+    assert {"glue-elastomer", "glue-target", "elastomer", "target", "tail-1-coverlay"} < set(result)
+    assert {solid.role for solid in result.values()} >= {BodyRole.COPPER, BodyRole.GLUE, BodyRole.BOARD}
+    lift = result["target"].shape.bounding_box().min.Z - result["elastomer"].shape.bounding_box().size.Z
     assert lift == approx(2e3 * spec.assembly.glue_line, rel=1e-6)
 
 
@@ -116,16 +116,16 @@ def test_metal_finger_is_drawn_and_not_weighed():
     plain = sitscad.lay_out(spec)
     finger = replace(spec.mount.finger, material=spec.target.material)
     metal = replace(plain, spec=replace(spec, mount=replace(spec.mount, finger=finger)))
-    found = whole(metal)
-    assert {s.name for s in found} - {s.name for s in whole(plain)} == {"finger"}
-    (drawn,), (cap,) = ([s for s in found if s.name == name] for name in ("finger", "mount"))
+    result = whole(metal)
+    assert {s.name for s in result} - {s.name for s in whole(plain)} == {"finger"}
+    (drawn,), (cap,) = ([s for s in result if s.name == name] for name in ("finger", "mount"))
     box, (width, height) = drawn.shape.bounding_box(), finger.size
     assert approx((1e3 * width, 1e3 * height), rel=1e-6) == (box.size.Y, box.size.Z)
     board = -1e3 * spec.fpc.stackup.thickness - 1e3 * spec.assembly.glue_line
     assert board - box.max.Z == approx(1e3 * spec.mount.standoff, rel=1e-6)
     assert (drawn.shape & cap.shape) is None or (drawn.shape & cap.shape).volume < 1e-6
     assert box.max.X > cap.shape.bounding_box().max.X, "it is seen to go on"
-    assert "finger" not in {weight.name for weight in weigh(metal, found)}
+    assert "finger" not in {weight.name for weight in weigh(metal, result)}
     assert b"finger: aluminium, 10 mm" in render_picture(metal, parts.solids(metal))["mount/assembly.svg"]
 
 
@@ -133,9 +133,9 @@ def test_weight_includes_leads_contacts_and_tail_copper(layout, pieces):
     """Against the exact union of all copper on each layer (shapely): joints are counted twice, by 3 % at most."""
     from sitscad.assembly.solids.whole import balance, weigh
 
-    found = weigh(layout, tuple(pieces.values()))
-    rings = sum(w.volume * w.share for w in found if w.material == "copper" and w.name.startswith("copper-"))
-    leads = {w.name: w.copper for w in found if w.copper}
+    result = weigh(layout, tuple(pieces.values()))
+    rings = sum(w.volume * w.share for w in result if w.material == "copper" and w.name.startswith("copper-"))
+    leads = {w.name: w.copper for w in result if w.copper}
     thickness = [layer.thickness for layer in layout.spec.fpc.stackup.copper]
     exact = sum(a.polygon.area * thickness[a.layer - 1] for a in sitscad.areas(layout) if a.what == "copper")
     assert exact < rings + sum(leads.values()) < 1.03 * exact
@@ -147,10 +147,10 @@ def test_weight_includes_leads_contacts_and_tail_copper(layout, pieces):
     )
     found_there = sum(volume for name, volume in leads.items() if name.startswith("tail-"))
     assert 0.4e-9 < of_tail < found_there < 1.06 * of_tail  # the films of the tail begin a little inside the body
-    weight = next(w for w in found if w.name == "tail-2-fill")
+    weight = next(w for w in result if w.name == "tail-2-fill")
     assert weight.mass == approx(weight.volume * 1250.0 + weight.copper * (8960.0 - 1250.0), rel=1e-6)
-    without = [w.volume * w.share * w.density for w in found if not w.is_carrier]
-    sensor = balance(tuple(w for w in found if not w.is_carrier))
+    without = [w.volume * w.share * w.density for w in result if not w.is_carrier]
+    sensor = balance(tuple(w for w in result if not w.is_carrier))
     assert sensor.mass - sum(without) == approx(sum(leads.values()) * (8960.0 - 1250.0), rel=1e-6)
 
 
@@ -164,13 +164,13 @@ def test_metal_behind_is_drawn_in_place_and_not_weighed(mount):
     there = mount % "metal_behind: {material: aluminium, distance: 3, thickness: 2}"
     text = re.sub(r"^mount: .*$", f"mount: {there}", text, flags=re.MULTILINE)
     layout = sitscad.lay_out(sitscad.load_text(text))
-    found = whole(layout)
-    drawn = next(solid for solid in found if solid.name == "metal-behind")
+    result = whole(layout)
+    drawn = next(solid for solid in result if solid.name == "metal-behind")
     box = drawn.shape.bounding_box()
     assert approx((1e3 * backing_of(layout.spec).metal_face, 2.0), rel=1e-6) == (box.max.Z, box.size.Z)
     assert box.size.Y > 10.0, "wider than the coil"
-    for other in found:
+    for other in result:
         if other.name.startswith("mount"):
             shared = drawn.shape & other.shape
             assert shared is None or shared.volume < 1e-6
-    assert "metal-behind" not in {weight.name for weight in weigh(layout, found)}
+    assert "metal-behind" not in {weight.name for weight in weigh(layout, result)}

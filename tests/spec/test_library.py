@@ -142,15 +142,15 @@ def test_replace_indexes_list_entries_from_zero():
 )
 def test_invalid_replacement_is_refused_with_rule_and_key(key, value, rule):
     spec = SMALL.replace("fpc", {"rules": "generic-fine"})
-    found = refused(lambda: spec.replace(key, value))[0]
-    assert found.rule == rule and found.key is not None and key.startswith(found.key.split(".")[0])
-    assert (found.key or "").rpartition(".")[2] in found.message
+    result = refused(lambda: spec.replace(key, value))[0]
+    assert result.rule == rule and result.key is not None and key.startswith(result.key.split(".")[0])
+    assert (result.key or "").rpartition(".")[2] in result.message
 
 
 def test_replace_refuses_spec_whose_fields_differ_from_text():
     past = replace(BENCH, coil=replace(BENCH.coil, turns=5.0))
-    found = refused(lambda: past.replace("coil.layers", 2))[0]
-    assert (found.rule, found.key) == ("SIT009", "coil")
+    result = refused(lambda: past.replace("coil.layers", 2))[0]
+    assert (result.rule, result.key) == ("SIT009", "coil")
     assert replace(BENCH, coil=BENCH.coil).replace("coil.turns", 5.0).coil == past.coil
 
 
@@ -225,8 +225,8 @@ PLACES = [(part, one) for part in ("coil", "array", "fpc", "target", "readout", 
 @given(place=st.sampled_from(PLACES), value=HOSTILE | st.sampled_from([1e30, 1e-30, (1,), (1e3, 1.0)]))
 @settings(max_examples=300, deadline=None)
 def test_random_field_value_is_laid_out_or_refused_within_10_seconds(place, value):
-    part, one = place
-    spec = replace(BENCH, **{part: value if one is None else replace(getattr(BENCH, part), **{one: value})})
+    part, item = place
+    spec = replace(BENCH, **{part: value if item is None else replace(getattr(BENCH, part), **{item: value})})
     began = time.process_time()
     try:
         sitscad.lay_out(spec)

@@ -32,7 +32,7 @@ def loaded(*sections, coil=COIL):
 def test_name_reserved_by_windows_is_refused(name):
     with pytest.raises(SpecError) as refused:
         load_text(MINIMAL.replace("name: a\n", f"name: {name}\n"))
-    assert [(one.rule, one.key) for one in refused.value.findings] == [("SIT006", "name")]
+    assert [(item.rule, item.key) for item in refused.value.findings] == [("SIT006", "name")]
 
 
 @pytest.mark.parametrize("name", ["console", "nul-1", "auxiliary", "lpt", "com", "a.b", "a", "0", "a.con", "con-a"])
@@ -227,8 +227,8 @@ def test_jaw_and_materials_can_be_written_in_spec():
 
 def test_default_finger_is_listed_with_request_to_measure():
     spec = load_text("sitscad: 1\nname: tip\n" + COIL + "mount: {kind: fingertip}\n")
-    (said,) = (one for one in spec.source.defaults if one.startswith("mount.finger"))
-    assert "rectangle, 16 mm x 10 mm, grip 8 mm, screws of 2 mm" in said and "measure yours" in said
+    (message,) = (item for item in spec.source.defaults if item.startswith("mount.finger"))
+    assert "rectangle, 16 mm x 10 mm, grip 8 mm, screws of 2 mm" in message and "measure yours" in message
 
 
 def test_empty_sections_get_listed_defaults():
@@ -267,8 +267,8 @@ def test_missing_cable_inductance_is_derived_from_length_and_listed():
     ],
 )
 def test_array_centres_follow_pattern(array, centres):
-    found = [placement.centre for placement in loaded(f"array: {array}").array.placements]
-    assert found == [approx((x * 1e-3, y * 1e-3), abs=1e-12) for x, y in centres]
+    result = [placement.centre for placement in loaded(f"array: {array}").array.placements]
+    assert result == [approx((x * 1e-3, y * 1e-3), abs=1e-12) for x, y in centres]
 
 
 def test_pitch_with_exactly_minimum_spacing_is_accepted():
@@ -386,10 +386,10 @@ def test_invalid_offsets_and_rotations_are_reported_at_their_line(values, key, r
     text = PLACED % values
     with pytest.raises(SpecError) as refused:
         load_text(text)
-    (found,) = refused.value.findings
+    (findings,) = refused.value.findings
     section = key.split(".")[0]
-    assert (found.rule, found.key) == (rule, key)
-    assert text.splitlines()[found.line - 1].startswith(section) and words in found.message + found.hint
+    assert (findings.rule, findings.key) == (rule, key)
+    assert text.splitlines()[findings.line - 1].startswith(section) and words in findings.message + findings.hint
 
 
 @pytest.mark.parametrize(
@@ -421,8 +421,8 @@ def test_tolerance_as_large_as_its_thickness_is_refused():
     for part, least in (("elastomer", 1.0), ("target", 0.2), ("elastomer_size", 4.0), ("target_size", 4.0)):
         with pytest.raises(SpecError) as refused:
             loaded(f"{plates}assembly: {{tolerances: {{{part}: {least}}}}}")
-        (found,) = refused.value.findings
-        assert (found.rule, found.key, found.line) == ("SIT009", f"assembly.tolerances.{part}", 6)
-        assert found.measured == found.limit == approx(1e-3 * least, rel=1e-9)
+        (findings,) = refused.value.findings
+        assert (findings.rule, findings.key, findings.line) == ("SIT009", f"assembly.tolerances.{part}", 6)
+        assert findings.measured == findings.limit == approx(1e-3 * least, rel=1e-9)
         loaded(f"{plates}assembly: {{tolerances: {{{part}: {0.9 * least}}}}}")
     loaded(f"{plates}assembly: {{tolerances: {{placement: 5, shield: 5}}}}")

@@ -51,12 +51,12 @@ def test_key_containing_dot_is_not_confused_with_section_key():
     text = f"{HEAD}{COIL.replace('turns: 14', 'turns: -14')}coil.turns: 5\n"
     (_, _, value), (_, key, top) = pointed_at(text)
     assert value.startswith("-14") and (key, top) == ("coil.turns", "coil.turns: 5")
-    (found,) = [f for f in findings(f"{HEAD}{COIL}fpc: {{tail.length: }}\n") if f.rule == "SIT004"]
-    assert (found.key, found.line, found.column) == (
+    (result,) = [f for f in findings(f"{HEAD}{COIL}fpc: {{tail.length: }}\n") if f.rule == "SIT004"]
+    assert (result.key, result.line, result.column) == (
         "fpc.tail.length",
         4,
         7,
-    ) and "fpc.tail.length: has" in found.message
+    ) and "fpc.tail.length: has" in result.message
 
 
 def test_duplicate_key_in_duplicate_section_is_reported_by_written_key():
@@ -86,8 +86,8 @@ def test_key_equal_to_internal_tag_is_reported_as_unknown():
     ],
 )
 def test_value_of_wrong_form_is_reported_at_its_place(section, key, at):
-    ((_, found, here),) = pointed_at(f"{HEAD}{COIL}{section}\n")
-    assert found == key and here.startswith(at)
+    ((_, result, here),) = pointed_at(f"{HEAD}{COIL}{section}\n")
+    assert result == key and here.startswith(at)
 
 
 # ---------------------------------------------------------------------------------------------------------- mutations
@@ -128,8 +128,8 @@ def mutated(chance):
             lines[line] = chance.choice([f"  {lines[line]}", lines[line].lstrip(), f"- {lines[line]}", ""])
             text = "\n".join(lines)
         else:
-            found = chance.choice(list(re.finditer(r": *([^,{}\[\]\n#]+)", text)))
-            text = text[: found.start(1)] + chance.choice(BITS) + text[found.end(1) :]
+            result = chance.choice(list(re.finditer(r": *([^,{}\[\]\n#]+)", text)))
+            text = text[: result.start(1)] + chance.choice(BITS) + text[result.end(1) :]
     return text
 
 
@@ -150,8 +150,8 @@ def marks(node, key, own):
         if key == name or key.startswith(f"{name}."):
             here = {(mark.line + 1, mark.column + 1) for mark in (at.start_mark, value.start_mark)}
             here |= {(mark.line + 1, mark.column) for mark in (at.start_mark,) if at is value and at.value == ""}
-            is_there, found = marks(value, key[len(name) + 1 :], here)
-            (whole if is_there else part).update(found)
+            is_there, result = marks(value, key[len(name) + 1 :], here)
+            (whole if is_there else part).update(result)
     return (True, whole) if whole else (False, part or own)
 
 

@@ -31,7 +31,7 @@ def spec_named(name, folder):
 def values_of(spec):
     """All values of a spec, without its text and the lines in that."""
     bare = replace(spec, fpc=replace(spec.fpc, rules=replace(spec.fpc.rules, holders={})))
-    return {one.name: getattr(bare, one.name) for one in fields(bare) if one.name != "source"}
+    return {item.name: getattr(bare, item.name) for item in fields(bare) if item.name != "source"}
 
 
 def readable_keys(spec, section=SpecDocument, path=""):
@@ -101,9 +101,9 @@ def test_replacing_number_by_text_in_si_unit_keeps_all_values(name):
 def test_millimetres_without_unit_are_refused_and_text_with_unit_suggested(key, value, meant):
     with pytest.raises(SpecError) as caught:
         BENCH.replace(key, value)
-    (found,) = caught.value.findings
-    assert found.rule in ("SIT005", "SIT006") and found.key is not None and found.key.startswith(key)
-    assert f"did you mean '{meant}'?" in found.hint
+    (findings,) = caught.value.findings
+    assert findings.rule in ("SIT005", "SIT006") and findings.key is not None and findings.key.startswith(key)
+    assert f"did you mean '{meant}'?" in findings.hint
 
 
 @pytest.mark.parametrize(

@@ -54,9 +54,9 @@ def test_screen_values_and_rules_agree_with_full_level(template):
 
 
 def test_screen_results_do_not_depend_on_batch():
-    one, other = design("grasper_4layer"), design("grasper_4layer", {"coil.turns": 6.5, "target.thickness": "0.2 mm"})
-    assert screen_designs([one, other], NAMES) == [*screen_designs([one], NAMES), *screen_designs([other], NAMES)]
-    assert screen_designs([other, one], NAMES) == screen_designs([one, other], NAMES)[::-1]
+    item, other = design("grasper_4layer"), design("grasper_4layer", {"coil.turns": 6.5, "target.thickness": "0.2 mm"})
+    assert screen_designs([item, other], NAMES) == [*screen_designs([item], NAMES), *screen_designs([other], NAMES)]
+    assert screen_designs([other, item], NAMES) == screen_designs([item, other], NAMES)[::-1]
 
 
 @pytest.mark.slow
@@ -68,25 +68,25 @@ def test_screen_searches_no_hints(monkeypatch):
 
     monkeypatch.setattr("sitscad.checks.trials.search", looked)
     monkeypatch.setattr("sitscad.checks.board.fabrication.finer_fabricators", looked)
-    found = screen_designs([wide], ("rp",))[0]
-    assert "SIT101" in found.refused and {"SIT307"} & {*found.refused, *found.warned}
-    assert evaluate_design(wide, ("rp",)).refused["SIT101"] == found.refused["SIT101"]
+    result = screen_designs([wide], ("rp",))[0]
+    assert "SIT101" in result.refused and {"SIT307"} & {*result.refused, *result.warned}
+    assert evaluate_design(wide, ("rp",)).refused["SIT101"] == result.refused["SIT101"]
 
 
 def test_rules_that_need_layout_are_unknown_in_screen():
-    found = screen_designs([design("grasper_4layer")], ("rp", "crosstalk"))[0]
-    assert {"SIT107", "SIT111", "SIT113"} <= set(found.unknown) and "SIT201" not in found.unknown
-    assert found.verdict == UNKNOWN and found.absent == {"crosstalk": IN_FULL}
+    result = screen_designs([design("grasper_4layer")], ("rp", "crosstalk"))[0]
+    assert {"SIT107", "SIT111", "SIT113"} <= set(result.unknown) and "SIT201" not in result.unknown
+    assert result.verdict == UNKNOWN and result.absent == {"crosstalk": IN_FULL}
 
 
 @pytest.mark.parametrize(("part", "known"), [(0.5, True), (1.03, False), (0.97, False), (2.0, True)])
 def test_limit_within_screen_error_is_unknown(part, known):
     spec = design("grasper_4layer")
     value = screen_designs([spec], ("resolution.normal",))[0].values["resolution.normal"][0]
-    asked = spec.replace("requirements.normal_resolution", f"{part * value:.6g} N")
-    found = screen_designs([asked], ("resolution.normal",))[0]
-    assert ("SIT401" not in found.unknown) == known
-    assert ("SIT401" in found.refused) == (part == 0.5) and (found.verdict == FAILS) == (part == 0.5)
+    request = spec.replace("requirements.normal_resolution", f"{part * value:.6g} N")
+    result = screen_designs([request], ("resolution.normal",))[0]
+    assert ("SIT401" not in result.unknown) == known
+    assert ("SIT401" in result.refused) == (part == 0.5) and (result.verdict == FAILS) == (part == 0.5)
 
 
 def test_frequency_limit_within_screen_error_is_unknown():
@@ -108,8 +108,8 @@ def test_frequency_limit_within_screen_error_is_unknown():
 def test_square_coil_is_evaluated_at_full_level():
     spec = sitscad.load_text(templates.read("square_bench"))
     names = ("inductance", "rp", "board.area")
-    found = screen_designs([spec], names)[0]
-    assert found == evaluate_design(spec, names)
+    result = screen_designs([spec], names)[0]
+    assert result == evaluate_design(spec, names)
 
 
 @pytest.mark.slow
@@ -146,16 +146,16 @@ def test_board_size_of_six_coils_in_line_needs_full_level():
     """Leads made the board wider than its sketch, of which an error of 0 was stated."""
     spec = sitscad.load_text(templates.read("skin_strip_6"))
     narrow = spec.replace({"coil.layers": 2, "fpc.stackup": "flex-2l-18um"})
-    found = screen_designs([narrow], ["fit.width", "board.area", "rp"])[0]
-    assert found.level == SCREEN and found.absent.keys() == {"fit.width", "board.area"} and "SIT307" in found.unknown
+    result = screen_designs([narrow], ["fit.width", "board.area", "rp"])[0]
+    assert result.level == SCREEN and result.absent.keys() == {"fit.width", "board.area"} and "SIT307" in result.unknown
 
 
 def test_target_beyond_sketched_board_is_unknown_in_screen():
     """Leads make this board 46 um wider than its sketch: the screen refused it by SIT307, and `check` found nothing."""
     spec = sitscad.load_text(BESIDE, "beside.yaml")
     assert "SIT307" not in {finding.rule for finding in sitscad.check(spec, hints="none").findings}
-    (found,) = screen_designs([spec], [])
-    assert "SIT307" in found.unknown and "SIT307" not in {*found.refused, *found.warned}
+    (result,) = screen_designs([spec], [])
+    assert "SIT307" in result.unknown and "SIT307" not in {*result.refused, *result.warned}
 
 
 @pytest.mark.few(1)
@@ -165,10 +165,10 @@ def test_screen_of_strongly_compressed_pad_agrees_with_full_level(thickness):
     """To 24, 46 and 56 %: a chart that ended at 40 % said that no reading tells the normal force there."""
     spec = sitscad.load_text(templates.read("grasper_3p5mm")).replace("elastomer.thickness", 1e-3 * thickness)
     names = ["resolution.normal", "resolution.shear_x"]
-    found, whole = screen_designs([spec], names)[0], evaluate_design(spec, names)
-    assert found.level == SCREEN
+    result, whole = screen_designs([spec], names)[0], evaluate_design(spec, names)
+    assert result.level == SCREEN
     for name in names:
-        assert found.values[name][0] == approx(whole.values[name][0], abs=found.values[name][1])
+        assert result.values[name][0] == approx(whole.values[name][0], abs=result.values[name][1])
 
 
 @pytest.mark.parametrize("template", ["grasper_4layer", "bench_7mm", "single_coil", "grasper_3p5mm"])

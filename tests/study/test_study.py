@@ -132,22 +132,22 @@ def test_small_grid_is_screened_completely_with_correct_front(answered):
 @pytest.mark.slow
 def test_kept_designs_are_different_complete_specs_that_pass_check(answered, tmp_path):
     study, answer = answered
-    assert len({one.point for one in answer.kept}) == len(answer.kept) == len(answer.spec_texts)
+    assert len({item.point for item in answer.kept}) == len(answer.kept) == len(answer.spec_texts)
     for number, text in enumerate(answer.spec_texts, 1):
         spec = sitscad.load_text(text)
         assert spec.name == f"{study.request.base.spec.name}-{number}"
         head, below = text.split("\n", 1)
         assert all(f"{key}: " in head for key in answer.kept[number - 1].changed) and "#" in below
         assert sitscad.check(spec, hints="none").ok
-        found = sitscad.measure(spec, ["rp"], level="full")
-        assert found.values["rp"][0] == approx(answer.kept[number - 1].evaluation.values["rp"][0], rel=1e-12)
+        result = sitscad.measure(spec, ["rp"], level="full")
+        assert result.values["rp"][0] == approx(answer.kept[number - 1].evaluation.values["rp"][0], rel=1e-12)
 
 
 def test_answer_text_and_json_report_kept_designs(answered):
     _, answer = answered
-    said, text = json.loads(answer_json(answer)), answer_text(answer, "outputs/x-study")
-    assert said["met"] and said["screened"] == 20 and len(said["kept"]) == len(answer.kept)
-    assert said["kept"][0]["yield"]["units"] == 16 and said["agreement"]["designs"] == len(answer.results.full)
+    message, text = json.loads(answer_json(answer)), answer_text(answer, "outputs/x-study")
+    assert message["met"] and message["screened"] == 20 and len(message["kept"]) == len(answer.kept)
+    assert message["kept"][0]["yield"]["units"] == 16 and message["agreement"]["designs"] == len(answer.results.full)
     assert text.startswith("It can be met: 20 of 20 designs") and "sitscad build outputs/x-study/designs/1.yaml" in text
     assert sorted(answer_files(answer))[-1] == "study.json"
     assert "sitscad build 'my study/designs/1.yaml'" in answer_text(answer, "my study")
@@ -175,13 +175,13 @@ def test_accepted_warnings_are_reported_with_kept_designs(answered):
     _, answer = answered
     first = answer.kept[0]
     warned = replace(first.evaluation, warned={"SIT203": Breach(), "SIT020": Breach()})
-    told = replace(answer, kept=(replace(first, evaluation=warned), *answer.kept[1:]))
+    text = replace(answer, kept=(replace(first, evaluation=warned), *answer.kept[1:]))
     words = "SIT203 parallel-resistance"
-    assert re.search(rf"^ +1 .* {words} ", answer_text(told), re.MULTILINE) and f">{words}<" in study_page(told)
-    said = json.loads(answer_json(told))["kept"]
-    assert said[0]["accepted"] == ["SIT203 parallel-resistance"]
-    untold = replace(answer, kept=tuple(replace(one, evaluation=replace(one.evaluation, warned={}))
-                                        for one in answer.kept))
+    assert re.search(rf"^ +1 .* {words} ", answer_text(text), re.MULTILINE) and f">{words}<" in study_page(text)
+    message = json.loads(answer_json(text))["kept"]
+    assert message[0]["accepted"] == ["SIT203 parallel-resistance"]
+    untold = replace(answer, kept=tuple(replace(item, evaluation=replace(item.evaluation, warned={}))
+                                        for item in answer.kept))
     assert "accepts" not in answer_text(untold) + study_page(untold)
 
 
@@ -189,12 +189,12 @@ def test_low_yield_without_required_yield_prints_caution(answered):
     _, answer = answered
     few, most = (yield_of([Unit(k < good, () if k < good else ("SIT202",), True, {}) for k in range(128)],
                           lambda values: ()) for good in (96, 116))
-    told = replace(answer, kept=(replace(answer.kept[0], units=most), replace(answer.kept[0], units=few)),
+    text = replace(answer, kept=(replace(answer.kept[0], units=most), replace(answer.kept[0], units=few)),
                    spec_texts=answer.spec_texts[:1] * 2)
     caution = "Caution: fewer than 90% of the units keep all of design 2 (75.0%), and the study asks for no yield"
-    assert caution in yields_text(told, "x") and caution in study_page(told)
+    assert caution in yields_text(text, "x") and caution in study_page(text)
     requires = Requirement("yield", True, 0.8, ">= 80 %")
-    asks = replace(told, request=replace(told.request, require=(*told.request.require, requires)))
+    asks = replace(text, request=replace(text.request, require=(*text.request.require, requires)))
     assert "Caution" not in yields_text(asks, "x") + study_page(asks)
 
 
@@ -204,9 +204,9 @@ def test_base_value_of_varied_list_entry_is_found(folder):
     (folder / "coil.yaml").write_text(base.source.text)
     both = "target.size.0: {from: 7, to: 11, step: 1}\n  target.size.1: [8, 9]\n  coil.turns: "
     (folder / "study.yaml").write_text(STUDY.replace("coil.turns: ", both))
-    asked = sitscad.Study.load(folder / "study.yaml").request
-    assert asked.base_point[:2] == (3, 1) and "target" not in " ".join(changed_keys(asked, (3, 1, 0, 0)))
-    assert base_value(asked.base.values(()), "target.size.1") == "9 mm"
+    request = sitscad.Study.load(folder / "study.yaml").request
+    assert request.base_point[:2] == (3, 1) and "target" not in " ".join(changed_keys(request, (3, 1, 0, 0)))
+    assert base_value(request.base.values(()), "target.size.1") == "9 mm"
     assert value_at_key({"size": [6, 3]}, "size.2") is value_at_key({"size": [6, 3]}, "size.x") is None
 
 
@@ -215,19 +215,19 @@ def test_base_better_than_kept_designs_is_reported(answered):
     _, answer = answered
     first = answer.kept[0].evaluation
     better = replace(first, values=first.values | {"rp": (2.0 * first.values["rp"][0], 0.0), "board.area": (1e-9, 0.0)})
-    told = answer_text(replace(answer, base=better))
-    assert text_of("study-base-best", "message", {}) in told
-    assert "has coil.trace_width: 130 um in place of 160 um, coil.trace" in told
+    text = answer_text(replace(answer, base=better))
+    assert text_of("study-base-best", "message", {}) in text
+    assert "has coil.trace_width: 130 um in place of 160 um, coil.trace" in text
     for other in (first, replace(better, values=better.values | {"inductance": (1e-6, 0.0)})):  # refused
         assert "The base itself" not in answer_text(replace(answer, base=other, kept=answer.kept[:1]))
 
 
 def test_designs_at_end_of_a_range_are_reported(answered):
     _, answer = answered
-    one = answer.kept[0]
+    item = answer.kept[0]
 
     def told(*points):
-        return answer_text(replace(answer, kept=[replace(one, point=point) for point in points]))
+        return answer_text(replace(answer, kept=[replace(item, point=point) for point in points]))
 
     assert text_of("study-last-value", "message", {"key": "coil.turns", "value": "13"}) in told((4, 1), (4, 2))
     assert text_of("study-first-value", "message", {"key": "coil.trace_width", "value": "100 um"}) in told((1, 0))
@@ -278,7 +278,7 @@ def test_designs_with_too_small_yield_are_replaced_and_counted(folder, monkeypat
     again = ["Designs, the best of" in yields_text(answer, "x", before) for before in (*early, answer)]
     assert again == [True, False]
     assert answer.dropped_count == 1 and answer.kept and first[0] not in {*answer.front,
-                                                                          *(one.point for one in answer.kept)}
+                                                                          *(item.point for item in answer.kept)}
     assert "too small a yield: 1" in answer_text(answer)
 
 
@@ -299,11 +299,11 @@ def test_infeasible_study_reports_binding_limit_and_nearest_value(folder, capsys
     assert run(["design", "study.yaml", "--jobs", "1"]) == 1
     said = json.loads((folder / "outputs/study/study.json").read_text())
     assert not said["met"] and said["bindings"][0]["name"] == "inductance" and said["bindings"][0]["alone"] > 0.0
-    best = max(one["values"]["inductance"][0] for one in _lines(folder / "outputs/study")
-               if list(one["refused"]) == [])
+    best = max(item["values"]["inductance"][0] for item in _lines(folder / "outputs/study")
+               if list(item["refused"]) == [])
     assert said["relaxation"]["lets_go"]["inductance"]["measured"] == approx(best, rel=1e-12)
-    told = capsys.readouterr().out
-    assert "No design was found" in told and "1 mH is asked" in told and "let go of inductance" in told
+    lines = capsys.readouterr().out
+    assert "No design was found" in lines and "1 mH is asked" in lines and "let go of inductance" in lines
 
 
 @pytest.mark.slow
@@ -349,9 +349,9 @@ def test_interrupted_search_writes_page_and_resumes_equally(folder, capsys, monk
     with monkeypatch.context() as patch:
         patch.setattr(StudyRun, "_costs_of", interrupted)
         assert run(["design", "study.yaml", "--jobs", "1", "--no-yield"]) == 130
-    page, said = folder / "outputs/study/so-far.html", capsys.readouterr().err
+    page, message = folder / "outputs/study/so-far.html", capsys.readouterr().err
     looked = f"{len(generations[0])} of 20 designs looked at by the screen"
-    assert looked in page.read_text() and "so-far.html" in said and "goes on from there" in said
+    assert looked in page.read_text() and "so-far.html" in message and "goes on from there" in message
     assert run(["design", "study.yaml", "--jobs", "1", "--no-yield"]) == 0
     assert not page.exists() and (folder / "outputs/study/study.html").exists()
     again = _files(folder / "outputs", "study")
@@ -367,8 +367,8 @@ def test_designs_without_screen_are_evaluated_once_in_full_and_reported(folder, 
     full = evaluating.evaluate_design
     monkeypatch.setattr(evaluating, "evaluate_design", lambda *given: calls.append(given[0]) or full(*given))
     (folder / "coil.yaml").write_text(templates.read("square_bench"))
-    asked = {"base": "coil.yaml", "vary": {"coil.turns": [9, 10]}, "goals": [{"maximize": "rp"}], "accept": "all"}
-    answer = sitscad.Study.from_mapping(asked, folder).run(draws=0)
+    request = {"base": "coil.yaml", "vary": {"coil.turns": [9, 10]}, "goals": [{"maximize": "rp"}], "accept": "all"}
+    answer = sitscad.Study.from_mapping(request, folder).run(draws=0)
     assert len(answer.results.full) == len(answer.results.screened) == 2 and answer.is_met
     assert len(calls) == 2
     assert "2 of 2 designs took the full level at once: the screen has" in answer_text(answer)
@@ -383,8 +383,8 @@ def test_all_designs_are_evaluated_in_full_if_screen_cannot_rank_goal(goal, is_a
     monkeypatch.setattr(running, "MOST_AT_ONCE", 1)
     text = STUDY.replace("maximize: rp", f"maximize: {goal}").replace("  - minimize: board.area\n", "")
     (folder / "study.yaml").write_text(text.replace("to: 13,", "to: 11.5,").replace("keep: 3", "keep: 1"))
-    found = sitscad.Study.load(folder / "study.yaml").run(draws=0).results
-    assert len(found.screened) == 8 and (len(found.full) == 8) is is_all
+    result = sitscad.Study.load(folder / "study.yaml").run(draws=0).results
+    assert len(result.screened) == 8 and (len(result.full) == 8) is is_all
 
 
 def _lines(folder):
@@ -417,8 +417,8 @@ def _command(folder, jobs):
 
 def _files(folder, name="out"):
     own = folder / name
-    found = {path.relative_to(own): path.read_bytes() for path in own.rglob("*") if path.is_file()}
-    return {path: content for path, content in found.items() if path.name != ARCHIVE}
+    result = {path.relative_to(own): path.read_bytes() for path in own.rglob("*") if path.is_file()}
+    return {path: content for path, content in result.items() if path.name != ARCHIVE}
 
 
 @pytest.mark.more
@@ -465,18 +465,18 @@ def test_study_killed_at_random_times_ends_with_identical_files(name, folder, tm
     for place in (folder, whole):
         (place / "coil.yaml").write_text(templates.read("single_coil"))
         (place / "study.yaml").write_text(text)
-    with _dask(folder) if jobs == "tcp" else contextlib.nullcontext((jobs, [])) as (asked, _):
+    with _dask(folder) if jobs == "tcp" else contextlib.nullcontext((jobs, [])) as (request, _):
         assert _command(whole, "1").wait() == 0
         archive, lines = folder / "out" / ARCHIVE, len(_lines_of(whole / "out" / ARCHIVE))
         for most in sorted(chance.randrange(1, lines) for _ in range(3)):
-            process = _command(folder, asked)
+            process = _command(folder, request)
             _until(lambda p=process, n=most: p.poll() is not None
                    or (archive.exists() and len(_lines_of(archive)) >= n), 300.0)
             time.sleep(0.3 * chance.random())
             process.kill()
             process.wait()
             _until(lambda: not _open_in_a_process(archive))
-        assert _command(folder, asked).wait() == 0
+        assert _command(folder, request).wait() == 0
     assert _files(folder) == _files(whole) and len(_files(whole)) >= 3
 
 
@@ -504,23 +504,23 @@ def test_sweep_killed_at_random_times_leaves_no_partial_file(folder, jobs):
 def _dask(folder, programs=(ROOT, ROOT)):
     """The address of a real scheduler, and its workers, one by each program."""
     pytest.importorskip("distributed")
-    told, processes = folder / "scheduler.json", []
+    text, processes = folder / "scheduler.json", []
 
     def started(command, *more, program=ROOT):
-        asked = [sys.executable, "-m", "dask", command, "--scheduler-file", str(told), "--no-dashboard", *more]
+        request = [sys.executable, "-m", "dask", command, "--scheduler-file", str(text), "--no-dashboard", *more]
         env = {**ENV, "PYTHONPATH": str(program)}
-        processes.append(subprocess.Popen(asked, env=env, cwd=folder, stderr=subprocess.DEVNULL))
+        processes.append(subprocess.Popen(request, env=env, cwd=folder, stderr=subprocess.DEVNULL))
 
     try:
         started("scheduler", "--port", "0", "--host", "127.0.0.1")
-        _until(told.exists)
+        _until(text.exists)
         for program in programs:
             started("worker", "--nthreads", "1", "--no-nanny", program=program)
-        yield json.loads(told.read_text())["address"], processes[1:]
+        yield json.loads(text.read_text())["address"], processes[1:]
     finally:
-        for one in processes[::-1]:
-            one.kill()
-            one.wait()
+        for item in processes[::-1]:
+            item.kill()
+            item.wait()
 
 
 @pytest.mark.more
@@ -553,10 +553,10 @@ def test_workers_of_other_version_are_refused_with_both_versions(folder, capsys)
             client.wait_for_workers(2, 60)
             workers = client.run(code_version)
         assert run(["design", str(folder / "study.yaml"), "--scheduler", address]) == 2
-    said, ours = capsys.readouterr().err, code_version()
-    assert [worker in said for worker in workers] == [theirs != ours for theirs in workers.values()]
+    message, ours = capsys.readouterr().err, code_version()
+    assert [worker in message for worker in workers] == [theirs != ours for theirs in workers.values()]
     assert sorted(theirs == ours for theirs in workers.values()) == [False, True]
-    assert f"another program than {ours}" in said
+    assert f"another program than {ours}" in message
 
 
 @pytest.mark.parametrize("address", ["nonsense", "http://x", "tls://127.0.0.1:5"])
@@ -614,9 +614,9 @@ def test_designs_with_edited_profile_file_are_evaluated_again(asked, folder):
 
     def refused():
         study = sitscad.Study.from_mapping({"base": "coil.yaml", "goals": [{"maximize": "rp"}]} | asked, folder)
-        said = study.run(folder=folder / "out", draws=0)
+        message = study.run(folder=folder / "out", draws=0)
         lines = _lines_of(folder / "out" / ARCHIVE)
-        return {point for point, one in said.results.full.items() if one.refused}, len(lines)
+        return {point for point, item in message.results.full.items() if item.refused}, len(lines)
 
     assert refused() == refused() == (set(), 4)
     (folder / "two.yaml").write_text(PROFILE.format("two") + binding)
@@ -630,8 +630,8 @@ def test_designs_with_edited_profile_file_are_evaluated_again(asked, folder):
 def test_profiles_of_varied_values_are_copied_beside_kept_designs(folder, capsys):
     for name in ("one", "two"):
         (folder / f"{name}.yaml").write_text(PROFILE.format(name))
-    asked = {"base": "coil.yaml", "vary": {"fpc.rules": ["one.yaml", "two.yaml"]}, "goals": [{"maximize": "rp"}]}
-    files = answer_files(sitscad.Study.from_mapping(asked, folder).run(draws=0))
+    request = {"base": "coil.yaml", "vary": {"fpc.rules": ["one.yaml", "two.yaml"]}, "goals": [{"maximize": "rp"}]}
+    files = answer_files(sitscad.Study.from_mapping(request, folder).run(draws=0))
     assert [name for name in files if name.startswith("designs/")] == [
         "designs/one.yaml", "designs/two.yaml", "designs/1.yaml", "designs/2.yaml"]
     (folder / "designs").mkdir()
@@ -645,65 +645,65 @@ def test_answer_does_not_depend_on_earlier_studies_in_archive(folder):
     """Figures that an earlier study of the folder asked for stood in the next one's answer, too."""
     small = {"base": "coil.yaml", "vary": {"coil.turns": [11, 12]}, "goals": [{"maximize": "rp"}]}
     large = small | {"goals": [{"minimize": "board.area"}, {"maximize": "rp"}], "require": {"q": ">= 1"}}
-    _, used, new = (answer_files(sitscad.Study.from_mapping(asked, folder).run(folder=folder / name, draws=0))
-                    for asked, name in ((large, "out"), (small, "out"), (small, "new")))
+    _, used, new = (answer_files(sitscad.Study.from_mapping(request, folder).run(folder=folder / name, draws=0))
+                    for request, name in ((large, "out"), (small, "out"), (small, "new")))
     assert used == new
 
 
 def test_measure_missing_only_in_screen_is_no_breach(answered):
-    asked = replace(answered[0].request, goals=(Goal("board.area"),))
+    request = replace(answered[0].request, goals=(Goal("board.area"),))
     screen = Evaluation({"inductance": (3e-6, 0.0)}, {"board.area": IN_FULL}, level="screen")
-    assert violations(asked, screen) == {}
-    assert set(violations(asked, replace(screen, absent={"board.area": "it has no board"}))) == {"board.area"}
+    assert violations(request, screen) == {}
+    assert set(violations(request, replace(screen, absent={"board.area": "it has no board"}))) == {"board.area"}
 
 
 def test_design_without_layout_is_excluded_from_relaxations(folder):
-    asked = sitscad.Study.load(folder / "study.yaml").request
+    request = sitscad.Study.load(folder / "study.yaml").request
     unmade = Evaluation({}, {}, {"SIT016": Breach(8.5, 8.24)})
     weak = Evaluation({"rp": (1.0, 0.0), "board.area": (1.0, 0.0), "inductance": (1e-6, 0.0)}, {}, {})
-    found = StudyResults(asked, "grid", {(0, 0): unmade, (1, 0): weak})
-    assert smallest_relaxation(asked, found).names == ("inductance",)
+    result = StudyResults(request, "grid", {(0, 0): unmade, (1, 0): weak})
+    assert smallest_relaxation(request, result).names == ("inductance",)
 
 
 def test_design_without_layout_counts_only_for_its_own_rule(folder):
     """It counted against every requirement, too, and its rule was said to refuse nothing alone."""
-    asked = sitscad.Study.load(folder / "study.yaml").request
+    request = sitscad.Study.load(folder / "study.yaml").request
     unmade, both = (Evaluation({}, {}, {rule: Breach(8.5, 8.24) for rule in rules})
                     for rules in (["SIT016"], ["SIT014", "SIT016"]))
     weak = Evaluation({"rp": (1.0, 0.0), "board.area": (1.0, 0.0), "inductance": (1e-6, 0.0)}, {}, {})
-    found = StudyResults(asked, "grid", {(0, 0): unmade, (1, 0): weak, (2, 0): both, (3, 0): unmade})
-    told = {one.name: (one.share, one.sole_share) for one in binding_limits(asked, found)}
-    assert told == {"SIT016": (0.75, 0.5), "inductance": (0.25, 0.25), "SIT014": (0.25, 0.0)}
-    assert costs(asked, unmade).violation > costs(asked, weak).violation + 10
-    said = answer_text(StudyAnswer("x", asked, weak, found, tuple(binding_limits(asked, found)), None,
-                                   level_agreement(asked.goals, found), (), (), (), ()))
-    assert "cannot be drawn" in said
+    result = StudyResults(request, "grid", {(0, 0): unmade, (1, 0): weak, (2, 0): both, (3, 0): unmade})
+    text = {item.name: (item.share, item.sole_share) for item in binding_limits(request, result)}
+    assert text == {"SIT016": (0.75, 0.5), "inductance": (0.25, 0.25), "SIT014": (0.25, 0.0)}
+    assert costs(request, unmade).violation > costs(request, weak).violation + 10
+    message = answer_text(StudyAnswer("x", request, weak, result, tuple(binding_limits(request, result)), None,
+                                   level_agreement(request.goals, result), (), (), (), ()))
+    assert "cannot be drawn" in message
 
 
 def test_nearest_value_is_reported_if_no_limit_binds_alone(folder):
-    asked = sitscad.Study.load(folder / "study.yaml").request
+    request = sitscad.Study.load(folder / "study.yaml").request
     values = {"rp": (1.0, 0.0), "board.area": (1.0, 0.0)}
-    one, other = (Evaluation({**values, "inductance": (size, 0.0)}, {}, {"SIT203": Breach(rp, 600.0, "ohm")})
+    item, other = (Evaluation({**values, "inductance": (size, 0.0)}, {}, {"SIT203": Breach(rp, 600.0, "ohm")})
                   for size, rp in ((1e-6, 500.0), (2e-6, 400.0)))
-    found = binding_limits(asked, StudyResults(asked, "grid", {(0, 0): one, (1, 0): other}))
-    assert {(each.name, each.sole_share, each.nearest_breach.measured, each.nearest_point) for each in found} == {
+    result = binding_limits(request, StudyResults(request, "grid", {(0, 0): item, (1, 0): other}))
+    assert {(each.name, each.sole_share, each.nearest_breach.measured, each.nearest_point) for each in result} == {
         ("SIT203", 0.0, 500.0, (0, 0)), ("inductance", 0.0, 2e-6, (1, 0))}
 
 
 def test_relaxation_uses_only_designs_evaluated_in_full(folder):
     """By the screen one kept everything else, and full refused it by a rule more."""
     study = sitscad.Study.load(folder / "study.yaml")
-    asked = study.request
+    request = study.request
     good = {"rp": (1.0, 0.0), "board.area": (1.0, 0.0), "inductance": (3e-6, 0.0)}
     hopeful, weak = (Evaluation({**good, "inductance": (size, 0.0)}, {}, {}, level="screen") for size in (3e-6, 2.4e-6))
     fallen = replace(hopeful, refused={"SIT112": Breach(80e-6, 650e-6)}, level="full")
-    found = StudyResults(asked, "grid", {(0, 0): hopeful, (1, 0): weak, (2, 0): hopeful}, {(0, 0): fallen})
-    assert smallest_relaxation(asked, found).names == ("SIT112",) and count_unjudged(asked, found) == 1
-    both = replace(found, full={(0, 0): fallen, (1, 0): weak})
-    assert smallest_relaxation(asked, both).names == ("inductance",)  # nobody can let go of room for vias
-    assert smallest_relaxation(asked, replace(found, full={(0, 0): hopeful})) is None
-    assert level_agreement(asked.goals, found).designs == 0  # its leads are not drawn
-    assert "smallest relaxation" not in page_so_far(study, found, 20)  # by the screen some keep everything
+    result = StudyResults(request, "grid", {(0, 0): hopeful, (1, 0): weak, (2, 0): hopeful}, {(0, 0): fallen})
+    assert smallest_relaxation(request, result).names == ("SIT112",) and count_unjudged(request, result) == 1
+    both = replace(result, full={(0, 0): fallen, (1, 0): weak})
+    assert smallest_relaxation(request, both).names == ("inductance",)  # nobody can let go of room for vias
+    assert smallest_relaxation(request, replace(result, full={(0, 0): hopeful})) is None
+    assert level_agreement(request.goals, result).designs == 0  # its leads are not drawn
+    assert "smallest relaxation" not in page_so_far(study, result, 20)  # by the screen some keep everything
 
 
 HIDING = """\
@@ -726,7 +726,7 @@ def test_designs_ranked_behind_full_level_failures_are_found(tmp_path):
     (tmp_path / "base.yaml").write_text(templates.read("single_coil"))
     (tmp_path / "study.yaml").write_text(HIDING)
     answer = sitscad.Study.load(tmp_path / "study.yaml").run(draws=0)
-    assert answer.kept and {one.changed["coil.turns"] for one in answer.kept} == {8}
+    assert answer.kept and {item.changed["coil.turns"] for item in answer.kept} == {8}
 
 
 @pytest.mark.more
@@ -736,13 +736,13 @@ def test_scatter_of_goals_and_limits_is_reported_without_required_yield(folder):
     answer = study.run(draws=8)
     assert study.request.least_yield is None and set(study.request.scattered) == {"rp", "inductance"}
     assert answer.kept[0].units.sigmas.keys() == {"rp", "inductance"}
-    assert all("to first order" in told for told in (yields_text(answer, ""), study_page(answer)))
+    assert all("to first order" in text for text in (yields_text(answer, ""), study_page(answer)))
 
 
 def test_check_of_folder_skips_study_files(folder, capsys):
     assert run(["check", str(folder)]) in (0, 1)
-    said = capsys.readouterr()
-    assert "is a study and is skipped" in said.err and "sitscad_study" not in said.out
+    message = capsys.readouterr()
+    assert "is a study and is skipped" in message.err and "sitscad_study" not in message.out
     assert run(["check", str(folder / "study.yaml")]) == 2
     assert "sitscad design" in capsys.readouterr().err
 
@@ -750,15 +750,15 @@ def test_check_of_folder_skips_study_files(folder, capsys):
 @pytest.mark.parametrize("command", [["response"], ["calibrate"], ["estimate"], ["sweep", "coil.turns=11,12"]])
 def test_spec_commands_refuse_study_file_and_name_design_command(command, folder, capsys):
     assert run([command[0], str(folder / "study.yaml"), *command[1:]]) == 2
-    said = "".join(capsys.readouterr())
-    assert "study.yaml:1:1 SIT002 error the file is a study" in said and "`sitscad design` takes it" in said
-    assert "did you mean" not in said
+    message = "".join(capsys.readouterr())
+    assert "study.yaml:1:1 SIT002 error the file is a study" in message and "`sitscad design` takes it" in message
+    assert "did you mean" not in message
 
 
 def test_design_command_refuses_spec_as_study_and_study_as_base(folder, capsys):
     assert run(["design", str(folder / "coil.yaml")]) == 2
-    said = capsys.readouterr().err
-    assert "the file is a spec" in said and "`sitscad new --study`" in said and "not ok: 1 error" in said
+    message = capsys.readouterr().err
+    assert "the file is a spec" in message and "`sitscad new --study`" in message and "not ok: 1 error" in message
     (folder / "study.yaml").write_text(STUDY.replace("coil.yaml", "study.yaml"))
     assert run(["design", str(folder / "study.yaml")]) == 2
     assert "study.yaml cannot be read (line 1): the file is a study" in capsys.readouterr().err
@@ -824,9 +824,9 @@ def test_invalid_study_is_reported_with_rule_and_line(folder, old, new, rule, li
 @pytest.mark.slow
 def test_varied_coil_layers_change_board_layers(folder):
     """The goal was refused: only a stack-up that varies was thought to decide it."""
-    asked = {"base": "coil.yaml", "vary": {"coil.layers": [2, 4]}, "goals": [{"minimize": "board.layers"}]}
-    said = sitscad.Study.from_mapping(asked, folder).run(draws=0)
-    assert [said.results.of((k,)).values["board.layers"][0] for k in (0, 1)] == [2.0, 4.0]
+    request = {"base": "coil.yaml", "vary": {"coil.layers": [2, 4]}, "goals": [{"minimize": "board.layers"}]}
+    message = sitscad.Study.from_mapping(request, folder).run(draws=0)
+    assert [message.results.of((k,)).values["board.layers"][0] for k in (0, 1)] == [2.0, 4.0]
 
 
 @pytest.mark.few(2)
@@ -846,10 +846,10 @@ def test_goal_may_need_section_added_by_varied_key(brings, folder):
     base = templates.read("bench_7mm")
     lacks = "target" if "vary" in brings else "elastomer"
     (folder / "coil.yaml").write_text(re.sub(rf"(?m)^{lacks}:\n(?:[ #].*\n|\n)*", "", base))
-    asked = {"base": "coil.yaml", "vary": {"coil.turns": [11, 12]}, "goals": [{"minimize": "resolution.normal"}]}
+    request = {"base": "coil.yaml", "vary": {"coil.turns": [11, 12]}, "goals": [{"minimize": "resolution.normal"}]}
     with pytest.raises(sitscad.SpecError, match=f"needs {lacks}, which the base lacks"):
-        sitscad.Study.from_mapping(asked, folder)
-    merged = asked | brings | {"vary": asked["vary"] | brings.get("vary", {})}
+        sitscad.Study.from_mapping(request, folder)
+    merged = request | brings | {"vary": request["vary"] | brings.get("vary", {})}
     assert sitscad.Study.from_mapping(merged, folder).request.goals
 
 
@@ -865,10 +865,10 @@ def _screened(asked, count):
 def test_study_written_by_new_loads_and_first_design_is_screened(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert run(["new", "--study", name.replace("_", "-")]) == 0
-    asked = sitscad.Study.load("study.yaml").request
-    assert asked.base.spec.name == name.replace("_", "-") and asked.space.size > 1000
-    one, = _screened(asked, 1)
-    assert NOT_COMPUTED not in one.refused and one.verdict
+    request = sitscad.Study.load("study.yaml").request
+    assert request.base.spec.name == name.replace("_", "-") and request.space.size > 1000
+    item, = _screened(request, 1)
+    assert NOT_COMPUTED not in item.refused and item.verdict
 
 
 def test_new_study_refuses_existing_file_and_unreadable_spec(tmp_path, monkeypatch, capsys):
@@ -885,9 +885,9 @@ def test_new_study_refuses_existing_file_and_unreadable_spec(tmp_path, monkeypat
 def test_fifty_designs_of_template_study_are_screened_without_failure(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert run(["new", "--study", name]) == 0
-    found = _screened(sitscad.Study.load("study.yaml").request, 50)
-    assert len(found) == 50 and not [one for one in found if NOT_COMPUTED in one.refused]
-    assert sum(not any(rule.startswith("SIT0") for rule in one.refused) for one in found) > 25  # can be drawn
+    result = _screened(sitscad.Study.load("study.yaml").request, 50)
+    assert len(result) == 50 and not [item for item in result if NOT_COMPUTED in item.refused]
+    assert sum(not any(rule.startswith("SIT0") for rule in item.refused) for item in result) > 25  # can be drawn
 
 
 def test_design_command_prints_study_findings_and_exits_2(folder, capsys):
@@ -900,8 +900,8 @@ def test_study_findings_do_not_suggest_check_fix(folder, capsys):
     """They were, though check --fix refuses a study; the hint says what to write."""
     (folder / "study.yaml").write_text(STUDY.replace("keep: 3", "kep: 3"))
     assert run(["design", str(folder / "study.yaml")]) == 2
-    told = capsys.readouterr().err
-    assert "did you mean keep?" in told and "--fix" not in told
+    text = capsys.readouterr().err
+    assert "did you mean keep?" in text and "--fix" not in text
 
 
 def test_study_schema_accepts_study_and_refuses_unknown_measure(folder):
@@ -938,8 +938,8 @@ def _bowl(count, calls):
 
 def test_study_values_in_different_units_are_compared():
     lengths = Variable("coil.trace_width", ("75 um", "100 um", "125 um"))
-    assert [lengths.nearest(one) for one in ("0.1 mm", 0.12, "4 mil", "90 um")] == [1, 2, 1, 1]
-    assert [Variable("fpc.rules", ("one", "two")).nearest(one) for one in ("two", "three", None)] == [1, 0, 0]
+    assert [lengths.nearest(item) for item in ("0.1 mm", 0.12, "4 mil", "90 um")] == [1, 2, 1, 1]
+    assert [Variable("fpc.rules", ("one", "two")).nearest(item) for item in ("two", "three", None)] == [1, 0, 0]
     assert Breach(1.20044, 1.2, "V", 0.1).size > Breach(1.204, 1.2, "V", 0.9).size > Breach(1.2045, 1.2, "V", 1.0).size
     assert breach_text("SIT204", Breach(1.20044, 1.2, "V", 0.1)).endswith("keeps 1.2 V by 0.1 sigma of manufacture "
                                                                           "where one is asked")
@@ -948,11 +948,11 @@ def test_study_values_in_different_units_are_compared():
 @pytest.mark.parametrize("method, goals", [("sobol", 1), ("de", 1), ("nsga2", 2)])
 def test_search_evaluates_each_point_once_and_is_repeatable(method, goals):
     pytest.importorskip("pymoo")
-    one, other = [], []
-    for calls in (one, other):
+    item, other = [], []
+    for calls in (item, other):
         search(method, BOWL, 500, 7, goals, _bowl(goals, calls))
-    points = [point for part in one for point in part]
-    assert one == other and len(points) == len(set(points)) <= 500
+    points = [point for part in item for point in part]
+    assert item == other and len(points) == len(set(points)) <= 500
     assert all(0 <= k < 21 for point in points for k in point)
     if method != "sobol":
         assert any(sum((a - b) ** 2 for a, b in zip(point, (3, 7, 20), strict=True)) <= 3 for point in points)
@@ -982,8 +982,8 @@ def test_nsga2_front_equals_front_of_all_designs():
         return evaluate(points)
 
     search("nsga2", space, 400, 1, 2, noted)
-    found = evaluate(calls)
-    assert {cost.goals for cost, rank in zip(found, front_numbers(found), strict=True) if rank == 0} == best
+    result = evaluate(calls)
+    assert {cost.goals for cost, rank in zip(result, front_numbers(result), strict=True) if rank == 0} == best
 
 
 WIDE = {"coil.outer_diameter": {"from": 9, "to": 12, "step": 0.2}}
@@ -1005,9 +1005,9 @@ def test_search_finds_front_of_complete_grid_within_tolerance(folder, vary, goal
     pytest.importorskip("pymoo")
 
     def found(method, evaluations):
-        asked = {"base": "coil.yaml", "vary": vary, "goals": goals, "accept": ["all"],
+        request = {"base": "coil.yaml", "vary": vary, "goals": goals, "accept": ["all"],
                  "search": {"method": method, "evaluations": evaluations}}
-        return sitscad.Study.from_mapping(asked, folder).run(folder=folder / "out", draws=0)
+        return sitscad.Study.from_mapping(request, folder).run(folder=folder / "out", draws=0)
 
     whole = found("grid", 1000)
     size = whole.request.space.size
@@ -1019,8 +1019,8 @@ def test_search_finds_front_of_complete_grid_within_tolerance(folder, vary, goal
 
     off = [screen_errors().get(goal.measure, 0.0) + 1e-9 for goal in whole.request.goals]
     ours, true = goals_of(some), goals_of(whole)
-    for one, other in ((ours, true), (true, ours)):  # equal but for what the screen is off by
-        excess = (one[:, None] - other[None, :]) / np.abs(other[None, :])
+    for item, other in ((ours, true), (true, ours)):  # equal but for what the screen is off by
+        excess = (item[:, None] - other[None, :]) / np.abs(other[None, :])
         assert (excess <= off).all(axis=2).any(axis=0).all()
 
 
@@ -1043,14 +1043,14 @@ def test_hypervolume_matches_exact_values():
 
 
 def test_archive_ignores_incomplete_lines(tmp_path):
-    path, said = tmp_path / "a" / ARCHIVE, {"units": [[True, [], True, {}]]}
+    path, message = tmp_path / "a" / ARCHIVE, {"units": [[True, [], True, {}]]}
     with Archive(path) as archive:
-        archive.add("one", (("coil.turns", 7),), said)
+        archive.add("one", (("coil.turns", 7),), message)
     with path.open("ab") as stream:
         stream.write(b'{"key": "two", "chan')
     with Archive(path) as archive:
-        assert archive.line_of("one")["units"] == said["units"] and archive.line_of("two") is None
-        archive.add("two", (), said)
+        assert archive.line_of("one")["units"] == message["units"] and archive.line_of("two") is None
+        archive.add("two", (), message)
     with Archive(path) as archive:
         assert len(archive) == 2
     with Archive(path, again=True) as archive:
@@ -1060,11 +1060,11 @@ def test_archive_ignores_incomplete_lines(tmp_path):
 def test_changed_archive_byte_is_detected_and_row_ignored(tmp_path):
     """One digit of a parallel resistance gave other designs and false figures, with exit 0."""
     path = tmp_path / ARCHIVE
-    said = {name: Evaluation({"rp": (1500.25, 0.1)}, refused={"SIT103": Breach(1.0, 2.0, "m")}).as_json()
+    message = {name: Evaluation({"rp": (1500.25, 0.1)}, refused={"SIT103": Breach(1.0, 2.0, "m")}).as_json()
             for name in ("one", "two")}
     with Archive(path) as archive:
-        for key, one in said.items():
-            archive.add(key, (("coil.turns", 7),), one)
+        for key, item in message.items():
+            archive.add(key, (("coil.turns", 7),), item)
         archive.add("units", (), {"units": [[True, [], True, {"rp": 1500.25}]]})
     whole = path.read_bytes()
     with Archive(path) as archive:
@@ -1080,15 +1080,15 @@ def test_changed_archive_byte_is_detected_and_row_ignored(tmp_path):
 
 def test_two_writers_share_archive_and_truncated_archive_is_refused(tmp_path):
     path = tmp_path / ARCHIVE
-    with Archive(path) as one, Archive(path) as other:
+    with Archive(path) as item, Archive(path) as other:
         for k in range(4):
-            one.add(f"one {k}", (), {"units": [k]})
+            item.add(f"one {k}", (), {"units": [k]})
             other.add(f"other {k}", (("coil.turns", "x" * 10_000 * k),), {"units": [-k]})
-        assert [one.line_of(f"one {k}")["units"] for k in range(4)] == [[0], [1], [2], [3]]
+        assert [item.line_of(f"one {k}")["units"] for k in range(4)] == [[0], [1], [2], [3]]
         assert [other.line_of(f"other {k}")["units"] for k in range(4)] == [[0], [-1], [-2], [-3]]
         path.write_bytes(b"")
         with pytest.raises(OSError, match="cut or rewritten"):
-            one.line_of("one 0")
+            item.line_of("one 0")
     assert Archive(path).line_of("one 3") is None
 
 
@@ -1113,11 +1113,11 @@ def test_wilson_interval_matches_published_values():
 
 def test_yield_is_reported_before_and_after_calibration(answered):
     judged = [Unit(True, (), True, {"error.gap": 0.1 * k, "rp": float(k)}) for k in range(8)]
-    found = yield_of(judged, lambda values: (("error.gap",) if values["error.gap"] > 0.35 else ())
+    findings = yield_of(judged, lambda values: (("error.gap",) if values["error.gap"] > 0.35 else ())
                      + (("rp",) if values["rp"] < 1.0 else ()))
-    assert (found.good, found.calibrated) == (3, 7)
-    told = yield_table(design_table(replace(answered[1], kept=(replace(answered[1].kept[0], units=found),)))).shown()
-    assert [dict(zip(told.head, row, strict=True))[head].split()[0] for row in told.rows
+    assert (findings.good, findings.calibrated) == (3, 7)
+    text = yield_table(design_table(replace(answered[1], kept=(replace(answered[1].kept[0], units=findings),)))).shown()
+    assert [dict(zip(text.head, row, strict=True))[head].split()[0] for row in text.rows
             for head in ("yield", "once calibrated")] == ["37.5%", "87.5%"]
 
 
@@ -1125,16 +1125,16 @@ def test_yield_loss_is_attributed_to_causing_spread():
     rows = latin_hypercube(256)
     k = list(SPREADS).index("elastomer.modulus")
     judged = [Unit(u < 0.75, () if u < 0.75 else ("SIT401",), True, {"rp": u}) for u in map(float, rows[:, k])]
-    found = yield_of(judged, lambda values: ())
-    assert found.share == approx(0.75, rel=0.01) and next(iter(found.costs)) == "elastomer.modulus"
-    assert found.costs["elastomer.modulus"] > 0.9 and len(found.costs) == 1
-    assert found.sigmas["rp"] == approx(1.0 / math.sqrt(12.0), rel=0.01)
+    findings = yield_of(judged, lambda values: ())
+    assert findings.share == approx(0.75, rel=0.01) and next(iter(findings.costs)) == "elastomer.modulus"
+    assert findings.costs["elastomer.modulus"] > 0.9 and len(findings.costs) == 1
+    assert findings.sigmas["rp"] == approx(1.0 / math.sqrt(12.0), rel=0.01)
 
 
 def test_failed_units_count_as_bad_and_separately():
     judged = [Unit(True, (), True, {})] * 7 + [Unit(False, (), False, {})]
-    found = yield_of(judged, lambda values: ())
-    assert (found.good, found.failed, found.units) == (7, 1, 8)
+    findings = yield_of(judged, lambda values: ())
+    assert (findings.good, findings.failed, findings.units) == (7, 1, 8)
 
 
 def test_every_spread_changes_unit_by_its_sigma():
@@ -1158,16 +1158,16 @@ def test_copper_width_spread_changes_resistance_by_estimated_sigma():
 
     spec = sitscad.load_text(templates.read("single_coil"))
     k = list(SPREADS).index("coil.trace_width")
-    found = []
+    result = []
     for side in (-1.0, 1.0):
         row = np.full(len(SPREADS), 0.5)
         row[k] = 0.5 + side * 0.5 / math.sqrt(3.0)
         made = unit_spec(spec, row, {})
-        found.append(Design(made).estimates.coils[0].resistance_dc)
+        result.append(Design(made).estimates.coils[0].resistance_dc)
     from sitscad.estimates.circuits.uncertainty import tolerance_sigmas
     from sitscad.estimates.tolerances.scatter import WIDTH
 
-    assert 0.5 * (found[0] - found[1]) / (0.5 * sum(found)) == approx(tolerance_sigmas(spec)[WIDTH], rel=0.05)
+    assert 0.5 * (result[0] - result[1]) / (0.5 * sum(result)) == approx(tolerance_sigmas(spec)[WIDTH], rel=0.05)
 
 
 @pytest.mark.slow
@@ -1177,7 +1177,7 @@ def test_results_of_a_design_are_freed_before_the_next():
         def __init__(self):
             self.me = self
 
-    left = [weakref.ref(one) for one in free_results(Ring() for _ in range(3))]
+    left = [weakref.ref(item) for item in free_results(Ring() for _ in range(3))]
     assert [ref() is None for ref in left[:2]] == [True, True]
 
 
@@ -1186,7 +1186,7 @@ def test_results_of_a_design_are_freed_before_the_next():
 def test_progress_of_resumed_run_includes_archived_units(folder):
     """A study that went on told 0 of what was left, as if nothing had been done."""
     study, out = sitscad.Study.load(folder / "study.yaml"), folder / "out"
-    told = []
+    text = []
 
     def interrupt(state):
         if state.stage == "units":
@@ -1194,6 +1194,6 @@ def test_progress_of_resumed_run_includes_archived_units(folder):
 
     with pytest.raises(KeyboardInterrupt):
         study.run(folder=out, draws=16, progress=interrupt)
-    study.run(folder=out, draws=16, progress=told.append)
-    units = [state for state in told if state.stage == "units"]
+    study.run(folder=out, draws=16, progress=text.append)
+    units = [state for state in text if state.stage == "units"]
     assert units and units[0].done > units[0].made and units[-1].done == units[-1].of

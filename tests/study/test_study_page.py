@@ -78,9 +78,9 @@ def test_answer_text_page_and_json_have_equal_rows(answer):
     text, page, values = answer_text(answer), study_page(answer), json.loads(answer_json(answer))
     designs = design_table(answer)
     for table in (refusal_table(answer), designs, yield_table(designs), sigma_table(designs)):
-        told = table.shown(without=(WITH,))
-        assert told.rows
-        for cell in (cell for row in told.rows for cell in row):
+        lines = table.shown(without=(WITH,))
+        assert lines.rows
+        for cell in (cell for row in lines.rows for cell in row):
             assert cell in text and escape(cell) in page
     assert values["kept"] == json.loads(json.dumps(designs.rows[1:]))
     assert values["bindings"] == json.loads(json.dumps(refusal_table(answer).rows))
@@ -108,7 +108,7 @@ def test_number_of_other_designs_in_chart_is_limited(answer):
         for each in more:
             del answer.results.screened[each]
     assert len(shown) == len(set(shown)) and set(answer.front) <= set(shown)
-    assert len(shown) == MOST_OTHERS + len({*answer.front, *(one.point for one in answer.kept)})
+    assert len(shown) == MOST_OTHERS + len({*answer.front, *(item.point for item in answer.kept)})
 
 
 WIDE = {
@@ -139,9 +139,9 @@ def test_page_of_large_study_is_limited_and_contains_whole_front(answer, tmp_pat
               for point in points}
     looked[asked.base_point] = looked[points[0]]
     found = StudyResults(asked, "sobol", looked, {point: looked[point] for point in points[:256]})
-    kept = (KeptDesign(asked.base_point, changed_keys(asked, asked.base_point), looked[points[0]], None),) * 8
+    stored = (KeptDesign(asked.base_point, changed_keys(asked, asked.base_point), looked[points[0]], None),) * 8
     said = replace(answer, request=asked, base=looked[points[0]], results=found, bindings=(), front=tuple(points[:256]),
-                   kept=kept, spec_texts=())
+                   kept=stored, spec_texts=())
     html = study_page(said)
     assert 2_000_000 < len(html) <= MOST_PAGE
     front = html[html.index("The front as a table") :]
@@ -152,7 +152,7 @@ def test_page_of_large_study_is_limited_and_contains_whole_front(answer, tmp_pat
 def test_board_thumbnail_shows_body_outline_and_all_targets(name, targets, arcs):
     """A round body of 12 mm is drawn 400 px wide."""
     layout = sketch(sitscad.load_text(templates.read(name)))
-    plates = [one.outline() for one in plates_of(layout.spec).targets]
+    plates = [item.outline() for item in plates_of(layout.spec).targets]
     drawn = board_sketch(layout.body, layout.outline, [], 1e-4, plates)
     assert drawn.count("#0072b2") == targets and (arcs is None or f"A{arcs:g} {arcs:g} " in drawn)
 
@@ -169,8 +169,8 @@ def test_study_page_in_browser_shows_tooltip_and_selects_design(html, tmp_path):
         data = json.loads(browser.run("document.getElementById('study-data').textContent"))
         browser.run("(() => { const list = document.querySelector('#chosen select'); list.value = '1';"
                     " list.dispatchEvent(new Event('change')); })()")
-        told = browser.run("document.querySelector('#chosen tbody').innerText")
-        assert data["keys"][0]["values"][data["points"][1][0][0]] in told and data["keys"][0]["base"] in told
+        text = browser.run("document.querySelector('#chosen tbody').innerText")
+        assert data["keys"][0]["values"][data["points"][1][0][0]] in text and data["keys"][0]["base"] in text
         assert browser.run("document.querySelectorAll('#chosen svg path').length") > 1
         mark = browser.run("(() => { const e = document.querySelector('.fields .design.kept'); e.scrollIntoView();"
                            " const b = e.getBoundingClientRect(); return [b.x + b.width / 2, b.y + b.height / 2]; })()")

@@ -56,16 +56,16 @@ def test_all_promised_measures_exist():
 @pytest.mark.slow
 def test_measured_values_equal_check_and_estimate():
     spec = sitscad.load_text(templates.read("grasper_4layer"))
-    found = sitscad.measure(
+    results = sitscad.measure(
         spec, ["inductance", "rp", "fit.spare", "fit.length", "resolution.normal"], level="full"
     )
     estimates, result = sitscad.estimate(sitscad.lay_out(spec)), sitscad.check(spec, hints="none")
     states = [state for coil in estimates.coils for state in coil.states.values()]
-    assert found.values["rp"][0] == approx(min(state.parallel_resistance for state in states), rel=1e-12)
-    assert found.values["inductance"][0] == approx(min(state.inductance for state in states), rel=1e-12)
-    assert found.values["fit.spare"][0] == approx(min(measure.margin for measure in result.fit), rel=1e-12)
-    assert found.values["fit.length"][0] == approx(result.board[0], rel=1e-12)
-    assert found.verdict == "ok" and 0.0 < found.values["rp"][1] < 0.1 * found.values["rp"][0]
+    assert results.values["rp"][0] == approx(min(state.parallel_resistance for state in states), rel=1e-12)
+    assert results.values["inductance"][0] == approx(min(state.inductance for state in states), rel=1e-12)
+    assert results.values["fit.spare"][0] == approx(min(measure.margin for measure in result.fit), rel=1e-12)
+    assert results.values["fit.length"][0] == approx(result.board[0], rel=1e-12)
+    assert results.verdict == "ok" and 0.0 < results.values["rp"][1] < 0.1 * results.values["rp"][0]
 
 
 def test_sweep_rows_vary_last_key_fastest(table):
@@ -138,17 +138,17 @@ def test_sweep_numbers_are_in_si_units(bench):
 
 
 def test_measure_and_sweep_take_equal_measure_lists(bench):
-    found, table = sitscad.measure(bench, ["rp"]), sitscad.sweep(bench, {"coil.turns": [bench.coil.turns]}, ["rp"])
-    assert list(found.values) == list(table.values) == ["rp"]
-    assert found.values["rp"][0] == table.values["rp"][0]
+    result, table = sitscad.measure(bench, ["rp"]), sitscad.sweep(bench, {"coil.turns": [bench.coil.turns]}, ["rp"])
+    assert list(result.values) == list(table.values) == ["rp"]
+    assert result.values["rp"][0] == table.values["rp"][0]
     with pytest.raises(TypeError, match="measures"):
         sitscad.measure(bench, "full")
 
 
 def test_sweep_text_lists_warning_rules_of_check():
     spec = sitscad.load_text(templates.read("bench_7mm"))
-    warned = {one.rule for one in sitscad.check(spec, hints="none").findings
-              if one.severity is sitscad.Severity.WARNING}
+    warned = {item.rule for item in sitscad.check(spec, hints="none").findings
+              if item.severity is sitscad.Severity.WARNING}
     head, row = sweep_text(sitscad.sweep(spec, {"coil.turns": [spec.coil.turns]}, ["rp"], level="full")).splitlines()
     assert warned and row[head.index("warned by"):].split(", ") == sorted(warned)
 
@@ -197,8 +197,8 @@ def test_failed_computation_refuses_only_its_design(bench, monkeypatch):
 
     monkeypatch.setattr(evaluating, "screen_designs", fails)
     chunk = Chunk(((("coil.turns", 10),), (("coil.turns", 11),)), ("board.area",), "screen")
-    (one, other), _ = evaluate_chunk(Base(bench.source.text, "x.yaml"), chunk)
-    assert NOT_COMPUTED not in one.refused and other.refused_by == (NOT_COMPUTED,)
+    (item, other), _ = evaluate_chunk(Base(bench.source.text, "x.yaml"), chunk)
+    assert NOT_COMPUTED not in item.refused and other.refused_by == (NOT_COMPUTED,)
     assert "of this test" in other.absent["board.area"]
 
 
@@ -243,8 +243,8 @@ def test_workers_accept_any_executor(bench):
     executor = Counting()
     with Workers(_base().of(bench.source), 2, executor) as workers:
         designs = [(("coil.turns", turns),) for turns in (10, 11, 12)]
-        found = list(workers.evaluations(designs, ("board.area",), "screen"))
-    assert len(found) == 3 and executor.chunks >= 2
+        result = list(workers.evaluations(designs, ("board.area",), "screen"))
+    assert len(result) == 3 and executor.chunks >= 2
 
 
 class Timed:
@@ -266,8 +266,8 @@ def test_chunks_take_about_one_second_or_maximum_size(seconds, count, most, benc
     """But for the first ones, whose designs take nobody knows how long, and the last, which are shared out."""
     executor = Timed(seconds)
     with Workers(Base.of(bench.source), 2, executor) as workers:
-        found = list(workers.evaluations([(("coil.turns", 10),)] * count, ("rp",), "screen"))
-    assert len(found) == count and sum(executor.chunks) == approx(seconds * count, rel=1e-9)
+        result = list(workers.evaluations([(("coil.turns", 10),)] * count, ("rp",), "screen"))
+    assert len(result) == count and sum(executor.chunks) == approx(seconds * count, rel=1e-9)
     assert max(executor.chunks) == approx(most, rel=1e-9)
     middle = executor.chunks[4 : len(executor.chunks) // 2]
     assert middle and all(taken == approx(most, rel=1e-9) for taken in middle)
@@ -283,10 +283,10 @@ def test_sweep_text_prints_error_beside_each_value(table):
 def test_sweep_command_prints_table_and_writes_files(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "coil.yaml").write_text(templates.read("single_coil"))
-    asked = ["sweep", "coil.yaml", "coil.turns=10:12:2", "--measure", "rp", "--jobs", "1"]
-    assert run(asked) == 0
+    request = ["sweep", "coil.yaml", "coil.turns=10:12:2", "--measure", "rp", "--jobs", "1"]
+    assert run(request) == 0
     assert "coil.turns" in capsys.readouterr().out
-    assert run([*asked, "-o", "turns.svg"]) == 0 and (tmp_path / "turns.svg").read_text().startswith("<")
+    assert run([*request, "-o", "turns.svg"]) == 0 and (tmp_path / "turns.svg").read_text().startswith("<")
     assert run(["sweep", "coil.yaml", "coil.turs=10:12:2"]) == 2
     assert "did you mean turns" in capsys.readouterr().err
     assert run(["measures", "--format", "json"]) == 0

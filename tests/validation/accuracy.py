@@ -48,8 +48,8 @@ def pairs() -> Pairs:
 def measured() -> Pairs:
     """Measured coils; no bound is stated against a measurement."""
     cases = published_coils.MEASURED
-    found = [(published_coils.inductance(case), case["L_uH"] * 1e-6) for case in cases]
-    return [(abs(ours / theirs - 1.0), float("nan")) for ours, theirs in found]
+    result = [(published_coils.inductance(case), case["L_uH"] * 1e-6) for case in cases]
+    return [(abs(ours / theirs - 1.0), float("nan")) for ours, theirs in result]
 
 
 def resistance(family: str) -> Pairs:

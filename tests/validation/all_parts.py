@@ -53,14 +53,14 @@ def closed(solid: Solid, path: Path) -> list[str]:
     """What trimesh and admesh have to say of a mesh file."""
     body = trimesh.load(BytesIO(path.read_bytes()), file_type=path.suffix[1:], force="mesh")
     body.merge_vertices()
-    found = [] if body.is_watertight and body.is_winding_consistent else [f"trimesh: {path.suffix} is not closed"]
+    result = [] if body.is_watertight and body.is_winding_consistent else [f"trimesh: {path.suffix} is not closed"]
     off = abs(body.volume / solid.shape.volume - 1.0)
-    found += [f"trimesh: volume of {path.suffix} off by {off:.1e}"] if off > 5e-3 else []
+    result += [f"trimesh: volume of {path.suffix} off by {off:.1e}"] if off > 5e-3 else []
     if path.suffix == ".stl":
-        said = subprocess.run(["admesh", str(path)], capture_output=True, text=True, check=True).stdout
-        counts = {defect: int(said.split(defect)[1].split(":")[1].split()[0]) for defect in DEFECTS}
-        found += [f"admesh: {defect} {count}" for defect, count in counts.items() if count]
-    return found
+        message = subprocess.run(["admesh", str(path)], capture_output=True, text=True, check=True).stdout
+        counts = {defect: int(message.split(defect)[1].split(":")[1].split()[0]) for defect in DEFECTS}
+        result += [f"admesh: {defect} {count}" for defect, count in counts.items() if count]
+    return result
 
 
 def sliced(path: Path) -> list[str]:
@@ -69,10 +69,10 @@ def sliced(path: Path) -> list[str]:
     out = path.with_suffix(".gcode")
     slicer = ["prusa-slicer", "--export-gcode", "--support-material", *layers, "-o", str(out), str(path)]
     ran = subprocess.run(slicer, capture_output=True, text=True)
-    said = [line for line in (ran.stdout + ran.stderr).splitlines() if "warning" in line.lower()]
+    message = [line for line in (ran.stdout + ran.stderr).splitlines() if "warning" in line.lower()]
     if ran.returncode or out.read_text().count("G1 ") < 100:
-        said.append(f"not sliced: {ran.stderr.strip()}")
-    return [f"PrusaSlicer: {path.suffix}: {line}" for line in said]
+        message.append(f"not sliced: {ran.stderr.strip()}")
+    return [f"PrusaSlicer: {path.suffix}: {line}" for line in message]
 
 
 def laid(solid: Solid, mesh: TriangleMesh) -> TriangleMesh:
@@ -85,13 +85,13 @@ def found_of(solid: Solid, folder: Path) -> list[str]:
     """All that any program finds of a piece."""
     mesh = laid(solid, tessellate(solid))
     files = {"part.stl": meshes.stl(mesh), "part.3mf": meshes.package(solid, mesh, "part")}
-    said = [] if solid.shape.is_valid else ["not valid"]
-    said += through_step(solid, folder)
+    message = [] if solid.shape.is_valid else ["not valid"]
+    message += through_step(solid, folder)
     for name, data in files.items():
         path = folder / name
         path.write_bytes(data)
-        said += [*closed(solid, path), *sliced(path)]
-    return said
+        message += [*closed(solid, path), *sliced(path)]
+    return message
 
 
 def main() -> int:
@@ -102,10 +102,10 @@ def main() -> int:
         jaws = [solid for solid in (jaw(layout), *opposing_jaw(layout)) if solid is not None]
         for solid in (*pieces.mount(layout), *jaws, *assembly_aids(layout)):
             with tempfile.TemporaryDirectory() as name:
-                said = found_of(solid, Path(name))
-            bad += len(said)
+                message = found_of(solid, Path(name))
+            bad += len(message)
             size = " x ".join(f"{side:.2f}" for side in solid.shape.bounding_box().size)
-            told = "; ".join(said) or "clean"
+            told = "; ".join(message) or "clean"
             print(f"{kind:24} {solid.name:20} {size:24} {solid.shape.volume:10.3f} mm3  {told}", flush=True)
     print(f"{bad} faults")
     return bool(bad)

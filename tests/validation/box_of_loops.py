@@ -72,11 +72,11 @@ def box_change(size, thickness, offset, radii, heights, gap, across=24, through=
     normals = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     area = 0.5 * np.linalg.norm(normals, axis=1)
     normals = normals / (2.0 * area[:, None])
-    kept = np.flatnonzero(middles[:, 1] > 0)
-    matrix = np.empty((kept.size, kept.size))
+    stored = np.flatnonzero(middles[:, 1] > 0)
+    matrix = np.empty((stored.size, stored.size))
     mirror = np.array([1.0, -1.0, 1.0])
-    here, outward = middles[kept], normals[kept]
-    own = corners[kept]
+    here, outward = middles[stored], normals[stored]
+    own = corners[stored]
     # A loop's mirror image in y runs the other way round seen from outside: reversed, it is outward again.
     matrix = _loops(own, here, outward) + _loops((own * mirror)[:, ::-1], here, outward)
     current = np.ones_like(radii)
@@ -88,19 +88,19 @@ def box_change(size, thickness, offset, radii, heights, gap, across=24, through=
         radii, heights = np.tile(radii, 2), np.concatenate((heights, 2.0 * floor - heights))
         current = np.concatenate((current, -current))
     # One constant is free on a closed surface: fix the mean.
-    matrix += np.abs(matrix).max() * area[kept] / area.sum()
+    matrix += np.abs(matrix).max() * area[stored] / area.sum()
     shift = np.array([offset, 0.0, -gap])
     field = (ring_field(radii, heights, here - shift, current) * outward).sum(axis=1)
     strength = np.linalg.solve(matrix, -field)
     nodes = np.array([-1.0, 1.0]) / np.sqrt(3.0)
-    flux = np.zeros(kept.size)
+    flux = np.zeros(stored.size)
     for s in nodes:
         for t in nodes:
             u, v = 0.5 * (1 + s), 0.5 * (1 + t)
             point = (own[:, 0] * (1 - u) * (1 - v) + own[:, 1] * u * (1 - v) + own[:, 2] * u * v
                      + own[:, 3] * (1 - u) * v)
             flux += 0.25 * (ring_field(radii, heights, point - shift, current) * outward).sum(axis=1)
-    return 2.0 * float(np.sum(strength * flux * area[kept]))
+    return 2.0 * float(np.sum(strength * flux * area[stored]))
 
 
 def _loops(loops, points, normals, rows=128):
@@ -112,15 +112,15 @@ def _loops(loops, points, normals, rows=128):
 def _block(loops, points, normals):
     away = points[:, None, None] - loops
     distance = np.sqrt(np.einsum("ijsk,ijsk->ijs", away, away))
-    found = np.zeros(distance.shape[:2])
+    result = np.zeros(distance.shape[:2])
     for side in range(4):
         a, b = away[:, :, side], away[:, :, side - 3]
         na, nb = distance[:, :, side], distance[:, :, side - 3]
         # n . (a x b) with b = a - l
         cross = np.einsum("jik,jik->ji", np.cross(b - a, normals[:, None]), a)
         product = na * nb
-        found += cross / (product * (product + np.einsum("ijk,ijk->ij", a, b))) * (na + nb)
-    return found
+        result += cross / (product * (product + np.einsum("ijk,ijk->ij", a, b))) * (na + nb)
+    return result
 
 
 def converged_change(*arguments, floor=None, across=24, through=8):

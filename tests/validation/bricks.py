@@ -22,10 +22,10 @@ class Bricks:
     """The bricks between lines (m) along x, y and z that `kind` of their middles names; nodes are `places` (n, 3)."""
 
     def __init__(self, lines: Sequence[np.ndarray], kind: Callable[[float, float, float], str]) -> None:
-        halves = [np.interp(np.arange(2 * len(one) - 1) / 2, np.arange(len(one)), one) for one in lines]
+        halves = [np.interp(np.arange(2 * len(item) - 1) / 2, np.arange(len(item)), item) for item in lines]
         numbers: dict[tuple[int, ...], int] = {}
         self.elements: list[tuple[str, np.ndarray, list[int]]] = []
-        for at in np.ndindex(*(len(one) - 1 for one in lines)):
+        for at in np.ndindex(*(len(item) - 1 for item in lines)):
             middle = np.array([half[2 * k + 1] for half, k in zip(halves, at, strict=True)])
             if of := kind(*middle):
                 own = [tuple(2 * k + step for k, step in zip(at, way, strict=True)) for way in NODES]
@@ -69,8 +69,8 @@ class Bricks:
         alone = {**os.environ, "OMP_NUM_THREADS": "1"}
         subprocess.run(["ccx", "bricks"], cwd=folder, env=alone, capture_output=True, timeout=600, check=True)
         rows = [line.split() for line in (folder / "bricks.dat").read_text().splitlines()]
-        found = np.array([row[1:] for row in rows if len(row) == 4 and row[0].isdigit()], dtype=float)
-        return found[: len(self.places)], found[len(self.places) :]
+        result = np.array([row[1:] for row in rows if len(row) == 4 and row[0].isdigit()], dtype=float)
+        return result[: len(self.places)], result[len(self.places) :]
 
     def borne(self, forces: np.ndarray) -> float:
         """The force (N) along z on the nodes at z = 0, of those that hold nodes."""

@@ -55,11 +55,11 @@ def tried(design: sitscad.Design, count: int, number: int, hysteresis: float) ->
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "bench.csv"
         path.write_text(table_of(sensors, errors, plan.rows[1:], generator, hysteresis), encoding="utf-8")
-        found = calibrate(design, str(path)).map
+        result = calibrate(design, str(path)).map
     loads = np.vstack([np.zeros((1, 3)), scope.inside(TRIED, SKIPPED)])
     read = sensors.frequencies_under(errors, loads, exact=True)
-    off = found(read[1:], read[0]) - loads[1:, scope.columns]
-    return found.error / scope.full_scales, np.sqrt(np.mean(off**2, axis=0)) / scope.full_scales
+    off = result(read[1:], read[0]) - loads[1:, scope.columns]
+    return result.error / scope.full_scales, np.sqrt(np.mean(off**2, axis=0)) / scope.full_scales
 
 
 def designs(names: list[str]) -> Iterator[tuple[str, sitscad.Design]]:
@@ -77,7 +77,7 @@ def main() -> None:
     parser.add_argument("--units", type=int, default=4)
     parser.add_argument("--first", type=int, default=0)
     given = parser.parse_args()
-    found: dict[float, list[tuple[Array, Array]]] = {one: [] for one in HYSTERESES}
+    result: dict[float, list[tuple[Array, Array]]] = {item: [] for item in HYSTERESES}
     refused = 0
     for name, design in designs(given.templates.split(",")):
         for count in map(int, given.points.split(",")):
@@ -89,11 +89,11 @@ def main() -> None:
                         refused += 1
                         print(name, count, hysteresis, number, "refused:", str(error).partition(" ")[2], flush=True)
                         continue
-                    found[hysteresis].append((stated, true))
+                    result[hysteresis].append((stated, true))
                     print(name, count, hysteresis, number, "stated", (100.0 * stated).round(2).tolist(), "true",
                           (100.0 * true).round(2).tolist(), flush=True)
     print(f"# refused {refused}")
-    for hysteresis, pairs in found.items():
+    for hysteresis, pairs in result.items():
         stated, true = (np.concatenate(part) for part in zip(*pairs, strict=True))
         print(f"# hysteresis {hysteresis}: {len(pairs)} tables, stated holds for {100.0 * np.mean(true <= stated):.1f} "
               f"%, worst true over stated {np.max(true / stated):.2f}, median stated over true "

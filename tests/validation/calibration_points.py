@@ -63,9 +63,9 @@ def main() -> None:
     names = given.templates.split(",")
     rows: list[tuple[object, ...]] = []
     for name in names:
-        found = shown(name, given.sensors, given.jobs)
-        rows += found
-        for row in found:
+        result = shown(name, given.sensors, given.jobs)
+        rows += result
+        for row in result:
             print(",".join(map(str, row)), flush=True)
     if given.write:
         rows = sorted([*rows, *others(names)], key=lambda row: TEMPLATES.index(str(row[0])))
@@ -125,14 +125,14 @@ class Trial:
         stated, 0 where nothing is.
         """
         sensors = self.sensors
-        found: dict[tuple[str, int], tuple[float, Array]] = {}
+        result: dict[tuple[str, int], tuple[float, Array]] = {}
         tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(TRIED, 600)])
         read, wanted = sensors.frequencies_under(own, tried, exact=True), tried[1:, sensors.range.columns]
 
         def note(method: str, points: int, mapped: Callable[[Array, Array], Array]) -> None:
             off = (mapped(read[1:], read[0]) - wanted) / sensors.range.full_scales
             stated = mapped.error / sensors.range.full_scales if isinstance(mapped, InverseMap) else np.inf
-            found[method, points] = float(np.sqrt(np.mean(off**2))), np.sqrt(np.mean(off**2, axis=0)) / stated
+            result[method, points] = float(np.sqrt(np.mean(off**2))), np.sqrt(np.mean(off**2, axis=0)) / stated
 
         note("drawn", 0, self.drawn)
         generator = np.random.default_rng((SEED, number))
@@ -152,7 +152,7 @@ class Trial:
         bench = simulated(sensors, own, sensors.range.inside(max(MANY)), generator)
         for points in MANY:
             note("plain", points, plain(sensors, bench.part(np.arange(points + 1))))
-        return found
+        return result
 
 
 _trial: Trial | None = None
@@ -175,12 +175,12 @@ def _one(numbered: tuple[int, Array]) -> dict[tuple[str, int], tuple[float, Arra
 def told(name: str, errors: Errors) -> list[tuple[object, ...]]:
     """The rows of what was found so far."""
     rows: list[tuple[object, ...]] = []
-    for (method, points), found in sorted(errors.items()):
-        off, over = (np.array(part) for part in zip(*found, strict=True))
+    for (method, points), result in sorted(errors.items()):
+        off, over = (np.array(part) for part in zip(*result, strict=True))
         root, tenth = 100.0 * np.sqrt(np.mean(off**2)), 100.0 * np.quantile(off, 0.9)
         stated = ("", "", "") if not over.any() else (
             f"{over.max():.2g}", f"{1.0 / np.median(over):.2g}", f"{100.0 * np.mean(over <= 1.0):.0f}")
-        rows.append((name, method, points, f"{root:.3g}", f"{tenth:.3g}", len(found), *stated))
+        rows.append((name, method, points, f"{root:.3g}", f"{tenth:.3g}", len(result), *stated))
     return rows
 
 
@@ -193,16 +193,16 @@ def plain(sensors: Sensors, points: Points) -> Callable[[Array, Array], Array]:
     forces = points.loads[pressed][:, sensors.range.columns] / scale
     changes = (points.rest / points.frequency[pressed]) ** 2 - 1.0
     size = np.abs(changes).max(axis=0)
-    found = None
+    result = None
     for degree in range(1, 6):
         powers = exponents([1.0] * changes.shape[1], degree, 1)
         if degree > 1 and len(powers) >= len(changes):
             break
         coefficients, alone = ridge(monomials(changes / size, powers), forces, 1e-9)
         left = float(np.sum(alone**2))
-        if found is None or left < found[0]:
-            found = left, powers, coefficients
-    _, powers, coefficients = found
+        if result is None or left < result[0]:
+            result = left, powers, coefficients
+    _, powers, coefficients = result
 
     def mapped(readings: Array, tare: Array) -> Array:
         return monomials(((tare / readings) ** 2 - 1.0) / size, powers) @ coefficients * scale
@@ -218,10 +218,10 @@ def ridge(columns: Array, wanted: Array, weight: float) -> tuple[Array, Array]:
     scaled = columns / size
     left, singular, right = np.linalg.svd(scaled, full_matrices=False)
     shrunk = singular / (singular**2 + weight * len(columns))
-    found = (right.T * shrunk) @ (left.T @ wanted)
+    result = (right.T * shrunk) @ (left.T @ wanted)
     hat = np.sum(left**2 * (singular * shrunk), axis=1)
-    alone = (wanted - scaled @ found) / np.maximum(1.0 - hat, 1e-9)[:, None]
-    return found / size[:, None], alone
+    alone = (wanted - scaled @ result) / np.maximum(1.0 - hat, 1e-9)[:, None]
+    return result / size[:, None], alone
 
 
 def draw(rows: list[tuple[object, ...]]) -> None:

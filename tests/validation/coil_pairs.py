@@ -116,7 +116,7 @@ def row(family: str, number: int) -> dict[str, str]:
     value, error = exact(two, resolution(two)), ""
     if number % 5 == 0:
         error = f"{exact(two, resolution(two, finer=True)) / value - 1.0:.1e}"
-    found = (
+    result = (
         family,
         str(number),
         *(f"{1e3 * x:.7g}" for x in two.centre),
@@ -124,7 +124,7 @@ def row(family: str, number: int) -> dict[str, str]:
         f"{value:.10e}",
         error,
     )
-    return dict(zip(COLUMNS, found, strict=True))
+    return dict(zip(COLUMNS, result, strict=True))
 
 
 def read() -> list[dict[str, str]]:

@@ -61,8 +61,8 @@ def flow(turn, aspect, cells):
     first = np.where(turns, np.stack([p, q, r], axis=1), np.stack([p, q, s], axis=1))
     second = np.where(turns, np.stack([p, r, s], axis=1), np.stack([q, r, s], axis=1))
     edges = np.concatenate([number[:, 0], number[:, -1]])
-    one = Sheet(flat, np.concatenate([first, second]), even, edges, aspect, 0.0)
-    return Flow(one, direct - even, turn)
+    item = Sheet(flat, np.concatenate([first, second]), even, edges, aspect, 0.0)
+    return Flow(item, direct - even, turn)
 
 
 def _column(xi, eta, a):
@@ -147,18 +147,18 @@ def rounded(turn, radius, cells=(5, 8), arm=5.0, aspect=0.1):
     their size to the power 1.6.
     """
     corners = arm * np.array([(-1.0, 0.0), (0.0, 0.0), (math.cos(turn), math.sin(turn))])
-    found = []
+    result = []
     for n in cells:
-        one = sheet(corners, 1.0, aspect, n, n, radius=radius)
-        resistance = resistance_matrix(one, 1.0)
-        free = np.setdiff1d(np.arange(len(one.even)), one.fixed)
-        excess = np.zeros(len(one.even))
-        excess[free] = -np.linalg.solve(resistance[np.ix_(free, free)], (resistance @ one.even)[free])
-        current, mutual = one.even + excess, inductance_matrix(one, one) / MU0
+        item = sheet(corners, 1.0, aspect, n, n, radius=radius)
+        resistance = resistance_matrix(item, 1.0)
+        free = np.setdiff1d(np.arange(len(item.even)), item.fixed)
+        excess = np.zeros(len(item.even))
+        excess[free] = -np.linalg.solve(resistance[np.ix_(free, free)], (resistance @ item.even)[free])
+        current, mutual = item.even + excess, inductance_matrix(item, item) / MU0
         squares = aspect * current @ resistance @ current - 2.0 * (arm - radius * math.tan(0.5 * turn))
-        moment, inside = moments(Flow(one, excess, turn))
-        found.append(np.array([squares, moment, excess @ mutual @ (2.0 * one.even + excess), inside]))
-    return found[1] + (found[1] - found[0]) / ((cells[1] / cells[0]) ** 1.6 - 1.0)
+        moment, inside = moments(Flow(item, excess, turn))
+        result.append(np.array([squares, moment, excess @ mutual @ (2.0 * item.even + excess), inside]))
+    return result[1] + (result[1] - result[0]) / ((cells[1] / cells[0]) ** 1.6 - 1.0)
 
 
 def curved(turn, radius, arm=5.0, aspect=0.1):

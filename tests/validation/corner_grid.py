@@ -69,9 +69,9 @@ def _joined(blocks, corners):
     step = 1e-6 * float(np.min(np.diff(cells[:, :2])))
 
     def touching(low, high, other_low, other_high):
-        found = near & (np.abs(cells[:, None, high] - cells[:, low]) < step)
-        found &= np.abs(cells[:, None, other_low] - cells[:, other_low]) < step
-        return np.argwhere(found & (np.abs(cells[:, None, other_high] - cells[:, other_high]) < step))
+        result = near & (np.abs(cells[:, None, high] - cells[:, low]) < step)
+        result &= np.abs(cells[:, None, other_low] - cells[:, other_low]) < step
+        return np.argwhere(result & (np.abs(cells[:, None, other_high] - cells[:, other_high]) < step))
 
     ends = []
     for end, block, beyond in ((corners[0], 0, corners[1]), (corners[-1], len(blocks) - 1, corners[-2])):
@@ -178,7 +178,7 @@ def _rectangles(one, other, height):
 
 def _fourth(x, y, h):
     distance = np.sqrt(x * x + y * y + h * h)
-    found = 0.5 * (x * x - h * h) * y * np.arcsinh(y / np.sqrt(x * x + h * h))
-    found += 0.5 * (y * y - h * h) * x * np.arcsinh(x / np.sqrt(y * y + h * h))
-    found -= (x * x - 2.0 * h * h + y * y) * distance / 6.0
-    return found - x * y * h * np.arctan(x * y / (h * distance))
+    result = 0.5 * (x * x - h * h) * y * np.arcsinh(y / np.sqrt(x * x + h * h))
+    result += 0.5 * (y * y - h * h) * x * np.arcsinh(x / np.sqrt(y * y + h * h))
+    result -= (x * x - 2.0 * h * h + y * y) * distance / 6.0
+    return result - x * y * h * np.arctan(x * y / (h * distance))

@@ -70,9 +70,9 @@ def difference(degrees: float, radius: float, aspect: float, places: int = PLACE
     f, count = frequencies(aspect), len(REDUCED)
     with places_across(places):
         ours = _ours(degrees, radius, aspect) if degrees else _straight(aspect)
-    found = _triangles(degrees, radius, aspect)
-    inductance = found[3 : 3 + count] - found[1] - (ours.inductance_changes(f) - ours.direct_change)
-    resistance = (found[3 + count :] - ours.direct * ours.resistance_ratios(f)) / (2.0 * math.pi * f)
+    result = _triangles(degrees, radius, aspect)
+    inductance = result[3 : 3 + count] - result[1] - (ours.inductance_changes(f) - ours.direct_change)
+    resistance = (result[3 + count :] - ours.direct * ours.resistance_ratios(f)) / (2.0 * math.pi * f)
     straight = difference(0.0, 0.0, aspect, places) if degrees else (0.0, 0.0)
     return inductance / (MU0 * WIDTH) - straight[0], resistance / (MU0 * WIDTH) - straight[1]
 
@@ -82,8 +82,8 @@ def beyond_modes(degrees: float, radius: float, aspect: float) -> tuple[float, f
     inductance, resistance = difference(degrees, radius, aspect)
     lost, time = lost_inductance(math.radians(degrees), WIDTH, aspect * WIDTH, radius, COPPER)
     phase = 2.0 * math.pi * frequencies(aspect) * time
-    said = lost / (MU0 * WIDTH) * phase / (1.0 + phase**2)
-    return fitted(inductance - said * phase, resistance + said)
+    message = lost / (MU0 * WIDTH) * phase / (1.0 + phase**2)
+    return fitted(inductance - message * phase, resistance + message)
 
 
 def fitted(inductance: np.ndarray, resistance: np.ndarray) -> tuple[float, float, float]:
@@ -95,8 +95,8 @@ def fitted(inductance: np.ndarray, resistance: np.ndarray) -> tuple[float, float
         of_resistance = WEIGHT * (lag * REDUCED * p - resistance)[2:]
         return np.concatenate([-lag * REDUCED**2 - inductance, of_resistance])
 
-    found = least_squares(left, [-inductance[-1], 18.0], bounds=([-0.1, 2.0], [0.1, 120.0]))
-    return float(found.x[0]), float(found.x[1]), float(np.max(np.abs(found.fun)))
+    result = least_squares(left, [-inductance[-1], 18.0], bounds=([-0.1, 2.0], [0.1, 120.0]))
+    return float(result.x[0]), float(result.x[1]), float(np.max(np.abs(result.fun)))
 
 
 def _line(degrees: float) -> np.ndarray:
@@ -110,9 +110,9 @@ def _triangles(degrees: float, radius: float, aspect: float) -> np.ndarray:
     f, rows = frequencies(aspect), []
     for cells in CELLS:
         track = sheet(_line(degrees), WIDTH, aspect * WIDTH, cells, cells, radius=radius * WIDTH)
-        found = solved([track], COPPER, f)
-        of_inductance = found.impedances.imag / (2.0 * math.pi * f)
-        rows.append(np.array([found.even, found.direct, found.resistance, *of_inductance, *found.impedances.real]))
+        result = solved([track], COPPER, f)
+        of_inductance = result.impedances.imag / (2.0 * math.pi * f)
+        rows.append(np.array([result.even, result.direct, result.resistance, *of_inductance, *result.impedances.real]))
     return rows[1] + (rows[1] - rows[0]) / ((CELLS[1] / CELLS[0]) ** RATE - 1.0)
 
 

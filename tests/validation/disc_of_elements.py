@@ -57,8 +57,8 @@ def _flux(radius, r, z):
     complement = np.maximum(complement, 1e-12)
     k = np.sqrt(1.0 - complement)
     with np.errstate(all="ignore"):
-        found = MU0 * np.sqrt(radius * r) * ((2.0 / k - k) * ellipkm1(complement) - 2.0 / k * ellipe(1.0 - complement))
-    return np.where(r > 1e-9 * radius, found, 0.0) / (2.0 * math.pi)
+        result = MU0 * np.sqrt(radius * r) * ((2.0 / k - k) * ellipkm1(complement) - 2.0 / k * ellipe(1.0 - complement))
+    return np.where(r > 1e-9 * radius, result, 0.0) / (2.0 * math.pi)
 
 
 def _lines(radius, gap, thickness, skin, size, radii, cells):

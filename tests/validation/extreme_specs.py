@@ -65,9 +65,9 @@ def extreme_spec(seed, shapes=SHAPES):
     def readout():
         cable = {"length": between(1, 5000), "inductance": f"{between(1e-3, 1e6)} nH",
                  "capacitance": f"{between(1e-3, 1e6)} pF", "resistance": f"{between(1e-3, 1e3)} ohm"}
-        found = {"capacitance": f"{between(1, 1e6)} pF", "scan_rate": f"{between(0.01, 1e6)} Hz", "cable": cable,
+        result = {"capacitance": f"{between(1, 1e6)} pF", "scan_rate": f"{between(0.01, 1e6)} Hz", "cable": cable,
                  "capacitor_at": "coil"}
-        return {key: value for key, value in found.items() if pick.random() < 0.5}
+        return {key: value for key, value in result.items() if pick.random() < 0.5}
 
     shape = pick.choice(shapes)
     turns, width, spacing = pick.choice([1, 2, 3, 5]), between(0.03, 1), between(0.03, 1)

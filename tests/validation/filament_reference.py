@@ -160,11 +160,11 @@ class _Clearance:
                     continue
                 distances = np.abs(lateral[mask])
                 levels = np.abs(height[mask])
-                found = np.empty_like(distances)
+                result = np.empty_like(distances)
                 for level in np.unique(np.round(levels, 10)):
                     here = np.abs(levels - level) < 1e-9
-                    found[here] = np.interp(distances[here], *self._table(a, b, float(level), reach))
-                square[mask] = np.maximum(square[mask] + found, 1e-16)
+                    result[here] = np.interp(distances[here], *self._table(a, b, float(level), reach))
+                square[mask] = np.maximum(square[mask] + result, 1e-16)
         return square
 
     def _table(self, a, b, level, reach):
@@ -206,12 +206,12 @@ def series_impedance(resistance, inductance, group, groups, frequencies):
     flux = inductance @ share
     drive = flux[free] - flux[partner]
     direct, base = float(np.sum(resistance * share**2)), share @ flux
-    found = []
+    result = []
     for frequency in frequencies:
         omega = 2.0 * math.pi * frequency
         current = np.linalg.solve(r + 1j * omega * m, -1j * omega * drive)
-        found.append(direct + 1j * omega * base + 1j * omega * (drive @ current))
-    return np.array(found)
+        result.append(direct + 1j * omega * base + 1j * omega * (drive @ current))
+    return np.array(result)
 
 
 def ring_impedance(radius, height, width, thickness, conductivity, frequencies, across, through, equal_lengths=False):
@@ -240,9 +240,9 @@ def ring_impedance(radius, height, width, thickness, conductivity, frequencies, 
 
 
 def _mean_squares(x, z, dx, dz):
-    found = np.empty((x.size, x.size))
+    result = np.empty((x.size, x.size))
     for i in range(x.size):
         for j in range(i + 1):
             mean = log_mean_distance(abs(x[i] - x[j]), abs(z[i] - z[j]), (dx[i], dx[j]), (dz[i], dz[j]))
-            found[i, j] = found[j, i] = np.exp(2.0 * float(mean))
-    return found
+            result[i, j] = result[j, i] = np.exp(2.0 * float(mean))
+    return result

@@ -71,7 +71,7 @@ class Sample:
 
 def samples(rows: list[dict[str, str]]) -> list[Sample]:
     """All methods on all designs of the small series."""
-    found = []
+    result = []
     for row in rows:
         if row["series"] != "small":
             continue
@@ -82,8 +82,8 @@ def samples(rows: list[dict[str, str]]) -> list[Sample]:
         for method in METHODS:
             if method.serves(coil.spec.outline) and method.name in FITTED:
                 error = abs(method.solve(geometry) / float(row["inductance_H"]) - 1.0)
-                found.append(Sample(row["family"], method.name, stack, int(row["number"]), error, crowded.features()))
-    return found
+                result.append(Sample(row["family"], method.name, stack, int(row["number"]), error, crowded.features()))
+    return result
 
 
 def fitted(group: list[Sample], margin: float) -> dict[str, float]:
@@ -133,13 +133,13 @@ def slack(group: list[Sample], medians: tuple[float, ...] = MEDIANS) -> list[Sla
         for half in (0, 1):
             of_half = fitted([s for s in of_stack if s.number % 2 == half], MORE[stack])
             unseen += ratios([s for s in of_stack if s.number % 2 != half], of_half)
-    found = []
+    result = []
     for median in medians:
         # a bound grows with its margin, and nothing else in it changes
         scaled = np.array(unseen) * (median / float(np.median(unseen)))
-        found.append(Slack(median, float(np.mean(scaled < 1.0)), 1.0 / float(scaled.min()),
+        result.append(Slack(median, float(np.mean(scaled < 1.0)), 1.0 / float(scaled.min()),
                            median / float(np.median(inside))))
-    return found
+    return result
 
 
 def print_slack(every: list[Sample]) -> None:

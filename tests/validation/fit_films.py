@@ -49,20 +49,20 @@ def figures() -> Iterator[tuple[Block, list[dict[str, float]]]]:
 
 def samples(course: str) -> list[Sample]:
     """What is fitted: level poses of films, and films of the pad's own rubber as wider pads."""
-    found = []
+    result = []
     for block, rows in figures():
         for row in rows:
             if not row["x"] and not row["ry"]:
                 strain = -row["z"]
                 whole = _stiffness(course, row) / block.area
-                found.append(Sample(block, strain, whole - _bare(course, _without(block), strain), whole))
+                result.append(Sample(block, strain, whole - _bare(course, _without(block), strain), whole))
     for side in (1.4, 2.0, 3.0, 4.0, 6.0):
         for skin in (0.05, 0.1, 0.2, 0.4):
             block, wide = Block(side, side, 0.0, 0.0, skin, 1.0), Block(side + 2.0 * skin, side + 2.0 * skin)
             for strain in (0.0, 0.1, 0.2, 0.3):
                 whole = _bare(course, wide, strain) * wide.area / block.area
-                found.append(Sample(block, strain, whole - _bare(course, _without(block), strain), whole))
-    return found
+                result.append(Sample(block, strain, whole - _bare(course, _without(block), strain), whole))
+    return result
 
 
 def _without(block: Block) -> Block:
@@ -91,19 +91,19 @@ def _bare(course: str, block: Block, strain: float) -> float:
 
 def fitted(course: str) -> dict[str, list[float]]:
     """By term: the logarithm at rest, and the four parts of the course by strain, by least squares of the whole."""
-    found = samples(course)
+    result = samples(course)
     names = (*REST, *SKEW[course])
     late = (*BY_STRAIN, *SKEW[course])
-    rest = [one for one in found if not one.strain]
-    rows = np.array([_parts(one, names) for one in rest])
-    plain = np.array([_unit(course, one) for one in rest])
-    added, whole = (np.array([getattr(one, name) for one in rest]) for name in ("added", "whole"))
+    rest = [item for item in result if not item.strain]
+    rows = np.array([_parts(item, names) for item in rest])
+    plain = np.array([_unit(course, item) for item in rest])
+    added, whole = (np.array([getattr(item, name) for item in rest]) for name in ("added", "whole"))
     at_rest = _solved(rows, np.log(added / plain), added / whole)
-    pressed = [one for one in found if one.strain]
-    base = np.array([_unit(course, one) for one in pressed])
-    base = base * np.exp([float(_parts(one, names) @ at_rest) for one in pressed])
-    rows = np.array([np.outer(_basis(one.strain), _parts(one, late)).ravel() for one in pressed])
-    added, whole = (np.array([getattr(one, name) for one in pressed]) for name in ("added", "whole"))
+    pressed = [item for item in result if item.strain]
+    base = np.array([_unit(course, item) for item in pressed])
+    base = base * np.exp([float(_parts(item, names) @ at_rest) for item in pressed])
+    rows = np.array([np.outer(_basis(item.strain), _parts(item, late)).ravel() for item in pressed])
+    added, whole = (np.array([getattr(item, name) for item in pressed]) for name in ("added", "whole"))
     by_strain = _solved(rows, added / base - 1.0, base / whole).reshape(4, -1)
     table = {name: [0.0] * 5 for name in dict.fromkeys((*names, *late))}
     for name, value in zip(names, at_rest, strict=True):

@@ -60,8 +60,8 @@ def is_new(rule, found, after):
 
 def followed(document, only=None, hints="full"):
     """Every alternative of every hint (of `only` one rule) followed: rule, what was written, and what is then wrong."""
-    found = check(load_text(json.dumps(document), "spec.yaml"), hints=hints).findings
-    for finding in (f for f in complaints(found) if only in (None, f.rule)):
+    findings = check(load_text(json.dumps(document), "spec.yaml"), hints=hints).findings
+    for finding in (f for f in complaints(findings) if only in (None, f.rule)):
         for changes, remedy in zip(alternatives(finding), finding.fixes, strict=True):
             changed = document
             for key, value in changes:
@@ -71,9 +71,9 @@ def followed(document, only=None, hints="full"):
             except SpecError as error:
                 yield finding.rule, changes, [f.message for f in error.findings]
                 continue
-            wrong = [rule for rule in errors(after) if errors(after).count(rule) > errors(found).count(rule)]
+            wrong = [rule for rule in errors(after) if errors(after).count(rule) > errors(findings).count(rule)]
             wrong += [f.rule for f in complaints(after) if (f.rule, f.key) == (finding.rule, finding.key)]
-            wrong += [f.rule for f in complaints(after) if is_new(f.rule, found, after)
+            wrong += [f.rule for f in complaints(after) if is_new(f.rule, findings, after)
                       and f.rule not in remedy.new_warnings]
             yield finding.rule, changes, wrong
 
@@ -90,11 +90,11 @@ def main() -> None:
     while designs < chosen.n:
         document = json.loads(json.dumps(design(seed)))
         try:
-            found = list(followed(document, hints=chosen.hints))
+            result = list(followed(document, hints=chosen.hints))
         except SpecError:
-            found = []
-        designs += bool(found)
-        for rule, changes, wrong in found:
+            result = []
+        designs += bool(result)
+        for rule, changes, wrong in result:
             written_as = "; ".join(f"{key}: {value}" for key, value in changes)
             count["worse" if wrong else "better"] += 1
             print(f"{seed:>4} {rule} {written_as}: {'WORSE ' + str(wrong) if wrong else 'better'}", flush=True)

@@ -46,7 +46,7 @@ def front_change(radii, heights, frequency, disc, plates, cells=0.7):
         answer[free] = -splu((vacuum + acts)[free][:, free].tocsc()).solve((acts @ source)[free])
         return float((-2.0 * math.pi / MU0 * (source @ (acts @ (source + answer)))).real)
 
-    return tuple(inductance(plates, one) - inductance(plates[1:], one) for one in (True, False))
+    return tuple(inductance(plates, item) - inductance(plates[1:], item) for item in (True, False))
 
 
 def _heights(faces, widest, size, cells):
@@ -54,10 +54,10 @@ def _heights(faces, widest, size, cells):
     ratio, parts = 1.0 + 0.35 / cells, []
     for (low, fine), (high, other) in pairwise(faces):
         half = 0.5 * (high - low)
-        up, down = (_growing(min(one / (6.0 * cells), half), ratio, widest, half) for one in (fine, other))
+        up, down = (_growing(min(item / (6.0 * cells), half), ratio, widest, half) for item in (fine, other))
         parts.append(np.concatenate([low + up, (high - down[::-1])[1:]])[:-1])
     (first, fine), (last, other) = faces[0], faces[-1]
-    below, above = (_growing(one / (6.0 * cells), ratio, widest, 3.0 * size) for one in (fine, other))
+    below, above = (_growing(item / (6.0 * cells), ratio, widest, 3.0 * size) for item in (fine, other))
     z = np.concatenate([first - below[:0:-1], *parts, [last], last + above[1:]])
     far = _growing(widest, ratio, math.inf, FAR * size)[1:]
     return np.concatenate([z[0] - far[::-1], z, z[-1] + far])

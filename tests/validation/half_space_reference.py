@@ -57,21 +57,21 @@ class RingFilaments:
         """Inductances (H, complex) between half-spaces, each a height (m) and a conductivity, with all echoes."""
         from scipy.special import j1
 
-        (top, one), (bottom, other) = roof, floor
+        (top, item), (bottom, other) = roof, floor
         end = 9.0 / min(top - self.h.max(), self.h.min() - bottom)
         count = 2 * math.ceil(end * self.r.max() / math.pi * 2.0) + 200
         k = end * (np.arange(count) + 0.5) / count
         above, below = (
             (k - alpha) / (k + alpha)
-            for alpha in (np.sqrt(k**2 + 2j * math.pi * frequency * MU0 * sigma) for sigma in (one, other))
+            for alpha in (np.sqrt(k**2 + 2j * math.pi * frequency * MU0 * sigma) for sigma in (item, other))
         )
         rings = self.r[:, None] * j1(self.r[:, None] * k)
         up, down = rings * np.exp(-k * (top - self.h)[:, None]), rings * np.exp(-k * (self.h - bottom)[:, None])
         once = np.exp(-k * (top - bottom))
         share = MU0 * math.pi * end / count / (1.0 - above * below * once**2)
         echo = share * above * below * once
-        found = (up * (share * above)) @ up.T + (down * (share * below)) @ down.T
-        return self.inductance + found + (up * echo) @ down.T + (down * echo) @ up.T
+        result = (up * (share * above)) @ up.T + (down * (share * below)) @ down.T
+        return self.inductance + result + (up * echo) @ down.T + (down * echo) @ up.T
 
     def impedance(self, inductance, frequency):
         """Impedance (ohm) of all rings in series at a frequency (Hz)."""

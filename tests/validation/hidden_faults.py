@@ -149,7 +149,7 @@ def rows(only: str = "") -> Iterator[tuple[str, ...]]:
     assert loads is not None
     sensors = sensors_of(design.response)
     usual = USUAL * draw_units(sensors.unknowns, 1, SEED)[0]
-    for fault in (one for one in FAULTS if only in one.name):
+    for fault in (item for item in FAULTS if only in item.name):
         truth, own = of_fault(design, sensors, fault, usual)
         bench = simulated(truth, own, loads.loads, np.random.default_rng(SEED))
         axes, counts = sensors.range.axes, np.rint(sensors.conversion.counts(bench.frequency))
@@ -163,7 +163,7 @@ def rows(only: str = "") -> Iterator[tuple[str, ...]]:
 
 def of_fault(design: sitscad.Design, sensors: Sensors, fault: Fault, usual: Array) -> tuple[Sensors, Array]:
     """The sensors that a unit with a fault is one of, and its errors."""
-    names, own = [one.name for one in sensors.unknowns], usual.copy()
+    names, own = [item.name for item in sensors.unknowns], usual.copy()
     assert design.spec.elastomer is not None
     for name, value in fault.own:
         own[names.index(name)] = value * (design.spec.elastomer.thickness if name == "gap" else 1.0)
@@ -180,7 +180,7 @@ def told(design: sitscad.Design, truth: Sensors, own: Array, table: Table) -> tu
         cells = ([*(f"{value:.9g}" for value in row[:-2]), *(f"{value:.0f}" for value in row[-2:])] for row in body)
         path.write_text("\n".join(",".join(row) for row in [head, *cells]) + "\n", encoding="utf-8")
         try:
-            found = calibrate(design, str(path))
+            result = calibrate(design, str(path))
         except ValueError as error:
             return (
                 "",
@@ -189,11 +189,11 @@ def told(design: sitscad.Design, truth: Sensors, own: Array, table: Table) -> tu
                 "",
                 "refused: " + " ".join(str(error).split(" ")[1:]).partition(": a typing")[0].partition("?")[0],
             )
-    tried = np.vstack([np.zeros((1, 3)), found.sensors.range.inside(ASKED, SKIPPED)])
+    tried = np.vstack([np.zeros((1, 3)), result.sensors.range.inside(ASKED, SKIPPED)])
     read = truth.frequencies_under(own, tried, exact=True)
-    off = found.map(read[1:], read[0]) - tried[1:, found.sensors.range.columns]
-    errors = np.concatenate([np.sqrt(np.mean(off**2, axis=0)), found.map.error]) / np.tile(found.map.full_scale, 2)
-    return *(f"{100.0 * error:.2g} %" for error in errors), "; ".join(said(found))
+    off = result.map(read[1:], read[0]) - tried[1:, result.sensors.range.columns]
+    errors = np.concatenate([np.sqrt(np.mean(off**2, axis=0)), result.map.error]) / np.tile(result.map.full_scale, 2)
+    return *(f"{100.0 * error:.2g} %" for error in errors), "; ".join(said(result))
 
 
 def said(found: Calibration) -> Iterator[str]:

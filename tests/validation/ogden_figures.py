@@ -35,24 +35,24 @@ def main() -> None:
     parser.add_argument("--few", action="store_true")
     parser.add_argument("--degree", type=int, default=3)
     parser.add_argument("--exponents", default="2,3.05")
-    asked = parser.parse_args()
-    along, across = (float(width) for width in asked.widths.split(","))
-    solid = GluedPlate(along, across, 1.0, asked.round, asked.rim, asked.skin)
-    given = (along, across, int(asked.round), asked.rim, asked.skin, asked.skin_modulus, asked.degree)
+    request = parser.parse_args()
+    along, across = (float(width) for width in request.widths.split(","))
+    solid = GluedPlate(along, across, 1.0, request.round, request.rim, request.skin)
+    given = (along, across, int(request.round), request.rim, request.skin, request.skin_modulus, request.degree)
     lines = csv.writer(sys.stdout, lineterminator="\n")
-    for exponent in map(float, asked.exponents.split(",")):
-        pad = HalfPad(solid, 2, skin=asked.skin_modulus, order=asked.degree, mesh=fanned(solid, 2, 1),
-                      exponents=(exponent, asked.skin_exponent))
-        for pose in FILMED if asked.skin else FEW if asked.few else (*POSES, (0, 0.1, 0)):
+    for exponent in map(float, request.exponents.split(",")):
+        pad = HalfPad(solid, 2, skin=request.skin_modulus, order=request.degree, mesh=fanned(solid, 2, 1),
+                      exponents=(exponent, request.skin_exponent))
+        for pose in FILMED if request.skin else FEW if request.few else (*POSES, (0, 0.1, 0)):
             try:
                 held = pad.move(pose)
             except ArithmeticError as reason:
                 print(reason, file=sys.stderr)
                 continue
             k = held.stiffness
-            found = (held.force_x, held.force_z, held.moment_y, k[0, 0], k[0, 1], k[0, 2], k[1, 1], k[1, 2], k[2, 2])
-            lines.writerow([exponent, asked.skin_exponent, *given, *(f"{v:.6g}" for v in pose),
-                            *(f"{v:.5g}" if abs(v) > 1e-9 else "0" for v in found)])
+            result = (held.force_x, held.force_z, held.moment_y, k[0, 0], k[0, 1], k[0, 2], k[1, 1], k[1, 2], k[2, 2])
+            lines.writerow([exponent, request.skin_exponent, *given, *(f"{v:.6g}" for v in pose),
+                            *(f"{v:.5g}" if abs(v) > 1e-9 else "0" for v in result)])
             sys.stdout.flush()
 
 

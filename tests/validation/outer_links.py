@@ -28,20 +28,20 @@ REFUSED = (401, 403, 429)
 
 def addresses_in(text: str) -> set[str]:
     """The addresses of a text, without the full stop of a sentence and without a place on the page."""
-    found = (match[0].rstrip(".;:*_").partition("#")[0] for match in ADDRESS.finditer(text))
-    return {address for address in found if not NO_PLACE.match(address)}
+    result = (match[0].rstrip(".;:*_").partition("#")[0] for match in ADDRESS.finditer(text))
+    return {address for address in result if not NO_PLACE.match(address)}
 
 
 def named(folders: list[Path]) -> dict[str, list[str]]:
     """Every address in the texts of some folders, with the files that name it."""
-    found: dict[str, list[str]] = {}
+    result: dict[str, list[str]] = {}
     for path in _texts(folders):
         text = path.read_text(encoding="utf-8", errors="replace")
         if path.suffix == ".html":  # where it leads, not the names of what it is written in
             text = " ".join(LINK.findall(text))
         for address in addresses_in(text):
-            found.setdefault(address, []).append(str(path))
-    return dict(sorted(found.items()))
+            result.setdefault(address, []).append(str(path))
+    return dict(sorted(result.items()))
 
 
 def _texts(folders: list[Path]) -> Iterator[Path]:
@@ -67,10 +67,10 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("site", nargs="?", type=Path, help="the folder of a built site")
     parser.add_argument("--list", action="store_true", help="print the addresses, and ask none")
-    asked = parser.parse_args()
+    request = parser.parse_args()
     wrong = 0
-    for address, files in named([asked.site] if asked.site else [ROOT / name for name in OURS]).items():
-        leads, words = (True, "") if asked.list else outcome(address)
+    for address, files in named([request.site] if request.site else [ROOT / name for name in OURS]).items():
+        leads, words = (True, "") if request.list else outcome(address)
         wrong += not leads
         print(f"{'ok' if leads else 'NOWHERE'} {address} {words} ({files[0]}{', ...' if files[1:] else ''})")
     return int(wrong > 0)

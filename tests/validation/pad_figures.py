@@ -35,11 +35,11 @@ def main() -> None:
     for name, default in (("--rim", 0.0), ("--skin", 0.0), ("--skin-modulus", 1.0)):
         parser.add_argument(name, type=float, default=default)
     parser.add_argument("--degree", type=int, default=4)
-    asked = parser.parse_args()
-    along, across = (float(width) for width in asked.widths.split(","))
-    solid = GluedPlate(along, across, 1.0, asked.round, asked.rim, asked.skin)
-    pad = HalfPad(solid, 2, skin=asked.skin_modulus, order=asked.degree, mesh=fanned(solid, 2, 1))
-    given = (along, across, int(asked.round), asked.rim, asked.skin, asked.skin_modulus, asked.degree)
+    request = parser.parse_args()
+    along, across = (float(width) for width in request.widths.split(","))
+    solid = GluedPlate(along, across, 1.0, request.round, request.rim, request.skin)
+    pad = HalfPad(solid, 2, skin=request.skin_modulus, order=request.degree, mesh=fanned(solid, 2, 1))
+    given = (along, across, int(request.round), request.rim, request.skin, request.skin_modulus, request.degree)
     lines = csv.writer(sys.stdout, lineterminator="\n")
     for pose in POSES:
         try:
@@ -48,8 +48,8 @@ def main() -> None:
             print(reason, file=sys.stderr)
             continue
         k = held.stiffness
-        found = (held.force_x, held.force_z, held.moment_y, k[0, 0], k[0, 1], k[0, 2], k[1, 1], k[1, 2], k[2, 2])
-        lines.writerow([*given, *(f"{v:.6g}" for v in pose), *(f"{v:.5g}" if abs(v) > 1e-9 else "0" for v in found)])
+        result = (held.force_x, held.force_z, held.moment_y, k[0, 0], k[0, 1], k[0, 2], k[1, 1], k[1, 2], k[2, 2])
+        lines.writerow([*given, *(f"{v:.6g}" for v in pose), *(f"{v:.5g}" if abs(v) > 1e-9 else "0" for v in result)])
 
 
 if __name__ == "__main__":

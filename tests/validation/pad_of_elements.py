@@ -70,7 +70,7 @@ def _element(corners: np.ndarray, shear: float, poisson: float) -> np.ndarray:
     law[3, :] = law[:, 3] = 0.0
     law += np.diag([2.0 * shear, 2.0 * shear, 2.0 * shear, shear])
     law[3, 3] = shear
-    found = np.zeros((16, 16))
+    result = np.zeros((16, 16))
     for x in (-GAUSS, GAUSS):
         for y in (-GAUSS, GAUSS):
             shape, slopes = _shapes(x, y)
@@ -80,8 +80,8 @@ def _element(corners: np.ndarray, shear: float, poisson: float) -> np.ndarray:
             strains = np.zeros((4, 16))  # radial, along the axis, round it, shear
             strains[0, 0::2], strains[1, 1::2], strains[2, 0::2] = slopes[0], slopes[1], shape / radius
             strains[3, 0::2], strains[3, 1::2] = slopes[1], slopes[0]
-            found += 2.0 * np.pi * radius * np.linalg.det(jacobian) * strains.T @ law @ strains
-    return found
+            result += 2.0 * np.pi * radius * np.linalg.det(jacobian) * strains.T @ law @ strains
+    return result
 
 
 def _shapes(x: float, y: float) -> tuple[np.ndarray, np.ndarray]:

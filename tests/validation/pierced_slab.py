@@ -21,12 +21,12 @@ POINTS = np.array([-1.0, 1.0]) / np.sqrt(3.0)
 
 def lines(stops, most, edge):
     """Places from the first of the stops to the last, intervals `most` wide at most and `edge` at every stop (m)."""
-    found = [stops[:1]]
+    result = [stops[:1]]
     for a, b in pairwise(stops):
         count = 2 * int(np.ceil(0.5 * max(np.pi / 2 * (b - a) / most, np.pi / 2 * np.sqrt((b - a) / edge))))
         count = max(count, 4)
-        found.append(0.5 * (a + b) - 0.5 * (b - a) * np.cos(np.pi * np.arange(1, count + 1) / count))
-    return np.concatenate(found)
+        result.append(0.5 * (a + b) - 0.5 * (b - a) * np.cos(np.pi * np.arange(1, count + 1) / count))
+    return np.concatenate(result)
 
 
 class Mesh:
@@ -39,7 +39,7 @@ class Mesh:
         )
         z = lines(np.array([0.0, thickness]), most, edge)
         self.numbers, self.parts, self.walls = {}, [], []
-        hole = [np.flatnonzero(np.abs(one) <= 0.5 * o + 1e-9) for one, o in zip((x, y), opening, strict=True)]
+        hole = [np.flatnonzero(np.abs(item) <= 0.5 * o + 1e-9) for item, o in zip((x, y), opening, strict=True)]
         for height, sign in ((z[-1], 1), (z[0], -1)):
             for i in range(len(x) - 1):
                 for j in range(len(y) - 1):
@@ -82,7 +82,7 @@ class Mesh:
     def currents(self):
         """Sheet current (A/m) along x, y and z on every rectangle by the strength of every function."""
         count, rows = len(self.middles), np.repeat(np.arange(len(self.middles)), 4)
-        found = []
+        result = []
         for c in range(3):
             flow = sparse.csr_matrix(
                 (self.slopes[:, :, c].ravel(), (rows, self.nodes.ravel())), shape=(count, len(self.numbers))
@@ -92,12 +92,12 @@ class Mesh:
                 for row, way in self.walls:
                     once[row] = way[c] / self.thickness
                 flow = np.hstack((flow, once))
-            found.append(flow)
-        return found
+            result.append(flow)
+        return result
 
     def points(self):
         """Two by two Gauss points of every rectangle: (4, n, 3)."""
-        found = []
+        result = []
         for s in POINTS:
             for t in POINTS:
                 step = np.zeros_like(self.middles)
@@ -105,8 +105,8 @@ class Mesh:
                     of = self.axis == axis
                     u, v = [other for other in range(3) if other != axis]
                     step[of, u], step[of, v] = s * self.halves[of, u], t * self.halves[of, v]
-                found.append(self.middles + step)
-        return np.array(found)
+                result.append(self.middles + step)
+        return np.array(result)
 
     def areas(self):
         """Areas (m2)."""
@@ -116,7 +116,7 @@ class Mesh:
 
 def pull(mesh, points):
     """Integral of 1/distance over every rectangle, at points (n, 3): (n, rectangles)."""
-    found = np.empty((len(points), len(mesh.middles)))
+    result = np.empty((len(points), len(mesh.middles)))
     for axis in range(3):
         of = np.flatnonzero(mesh.axis == axis)
         u, v = [other for other in range(3) if other != axis]
@@ -131,8 +131,8 @@ def pull(mesh, points):
                 part += b * np.arcsinh(a / np.sqrt(b * b + c * c + 1e-30))
                 part -= np.abs(c) * np.arctan2(a * b, np.abs(c) * r)
                 total = total + su * sv * part
-        found[:, of] = total
-    return found
+        result[:, of] = total
+    return result
 
 
 def potential(points, radii, heights, turns):
@@ -158,12 +158,12 @@ def slab_change(size, thickness, opening, offset, radii, heights, gap, most, edg
     flows, points = mesh.currents(), mesh.points()
     turns, up = np.ones(len(radii)), gap + np.asarray(heights)
     ways = [1.0, 1.0, 1.0]
-    near = sum(pull(mesh, one) for one in points) / 4.0
+    near = sum(pull(mesh, item) for item in points) / 4.0
     far = 0.0
     if roof is not None:
         level = 2.0 * (gap + roof)
-        flipped = [np.array([0.0, 0.0, level]) + one * [1.0, 1.0, -1.0] for one in points]
-        far = sum(pull(mesh, one) for one in flipped) / 4.0
+        flipped = [np.array([0.0, 0.0, level]) + item * [1.0, 1.0, -1.0] for item in points]
+        far = sum(pull(mesh, item) for item in flipped) / 4.0
         radii, turns = np.tile(radii, 2), np.concatenate((turns, -turns))
         up, ways = np.concatenate((up, level - up)), [-1.0, -1.0, 1.0]
     area = mesh.areas()[:, None]
@@ -171,7 +171,7 @@ def slab_change(size, thickness, opening, offset, radii, heights, gap, most, edg
     energy = sum(
         flow.T @ (area * ((near + way * far) @ flow)) for flow, way in zip(flows, ways, strict=True)
     ) * (MU0 / (4 * np.pi))
-    seen = [potential(one * [1.0, 1.0, -1.0] - [*offset, 0.0], radii, up, turns) for one in points]
+    seen = [potential(item * [1.0, 1.0, -1.0] - [*offset, 0.0], radii, up, turns) for item in points]
     along = sum(seen) / 4.0
     drive = flows[0].T @ (area[:, 0] * along[0]) + flows[1].T @ (area[:, 0] * along[1])
     return -float(drive @ np.linalg.solve(0.5 * (energy + energy.T), drive))

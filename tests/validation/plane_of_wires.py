@@ -28,13 +28,13 @@ def output(width: float, gap: float, shift: float) -> np.ndarray:
     own = np.hypot(*(places[:, None] - places[None]).T)
     np.fill_diagonal(own, ITSELF)
     free = -currents @ np.log(own) @ currents
-    found = []
+    result = []
     for side in (-0.5, 0.5):
         wires = places + np.array([side * PITCH, 0.0])
         given = -np.log(np.hypot(*(middles[:, None] - wires[None]).T)).T @ currents
         density = np.linalg.solve(system, np.append(-given, 0.0))[:-1]
-        found.append(currents @ (_potential(wires, ends) @ density) / free)
-    return np.array(found)
+        result.append(currents @ (_potential(wires, ends) @ density) / free)
+    return np.array(result)
 
 
 def _coil() -> tuple[np.ndarray, np.ndarray]:
@@ -49,12 +49,12 @@ def _coil() -> tuple[np.ndarray, np.ndarray]:
 def _segments(width: float, gap: float, shift: float) -> np.ndarray:
     """Ends (n, 2, 2) of the pieces of the target's surface."""
     x, z = np.array([-0.5, 0.5, 0.5, -0.5]) * width + shift, np.array([0.0, 0.0, 1.0, 1.0]) * THICK + gap
-    corners, found = np.column_stack([x, z]), []
+    corners, result = np.column_stack([x, z]), []
     for k, count in enumerate((ALONG, UP, ALONG, UP)):
         share = 0.5 - 0.5 * np.cos(np.pi * np.arange(count + 1) / count)
         points = corners[k] + (corners[(k + 1) % 4] - corners[k]) * share[:, None]
-        found.append(np.stack([points[:-1], points[1:]], axis=1))
-    return np.concatenate(found)
+        result.append(np.stack([points[:-1], points[1:]], axis=1))
+    return np.concatenate(result)
 
 
 def _potential(points: np.ndarray, ends: np.ndarray) -> np.ndarray:

@@ -162,9 +162,9 @@ RULES = [rule for rule in sitscad.RULES if rule.id in ("SIT111", "SIT112", "SIT1
 def errors_of(spec: sitscad.SensorSpec) -> list:
     """What found no room, each with the change that gives some where trying finds one."""
     subject = Design(spec)
-    said = [outcome for rule in RULES for outcome in outcomes(rule, subject)[0]]
-    found = Trials(subject, RULES, said, (), Budget.of("full")).advised() if said else []
-    return [finding for finding in found if finding.severity == "error"]
+    message = [outcome for rule in RULES for outcome in outcomes(rule, subject)[0]]
+    result = Trials(subject, RULES, message, (), Budget.of("full")).advised() if message else []
+    return [finding for finding in result if finding.severity == "error"]
 
 
 def advised(now: Board, finding) -> Board | None:
@@ -192,16 +192,16 @@ def study(seed: int, deep: bool = True) -> tuple[Outcome, Board]:
     spec = now.load()
     layout = sitscad.lay_out(spec)
     seconds = time.process_time() - began
-    room, found = has_room(spec), errors_of(spec) if layout.shortfalls else []
-    first, steps = " ".join(f.rule for f in found), 0
-    while found and steps < PATIENCE:
-        after = advised(now, found[0])
+    room, result = has_room(spec), errors_of(spec) if layout.shortfalls else []
+    first, steps = " ".join(f.rule for f in result), 0
+    while result and steps < PATIENCE:
+        after = advised(now, result[0])
         if after is None:
             break
         now, steps = after, steps + 1
-        found = errors_of(now.load())
-    last = " ".join(f.rule for f in found)
-    faults = "" if found or not deep else "; ".join(faults_of(now))
+        result = errors_of(now.load())
+    last = " ".join(f.rule for f in result)
+    faults = "" if result or not deep else "; ".join(faults_of(now))
     coils = len(spec.array.placements)
     return Outcome(seed, spec.coil.shape, spec.array.pattern, len(spec.coil.layers), coils, room, first, steps, last,
                    round(seconds, 3), faults), now
@@ -212,8 +212,8 @@ def faults_of(now: Board) -> list[str]:
     with tempfile.TemporaryDirectory() as folder:
         built = sitscad.build(now.load(), folder, only=("gerber",), force=True)
         # the figures of the spec itself (SIT101 to SIT103, SIT116) are the study's own choice
-        told = [f for f in built.checked.findings if f.severity == "error" and f.rule not in CHOSEN]
-        wrong = [f"{f.rule} {f.message}" for f in told if "SIT101" <= f.rule < "SIT200"]
+        lines = [f for f in built.checked.findings if f.severity == "error" and f.rule not in CHOSEN]
+        wrong = [f"{f.rule} {f.message}" for f in lines if "SIT101" <= f.rule < "SIT200"]
         wrong += [f"verify: {d}" for d in sitscad.verify(built.directory).differences]
     return wrong
 
@@ -225,8 +225,8 @@ def kicad_violations(now: Board) -> list[str]:
         report, drawn = Path(folder) / "drc.json", next(built.directory.glob("kicad/*.kicad_pcb"))
         subprocess.run(["kicad-cli", "pcb", "drc", "--format", "json", "--severity-all", "-o", report, drawn],
                        capture_output=True, check=True)
-        told = json.loads(report.read_text())
-        return [v["description"] for v in told["violations"] + told["unconnected_items"]]
+        lines = json.loads(report.read_text())
+        return [v["description"] for v in lines["violations"] + lines["unconnected_items"]]
 
 
 def resistance_gap(now: Board) -> float:
@@ -243,8 +243,8 @@ def resistance_gap(now: Board) -> float:
     start, end = (touched(contact) for contact in sorted(net.contacts, key=lambda contact: contact.function))
     thickness, depths = zip(*((foil.thickness, foil.z) for foil in stackup.copper), strict=True)
     plating = stackup.plating_thickness or None
-    found = copper_resistance(net, start, end, thickness, depths=depths, plating=plating, fineness=2.0)
-    return found / sitscad.estimate(layout, tolerance=1e-2).coils[0].terminal_resistance_dc - 1.0
+    result = copper_resistance(net, start, end, thickness, depths=depths, plating=plating, fineness=2.0)
+    return result / sitscad.estimate(layout, tolerance=1e-2).coils[0].terminal_resistance_dc - 1.0
 
 
 def main() -> None:

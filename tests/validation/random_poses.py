@@ -67,15 +67,15 @@ def targets(spec, generator) -> Iterator:
 
 def poses(spec, rest, count, generator, gaps=(0.15 * MM, 3.0 * MM)) -> np.ndarray:
     """Any place over, between and beside the coils, tilts to 15 degrees for half of them, gaps at the lowest point."""
-    found = np.zeros((count, 6))
+    result = np.zeros((count, 6))
     reach = max(spec.coil.size)
-    found[:, :2] = generator.uniform(-reach, reach, (count, 2))
-    found[:, 3:5] = np.radians(generator.uniform(-15.0, 15.0, (count, 2))) * generator.integers(0, 2, (count, 1))
-    found[:, 5] = generator.uniform(-0.3, 0.3, count)
+    result[:, :2] = generator.uniform(-reach, reach, (count, 2))
+    result[:, 3:5] = np.radians(generator.uniform(-15.0, 15.0, (count, 2))) * generator.integers(0, 2, (count, 1))
+    result[:, 5] = generator.uniform(-0.3, 0.3, count)
     gap = np.exp(generator.uniform(math.log(gaps[0]), math.log(gaps[1]), count))
-    down = np.abs(rotation_matrices(found[:, 3:])[:, 2, :2]) * 0.5 * np.array(spec.target.size)
-    found[:, 2] = gap - rest + (np.hypot(*down.T) if spec.target.shape == "circle" else down.sum(axis=1))
-    return found
+    down = np.abs(rotation_matrices(result[:, 3:])[:, 2, :2]) * 0.5 * np.array(spec.target.size)
+    result[:, 2] = gap - rest + (np.hypot(*down.T) if spec.target.shape == "circle" else down.sum(axis=1))
+    return result
 
 
 def changed(layout, target, mirror: bool) -> Design:
@@ -185,11 +185,11 @@ def main(count: int, minutes: float, only: str) -> None:
             break
         generator, layout = np.random.default_rng((SEED, number)), layouts[board]
         design = changed(layout, next(targets(layout.spec, generator)), mirrored(number))
-        found = list(lines(board, number, design, of_target(design, generator)))
+        result = list(lines(board, number, design, of_target(design, generator)))
         is_new = not FIGURES.exists()
         with FIGURES.open("a", encoding="utf-8", newline="") as file:
-            csv.writer(file, lineterminator="\n").writerows([WHAT + FOUND, *found] if is_new else found)
-        print(f"{time.process_time() - started:6.0f} s", *found[0][:9], flush=True)
+            csv.writer(file, lineterminator="\n").writerows([WHAT + FOUND, *result] if is_new else result)
+        print(f"{time.process_time() - started:6.0f} s", *result[0][:9], flush=True)
     tell()
 
 

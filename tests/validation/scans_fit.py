@@ -99,12 +99,12 @@ class Maps:
 
 
 def _lagrange(nodes: Sequence[float], at: float) -> np.ndarray:
-    found = np.ones(len(nodes))
+    result = np.ones(len(nodes))
     for i, node in enumerate(nodes):
         for j, other in enumerate(nodes):
             if i != j:
-                found[i] *= (at - other) / (node - other)
-    return found
+                result[i] *= (at - other) / (node - other)
+    return result
 
 
 class Unit:
@@ -121,11 +121,11 @@ class Unit:
     def changes(self, table: np.ndarray, pitch: float, own: np.ndarray) -> np.ndarray:
         """Change of L in the table's units at every place, (places, coils)."""
         height, moved = self.seen(own)
-        found = []
+        result = []
         for corner in self.corners:
             away = np.abs(moved - 0.5 * pitch * corner) * MM
-            found.append(np.exp(evaluate_polynomials(table[..., None], axes(), np.column_stack([away, height]))[:, 0]))
-        return -np.stack(found, axis=1)
+            result.append(np.exp(evaluate_polynomials(table[..., None], axes(), np.column_stack([away, height]))[:, 0]))
+        return -np.stack(result, axis=1)
 
     def seen(self, own: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Logarithm of the gap (m) and the target's middle beside that of the coils (mm) at every place."""
@@ -187,7 +187,7 @@ class Tilted:
         by how many degrees the target's +x and +y sides are turned towards the coils.
         """
         height, moved = unit.seen(own)
-        found = []
+        result = []
         for corner in unit.corners:
             aside = moved - 0.5 * pitch * corner
             away, sense = np.abs(aside) * MM, np.where(aside < 0.0, -1.0, 1.0)
@@ -197,8 +197,8 @@ class Tilted:
                 turn = sense[:, k] * own[UNIT + k]
                 here += turn * evaluate_polynomials(self.slope[..., None], axes(), at)[:, 0]
                 here += 0.5 * turn**2 * evaluate_polynomials(self.bend[..., None], axes(), at)[:, 0]
-            found.append(np.exp(here))
-        return -np.stack(found, axis=1)
+            result.append(np.exp(here))
+        return -np.stack(result, axis=1)
 
     def fit(self, unit: Unit, pitch: float, start: np.ndarray, free: Sequence[int]) -> np.ndarray:
         """The numbers of a set, then the logarithm of the scale: the `free` ones, from a start."""
@@ -242,15 +242,15 @@ def tell_tilts(folder: str, shapes: tuple[str, str], geometries: dict[str, np.nd
         base = tilted.fit(level, pitch, flat, range(7))
         tell_one(f"{level.name}, mounted askew", level, tilted, pitch, base)
         for unit in others:
-            found = min((tilted.fit(unit, pitch, base + sense * AWAY, (0, 1, 2, 4, 5)) for sense in (1.0, -1.0)),
+            result = min((tilted.fit(unit, pitch, base + sense * AWAY, (0, 1, 2, 4, 5)) for sense in (1.0, -1.0)),
                         key=lambda own: missed(unit, tilted, pitch, own))
-            tell_one(unit.name, unit, tilted, pitch, found)
-            more = found - base
+            tell_one(unit.name, unit, tilted, pitch, result)
+            more = result - base
             print(f"  turned by {more[4]:+.2f} deg along x, {more[5]:+.2f} along y more than the level one; its middle "
                   f"went by {more[1]:.2f}, {more[2]:.2f} mm aside and {more[0]:.2f} mm away")
             for sense in (1.0, 0.0, -1.0):
-                kept = tilted.fit(unit, pitch, base + sense * AWAY, (0, 1, 2))
-                tell_one(f"{unit.name}, held {sense * TURN:+.1f} deg from the level one", unit, tilted, pitch, kept)
+                stored = tilted.fit(unit, pitch, base + sense * AWAY, (0, 1, 2))
+                tell_one(f"{unit.name}, held {sense * TURN:+.1f} deg from the level one", unit, tilted, pitch, stored)
 
 
 def missed(unit: Unit, tilted: Tilted, pitch: float, found: np.ndarray) -> float:
@@ -273,13 +273,13 @@ def tell_one(name: str, unit: Unit, tilted: Tilted, pitch: float, found: np.ndar
 def main(folder: str, coil: str = "square", target: str = "circle") -> None:
     units = [Unit(path) for path in sorted(Path(folder).glob("s[0-9]*.csv"))]
     maps = Maps(coil, target)
-    found = fit(units, maps)
-    size, fill, across, pitch = found[:4]
+    result = fit(units, maps)
+    size, fill, across, pitch = result[:4]
     print(f"{coil} coils of {size:.2f} mm, {100 * fill:.0f} % wound, pitch {pitch:.2f} mm; {target} of {across:.2f} mm")
     table = tabulated(coil, size, fill, target, across)
     for k, unit in enumerate(units):
-        own = found[5 + UNIT * k : 5 + UNIT * (k + 1)]
-        gone, change = unit.residual(unit.changes(table, pitch, own), float(np.exp(found[4])))
+        own = result[5 + UNIT * k : 5 + UNIT * (k + 1)]
+        gone, change = unit.residual(unit.changes(table, pitch, own), float(np.exp(result[4])))
         print(f"{unit.name}: gap {own[0]:.2f} mm, shift {own[1]:.2f}, {own[2]:.2f} mm, yaw {own[3]:.2f} deg")
         heights = unit.places[:, 2]
         for name, some in (("z >= -3", heights >= -3.0), ("beyond", heights < -3.0),
@@ -288,7 +288,7 @@ def main(folder: str, coil: str = "square", target: str = "circle") -> None:
             share = np.sqrt(np.mean(gone[some] ** 2)) / size
             print(f"  {name:<8} {100.0 * share:5.2f} % of the change ({100.0 * size:.2f} % of L)")
     if any(Path(folder).glob("tilt_*.csv")):
-        tell_tilts(folder, (coil, target), {"the geometry of the scans": found})
+        tell_tilts(folder, (coil, target), {"the geometry of the scans": result})
 
 
 if __name__ == "__main__":

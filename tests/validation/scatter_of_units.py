@@ -48,7 +48,7 @@ def drawn(name):
 
 def by_causes(design, causes: Sequence[str] | None = None) -> dict[str, dict[str, np.ndarray]]:
     """One sigma of each number (4,) by state and cause, of units as whole designs."""
-    found: dict[str, dict[str, np.ndarray]] = {}
+    result: dict[str, dict[str, np.ndarray]] = {}
     middle = _numbers(design)
     for cause in CAUSES:
         sigma = cause.sigma(design.spec)
@@ -60,16 +60,16 @@ def by_causes(design, causes: Sequence[str] | None = None) -> dict[str, dict[str
         for state in middle.keys() & less.keys() & more.keys():
             rows = np.array([less[state], middle[state], more[state]])
             deviation = np.sqrt(np.array(weights) @ (rows - np.array(weights) @ rows) ** 2)
-            found.setdefault(state, {})[cause.name] = deviation
-    return found
+            result.setdefault(state, {})[cause.name] = deviation
+    return result
 
 
 def stated(design, state: str, causes: Iterable[str]) -> np.ndarray:
     """One sigma of each number (4,) by some causes, as an estimate states it."""
     spread = design.estimates.coils[0].states[state].spread
-    named = {THICKNESS if one in (FOIL, PLATING) else one for one in causes}
+    named = {THICKNESS if item in (FOIL, PLATING) else item for item in causes}
     whole = np.array([getattr(spread, number) for number in NUMBERS])
-    others = [_shift(spread, one) for one in spread.shifts if one not in named]
+    others = [_shift(spread, item) for item in spread.shifts if item not in named]
     return np.sqrt(whole**2 - np.sum(np.square(np.reshape(others, (-1, 4))), axis=0))
 
 
@@ -101,8 +101,8 @@ def main() -> None:
             true = np.sqrt(np.sum(np.square(list(causes.values())), axis=0))
             part, over = true / nominal[state], stated(design, state, causes) / true
             print(f"| `{name}` | {state} | {_row(over, '{:.2f}', part, ' (of {:.2f} %)')} |", flush=True)
-            for cause, said, real in of_each(design, state, causes) if "--causes" in sys.argv else ():
-                cells = _row(100.0 * said / nominal[state], "{:.3f}", real / nominal[state], "/{:.3f}")
+            for cause, message, real in of_each(design, state, causes) if "--causes" in sys.argv else ():
+                cells = _row(100.0 * message / nominal[state], "{:.3f}", real / nominal[state], "/{:.3f}")
                 print(f"|  | {cause} | {cells} |", flush=True)
 
 

@@ -61,10 +61,10 @@ def drawn(template: str, number: int) -> SensorSpec | None:
     if spec.mount is not None and spec.mount.standoff:  # no less: a shield fills it
         changes["mount.standoff"] = f"{spec.mount.standoff * 1e3 + round(0.2 * chance.random(), 2):.2f} mm"
     try:
-        found = rewritten_spec(spec, changes.items())
+        result = rewritten_spec(spec, changes.items())
     except SpecError:
         return None
-    return found if can_screen(found) else None
+    return result if can_screen(result) else None
 
 
 def cached(cache: Path, count: int) -> list[tuple[str, str, Evaluation]]:
@@ -93,7 +93,7 @@ def ranks(one: np.ndarray, other: np.ndarray) -> float:
 
 def table(rows: list[tuple[str, Evaluation, Evaluation]]) -> list[str]:
     """A row a measure: number, median, 95 % and worst of the errors, ranks, share within what was stated."""
-    said = [f"{'measure':28}{'n':>6}{'median':>9}{'95 %':>9}{'worst':>9}{'rank':>8}{'within':>8}"]
+    message = [f"{'measure':28}{'n':>6}{'median':>9}{'95 %':>9}{'worst':>9}{'rank':>8}{'within':>8}"]
     for name in NAMES:
         pairs = [(full.values[name][0], *quick.values[name]) for _, full, quick in rows
                  if name in full.values and name in quick.values and not UNDRAWN & set(full.refused)]
@@ -102,9 +102,9 @@ def table(rows: list[tuple[str, Evaluation, Evaluation]]) -> list[str]:
         full, quick, error = np.array(pairs).T
         off = np.abs(quick - full) / np.maximum(np.abs(full), 1e-300)
         within = float(np.mean(np.abs(quick - full) <= error + 1e-9 * np.abs(full)))
-        said.append(f"{name:28}{len(off):6}{np.median(off):9.4f}{np.quantile(off, 0.95):9.4f}{off.max():9.4f}"
+        message.append(f"{name:28}{len(off):6}{np.median(off):9.4f}{np.quantile(off, 0.95):9.4f}{off.max():9.4f}"
                     f"{ranks(full, quick):8.3f}{within:8.3f}")
-    return said
+    return message
 
 
 def differing(rows: list[tuple[str, Evaluation, Evaluation]]) -> tuple[Counter[str], int, int]:
@@ -113,8 +113,8 @@ def differing(rows: list[tuple[str, Evaluation, Evaluation]]) -> tuple[Counter[s
     decided = verdicts = 0
     for _, full, quick in rows:
         for part in ("refused", "warned"):
-            one, two = set(getattr(full, part)), set(getattr(quick, part))
-            other.update(f"{rule} {part}" for rule in (one ^ two) - set(quick.unknown) - set(full.unknown))
+            item, two = set(getattr(full, part)), set(getattr(quick, part))
+            other.update(f"{rule} {part}" for rule in (item ^ two) - set(quick.unknown) - set(full.unknown))
         decided += bool(quick.refused)
         verdicts += bool(quick.refused) and not full.refused
         verdicts += not quick.refused and bool(set(full.refused) - set(quick.unknown))
@@ -126,10 +126,10 @@ def main() -> None:
     parser.add_argument("number", type=int, nargs="?", default=0)
     parser.add_argument("--cache", type=Path, default=Path("screen_level.jsonl"))
     parser.add_argument("--each", action="store_true", help="a table a template, too")
-    asked = parser.parse_args()
-    known = cached(asked.cache, asked.number)
+    request = parser.parse_args()
+    known = cached(request.cache, request.number)
     rows = [(template, full, screen_designs([load_text(text)], NAMES)[0]) for template, text, full in known]
-    for template in TEMPLATES if asked.each else ():
+    for template in TEMPLATES if request.each else ():
         print(template, *table([row for row in rows if row[0] == template]), sep="\n")
     print(len(rows), "designs", *table(rows), sep="\n")
     other, decided, verdicts = differing(rows)

@@ -37,8 +37,8 @@ def _part(p, q, t1, t2, heights, points):
     column = swap[:, None]
     starts, other_starts = np.where(column, other_starts, starts), np.where(column, starts, other_starts)
     edge, other = np.where(column, other, edge), np.where(column, edge, other)
-    kept = np.abs(dot) > 1e-14 * np.hypot(*edge.T) * np.hypot(*other.T)
-    return -_outlines(starts[kept], edge[kept], other_starts[kept], other[kept], dot[kept], heights, points)
+    stored = np.abs(dot) > 1e-14 * np.hypot(*edge.T) * np.hypot(*other.T)
+    return -_outlines(starts[stored], edge[stored], other_starts[stored], other[stored], dot[stored], heights, points)
 
 
 def _outlines(start, edge, other_start, other, dot, heights, points):
@@ -69,8 +69,8 @@ def _cut(start, edge, other_start, other, square):
     cuts = np.clip(np.stack([foot, second, np.where(wide, meeting, 0.0)], axis=1), 0.0, 1.0)
     edges = np.concatenate([np.zeros((len(start), 1)), np.sort(cuts, axis=1), np.ones((len(start), 1))], axis=1)
     low, high = edges[:, :-1].ravel(), edges[:, 1:].ravel()
-    kept = high - low > 1e-12
-    return low[kept], (high - low)[kept], np.repeat(np.arange(len(start)), 4)[kept]
+    stored = high - low > 1e-12
+    return low[stored], (high - low)[stored], np.repeat(np.arange(len(start)), 4)[stored]
 
 
 def _along(u, d, h):

@@ -69,28 +69,28 @@ def apart(design: Design) -> Iterator[Apart]:
     """Every state of every coil that has a target over it."""
     estimates = design.estimates
     poses = {s.name: (0.0, 0.0, s.pose.z, 0.0, 0.0, 0.0) for s in estimates.states if s.pose is not None}
-    found = design.response.respond(np.array(list(poses.values())))
+    result = design.response.respond(np.array(list(poses.values())))
     for number, name in enumerate(poses):
         for k, coil in enumerate(estimates.coils):
             if name not in coil.states or coil.states[name].target_change is None:
                 continue
-            state, told = coil.states[name], found.target_change[number, k, k]
-            least = max(abs(told), 0.01 * coil.winding_inductance)
+            state, text = coil.states[name], result.target_change[number, k, k]
+            least = max(abs(text), 0.01 * coil.winding_inductance)
             change, lossy = (
-                abs(state.target_change - told) / least,
-                found.resistance[number, k] / state.resistance - 1.0,
+                abs(state.target_change - text) / least,
+                result.resistance[number, k] / state.resistance - 1.0,
             )
-            yield Apart(name, change, abs(found.inductance[number, k] / state.inductance - 1.0), abs(lossy),
-                        change / (state.target_change_error + found.target_change_error[number, k, k]),
+            yield Apart(name, change, abs(result.inductance[number, k] / state.inductance - 1.0), abs(lossy),
+                        change / (state.target_change_error + result.target_change_error[number, k, k]),
                         abs(lossy) / state.resistance_error)
 
 
 def slopes(design: Design) -> tuple[np.ndarray, np.ndarray]:
     """What a newton changes of the coils' frequencies (Hz) from rest to pressed: by states, and by the response."""
     force = design.estimates.normal_force
-    found = design.response.respond_to_loads(np.array([[0.0, 0.0, 0.0], [force, 0.0, 0.0]])).frequency
-    told = [coil.sensitivity(force)[1] for coil in design.estimates.coils]
-    return np.array(told), (found[1] - found[0]) / force
+    result = design.response.respond_to_loads(np.array([[0.0, 0.0, 0.0], [force, 0.0, 0.0]])).frequency
+    text = [coil.sensitivity(force)[1] for coil in design.estimates.coils]
+    return np.array(text), (result[1] - result[0]) / force
 
 
 def main() -> None:
@@ -106,11 +106,11 @@ def main() -> None:
         if chosen.shares:
             design = Design(design.spec, design.layout, estimated(design.layout, is_solved=False))
         try:
-            found = list(apart(design))
+            result = list(apart(design))
         except NoResponse:
             continue
-        if found:
-            worst = [max(getattr(one, name) for one in found) for name in FIGURES]
+        if result:
+            worst = [max(getattr(item, name) for item in result) for name in FIGURES]
             whole[design.estimates.is_solved].append(worst)
             how = "solved" if design.estimates.is_solved else "shares"
             print(seed, how, design.spec.target.material.name, design.spec.coil.shape, _row(worst), flush=True)

@@ -100,22 +100,22 @@ def _turned(vector, angle):
 
 def _arc(start, left, angle, radius, width, steps):
     inner = math.copysign(1.0, angle)
-    centre, found = start + inner * radius * left, []
+    centre, result = start + inner * radius * left, []
     for k in range(1, steps + 1):
         normal = _turned(left, angle * k / steps)
         at = centre - inner * radius * normal
-        found.append((at + 0.5 * width * normal, at - 0.5 * width * normal))
-    return found
+        result.append((at + 0.5 * width * normal, at - 0.5 * width * normal))
+    return result
 
 
 def _fan(corner, left, angle, mitre, width, steps):
     # A round pen about the centre line's corner leaves a sharp corner inside and an arc of half a width outside.
     inner = math.copysign(1.0, angle)
-    pivot, found = corner + inner * 0.5 * width * mitre, []
+    pivot, result = corner + inner * 0.5 * width * mitre, []
     for k in range(steps + 1):
         outer = corner - inner * 0.5 * width * _turned(left, angle * k / steps)
-        found.append((pivot, outer) if inner > 0.0 else (outer, pivot))
-    return found
+        result.append((pivot, outer) if inner > 0.0 else (outer, pivot))
+    return result
 
 
 def _graded(length, smallest, along):
@@ -165,21 +165,21 @@ def gradients(one):
 
 def scattered(one, table, columns):
     """Sum of the rows (t, 3) of triangles into nodes."""
-    found = np.zeros((len(one.nodes), columns))
+    result = np.zeros((len(one.nodes), columns))
     for k in range(3):
-        np.add.at(found, one.triangles[:, k], table[:, k])
-    return found
+        np.add.at(result, one.triangles[:, k], table[:, k])
+    return result
 
 
 def resistance_matrix(one, conductivity):
     """R between the stream function's values at nodes (ohm)."""
     slope, area = gradients(one)
     local = np.einsum("tid,tjd->tij", slope, slope) * (area / (conductivity * one.thickness))[:, None, None]
-    found = np.zeros((len(one.nodes), len(one.nodes)))
+    result = np.zeros((len(one.nodes), len(one.nodes)))
     for i in range(3):
         for j in range(3):
-            np.add.at(found, (one.triangles[:, i], one.triangles[:, j]), local[:, i, j])
-    return found
+            np.add.at(result, (one.triangles[:, i], one.triangles[:, j]), local[:, i, j])
+    return result
 
 
 def inductance_matrix(one, other):
@@ -204,7 +204,7 @@ def inverse_distances(one, other):
     size = [np.max(np.hypot(*np.moveaxis(x - np.roll(x, 1, axis=1), -1, 0)), axis=1) for x in (p, q)]
     height, squared = abs(one.z - other.z), (one.thickness**2 + other.thickness**2) / 12.0 + (one.z - other.z) ** 2
     least = 2.0 * max(one.thickness, other.thickness) if height == 0.0 else 0.0
-    found = np.empty((len(p), len(q)))
+    result = np.empty((len(p), len(q)))
     levels = _levels(one.thickness, other.thickness, height)
     for low in range(0, len(p), 200):
         rows = slice(low, min(low + 200, len(p)))
@@ -215,8 +215,8 @@ def inverse_distances(one, other):
         block[i, j] = _three(p[rows][i], q[j], squared)
         i, j = np.nonzero(apart < NEAR * large)
         block[i, j] = _closed(p[rows][i], q[j], levels) / areas[1][j]
-        found[rows] = block * areas[0][rows, None] * areas[1]
-    return 0.5 * (found + found.T) if one is other else found
+        result[rows] = block * areas[0][rows, None] * areas[1]
+    return 0.5 * (result + result.T) if one is other else result
 
 
 def _squares(a, b):
@@ -295,16 +295,16 @@ def solved(sheets, conductivity, frequencies, mirror=None):
     sizes = np.cumsum([0, *(len(s.nodes) for s in sheets)])
     l = np.empty((sizes[-1], sizes[-1]))
     r = np.zeros_like(l)
-    for i, one in enumerate(sheets):
+    for i, item in enumerate(sheets):
         rows = slice(sizes[i], sizes[i + 1])
-        r[rows, rows] = resistance_matrix(one, conductivity)
+        r[rows, rows] = resistance_matrix(item, conductivity)
         for j, other in enumerate(sheets[: i + 1]):
             columns = slice(sizes[j], sizes[j + 1])
-            block = inductance_matrix(one, other)
+            block = inductance_matrix(item, other)
             if mirror is not None:
                 image = Sheet(other.nodes, other.triangles, other.even, other.fixed, other.thickness,
                               2.0 * mirror - other.z)
-                block = block - inductance_matrix(one, image)
+                block = block - inductance_matrix(item, image)
             l[rows, columns] = block
             l[columns, rows] = block.T
     even = np.concatenate([s.even for s in sheets])
@@ -313,9 +313,9 @@ def solved(sheets, conductivity, frequencies, mirror=None):
         free[sizes[k] + s.fixed] = False
     direct = even.copy()
     direct[free] -= np.linalg.solve(r[np.ix_(free, free)], (r @ even)[free])
-    found = []
+    result = []
     for f in frequencies:
         z = r + 2j * math.pi * f * l
         drive = z @ direct
-        found.append(direct @ drive - drive[free] @ np.linalg.solve(z[np.ix_(free, free)], drive[free]))
-    return Solved(np.array(found), float(even @ l @ even), float(direct @ l @ direct), float(direct @ r @ direct))
+        result.append(direct @ drive - drive[free] @ np.linalg.solve(z[np.ix_(free, free)], drive[free]))
+    return Solved(np.array(result), float(even @ l @ even), float(direct @ l @ direct), float(direct @ r @ direct))

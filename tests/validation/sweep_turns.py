@@ -65,9 +65,9 @@ def main() -> None:
     chosen = parser.parse_args()
     rows = []
     for turns in np.round(np.linspace(chosen.first, chosen.last, chosen.steps), 6):
-        found = estimated(float(turns), chosen.shape)
-        if found is not None:
-            rows.append((float(turns), *found))
+        result = estimated(float(turns), chosen.shape)
+        if result is not None:
+            rows.append((float(turns), *result))
     table = np.array(rows)
     print(f"{len(table)} of {chosen.steps} boards of two coils, {chosen.first:g} to {chosen.last:g} turns")
     for k, name in enumerate(QUANTITIES, start=1):

@@ -57,8 +57,8 @@ RINGS = {
 
 
 def rings_by_modes(radius, height, width, thickness, modes):
-    one = np.ones(radius.size)
-    cut = Cut(radius, height, width * one, thickness * one, 2.0 * math.pi * radius, 1.0 / radius)
+    item = np.ones(radius.size)
+    cut = Cut(radius, height, width * item, thickness * item, 2.0 * math.pi * radius, 1.0 / radius)
     smooth = proximity.ring_flux(cut, modes) / (2.0 * math.pi * radius[:, None])
     return mode_system(cut, smooth, COPPER, modes).loss(36)
 
@@ -239,13 +239,13 @@ def averaged_rings(case, frequencies, across, equal_lengths, azimuths=4):
     layers = coil(
         diameter * MM, turns, width * UM, spacing * UM, [z * UM for z in heights], [copper * UM] * len(heights)
     )
-    found = 0.0
+    result = 0.0
     for k in range(azimuths):
         radii = radii_at(layers, 2.0 * math.pi * (k + 0.5) / azimuths)
         height = np.repeat([layer.z for layer in layers], [r.size for r in radii])
-        found = found + ring_impedance(np.concatenate(radii), height, width * UM, copper * UM, COPPER, frequencies,
+        result = result + ring_impedance(np.concatenate(radii), height, width * UM, copper * UM, COPPER, frequencies,
                                        across, 1, equal_lengths) / azimuths
-    return layers, found
+    return layers, result
 
 
 @pytest.mark.parametrize("name", FASTHENRY)
@@ -284,14 +284,14 @@ def test_square_coil_fasthenry_value_agrees_with_filaments_of_equal_length():
 def test_loss_agrees_with_mitred_and_exceeds_equal_length_segments():
     # S01 as FastHenry takes it, only with 24 chords a turn: 1440 filaments, mirrored layers
     layers = coil(3 * MM, 6, 100 * UM, 100 * UM, (0.0, -43 * UM), (18 * UM, 18 * UM))
-    found = {}
+    result = {}
     for mitred in (False, True):
         filaments = Filaments([spiral_track(layer, 24) for layer in layers], even_cells(5), even_cells(1), mitred)
-        found[mitred] = impedance(filaments, COPPER, [1e7], 2).real[0]
-    assert found[False] == approx(0.729479, rel=0.02)
+        result[mitred] = impedance(filaments, COPPER, [1e7], 2).real[0]
+    assert result[False] == approx(0.729479, rel=0.02)
     loss = proximity.winding_loss(layers, COPPER, 0.01)
-    assert found[True] == approx(loss.direct * loss.resistance_ratio(1e7), rel=0.03)
-    assert found[True] > 1.25 * found[False]
+    assert result[True] == approx(loss.direct * loss.resistance_ratio(1e7), rel=0.03)
+    assert result[True] > 1.25 * result[False]
 
 
 def divided(corners, step):

@@ -60,10 +60,10 @@ def test_pad_element_forces_have_converged():
     """Twice the degrees of freedom change compression at rest by under 0.2 %, and under a quarter of the thickness."""
     coarse, fine = HalfPad(SQUARE, 2, 1.0), HalfPad(SQUARE, 2, 1.0, mesh=fanned(SQUARE, 2, 2))
     for pose in ((0.0, 0.0, 0.0), (0.0, -0.5e-3, 0.0)):
-        one, other = coarse.move(pose), fine.move(pose)
-        assert one.stiffness[1, 1] == approx(other.stiffness[1, 1], rel=0.01)
-        assert one.stiffness[0, 0] == approx(other.stiffness[0, 0], rel=0.05)
-        assert one.force_z == approx(other.force_z, rel=0.004, abs=1e-12)
+        item, other = coarse.move(pose), fine.move(pose)
+        assert item.stiffness[1, 1] == approx(other.stiffness[1, 1], rel=0.01)
+        assert item.stiffness[0, 0] == approx(other.stiffness[0, 0], rel=0.05)
+        assert item.force_z == approx(other.force_z, rel=0.004, abs=1e-12)
 
 
 def test_film_of_pad_material_acts_as_wider_pad():

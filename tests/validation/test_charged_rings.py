@@ -65,15 +65,15 @@ def added(spec, gap, behind, cells=4):
 def test_capacitance_to_metal_is_below_error_of_own_capacitance(name, root):
     spec = load(root / "templates" / f"{name}.yaml")
     layout = lay_out(spec)
-    found = estimate(layout)
-    gap, behind = found.gaps["pressed"], found.gaps.get("behind_the_board")
+    result = estimate(layout)
+    gap, behind = result.gaps["pressed"], result.gaps.get("behind_the_board")
     by_rings, most = added(spec, gap, behind), capacitance_to_metal(
         layout.coils[0], spec.coil, spec.fpc.stackup.thickness, gap, behind)
-    assert 0.0 < by_rings < most < 0.1 * found.coils[0].self_capacitance
-    assert by_rings < 2e-4 * found.coils[0].capacitance
+    assert 0.0 < by_rings < most < 0.1 * result.coils[0].self_capacitance
+    assert by_rings < 2e-4 * result.coils[0].capacitance
     # and pressing changes it by less than a hundred-thousandth of the tank's
-    assert abs(by_rings - added(spec, found.gaps["rest"], behind)) < 1e-5 * found.coils[0].capacitance
-    assert not any("capacitance from the winding" in note for note in found.notes)
+    assert abs(by_rings - added(spec, result.gaps["rest"], behind)) < 1e-5 * result.coils[0].capacitance
+    assert not any("capacitance from the winding" in note for note in result.notes)
 
 
 @pytest.mark.parametrize(("layers", "is_told"), [(1, True), (2, False)])
@@ -81,12 +81,12 @@ def test_large_capacitance_to_target_yields_note(layers, is_told):
     """Two layers have so much capacitance of their own that what the target adds is within its tenth."""
     spec = load_text(NEAR.replace("LAYERS", str(layers)), "near.yaml")
     layout = lay_out(spec)
-    found = estimate(layout)
+    result = estimate(layout)
     by_rings, most = added(spec, 0.2e-3, None), capacitance_to_metal(
         layout.coils[0], spec.coil, spec.fpc.stackup.thickness, 0.2e-3, None)
     assert 0.1 * most < by_rings < most
-    assert (by_rings > 0.1 * found.coils[0].self_capacitance) == is_told
-    assert any("capacitance from the winding" in note for note in found.notes) == is_told
+    assert (by_rings > 0.1 * result.coils[0].self_capacitance) == is_told
+    assert any("capacitance from the winding" in note for note in result.notes) == is_told
 
 
 def test_charged_ring_capacitance_has_converged():
@@ -99,10 +99,10 @@ def test_ring_over_plane_agrees_with_strip_capacitance():
     """Turns of large radius: the capacitance a length of a strip over a plane is twice that to its image."""
     radius, width, height = 0.2, 1e-4, 5e-5
     turn = np.array([radius]), np.array([height]), np.array([1.0])
-    found = capacitance(*turn, width, 1.0, None, 0.0, cells=24) / (2.0 * math.pi * radius)
+    result = capacitance(*turn, width, 1.0, None, 0.0, cells=24) / (2.0 * math.pi * radius)
     from sitscad.kernels.electromagnetics.capacitance import stacked_strips
 
-    assert found == approx(2.0 * stacked_strips(width, 2.0 * height, 1.0), rel=0.01)
+    assert result == approx(2.0 * stacked_strips(width, 2.0 * height, 1.0), rel=0.01)
 
 
 SHIFTS = np.array([-0.375, -0.125, 0.125, 0.375])
@@ -114,7 +114,7 @@ def by_rings(spiral: sitscad.Spiral, cells: int = 12) -> float:
     spec, coil = spiral.layout.spec, spiral.layout.coils[0]
     radii, heights, voltages = turns(coil, spec)
     half, layer = 0.5 * coil.windings[0].thickness, np.unique(np.round(heights, 9), return_inverse=True)[1]
-    found = []
+    result = []
     for shift in SHIFTS * spec.coil.pitch:
         seen = voltages.copy()
         moved = radii + np.where(layer % 2 == 1, shift, 0.0)
@@ -122,9 +122,9 @@ def by_rings(spiral: sitscad.Spiral, cells: int = 12) -> float:
             own = np.flatnonzero(layer == each)
             order = own[np.argsort(radii[own])]
             seen[own] = np.interp(moved[own], radii[order], voltages[order])
-        found.append(capacitance(np.tile(moved, 2), np.concatenate([heights - half, heights + half]),
+        result.append(capacitance(np.tile(moved, 2), np.concatenate([heights - half, heights + half]),
                                  np.tile(seen, 2), spec.coil.trace_width, USUAL_PERMITTIVITY, None, None, cells))
-    return float(np.mean(found))
+    return float(np.mean(result))
 
 
 @pytest.mark.few(5)

@@ -25,7 +25,7 @@ JUDGES = 51
 
 def compared(rows):
     """(error, bound, reference), all in henries, of some lines of the file."""
-    found = []
+    result = []
     for row in rows:
         two = coil_pairs.pair(row["family"], int(row["number"]))
         placed = [
@@ -33,8 +33,8 @@ def compared(rows):
             for coil, centre in ((two.first, (0.0, 0.0)), (two.second, two.centre))
         ]
         mutual, exact = winding_pair_inductance(*placed), float(row["mutual_inductance_H"])
-        found.append((abs(mutual.inductance - exact), mutual_error(mutual, two.first.spec), abs(exact)))
-    return found
+        result.append((abs(mutual.inductance - exact), mutual_error(mutual, two.first.spec), abs(exact)))
+    return result
 
 
 def of_family(family, first=0):
@@ -53,10 +53,10 @@ def test_mutual_inductance_bound_holds_on_held_out_pairs(family):
 @pytest.mark.parametrize("family", designs.FAMILIES)
 def test_mutual_inductance_bound_holds_and_is_tight_on_all_pairs(family):
     """Half of the errors lie below 5e-6 of the mutual inductance, half of the bounds below 1e-4."""
-    found = compared(of_family(family))
-    assert all(error <= bound for error, bound, _ in found)
-    assert np.median([error / exact for error, _, exact in found]) < 5e-6
-    assert np.median([bound / exact for _, bound, exact in found]) < 1e-4
+    result = compared(of_family(family))
+    assert all(error <= bound for error, bound, _ in result)
+    assert np.median([error / exact for error, _, exact in result]) < 5e-6
+    assert np.median([bound / exact for _, bound, exact in result]) < 1e-4
 
 
 def test_reference_file_matches_generated_pairs():
@@ -76,5 +76,5 @@ def test_pair_references_are_accurate_to_1e_5():
 def test_pair_reference_is_reproduced():
     two = coil_pairs.pair("hexagon", 2)
     row = next(r for r in REFERENCES if (r["family"], r["number"]) == ("hexagon", "2"))
-    found = coil_pairs.exact(two, coil_pairs.resolution(two))
-    assert found == approx(float(row["mutual_inductance_H"]), rel=1e-9)
+    result = coil_pairs.exact(two, coil_pairs.resolution(two))
+    assert result == approx(float(row["mutual_inductance_H"]), rel=1e-9)

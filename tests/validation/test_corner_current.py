@@ -46,10 +46,10 @@ def limit_of(sheets, frequencies, cells):
     """Even and direct inductance, direct resistance, then inductances and resistances at the frequencies."""
     rows = []
     for n in cells:
-        found = solved(sheets(n), COPPER, frequencies)
+        result = solved(sheets(n), COPPER, frequencies)
         omega = 2.0 * math.pi * np.asarray(frequencies)
-        rows.append(np.array([found.even, found.direct, found.resistance, *(found.impedances.imag / omega),
-                              *found.impedances.real]))
+        rows.append(np.array([result.even, result.direct, result.resistance, *(result.impedances.imag / omega),
+                              *result.impedances.real]))
     return rows[1] + (rows[1] - rows[0]) / ((cells[1] / cells[0]) ** RATE - 1.0)
 
 
@@ -131,12 +131,12 @@ ALTERNATING = [("one wide square", (4, 7), (2e-3, 1e-3), (0.015, 0.01))] + [
 def test_polygon_impedance_at_high_frequency_agrees_with_sheet_solution(name, cells, of_l, of_r):
     sides, turns, apothem, pitch, width, copper = POLYGONS[name]
     corners = polygon(sides, turns, apothem, pitch)
-    found = limit_of(lambda n: [sheet(corners, width, copper, n, n)], FREQUENCIES, cells)
-    even = found[0]
+    result = limit_of(lambda n: [sheet(corners, width, copper, n, n)], FREQUENCIES, cells)
+    even = result[0]
     for fine in (False, True):
         loss, _ = alternating(name, fine)
-        lacking = loss.inductance_changes(FREQUENCIES) - (found[3:5] - even)
-        ratios = loss.direct * loss.resistance_ratios(FREQUENCIES) / found[5:7]
+        lacking = loss.inductance_changes(FREQUENCIES) - (result[3:5] - even)
+        ratios = loss.direct * loss.resistance_ratios(FREQUENCIES) / result[5:7]
         errors = np.round(100 * lacking / even, 3), np.round(100 * ratios - 100, 2)
         print(name, "fine" if fine else "usual", "L %", errors[0], "R %", errors[1])
         assert np.all(np.abs(lacking) < np.array([8e-4, of_l[fine]]) * even)
@@ -175,14 +175,14 @@ def two_layers(*design):
 @pytest.mark.parametrize("design", [("square", 3, 3, 100), ("square", 3, 3, 200), ("hexagon", 3, 3, 150),
                                     ("octagon", 4, 2, 200)])
 def test_two_layer_polygon_impedance_agrees_with_sheet_solution(design):
-    even, loss, found = two_layers(*design)
-    errors = (loss.inductance_changes(FREQUENCIES) - (found[3:5] - found[0])) / even
+    even, loss, result = two_layers(*design)
+    errors = (loss.inductance_changes(FREQUENCIES) - (result[3:5] - result[0])) / even
     print(design, "L %", np.round(100 * errors, 3))
-    assert even == approx(found[0], rel=3e-4)
-    assert loss.direct_change == approx(found[1] - found[0], abs=5e-4 * even)
-    lacking = loss.inductance_changes(FREQUENCIES) - (found[3:5] - found[0])
+    assert even == approx(result[0], rel=3e-4)
+    assert loss.direct_change == approx(result[1] - result[0], abs=5e-4 * even)
+    lacking = loss.inductance_changes(FREQUENCIES) - (result[3:5] - result[0])
     assert np.all(np.abs(lacking) < np.array([5e-4, 2.5e-3]) * even)
-    ratios = loss.direct * loss.resistance_ratios(FREQUENCIES) / found[5:7]
+    ratios = loss.direct * loss.resistance_ratios(FREQUENCIES) / result[5:7]
     assert np.all(np.abs(ratios - 1.0) < np.array([2e-3, 0.03]))
 
 
@@ -288,10 +288,10 @@ def test_rounded_corners_match_sheet_solution(name, sides, turns, radius, cells,
         layer_turns=(turns,), most_turns=turns, outline=SHAPES[name],
     )
     loss = winding_losses(spec, coil, (), COPPER, tolerance)
-    even, true_direct, resistance, *found = triangles_of_rounded(sides, turns, radius, cells)
+    even, true_direct, resistance, *result = triangles_of_rounded(sides, turns, radius, cells)
     lacking = np.array([loss.direct_change, *loss.inductance_changes(FREQUENCIES)]) - (
-        np.array([true_direct, *found[:2]]) - even)
-    ratios = loss.direct * loss.resistance_ratios(FREQUENCIES) / np.array(found[2:])
+        np.array([true_direct, *result[:2]]) - even)
+    ratios = loss.direct * loss.resistance_ratios(FREQUENCIES) / np.array(result[2:])
     errors = np.round(100 * lacking / even, 3), np.round(100 * ratios - 100, 2)
     print(name, turns, radius, tolerance, "L %", errors[0], "R %", errors[1])
     assert loss.direct == approx(resistance, rel=1e-3)

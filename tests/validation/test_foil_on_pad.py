@@ -30,7 +30,7 @@ def _line(half: float, count: int, inner: float) -> np.ndarray:
 def _quarter(size, pad, foil, rim, counts) -> Bricks:
     """The pad reaches `rim` (m) beyond the plate."""
     sides = [_line(0.5 * side, count, 0.5 * min(PRESSED, side)) for side, count in zip(size, counts, strict=False)]
-    sides = [np.append(one, one[-1] + rim * np.array([0.2, 0.5, 1.0])) if rim else one for one in sides]
+    sides = [np.append(item, item[-1] + rim * np.array([0.2, 0.5, 1.0])) if rim else item for item in sides]
     heights = pad * np.sin(0.5 * np.pi * np.linspace(0.0, 1.0, counts[2] + 1))
 
     def kind(x: float, y: float, z: float) -> str:

@@ -102,8 +102,8 @@ def tilted(about):
     """Ranges of L1 + L2 and L1 - L2 (uH) of the 8 mm square over -5 to 5 degrees, its middle at the lateral gap."""
     angles = np.zeros((11, 2))
     angles[:, about] = np.radians(np.linspace(-5.0, 5.0, 11))
-    found = changes(sensor(target="square", size=(8, 8)), SCAN_GAP, [(0.0, 0.0)] * 11, angles)
-    return np.ptp(found.sum(axis=1)), np.ptp(found[:, 0] - found[:, 1])
+    result = changes(sensor(target="square", size=(8, 8)), SCAN_GAP, [(0.0, 0.0)] * 11, angles)
+    return np.ptp(result.sum(axis=1)), np.ptp(result[:, 0] - result[:, 1])
 
 
 def apart(coil, pitch):
@@ -160,7 +160,7 @@ def in_the_plane(width):
     """Horizontal output over 0 to 5 mm and vertical one over 1 to 5 mm (% of L0) of the model in the plane."""
     shear = [output(width * MM, PLANE_GAP, x * MM) for x in np.linspace(0.0, 5.0, 11)]
     press = [output(width * MM, z * MM, 0.0) for z in (1.0, 5.0)]
-    return 100.0 * max(abs(one[0] - one[1]) for one in shear), 100.0 * abs(sum(press[1]) - sum(press[0]))
+    return 100.0 * max(abs(item[0] - item[1]) for item in shear), 100.0 * abs(sum(press[1]) - sum(press[0]))
 
 
 @pytest.mark.parametrize("width", WIDTHS)

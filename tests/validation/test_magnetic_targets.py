@@ -36,8 +36,8 @@ def test_ferrite_box_agrees_with_pole_model(case):
     surface = box((*map(float, sides), float(thickness)), *steps, (30, 30, 8))
     target = SolvedTarget(surface, -0.5 * float(thickness), Metal(FREQUENCY, 1e-3, 1e5))
     place, centre = np.array([[0.0, 0.0, float(gap)]]), np.array([[float(offset), 0.0]])
-    found = target.changes(rotation_matrices(np.zeros((1, 3))), place, [Rings(radii, heights)], centre)[0, 0, 0].real
-    share = found / _mutual(radii, heights, 2.0 * gap - heights, 1.0)
+    result = target.changes(rotation_matrices(np.zeros((1, 3))), place, [Rings(radii, heights)], centre)[0, 0, 0].real
+    share = result / _mutual(radii, heights, 2.0 * gap - heights, 1.0)
     assert share == approx(3.0 * better - 2.0 * coarse, rel=4e-3 if thickness < 2.0 * min(sides) else 0.015)
 
 

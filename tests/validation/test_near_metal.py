@@ -105,9 +105,9 @@ def test_impedance_close_to_metal_agrees_with_filaments(name, gap, metal):
 def test_near_metal_filaments_have_converged():
     for name, metal in (("wide", COPPER), ("three", STEEL)):
         coarse, fine = ((18, 2), (36, 4)) if name == "wide" else ((8, 2), (16, 4))
-        one, other = (by_filaments(name, 0.1e-3, metal, 5e6, cells) for cells in (coarse, fine))
-        assert one.real == approx(other.real, rel=0.015)
-        assert one.imag == approx(other.imag, rel=0.01)
+        item, other = (by_filaments(name, 0.1e-3, metal, 5e6, cells) for cells in (coarse, fine))
+        assert item.real == approx(other.real, rel=0.015)
+        assert item.imag == approx(other.imag, rel=0.01)
 
 
 @pytest.mark.needs("scipy")
@@ -189,9 +189,9 @@ def test_crowding_between_metals_is_symmetric_and_exceeds_one_side():
     resolution = proximity.suited_resolution(layers, COPPER, 0.03)
     cuts = proximity.winding_cuts(tuple(layers), COPPER, resolution)
     crowding = near_metal.crowding_near_metal(cuts, COPPER, resolution.modes, 0.2e-3)
-    one, other = Reflector(0.2e-3, (MetalLayer(COPPER),)), Reflector(0.3e-3, (MetalLayer(STEEL),))
-    assert crowding.change(5e6, one, other) == approx(crowding.change(5e6, other, one), rel=1e-6)
-    assert abs(crowding.change(5e6, one, one)) > abs(crowding.change(5e6, one, None))
+    item, other = Reflector(0.2e-3, (MetalLayer(COPPER),)), Reflector(0.3e-3, (MetalLayer(STEEL),))
+    assert crowding.change(5e6, item, other) == approx(crowding.change(5e6, other, item), rel=1e-6)
+    assert abs(crowding.change(5e6, item, item)) > abs(crowding.change(5e6, item, None))
 
 
 # layers, turns, width (um) and by how much of its value a change may differ: what the harmonics of ends and fractional

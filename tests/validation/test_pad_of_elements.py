@@ -33,11 +33,11 @@ def test_pad_strain_bounds_enclose_element_strain(plate, pad, thickness):
     assert 1.1 * cut < real < 2.4 * cut
     assert block(plate, thickness) == approx(cut, rel=0.04)
     assert block(pad, thickness) == approx(whole, rel=0.04)
-    found = press_part(Face(2 * pad, 2 * pad, True), Face(2 * plate, 2 * plate, True), thickness, SHEAR, BULK, SMALL)
+    result = press_part(Face(2 * pad, 2 * pad, True), Face(2 * plate, 2 * plate, True), thickness, SHEAR, BULK, SMALL)
     strain = SMALL / (real * thickness)
-    assert found.least_strain < strain < found.strain
+    assert result.least_strain < strain < result.strain
     # one sigma of the doubt is large enough: the real strain lies within it, or a little beyond
-    assert found.strain - strain < 1.1 * found.doubt
+    assert result.strain - strain < 1.1 * result.doubt
 
 
 def test_pad_stiffness_of_elements_has_converged():

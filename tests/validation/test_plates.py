@@ -41,10 +41,10 @@ def solved(coil, shape, sizes, thickness, metal):
     radii, gap = coil
     target = Target(shape, sizes, thickness, Conductor("metal", *metal[1:]))
     edge = min(0.5 * skin_depth(*metal), 0.25 * thickness, 0.02 * min(sizes))
-    found = target_surface(target, Detail(gap, 2.0 * float(radii.max())), edge)
+    result = target_surface(target, Detail(gap, 2.0 * float(radii.max())), edge)
     if shape == "circle":
-        found = replace(found, orders=0)
-    whole = SolvedTarget(found, -0.5 * thickness, Metal(*metal))
+        result = replace(result, orders=0)
+    whole = SolvedTarget(result, -0.5 * thickness, Metal(*metal))
     potential, place = [Rings(radii, np.zeros(radii.size))], np.array([[0.0, 0.0, gap]])
     return whole.changes(rotation_matrices(np.zeros((1, 3))), place, potential, np.zeros((1, 2)))[0, 0, 0]
 

@@ -36,9 +36,9 @@ def by_triangles(name, mirror, cells):
     sides, turns, apothem, pitch, width, copper, radius = COILS[name]
     corners, rows = polygon(sides, turns, apothem, pitch), []
     for n in cells:
-        found = solved([sheet(corners, width, copper, n, n, radius=radius * width)], COPPER, FREQUENCIES, mirror)
-        inductance = found.impedances.imag / (2.0 * math.pi * FREQUENCIES)
-        rows.append(np.array([found.even, found.direct, *inductance, *found.impedances.real]))
+        result = solved([sheet(corners, width, copper, n, n, radius=radius * width)], COPPER, FREQUENCIES, mirror)
+        inductance = result.impedances.imag / (2.0 * math.pi * FREQUENCIES)
+        rows.append(np.array([result.even, result.direct, *inductance, *result.impedances.real]))
     return rows[1] + (rows[1] - rows[0]) / ((cells[1] / cells[0]) ** RATE - 1.0)
 
 

@@ -54,8 +54,8 @@ def check(metal, gap, diameter, thickness):
     whole, true = endless(gap, thickness, metal), by_elements(gap, diameter, thickness, metal)
     ours = float(found.inductance_ratios[0]) * whole[0], float(found.loss_ratios[0]) * whole[1]
     ratios = ours[0] / true[0], ours[1] / true[1]
-    said = f"L {ratios[0]:.3f} +- {found.error:.2f}, R {ratios[1]:.3f} +- {found.loss_error:.2f}"
-    print(metal, gap, diameter, thickness, said)
+    message = f"L {ratios[0]:.3f} +- {found.error:.2f}, R {ratios[1]:.3f} +- {found.loss_error:.2f}"
+    print(metal, gap, diameter, thickness, message)
     assert ours[0] == approx(true[0], abs=found.error * max(abs(ours[0]), 0.1 * ours[1] / OMEGA))
     assert ours[1] == approx(true[1], rel=0.0, abs=found.loss_error * ours[1])
 
@@ -98,8 +98,8 @@ def test_disc_elements_have_converged(metal):
 def test_large_disc_of_elements_agrees_with_infinite_plate(metal):
     """Dodd and Deeds's integral, magnetic or not: over three coil diameters of it nothing is missing."""
     pairs = by_elements(1e-3, 24e-3, 0.2e-3, metal), endless(1e-3, 0.2e-3, metal)
-    found, expected = (complex(OMEGA * change, lost) for change, lost in pairs)
-    assert abs(found - expected) < 5e-3 * abs(expected)
+    result, expected = (complex(OMEGA * change, lost) for change, lost in pairs)
+    assert abs(result - expected) < 5e-3 * abs(expected)
 
 
 def test_conductor_weight_of_foil_is_1_unless_magnetic():

@@ -36,7 +36,7 @@ def of_family(family, series="small"):
 
 def compared(rows, closed=False):
     """(method, error, bound, number) of every method on the designs of some references, or of every closed formula."""
-    found = []
+    result = []
     for row in rows:
         coil = designs.design(row["family"], int(row["number"]), row["series"] == "large")
         assert write_references.dimensions(coil).items() <= row.items(), "the design is not the one that was integrated"
@@ -46,8 +46,8 @@ def compared(rows, closed=False):
             value = method.solve(geometry) if method.is_valid(geometry) else None
             if value is not None:
                 error = abs(value / exact - 1.0)
-                found.append((method.name, error, method.error(geometry), int(row["number"])))
-    return found
+                result.append((method.name, error, method.error(geometry), int(row["number"])))
+    return result
 
 
 def assert_bounded(rows, slack):
@@ -67,9 +67,9 @@ def test_inductance_bound_holds_on_sampled_designs(family):
 def test_closed_formulas_are_within_stated_errors(family):
     """The circle's were 36 % off: the formula's turns are closed, a spiral's come inwards by a pitch meanwhile."""
     one_layer = [row for row in of_family(family) if row["layers"] == "1"]
-    found = compared(one_layer, closed=True)
-    assert len(found) > 40 and [row for row in found if row[1] > row[2]] == []
-    assert np.median([error for name, error, *_ in found if name == "current-sheet"]) < 0.02
+    result = compared(one_layer, closed=True)
+    assert len(result) > 40 and [row for row in result if row[1] > row[2]] == []
+    assert np.median([error for name, error, *_ in result if name == "current-sheet"]) < 0.02
 
 
 @pytest.mark.slow
@@ -135,9 +135,9 @@ def test_volume_integral_reproduces_whole_bench_coil():
 @pytest.mark.parametrize("shape", ["square", "racetrack"])
 def test_volume_integral_converges_with_points(shape):
     coil = next(c for c in (designs.design(shape, k) for k in range(99)) if len(c.drawn) == 1 and c.spec.turns <= 1.5)
-    one = coil.conductors[0]
+    item = coil.conductors[0]
     points = [volume_integral.Points(6, a, a - 1, 3, b, b, 2) for a, b in ((6, 3), (10, 5), (16, 8))]
-    coarse, middle, fine = (volume_integral.mutual(one, one, p) for p in points)
+    coarse, middle, fine = (volume_integral.mutual(item, item, p) for p in points)
     assert abs(middle - fine) < abs(coarse - fine)
     assert middle == approx(fine, rel=3e-5)
 

@@ -51,12 +51,12 @@ def test_random_poses_are_within_stated_errors(name):
     """
     layout, generator = boards()[name], np.random.default_rng(3)
     for number, target in zip(range(6), targets(layout.spec, generator), strict=False):
-        found = of_target(changed(layout, target, mirror=number % 2 == 1), generator)
+        result = of_target(changed(layout, target, mirror=number % 2 == 1), generator)
         if (name, number) == ("square_bench", 2):
-            assert found["own_over_stated"][5] < 1.1 and found["own"][5] < 0.009
-            found = {key: np.delete(value, 5) for key, value in found.items()}
-        assert max(found["own_over_stated"].max(), found["mutual_over_stated"].max()) < 1.0, target
-        assert found["own"].max() < 0.005 and found["mutual"].max() < 0.02 and found["loss"].max() < 0.05, target
+            assert result["own_over_stated"][5] < 1.1 and result["own"][5] < 0.009
+            result = {key: np.delete(value, 5) for key, value in result.items()}
+        assert max(result["own_over_stated"].max(), result["mutual_over_stated"].max()) < 1.0, target
+        assert result["own"].max() < 0.005 and result["mutual"].max() < 0.02 and result["loss"].max() < 0.05, target
 
 
 @pytest.mark.slow

@@ -66,18 +66,18 @@ def design(name):
 
 @pytest.mark.parametrize("name", CASES)
 def test_solved_states_equal_response_where_plate_ratios_deviate(name):
-    found = design(name)
-    assert found.estimates.is_solved
-    for one in apart(found):
-        assert one.of_stated_change < 0.3 and one.of_stated_resistance < 0.1, one
-        assert one.inductance < 1e-9 and one.resistance < 2e-9, one
+    result = design(name)
+    assert result.estimates.is_solved
+    for item in apart(result):
+        assert item.of_stated_change < 0.3 and item.of_stated_resistance < 0.1, item
+        assert item.inductance < 1e-9 and item.resistance < 2e-9, item
 
 
 @pytest.mark.parametrize("name", CASES)
 def test_estimated_sensitivity_per_newton_equals_response(name):
-    told, response = slopes(design(name))
+    text, response = slopes(design(name))
     # The disc's loss takes back two thirds of what its change of L gives: 0.3 % of R is 2 % of what is left
-    assert told == approx(response, rel=0.025 if name == "a thin disc of it" else 0.015, abs=100.0)
+    assert text == approx(response, rel=0.025 if name == "a thin disc of it" else 0.015, abs=100.0)
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -85,32 +85,32 @@ def test_states_by_plate_ratios_agree_with_response_within_stated_errors(name):
     """So a design that grows too large to be solved moves by no more than what shares state."""
     known = design(name)
     by_shares = Design(known.spec, known.layout, estimated(known.layout, is_solved=False))
-    for one in apart(by_shares):
-        assert one.of_stated_change < 1.0 and one.of_stated_resistance < 1.0, one
+    for item in apart(by_shares):
+        assert item.of_stated_change < 1.0 and item.of_stated_resistance < 1.0, item
 
 
 def test_mean_performance_sensitivity_equals_secant_of_estimate():
     """Its slopes at nothing, half and all of the force are the secant's by Simpson's rule."""
-    found = design("stainless steel")
-    first, middle, last = (point.axes["normal"].sensitivity[0] for point in found.performance)
-    secant = found.estimates.coils[0].sensitivity(found.estimates.normal_force)[1]
+    result = design("stainless steel")
+    first, middle, last = (point.axes["normal"].sensitivity[0] for point in result.performance)
+    secant = result.estimates.coils[0].sensitivity(result.estimates.normal_force)[1]
     assert (first + 4.0 * middle + last) / 6.0 == approx(secant, rel=3e-3)
 
 
 @pytest.mark.parametrize(
-    "name", [one if one == "bench_7mm" else pytest.param(one, marks=pytest.mark.slow) for one in TEMPLATES]
+    "name", [item if item == "bench_7mm" else pytest.param(item, marks=pytest.mark.slow) for item in TEMPLATES]
 )
 def test_states_of_templates_equal_response(name):
     sensor = Design(sitscad.load(Path(__file__).parents[2] / "templates" / f"{name}.yaml"))
     if sensor.spec.target is None:
         return
-    found = sensor if sensor.spec.cells is None else sensor.cells.by_number(2)
-    for one in apart(found):
-        assert one.of_stated_change < 0.5 and one.of_stated_resistance < 0.3, one
-    if found.estimates.normal_force:
-        told, response = slopes(found)
+    result = sensor if sensor.spec.cells is None else sensor.cells.by_number(2)
+    for item in apart(result):
+        assert item.of_stated_change < 0.5 and item.of_stated_resistance < 0.3, item
+    if result.estimates.normal_force:
+        text, response = slopes(result)
         # a cell's response leaves the idle coils of other cells out
-        assert told == approx(response, rel=1e-4 if sensor.spec.cells is None else 1e-2)
+        assert text == approx(response, rel=1e-4 if sensor.spec.cells is None else 1e-2)
 
 
 @pytest.mark.parametrize("name", ["grasper_3p5mm", "jaw_5x20"])
@@ -118,12 +118,12 @@ def test_resistance_change_is_within_bound_and_marked_if_sign_is_unknown(name):
     """The estimate had R grow by 0.7 mohm in the small jaw, the response fall by 0.01: the target's loss and what it
     takes from jaw and tracks cancel.
     """
-    found = Design(sitscad.load(Path(__file__).parents[2] / "templates" / f"{name}.yaml"))
-    force = found.estimates.normal_force
-    solved = found.response.respond_to_loads(np.array([[0.0, 0.0, 0.0], [force, 0.0, 0.0]])).resistance
-    table = coil_table(found.estimates.coils, found.estimates.temperature)
+    result = Design(sitscad.load(Path(__file__).parents[2] / "templates" / f"{name}.yaml"))
+    force = result.estimates.normal_force
+    solved = result.response.respond_to_loads(np.array([[0.0, 0.0, 0.0], [force, 0.0, 0.0]])).resistance
+    table = coil_table(result.estimates.coils, result.estimates.temperature)
     row = next(row for row in table.rows if row[0] == RESISTANCE_CHANGE)
-    for k, coil in enumerate(found.estimates.coils):
+    for k, coil in enumerate(result.estimates.coils):
         change, error = coil.resistance_change
         assert abs(solved[1, k] - solved[0, k] - change) < error < 0.02 * coil.states["rest"].resistance
         assert ("either sign" in row[1 + k]) == (error > abs(change)) == (name == "grasper_3p5mm")
@@ -133,8 +133,8 @@ def test_resistance_change_is_within_bound_and_marked_if_sign_is_unknown(name):
 def test_states_of_random_designs_are_within_stated_errors():
     """Seeds that the figures of docs/accuracy.md do not have."""
     designs = [known for seed in range(2001, 2041) if (known := varied(seed)) is not None]
-    found = [(one, known.estimates.is_solved) for known in designs for one in apart(known)]
-    assert len(found) > 20
-    assert max(one.of_stated_change for one, _ in found) < 1.0
-    assert max(one.of_stated_resistance for one, _ in found) < 1.0
-    assert max(one.inductance for one, is_solved in found if is_solved) < 3e-3
+    result = [(item, known.estimates.is_solved) for known in designs for item in apart(known)]
+    assert len(result) > 20
+    assert max(item.of_stated_change for item, _ in result) < 1.0
+    assert max(item.of_stated_resistance for item, _ in result) < 1.0
+    assert max(item.inductance for item, is_solved in result if is_solved) < 3e-3

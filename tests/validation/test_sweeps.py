@@ -34,12 +34,12 @@ def test_states_are_continuous_in_target_thickness():
     spec, thickness = sitscad.load(TEMPLATE), np.linspace(0.385, 0.417, 17)
     states = []
     for value in thickness:
-        found = sitscad.Design(spec.replace("target.thickness", 1e-3 * float(value))).estimates
-        states.append([(one.inductance, one.parallel_resistance, one.resistance, one.resistance_error,
-                        one.target_change_error) for one in (coil.states["rest"] for coil in found.coils)]
+        result = sitscad.Design(spec.replace("target.thickness", 1e-3 * float(value))).estimates
+        states.append([(item.inductance, item.parallel_resistance, item.resistance, item.resistance_error,
+                        item.target_change_error) for item in (coil.states["rest"] for coil in result.coils)]
                       )
-        assert found.is_solved
-    told = np.array(states)[:, 0]
-    steps = np.abs(np.diff(told, axis=0)) / told[:-1]
+        assert result.is_solved
+    text = np.array(states)[:, 0]
+    steps = np.abs(np.diff(text, axis=0)) / text[:-1]
     assert np.all(steps[:, 0] < 2e-4) and np.all(steps[:, 1:3] < 6e-4)
-    assert np.all(steps[:, 3] < 0.03) and np.all(np.abs(np.diff(told[:, 4])) < 0.015)
+    assert np.all(steps[:, 3] < 0.03) and np.all(np.abs(np.diff(text[:, 4])) < 0.015)

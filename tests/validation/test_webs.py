@@ -35,5 +35,5 @@ def test_web_crosstalk_of_elements_is_within_stated_limit(measures, tmp_path):
 
 
 def test_web_stiffening_of_elements_matches_table():
-    found = added(20.0 / 3.0, 20.0 / 3.0, 0.0, 4.0 / 3.0, 4.0 / 3.0)
-    assert found == approx([0.0296, 0.0378, 0.0124, 0.0498, 0.00315, 0.0233, 0.0476], rel=0.01)
+    result = added(20.0 / 3.0, 20.0 / 3.0, 0.0, 4.0 / 3.0, 4.0 / 3.0)
+    assert result == approx([0.0296, 0.0378, 0.0124, 0.0498, 0.00315, 0.0233, 0.0476], rel=0.01)

@@ -15,9 +15,9 @@ def change(boxes, size, thickness, radii, heights, across=12, through=4):
     """
     panels = [box_panels(size, thickness, across, through) + np.array([x, 0.0, z]) for x, z in boxes]
     corners = np.concatenate(panels)
-    owner = np.repeat(np.arange(len(boxes)), [len(one) for one in panels])
-    kept = corners.mean(axis=1)[:, 1] > 0.0
-    corners, owner = corners[kept], owner[kept]
+    owner = np.repeat(np.arange(len(boxes)), [len(item) for item in panels])
+    stored = corners.mean(axis=1)[:, 1] > 0.0
+    corners, owner = corners[stored], owner[stored]
     middles, normals = corners.mean(axis=1), np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     area = 0.5 * np.linalg.norm(normals, axis=1)
     normals = normals / (2.0 * area[:, None])

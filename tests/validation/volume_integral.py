@@ -80,13 +80,13 @@ def _tangents(segment):
         return t, t
     _, _, radius, azimuth, direction, angle, *fall = segment
     fall = fall[0] if fall else 0.0
-    found = []
+    result = []
     for a, r in ((azimuth, radius), (azimuth + direction * angle, radius - fall * angle)):
         t = np.array(
             [-fall * math.cos(a) - direction * r * math.sin(a), -fall * math.sin(a) + direction * r * math.cos(a)]
         )
-        found.append(t / np.hypot(*t))
-    return found[0], found[1]
+        result.append(t / np.hypot(*t))
+    return result[0], result[1]
 
 
 def _mitre(one, other):
@@ -210,8 +210,8 @@ def _crossing(a, i, x1, b, j, x2):
     s = np.zeros(i.shape)
     curved = (i >= len(a.starts)) & (j >= len(b.starts))
     if curved.any():
-        one, other = a.polar[i[curved] - len(a.starts)], b.polar[j[curved] - len(b.starts)]
-        s[curved] = _curves_cross(one, x1[curved], other, x2[curved])
+        item, other = a.polar[i[curved] - len(a.starts)], b.polar[j[curved] - len(b.starts)]
+        s[curved] = _curves_cross(item, x1[curved], other, x2[curved])
     both = (i < len(a.starts)) & (j < len(b.starts))
     p, q = i[both], j[both]
     d, e = a.ends[p] - a.starts[p], b.ends[q] - b.starts[q]
@@ -273,9 +273,9 @@ def _graded_part(a, i, b, j, x1, x2, dz, weight, outer, inner):
     edges = np.sort(np.clip(cuts, 0.0, 1.0), axis=1)
     edges = np.concatenate([np.zeros((len(i), 1)), edges, np.ones((len(i), 1))], axis=1)
     low, high = edges[:, :-1].ravel(), edges[:, 1:].ravel()
-    kept = high - low > 1e-12
-    pair = np.repeat(np.arange(len(i)), 4)[kept]
-    low, step = low[kept, None], (high - low)[kept, None]
+    stored = high - low > 1e-12
+    pair = np.repeat(np.arange(len(i)), 4)[stored]
+    low, step = low[stored, None], (high - low)[stored, None]
     point, element = _points(a, i[pair], x1[pair], low + step * t)
     potential = _potential(b, j[pair], x2[pair], point, dz[pair], inner)
     return float(np.sum(weight[pair, None] * step * weights * np.sum(element * potential, -1)))
@@ -285,7 +285,7 @@ def _plain_sum(a, b, far, x1, x2, dz, count):
     """Sum over the pairs of `far` (na, nb) of plain Gauss points on both pieces."""
     t, weights = rule(count)
     na, nb = far.shape
-    one, d1 = _points(a, np.arange(na), np.full(na, x1), np.broadcast_to(t, (na, count)))
+    item, d1 = _points(a, np.arange(na), np.full(na, x1), np.broadcast_to(t, (na, count)))
     two, d2 = _points(b, np.arange(nb), np.full(nb, x2), np.broadcast_to(t, (nb, count)))
     d1, d2 = d1 * weights[:, None], d2 * weights[:, None]
     two, d2 = two.reshape(-1, 2), d2.reshape(-1, 2)
@@ -294,7 +294,7 @@ def _plain_sum(a, b, far, x1, x2, dz, count):
         columns = np.repeat(far[k], count)
         if columns.any():
             q, e = two[columns], d2[columns]
-            square = (one[k][:, None, 0] - q[:, 0]) ** 2 + (one[k][:, None, 1] - q[:, 1]) ** 2 + dz * dz
+            square = (item[k][:, None, 0] - q[:, 0]) ** 2 + (item[k][:, None, 1] - q[:, 1]) ** 2 + dz * dz
             total += float(np.sum((d1[k] @ e.T) / np.sqrt(square)))
     return total
 
@@ -303,13 +303,13 @@ def _distances(a, b, samples=25):
     """Roughly the least distance of every two pieces (never above it by much), and the longer one's length."""
     s = np.linspace(0.0, 1.0, samples)
     na, nb = len(a.starts) + len(a.polar), len(b.starts) + len(b.polar)
-    one, d1 = _points(a, np.arange(na), np.zeros(na), np.broadcast_to(s, (na, samples)))
+    item, d1 = _points(a, np.arange(na), np.zeros(na), np.broadcast_to(s, (na, samples)))
     two, d2 = _points(b, np.arange(nb), np.zeros(nb), np.broadcast_to(s, (nb, samples)))
     long1, long2 = np.hypot(d1[:, 0, 0], d1[:, 0, 1]), np.hypot(d2[:, 0, 0], d2[:, 0, 1])
     flat = two.reshape(-1, 2)
     least = np.empty((na, nb))
     for k in range(na):
-        square = (one[k][:, None, 0] - flat[:, 0]) ** 2 + (one[k][:, None, 1] - flat[:, 1]) ** 2
+        square = (item[k][:, None, 0] - flat[:, 0]) ** 2 + (item[k][:, None, 1] - flat[:, 1]) ** 2
         least[k] = np.sqrt(square.reshape(samples, nb, samples).min(axis=(0, 2)))
     slack = 0.5 / (samples - 1) * np.minimum(long1[:, None], long2[None, :])
     # along parallel pieces a sample stands beside a piece of the other: at most half a step away along it
@@ -334,13 +334,13 @@ def _section(width, t1, t2, dz, across, through, mean):
             for u, w1 in zip(aside, slope * ws, strict=True)
             for h, w2 in heights
         ]
-    found = []
+    result = []
     for d, h, w1 in apart:
         for side in (-1.0, 1.0):
             for m, w2 in zip(x, wx, strict=True):
                 middle = (m - 0.5) * (width - d)
-                found.append((middle + 0.5 * side * d, middle - 0.5 * side * d, h, 0.5 * w1 * w2))
-    return found
+                result.append((middle + 0.5 * side * d, middle - 0.5 * side * d, h, 0.5 * w1 * w2))
+    return result
 
 
 def _touching(width, thickness, across, through):
@@ -350,12 +350,12 @@ def _touching(width, thickness, across, through):
     reach = math.asinh(width / thickness)
     x, wx = rule(through + math.ceil(reach))
     sloped, wsloped = thickness / width * np.sinh(reach * x), wx * reach * thickness / width * np.cosh(reach * x)
-    found = []
+    result = []
     for u, w1 in zip(s * s, 2.0 * s * ws, strict=True):
         points = [(u, u * y, w) for y, w in zip(v, wv, strict=True)]
         points += [(u * y, u, w) for y, w in zip(sloped, wsloped, strict=True)]
-        found += [(width * d, thickness * z, 4.0 * (1.0 - d) * (1.0 - z) * u * w1 * w) for d, z, w in points]
-    return found
+        result += [(width * d, thickness * z, 4.0 * (1.0 - d) * (1.0 - z) * u * w1 * w) for d, z, w in points]
+    return result
 
 
 def _heights(t1, t2, dz, count):
@@ -364,7 +364,7 @@ def _heights(t1, t2, dz, count):
     if outer == 0.0:
         return [(abs(dz), 1.0)]
     s, ws = rule(count)
-    found = []
+    result = []
     if dz == 0.0 and inner < 1e-12 * outer:
         return [(outer * u**3, 3.0 * u * u * w * 2.0 * (1.0 - u**3)) for u, w in zip(s, ws, strict=True)]
     edges = [-outer, -inner, inner, outer]
@@ -373,8 +373,8 @@ def _heights(t1, t2, dz, count):
             for u, w in zip(s, ws, strict=True):
                 zeta = low + (high - low) * u
                 density = min(1.0, (outer - abs(zeta)) / (outer - inner)) if outer > inner else 1.0
-                found.append((abs(dz + zeta), w * (high - low) * density / (outer + inner)))
-    return found
+                result.append((abs(dz + zeta), w * (high - low) * density / (outer + inner)))
+    return result
 
 
 def _strands(a, b, count, through):

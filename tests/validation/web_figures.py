@@ -58,12 +58,12 @@ def moved(folder: Path, model: Bricks, move, is_even: bool) -> tuple[np.ndarray,
     held += [((places[:, 1] < 1e-12) & ~near, axis, 0.0) for axis in ((1,) if is_even else (0, 2))]
     arms, nodes = places[near] - middle, np.flatnonzero(near)
     for node, way in zip(nodes, move(arms), strict=True):
-        one = np.arange(len(places)) == node
-        held += [(one, axis, float(way[axis])) for axis in range(3)]
+        item = np.arange(len(places)) == node
+        held += [(item, axis, float(way[axis])) for axis in range(3)]
     rubber = (2.0 * SHEAR * (1.0 + POISSON), POISSON)
     materials = {"PAD": rubber, "NEAR": METAL} | ({"FAR": METAL} if model.of("FAR").any() else {})
-    found, forces = model.solved(folder, materials, held)
-    return found, forces[near].sum(axis=0), np.cross(arms, forces[near]).sum(axis=0)
+    result, forces = model.solved(folder, materials, held)
+    return result, forces[near].sum(axis=0), np.cross(arms, forces[near]).sum(axis=0)
 
 
 def turned(axis: int):
@@ -79,16 +79,16 @@ def shifted(axis: int):
 def added(along: float, across: float, rim: float, gap: float, web: float) -> list[float]:
     """The figures of one line."""
     bare, joined = (pair(along, across, rim, gap, web, is_joined) for is_joined in (False, True))
-    found = []
+    result = []
     with tempfile.TemporaryDirectory() as name:
         for move, axis, is_even in ((shifted, 2, True), (shifted, 0, True), (shifted, 1, False), (turned, 1, True),
                                     (turned, 0, False), (turned, 2, False)):
-            one, other = (moved(Path(name), model, move(axis), is_even)[1:] for model in (bare, joined))
+            item, other = (moved(Path(name), model, move(axis), is_even)[1:] for model in (bare, joined))
             which = int(move is turned)
-            found.append(other[which][axis] / one[which][axis] - 1.0)
-            if not found[1:]:
+            result.append(other[which][axis] / item[which][axis] - 1.0)
+            if not result[1:]:
                 aside = -other[1][1] / other[0][2]
-    return [*found, aside]
+    return [*result, aside]
 
 
 def main() -> None:

@@ -44,12 +44,12 @@ def _verdict(*findings: dict[str, object]) -> Event:
 def test_watch_reports_only_changed_findings_and_numbers():
     first = _verdict(_finding("SIT103", 4, "narrow"), _finding("SIT215", 6, "weak"))
     then = _verdict(_finding("SIT103", 5, "narrow"), _finding("SIT217", 7, "small"))
-    found = event_changes(then, first)
-    assert [[each["rule"] for each in found[kind]] for kind in ("new", "gone", "moved")] == [
+    result = event_changes(then, first)
+    assert [[each["rule"] for each in result[kind]] for kind in ("new", "gone", "moved")] == [
         ["SIT217"], ["SIT215"], ["SIT103"]]
-    said = event_lines(2, Event("findings", then.data | {"last": True}), first, verbose=True)
-    assert said[0].startswith("+ line 7") and said[1].startswith("- line 6") and said[-1] == "ok: 2 warnings"
-    assert said[2].startswith("~ line 5") and said[2].endswith("(was line 4)")
+    message = event_lines(2, Event("findings", then.data | {"last": True}), first, verbose=True)
+    assert message[0].startswith("+ line 7") and message[1].startswith("- line 6") and message[-1] == "ok: 2 warnings"
+    assert message[2].startswith("~ line 5") and message[2].endswith("(was line 4)")
     assert event_lines(2, then, then) == ["save 2"]
     numbers = Event("estimate", {"numbers": {"L of C1": "2 uH", "L of C2": "3 uH", "f of C1": "1 MHz"}})
     later = Event("estimate", {"numbers": {"L of C1": "2.1 uH", "L of C2": "4 uH", "f of C1": "1 MHz"}})
@@ -129,13 +129,13 @@ def test_changed_readout_reuses_drawing_solution_and_solids(tmp_path, monkeypatc
 
 
 def test_file_stamp_changes_when_file_is_replaced_by_equal_size(tmp_path):
-    one, other = tmp_path / "a", tmp_path / "b"
-    one.write_text("x")
+    item, other = tmp_path / "a", tmp_path / "b"
+    item.write_text("x")
     other.write_text("y")
-    os.utime(other, ns=(one.stat().st_atime_ns, one.stat().st_mtime_ns))
-    seen = file_stamp(str(one))
-    os.replace(other, one)
-    assert file_stamp(str(one)) != seen and file_stamp(str(tmp_path / "none")) is None
+    os.utime(other, ns=(item.stat().st_atime_ns, item.stat().st_mtime_ns))
+    seen = file_stamp(str(item))
+    os.replace(other, item)
+    assert file_stamp(str(item)) != seen and file_stamp(str(tmp_path / "none")) is None
 
 
 @pytest.fixture
@@ -306,10 +306,10 @@ class Watched:
 def watched(tmp_path):
     path = tmp_path / "coil.yaml"
     path.write_text(SPEC, encoding="utf-8")
-    found = Watched(path)
-    yield found, path
-    found.process.kill()
-    found.process.wait()
+    result = Watched(path)
+    yield result, path
+    result.process.kill()
+    result.process.wait()
 
 
 def _saved(path: Path, text: str) -> None:
@@ -320,32 +320,32 @@ def _saved(path: Path, text: str) -> None:
 
 @pytest.mark.slow
 def test_watch_follows_saves_and_exits_0_on_interrupt(watched):
-    found, path = watched
-    assert found.until(lambda event: event["stage"] == "estimate")["revision"] == 1
+    result, path = watched
+    assert result.until(lambda event: event["stage"] == "estimate")["revision"] == 1
     _saved(path, SPEC.replace("sitscad: 1", "sitscad: one"))
-    assert found.until(lambda event: event["revision"] == 2)["unreadable"]
+    assert result.until(lambda event: event["revision"] == 2)["unreadable"]
     path.unlink()
     time.sleep(0.3)
     _saved(path, SPEC)
-    found.until(lambda event: event["revision"] == 3)
+    result.until(lambda event: event["revision"] == 3)
     _saved(path, SPEC + "# again\n")
-    third = found.until(lambda event: event["revision"] == 3 and (event["stage"] == "overtaken" or event.get("last")))
+    third = result.until(lambda event: event["revision"] == 3 and (event["stage"] == "overtaken" or event.get("last")))
     assert third.get("last") or third == {"stage": "overtaken", "revision": 3, "by": 4}  # or it was done before
-    last = found.until(lambda event: event["revision"] == 4 and event.get("last"))
+    last = result.until(lambda event: event["revision"] == 4 and event.get("last"))
     assert last["counts"]["error"] == 0
-    found.process.send_signal(signal.SIGINT)
-    assert found.process.wait(20) == 0
+    result.process.send_signal(signal.SIGINT)
+    assert result.process.wait(20) == 0
 
 
 @pytest.mark.slow
 @pytest.mark.more
 def test_hundred_saves_with_invalid_specs_end_with_correct_verdict(watched):
     """No crash, the last one is what is said at the end, and memory stays where it was."""
-    found, path = watched
-    found.until(lambda event: event.get("last"))
+    result, path = watched
+    result.until(lambda event: event.get("last"))
 
     def memory() -> int:
-        family = [found.process.pid, *_children(found.process.pid)]
+        family = [result.process.pid, *_children(result.process.pid)]
         return sum(int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * 4096 for pid in family)
 
     sizes = []
@@ -353,14 +353,14 @@ def test_hundred_saves_with_invalid_specs_end_with_correct_verdict(watched):
         text = SPEC.replace("name:", "nam:") if number % 7 == 3 else SPEC + f"# {number}\n"
         _saved(path, text)
         if number % 5 == 0:
-            found.until(lambda event: event["stage"] == "findings")
+            result.until(lambda event: event["stage"] == "findings")
             sizes.append(memory())
         else:
             time.sleep(0.05)
     _saved(path, SPEC.replace("turns: ", "turns: 0.5 # "))
-    end = found.until(lambda event: event.get("last") or event.get("unreadable"))
+    end = result.until(lambda event: event.get("last") or event.get("unreadable"))
     while any("turns" in each["key"] for each in end["findings"]) is False:
-        end = found.until(lambda event: event.get("last") or event.get("unreadable"))
+        end = result.until(lambda event: event.get("last") or event.get("unreadable"))
     assert max(sizes[10:]) < 1.5 * max(sizes[:5])
 
 

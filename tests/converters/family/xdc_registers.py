@@ -33,13 +33,13 @@ def registers(
     output_gain: int | None = None,
 ) -> tuple[Register, ...]:
     """Every register to write after reset."""
-    found = []
+    result = []
     for number, channel in enumerate(channels):
-        found += [
+        result += [
             Register(0x10 + number, f"WINDOW{number}", channel.rcount, f"window of {channel.rcount}"),
             Register(0x14 + number, f"SETTLE{number}", channel.settle_count, f"settling of {channel.settle_count}"),
             Register(0x18 + number, f"DIVIDE{number}", channel.input_divider << 8 | channel.reference_divider,
                      "dividers"),
             Register(0x1C + number, f"DRIVE{number}", channel.drive_code, f"drive code {channel.drive_code}"),
         ]
-    return (*found, Register(0x01, "RUN", 1 | external_clock << 1, "wakes the device"))
+    return (*result, Register(0x01, "RUN", 1 | external_clock << 1, "wakes the device"))

@@ -83,12 +83,12 @@ LINES = GOOD.splitlines()
 
 def places():
     """Dotted key to its line number and column, by indentation alone."""
-    found, stack = {}, []
+    result, stack = {}, []
     for number, line in enumerate(LINES, 1):
         indent = len(line) - len(line.lstrip())
         stack = [*stack[: indent // 2], line.strip().split(":")[0]]
-        found[".".join(stack)] = (number, indent + 1)
-    return found
+        result[".".join(stack)] = (number, indent + 1)
+    return result
 
 
 PLACES = places()
@@ -233,8 +233,8 @@ def test_more_than_200_wrong_values_are_tested():
 def test_wrong_value_is_reported_with_its_line_column_and_key(key, value, rule):
     if key in SECTIONS:
         number, column = PLACES[key]
-        kept = [line for line in LINES[number:] if len(line) - len(line.lstrip()) < column]
-        rest = kept and LINES[LINES.index(kept[0], number) :]
+        stored = [line for line in LINES[number:] if len(line) - len(line.lstrip()) < column]
+        rest = stored and LINES[LINES.index(stored[0], number) :]
         lines = [*LINES[: number - 1], f"{key}: {value}", *rest]
         text, column = "\n".join(lines) + "\n", len(key) + 3
     else:
@@ -387,8 +387,8 @@ def test_contradictory_values_are_reported_at_their_key(changes, rule, key):
 
 def test_all_faults_of_a_spec_are_reported_together():
     text = GOOD.replace("turns", "turn").replace("4.8 N", "4.8").replace("flex-4l", "flex-9l").replace("4.5", "-4.5", 1)
-    found = [(f.rule, f.key) for f in findings_of(text)]
-    assert found == [
+    findings = [(f.rule, f.key) for f in findings_of(text)]
+    assert findings == [
         ("SIT003", "coil.turns"),
         ("SIT002", "coil.turn"),
         ("SIT006", "array.pitch"),

@@ -108,7 +108,7 @@ READ = {
 def test_number_is_read_as_in_yaml_1_2_or_refused(written, kind):
     value, wanted = read_yaml(f"a: {written}\n").data["a"], READ[written]
     try:
-        found = kind.read(value)
+        result = kind.read(value)
     except Refusal as error:
         meant = error.facts.get("meant")
         assert wanted is None or kind is FORCE, "it is a number"
@@ -117,7 +117,7 @@ def test_number_is_read_as_in_yaml_1_2_or_refused(written, kind):
             assert kind.read(read_yaml(f"a: {meant}\n").data["a"]) == kind.read(read_yaml(f"a: {digits}\n").data["a"])
         return
     scale = 1e-3 if kind is LENGTH else 1
-    assert found == approx((wanted if wanted is not None else float(written.strip('"'))) * scale, rel=1e-15, abs=0)
+    assert result == approx((wanted if wanted is not None else float(written.strip('"'))) * scale, rel=1e-15, abs=0)
 
 
 @pytest.mark.parametrize("version", ["1.1", "1.0", "2.0", "1.3"])

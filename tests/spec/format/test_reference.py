@@ -21,10 +21,10 @@ TEXT = (DOCS / "spec.md").read_text(encoding="utf-8")
 
 def tables():
     """The keys of every table, by the heading above it."""
-    found = {}
+    result = {}
     for block in re.split(r"^## ", TEXT, flags=re.MULTILINE)[1:]:
-        found[block.splitlines()[0]] = re.findall(r"^\| `(\w+)` \|", block, re.MULTILINE)
-    return {title: keys for title, keys in found.items() if keys}
+        result[block.splitlines()[0]] = re.findall(r"^\| `(\w+)` \|", block, re.MULTILINE)
+    return {title: keys for title, keys in result.items() if keys}
 
 
 def test_reference_page_lists_keys_of_each_section_in_schema_order():
@@ -87,7 +87,7 @@ def test_unknown_preset_name_hint_shows_how_to_write_values_out(line, words):
     coil = "coil: {shape: circle, outer_diameter: 8, turns: 8, trace_width: 0.15, trace_spacing: 0.15}"
     with pytest.raises(SpecError) as caught:
         load_text(f"sitscad: 1\nname: x\n{coil}\n{line}\n")
-    (found,) = caught.value.findings
-    assert found.rule == "SIT007" and "allowed: " in found.hint
+    (findings,) = caught.value.findings
+    assert findings.rule == "SIT007" and "allowed: " in findings.hint
     for part in (*words, "or write it out", "docs/spec.md"):
-        assert part in found.hint
+        assert part in findings.hint

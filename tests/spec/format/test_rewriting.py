@@ -124,8 +124,8 @@ def test_replacing_any_template_value_changes_only_that_value(data):
     after = rewritten(text, [Edit(key, new)])
     changed = {k for k, v in flat(read_yaml(after).data).items() if before.get(k) != v}
     assert all(f"{k}.".startswith(f"{key}.") for k in changed)
-    one, other = text.splitlines(), after.splitlines()
-    assert len(one) == len(other) and sum(a != b for a, b in zip(one, other, strict=True)) <= 1
+    item, other = text.splitlines(), after.splitlines()
+    assert len(item) == len(other) and sum(a != b for a, b in zip(item, other, strict=True)) <= 1
     (edit,) = completed(text, [Edit(key, new)]) or (Edit(key, new),)
     assert rewritten(after, [edit]) == after
 

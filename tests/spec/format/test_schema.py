@@ -34,7 +34,7 @@ def test_schema_states_dialect_file_pattern_and_required_keys():
     assert section("coil")["required"] == []
     ways = [set(way["required"]) for way in section("coil")["oneOf"]]
     four, always = {"turns", "inner_diameter", "trace_width", "trace_spacing"}, {"shape", "outer_diameter"}
-    assert sorted(map(sorted, ways)) == sorted([["drawn"], *(sorted(always | four - {one}) for one in four)])
+    assert sorted(map(sorted, ways)) == sorted([["drawn"], *(sorted(always | four - {item}) for item in four)])
     assert schema["additionalProperties"] is False
 
 

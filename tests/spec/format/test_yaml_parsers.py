@@ -24,11 +24,11 @@ def read_by(parser, text):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(reader, "PARSER", parser)
         try:
-            found = reader.read_yaml(text)
+            result = reader.read_yaml(text)
         except TextError:
             return None
-    values = {key: found.values[key] for key in found.ends}  # parsers place what is empty each in its own way
-    return repr(found.data), list(found.keys.items()), values, found.ends, [str(flaw) for flaw in found.flaws]
+    values = {key: result.values[key] for key in result.ends}  # parsers place what is empty each in its own way
+    return repr(result.data), list(result.keys.items()), values, result.ends, [str(flaw) for flaw in result.flaws]
 
 
 def same(text):

@@ -176,10 +176,10 @@ def test_coil_trace_limits_depend_on_foil_thickness(stackup, copper, wanted, rul
     """By the foil before plating: a 30 um outer layer of 18 um foil and 12 um plating counts as 18 um."""
     coil = "coil: {shape: circle, outer_diameter: 8, turns: 8, layers: 2, trace_width: 0.15, trace_spacing: 0.15}"
     text = f"sitscad: 1\nname: x\n{coil}\nfpc: {{stackup: {stackup}, rules: %s}}\n"
-    found = load_text(text % rules).fpc.rules
-    assert found.coil_copper == approx(copper, rel=1e-6)
-    assert (found.coil_trace_width, found.coil_trace_spacing) == approx((wanted * 25.4e-6,) * 2, rel=1e-6)
-    assert f"{wanted} mil" in found.sources["coil_trace_width"]
+    result = load_text(text % rules).fpc.rules
+    assert result.coil_copper == approx(copper, rel=1e-6)
+    assert (result.coil_trace_width, result.coil_trace_spacing) == approx((wanted * 25.4e-6,) * 2, rel=1e-6)
+    assert f"{wanted} mil" in result.sources["coil_trace_width"]
     own = load_text(text % f"{{based_on: {rules}, coil_trace_width: 0.12}}").fpc.rules
     assert own.coil_trace_width == approx(120e-6, rel=1e-6) and own.coil_copper is None
     assert own.sources["coil_trace_width"] == "the spec"
@@ -198,8 +198,8 @@ def test_coil_trace_limits_depend_on_foil_thickness(stackup, copper, wanted, rul
 )
 def test_annular_ring_limit_depends_on_layer_count(rules, stackup, ring, said):
     """Where the house states a ring of its own it holds; of the generic one four layers ask 0.15 mm, as Rehan does."""
-    found = load_text(MINIMAL + f"fpc: {{stackup: {stackup}, rules: {rules}}}").fpc.rules
-    assert found.annular_ring == approx(ring, rel=1e-6) and said in found.sources["annular_ring"]
+    result = load_text(MINIMAL + f"fpc: {{stackup: {stackup}, rules: {rules}}}").fpc.rules
+    assert result.annular_ring == approx(ring, rel=1e-6) and said in result.sources["annular_ring"]
 
 
 @pytest.mark.parametrize("name", presets.names("rules"))
@@ -208,9 +208,9 @@ def test_installed_trace_limits_state_valid_copper_thickness(name):
     rules = installed_rules(name)
     assert rules.track_lines and rules.track_lines[-1].copper >= 35e-6
     thickest = rules.track_lines[-1].copper
-    said = rules.for_foil(thickest).sources, rules.for_foil(210e-6).sources
+    message = rules.for_foil(thickest).sources, rules.for_foil(210e-6).sources
     for field in ("trace_width", "trace_spacing"):
-        assert "nothing is stated" not in said[0][field] and "nothing is stated for 210 um" in said[1][field]
+        assert "nothing is stated" not in message[0][field] and "nothing is stated for 210 um" in message[1][field]
 
 
 def test_copper_thicker_than_table_uses_largest_trace_limits():

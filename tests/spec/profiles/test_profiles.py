@@ -174,9 +174,9 @@ def messages(spec, *rules):
 @pytest.mark.slow
 def test_finding_names_profile_that_states_the_limit(folder):
     """With the one that is based on it, where that is what the spec names; a user's with file and line."""
-    said = {name: messages(load(write(folder, name)), "SIT103")["SIT103"] for name in ("wellpcb", "generic-flex")}
-    assert "minimum 152.4 um (wellpcb (which takes that from generic-flex))" in said["wellpcb"]
-    assert "minimum 152.4 um (generic-flex)" in said["generic-flex"]
+    message = {name: messages(load(write(folder, name)), "SIT103")["SIT103"] for name in ("wellpcb", "generic-flex")}
+    assert "minimum 152.4 um (wellpcb (which takes that from generic-flex))" in message["wellpcb"]
+    assert "minimum 152.4 um (generic-flex)" in message["generic-flex"]
     loop = "coil_trace_width: 0.2\ncoil_trace_spacing: 0.2\n"
     own = load(write(folder, "ours.yaml", ours="based_on: shop.yaml\nvia_drill: 0.2\n", shop=f"name: a shop\n{loop}"))
     assert "minimum 200 um (a shop (shop.yaml line 3))" in messages(own, "SIT103")["SIT103"]
@@ -219,10 +219,10 @@ def test_console_marks_unverified_limits_and_cites_profile_line(folder):
 def _tight(folder):
     """What the check prints of a board whose holes stand close together, by a figure that nobody has seen."""
     layout = lay_out(load(write(folder, "generic-flex")))
-    one = layout.vias[0]
-    near = replace(one, centre=one.centre.shifted(one.drill + 0.1e-3, 0.0))
-    found = check(layout.spec, replace(layout, vias=(*layout.vias, near)))
-    return as_text([checked_spec(layout.spec.name, layout.spec.source, found.findings, found.not_checked)])
+    item = layout.vias[0]
+    near = replace(item, centre=item.centre.shifted(item.drill + 0.1e-3, 0.0))
+    findings = check(layout.spec, replace(layout, vias=(*layout.vias, near)))
+    return as_text([checked_spec(layout.spec.name, layout.spec.source, findings.findings, findings.not_checked)])
 
 
 def foil(thickness):
@@ -241,9 +241,9 @@ def unknown(found, copper):
 @pytest.mark.parametrize("base", ["generic-flex", "generic-fine", "osh-park-flex", "lab-circuits", "wellpcb"])
 def test_copper_thicker_than_stated_limits_yields_errors(folder, thickness, is_said, base):
     """Also for a generic figure: 100 um between tracks of 210 um copper is etched by nobody."""
-    found = check(load(write(folder, base, stackup=foil(thickness)))).findings
-    said = {("SIT101", "error"), ("SIT102", "error"), ("SIT103", "warning")}
-    assert unknown(found, thickness) == (said if is_said else set())
+    findings = check(load(write(folder, base, stackup=foil(thickness)))).findings
+    message = {("SIT101", "error"), ("SIT102", "error"), ("SIT103", "warning")}
+    assert unknown(findings, thickness) == (message if is_said else set())
 
 
 @pytest.mark.slow
@@ -252,9 +252,9 @@ def test_user_limits_for_thick_copper_yield_no_unknown_limit_errors(folder):
     plain = "trace_width: 0.1\ntrace_spacing: 0.1\ncoil_trace_width: 0.1\ncoil_trace_spacing: 0.1\n"
     assert unknown(check(load(write(folder, "ours.yaml", stackup=foil(210), ours=plain))).findings, 210) == set()
     thick = "trace_width_70um: 0.1\ntrace_spacing_70um: 0.1\n"
-    found = {t: check(load(write(folder, "ours.yaml", stackup=foil(t), ours=thick))).findings for t in (70, 105)}
-    assert unknown(found[70], 70) == {("SIT103", "warning")}
-    assert unknown(found[105], 105) == {("SIT101", "error"), ("SIT102", "error"), ("SIT103", "warning")}
+    findings = {t: check(load(write(folder, "ours.yaml", stackup=foil(t), ours=thick))).findings for t in (70, 105)}
+    assert unknown(findings[70], 70) == {("SIT103", "warning")}
+    assert unknown(findings[105], 105) == {("SIT101", "error"), ("SIT102", "error"), ("SIT103", "warning")}
 
 
 def test_output_files_mark_limits_not_valid_for_copper_thickness(folder):
@@ -322,8 +322,8 @@ def test_profile_fault_is_reported_at_line_of_profile_file(folder, fault):
 def test_invalid_utf8_in_profile_is_reported_with_line_and_column(folder):
     spec = write(folder, "ours.yaml")
     (folder / "ours.yaml").write_bytes(b"name: x\nsource: \xff\n")
-    (found,) = refused(spec).findings
-    assert (found.rule, found.line, found.column) == ("SIT011", 2, 9) and "0xFF" in found.message
+    (findings,) = refused(spec).findings
+    assert (findings.rule, findings.line, findings.column) == ("SIT011", 2, 9) and "0xFF" in findings.message
 
 
 @pytest.mark.parametrize(
@@ -353,11 +353,11 @@ def test_unreadable_or_forbidden_profile_is_reported_at_fpc_rules(folder, name, 
     (folder / "loop.yaml").symlink_to(folder / "loop.yaml")
     (folder / "shops.yaml").mkdir()
     os.mkfifo(folder / "pipe.yaml")
-    (found,) = refused(write(folder, name)).findings
-    assert (found.rule, found.key, found.line, found.file) == (rule, "fpc.rules", 4, None)
-    assert words in found.message and found.hint
+    (findings,) = refused(write(folder, name)).findings
+    assert (findings.rule, findings.key, findings.line, findings.file) == (rule, "fpc.rules", 4, None)
+    assert words in findings.message and findings.hint
     if rule == "SIT007":
-        assert "ourshop.yaml" in found.hint
+        assert "ourshop.yaml" in findings.hint
 
 
 @pytest.mark.parametrize("name", ["ours.YAML", "Ours.Yml", "ours.YML"])
@@ -388,15 +388,15 @@ def test_circular_profile_bases_are_reported_with_all_files(folder):
     spec = write(
         folder, "a.yaml", a="based_on: b.yaml\n", b="based_on: c.yaml\n", c="via_drill: 0.2\nbased_on: b.yaml\n"
     )
-    (found,) = refused(spec).findings
-    assert found.rule == "SIT018" and "b.yaml -> c.yaml -> b.yaml" in found.message
-    assert (Path(found.file).name, found.line) == ("c.yaml", 2)
+    (findings,) = refused(spec).findings
+    assert findings.rule == "SIT018" and "b.yaml -> c.yaml -> b.yaml" in findings.message
+    assert (Path(findings.file).name, findings.line) == ("c.yaml", 2)
 
 
 def test_chain_of_40_profiles_is_refused_at_limit(folder):
     spec = write(folder, "p0.yaml", **{f"p{i}": f"based_on: p{i + 1}.yaml\n" for i in range(40)})
-    (found,) = refused(spec).findings
-    assert found.rule == "SIT010" and Path(found.file).name == "p7.yaml"
+    (findings,) = refused(spec).findings
+    assert findings.rule == "SIT010" and Path(findings.file).name == "p7.yaml"
 
 
 def test_faults_of_spec_and_profile_are_reported_together(folder):

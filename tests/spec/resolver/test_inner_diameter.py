@@ -28,7 +28,7 @@ def spec(shape="circle", **keys):
 def findings(shape="circle", **keys):
     with pytest.raises(SpecError) as refused:
         spec(shape, **keys)
-    return [(found.rule, found.key) for found in refused.value.findings]
+    return [(result.rule, result.key) for result in refused.value.findings]
 
 
 @pytest.mark.parametrize("shape", ["circle", "square", "rectangle", "hexagon", "octagon", "racetrack"])
@@ -36,9 +36,9 @@ def findings(shape="circle", **keys):
 def test_inner_diameter_in_place_of_a_key_gives_the_same_coil(shape, left_out):
     whole = spec(shape, turns=9, **TRACK)
     keys = {"turns": 9, **TRACK, "inner_diameter": whole.coil.inner_diameter * 1e3, left_out: None}
-    found = spec(shape, **keys).coil
-    assert found.layer_turns == whole.coil.layer_turns
-    assert (found.trace_width, found.trace_spacing) == approx((120e-6, 100e-6), rel=1e-9)
+    result = spec(shape, **keys).coil
+    assert result.layer_turns == whole.coil.layer_turns
+    assert (result.trace_width, result.trace_spacing) == approx((120e-6, 100e-6), rel=1e-9)
 
 
 def test_inner_diameter_of_circle_matches_drawn_copper():
@@ -124,9 +124,9 @@ def test_replaceable_coil_keys_are_keys_of_coil_spec():
 
 
 def test_turns_finding_and_fix_name_written_inner_diameter_key():
-    found = [one for one in check(spec(inner_diameter=0.5, **TRACK)).findings if one.rule == "SIT112"]
-    assert [one.key for one in found] == ["coil.inner_diameter"]
-    assert {edit.key for one in found for remedy in one.fixes for edit in remedy.edits} == {"coil.inner_diameter"}
+    result = [item for item in check(spec(inner_diameter=0.5, **TRACK)).findings if item.rule == "SIT112"]
+    assert [item.key for item in result] == ["coil.inner_diameter"]
+    assert {edit.key for item in result for remedy in item.fixes for edit in remedy.edits} == {"coil.inner_diameter"}
 
 
 def test_sweep_of_the_inner_diameter_changes_the_turns():

@@ -32,23 +32,23 @@ def drawn(shape, size, place) -> Path:
 )
 def test_computed_gap_never_exceeds_distance_of_drawn_outlines(shape, bearing, distance, first, second):
     centres = ((1.0, 2.0), (1.0 + distance * math.cos(bearing), 2.0 + distance * math.sin(bearing)))
-    one, other = coil_placements(centres, (first, second))
-    rows = [from_rows([row for row, _ in path_rows(drawn(shape, SHAPES[shape], p))]) for p in (one, other)]
+    item, other = coil_placements(centres, (first, second))
+    rows = [from_rows([row for row, _ in path_rows(drawn(shape, SHAPES[shape], p))]) for p in (item, other)]
     pairs = [(i, j) for i in range(len(rows[0])) for j in range(len(rows[1]))]
     true = distances(*(r.take([p[k] for p in pairs]) for k, r in enumerate(rows))).min()
-    found = gap(shape, SHAPES[shape], one, other)
-    assert found <= true + (1e-9 if shape != "racetrack" else 0.05)  # drawn with chords outside of the half circles
+    result = gap(shape, SHAPES[shape], item, other)
+    assert result <= true + (1e-9 if shape != "racetrack" else 0.05)  # drawn with chords outside of the half circles
     if shape != "racetrack":
-        assert found == approx(true, abs=1e-9)
-    assert gap(shape, SHAPES[shape], other, one) == approx(found, abs=1e-9)
+        assert result == approx(true, abs=1e-9)
+    assert gap(shape, SHAPES[shape], other, item) == approx(result, abs=1e-9)
 
 
 def test_crossed_racetracks_overlap_and_parallel_racetracks_have_gap():
     size = (9.0, 4.0)
     across, along = coil_placements(((0.0, 0.0), (3.0, 0.0)), (math.pi / 2, 0.0))
     assert gap("racetrack", size, across, along) < 0.0
-    one, other = coil_placements(((0.0, 0.0), (5.0, 0.0)), (math.pi / 2, math.pi / 2))
-    assert gap("racetrack", size, one, other) == approx(1.0, rel=1e-6)
+    item, other = coil_placements(((0.0, 0.0), (5.0, 0.0)), (math.pi / 2, math.pi / 2))
+    assert gap("racetrack", size, item, other) == approx(1.0, rel=1e-6)
 
 
 TURNED = """sitscad: 1
