@@ -36,7 +36,7 @@ from sitscad.spec.format.kinds import (
 from sitscad.spec.format.section import NameOr, Part, Readable, Section, key, schema_of
 from sitscad.spec.materials import CellsSpec, Conductor, Cutting, ElastomerPad, Encapsulation, Shield, Target
 from sitscad.spec.mount import Assembly, Jaw, Mount
-from sitscad.spec.thermistor import Compensation, Thermistor
+from sitscad.spec.thermistor import CompensationSpec, Thermistor
 from sitscad.spec.yaml.source import Issue, SpecSource
 
 
@@ -94,7 +94,7 @@ class ReadoutSpec(Section):
     )
     buses: int = key(Number(1, 2, whole=True), "I2C buses of the controller, each for two converters", 1)
     thermistor: Thermistor | None = key(Part(Thermistor), "temperature sensor, which takes off the drift", None)
-    compensation: Compensation | None = key(Part(Compensation), "of the drift, by the temperature", None)
+    compensation: CompensationSpec | None = key(Part(CompensationSpec), "of the drift, by the temperature", None)
 
 
 Force = UnitValue("force", "0 N", "10 kN")

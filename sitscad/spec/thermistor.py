@@ -45,7 +45,7 @@ class Thermistor(Section):
 
 
 @record
-class Compensation(Section):
+class CompensationSpec(Section):
     """The correction of forces by the temperature change since the tare.
 
     A temperature sensor or a reference coil measures the change. ``difference`` (K) is None only until the resolver

@@ -103,7 +103,7 @@ def _line(data: dict[str, Any]) -> bytes:
 def server(showing: PageState, host: str, port: int) -> PageServer:
     """Return a server for the page. `serve_forever` starts it. Raises OSError if it cannot listen at this address."""
 
-    class Handler(_Handler):
+    class Handler(_PageHandler):
         def do_GET(self) -> None:
             """Send the page, its events, or its state."""
             self.server.deadlines.pop(self.request, None)
@@ -145,7 +145,7 @@ class PageServer(ThreadingHTTPServer):
     daemon_threads = True
     request_queue_size = MAX_CONNECTIONS
 
-    def __init__(self, host: str, port: int, handler: type[_Handler]) -> None:
+    def __init__(self, host: str, port: int, handler: type[_PageHandler]) -> None:
         (self.address_family, _, _, _, address), *_ = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
         self._free = threading.BoundedSemaphore(MAX_CONNECTIONS)
         self.deadlines: dict[socket.socket, float] = {}
@@ -220,7 +220,7 @@ class PageServer(ThreadingHTTPServer):
             super().handle_error(request, client_address)
 
 
-class _Handler(BaseHTTPRequestHandler):
+class _PageHandler(BaseHTTPRequestHandler):
     """Handler of the requests of one connection."""
 
     protocol_version = "HTTP/1.1"

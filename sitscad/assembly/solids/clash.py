@@ -26,9 +26,9 @@ from sitscad.assembly.solids.proof import (
     PORT,
     SUPPORT,
     TRAVEL,
-    Measurement,
     PadLoad,
     Proof,
+    ProofValue,
     bulged_pad,
     moved_with_target,
     part_between,
@@ -100,7 +100,7 @@ def clashes(layout: Layout, whole: tuple[Solid, ...], proof: Proof, loads: tuple
 
     Empty if the sensor fits.
     """
-    worst: dict[tuple[str, str, str], Measurement] = {}
+    worst: dict[tuple[str, str, str], ProofValue] = {}
     for each in proof.faults:
         worst.setdefault((each.what, each.first, each.second), each)
     return tuple(_clash(layout, whole, each, loads) for each in list(worst.values())[:MOST])
@@ -142,7 +142,7 @@ def _pieces(whole: tuple[Solid, ...], named: set[str]) -> list[MeshedPiece]:
     return pieces
 
 
-def _clash(layout: Layout, whole: tuple[Solid, ...], fault: Measurement, loads: tuple[PadLoad, ...]) -> Clash:
+def _clash(layout: Layout, whole: tuple[Solid, ...], fault: ProofValue, loads: tuple[PadLoad, ...]) -> Clash:
     pieces = _pieces(whole, {fault.first, fault.second})
     if fault.what == OPENING:
         pivot = pivot_of(layout)
@@ -183,7 +183,7 @@ def _clash(layout: Layout, whole: tuple[Solid, ...], fault: Measurement, loads: 
     )
 
 
-def _figure(fault: Measurement, shared: Any) -> str:
+def _figure(fault: ProofValue, shared: Any) -> str:
     """Return the volume that two clashing parts share, or the gap between them, as text."""
     volume = f"both take {float(shared.volume()):.3g} mm3"
     if fault.unit == "m":  # a gap that has to be left
@@ -249,7 +249,7 @@ Meshes of flat faces are exact. Meshes of round faces have errors up to 5 um.
 CARRIER = "what carries the board"
 
 
-def support_areas(layout: Layout, whole: tuple[Solid, ...]) -> tuple[Measurement, ...]:
+def support_areas(layout: Layout, whole: tuple[Solid, ...]) -> tuple[ProofValue, ...]:
     """Return the supported area under the pressed part and under the board's whole body, compared with their limits.
 
     Supported is the area above a part's face that is one glue line below the board. Empty if no such part is a solid:
@@ -278,7 +278,7 @@ def support_areas(layout: Layout, whole: tuple[Solid, ...]) -> tuple[Measurement
     return tuple(measured)
 
 
-def under_bend(layout: Layout, whole: tuple[Solid, ...]) -> tuple[Measurement, ...]:
+def under_bend(layout: Layout, whole: tuple[Solid, ...]) -> tuple[ProofValue, ...]:
     """Return the volume (m3) that a mount's STEP file shares with the rod about which the tail is bent.
 
     Empty if there is no file or no rod.
@@ -293,7 +293,7 @@ def under_bend(layout: Layout, whole: tuple[Solid, ...]) -> tuple[Measurement, .
     bar = across.rotate((90.0, 0.0, 0.0)).translate(tuple(value * MM for value in where))
     shared = sum(
         float((manifold(tessellate(solid)) ^ bar).volume()) for solid in whole if solid.role is BodyRole.MOUNT) / MM**3
-    return (Measurement(BEND, "mount", "tail", shared, 0.0, "m3", shared <= LEAST_SHARED, where),)
+    return (ProofValue(BEND, "mount", "tail", shared, 0.0, "m3", shared <= LEAST_SHARED, where),)
 
 
 LEAST_SHARED = 1e-11
@@ -302,10 +302,10 @@ LEAST_SHARED = 1e-11
 
 def _area_measurement(
     name: str, path: Path, faces: Any, where: tuple[float, float, float], share: float
-) -> Measurement:
+) -> ProofValue:
     """Compare the supported area (m2) of a part with its limit: the part's area times `share`."""
     points = path.flattened(1e-6)[:-1]
     region = import_extra("manifold3d").CrossSection([[(p.x * MM, p.y * MM) for p in points]])
     of, area = (float(each.area()) / MM**2 for each in (region, region ^ faces))
     what = SUPPORT if area >= HALF_OF_IT * of else NO_SUPPORT
-    return Measurement(what, name, CARRIER, area, share * of, "m2", area >= share * of, where)
+    return ProofValue(what, name, CARRIER, area, share * of, "m2", area >= share * of, where)

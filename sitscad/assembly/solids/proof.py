@@ -54,7 +54,7 @@ GROUPS = {BodyRole.BOARD: "board", BodyRole.COPPER: "board", BodyRole.STIFFENER:
 
 
 @record
-class Measurement:
+class ProofValue:
     """A measurement on the solids.
 
     `what` is its kind (see above), and `first` and `second` are the parts. `value` is compared with `limit`, both in
@@ -89,12 +89,12 @@ class Proof:
     radius: float
     plane_radius: float
     port_radius: float
-    measured: tuple[Measurement, ...]
+    measured: tuple[ProofValue, ...]
     clearances: tuple[Clearance, ...]
     opened: float | None
 
     @property
-    def faults(self) -> tuple[Measurement, ...]:
+    def faults(self) -> tuple[ProofValue, ...]:
         """Measurements that do not meet their limits."""
         return tuple(each for each in self.measured if not each.is_kept)
 
@@ -137,22 +137,22 @@ def measure_solids(layout: Layout, whole: tuple[Solid, ...], loads: tuple[PadLoa
     return Proof(port.value, plane.radius, jaw.port_diameter / 2, tuple(measured), _gaps(meshed), opened)
 
 
-def _interferences(meshed: Sequence[MeshedSolid]) -> list[Measurement]:
+def _interferences(meshed: Sequence[MeshedSolid]) -> list[ProofValue]:
     """Return the volumes that pairs of parts share.
 
     For each pair of groups (`GROUPS`), only the two parts with the largest shared volume are returned. If no parts
     share a volume, a single measurement states this.
     """
     group = {each.solid.name: each.group for each in meshed}
-    worst: dict[tuple[str, str], Measurement] = {}
+    worst: dict[tuple[str, str], ProofValue] = {}
     for first, second, shared, volume in overlaps([(each.solid, each.body) for each in meshed]):
         key = group[first.name], group[second.name]
         if key not in worst or volume > worst[key].value:
-            worst[key] = Measurement(INTERFERENCE, first.name, second.name, volume, 0.0, "m3", False, _middle(shared))
-    return list(worst.values()) or [Measurement(INTERFERENCE, "all pieces", "", 0.0, 0.0, "m3", True, (0.0, 0.0, 0.0))]
+            worst[key] = ProofValue(INTERFERENCE, first.name, second.name, volume, 0.0, "m3", False, _middle(shared))
+    return list(worst.values()) or [ProofValue(INTERFERENCE, "all pieces", "", 0.0, 0.0, "m3", True, (0.0, 0.0, 0.0))]
 
 
-def in_file(mount: Mount | None, whole: tuple[Solid, ...]) -> tuple[Measurement, ...]:
+def in_file(mount: Mount | None, whole: tuple[Solid, ...]) -> tuple[ProofValue, ...]:
     """Return the volumes that parts share with a mount or jaw from a STEP file. Empty for other mounts.
 
     The opposing jaw is left out. It is the mirror image of the file, which does not define the start of its shank.
@@ -163,7 +163,7 @@ def in_file(mount: Mount | None, whole: tuple[Solid, ...]) -> tuple[Measurement,
     return tuple(_interferences([MeshedSolid(solid, manifold(tessellate(solid))) for solid in pieces]))
 
 
-def _in_port(body: Box, jaw: Jaw | None, meshed: tuple[MeshedSolid, ...], radius: float ) -> Measurement:
+def _in_port(body: Box, jaw: Jaw | None, meshed: tuple[MeshedSolid, ...], radius: float ) -> ProofValue:
     """Measure the largest distance (m) of the meshes from the axis of the closed jaws, between tip and heel of the jaw.
 
     The port is a cylinder about this axis with a radius (m).
@@ -184,10 +184,10 @@ def _in_port(body: Box, jaw: Jaw | None, meshed: tuple[MeshedSolid, ...], radius
             reaches.append((float(reach[worst]) / MM, each.solid.name, at))
     value, name, where = max(reaches)
     is_kept = value <= radius + CHORD / MM
-    return Measurement(PORT, name, "port", value, radius, "m", is_kept, (where[0], where[1], where[2]))
+    return ProofValue(PORT, name, "port", value, radius, "m", is_kept, (where[0], where[1], where[2]))
 
 
-def _while_opening(jaw: Jaw, pivot: Vector, meshed: tuple[MeshedSolid, ...], opening: float) -> list[Measurement]:
+def _while_opening(jaw: Jaw, pivot: Vector, meshed: tuple[MeshedSolid, ...], opening: float) -> list[ProofValue]:
     """Return the volumes that parts share with the opposing jaw while it opens about the hinge up to `opening` (rad).
 
     Its tip moves in steps of `TIP_STEP`, so that any part thicker than a step is detected.
@@ -196,7 +196,7 @@ def _while_opening(jaw: Jaw, pivot: Vector, meshed: tuple[MeshedSolid, ...], ope
     still = [m for m in meshed if m not in moving]
     assert jaw.hinge is not None
     steps = max(1, math.ceil(opening * (jaw.length + jaw.hinge) / TIP_STEP))
-    worst: dict[tuple[str, str], Measurement] = {}
+    worst: dict[tuple[str, str], ProofValue] = {}
     for step in range(1, steps + 1):
         angle = opening * step / steps
         for moved in moving:
@@ -207,14 +207,14 @@ def _while_opening(jaw: Jaw, pivot: Vector, meshed: tuple[MeshedSolid, ...], ope
                 names = fixed.solid.name, moved.solid.name
                 volume = float(shared.volume()) * 1e-9  # shared by both
                 if volume > SLIVER and (key not in worst or volume > worst[key].value):
-                    worst[key] = Measurement(OPENING, *names, volume, 0.0, "m3", False, _middle(shared), when, angle)
+                    worst[key] = ProofValue(OPENING, *names, volume, 0.0, "m3", False, _middle(shared), when, angle)
     if worst:
         return [worst[key] for key in sorted(worst)]
     when = f"in {steps} steps to {math.degrees(opening):.3g} deg"
-    return [Measurement(OPENING, "all pieces", "opposing-jaw", 0.0, 0.0, "m3", True, (0.0, 0.0, 0.0), when)]
+    return [ProofValue(OPENING, "all pieces", "opposing-jaw", 0.0, 0.0, "m3", True, (0.0, 0.0, 0.0), when)]
 
 
-def _under_load(gap: float | None, meshed: tuple[MeshedSolid, ...], load: PadLoad) -> list[Measurement]:
+def _under_load(gap: float | None, meshed: tuple[MeshedSolid, ...], load: PadLoad) -> list[ProofValue]:
     """Return the gaps between moved parts and rigid parts under load. `gap` (m) is the target's gap at rest.
 
     Moved parts are the target, the pad with bulged sides, and the opposing jaw, which follows the target if nothing is
@@ -234,7 +234,7 @@ def _under_load(gap: float | None, meshed: tuple[MeshedSolid, ...], load: PadLoa
     return [each for each in gaps if each is not None]
 
 
-def _nearest(what: str, name: str, moved: Any, rigid: list[MeshedSolid], when: str) -> Measurement | None:
+def _nearest(what: str, name: str, moved: Any, rigid: list[MeshedSolid], when: str) -> ProofValue | None:
     """Return the smallest gap between a moved part and the rigid parts. None if there are no rigid parts.
 
     `what` is the kind of measurement, `name` the moved part, and `when` the load as text.
@@ -243,7 +243,7 @@ def _nearest(what: str, name: str, moved: Any, rigid: list[MeshedSolid], when: s
     if not gaps:
         return None
     gap, other = min(gaps, key=lambda entry: (entry[0], entry[1].solid.name))
-    return Measurement(what, name, other.solid.name, gap, 0.0, "m", gap > 0.0, _middle(moved), when)
+    return ProofValue(what, name, other.solid.name, gap, 0.0, "m", gap > 0.0, _middle(moved), when)
 
 
 def _gaps(meshed: tuple[MeshedSolid, ...]) -> tuple[Clearance, ...]:

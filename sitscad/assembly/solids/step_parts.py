@@ -18,7 +18,7 @@ from sitscad.assembly.places.fit import ClosedSection, back_reach, closed_sectio
 from sitscad.assembly.places.jaws import board_middle, jaw_range, jaw_section
 from sitscad.assembly.solids.imported import DatumError, read_part
 from sitscad.assembly.solids.pieces import jaw as placed_jaw
-from sitscad.assembly.solids.proof import Measurement, part_between
+from sitscad.assembly.solids.proof import ProofValue, part_between
 from sitscad.assembly.solids.solid import CHORD, MM, PartsError, import_extra, manifold, tessellate
 from sitscad.basics.record import record
 from sitscad.kernels.geometry.convex import Box
@@ -76,7 +76,7 @@ Below this ratio, it is a warning.
 """
 
 
-def read_files(mount: Mount | None, source: SpecSource) -> tuple[Measurement, ...]:
+def read_files(mount: Mount | None, source: SpecSource) -> tuple[ProofValue, ...]:
     """Check that each STEP file of a spec has one closed solid, and the datum (coordinate system) that the spec names.
 
     Raises `MissingExtra` without a CAD kernel.
@@ -91,7 +91,7 @@ def read_files(mount: Mount | None, source: SpecSource) -> tuple[Measurement, ..
             read_part(source, part)
         except PartsError as error:
             why, at = str(error), f"{section}.{'datum' if isinstance(error, DatumError) else 'step'}"
-        measured.append(Measurement(STEP_FILE, part.file, "", 0.0, 0.0, "", not why, (0.0, 0.0, 0.0), why, key=at))
+        measured.append(ProofValue(STEP_FILE, part.file, "", 0.0, 0.0, "", not why, (0.0, 0.0, 0.0), why, key=at))
     return tuple(measured)
 
 
@@ -133,7 +133,7 @@ def _face_width(figures: Jaw) -> float:
     return min(wide, figures.pocket[1]) if figures.pocket is not None and figures.recess else wide
 
 
-def measured_jaw(layout: Layout) -> tuple[Measurement, ...]:
+def measured_jaw(layout: Layout) -> tuple[ProofValue, ...]:
     """Compare the solid in a jaw's STEP file with the jaw's dimensions in the spec.
 
     Empty if the jaw has no STEP file.
@@ -200,12 +200,12 @@ def _part_near_face(body: Any, face: float, depth: float) -> Any:
 
 def _measure_jaw(
     jaw: PlacedJaw, key: str, name: str, value: float, limit: float, keeps: bool, x: float, when: str
-) -> Measurement:
+) -> ProofValue:
     where = (x, jaw.middle[1], jaw.face)
-    return Measurement(JAW_FILE, name, "", value, limit, "m", keeps, where, when, key=f"mount.jaw.{key}")
+    return ProofValue(JAW_FILE, name, "", value, limit, "m", keeps, where, when, key=f"mount.jaw.{key}")
 
 
-def _face(jaw: PlacedJaw) -> Measurement:
+def _face(jaw: PlacedJaw) -> ProofValue:
     """Compare the height (m) of the metal's face with the spec, in the slice with the largest deviation."""
     heights = []
     for place, x, part in _slices(jaw):
@@ -219,7 +219,7 @@ def _face(jaw: PlacedJaw) -> Measurement:
     return _measure_jaw(jaw, "datum", "face", above, math.copysign(FACE_TOLERANCE, above), keeps, x, place)
 
 
-def _sizes(jaw: PlacedJaw, figures: Jaw) -> Iterator[Measurement]:
+def _sizes(jaw: PlacedJaw, figures: Jaw) -> Iterator[ProofValue]:
     """Yield comparisons of width, height, rim and sideways offset (m), each in the slice with the largest deviation."""
     boxes = [(place, x, part.bounding_box()) for place, x, part in _slices(jaw) if not part.is_empty()]
     if not boxes:
@@ -246,7 +246,7 @@ def _sizes(jaw: PlacedJaw, figures: Jaw) -> Iterator[Measurement]:
     yield from _face_widths(jaw, figures)
 
 
-def _face_widths(jaw: PlacedJaw, figures: Jaw) -> Iterator[Measurement]:
+def _face_widths(jaw: PlacedJaw, figures: Jaw) -> Iterator[ProofValue]:
     """Yield the comparison of the largest width (m) of the face over all slices, measured `EDGE` below the face."""
     written, widest = _face_width(figures), (0.0, "", 0.0)
     for place, x, part in _slices(jaw):
@@ -262,7 +262,7 @@ def _face_widths(jaw: PlacedJaw, figures: Jaw) -> Iterator[Measurement]:
         yield _measure_jaw(jaw, "up", "face's width", wide, written, wide >= LEAST_OF_FACE * written, x, place)
 
 
-def _back(pair: ClosedSection, assumed: float, jaw: PlacedJaw, figures: Jaw) -> Iterator[Measurement]:
+def _back(pair: ClosedSection, assumed: float, jaw: PlacedJaw, figures: Jaw) -> Iterator[ProofValue]:
     """Compare the largest distances (m) of the file's jaw and of the assumed cross-section from the closed jaws' axis.
 
     `assumed` (m) is the distance for the assumed cross-section. The distance of the file's jaw may be larger by the
@@ -279,11 +279,11 @@ def _back(pair: ClosedSection, assumed: float, jaw: PlacedJaw, figures: Jaw) -> 
     reach, place, where = max(reaches)
     passes = reach + pair.worst - pair.radius <= pair.port_radius + CHORD / MM
     is_kept = reach <= assumed + (jaw.tolerance(figures.height) if passes else CHORD / MM)
-    yield Measurement(ROOMY_BACK if passes else BACK, "back", "", reach, assumed, "m", is_kept, where, place,
+    yield ProofValue(ROOMY_BACK if passes else BACK, "back", "", reach, assumed, "m", is_kept, where, place,
                       key="mount.jaw.step")
 
 
-def _ends(jaw: PlacedJaw, figures: Jaw, tip: float, heel: float) -> Iterator[Measurement]:
+def _ends(jaw: PlacedJaw, figures: Jaw, tip: float, heel: float) -> Iterator[ProofValue]:
     """Compare the ends of the face in the file with the jaw's length in the spec, and yield missing lengths (m).
 
     `tip` and `heel` (m) are the ends in the spec. A tip may be round, and a shank may continue beyond the heel.
@@ -299,7 +299,7 @@ def _ends(jaw: PlacedJaw, figures: Jaw, tip: float, heel: float) -> Iterator[Mea
     yield _measure_jaw(jaw, "length", "heel", short, room, short <= room, heel, "at the heel")
 
 
-def _metal(body: Box, jaw: PlacedJaw) -> Iterator[Measurement]:
+def _metal(body: Box, jaw: PlacedJaw) -> Iterator[ProofValue]:
     """Yield the area (m2) of metal under the coils, compared with the jaw's face in the spec without its window."""
     m3 = import_extra("manifold3d")
     x0, y0, x1, y1 = jaw.coils
@@ -321,7 +321,7 @@ def _metal(body: Box, jaw: PlacedJaw) -> Iterator[Measurement]:
     limit = MOST_MISSING * float(region.area()) / MM**2
     what = FEW_METAL if wrong > FAR_TOO_MUCH / MOST_MISSING * limit else JAW_METAL
     key = "step" if jaw.figures is None or jaw.figures.fenestration is None else "fenestration"
-    yield Measurement(what, "metal under the coils", "", area, of, "m2", wrong <= limit,
+    yield ProofValue(what, "metal under the coils", "", area, of, "m2", wrong <= limit,
                       ((x0 + x1) / 2, (y0 + y1) / 2, jaw.face), key=f"mount.jaw.{key}")
 
 

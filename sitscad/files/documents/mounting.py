@@ -39,7 +39,7 @@ from sitscad.assembly.places.state import Pose
 from sitscad.assembly.places.tail_path import bends, tail_path
 from sitscad.assembly.solids.clash import at_pin, clashes, support_areas, under_bend
 from sitscad.assembly.solids.plates import metal_below
-from sitscad.assembly.solids.proof import Measurement, PadLoad, Proof, as_json, check_print, in_file, measure_solids
+from sitscad.assembly.solids.proof import PadLoad, Proof, ProofValue, as_json, check_print, in_file, measure_solids
 from sitscad.assembly.solids.solid import MissingExtra, Solid, of_role
 from sitscad.assembly.solids.step_parts import measured_jaw, read_files
 from sitscad.assembly.solids.tooling import BOARD_PRESS, LEAST_MIX, Pour, skin_pour
@@ -445,7 +445,7 @@ def document(proof: Proof) -> dict[str, Any]:
     }
 
 
-def _measured(each: Measurement) -> dict[str, Any]:
+def _measured(each: ProofValue) -> dict[str, Any]:
     digits = {"m": 9, "m2": 12}.get(each.unit, 15)
     return {
         "what": each.what, "first": each.first, "second": each.second, "when": each.condition,

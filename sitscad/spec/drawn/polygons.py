@@ -18,7 +18,7 @@ from sitscad.kernels.geometry.path import TWO_PI, Arc, Line, Point
 from sitscad.spec.drawn.arcs import STRAIGHT
 from sitscad.spec.drawn.copper import DrawnCoilError, place_text
 from sitscad.spec.drawn.follow import DrawnRun
-from sitscad.spec.drawn.turns import DEVIATION, Spiral, Turns
+from sitscad.spec.drawn.turns import DEVIATION, DrawnSpiral, DrawnTurns
 
 SHAPES = {4: "square", 6: "hexagon", 8: "octagon"}
 """Shapes with known error bounds, by their number of sides."""
@@ -51,14 +51,14 @@ class _Side:
 
 
 @record(eq=False)
-class _Layer:
+class _LayerFit:
     """Sides of one run that wind a spiral, in the direction of the current.
 
     `normals` (rad) point outwards. `sense` is the sense of turning along the current, and `pitch` (m) the distance of
     successive turns.
     """
 
-    turns: Turns
+    turns: DrawnTurns
     sides: tuple[_Side, ...]
     normals: Array
     sense: int
@@ -67,7 +67,7 @@ class _Layer:
     is_mid_side: bool
 
 
-def polygon(runs: Sequence[DrawnRun], width: float) -> Spiral:
+def polygon(runs: Sequence[DrawnRun], width: float) -> DrawnSpiral:
     """Return the spiral of straight sides that the runs wind. Raises DrawnCoilError if there is none."""
     count = _side_count(runs[0])
     layers = [_layer(run, count, width) for run in runs]
@@ -99,7 +99,7 @@ def polygon(runs: Sequence[DrawnRun], width: float) -> Spiral:
     turns = [layer.turns for layer in layers]
     radii = [each.radius for each in layers[0].turns.path if isinstance(each, Arc)]
     is_mid_side = all(layer.is_mid_side for layer in layers)
-    return Spiral(
+    return DrawnSpiral(
         "rectangle" if is_long else SHAPES[count], size, pitch, centre, tuple(turns),
         tuple((len(layer.sides) - layer.is_mid_side) / count for layer in layers),
         tuple(layer.inward for layer in layers), tuple(layer.sense for layer in layers),
@@ -140,7 +140,7 @@ def _side_count(run: DrawnRun) -> int:
     return count
 
 
-def _layer(run: DrawnRun, count: int, width: float) -> _Layer:
+def _layer(run: DrawnRun, count: int, width: float) -> _LayerFit:
     """Return the longest part of a run whose sides shift by one pitch, inwards or outwards, from turn to turn.
 
     `count` is the number of sides in a turn, and `width` (m) the track's width.
@@ -169,15 +169,15 @@ def _layer(run: DrawnRun, count: int, width: float) -> _Layer:
     tilt = math.remainder(float(normals[first]), TWO_PI / count)
     if abs(tilt) > REGULAR:
         raise DrawnCoilError(f"no side faces +x: turn the drawing by {math.degrees(-tilt):.3g} degrees")
-    part = _Stretch(run, tuple(sides[first : last + 1]), count, step, 2.0 * abs(step) + 0.5 * width)
+    part = _SideRun(run, tuple(sides[first : last + 1]), count, step, 2.0 * abs(step) + 0.5 * width)
     is_mid_side, kept = part.kept()
-    wound = _Stretch(run, part.sides[kept], count, step, part.reach)
-    return _Layer(Turns(run, *wound.ends), wound.sides, normals[first : last + 1][kept], sense, step < 0.0, abs(step),
-                  is_mid_side)
+    wound = _SideRun(run, part.sides[kept], count, step, part.reach)
+    turns, outwards = DrawnTurns(run, *wound.ends), normals[first : last + 1][kept]
+    return _LayerFit(turns, wound.sides, outwards, sense, step < 0.0, abs(step), is_mid_side)
 
 
 @record(eq=False)
-class _Stretch:
+class _SideRun:
     """Successive sides of a run, with `count` sides in a turn.
 
     `step` (m) is the distance by which a side lies further inside after one turn. Corners of successive turns lie

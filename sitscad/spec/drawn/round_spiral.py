@@ -13,7 +13,7 @@ from sitscad.basics.units import show
 from sitscad.kernels.geometry.path import TWO_PI, Arc, Path, Point
 from sitscad.spec.drawn.copper import DrawnCoilError, place_text
 from sitscad.spec.drawn.follow import DrawnConductor, DrawnRun
-from sitscad.spec.drawn.turns import DEVIATION, Spiral, Turns
+from sitscad.spec.drawn.turns import DEVIATION, DrawnSpiral, DrawnTurns
 
 LEAST_TURNS = 0.75
 """Smallest number of turns of a run that counts as a layer of the winding."""
@@ -47,7 +47,7 @@ class _Fit:
     slopes: Array
 
 
-def round_spiral(runs: Sequence[DrawnRun], conductor: DrawnConductor) -> Spiral:
+def round_spiral(runs: Sequence[DrawnRun], conductor: DrawnConductor) -> DrawnSpiral:
     """Return the round spiral that the runs of a conductor wind. Raises DrawnCoilError if there is none."""
     fit, turns = _fitted(runs, conductor)
     sweeps = [float(_polar(part.path, fit.centre)[1][-1, -1]) for part in turns]
@@ -59,7 +59,7 @@ def round_spiral(runs: Sequence[DrawnRun], conductor: DrawnConductor) -> Spiral:
     deviation = max(_deviation(part, is_inward, outer, pitch, fit.centre, conductor.width)
                     for part, is_inward in zip(turns, inward, strict=True))
     diameter = round(2.0 * outer + conductor.width, 9)
-    return Spiral(
+    return DrawnSpiral(
         "circle", (diameter, diameter), pitch, fit.centre, tuple(turns), tuple(abs(each) / TWO_PI for each in sweeps),
         inward, tuple(int(math.copysign(1, sweep)) for sweep in sweeps), deviation=deviation,
     )
@@ -72,7 +72,7 @@ def _polar(path: Path, centre: Point) -> tuple[Array, Array]:
     return np.hypot(places[..., 0], places[..., 1]), angle - angle[0, 0]
 
 
-def _fitted(runs: Sequence[DrawnRun], conductor: DrawnConductor) -> tuple[_Fit, list[Turns]]:
+def _fitted(runs: Sequence[DrawnRun], conductor: DrawnConductor) -> tuple[_Fit, list[DrawnTurns]]:
     """Fit spirals to runs, and find the segments of each run that belong to its spiral."""
     turns = [_core(run) for run in runs]
     fit = _fit([part.path for part in turns], conductor.centre)
@@ -82,14 +82,14 @@ def _fitted(runs: Sequence[DrawnRun], conductor: DrawnConductor) -> tuple[_Fit, 
     return fit, turns
 
 
-def _core(run: DrawnRun) -> Turns:
+def _core(run: DrawnRun) -> DrawnTurns:
     """Return the middle part of a run, which is surely a part of the winding: `CORE` is left out at each end."""
     ends = np.cumsum([segment.length for segment in run.path]) / run.path.length
     first, last = (int(np.searchsorted(ends, fraction)) for fraction in (CORE, 1.0 - CORE))
-    return Turns(run, first, last)
+    return DrawnTurns(run, first, last)
 
 
-def _extended(fit: _Fit, layer: int, turns: Turns, tolerance: float) -> Turns:
+def _extended(fit: _Fit, layer: int, turns: DrawnTurns, tolerance: float) -> DrawnTurns:
     """Return the turns, extended as far as the run stays within `tolerance` (m) of its fitted spiral.
 
     `layer` is the index of the spiral in `fit`.
@@ -102,7 +102,7 @@ def _extended(fit: _Fit, layer: int, turns: Turns, tolerance: float) -> Turns:
     middle = (turns.first + turns.last) // 2
     before, after = np.flatnonzero(is_away[:middle]), np.flatnonzero(is_away[middle + 1 :])
     first, last = int(before[-1]) + 1 if before.size else 0, middle + int(after[0]) if after.size else len(is_away) - 1
-    return Turns(turns.run, first, last)
+    return DrawnTurns(turns.run, first, last)
 
 
 def _fit(paths: Sequence[Path], centre: Point) -> _Fit:
@@ -125,7 +125,7 @@ FITS = 10
 """Number of linear fits. Each reduces the error of the centre by the ratio of pitch to circumference or more."""
 
 
-def _require_whole(turns: Turns, count: float, centre: Point) -> None:
+def _require_whole(turns: DrawnTurns, count: float, centre: Point) -> None:
     """Raise DrawnCoilError if a spiral has too few turns, or if too much of its run lies outside the spiral.
 
     `count` is the number of turns of the spiral. The limits are `LEAST_TURNS` and `BEYOND`.
@@ -139,7 +139,7 @@ def _require_whole(turns: Turns, count: float, centre: Point) -> None:
 
 
 def _deviation(
-    turns: Turns, inward: bool, radius: float, pitch: float, centre: Point, width: float
+    turns: DrawnTurns, inward: bool, radius: float, pitch: float, centre: Point, width: float
 ) -> float:
     """Return the largest distance (m) of the turns of one layer from the spiral that the whole coil is computed as.
 

@@ -19,7 +19,7 @@ from sitscad.spec.drawn.copper import CopperHeight, DrawnCoilError, DrawnPad, pl
 from sitscad.spec.drawn.follow import DrawnConductor, DrawnRun
 from sitscad.spec.drawn.polygons import polygon
 from sitscad.spec.drawn.round_spiral import LEAST_TURNS, round_spiral
-from sitscad.spec.drawn.turns import Spiral, Turns
+from sitscad.spec.drawn.turns import DrawnSpiral, DrawnTurns
 
 EQUAL_TURNS = 2e-3
 """Largest difference between a number of turns and the nearest whole number to which it is rounded."""
@@ -61,7 +61,7 @@ def _is_straight(runs: Sequence[DrawnRun]) -> bool:
     return straight > 0.5 * math.fsum(segment.length for segment in segments)
 
 
-def _layers(spiral: Spiral, layers: Sequence[str]) -> list[DrawnLayer]:
+def _layers(spiral: DrawnSpiral, layers: Sequence[str]) -> list[DrawnLayer]:
     """Return the layers of the winding in the order of the current, about the spiral's centre."""
     wound = []
     for part, count, inward, sense in zip(spiral.turns, spiral.counts, spiral.inward, spiral.senses, strict=True):
@@ -73,7 +73,7 @@ def _layers(spiral: Spiral, layers: Sequence[str]) -> list[DrawnLayer]:
     return wound
 
 
-def _require_width(turns: Turns, width: float) -> None:
+def _require_width(turns: DrawnTurns, width: float) -> None:
     """Raise DrawnCoilError if any track of the turns has another width than `width` (m)."""
     for segment, each in zip(turns.run.path.segments[turns.first : turns.last + 1],
                              turns.run.widths[turns.first : turns.last + 1], strict=True):
@@ -95,7 +95,7 @@ def _require_series(wound: Sequence[DrawnLayer], layers: Sequence[str]) -> None:
 
 
 def _series(
-    conductor: DrawnConductor, spiral: Spiral, wound: Sequence[DrawnLayer], layers: Sequence[str]
+    conductor: DrawnConductor, spiral: DrawnSpiral, wound: Sequence[DrawnLayer], layers: Sequence[str]
 ) -> tuple[DrawnPiece | DrawnHole, ...]:
     """Return tracks and holes in the order of the current, relative to the spiral's centre.
 

@@ -12,7 +12,7 @@ DEVIATION = 0.1
 
 
 @record(eq=False)
-class Turns:
+class DrawnTurns:
     """The part of a run that belongs to a spiral: the run, and the indices of the first and last segment."""
 
     run: DrawnRun
@@ -26,7 +26,7 @@ class Turns:
 
 
 @record(eq=False)
-class Spiral:
+class DrawnSpiral:
     """The spiral that a conductor winds: shape, size (m), pitch (m), centre (m), and one value for each layer.
 
     The values for each layer are the turns, their number, and whether the current flows inward. Another is the sense of
@@ -38,7 +38,7 @@ class Spiral:
     size: tuple[float, float]
     pitch: float
     centre: Point
-    turns: tuple[Turns, ...]
+    turns: tuple[DrawnTurns, ...]
     counts: tuple[float, ...]
     inward: tuple[bool, ...]
     senses: tuple[int, ...]

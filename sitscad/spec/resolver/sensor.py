@@ -34,7 +34,7 @@ from sitscad.spec.resolver.coils import (
 )
 from sitscad.spec.resolver.mount import computable_plate, resolve_mount
 from sitscad.spec.sensor import LoadCase, Mechanism, ReadoutSpec, SensorSpec, SpecDocument
-from sitscad.spec.thermistor import BOARD, TAIL, Compensation
+from sitscad.spec.thermistor import BOARD, TAIL, CompensationSpec
 from sitscad.spec.yaml.source import Issue, SpecSource
 
 Plate = TypeVar("Plate", Target, ElastomerPad)
@@ -281,7 +281,7 @@ def _readout(part: ReadoutSpec, tail: Tail | None, has_reference: bool, remarks:
 
 def _compensation(
     part: ReadoutSpec, has_tail: bool, has_reference: bool, remarks: Remarks
-) -> Compensation | None:
+) -> CompensationSpec | None:
     """Return the compensation of drift with its defaults.
 
     None if the spec has neither a temperature sensor nor a reference coil.
@@ -296,7 +296,7 @@ def _compensation(
     if place == TAIL and not has_tail:
         remarks.flaw("SIT009", "readout.thermistor.at", "there is no tail that could carry it",
                      "write fpc.tail, or at: board")
-    compensation = part.compensation or Compensation()
+    compensation = part.compensation or CompensationSpec()
     if compensation.difference is not None:
         return compensation
     difference = presets.compensation_figure(f"difference at {place}")
