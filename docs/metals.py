@@ -7,7 +7,7 @@ coil's reading from rest to the required force, and the parallel resistance at r
 from pathlib import Path
 
 import sitscad
-from sitscad.estimates.signal import signals
+from sitscad.estimates.coil_estimates import signals
 from sitscad.kernels.electromagnetics.constants import skin_depth
 from sitscad.spec import presets
 

@@ -259,7 +259,7 @@ def test_user_interrupt_during_plugin_exits_130(plugin, spec, typed):
 
 @pytest.mark.parametrize("where", ["import", "apply"])
 def test_slow_plugin_is_reported_by_name(plugin, spec, monkeypatch, caplog, where):
-    monkeypatch.setattr("sitscad.package.plugins.guard.SLOW", 0.05)
+    monkeypatch.setattr("sitscad.package.plugins.force.SLOW", 0.05)
     file = plugin(RULE, body="import time; time.sleep(0.4)" if where == "apply" else "return ()")
     if where == "import":
         file.write_text("import time; time.sleep(0.4)\n" + file.read_text())

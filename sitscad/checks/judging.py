@@ -14,14 +14,13 @@ from sitscad.basics.units import count_text
 from sitscad.checks import performance, required_loads, usual_ranges
 from sitscad.checks.assembly import fit, mount, overhang, plates, room_in_jaw, transduction
 from sitscad.checks.board import clearances, drawn_form, fabrication, room, tail
-from sitscad.checks.examples import no_example, rule_example
 from sitscad.checks.findings.text import severities, severity_cases
 from sitscad.checks.fixes.search import DECISIVE, HINTS, Budget
 from sitscad.checks.reading import drive, electrical, metal, reference, response, timing
-from sitscad.checks.rules import Outcome, Rule, outcomes, rule_of
+from sitscad.checks.rules import Outcome, Rule, no_example, outcomes, rule_example, rule_of
 from sitscad.checks.trials import Trials, of_refused
+from sitscad.estimates.coil_estimates import signals
 from sitscad.estimates.design import Design
-from sitscad.estimates.signal import signals
 from sitscad.kernels.solve_cache import cache_results
 from sitscad.layout.board import Layout
 from sitscad.spec.reading import RULE_NAMES, SpecError

@@ -1,4 +1,4 @@
-"""`sitscad check`: findings, fixes, pictures, and the summary page of a CI job."""
+"""`sitscad check`: findings, fixes, pictures, and the summary page of a CI job. `explain` and `rules`: rule texts."""
 
 from __future__ import annotations
 
@@ -11,9 +11,11 @@ import click
 from sitscad.basics.finding import Severity
 from sitscad.basics.units import count_text
 from sitscad.checks.findings import FINDING_FORMATS, CheckedSpec, job_summary
-from sitscad.checks.judging import HINTS, all_rules
+from sitscad.checks.findings.text import RULE_FORMATS
+from sitscad.checks.judging import HINTS, Rule, all_rules
+from sitscad.checks.judging import explain as explain_rule
 from sitscad.checks.opening import map_in_processes
-from sitscad.cli.explaining import rules_for
+from sitscad.checks.policy import matches_rule
 from sitscad.cli.specs import baseline_of, layout_of, show_findings, specs_of, warn_of_unknown_specs
 from sitscad.cli.terminal import (
     BASELINE,
@@ -25,6 +27,7 @@ from sitscad.cli.terminal import (
     print_result,
     report_work,
     row_of,
+    suggestion,
     write_output,
 )
 from sitscad.package.inspection import CheckOptions, Inspection, MendedSpec, inspect, mend
@@ -215,3 +218,39 @@ def _append_job_summary(path: str, inspected: list[Inspection]) -> None:
             break
     with open(path, "ab") as stream:
         stream.write(page[:SUMMARY_LIMIT])
+
+
+def rules_for(pattern: str) -> list[Rule]:
+    """Return the rules that match a pattern. Raises a usage error if there are none."""
+    rules = all_rules()
+    matching = [rule for rule in rules if matches_rule(pattern, rule.id, rule.name)]
+    if not matching:
+        near = suggestion(pattern, (rule.name for rule in rules))
+        raise click.UsageError(f"There is no rule {pattern!r}.{near} `sitscad rules` lists them all.")
+    return matching
+
+
+@click.command(cls=Example, example="sitscad explain SIT201 coil-trace")
+@click.argument("rules", nargs=-1, required=True)
+@PLUGIN
+def explain(rules: tuple[str, ...]) -> int:
+    """Explain RULES: their condition, reason, remedy and source.
+
+    A rule is an identifier (SIT103), its number (103) or its name (coil-trace). The beginning of identifiers (SIT2)
+    means all rules with this beginning.
+    """
+    identifiers = dict.fromkeys(rule.id for pattern in rules for rule in rules_for(pattern))
+    print_result("\n\n\n".join(map(explain_rule, identifiers)))
+    return 0
+
+
+@click.command(cls=Example, example="sitscad rules")
+@click.option("--format", "format_name", default="text", show_default=True, metavar="text|json|markdown")
+@PLUGIN
+def rules(format_name: str) -> int:
+    """List every rule with its severities.
+
+    json and markdown have the complete texts.
+    """
+    print_result(row_of(RULE_FORMATS, format_name, "--format")(tuple(all_rules())))
+    return 0

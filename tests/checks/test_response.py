@@ -13,8 +13,8 @@ from sitscad.checks.findings import checked_spec, json_document
 from sitscad.checks.fixes.pads import cut_to_target, other_metals
 from sitscad.checks.reading.response import FEWEST_STEPS, LEAST_SHARE, responses
 from sitscad.checks.rules import constant_limits
+from sitscad.estimates.coil_estimates import signals
 from sitscad.estimates.design import Design
-from sitscad.estimates.signal import signals
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
 

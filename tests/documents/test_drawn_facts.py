@@ -25,7 +25,7 @@ from sitscad.files.documents.drawings.board_drawing import COPPER, contact_sheet
 from sitscad.files.drawing.pictures import layout_picture as board_picture
 from sitscad.files.drawing.pictures.layout_picture import coil_extent
 from sitscad.files.drawing.sheet import Label, Shape, text_width
-from sitscad.files.formats.kicad import pcb as kicad_board
+from sitscad.files.formats.kicad import project_files as kicad_board
 from sitscad.files.order_facts.board_end import bare_size, board_end, end_tolerance, tail_width
 from sitscad.kernels.geometry.path import Line, Point, bounding_box
 from sitscad.layout import lay_out
@@ -316,13 +316,13 @@ def test_labels_of_short_tail_do_not_overlap(name):
 def test_kicad_board_has_bend_line_across_tail():
     layout = bent("{at: 12}")
     rows = re.findall(
-        r'\(gr_line \(start (\S+) (\S+)\) \(end (\S+) (\S+)\).*?\(layer "User.2"\)', kicad_board.board(layout)
+        r'\(gr_line \(start (\S+) (\S+)\) \(end (\S+) (\S+)\).*?\(layer "User.2"\)', kicad_board.board_text(layout)
     )
     across = [row for row in rows if row[0] == row[2]]
     longest = max(abs(float(row[1]) - float(row[3])) for row in across)
     low, high = layout.reach_at(own_bend(layout).line)
     assert longest == approx((high - low) * 1e3 + 2.0, abs=1e-5)
-    assert "bend line, static: 90 deg down (away from the face with the coils)" in kicad_board.board(layout)
+    assert "bend line, static: 90 deg down (away from the face with the coils)" in kicad_board.board_text(layout)
 
 
 def bend_findings(bend, select="SIT123"):

@@ -24,7 +24,7 @@ from sitscad.files.drawing.pictures import layout_picture as board_picture
 from sitscad.files.drawing.sheet import Label
 from sitscad.files.formats import gerber, ipc356, laser
 from sitscad.files.formats.gerber import panel_files as panel
-from sitscad.files.formats.kicad import pcb as kicad_board
+from sitscad.files.formats.kicad import project_files as kicad_board
 from sitscad.files.writer import Package
 from sitscad.layout.laser_sheet import laser_sheets
 from sitscad.layout.panel import plan
@@ -136,7 +136,7 @@ def test_netlist_contains_issue_and_is_readable(issued):
 
 
 def test_kicad_title_block_contains_issue(issued):
-    text = kicad_board.board(issued)
+    text = kicad_board.board_text(issued)
     block = text[text.index("(title_block") : text.index("(layers")]
     assert '(date "2026-11-22")' in block and '(rev "B.2")' in block and '"part number TS-104 (a)"' in block
 
@@ -193,5 +193,5 @@ def test_invalid_issue_text_gives_spec_error(head, said):
 def test_default_date_is_source_date_epoch(board, monkeypatch):
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "86400")
     assert _issued(board, Issue("B")).spec.issue.words == "revision B, 1970-01-02"
-    assert '(date "1970-01-02")' in kicad_board.board(_issued(board, Issue()))
+    assert '(date "1970-01-02")' in kicad_board.board_text(_issued(board, Issue()))
     assert ISSUE.day == "2026-11-22"

@@ -14,13 +14,14 @@ from sitscad.kernels.electromagnetics.loss.bent_tracks import BentTrack
 from sitscad.kernels.electromagnetics.loss.corner_excess import Loops, corner_moment
 from sitscad.kernels.electromagnetics.loss.corners import bend_loops
 from sitscad.kernels.electromagnetics.metal import polyline_spectrum as polyline_spectrum_module
-from sitscad.kernels.electromagnetics.metal.figures import Rows, repeating_patterns
 from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, Reflector
 from sitscad.kernels.electromagnetics.metal.polyline_spectrum import (
+    Rows,
     _Directions,
     _Mitred,
     _off_normals,
     polyline_spectrum,
+    repeating_patterns,
     track_images,
     with_chords,
 )

@@ -10,13 +10,13 @@ from tolerance import approx
 
 import sitscad
 from sitscad.assembly.places.bodies import target_gap
+from sitscad.estimates.coil_estimates import signals
 from sitscad.estimates.design import Design
 from sitscad.estimates.loads.pad import loaded_poses, soft_pad
 from sitscad.estimates.loads.pressing import formula_sigma, pressed_pad
 from sitscad.estimates.loads.working_range import normal_for_strain
 from sitscad.estimates.performance.tables import PerformanceReport
 from sitscad.estimates.requested_response import respond
-from sitscad.estimates.signal import signals
 from sitscad.estimates.states.cells import cell_signals, web_crosstalk
 from sitscad.estimates.targets.finite_target import equivalent_rings
 from sitscad.files.documents.datasheet import figures_for_programs

@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from tolerance import approx
 
-from sitscad.estimates.response.cases import link_angle, tip_force
+from sitscad.estimates.requested_response import link_angle, tip_force
 
 THETA0, LA, LB = math.radians(21.80), 3.770e-3, 3.200e-3
 

@@ -11,7 +11,7 @@ from tolerance import approx
 
 from sitscad import Design, NoResponse, SpecError, respond
 from sitscad.estimates.loads.pad import soft_pad
-from sitscad.estimates.response.cases import applied_load, case_pose, load_cases
+from sitscad.estimates.requested_response import applied_load, case_pose, load_cases
 from sitscad.spec.load import load_text
 
 TEMPLATES = Path(__file__).parents[2] / "templates"

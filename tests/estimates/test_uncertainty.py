@@ -25,9 +25,9 @@ from sitscad.estimates.circuits.uncertainty import (
     tolerance_sigmas,
     width_power,
 )
+from sitscad.estimates.coil_estimates import signals
 from sitscad.estimates.loads import pressing
 from sitscad.estimates.loads.pressing import GLUE, PAD
-from sitscad.estimates.signal import signals
 from sitscad.estimates.tolerances.scatter import CAPACITOR, DIAMETER, DISTANCE, PERMITTIVITY, THICKNESS, WIDTH
 from sitscad.estimates.windings.methods import equivalent_spirals, winding_geometry
 from sitscad.files.report import numbers

@@ -9,8 +9,8 @@ from tolerance import approx
 import sitscad
 from sitscad.checks.assembly.mount import RULES
 from sitscad.checks.rules import apply_rule
+from sitscad.estimates.coil_estimates import signals
 from sitscad.estimates.design import Design
-from sitscad.estimates.signal import signals
 from sitscad.spec import templates
 
 SHIELD = "shield: {material: copper, thickness: 0.1, gap: 0.5}"

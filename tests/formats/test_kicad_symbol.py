@@ -12,8 +12,8 @@ from kicad_oracle import needs_kicad, rule_check, write
 
 from sitscad.files.formats.kicad import library as kicad_footprint
 from sitscad.files.formats.kicad import library as kicad_symbol
-from sitscad.files.formats.kicad import pcb as kicad_board
 from sitscad.files.formats.kicad import project_files as kicad
+from sitscad.files.formats.kicad import project_files as kicad_board
 from sitscad.files.formats.kicad import sexpr as kicad_stackup
 from sitscad.layout import lay_out
 from sitscad.spec.design_rules import FINISHES
@@ -138,7 +138,7 @@ def test_board_with_body_layers_and_bend_passes_rule_check(tmp_path):
 @pytest.mark.parametrize("finish", FINISHES)
 def test_kicad_board_states_copper_finish_of_spec(board, finish):
     ordered = replace(board, spec=replace(board.spec, fpc=replace(board.spec.fpc, finish=finish)))
-    (message,) = re.findall(r'\(copper_finish "([^"]+)"\)', kicad_board.board(ordered))
+    (message,) = re.findall(r'\(copper_finish "([^"]+)"\)', kicad_board.board_text(ordered))
     assert message.lower().replace(" ", "-") == finish
 
 
@@ -159,7 +159,7 @@ def test_bondply_between_copper_is_prepreg_in_kicad_stackup(name):
 
 def test_extent_of_body_only_layers_is_drawn_on_user_layer():
     layout = spec_board("line, count: 2, pitch: 8", 4)
-    text, corner = kicad_board.board(layout), kicad_board.sheet_corner(layout.outline)
+    text, corner = kicad_board.board_text(layout), kicad_board.sheet_corner(layout.outline)
     rows = re.findall(r'\(gr_line \(start (\S+) (\S+)\) \(end (\S+) (\S+)\).*?\(layer "User.3"\)', text)
     points = {(float(x), float(y)) for row in rows for x, y in (row[:2], row[2:])}
     x0, y0, x1, y1 = (side * 1e3 for side in layout.body)
@@ -167,4 +167,4 @@ def test_extent_of_body_only_layers_is_drawn_on_user_layer():
     wanted = {(x - dx, -y - dy) for x in (x0, x1) for y in (y0, y1)}
     assert len(points) == 4 and all(min(abs(a - c) + abs(b - d) for c, d in wanted) < 2e-6 for a, b in points)
     assert "extent of copper 3 to 4 and of what lies between and below (the tail is without)" in text
-    assert '"User.3"' not in kicad_board.board(spec_board()).partition("(setup")[2]
+    assert '"User.3"' not in kicad_board.board_text(spec_board()).partition("(setup")[2]

@@ -18,7 +18,7 @@ from sitscad.assembly.places.seating import plate_plan
 from sitscad.kernels.geometry.path import Arc, circle, enclosed_area
 from sitscad.layout.outline import root
 from sitscad.spec.load import rewritten_spec
-from sitscad.spec.resolver.body import UnfitError, outline
+from sitscad.spec.resolver.circuit import UnfitError, outline
 
 BUTTON = Path(__file__).parents[2] / "templates" / "round_button_12mm.yaml"
 

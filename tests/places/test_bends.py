@@ -23,7 +23,7 @@ from sitscad.checks.rules import apply_rule
 from sitscad.estimates.design import Design
 from sitscad.files.documents.drawings import board_drawing
 from sitscad.files.drawing.sheet import Label, flattened
-from sitscad.files.formats.kicad.pcb import board as kicad_board
+from sitscad.files.formats.kicad.project_files import board_text as kicad_board
 from sitscad.files.order_facts.notes import bend_text, bent_text
 from sitscad.layout import lay_out
 from sitscad.layout.bending import bend_stretch, least_bend_radius

@@ -16,8 +16,8 @@ from sitscad.basics.finding import Finding, NotChecked, Place, Severity
 from sitscad.basics.units import quantity, show
 from sitscad.checks.findings import CheckedSpec, checked_spec, numbered_places
 from sitscad.checks.findings.measures import NO_SIGNAL, OTHERS_MEANING, OTHERS_TITLE, headline, signal_table
+from sitscad.estimates.coil_estimates import signals
 from sitscad.estimates.design import Design
-from sitscad.estimates.signal import signals
 from sitscad.files.report import numbers
 from sitscad.files.report.page import findings_part, render
 from sitscad.layout.tail.tracks import contact_rows, contacts

@@ -9,21 +9,22 @@ from typing import Any
 
 import numpy as np
 
-from sitscad.apps.coil.drawn_layout import layout_of_drawing, terminal_capacitance
-from sitscad.apps.coil.results import USUAL_FREQUENCY, CoilResult, hertz_of
-from sitscad.apps.coil.spiral import lumped_limit
+from sitscad.apps.coil.spiral import USUAL_FREQUENCY, CoilResult, hertz_of, lumped_limit
+from sitscad.apps.coil.variants import PLAIN_COIL
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.quantities import DRAWN_COIL, DRAWN_COIL_AT_FREQUENCY, document
 from sitscad.basics.record import record, replace
 from sitscad.basics.units import show
 from sitscad.basics.version import __version__
 from sitscad.estimates.states.at_frequency import FrequencyError, SeriesImpedance
+from sitscad.estimates.windings.leads import estimate_leads
 from sitscad.estimates.windings.losses import bent_loss
 from sitscad.estimates.windings.methods import bent_path, mitred_path, track_of
 from sitscad.estimates.windings.own_capacitance import (
     CAPACITANCE_ERROR,
     FEW_TURNS,
     FEW_TURNS_CAPACITANCE_ERROR,
+    self_capacitance,
 )
 from sitscad.files.drawing.frame import View
 from sitscad.files.drawing.pictures.layout_picture import COLOURS, RING
@@ -38,12 +39,16 @@ from sitscad.kernels.electromagnetics.loss.resistance import conductivity_at
 from sitscad.kernels.electromagnetics.resonator import resonance_frequency
 from sitscad.kernels.electromagnetics.threads import one_thread
 from sitscad.kernels.geometry.path import Line, Path, Point, Segment, bounding_box, circle
+from sitscad.layout import arrange
 from sitscad.layout.board import Layout
 from sitscad.spec import presets
+from sitscad.spec.circuit import Stackup
 from sitscad.spec.drawn.arcs import with_arcs
 from sitscad.spec.drawn.copper import CopperHeight, DrawnCoilError, DrawnCopper
 from sitscad.spec.drawn.follow import DrawnConductor, conductor_of
 from sitscad.spec.drawn.kicad import read_kicad
+from sitscad.spec.drawn.spiral import recognised
+from sitscad.spec.sensor import SensorSpec
 
 INDUCTANCE_ERROR, RESISTANCE_ERROR = 0.005, 0.05
 """Relative error bounds of a drawn coil's inductance and resistance, far below its self-resonance.
@@ -453,3 +458,24 @@ def _picture(conductor: DrawnConductor) -> str:
     size = f"{show(x1 - x0, 'm', 3)} x {show(y1 - y0, 'm', 3)}"
     sheet.text(SIDE - MARGIN, low - ROW_HEIGHT, size, LETTER_HEIGHT, "end")
     return svg(sheet)
+
+
+def layout_of_drawing(
+    copper: DrawnCopper, conductor: DrawnConductor, stackup: Stackup, temperature: float
+) -> Layout:
+    """Return the layout of a drawn coil alone, at a copper temperature in degrees Celsius.
+
+    `stackup` has the same number of copper layers as the file. Raises DrawnCoilError if the turns have no known shape.
+    """
+    plain = SensorSpec.from_mapping({"name": "coil", "coil": PLAIN_COIL})
+    coil = recognised(conductor, copper.names_for(len(stackup.copper)), plain.coil)
+    return arrange(replace(
+        plain, coil=coil, fpc=replace(plain.fpc, stackup=stackup),
+        requirements=replace(plain.requirements, temperature=temperature)))
+
+
+def terminal_capacitance(layout: Layout) -> float:
+    """Return the capacitance (F) of a drawn coil between its terminals: winding and leads."""
+    (coil,), spec = layout.coils, layout.spec
+    leads = estimate_leads(coil, spec.fpc.stackup, conductivity_at(spec.requirements.temperature))
+    return self_capacitance(coil, spec.coil, spec.fpc.stackup) + leads.capacitance

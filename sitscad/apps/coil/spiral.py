@@ -1,4 +1,4 @@
-"""Electrical values of a planar spiral coil with given dimensions."""
+"""Electrical values of a planar spiral coil with given dimensions, and the values that all coil results share."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from sitscad.apps.coil.results import USUAL_FREQUENCY, CoilResult, hertz_of
+from sitscad.assembly.places.motions import MotionError, frequency_of
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.quantities import LONE_COIL, LONE_COIL_AT_FREQUENCY, document
 from sitscad.basics.record import record, replace
@@ -16,7 +16,7 @@ from sitscad.basics.version import __version__
 from sitscad.estimates.circuits.coils import coil_circuits, self_resonance
 from sitscad.estimates.circuits.tank import CoilCircuit
 from sitscad.estimates.coil_estimates import CrossCheck
-from sitscad.estimates.states.at_frequency import CoilAtFrequency, coil_at
+from sitscad.estimates.states.at_frequency import CoilAtFrequency, FrequencyError, SeriesImpedance, coil_at
 from sitscad.estimates.states.steps import solve_windings
 from sitscad.estimates.targets.finite_target import NO_RATIOS
 from sitscad.estimates.windings.leads import NO_LEADS
@@ -39,6 +39,50 @@ from sitscad.spec.load import written_value
 from sitscad.spec.reading import SpecError, finding_from_text
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.source import TextError
+
+USUAL_FREQUENCY = 1e6
+"""Frequency (Hz) used if the user states none."""
+
+
+def hertz_of(frequency: str | float | Sequence[str | float]) -> tuple[float, ...]:
+    """Return frequencies (Hz) from one or several texts (``"5 MHz"``) or numbers.
+
+    Raises FrequencyError for other values.
+    """
+    values = [frequency] if isinstance(frequency, (str, float, int)) else frequency
+    try:
+        return tuple(frequency_of(value if isinstance(value, str) else f"{value!r} Hz") for value in values)
+    except MotionError as error:
+        raise FrequencyError(str(error)) from None
+
+
+class CoilResult:
+    """Electrical values of one coil without a sensor.
+
+    Properties hold at the first frequency, and `at` has all frequencies.
+    """
+
+    at: tuple[SeriesImpedance, ...]
+
+    @property
+    def inductance(self) -> float:
+        """Inductance (H) at the first frequency, without the coil's own capacitance."""
+        return self.at[0].inductance
+
+    @property
+    def resistance(self) -> float:
+        """Resistance (ohm) at the first frequency, in series with the inductance."""
+        return self.at[0].resistance
+
+    @property
+    def quality_factor(self) -> float:
+        """Quality factor at the first frequency."""
+        return self.at[0].quality_factor
+
+    @property
+    def parallel_resistance(self) -> float:
+        """Parallel resistance (ohm) of a tank that resonates at the first frequency."""
+        return self.at[0].parallel_resistance
 
 
 @record

@@ -16,7 +16,7 @@ from sitscad.basics.check_results import Measure as FitMeasure
 from sitscad.basics.quantities import TANK
 from sitscad.basics.record import record
 from sitscad.estimates.circuits.uncertainty import SHARE
-from sitscad.estimates.coil_estimates import crowding_error
+from sitscad.estimates.coil_estimates import crowding_error, signals
 from sitscad.estimates.design import Design
 from sitscad.estimates.loads.pressing import GLUE, PAD
 from sitscad.estimates.loads.working_range import measured_axes
@@ -24,7 +24,6 @@ from sitscad.estimates.performance.inversion import crosstalk_at
 from sitscad.estimates.performance.points import COURSE
 from sitscad.estimates.performance.screen import NEARLY
 from sitscad.estimates.performance_values import AXES, AXIS_WORDS, FORCES, MOMENTS, unit_of
-from sitscad.estimates.signal import signals
 from sitscad.kernels.geometry.path import enclosed_area
 
 if TYPE_CHECKING:

@@ -21,9 +21,9 @@ from sitscad.basics.finding import Finding, Ignored, Severity
 from sitscad.basics.record import record
 from sitscad.basics.units import count_text, escape_controls
 from sitscad.basics.version import __version__
-from sitscad.checks.examples import no_example, rule_example
 from sitscad.checks.findings.document import CheckedSpec, by_severity, excerpt, in_order, to_json
 from sitscad.checks.findings.measures import closing_words, fit_words, headline, performance_text
+from sitscad.checks.rules import no_example, rule_example
 
 INDENT = 6  # Indent (columns) of a finding's further lines
 

@@ -41,12 +41,12 @@ from sitscad.checks.rules import (
     violation_of,
 )
 from sitscad.estimates import estimated
+from sitscad.estimates.coil_estimates import signals
 from sitscad.estimates.design import Design
 from sitscad.estimates.loads.pad import loaded_poses
 from sitscad.estimates.loads.pressing import rests_on_pad
 from sitscad.estimates.loads.working_range import USUAL_STRAIN, full_normal, measured_axes
 from sitscad.estimates.performance.screen import target_effects
-from sitscad.estimates.signal import signals
 from sitscad.kernels.converters.conversion import Conversion
 from sitscad.kernels.geometry.path import Point
 from sitscad.spec import presets

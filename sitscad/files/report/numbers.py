@@ -37,8 +37,7 @@ from sitscad.basics.version import __version__
 from sitscad.checks.findings import CheckedSpec, OutputOptions, finding_json, styled, to_json
 from sitscad.checks.findings import as_text as as_findings
 from sitscad.checks.findings.measures import OTHERS_MEANING, OTHERS_TITLE, signal_table
-from sitscad.estimates.coil_estimates import CoilEstimate, CrossCheck, MeterReadings, ReadoutEstimate
-from sitscad.estimates.signal import signals
+from sitscad.estimates.coil_estimates import CoilEstimate, CrossCheck, MeterReadings, ReadoutEstimate, signals
 from sitscad.files.drawing import web_page
 from sitscad.files.drawing.web_page import bullets
 

@@ -22,8 +22,7 @@ from sitscad.basics.record import record
 from sitscad.basics.units import DASH, count_text, quantity, show
 from sitscad.checks.findings import CheckedSpec, by_severity, excerpt, measures, numbered_places
 from sitscad.estimates.circuits.settings import bare_board_code
-from sitscad.estimates.coil_estimates import CoilEstimate, ReadoutEstimate
-from sitscad.estimates.signal import signals
+from sitscad.estimates.coil_estimates import CoilEstimate, ReadoutEstimate, signals
 from sitscad.files.drawing.sheet import Pen, Sheet
 from sitscad.files.drawing.svg import svg
 from sitscad.files.drawing.web_page import bullets, figure, page, part, soft

@@ -15,10 +15,9 @@ from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
 from sitscad.basics.units import show
 from sitscad.kernels.geometry.path import TWO_PI, Arc, Line, Point
-from sitscad.spec.drawn.arcs import STRAIGHT
+from sitscad.spec.drawn.arcs import DEVIATION, STRAIGHT, DrawnSpiral, DrawnTurns
 from sitscad.spec.drawn.copper import DrawnCoilError, place_text
 from sitscad.spec.drawn.follow import DrawnRun
-from sitscad.spec.drawn.turns import DEVIATION, DrawnSpiral, DrawnTurns
 
 SHAPES = {4: "square", 6: "hexagon", 8: "octagon"}
 """Shapes with known error bounds, by their number of sides."""
@@ -172,8 +171,8 @@ def _layer(run: DrawnRun, count: int, width: float) -> _LayerFit:
     part = _SideRun(run, tuple(sides[first : last + 1]), count, step, 2.0 * abs(step) + 0.5 * width)
     is_mid_side, kept = part.kept()
     wound = _SideRun(run, part.sides[kept], count, step, part.reach)
-    turns, outwards = DrawnTurns(run, *wound.ends), normals[first : last + 1][kept]
-    return _LayerFit(turns, wound.sides, outwards, sense, step < 0.0, abs(step), is_mid_side)
+    drawn_turns, outwards = DrawnTurns(run, *wound.ends), normals[first : last + 1][kept]
+    return _LayerFit(drawn_turns, wound.sides, outwards, sense, step < 0.0, abs(step), is_mid_side)
 
 
 @record(eq=False)

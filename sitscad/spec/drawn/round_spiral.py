@@ -11,9 +11,9 @@ from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
 from sitscad.basics.units import show
 from sitscad.kernels.geometry.path import TWO_PI, Arc, Path, Point
+from sitscad.spec.drawn.arcs import DEVIATION, DrawnSpiral, DrawnTurns
 from sitscad.spec.drawn.copper import DrawnCoilError, place_text
 from sitscad.spec.drawn.follow import DrawnConductor, DrawnRun
-from sitscad.spec.drawn.turns import DEVIATION, DrawnSpiral, DrawnTurns
 
 LEAST_TURNS = 0.75
 """Smallest number of turns of a run that counts as a layer of the winding."""

@@ -14,12 +14,11 @@ from itertools import groupby
 from sitscad.basics.units import show
 from sitscad.kernels.geometry.path import Line, Path, Point
 from sitscad.spec.coil import CoilSpec, DrawnCopperCoil, DrawnHole, DrawnLayer, DrawnPiece, DrawnTerminal
-from sitscad.spec.drawn.arcs import with_arcs
+from sitscad.spec.drawn.arcs import DrawnSpiral, DrawnTurns, with_arcs
 from sitscad.spec.drawn.copper import CopperHeight, DrawnCoilError, DrawnPad, place_text
 from sitscad.spec.drawn.follow import DrawnConductor, DrawnRun
 from sitscad.spec.drawn.polygons import polygon
 from sitscad.spec.drawn.round_spiral import LEAST_TURNS, round_spiral
-from sitscad.spec.drawn.turns import DrawnSpiral, DrawnTurns
 
 EQUAL_TURNS = 2e-3
 """Largest difference between a number of turns and the nearest whole number to which it is rounded."""
