@@ -39,7 +39,7 @@ from sitscad.spec.materials import (
 )
 from sitscad.spec.mount import LEVEL, Hole, HolePattern, Jaw
 from sitscad.spec.sensor import SensorSpec
-from sitscad.spec.thermistor import ThermistorPart
+from sitscad.spec.thermistor import DigitalRegisters, ThermistorPart
 
 ADHESIVE_PER_COPPER = 25.0 / 35.0
 """Least ratio of the thickness of a coverlay's adhesive to the thickness of the copper that it embeds (1).
@@ -295,8 +295,12 @@ def thermistor(name: str) -> ThermistorPart:
     row = _table("thermistors")[name]
     resistance = parse_quantity(row["resistance"], "resistance") if row["resistance"] else None
     relative, b_relative, error = (float(row[each] or 0.0) for each in ("resistance_tolerance", "b_tolerance", "error"))
+    address, temperature, identity, identity_value = (
+        int(row[each] or "0", 0) for each in ("address", "temperature", "identity", "identity_value"))
+    registers = (DigitalRegisters(address, temperature, float(row["scale"]), identity, identity_value)
+                 if row["scale"] else None)
     return ThermistorPart(name, resistance, relative, float(row["b"]) if row["b"] else None, b_relative, error,
-                          float(row["noise"]), row["package"], row["product"], cited(row))
+                          float(row["noise"]), registers, row["package"], row["product"], cited(row))
 
 
 @cache

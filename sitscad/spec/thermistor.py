@@ -11,6 +11,24 @@ DESIGN, CALIBRATED = "design", "calibrated"
 
 
 @record
+class DigitalRegisters:
+    """I2C registers of a digital temperature sensor.
+
+    * ``address``: 7-bit I2C address with grounded address pins
+    * ``temperature``: number of the register with the temperature, 16 bits with sign
+    * ``scale`` (K): one step of that register
+    * ``identity``: number of the register with the part's identity
+    * ``identity_value``: lower 12 bits of that register
+    """
+
+    address: int
+    temperature: int
+    scale: float
+    identity: int
+    identity_value: int
+
+
+@record
 class ThermistorPart:
     """An NTC thermistor, or a digital temperature sensor with I2C.
 
@@ -19,6 +37,7 @@ class ThermistorPart:
     * ``resistance_tolerance`` and ``b_tolerance``: largest relative deviations
     * ``error`` (K): largest error of a digital sensor
     * ``noise`` (K): one sigma of a reading
+    * ``registers``: of a digital sensor. None for a thermistor.
     """
 
     name: str
@@ -28,6 +47,7 @@ class ThermistorPart:
     b_tolerance: float
     error: float
     noise: float
+    registers: DigitalRegisters | None
     package: str
     product: str
     source: str

@@ -32,6 +32,9 @@ struct Port {
 };
 static Port Serial;
 
+static const int A0 = 14;
+static inline int analogRead(int pin) { return pin == A0 ? 512 : 0; } // an NTC at 25 degC
+
 static const int OUTPUT = 1, LOW = 0, HIGH = 1;
 static struct {
     int pin = -1, level = HIGH;

@@ -31,7 +31,7 @@ class Bench:
 
     def run(self, *commands: str) -> list[list[str]]:
         """The words of every line that commands give, on a sound board at rest."""
-        result = self.design.estimates.coils
+        result = self.design.estimates.all_coils
         states = [coil.states.get("rest") or coil.states["free"] for coil in result]
         coils = [f"coil {k} {one.frequency:.17g} {one.parallel_resistance:.17g}" for k, one in enumerate(states)]
         done = subprocess.run(

@@ -4,6 +4,9 @@
 
 #include "sensor.h"
 #include "simulated/simulated.h"
+#ifdef SENSOR_THERMOMETER
+#include "thermometer.h"
+#endif
 
 static simulated chips[SENSOR_CONVERTERS];
 
@@ -69,6 +72,16 @@ static const struct {
 } tanks[SENSOR_COILS] = SENSOR_TANKS;
 static sensor one;
 static sensor_reading reading;
+
+#ifdef SENSOR_THERMOMETER
+static double celsius;
+
+static float told_celsius(const void *context)
+{
+    (void)context;
+    return (float)celsius;
+}
+#endif
 
 static void advance(unsigned long long ns)
 {
@@ -161,6 +174,14 @@ int main(void)
         } else if (strcmp(word, "begin") == 0) {
             const int found = sensor_begin(&one, &buses);
             printf("%d %s\n", found, sensor_text(found));
+#ifdef SENSOR_THERMOMETER
+            sensor_set_thermometer(&one, told_celsius, NULL);
+        } else if (strcmp(word, "celsius") == 0 && scanf("%lf", &celsius) == 1) {
+#endif
+#ifdef SENSOR_COMPENSATED
+        } else if (strcmp(word, "warming") == 0) {
+            printf("%.9g\n", (double)sensor_warming(&one, &reading));
+#endif
         } else if (strcmp(word, "poll") == 0) {
             const int found = sensor_poll(&one, &reading);
             told(found);

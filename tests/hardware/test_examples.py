@@ -324,6 +324,21 @@ def test_ros_node_publishes_valid_lines_and_reports_invalid_lines(node):
     assert message == ["3 lines lost, 1 corrupted, 1 of another sensor"]
 
 
+@pytest.mark.clients("gcc")
+def test_ros_node_separates_uncompensated_newtons(node):
+    item, received, _, message = node
+    topics: list[str] = []
+    item.create_publisher = lambda kind, topic, depth: SimpleNamespace(publish=lambda wrench: topics.append(topic))
+    received += [
+        _checked("id", "sequence", "C1_counts", "C1_status", "normal_N", "warming_K"),
+        *(_checked(item.identity, number, 1, 0, "1.5", kelvin) for number, kelvin in enumerate(("0.25", "", "-0.1")))]
+    for _ in range(5):
+        item.read()
+    item.log_losses()
+    assert topics == ["wrench", "wrench_uncompensated", "wrench"]
+    assert len(message) == 1 and "1 without a valid temperature" in message[0]
+
+
 @pytest.mark.slow
 @pytest.mark.clients("gcc")
 def test_firmware_readme_wires_every_contact_in_ten_steps(pad, tmp_path):

@@ -159,7 +159,7 @@ int main(void)
     const int good[SENSOR_CELLS] = {0};
 
     sensor_line_head(&line);
-    sensor_line_reading(&line, &reading, good, newtons);
+    sensor_line_reading(&line, &reading, good, 0.0f, newtons);
     sensor_line_put(&line, '\\0');
     printf("%s\\n", line.text);
     return 0;

@@ -182,6 +182,11 @@ class Registers:
             self._complete()
         self.time = end
 
+    def pause(self, nanoseconds: int) -> None:
+        """Advance the simulated time without conversions. The present conversion ends that much later."""
+        self.time += nanoseconds
+        self.due += nanoseconds if self.due != NEVER else 0
+
     # --------------------------------------------------------------------------------------------------------- access
 
     def _hold(self) -> None:

@@ -11,6 +11,7 @@ from urllib.parse import parse_qsl
 
 import numpy as np
 
+from sitscad.apps.hardware.ambient import Ambient, ambient, warmed
 from sitscad.apps.hardware.bench_board import Board, BusConverter, LineBoard, Port
 from sitscad.apps.hardware.converter import LONGEST, SimulatedConverter
 from sitscad.assembly.places.motions import motion_number
@@ -30,7 +31,7 @@ RAMP = 33
 BEGUN = 0.02
 """Time (s) until converters are set up and the first scan has begun."""
 
-KEYS = ("load", "seconds", "fault", "state", "seed", "unit", "cell")
+KEYS = ("load", "seconds", "fault", "state", "seed", "unit", "cell", "temperature")
 SEVERAL = ("load", "fault")
 """Names of all options of a simulated source (`KEYS`), and of the options that may be repeated (`SEVERAL`)."""
 
@@ -66,12 +67,20 @@ class Source:
         """Wait for this time (s)."""
         time.sleep(seconds)
 
+    def skip(self, seconds: float) -> None:
+        """Wait for this time (s). Results in this time are not needed."""
+        self.wait(seconds)
+
+    def celsius(self, when: float) -> float:
+        """Return the temperature (degrees Celsius) by the design's temperature sensor at a time (s). NaN if unknown."""
+        return math.nan
+
 
 class Simulation(Source):
     """Simulated converters of a design with a common clock.
 
     `errors` holds the manufacturing errors of each cell, or None for a nominal cell. A sensor without cells counts as a
-    single cell.
+    single cell. `course` is the ambient temperature. If None, it is the temperature of the requirements.
     """
 
     chips: Sequence[SimulatedConverter]
@@ -80,17 +89,20 @@ class Simulation(Source):
 
     def __init__(
         self, design: Design, chips: Sequence[SimulatedConverter], seconds: float | None = None,
-        errors: Sequence[np.ndarray | None] = (None,),
+        errors: Sequence[np.ndarray | None] = (None,), course: Ambient | None = None,
     ) -> None:
         super().__init__(chips, seconds)
-        self.design, self.errors = design, errors
+        self.design, self.errors, self.course = design, errors, course
 
     def put_on(self, load: np.ndarray, is_held: bool, cell: int = 1) -> None:
         """Apply a load (3; N) to the target of a cell (number from 1) from now on. Other cells are unloaded.
 
         `is_held` is True if the load keeps the target level.
         """
-        read = _cell_frequencies(self.design.cells, cell, np.atleast_2d(load), self.errors, is_held)
+        loads = np.atleast_2d(load)
+        read = _cell_frequencies(self.design.cells, cell, loads, self.errors, is_held)
+        if self.course is not None:
+            read = warmed(self.design.cells, read, loads, np.array([self.now()]), self.course, cell)
         for chip in self.chips:
             chip.hold(read)
 
@@ -110,6 +122,28 @@ class Simulation(Source):
             chip.advance(round(seconds * 1e9))
         if self.is_real_time:
             time.sleep(max(0.0, self.now() - (time.monotonic() - self._begun)))
+
+    def skip(self, seconds: float) -> None:
+        """Advance the simulated time without conversions. In real time, conversions go on."""
+        if self.is_real_time:
+            self.wait(seconds)
+            return
+        for chip in self.chips:
+            chip.pause(round(seconds * 1e9))
+
+    def celsius(self, when: float) -> float:
+        """Return the temperature (degrees Celsius) by the design's temperature sensor at a time (s).
+
+        It has the steps of a digital sensor, and no errors. NaN without a temperature sensor in the design.
+        """
+        sensor = self.design.spec.readout.thermistor
+        if sensor is None:
+            return math.nan
+        celsius = self.design.estimates.temperature
+        if self.course is not None:
+            celsius = float(self.course.board(np.array([when]))[0])
+        registers = sensor.part.registers
+        return celsius if registers is None else registers.scale * round(celsius / registers.scale)
 
 
 class WiredConverter:
@@ -226,8 +260,8 @@ def _simulated_board(design: Design, query: str, tares: int) -> Simulation:
 
     `load` is AXIS:FIRST:LAST (N), with commas between several axes. It changes linearly over `seconds`, after `tares`
     scans without load. `fault` may be repeated. `unit` is the number of a sensor with random manufacturing errors;
-    without it, the sensor is nominal. `cell` is the cell under the load. `state` and `seed` are as for
-    `SimulatedConverter`.
+    without it, the sensor is nominal. `cell` is the cell under the load. `temperature` is as for `ambient`. `state` and
+    `seed` are as for `SimulatedConverter`.
     """
     pairs = parse_qsl(query, keep_blank_values=True)
     options = dict(pairs)
@@ -236,7 +270,7 @@ def _simulated_board(design: Design, query: str, tares: int) -> Simulation:
             raise ValueError(f"sim: {key} is none of {', '.join(KEYS)}")
         if key not in SEVERAL and sum(name == key for name, _ in pairs) > 1:
             raise ValueError(f"sim: {key} is given twice")
-    for other in ("unit", "load", "cell"):
+    for other in ("unit", "load", "cell", "temperature"):
         if "state" in options and other in options:
             raise ValueError(f"sim: with {other} a sensor is assembled: {other} and state do not go together")
     numbers = {key: _number_in_range(f"{key}={options.get(key, usual)}", least, most, is_whole)
@@ -244,6 +278,9 @@ def _simulated_board(design: Design, query: str, tares: int) -> Simulation:
                    ("seconds", 1.0, SHORTEST, LONGEST, False), ("seed", 1, 0, MOST_SEED, True),
                    ("unit", 0, 0, MOST_SEED, True), ("cell", 1, 1, len(design.cells), True))}
     seconds = numbers["seconds"]
+    course = ambient(options["temperature"], seconds) if "temperature" in options else None
+    if course is not None and "seconds" not in options:
+        seconds = min(max(float(course.times[-1]), SHORTEST), LONGEST)
     rate = design.estimates.readout.scan_rate
     before = BEGUN + (tares + 1) / rate if tares and rate else 0.0
     times = np.linspace(before, before + seconds, RAMP)
@@ -257,6 +294,10 @@ def _simulated_board(design: Design, query: str, tares: int) -> Simulation:
         none = np.zeros((2, loads.shape[1]))
         none[1, 0] = before - 1e-6
         loads = np.vstack([none, loads])
+    if course is not None:
+        course = Ambient(course.times + before, course.celsius)
+        times = np.unique(np.clip(np.concatenate([loads[:, 0], course.times]), 0.0, before + seconds))
+        loads = np.column_stack([times, *(np.interp(times, loads[:, 0], column) for column in loads[:, 1:].T)])
     number = design.spec.readout.device.needed(len(design.estimates.all_coils))
     faults = [value for name, value in pairs if name == "fault"]
     if "load" in options and "cell" not in options and len(design.cells) > 1:
@@ -266,8 +307,10 @@ def _simulated_board(design: Design, query: str, tares: int) -> Simulation:
         errors = [draw_units(sensors_of(cell.response).unknowns, len(design.cells), int(numbers["unit"]))[k]
                   for k, cell in enumerate(design.cells)]
     read = None
-    if "cell" in options or "unit" in options:
+    if "cell" in options or "unit" in options or course is not None:
         read = _cell_frequencies(design.cells, int(numbers["cell"]), loads[:, 1:], errors)
+    if course is not None and read is not None:
+        read = warmed(design.cells, read, loads[:, 1:], loads[:, 0], course, int(numbers["cell"]))
     chips = [
         SimulatedConverter(
             design, loads=loads if "load" in options or read is not None else None, faults=faults,
@@ -276,7 +319,7 @@ def _simulated_board(design: Design, query: str, tares: int) -> Simulation:
         )
         for k in range(number)
     ]
-    return Simulation(design, chips, before + seconds, errors)
+    return Simulation(design, chips, before + seconds, errors, course)
 
 
 def _load_ramps(texts: Iterable[str]) -> np.ndarray:

@@ -23,6 +23,9 @@
 #include <time.h>
 
 #include "sensor_line.h"
+#ifdef SENSOR_THERMOMETER
+#include "thermometer.h"
+#endif
 
 static int wires[SENSOR_BUSES]; /* handle of each bus: its number, or its file */
 
@@ -51,7 +54,18 @@ static int bus_write_read(void *context, uint8_t address, const uint8_t *out, si
                           size_t in_count)
 {
     uint16_t value = 0u;
-    const int error = chip_at(context, address) == NULL || out_count != 1u || in_count != 2u
+    int error;
+
+#ifdef SENSOR_DIGITAL_ADDRESS
+    if (address == SENSOR_DIGITAL_ADDRESS) { /* a temperature sensor at 25 degC */
+        value = out[0] == SENSOR_DIGITAL_IDENTITY ? SENSOR_DIGITAL_IDENTITY_VALUE
+                                                  : (uint16_t)(25.0f / SENSOR_DIGITAL_STEP);
+        in[0] = (uint8_t)(value >> 8);
+        in[1] = (uint8_t)(value & 0xFFu);
+        return 0;
+    }
+#endif
+    error = chip_at(context, address) == NULL || out_count != 1u || in_count != 2u
         || simulated_read(chip_at(context, address), out[0], &value);
 
     in[0] = (uint8_t)(value >> 8);
@@ -229,7 +243,7 @@ static void shown(const sensor *self, const sensor_reading *reading)
             printf("%+.3f N%s  ", (double)(newtons[axis] * sensor_line_scale(axis)),
                    sensor_line_scale(axis) > 1.0f ? " mm" : "");
         if (told != 0)
-            printf("%s  ", told == SENSOR_COILS + 1 ? "beyond the map" : sensor_text(told));
+            printf("%s  ", told == SENSOR_BEYOND ? "beyond the map" : sensor_text(told));
     }
     printf("\n");
 }
@@ -265,6 +279,9 @@ int main(int count, char **words)
     if (is_asleep || all_opened(count > 1 ? words[1] : usual) != 0)
         return 1;
     found = sensor_begin(&one, &buses);
+#ifdef SENSOR_DIGITAL_ADDRESS
+    sensor_set_thermometer(&one, thermometer_celsius, &buses[0]);
+#endif
     if (found == 0)
         found = tested(&one);
     if (found < 0) {

@@ -1,6 +1,7 @@
 /*
  * An Arduino sketch that reads the sensor; this folder is the sketch. For forces, copy calibration.h of your sensor
- * into this folder. If the sensor has cells, copy the folders cell-1, cell-2, ..., each with a calibration.h.
+ * into this folder, and temperature.h if there is one. If the sensor has cells, copy the folders cell-1, cell-2, ...,
+ * each with these files.
  * The sketch sends the lines of sensor_line.h at SENSOR_BAUD (sensor_config.h) for `sitscad read serial:PORT` and
  * live.html.
  * Three or more converters need a second bus, Wire1.
@@ -8,6 +9,9 @@
 #include <Wire.h>
 
 #include "sensor_line.h"
+#ifdef SENSOR_THERMOMETER
+#include "thermometer.h"
+#endif
 
 static decltype(Wire) &wire_of(void *context)
 {
@@ -63,6 +67,21 @@ static void wake()
     delay(SENSOR_WAKE_MS);
 }
 
+#ifdef SENSOR_NTC_OHM
+/* Analog input of the NTC, and the reading at the reference voltage (1023 for 10 bits). */
+#ifndef SENSOR_NTC_PIN
+#define SENSOR_NTC_PIN A0
+#endif
+#ifndef SENSOR_NTC_FULL_SCALE
+#define SENSOR_NTC_FULL_SCALE 1023.0f
+#endif
+
+static float ntc_celsius(const void *)
+{
+    return thermometer_ntc(static_cast<float>(analogRead(SENSOR_NTC_PIN)) / SENSOR_NTC_FULL_SCALE);
+}
+#endif
+
 static void told(int found)
 {
     Serial.print("# ");
@@ -82,6 +101,11 @@ void setup()
     for (;;) {
         wake();
         found = sensor_begin(&one, &buses);
+#if defined(SENSOR_DIGITAL_ADDRESS)
+        sensor_set_thermometer(&one, thermometer_celsius, &buses[0]);
+#elif defined(SENSOR_NTC_OHM)
+        sensor_set_thermometer(&one, ntc_celsius, nullptr);
+#endif
         if (found == 0)
             found = sensor_self_test(&one, &report);
         if (found >= 0)

@@ -24,6 +24,8 @@ typedef struct {
     band state[2];      /* bare, assembled */
 } coil;
 
+#define SENSING (SENSOR_CELLS * SENSOR_CELL_COILS) /* coils with a target: all but the reference coil */
+
 static const uint8_t buses[SENSOR_CONVERTERS] = SENSOR_BUS_OF;
 static const uint8_t addresses[SENSOR_CONVERTERS] = SENSOR_ADDRESSES;
 static const setting settings[] = SENSOR_SETTINGS; /* in the order of writing; CONFIG comes last */
@@ -239,6 +241,15 @@ int sensor_poll(sensor *self, sensor_reading *reading)
         reading->status[k] = is_old || error != 0 ? (uint8_t)SENSOR_STALE : self->status[k];
         reading->frequency_Hz[k] = (float)counts * SENSOR_HZ_PER_COUNT;
     }
+#ifdef SENSOR_THERMOMETER
+    if (new_ones >= (int)self->until_celsius) {
+        self->celsius = self->thermometer != NULL ? self->thermometer(self->context) : NAN;
+        self->until_celsius = SENSOR_CELSIUS_EVERY;
+    } else {
+        self->until_celsius = (uint16_t)(self->until_celsius - new_ones);
+    }
+    reading->celsius = self->celsius;
+#endif
     return error != 0 ? error : new_ones;
 }
 
@@ -343,12 +354,12 @@ static int first_bad(const sensor_reading *reading, int first, int count)
 
 int sensor_tare(sensor *self, const sensor_reading *reading)
 {
-    const int bad = first_bad(reading, 0, SENSOR_COILS);
+    const int bad = first_bad(reading, 0, SENSING);
     uint8_t scans = 255u;
 
     if (bad != 0)
         return bad;
-    for (int k = 0; k < SENSOR_COILS; ++k)
+    for (int k = 0; k < SENSING; ++k)
         scans = self->since[k] < scans ? self->since[k] : scans;
     if (self->tares != 0u && scans == 0u)
         return 0;
@@ -361,29 +372,86 @@ int sensor_tare(sensor *self, const sensor_reading *reading)
         self->tare[k] = self->tares == 1u ? reading->counts[k] : (uint32_t)((int32_t)self->tare[k] + off / self->tares);
         self->since[k] = 0u;
     }
+#ifdef SENSOR_REFERENCE
+    if (self->tares == 1u || !is_good(reading->status[SENSOR_REFERENCE]))
+        self->is_tare_faulty = (uint8_t)!is_good(reading->status[SENSOR_REFERENCE]);
+#endif
+#ifdef SENSOR_THERMOMETER
+    if (self->tares == 1u)
+        self->tare_celsius = reading->celsius;
+    else
+        self->tare_celsius += (reading->celsius - self->tare_celsius) / (float)self->tares; /* NAN stays NAN */
+#endif
     return 0;
 }
 
+#ifdef SENSOR_THERMOMETER
+void sensor_set_thermometer(sensor *self, float (*celsius)(const void *context), const void *context)
+{
+    self->thermometer = celsius;
+    self->context = context;
+    self->until_celsius = 0u;
+}
+#endif
+
+#ifdef SENSOR_COMPENSATED
+float sensor_warming(const sensor *self, const sensor_reading *reading)
+{
+#if defined(SITSCAD_BY_REFERENCE)
+    const int is_valid = is_good(reading->status[SENSOR_REFERENCE]) && self->tares != 0u && self->is_tare_faulty == 0u;
+
+    return is_valid ? sitscad_warming(reading->counts[SENSOR_REFERENCE], self->tare[SENSOR_REFERENCE]) : NAN;
+#elif defined(SENSOR_THERMOMETER)
+    return self->tares != 0u ? reading->celsius - self->tare_celsius : NAN;
+#else
+    (void)self;
+    (void)reading;
+    return NAN;
+#endif
+}
+#endif
+
 #ifdef SITSCAD_AXES
-/* Compute forces by the map of a cell from the counts of its coils and their tare. Returns SITSCAD_OK or an error. */
-static int mapped(int cell, const uint32_t *counts, const uint32_t *rest, float newtons[SENSOR_AXES])
+/*
+ * Compute forces by the map of a cell from the counts of its coils, their tare, and the temperature change (K) since
+ * the tare. Returns SITSCAD_OK or an error.
+ */
+static int mapped(int cell, const uint32_t *counts, const uint32_t *rest, float kelvin, float newtons[SENSOR_AXES])
 {
 #ifdef SENSOR_HAS_CELLS
-    return sensor_cell_map(cell, counts, rest, newtons);
+    return sensor_cell_map(cell, counts, rest, kelvin, newtons);
 #else
     struct sitscad_tare tare;
 
     (void)cell;
-    for (int k = 0; k < SENSOR_COILS; ++k)
+    for (int k = 0; k < SENSOR_CELL_COILS; ++k)
         tare.counts[k] = rest[k];
+#ifdef SITSCAD_NO_TEMPERATURE
+    return sitscad_compensated(counts, &tare, kelvin, newtons);
+#else
+    (void)kelvin;
     return sitscad_forces(counts, &tare, newtons);
 #endif
+#endif
+}
+
+static int forces_error(int found)
+{
+#ifdef SITSCAD_NO_TEMPERATURE
+    if (found == SITSCAD_NO_TEMPERATURE)
+        return SENSOR_NO_TEMPERATURE;
+#elif defined(SENSOR_COMPENSATED)
+    (void)found; /* temperature.h is missing */
+    return SENSOR_NO_TEMPERATURE;
+#endif
+    return found == SITSCAD_OK ? 0 : SENSOR_BEYOND;
 }
 #endif
 
 int sensor_cell_forces(const sensor *self, const sensor_reading *reading, int cell, float newtons[SENSOR_AXES])
 {
     const int first = cell * SENSOR_CELL_COILS;
+    float kelvin = 0.0f;
     int bad;
 
     for (int axis = 0; axis < SENSOR_AXES; ++axis)
@@ -395,9 +463,13 @@ int sensor_cell_forces(const sensor *self, const sensor_reading *reading, int ce
     bad = first_bad(reading, first, SENSOR_CELL_COILS);
     if (bad != 0)
         return bad;
-#ifdef SITSCAD_AXES
-    return mapped(cell, &reading->counts[first], &self->tare[first], newtons) == SITSCAD_OK ? 0 : SENSOR_COILS + 1;
+#if defined(SITSCAD_AXES) && defined(SENSOR_COMPENSATED)
+    kelvin = sensor_warming(self, reading);
+#endif
+#if defined(SITSCAD_AXES)
+    return forces_error(mapped(cell, &reading->counts[first], &self->tare[first], kelvin, newtons));
 #else
+    (void)kelvin;
     return SENSOR_E_NO_MAP;
 #endif
 }
@@ -426,6 +498,10 @@ const char *sensor_text(int error)
         return "no tare: take one without load";
     case SENSOR_E_NO_MAP:
         return "no map to newtons: compile with calibration.h";
+#ifdef SENSOR_COMPENSATED
+    case SENSOR_NO_TEMPERATURE:
+        return "no valid temperature: the forces are not compensated";
+#endif
     default:
         return error > 0 ? "a coil has no good reading" : "unknown error";
     }

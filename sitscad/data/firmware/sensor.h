@@ -1,7 +1,8 @@
 /*
  * The driver of the sensor in this folder: set-up, readings, self-test against the design, tare, and forces in newtons.
  * sensor_config.h has the settings of this sensor. calibration.h has its map to newtons. A sensor with cells has a map
- * for each cell, which cells.h includes.
+ * for each cell, which cells.h includes. temperature.h has the drift that is taken off, if the design measures its
+ * temperature (SENSOR_COMPENSATED).
  * C99 without heap, delays and libraries. Only frequencies and newtons are floating-point numbers.
  */
 #ifndef SENSOR_H
@@ -24,6 +25,19 @@
 #include "calibration.h"
 #endif
 
+#if defined(SENSOR_COMPENSATED)
+#include <math.h>
+#endif
+#if defined(SENSOR_COMPENSATED) && defined(SITSCAD_COILS)
+#if !defined(__has_include)
+#include "temperature.h"
+#elif __has_include("temperature.h")
+#include "temperature.h"
+#elif __has_include("../calibration/temperature.h")
+#include "../calibration/temperature.h"
+#endif
+#endif
+
 #if defined(SITSCAD_COILS) && !defined(SENSOR_HAS_CELLS)
 #if SITSCAD_COILS != SENSOR_CELL_COILS
 #error "calibration.h is another sensor's: its number of coils is not SENSOR_CELL_COILS"
@@ -35,6 +49,9 @@
 #else
 #define SENSOR_AXES 1 /* no map: sensor_cell_forces returns SENSOR_E_NO_MAP */
 #endif
+
+#define SENSOR_BEYOND (SENSOR_COILS + 1)         /* the forces are those at the end of the map's range */
+#define SENSOR_NO_TEMPERATURE (SENSOR_COILS + 2) /* no valid temperature: the forces are not compensated */
 
 #ifdef __cplusplus
 extern "C" {
@@ -77,6 +94,9 @@ typedef struct {
     uint32_t counts[SENSOR_COILS];
     uint8_t status[SENSOR_COILS];
     float frequency_Hz[SENSOR_COILS];
+#ifdef SENSOR_THERMOMETER
+    float celsius; /* temperature by the sensor of sensor_set_thermometer; NAN if it is not valid */
+#endif
 } sensor_reading;
 
 typedef struct {
@@ -104,6 +124,16 @@ typedef struct {
     uint8_t tares;                    /* readings in the mean of the tare; 0: no tare */
     uint8_t since[SENSOR_COILS];      /* results since the last reading of the tare */
     uint16_t restarts;                /* number of times that a converter lost its settings */
+#ifdef SENSOR_REFERENCE
+    uint8_t is_tare_faulty;           /* 1: the reference coil had a fault in a reading of the tare */
+#endif
+#ifdef SENSOR_THERMOMETER
+    float (*thermometer)(const void *context); /* returns the temperature (degC), or NAN; NULL: no sensor */
+    const void *context;
+    float celsius;                    /* the last temperature */
+    float tare_celsius;               /* the temperature of the tare */
+    uint16_t until_celsius;           /* results until the temperature is read again */
+#endif
 } sensor;
 
 /*
@@ -129,14 +159,30 @@ int sensor_self_test(sensor *self, sensor_report *report);
 /*
  * Store the counts without load. Calls in consecutive scans take the mean, if every coil has a new result. A mean of 16
  * has a quarter of the noise. A call more than two scans later begins a new tare. Returns 0, or the number (from 1) of
- * a coil without a good reading; the old tare then stays.
+ * a coil without a good reading; the old tare then stays. The temperature is stored, too. If a reading of the tare has
+ * no valid temperature, forces are not compensated until a new tare.
  */
 int sensor_tare(sensor *self, const sensor_reading *reading);
+
+#ifdef SENSOR_THERMOMETER
+/*
+ * Set the function that returns the temperature (degC), or NAN if it is not valid. Call this after sensor_begin.
+ * sensor_poll calls the function with `context`, about ten times a second. thermometer.h has functions for the part.
+ */
+void sensor_set_thermometer(sensor *self, float (*celsius)(const void *context), const void *context);
+#endif
+
+#ifdef SENSOR_COMPENSATED
+/* Return the temperature change (K) since the tare, by the reference coil or by the thermometer. NAN if not valid. */
+float sensor_warming(const sensor *self, const sensor_reading *reading);
+#endif
 
 /*
  * Compute the forces on a cell (0 to SENSOR_CELLS - 1; 0 for a sensor without cells). Forces are newtons, moments are
  * newton metres. Returns 0, or a negative error. If a coil of this cell has no good reading, returns its number (from
- * 1), with forces 0. Beyond the range of the map, returns SENSOR_COILS + 1, with the forces at the end of the range.
+ * 1), with forces 0. Beyond the range of the map, returns SENSOR_BEYOND, with the forces at the end of the range.
+ * If the design measures its temperature, the forces are compensated by the temperature change since the tare. Without
+ * a valid change within the range of temperature.h, returns SENSOR_NO_TEMPERATURE, with uncompensated forces.
  */
 int sensor_cell_forces(const sensor *self, const sensor_reading *reading, int cell, float newtons[SENSOR_AXES]);
 

@@ -5,6 +5,8 @@
  *     3F1A9C04,17,28286800,0,...,0.0125*9A3C               a reading; without newtons if there are none
  *     # text                                               a comment for people
  *
+ * If the design measures its temperature, the last column is warming_K, the temperature change since the tare. If it is
+ * empty, there is no valid temperature, and the newtons are not compensated.
  * For a sensor with cells, the names of the coils stand before each force: C1.normal_N, or C1+C2.normal_N.
  * id is SENSOR_ID, equal for all boards with this design and these settings. sequence counts the lines from 0 after a
  * start. crc is CRC-16 CCITT (initial value 0xFFFF) over all characters before the star, in four hexadecimal digits.
@@ -16,7 +18,7 @@
 
 #define SENSOR_HEAD_EVERY 100u
 /* largest number of characters of a header and a reading together */
-#define SENSOR_LINE_MOST (96 + SENSOR_COILS * 64 + SENSOR_CELLS * SENSOR_AXES * (24 + SENSOR_CELL_COILS * 32))
+#define SENSOR_LINE_MOST (128 + SENSOR_COILS * 64 + SENSOR_CELLS * SENSOR_AXES * (24 + SENSOR_CELL_COILS * 32))
 
 typedef struct {
     uint32_t sequence; /* number of the next reading */
@@ -141,14 +143,22 @@ static inline void sensor_line_head(sensor_line *line)
             sensor_line_put(line, SENSOR_CELLS > 1 ? '.' : ',');
             sensor_line_words(line, sensor_line_axis(axis));
         }
+#if defined(SENSOR_COMPENSATED) && defined(SITSCAD_AXES)
+    sensor_line_words(line, ",warming_K");
+#endif
     sensor_line_crc(line);
     sensor_line_put(line, '\n');
 }
 
-/* Write a reading. `told` has the return value of sensor_cell_forces for each cell. */
+/*
+ * Write a reading. `told` has the return value of sensor_cell_forces for each cell. `kelvin` is the temperature change
+ * since the tare, NAN if it is not valid.
+ */
 static inline void sensor_line_reading(sensor_line *line, const sensor_reading *reading, const int told[SENSOR_CELLS],
-                                       float newtons[SENSOR_CELLS][SENSOR_AXES])
+                                       float kelvin, float newtons[SENSOR_CELLS][SENSOR_AXES])
 {
+    int is_compensated = kelvin == kelvin; /* NAN differs from itself */
+
     line->crc = 0xFFFFu;
     sensor_line_hex(line, SENSOR_ID, 8);
     sensor_line_put(line, ',');
@@ -159,13 +169,23 @@ static inline void sensor_line_reading(sensor_line *line, const sensor_reading *
         sensor_line_put(line, ',');
         sensor_line_number(line, reading->status[k], 1);
     }
-    for (int cell = 0; cell < SENSOR_CELLS; ++cell)
+    for (int cell = 0; cell < SENSOR_CELLS; ++cell) {
+        is_compensated = is_compensated && told[cell] != SENSOR_NO_TEMPERATURE;
         for (int axis = 0; axis < SENSOR_AXES && sensor_line_axis(axis)[0] != '\0'; ++axis) {
-            if (told[cell] == 0)
+            if (told[cell] == 0 || told[cell] == SENSOR_NO_TEMPERATURE)
                 sensor_line_force(line, newtons[cell][axis] * sensor_line_scale(axis));
             else
                 sensor_line_put(line, ',');
         }
+    }
+#if defined(SENSOR_COMPENSATED) && defined(SITSCAD_AXES)
+    if (is_compensated)
+        sensor_line_force(line, kelvin);
+    else
+        sensor_line_put(line, ',');
+#else
+    (void)is_compensated;
+#endif
     sensor_line_crc(line);
 }
 
@@ -176,7 +196,7 @@ static inline void sensor_line_reading(sensor_line *line, const sensor_reading *
 static inline const char *sensor_line_next(sensor_line *line, const sensor *self, const sensor_reading *reading,
                                            int fresh)
 {
-    float newtons[SENSOR_CELLS][SENSOR_AXES];
+    float newtons[SENSOR_CELLS][SENSOR_AXES], kelvin = 0.0f;
     int told[SENSOR_CELLS];
 
     line->fresh += fresh > 0 ? fresh : 0;
@@ -188,7 +208,10 @@ static inline const char *sensor_line_next(sensor_line *line, const sensor *self
         sensor_line_head(line);
     for (int cell = 0; cell < SENSOR_CELLS; ++cell)
         told[cell] = sensor_cell_forces(self, reading, cell, newtons[cell]);
-    sensor_line_reading(line, reading, told, newtons);
+#ifdef SENSOR_COMPENSATED
+    kelvin = sensor_warming(self, reading);
+#endif
+    sensor_line_reading(line, reading, told, kelvin, newtons);
     line->text[line->count] = '\0';
     return line->text;
 }

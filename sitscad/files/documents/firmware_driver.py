@@ -24,6 +24,12 @@ from sitscad.estimates.circuits.settings import (
 )
 from sitscad.estimates.coil_estimates import CoilEstimate, Estimates, MeterReadings, ReadoutEstimate
 from sitscad.estimates.tolerances.scatter import ACCEPTED_SIGMAS
+from sitscad.files.documents.firmware_temperature import (
+    is_compensated,
+    python_temperature,
+    temperature_macros,
+    temperature_steps,
+)
 from sitscad.files.drawing.frame import FORCED
 from sitscad.files.formats.calibration_header import cells_header
 from sitscad.files.order_facts.board_end import socket_pad
@@ -61,14 +67,14 @@ def driver_files(
     files = {
         f"firmware/{path.relative_to(folder).as_posix()}": path.read_text(encoding="ascii")
         for path in sorted(folder.rglob("*"))
-        if path.is_file()
+        if path.is_file() and (path.stem != "thermometer" or spec.readout.thermistor is not None)
     }
     files["firmware/sensor_config.h"] = _config(spec, estimates, devices, coil_bands, conversion, forced)
     if spec.cells is not None:
-        files["firmware/cells.h"] = cells_header(len(spec.cell_placements))
+        files["firmware/cells.h"] = cells_header(len(spec.cell_placements), is_compensated(spec))
     reference = None if estimates.reference is None else len(estimates.coils)
     tables = _python_config(spec.name, spec.readout.device, devices, coil_bands, conversion, reference, forced)
-    files["firmware/micropython/sensor_config.py"] = tables
+    files["firmware/micropython/sensor_config.py"] = tables + python_temperature(spec)
     return files
 
 
@@ -121,6 +127,7 @@ def _config(
         *_cell_macros(spec.cells, len(estimates.coils)),
         *([f"#define SENSOR_REFERENCE {len(estimates.coils)} /* the coil without a target; no map reads it */"]
           if estimates.reference is not None else []),
+        *temperature_macros(spec, readout.scan_rate * len(coil_bands)),
         f"#define SENSOR_CONVERTERS {len(devices)}",
         f"#define SENSOR_BUSES {devices[-1].bus + 1}",
         f"#define SENSOR_HZ_PER_COUNT {1.0 / scale:.9e}f",
@@ -285,7 +292,7 @@ def render_readme(layout: Layout, estimates: Estimates, bench: Estimates, forced
     steps, longest = [], show(_self_test_time(len(estimates.all_coils), readout.scan_rate), "s", 2)
     code = bare_board_code(bench.all_coils, bench.readout.device)
     first_steps = _steps(spec.cells, spec.name, spec.readout.device, is_felt(spec), estimates.readout, code, coil_bands)
-    compensation = [COMPENSATION] * (spec.readout.compensation is not None and is_felt(spec))
+    compensation = temperature_steps(spec)
     for number, step in enumerate((*first_steps, *compensation), 1):
         text, *commands = step.split("\n")
         steps += [*hanging(f"{number:>2}. ", text, WIDTH), *(f"      {command}" for command in commands)]
@@ -334,7 +341,8 @@ def _wiring(
         place = "on the tail, soldered there" if readout.chip is not None else "at the coil"
     yield from hanging(f"  {'capacitor':<10}", f"{capacitor}, one a coil, {place}.", WIDTH)
     is_reversed = socket_pad(pads, tail, 1) > 1
-    yield "  contacts of the tail" + (", and pads of J1 in wiring/:" if is_reversed else ":")
+    board_end = "contacts of the tail" if tail is not None else "pads of the board"
+    yield f"  {board_end}" + (", and pads of J1 in wiring/:" if is_reversed else ":")
     for contact in connections:
         where = f"{contact.converter_pin} of converter {contact.converter}" if contact.net != "-" else "nothing"
         pad = f"pad {socket_pad(pads, tail, contact.number):<3} " if is_reversed else ""
@@ -516,13 +524,6 @@ def _calibrating(cells: CellsSpec | None, has_map: bool) -> Iterator[str]:
            "newtons.")
 
 
-COMPENSATION = (
-    "Take the drift off: include temperature.h of ../calibration after sensor.h; store the temperature with the tare. "
-    "sitscad_compensated takes the counts of a reading, those of the tare, and the temperature change since then. Give "
-    "it NAN if no temperature is valid: it then returns SITSCAD_NO_TEMPERATURE, and the forces are not compensated."
-)
-"""Last step of a sensor whose drift is compensated by its temperature."""
-
 COIN = "bring a flat piece of copper or aluminium (a coin)"
 """Action that changes the readings of a bare board's coils; pressing does not, because the target is missing."""
 
@@ -551,7 +552,7 @@ FILES = (
     ("example_linux.c", "Linux, /dev/i2c-N"),
     ("firmware.ino", "Arduino"),
     ("wiring/", "this wiring as a KiCad schematic with its symbols (wiring.kicad_sch), and as a picture (wiring.svg)"),
-    ("micropython/", "MicroPython: both files onto the board; counts and states, no forces"),
+    ("micropython/", "MicroPython: all files onto the board, with calibration.h and temperature.h for forces"),
     ("ros2/", "a ROS 2 node, as an example: WrenchStamped from the lines of the sketch, of cells a topic each"),
     ("simulated/", "a simulated converter, to try all of it without a board"),
     ("ldc161*_config.*", "the registers as a C header and as JSON, for drivers of your own"),

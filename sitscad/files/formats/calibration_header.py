@@ -300,8 +300,11 @@ int main(void)
 """C99 source of the program."""
 
 
-def cells_header(cells: int) -> str:
-    """Return ``cells.h``, which includes the maps of all cells under the names from ``calibration_header``."""
+def cells_header(cells: int, is_compensated: bool) -> str:
+    """Return ``cells.h``, which includes the maps of all cells under the names from ``calibration_header``.
+
+    If `is_compensated`, it also includes ``temperature.h`` of each cell, with the drift by temperature.
+    """
     numbers = range(1, cells + 1)
     lines = [
         "/*",
@@ -312,8 +315,8 @@ def cells_header(cells: int) -> str:
         "#define CELLS_H",
         "",
     ]
-    for k in numbers:
-        path = f"cell-{k}/calibration.h"
+    names = ("calibration.h", "temperature.h") if is_compensated else ("calibration.h",)
+    for path in (f"cell-{k}/{name}" for k in numbers for name in names):
         lines += [
             "#if !defined(__has_include)", f'#include "{path}"',
             f'#elif __has_include("{path}")', f'#include "{path}"',
@@ -338,11 +341,22 @@ def cells_header(cells: int) -> str:
         for k in numbers[1:]:
             lines += [f"#if defined(SITSCAD_CELL{k}_{axis}) != defined(SITSCAD_CELL1_{axis})",
                       f'#error "cell-{k}/calibration.h has other axes than that of cell 1"', "#endif"]
+    if is_compensated:
+        lines += [
+            "#ifdef SITSCAD_CELL1_NO_TEMPERATURE",
+            "#define SITSCAD_NO_TEMPERATURE SITSCAD_CELL1_NO_TEMPERATURE", "#endif",
+            "#ifdef SITSCAD_CELL1_BY_REFERENCE", "#define SITSCAD_BY_REFERENCE",
+            "#define sitscad_warming sitscad_cell1_warming", "#endif"]
     lines += [
         "",
-        "/* Forces by the map of a cell (from 0) at counts of its coils after their tare; 0, or what is wrong. */",
-        "static inline int sensor_cell_map(int cell, const uint32_t *counts, const uint32_t *rest, float *newtons)",
+        "/*",
+        " * Forces by the map of a cell (from 0) at counts of its coils after their tare; 0, or what is wrong.",
+        " * `kelvin` is the temperature change since the tare.",
+        " */",
+        "static inline int sensor_cell_map(int cell, const uint32_t *counts, const uint32_t *rest, float kelvin,",
+        "                                  float *newtons)",
         "{",
+        "    (void)kelvin;",
         "    switch (cell) {",
     ]
     for k in numbers:
@@ -351,7 +365,11 @@ def cells_header(cells: int) -> str:
             f"        struct sitscad_cell{k}_tare tare;",
             "        for (int coil = 0; coil < SENSOR_CELL_COILS; ++coil)",
             "            tare.counts[coil] = rest[coil];",
+            f"#ifdef SITSCAD_CELL{k}_NO_TEMPERATURE",
+            f"        return sitscad_cell{k}_compensated(counts, &tare, kelvin, newtons);",
+            "#else",
             f"        return sitscad_cell{k}_forces(counts, &tare, newtons);",
+            "#endif",
             "    }",
         ]
     return "\n".join([*lines, "    default:", "        return 1;", "    }", "}", "#endif", "", "#endif", ""])

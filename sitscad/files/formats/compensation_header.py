@@ -34,12 +34,13 @@ def _thermometer(drifts: DriftCoefficients) -> list[str]:
     """Return the C function that computes a temperature or its change. Empty for a digital sensor."""
     if drifts.reference is not None:
         return [
+            f"#define SITSCAD_BY_REFERENCE {drifts.reference:.6e}f /* relative change of its counts per K */", "",
             "/* Temperature change (K) since the tare, by the counts of the reference coil; NAN without a reading. */",
             "static inline float sitscad_warming(uint32_t counts, uint32_t rest)",
             "{",
             "    if (counts == 0u || rest == 0u)",
             "        return NAN;",
-            f"    return (float)((int32_t)counts - (int32_t)rest) / (float)rest / ({drifts.reference:.6e}f);",
+            "    return (float)((int32_t)counts - (int32_t)rest) / (float)rest / (SITSCAD_BY_REFERENCE);",
             "}", ""]
     part = drifts.thermistor
     if part is None or part.resistance is None or part.b is None:
@@ -58,7 +59,8 @@ def _thermometer(drifts: DriftCoefficients) -> list[str]:
 COMPENSATED = (
     "/*",
     " * Forces at counts after a tare, compensated for `kelvin`, the temperature change since the tare. SITSCAD_OK, or",
-    " * what is wrong. SITSCAD_NO_TEMPERATURE if `kelvin` is NAN or beyond SITSCAD_WARMEST.",
+    " * what is wrong. SITSCAD_NO_TEMPERATURE if `kelvin` is NAN or beyond SITSCAD_WARMEST: the forces are then those",
+    " * of sitscad_forces, also at the end of the map.",
     " */",
     "static inline int sitscad_compensated(const uint32_t counts[SITSCAD_COILS], const struct sitscad_tare *tare,",
     "                                      float kelvin, float forces[SITSCAD_AXES])",

@@ -8,7 +8,7 @@
         if reading:
             print(reading)               # (counts, status) of every coil
 
-This driver computes no forces. Compile calibration.h into a native module, or send the counts to a computer.
+forces.py computes forces. It needs calibration.h on the board.
 """
 
 import time

@@ -8,6 +8,10 @@ The node reads the lines of ../sensor_line.h. Compile the firmware with a calibr
 runs along the jaw towards the tail, and z away from the board. A press is therefore a force along -z. Torques and
 forces that the sensor does not measure are NaN. Readings with a fault are not published, for each cell separately. The
 node logs the number of lines that are lost, corrupted or of another sensor.
+
+If the design measures its temperature, the newtons on `wrench` are compensated by the temperature change since the
+tare. Newtons without a valid temperature are not compensated: they go to the topic `wrench_uncompensated` instead
+(of a cell `cell_1/wrench_uncompensated`), and the node logs their number.
 """
 
 import binascii
@@ -37,7 +41,8 @@ class SensorNode(Node):
         self.identity = re.search(r"SENSOR_ID 0x(\w{8})", config).group(1)
         self.columns, self.sequence, self.rest = None, None, None
         self.lost = self.corrupted = self.another = self.logged = 0
-        self.publishers_by_prefix = {}  # by the prefix of a cell's axes; empty prefix without cells
+        self.uncompensated = 0
+        self.publishers_by_prefix = {}  # two by the prefix of a cell's axes; empty prefix without cells
         self.port = serial.Serial(path, baud, timeout=0)
         self.create_timer(0.002, self.read)
         self.create_timer(LOG_PERIOD, self.log_losses)
@@ -75,7 +80,8 @@ class SensorNode(Node):
         topics = {prefix: f"cell_{number}/wrench" if prefix else "wrench" for number, prefix in enumerate(prefixes, 1)}
         for prefix, topic in topics.items():
             if prefix not in self.publishers_by_prefix:
-                self.publishers_by_prefix[prefix] = self.create_publisher(WrenchStamped, topic, 10)
+                names = (topic, f"{topic}_uncompensated") if "warming_K" in self.columns else (topic,)
+                self.publishers_by_prefix[prefix] = [self.create_publisher(WrenchStamped, name, 10) for name in names]
 
     def publish(self, row):
         """Publish the newtons of a line. They are missing if a coil of the cell has a fault, or before the tare."""
@@ -83,9 +89,11 @@ class SensorNode(Node):
         if self.sequence is not None and number > self.sequence:
             self.lost += number - self.sequence - 1
         self.sequence = number
-        for prefix, publisher in self.publishers_by_prefix.items():
+        is_compensated = row.get("warming_K") != ""  # always without a temperature sensor in the design
+        self.uncompensated += not is_compensated
+        for prefix, publishers in self.publishers_by_prefix.items():
             if row.get(f"{prefix}normal_N"):
-                publisher.publish(self.message(row, prefix))
+                publishers[0 if is_compensated else -1].publish(self.message(row, prefix))
 
     def message(self, row, prefix):
         """Return the message of one cell, whose axes have a prefix."""
@@ -101,11 +109,11 @@ class SensorNode(Node):
 
     def log_losses(self):
         """Log the number of unused lines if it has grown."""
-        wrong = self.lost + self.corrupted + self.another
+        wrong = self.lost + self.corrupted + self.another + self.uncompensated
         if wrong > self.logged:
-            self.get_logger().warning(
-                f"{self.lost} lines lost, {self.corrupted} corrupted, {self.another} of another sensor"
-            )
+            text = f"{self.lost} lines lost, {self.corrupted} corrupted, {self.another} of another sensor"
+            more = f", {self.uncompensated} without a valid temperature" if self.uncompensated else ""
+            self.get_logger().warning(text + more)
         self.logged = wrong
 
 

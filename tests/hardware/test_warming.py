@@ -1,0 +1,301 @@
+"""Firmware in C and MicroPython on simulated converters that warm: forces with and without compensation."""
+
+from __future__ import annotations
+
+import importlib
+import math
+import subprocess
+import sys
+import time
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from tolerance import approx
+
+import sitscad
+from sitscad import Design, SimulatedConverter
+from sitscad.apps.hardware.ambient import ambient, pad_time_constant, warmed
+from sitscad.files.documents import firmware
+from sitscad.package.contents import nominal_calibration
+from tests.calibration.test_c_compensation import run, warmed_counts
+from tests.hardware.conftest import SANE, STRICT, TEMPLATES, compiled
+from tests.hardware.test_examples import FakeI2C, run_of_the_sketch
+
+COLD, WARM, MINUTES = 20.0, 37.0, 10.0
+POINTS = 9
+NO_TEMPERATURE = 2  # SENSOR_NO_TEMPERATURE less the number of coils
+
+spec = sitscad.load(TEMPLATES / "bench_7mm.yaml").replace({
+    "requirements.temperature": f"{COLD} degC", "requirements.temperature_range": [COLD, WARM],
+    "readout.capacitance": "100 pF"})
+
+
+class WarmUp:
+    """A design under full load in a warm-up: times (s), temperatures (degC), frequencies (Hz) of all coils; at rest."""
+
+    def __init__(self, key: str, value: object) -> None:
+        self.design = Design(spec.replace(key, value))
+        cells, course = self.design.cells, ambient(f"{COLD}:{WARM}", 60.0 * MINUTES)
+        bench = cells.by_number(1).sensing.solved.bench
+        self.times, self.full = np.linspace(0.0, 60.0 * MINUTES, POINTS), bench.full["normal"]
+        self.loads = np.tile([self.full, 0.0, 0.0], (POINTS, 1))
+        self.celsius, self.pad = course.board(self.times), course.pad(self.times, pad_time_constant(self.design))
+        response = cells.by_number(1).response
+        under_load = response.on_pad(bench.poses(self.loads)).frequency
+        self.frequencies = warmed(cells, under_load, self.loads, self.times, course, 1)
+        at_rest = response.on_pad(bench.poses(0.0 * self.loads[:1])).frequency
+        self.rest = warmed(cells, at_rest, 0.0 * self.loads[:1], self.times[:1], course, 1)[0]
+        self.maps = {name.removeprefix("calibration/"): content
+                     for name, content in nominal_calibration(self.design).items() if name.endswith(".h")}
+
+
+@pytest.fixture(scope="module")
+def by_sensor():
+    return WarmUp("readout.thermistor.part", "tmp117")
+
+
+@pytest.fixture(scope="module")
+def by_reference():
+    return WarmUp("array.reference", {})
+
+
+def in_c(warm_up, folder, *after):
+    """Codes and normal forces (N) by the driver in C: tare, warm-up, commands afterwards, each followed by forces."""
+    bench = compiled(warm_up.design, folder, SANE, warm_up.maps)
+    ohms = [coil.states.get("rest", coil.states["free"]).parallel_resistance
+            for coil in warm_up.design.estimates.all_coils]
+    has_sensor = warm_up.design.spec.readout.thermistor is not None
+
+    def state(frequencies, celsius):
+        tanks = [f"coil {k} {value:.17g} {ohms[k]:.17g}" for k, value in enumerate(frequencies)]
+        return tanks + [f"celsius {celsius}"] * has_sensor
+
+    commands = [*state(warm_up.rest, COLD), "begin", "settle 60", *["settle 1", "tare"] * 16]
+    for frequencies, celsius in zip(warm_up.frequencies, warm_up.celsius, strict=True):
+        commands += [*state(frequencies, celsius), "settle 60", "forces"]
+    for command in after:
+        commands += [command, "settle 60", "forces"]
+    rows = [(int(row[0]), float(row[1])) for row in bench.run(*commands)[35::2]]
+    return np.array([code for code, _ in rows]), np.array([force for _, force in rows])
+
+
+def test_simulated_warmth_agrees_with_sensor_solved_anew(by_sensor):
+    counts, _ = warmed_counts(by_sensor.design, by_sensor.loads[:1], WARM, WARM - by_sensor.pad[-1])
+    simulated = by_sensor.design.estimates.readout.conversion.counts(by_sensor.frequencies[[0, -1]])
+    drift = simulated[1] - counts[0]
+    assert np.all(np.abs(drift) < 0.02 * np.abs(simulated[1] - simulated[0]))
+
+
+@pytest.mark.clients("gcc")
+@pytest.mark.parametrize("name", ["by_sensor", "by_reference"])
+def test_c_forces_are_constant_in_warm_up_and_uncompensated_without_valid_temperature(name, request, tmp_path, capsys):
+    warm_up = request.getfixturevalue(name)
+    coils = len(warm_up.design.estimates.all_coils)
+    if name == "by_sensor":
+        faults = "celsius nan", "celsius 80", "celsius 36"
+    else:
+        off, last = 1.01 * warm_up.rest[2], warm_up.frequencies[-1][2]
+        faults = "coil 2 0 0", f"coil 2 {off:.17g} 20000", f"coil 2 {last:.17g} 9e3"
+    codes, forces = in_c(warm_up, tmp_path, *faults)
+    assert list(codes) == [0] * POINTS + [coils + NO_TEMPERATURE] * 2 + [0]
+    course, (faulty, beyond, again) = forces[:POINTS], forces[POINTS:]
+    with capsys.disabled():
+        print(f"\n  {name}: {1e3 * np.abs(course - course[0]).max():.0f} mN compensated, "
+              f"{1e3 * abs(faulty - course[0]):.0f} mN not")
+    assert np.abs(course - course[0]).max() < 0.03 * warm_up.full
+    assert abs(again - course[-1]) < 0.03 * warm_up.full
+    assert faulty == approx(beyond, abs=0.01) and course[0] - faulty > 0.15 * warm_up.full
+
+
+@pytest.fixture
+def on_board(monkeypatch, tmp_path):
+    """Function that returns the modules of MicroPython of a warm-up's firmware, with the headers of the map beside."""
+    monkeypatch.setattr(time, "sleep_ms", lambda ms: None, raising=False)
+    monkeypatch.syspath_prepend(str(tmp_path / "micropython"))
+    names = ("sensor_config", "sensor", "forces", "thermometer")
+
+    def modules(design, maps):
+        for name, content in firmware.render(design.spec, design.estimates).items():
+            if "micropython" in name:
+                path = tmp_path / name.removeprefix("firmware/")
+                path.parent.mkdir(exist_ok=True)
+                path.write_bytes(content)
+        for name, content in maps.items():
+            (tmp_path / name).parent.mkdir(exist_ok=True)
+            (tmp_path / name).write_bytes(content)
+        for name in names:
+            sys.modules.pop(name, None)
+        importlib.invalidate_caches()
+        config = importlib.import_module("sensor_config")
+        names_here = names[1:] if design.spec.readout.thermistor is not None else names[1:3]
+        return SimpleNamespace(config=config, **{name: importlib.import_module(name) for name in names_here})
+
+    yield modules
+    for name in names:
+        sys.modules.pop(name, None)
+
+
+@pytest.mark.clients("gcc")
+@pytest.mark.parametrize("name", ["by_sensor", "by_reference"])
+def test_micropython_forces_in_warm_up_are_those_of_c_header(name, request, on_board, tmp_path):
+    warm_up = request.getfixturevalue(name)
+    board = on_board(warm_up.design, warm_up.maps)
+    chip = SimulatedConverter(
+        warm_up.design, loads=np.column_stack([[0.0, 0.5, *(1.0 + warm_up.times)], np.zeros((POINTS + 2, 3))]),
+        frequencies=np.vstack([warm_up.rest, warm_up.rest, warm_up.frequencies]))
+    sensor = board.sensor.Sensor(FakeI2C(chip))
+
+    def reading():
+        result = None
+        for _ in range(8):
+            chip.advance(3_000_000)
+            result = sensor.poll() or result
+        return result
+
+    forces = board.forces.Forces(f"{tmp_path}/")
+    assert forces(reading(), COLD)[0] == board.forces.NO_READING
+    assert forces.tare([reading() for _ in range(16)], COLD)
+    chip.pause(round(1e9) - chip.time)
+    course, rows = [], []
+    for celsius in warm_up.celsius:
+        reading()
+        last = reading()
+        state, newtons = forces(last, celsius)
+        assert state == board.forces.OK
+        course.append(newtons["normal"])
+        rows.append((forces.warming(last, celsius), *(last[k][0] for k in range(2))))
+        if celsius < WARM:
+            chip.pause(round(np.diff(warm_up.times)[0] * 1e9) - 48_000_000)
+    assert np.abs(np.array(course) - course[0]).max() < 0.03 * warm_up.full
+    codes, in_c_header, _ = run(tmp_path, warm_up.design, "kelvin", rows, forces.rest)
+    assert list(codes) == [0] * POINTS and course == approx(in_c_header[:, 0], abs=1e-3)
+    uncompensated = []
+    if name == "by_sensor":
+        uncompensated = [forces(last, each) for each in (math.nan, 80.0, math.inf)]
+    else:
+        for broken in ((last[2][0], board.sensor.WATCHDOG), (round(1.01 * last[2][0]), 0)):
+            uncompensated.append(forces([*last[:2], broken]))
+    for state, newtons in uncompensated:
+        assert state == board.forces.NO_TEMPERATURE and course[0] - newtons["normal"] > 0.15 * warm_up.full
+    assert forces([(last[0][0], board.sensor.STALE), *last[1:]], WARM)[0] == board.forces.NO_READING
+
+
+def test_micropython_says_no_temperature_without_temperature_header(by_sensor, on_board, tmp_path):
+    board = on_board(by_sensor.design, {"calibration.h": by_sensor.maps["calibration.h"]})
+    forces = board.forces.Forces(f"{tmp_path}/")
+    counts = by_sensor.design.estimates.readout.conversion.counts(by_sensor.frequencies[:1])[0]
+    rest = by_sensor.design.estimates.readout.conversion.counts(by_sensor.rest[None])[0]
+    assert forces.tare([[(int(each), 0) for each in rest]], COLD)
+    state, newtons = forces([(int(each), 0) for each in counts], COLD)
+    assert state == board.forces.NO_TEMPERATURE and newtons["normal"] == approx(by_sensor.full, rel=0.02)
+
+
+THERMOMETER = r"""
+#include <stdio.h>
+#include "thermometer.h"
+static unsigned identity, steps, error;
+static int write_read(void *context, uint8_t address, const uint8_t *out, size_t out_count, uint8_t *in, size_t count)
+{
+    const unsigned value = out[0] == 0x0F ? identity : steps;
+    (void)context;
+    in[0] = (uint8_t)(value >> 8);
+    in[1] = (uint8_t)(value & 0xFFu);
+    return (int)error || address != 0x48 || out_count != 1u || count != 2u;
+}
+int main(void)
+{
+    const ldc161x_bus bus = {NULL, NULL, write_read};
+    while (scanf("%x %x %u", &identity, &steps, &error) == 3)
+        printf("%.6f\n", (double)thermometer_celsius(&bus));
+    return 0;
+}
+"""
+
+NTC = r"""
+#include <stdio.h>
+#include "thermometer.h"
+int main(void)
+{
+    float ratio;
+    while (scanf("%f", &ratio) == 1)
+        printf("%.6f\n", (double)thermometer_ntc(ratio));
+    return 0;
+}
+"""
+
+
+def from_c(folder, program, design, rows):
+    """Temperatures (degC) of a program with the firmware's thermometer.h, for rows of words."""
+    for name, content in firmware.render(design.spec, design.estimates).items():
+        path = folder / "c" / name.removeprefix("firmware/")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
+    (folder / "c" / "main.c").write_text(program)
+    command = ["gcc", *STRICT, *SANE, "-o", "main", "main.c", "ldc161x.c", "-lm"]
+    done = subprocess.run(command, cwd=folder / "c", capture_output=True, text=True, check=False, timeout=60)
+    assert done.returncode == 0, done.stderr
+    text = subprocess.run([folder / "c" / "main"], input="\n".join(rows), capture_output=True, text=True, check=True)
+    return [float(line) for line in text.stdout.split()]
+
+
+@pytest.mark.clients("gcc")
+@pytest.mark.parametrize(("part", "identity", "step"), [("tmp117", 0x1117, 2.0**-7), ("tmp1075", 0x7500, 2.0**-8)])
+def test_digital_sensor_is_read_alike_in_c_and_micropython(part, identity, step, tmp_path, on_board):
+    design = Design(spec.replace("readout.thermistor.part", part))
+    rows = [(identity, round(25.0 / step), 0), (identity, 0x10000 - round(25.0 / step), 0), (identity, 1, 0),
+            (0x0000, 0x0C80, 0), (0xFFFF, 0xFFFF, 0), (identity, 0x0C80, 1), (identity, 0x8000, 0)]
+    celsius = from_c(tmp_path, THERMOMETER, design, [f"{who:x} {steps:x} {error}" for who, steps, error in rows])
+    board = on_board(design, {})
+    same = []
+    for who, steps, error in rows:
+        def readfrom_mem(address, register, count, who=who, steps=steps, error=error):
+            if error or address != 0x48:
+                raise OSError
+            return (who if register == 0x0F else steps).to_bytes(count, "big")
+        same.append(board.thermometer.Digital(SimpleNamespace(readfrom_mem=readfrom_mem))())
+    assert celsius[:3] == approx([25.0, -25.0, step], abs=1e-6) and same[:3] == approx([25.0, -25.0, step], abs=1e-6)
+    assert all(map(math.isnan, celsius[3:] + same[3:]))  # the last is the TMP117's before its first conversion
+
+
+@pytest.mark.clients("gcc")
+@pytest.mark.parametrize("part", ["ncp18xh103f03rb", "ntcle100e3103"])
+def test_ntc_divider_is_read_alike_in_c_and_micropython(part, tmp_path, on_board):
+    design = Design(spec.replace("readout.thermistor.part", part))
+    figures = design.spec.readout.thermistor.part
+    degrees = np.array([-20.0, 0.0, 25.0, 37.0, 90.0])
+    ohms = figures.resistance * np.exp(figures.b * (1.0 / (degrees + 273.15) - 1.0 / 298.15))
+    ratios = [*(ohms / (ohms + figures.resistance)), 0.0, 1.0, 0.9995]
+    celsius = from_c(tmp_path, NTC, design, [f"{ratio:.9g}" for ratio in ratios])
+    board = on_board(design, {})
+    same = [board.thermometer.Ntc(SimpleNamespace(read_u16=lambda ratio=ratio: round(65535 * ratio)))()
+            for ratio in ratios]
+    assert celsius[:5] == approx(degrees, abs=2e-3) and same[:5] == approx(degrees, abs=0.03)
+    assert all(map(math.isnan, celsius[5:] + same[5:]))
+
+
+@pytest.mark.clients("gcc")
+def test_linux_example_sends_temperature_change_of_simulated_digital_sensor(by_sensor, tmp_path):
+    compiled(by_sensor.design, tmp_path, SANE, by_sensor.maps)
+    sources = ["example_linux.c", "sensor.c", "ldc161x.c", "simulated/simulated.c"]
+    command = ["gcc", *STRICT, "-DSIMULATED", "-o", "sensor", *sources, "-lm"]
+    subprocess.run(command, cwd=tmp_path, check=True, timeout=120)
+    done = subprocess.run([tmp_path / "sensor", "-", "9", "lines"], capture_output=True, text=True, check=True)
+    head, *lines = (line.partition("*")[0].split(",") for line in done.stdout.splitlines() if "*" in line)
+    assert head[-1] == "warming_K" and lines
+    assert [line[-1] for line in lines] == ["0.0000"] * len(lines) and all(len(line) == len(head) for line in lines)
+
+
+@pytest.mark.clients("g++")
+@pytest.mark.parametrize(("part", "warming"), [("ncp18xh103f03rb", "0.0000"), ("tmp117", "")])
+def test_arduino_sketch_says_whether_temperature_is_valid(part, warming, tmp_path):
+    """The stub has an NTC at 25 degC on A0, and no digital sensor on its buses."""
+    design = Design(spec.replace("readout.thermistor.part", part))
+    maps = {name.removeprefix("calibration/"): content for name, content in nominal_calibration(design).items()
+            if name.endswith(".h")}
+    folder = tmp_path / "firmware"
+    folder.mkdir()
+    compiled(design, folder, SANE, maps)
+    lines = [line.partition("*")[0].split(",") for line in run_of_the_sketch(folder, tmp_path) if "*" in line]
+    assert lines[0][-1] == "warming_K" and len(lines) > 3
+    assert {line[-1] for line in lines[1:]} == {warming} and lines[-1][-2] != ""
