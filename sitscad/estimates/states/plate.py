@@ -205,9 +205,8 @@ class PlateProblem:
     def is_lossy(self) -> bool:
         """Whether metal behind the board or in front of the target reflects waves with a loss above `OUT_OF_PHASE`."""
         waves = np.geomspace(1e2, 0.5 / self.tabulated_coils.height, 9)
-        reflections = [_reflection_factors(metal, self.middle)(waves) for metal in (self.behind, self.front)
-                       if metal is not None]
-        return any(np.abs(returned.imag).max() >= OUT_OF_PHASE for returned in reflections)
+        return any(np.abs(_reflection_factors(metal, self.middle)(waves).imag).max() >= OUT_OF_PHASE
+                   for metal in (self.behind, self.front) if metal is not None)
 
     @cached_property
     def potentials(self) -> tuple[CoilPotential, ...]:
@@ -218,8 +217,7 @@ class PlateProblem:
     @cached_property
     def targets(self) -> tuple[SolvedTarget, ...]:
         """Solutions of the target, one for each of `frequencies`."""
-        arguments = self.target, self.coil, self.coils, self.middle, self.lowest, self.behind, self.finer
-        whole = _resolved(*arguments)[1]
+        whole = _resolved(self.target, self.coil, self.coils, self.middle, self.lowest, self.behind, self.finer)
         near_face, images, smooth = -0.5 * self.target.thickness, None, None
         if self.mirror is not None:
             distance = self.lowest - self.mirror.floor
@@ -257,17 +255,21 @@ class PlateProblem:
 class TargetPlate:
     """Target of metal or ferrite over coils, with its eddy currents computed for the problem `solving`.
 
-    `mirror_error` is the relative error of a change because a perfect mirror replaces the metal behind the board. The
-    mirror serves only for the image of the target's currents.
+    `missing` holds the effect of the window in the jaw behind each coil. Empty if the jaw has no window.
     """
 
     solving: PlateProblem
-    mirror_error: float = 0.0
+    missing: tuple[WindowEffect, ...] = ()
 
     @property
     def frequencies(self) -> tuple[float, ...]:
         """Frequencies (Hz) at which the target's eddy currents are computed."""
         return self.solving.frequencies
+
+    @property
+    def mirror_error(self) -> float:
+        """Relative error of a change by the mirror in place of the metal behind the board, and by the jaw's window."""
+        return self.solving.mirror_error + max((effect.growth_error for effect in self.missing), default=0.0)
 
     @property
     def is_over_a_poor_mirror(self) -> bool:
@@ -279,34 +281,17 @@ class TargetPlate:
         """Return the target's whole changes of the inductance matrix, and the changes for a lossless mirror.
 
         Both are (frequencies, poses, coils, coils; H, complex). The second result has the loss of the target alone.
-        `turns` (poses, 3, 3) are the target's rotations, `places` (poses, 3; m) the centres of its near face. Set
-        `is_single` if no other poses follow.
+        Over a jaw with a window, both are increased for the missing metal. `turns` (poses, 3, 3) are the target's
+        rotations, `places` (poses, 3; m) the centres of its near face. Set `is_single` if no other poses follow.
         """
         matrices = cached_solution(
             lambda: (self.solving, turns.tobytes(), places.tobytes(), is_single),
             lambda: self.solving.changes(turns, places, is_single),
         )
-        return matrices[0], matrices[1]
-
-
-@record(eq=False)
-class WindowedPlate(TargetPlate):
-    """A target over a jaw with a window, whose changes of the inductance matrix are increased for the missing metal.
-
-    `missing` holds the window's effect for each coil.
-    """
-
-    missing: tuple[WindowEffect, ...] = ()
-
-    def changes(self, turns: Array, places: Array, is_single: bool = False) -> tuple[ComplexArray, ComplexArray]:
-        """Return whole and lossless changes of the inductance matrix, increased for the jaw's window behind each coil.
-
-        Arguments and results are as in `TargetPlate.changes`.
-        """
-        matrices = super().changes(turns, places, is_single)
+        if not self.missing:
+            return matrices[0], matrices[1]
         among_coils = np.einsum("fpcc->cfp", matrices[0].real)
-        more = np.stack([
-            effect.factor(change) for effect, change in zip(self.missing, among_coils, strict=True)], axis=-1)
+        more = np.stack([each.factor(change) for each, change in zip(self.missing, among_coils, strict=True)], axis=-1)
         factors = 0.5 * (more[..., :, None] + more[..., None, :])
         return matrices[0] * factors, matrices[1] * factors
 
@@ -319,11 +304,7 @@ def plate_over_jaw(layout: Layout, frequencies: Sequence[float], cover: PoseRang
     spec, missing = layout.spec, window_effects(layout)
     assert spec.target is not None
     plate = solved_plate(spec.target, spec.coil, layout.coils, frequencies, metal_behind(spec), cover, finer)
-    if not missing:
-        return plate
-    parts = tuple(missing[coil.name] for coil in layout.coils)
-    error = plate.mirror_error + max(effect.growth_error for effect in parts)
-    return WindowedPlate(plate.solving, error, parts)
+    return replace(plate, missing=tuple(missing[coil.name] for coil in layout.coils)) if missing else plate
 
 
 def solved_plate(
@@ -333,15 +314,13 @@ def solved_plate(
     """Return a target whose eddy currents are computed at frequencies (Hz) for the poses of `cover`.
 
     `coil` has the dimensions of the coils. `finer` is as in `Detail`. `behind` is the metal behind the coils.
-
     `front` is metal in front of the target, with its distance (m) from the board's top face. With it, the solution is
     for a single pose, whose height is the cover's lowest.
     """
     windings = tuple(replace(each, series=()) for each in coils)
     reach = min(cover.reach, (WIDEST / ROOM - 0.5) * max(coil.size))  # up to which potentials are tabulated
-    solving = _solving(
-        cover.part(target), coil, windings, tuple(frequencies), behind, cover.lowest, reach, finer, front)
-    return TargetPlate(solving, solving.mirror_error)
+    return TargetPlate(_solving(
+        cover.part(target), coil, windings, tuple(frequencies), behind, cover.lowest, reach, finer, front))
 
 
 _solving = lru_cache(maxsize=4)(PlateProblem)
@@ -351,8 +330,8 @@ _solving = lru_cache(maxsize=4)(PlateProblem)
 def _resolved(
     target: Target, coil: CoilSpec, coils: Sequence[Coil], frequency: float, lowest: float, behind: Reflector | None,
     finer: float = 1.0,
-) -> tuple[Detail, Box | Disc]:
-    """Return the target's resolution at a frequency (Hz), and its surface with this resolution.
+) -> Box | Disc:
+    """Return the target's surface with its resolution at a frequency (Hz).
 
     `lowest` (m) is the target's least height in the layout's coordinates. `behind` is the metal behind the coils, and
     `finer` multiplies the usual resolution.
@@ -360,12 +339,10 @@ def _resolved(
     detail = _detail(coil, coils, lowest, behind, finer)
     depth = skin_depth_in(target.material, frequency)
     edge = min(0.5 * depth, 0.25 * target.thickness, 0.02 * min(target.size)) / finer
-    return detail, target_surface(target, detail, edge)
+    return target_surface(target, detail, edge)
 
 
-def _detail(
-    coil: CoilSpec, coils: Sequence[Coil], lowest: float, behind: Reflector | None, finer: float
-) -> Detail:
+def _detail(coil: CoilSpec, coils: Sequence[Coil], lowest: float, behind: Reflector | None, finer: float) -> Detail:
     mirror = math.inf if behind is None else lowest + behind.distance
     return Detail(lowest - max(winding.z for winding in coils[0].windings), max(coil.size), mirror, finer)
 
@@ -378,7 +355,7 @@ def solving_work(
     For a box it is the cube of the number of functions in its largest class of currents. For a disc it is scaled so
     that equal work takes equal time. `behind` is the metal behind the coils.
     """
-    whole = _resolved(cover.part(target), coil, coils, frequency, cover.lowest, behind)[1]
+    whole = _resolved(cover.part(target), coil, coils, frequency, cover.lowest, behind)
     if isinstance(whole, Box):
         return float(whole.largest) ** 3
     functions = sum(line.values[1].shape[1] for line in (whole.face, whole.wall))
@@ -406,11 +383,7 @@ def sheet_spectrum(size: tuple[float, float], target: Target | None) -> Callable
     assert target is not None
     k = np.array([MOST_WAVES / max(size)])
     layer = sheet_of(target.material, target.thickness)
-
-    def factors(frequencies: Array) -> ComplexArray:
-        return reflection(k, frequencies[:, None], [layer])[:, 0]
-
-    return factors
+    return lambda frequencies: reflection(k, frequencies[:, None], [layer])[:, 0]
 
 
 def equivalent_mirror(behind: Reflector, frequency: float, height: float) -> Mirror:
@@ -426,8 +399,7 @@ def equivalent_mirror(behind: Reflector, frequency: float, height: float) -> Mir
     deeper = 0.0
     if abs(short) > 1e-9 and long / short > 1.0:
         deeper = min(0.5 * math.log(long / short) / float(k[1] - k[0]), distance)
-    strength = -float(long) * math.exp(2.0 * float(k[0]) * deeper)
-    return Mirror(-behind.distance - deeper, strength)
+    return Mirror(-behind.distance - deeper, -float(long) * math.exp(2.0 * float(k[0]) * deeper))
 
 
 def equivalent_roof(front: Reflector, frequency: float, room: float, floor: float) -> Roof:
@@ -514,11 +486,7 @@ def _reflection_factors(behind: Reflector, frequency: float) -> Callable[[Array]
 
     `behind` is the metal. Wave numbers below `LONGEST` have the factor at `LONGEST`.
     """
-
-    def factor(k: Array) -> ComplexArray:
-        return reflection(np.maximum(k.ravel(), LONGEST), frequency, behind.plates).reshape(k.shape)
-
-    return factor
+    return lambda k: reflection(np.maximum(k.ravel(), LONGEST), frequency, behind.plates).reshape(k.shape)
 
 
 USUAL = 0.006
@@ -555,7 +523,6 @@ LOSSY = 0.001
 
 `TargetPlate.mirror_error` is added to this error.
 """
-
 
 MAGNET = 0.006
 """Additional error of a permeable target's inductance change, as a fraction of the magnitude of the complex change.

@@ -70,21 +70,14 @@ class CoaxialRings:
     heights: Array
     turns: Array
 
-    def spectrum(self, wave_numbers: Array, roof: float, floor: float) -> Array:
-        """Return the spectrum (k; m) of the coil's field at the plane z = `roof` (m), for wave numbers (k; 1/m).
+    def spectra(self, wave_numbers: Array, roofs: Array, floor: float) -> Array:
+        """Return the spectra (planes, k; m) of the coil's field at planes z = `roofs` (m), for wave numbers (k; 1/m).
 
         Notes
         -----
-        It is the sum of turns a J1(k a) exp(-k distance) over rings of radius a, minus the spectrum of the image in a
-        mirror at z = `floor` (-inf if there is none). In units of mu0 pi it is the spectrum of the normal flux density
-        (Dodd and Deeds 1968).
-        """
-        return self.spectra(wave_numbers, np.array([roof]), floor)[0]
-
-    def spectra(self, wave_numbers: Array, roofs: Array, floor: float) -> Array:
-        """Return the spectra (planes, wave numbers; m) of the coil's field at several planes z = `roofs` (m).
-
-        See `spectrum`.
+        A spectrum is the sum of turns a J1(k a) exp(-k distance) over rings of radius a, minus the spectrum of the
+        image in a mirror at z = `floor` (-inf if there is none). In units of mu0 pi it is the spectrum of the normal
+        flux density (Dodd and Deeds 1968).
         """
         k, z, (radii, heights, turns) = wave_numbers[:, None], roofs[:, None, None], self._ring_table
         waves = np.exp(-k * (z - heights))
@@ -173,12 +166,9 @@ def _changes(plate: FinitePlate, coil: CoaxialRings, offsets: Array, gap: float,
     The arguments are explained in `plate_ratio`. Results are cached by `cached_solution`.
     """
     places = np.atleast_2d(np.asarray(offsets, dtype=float))
-
-    def question() -> tuple[object, ...]:
-        rings = (part.tobytes() for part in (coil.radii, coil.heights, coil.turns))
-        return (plate, *rings, places.tobytes(), gap, floor)
-
-    changes, front = cached_solution(question, lambda: _solved_changes(plate, coil, places, gap, floor))
+    arrays = coil.radii, coil.heights, coil.turns, places
+    changes, front = cached_solution(lambda: (plate, *(array.tobytes() for array in arrays), gap, floor),
+                                     lambda: _solved_changes(plate, coil, places, gap, floor))
     return changes, float(front)
 
 
@@ -195,8 +185,8 @@ def _solved_changes(
     depth, reach = _depth_and_reach(coil, offsets, gap)
     half = np.minimum(0.5 * np.array(plate.size) + _edge_growth(plate, outer), reach)
     k, weights = _wave_numbers(11.0 / depth, reach)
-    front = _infinite_plate_change(k, weights, coil.spectrum(k, gap, floor), gap - floor)
-    spectrum, room = coil.spectrum(k, middle, floor), middle - floor
+    (near, spectrum), room = coil.spectra(k, np.array([gap, middle]), floor), middle - floor
+    front = _infinite_plate_change(k, weights, near, gap - floor)
     sheet = _infinite_plate_change(k, weights, spectrum, room)
     detail = min(depth, 0.5 * outer)
     planes = k, weights, spectrum[None]
@@ -250,8 +240,8 @@ def magnetic_ratio(
     growth = thick / (2.0 * math.pi) * (1.0 + math.log(4.0 * math.pi * width / thick))
     radius = math.sqrt(area * plate.size[0] * plate.size[1] / math.pi) + growth
     k, weights = _wave_numbers(11.0 / depth, reach)
-    front = _infinite_plate_change(k, weights, coil.spectrum(k, gap, floor), gap - floor, poles=True)
-    spectrum, room = coil.spectrum(k, middle, floor), middle - floor
+    (near, spectrum), room = coil.spectra(k, np.array([gap, middle]), floor), middle - floor
+    front = _infinite_plate_change(k, weights, near, gap - floor, poles=True)
     source = k, weights, spectrum
     sheet = _infinite_plate_change(*source, room, poles=True)
     detail = min(depth, 0.5 * outer)
@@ -319,7 +309,7 @@ def ratio_error(plate: FinitePlate, coil: CoaxialRings) -> float:
 
     Source: comparison with boxes of surface loops and discs of rings (tests/validation).
     """
-    thick, wide = _slenderness(plate, coil)
+    thick, wide = np.array([plate.thickness, min(plate.size)]) / (2.0 * float(coil.radii.max()))
     narrow, broad = eased_error(thick, 0.03 / EASED, 0.05, 0.12), eased_error(thick, 0.055, 0.03, 0.05)
     return stepped_error(wide, ((0.24, 0.9), (0.35, 0.25), (0.6, narrow)), broad)
 
@@ -329,7 +319,7 @@ def loss_ratio_error(plate: FinitePlate, coil: CoaxialRings) -> float:
 
     The ratio is too large for small thick plates.
     """
-    thick, wide = _slenderness(plate, coil)
+    thick, wide = np.array([plate.thickness, min(plate.size)]) / (2.0 * float(coil.radii.max()))
     return stepped_error(wide, ((0.2, 0.5), (0.6, 0.4)), eased_error(thick, 0.03 / EASED, 0.15, 0.2))
 
 
@@ -358,12 +348,6 @@ def stepped_error(value: float, steps: Sequence[tuple[float, float]], last: floa
     for (limit, _), (_, after) in zip(steps, (*steps[1:], (math.inf, last)), strict=True):
         error = eased_error(value, limit, error, after)
     return error
-
-
-def _slenderness(plate: FinitePlate, coil: CoaxialRings) -> tuple[float, float]:
-    """Return a plate's thickness and its shorter side, both divided by the coil's diameter (no unit)."""
-    diameter = 2.0 * float(coil.radii.max())
-    return plate.thickness / diameter, min(plate.size) / diameter
 
 
 def _infinite_plate_change(k: Array, weights: Array, spectrum: Array, room: float, poles: bool = False) -> float:
@@ -442,8 +426,7 @@ def _fluxes(half: Array, offsets: Array, source: Source, counts: tuple[int, int]
     # normal flux density at distances from the axis, in units of mu0 / 2: the integral of k J0(k r) times the spectrum
     k, weights, spectrum = source
     table = np.asarray(j0(radii[:, None] * k) @ (k * weights * spectrum).T)
-    x = half[0] * u[0] - offsets[:, 0, None]
-    y = half[1] * v[0] - offsets[:, 1, None]
+    x, y = half[0] * u[0] - offsets[:, 0, None], half[1] * v[0] - offsets[:, 1, None]
     distances = np.sqrt(x[:, :, None] ** 2 + y[:, None, :] ** 2)
     field = _cubic(distances, radii[1], table)
     return np.asarray(half[0] * half[1] * (u[1] @ field.transpose(3, 0, 1, 2) @ v[1].T))
@@ -520,11 +503,10 @@ def sheet_ratios(
     depth, reach = _depth_and_reach(coil, offsets, float(gaps.min()))
     half = np.minimum(0.5 * np.array(plate.size) + _edge_growth(plate, outer), reach)
     k, weights = _wave_numbers(ROUGH_TOP / depth, reach, ROUGH_PANELS)
-    spectra = coil.spectra(k, middles, floor)
-    whole = np.array([_infinite_plate_change(k, weights, spectrum, z - floor) for spectrum,
-                      z in zip(spectra, middles, strict=True)])
+    spectra, rooms = coil.spectra(k, middles, floor), middles - floor
+    whole = np.array([_infinite_plate_change(k, weights, *plane) for plane in zip(spectra, rooms, strict=True)])
     detail = 0.5 * (min(depth, 0.5 * outer) + 0.5 * outer)
-    planes, rooms = (k, weights, spectra), middles - floor
+    planes = k, weights, spectra
     changes = _sheet_changes(plate.is_round, half, offsets, planes, detail, rooms, ROUGH_MODES, ROUGH_NODES)
     return np.minimum(changes / whole[:, None], 1.0)
 
