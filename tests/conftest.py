@@ -29,6 +29,13 @@ os.environ["SITSCAD_CACHE"] = ""
 gc.freeze = lambda: None
 gc.set_threshold = lambda *_: None
 
+# Examples of a property whose test names no number; those that CI chooses are always the same
+if importlib.util.find_spec("hypothesis"):
+    from hypothesis import settings
+
+    settings.register_profile("quick", settings.default, max_examples=40)
+    settings.load_profile("quick")
+
 # Programs that a test interrupts listen to Ctrl-C even where these tests themselves run in the background, which do not
 if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -33,7 +33,7 @@ def test_generated_page_equals_program_output(name):
 @pytest.mark.slow
 @pytest.mark.cad
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.more) if name in ("examples", "templates") else name
+    "name", [pytest.param(name, marks=pytest.mark.more) if name in ("assembling", "examples", "templates") else name
              for name in sorted(BUILT)],
 )
 def test_generated_package_page_equals_program_output(name):

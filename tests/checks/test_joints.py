@@ -135,7 +135,7 @@ def test_two_small_holes_give_one_warning():
     assert found(holes.replace("PROCESS", "resin"), "SIT316") == []
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", presets.names("hole pattern"))
 def test_holes_of_every_pattern_pass_in_every_process(name):

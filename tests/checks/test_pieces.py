@@ -305,7 +305,7 @@ def test_contacts_wider_than_largest_outline_give_note(judge, end, width, told):
         assert each.measured == approx(lay_out(spec).size[1], rel=1e-6)
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize(("end", "edits"), [
     ("connector: zif-0.3mm", {"fpc.tail.connector": "zif-0.5mm"}), ("connector: zif-0.5mm", {}),
     ("connector: zif-0.3mm, contacts: 12", {"fpc.tail.connector": "zif-0.5mm", "fpc.tail.contacts": "6"}),

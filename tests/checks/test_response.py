@@ -194,13 +194,13 @@ def test_spec_without_force_has_no_signals():
 
 
 @pytest.mark.slow
-def test_temperature_sensor_clears_thermal_drift_warning():
+def test_temperature_sensor_clears_thermal_drift_warning(advised):
     """Of signals below 1 %, those above 0.3 % are kept from warmth by a compensation."""
     spec = sitscad.load_text(SMALL.replace("MATERIAL", "dragon-skin-20"), "small.yaml")
-    (findings,) = (f for f in sitscad.check(spec, hints="full").findings if f.rule == "SIT217")
+    (findings,) = advised("SIT217", spec)
     assert constant_limits()["least_signal_compensated"].value < findings.measured < findings.limit
     sensor = spec.replace("readout.thermistor.part", "tmp117")
-    assert not [f for f in sitscad.check(sensor, hints="none").findings if f.rule == "SIT217"]
+    assert advised("SIT217", sensor) == []
     keys = [edit.key for fix in findings.fixes for edit in fix.edits]
     assert keys, "a change that clears it is named"
 
@@ -214,10 +214,10 @@ def test_drift_over_ten_kelvin_agrees_with_constant():
 
 
 @pytest.mark.slow
-def test_magnetic_steel_target_with_small_signal_gets_copper_fix():
+def test_magnetic_steel_target_with_small_signal_gets_copper_fix(advised):
     """17-4PH gave 0.06 % where 304 gives 0.7: softness and thickness were offered, and four rounds lost."""
     steel = sitscad.load(TEMPLATES / "bench_7mm.yaml").replace("target.material", "stainless-17-4ph")
-    (findings,) = (f for f in sitscad.check(steel, hints="full").findings if f.rule == "SIT217")
+    (findings,) = advised("SIT217", steel)
     assert [edit.new for fix in other_metals(steel) for edit in fix.edits] == ["stainless-316l", "copper"]
     assert [(edit.key, edit.new) for edit in findings.fixes[0].edits] == [("target.material", "copper")]
     equal = sitscad.check(steel.replace("target.material", "stainless-316l"), hints="none").findings
@@ -247,7 +247,7 @@ def test_pad_wider_than_target_gets_hint_to_cut_it():
 
 
 @pytest.mark.slow
-def test_thick_pad_gets_thickness_with_largest_signal():
+def test_thick_pad_gets_thickness_with_largest_signal(advised):
     """Too thin a pad gives way too little, too thick a one keeps the target away; nobody said which is best."""
     thick = """
     {sitscad: 1, name: thick, array: {pattern: line, count: 2, pitch: 7}, readout: {capacitance: 150 pF},
@@ -257,7 +257,7 @@ def test_thick_pad_gets_thickness_with_largest_signal():
      requirements: {normal_force: 0.3 N}}
     """
     spec = sitscad.load_text(thick, "thick.yaml")
-    (findings,) = (f for f in sitscad.check(spec, hints="full").findings if f.rule == "SIT217")
+    (findings,) = advised("SIT217", spec)
     named = r"elastomer\.thickness: ([\d.]+) improves the value by a factor of ([\d.]+)"
     thickness, times = re.match(named, findings.hint).groups()
     share = {mm: abs(signals(Design(spec.replace("elastomer.thickness", f"{mm} mm")).estimates)[0].share)

@@ -90,8 +90,8 @@ def test_design_without_measurable_shear_is_not_checked(old, new, case):
     assert not findings and skipped.case == case
 
 
-@pytest.mark.parametrize("shape", ["circle", "square"])
-@pytest.mark.parametrize("mount", ["", "mount: {standoff: 1, jaw: {width: 30, length: 30, height: 8}}\n"])
+@pytest.mark.parametrize(("shape", "mount"), [
+    ("square", ""), ("circle", "mount: {standoff: 1, jaw: {width: 30, length: 30, height: 8}}\n")])
 def test_inductance_change_equals_estimate_with_moved_target(shape, mount):
     text = FOUR.replace("shape: circle", f"shape: {shape}").replace("TARGET", "10").replace("size: 24", "size: 14")
     spec = sitscad.load_text(text + mount, "four.yaml")

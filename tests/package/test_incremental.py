@@ -26,6 +26,16 @@ from sitscad.spec.yaml.rewriting import rewritten
 
 ROOT = Path(__file__).parents[2]
 TEXT = templates.read("grasper_4layer")
+SMALL = """sitscad: 1
+name: small
+coil: {shape: circle, outer_diameter: 8, turns: 10, layers: 2, trace_width: 0.16, trace_spacing: 0.16}
+target: {size: 8}
+elastomer: {size: 8, thickness: 2}
+mount: {kind: bench-plate, standoff: 2}
+requirements: {normal_force: 5 N}
+"""
+"""A sensor with parts of every stage and few solids."""
+
 LIGHT = ("kicad", "laser")
 SOLID = ("mount", "mesh")
 
@@ -131,7 +141,7 @@ def test_changed_readout_rewrites_only_assembly_text(tmp_path, monkeypatch):
 @pytest.mark.slow
 def test_assembly_steps_list_stages_missing_from_growing_package(tmp_path):
     """Steps of `--only mount` said which files are lacking, also once these were there."""
-    spec = design_of(templates.read("bench_7mm"))
+    spec = design_of(SMALL)
 
     def lacking(only):
         folder = sitscad.build(spec, tmp_path, only=only).directory
@@ -146,7 +156,7 @@ def test_assembly_steps_list_stages_missing_from_growing_package(tmp_path):
 @pytest.mark.slow
 def test_killed_solid_process_stops_build_and_leaves_package(tmp_path, monkeypatch):
     """By too little memory, mostly: the package before stays as it is, and the error is told."""
-    spec = sitscad.load_text(TEXT, "sensor.yaml")  # of no other test, which may have its solids
+    spec = sitscad.load_text(SMALL, "sensor.yaml")  # of no other test, which may have its solids
     before = sitscad.build(spec, tmp_path, ("report",))
     stamps = {path: path.stat().st_mtime_ns for path in before.directory.rglob("*")}
     monkeypatch.setattr(stages, "_render_solids", os.abort)  # ends in the other process, whatever it is given

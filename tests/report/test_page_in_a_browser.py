@@ -25,7 +25,8 @@ AXE = Path("/usr/local/share/axe-core/axe.min.js")
 
 @pytest.fixture(scope="module")
 def package(tmp_path_factory) -> Path:
-    return build(sitscad.load(TEMPLATE), tmp_path_factory.mktemp("report")).directory
+    shown = ("datasheet", "calibration", "assembly", "report")
+    return build(sitscad.load(TEMPLATE), tmp_path_factory.mktemp("report"), only=shown).directory
 
 
 @pytest.fixture(scope="module")

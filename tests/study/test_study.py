@@ -294,7 +294,7 @@ def test_goal_with_constant_measure_is_reported(folder):
 @pytest.mark.slow
 def test_infeasible_study_reports_binding_limit_and_nearest_value(folder, capsys, monkeypatch):
     monkeypatch.chdir(folder)
-    text = STUDY.replace(">= 2.5 uH", ">= 1 mH").replace("- minimize: board.area", "")
+    text = STUDY.replace(">= 2.5 uH", ">= 1 mH").replace("- minimize: board.area", "").replace("to: 13,", "to: 12,")
     (folder / "study.yaml").write_text(text)
     assert run(["design", "study.yaml", "--jobs", "1"]) == 1
     said = json.loads((folder / "outputs/study/study.json").read_text())
@@ -468,7 +468,7 @@ def test_study_killed_at_random_times_ends_with_identical_files(name, folder, tm
     with _dask(folder) if jobs == "tcp" else contextlib.nullcontext((jobs, [])) as (request, _):
         assert _command(whole, "1").wait() == 0
         archive, lines = folder / "out" / ARCHIVE, len(_lines_of(whole / "out" / ARCHIVE))
-        for most in sorted(chance.randrange(1, lines) for _ in range(3)):
+        for most in sorted(chance.randrange(1, lines) for _ in range(2)):
             process = _command(folder, request)
             _until(lambda p=process, n=most: p.poll() is not None
                    or (archive.exists() and len(_lines_of(archive)) >= n), 300.0)

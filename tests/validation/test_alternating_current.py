@@ -76,7 +76,8 @@ def rings_by_filaments(name):
     return (4.0 * better - coarse) / 3.0, better
 
 
-@pytest.mark.parametrize("name", RINGS)
+@pytest.mark.parametrize("name", [
+    name if name in ("crossing", "tight") else pytest.param(name, marks=pytest.mark.slow) for name in RINGS])
 @pytest.mark.parametrize("fine", [False, True])
 def test_ring_impedance_agrees_with_filaments(name, fine):
     radii, heights, width, copper = RINGS[name]
@@ -127,7 +128,7 @@ def thick_rings_by_filaments(name):
 
 @pytest.mark.parametrize("fine", [False, True])
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.slow] if row[3] > 200 else []) for name, row in THICK.items()]
+    "name", [pytest.param(name, marks=[pytest.mark.slow] if name != "two-103" else []) for name, row in THICK.items()]
 )
 def test_thick_copper_ring_loss_agrees_with_filaments(name, fine):
     radii, heights, width, copper, _ = THICK[name]
@@ -183,6 +184,7 @@ def strips_by_filaments(across, height, width, thickness, signs, frequencies, ce
     return series_impedance(1.0 / (COPPER * wx * wz), inductance, group, len(across), frequencies)
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("case", [((0.0,), (0.0,), (1,)), ((0.0, 0.0), (0.0, 60e-6), (1, -1)),
                                   ((0.0, 150e-6), (0.0, 0.0), (1, -1))])
 def test_straight_track_resistance_agrees_with_filaments(case):
@@ -248,6 +250,7 @@ def averaged_rings(case, frequencies, across, equal_lengths, azimuths=4):
     return layers, result
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("name", FASTHENRY)
 def test_fasthenry_values_agree_with_filaments_of_equal_length(name):
     case = FASTHENRY[name]

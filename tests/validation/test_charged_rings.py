@@ -89,6 +89,7 @@ def test_large_capacitance_to_target_yields_note(layers, is_told):
     assert any("capacitance from the winding" in note for note in result.notes) == is_told
 
 
+@pytest.mark.slow
 def test_charged_ring_capacitance_has_converged():
     spec = load_text(NEAR.replace("LAYERS", "1"), "near.yaml")
     coarse, fine = (added(spec, 0.2e-3, 0.5e-3, cells) for cells in (3, 6))
@@ -127,7 +128,7 @@ def by_rings(spiral: sitscad.Spiral, cells: int = 12) -> float:
     return float(np.mean(result))
 
 
-@pytest.mark.few(5)
+@pytest.mark.few(3)
 @pytest.mark.parametrize(
     ("layers", "diameter", "turns_a_layer", "width", "spacing", "distance"),
     [(2, 7, 9, 75, 160, 50), (2, 10, 17, 75, 160, 25), (4, 7, 5, 100, 160, 100), (4, 10, 5, 100, 300, 25),

@@ -66,7 +66,7 @@ POLYGONS = {
 }
 
 
-SLOW = ("square", "thick square", "one wide hexagon", "two octagons", "octagon", "three wide squares")
+SLOW = ("square", "hexagon", "thick square", "one wide hexagon", "two octagons", "octagon", "three wide squares")
 
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n in SLOW else n for n in POLYGONS])
@@ -196,7 +196,7 @@ def test_corner_change_of_many_narrow_turns_is_small():
     assert -1.5e-3 * even < change < -5e-4 * even
 
 
-@pytest.mark.few(1)
+@pytest.mark.slow
 @pytest.mark.parametrize("degrees", [60, 45, 90])
 def test_corner_resistance_of_sheet_solution_matches_formula(degrees):
     turn, width, copper = math.radians(degrees), 100 * UM, 10 * UM
@@ -205,6 +205,7 @@ def test_corner_resistance_of_sheet_solution_matches_formula(degrees):
     assert squares == approx(bend_squares(turn), abs=4e-3)
 
 
+@pytest.mark.slow
 def test_sheet_and_cell_references_agree():
     # the grid of cells has electrodes at the ends, which direct current does not see
     corners, width, copper = square(1, 1.0 * MM, 500 * UM), 450 * UM, 12 * UM
@@ -216,6 +217,7 @@ def test_sheet_and_cell_references_agree():
     assert direct < 0.972 * even
 
 
+@pytest.mark.slow
 def test_corner_rounded_by_pen_changes_impedance_below_0_2_percent():
     corners, width, copper = 0.3 * MM * np.array([(-1.0, 0.0), (0.0, 0.0), (0.0, 1.0)]), 100 * UM, 10 * UM
     mitred, drawn = (limit_of(lambda n, pen=pen: [sheet(corners, width, copper, n, n, pen=pen)], [], (4, 6))

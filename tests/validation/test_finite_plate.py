@@ -68,7 +68,7 @@ def share_and_reference(rings, size, thickness, offset, gap, floor, across=24, t
     return float(share), box / endless, ratio_error(plate, winding)
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("case", QUICK, ids=label)
 def test_plate_ratio_agrees_with_box_model(case):
     share, reference, error = share_and_reference(*case)
@@ -142,7 +142,7 @@ MORE_DISCS = [(g, d, t) for g in (0.3e-3, 1e-3, 2e-3) for d in (1e-3, 2e-3, 3e-3
               for t in (0.05e-3, 0.2e-3, 0.5e-3, 1e-3, 3e-3)]
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.needs("scipy")
 @pytest.mark.parametrize("case", DISCS, ids=str)
 def test_disc_ratios_agree_with_ring_model(case):
@@ -185,7 +185,7 @@ MAGNETS = [
 ]
 
 
-@pytest.mark.few(5)
+@pytest.mark.few(2)
 @pytest.mark.needs("scipy")
 @pytest.mark.parametrize("case", MAGNETS)
 def test_magnetic_ratio_agrees_with_pole_box_model(case):

@@ -21,6 +21,7 @@ def block(radius: float, thickness: float) -> float:
     return modulus * math.pi * radius**2 / thickness
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize(
     ("plate", "pad", "thickness"), [(2e-3, 4e-3, 1e-3), (1e-3, 4e-3, 1e-3), (2e-3, 2.2e-3, 1e-3), (2e-3, 4e-3, 2e-3)]
 )
@@ -40,6 +41,7 @@ def test_pad_strain_bounds_enclose_element_strain(plate, pad, thickness):
     assert result.strain - strain < 1.1 * result.doubt
 
 
+@pytest.mark.slow
 def test_pad_stiffness_of_elements_has_converged():
     coarse, fine = (stiffness(2e-3, 4e-3, 1e-3, SHEAR, POISSON, cells) for cells in (10, 16))
     assert coarse == approx(fine, rel=0.02)

@@ -20,7 +20,7 @@ from sitscad.estimates.windings.methods import METHODS, WindingGeometry
 from sitscad.kernels.electromagnetics.inductance.tracks import tracks_mutual_inductance
 from sitscad.kernels.geometry.shapes import SHAPES
 
-EVERY = 24
+EVERY = 60
 """One design in so many is looked at by default, all of them in the slow test."""
 
 REFERENCES = write_references.read()
@@ -132,6 +132,7 @@ def test_volume_integral_reproduces_whole_bench_coil():
     assert total == approx(2.523424e-6, rel=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", ["square", "racetrack"])
 def test_volume_integral_converges_with_points(shape):
     coil = next(c for c in (designs.design(shape, k) for k in range(99)) if len(c.drawn) == 1 and c.spec.turns <= 1.5)
@@ -158,7 +159,8 @@ def test_identical_layers_have_equal_self_inductance():
     assert own[0] == approx(own[1], rel=1e-10)
 
 
-@pytest.mark.parametrize("number", [34, 42, 146, 340, 344, 482])
+@pytest.mark.few(2)
+@pytest.mark.parametrize("number", [34, 146, 42, 340, 344, 482])
 def test_inductance_error_of_wide_or_thick_round_coils_is_small(number):
     """Ends cut along the track's normal (a steep turn's are not radial), and layers that cross at both heights.
 

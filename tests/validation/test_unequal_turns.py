@@ -23,7 +23,10 @@ COILS = [
 ]
 
 
-@pytest.mark.parametrize(("shape", "size", "turns"), COILS, ids=[row[0] for row in COILS])
+@pytest.mark.parametrize(("shape", "size", "turns"), [
+    pytest.param(*row, id=row[0], marks=() if row[0] in ("circle", "rectangle", "racetrack") else pytest.mark.slow)
+    for row in COILS
+])
 def test_inductance_bounds_hold_for_unequal_layer_turns(shape, size, turns):
     text = (
         f"sitscad: 1\nname: unequal\ncoil: {{shape: {shape}, outer_diameter: {size}, turns: {turns}, "
