@@ -10,6 +10,7 @@ import subprocess
 import sys
 import tomllib
 from collections.abc import Iterable
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -76,6 +77,7 @@ def python(code: str, *arguments: str, **environment: str) -> subprocess.Complet
     return subprocess.run(command, env=env, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
 
 
+@pytest.mark.few(1)
 @pytest.mark.cad
 @pytest.mark.slow
 @pytest.mark.parametrize("names", [SIX, SIX[::-1]], ids=["build123d first", "trimesh first"])
@@ -133,6 +135,7 @@ def test_check_does_not_import_openssl():
     assert "_hashlib" not in modules_after_a_check()
 
 
+@cache
 def modules_after_a_check() -> set[str]:
     """All that the command has loaded by the time it exits."""
     code = "import atexit, sys\natexit.register(lambda: print('LOADED', *sys.modules, file=sys.stderr))\n" + COMMAND

@@ -38,7 +38,7 @@ def test_explain_accepts_rule_id_and_rule_name():
 def test_coil_only_spec_lists_rules_not_checked(design, estimates):
     gone = dict.fromkeys(("target", "elastomer", "encapsulation", "mount", "shield", "requirements"))
     spec = design(**gone)
-    result = check(spec, estimates=estimates(spec, resistances={"free": 1500.0}))
+    result = check(spec, estimates=estimates(spec, resistances={"free": 1500.0}), hints="none")
     cases = {skipped.rule: skipped.case for skipped in result.not_checked}
     assert (cases["SIT301"], cases["SIT305"]) == ("no-jaw", "no-target")
     assert {"SIT302", "SIT303", "SIT304", "SIT306", "SIT307", "SIT309", "SIT310", "SIT311", "SIT312", "SIT210"} <= set(
@@ -62,7 +62,7 @@ def test_findings_are_sorted_located_and_reproducible(design, estimates):
 def test_every_finding_has_id_and_name_of_rule_table(design, estimates):
     spec = design(coil__turns=11.75)
     names = {rule.id: rule.name for rule in RULES}
-    result = check(spec, estimates=estimates(spec))
+    result = check(spec, estimates=estimates(spec), hints="none")
     assert all(names[results.rule] == results.name for results in result.findings)
     assert any(results.rule == "SIT112" for results in result.findings)
 

@@ -59,7 +59,7 @@ def test_low_inductance_is_error_only_if_tank_breaks_limits(how, severity, judge
 
 def test_large_single_turn_loop_gives_only_warning() -> None:
     """185 nH at 9.4 MHz with an R_P that the high-current drive sustains: only the rule of thumb refused it."""
-    result = sitscad.check(sitscad.load_text(LOOP, "loop.yaml"))
+    result = sitscad.check(sitscad.load_text(LOOP, "loop.yaml"), hints="none")
     assert [(f.rule, f.severity) for f in result.findings if f.rule == "SIT201"] == [("SIT201", Severity.WARNING)]
     assert result.ok
 

@@ -668,7 +668,7 @@ def filed(folder, width=4.6, port=5.5):
 def test_jaw_from_step_file_with_tight_port_gives_note(tmp_path, port, told):
     """Build alone reads the back: a square one reaches half the width beside and half the height above the axis."""
     spec = filed(tmp_path, port=port)
-    layout, result = lay_out(spec), check(spec)
+    layout, result = lay_out(spec), check(spec, hints="none")
     pair = closed_section(layout)
     closed, beside, _ = result.fit
     assert closed.assumption and not beside.assumption

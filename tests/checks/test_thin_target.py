@@ -40,7 +40,7 @@ def numbers(spec):
 
 def test_household_foil_target_gives_only_note():
     """It was an error at 0.53 skin depths, where it takes a tenth of R_P and nothing of the signal."""
-    result = sitscad.check(foil())
+    result = sitscad.check(foil(), hints="none")
     (findings,) = [finding for finding in result.findings if finding.rule == "SIT305"]
     assert findings.severity is Severity.NOTE and result.ok
     (mine, change, frequency), (thick, before, _) = numbers(foil()), numbers(foil("115 um"))

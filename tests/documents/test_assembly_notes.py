@@ -624,6 +624,7 @@ def test_every_instrument_in_steps_is_listed_as_tool(template):
 MOUNTED = [name for name in templates.names() if sitscad.load_text(templates.read(name), "t.yaml").mount is not None]
 
 
+@pytest.mark.few(6)
 @pytest.mark.parametrize("name", [*templates.names()])
 def test_board_glue_stays_liquid_until_board_is_pressed(name):
     """Five seconds were to do for a board, a frame and a weight, and for a shield between feeler gauges."""

@@ -126,14 +126,14 @@ def _moved(value: Any, factor: float, parts: int) -> Any:
     return moved if unit is None else f"{moved:g}{unit}"
 
 
-def checked(text: str) -> str:
+def checked(text: str, hints: str = "decisive") -> str:
     """Whether a spec passes its check."""
     try:
         spec = sitscad.load_text(text, "neighbour.yaml")
     except sitscad.SpecError as error:
         assert error.findings, "refused without a finding"
         return REFUSED
-    return PASSED if sitscad.check(spec).ok else REFUSED
+    return PASSED if sitscad.check(spec, hints=hints).ok else REFUSED
 
 
 def built(text: str, folder: str, only: Sequence[str] | None = None) -> str:

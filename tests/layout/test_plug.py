@@ -74,7 +74,7 @@ def test_plug_opening_covers_fingers_and_passes_tip(plugged):
 
 @pytest.mark.slow
 def test_plug_tail_has_only_expected_notes(plugged):
-    findings = [f for f in sitscad.check(plugged.spec, plugged).findings if f.rule.startswith("SIT1")]
+    findings = [f for f in sitscad.check(plugged.spec, plugged, hints="none").findings if f.rule.startswith("SIT1")]
     kinds = {f.rule for f in findings if f.rule != "SIT103"}
     assert kinds <= {"SIT116", "SIT123", "SIT124", "SIT127"}, [f.message for f in findings]
     assert all(f.severity.value == "note" for f in findings if f.rule in ("SIT124", "SIT127"))
@@ -95,7 +95,7 @@ def test_order_readme_asks_to_confirm_width_and_thickness_of_plug(plugged):
 
 def test_outline_tolerance_too_wide_for_connector_yields_finding():
     layout = board(2, "zif-0.5mm", fpc=", rules: {outline_tolerance: 250 um}")  # a knife
-    (findings,) = [f for f in sitscad.check(layout.spec, layout).findings if f.rule == "SIT126"]
+    (findings,) = [f for f in sitscad.check(layout.spec, layout, hints="none").findings if f.rule == "SIT126"]
     assert (findings.measured, findings.limit) == approx((250e-6, 70e-6), rel=1e-9)
 
 
@@ -162,7 +162,7 @@ def test_contact_count_beyond_connectors_is_error():
     few = replace(connector, positions=(2, 3))
     tail = replace(layout.spec.fpc.tail, connector=few)
     spec = replace(layout.spec, fpc=replace(layout.spec.fpc, tail=tail))
-    (findings,) = [f for f in sitscad.check(spec, sitscad.lay_out(spec)).findings if f.rule == "SIT127"]
+    (findings,) = [f for f in sitscad.check(spec, sitscad.lay_out(spec), hints="none").findings if f.rule == "SIT127"]
     assert findings.severity.value == "error" and (findings.measured, findings.limit) == (4.0, 3.0)
 
 
@@ -196,7 +196,7 @@ def test_coverlay_covers_at_most_half_of_small_solder_pads_with_finding(lap):
 
 def test_tight_outline_tolerance_has_no_width_finding():
     layout = board(2, "zif-0.5mm", fpc=", rules: {outline_tolerance: 50 um}")
-    assert "SIT126" not in {f.rule for f in sitscad.check(layout.spec, layout).findings}
+    assert "SIT126" not in {f.rule for f in sitscad.check(layout.spec, layout, hints="none").findings}
 
 
 @pytest.mark.parametrize("connector", [*PLUGS, "solder-pads"])
@@ -220,7 +220,7 @@ def test_hard_gold_finish_yields_plating_bar_finding(connector):
 def test_other_finishes_yield_no_plating_bar_finding():
     for finish, connector, count in (("enig", "zif-0.5mm", 0), ("osp", "zif-0.5mm", 1), ("osp", "solder-pads", 0)):
         layout = board(1, connector, fpc=f", finish: {finish}")
-        findings = [f.message for f in sitscad.check(layout.spec, layout).findings if f.rule == "SIT128"]
+        findings = [f.message for f in sitscad.check(layout.spec, layout, hints="none").findings if f.rule == "SIT128"]
         assert len(findings) == count and all("wears off" in message for message in findings)
         (notes,) = {text for path, text in _papers(layout).items() if path.endswith("readme.txt")}
         assert b"plating bars" not in notes
@@ -249,7 +249,7 @@ def test_stiffener_is_nearest_stock_film(stackup, connector):
         abs(have - wanted.insertion_thickness) <= abs(have - plate.thickness + t - wanted.insertion_thickness) + 1e-9
         for t in stock
     )
-    findings = {f.rule for f in sitscad.check(layout.spec, layout).findings}
+    findings = {f.rule for f in sitscad.check(layout.spec, layout, hints="none").findings}
     assert not findings & {"SIT117", "SIT129"}
     text = " ".join(next(iter(_papers(layout).values())).decode().split())
     assert f"{plate.adhesive * 1e6:g} um adhesive" in text
@@ -262,7 +262,7 @@ def test_stiffener_is_nearest_stock_film(stackup, connector):
 def test_thick_tail_without_stiffener_is_refused(stackup, connector):
     """Where tail.layers is left out all layers run down it, and no stiffener makes that thinner."""
     layout = board(1, connector, fpc=f", stackup: {stackup}")
-    (findings,) = [f for f in sitscad.check(layout.spec, layout).findings if f.rule == "SIT117"]
+    (findings,) = [f for f in sitscad.check(layout.spec, layout, hints="none").findings if f.rule == "SIT117"]
     assert layout.stiffener is None and findings.severity.value == "error"
     assert findings.measured > presets.connector(connector).insertion_thickness
     assert "insertion-bare" in findings.cases
@@ -272,15 +272,15 @@ def test_thick_tail_without_stiffener_is_refused(stackup, connector):
 def test_stiffener_outside_stock_yields_question():
     layout = board(1, "zif-0.5mm", ", stiffener: 200 um")
     assert layout.stiffener.thickness == 200e-6 and layout.stiffener.adhesive > 0.0
-    assert "SIT129" not in {f.rule for f in sitscad.check(layout.spec, layout).findings}
+    assert "SIT129" not in {f.rule for f in sitscad.check(layout.spec, layout, hints="none").findings}
     layout = board(2, "zif-0.5mm", ", stiffener: 190 um")
-    (asked,) = [f for f in sitscad.check(layout.spec, layout).findings if f.rule == "SIT129"]
+    (asked,) = [f for f in sitscad.check(layout.spec, layout, hints="none").findings if f.rule == "SIT129"]
     assert asked.severity.value == "note" and asked.key == "fpc.tail.stiffener" and layout.stiffener.thickness == 190e-6
     thick = replace(presets.connector("zif-0.5mm"), insertion_thickness=0.6 * MM)
     tail = replace(layout.spec.fpc.tail, connector=thick, stiffener=None)
     spec = replace(layout.spec, fpc=replace(layout.spec.fpc, tail=tail))
     made = sitscad.lay_out(spec)
-    (asked,) = [f for f in sitscad.check(spec, made).findings if f.rule == "SIT129"]
+    (asked,) = [f for f in sitscad.check(spec, made, hints="none").findings if f.rule == "SIT129"]
     assert asked.severity.value == "warning" and "stiffener-stock" in asked.cases
     assert finished_thickness(made, Where.CONTACT).nominal == approx(0.6 * MM, rel=1e-6)
     assert b"tell us the nearest that you have" in b" ".join(next(iter(_papers(made).values())).split())

@@ -50,6 +50,7 @@ from sitscad.layout import lay_out
 from sitscad.spec import templates
 from sitscad.spec.load import load_text
 from sitscad.spec.mount import Assembly
+from tests.conftest import SHOWN
 
 pytestmark = pytest.mark.cad
 
@@ -116,6 +117,9 @@ VARIANTS = {
 }
 
 
+LEFT_OUT = (pytest.mark.slow, pytest.mark.more)
+
+
 def lifted(solid, height):
     """A solid moved up (m)."""
     return replace(solid, shape=solid.shape.moved(import_extra("build123d").Location((0, 0, MM * height))))
@@ -139,7 +143,11 @@ def placed(layout):
             yield part, row, lower, upper
 
 
-@pytest.mark.parametrize(("name", "spec"), [pytest.param(*each, id=each[0]) for each in specs()])
+@pytest.mark.parametrize(
+    ("name", "spec"),
+    [pytest.param(*each, id=each[0], marks=() if each[0] in SHOWN or each[0] in VARIANTS else LEFT_OUT)
+     for each in specs()],
+)
 def test_jig_frames_clear_pads_and_targets_of_all_thicknesses(name, spec):
     """A frame stood on the rim of a pad larger than its target, and on every thick pad."""
     layout = lay_out(spec)
