@@ -131,8 +131,8 @@ def measured(tree: Path, folder: Path, only: str, repeat: int) -> dict[str, Spen
     for jobs in ("1", "2"):
         found[f"`check` of {len(specs)} specs, `--jobs {jobs}`"] = run("check", *specs, "--jobs", jobs)
     for name, what in ((BUILT, "two coils"), ("three_axis_grid", "four coils")):
-        found[f"load, lay out, estimate and check another `{name}` in Python ({what})"] = warm(tree, name)
-    found[f"`sitscad.measure` of another `{BUILT}` at the level `screen`"] = warm(tree, BUILT, "screen")
+        found[f"load, lay out, estimate and check a second `{name}` in the same Python process ({what})"] = warm(tree, name)
+    found[f"`sitscad.measure` of a second `{BUILT}` at the level `screen`, same process"] = warm(tree, BUILT, "screen")
     for form in ("text", "json"):
         found[f"`response` at one pose, {form}"] = run("response", "sensor.yaml", "--pose", "z=-0.05", "--format", form)
     found["`estimate`"] = run("estimate", "sensor.yaml")
@@ -140,16 +140,16 @@ def measured(tree: Path, folder: Path, only: str, repeat: int) -> dict[str, Spen
     found[f"`build --only {BOARD}` of `{BUILT}`"] = board
     os.environ["SITSCAD_CACHE"] = str(folder / "cache")
     found[f"`build` of all of `{BUILT}`"] = run(*build, times=1)
-    found["the same again, nothing changed"] = run(*build)
+    found["the same command again, spec unchanged"] = run(*build)
     spec.write_text(rewritten(text, [CHANGED]), encoding="utf-8")
-    found[f"the same with another `{CHANGED.key}`"] = run(*build, times=1)
+    found[f"the same command, `{CHANGED.key}` changed"] = run(*build, times=1)
     return found
 
 
 def table(now: dict[str, Spent], before: dict[str, Spent]) -> str:
     """The figures as Markdown, beside those before where there are some."""
     old = "before | " if before else ""
-    lines = [f"| what | {old}seconds | of its longest process |", f"|---|{'---|' * bool(before)}---|---|"]
+    lines = [f"| command | {old}CPU seconds, all processes | CPU seconds, longest process |", f"|---|{'---|' * bool(before)}---|---|"]
     for name, run in now.items():
         old = f"{before[name].total:.2g} | " if name in before else " | " if before else ""
         longest = f"{run.longest:.2g}" if run.longest < 0.95 * run.total else ""

@@ -360,7 +360,7 @@ def test_value_within_few_sigma_of_limit_gives_note_or_warning(
     assert (result.severity, result.limit) == (Severity.WARNING if count < 0.9 else Severity.NOTE, limit)
     assert result.sigma == approx(count, rel=1e-6)
     assert {"sigma-below", "sigma-above"} & set(result.cases) and "sigma-cause" in result.cases
-    assert f"{count:.1f} sigma" in result.whole_message and "trace width" in result.whole_message
+    assert f"{count:.1f} standard deviations" in result.whole_message and "trace width" in result.whole_message
     assert judge(rule, spec, None, scattered(estimates(spec, **how))) == []
 
 
@@ -377,7 +377,7 @@ def test_value_beyond_limit_gives_excess_in_sigma(rule, how, sigma, count, judge
     result = judge(rule, spec, None, scattered(estimates(spec, **how), **sigma))[0]
     assert result.severity is not Severity.NOTE
     assert result.sigma == approx(count, rel=1e-6)
-    assert f"{count:.1f} sigma" in result.whole_message
+    assert f"{count:.1f} standard deviations" in result.whole_message
 
 
 def test_amplitude_within_sigma_of_limits_gives_warning(judge, design, estimates) -> None:

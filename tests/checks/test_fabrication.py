@@ -345,7 +345,7 @@ def test_small_part_gives_note_or_warning(judge, good):
     (result,) = judge("SIT116", spec, small)
     assert (result.measured, result.limit) == (9e-3, 10e-3)
     assert result.severity is Severity.NOTE and result.key == "fpc.rules"
-    assert f"send fpc/{spec.name}-order.zip" in result.hint
+    assert f"fpc/{spec.name}-order.zip" in result.hint
     alone = replace(spec, fpc=replace(spec.fpc, panel=replace(spec.fpc.panel, wish="none")))
     (result,) = judge("SIT116", alone, replace(small, spec=alone))
     assert result.severity is Severity.NOTE and "part-size" in result.cases

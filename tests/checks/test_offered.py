@@ -59,7 +59,7 @@ WRITTEN = "stackup: [{coverlay: 27.5 um}, {copper: %s}, {dielectric: 25 um}, {co
 def test_unlisted_foil_gives_error_although_finished_copper_is_listed(judge, house, copper, foil):
     """18 um finished were once taken as listed: with 12 um of plating they need a foil of 6 um."""
     result = said(judge, f"{WRITTEN % (copper, copper)}, rules: {house}, {PADS}")
-    assert [message.partition(";")[0] for *_, message in result] == [f"copper foil: {foil}"] * bool(foil)
+    assert [message.partition(",")[0] for *_, message in result] == [f"copper foil {foil}"] * bool(foil)
 
 
 @pytest.mark.parametrize("name", ["flex-2l-18um", "flex-2l-24um", "flex-2l-30um", "flex-2l-35um"])

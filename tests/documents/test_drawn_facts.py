@@ -335,8 +335,8 @@ def bend_findings(bend, select="SIT123"):
     [
         ("{at: 1}", Severity.ERROR, "reaches"),
         ("{at: 29}", Severity.ERROR, "into vias, contacts, stiffener or the body"),
-        ("{radius: 0.5}", Severity.WARNING, "minimum 1.6 mm (10 thicknesses"),
-        ("{kind: dynamic, radius: 2}", Severity.WARNING, "40 thicknesses"),
+        ("{radius: 0.5}", Severity.WARNING, "minimum 1.6 mm (10 times the tail's thickness"),
+        ("{kind: dynamic, radius: 2}", Severity.WARNING, "40 times the tail's thickness"),
     ],
 )
 def test_impossible_bend_gives_warning_or_error(bend, severity, said):
@@ -348,7 +348,7 @@ def test_impossible_bend_gives_warning_or_error(bend, severity, said):
 @pytest.mark.parametrize("at", [1, 29])
 def test_bend_positions_in_hint_give_no_finding(at):
     (findings,) = bend_findings(f"{{at: {at}}}")
-    low, high = map(float, re.search(r"from ([0-9.]+) mm to ([0-9.]+) mm", findings.hint).groups())
+    low, high = map(float, re.search(r"between ([0-9.]+) mm and ([0-9.]+) mm", findings.hint).groups())
     assert low < high
     for place in (low + 0.02, (low + high) / 2, high - 0.02):
         assert not bend_findings(f"{{at: {place:.3f}}}")

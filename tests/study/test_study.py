@@ -148,7 +148,7 @@ def test_answer_text_and_json_report_kept_designs(answered):
     message, text = json.loads(answer_json(answer)), answer_text(answer, "outputs/x-study")
     assert message["met"] and message["screened"] == 20 and len(message["kept"]) == len(answer.kept)
     assert message["kept"][0]["yield"]["units"] == 16 and message["agreement"]["designs"] == len(answer.results.full)
-    assert text.startswith("It can be met: 20 of 20 designs") and "sitscad build outputs/x-study/designs/1.yaml" in text
+    assert text.startswith("The requirements can be met: 20 of 20 designs") and "sitscad build outputs/x-study/designs/1.yaml" in text
     assert sorted(answer_files(answer))[-1] == "study.json"
     assert "sitscad build 'my study/designs/1.yaml'" in answer_text(answer, "my study")
 
@@ -166,7 +166,7 @@ def test_base_is_evaluated_first_as_design_of_the_study(method, folder):
     answer = sitscad.Study.load(folder / "study.yaml").run(draws=0)
     first = next(iter(answer.results.screened))
     assert answer.request.space.chosen(first) == {"coil.turns": 11.5, "coil.trace_width": 0.125}  # 125 um in the base
-    assert len(answer.results.screened) == 8 and "none of the designs" not in answer_text(answer)
+    assert len(answer.results.screened) == 8 and "not in the searched ranges" not in answer_text(answer)
     assert answer.results.full[first].values == answer.base.values
 
 
@@ -219,7 +219,7 @@ def test_base_better_than_kept_designs_is_reported(answered):
     assert text_of("study-base-best", "message", {}) in text
     assert "has coil.trace_width: 130 um in place of 160 um, coil.trace" in text
     for other in (first, replace(better, values=better.values | {"inductance": (1e-6, 0.0)})):  # refused
-        assert "The base itself" not in answer_text(replace(answer, base=other, kept=answer.kept[:1]))
+        assert "The base design beats" not in answer_text(replace(answer, base=other, kept=answer.kept[:1]))
 
 
 def test_designs_at_end_of_a_range_are_reported(answered):
@@ -273,7 +273,7 @@ def test_designs_with_too_small_yield_are_replaced_and_counted(folder, monkeypat
     (folder / "study.yaml").write_text(text)
     early = []
     answer = sitscad.Study.load(folder / "study.yaml").run(draws=16, before_yields=early.append)
-    assert "It can be met, but the required yield (>= 95 %) is not known" in answer_text(early[0])
+    assert "The requirements can be met, but the required yield (>= 95 %) was not computed" in answer_text(early[0])
     assert json.loads(answer_json(early[0]))["met"] is None and json.loads(answer_json(answer))["met"] is True
     again = ["Designs, the best of" in yields_text(answer, "x", before) for before in (*early, answer)]
     assert again == [True, False]
@@ -321,7 +321,7 @@ def test_study_interrupted_during_yields_reports_answer_and_resume_command(
         patch.setattr(StudyRun, "units", interrupted)
         assert run(["design", "study.yaml", "--jobs", "1", "-o", "the out", "--again"]) == 130
     early = capsys.readouterr()
-    assert early.out.startswith("It can be met: 8 of 8 designs") and "Next:" not in early.out
+    assert early.out.startswith("The requirements can be met: 8 of 8 designs") and "Next:" not in early.out
     command = "sitscad design study.yaml -o 'the out' --jobs 1"
     assert f"goes on from there: {command}\n" in early.err and (folder / "the out/designs/1.yaml").exists()
     assert run([*shlex.split(command)[1:], "--no-yield"]) == 0
