@@ -131,7 +131,8 @@ def measured(tree: Path, folder: Path, only: str, repeat: int) -> dict[str, Spen
     for jobs in ("1", "2"):
         found[f"`check` of {len(specs)} specs, `--jobs {jobs}`"] = run("check", *specs, "--jobs", jobs)
     for name, what in ((BUILT, "two coils"), ("three_axis_grid", "four coils")):
-        found[f"load, lay out, estimate and check a second `{name}` in the same Python process ({what})"] = warm(tree, name)
+        second = f"load, lay out, estimate and check a second `{name}` in the same Python process ({what})"
+        found[second] = warm(tree, name)
     found[f"`sitscad.measure` of a second `{BUILT}` at the level `screen`, same process"] = warm(tree, BUILT, "screen")
     for form in ("text", "json"):
         found[f"`response` at one pose, {form}"] = run("response", "sensor.yaml", "--pose", "z=-0.05", "--format", form)
@@ -149,7 +150,8 @@ def measured(tree: Path, folder: Path, only: str, repeat: int) -> dict[str, Spen
 def table(now: dict[str, Spent], before: dict[str, Spent]) -> str:
     """The figures as Markdown, beside those before where there are some."""
     old = "before | " if before else ""
-    lines = [f"| command | {old}CPU seconds, all processes | CPU seconds, longest process |", f"|---|{'---|' * bool(before)}---|---|"]
+    lines = [f"| command | {old}CPU seconds, all processes | CPU seconds, longest process |",
+             f"|---|{'---|' * bool(before)}---|---|"]
     for name, run in now.items():
         old = f"{before[name].total:.2g} | " if name in before else " | " if before else ""
         longest = f"{run.longest:.2g}" if run.longest < 0.95 * run.total else ""

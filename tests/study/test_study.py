@@ -148,7 +148,8 @@ def test_answer_text_and_json_report_kept_designs(answered):
     message, text = json.loads(answer_json(answer)), answer_text(answer, "outputs/x-study")
     assert message["met"] and message["screened"] == 20 and len(message["kept"]) == len(answer.kept)
     assert message["kept"][0]["yield"]["units"] == 16 and message["agreement"]["designs"] == len(answer.results.full)
-    assert text.startswith("The requirements can be met: 20 of 20 designs") and "sitscad build outputs/x-study/designs/1.yaml" in text
+    assert text.startswith("The requirements can be met: 20 of 20 designs")
+    assert "sitscad build outputs/x-study/designs/1.yaml" in text
     assert sorted(answer_files(answer))[-1] == "study.json"
     assert "sitscad build 'my study/designs/1.yaml'" in answer_text(answer, "my study")
 
