@@ -10,14 +10,16 @@ import numpy as np
 
 from sitscad.assembly.places.motions import MOMENT, is_held
 from sitscad.basics.arguments import checked_arguments
-from sitscad.calibration.bench_data import USUAL_ROTATION, BenchError, points_of, read_table
+from sitscad.calibration.bench_data import TEMPERATURE, USUAL_ROTATION, BenchError, points_of, read_table
 from sitscad.calibration.calibration import (
     Calibration,
     calibrate_by,
     forces_with_wrong_rotation,
     plan_calibration,
     sensors_of,
+    with_temperatures,
 )
+from sitscad.calibration.drift_table import fit_table_drift, rows_at_base
 from sitscad.calibration.inverse_map import InverseMap, map_of
 from sitscad.calibration.misfit import disagreement, fit_opposite_rotation, noise_note
 from sitscad.calibration.model_fit import SUSPECT, NoFit
@@ -73,10 +75,13 @@ def calibrate(
     if is_level and has_moments:
         raise BenchError(no_moments)
     if data is None or design.spec.cells is not None:  # the response raises an error that requires a cell
-        return plan_calibration(design.response, is_level, points)
-    reference = design.layout.reference
-    table = read_table(os.fspath(data), [coil.name for coil in design.layout.sensing.coils],
-                       reference.name if reference is not None else "")
+        planned = plan_calibration(design.response, is_level, points)
+        has_compensation = design.spec.readout.compensation is not None
+        return with_temperatures(planned, design.sensing.solved, design.layout.reference_name
+                                 ) if has_compensation else planned
+    whole = read_table(os.fspath(data), [coil.name for coil in design.layout.sensing.coils],
+                       design.layout.reference_name)
+    table = whole.part(rows_at_base(whole))
     level = table.is_held(rotation, "free" if has_moments else USUAL_ROTATION)
     if level and has_moments:
         raise BenchError(f"{table.path}:{table.rotation[0]}:1 {no_moments}")
@@ -103,4 +108,10 @@ def calibrate(
     fit = calibration.fit
     notes = (note, disagreement(table, measured, sensors, fit), noise_note(table, measured, sensors, fit))
     stated_map = replace(calibration.map, error=np.hypot(calibration.map.error, wrong))
-    return replace(calibration, map=stated_map, remarks=(*filter(None, notes), *remarks), turned=turned)
+    calibration = replace(calibration, map=stated_map, remarks=(*filter(None, notes), *remarks), turned=turned)
+    if design.spec.readout.compensation is not None:
+        calibration = with_temperatures(calibration, design.sensing.solved, design.layout.reference_name)
+    if whole.columns_named(TEMPERATURE) is None:
+        return calibration
+    rows = replace(points_of(whole, sensors), noise_ratio=measured.noise_ratio)
+    return fit_table_drift(design.sensing.solved, calibration, whole, rows, design.layout.reference_name)

@@ -26,8 +26,11 @@ The unit follows the coil's name and an underscore.
 """
 
 MOTION_UNITS = {"N": 1.0, "mN": 1e-3, "Nm": 1.0, "Nmm": 1e-3, "m": 1.0, "mm": 1e-3, "um": 1e-6, "rad": 1.0,
-                "deg": math.pi / 180.0}
-"""Units of a column with loads or poses, with their factors to SI units."""
+                "deg": math.pi / 180.0, "degC": 1.0}
+"""Units of a column with loads, poses or temperatures, with their factors to SI units, or to degrees Celsius."""
+
+TEMPERATURE = "temperature"
+"""Name of the column of temperatures, as the firmware reads them."""
 
 READING_KINDS = "counts", "Hz", "H"
 """Kinds of readings, in the order in which they are used if a coil has several columns.
@@ -36,8 +39,9 @@ Inductances come last, because they depend on the capacitor value that the firmw
 """
 
 KINDS = {**dict.fromkeys(FORCE, ("N", "mN")), **dict.fromkeys(MOMENT, ("Nmm", "Nm")),
-         **dict.fromkeys(POSE[:3], ("m", "mm", "um")), **dict.fromkeys(POSE[3:], ("rad", "deg"))}
-"""Permitted units of each load and each pose component, by its name."""
+         **dict.fromkeys(POSE[:3], ("m", "mm", "um")), **dict.fromkeys(POSE[3:], ("rad", "deg")),
+         TEMPERATURE: ("degC",)}
+"""Permitted units of each load, each pose component and the temperature, by its name."""
 
 ROTATION_LINE = re.compile(r"\s*#+\s*rotation\s*[:=](.*)", re.IGNORECASE)
 """Pattern of a line that states whether the target could tilt. Its group is the text after the colon."""
@@ -128,6 +132,11 @@ class BenchTable:
         assert place is not None
         return self.columns[place]
 
+    def part(self, chosen: Flags) -> BenchTable:
+        """Return a table with some of the rows, chosen by flags (n)."""
+        lines = tuple(line for line, is_chosen in zip(self.lines, chosen, strict=True) if is_chosen)
+        return replace(self, lines=lines, values=self.values[chosen])
+
     def numbers(self, column: Column) -> Array:
         """Return the values of a column (n) in its own unit."""
         return np.asarray(self.values[:, self.columns.index(column)])
@@ -144,7 +153,7 @@ def read_table(path: str, coils: Sequence[str], unused: str = "") -> BenchTable:
 
     Its header names coils (``C1_counts``) and loads or poses (``normal_N``, ``x_mm``). A coil may have several columns
     of different kinds, and `used_kind` selects the used kind. Empty lines, and lines that begin with #, are skipped.
-    The table may have columns of the coil `unused` (a reference coil), which are not read.
+    The table may have columns of the coil `unused` (a reference coil). They are read if the table has temperatures.
 
     Raises
     ------
@@ -191,15 +200,18 @@ def _columns(where: str, head: Sequence[str], coils: Sequence[str], unused: str)
 
     Raises BenchError for an unknown title, or a title without a unit.
     """
-    columns = []
-    for number, title in enumerate((cell.strip() for cell in head), start=1):
+    columns, titles = [], [cell.strip() for cell in head]
+    if unused and any(title.startswith(TEMPERATURE) for title in titles) and any(
+            title.rpartition("_")[0] == unused for title in titles):
+        coils, unused = (*coils, unused), ""
+    for number, title in enumerate(titles, start=1):
         name, _, unit = (title, "", "") if title in coils or title in KINDS else title.rpartition("_")
         if unused and name == unused and unit in READING_UNITS:
             continue
         units = tuple(READING_UNITS) if name in coils else KINDS.get(name)
         if units is None:
             parted = "; columns are parted by commas" if ";" in title or "\t" in title else ""
-            raise BenchError(f"{where}:{number} column {title!r} is none of {', '.join((*LOAD, *POSE, *coils))}, "
+            raise BenchError(f"{where}:{number} column {title!r} is none of {', '.join((*KINDS, *coils))}, "
                              f"each with its unit: normal_N, x_mm, C1_counts{parted}")
         if unit not in units:
             raise BenchError(f"{where}:{number} {name} in {unit!r}: {', '.join(f'{name}_{end}' for end in units)} are "
@@ -220,7 +232,9 @@ def _require_all(where: str, columns: Sequence[Column], coils: Sequence[str]) ->
     if missing or (not used_kind(columns) and any(column.kind == "counts" for column in columns)):
         fault = f"no column for {', '.join(missing)}" if missing else "coils in several kinds of units"
         raise BenchError(f"{end} {fault}: one of a kind for every coil is wanted, like {coils[0]}_counts")
-    kinds = {"load" if name in LOAD else "pose" for name in names if name in KINDS}
+    kinds = {"load" if name in LOAD else "pose" for name in names if name in (*LOAD, *POSE)}
+    if TEMPERATURE in names and "load" not in kinds:
+        raise BenchError(f"{end} temperatures without loads: the drift is fitted to rows with loads, like normal_N")
     if len(kinds) != 1:
         fault = "loads and poses: one of both is wanted" if kinds else "neither loads nor poses: normal_N is wanted"
         raise BenchError(f"{end} {fault}")

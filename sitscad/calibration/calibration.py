@@ -12,16 +12,19 @@ import numpy as np
 from sitscad.assembly.places.motions import ROTATIONS
 from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
+from sitscad.calibration.drift_fit import DriftFit
 from sitscad.calibration.inverse_map import InverseMap
 from sitscad.calibration.map_fit import error_by_unknowns, error_on_others, fit_unit_map
 from sitscad.calibration.misfit import unusual_unknowns
 from sitscad.calibration.model_fit import SUSPECT, ModelFit, NoFit, fit_model
 from sitscad.calibration.points import Plan, Points, plan
 from sitscad.calibration.sensors import Sensors
+from sitscad.calibration.temperature_plan import TemperaturePlan, temperature_plan
 from sitscad.calibration.unknowns import PAD_ERRORS, POSE_ERRORS, SURELY, WIDEST
 from sitscad.estimates.loads.pad import NoResponse
 from sitscad.estimates.loads.working_range import working_range
 from sitscad.estimates.performance.inversion import Crosstalk, axis_sweeps, map_crosstalk
+from sitscad.estimates.performance.points import SensingAnalysis
 from sitscad.estimates.performance_values import (
     AXES,
     AXIS_WORDS,
@@ -79,7 +82,8 @@ class Calibration:
     give them, `remarks` the remarks on the table. `sigma` (axes; N) is one sigma of the error of a measured sensor, and
     95 % stay below `map.error`; None if there are no points.
     `turned` lists readings of full shear (axis; N applied; N read) if the target tilts against the map's assumption.
-    `cell` is the number of the cell, from 1; None if the sensor has no cells.
+    `cell` is the number of the cell, from 1; None if the sensor has no cells. `temperatures` are the planned rows at
+    further temperatures, and `drift` the fit of the drift to such rows; None if there are no such rows.
     """
 
     sensors: Sensors
@@ -91,6 +95,8 @@ class Calibration:
     turned: tuple[tuple[str, float, float], ...] = ()
     cell: int | None = None
     sigma: Array | None = None
+    temperatures: TemperaturePlan | None = None
+    drift: DriftFit | None = None
 
     def __repr__(self) -> str:
         """Return a line with the sensor, and the number of its calibration points."""
@@ -203,9 +209,14 @@ class Calibration:
             if self.sensors.range.has_moments:
                 values["plan"] |= {"loads_Nm": self.plan.loads[:, count:].tolist(),
                                    "expected_error_Nm": self.plan.errors[:, [not each for each in is_force]].tolist()}
+        if self.plan is not None and self.temperatures is not None:
+            values["plan"] |= {"further_temperatures_degC": list(self.temperatures.others),
+                               "soak_s": self.temperatures.soak}
         if self.fit is not None and self.points is not None:
             values["points"] = len(self.points)
             values["errors_larger_than_expected"] = self.fit.excess
+        if self.drift is not None:
+            values["drift"] = self.drift.document()
         return values
 
 
@@ -230,6 +241,18 @@ def plan_calibration(model: ResponseModel, is_held: bool = True, count: int = US
     nominal = replace(nominal, error=untold)
     calibration = Calibration(sensors, nominal, replace(planned, errors=errors))
     return replace(calibration, turned=forces_with_wrong_rotation(calibration, np.zeros(len(sensors.unknowns))))
+
+
+def with_temperatures(calibration: Calibration, sensing: SensingAnalysis, reference: str) -> Calibration:
+    """Return a calibration with the design's coefficients of drift, and with the rows at further temperatures.
+
+    Unchanged if nothing measures the temperature. `sensing` is the analysis of the design, and `reference` the name of
+    its reference coil; empty if there is none.
+    """
+    if sensing.drift_coefficients is None:
+        return calibration
+    planned = temperature_plan(sensing, reference) if calibration.plan is not None else None
+    return replace(calibration, map=replace(calibration.map, drifts=sensing.drift_coefficients), temperatures=planned)
 
 
 def forces_with_wrong_rotation(calibration: Calibration, errors: Array) -> tuple[tuple[str, float, float], ...]:

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.arrays import Array, Flags
 from sitscad.basics.record import record
+from sitscad.estimates.performance.compensation import DriftCoefficients
 from sitscad.estimates.performance_values import unit_of
 from sitscad.kernels.electromagnetics.polynomials import Exponents, monomials
 
@@ -29,7 +30,8 @@ class InverseMap:
     `low` and `high` are the range of v that the map was made for. Values of v beyond it by more than `BEYOND` are
     limited, because the terms grow to thousands of full scales there. `error` (N) is the error of forces by axis, rms
     over the loads. For a map of the drawn sensor it is one standard deviation over sensors. For a map of a measured
-    sensor, 95 % of sensors stay below it. `rest` are the expected counts at rest.
+    sensor, 95 % of sensors stay below it. `rest` are the expected counts at rest. `drifts` are the coefficients of the
+    compensation by temperature; None if nothing measures the temperature.
 
     Notes
     -----
@@ -52,6 +54,7 @@ class InverseMap:
     high: Array
     powers: Exponents
     coefficients: Array
+    drifts: DriftCoefficients | None = None
 
     @property
     def form(self) -> str:
@@ -74,6 +77,26 @@ class InverseMap:
         shapes, and for readings that are not positive.
         """
         return self.forces_at(np.clip(self.checked(readings, tare), self.low - BEYOND, self.high + BEYOND))
+
+    def compensated(self, readings: ArrayLike, tare: ArrayLike, kelvin: float) -> Array:
+        """Return forces (n, axes; N) without the drift by `kelvin` (K), the temperature change since the tare.
+
+        `readings` (n, coils) and `tare` (coils) are both counts or both frequencies. The drift depends on the force,
+        which each pass knows better. Raises ValueError if the map has no coefficients of drift, or if the change is
+        beyond their range.
+        """
+        drifts = self.drifts
+        if drifts is None:
+            raise ValueError("the map has no coefficients of drift: its spec has no readout.compensation")
+        if not abs(kelvin) <= drifts.largest_change:
+            raise ValueError(f"{kelvin:.3g} K since the tare: forces are compensated up to "
+                             f"{drifts.largest_change:.3g} K, and not beyond")
+        values, forces = np.atleast_2d(np.asarray(readings, dtype=float)), self(readings, tare)
+        for _ in range(COMPENSATION_PASSES):
+            share = np.clip(forces[:, [self.axes.index("normal")]] / drifts.load, 0.0, 1.0)
+            drift = drifts.at_rest + share * (drifts.loaded - drifts.at_rest)
+            forces = self(values * (1.0 - kelvin * drift), tare) * (1.0 + drifts.stiffening * kelvin)
+        return forces
 
     @property
     def end(self) -> float:
@@ -108,8 +131,12 @@ class InverseMap:
             "sensor": self.sensor, "revision": self.revision, "coils": list(self.coils), "axes": list(self.axes),
             "unit": "N", "units": [unit_of(axis) for axis in self.axes],
             **{name: getattr(self, name).tolist() for name in ARRAYS},
+            **({} if self.drifts is None else {"drift": self.drifts.document()}),
         }
 
+
+COMPENSATION_PASSES = 3
+"""Number of passes of `InverseMap.compensated`, and of the C function. The error of the drift is then negligible."""
 
 ARRAYS = "full_scale", "error", "rest", "gain", "mix", "low", "high", "powers", "coefficients"
 """Names of the arrays in a map's document, in its order."""
@@ -150,9 +177,20 @@ def map_of(document: Mapping[str, Any] | str | Path) -> InverseMap:
         arrays["powers"] = np.asarray(entries["powers"], dtype=np.int64).reshape(-1, len(entries["axes"]))
         texts: dict[str, Any] = {name: str(entries[name]) for name in ("sensor", "revision")}
         texts |= {name: tuple(entries[name]) for name in ("coils", "axes")}
-        return InverseMap(**texts, **arrays)
+        return InverseMap(**texts, **arrays, drifts=_drifts_of(entries.get("drift")))
     except (KeyError, TypeError, AttributeError) as error:
         raise ValueError(f"no map from readings to forces: {error} is missing or wrong") from error
+
+
+def _drifts_of(values: Mapping[str, Any] | None) -> DriftCoefficients | None:
+    """Return the coefficients of drift in a map's document. None if it has none."""
+    if values is None:
+        return None
+    at_rest, loaded = (np.asarray(values[name], dtype=float) for name in ("at_rest", "loaded"))
+    load, stiffening, warming = (float(values[name]) for name in ("load_N", "stiffening", "warming_K"))
+    calibrated = values["calibrated_degC"]
+    return DriftCoefficients(at_rest, loaded, load, stiffening, warming, values["reference"],
+                             calibrated=None if calibrated is None else (calibrated[0], calibrated[1]))
 
 
 def map_inputs(readings: Array, rest: Array, gain: Array) -> Array:

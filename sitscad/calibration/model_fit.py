@@ -331,7 +331,7 @@ def _draw_likely_sensors(problem: _Problem, fitted: LeastSquaresFit) -> _LikelyS
         roots.append(np.linalg.cholesky(0.5 * (inverse + inverse.T)))
         costs.append(float(np.linalg.slogdet(covariance)[1].sum() + np.linalg.slogdet(normal)[1]
                            + remainder @ (remainder + slope @ centre)))
-        odd.append(_given_other_points(white, slope.reshape(*off.shape, -1), inverse, remainder + slope @ centre))
+        odd.append(given_other_points(white, slope.reshape(*off.shape, -1), inverse, remainder + slope @ centre))
     weights = _weights(np.array(costs))
     number = np.searchsorted(np.cumsum(weights), (np.arange(LIKELY) + 0.5) / LIKELY).clip(max=len(SCATTERS) - 1)
     normals = np.random.default_rng(LIKELY_SEED).normal(size=(LIKELY, len(used)))
@@ -370,7 +370,7 @@ def _all_slopes(problem: _Problem, fitted: LeastSquaresFit, errors: Array) -> Ar
     return slopes
 
 
-def _given_other_points(white: Array, slope: Array, inverse: Array, remainder: Array) -> tuple[Array, Array]:
+def given_other_points(white: Array, slope: Array, inverse: Array, remainder: Array) -> tuple[Array, Array]:
     """Return two values (n) for each point, computed from a fit to all other points.
 
     The first is minus twice the logarithm of the point's likelihood. The second is the probability that chi-square of

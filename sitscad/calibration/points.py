@@ -359,10 +359,14 @@ def _predicted_errors(sensors: Sensors, facts: Array, pulls: Array, order: list[
     return np.array(errors) * scale, np.sqrt(np.mean(untold, axis=0)) * scale, np.sqrt(shifted.max(axis=1)) * scale
 
 
-def table_head(sensors: Sensors) -> list[str]:
-    """Return the first two lines of a table of points: the rotation of the target, and the column titles."""
+def table_head(sensors: Sensors, coils: Sequence[str], has_temperatures: bool = False) -> list[str]:
+    """Return the first two lines of a table of points: the rotation of the target, and the column titles.
+
+    The table has the readings of `coils`, and with `has_temperatures` a column of temperatures.
+    """
     loads = [f"{name}_{'Nmm' if name in MOMENTS else 'N'}" for name in AXES if name in sensors.range.axes]
-    return [f"# rotation: {sensors.rotation}", ",".join([*loads, *(f"{coil}_counts" for coil in sensors.coils)])]
+    return [f"# rotation: {sensors.rotation}", ",".join([*loads, *["temperature_degC"] * has_temperatures, *(
+        f"{coil}_counts" for coil in coils)])]
 
 
 GRAVITY = 9.80665  # Standard acceleration of free fall (m/s^2), by definition

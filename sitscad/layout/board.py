@@ -265,6 +265,11 @@ class Layout:
         return None if self.spec.array.reference is None else self.coils[-1]
 
     @property
+    def reference_name(self) -> str:
+        """Name of the reference coil. Empty if there is no reference coil."""
+        return "" if self.reference is None else self.reference.name
+
+    @property
     def labels(self) -> dict[str, str]:
         """Display name of each coil by its name. It marks the reference coil."""
         reference = self.reference

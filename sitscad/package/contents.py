@@ -20,7 +20,7 @@ from sitscad.basics.finding import Severity
 from sitscad.basics.record import memo, record, replace
 from sitscad.basics.units import count_text
 from sitscad.basics.version import __version__
-from sitscad.calibration.calibration import Calibration, plan_calibration
+from sitscad.calibration.calibration import Calibration, plan_calibration, with_temperatures
 from sitscad.checks.assembly.fit import judged_on_solids, rules_in_fit_file
 from sitscad.checks.findings import CheckedSpec, checked_spec, to_json
 from sitscad.checks.judging import all_rules
@@ -238,8 +238,9 @@ def read_of_board(stage: str, layout: Layout) -> tuple[object, ...]:
 def calibration_files(calibration: Calibration) -> dict[str, bytes]:
     """Return the files of a calibration by name.
 
-    They are ``calibration.json``, ``calibration.h`` with the program ``example.c``, and ``calibration.html``. Before
-    measurements, ``plan.csv`` and ``plan.txt`` are added, and ``plan.svg`` if loads act beside the middle.
+    They are ``calibration.json``, ``calibration.h`` with the program ``example.c``, and ``calibration.html``. If the
+    sensor reads its temperature, ``temperature.h`` is added. Before measurements, ``plan.csv`` and ``plan.txt`` are
+    added, and ``plan.svg`` if loads act beside the middle.
     """
     remarks = [*_state(calibration), *(f"{note[0].upper()}{note[1:]}." for note in calibration.notes)]
     files = {
@@ -248,6 +249,10 @@ def calibration_files(calibration: Calibration) -> dict[str, bytes]:
         "example.c": program(calibration.cell),
         "calibration.html": calibration_page(calibration),
     }
+    if calibration.map.drifts is not None:
+        files["temperature.h"] = compensation_header(
+            calibration.map.drifts, [*_state(calibration), *(each for each in calibration.remarks if each == FORCED)],
+            calibration.cell)
     if calibration.plan is not None:
         files |= {
             "plan.csv": plan_table(calibration, calibration.plan),
@@ -271,12 +276,11 @@ def nominal_calibration(design: Design, forced: bool = False) -> dict[str, bytes
     for number, cell in enumerate(design.cells, 1):
         with suppress(NoResponse):
             result = plan_calibration(cell.response)
+            if cell.spec.readout.compensation is not None:
+                result = with_temperatures(result, cell.sensing.solved, design.layout.reference_name)
             result = replace(result, cell=number if has_cells else None, remarks=(FORCED,) * forced + result.remarks)
             folder = f"calibration/cell-{number}" if has_cells else "calibration"
             files |= {f"{folder}/{name}": content for name, content in calibration_files(result).items()}
-            drifts = cell.sensing.solved.drift_coefficients if cell.spec.readout.compensation is not None else None
-            if drifts is not None:
-                files[f"{folder}/temperature.h"] = compensation_header(drifts, (FORCED,) * forced, result.cell)
     return files | {"calibration/readme.txt": CELLS_READ.encode("ascii")} if files and has_cells else files
 
 

@@ -56,7 +56,7 @@ def head_lines(board: Board, calibration: Calibration) -> str:
     assert calibration.plan is not None
     design, points = board.design, len(calibration.plan.loads)
     of = f"# {design.spec.name}, settings {identity(design.spec.name, board.devices):08X}, {points} points"
-    return "\n".join([of, *table_head(calibration.sensors)]) + "\n"
+    return "\n".join([of, *table_head(calibration.sensors, calibration.sensors.coils)]) + "\n"
 
 
 @record(eq=False)

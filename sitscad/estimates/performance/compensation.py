@@ -19,6 +19,9 @@ CAPACITORS, EXPANSION, METAL, PAD_MODULUS = (
     "capacitors", "expansion of the pad", "copper and other metal", "modulus of the pad")
 """Names of the causes of drift. The coefficients of all causes except the capacitors are known from the design."""
 
+CALIBRATION = "calibration at two temperatures"
+"""Name of the part of the remaining drift by errors of coefficients that were measured on the unit."""
+
 KELVIN, REFERENCE_TEMPERATURE = 273.15, 25.0 + 273.15
 """Absolute temperatures (K) of 0 degrees Celsius, and of a thermistor's nominal resistance (25 degrees Celsius)."""
 
@@ -101,6 +104,52 @@ def pad_lag(thickness: float, density: float | None, metal: float, rate: float) 
 
 
 @record(eq=False)
+class DriftCoefficients:
+    """Coefficients with which firmware compensates drift.
+
+    * ``at_rest`` and ``loaded`` (coils; per K): changes of ln(frequency) without load, and under the normal force
+      ``load`` (N)
+    * ``stiffening`` (per K): relative change of the pad's modulus
+    * ``warming`` (K): temperature change of the design
+    * ``reference`` (per K): drift of a reference coil that measures the temperature. None if there is no such coil.
+    * ``thermistor``: the sensor that measures the temperature. None for a reference coil.
+    * ``calibrated`` (degrees Celsius): lowest and highest temperature at which the coefficients were measured. None for
+      the coefficients of the design.
+    """
+
+    at_rest: Array
+    loaded: Array
+    load: float
+    stiffening: float
+    warming: float
+    reference: float | None = None
+    thermistor: ThermistorPart | None = None
+    calibrated: tuple[float, float] | None = None
+
+    @property
+    def largest_change(self) -> float:
+        """Largest temperature change (K) since the tare that is compensated."""
+        if self.calibrated is None:
+            return DESIGN_MARGIN * self.warming
+        low, high = self.calibrated
+        return CALIBRATED_MARGIN * (high - low)
+
+    def document(self) -> dict[str, object]:
+        """Return the coefficients as plain values for JSON."""
+        return {"at_rest": self.at_rest.tolist(), "loaded": self.loaded.tolist(), "load_N": self.load,
+                "stiffening": self.stiffening, "warming_K": self.warming, "reference": self.reference,
+                "calibrated_degC": None if self.calibrated is None else list(self.calibrated),
+                "largest_change_K": self.largest_change}
+
+
+DESIGN_MARGIN, CALIBRATED_MARGIN = 1.2, 1.05
+"""Largest temperature change that is compensated, divided by the design's change or by the calibrated range.
+
+Measured coefficients are not extrapolated. Their margin only covers the errors of the temperature readings.
+"""
+
+
+@record(eq=False)
 class Compensation:
     """Compensation of drift after a temperature change `warming` (K), by a `reading` of the temperature.
 
@@ -135,7 +184,7 @@ class Compensation:
         parts: dict[str, Array]
         if is_calibrated:
             repeated = compensation_figure("repeatability") * carried
-            parts = {"calibration at two temperatures": math.sqrt(2.0) * np.hypot(noise, repeated)}
+            parts = {CALIBRATION: math.sqrt(2.0) * np.hypot(noise, repeated)}
         else:
             # copper that drifts more also makes a reference coil read more: then all other causes are wrong
             coefficients = {**causes, METAL: whole - causes[METAL]} if self.reading.is_by_metal else causes

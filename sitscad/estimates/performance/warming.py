@@ -10,7 +10,6 @@ import numpy as np
 
 from sitscad.assembly.places.state import FREE, REST
 from sitscad.basics.arrays import Array
-from sitscad.basics.record import record
 from sitscad.estimates import estimated
 from sitscad.estimates.coil_estimates import CoilEstimate
 from sitscad.estimates.loads.pad import linear_poses
@@ -26,7 +25,6 @@ from sitscad.estimates.windings.losses import SCREENING
 from sitscad.layout.board import Layout
 from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.sensor import ReadoutSpec, Requirements
-from sitscad.spec.thermistor import ThermistorPart
 
 WARMER = 10.0  # Warming (K) for the effect of copper and other metal
 
@@ -50,25 +48,6 @@ FLAT = 3.0
 
 The pad cannot grow sideways, so all of its volume growth is in thickness.
 """
-
-
-@record(eq=False)
-class DriftCoefficients:
-    """Coefficients with which firmware compensates drift.
-
-    `at_rest` and `loaded` (coils; per K) are changes of ln(frequency) without load and under the normal force `load`
-    (N). `stiffening` (per K) is the relative change of the pad's modulus. `warming` (K) is the temperature change of
-    the design. `reference` (per K) is the drift of a reference coil that measures the temperature, None if a
-    `thermistor` measures it.
-    """
-
-    at_rest: Array
-    loaded: Array
-    load: float
-    stiffening: float
-    warming: float
-    reference: float | None
-    thermistor: ThermistorPart | None
 
 
 def capacitor_drift(readout: ReadoutSpec) -> float:

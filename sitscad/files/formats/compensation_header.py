@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from sitscad.estimates.performance.compensation import KELVIN, REFERENCE_TEMPERATURE
-from sitscad.estimates.performance.warming import DriftCoefficients
+from sitscad.calibration.inverse_map import COMPENSATION_PASSES
+from sitscad.estimates.performance.compensation import KELVIN, REFERENCE_TEMPERATURE, DriftCoefficients
 from sitscad.files.formats.calibration_header import array_of, float_texts, of_cell
-
-MARGIN = 1.2
-"""Largest temperature change that is compensated, over the change of the design's temperature range."""
+from sitscad.files.writer import comment_text
 
 
 def compensation_header(drifts: DriftCoefficients, remarks: Sequence[str] = (), cell: int | None = None) -> bytes:
@@ -17,7 +15,8 @@ def compensation_header(drifts: DriftCoefficients, remarks: Sequence[str] = (), 
     lines = [
         "#ifndef SITSCAD_TEMPERATURE_H", "#define SITSCAD_TEMPERATURE_H", "", '#include "calibration.h"', "",
         "#define SITSCAD_NO_TEMPERATURE 3 /* no valid temperature change: the forces are not compensated */",
-        f"#define SITSCAD_WARMEST {MARGIN * drifts.warming:.6e}f /* largest change of temperature since the tare, K */",
+        f"#define SITSCAD_WARMEST {drifts.largest_change:.6e}f /* largest change of temperature since the tare, K */",
+        *_calibrated_range(drifts),
         f"#define SITSCAD_STIFFENING {drifts.stiffening:.6e}f /* of the pad, per K */",
         f"#define SITSCAD_LOAD {drifts.load:.6e}f /* normal force (N) of sitscad_drift_loaded */", "",
         "/* Relative change of the counts per K: at rest, and what is added under that force. */",
@@ -25,9 +24,20 @@ def compensation_header(drifts: DriftCoefficients, remarks: Sequence[str] = (), 
         *array_of("float", "sitscad_drift_loaded", "[SITSCAD_COILS]", float_texts(drifts.loaded - drifts.at_rest)), "",
         *_thermometer(drifts), *COMPENSATED, "", "#endif", ""]
     about = "Forces compensated by the temperature change since the tare."
-    comment = ["/*", *(f" * {each}" for each in (about, *remarks)),
-               " * The coefficients are those of the design; a unit's own are better (docs/limits.md).", " */"]
+    origin = ("The coefficients are those of the design; a unit's own are better (docs/calibration.md)."
+              if drifts.calibrated is None else "The coefficients were measured on this unit: take its tare between "
+              "SITSCAD_COLDEST and SITSCAD_HOTTEST.")
+    comment = ["/*", *(f" * {comment_text(each)}" for each in (about, *remarks, origin)), " */"]
     return "\n".join([*comment, of_cell("\n".join(lines), cell)]).encode("ascii", "replace")
+
+
+def _calibrated_range(drifts: DriftCoefficients) -> list[str]:
+    """Return C definitions of the temperatures between which the coefficients were measured. Empty if they were not."""
+    if drifts.calibrated is None:
+        return []
+    low, high = drifts.calibrated
+    return [f"#define SITSCAD_COLDEST {low:.6e}f /* lowest temperature of the calibration, degC */",
+            f"#define SITSCAD_HOTTEST {high:.6e}f /* highest temperature of the calibration, degC */"]
 
 
 def _thermometer(drifts: DriftCoefficients) -> list[str]:
@@ -71,7 +81,8 @@ COMPENSATED = (
     "        return result;",
     "    if (!(kelvin >= -SITSCAD_WARMEST && kelvin <= SITSCAD_WARMEST))",
     "        return SITSCAD_NO_TEMPERATURE;",
-    "    for (int pass = 0; pass < 3; ++pass) { /* the drift depends on the force, which is then known better */",
+    "    /* the drift depends on the force, which each pass knows better */",
+    f"    for (int pass = 0; pass < {COMPENSATION_PASSES}; ++pass) {{",
     "        const float load = forces[SITSCAD_NORMAL] / SITSCAD_LOAD;",
     "        const float part = load < 0.0f ? 0.0f : load > 1.0f ? 1.0f : load;",
     "        uint32_t cold[SITSCAD_COILS];",

@@ -17,9 +17,11 @@ from sitscad.assembly.places.seating import metal_free_distance
 from sitscad.basics.arrays import Array
 from sitscad.basics.units import escape_controls, in_mm, quantity, show
 from sitscad.calibration.calibration import Calibration
+from sitscad.calibration.drift_fit import DriftFit
 from sitscad.calibration.misfit import UNUSUAL
 from sitscad.calibration.points import Plan, load_place, load_words, table_head
 from sitscad.calibration.unknowns import usual_value
+from sitscad.estimates.performance.compensation import CAPACITORS
 from sitscad.estimates.performance_values import SHOWN, shown_scales, unit_of
 from sitscad.files.drawing.sheet import Pen, Sheet
 from sitscad.files.drawing.svg import svg
@@ -68,6 +70,39 @@ def point_rows(calibration: Calibration) -> tuple[list[str], list[list[str]]]:
     return head, rows
 
 
+DRIFT_HEAD = ("cause of drift", "measured", "+-", "usual scatter")
+
+
+def drift_rows(drift: DriftFit) -> Iterable[tuple[str, ...]]:
+    """Yield a row per unknown of the drift: name, fitted value, its sigma, and its sigma before the fit."""
+    for name, values in drift.moved.items():
+        is_capacitor = name.startswith(CAPACITORS)
+        yield (name, *(f"{1e6 * value:.3g} ppm/K" if is_capacitor else f"{100.0 * value:.3g} %" for value in values))
+
+
+def drift_heading(drift: DriftFit) -> str:
+    """Describe the fit of the drift: its range, its chi-square and its worst row."""
+    return (f"Drift measured over {drift.span:.3g} K, in per cent of the design: chi-square {drift.chi_square:.3g} of "
+            f"{drift.free} readings. The worst row is line {drift.lines[drift.worst]}, "
+            f"{drift.disagreement[drift.worst]:.1f} sigma beside the others.")
+
+
+def warm_rows(calibration: Calibration, drift: DriftFit) -> tuple[list[str], list[list[str]]]:
+    """Return headings and rows at further temperatures: line, temperature, loads, errors without and with compensation.
+
+    An error is the force computed from the readings minus the applied load.
+    """
+    columns, axes = calibration.sensors.range.columns, calibration.map.axes
+    scale, loads = shown_scales(axes), drift.loads[:, columns]
+    head = ["line", "degC", *(f"{name} {SHOWN[unit_of(name)][1]}" for name in axes),
+            *(f"{name} {way}" for way in ("drifted", "compensated") for name in axes)]
+    rows = [[str(line), f"{celsius:.4g}", *(f"{force:.3f}" for force in scale * load),
+             *(f"{error:+.3f}" for forces in (drifted, compensated) for error in scale * (forces - load))]
+            for line, celsius, load, drifted, compensated in zip(
+                drift.lines, drift.celsius, loads, drift.without, drift.compensated, strict=True)]
+    return head, rows
+
+
 def calibration_text(calibration: Calibration) -> str:
     """Return the calibration in few lines, for a terminal."""
     what = "Calibrated by its points" if calibration.fit is not None else "As drawn, after a tare: not calibrated"
@@ -78,8 +113,13 @@ def calibration_text(calibration: Calibration) -> str:
         unusual = [name for name, row in calibration.moved.items() if abs(row["moved_by_sigmas"]) > UNUSUAL]
         if unusual:
             lines += ["", f"unusual for this design: {', '.join(unusual)}"]
+    if calibration.drift is not None:
+        lines += ["", drift_heading(calibration.drift), *table(DRIFT_HEAD, drift_rows(calibration.drift)), "",
+                  *table(*warm_rows(calibration, calibration.drift))]
     if calibration.plan is not None:
-        lines += ["", f"{len(calibration.plan.loads)} points are planned"]
+        warm = "" if calibration.temperatures is None else ", and rows at " + ", ".join(
+            f"{celsius:.4g} degC" for celsius in calibration.temperatures.others)
+        lines += ["", f"{len(calibration.plan.loads)} points are planned{warm}"]
     return "\n".join([*lines, *(f"note: {note}" for note in calibration.notes), ""])
 
 
@@ -106,6 +146,10 @@ def _measured(calibration: Calibration) -> Iterable[str]:
         yield "<h2>Points</h2>"
         yield f"<figure class='paper'>{figure(calibration)}<figcaption>{CAPTION}</figcaption></figure>"
         yield html_table(head, rows, "Read: the map less the load. Foretold: the same by a fit without this point.")
+    if calibration.drift is not None:
+        yield "<h2>Drift with temperature</h2>"
+        yield html_table(DRIFT_HEAD, drift_rows(calibration.drift), drift_heading(calibration.drift))
+        yield html_table(*warm_rows(calibration, calibration.drift))
 
 
 def _foretold(calibration: Calibration) -> Iterable[str]:
@@ -297,12 +341,20 @@ def held_by(coil: CoilSpec, mount: Mount | None) -> tuple[str, ...]:
 
 
 def plan_table(calibration: Calibration, plan: Plan) -> bytes:
-    """Return the loads as the CSV for `sitscad calibrate`; its first line states the target's rotation."""
+    """Return the loads as the CSV for `sitscad calibrate`; its first line states the target's rotation.
+
+    If the plan has further temperatures, the column ``temperature_degC`` has the planned temperature of each row.
+    """
     sensors = calibration.sensors
     scale = shown_scales(sensors.range.axes)
-    rows = [[f"{force:.4g}" for force in scale * load[sensors.range.columns]] + [""] * len(sensors.coils)
-            for load in plan.rows]
-    return ("\n".join([*table_head(sensors), *map(",".join, rows)]) + "\n").encode("ascii")
+    planned = calibration.temperatures
+    loads, celsius = (plan.rows, None) if planned is None else planned.rows(plan)
+    coils = [*sensors.coils, *([planned.reference] if planned is not None and planned.reference else [])]
+    rows = [[f"{force:.4g}" for force in scale * load[sensors.range.columns]] for load in loads]
+    if celsius is not None:
+        rows = [[*row, f"{each:.4g}"] for row, each in zip(rows, celsius, strict=True)]
+    texts = [",".join([*row, *[""] * len(coils)]) for row in rows]
+    return ("\n".join([*table_head(sensors, coils, planned is not None), *texts]) + "\n").encode("ascii")
 
 
 READ_BY_FIRMWARE = (
@@ -341,7 +393,9 @@ def plan_words(calibration: Calibration, plan: Plan) -> bytes:
         "3. Rows of zeros are tares, without load: the first, one in the middle, one at the end, and more between as",
         "   often as you like. Every row goes with the tare before it, so drift is taken out; three or more show",
         "   the noise of the readings.",
-        f"4. `sitscad calibrate SPEC plan.csv{of}` fits the sensor, and writes calibration.h and calibration.json. The",
+        *temperature_words(calibration),
+        f"{4 if calibration.temperatures is None else 5}. `sitscad calibrate SPEC plan.csv{of}` fits the sensor, and "
+        "writes calibration.h and calibration.json. The",
         f"   map is that of a target which is {ROTATIONS[rotation]} in use, too" + (
             "." if scope.has_moments else f"; for one that is {ROTATIONS[other]}"),
         *([] if scope.has_moments else [f"   `sitscad calibrate SPEC --rotation {other}{of}` makes the plan."]), "",
@@ -359,6 +413,29 @@ def plan_words(calibration: Calibration, plan: Plan) -> bytes:
     weighed = [] if calibration.sensors.is_held else ["Weights by g = 9.80665 m/s^2."]
     lines += ["", *weighed, *(f"Note: {note}." for note in calibration.notes), ""]
     return "\n".join(lines).encode("ascii", "replace")
+
+
+def temperature_words(calibration: Calibration) -> tuple[str, ...]:
+    """Describe the rows at further temperatures, the wait before them, and the drift that they leave.
+
+    Empty if the plan has no further temperatures.
+    """
+    planned, axes = calibration.temperatures, calibration.sensors.range.axes
+    if planned is None:
+        return ()
+    others = " and ".join(f"{celsius:.4g} degC" for celsius in planned.others)
+    thermometer = (f"a thermometer beside the sensor shows, and the counts of the reference coil {planned.reference}."
+                   if planned.reference else "the firmware reads.")
+    by_design, measured = (_errors(left, axes) for left in planned.left)
+    return (
+        f"4. The rows at {planned.base:.4g} degC come first. Then bring the whole sensor with its holder to {others},",
+        f"   and wait until temperature and coils have stood still for {planned.soak:.0f} s: the pad lags behind.",
+        "   Take the other rows there, with the same weights. Write the temperature of each row into the column",
+        f"   temperature_degC in place of the planned one, as {thermometer}",
+        f"   Reason: {planned.reason}.",
+        f"   Drift at full load (N): {by_design} with coefficients of the design;",
+        f"   {measured} with measured ones.",
+    )
 
 
 def _errors(errors: Array, axes: Sequence[str]) -> str:

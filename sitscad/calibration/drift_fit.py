@@ -1,0 +1,252 @@
+"""Fit of the coefficients of drift of one sensor to rows at further temperatures."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cached_property
+from statistics import NormalDist
+
+import numpy as np
+
+from sitscad.basics.arrays import Array, Flags
+from sitscad.basics.record import record
+from sitscad.calibration.inverse_map import InverseMap
+from sitscad.calibration.model_fit import given_other_points
+from sitscad.calibration.points import CHANCE, Points, chi_square_chance, load_slopes, unknown_slopes, whiteners
+from sitscad.calibration.sensors import Sensors
+from sitscad.calibration.unknowns import usual_value
+from sitscad.estimates.performance.compensation import (
+    CALIBRATION,
+    CAPACITORS,
+    EXPANSION,
+    METAL,
+    PAD_MODULUS,
+    DriftCoefficients,
+    root_sum_square,
+)
+from sitscad.estimates.performance.points import SensingAnalysis
+from sitscad.estimates.performance.warming import FLAT, capacitor_drift, expansion_drift
+from sitscad.spec.presets import compensation_figure
+
+SAME_LOAD = 1e-3
+"""Largest relative difference of two loads that count as equal."""
+
+
+@record(eq=False)
+class DriftFit:
+    """Coefficients of drift of one sensor, fitted to rows at further temperatures.
+
+    * ``coefficients``: the coefficients for firmware
+    * ``moved``: each unknown by name with its value, its sigma, and its sigma before the fit. Unknowns are the causes
+      of drift, divided by their values in the design, and the drift of each capacitor (per K).
+    * ``chi_square`` and ``free``: sum of squares of residuals and unknowns over their sigmas, and its number of terms
+    * ``excess``: ratio of the actual errors to the expected errors; 1 if the difference may be chance
+    * ``lines`` (n), ``celsius`` (n) and ``loads`` (n, 3 or 5; N, N m): the used rows
+    * ``disagreement`` (n): chi-square of each row in a fit to the other rows, as standard deviations of a normal
+      distribution
+    * ``without`` and ``compensated`` (n, axes; N): forces of the rows before and after the compensation
+    * ``rest_sigma`` and ``full_sigma`` (axes; N/K, N m/K): errors of the drift without load and at full load
+    * ``parts`` (axes; N, N m): other parts of the drift that remain at full load
+    """
+
+    coefficients: DriftCoefficients
+    moved: Mapping[str, tuple[float, float, float]]
+    chi_square: float
+    free: int
+    excess: float
+    lines: tuple[int, ...]
+    celsius: Array
+    loads: Array
+    disagreement: Array
+    without: Array
+    compensated: Array
+    rest_sigma: Array
+    full_sigma: Array
+    parts: Mapping[str, Array]
+
+    @property
+    def span(self) -> float:
+        """Range (K) of the temperatures of the rows."""
+        assert self.coefficients.calibrated is not None
+        low, high = self.coefficients.calibrated
+        return high - low
+
+    @property
+    def worst(self) -> int:
+        """Index of the row that disagrees most with the others."""
+        return int(np.argmax(self.disagreement))
+
+    def error(self, kelvin: float) -> Array:
+        """Return one sigma (axes; N, N m) of the drift that remains at full load after a change by `kelvin` (K)."""
+        return root_sum_square({**self.parts, CALIBRATION: abs(kelvin) * self.full_sigma})
+
+    def document(self) -> dict[str, object]:
+        """Return the fit as plain values for JSON."""
+        return {
+            "chi_square": self.chi_square, "degrees_of_freedom": self.free, "errors_larger_than_expected": self.excess,
+            "unknowns": {name: {"value": value, "sigma": sigma, "sigma_before": before}
+                         for name, (value, sigma, before) in self.moved.items()},
+            "rows": [{"line": line, "celsius": celsius, "disagreement_sigmas": sigmas}
+                     for line, celsius, sigmas in zip(self.lines, self.celsius.tolist(), self.disagreement.tolist(),
+                                                      strict=True)]}
+
+
+@record(eq=False)
+class DriftModel:
+    """Drift of the readings of one sensor by each cause, from its fitted errors.
+
+    `errors` (unknowns) are the errors of the sensor in `sensors`, and `sensing` the analysis of its design.
+    """
+
+    sensing: SensingAnalysis
+    sensors: Sensors
+    errors: Array
+
+    @cached_property
+    def sigmas(self) -> Array:
+        """Standard deviations of the unknowns: metal, expansion, modulus (relative), each capacitor (per K)."""
+        causes = [compensation_figure(name) for name in (METAL, EXPANSION, PAD_MODULUS)]
+        return np.array([*causes, *[capacitor_drift(self.sensing.bench.spec.readout)] * len(self.sensors.coils)])
+
+    def by_cause(self, loads: Array) -> Array:
+        """Return the drift (n, coils, unknowns; per K) of ln f under `loads`, by each unknown at a value of 1."""
+        pad, full = self.sensing.bench.spec.elastomer, self.sensing.warmed[-1]
+        assert pad is not None
+        fitted = [each for each in self.sensors.unknowns if each.is_fitted]
+        names = [each.name for each in fitted]
+        slopes = unknown_slopes(self.sensors, loads, errors=self.errors) / [each.sigma for each in fitted]
+        rise = FLAT * pad.material.expansion * pad.thickness
+        share = np.clip(loads[:, :1] / full.load[0], 0.0, 1.0)
+        metal = full.by_metal + share * (full.by_metal_loaded - full.by_metal)
+        # without a tolerance of the pad, its thickness is no unknown
+        expansion = (rise * slopes[:, :, names.index("gap")] if "gap" in names
+                     else expansion_drift(self.sensing.bench, loads, rise))
+        causes = [metal, expansion,
+                  pad.material.modulus_temperature_coefficient * slopes[:, :, names.index("modulus")]]
+        capacitors = np.broadcast_to(np.eye(metal.shape[1]), (len(loads), *[metal.shape[1]] * 2))
+        return np.concatenate([np.stack(causes, axis=2), capacitors], axis=2)
+
+    def coefficients(self, unknowns: Array, calibrated: tuple[float, float], reference: float | None
+                     ) -> DriftCoefficients:
+        """Return the coefficients for firmware, for values of the unknowns. See `DriftCoefficients`."""
+        design, scope = self.sensing.drift_coefficients, self.sensing.bench.range
+        assert design is not None
+        causes = self.by_cause(np.array([scope.pressed(0.0), scope.pressed(design.load)]))
+        in_readings = unknowns * (np.arange(len(unknowns)) != 2)  # the modulus is corrected by a factor of the forces
+        at_rest, loaded = causes @ in_readings
+        return replace(design, at_rest=at_rest, loaded=loaded, stiffening=float(unknowns[2]) * design.stiffening,
+                       reference=reference, calibrated=calibrated)
+
+    def force_errors(self, load: Array, covariance: Array) -> Array:
+        """Return one sigma (axes; N/K, N m/K) of the drift under a load by unknowns with this covariance."""
+        inverse = np.linalg.pinv(load_slopes(self.sensors, self.errors, load[None])[0])
+        root = inverse @ self.by_cause(load[None])[0]
+        scales = self.sensors.range.full_scales
+        return np.asarray(np.sqrt(np.einsum("aj,jk,ak->a", root, covariance, root)) * scales)
+
+
+def fit_drift(
+    model: DriftModel, inverse: InverseMap, points: Points, celsius: Array, is_base: Flags,
+    lines: tuple[int, ...], reference: float | None,
+) -> DriftFit:
+    """Fit the coefficients of drift of one sensor to its rows at further temperatures.
+
+    The unknowns are linear, with the scatter of the design as their prior. Each row is compared with the row of equal
+    load at the base temperature, or with the map `inverse` if there is no such row.
+
+    Parameters
+    ----------
+    model, inverse
+        Drift of the sensor by cause, and its map.
+    points, celsius, lines
+        All rows with their temperatures (n; degrees Celsius) and line numbers (n).
+    is_base
+        Rows (n) at the base temperature, which the map was fitted to.
+    reference
+        Measured drift (per K) of the reference coil. None if it does not measure the temperature.
+    """
+    sensors, warm, base = model.sensors, points.part(~is_base), points.part(is_base).settled
+    assert warm.loads is not None and base.loads is not None
+    full = model.sensing.warmed[-1]
+    kelvin = celsius[~is_base] - celsius[is_base & points.at_rest].mean()
+    causes, sigmas = model.by_cause(warm.loads), model.sigmas
+    nominal = np.where(np.arange(len(sigmas)) < 3, 1.0, 0.0)
+    relative = warm.loads[:, sensors.range.columns] / sensors.range.full_scales
+    slopes = load_slopes(sensors, model.errors, warm.loads)
+    repeated = compensation_figure("repeatability") * np.einsum("nca,na->nc", slopes, relative)
+    origin, offsets = _base_readings(model, inverse, base, warm.loads, slopes, repeated)
+    drift = causes @ nominal
+    off = np.log(warm.frequency) - origin - kelvin[:, None] * drift
+    slope = np.concatenate([kelvin[:, None, None] * causes * sigmas, offsets], axis=2)
+    noise = 2.0 * np.square(points.noise_ratio * sensors.mean_noise(int(usual_value("readings"))))
+    thermal = full.compensation.reading.noise * drift if full.compensation is not None else np.zeros_like(drift)
+    covariance = np.diag(noise) + sum(each[:, :, None] * each[:, None, :] for each in (repeated, thermal))
+    white = whiteners(covariance)
+    remainder, slope = (white @ off[..., None]).ravel(), white @ slope
+    flat = slope.reshape(off.size, -1)
+    inverse_normal = np.asarray(np.linalg.inv(np.eye(flat.shape[1]) + flat.T @ flat), dtype=float)
+    values = inverse_normal @ flat.T @ remainder
+    left = remainder - flat @ values
+    square = float(left @ left + values @ values)
+    chance = float(chi_square_chance(np.array(square), off.size))
+    excess = math.sqrt(max(square / off.size, 1.0)) if chance < CHANCE else 1.0
+    odd = np.clip(given_other_points(white, slope, inverse_normal, left)[1], 1e-300, 1.0 - 1e-12)
+    unknowns = nominal + sigmas * values[:len(sigmas)]
+    spread = excess**2 * inverse_normal[:len(sigmas), :len(sigmas)] * np.outer(sigmas, sigmas)
+    calibrated = float(celsius.min()), float(celsius.max())
+    coefficients = model.coefficients(unknowns, calibrated, reference)
+    with_drift = replace(inverse, drifts=coefficients)
+    scope, noise_force = sensors.range, full.noise
+    parts = {} if full.compensation is None else full.compensation.left(
+        full.by_kelvin, noise_force, full.axis_loads, is_calibrated=True)
+    names = [METAL, EXPANSION, PAD_MODULUS, *(f"{CAPACITORS}, {coil}" for coil in sensors.coils)]
+    return DriftFit(
+        coefficients, dict(zip(names, zip(unknowns.tolist(), np.sqrt(np.diag(spread)).tolist(), sigmas.tolist(),
+                                          strict=True), strict=True)),
+        square, off.size, excess, tuple(line for line, at_base in zip(lines, is_base, strict=True) if not at_base),
+        celsius[~is_base], warm.loads, -np.vectorize(NormalDist().inv_cdf)(odd),
+        inverse(warm.frequency, base.rest),
+        np.vstack([with_drift.compensated(row, base.rest, change)
+                   for row, change in zip(warm.frequency, kelvin.tolist(), strict=True)]),
+        model.force_errors(scope.pressed(0.0), spread), model.force_errors(scope.pressed(scope.normal), spread),
+        {name: part for name, part in parts.items() if name != CALIBRATION})
+
+
+def _base_readings(
+    model: DriftModel, inverse: InverseMap, base: Points, loads: Array, slopes: Array, repeated: Array
+) -> tuple[Array, Array]:
+    """Return ln f (n, coils) at the base temperature under `loads` (n, 3 or 5), and its errors (n, coils, errors).
+
+    They are the readings of rows with equal load. Without such a row, they are computed by the fitted model, with the
+    error of the map. Each error is one sigma. `slopes` are the result of `load_slopes`, and `repeated` (n, coils) the
+    error of one row by the repeatability of the pad.
+    """
+    assert base.loads is not None
+    different, number = np.unique(loads, axis=0, return_inverse=True)
+    origin, errors = np.empty(repeated.shape), []
+    rest = np.log(base.rest)
+    for group, load in enumerate(different):
+        rows, equal = number.ravel() == group, np.abs(base.loads - load).max(axis=1) <= SAME_LOAD * np.abs(load).max()
+        if equal.any():
+            origin[rows] = np.log(base.frequency[equal]).mean(axis=0)
+            sizes = repeated[:, :, None] / math.sqrt(equal.sum())
+        else:
+            pair = np.vstack([np.zeros_like(load), load])
+            change = np.log(model.sensors.frequencies_under(model.errors, pair))
+            origin[rows] = rest + change[1] - change[0]
+            sizes = slopes * (inverse.error / inverse.full_scale)
+        errors.append(np.where(rows[:, None, None], sizes, 0.0))
+    return origin, np.concatenate(errors, axis=2)
+
+
+def reference_coefficient(reading: Array, celsius: Array, is_base: Flags, at_rest: Flags) -> float:
+    """Return the drift (per K) of a reference coil by least squares, from its readings ln f (n).
+
+    Readings at rest count alone, as in use. `celsius` (n) are temperatures. `is_base` and `at_rest` (n) are rows at the
+    base temperature, and rows without load.
+    """
+    base = is_base & at_rest
+    change, kelvin = (values[~is_base & at_rest] - values[base].mean() for values in (reading, celsius))
+    return float(change @ kelvin / (kelvin @ kelvin))
