@@ -49,7 +49,7 @@ def fit_table_drift(
         note = ("all rows are at one temperature: the coefficients of drift are those of the design. Measure "
                 f"{farthest(needs):.3g} degC, too")
         return replace(calibration, remarks=(*calibration.remarks, note))
-    coefficient = None if drifts.reference is None else _reference_drift(table, points, is_base, drifts, reference)
+    coefficient = None if drifts.reference is None else measured_reference(table, points, is_base, drifts, reference)
     model = DriftModel(sensing, calibration.sensors, calibration.fit.errors)
     drift = fit_drift(model, calibration.map, points, celsius, is_base, table.lines, coefficient)
     require_drift(table, drift)
@@ -77,7 +77,7 @@ def require_temperatures(table: BenchTable, required: Sequence[float]) -> None:
                          f"{high:.3g} degC. Write degrees Celsius, or change requirements.temperature_range")
 
 
-def _reference_drift(
+def measured_reference(
     table: BenchTable, points: Points, is_base: Flags, drifts: DriftCoefficients, reference: str
 ) -> float:
     """Return the measured drift (per K) of the reference coil. Raises BenchError without its column."""

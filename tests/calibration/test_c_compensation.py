@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import subprocess
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,8 +12,8 @@ from tolerance import approx
 
 import sitscad
 from sitscad import Design
-from sitscad.estimates.performance.warming import FLAT
 from sitscad.package.contents import nominal_calibration
+from tests.oracles.warmed import warmed_counts
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
 FLAGS = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wconversion", "-Wdouble-promotion",
@@ -50,25 +49,10 @@ def cold():
                          "readout.capacitance": "100 pF"})
 
 
-def warmed_counts(design, loads, celsius=WARM, lag=0.0):
-    """Counts under loads (n, 3; N) at a temperature, with a pad that lags by some kelvin, and of the tare before."""
-    bench, material = design.sensing.solved.bench, design.spec.elastomer.material
-    warmer = celsius - lag - COLD
-    rise = FLAT * material.expansion * warmer * bench.pad.thickness
-    stiff = 1.0 + material.modulus_temperature_coefficient * warmer
-    pad = replace(bench.pad, thickness=bench.pad.thickness + rise, shear_modulus=bench.pad.shear_modulus * stiff)
-    poses = bench.poses(loads, pad)
-    poses[:, 2] += rise
-    response = Design(design.spec.replace("requirements.temperature", f"{celsius} degC")).response
-    conversion = design.estimates.readout.conversion
-    return [np.rint(conversion.counts(each)).astype(int) for each in (response.on_pad(poses).frequency, bench.rest)]
-
-
-def run(folder, design, thermometer, rows, tare):
-    """Results, forces and temperatures of the compiled header, for rows of a temperature change and counts."""
-    files = nominal_calibration(design)
+def run(folder, files, thermometer, rows, tare):
+    """Results, forces and temperatures of the compiled headers, for rows of a temperature change and counts."""
     for name in ("calibration.h", "temperature.h"):
-        (folder / name).write_bytes(files[f"calibration/{name}"])
+        (folder / name).write_bytes(files[name])
     (folder / "main.c").write_text(MAIN.replace("THERMOMETER", thermometer))
     command = ["gcc", *FLAGS, "-o", str(folder / "main"), str(folder / "main.c"), "-lm"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60)
@@ -79,15 +63,19 @@ def run(folder, design, thermometer, rows, tare):
     return values[:, 0].astype(int), values[:, 1:-1], values[:, -1]
 
 
+def headers(design):
+    return {name.removeprefix("calibration/"): text for name, text in nominal_calibration(design).items()}
+
+
 @pytest.mark.clients("gcc")
 def test_forces_of_a_warmed_sensor_are_compensated(tmp_path, cold):
     design = Design(cold.replace("readout.thermistor.part", "ncp18xh103f03rb"))
     full = design.sensing.solved.bench.full
     loads = np.array([[0.0, 0.0, 0.0], [0.5, 0.0, 0.0], [1.0, 0.0, 0.0], [0.5, 0.3, 0.0]]) * [
         full["normal"], full["shear_x"], 0.0]
-    counts, tare = warmed_counts(design, loads)
+    counts, tare = warmed_counts(design, loads, WARM)
     rows = [(kelvin, *each) for kelvin in (WARM - COLD, "nan", 100.0) for each in counts]
-    result, forces, celsius = run(tmp_path, design, "sitscad_celsius(6111.0f)", rows, tare)
+    result, forces, celsius = run(tmp_path, headers(design), "sitscad_celsius(6111.0f)", rows, tare)
     compensated, without, beyond = np.split(forces, 3)
     true, scales = loads[:, :2], np.array([full["normal"], full["shear_x"]])
     assert list(result) == [0] * len(loads) + [3] * 2 * len(loads)
@@ -108,7 +96,7 @@ def test_compensated_force_is_constant_during_warming(tmp_path, cold):
     series = [warmed_counts(design, np.array([[full, 0.0, 0.0]]), each, lag * (each > COLD)) for each in temperatures]
     rows = [(kelvin, *counts[0]) for kelvin, (counts, _) in zip(temperatures - COLD, series, strict=True)]
     plain = [("nan", *row[1:]) for row in rows]
-    result, forces, _ = run(tmp_path, design, "kelvin", rows + plain, series[0][1])
+    result, forces, _ = run(tmp_path, headers(design), "kelvin", rows + plain, series[0][1])
     compensated, without = np.split(forces[:, 0], 2)
     assert list(result) == [0] * 5 + [3] * 5
     assert without[0] - without[-1] > 0.15 * full and np.all(np.diff(without) < 0.0)
@@ -123,9 +111,9 @@ def test_reference_coil_counts_give_temperature_rise(tmp_path, cold):
     after = round(before * math.exp(drift * 10.0))
     rest = np.rint(design.estimates.readout.conversion.part(slice(0, 2)).counts(design.sensing.solved.bench.rest))
     tare = rest.astype(int)
-    _, _, kelvin = run(tmp_path, design, f"sitscad_warming({after}u, {before}u)", [(0.0, *tare)], tare)
+    _, _, kelvin = run(tmp_path, headers(design), f"sitscad_warming({after}u, {before}u)", [(0.0, *tare)], tare)
     assert kelvin[0] == approx(10.0, rel=2e-3)
-    _, _, kelvin = run(tmp_path, design, f"sitscad_warming(0u, {before}u)", [(0.0, *tare)], tare)
+    _, _, kelvin = run(tmp_path, headers(design), f"sitscad_warming(0u, {before}u)", [(0.0, *tare)], tare)
     assert math.isnan(kelvin[0])
 
 
