@@ -81,7 +81,7 @@ def calibrate(
                                  ) if has_compensation else planned
     whole = read_table(os.fspath(data), [coil.name for coil in design.layout.sensing.coils],
                        design.layout.reference_name)
-    table = whole.part(rows_at_base(whole))
+    table = whole.part(rows_at_base(whole), design.layout.reference_name)
     level = table.is_held(rotation, "free" if has_moments else USUAL_ROTATION)
     if level and has_moments:
         raise BenchError(f"{table.path}:{table.rotation[0]}:1 {no_moments}")

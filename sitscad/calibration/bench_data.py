@@ -132,10 +132,12 @@ class BenchTable:
         assert place is not None
         return self.columns[place]
 
-    def part(self, chosen: Flags) -> BenchTable:
-        """Return a table with some of the rows, chosen by flags (n)."""
+    def part(self, chosen: Flags, unused: str) -> BenchTable:
+        """Return a table with some of the rows, chosen by flags (n), and without the columns of the coil `unused`."""
         lines = tuple(line for line, is_chosen in zip(self.lines, chosen, strict=True) if is_chosen)
-        return replace(self, lines=lines, values=self.values[chosen])
+        used = [k for k, column in enumerate(self.columns) if column.name != unused]
+        return replace(self, lines=lines, values=self.values[chosen][:, used],
+                       columns=tuple(self.columns[k] for k in used))
 
     def numbers(self, column: Column) -> Array:
         """Return the values of a column (n) in its own unit."""

@@ -71,6 +71,7 @@ CALIBRATION_FILES = """
 Files:
   calibration.h     the map in C99: no heap, sitscad_forces() and its tare.
   example.c         a program that calls it: counts in, newtons out.
+  temperature.h     compensation of drift (with readout.compensation).
   calibration.json  the same for programs; sitscad.map_of reads it.
   calibration.html  errors, unknowns, and every point with its residual.
   plan.csv, .txt    the points to take (without DATA).
@@ -104,6 +105,9 @@ def calibrate(
 
     DATA is that table filled in, or another CSV file. Its header names loads (normal_N, shear_x_N, shear_y_N) or
     poses from rest (x_mm, y_mm, z_mm, rx_deg, ry_deg, rz_deg), and every coil with its unit (C1_counts, C1_Hz, C1_uH).
+    With readout.compensation, a column temperature_degC gives the temperature of each row. Rows at a second temperature
+    (see plan.txt) give the coefficients of drift for temperature.h, which is not extrapolated beyond them.
+
     A row without load is a tare, and applies to the rows after it. At least three other points are needed; five to ten
     are better.
 
@@ -140,6 +144,8 @@ def calibrate(
             planned = replace(calibrate_design(design, rotation=rotation, points=points), cell=cell)
             if not take_points(whole, planned, source, data, creep):
                 return 2
+            if planned.temperatures is not None:
+                print_message(f"{data} has the rows of one temperature: plan.csv has those of further temperatures")
         calibration = replace(calibrate_design(design, data, rotation=rotation, points=points), cell=cell)
     except BenchError as error:
         print_message(str(error))

@@ -286,6 +286,8 @@ def test_reference_coil_column_is_read_and_required(tmp_path, design, calibrated
     drifts = replace(calibrated.map.drifts, reference=-45e-6)
     measured = measured_reference(whole, points, rows_at_base(whole), drifts, "C3")
     assert measured == approx(rate, rel=1e-3)
+    base = whole.part(rows_at_base(whole), "C3")
+    assert [column.name for column in base.columns[2:]] == ["C1", "C2"] and base.values.shape == (2, 4)
     with pytest.raises(BenchError, match="5"):
         measured_reference(whole, points, rows_at_base(whole), replace(drifts, reference=45e-6), "C3")
     path.write_text("\n".join(line.rpartition(",")[0] for line in path.read_text().splitlines()) + "\n")
