@@ -16,6 +16,7 @@ from tolerance import approx
 import sitscad
 from sitscad import Design, SimulatedConverter
 from sitscad.apps.hardware.ambient import ambient, pad_time_constant, warmed
+from sitscad.apps.hardware.source import source_of
 from sitscad.files.documents import firmware
 from sitscad.package.contents import nominal_calibration
 from tests.calibration.test_c_compensation import run, warmed_counts
@@ -40,7 +41,8 @@ class WarmUp:
         bench = cells.by_number(1).sensing.solved.bench
         self.times, self.full = np.linspace(0.0, 60.0 * MINUTES, POINTS), bench.full["normal"]
         self.loads = np.tile([self.full, 0.0, 0.0], (POINTS, 1))
-        self.celsius, self.pad = course.board(self.times), course.pad(self.times, pad_time_constant(self.design))
+        self.celsius, self.pad = course.board(self.times), course.pad(self.times, pad_time_constant(
+            self.design.spec.elastomer, self.design.spec.target))
         response = cells.by_number(1).response
         under_load = response.on_pad(bench.poses(self.loads)).frequency
         self.frequencies = warmed(cells, under_load, self.loads, self.times, course, 1)
@@ -299,3 +301,42 @@ def test_arduino_sketch_says_whether_temperature_is_valid(part, warming, tmp_pat
     lines = [line.partition("*")[0].split(",") for line in run_of_the_sketch(folder, tmp_path) if "*" in line]
     assert lines[0][-1] == "warming_K" and len(lines) > 3
     assert {line[-1] for line in lines[1:]} == {warming} and lines[-1][-2] != ""
+
+
+def test_simulated_board_follows_ambient_temperature_and_load(by_reference, tmp_path):
+    path = tmp_path / "warm.yaml"
+    path.write_text(by_reference.design.spec.source.text)
+    source, _ = source_of(f"sim:{path}?temperature={COLD}:{WARM}&load=normal:{by_reference.full}&seconds=600",
+                          by_reference.design)
+    (chip,) = source.chips
+    seconds = 1e9 * by_reference.times
+    read = np.array([[chip.tank(k, round(at))[0] for k in range(3)] for at in seconds])
+    assert read == approx(by_reference.frequencies, rel=1e-6)
+    assert math.isnan(source.celsius(300.0))  # the design has no temperature sensor
+    source.wait(0.01)
+    source.skip(600.0 - source.now())
+    source.put_on(by_reference.loads[0], True)
+    assert [chip.tank(k, chip.time)[0] for k in range(3)] == approx(by_reference.frequencies[-1], rel=1e-6)
+
+
+def test_pad_lags_behind_ramp_by_time_constant():
+    course = ambient("20:37", 600.0)
+    times = np.array([0.0, 200.0, 600.0, 700.0])
+    assert course.board(times)[-1] == WARM
+    assert course.pad(times, 18.0) == approx([COLD, COLD + 17.0 / 600.0 * 182.0, WARM - 0.51, WARM], abs=2e-3)
+
+
+@pytest.mark.parametrize("text", ["20:37:40", "nan", "-300", "20:1000", "no/table.csv", "time_s,kelvin\n0,1\n",
+                                  "time_s,celsius\n", "time_s,celsius\n0,20\n0,21\n", "time_s,celsius\n0,300\n"])
+def test_invalid_ambient_temperature_is_refused(text, tmp_path):
+    if "\n" in text:
+        (tmp_path / "day.csv").write_text(text)
+        text = str(tmp_path / "day.csv")
+    with pytest.raises(ValueError, match=r"time_s|degC"):
+        ambient(text, 1.0)
+
+
+def test_table_of_temperatures_is_linear_between_rows(tmp_path):
+    (tmp_path / "day.csv").write_text("time_s,celsius\n0,17\n43200,37\n86400,17\n")
+    course = ambient(str(tmp_path / "day.csv"), 1.0)
+    assert course.board(np.array([21600.0, 64800.0, 9e4])) == approx([27.0, 27.0, 17.0], abs=1e-9)

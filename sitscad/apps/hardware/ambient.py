@@ -18,15 +18,21 @@ from sitscad.basics.record import record, replace
 from sitscad.estimates.design import Cells, Design
 from sitscad.estimates.performance.compensation import pad_lag
 from sitscad.estimates.performance.warming import FLAT
+from sitscad.spec.materials import ElastomerPad, Target
 
 COLDEST, HOTTEST = -55.0, 150.0
-"""Range of ambient temperatures (degrees Celsius), that of the temperature sensors."""
+"""Range of ambient temperatures (degrees Celsius). It is the range of the temperature sensors."""
 
 MOST_ROWS = 2000
 """Largest number of rows in a table of temperatures."""
 
 COLUMNS = ("time_s", "celsius")
 """Columns of a table of temperatures: time (s) and temperature (degrees Celsius)."""
+
+
+WANTED = (f"sim: temperature is DEGREES, FIRST:LAST ({COLDEST:g} to {HOTTEST:g} degC) or a CSV table with "
+          f"{','.join(COLUMNS)}")
+"""Text of the accepted temperatures."""
 
 
 @record(eq=False)
@@ -58,22 +64,24 @@ def ambient(text: str, seconds: float) -> Ambient:
     """Return the ambient temperature that a text describes.
 
     The text is a temperature (degrees Celsius), or FIRST:LAST for a linear change in `seconds`. Otherwise it is the
-    path of a CSV table with `COLUMNS`. Raises ValueError for other texts and tables, OSError for unreadable files.
+    path of a CSV table with `COLUMNS`. Raises ValueError for other texts and tables.
     """
     try:
         ends = [float(each) for each in text.split(":")]
     except ValueError:
         return _table(text)
     if len(ends) > 2 or not all(COLDEST <= each <= HOTTEST for each in ends):
-        raise ValueError(f"sim: temperature is DEGREES, FIRST:LAST ({COLDEST:g} to {HOTTEST:g} degC) or a CSV table "
-                         f"with {','.join(COLUMNS)}, not {text!r}")
+        raise ValueError(f"{WANTED}, not {text!r}")
     return Ambient(np.array([0.0, seconds]), np.array([ends[0], ends[-1]]))
 
 
 def _table(path: str) -> Ambient:
-    """Return the ambient temperature of a CSV table. Raises ValueError if the table is wrong."""
-    with Path(path).open(encoding="utf-8", newline="") as lines:
-        rows = list(csv.DictReader(lines))
+    """Return the ambient temperature of a CSV table. Raises ValueError if the table is wrong or cannot be read."""
+    try:
+        with Path(path).open(encoding="utf-8", newline="") as lines:
+            rows = list(csv.DictReader(lines))
+    except OSError as error:
+        raise ValueError(f"{WANTED}; {path}: {error.strerror}") from error
     try:
         times, celsius = (np.array([float(row[name]) for row in rows]) for name in COLUMNS)
     except (KeyError, TypeError, ValueError) as error:
@@ -84,12 +92,11 @@ def _table(path: str) -> Ambient:
     return Ambient(times, celsius)
 
 
-def pad_time_constant(design: Design) -> float:
+def pad_time_constant(pad: ElastomerPad | None, target: Target | None) -> float:
     """Return the time constant (s) of the pad: its lag behind the board, divided by the board's rate.
 
-    Raises ValueError if the design has no target on an elastomer.
+    Raises ValueError without a pad or without a target.
     """
-    pad, target = design.spec.elastomer, design.spec.target
     if pad is None or target is None:
         raise ValueError("sim: temperature moves a target on an elastomer, and the design has none")
     return pad_lag(pad.thickness, pad.material.density, target.thickness, 1.0)
@@ -98,13 +105,14 @@ def pad_time_constant(design: Design) -> float:
 def warmed(cells: Cells, frequencies: Array, loads: Array, times: Array, course: Ambient, loaded: int) -> Array:
     """Return frequencies (n, coils; Hz) of all coils at increasing `times` (n; s), with the effects of the temperature.
 
-    `frequencies` (n, coils; Hz) are those of all sensing coils at the temperature of the requirements. `loads` (n, 3 or
-    5; N, N m) act on the cell number `loaded` (from 1). The last column of the result is the reference coil, if any.
+    `frequencies` (n, coils; Hz) of all sensing coils belong to the temperature of the requirements. `loads` (n, 3 or 5;
+    N, N m) act on the cell number `loaded` (from 1). The last column of the result is the reference coil, if any.
     """
     board, parts = course.board(times), list[Array]()
     for number, cell in enumerate(cells, 1):
         on_this = loads if number == loaded else np.zeros_like(loads)
-        parts.append(_drift(cell, on_this, board, course.pad(times, pad_time_constant(cell))))
+        constant = pad_time_constant(cell.spec.elastomer, cell.spec.target)
+        parts.append(_drift(cell, on_this, board, course.pad(times, constant)))
     result = frequencies * np.exp(np.concatenate(parts, axis=1))
     reference, drift = cells.whole.estimates.reference, cells.reference_drift
     if reference is None or drift is None:

@@ -74,7 +74,8 @@ def driver_files(
         files["firmware/cells.h"] = cells_header(len(spec.cell_placements), is_compensated(spec))
     reference = None if estimates.reference is None else len(estimates.coils)
     tables = _python_config(spec.name, spec.readout.device, devices, coil_bands, conversion, reference, forced)
-    files["firmware/micropython/sensor_config.py"] = tables + python_temperature(spec)
+    tables += python_temperature(spec.readout.thermistor, is_compensated(spec))
+    files["firmware/micropython/sensor_config.py"] = tables
     return files
 
 
@@ -127,7 +128,7 @@ def _config(
         *_cell_macros(spec.cells, len(estimates.coils)),
         *([f"#define SENSOR_REFERENCE {len(estimates.coils)} /* the coil without a target; no map reads it */"]
           if estimates.reference is not None else []),
-        *temperature_macros(spec, readout.scan_rate * len(coil_bands)),
+        *temperature_macros(spec.readout.thermistor, is_compensated(spec), readout.scan_rate * len(coil_bands)),
         f"#define SENSOR_CONVERTERS {len(devices)}",
         f"#define SENSOR_BUSES {devices[-1].bus + 1}",
         f"#define SENSOR_HZ_PER_COUNT {1.0 / scale:.9e}f",
@@ -292,7 +293,7 @@ def render_readme(layout: Layout, estimates: Estimates, bench: Estimates, forced
     steps, longest = [], show(_self_test_time(len(estimates.all_coils), readout.scan_rate), "s", 2)
     code = bare_board_code(bench.all_coils, bench.readout.device)
     first_steps = _steps(spec.cells, spec.name, spec.readout.device, is_felt(spec), estimates.readout, code, coil_bands)
-    compensation = temperature_steps(spec)
+    compensation = temperature_steps(spec.readout.thermistor) if is_compensated(spec) else ()
     for number, step in enumerate((*first_steps, *compensation), 1):
         text, *commands = step.split("\n")
         steps += [*hanging(f"{number:>2}. ", text, WIDTH), *(f"      {command}" for command in commands)]

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from sitscad.files.writer import is_felt
 from sitscad.spec.sensor import SensorSpec
-from sitscad.spec.thermistor import ThermistorPart
+from sitscad.spec.thermistor import Thermistor, ThermistorPart
 
 CELSIUS_PERIOD = 0.1
 """Time (s) from one reading of the temperature by the firmware to the next."""
@@ -18,10 +18,10 @@ def is_compensated(spec: SensorSpec) -> bool:
     return spec.readout.compensation is not None and is_felt(spec)
 
 
-def temperature_macros(spec: SensorSpec, results_per_second: float) -> list[str]:
+def temperature_macros(sensor: Thermistor | None, compensated: bool, results_per_second: float) -> list[str]:
     """Return macros of ``sensor_config.h`` for the temperature sensor, and for the compensation of drift if any."""
-    lines, sensor = [], spec.readout.thermistor
-    if is_compensated(spec):
+    lines = []
+    if compensated:
         lines = ["#define SENSOR_COMPENSATED /* forces are compensated by the temperature change since the tare */"]
     if sensor is None:
         return lines
@@ -44,11 +44,9 @@ def _part_macros(part: ThermistorPart) -> list[str]:
             f"#define SENSOR_NTC_SERIES_OHM {part.resistance:.6e}f /* of the divider; put yours here */"]
 
 
-def python_temperature(spec: SensorSpec) -> str:
+def python_temperature(sensor: Thermistor | None, compensated: bool) -> str:
     """Return the lines of ``sensor_config.py`` for the temperature sensor and the compensation of drift."""
-    text, sensor = "", spec.readout.thermistor
-    if is_compensated(spec):
-        text = "COMPENSATED = True  # forces are compensated\n"
+    text = "COMPENSATED = True  # forces are compensated\n" if compensated else ""
     if sensor is None:
         return text
     at, ohm = sensor.part.registers, sensor.part.resistance
@@ -67,12 +65,10 @@ COMPENSATION = (
 """Step of a sensor whose drift is compensated by its temperature."""
 
 
-def temperature_steps(spec: SensorSpec) -> Iterator[str]:
+def temperature_steps(sensor: Thermistor | None) -> Iterator[str]:
     """Yield the steps of the readme for the compensation and for the temperature sensor."""
-    if not is_compensated(spec):
-        return
     yield COMPENSATION
-    if (sensor := spec.readout.thermistor) is None:
+    if sensor is None:
         return
     if (at := sensor.part.registers) is not None:
         yield (f"Wire the {sensor.part.product} to the first I2C bus, its address pins to GND (address "

@@ -86,7 +86,7 @@ class Forces:
     def tare(self, readings, celsius=NAN):
         """Store the means of consecutive readings without load, and their temperature (degrees Celsius).
 
-        Return False if a coil has no good reading in one of them. The old tare then stays.
+        Return False if a coil has no good reading. The old tare then stays.
         """
         counts = [self._counts(reading) for reading in readings]
         if not counts or None in counts:
