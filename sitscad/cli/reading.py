@@ -48,12 +48,13 @@ from sitscad.files.report.moving import live_page
 @click.option("--tare", is_flag=True, help="Count newtons from the mean of the first 16 scans, without load.")
 @click.option("--diagnose", is_flag=True, help="Report the requirements that the board meets, and likely faults.")
 @click.option("--seconds", type=InRange(0, DAY, min_open=True), help="Duration (default: 2, or the duration of sim:).")
+@click.option("--every", type=InRange(0, DAY), default=0, help="Seconds between two scans (default: every scan).")
 @click.option("--serve", is_flag=True, help="Show moving bars as a page on this machine, until Ctrl-C.")
 @click.option("--port", type=click.IntRange(0, 65535), default=0, help="The page's port (default: a free one).")
 @click.option("--log", type=click.Path(file_okay=False), help="Folder for readings.csv and readings.json.")
 def read(
     source: str, design: str | None, calibration: Path | None, tare: bool, diagnose: bool, seconds: float | None,
-    serve: bool, port: int, log: str | None,
+    every: float, serve: bool, port: int, log: str | None,
 ) -> int:
     """Set up a board's converters and print a line for each scan, or a diagnosis.
 
@@ -80,6 +81,11 @@ def read(
       unit=               number of a sensor with errors of manufacture
       cell=               cell under the load
       seed=               seed of the noise
+      temperature=        FIRST:LAST (degrees Celsius), or a table with the
+                          columns time_s,celsius: the ambient temperature
+
+    If the calibration has coefficients of drift, --tare adds newtons that are compensated by the temperature change
+    since the tare. The reference coil or the simulated temperature sensor measures it.
 
     Newtons count from the calibration's tare, or with --tare from the mean of the first 16 scans. The loads of a
     simulated board begin after these scans.
@@ -93,13 +99,13 @@ def read(
     try:
         origin, board_design = source_of(source, None if design is None else design_of(design), TARES if tare else 0)
         maps = _maps(calibration)
-        forces = Forces([map_of(path) for path in maps], tare)
+        forces = Forces([map_of(path) for path in maps], tare, origin.celsius)
         board = origin.board(board_design)
         origin.paced = origin.paced or serve
         with live(board, forces, maps, port) if serve else nullcontext() as show:
             wrong = board.set_up()
             try:
-                for scan in scans(board, origin, seconds or (math.inf if serve else origin.seconds or USUAL)):
+                for scan in scans(board, origin, seconds or (math.inf if serve else origin.seconds or USUAL), every):
                     rows += [scan] if keeps_scans else []
                     forces.take(board, scan)
                     forces(board, scan)  # raises ValueError for a map of another sensor

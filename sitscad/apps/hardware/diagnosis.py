@@ -6,7 +6,8 @@ A scan is one result of each coil.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from sitscad.basics.units import csv_text, show
 from sitscad.basics.version import __version__
 from sitscad.calibration.inverse_map import InverseMap
 from sitscad.estimates.circuits.settings import Band
+from sitscad.estimates.performance.compensation import CALIBRATED_MARGIN
 from sitscad.estimates.performance_values import shown_scales
 from sitscad.kernels.converters import ldc_registers as at
 from sitscad.spec.places import map_columns
@@ -213,14 +215,20 @@ LATE = 3.0
 """Longest wait for a coil's result, in scan times."""
 
 
-def scans(board: Board, source: Source, seconds: float) -> Iterator[Scan]:
+TARES = 16
+"""Number of complete scans whose mean is the tare, as in the C driver's examples and in live.html."""
+
+
+def scans(board: Board, source: Source, seconds: float, every: float = 0.0) -> Iterator[Scan]:
     """Yield scans for `seconds`, by the clock of the source. Raises OSError if a converter does not answer.
+
+    After each scan, the results of the next `every` seconds are left out, but not within the first `TARES` scans.
 
     A second result of a coil before its scan is complete belongs to the next scan. If a converter with fewer coils is
     faster, its older results are skipped. If a coil has no result for `LATE` scan times, the scan is yielded without
     it. Converters that lost their registers are set up again.
     """
-    scan, ahead, rate, began = Scan(), Scan(), board.design.estimates.readout.scan_rate, 0.0
+    scan, ahead, rate, began, count = Scan(), Scan(), board.design.estimates.readout.scan_rate, 0.0, 0
     while source.now() < seconds:
         new = board.poll(source.now())
         board.keep_settings(new)
@@ -232,12 +240,15 @@ def scans(board: Board, source: Source, seconds: float) -> Iterator[Scan]:
                 scan[coil] = reading
         if len(scan) == len(board.bands) or (scan and source.now() - began > LATE / rate):
             yield scan
+            count += 1
+            if every and count >= TARES:
+                source.skip(every)
+                board.skip()
+                board.poll(source.now())  # results from before
+                board.past.clear()  # the next results may differ from the last ones by any amount
+                ahead = Scan()
             scan, ahead, began = ahead, Scan(), source.now()
         source.wait(0.25 / rate)
-
-
-TARES = 16
-"""Number of complete scans whose mean is the tare, as in the C driver's examples and in live.html."""
 
 
 class Forces:
@@ -245,11 +256,15 @@ class Forces:
 
     With `tared`, the readings without load are the mean of the first `TARES` complete scans. Otherwise they are taken
     from the maps. Without maps, there are no forces. With cells, each cell has a map for its own coils, and names of
-    axes begin with the cell's name.
+    axes begin with the cell's name. `celsius` returns the temperature (degrees Celsius) at a time (s), NaN if unknown.
     """
 
-    def __init__(self, maps: Sequence[InverseMap] = (), tared: bool = False) -> None:
-        self.maps, self.tared = maps, tared
+    def __init__(
+        self, maps: Sequence[InverseMap] = (), tared: bool = False,
+        celsius: Callable[[float], float] = lambda when: math.nan,
+    ) -> None:
+        self.maps, self.tared, self.celsius = maps, tared, celsius
+        self.tare_celsius = math.nan
         self.mean: Array | None = None
         self.taken: list[Array] = []
 
@@ -258,6 +273,7 @@ class Forces:
         counts = _good_counts(board, scan)
         if self.maps and self.tared and self.mean is None and counts is not None:
             self.taken.append(counts)
+            self.tare_celsius = self.celsius(_scan_time(scan))
             self.mean = np.mean(self.taken, axis=0) if len(self.taken) == TARES else None
 
     def tare(self, board: Board) -> list[float | None] | None:
@@ -289,16 +305,54 @@ class Forces:
         return {f"{prefix}{axis}": force for each, prefix, counts, rest in self._read(board, scan)
                 for axis, force in zip(each.axes, each(counts, rest)[0].tolist(), strict=True)}
 
+    @property
+    def is_compensated(self) -> bool:
+        """Whether a map has coefficients for a compensation by temperature."""
+        return any(each.drifts is not None for each in self.maps)
+
+    def warming(self, board: Board, scan: Scan) -> float:
+        """Return the temperature change (K) since the tare. NaN if it is not valid, or before the tare is complete.
+
+        A reference coil measures it if the maps have its drift, or else the temperature sensor.
+        """
+        drifts = next((each.drifts for each in self.maps if each.drifts is not None), None)
+        if self.mean is None or drifts is None:
+            return math.nan
+        if drifts.reference is None:
+            celsius = self.celsius(_scan_time(scan))
+            low, high = drifts.calibrated or (-math.inf, math.inf)
+            margin = (CALIBRATED_MARGIN - 1.0) * (high - low) if drifts.calibrated else 0.0
+            is_valid = all(low - margin <= each <= high + margin for each in (celsius, self.tare_celsius))
+            return celsius - self.tare_celsius if is_valid else math.nan
+        index = len(board.design.estimates.coils)
+        is_valid = index in scan and scan[index].is_good
+        return float((scan[index].counts / self.mean[index] - 1.0) / drifts.reference) if is_valid else math.nan
+
+    def compensated(self, board: Board, scan: Scan) -> dict[str, float]:
+        """Return forces (N) by axis without the drift by temperature.
+
+        Empty without a valid temperature change within the range of the coefficients, and if there are no forces.
+        """
+        kelvin, forces = self.warming(board, scan), dict[str, float]()
+        for each, prefix, counts, rest in self._read(board, scan):
+            if each.drifts is not None and abs(kelvin) <= each.drifts.largest_change:
+                values = each.compensated(counts, rest, kelvin)[0].tolist()
+                forces |= {f"{prefix}{axis}": force for axis, force in zip(each.axes, values, strict=True)}
+        return forces
+
     def is_beyond(self, board: Board, scan: Scan) -> bool:
         """Whether a scan is outside a map's range. Its forces are then the forces at the end of the range."""
         return not all(each.holds(counts, rest)[0] for each, _, counts, rest in self._read(board, scan))
 
 
 def _good_counts(board: Board, scan: Scan) -> Array | None:
-    """Return the counts (coils) of a scan. None if a coil has no good reading."""
-    if len(scan) < len(board.bands) or not all(each.is_good for each in scan.values()):
-        return None
-    return np.array([float(scan[k].counts) for k in range(len(board.bands))])
+    """Return the counts (coils) of a scan. None if a coil with a target has no good reading.
+
+    The last value is NaN if the reference coil has no good reading.
+    """
+    good = [float(scan[k].counts) if k in scan and scan[k].is_good else math.nan for k in range(len(board.bands))]
+    sensing = good[: len(board.design.estimates.coils)]
+    return None if any(map(math.isnan, sensing)) else np.array(good)
 
 
 def _scan_time(scan: Scan) -> float:
@@ -315,10 +369,19 @@ def scan_lines(board: Board, rows: Sequence[Scan], newtons: Forces) -> Iterator[
             for k, reading in sorted(scan.items())
         ]
         by_axis = newtons(board, scan)
-        texts += [f"{axis} {scale * force:+.4f} N{' mm' * bool(scale > 1.0)}"
-                 for (axis, force), scale in zip(by_axis.items(), shown_scales(tuple(by_axis)), strict=True)]
+        texts += _force_texts(by_axis)
+        if newtons.is_compensated and by_axis:
+            compensated = _force_texts(newtons.compensated(board, scan))
+            texts += [f"compensated by {newtons.warming(board, scan):+.2f} K:", *compensated] if compensated else [
+                "not compensated: no valid temperature"]
         texts += ["beyond the map: the force where it ends"] if newtons.is_beyond(board, scan) else []
         yield "  ".join(texts)
+
+
+def _force_texts(by_axis: Mapping[str, float]) -> list[str]:
+    """Return texts of forces (N) and moments (N m) by axis."""
+    return [f"{axis} {scale * force:+.4f} N{' mm' * bool(scale > 1.0)}"
+            for (axis, force), scale in zip(by_axis.items(), shown_scales(tuple(by_axis)), strict=True)]
 
 
 def scan_table(board: Board, rows: Sequence[Scan]) -> bytes:

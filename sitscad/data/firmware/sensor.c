@@ -394,6 +394,20 @@ void sensor_set_thermometer(sensor *self, float (*celsius)(const void *context),
 }
 #endif
 
+#if defined(SENSOR_COMPENSATED) && defined(SENSOR_THERMOMETER) && !defined(SITSCAD_BY_REFERENCE)
+/* Whether a temperature is within the range of measured coefficients. NAN is not. */
+static int is_calibrated(float celsius)
+{
+#ifdef SITSCAD_COLDEST
+    const float margin = 0.05f * (SITSCAD_HOTTEST - SITSCAD_COLDEST); /* for errors of the temperature readings */
+
+    return celsius >= SITSCAD_COLDEST - margin && celsius <= SITSCAD_HOTTEST + margin;
+#else
+    return celsius == celsius;
+#endif
+}
+#endif
+
 #ifdef SENSOR_COMPENSATED
 float sensor_warming(const sensor *self, const sensor_reading *reading)
 {
@@ -402,7 +416,9 @@ float sensor_warming(const sensor *self, const sensor_reading *reading)
 
     return is_valid ? sitscad_warming(reading->counts[SENSOR_REFERENCE], self->tare[SENSOR_REFERENCE]) : NAN;
 #elif defined(SENSOR_THERMOMETER)
-    return self->tares != 0u ? reading->celsius - self->tare_celsius : NAN;
+    const int is_valid = self->tares != 0u && is_calibrated(reading->celsius) && is_calibrated(self->tare_celsius);
+
+    return is_valid ? reading->celsius - self->tare_celsius : NAN;
 #else
     (void)self;
     (void)reading;

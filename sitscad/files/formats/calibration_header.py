@@ -345,6 +345,8 @@ def cells_header(cells: int, is_compensated: bool) -> str:
         lines += [
             "#ifdef SITSCAD_CELL1_NO_TEMPERATURE",
             "#define SITSCAD_NO_TEMPERATURE SITSCAD_CELL1_NO_TEMPERATURE", "#endif",
+            "#ifdef SITSCAD_CELL1_COLDEST", "#define SITSCAD_COLDEST SITSCAD_CELL1_COLDEST",
+            "#define SITSCAD_HOTTEST SITSCAD_CELL1_HOTTEST", "#endif",
             "#ifdef SITSCAD_CELL1_BY_REFERENCE", "#define SITSCAD_BY_REFERENCE",
             "#define sitscad_warming sitscad_cell1_warming", "#endif"]
     lines += [

@@ -101,7 +101,14 @@ class Forces:
         if self.drift is None or self.rest is None:
             return NAN
         change = self._thermal(reading, celsius) - self.thermal
-        return change / self.thermal / self.drift["by_reference"] if self.drift.get("by_reference") else change
+        if self.drift.get("by_reference"):
+            return change / self.thermal / self.drift["by_reference"]
+        if "coldest" in self.drift:  # measured coefficients, with a margin for errors of the temperature readings
+            low, high = self.drift["coldest"], self.drift["hottest"]
+            margin = 0.05 * (high - low)
+            if not all(low - margin <= each <= high + margin for each in (celsius, self.thermal)):
+                return NAN
+        return change
 
     def __call__(self, reading, celsius=NAN):
         """Return (state, forces by axis) of a reading of all coils at a temperature (degrees Celsius)."""
