@@ -2,22 +2,29 @@
 
 from __future__ import annotations
 
+import copy
 import importlib
+import json
 import math
+import re
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from tolerance import approx
 
 import sitscad
 from sitscad import Design, SimulatedConverter
 from sitscad.apps.hardware.ambient import ambient, pad_time_constant, warmed
 from sitscad.apps.hardware.source import source_of
+from sitscad.cli import cli
 from sitscad.files.documents import firmware
+from sitscad.files.formats.compensation_header import compensation_header
 from sitscad.package.contents import nominal_calibration
 from tests.calibration.test_c_compensation import run, warmed_counts
 from tests.hardware.conftest import SANE, STRICT, TEMPLATES, compiled
@@ -170,7 +177,7 @@ def test_micropython_forces_in_warm_up_are_those_of_c_header(name, request, on_b
         if celsius < WARM:
             chip.pause(round(np.diff(warm_up.times)[0] * 1e9) - 48_000_000)
     assert np.abs(np.array(course) - course[0]).max() < 0.03 * warm_up.full
-    codes, in_c_header, _ = run(tmp_path, warm_up.design, "kelvin", rows, forces.rest)
+    codes, in_c_header, _ = run(tmp_path, warm_up.maps, "kelvin", rows, forces.rest)
     assert list(codes) == [0] * POINTS and course == approx(in_c_header[:, 0], abs=1e-3)
     uncompensated = []
     if name == "by_sensor":
@@ -340,3 +347,38 @@ def test_table_of_temperatures_is_linear_between_rows(tmp_path):
     (tmp_path / "day.csv").write_text("time_s,celsius\n0,17\n43200,37\n86400,17\n")
     course = ambient(str(tmp_path / "day.csv"), 1.0)
     assert course.board(np.array([21600.0, 64800.0, 9e4])) == approx([27.0, 27.0, 17.0], abs=1e-9)
+
+
+def test_read_shows_forces_with_and_without_compensation(by_sensor, tmp_path):
+    path = tmp_path / "warm.yaml"
+    path.write_text(by_sensor.design.spec.source.text)
+    (tmp_path / "calibration.json").write_text(json.dumps(sitscad.calibrate(by_sensor.design).document()))
+    source = f"sim:{path}?temperature={COLD}:{WARM}&load=normal:{by_sensor.full}&seconds=600"
+    words = ["read", source, "--tare", "--calibration", str(tmp_path / "calibration.json"), "--every", "30"]
+    done = CliRunner().invoke(cli, words)
+    rows = [re.findall(r"normal (\S+) N", line) for line in done.output.splitlines() if " K: " in line]
+    kelvin = [float(each) for each in re.findall(r"compensated by (\S+) K", done.output)]
+    plain, compensated = np.array([row for row in rows if float(row[0]) > 0.5 * by_sensor.full], dtype=float).T
+    assert done.exit_code == 0 and kelvin[-1] == approx(WARM - COLD, abs=1.0) and len(plain) > 12
+    assert np.abs(compensated - compensated[0]).max() < 0.03 * by_sensor.full < 0.15 * by_sensor.full < np.ptp(plain)
+
+
+@pytest.mark.clients("gcc")
+def test_measured_coefficients_are_not_used_beyond_their_temperatures(by_sensor, on_board, tmp_path):
+    """The calibration was between 15 and 30 degC: at 36 degC the change is small enough, the temperature is not."""
+    spec_drifts = by_sensor.design.cells.by_number(1).sensing.solved.drift_coefficients
+    header = compensation_header(replace(spec_drifts, calibrated=(15.0, 30.0)))
+    measured = copy.copy(by_sensor)
+    measured.maps = by_sensor.maps | {"temperature.h": header}
+    measured.celsius = np.linspace(25.0, 36.0, POINTS)
+    codes, _ = in_c(measured, tmp_path)
+    inside = [celsius <= 30.0 + 0.05 * 15.0 for celsius in measured.celsius]
+    coils = len(by_sensor.design.estimates.all_coils)
+    assert list(codes) == [0 if each else coils + NO_TEMPERATURE for each in inside] and 0 < sum(inside) < POINTS
+    board = on_board(by_sensor.design, measured.maps)
+    forces = board.forces.Forces(f"{tmp_path}/")
+    readings = [[(int(count), 0) for count in by_sensor.design.estimates.readout.conversion.counts(row[None])[0]]
+                for row in (by_sensor.rest, by_sensor.frequencies[0])]
+    assert forces.tare([readings[0]], COLD)
+    states = [forces(readings[1], celsius)[0] for celsius in measured.celsius]
+    assert states == [board.forces.OK if each else board.forces.NO_TEMPERATURE for each in inside]
