@@ -216,7 +216,8 @@ class Calibration:
             values["points"] = len(self.points)
             values["errors_larger_than_expected"] = self.fit.excess
         if self.drift is not None:
-            values["drift"] = self.drift.document()
+            left = dict(zip(self.map.axes, self.drift.error(self.drift.span).tolist(), strict=True))
+            values["drift"] = {**self.drift.document(), **by_unit("left_", "", left)}
         return values
 
 

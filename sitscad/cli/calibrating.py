@@ -145,7 +145,7 @@ def calibrate(
             if not take_points(whole, planned, source, data, creep):
                 return 2
             if planned.temperatures is not None:
-                print_message(f"{data} has the rows of one temperature: plan.csv has those of further temperatures")
+                print_message(f"{data} has the rows of one temperature. `sitscad calibrate {spec}` plans the others")
         calibration = replace(calibrate_design(design, data, rotation=rotation, points=points), cell=cell)
     except BenchError as error:
         print_message(str(error))

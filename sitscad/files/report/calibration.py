@@ -22,7 +22,7 @@ from sitscad.calibration.misfit import UNUSUAL
 from sitscad.calibration.points import Plan, load_place, load_words, table_head
 from sitscad.calibration.unknowns import usual_value
 from sitscad.estimates.performance.compensation import CAPACITORS
-from sitscad.estimates.performance_values import SHOWN, shown_scales, unit_of
+from sitscad.estimates.performance_values import SHOWN, amount_text, shown_scales, unit_of
 from sitscad.files.drawing.sheet import Pen, Sheet
 from sitscad.files.drawing.svg import svg
 from sitscad.files.drawing.web_page import page, soft
@@ -80,11 +80,14 @@ def drift_rows(drift: DriftFit) -> Iterable[tuple[str, ...]]:
         yield (name, *(f"{1e6 * value:.3g} ppm/K" if is_capacitor else f"{100.0 * value:.3g} %" for value in values))
 
 
-def drift_heading(drift: DriftFit) -> str:
-    """Describe the fit of the drift: its range, its chi-square and its worst row."""
+def drift_heading(drift: DriftFit, axes: Sequence[str]) -> str:
+    """Describe the fit of the drift: its range, its chi-square, its worst row, and the drift that it leaves."""
+    left = ", ".join(f"{name} {amount_text(error, name, 2)}"
+                     for name, error in zip(axes, drift.error(drift.span), strict=True))
     return (f"Drift measured over {drift.span:.3g} K, in per cent of the design: chi-square {drift.chi_square:.3g} of "
             f"{drift.free} readings. The worst row is line {drift.lines[drift.worst]}, "
-            f"{drift.disagreement[drift.worst]:.1f} sigma beside the others.")
+            f"{max(drift.disagreement[drift.worst], 0.0):.1f} sigma beside the others. At full load the compensation "
+            f"leaves (one sigma): {left}.")
 
 
 def warm_rows(calibration: Calibration, drift: DriftFit) -> tuple[list[str], list[list[str]]]:
@@ -114,7 +117,8 @@ def calibration_text(calibration: Calibration) -> str:
         if unusual:
             lines += ["", f"unusual for this design: {', '.join(unusual)}"]
     if calibration.drift is not None:
-        lines += ["", drift_heading(calibration.drift), *table(DRIFT_HEAD, drift_rows(calibration.drift)), "",
+        lines += ["", drift_heading(calibration.drift, calibration.map.axes),
+                  *table(DRIFT_HEAD, drift_rows(calibration.drift)), "",
                   *table(*warm_rows(calibration, calibration.drift))]
     if calibration.plan is not None:
         warm = "" if calibration.temperatures is None else ", and rows at " + ", ".join(
@@ -148,7 +152,8 @@ def _measured(calibration: Calibration) -> Iterable[str]:
         yield html_table(head, rows, "Read: the map less the load. Foretold: the same by a fit without this point.")
     if calibration.drift is not None:
         yield "<h2>Drift with temperature</h2>"
-        yield html_table(DRIFT_HEAD, drift_rows(calibration.drift), drift_heading(calibration.drift))
+        heading = drift_heading(calibration.drift, calibration.map.axes)
+        yield html_table(DRIFT_HEAD, drift_rows(calibration.drift), heading)
         yield html_table(*warm_rows(calibration, calibration.drift))
 
 
