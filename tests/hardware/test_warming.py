@@ -11,7 +11,7 @@ import subprocess
 import sys
 import time
 from dataclasses import replace
-from types import SimpleNamespace
+from types import MappingProxyType, SimpleNamespace
 
 import numpy as np
 import pytest
@@ -125,14 +125,7 @@ def on_board(monkeypatch, tmp_path):
     names = ("sensor_config", "sensor", "forces", "thermometer")
 
     def modules(design, maps):
-        for name, content in firmware.render(design.spec, design.estimates).items():
-            if "micropython" in name:
-                path = tmp_path / name.removeprefix("firmware/")
-                path.parent.mkdir(exist_ok=True)
-                path.write_bytes(content)
-        for name, content in maps.items():
-            (tmp_path / name).parent.mkdir(exist_ok=True)
-            (tmp_path / name).write_bytes(content)
+        written(design, tmp_path, maps)
         for name in names:
             sys.modules.pop(name, None)
         importlib.invalidate_caches()
@@ -234,12 +227,17 @@ int main(void)
 """
 
 
-def from_c(folder, program, design, rows):
-    """Temperatures (degC) of a program with the firmware's thermometer.h, for rows of words."""
-    for name, content in firmware.render(design.spec, design.estimates).items():
-        path = folder / "c" / name.removeprefix("firmware/")
+def written(design, folder, maps=MappingProxyType({})):
+    """Write a design's firmware into a folder, with headers of the map."""
+    for name, content in (firmware.render(design.spec, design.estimates) | dict(maps)).items():
+        path = folder / name.removeprefix("firmware/")
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(content)
+
+
+def from_c(folder, program, design, rows):
+    """Temperatures (degC) of a program with the firmware's thermometer.h, for rows of words."""
+    written(design, folder / "c")
     (folder / "c" / "main.c").write_text(program)
     command = ["gcc", *STRICT, *SANE, "-o", "main", "main.c", "ldc161x.c", "-lm"]
     done = subprocess.run(command, cwd=folder / "c", capture_output=True, text=True, check=False, timeout=60)
@@ -284,8 +282,16 @@ def test_ntc_divider_is_read_alike_in_c_and_micropython(part, tmp_path, on_board
 
 
 @pytest.mark.clients("gcc")
+def test_driver_of_coil_without_target_compiles_with_temperature_sensor(tmp_path):
+    lone = sitscad.load(TEMPLATES / "single_coil.yaml").replace("readout.thermistor.part", "tmp117")
+    written(Design(lone), tmp_path)
+    sources = ["sensor.c", "example_linux.c"]
+    subprocess.run(["gcc", *STRICT, "-DSIMULATED", "-fsyntax-only", *sources], cwd=tmp_path, check=True, timeout=120)
+
+
+@pytest.mark.clients("gcc")
 def test_linux_example_sends_temperature_change_of_simulated_digital_sensor(by_sensor, tmp_path):
-    compiled(by_sensor.design, tmp_path, SANE, by_sensor.maps)
+    written(by_sensor.design, tmp_path, by_sensor.maps)
     sources = ["example_linux.c", "sensor.c", "ldc161x.c", "simulated/simulated.c"]
     command = ["gcc", *STRICT, "-DSIMULATED", "-o", "sensor", *sources, "-lm"]
     subprocess.run(command, cwd=tmp_path, check=True, timeout=120)
@@ -297,14 +303,10 @@ def test_linux_example_sends_temperature_change_of_simulated_digital_sensor(by_s
 
 @pytest.mark.clients("g++")
 @pytest.mark.parametrize(("part", "warming"), [("ncp18xh103f03rb", "0.0000"), ("tmp117", "")])
-def test_arduino_sketch_says_whether_temperature_is_valid(part, warming, tmp_path):
+def test_arduino_sketch_says_whether_temperature_is_valid(part, warming, by_sensor, tmp_path):
     """The stub has an NTC at 25 degC on A0, and no digital sensor on its buses."""
-    design = Design(spec.replace("readout.thermistor.part", part))
-    maps = {name.removeprefix("calibration/"): content for name, content in nominal_calibration(design).items()
-            if name.endswith(".h")}
     folder = tmp_path / "firmware"
-    folder.mkdir()
-    compiled(design, folder, SANE, maps)
+    written(Design(spec.replace("readout.thermistor.part", part)), folder, by_sensor.maps)
     lines = [line.partition("*")[0].split(",") for line in run_of_the_sketch(folder, tmp_path) if "*" in line]
     assert lines[0][-1] == "warming_K" and len(lines) > 3
     assert {line[-1] for line in lines[1:]} == {warming} and lines[-1][-2] != ""

@@ -25,7 +25,7 @@
 #include "calibration.h"
 #endif
 
-#if defined(SENSOR_COMPENSATED)
+#if defined(SENSOR_COMPENSATED) || defined(SENSOR_THERMOMETER)
 #include <math.h>
 #endif
 #if defined(SENSOR_COMPENSATED) && defined(SITSCAD_COILS)
