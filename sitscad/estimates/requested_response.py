@@ -27,7 +27,8 @@ from sitscad.estimates.loads.pad import (
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.response_arrays import Response, joined
 from sitscad.estimates.states.placed import require_possible
-from sitscad.spec.sensor import LoadCase, SensorSpec
+from sitscad.spec.load_cases import LoadCase
+from sitscad.spec.sensor import SensorSpec
 
 
 @checked_arguments

@@ -372,12 +372,8 @@ class Layout:
 
         Arcs count as chords within 10 um.
         """
-        points = self.outline.flattened(1e-5)
-        heights = [
-            a.y + (x - a.x) / (b.x - a.x) * (b.y - a.y)
-            for a, b in pairwise(points)
-            if a.x != b.x and min(a.x, b.x) <= x <= max(a.x, b.x)
-        ]
+        heights = [a.y + (x - a.x) / (b.x - a.x) * (b.y - a.y) for a, b in pairwise(self.outline.flattened(1e-5))
+                   if a.x != b.x and min(a.x, b.x) <= x <= max(a.x, b.x)]
         return min(heights, default=0.0), max(heights, default=0.0)
 
     def on_layer(self, number: int) -> tuple[Trace, ...]:
@@ -404,7 +400,7 @@ TEARDROP_LENGTHS = (1.5, 1.2, 0.9, 0.75)
 Distances from a contact's edge are in contact widths.
 """
 
-INSIDE = 10e-6  # How far (m) a contact's teardrop reaches into the contact, so that rounding leaves no slit
+INSIDE = 10e-6
 """Length (m) of the teardrop inside its contact. With this overlap, rounding errors leave no slit between them."""
 
 CHORD = 1e-6
@@ -516,44 +512,30 @@ class _CopperAround:
     """Copper of one layer, holes, and the board's edge, each with the clearance (m) that a teardrop must keep."""
 
     def __init__(self, layout: Layout, layer: int) -> None:
-        self._layout = layout
-        rules = layout.spec.fpc.rules
-        rows: list[Row] = []
-        keep: list[float] = []
-        stations: dict[int, tuple[float, float]] = {}
-        self._owner: list[tuple[str, int]] = []
-        self._net: list[str] = []
-
-        def add(row: Row, distance: float, owner: tuple[str, int], net: str) -> None:
-            rows.append(row)
-            keep.append(distance)
-            self._owner.append(owner)
-            self._net.append(net)
-
-        spacing = rules.trace_spacing
+        self._layout, self._ways = layout, dict[int, tuple[float, float]]()
+        rules, spacing = layout.spec.fpc.rules, layout.spec.fpc.rules.trace_spacing
+        pieces = list[tuple[Row, float, tuple[str, int], str]]()  # with clearance (m), owner and net
         for i, trace in enumerate(layout.traces):
             if trace.layer == layer:
                 station = 0.0
                 for row, length in path_rows(trace.path):
-                    stations[len(rows)] = station, station + length
-                    add(row, spacing + trace.width / 2, ("trace", i), trace.net)
+                    self._ways[len(pieces)] = station, station + length
+                    pieces.append((row, spacing + trace.width / 2, ("trace", i), trace.net))
                     station += length
         for i, via in enumerate(layout.vias):
             if layer > layout.lowest_layer(via):
                 continue
             clearance = max(via.pad / 2 + spacing, via.drill / 2 + rules.drill_to_copper)
-            add(line_row(*via.centre, *via.centre), clearance, ("via", i), via.net)
+            pieces.append((line_row(*via.centre, *via.centre), clearance, ("via", i), via.net))
         for i, pad in enumerate(layout.all_pads):
             if pad.layer == layer:
                 (x, y), half = pad.centre, min(pad.size) / 2
                 dx, dy = (side / 2 - half for side in pad.size)
-                add(line_row(x - dx, y - dy, x + dx, y + dy), spacing + half, ("pad", i), pad.net)
-        for row, _ in path_rows(layout.outline):
-            add(row, rules.copper_to_edge, ("edge", 0), "")
-        self._pieces: Primitives = from_rows(rows)
-        self._boxes = self._pieces.boxes
-        self._keep = np.array(keep)
-        self._ways = stations
+                pieces.append((line_row(x - dx, y - dy, x + dx, y + dy), spacing + half, ("pad", i), pad.net))
+        pieces += [(row, rules.copper_to_edge, ("edge", 0), "") for row, _ in path_rows(layout.outline)]
+        self._pieces: Primitives = from_rows([row for row, _, _, _ in pieces])
+        self._boxes, self._keep = self._pieces.boxes, np.array([clearance for _, clearance, _, _ in pieces])
+        self._owner, self._net = [owner for _, _, owner, _ in pieces], [net for _, _, _, net in pieces]
 
     def leave_room(self, tries: Sequence[_Try]) -> list[bool]:
         """Return, for each outline, whether it keeps all clearances.
@@ -613,39 +595,3 @@ class _CopperAround:
         follows = min(p.distance(leg.end) for p in (other.start, other.end)) < SLACK
         there = np.array([leg.end])
         return follows and float(to_points(self._pieces.take(np.array([piece])), there)[0]) < trace.width
-
-
-def as_made(layout: Layout, spec: SensorSpec) -> Layout:
-    """Return the layout of one manufactured unit. `spec` has the unit's deviations from the nominal dimensions.
-
-    Widths of winding tracks and leads scale like `coil.trace_width` in `spec`. Winding sizes, copper heights and copper
-    thicknesses are taken from its coils and stack-up. Positions of leads and vias stay nominal.
-    """
-    nominal, coil = layout.spec.coil, spec.coil
-    wider = coil.trace_width / nominal.trace_width
-    # by centre lines: wider tracks make a coil larger, but do not move them
-    larger = (coil.size[0] - coil.trace_width) / (nominal.size[0] - nominal.trace_width)
-
-    # a coil's tracks are the same objects as the board's, not equal copies
-    traces = tuple(replace(trace, width=wider * trace.width) for trace in layout.traces)
-    etched = {id(item): trace for item, trace in zip(layout.traces, traces, strict=True)}
-
-    copper = {layer.number: layer for layer in spec.fpc.stackup.copper}
-
-    def made(coil_drawn: Coil) -> Coil:
-        centre = coil_drawn.centre
-
-        def moved(point: Point) -> Point:
-            return Point(centre.x + larger * (point.x - centre.x), centre.y + larger * (point.y - centre.y))
-
-        windings = tuple(
-            replace(w, z=copper[w.layer].z, thickness=copper[w.layer].thickness,
-                    path=w.path if abs(larger - 1.0) < 1e-9 else w.path.mapped(moved))
-            for w in coil_drawn.windings
-        )
-        pairs = tuple(replace(pair, width=wider * pair.width) for pair in coil_drawn.undrawn)
-        series = tuple(piece if isinstance(piece, Via) else etched.get(id(piece)) or
-                       replace(piece, width=wider * piece.width) for piece in coil_drawn.series)
-        return replace(coil_drawn, windings=windings, series=series, undrawn=pairs)
-
-    return replace(layout, spec=spec, coils=tuple(map(made, layout.coils)), traces=traces)

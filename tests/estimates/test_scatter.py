@@ -20,7 +20,7 @@ from sitscad.estimates.loads.pressing import GLUE, MODULUS, PAD, PAD_SIZE
 from sitscad.estimates.performance.causes import perturbed_readings, root_sum_of_mean_squares
 from sitscad.estimates.tolerances import scatter
 from sitscad.estimates.tolerances.scatter import CAPACITOR, manufacturing_scatter
-from sitscad.layout.board import as_made
+from sitscad.estimates.tolerances.units_made import as_made
 from tests.validation import scatter_of_units
 
 TEMPLATES = Path(__file__).parents[2] / "templates"

@@ -20,7 +20,7 @@ import numpy as np
 import sitscad
 from sitscad import Design
 from sitscad.estimates.tolerances.scatter import CAUSES, FOIL, PLATING, THICKNESS
-from sitscad.layout.board import as_made
+from sitscad.estimates.tolerances.units_made import as_made
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
 NUMBERS = ("inductance", "resistance", "parallel_resistance", "frequency")

@@ -24,7 +24,7 @@ from sitscad.checks.judging import CheckResult, all_rules
 from sitscad.checks.rules import apply_rule
 from sitscad.estimates.design import Design
 from sitscad.estimates.tolerances.scatter import CAUSES
-from sitscad.layout.board import as_made
+from sitscad.estimates.tolerances.units_made import as_made
 from sitscad.package.inspection import as_configured
 from sitscad.spec.sensor import SensorSpec
 

@@ -1,7 +1,7 @@
-"""Specs of units with an error of one cause of scatter.
+"""Specs of units with an error of one cause of scatter, and the layout of such a unit (`as_made`).
 
-Each function returns the changed spec from the drawn spec and the size of the error. Some functions take a parameter
-and return a function with these two arguments: "a function that changes".
+Each other function returns the changed spec from the drawn spec and the size of the error. Some functions take a
+parameter and return a function with these two arguments: "a function that changes".
 """
 
 from __future__ import annotations
@@ -12,6 +12,8 @@ from typing import Any
 
 from sitscad.assembly.places.bodies import backing_of, board_heights, target_lines
 from sitscad.basics.record import replace
+from sitscad.kernels.geometry.path import Point
+from sitscad.layout.board import Coil, Layout, Via
 from sitscad.spec.circuit import LayerKind, StackLayer, Stackup
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.materials import Target
@@ -190,3 +192,39 @@ def with_distances(spec: SensorSpec, **by: float) -> SensorSpec:
     offsets = spec.assembly.offsets
     moved = replace(offsets, **{name: getattr(offsets, name) + more for name, more in by.items()})
     return replace(spec, assembly=replace(spec.assembly, offsets=moved))
+
+
+def as_made(layout: Layout, spec: SensorSpec) -> Layout:
+    """Return the layout of one manufactured unit. `spec` has the unit's deviations from the nominal dimensions.
+
+    Widths of winding tracks and leads scale like `coil.trace_width` in `spec`. Winding sizes, copper heights and copper
+    thicknesses are taken from its coils and stack-up. Positions of leads and vias stay nominal.
+    """
+    nominal, coil = layout.spec.coil, spec.coil
+    wider = coil.trace_width / nominal.trace_width
+    # by centre lines: wider tracks make a coil larger, but do not move them
+    larger = (coil.size[0] - coil.trace_width) / (nominal.size[0] - nominal.trace_width)
+
+    # a coil's tracks are the same objects as the board's, not equal copies
+    traces = tuple(replace(trace, width=wider * trace.width) for trace in layout.traces)
+    etched = {id(item): trace for item, trace in zip(layout.traces, traces, strict=True)}
+
+    copper = {layer.number: layer for layer in spec.fpc.stackup.copper}
+
+    def made(coil_drawn: Coil) -> Coil:
+        centre = coil_drawn.centre
+
+        def moved(point: Point) -> Point:
+            return Point(centre.x + larger * (point.x - centre.x), centre.y + larger * (point.y - centre.y))
+
+        windings = tuple(
+            replace(w, z=copper[w.layer].z, thickness=copper[w.layer].thickness,
+                    path=w.path if abs(larger - 1.0) < 1e-9 else w.path.mapped(moved))
+            for w in coil_drawn.windings
+        )
+        pairs = tuple(replace(pair, width=wider * pair.width) for pair in coil_drawn.undrawn)
+        series = tuple(piece if isinstance(piece, Via) else etched.get(id(piece)) or
+                       replace(piece, width=wider * piece.width) for piece in coil_drawn.series)
+        return replace(coil_drawn, windings=windings, series=series, undrawn=pairs)
+
+    return replace(layout, spec=spec, coils=tuple(map(made, layout.coils)), traces=traces)

@@ -112,16 +112,14 @@ def _config(
         for number, device in enumerate(devices)
         for register in device.registers
     ]
-    lines = [
+    return "\n".join([
         "/*",
         *([f" * {FORCED}."] if forced else []),
         f" * The sensor {_plain(spec.name)}: what its driver (sensor.c) knows of it.",
         *([f" * {spec.issue.title}."] if spec.issue.rows else []),
         f" * Counts are f_SENSOR / {full_scale:.9g} Hz * 2^{conversion.count_bits}.",
         " */",
-        "#ifndef SENSOR_CONFIG_H",
-        "#define SENSOR_CONFIG_H",
-        "",
+        "#ifndef SENSOR_CONFIG_H", "#define SENSOR_CONFIG_H", "",
         f"#define SENSOR_NAME {json.dumps(_plain(spec.name), ensure_ascii=True)}",
         f"#define SENSOR_ID 0x{identity(spec.name, devices):08X}u /* of the name, the coils and the settings */",
         f"#define SENSOR_COILS {len(coil_bands)}",
@@ -154,11 +152,8 @@ def _config(
         f"#define SENSOR_CLOCK_HZ {spec.readout.clock:.9e}",
         f"#define SENSOR_NOISE_STEPS {spec.readout.device.limit('noise_steps')!r}",
         *_macro("SENSOR_TANKS", [_tank(at, coil) for at, coil in zip(places, estimates.all_coils, strict=True)]),
-        "",
-        "#endif",
-        "",
-    ]
-    return "\n".join(lines)
+        "", "#endif", "",
+    ])
 
 
 def _cell_macros(cells: CellsSpec | None, coils: int) -> list[str]:

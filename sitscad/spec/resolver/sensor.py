@@ -18,6 +18,7 @@ from sitscad.spec.circuit import PanelSpec, Stackup, Tail
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.format.kinds import Preset
 from sitscad.spec.format.section import NameOr, Part, Section, section_of
+from sitscad.spec.load_cases import LoadCase, Mechanism
 from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.mount import Assembly, Mount, TolerancesDocument
 from sitscad.spec.profiles import Origin
@@ -33,7 +34,7 @@ from sitscad.spec.resolver.coils import (
     resolve_coil,
 )
 from sitscad.spec.resolver.mount import computable_plate, resolve_mount
-from sitscad.spec.sensor import LoadCase, Mechanism, ReadoutSpec, SensorSpec, SpecDocument
+from sitscad.spec.sensor import ReadoutSpec, SensorSpec, SpecDocument
 from sitscad.spec.thermistor import BOARD, TAIL, CompensationSpec
 from sitscad.spec.yaml.source import Issue, SpecSource
 
