@@ -189,7 +189,7 @@ LATE = {
     "package/inspection.py": {"sitscad.package.check_pictures"},
     "package/plugins/__init__.py": {"sitscad.package.plugins.force"},
     "package/verification.py": {"sitscad.package.production_files"},
-    "spec/resolver/coils.py": {"sitscad.spec.drawn.reading"},
+    "spec/resolver/coils.py": {"sitscad.spec.drawn.spiral"},
 }
 """Modules of ours that are imported at the first call of one of their functions (`basics/late.py`), by file.
 

@@ -32,7 +32,7 @@ grows with both numbers.
 """
 
 # loads NumPy, which other specs do not need
-coil_from_file = late("sitscad.spec.drawn.reading", "coil_from_file")
+coil_from_file = late("sitscad.spec.drawn.spiral", "coil_from_file")
 
 
 def resolve_coil(written: CoilSpec, remarks: Remarks, place: Origin, copper_layers: int | None) -> CoilSpec:
