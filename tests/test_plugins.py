@@ -285,13 +285,14 @@ def test_violation_field_of_wrong_type_is_refused_by_name(plugin, spec, typed, f
     assert code == 2 and f"own.py: rule LAB001: TypeError: the {field} of its Violation" in message.err
 
 
+@pytest.mark.few(4)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("stage", "path", "only"),
-    [("report", "report.html", "report"), ("report", "Report.HTML", "report"),
-     ("firmware", "bom.csv", "firmware,report"), ("calibration", "calibration/calibration.h", "calibration"),
-     ("firmware", "findings.json", "firmware"),
-     ("gerber", "firmware/ldc1614_config.h", "gerber,firmware"), ("firmware", "spec/jaw.yaml", "firmware")],
+    [("report", "Report.HTML", "report"), ("firmware", "bom.csv", "firmware,report"),
+     ("firmware", "findings.json", "firmware"), ("firmware", "spec/jaw.yaml", "firmware"),
+     ("report", "report.html", "report"), ("calibration", "calibration/calibration.h", "calibration"),
+     ("gerber", "firmware/ldc1614_config.h", "gerber,firmware")],
 )
 def test_plugin_writer_of_reserved_file_is_refused_by_name(plugin, spec, typed, tmp_path, stage, path, only):
     file = plugin(WRITER, stage=stage, body=f"return {{'{path}': b'x'}}")

@@ -119,7 +119,7 @@ SHORT_TAILS = {
 
 
 @pytest.mark.parametrize(("tail", "coil", "rest"), SHORT_TAILS.values(), ids=SHORT_TAILS)
-def test_too_short_tail_gets_shortest_length_that_fits_bend(advised, tail, coil, rest):
+def test_too_short_tail_gets_shortest_length_that_fits_bend(advised, judge, tail, coil, rest):
     """Told with the length; laid out again with it the finding is gone, and half a millimetre less brings it back."""
     result = short(advised, spec(tail, coil, rest))
     ((edit,),) = (fix.edits for fix in result.fixes)
@@ -128,8 +128,8 @@ def test_too_short_tail_gets_shortest_length_that_fits_bend(advised, tail, coil,
     def of_length(length):
         return spec(re.sub(r"length: \d+", f"length: {length}", tail, count=1), coil, rest)
 
-    assert short(advised, of_length(named)) is None
-    assert short(advised, of_length(float(named) - 0.5)) is not None
+    assert short(judge, of_length(named)) is None
+    assert short(judge, of_length(float(named) - 0.5)) is not None
 
 
 def test_tail_long_enough_for_bend_gives_no_finding(advised):

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from template_designs import template_design
 from tolerance import approx
 
 import sitscad
@@ -49,7 +50,7 @@ ASKED = {
 
 @pytest.fixture(scope="module")
 def bench():
-    design = Design(sitscad.load(TEMPLATES / "bench_7mm.yaml"))
+    design = template_design("bench_7mm")
     assert design.estimates
     return design
 
@@ -240,7 +241,7 @@ def test_checked_resolution_equals_largest_axis_resolution(bench):
 
 def test_single_coil_tilt_error_includes_second_order():
     """By symmetry hardly any slope over tilt is left; any tilt passed, however small its allowed error."""
-    item = Design(sitscad.load(TEMPLATES / "fingertip_foil.yaml"))
+    item = template_design("fingertip_foil")
     (finding,), left = _judged("SIT404", item, tilt=0.0349, tilt_error=3e-3)
     assert not left and finding.measured == approx(0.0157, rel=0.2)
     assert _judged("SIT404", item, tilt=0.0349, tilt_error=25e-3) == ([], [])
@@ -249,7 +250,7 @@ def test_single_coil_tilt_error_includes_second_order():
 
 
 def test_single_coil_with_shear_requirement_gives_error():
-    design = Design(sitscad.load(TEMPLATES / "fingertip_foil.yaml"))
+    design = template_design("fingertip_foil")
     (finding,), _ = _judged("SIT402", design, shear_resolution=0.1)
     assert "no-shear-coil" in finding.cases and finding.severity is Severity.ERROR
     (finding,), _ = _judged("SIT405", design, friction_error=0.1)

@@ -4,6 +4,7 @@ import re
 from dataclasses import replace
 
 import pytest
+from one_rule import findings_of
 from tolerance import approx
 
 from sitscad.basics.finding import Severity
@@ -64,7 +65,7 @@ def test_measured_lead_ratio_equals_estimate():
     spec = loops(8.65)
     layout = lay_out(spec)
     estimates = estimate(layout)
-    (findings,) = [f for f in check(spec, layout, estimates, hints="none").findings if f.rule == "SIT216"]
+    (findings,) = findings_of("SIT216", spec, layout, estimates)
     shares = [coil.lead_parts["coupling"] / coil.winding_inductance for coil in estimates.coils]
     assert findings.measured == approx(max(map(abs, shares)), rel=1e-6)
     assert drawn_closing(spec.coil, layout.coils[0]) == approx(-0.3, abs=0.01)

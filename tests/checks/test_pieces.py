@@ -297,12 +297,12 @@ def strip(end="connector: zif-0.3mm, contacts: 7", width="3", mount=""):
     ("connector: zif-0.5mm", "3.2", True), ("connector: solder-pads, turn: left", "3.2", False),
 ])
 def test_contacts_wider_than_largest_outline_give_note(judge, end, width, told):
-    spec = strip(end, width)
-    result = [each for each in judge("SIT136", spec) if each.severity is Severity.NOTE]
+    layout = lay_out(strip(end, width))
+    result = [each for each in judge("SIT136", layout.spec, layout) if each.severity is Severity.NOTE]
     assert len(result) == told
     for each in result:
         assert each.key == "fpc.tail.connector" and each.limit == approx(1e-3 * float(width), rel=1e-9)
-        assert each.measured == approx(lay_out(spec).size[1], rel=1e-6)
+        assert each.measured == approx(layout.size[1], rel=1e-6)
 
 
 @pytest.mark.few(1)
@@ -319,8 +319,9 @@ def test_too_wide_tail_gets_narrower_existing_plugs(judge, end, edits):
     assert [{edit.key: edit.new for edit in fix.edits} for _, fix in offered[:1]] == [edits] * bool(edits)
     assert all(value in result.hint for value in edits.values()) and ("fpc.tail" in result.hint) == bool(edits)
     for width, fix in offered:
-        assert lay_out(fix.spec).size[1] == approx(width, rel=1e-6) and width < result.measured
-        assert not [each for each in judge("SIT127", fix.spec) if each.severity is not Severity.NOTE]
+        layout = lay_out(fix.spec)
+        assert layout.size[1] == approx(width, rel=1e-6) and width < result.measured
+        assert not [each for each in judge("SIT127", fix.spec, layout) if each.severity is not Severity.NOTE]
 
 
 @pytest.mark.parametrize(("mount", "told"), [

@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from one_rule import findings_of
 from tolerance import approx
 
 import sitscad
@@ -52,7 +53,7 @@ def test_coils_beside_target_give_warning_with_larger_target():
     assert findings.severity is Severity.WARNING and findings.key == "target.size"
     assert {"C1", "C4"} == set(re.findall(r"C\d", findings.message)) and "C2" in findings.detail
     assert "target.size: [44.5, 10]" in findings.hint
-    (untried,) = [f for f in sitscad.check(spec, hints="none").findings if f.rule == "SIT215"]
+    (untried,) = findings_of("SIT215", spec)
     assert "11.8 mm" in untried.detail and not untried.fixes
     (left,) = [n for n in result.not_checked if n.rule == "SIT306"]
     assert left.case == "target-length-line"
@@ -242,7 +243,7 @@ def test_pad_wider_than_target_gets_hint_to_cut_it():
     (findings,) = (f for f in sitscad.check(spec).findings if f.rule == "SIT217")
     times = re.match(r"elastomer\.size: 10 improves the value by a factor of ([\d.]+)", findings.hint)[1]
     assert float(times) == approx(there / here, rel=0.05) and there > 1.2 * here
-    (untried,) = (f for f in sitscad.check(spec, hints="none").findings if f.rule == "SIT217")
+    (untried,) = findings_of("SIT217", spec)
     assert "elastomer.size: 10" in untried.hint
     assert cut_to_target(narrow) is None and cut_to_target(spec.replace("elastomer.offset", [0.5e-3, 0])) is None
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import pytest
+from one_rule import findings_of
 from tolerance import approx
 
 import sitscad
 from sitscad.basics.finding import Severity
 from sitscad.basics.units import parse_quantity
-from sitscad.checks.judging import check
 from sitscad.data import rows
 from sitscad.layout.windings import wind_all
 from sitscad.spec.load import load_text
@@ -54,7 +54,7 @@ def test_only_coil_of_stated_smallest_size_reaches_required_resistance(row):
 def test_coil_smaller_than_profile_minimum_gives_one_note(diameter, rules, is_noted):
     """No message said that a coil of 3 mm cannot be made to the recommended profile."""
     row = {"profile": rules, "shape": "circle", "layers": "4"}
-    findings = [each for each in check(spec_of(row, diameter, 1.5), hints="none").findings if each.rule == "SIT222"]
+    findings = findings_of("SIT222", spec_of(row, diameter, 1.5))
     assert len(findings) == is_noted
     for each in findings:
         assert (each.severity, each.key) == (Severity.NOTE, "coil.outer_diameter")

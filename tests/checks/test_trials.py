@@ -13,6 +13,7 @@ sys.path[:0] = [str(Path(__file__).parents[1] / "validation")]
 
 from follow_hints import alternatives, followed, written  # noqa: E402
 from follow_hints import design as random_design  # noqa: E402
+from one_rule import findings_of  # noqa: E402
 
 from sitscad.basics.finding import Edit, Severity  # noqa: E402
 from sitscad.basics.messages import text_of  # noqa: E402
@@ -334,7 +335,7 @@ def test_fixes_of_random_designs_clear_their_findings(seed):
 def test_suggested_finer_fabricator_profiles_fit_design():
     """ "choose a finer fabricator" named none: the table of the docs led to one whose rule for coils refused it."""
     spec = load_text(json.dumps(design("circle", 6, 12, 2, 80, 80, "generic-flex")), "spec.yaml")
-    (findings,) = (f for f in check(spec, hints="none").findings if f.rule == "SIT101")
+    (findings,) = findings_of("SIT101", spec)
     named = re.search(r"fpc\.rules \(([^)]+)\)", findings.hint)[1].split(", ")
     assert named
     for name in named:

@@ -31,7 +31,7 @@ finally:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("command", ["check", "check --picture drawn.svg", "estimate"])
+@pytest.mark.parametrize("command", ["check --picture drawn.svg", "estimate"])
 def test_commands_import_no_heavy_packages(tmp_path, command):
     spec = write_template("grasper_4layer", tmp_path / "spec.yaml")
     source = str(Path(sitscad.__file__).parents[1])

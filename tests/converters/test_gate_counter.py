@@ -160,7 +160,6 @@ def test_gate_counter_package_builds_without_register_files_or_ti_names(xgc4, tm
     text = (TEMPLATES / "bench_7mm.yaml").read_text(encoding="utf-8")
     spec.write_text("\n".join(line.partition(" #")[0] for line in text.splitlines() if not line.startswith("#"))
                     .replace("ldc1614", "xgc4"), encoding="utf-8")
-    assert run(["check", str(spec), "--hints", "none"]) == 0
     assert run(["build", str(spec), "-o", str(tmp_path), "--jobs", "1", "--only",
                 "gerber,kicad,firmware,datasheet,calibration,report"]) == 0
     (package,) = (path.parent for path in tmp_path.glob("*/manifest.json"))

@@ -8,6 +8,7 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
+from one_rule import findings_of
 from tolerance import approx
 
 import sitscad
@@ -183,7 +184,7 @@ def test_read_back_time_uses_i2c_clock_of_family(xdc2214):
     """The report said 400 kHz and 1.2 V of any converter."""
     design = design_with(xdc2214, scan_rate=1e4)
     assert design.estimates.readout.read_back_time == approx(2 * 2 * 49 / 1e6, rel=1e-9)
-    (slow,) = [each for each in sitscad.check(design.spec, hints="none").findings if each.rule == "SIT209"]
+    (slow,) = findings_of("SIT209", design.spec)
     assert slow.cases[0] == "read-back" and "1 MHz" in slow.message and "196 us" in slow.message
     header = firmware.render(design.spec, design.estimates)["firmware/xdc2214_config.h"].decode()
     assert "reading all results over I2C: 196 us" in header and "fastest clock of I2C: 1 MHz" in header

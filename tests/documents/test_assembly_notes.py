@@ -493,7 +493,7 @@ def test_finger_cap_notes_state_outer_width():
 
 @pytest.mark.slow
 @pytest.mark.cad
-@pytest.mark.parametrize("name", ["fingertip_cell", "bench_7mm"])
+@pytest.mark.parametrize("name", ["fingertip_foil", "bench_7mm"])
 def test_check_states_outer_size_of_plate_and_cap(name):
     """How wide the cap over a finger is was told nowhere."""
     spec = sitscad.load_text(templates.read(name), "t.yaml")

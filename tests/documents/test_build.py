@@ -3,6 +3,7 @@
 import re
 
 import pytest
+from one_rule import findings_of
 from tolerance import approx
 
 import sitscad
@@ -63,7 +64,7 @@ def test_capacitor_openings_include_coverlay_registration(size):
     text = " ".join(order_notes.readme(layout).split())
     assert f"coverlay is open {beyond / UM:.4g} um beyond each pad and laid within 150 um" in text
     assert "coverlay within 150 um of the copper" in text
-    assert not [f for f in sitscad.check(layout.spec, layout, hints="none").findings if f.rule == "SIT114"]
+    assert not findings_of("SIT114", layout.spec, layout)
 
 
 @pytest.mark.slow

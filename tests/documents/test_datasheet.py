@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from template_designs import template_design
 from tolerance import approx
 
 import sitscad
@@ -51,7 +52,7 @@ TEMPLATES = Path(__file__).parents[2] / "templates"
 
 @pytest.fixture(scope="module")
 def bench():
-    return Design(sitscad.load(TEMPLATES / "bench_7mm.yaml"))
+    return template_design("bench_7mm")
 
 
 @pytest.fixture(scope="module")
@@ -249,7 +250,7 @@ def test_shear_difference_of_two_coils_is_l1_minus_l2(drawn):
     *(pytest.param(name, marks=pytest.mark.more) for name in ("three_axis_grid", "grasper_4layer")),
 ])
 def test_data_sheet_of_each_array_pattern_is_rendered(name):
-    design = Design(sitscad.load(TEMPLATES / f"{name}.yaml"))
+    design = template_design(name)
     made = render(design.layout, design.estimates, design.response, design.performance, design.sensing.curves, "",
                   incoming(design).board)
     assert set(made) == {"datasheet.html", "datasheet.json", "datasheet.pdf"}

@@ -12,6 +12,7 @@ from itertools import combinations, pairwise
 
 import pytest
 from legibility import assert_legible
+from one_rule import findings_of
 from tolerance import approx
 
 from sitscad.assembly.places.jaws import jaw_range
@@ -380,7 +381,7 @@ def test_bend_radius_beyond_port_gives_finding():
     text = BENT.format(bend="{at: 12, radius: 5}") + "target: {shape: square, size: 4}\n"
     spec = load_text(text + "elastomer: {material: ecoflex-00-50, size: 4, thickness: 1}\nmount: {jaw: generic-5mm}\n")
     layout = replace(bent("{at: 12, radius: 5}"), spec=spec)
-    result = [f for f in check(spec, layout, hints="none").findings if f.rule == "SIT308"]
+    result = findings_of("SIT308", spec, layout)
     (result,) = [f for f in result if f.key == "fpc.tail.bend.radius"]
     assert result.measured == approx(5e-3, rel=1e-9)
 

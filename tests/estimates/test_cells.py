@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from one_rule import findings_of
 from tolerance import approx
 
 import sitscad
@@ -108,7 +109,7 @@ def test_web_crosstalk_decays_exponentially_with_web_length(two):
     assert pair == approx(1.2 * 0.2 * math.exp(-0.95 * 14.0 / 1.5), rel=1e-9)
     assert not web_crosstalk(two.spec).any()
     webs = design("{pattern: line, count: 2, pitch: 12}", "cells: {web: 2 mm}")
-    (message,) = (f for f in sitscad.check(webs.spec, hints="none").findings if f.rule == "SIT219")
+    (message,) = findings_of("SIT219", webs.spec)
     assert "cell-crosstalk-webs" in message.cases and "1.4 %" in message.detail and message.severity.value == "warning"
     assert "2.9 %" in message.detail
 
@@ -129,7 +130,7 @@ def test_webs_stiffen_pad_of_middle_cell_most():
     thin = sitscad.check(webs.spec.replace("cells.web", "0.3 mm"), hints="none").findings
     assert any(result.rule == "SIT328" and result.key == "cells.web" for result in thin)  # the laser's notes refused it
     far = webs.spec.replace("requirements.normal_force", "100 N")
-    (strained,) = (result for result in sitscad.check(far, hints="none").findings if result.rule == "SIT304")
+    (strained,) = findings_of("SIT304", far)
     assert strained.message.startswith("cell 1: ")
     stated, middle, end = pressed_pad(webs.spec).strain, *(pressed_pad(webs.cells.by_number(k).spec).strain
                                                            for k in (2, 1))
@@ -211,7 +212,7 @@ def test_signals_of_other_cells_are_proportional_to_solved_cell(row):
 def test_overlapping_or_close_cells_give_error_or_warning():
     def said(size: float) -> list[str]:
         wanted = design("{pattern: line, count: 2, pitch: 12}", size=size)
-        return [f.severity.value for f in sitscad.check(wanted.spec, hints="none").findings if f.rule == "SIT328"]
+        return [f.severity.value for f in findings_of("SIT328", wanted.spec)]
 
     assert said(12.5) == ["error", "error"] and said(11.8) == ["warning", "warning"] and said(10) == []
     assert said(12) == ["error", "error"], "plates that touch are one"

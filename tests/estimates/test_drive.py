@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 
 import pytest
+from one_rule import findings_of
 from tolerance import approx
 
 import sitscad
@@ -77,7 +78,7 @@ def test_drive_code_of_spec_is_used_and_checked():
     assert result.readout.drive_code == 24 and result.readout.drive_codes == ()
     rest = result.coils[0].states["rest"]
     assert rest.amplitude == approx(4.0 / math.pi * 551e-6 * rest.parallel_resistance, rel=1e-6)
-    text = [f for f in sitscad.check(spec, estimates=result, hints="none").findings if f.rule == "SIT204"]
+    text = findings_of("SIT204", spec, estimates=result)
     (error,) = [f for f in text if f.severity.value == "error"]
     assert error.limit == 1.8 and "code-apart" in error.cases
     assert error.key == "readout.drive_code" and error.line

@@ -7,13 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from one_rule import findings_of
+from template_designs import template_design
 from tolerance import approx
 
 import sitscad
 from sitscad.assembly.places.motions import MotionError, read_motions
 from sitscad.calibration.bench_data import BenchError
 from sitscad.checks.judging import check
-from sitscad.estimates.design import Design
 from sitscad.estimates.loads.pad import loaded_poses, soft_pad, tilt_stiffness
 from sitscad.estimates.loads.working_range import measured_axes, required_range, working_range
 from sitscad.estimates.requested_response import respond
@@ -48,7 +49,7 @@ def spec_of(array, more=BOTH):
 
 @pytest.fixture(scope="module")
 def cell():
-    return Design(sitscad.load_text(CELL))
+    return template_design("fingertip_cell")
 
 
 @pytest.mark.parametrize(
@@ -65,7 +66,7 @@ def test_array_measures_moments_only_about_axes_with_separated_coils(array, axes
     spec = spec_of(array)
     assert measured_axes(spec.cell_placements[0], spec.requirements) == axes
     untold = {"moment_x", "moment_y"} - set(axes)
-    keys = {result.key for result in check(spec_of(array), hints="none").findings if result.rule == "SIT411"}
+    keys = {result.key for result in findings_of("SIT411", spec)}
     assert keys == {f"requirements.{name}" for name in untold}
 
 
@@ -94,8 +95,7 @@ def test_spec_without_moments_measures_forces_only():
     ],
 )
 def test_requirement_that_contradicts_moments_gives_finding(more, rule, key):
-    findings = check(spec_of("grid", more), hints="none").findings
-    assert key in {item.key for item in findings if item.rule == rule}
+    assert key in {item.key for item in findings_of(rule, spec_of("grid", more))}
 
 
 @pytest.mark.parametrize(("moment", "severity"), [("4.5 N mm", None), ("6 N mm", "warning"), ("1000 N m", "error")])
@@ -103,8 +103,7 @@ def test_moment_beyond_pad_limit_gives_warning_or_error(moment, severity):
     """The template's pad bears 5.1 N mm; 1000 N m passed `check`, and its data sheet could not be written."""
     text = CELL.replace("moment_x: 4 N mm", f"moment_x: {moment}")
     assert text.count(moment) == 1
-    findings = [item for item in check(sitscad.load_text(text), hints="none").findings if item.rule == "SIT413"]
-    places = [(item.key, str(item.severity)) for item in findings]
+    places = [(item.key, str(item.severity)) for item in findings_of("SIT413", sitscad.load_text(text))]
     assert places == [("requirements.moment_x", severity)] * bool(severity)
 
 
@@ -124,7 +123,7 @@ def test_moment_calibration_with_held_rotation_gives_bench_error(cell):
 def test_tilt_error_is_checked_only_for_required_axes():
     """A value for all judged shear of sensors that are asked for the normal force alone."""
     many = ", tilt: 1 deg, tilt_error: 60 mN"
-    assert "SIT404" not in {item.rule for item in check(spec_of("grid", many), hints="none").findings}
+    assert findings_of("SIT404", spec_of("grid", many)) == []
     sheared = check(spec_of("grid", many + ", shear_force: 1 N"), hints="none")
     assert "SIT404" in {item.rule for item in sheared.findings}
     (judged,) = (item for item in sheared.reached if item.rule == "SIT404")

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from template_designs import template_design
 from tolerance import approx
 
 import sitscad
@@ -21,7 +22,7 @@ TEMPLATES = Path(__file__).parents[2] / "templates"
 
 @pytest.fixture(scope="module")
 def bench():
-    return Design(sitscad.load(TEMPLATES / "bench_7mm.yaml"))
+    return template_design("bench_7mm")
 
 
 def test_array_geometry_determines_measurable_axes():
@@ -227,7 +228,7 @@ def test_cross_array_has_small_manufacture_error_after_calibration():
 @pytest.mark.slow
 def test_grid_array_has_equal_errors_along_x_and_y():
     """Four coils on a square under a square target: what one axis is off by, the other is (0.30 and 0.08 N of 2 N)."""
-    full = Design(sitscad.load(Path(__file__).parents[2] / "templates" / "three_axis_grid.yaml")).performance[2]
+    full = template_design("three_axis_grid").performance[2]
     x, y = (full.axes[name].errors["manufacture, after calibration"] for name in ("shear_x", "shear_y"))
     assert x == approx(y, rel=0.1)
     assert x < 0.02 * full.axes["shear_x"].full_scale

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from one_rule import findings_of
 from tolerance import approx
 
 import sitscad
@@ -109,7 +110,7 @@ def test_other_jaw_change_of_reference_coil_equals_plate_over_coil(design):
 
 def test_reference_coil_on_second_converter_gives_coupling_finding(design):
     spec = design.spec.replace("readout.device", "ldc1612")
-    finding = next(each for each in sitscad.check(spec, hints="none").findings if each.rule == "SIT211")
+    finding = findings_of("SIT211", spec)[0]
     matrix = sitscad.Design(spec).estimates.inductance_matrix
     assert finding.measured == approx(abs(matrix[1][2]) / matrix[1][1], rel=1e-6)
 

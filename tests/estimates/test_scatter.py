@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from template_designs import template_design
 from tolerance import approx
 
 import sitscad
@@ -28,7 +29,7 @@ TEMPLATES = Path(__file__).parents[2] / "templates"
 
 @pytest.fixture(scope="module")
 def grasper():
-    return Design(sitscad.load(TEMPLATES / "grasper_4layer.yaml"))
+    return template_design("grasper_4layer")
 
 
 def _sigmas(design):
@@ -134,13 +135,14 @@ def _readings(bench, loads):
     return bench.readings(bench.poses(loads))
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["bench_7mm", pytest.param("three_axis_triangle", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("name", ["bench_7mm", "three_axis_triangle"])
 def test_three_models_of_simulated_units_agree(name):
     """One sigma of each cause, by the response, by a calibration's chart, and of a design that
     is worked out anew, of what all causes together do.
     """
-    design = Design(sitscad.load(TEMPLATES / f"{name}.yaml"))
+    design = template_design(name)
     full, shear = design.sensing.solved.bench.range.normal, design.sensing.solved.bench.range.shear
     loads = np.array([[0.5 * full, 0.0, 0.0], [full, 0.0, 0.0], [0.5 * full, 0.5 * shear, 0.0], [full, -shear, 0.0]])
     result = {cause.name: list(_changed_by(design, cause, loads))
@@ -157,7 +159,7 @@ def test_three_models_of_simulated_units_agree(name):
 @pytest.mark.parametrize("name", ["bench_7mm", pytest.param("three_axis_triangle", marks=pytest.mark.slow)])
 def test_errors_by_cause_add_up_to_error_of_simulated_units(name):
     """What one map reads of units after their tare, over one range: to first order, and of 24 that are drawn."""
-    design = Design(sitscad.load(TEMPLATES / f"{name}.yaml"))
+    design = template_design(name)
     result = plan_calibration(design.response, is_held=True)
     scope, bench = result.sensors.range, design.sensing.analysis.bench
     loads, square = scope.inside(40), 0.0

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from template_designs import template_design
 from tolerance import approx
 
 import sitscad
@@ -20,10 +21,11 @@ from sitscad.estimates.windings.losses import SCREENING
 TEMPLATES = Path(__file__).parents[2] / "templates"
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", ["bench_7mm", pytest.param("grasper_4layer", marks=pytest.mark.slow),
                                   pytest.param("three_axis_triangle", marks=pytest.mark.slow)])
 def test_screen_resolution_agrees_with_response_within_error(name):
-    design = Design(sitscad.load(TEMPLATES / f"{name}.yaml"))
+    design = template_design(name)
     screened = Design(design.spec, design.layout, estimated(design.layout, tolerance=SCREENING))
     for point, other in zip(screened.sensing.analysis.points, design.sensing.analysis.points, strict=True):
         assert point.noise == approx(other.noise, rel=NEARLY, abs=0.0)
@@ -78,6 +80,6 @@ def test_spec_without_target_has_no_sensing_analysis():
 
 
 def test_performance_has_rest_frequencies_of_states():
-    design = Design(sitscad.load(TEMPLATES / "bench_7mm.yaml"))
+    design = template_design("bench_7mm")
     rest = [coil.states["rest"].frequency for coil in design.estimates.coils]
     assert np.abs(design.sensing.analysis.bench.rest / rest - 1.0).max() < 1e-5

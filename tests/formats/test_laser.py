@@ -16,10 +16,10 @@ from pathlib import Path
 import handmade
 import layouts
 import pytest
+from one_rule import findings_of
 from tolerance import approx
 
 from sitscad.assembly.places.stack import sheets, shield
-from sitscad.checks.judging import check
 from sitscad.files.documents import laser_notes
 from sitscad.files.drawing.svg import path_data
 from sitscad.files.formats import laser
@@ -493,7 +493,7 @@ def test_shield_larger_than_sheet_yields_finding():
         "sitscad: 1\nname: s\ncoil: {shape: circle, outer_diameter: 20, turns: 14, layers: 2, trace_width: 100 um, "
         "trace_spacing: 100 um}\nfpc: {boards: 4}\nshield: {}\ncutting: {sheet: [30, 30]}\n"
     )
-    message = [each for each in check(load_text(text, "s.yaml"), hints="none").findings if each.rule == "SIT317"]
+    message = findings_of("SIT317", load_text(text, "s.yaml"))
     assert [each.message.startswith("the shield") for each in message] == [True]
 
 
@@ -510,7 +510,7 @@ def copies(gap, boards=4):
 @pytest.mark.parametrize(("gap", "boards", "is_found"), [(0, 4, True), (0.15, 4, True), (0.2, 4, False), (0, 1, False)])
 def test_copies_with_touching_cuts_yield_finding(gap, boards, is_found):
     """An edge of two copies would be cut twice."""
-    said = [each for each in check(copies(gap, boards), hints="none").findings if each.rule == "SIT317"]
+    said = findings_of("SIT317", copies(gap, boards))
     assert [(each.key, each.measured, each.limit) for each in said] == [("cutting.gap", gap * MM, 0.15 * MM)] * is_found
 
 

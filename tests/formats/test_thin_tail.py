@@ -10,6 +10,7 @@ from gerber_shapes import image, read
 from gerbonara import ExcellonFile
 from kicad_oracle import needs_kicad, rule_check, write
 from layouts import order_set, thin_tail, two_coils
+from one_rule import findings_of
 from shapely import Polygon
 from shapely import box as shapely_box
 from tolerance import approx
@@ -173,14 +174,14 @@ def test_via_near_step_yields_finding_and_suggested_margin_removes_it(thin):
         (edit,) = finding.fixes[0].edits
         assert edit.key == "fpc.margin"
         changed = sitscad.load_text(rewritten(thin.spec.source.text, [edit]), "thin.yaml")
-        assert "SIT130" not in {f.rule for f in sitscad.check(changed, hints="none").findings}
+        assert findings_of("SIT130", changed) == []
 
 
 @pytest.mark.slow
 def test_tail_with_all_layers_has_no_tail_coverlay_or_step_finding():
     whole = board(tail=4)
     assert {path for path in order_set(whole) if "Tail_Coverlay" in path} == set()
-    assert "SIT130" not in {f.rule for f in sitscad.check(whole.spec, whole, hints="none").findings}
+    assert findings_of("SIT130", whole.spec, whole) == []
 
 
 @pytest.mark.parametrize("turned", [0, 30, 90, 180])
@@ -198,7 +199,7 @@ fpc: {{tail: {{length: 30, layers: 2}}, rules: {{name: wide, coverlay_lap: 9}}}}
             "turned.yaml",
         )
     )
-    result = [f for f in sitscad.check(laid.spec, laid, hints="none").findings if f.rule == "SIT130"]
+    result = findings_of("SIT130", laid.spec, laid)
     result = [f for f in result if (f.place.x, f.place.y) in {tuple(coil.centre) for coil in laid.coils}]
     windings = [winding.path for coil in laid.coils for winding in coil.windings]
     copper = bounding_box(windings)[2] + laid.spec.coil.trace_width / 2
@@ -239,6 +240,6 @@ def test_finished_copper_is_equal_in_all_order_documents(plated, finished, core)
 def test_two_cores_without_blind_vias_need_one_lamination():
     text = SPEC.format(layers=4, tail=4, array="{pattern: single}", across=6, turn="")
     layout = lay_out(load_text(text, "thin.yaml"))
-    assert not [finding for finding in sitscad.check(layout.spec, hints="none").findings if finding.rule == "SIT132"]
+    assert not findings_of("SIT132", layout.spec)
     files = order_set(layout)
     assert "one lamination" in files["fpc/readme.txt"].decode() and not any("front-in" in name for name in files)

@@ -10,6 +10,7 @@ from types import MappingProxyType
 
 import numpy as np
 import pytest
+from template_designs import template_design
 
 import sitscad
 from sitscad.estimates.tolerances.scatter import CAPACITOR
@@ -88,5 +89,5 @@ def sound_boards(design: sitscad.Design, count: int, state: str, seed: int) -> n
 @pytest.fixture(scope="session")
 def pad(tmp_path_factory: pytest.TempPathFactory) -> Bench:
     """Four coils on one converter."""
-    design = sitscad.Design(sitscad.load(TEMPLATES / "three_axis_pad.yaml"))
+    design = template_design("three_axis_pad")
     return compiled(design, tmp_path_factory.mktemp("pad"))

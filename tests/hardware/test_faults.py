@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import faults
 import pytest
+from template_designs import template_design
 
 import sitscad
 from sitscad.apps.hardware.converter import FAULTS
@@ -20,7 +21,7 @@ pytestmark = pytest.mark.clients("gcc")
 @pytest.mark.slow
 def test_every_simulated_fault_is_detected_without_false_alarm():
     """But for coils that are exchanged, which nothing tells apart that are drawn alike."""
-    rows = list(faults.table(Design(sitscad.load(TEMPLATES / "bench_7mm.yaml"))))
+    rows = list(faults.table(template_design("bench_7mm")))
     assert len(rows) == 2 * (1 + len(FAULTS))
     assert {(fault, who): right for fault, who, _, right in rows if right != "right"} == {
         ("swapped:C1:C2", who): "not seen" for who in ("driver", "diagnose")

@@ -6,12 +6,13 @@ import re
 
 import numpy as np
 import pytest
+from template_designs import template_design
 
 import sitscad
 from sitscad.apps.hardware.bench_board import Board, CoilReading
 from sitscad.apps.hardware.diagnosis import MET, diagnose_board
 from sitscad.files.formats.calibration_header import header
-from tests.hardware.conftest import TEMPLATES, Bench, compiled, sound_boards
+from tests.hardware.conftest import Bench, compiled, sound_boards
 
 pytestmark = [pytest.mark.clients("gcc"), pytest.mark.slow]
 
@@ -19,7 +20,7 @@ pytestmark = [pytest.mark.clients("gcc"), pytest.mark.slow]
 @pytest.fixture(scope="module")
 def fast(tmp_path_factory: pytest.TempPathFactory) -> Bench:
     """Two coils with a map to newtons, compiled for speed."""
-    design = sitscad.Design(sitscad.load(TEMPLATES / "bench_7mm.yaml"))
+    design = template_design("bench_7mm")
     result = sitscad.calibrate(design)
     return compiled(design, tmp_path_factory.mktemp("fast"), ["-O2"], header(result.map, result.sensors.conversion))
 

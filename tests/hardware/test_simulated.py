@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from template_designs import template_design
 from tolerance import approx
 
 import sitscad
@@ -15,7 +16,7 @@ from sitscad.data import FOLDER
 from sitscad.estimates.circuits.settings import devices
 from sitscad.kernels.converters import ldc_registers as at
 from sitscad.spec import presets
-from tests.hardware.conftest import HERE, SANE, STRICT, TEMPLATES
+from tests.hardware.conftest import HERE, SANE, STRICT
 
 VECTORS = HERE / "converter_vectors.txt"
 
@@ -75,7 +76,7 @@ def test_c_simulator_matches_test_vectors(tmp_path):
 
 # ------------------------------------------------------------------------------------------------------------- a design
 
-DESIGN = sitscad.Design(sitscad.load(TEMPLATES / "bench_7mm.yaml"))
+DESIGN = template_design("bench_7mm")
 
 
 def _simulated(**given: object) -> sitscad.SimulatedConverter:

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import shapely
+from one_rule import findings_of
 from ruamel.yaml import YAML
 from tolerance import approx
 
@@ -124,7 +125,7 @@ def test_largest_outline_limits_computed_body(bare):
 def test_plate_beyond_largest_outline_yields_note(button, side, is_told):
     """A pad for a room of 25 mm came with a plate of 33 mm, which no command said before it was built."""
     spec = rewritten_spec(button, [("fpc.largest", {"shape": "rectangle", "size": [side, side]})])
-    findings = [f for f in sitscad.check(spec, hints="none").findings if f.rule == "SIT136"]
+    findings = findings_of("SIT136", spec)
     assert [(f.severity, f.key) for f in findings] == [(sitscad.Severity.NOTE, "fpc.largest")] * is_told
     assert all(f.measured > f.limit == 0.0 for f in findings)
 
@@ -136,7 +137,7 @@ def test_plate_corners_beyond_round_outline_yield_note(button, room, is_told):
     x0, y0, x1, y1 = plate_plan(sitscad.lay_out(button), film_thickness(button.encapsulation))
     diagonal = 1e3 * math.hypot(x1 - x0 - 4e-3, y1 - y0 - 4e-3) + 4.0  # corners of 2 mm
     spec = rewritten_spec(button, [("fpc.largest", {"shape": "circle", "size": room * diagonal})])
-    findings = [f for f in sitscad.check(spec, hints="none").findings if f.rule == "SIT136"]
+    findings = findings_of("SIT136", spec)
     assert [f.severity for f in findings] == [sitscad.Severity.NOTE] * is_told
     assert all(f.measured == approx(0.5e-3 * (1.0 - room) * diagonal, rel=1e-2) for f in findings)
 

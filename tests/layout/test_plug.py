@@ -6,6 +6,7 @@ import re
 from dataclasses import replace
 
 import pytest
+from one_rule import findings_of
 from tolerance import approx
 
 import sitscad
@@ -95,7 +96,7 @@ def test_order_readme_asks_to_confirm_width_and_thickness_of_plug(plugged):
 
 def test_outline_tolerance_too_wide_for_connector_yields_finding():
     layout = board(2, "zif-0.5mm", fpc=", rules: {outline_tolerance: 250 um}")  # a knife
-    (findings,) = [f for f in sitscad.check(layout.spec, layout, hints="none").findings if f.rule == "SIT126"]
+    (findings,) = findings_of("SIT126", layout.spec, layout)
     assert (findings.measured, findings.limit) == approx((250e-6, 70e-6), rel=1e-9)
 
 
@@ -162,7 +163,7 @@ def test_contact_count_beyond_connectors_is_error():
     few = replace(connector, positions=(2, 3))
     tail = replace(layout.spec.fpc.tail, connector=few)
     spec = replace(layout.spec, fpc=replace(layout.spec.fpc, tail=tail))
-    (findings,) = [f for f in sitscad.check(spec, sitscad.lay_out(spec), hints="none").findings if f.rule == "SIT127"]
+    (findings,) = findings_of("SIT127", spec, sitscad.lay_out(spec))
     assert findings.severity.value == "error" and (findings.measured, findings.limit) == (4.0, 3.0)
 
 
@@ -186,7 +187,7 @@ def test_coverlay_covers_at_most_half_of_small_solder_pads_with_finding(lap):
         assert (x1 - x0) * (y1 - y0) >= 0.5 * pad.size[0] * pad.size[1]
     x0, *_ = bounding_box([layout.top_openings[0].outline])
     drawn = x0 - (layout.pads[0].centre.x - layout.pads[0].size[0] / 2)
-    findings = [f for f in sitscad.check(layout.spec, layout, hints="none").findings if f.rule == "SIT115"]
+    findings = findings_of("SIT115", layout.spec, layout)
     if lap == 0.15:
         assert drawn == approx(lap * MM, rel=1e-6) and not findings
     else:
@@ -196,7 +197,7 @@ def test_coverlay_covers_at_most_half_of_small_solder_pads_with_finding(lap):
 
 def test_tight_outline_tolerance_has_no_width_finding():
     layout = board(2, "zif-0.5mm", fpc=", rules: {outline_tolerance: 50 um}")
-    assert "SIT126" not in {f.rule for f in sitscad.check(layout.spec, layout, hints="none").findings}
+    assert findings_of("SIT126", layout.spec, layout) == []
 
 
 @pytest.mark.parametrize("connector", [*PLUGS, "solder-pads"])
@@ -262,7 +263,7 @@ def test_stiffener_is_nearest_stock_film(stackup, connector):
 def test_thick_tail_without_stiffener_is_refused(stackup, connector):
     """Where tail.layers is left out all layers run down it, and no stiffener makes that thinner."""
     layout = board(1, connector, fpc=f", stackup: {stackup}")
-    (findings,) = [f for f in sitscad.check(layout.spec, layout, hints="none").findings if f.rule == "SIT117"]
+    (findings,) = findings_of("SIT117", layout.spec, layout)
     assert layout.stiffener is None and findings.severity.value == "error"
     assert findings.measured > presets.connector(connector).insertion_thickness
     assert "insertion-bare" in findings.cases
@@ -272,15 +273,15 @@ def test_thick_tail_without_stiffener_is_refused(stackup, connector):
 def test_stiffener_outside_stock_yields_question():
     layout = board(1, "zif-0.5mm", ", stiffener: 200 um")
     assert layout.stiffener.thickness == 200e-6 and layout.stiffener.adhesive > 0.0
-    assert "SIT129" not in {f.rule for f in sitscad.check(layout.spec, layout, hints="none").findings}
+    assert findings_of("SIT129", layout.spec, layout) == []
     layout = board(2, "zif-0.5mm", ", stiffener: 190 um")
-    (asked,) = [f for f in sitscad.check(layout.spec, layout, hints="none").findings if f.rule == "SIT129"]
+    (asked,) = findings_of("SIT129", layout.spec, layout)
     assert asked.severity.value == "note" and asked.key == "fpc.tail.stiffener" and layout.stiffener.thickness == 190e-6
     thick = replace(presets.connector("zif-0.5mm"), insertion_thickness=0.6 * MM)
     tail = replace(layout.spec.fpc.tail, connector=thick, stiffener=None)
     spec = replace(layout.spec, fpc=replace(layout.spec.fpc, tail=tail))
     made = sitscad.lay_out(spec)
-    (asked,) = [f for f in sitscad.check(spec, made, hints="none").findings if f.rule == "SIT129"]
+    (asked,) = findings_of("SIT129", spec, made)
     assert asked.severity.value == "warning" and "stiffener-stock" in asked.cases
     assert finished_thickness(made, Where.CONTACT).nominal == approx(0.6 * MM, rel=1e-6)
     assert b"tell us the nearest that you have" in b" ".join(next(iter(_papers(made).values())).split())

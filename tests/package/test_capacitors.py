@@ -14,6 +14,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
+from one_rule import findings_of
 from tolerance import approx
 
 import sitscad
@@ -89,7 +90,7 @@ def test_coverlay_web_beside_capacitor_pads_meets_minimum(chip, web):
     _, edge = layout.reach_at(layout.capacitors[0].centre.x)
     assert edge - highest >= request - 1e-9
     flat = rectangle(-10e-3, -(highest + request / 2), 60e-3, highest + request / 2)
-    lines = [f for f in check(spec, replace(layout, outline=flat), hints="none").findings if f.rule == "SIT114"]
+    lines = findings_of("SIT114", spec, replace(layout, outline=flat))
     assert len(lines) >= 1 and all(f.measured == approx(request / 2, rel=1e-6) for f in lines)
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import handmade
 import pytest
+from template_designs import template_design
 from tolerance import approx
 
 from sitscad.assembly.places.bodies import backing_of, top_height
@@ -15,7 +16,9 @@ from sitscad.assembly.places.column import worst_deviations
 from sitscad.assembly.places.jaws import closed_span, made_to_measure
 from sitscad.assembly.places.stack import support
 from sitscad.basics.finding import Severity
-from sitscad.checks.judging import check
+from sitscad.checks.judging import RULES, check
+from sitscad.checks.rules import apply_rule
+from sitscad.estimates.design import Design
 from sitscad.kernels.geometry.path import enclosed_area
 from sitscad.layout import lay_out
 from sitscad.spec.load import load, load_text
@@ -37,10 +40,12 @@ def pad(**changes):
     return handmade.jaw_sensor(shield=None, **{"mount": mount, **changes})
 
 
+(SUPPORT,) = (rule for rule in RULES if rule.id == "SIT319")
+
+
 def said(mount):
-    result = check(load_text(f"{SENSOR}mount: {mount}\n", "held.yaml"), hints="none")
-    findings = [finding for finding in result.findings if finding.rule == "SIT319"]
-    return findings, [reason.case for reason in result.not_checked if reason.rule == "SIT319"]
+    findings, skipped = apply_rule(SUPPORT, Design(load_text(f"{SENSOR}mount: {mount}\n", "held.yaml")))
+    return findings, [reason.case for reason in skipped]
 
 
 def test_seat_support_is_limited_by_port():
@@ -91,9 +96,7 @@ def test_seat_cut_to_lens_gives_error_with_both_areas():
 
 @pytest.mark.parametrize("template", ["bench_7mm", "fingertip_foil", "grasper_4layer", "racetrack_jaw"])
 def test_template_boards_are_supported(template):
-    result = check(load(Path(__file__).parents[2] / f"templates/{template}.yaml"), hints="none")
-    assert not [finding for finding in result.findings if finding.rule == "SIT319"]
-    assert not [reason for reason in result.not_checked if reason.rule == "SIT319"]
+    assert apply_rule(SUPPORT, template_design(template)) == ([], [])
 
 
 @pytest.mark.slow

@@ -69,11 +69,12 @@ def test_template_warnings_are_expected_and_named_in_its_comments(name):
     import sitscad
 
     spec = sitscad.load_text(templates.read(name))
-    message = {f.rule for f in sitscad.check(spec, hints="none").findings if f.severity is not sitscad.Severity.NOTE}
+    result = sitscad.check(spec, hints="none")
+    message = {f.rule for f in result.findings if f.severity is not sitscad.Severity.NOTE}
     assert message == INHERENT[name]
     if name != "grasper_3p5mm":  # that one says at its head that it is refused, and why
         assert all(rule in templates.read(name) for rule in message)
-    assert name == "grasper_3p5mm" or sitscad.check(spec, hints="none").ok
+    assert name == "grasper_3p5mm" or result.ok
 
 
 @pytest.mark.more

@@ -107,7 +107,7 @@ def answered(tmp_path_factory):
     (folder / "coil.yaml").write_text(templates.read("single_coil"))
     (folder / "study.yaml").write_text(STUDY)
     study = sitscad.Study.load(folder / "study.yaml")
-    return study, study.run(draws=16)
+    return study, study.run(draws=6)
 
 
 @pytest.mark.parametrize("name", ["jaw_5mm", "miniature_3p5mm", "three_axis_pad"])
@@ -147,7 +147,7 @@ def test_answer_text_and_json_report_kept_designs(answered):
     _, answer = answered
     message, text = json.loads(answer_json(answer)), answer_text(answer, "outputs/x-study")
     assert message["met"] and message["screened"] == 20 and len(message["kept"]) == len(answer.kept)
-    assert message["kept"][0]["yield"]["units"] == 16 and message["agreement"]["designs"] == len(answer.results.full)
+    assert message["kept"][0]["yield"]["units"] == 6 and message["agreement"]["designs"] == len(answer.results.full)
     assert text.startswith("The requirements can be met: 20 of 20 designs")
     assert "sitscad build outputs/x-study/designs/1.yaml" in text
     assert sorted(answer_files(answer))[-1] == "study.json"

@@ -12,6 +12,7 @@ import pytest
 from click.testing import CliRunner
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from one_rule import findings_of
 from tolerance import approx
 
 from sitscad.checks.findings import as_text, checked_spec
@@ -162,7 +163,7 @@ def test_written_coil_limits_are_binding_unless_profile_states_otherwise(folder,
 
 def test_check_uses_profile_limit_and_cites_its_line(folder):
     spec = load(write(folder, "ours.yaml", ours="name: our shop\ntrace_width: 0.2\n"))
-    found = [f for f in check(spec, hints="none").findings if f.rule == "SIT101"]
+    found = findings_of("SIT101", spec)
     assert found and all("our shop" in f.message and f.source == "ours.yaml line 2" for f in found)
     assert found[0].limit == approx(200e-6, rel=1e-6) and found[0].key == "coil.trace_width" and found[0].file is None
 
@@ -231,6 +232,11 @@ def foil(thickness):
     return f"[{{coverlay: 25 um}}, {copper}, {film}, {copper}, {{coverlay: 25 um}}]"
 
 
+def of_tracks(spec):
+    """Findings on widths and gaps of tracks and coiled tracks."""
+    return [each for rule in ("SIT101", "SIT102", "SIT103") for each in findings_of(rule, spec)]
+
+
 def unknown(found, copper):
     """The rules that miss a figure for the copper (um), with their severities: it is thicker than any with a figure."""
     rows = [f for f in found if f.rule in ("SIT101", "SIT102", "SIT103") and f.limit < f.measured]
@@ -241,7 +247,7 @@ def unknown(found, copper):
 @pytest.mark.parametrize("base", ["generic-flex", "generic-fine", "osh-park-flex", "lab-circuits", "wellpcb"])
 def test_copper_thicker_than_stated_limits_yields_errors(folder, thickness, is_said, base):
     """Also for a generic figure: 100 um between tracks of 210 um copper is etched by nobody."""
-    findings = check(load(write(folder, base, stackup=foil(thickness))), hints="none").findings
+    findings = of_tracks(load(write(folder, base, stackup=foil(thickness))))
     message = {("SIT101", "error"), ("SIT102", "error"), ("SIT103", "warning")}
     assert unknown(findings, thickness) == (message if is_said else set())
 
@@ -250,11 +256,10 @@ def test_copper_thicker_than_stated_limits_yields_errors(folder, thickness, is_s
 def test_user_limits_for_thick_copper_yield_no_unknown_limit_errors(folder):
     """A plain figure holds whatever the copper; one for 70 um holds there, and not beyond."""
     plain = "trace_width: 0.1\ntrace_spacing: 0.1\ncoil_trace_width: 0.1\ncoil_trace_spacing: 0.1\n"
-    findings = check(load(write(folder, "ours.yaml", stackup=foil(210), ours=plain)), hints="none").findings
+    findings = of_tracks(load(write(folder, "ours.yaml", stackup=foil(210), ours=plain)))
     assert unknown(findings, 210) == set()
     thick = "trace_width_70um: 0.1\ntrace_spacing_70um: 0.1\n"
-    findings = {t: check(load(write(folder, "ours.yaml", stackup=foil(t), ours=thick)), hints="none").findings
-                for t in (70, 105)}
+    findings = {t: of_tracks(load(write(folder, "ours.yaml", stackup=foil(t), ours=thick))) for t in (70, 105)}
     assert unknown(findings[70], 70) == {("SIT103", "warning")}
     assert unknown(findings[105], 105) == {("SIT101", "error"), ("SIT102", "error"), ("SIT103", "warning")}
 
