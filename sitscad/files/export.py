@@ -107,9 +107,9 @@ def centre_lines(layout: Layout) -> tuple[CentreLine, ...]:
     >>> [line.layer for line in sitscad.centre_lines(sitscad.lay_out(spec))]
     [1, 2]
     """
-    width = layout.spec.coil.trace_width
     return tuple(
-        CentreLine(coil.name, winding.layer, winding.z, width, winding.thickness, winding.path)
+        CentreLine(coil.name, winding.layer, winding.z, (coil.placement.own or layout.spec.coil).trace_width,
+                   winding.thickness, winding.path)
         for coil in layout.coils
         for winding in coil.windings
     )

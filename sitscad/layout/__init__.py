@@ -33,7 +33,7 @@ from sitscad.layout.tail.frame import CORNER_RADIUS, TailFrame, course, first_vi
 from sitscad.layout.tail.tracks import Run, unused_contacts
 from sitscad.layout.windings import WoundCoil, wind_all, wind_coil
 from sitscad.spec.circuit import FpcSpec
-from sitscad.spec.coil import ArraySpec, CoilPlacement
+from sitscad.spec.coil import ArraySpec, CoilPlacement, CoilSpec
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.resolver.validity import refuse_unusable
 from sitscad.spec.sensor import ArtworkSpec, SensorSpec
@@ -103,10 +103,9 @@ def sketch(spec: SensorSpec, wider: int = 0) -> Layout:
     level = _about_axis(_with_all_coils(spec))
     artwork = level.artwork
     bus = bus_for(artwork, lead_spacings(level.coil.trace_spacing, level.fpc.rules.trace_spacing)[0] if wider else None)
-    layers = {p.rotation: wind_coil(artwork, replace(p, centre=(0.0, 0.0)), SKETCHED) for p in level.array.placements}
-    # both ends have to come together, the shorter way round
-    round_it, road = -(math.fsum(spec.coil.layer_turns) % 1.0), 0.5 * max(spec.coil.size) + bus.ring_offset
-    round_it += round_it <= -0.5 + 1e-9
+    layers = {(p.own, p.rotation): wind_coil(artwork, replace(p, centre=(0.0, 0.0)), SKETCHED)
+              for p in level.array.placements}
+    round_it, _ = _goes_on(spec.coil, bus)
     none = tuple(WoundCoil((), (), None, ()) for _ in level.array.placements)
     # a lead round a single coil needs room beside it; lanes past several coils already have it
     breadths = list(dict.fromkeys(breadth for _, breadth in boards(artwork, bus)))
@@ -114,10 +113,20 @@ def sketch(spec: SensorSpec, wider: int = 0) -> Layout:
     unplaced = _assemble(level, _unrouted(artwork, bus, none, (), ground))
     pairs, layout = _undrawn(artwork, bus, unplaced.coils, unplaced.body[2]), _placed(unplaced, _with_all_coils(spec))
     coils = tuple(
-        replace(coil, windings=layers[coil.placement.rotation], undrawn=pair, goes_on=(round_it, road))
+        replace(coil, windings=layers[coil.placement.own, coil.placement.rotation], undrawn=pair,
+                goes_on=_goes_on(coil.placement.own or spec.coil, bus))
         for coil, pair in zip(layout.coils, pairs, strict=True)
     )
     return replace(layout, spec=spec, coils=coils)
+
+
+def _goes_on(coil: CoilSpec, bus: Bus) -> tuple[float, float]:
+    """Return the turns by which a lead of a sketched coil runs around it, and the distance (m) from its centre.
+
+    Both ends of the coil must come together, by the shorter way around it.
+    """
+    turns = -(math.fsum(coil.layer_turns) % 1.0)
+    return turns + (turns <= -0.5 + 1e-9), 0.5 * max(coil.size) + bus.ring_offset
 
 
 FRONTMOST, ROUND, ROUND_FREE = 2e-3, 0.8, 0.3
@@ -145,7 +154,7 @@ def _undrawn(artwork: ArtworkSpec, bus: Bus, coils: tuple[Coil, ...], body_end: 
     pairs: list[tuple[LeadPair, ...]] = []
     for coil in coils:
         is_next = lined and coil.centre.x >= frontmost - 1e-9
-        longer = (ROUND if lined else ROUND_FREE) * artwork.coil.size[0]
+        longer = (ROUND if lined else ROUND_FREE) * (coil.placement.own or artwork.coil).size[0]
         beside = FRONTMOST if is_next else body_end - coil.centre.x + longer
         pairs.append((LeadPair(beside, bus.width, bus.layers, bus.pitch), down))
     return pairs
@@ -223,7 +232,9 @@ def _largest_body(artwork: ArtworkSpec, wider: float) -> tuple[float, float]:
 
 def _spaced(artwork: ArtworkSpec, windings: tuple[WoundCoil, ...], bus: Bus, searches: SearchLimit) -> _Attempt:
     """Route the leads with the gaps and layers of `bus`, and lay out tail and body. Shortfalls list missing room."""
-    shortfalls = list(windings[0].shortfalls)
+    shortfalls = [*windings[0].shortfalls]
+    if (last := artwork.array.placements[-1]).own is not None:
+        shortfalls += [replace(lack, facts=(*lack.facts, ("own", last.name))) for lack in windings[-1].shortfalls]
     if not artwork.array.is_in_line and not bus.is_stacked:
         # side by side on one layer, pairs are led along the jaw only
         shortfalls.append(Shortfall(Missing.TAIL_LAYERS, facts=(("pattern", artwork.array.pattern),)))
@@ -295,7 +306,7 @@ def _assemble(spec: SensorSpec, attempt: _Attempt) -> Layout:
     for index, (placement, coil) in enumerate(zip(spec.array.placements, windings, strict=True)):
         way = routing.escapes[index] if routing else None
         ends = routing.ends[index] if routing else None
-        series = _series(spec.fpc, spec.coil.trace_width, placement.name, coil, way, ends)
+        series = _series(spec.fpc, (placement.own or spec.coil).trace_width, placement.name, coil, way, ends)
         coils.append(Coil(placement, placement.name, coil.windings, series, way is not None))
         pads += [run.pad for run in ends] if ends else []
         if ends and ends[0].chip_pad and ends[1].chip_pad and tail.chip:

@@ -290,8 +290,8 @@ class Layout:
 
     def without_target(self, coil: Coil) -> Layout:
         """Return the board with one of its coils only, without the target."""
-        spec = replace(self.spec, array=ArraySpec("single", (coil.placement,)), cells=None, target=None,
-                       elastomer=None, loads=())
+        spec = replace(self.spec, coil=coil.placement.own or self.spec.coil, cells=None, target=None, elastomer=None,
+                       array=ArraySpec("single", (coil.placement,)), loads=())
         return replace(self, spec=spec, coils=(coil,))
 
     @property

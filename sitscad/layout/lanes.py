@@ -24,12 +24,18 @@ from sitscad.spec.sensor import ArtworkSpec
 class Ring:
     """The closed curve around a coil at the distance `offset` (m) from its copper.
 
-    A point of the curve is given by its angle (rad) about the coil's centre.
+    A point of the curve is given by its angle (rad) about the coil's centre. `usual` is the coil of the array. The
+    curve is around the placement's own coil if it has one.
     """
 
-    coil: CoilSpec
+    usual: CoilSpec
     placement: CoilPlacement
     offset: float
+
+    @cached_property
+    def coil(self) -> CoilSpec:
+        """The coil inside the curve."""
+        return self.placement.own or self.usual
 
     @cached_property
     def centre(self) -> Point:
@@ -316,6 +322,7 @@ def exits(coil: CoilSpec, bus: Bus, lane: Lane, funnel_x: float, turned: bool = 
     leads side by side. `funnel_x` (m) is the x of the taper in front of the tail, where the paths end.
     """
     ring = Ring(coil, lane.placement, bus.ring_offset)
+    coil = ring.coil
     corner = math.atan2(ring.half_size[1], ring.half_size[0])
     upper, lower = bus.layers
 

@@ -181,9 +181,9 @@ def edge_room(artwork: ArtworkSpec, edge: Path) -> dict[str, float]:
 
     Negative if the turns cross the edge.
     """
-    coil, room = artwork.coil.outline.boundary(artwork.coil.size, 0.0), dict[str, float]()
+    room = dict[str, float]()
     for placement in artwork.array.placements:
-        turns = coil.rotated(placement.rotation).shifted(*placement.centre)
+        turns = Ring(artwork.coil, placement, 0.0).boundary.rotated(placement.rotation).shifted(*placement.centre)
         room[placement.name] = -max(signed_distance(edge, point) for point in turns.flattened(CHORD))
     return room
 

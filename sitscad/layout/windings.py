@@ -477,7 +477,8 @@ def wind_coil(
 
     `tolerance` (m) is the largest distance between the spiral and the segments that replace it.
     """
-    windings = _wind(artwork.coil, tuple(artwork.coil_copper), placement.rotation, tolerance)
+    coil, copper = placement.own or artwork.coil, artwork.fpc.stackup.copper
+    windings = _wind(coil, tuple(copper[number - 1] for number in coil.layers), placement.rotation, tolerance)
     if placement.centre == (0.0, 0.0):
         return windings
     return tuple(replace(winding, path=winding.path.shifted(*placement.centre)) for winding in windings)
@@ -519,17 +520,19 @@ class WoundCoil:
 
 
 def wind_all(artwork: ArtworkSpec) -> tuple[WoundCoil, ...]:
-    """Return all coils with their inner vias, which are searched once for each rotation of a coil."""
+    """Return all coils with their inner vias, which are searched once for each kind and rotation of a coil."""
     coils = []
-    # the copper layer on which a coil with an odd number of layers comes out from under its turns: the second if free
-    free = [layer.number for layer in artwork.fpc.stackup.copper if layer.number not in artwork.coil.layers]
-    out = next((number for number in free if number == 2), free[0] if free else None)
-    way_out = out if len(artwork.coil.layers) % 2 else None
-    joined: dict[float, tuple[tuple[InnerJoin, ...], tuple[Shortfall, ...]]] = {}
+    joined: dict[tuple[CoilSpec, float], tuple[tuple[InnerJoin, ...], tuple[Shortfall, ...]]] = {}
     for placement in artwork.array.placements:
-        if placement.rotation not in joined:
-            joined[placement.rotation] = _joined_inside(artwork, placement, way_out)
-        joins, shortfalls = joined[placement.rotation]
+        coil = placement.own or artwork.coil
+        # the copper layer on which a coil with an odd number of layers comes out from under its turns: 2 if free
+        free = [layer.number for layer in artwork.fpc.stackup.copper if layer.number not in coil.layers]
+        out = next((number for number in free if number == 2), free[0] if free else None)
+        way_out = out if len(coil.layers) % 2 else None
+        key = coil, placement.rotation
+        if key not in joined:
+            joined[key] = _joined_inside(artwork, placement, way_out)
+        joins, shortfalls = joined[key]
         moved = tuple(join.shifted(*placement.centre) for join in joins)
         coils.append(WoundCoil(wind_coil(artwork, placement), moved, way_out, shortfalls))
     return tuple(coils)
@@ -542,15 +545,15 @@ def _joined_inside(
 
     Vias and stubs keep the first gap of `lead_spacings` for which the inside has room.
     """
-    coil, stackup, rules, centre = artwork.coil, artwork.fpc.stackup, artwork.fpc.rules, Point(0.0, 0.0)
-    windings = wind_coil(artwork, replace(placement, centre=centre))
+    stackup, rules, centre = artwork.fpc.stackup, artwork.fpc.rules, Point(0.0, 0.0)
+    coil, windings = placement.own or artwork.coil, wind_coil(artwork, replace(placement, centre=centre))
     if len(windings) % 2 and way_out is None:  # it ends inside, and no copper layer is left to come out on
         layers = len(coil.layers)
         have, named = float(len(stackup.copper)), (("count", layers), ("stackup", stackup.name), ("more", layers + 1))
         return (), (Shortfall(Missing.WAY_OUT, have, float(layers + 1), "copper layers", facts=named),)
     clear = min(winding.path.distance(centre) for winding in windings) - coil.trace_width / 2  # no turn's copper enters
     inside = Inside(centre, clear, coil.size[0] - coil.size[1], placement.rotation)
-    for spacing in lead_spacings(artwork.coil.trace_spacing, artwork.fpc.rules.trace_spacing):
+    for spacing in lead_spacings(coil.trace_spacing, rules.trace_spacing):
         widths = coil.trace_width, rules, spacing, coil.trace_spacing
         is_least = spacing == rules.trace_spacing
         joins = _inner_joins(windings, coil.layer_turns, inside, *widths, is_least)

@@ -249,21 +249,29 @@ class CoilSpec(Section):
 
 @record
 class CoilPlacement:
-    """Position of one coil: name, centre (m), rotation (rad, counter-clockwise)."""
+    """Position of one coil: name, centre (m), rotation (rad, counter-clockwise).
+
+    ``own`` is the coil if it differs from the array's other coils, as a reference coil may. Otherwise it is None.
+    """
 
     name: str
     centre: tuple[float, float]
     rotation: float = 0.0
+    own: CoilSpec | None = None
 
 
 @record
 class Reference(Section):
-    """A further coil of the same windings that no target covers, with the channel after all other coils."""
+    """A further coil that no target covers, with the channel after all other coils."""
 
     offset: tuple[float, float] | None = key(
         Pair(UnitValue("length", "-1000 mm", "1000 mm")),
         "[x, y] of its centre from the mean of the other coils' centres; default: towards the tail, 0.5 mm from "
         "the next coil and half a coil from target and elastomer", None,
+    )
+    coil: CoilSpec | None = key(
+        Part(CoilSpec), "its windings, with the keys of the section coil except drawn; default the windings of the "
+        "other coils", None,
     )
 
 

@@ -330,7 +330,12 @@ class SensorSpec(Readable):
             return None
         (x, y), offset = self.array.middle, self.array.reference.offset
         place = (self._beyond_plates, y) if offset is None else (x + offset[0], y + offset[1])
-        return CoilPlacement(f"C{len(self.array.placements) + 1}", place)
+        return CoilPlacement(f"C{len(self.array.placements) + 1}", place, own=self.array.reference.coil)
+
+    @property
+    def reference_coil(self) -> CoilSpec:
+        """Windings of the reference coil: its own, or the windings of the other coils."""
+        return (self.array.reference and self.array.reference.coil) or self.coil
 
     @property
     def _beyond_plates(self) -> float:
@@ -339,7 +344,8 @@ class SensorSpec(Readable):
         It is rounded up to 10 um. The reference coil's edge is 0.5 mm from the next coil, and half a coil from the
         plates.
         """
-        boundary, ends = self.coil.outline.boundary(self.coil.size, 0.0), list[float]()
+        own, ends = self.reference_coil, list[float]()
+        boundary, reference = (coil.outline.boundary(coil.size, 0.0) for coil in (self.coil, own))
         for place in self.array.placements:
             ends.append(place.centre[0] + bounding_box([boundary.rotated(place.rotation)])[2] + BESIDE_COIL)
         for cell in self.cell_placements:
@@ -349,8 +355,8 @@ class SensorSpec(Readable):
                     continue
                 rotation, (x, y) = plate.rotation if isinstance(plate, Target) else 0.0, plate.offset
                 box = Footprint(plate.outline.is_disc, plate.size, Point(middle + x, y), rotation).box
-                ends.append(box[2] + 0.5 * min(self.coil.size))
-        return math.ceil((max(ends) - bounding_box([boundary])[0]) * 1e5 - 1e-6) * 1e-5
+                ends.append(box[2] + 0.5 * min(own.size))
+        return math.ceil((max(ends) - bounding_box([reference])[0]) * 1e5 - 1e-6) * 1e-5
 
     @property
     def all_placements(self) -> tuple[CoilPlacement, ...]:

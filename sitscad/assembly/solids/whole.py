@@ -94,7 +94,11 @@ def _body_face(body: Box, outline: Path) -> Any:
 
 
 def ring(spec: CoilSpec, coil: Coil, number: int) -> Region:
-    """Return the ring that a coil's tracks cover on one of its layers, as a region from above."""
+    """Return the ring that a coil's tracks cover on one of its layers, as a region from above.
+
+    `spec` holds for coils without own windings.
+    """
+    spec = coil.placement.own or spec
     order = [winding.layer for winding in coil.windings].index(number)
     depth = spec.layer_turns[order] * (spec.trace_width + spec.trace_spacing) - spec.trace_spacing
     outer = _at_coil(spec.outline.edge(spec.size, spec.corner_radius + spec.trace_width / 2), coil)
@@ -552,5 +556,6 @@ def track_share(coils: tuple[Coil, ...], trace_width: float, solid: Solid) -> fl
     _, number, name = solid.name.split("-", 2)
     coil = next(coil for coil in coils if coil.name == name)
     winding = next(winding for winding in coil.windings if winding.layer == int(number))
-    tracks = winding.path.length * trace_width * winding.thickness
+    width = trace_width if coil.placement.own is None else coil.placement.own.trace_width
+    tracks = winding.path.length * width * winding.thickness
     return min(1.0, tracks / solid.volume)

@@ -36,6 +36,7 @@ from sitscad.layout.outline import rim_lap
 from sitscad.spec.circuit import LayerKind
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.design_rules import DesignRules
+from sitscad.spec.resolver.coils import own_key
 from sitscad.spec.sensor import SensorSpec
 
 GRAIN = 1e-6
@@ -146,7 +147,7 @@ def _worst_of_each_kind(design: Design, of_vias: bool, key: str) -> Iterator[Vio
     """
     kinds: dict[tuple[object, ...], list[Nearness]] = {}
     spacing = design.spec.fpc.rules.trace_spacing
-    winding = min(spacing, design.spec.coil.trace_spacing)
+    winding = min(spacing, design.spec.coil.trace_spacing, design.spec.reference_coil.trace_spacing)
     for near in cached_per_board(design, "near copper", lambda: tuple(
             too_near(cached_copper(design), spacing - ALLOWED_SHORTFALL, winding - ALLOWED_SHORTFALL))):
         if (isinstance(near.one, Via) or isinstance(near.other, Via)) is of_vias:
@@ -168,14 +169,18 @@ def _too_close(spec: SensorSpec, traces: tuple[Trace, ...], near: Nearness, plac
     # a turn near another turn of its coil, or near the conductor that continues it
     kinds, of_turns = {_kind(near.one), _kind(near.other)}, {Role.WINDING, Role.STUB, Role.LEAD}
     is_of_turns = near.one.net == near.other.net and Role.WINDING in kinds <= of_turns
-    radius = _common_radius(spec.coil, traces) if is_of_turns else None
+    is_own = is_of_turns and spec.reference_coil is not spec.coil and near.one.net == spec.all_placements[-1].name
+    coil = spec.reference_coil if is_own else spec.coil
+    radius = _common_radius(coil, traces, near.one.net) if is_of_turns else None
     if radius is not None:
         key, hint = "coil.corner_radius", "gap-radius"
         fixes = (lambda: [setting(spec, "coil.corner_radius", radius, f"{radius * 1e3:.6g}")],)
-    elif is_of_turns and minimum - near.gap <= spiral_gap_reduction(spec.coil):
-        spacing = GRAIN * math.ceil((spec.coil.trace_spacing + (minimum - near.gap)) / GRAIN - 1e-6)
+    elif is_of_turns and minimum - near.gap <= spiral_gap_reduction(coil):
+        spacing = GRAIN * math.ceil((coil.trace_spacing + (minimum - near.gap)) / GRAIN - 1e-6)
         # with fewer turns if the wider pitch needs their room
         key, hint, fixes = "coil.trace_spacing", "gap-spiral", (lambda: wider_tracks(spec, 0.0, spacing),)
+    if is_own and key.startswith("coil."):
+        key, fixes = own_key(key), ()
     return violation_of(
         "gap", key, near.gap, minimum, "m", hint=hint, details=("gap-places",) if places > 1 else (), source=source,
         place=Place(near.x, near.y, near.layer, near.nets), fixes=fixes, pair=pair_in_words(near), layer=near.layer,
@@ -184,15 +189,15 @@ def _too_close(spec: SensorSpec, traces: tuple[Trace, ...], near: Nearness, plac
     )
 
 
-def _common_radius(coil: CoilSpec, traces: tuple[Trace, ...]) -> float | None:
-    """Return the largest corner radius (m) that fits at all corners of the coils, in hundredths of a millimetre.
+def _common_radius(coil: CoilSpec, traces: tuple[Trace, ...], net: str) -> float | None:
+    """Return the largest corner radius (m) that fits at all corners of the coil of a net, in units of 10 um.
 
     None if all corners have the radius in the spec, or if the layers begin at corners, because the radii there differ
     intentionally.
     """
     if not coil.is_mid_side:
         return None
-    radii = [side.radius for trace in traces if trace.role is Role.WINDING
+    radii = [side.radius for trace in traces if trace.role is Role.WINDING and trace.net == net
              for side in trace.path if isinstance(side, Arc)]
     least = min(radii, default=math.inf)
     return math.floor(least * 1e5) * 1e-5 if least < coil.corner_radius - ROUNDING else None

@@ -287,7 +287,8 @@ def sliver(design: Design) -> Iterator[Verdict]:
 
     The minimum is the smaller of the fabricator's spacing and the spec's spacing of turns.
     """
-    minimum = min(design.spec.fpc.rules.trace_spacing, design.spec.coil.trace_spacing)
+    minimum = min(design.spec.fpc.rules.trace_spacing, design.spec.coil.trace_spacing,
+                  design.spec.reference_coil.trace_spacing)
     holder, source = gap_asked_by(design.spec.fpc.rules, minimum)
     for near in conductor_notches(cached_copper(design), minimum - ALLOWED_SHORTFALL):
         yield violation_of(

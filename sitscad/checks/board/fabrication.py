@@ -7,7 +7,8 @@ coverlays.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 from functools import cache, partial
 from itertools import combinations, islice
 from typing import Any
@@ -26,6 +27,7 @@ from sitscad.spec.circuit import MASK, FpcSpec, LayerKind, StackLayer, Stackup
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.profiles import installed_rules
+from sitscad.spec.resolver.coils import own_key
 from sitscad.spec.sensor import SensorSpec
 
 
@@ -168,7 +170,7 @@ def trace_width(design: Design) -> Iterator[Verdict]:
     # Tracks drawn narrower than the fabricator makes, if the coil's own width is not the reason
     rules, coil = design.spec.fpc.rules, design.spec.coil
     for trace in design.layout.traces:
-        if trace.width < min(rules.trace_width, coil.trace_width) - ROUNDING:
+        if trace.width < min(rules.trace_width, coil.trace_width, design.spec.reference_coil.trace_width) - ROUNDING:
             yield shorter_than_limit("track-width", rules, "trace_width", trace.width, "fpc.rules",
                                      Place(*trace.path.start, trace.layer, (trace.net,)), role=trace.role.value,
                                      net=trace.net, layer=trace.layer)
@@ -243,6 +245,24 @@ def loop_lines(design: Design) -> Iterator[Verdict]:
     if unknown is not None:
         severity = Severity.ERROR if rules.binds(unknown) else Severity.WARNING
         yield from _thicker_foil(design.spec.coil.layers, design.spec.fpc, unknown, "coiled tracks", severity)
+
+
+def of_all_windings(apply: Callable[[Design], Iterable[Verdict]]) -> Callable[[Design], Iterator[Verdict]]:
+    """Return the function of a rule that also checks the own windings of a reference coil.
+
+    `apply` checks the section ``coil``. No changes of the own windings are tried.
+    """
+
+    def applied(design: Design) -> Iterator[Verdict]:
+        yield from apply(design)
+        own = design.spec.reference_coil
+        if own is not design.spec.coil:
+            alone = Design(replace(design.spec, coil=own), replace(design.layout, traces=()), design.estimates)
+            for verdict in apply(alone):
+                if isinstance(verdict, Violation) and (verdict.key or "").startswith("coil."):
+                    yield replace(verdict, key=own_key(verdict.key or ""), fixes=())
+
+    return applied
 
 
 def _wider_tracks(spec: SensorSpec, field: str, is_all: bool = False) -> tuple[Family, ...]:
@@ -463,7 +483,8 @@ RULES: tuple[Rule, ...] = (
     rule_of("SIT104", lambda design: via_drill(design.layout.vias, design.spec.fpc.rules)),
     rule_of("SIT105", lambda design: annular_ring(design.layout.vias, design.spec.fpc.rules)),
     rule_of("SIT106", lambda design: hole_to_hole(design.layout.vias, design.spec.fpc.rules)),
-    rule_of("SIT116", part_size), rule_of("SIT101", trace_width), rule_of("SIT102", trace_spacing),
-    rule_of("SIT103", loop_lines), rule_of("SIT131", unlisted_materials),
+    rule_of("SIT116", part_size), rule_of("SIT101", of_all_windings(trace_width)),
+    rule_of("SIT102", of_all_windings(trace_spacing)),
+    rule_of("SIT103", of_all_windings(loop_lines)), rule_of("SIT131", unlisted_materials),
     rule_of("SIT137", layer_materials), rule_of("SIT138", coverlay_adhesive),
 )

@@ -26,6 +26,7 @@ from sitscad.layout.windings import no_inner_room
 from sitscad.spec.circuit import BodySpec
 from sitscad.spec.coil import CoilPlacement, CoilSpec
 from sitscad.spec.design_rules import DesignRules
+from sitscad.spec.resolver.coils import own_key
 from sitscad.spec.sensor import ArtworkSpec, SensorSpec
 
 GRAIN = 100e-6
@@ -49,9 +50,12 @@ def _with_need(artwork: ArtworkSpec, lack: Shortfall) -> Shortfall:
     """
     if lack.what is not Missing.INNER_ROOM or lack.need is not None or lack.have is None:
         return lack
+    placement = artwork.array.placements[-1 if "own" in dict(lack.facts) else 0]
+    coil = placement.own or artwork.coil
+    alone = replace(artwork, array=replace(artwork.array, placements=(replace(placement, own=None),)))
     for growth in GROWTHS:
-        size = (artwork.coil.size[0] + growth, artwork.coil.size[1] + growth)
-        if moves.inner_vias_fit(replace(artwork, coil=replace(artwork.coil, size=size))):
+        size = (coil.size[0] + growth, coil.size[1] + growth)
+        if moves.inner_vias_fit(replace(alone, coil=replace(coil, size=size))):
             return no_inner_room(int(str(dict(lack.facts)["count"])), lack.have, lack.have + growth)
     return lack
 
@@ -116,6 +120,8 @@ def _too_little_room(spec: SensorSpec, shortfall: Shortfall) -> Violation:
     }
     key, source = texts[lack.what]
     facts: dict[str, Any] = dict(lack.facts)
+    if "own" in facts:
+        key = own_key(key)
     return violation_of(lack.case, key, lack.have, lack.need, lack.unit, source=source, place=lack.place,
                         fixes=_changes_for_room(spec, shortfall), **facts)
 
@@ -151,6 +157,11 @@ def _changes_for_room(spec: SensorSpec, lack: Shortfall) -> tuple[Family, ...]:
     wider = FamilyByAmount(partial(moves.larger_body, spec),
                            GRAIN if missing is None else missing + moves.lead_room(spec.array.placements, spec.coil,
                                                                                    spec.fpc.rules))
+    if "own" in dict(lack.facts):
+        return (partial(moves.fewer_own_turns, spec),)
+    has_reference = lack.what is Missing.LEAD_ROOM and spec.array.reference is not None
+    of_reference: tuple[Family, ...] = (
+        partial(moves.farther_references, spec), partial(moves.smaller_references, spec)) if has_reference else ()
     match lack.what:
         case Missing.INNER_ROOM:
             more = max(missing or 0.0, 0.5 * spec.fpc.rules.via_pad)
@@ -161,13 +172,13 @@ def _changes_for_room(spec: SensorSpec, lack: Shortfall) -> tuple[Family, ...]:
             # changes inside the specified outline come first, and cheap trials first: trials that end in a board
             inside = [FamilyByAmount(partial(move, spec), GRAIN)
                       for move in (moves.coils_farther_apart, moves.smaller_coils)]
-            return *inside[len(spec.array.placements) == 1 :], partial(moves.other_ends, spec), wider
+            return *of_reference, *inside[len(spec.array.placements) == 1 :], partial(moves.other_ends, spec), wider
         case Missing.LEAD_ROOM if len(spec.array.placements) > 1:
             first = moves.lead_room(spec.array.placements, spec.coil, spec.fpc.rules)
-            return (FamilyByAmount(partial(moves.coils_farther_apart, spec), first), partial(moves.other_ends, spec),
-                    partial(_apart_and_turned, spec, GROWTH * first))
+            return (*of_reference, FamilyByAmount(partial(moves.coils_farther_apart, spec), first),
+                    partial(moves.other_ends, spec), partial(_apart_and_turned, spec, GROWTH * first))
         case Missing.LEAD_ROOM:
-            return (partial(moves.other_ends, spec),)
+            return *of_reference, partial(moves.other_ends, spec)
         case Missing.TAIL_ROOM:
             return (partial(moves.larger_connectors, spec, "pitch"),)
         case Missing.TAIL_LAYERS:

@@ -15,6 +15,7 @@ from sitscad.checks.reading.readings import (
     missing_value_reasons,
     more_distance,
     near_limit,
+    of_own_windings,
     readings_of,
     worst_beyond_limit,
     worst_of,
@@ -261,5 +262,5 @@ def _high_current_amplitude(converter: Converter, coils: Sequence[CoilEstimate])
 
 
 RULES: tuple[Rule, ...] = (
-    rule_of("SIT204", drive_amplitude),
+    rule_of("SIT204", of_own_windings(drive_amplitude)),
 )

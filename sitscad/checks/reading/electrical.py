@@ -25,6 +25,7 @@ from sitscad.checks.reading.readings import (
     more_distance,
     near_limit,
     nothing_estimated,
+    of_own_windings,
     other_states,
     overdamped_tank,
     readings_of,
@@ -263,8 +264,9 @@ def leads_through_flux(design: Design) -> Iterator[Verdict]:
         yield not_checked("no-leads")
         return
     # angle (turns, positive in the winding's sense) of leads round their coil, and the fraction of inductance by it
-    arcs = [(estimate.lead_parts.get("coupling", 0.0) / estimate.winding_inductance, drawn_closing(spec.coil, coil),
-             coil, estimate) for coil, estimate in zip(layout.coils, design.estimates.all_coils, strict=True)]
+    arcs = [(estimate.lead_parts.get("coupling", 0.0) / estimate.winding_inductance,
+             drawn_closing(coil.placement.own or spec.coil, coil), coil, estimate)
+            for coil, estimate in zip(layout.coils, design.estimates.all_coils, strict=True)]
     share, turns, coil, estimate = max(arcs, key=lambda arc: round(abs(arc[0]), 6))
     if abs(share) < NOTED_LEAD_FLUX or abs(turns) < LEAST_LEAD_ARC:
         return
@@ -274,7 +276,7 @@ def leads_through_flux(design: Design) -> Iterator[Verdict]:
         ring = Ring(spec.coil, coil.placement, spec.fpc.rules.trace_spacing + spec.coil.trace_width / 2.0)
         resistance = estimate.resistance_ac * abs(turns) * ring.boundary.length / estimate.trace_length
         moves = free.inductance / (free.inductance - linked) * (1.0 - resistance / free.resistance) - 1.0
-    beyond, is_warned = abs(turns) - abs(least_closing(spec.coil)), -share >= WARNED
+    beyond, is_warned = abs(turns) - abs(least_closing(coil.placement.own or spec.coil)), -share >= WARNED
     yield violation_of(
         "lead-on" if turns > 0.0 else "lead-back", "coil.turns", abs(share), WARNED if is_warned else NOTED_LEAD_FLUX,
         hint="lead-on", severity=Severity.WARNING if is_warned else Severity.NOTE,
@@ -307,13 +309,13 @@ def smallest_coil(design: Design) -> Iterator[Verdict]:
 
 
 RULES: tuple[Rule, ...] = (
-    rule_of("SIT201", inductance_floor),
+    rule_of("SIT201", of_own_windings(inductance_floor)),
     rule_of("SIT202", frequency_ceiling),
-    rule_of("SIT203", parallel_resistance),
-    rule_of("SIT205", quality_factor),
+    rule_of("SIT203", of_own_windings(parallel_resistance)),
+    rule_of("SIT205", of_own_windings(quality_factor)),
     rule_of("SIT206", self_resonance),
     rule_of("SIT214", tank_capacitor),
     rule_of("SIT220", capacitor_sold),
-    rule_of("SIT216", leads_through_flux, named=100.0 * NOTED_LEAD_FLUX, warned=100.0 * WARNED),
+    rule_of("SIT216", of_own_windings(leads_through_flux), named=100.0 * NOTED_LEAD_FLUX, warned=100.0 * WARNED),
     rule_of("SIT222", smallest_coil),
 )

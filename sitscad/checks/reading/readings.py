@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -11,13 +12,21 @@ from sitscad.assembly.places.state import FREE, state_text, working_states
 from sitscad.basics.finding import Severity
 from sitscad.basics.record import record
 from sitscad.basics.units import show
-from sitscad.checks.fixes.moves import longer_coils, more_layers, more_turns, with_capacitors, with_each
+from sitscad.checks.fixes.moves import (
+    longer_coils,
+    more_layers,
+    more_own_turns,
+    more_turns,
+    with_capacitors,
+    with_each,
+)
 from sitscad.checks.fixes.search import Family
 from sitscad.checks.rules import Undecided, Verdict, Violation, not_checked, violation_of
 from sitscad.estimates.circuits.tank import preferred_values
 from sitscad.estimates.design import Design
 from sitscad.spec.materials import Conductor, Shield, Target
 from sitscad.spec.mount import Jaw
+from sitscad.spec.resolver.coils import own_key
 from sitscad.spec.sensor import SensorSpec
 
 if TYPE_CHECKING:
@@ -218,6 +227,25 @@ def other_states(
     """Return texts with the values of the coil of `worst` in its other states, with `digits` significant digits."""
     readings = [r for r in readings_of(coils, attribute) if r.coil == worst.coil and r.state != worst.state]
     return [f"{state_text(r.state)} {show(r.value, unit, digits)}" for r in readings]
+
+
+def of_own_windings(apply: Callable[[Design], Iterable[Verdict]]) -> Callable[[Design], Iterator[Verdict]]:
+    """Return the function of a rule whose findings on a reference coil of other windings name its own keys.
+
+    The changes to try are then changes of these windings. `apply` names the keys of the section ``coil``.
+    """
+
+    def applied(design: Design) -> Iterator[Verdict]:
+        spec = design.spec
+        own, name = spec.reference_coil, spec.all_placements[-1].name
+        for verdict in apply(design):
+            if own is not spec.coil and isinstance(verdict, Violation) and (verdict.key or "").startswith("coil."):
+                where = str(verdict.values.get("where", f"coil {verdict.values.get('coil')}"))
+                if f"{where} ".startswith(f"coil {name} "):
+                    verdict = replace(verdict, key=own_key(verdict.key or ""), fixes=(partial(more_own_turns, spec),))
+            yield verdict
+
+    return applied
 
 
 def more_copper(spec: SensorSpec, factor: float, length: float) -> tuple[Family, ...]:

@@ -2,27 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
+from functools import partial
 
 from sitscad.assembly.places.state import PRESSED, REST
 from sitscad.basics.finding import Severity
 from sitscad.basics.late import late
-from sitscad.checks.fixes.search import Fix, setting
+from sitscad.checks.fixes.moves import farther_references
 from sitscad.checks.reading.metal import LITTLE, MUCH, THIN
 from sitscad.checks.rules import Rule, Verdict, constant_limits, not_checked, rule_of, violation_of
 from sitscad.estimates import estimated
 from sitscad.estimates.design import Design
-from sitscad.spec.coil import Reference
-from sitscad.spec.sensor import SensorSpec
 
 reference_change = late("sitscad.estimates.states.other_jaw", "reference_change")
 solved_signal = late("sitscad.estimates.states.reference", "reference_signal")
 metal_share = late("sitscad.estimates.states.reference", "metal_share")
 
 KEY = "array.reference.offset"
-
-STEPS = (0.25, 0.5, 1.0)
-"""Distances by which the reference coil is moved in trials, as multiples of the coil's length."""
 
 
 def reference_signal(design: Design) -> Iterator[Verdict]:
@@ -40,21 +36,9 @@ def reference_signal(design: Design) -> Iterator[Verdict]:
         yield violation_of(
             "reference-signal", KEY, signal.share, limit.value, source=limit.source,
             severity=None if signal.share > constant_limits()["reference_signal_most"].value else Severity.WARNING,
-            fixes=(lambda: _moved(design.spec),), coil=design.layout.coils[-1].name, other=signal.coil,
+            fixes=(partial(farther_references, design.spec),), coil=design.layout.coils[-1].name, other=signal.coil,
             change=abs(signal.reference), at_rest=abs(signal.at_rest),
         )
-
-
-def _moved(spec: SensorSpec) -> Sequence[Fix]:
-    """Return changes that move the reference coil farther from the other coils, the nearest first."""
-    placement, (x, y) = spec.reference_placement, spec.array.middle
-    assert placement is not None
-    dx, dy, fixes = placement.centre[0] - x, placement.centre[1] - y, []
-    for step in STEPS:
-        farther = round(dx + (step if dx >= 0.0 else -step) * spec.coil.size[0], 5)
-        written = f"[{1e3 * farther:.6g}, {1e3 * dy:.6g}]"
-        fixes.append(setting(spec, "array.reference", Reference(offset=(farther, dy)), f"{{offset: {written}}}"))
-    return fixes
 
 
 def reference_metal(design: Design) -> Iterator[Verdict]:

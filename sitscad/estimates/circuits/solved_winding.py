@@ -368,8 +368,11 @@ A height is rounded down to a power of this ratio before the target's eddy curre
 def winding_inductance_matrix(
     spec: CoilSpec, coils: tuple[Coil, ...], winding: SolvedWinding, is_rough: bool = False
 ) -> tuple[Array, Array]:
-    """Return the inductance matrix (coils, coils; H) of the bare windings, and the error bounds of its elements (H)."""
-    if is_rough and winding.geometry.spirals:
+    """Return the inductance matrix (coils, coils; H) of the bare windings, and the error bounds of its elements (H).
+
+    On the diagonal, a reference coil of other windings has the inductance of the other coils.
+    """
+    if is_rough and winding.geometry.spirals and coils[-1].placement.own is None:
         return rings_beside_each_other(winding.geometry.spirals, [coil.placement.centre for coil in coils],
                                        winding.inductance, winding.inductance_error)
     windings = tuple(replace(coil, series=()) for coil in coils)
@@ -378,7 +381,10 @@ def winding_inductance_matrix(
 
 @lru_cache(maxsize=2)
 def _matrix(spec: CoilSpec, coils: tuple[Coil, ...], self_inductance: float, error: float) -> tuple[Array, Array]:
-    return inductance_matrix(self_inductance, error, [(coil, winding_geometry(spec, coil)) for coil in coils])
+    kinds = [coil.placement.own or spec for coil in coils]
+    is_mixed = len({kind.outline.is_round for kind in kinds}) > 1  # then a circle's turns are integrated as drawn
+    return inductance_matrix(self_inductance, error, [
+        (coil, winding_geometry(kind, coil, is_mixed)) for coil, kind in zip(coils, kinds, strict=True)])
 
 
 LEAST_DISTANCE = 10e-6  # Least distance (m) of metal from a layer's mid-plane that is computed

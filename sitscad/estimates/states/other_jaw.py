@@ -97,7 +97,7 @@ def reference_change(
     state = None if reference is None else reference.states.get(REST)
     if plate is None or target is None or state is None or not math.isfinite(state.frequency):
         return None
-    spectrum = spectrum_near_metal(spec.coil, layout.coils[0], assemble(spec, tolerance_sigmas(spec)))
+    spectrum = spectrum_near_metal(spec.reference_coil, layout.coils[-1], assemble(spec, tolerance_sigmas(spec)))
     assert spectrum is not None
     face = float(at_rest(spec)[2]) + target.thickness + front_room(spec.encapsulation, spec.jaw) + grasped
     none, with_jaw = (

@@ -47,10 +47,13 @@ def reference_signal(layout: Layout, estimates: Estimates) -> ReferenceSignal | 
         return None
     cells = [layout.sensing.cell(k + 1) for k in range(len(layout.spec.cell_placements))]
     near = min(cells, key=lambda cell: math.dist(cell.spec.array.middle, reference.placement.centre))
-    board = replace(near, coils=(*near.coils, reference))
     poses = np.zeros((2, 6))
     poses[1, 2] = z
-    rest, pressed = own_changes(board, poses, estimates.reference.sensor_frequency).real.tolist()
+    # a coil of other windings is solved by itself, below the same target
+    own = replace(near, spec=replace(near.spec, coil=layout.spec.reference_coil), coils=(reference,))
+    frequency = estimates.reference.sensor_frequency
+    rest, pressed = np.concatenate(
+        [own_changes(board, poses, frequency).real for board in (near, own)], axis=1).tolist()
     *changes, seen = (after - before for before, after in zip(rest, pressed, strict=True))
     number = max(range(len(changes)), key=lambda k: abs(changes[k]))
     return ReferenceSignal(near.coils[number].name, seen, changes[number], rest[-1])

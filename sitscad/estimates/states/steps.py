@@ -174,7 +174,9 @@ def coil_estimates(tuned: TunedCircuits, reference: TunedCircuits | None = None)
     boards, readout, matrix, matrix_errors = [tuned], tuned.readout, windings.matrix, windings.matrix_errors
     if reference is not None:
         every = (*windings.layout.coils, *reference.windings.layout.coils)
-        matrix, matrix_errors = winding_inductance_matrix(spec.coil, every, windings.winding, rough)
+        matrix, matrix_errors = map(np.copy, winding_inductance_matrix(spec.coil, every, windings.winding, rough))
+        matrix[-1, -1], matrix_errors[-1, -1] = (
+            values[0, 0] for values in (reference.windings.matrix, reference.windings.matrix_errors))
         circuits = [*tuned.circuits, *reference.circuits]
         readout = converter_settings(circuits, spec.readout, tuned.tank.capacitor, readout.capacitance_reason)
         boards = [replace(board, readout=readout) for board in (tuned, reference)]

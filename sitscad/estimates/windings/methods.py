@@ -78,9 +78,12 @@ class WindingGeometry:
 
 
 @lru_cache(maxsize=8)
-def winding_geometry(spec: CoilSpec, coil: Coil) -> WindingGeometry:
-    """Return the geometry of a drawn coil, moved so that its centre is the origin."""
-    if spec.outline.is_round:
+def winding_geometry(spec: CoilSpec, coil: Coil, is_drawn: bool = False) -> WindingGeometry:
+    """Return the geometry of a coil, moved so that its centre is the origin.
+
+    If `is_drawn`, a circle has its turns as drawn and no spirals.
+    """
+    if spec.outline.is_round and not is_drawn:
         radius = (spec.size[0] - spec.trace_width) / 2
         spirals = tuple(
             SpiralLayer(radius, spec.pitch, turns, w.outer_angle, w.sense, w.inward, w.z, spec.trace_width, w.thickness)

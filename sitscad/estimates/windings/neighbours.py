@@ -37,23 +37,23 @@ The error is this factor times nearness, pairs of layers and mu0/(4 pi) times th
 
 
 def inductance_matrix(self_inductance: float, self_error: float, coils: list[Placed]) -> tuple[Array, Array]:
-    """Return the inductance matrix (H) of identical coils, and error bounds of its elements (H).
+    """Return the inductance matrix (H) of coils with equal inductances, and error bounds of its elements (H).
 
     `self_inductance` (H) is each coil's own inductance, and `self_error` its relative error bound. Each distinct
-    displacement of two coils is computed once.
+    displacement of two kinds of coils is computed once.
     """
     count = len(coils)
     matrix = np.full((count, count), self_inductance)
     errors = np.full((count, count), self_inductance * self_error)
-    solved: dict[tuple[float, ...], SideBySide] = {}
+    solved: dict[tuple[object, ...], SideBySide] = {}
     for i in range(count):
         for j in range(i):
             first, second = coils[i][0], coils[j][0]
             dx, dy = first.centre.x - second.centre.x, first.centre.y - second.centre.y
-            turns = first.placement.rotation, second.placement.rotation
+            turns = [(round(each.placement.rotation, 9), each.placement.own) for each in (first, second)]
             if (dx, dy) < (0.0, 0.0):
                 dx, dy, turns = -dx, -dy, turns[::-1]
-            key = tuple(round(part, 9) for part in (dx, dy, *turns))
+            key = round(dx, 9), round(dy, 9), *turns
             if key not in solved:
                 solved[key] = winding_pair_inductance(coils[i], coils[j])
             matrix[i, j] = matrix[j, i] = solved[key].inductance

@@ -124,8 +124,9 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
     if build := lamination_text(layout):
         yield "Build", build
     yield "Smallest track", show(min(trace.width for trace in layout.traces), "m") if layout.traces else "none"
-    coil = layout.spec.coil
-    yield "Coil", f"tracks {show(coil.trace_width, 'm')} wide, {show(coil.trace_spacing, 'm')} apart"
+    for each in notes.coil_kinds(layout.coils, layout.spec.coil):
+        of = "" if each is layout.spec.coil else " (the reference coil)"
+        yield "Coil", f"tracks {show(each.trace_width, 'm')} wide, {show(each.trace_spacing, 'm')} apart{of}"
     yield from (("Smallest gap", text) for text in notes.gap_texts(smallest_gaps(layout)))
     spans = notes.holes_text(layout.copper_layers, layout.vias, layout.spec.fpc.tail_copper, tail_holes(layout))
     yield "Holes", _holes(fpc, layout.vias, spans)
@@ -327,7 +328,8 @@ def _test(layout: Layout, bench: Estimates | None) -> Iterator[tuple[str, str]]:
         yield "Bare board", "100 % continuity and isolation by the IPC-D-356A netlist"
     yield "Nets", f"{len(layout.nets)}, one a coil; the contacts of one coil are joined through its winding ({pins})"
     if layout.reference is not None:
-        yield "Reference", f"{layout.reference.name} is a coil as the others; no target covers it in the sensor"
+        like = "as the others" if layout.reference.placement.own is None else "of its own windings"
+        yield "Reference", f"{layout.reference.name} is a coil {like}; no target covers it in the sensor"
     layers = sorted({trace.layer for trace in layout.traces if trace.net})
     covers = cover_name(layout.spec.fpc.stackup) if any(has_coverlay(layout.spec.fpc.stackup)) else ""
     inner = [str(number) for number in layers if 1 < number < layout.copper_layers]

@@ -190,6 +190,11 @@ def turn_text(tail: Tail | None) -> str:
     return f"The tail {how} before its contacts; inner edges there have a radius of {show(tail.turn_radius, 'm')}."
 
 
+def coil_kinds(coils: tuple[Coil, ...], spec: CoilSpec) -> list[CoilSpec]:
+    """Return `spec` and the own windings of a reference coil that differ from it."""
+    return [spec, *(coil.placement.own for coil in coils if coil.placement.own is not None)]
+
+
 def coil_text(coils: tuple[Coil, ...], spec: CoilSpec) -> str:
     """Describe the coils: size over the outer copper edges, tracks, gaps, and turned coils.
 

@@ -159,27 +159,32 @@ class BranchGround:
         return hole_keep_out(self.joined, self.artwork.fpc.rules, self.bus.spacing)
 
     @cached_property
+    def coil(self) -> CoilSpec:
+        """The coil."""
+        return self.placement.own or self.artwork.coil
+
+    @cached_property
     def ring(self) -> Ring:
         """Ring road of the coil: the centre line of the closed track next outside it."""
-        return Ring(self.artwork.coil, self.placement, self.bus.ring_offset)
+        return Ring(self.coil, self.placement, self.bus.ring_offset)
 
     @cached_property
     def radius(self) -> float:
         """Smallest radius (m) of the ring road. Angles times this radius never exceed the true distances."""
-        return min(self.artwork.coil.size) / 2 + self.bus.ring_offset
+        return min(self.coil.size) / 2 + self.bus.ring_offset
 
     @cached_property
     def own_turns(self) -> Obstacles:
         """Outermost turns of the coil, on all of its layers."""
         obstacles = Obstacles(self.artwork.fpc.rules, self.bus.spacing)
-        obstacles.add(outermost_turns(self.artwork.coil, self.placement))
+        obstacles.add(outermost_turns(self.coil, self.placement))
         return obstacles
 
     def via_places(self) -> Iterator[ViaToPlace]:
         """Yield possible vias with sufficient distance from the edge: next to the coil, or beyond a free ring road."""
         rules, beyond = self.artwork.fpc.rules, self.bus.ring_offset + self.bus.width / 2 + self.keep_out
         placement = CoilPlacement("", (0.0, 0.0), self.placement.rotation)
-        places = _via_places(self.artwork.coil, placement, self.bus.ring_offset, (self.keep_out, beyond))
+        places = _via_places(self.coil, placement, self.bus.ring_offset, (self.keep_out, beyond))
         keep = self.joined.pad / 2 + rules.copper_to_edge - 1e-9
         for place, angle, distance in places:
             centre = place.shifted(*self.placement.centre)
@@ -322,7 +327,7 @@ class Leg:
         layers, these lines stay outside the ring road.
         """
         segments, apart = list(path), self.around.bus.pitch
-        is_free = self.layer not in self.around.artwork.coil.layers
+        is_free = self.layer not in self.around.coil.layers
         for k in range(len(segments) - 2):
             first, short, second = segments[k : k + 3]
             if not isinstance(first, Line) or not isinstance(short, Line) or not isinstance(second, Line):

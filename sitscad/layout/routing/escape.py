@@ -174,7 +174,7 @@ class Escape:
         """Total turns of leads and joins around the coil, positive in the winding's sense."""
         around = self.lead_a.legs[0].around
         joins = math.fsum(join.round for join in self.joins)
-        return float(closing_turns(around.artwork.coil, self.lead_a.round, self.lead_b.round + joins))
+        return float(closing_turns(around.coil, self.lead_a.round, self.lead_b.round + joins))
 
     @property
     def excess(self) -> float:
@@ -182,7 +182,7 @@ class Escape:
 
         At least 0.
         """
-        coil = self.lead_a.legs[0].around.artwork.coil
+        coil = self.lead_a.legs[0].around.coil
         least = INSIDE if len(coil.layers) % 2 else float(counted(least_closing(coil)))
         return max(0.0, float(counted(self.closing)) - least)
 
@@ -407,7 +407,7 @@ class _BranchSearch:
 def _cheapest_pairs(leads_a: BranchTable, leads_b: BranchTable) -> Iterator[tuple[int, int]]:
     """Yield (row, row) of the connections of leads A and B, in the order of their joint cost."""
     around = leads_a.around
-    turns = closing_turns(around.artwork.coil, leads_a.round[:, None], leads_b.round[None, :])
+    turns = closing_turns(around.coil, leads_a.round[:, None], leads_b.round[None, :])
     costs = leads_a.cost[:, None] + leads_b.cost[None, :] + closing_cost(turns, around.radius)
     for place in np.argsort(np.round(costs, 9), axis=None, kind="stable").tolist():
         yield divmod(place, len(leads_b.branches))

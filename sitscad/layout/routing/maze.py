@@ -22,7 +22,7 @@ from sitscad.basics.record import record
 from sitscad.kernels.geometry.path import Point
 from sitscad.layout.clearance import Breadth, TrackToPlace, ViaToPlace, hole_keep_out, off_stretch
 from sitscad.layout.lanes import BENT_BACK, Bus, Exit, Ring, straightness
-from sitscad.spec.coil import CoilPlacement
+from sitscad.spec.coil import CoilPlacement, CoilSpec
 from sitscad.spec.sensor import ArtworkSpec
 
 Node = tuple[int, int]
@@ -205,16 +205,17 @@ class Lattice:
         A result may be smaller than the true distance, but never larger.
         """
         offsets = points - np.array(placement.centre)
-        if self.artwork.coil.outline.is_round:
-            return np.asarray(np.hypot(offsets[:, 0], offsets[:, 1]) - self.artwork.coil.size[0] / 2)
+        coil, key = placement.own or self.artwork.coil, (placement.own, placement.rotation)
+        if coil.outline.is_round:
+            return np.asarray(np.hypot(offsets[:, 0], offsets[:, 1]) - coil.size[0] / 2)
         # outward normals (2, n) of a coil's sides, and the sides' distances (m) from its centre
-        if placement.rotation not in self._known_sides:
-            boundary = Ring(self.artwork.coil, placement, 0.0).boundary.rotated(placement.rotation)
+        if key not in self._known_sides:
+            boundary = Ring(coil, placement, 0.0).boundary.rotated(placement.rotation)
             ends = np.array([[*side.start, *side.end] for side in boundary])
             sides = ends[:, 2:] - ends[:, :2]
             normals = np.stack([sides[:, 1], -sides[:, 0]]) / np.hypot(sides[:, 0], sides[:, 1])
-            self._known_sides[placement.rotation] = normals, np.sum(normals.T * ends[:, :2], axis=1)
-        normals, distances = self._known_sides[placement.rotation]
+            self._known_sides[key] = normals, np.sum(normals.T * ends[:, :2], axis=1)
+        normals, distances = self._known_sides[key]
         return np.asarray((offsets @ normals - distances).max(axis=1))
 
     @cached_property
@@ -223,7 +224,7 @@ class Lattice:
         return {}
 
     @cached_property
-    def _known_sides(self) -> dict[float, tuple[Array, Array]]:
+    def _known_sides(self) -> dict[tuple[CoilSpec | None, float], tuple[Array, Array]]:
         return {}
 
     def around(self, low: Array, high: Array) -> tuple[slice, slice]:

@@ -271,7 +271,7 @@ def _lead_out(
         turn
         for i, placement in enumerate(board.artwork.array.placements)
         if i != index
-        for turn in outermost_turns(board.artwork.coil, placement)
+        for turn in outermost_turns(placement.own or board.artwork.coil, placement)
     ]
     ends = [OuterEnd(w.path.start if w.inward else w.path.end, w.layer) for w in windings.windings]
     joins, passed = list(zip(ends[1:-1:2], ends[2::2], strict=False)), []

@@ -336,19 +336,60 @@ def check_gaps(array: ArraySpec, coil: CoilSpec, remarks: Remarks) -> None:
     remarks.flaw("SIT014", key, message, hint, measured=smallest, limit=coil.trace_spacing, unit="m")
 
 
+def resolve_reference(array: ArraySpec, coil: CoilSpec, place: Origin, copper: int, remarks: Remarks) -> ArraySpec:
+    """Return the array with the own windings of its reference coil resolved, after checks of their values.
+
+    `coil` is the coil of the array, `place` the spec, and `copper` the number of copper layers of the stack-up. Errors
+    are recorded in `remarks`.
+    """
+    reference = array.reference
+    if reference is None or reference.coil is None:
+        return array
+    if coil.drawn is not None or reference.coil.drawn is not None:
+        message = "a drawn coil has a board of its own, so a reference coil can only repeat it"
+        remarks.flaw("SIT009", REFERENCE_COIL, message, f"leave {REFERENCE_COIL} out")
+        return replace(array, reference=replace(reference, coil=None))
+    own = Remarks()
+    windings = resolve_coil(reference.coil, own, place, copper)
+    check_amount(windings, 1, own)
+    check_layers(windings, copper, own)
+    remarks.flaws += [replace(flaw, key=own_key(flaw.key),
+                              edits=tuple(replace(edit, key=own_key(edit.key)) for edit in flaw.edits))
+                      for flaw in own.flaws]
+    remarks.defaults += [own_key(line) for line in own.defaults]
+    return replace(array, reference=replace(reference, coil=windings))
+
+
+REFERENCE_COIL = "array.reference.coil"
+"""Key of the reference coil's own windings."""
+
+
+def own_key(key: str) -> str:
+    """Return the key of the reference coil's own windings for a key of the section ``coil``."""
+    return f"array.reference.{key}"
+
+
+def check_layers(coil: CoilSpec, copper: int, remarks: Remarks) -> None:
+    """Record an error if a coil uses a copper layer that a stack-up of `copper` layers lacks."""
+    if max(coil.layers) > copper:
+        remarks.flaw("SIT009", "coil.layers", f"the coil uses copper layer {max(coil.layers)}, the stack-up has "
+                     f"{copper}", "use fewer layers", measured=float(max(coil.layers)), limit=float(copper))
+
+
 def check_reference(placements: tuple[CoilPlacement, ...], coil: CoilSpec, remarks: Remarks) -> None:
     """Record an error if the gap between the reference coil and another coil is below the trace spacing.
 
     The reference coil is the last of the placements.
     """
     reference = placements[-1]
+    spacing = max(coil.trace_spacing, (reference.own or coil).trace_spacing)
     smallest, name = min((gap(coil.shape, coil.size, each, reference), each.name) for each in placements[:-1])
-    if smallest < coil.trace_spacing * _NEARLY:
-        missing = coil.trace_spacing - smallest
+    if smallest < spacing * _NEARLY:
+        missing = spacing - smallest
         message = f"the reference coil stands {show(smallest, 'm')} from {name}"
-        message += f": at least the trace spacing, {show(coil.trace_spacing, 'm')}, is wanted"
+        message += f": at least the trace spacing, {show(spacing, 'm')}, is wanted"
         remarks.flaw("SIT014", REFERENCE_OFFSET, message, f"move it {show(missing, 'm')} farther; {MORE_ROOM}",
-                     measured=smallest, limit=coil.trace_spacing, unit="m")
+                     measured=smallest, limit=spacing, unit="m")
 
 
 REFERENCE_OFFSET = "array.reference.offset"
@@ -485,7 +526,9 @@ def coil_placements(
 
 
 def gap(shape: str, size: tuple[float, float], first: CoilPlacement, second: CoilPlacement) -> float:
-    """Return the smallest gap (m) between the outer copper edges of two equal coils. Negative if they overlap.
+    """Return the smallest gap (m) between the outer copper edges of two coils. Negative if they overlap.
+
+    Coils have this shape and size (m) unless their placements have own coils.
 
     It is exact for circles and racetracks that do not overlap. For polygons it is a lower bound: the largest distance
     between two parallel lines along a side of either coil.
@@ -493,13 +536,14 @@ def gap(shape: str, size: tuple[float, float], first: CoilPlacement, second: Coi
     # Every outline is a convex core of points, widened by a radius. The distance of two convex cores is their largest
     # separation over all directions. The best direction is perpendicular to a side of a core, or along the line between
     # two corners.
-    core, radius = SHAPES[shape].core(size)
-    cores = [_core_points(core, place) for place in (first, second)]
+    kinds = [SHAPES[place.own.shape].core(place.own.size) if place.own else SHAPES[shape].core(size)
+             for place in (first, second)]
+    cores = [_core_points(core, place) for (core, _), place in zip(kinds, (first, second), strict=True)]
     sides = [side for each in cores if len(each) > 1 for side in zip(each, each[1:] + each[:1], strict=True)]
     directions = [math.pi / 2 + math.atan2(b[1] - a[1], b[0] - a[0]) for a, b in sides]
     directions += [math.atan2(b[1] - a[1], b[0] - a[0]) for a in cores[0] for b in cores[1]]
     angles = [angle + turn for angle in directions for turn in (0.0, math.pi)]
-    return max(_gap_along(cores[0], cores[1], angle) for angle in angles) - 2.0 * radius
+    return max(_gap_along(cores[0], cores[1], angle) for angle in angles) - sum(radius for _, radius in kinds)
 
 
 def _core_points(points: Sequence[Point], place: CoilPlacement) -> list[Point]:

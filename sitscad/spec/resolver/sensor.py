@@ -32,6 +32,7 @@ from sitscad.spec.resolver.coils import (
     check_webs,
     resolve_array,
     resolve_coil,
+    resolve_reference,
 )
 from sitscad.spec.resolver.mount import computable_plate, resolve_mount
 from sitscad.spec.sensor import ReadoutSpec, SensorSpec, SpecDocument
@@ -59,6 +60,7 @@ def resolve(document: SpecDocument, source: SpecSource, folder: Path | None = No
     check_amount(coil, number, remarks)
     mount = resolve_mount(document.mount, document.shield, remarks, place)
     fpc = resolve_fpc(document.fpc, coil, mount, remarks, place)
+    array = resolve_reference(array, coil, place, len(fpc.stackup.copper), remarks)
     if coil.drawn is not None:
         _check_drawn(coil.drawn, source, remarks)
         _check_heights(coil, fpc.stackup, remarks)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Hashable, Iterator, Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 from functools import cache
 from types import UnionType
 from typing import Any, Union, cast, get_args, get_origin, get_type_hints
@@ -36,7 +36,9 @@ from sitscad.spec.resolver.coils import (
     check_cells,
     check_coil,
     check_gaps,
+    check_layers,
     check_reference,
+    own_key,
 )
 from sitscad.spec.sensor import SensorSpec, SpecDocument
 from sitscad.spec.yaml.source import Issue, SpecSource, dotted
@@ -194,6 +196,16 @@ def _fits(spec: SensorSpec) -> Iterator[Flaw]:
         message = f"the coil uses copper layer {max(spec.coil.layers)}, stack-up {spec.fpc.stackup.name} has {copper}"
         yield Flaw("SIT009", "coil.layers", message, "use fewer layers, or a stack-up with more copper")
     check_coil(spec.coil, remarks)
+    own = spec.reference_coil
+    if own is not spec.coil:
+        inside = Remarks()
+        if own.has_unequal_turns and len(own.layer_turns) != len(own.layers):
+            message = f"{len(own.layer_turns)} numbers of turns for {len(own.layers)} layers"
+            inside.flaw("SIT009", "coil.turns", message, "write one number for each layer, or one for all")
+        check_layers(own, copper, inside)
+        check_coil(own, inside)
+        check_amount(own, 1, inside)
+        remarks.flaws += [replace(flaw, key=own_key(flaw.key)) for flaw in inside.flaws]
     check_amount(spec.coil, len(spec.all_placements), remarks)
     if spec.cells is not None:
         has_plates = spec.target is not None and spec.elastomer is not None

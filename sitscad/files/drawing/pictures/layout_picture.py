@@ -40,8 +40,9 @@ def coil_outline(spec: CoilSpec, coil: Coil) -> Path:
     """Return the outline (m) of a coil's outer copper edges on the board.
 
     It is placed and turned as the coil. Its corner radius is the corner radius of the track's centre line plus half the
-    track width.
+    track width. `spec` holds for coils without own windings.
     """
+    spec = coil.placement.own or spec
     unturned = spec.outline.edge(spec.size, spec.corner_radius + spec.trace_width / 2)
     return unturned.rotated(coil.placement.rotation).shifted(*coil.centre)
 
@@ -51,6 +52,7 @@ def coil_extent(spec: CoilSpec, coil: Coil) -> tuple[float, float, float, float]
 
     It is the bounding box of `coil_outline`, except at a rounded corner where a layer begins: this corner is sharp.
     """
+    spec = coil.placement.own or spec
     outline, half = bounding_box([coil_outline(spec, coil)]), spec.trace_width / 2
     if not spec.corner_radius:
         return outline

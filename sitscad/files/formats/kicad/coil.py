@@ -56,6 +56,7 @@ def coil_footprints(layout: Layout) -> dict[str, str]:
 class _CoilFootprint:
     def __init__(self, layout: Layout, coil: Coil) -> None:
         self.layout, self.coil = layout, coil
+        self.spec = coil.placement.own or layout.spec.coil
         self.names = copper_names(layout.copper_layers)
         self.origin = grid(coil.centre)
         self.owner = layout.spec.name, "library", coil.name
@@ -67,7 +68,7 @@ class _CoilFootprint:
         self.stubs = [trace for trace in self.traces if trace.role is not Role.WINDING]
         self.stubs += [end.track for end in self.ends if end.track is not None]
         # Bounding box of all copper with a margin, relative to the coil's centre (m)
-        half = self.layout.spec.coil.trace_width / 2
+        half = self.spec.trace_width / 2
         x0, y0, x1, y1 = bounding_box([trace.path for trace in self.traces])
         x0, y0, x1, y1 = x0 - half, y0 - half, x1 + half, y1 + half
         spots = [(end.at, end.size / 2) for end in self.ends] + [(via.centre, via.pad / 2) for via in self.joints]
@@ -95,7 +96,7 @@ class _CoilFootprint:
 
     def _description(self, pads: int) -> str:
         """Return the description text of a coil's footprint."""
-        spec = self.layout.spec.coil
+        spec = self.spec
         layers = ", ".join(self.names[number - 1] for number in spec.layers)
         inside = {2: "", 3: "; pad 3 is inside the coil: connect nothing to it"}.get(
             pads, f"; pads 3 to {pads} are inside the coil: connect nothing to them"
@@ -128,11 +129,11 @@ class _CoilFootprint:
         Raises ValueError if no hole fits.
         """
         if self.names[layer - 1] in _OUTER:
-            return _End(at, layer, self.layout.spec.coil.trace_width)
+            return _End(at, layer, self.spec.trace_width)
         for way in self._ways_out(at):
             hole = ViaToPlace(way, self.layout.spec.fpc.rules.via_pad, self.layout.spec.fpc.rules.via_drill)
             if self._is_free(hole, holes):
-                width, net = self.layout.spec.coil.trace_width, self.coil.net
+                width, net = self.spec.trace_width, self.coil.net
                 return _End(way, layer, hole.pad, hole, Trace(polyline([at, way]), width, layer, net, Role.STUB))
         raise ValueError(f"no room for a hole beside coil {self.coil.name}, which ends on {self.names[layer - 1]}")
 
@@ -146,10 +147,10 @@ class _CoilFootprint:
 
     def _is_free(self, hole: ViaToPlace, occupied: Sequence[ViaToPlace]) -> bool:
         """Return whether a hole keeps the design rules' distances from turns, joints and the other end's hole."""
-        spec = self.layout.spec
-        rules, spacing = spec.fpc.rules, max(spec.fpc.rules.trace_spacing, spec.coil.trace_spacing)
-        distance = hole_keep_out(hole, rules, spacing) + spec.coil.trace_width / 2
-        apart = max(hole.pad + 2 * spacing + spec.coil.trace_width, hole.drill + rules.hole_to_hole)
+        rules = self.layout.spec.fpc.rules
+        spacing = max(rules.trace_spacing, self.spec.trace_spacing)
+        distance = hole_keep_out(hole, rules, spacing) + self.spec.trace_width / 2
+        apart = max(hole.pad + 2 * spacing + self.spec.trace_width, hole.drill + rules.hole_to_hole)
         holes = [*occupied, *(ViaToPlace(via.centre, via.pad, via.drill) for via in self.joints)]
         return all(trace.path.distance(hole.centre) >= distance for trace in self.traces) and all(
             other.centre.distance(hole.centre) >= apart for other in holes
@@ -186,7 +187,7 @@ class _CoilFootprint:
             yield self._hole(number, holes[-1])
         tracks = ((name, hole) for hole in holes for name in _OUTER if self._strokes(name, hole))
         for number, (name, hole) in enumerate(tracks, 3 + len(self.joints)):
-            size = length(self.layout.spec.coil.trace_width)
+            size = length(self.spec.trace_width)
             yield node(
                 f'pad "{number}" smd custom {self._kicad_position(hole)} (size {size} {size}) (layers {quoted(name)})',
                 "(options (clearance outline) (anchor circle))", node("primitives", *self._strokes(name, hole)),

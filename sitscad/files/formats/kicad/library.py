@@ -227,7 +227,7 @@ _KEYWORDS = "LDC inductive sensor coil"
 def symbol_library(layout: Layout) -> str:
     """Return the ``.kicad_sym`` file: the sensor if it has contacts, and every coil with a closed circuit."""
     symbols = [_sensor(layout.coils, layout.pads, layout.spec.issue, layout.spec.name)] if layout.pads else []
-    symbols += [_coil(layout.spec.coil, layout.spec.fpc.stackup.name, layout.spec.name,
+    symbols += [_coil(coil.placement.own or layout.spec.coil, layout.spec.fpc.stackup.name, layout.spec.name,
                       coil) for coil in layout.coils if coil.is_closed_circuit]
     head = f"(version {FORMAT})", '(generator "sitscad")', '(generator_version "9.0")'
     return node("kicad_symbol_lib", *head, *symbols) + "\n"
