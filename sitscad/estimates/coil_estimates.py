@@ -351,6 +351,7 @@ class Estimates:
     `coils` leaves out the reference coil; matrices and `metered` have it last. `reference` is this coil, without a
     target and without the effect of its idle neighbours. None if there is no reference coil. Estimates of the sensing
     coils alone have `reference_drift` (per K) instead: the change of ln(frequency) of the reference coil by metal.
+    `has_own_windings` is then True if the windings of that coil differ from the windings of the other coils.
     """
 
     coils: tuple[CoilEstimate, ...]
@@ -373,6 +374,7 @@ class Estimates:
     is_rough: bool = False
     reference: CoilEstimate | None = None
     reference_drift: float | None = None
+    has_own_windings: bool = False
 
     def __repr__(self) -> str:
         """Return a line with the number of coils and the inductance of the first coil."""

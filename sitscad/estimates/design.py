@@ -167,6 +167,12 @@ class Cells:
             return None
         return reference_drift(alone, estimates.readout.capacitance, estimates.temperature, estimates.is_rough)
 
+    def _with_reference(self, estimates: Estimates) -> Estimates:
+        """Return the estimates of sensing coils with the drift of the reference coil."""
+        spec = self.whole.spec
+        return replace(estimates, reference_drift=self.reference_drift,
+                       has_own_windings=spec.reference_coil is not spec.coil)
+
     @cached_property
     def parts(self) -> tuple[Design, ...]:
         """Designs of all cells, each as a separate sensor. The reference coil is left out."""
@@ -175,12 +181,12 @@ class Cells:
             if whole.spec.array.reference is None:
                 return (whole,)
             sensing = whole.layout.sensing
-            estimates = replace(whole.estimates.sensing, reference_drift=self.reference_drift)
+            estimates = self._with_reference(whole.estimates.sensing)
             return (Design(sensing.spec, sensing, estimates),)
         coils, cells = whole.spec.cells.coils, []
         for k in range(len(whole.spec.cell_placements)):
-            layout, estimates = whole.layout.cell(k + 1), whole.estimates.part(k * coils, (k + 1) * coils)
-            estimates = replace(estimates, reference_drift=self.reference_drift)
+            layout = whole.layout.cell(k + 1)
+            estimates = self._with_reference(whole.estimates.part(k * coils, (k + 1) * coils))
             readout = replace(layout.spec.readout, capacitance=estimates.readout.capacitance)
             spec = replace(layout.spec, readout=readout, name=f"{whole.spec.name}-cell-{k + 1}")
             cells.append(Design(spec, replace(layout, spec=spec), estimates))

@@ -86,6 +86,15 @@ def test_metal_error_of_reference_coil_is_correlated_with_other_coils():
     assert left[METAL] == approx(abs(unit - sensed * sum(causes.values())), rel=1e-9)
 
 
+def test_metal_error_of_own_windings_adds_reading_and_effect_of_copper():
+    """With a tenth more drift of the reference coil alone the reading is wrong, with the others alone the effect."""
+    causes = {METAL: np.array([-2.0]), EXPANSION: np.array([-1.0]), PAD_MODULUS: np.array([-0.5])}
+    reading = TemperatureReading("", 0.0, 0.0, 0.0, is_by_metal=True, has_own_windings=True)
+    left = Compensation(10.0, reading, 0.0).left(causes, np.zeros(1), np.zeros(1), False)
+    excess = presets.compensation_figure(METAL)
+    assert left[METAL] == approx(10.0 * excess * math.hypot(2.0, 3.5), rel=1e-9)
+
+
 def test_reference_coil_drift_equals_frequency_change_between_estimates(plain):
     """Between estimates at both temperatures of the whole sensor, the reference coil's frequency drifts as stated."""
     design = Design(plain.spec.replace("array.reference", {}))

@@ -7,9 +7,13 @@ from tolerance import approx
 
 import sitscad
 from sitscad.basics.record import replace
+from sitscad.checks.fixes.moves import farther_references, smaller_references
 from sitscad.estimates import estimated
 from sitscad.estimates.states.other_jaw import reference_change
 from sitscad.estimates.states.reference import reference_signal
+from sitscad.estimates.windings.methods import winding_geometry
+from sitscad.estimates.windings.neighbours import winding_pair_inductance
+from sitscad.kernels.geometry.path import bounding_box
 from sitscad.spec.reading import SpecError
 
 TEMPLATE = "templates/grasper_4layer.yaml"
@@ -58,6 +62,81 @@ def test_response_excludes_reference_coil(design, without):
     with_it, alone = (sitscad.respond(each, press) for each in (design, without))
     assert with_it.coils == ("C1", "C2")
     assert np.diff(with_it.inductance, axis=0) == approx(np.diff(alone.inductance, axis=0), rel=1e-3)
+
+
+OWN = {"shape": "circle", "outer_diameter": "3.4 mm", "turns": 5.5, "layers": 4,
+       "trace_width": "80 um", "trace_spacing": "80 um"}
+
+
+@pytest.fixture(scope="module")
+def own(without):
+    return sitscad.Design(without.spec.replace({"array.reference": {"coil": OWN}, "readout.capacitance": "330 pF"}))
+
+
+def test_own_windings_are_drawn_and_estimated_as_coil_alone(own):
+    reference = own.layout.reference
+    assert own.layout.shortfalls == () and reference.is_closed_circuit
+    assert bounding_box([w.path for w in reference.windings])[2] - reference.centre.x < 1.7e-3
+    alone = sitscad.Design(own.spec.replace({"array.reference": None, "array.pattern": "single", "coil": OWN,
+                                             "array.count": None, "array.pitch": None}))
+    single = alone.estimates.coils[0].winding_inductance
+    assert own.estimates.reference.winding_inductance == approx(single, rel=1e-9)
+    matrix = own.estimates.inductance_matrix
+    assert matrix[2][2] == own.estimates.reference.winding_inductance < 0.6 * matrix[0][0]
+    assert matrix[1][2] == matrix[2][1] < 0.0
+
+
+def test_mutual_inductance_of_circle_as_drawn_equals_its_spiral(own):
+    pairs = [[(coil, winding_geometry(coil.placement.own or own.spec.coil, coil, is_drawn))
+              for coil in own.layout.coils[1:]] for is_drawn in (False, True)]
+    spiral, drawn = (winding_pair_inductance(*pair).inductance for pair in pairs)
+    assert drawn == approx(spiral, rel=1e-5)
+
+
+def test_target_signal_on_own_windings_is_solved_for_their_turns(own, design):
+    signals = [reference_signal(each.layout, each.estimates) for each in (own, design)]
+    assert signals[0].sensing == approx(signals[1].sensing, rel=1e-2)
+    assert abs(signals[0].at_rest) < abs(signals[1].at_rest) and signals[0].share < 1e-4
+
+
+def test_scatter_of_own_windings_is_independent_of_other_coils(own):
+    compensation = own.sensing.solved.warmed[-1].compensation
+    assert compensation.reading.is_by_metal and compensation.reading.has_own_windings
+
+
+@pytest.mark.parametrize("change, rule, key", [
+    ({"layers": 6}, "SIT009", "array.reference.coil.layers"), ({"turns": 40}, "SIT016", "array.reference.coil.turns"),
+    ({"drawn": "a.kicad_mod"}, "SIT009", "array.reference.coil"),
+])
+def test_impossible_own_windings_give_spec_error(without, change, rule, key):
+    windings = change if "drawn" in change else OWN | change
+    with pytest.raises(SpecError) as refused:
+        without.spec.replace("array.reference", {"coil": windings})
+    (finding,) = refused.value.findings
+    assert (finding.rule, finding.key) == (rule, key)
+
+
+def test_findings_on_own_windings_name_their_keys(without):
+    fine = OWN | {"trace_width": "60 um", "trace_spacing": "60 um", "turns": 4, "layers": 2}
+    spec = without.spec.replace({"array.reference": {"coil": fine}, "readout.capacitance": "330 pF"})
+    keys = {each.rule: each.key for each in sitscad.check(spec).findings if "reference" in (each.key or "")}
+    assert keys["SIT101"] == "array.reference.coil.trace_width"
+    assert keys["SIT102"] == "array.reference.coil.trace_spacing" and "SIT203" in keys
+
+
+def test_smaller_references_keep_their_inner_diameter(design):
+    first, second = smaller_references(design.spec)
+    coils = [fix.spec.reference_coil for fix in (first, second)]
+    assert [coil.size[0] for coil in coils] == approx([0.85 * 3.95e-3, 0.7 * 3.95e-3], rel=5e-3)
+    assert all(coil.inner_diameter >= design.spec.coil.inner_diameter - 1e-9 for coil in coils)
+    assert first.edits[0].key == "array.reference.coil" and first.spec.coil == design.spec.coil
+
+
+def test_farther_references_keep_own_windings(own):
+    moved = [fix.spec for fix in farther_references(own.spec)]
+    assert [spec.reference_coil for spec in moved] == [own.spec.reference_coil] * 3
+    places = [spec.reference_placement.centre[0] for spec in (own.spec, *moved)]
+    assert np.diff(places) == approx([0.85e-3, 0.85e-3, 1.7e-3], abs=1e-5)
 
 
 def test_reference_offset_sets_coil_centre(without):

@@ -21,7 +21,7 @@ from sitscad.basics.finding import Severity
 from sitscad.basics.units import show
 from sitscad.checks.assembly.fit import GRAIN, jaw_of, unmeasured_jaw_case
 from sitscad.checks.assembly.plates import pair_text as in_brackets
-from sitscad.checks.fixes.moves import narrower_coils, other_ends, reread_changes
+from sitscad.checks.fixes.moves import narrower_coils, other_ends, reread_changes, smaller_references
 from sitscad.checks.fixes.search import Family, Fix, setting
 from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, not_checked, rule_of, violation_of
 from sitscad.estimates.design import Design
@@ -203,7 +203,9 @@ def sensor_length(design: Design) -> Iterator[Verdict]:
         "body-length", "fpc.margin" if less else design.spec.array.distance_key, measure.measured, jaw.length, "m",
         hint="length-margin" if less else hint, details=("with-tolerances", *unmeasured_jaw_case(jaw)),
         severity=severity,
-        fixes=(lambda: _less_margins(design.spec, 0, excess),) if less else (), length=measure.nominal, excess=excess,
+        fixes=(*[lambda: _less_margins(design.spec, 0, excess)] * bool(less),
+               *[partial(smaller_references, design.spec)] * (design.spec.array.reference is not None)),
+        length=measure.nominal, excess=excess,
         likely=measure.root_sum_square, worst=measure.worst,
     )
 

@@ -370,7 +370,7 @@ class PointErrors:
         spec, estimates = self.bench.spec, self.bench.estimates
         noise = float(self.bench.noise.max()) / math.sqrt(max(estimates.readout.scan_rate * AVERAGED, 1.0))
         return compensation_of(spec.readout, spec.requirements, spec.elastomer, spec.target,
-                               estimates.reference_drift, noise)
+                               estimates.reference_drift, noise, estimates.has_own_windings)
 
     @cached_property
     def drift_left(self) -> Mapping[str, Mapping[str, Array]]:

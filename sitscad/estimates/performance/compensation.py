@@ -35,7 +35,8 @@ class TemperatureReading:
 
     ``by_tolerance`` is the part's error of the change. A calibration at two temperatures removes it. ``noise`` is for
     one reading. ``difference`` is between the sensor's place and the pad. ``is_by_metal`` is True for a reference coil:
-    its drift and the drift of the other coils scatter together. ``source`` is the name of the sensor.
+    its drift and the drift of the other coils scatter together, unless ``has_own_windings``. ``source`` is the name of
+    the sensor.
     """
 
     source: str
@@ -43,6 +44,7 @@ class TemperatureReading:
     noise: float
     difference: float
     is_by_metal: bool = False
+    has_own_windings: bool = False
 
     @property
     def sigma(self) -> float:
@@ -73,16 +75,19 @@ def thermistor_reading(part: ThermistorPart, place: str, difference: float, low:
     return TemperatureReading(f"{part.product} at the {place}", tolerance / UNIFORM, part.noise, difference)
 
 
-def reference_reading(drift: float, noise: float, capacitor: float, difference: float, change: float
-                      ) -> TemperatureReading:
+def reference_reading(
+    drift: float, noise: float, capacitor: float, difference: float, change: float, has_own_windings: bool = False
+) -> TemperatureReading:
     """Return the reading of a temperature `change` (K) by a reference coil that no target covers.
 
     `drift` (per K) is the change of the coil's ln(frequency) by copper and other metal. `capacitor` (per K) is one
     sigma of its change by the capacitor. `noise` is one sigma of a reading, ln(frequency). `difference` (K) is one
-    sigma between the coil's temperature and the pad's.
+    sigma between the coil's temperature and the pad's. `has_own_windings` is True if they differ from the windings of
+    the other coils.
     """
     drift = abs(drift)
-    return TemperatureReading("the reference coil", abs(change) * capacitor / drift, noise / drift, difference, True)
+    return TemperatureReading("the reference coil", abs(change) * capacitor / drift, noise / drift, difference, True,
+                              has_own_windings)
 
 
 def pad_lag(thickness: float, density: float | None, metal: float, rate: float) -> float:
@@ -186,8 +191,12 @@ class Compensation:
             repeated = compensation_figure("repeatability") * carried
             parts = {CALIBRATION: math.sqrt(2.0) * np.hypot(noise, repeated)}
         else:
-            # copper that drifts more also makes a reference coil read more: then all other causes are wrong
-            coefficients = {**causes, METAL: whole - causes[METAL]} if self.reading.is_by_metal else causes
+            coefficients = dict(causes)
+            if self.reading.is_by_metal:
+                # copper that drifts more also makes a reference coil read more: then all other causes are wrong. Other
+                # windings scatter by themselves: then the reading is wrong, and the effect of copper, too
+                coefficients[METAL] = np.asarray(
+                    np.hypot(whole, causes[METAL]) if self.reading.has_own_windings else whole - causes[METAL])
             parts = {name: self.warming * value * (
                 1.0 if name == CAPACITORS else compensation_figure(name)) for name, value in coefficients.items()}
             parts["tolerance of the temperature sensor"] = self.reading.by_tolerance * whole

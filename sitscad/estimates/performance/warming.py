@@ -57,12 +57,13 @@ def capacitor_drift(readout: ReadoutSpec) -> float:
 
 def compensation_of(
     readout: ReadoutSpec, needs: Requirements, pad: ElastomerPad | None, target: Target | None,
-    drift: float | None, noise: float,
+    drift: float | None, noise: float, has_own_windings: bool = False,
 ) -> Compensation | None:
     """Return the compensation of drift over the required temperature change, by the sensor with the least error.
 
     The sensor is a thermistor or a reference coil. `drift` (per K) is the change of ln(frequency) of a reference coil;
-    None if there is no such coil. `noise` is one sigma of its reading. The result is None if nothing measures the
+    None if there is no such coil. `has_own_windings` is True if its windings differ from the windings of the other
+    coils. `noise` is one sigma of its reading. The result is None if nothing measures the
     temperature, or if there is no pad or no target. `needs` are the spec's requirements.
     """
     sensor, settings = readout.thermistor, readout.compensation
@@ -73,7 +74,8 @@ def compensation_of(
     if sensor is not None:
         readings.append(thermistor_reading(sensor.part, sensor.at, settings.difference, low, high))
     if drift:
-        readings.append(reference_reading(drift, noise, capacitor_drift(readout), settings.difference, high - low))
+        readings.append(reference_reading(drift, noise, capacitor_drift(readout), settings.difference, high - low,
+                                          has_own_windings))
     if not readings:
         return None
     lag = pad_lag(pad.thickness, pad.material.density, target.thickness, settings.rate)

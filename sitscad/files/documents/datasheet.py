@@ -289,7 +289,11 @@ def _reference(layout: Layout, estimates: Estimates) -> Rows:
     if estimates.reference is None:
         return []
     signal, name = reference_signal(layout, estimates), estimates.reference.name
-    rows: Rows = [("reference coil", f"{name}, without a target; the maps do not read it")]
+    coil, like = layout.spec.reference_coil, ""
+    if coil is not layout.spec.coil:
+        size = " x ".join(show(side, "m") for side in dict.fromkeys(coil.size))
+        like = f", {coil.shape} of {size}, {coil.turns_in_words} turns, {count_text(len(coil.layers), 'layer')}"
+    rows: Rows = [("reference coil", f"{name}{like}, without a target; the maps do not read it")]
     if signal is not None:
         rows.append((f"signal of the target on {name}", f"{share_text(signal.share)} of the signal of {signal.coil}"))
     return rows

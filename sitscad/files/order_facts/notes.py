@@ -198,14 +198,15 @@ def coil_kinds(coils: tuple[Coil, ...], spec: CoilSpec) -> list[CoilSpec]:
 def coil_text(coils: tuple[Coil, ...], spec: CoilSpec) -> str:
     """Describe the coils: size over the outer copper edges, tracks, gaps, and turned coils.
 
-    The size of polygons is measured across flats.
+    The size of polygons is measured across flats. `spec` has their dimensions.
     """
+    head = f"Coil {coils[0].name}" if coils[0].placement.own is not None else "Coils"
     size = " x ".join(f"{side * 1e3:.6g}" for side in dict.fromkeys(spec.size))
     turned = {coil.name: math.degrees(coil.placement.rotation) for coil in coils if coil.placement.rotation}
     angles = ", ".join(f"{name} by {angle:g} deg" for name, angle in turned.items())
     rotated = f"; turned: {angles}" if angles and not spec.outline.is_round else ""
     return (
-        f"Coils ({spec.shape}): {size} mm {spec.outline.across}over the outer copper edges, "
+        f"{head} ({spec.shape}): {size} mm {spec.outline.across}over the outer copper edges, "
         f"tracks {show(spec.trace_width, 'm')}, gaps {show(spec.trace_spacing, 'm')}{rotated}."
     )
 

@@ -360,7 +360,7 @@ def notes(layout: Layout) -> Iterator[str]:
     yield f"Outline {outline_text(rules)}, layers in register within {register}, {cover} (rules {rules.name})."
     yield coil_text(layout.coils, layout.spec.coil)
     if (reference := layout.reference) is not None and reference.placement.own is not None:
-        yield f"{reference.name}: {coil_text((reference,), reference.placement.own)}"
+        yield coil_text((reference,), reference.placement.own)
     yield f"Finished thickness: {', '.join(f'{k} {v}' for k, v in thickness_texts(layout).items())}."
     if tail_holes(layout):
         layers, tail_layers = layout.copper_layers, layout.spec.fpc.tail_copper
