@@ -6,8 +6,10 @@ from one_rule import findings_of
 from tolerance import approx
 
 import sitscad
+from sitscad.basics.finding import Missing, Shortfall
 from sitscad.basics.record import replace
-from sitscad.checks.fixes.moves import farther_references, smaller_references
+from sitscad.checks.board.room import _changes_for_room
+from sitscad.checks.fixes.references import farther_references, smaller_references
 from sitscad.estimates import estimated
 from sitscad.estimates.states.other_jaw import reference_change
 from sitscad.estimates.states.reference import reference_signal
@@ -130,6 +132,12 @@ def test_smaller_references_keep_their_inner_diameter(design):
     assert [coil.size[0] for coil in coils] == approx([0.85 * 3.95e-3, 0.7 * 3.95e-3], rel=5e-3)
     assert all(coil.inner_diameter >= design.spec.coil.inner_diameter - 1e-9 for coil in coils)
     assert first.edits[0].key == "array.reference.coil" and first.spec.coil == design.spec.coil
+
+
+def test_missing_lead_room_tries_reference_coil_farther_away_and_smaller(design):
+    farther, smaller, *_ = _changes_for_room(design.spec, Shortfall(Missing.LEAD_ROOM))
+    assert next(iter(farther())).edits[0].key == "array.reference.offset"
+    assert next(iter(smaller())).edits[0].key == "array.reference.coil"
 
 
 def test_farther_references_keep_own_windings(own):

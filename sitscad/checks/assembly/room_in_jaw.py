@@ -21,7 +21,8 @@ from sitscad.basics.finding import Severity
 from sitscad.basics.units import show
 from sitscad.checks.assembly.fit import GRAIN, jaw_of, unmeasured_jaw_case
 from sitscad.checks.assembly.plates import pair_text as in_brackets
-from sitscad.checks.fixes.moves import narrower_coils, other_ends, reread_changes, smaller_references
+from sitscad.checks.fixes.moves import narrower_coils, other_ends, reread_changes
+from sitscad.checks.fixes.references import smaller_references
 from sitscad.checks.fixes.search import Family, Fix, setting
 from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, not_checked, rule_of, violation_of
 from sitscad.estimates.design import Design

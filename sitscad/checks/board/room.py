@@ -12,7 +12,7 @@ from typing import Any
 from sitscad.assembly.places.bodies import film_thickness
 from sitscad.assembly.places.seating import PLATE_CORNER, plate_plan
 from sitscad.basics.finding import Missing, Place, Severity, Shortfall
-from sitscad.checks.fixes import moves
+from sitscad.checks.fixes import moves, references
 from sitscad.checks.fixes.search import GROWTH, CostlyFamily, Family, FamilyByAmount, Fix, setting
 from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, rule_of, violation_of
 from sitscad.estimates.design import Design
@@ -158,10 +158,10 @@ def _changes_for_room(spec: SensorSpec, lack: Shortfall) -> tuple[Family, ...]:
                            GRAIN if missing is None else missing + moves.lead_room(spec.array.placements, spec.coil,
                                                                                    spec.fpc.rules))
     if "own" in dict(lack.facts):
-        return (partial(moves.fewer_own_turns, spec),)
+        return (partial(references.fewer_own_turns, spec),)
     has_reference = lack.what is Missing.LEAD_ROOM and spec.array.reference is not None
-    of_reference: tuple[Family, ...] = (
-        partial(moves.farther_references, spec), partial(moves.smaller_references, spec)) if has_reference else ()
+    of_reference = [partial(each, spec) for each in (references.farther_references, references.smaller_references)
+                    if has_reference]
     match lack.what:
         case Missing.INNER_ROOM:
             more = max(missing or 0.0, 0.5 * spec.fpc.rules.via_pad)

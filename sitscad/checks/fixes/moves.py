@@ -8,11 +8,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from itertools import combinations, islice
-from typing import Any
 
 from sitscad.basics.finding import Edit, Missing
 from sitscad.basics.units import show
@@ -22,14 +20,14 @@ from sitscad.layout.routing.branches import least_closing
 from sitscad.layout.windings import wind_all
 from sitscad.spec import presets
 from sitscad.spec.circuit import Plating, Stackup
-from sitscad.spec.coil import INNER, TURNS, CoilPlacement, CoilSpec
+from sitscad.spec.coil import INNER, CoilPlacement, CoilSpec
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.load import rewritten_spec
 from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.presets import connector, names
 from sitscad.spec.profiles import installed_rules
 from sitscad.spec.reading import SpecError
-from sitscad.spec.resolver.coils import REFERENCE_COIL, least_scale, own_key
+from sitscad.spec.resolver.coils import least_scale
 from sitscad.spec.sensor import ArtworkSpec, SensorSpec
 
 MOST_LAYERS = 8
@@ -87,85 +85,6 @@ def more_turns(coil: CoilSpec, factor: float) -> Iterator[float]:
     for part in dict.fromkeys((turns, middle, most)):
         if part / parts > coil.most_turns:
             yield part / parts
-
-
-def more_own_turns(spec: SensorSpec) -> Iterator[Fix]:
-    """Yield changes to more turns of a reference coil with its own windings."""
-    yield from reread_changes(spec, own_key(TURNS), more_turns(spec.reference_coil, OWN_GROWTH))
-
-
-def fewer_own_turns(spec: SensorSpec) -> Iterator[Fix]:
-    """Yield changes to fewer turns of a reference coil with its own windings, the most turns first."""
-    own = spec.reference_coil
-    yield from reread_changes(spec, own_key(TURNS), list(fewer_turns(own, own.most_turns, MOST_SMALLER))[1:])
-
-
-def farther_references(spec: SensorSpec) -> Iterator[Fix]:
-    """Yield changes that move the reference coil farther from the other coils, the nearest first."""
-    placement, (x, y) = spec.reference_placement, spec.array.middle
-    assert placement is not None
-    dx, dy = placement.centre[0] - x, placement.centre[1] - y
-    for step in REFERENCE_STEPS:
-        farther = round(dx + (step if dx >= 0.0 else -step) * spec.reference_coil.size[0], 5)
-        yield from _with_data(spec, "array.reference.offset", [round(1e3 * farther, 6), round(1e3 * dy, 6)])
-
-
-def smaller_references(spec: SensorSpec) -> Iterator[Fix]:
-    """Yield changes to a smaller reference coil with the same inner diameter and fewer turns, the largest first."""
-    coil = spec.reference_coil
-    for share in REFERENCE_SHARES:
-        less = round((1.0 - share) * min(coil.size), 5)
-        narrower = replace(coil, size=(coil.size[0] - less, coil.size[1] - less))
-        room = coil.most_turns - 0.5 * less / coil.pitch
-        turns = next(islice(fewer_turns(narrower, room), 1, None), 0.0)
-        if turns:
-            yield from _with_own_windings(spec, replace(narrower, turns=turns))
-
-
-REFERENCE_STEPS = (0.25, 0.5, 1.0)
-"""Distances by which the reference coil is moved in trials, as multiples of its length."""
-
-REFERENCE_SHARES = (0.85, 0.7)
-"""Shorter sides of the reference coil in trials, as multiples of its shorter side."""
-
-MOST_SMALLER = 3
-"""Largest number of trials with fewer turns of a reference coil."""
-
-
-def _with_own_windings(spec: SensorSpec, coil: CoilSpec) -> Iterator[Fix]:
-    """Yield the change to a reference coil with the windings `coil`. Empty if the changed spec is invalid."""
-    size = [round(1e3 * side, 6) for side in coil.size]
-    data: dict[str, Any] = {
-        "shape": coil.shape, "outer_diameter": size if size[0] != size[1] else size[0],
-        "turns": coil.most_turns, "layers": list(coil.layers), "trace_width": show(coil.trace_width, "m", 6),
-        "trace_spacing": show(coil.trace_spacing, "m", 6), "start_angle": f"{math.degrees(coil.start_angle):.6g} deg",
-    }
-    if coil.is_mid_side:
-        data["start"] = "mid-side"
-    if coil.clockwise:
-        data["sense"] = "clockwise"
-    if coil.corner_radius:
-        data["corner_radius"] = round(1e3 * coil.corner_radius, 6)
-    yield from _with_data(spec, REFERENCE_COIL, data)
-
-
-def _with_data(spec: SensorSpec, key: str, data: Any) -> Iterator[Fix]:
-    """Yield the change of a key to a list or mapping, as YAML reads it. Empty if the changed spec is invalid."""
-    with suppress(SpecError):
-        yield Fix((Edit(key, _flow(data)),), rewritten_spec(spec, ((key, data),)))
-
-
-def _flow(data: Any) -> str:
-    """Return the YAML of a value in one line."""
-    if isinstance(data, dict):
-        return f"{{{', '.join(f'{key}: {_flow(value)}' for key, value in data.items())}}}"
-    if isinstance(data, list):
-        return f"[{', '.join(map(_flow, data))}]"
-    return f"{data:.7g}" if isinstance(data, float) else str(data)
-
-
-OWN_GROWTH = 1.2
-"""Smallest factor on the turns of a reference coil's own windings in a trial."""
 
 
 def _least_turns_forward(coil: CoilSpec, part: int, parts: int) -> int:

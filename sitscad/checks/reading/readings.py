@@ -15,11 +15,11 @@ from sitscad.basics.units import show
 from sitscad.checks.fixes.moves import (
     longer_coils,
     more_layers,
-    more_own_turns,
     more_turns,
     with_capacitors,
     with_each,
 )
+from sitscad.checks.fixes.references import more_own_turns
 from sitscad.checks.fixes.search import Family
 from sitscad.checks.rules import Undecided, Verdict, Violation, not_checked, violation_of
 from sitscad.estimates.circuits.tank import preferred_values

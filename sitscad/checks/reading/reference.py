@@ -8,7 +8,7 @@ from functools import partial
 from sitscad.assembly.places.state import PRESSED, REST
 from sitscad.basics.finding import Severity
 from sitscad.basics.late import late
-from sitscad.checks.fixes.moves import farther_references
+from sitscad.checks.fixes.references import farther_references
 from sitscad.checks.reading.metal import LITTLE, MUCH, THIN
 from sitscad.checks.rules import Rule, Verdict, constant_limits, not_checked, rule_of, violation_of
 from sitscad.estimates import estimated
