@@ -18,7 +18,7 @@ from sitscad.assembly.places.bodies import backing_of
 from sitscad.calibration.calibration import plan_calibration, sensors_of
 from sitscad.estimates.circuits import uncertainty
 from sitscad.estimates.loads.pressing import GLUE, MODULUS, PAD, PAD_SIZE
-from sitscad.estimates.performance.causes import perturbed_readings, root_sum_of_mean_squares
+from sitscad.estimates.performance.unit_errors import perturbed_readings, root_sum_of_mean_squares
 from sitscad.estimates.tolerances import scatter
 from sitscad.estimates.tolerances.scatter import CAPACITOR, manufacturing_scatter
 from sitscad.estimates.tolerances.units_made import as_made

@@ -9,8 +9,8 @@ from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
 from sitscad.estimates.coil_estimates import CoilEstimate
 from sitscad.estimates.loads.working_range import validated_shear
-from sitscad.estimates.performance.causes import perturbed_readings, root_sum_of_mean_squares
 from sitscad.estimates.performance.points import SensingAnalysis
+from sitscad.estimates.performance.unit_errors import perturbed_readings, root_sum_of_mean_squares
 from sitscad.estimates.performance_values import loads_on_axis
 from sitscad.estimates.tolerances.scatter import manufacturing_scatter
 from sitscad.kernels.electromagnetics.threads import one_thread

@@ -23,10 +23,11 @@ from sitscad.estimates.loads.pad import TOO_SOFT, NoResponse, loaded_poses, tilt
 from sitscad.estimates.loads.pressing import MODULUS, rests_on_pad
 from sitscad.estimates.loads.working_range import extrapolated_shear_note, required_range, validated_shear
 from sitscad.estimates.performance.bench import LoadModel
-from sitscad.estimates.performance.causes import PointErrors, TiltEffects, UnitErrors, resonances, units_of
+from sitscad.estimates.performance.causes import PointErrors, TiltEffects, resonances
 from sitscad.estimates.performance.compensation import DriftCoefficients
 from sitscad.estimates.performance.inversion import SolvedRange, crosstalk_at, solved_range
 from sitscad.estimates.performance.screen import screen_bench
+from sitscad.estimates.performance.unit_errors import UnitErrors, units_of
 from sitscad.estimates.performance.warming import WARMER, by_metal
 from sitscad.estimates.performance_values import (
     AXIS_WORDS,
