@@ -44,6 +44,7 @@ class Missing(StrEnum):
     TAIL_LAYERS = "tail-pairs"
     TAIL_ROOM = "tail-room"
     BODY_ROOM = "body-room"
+    THERMISTOR_ROOM = "thermistor-room"
 
 
 @record
@@ -71,7 +72,8 @@ class Shortfall:
         """Case of the message in ``data/messages.csv``."""
         if self.what is Missing.BODY_ROOM and "coil" not in dict(self.facts):
             return "body-room-tail"
-        unknown = {Missing.INNER_ROOM: "inner-room-unknown", Missing.TAIL_ROOM: "tail-room-unknown"}
+        unknown = {Missing.INNER_ROOM: "inner-room-unknown", Missing.TAIL_ROOM: "tail-room-unknown",
+                   Missing.THERMISTOR_ROOM: "thermistor-room-unknown"}
         return self.what if self.need is not None else unknown.get(self.what, self.what)
 
     @property

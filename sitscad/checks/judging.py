@@ -12,7 +12,7 @@ from sitscad.basics.finding import Finding, NotChecked, Severity
 from sitscad.basics.record import record
 from sitscad.basics.units import count_text
 from sitscad.checks import performance, required_loads, usual_ranges
-from sitscad.checks.assembly import fit, mount, overhang, plates, room_in_jaw, transduction
+from sitscad.checks.assembly import fit, mount, overhang, plates, room_in_jaw, thermistor, transduction
 from sitscad.checks.board import clearances, drawn_form, fabrication, room, tail
 from sitscad.checks.findings.text import severities, severity_cases
 from sitscad.checks.fixes.search import DECISIVE, HINTS, Budget
@@ -33,8 +33,8 @@ if TYPE_CHECKING:
 
 __all__ = ["HINTS", "RULES", "CheckResult", "Rule", "add_rules", "all_rules", "check", "explain", "mended"]
 
-_ROOMS = (fit, mount, overhang, plates, room_in_jaw, transduction, clearances, drawn_form, fabrication, room, tail,
-          drive, electrical, metal, reference, response, timing, performance, required_loads, usual_ranges)
+_ROOMS = (fit, mount, overhang, plates, room_in_jaw, thermistor, transduction, clearances, drawn_form, fabrication,
+          room, tail, drive, electrical, metal, reference, response, timing, performance, required_loads, usual_ranges)
 
 RULES: tuple[Rule, ...] = tuple(
     sorted((*map(rule_of, RULE_NAMES), *(rule for module in _ROOMS for rule in module.RULES)), key=lambda rule: rule.id)

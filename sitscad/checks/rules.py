@@ -201,6 +201,7 @@ NEEDS: dict[str, tuple[Callable[[SensorSpec], bool], str]] = {
     "jaw file": (lambda s: s.mount is not None and s.mount.kind != "custom" and any(_step_files(s.mount)),
                  "no-jaw-file"),
     "reference": (lambda s: s.array.reference is not None, "no-reference"),
+    "soldered thermistor": (lambda s: s.soldered_thermistor is not None, "no-soldered-thermistor"),
     "shield": (lambda s: s.shield is not None, "no-shield"),
     "tail": (lambda s: s.fpc.tail is not None, "no-tail"),
     **{need: (_need_of(keys), NO_REQUIREMENT) for need, keys in _REQUIRED.items()},

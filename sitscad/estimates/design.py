@@ -252,11 +252,12 @@ def at_room_temperature(design: Design) -> Design:
 
 
 def has_same_board(first: SensorSpec, second: SensorSpec) -> bool:
-    """Whether two specs have equal boards: coil, array, film, readout chip, and length and width of the jaw."""
+    """Whether two specs have equal boards: coil, array, film, chips on the board, and length and width of the jaw."""
     return _board(first) == _board(second)
 
 
 def _board(spec: SensorSpec) -> tuple[object, ...]:
     """Return the parts of a spec that determine the board, for comparison with another spec."""
     jaw = spec.jaw
-    return spec.coil, spec.array, spec.fpc, spec.readout.chip, (jaw.length, jaw.width) if jaw is not None else None
+    size = (jaw.length, jaw.width) if jaw is not None else None
+    return spec.coil, spec.array, spec.fpc, spec.readout.chip, spec.soldered_thermistor, size

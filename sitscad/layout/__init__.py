@@ -14,7 +14,19 @@ from sitscad.basics.record import record, replace
 from sitscad.kernels.geometry.path import Path, Point, Region, bounding_box
 from sitscad.kernels.geometry.shapes import SKETCHED
 from sitscad.layout.bending import stiffener
-from sitscad.layout.board import Capacitor, Coil, Layout, LeadPair, Pad, Role, Stiffener, Trace, Via, Winding
+from sitscad.layout.board import (
+    Capacitor,
+    Coil,
+    Layout,
+    LeadPair,
+    Pad,
+    Role,
+    SolderedThermistor,
+    Stiffener,
+    Trace,
+    Via,
+    Winding,
+)
 from sitscad.layout.clearance import SLACK, Breadth, Obstacles, TrackToPlace, ViaToPlace
 from sitscad.layout.drawn_board import drawn_layout
 from sitscad.layout.lanes import Bus, bus_for, lead_spacings
@@ -30,6 +42,7 @@ from sitscad.layout.routing.routes import (
     route_in_line,
 )
 from sitscad.layout.tail.frame import CORNER_RADIUS, TailFrame, course, first_via, turn_begin
+from sitscad.layout.tail.thermistor import ThermistorRun
 from sitscad.layout.tail.tracks import Run, unused_contacts
 from sitscad.layout.windings import WoundCoil, wind_all, wind_coil
 from sitscad.spec.circuit import FpcSpec
@@ -254,6 +267,8 @@ def _spaced(artwork: ArtworkSpec, windings: tuple[WoundCoil, ...], bus: Bus, sea
         elif not _tail_is_clear(artwork.fpc.rules, routing):
             shortfalls.append(_no_tail_room(artwork.array.placements, artwork.fpc.rules, routing.tail))
             routing = None
+    if routing is not None and isinstance(routing.thermistor, Shortfall):
+        shortfalls.append(routing.thermistor)
     if routing is None:
         return _unrouted(artwork, bus, windings, tuple(shortfalls), boards(artwork, bus)[0][1])
     body = body_of(artwork, routing.far, routing.breadth, routing.tail)
@@ -278,6 +293,12 @@ def _tail_is_clear(rules: DesignRules, routing: Routing) -> bool:
         if not board.admits(tracks, holes):
             return False
         board.add(tracks, holes)
+    if isinstance(routing.thermistor, ThermistorRun):
+        for number in (0, 1):
+            tracks = [track for pad, track in (*routing.thermistor.leads, *routing.thermistor.lanes) if pad == number]
+            if not board.admits(tracks, []):
+                return False
+            board.add(tracks, [])
     return True
 
 
@@ -312,14 +333,17 @@ def _assemble(spec: SensorSpec, attempt: _Attempt) -> Layout:
         if ends and ends[0].chip_pad and ends[1].chip_pad and tail.chip:
             chip_pads = (ends[0].chip_pad, ends[1].chip_pad)
             capacitors.append(Capacitor(chip_pads[0].reference, placement.name, tail.chip.name, chip_pads))
+    sensor = _thermistor(routing)
+    if sensor is not None and routing is not None and isinstance(routing.thermistor, ThermistorRun):
+        pads += routing.thermistor.contacts
     pieces = [piece for coil in coils for piece in coil.series]
-    traces = tuple(piece for piece in pieces if isinstance(piece, Trace))
+    traces = (*(piece for piece in pieces if isinstance(piece, Trace)), *(sensor.traces if sensor else ()))
     vias = tuple(piece for piece in pieces if isinstance(piece, Via))
     contacts = tuple(sorted([*pads, *unused_contacts(tail)] if pads else [], key=lambda pad: pad.number))
     begin = turn_begin(spec.fpc.rules, bus, tail)
     # the tail may bend where its sides are straight, up to the stiffener or its turn, free of vias
     bend_start = tail.start + tail.taper.reach_beyond
-    before = tail.end - tail.connector.stiffener_length, begin if tail.turn else math.inf
+    before = tail.stiff_start, begin if tail.turn else math.inf
     bend_end = min(first_via(spec.fpc.rules, tail), *before)
     bends = spec.fpc.tail is not None and spec.fpc.tail.bend != "none" and bend_end > bend_start
     copper = _copper_points(traces, vias, body.start + CORNER_RADIUS)
@@ -327,9 +351,11 @@ def _assemble(spec: SensorSpec, attempt: _Attempt) -> Layout:
         spec=spec, coils=tuple(coils), traces=traces, vias=vias, pads=contacts,
         outline=outline(body, tail, copper, spec.fpc.rules.copper_to_edge),
         body=(body.start, body.low, body.end, body.high),
-        top_openings=openings(spec.fpc.rules, tail, contacts, (pad for each in capacitors for pad in each.pads)),
+        top_openings=openings(spec.fpc.rules, tail, contacts, (pad for each in capacitors for pad in each.pads),
+                              sensor.pads if sensor else ()),
         bottom_openings=(), stiffener=None, bend_zone=(bend_start, bend_end) if bends else None,
-        shortfalls=attempt.shortfalls, capacitors=tuple(capacitors), tail_length=tail.end - tail.body_end,
+        shortfalls=attempt.shortfalls, capacitors=tuple(capacitors), thermistor=sensor,
+        tail_length=tail.end - tail.body_end,
     )
     straight = replace(straight, stiffener=stiffener(straight, tail))
     line = course(spec.fpc.tail, tail.half_width, begin)
@@ -340,6 +366,17 @@ def _assemble(spec: SensorSpec, attempt: _Attempt) -> Layout:
     # coils without leads have no copper in the tail; those beyond a body that is too small may stand beside its turn
     unwound = _mapped(replace(straight, coils=()), line.path, line.place, line.is_across)
     return replace(unwound, coils=straight.coils, traces=straight.traces, vias=straight.vias)
+
+
+def _thermistor(routing: Routing | None) -> SolderedThermistor | None:
+    """Return the soldered thermistor with its tracks. None without a thermistor, or without room for it."""
+    if routing is None or routing.tail.thermistor is None or not isinstance(routing.thermistor, ThermistorRun):
+        return None
+    run, chip = routing.thermistor, routing.tail.thermistor.chip
+    nets = [pad.net for pad in run.pads]
+    traces = [Trace(track.path, track.width, track.layer, nets[number], role)
+              for role, tracks in ((Role.LEAD, run.leads), (Role.TAIL, run.lanes)) for number, track in tracks]
+    return SolderedThermistor(run.pads[0].reference, chip.name, run.pads, tuple(traces))
 
 
 def _copper_points(traces: tuple[Trace, ...], vias: tuple[Via, ...], before: float) -> list[tuple[Point, float]]:
@@ -421,9 +458,13 @@ def _mapped(
         return Region(path(area.outline), tuple(map(path, area.holes)))
 
     coils = tuple(replace(coil, series=tuple(map(piece, coil.series))) for coil in layout.coils)
-    pieces, plate = [item for coil in coils for item in coil.series], layout.stiffener
+    pieces, plate, sensor = [item for coil in coils for item in coil.series], layout.stiffener, layout.thermistor
+    if sensor is not None:
+        tracks = tuple(replace(trace, path=path(trace.path)) for trace in sensor.traces)
+        sensor = replace(sensor, pads=(pad(sensor.pads[0]), pad(sensor.pads[1])), traces=tracks)
+        pieces += tracks
     return replace(
-        layout, coils=coils, traces=tuple(item for item in pieces if isinstance(item, Trace)),
+        layout, coils=coils, traces=tuple(item for item in pieces if isinstance(item, Trace)), thermistor=sensor,
         vias=tuple(item for item in pieces if isinstance(item, Via)), pads=tuple(map(pad, layout.pads)),
         capacitors=tuple(replace(c, pads=(pad(c.pads[0]), pad(c.pads[1]))) for c in layout.capacitors),
         outline=path(layout.outline), top_openings=tuple(map(region, layout.top_openings)),

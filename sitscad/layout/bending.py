@@ -147,7 +147,7 @@ def stiffener(layout: Layout, tail: TailFrame) -> Stiffener | None:
         thickness, adhesive = needed, 0.0
     if thickness <= 0.0:
         return None
-    start = max(tail.start, min(tail.end - connector.stiffener_length, first_via(fpc.rules, tail)))
+    start = max(tail.start, min(tail.stiff_start, first_via(fpc.rules, tail)))
     return Stiffener(Region(tail.strip(start)), thickness, "polyimide", adhesive)
 
 

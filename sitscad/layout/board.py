@@ -141,8 +141,36 @@ class Capacitor:
     @property
     def centre(self) -> Point:
         """Midpoint between the pads."""
-        first, second = (pad.centre for pad in self.pads)
-        return Point((first.x + second.x) / 2, (first.y + second.y) / 2)
+        return middle_of(self.pads)
+
+
+@record
+class SolderedThermistor:
+    """The temperature sensor on the board: its two pads, and its tracks to two contacts of the tail.
+
+    `reference` is the part's name on the board, and `package` the name of its chip size.
+    """
+
+    reference: str
+    package: str
+    pads: tuple[Pad, Pad]
+    traces: tuple[Trace, ...]
+
+    @property
+    def centre(self) -> Point:
+        """Midpoint between the pads."""
+        return middle_of(self.pads)
+
+    @property
+    def nets(self) -> tuple[str, str]:
+        """Nets of its two pads."""
+        return self.pads[0].net, self.pads[1].net
+
+
+def middle_of(pads: tuple[Pad, Pad]) -> Point:
+    """Return the midpoint between two pads."""
+    first, second = (pad.centre for pad in pads)
+    return Point((first.x + second.x) / 2, (first.y + second.y) / 2)
 
 
 @record
@@ -243,6 +271,7 @@ class Layout:
     bend_zone: tuple[float, float] | None
     shortfalls: tuple[Shortfall, ...] = ()
     capacitors: tuple[Capacitor, ...] = ()
+    thermistor: SolderedThermistor | None = None
     tail_length: float = 0.0
 
     def __repr__(self) -> str:
@@ -296,8 +325,21 @@ class Layout:
 
     @property
     def all_pads(self) -> tuple[Pad, ...]:
-        """Contacts and capacitor pads."""
-        return self.pads + tuple(pad for capacitor in self.capacitors for pad in capacitor.pads)
+        """Contacts, and the pads of capacitors and thermistor."""
+        return self.pads + tuple(pad for chip in self.chips for pad in chip.pads)
+
+    @property
+    def chips(self) -> tuple[Capacitor | SolderedThermistor, ...]:
+        """Parts that are soldered to the board."""
+        return (*self.capacitors, self.thermistor) if self.thermistor is not None else self.capacitors
+
+    @property
+    def conductors(self) -> tuple[tuple[str, tuple[Trace | Via, ...]], ...]:
+        """Net and pieces, in order, of each conductor: the coils, then the thermistor's two tracks."""
+        coils = tuple((coil.net, coil.series) for coil in self.coils)
+        if (sensor := self.thermistor) is None:
+            return coils
+        return *coils, *((net, tuple(trace for trace in sensor.traces if trace.net == net)) for net in sensor.nets)
 
     @property
     def copper_layers(self) -> int:
@@ -343,8 +385,8 @@ class Layout:
 
     @property
     def nets(self) -> tuple[str, ...]:
-        """Nets, one per coil."""
-        return tuple(coil.net for coil in self.coils)
+        """Nets: one per coil, and two of a soldered thermistor."""
+        return *(coil.net for coil in self.coils), *(self.thermistor.nets if self.thermistor is not None else ())
 
     @cached_property
     def teardrops(self) -> tuple[Teardrop, ...]:

@@ -23,7 +23,7 @@ from sitscad.kernels.geometry.primitives import (
     path_rows,
     to_points,
 )
-from sitscad.layout.board import Coil, Layout, Pad, Role, Teardrop, Trace, Via
+from sitscad.layout.board import Layout, Pad, Role, Teardrop, Trace, Via
 from sitscad.layout.clearance import ALONG
 
 if TYPE_CHECKING:
@@ -349,14 +349,14 @@ def _pieces(item: Item) -> Iterator[tuple[Row, float, float, float, float]]:
 
 
 def _conductor_positions(layout: Layout) -> Iterator[tuple[int, _Stand]]:
-    """Yield (identity, position along its coil's conductor) for each item of the layout."""
+    """Yield (identity, position along its conductor) for each item of the layout."""
     positions: dict[tuple[object, ...], _Stand] = {}
-    for number, coil in enumerate(layout.coils):
+    for number, (net, series) in enumerate(layout.conductors):
         station = 0.0
-        for element in coil.series:
+        for element in series:
             positions[_key(element)] = _Stand(number, station)
             station += element.path.length if isinstance(element, Trace) else 0.0
-        yield from _contact_stands(layout.all_pads, coil, number, station)
+        yield from _contact_stands(layout.all_pads, net, series, number, station)
     items: tuple[Trace | Via, ...] = (*layout.traces, *layout.vias)
     items_by_key = {_key(item): item for item in items}
     yield from ((id(items_by_key[key]), position) for key, position in positions.items() if key in items_by_key)
@@ -368,25 +368,27 @@ def _conductor_positions(layout: Layout) -> Iterator[tuple[int, _Stand]]:
             yield id(drop), _Stand(position.chain, position.at + (0.0 if drop.at_start else track.path.length))
 
 
-def _contact_stands(pads: Sequence[Pad], coil: Coil, number: int, length: float) -> Iterator[tuple[int, _Stand]]:
-    """Yield (identity, position along the conductor) for each contact of a coil.
+def _contact_stands(
+    pads: Sequence[Pad], net: str, series: Sequence[Trace | Via], number: int, length: float
+) -> Iterator[tuple[int, _Stand]]:
+    """Yield (identity, position along the conductor) for each pad of a conductor.
 
-    `number` is the number of the conductor, and `length` (m) its total length.
+    `series` are the conductor's tracks and vias in order, `number` is its number, and `length` (m) its total length.
     """
-    traces = [element for element in coil.series if isinstance(element, Trace)]
+    traces = [element for element in series if isinstance(element, Trace)]
     if not traces:
         return
     ends: list[tuple[Point, float]] = [(traces[0].path.start, 0.0), (traces[-1].path.end, length)]
     # where tracks of one layer follow each other, too, and how far along the conductor (m): pads may stand there
     station = 0.0
-    for piece, following in pairwise(coil.series):
+    for piece, following in pairwise(series):
         station += piece.path.length if isinstance(piece, Trace) else 0.0
         if isinstance(piece, Trace) and isinstance(following, Trace) and piece.layer == following.layer:
             ends.append((piece.path.end, station))
     for pad in pads:
         (x, y), dx, dy = pad.centre, pad.size[0] / 2.0 + ROUNDING, pad.size[1] / 2.0 + ROUNDING
         for point, at in ends:
-            if pad.net == coil.net and abs(point.x - x) <= dx and abs(point.y - y) <= dy:
+            if pad.net == net and abs(point.x - x) <= dx and abs(point.y - y) <= dy:
                 yield id(pad), _Stand(number, at)
                 break
 

@@ -281,7 +281,8 @@ def body_of(artwork: ArtworkSpec, first: float, needed: Breadth, tail: TailFrame
     low, high = across.low, across.high
     if (edge := artwork.body_outline) is not None:
         return BodyExtent(*ends(artwork, first, tail.body_end), low, high, edge)
-    body = BodyExtent(ends(artwork, first, tail.body_end - tail.ahead)[0], tail.body_end, low, high)
+    start = ends(artwork, first, tail.body_end - tail.ahead - tail.zone)[0]
+    body = BodyExtent(start, tail.body_end, low, high)
     is_ahead = tail.ahead > tail.waiting and not tail.taper.narrows
     is_astride = max(-low, high) > tail.half_width > min(-low, high)
     for side in (-1, 1):
@@ -340,17 +341,20 @@ def _far_corner_radius(body: BodyExtent, side: int, copper: list[tuple[Point, fl
 
 
 def openings(
-    rules: DesignRules, tail: TailFrame, contacts: tuple[Pad, ...], chip_pads: Iterable[Pad]
+    rules: DesignRules, tail: TailFrame, contacts: tuple[Pad, ...], chip_pads: Iterable[Pad],
+    thermistor_pads: Iterable[Pad] = (),
 ) -> tuple[Region, ...]:
-    """Return the coverlay's openings: one for all plug contacts or one for each solder contact, and for capacitor pads.
+    """Return the coverlay's openings: one for all plug contacts or one for each solder contact, and for chips' pads.
 
     The opening for plug contacts covers the whole width of the plugged part and extends past its end, because a strip
     of coverlay would make the plug thicker. It is long enough that misregistered coverlay still leaves the full contact
     length bare. It extends past the edges by the sum of outline and coverlay tolerance. The coverlay covers the rims of
-    solder contacts and leaves at least half of their area bare. Openings over capacitor pads are larger than the pads
-    by `chip_opening`.
+    solder contacts and leaves at least half of their area bare. Openings over the pads of capacitors and thermistor
+    are larger than the pads by `chip_opening`.
     """
-    over_chips = (_grown(pad, tail.chip_opening) for pad in chip_pads)
+    over_thermistor = 0.0 if tail.thermistor is None else tail.thermistor.opening
+    over_chips = (*(_grown(pad, tail.chip_opening) for pad in chip_pads),
+                  *(_grown(pad, over_thermistor) for pad in thermistor_pads))
     if tail.connector.kind == "pads":
         return (*(_grown(pad, -rim_lap(rules, pad)) for pad in contacts), *over_chips)
     past = rules.outline_tolerance + rules.coverlay_registration

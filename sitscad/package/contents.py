@@ -198,8 +198,8 @@ UNREAD: dict[str, tuple[str, ...]] = {
 }
 """Top-level fields of the spec that a stage does not read. If only these change, the stage is not made again.
 
-Converter and capacitor pads of the readout are read by all stages. Writers that take estimates read all but the spec's
-text (`Writer.reads_numbers`).
+Converter, capacitor pads and soldered thermistor of the readout are read by all stages. Writers that take estimates
+read all but the spec's text (`Writer.reads_numbers`).
 """
 
 
@@ -217,7 +217,7 @@ def read_by(stage: str, spec: SensorSpec, takes_numbers: bool = False) -> tuple[
     """
     unread = ("source",) if takes_numbers else UNREAD.get(stage, ())
     parts = [getattr(spec, field.name) for field in fields(spec) if field.name not in unread]
-    return (*parts, spec.readout.device, spec.readout.chip)
+    return (*parts, spec.readout.device, spec.readout.chip, spec.soldered_thermistor)
 
 
 def read_of_board(stage: str, layout: Layout) -> tuple[object, ...]:

@@ -300,7 +300,9 @@ def thermistor(name: str) -> ThermistorPart:
     registers = (DigitalRegisters(address, temperature, float(row["scale"]), identity, identity_value)
                  if row["scale"] else None)
     return ThermistorPart(name, resistance, relative, float(row["b"]) if row["b"] else None, b_relative, error,
-                          float(row["noise"]), registers, row["package"], row["product"], cited(row))
+                          float(row["noise"]), registers, row["package"], row["product"],
+                          chip(row["chip"]) if row["chip"] else None,
+                          parse_quantity(row["height"], "length") if row["height"] else 0.0, cited(row))
 
 
 @cache

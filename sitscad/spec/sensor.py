@@ -234,13 +234,23 @@ class Requirements(Section):
 
 @record
 class ArtworkSpec:
-    """The parts of a sensor that determine its board's artwork."""
+    """The parts of a sensor that determine its board's artwork.
+
+    `chip` is the land pattern of tank capacitors on the tail, and `thermistor` the soldered temperature sensor. Each is
+    None if the board carries none.
+    """
 
     coil: CoilSpec
     array: ArraySpec
     fpc: FpcSpec
     jaw: Jaw | None
     chip: Chip | None
+    thermistor: Thermistor | None
+
+    @property
+    def wires(self) -> int:
+        """Number of contacts that coils and thermistor use."""
+        return 2 * len(self.array.placements) + 2 * (self.thermistor is not None)
 
     @property
     def coil_copper(self) -> tuple[CopperLayer, ...]:
@@ -299,7 +309,13 @@ class SensorSpec(Readable):
     def artwork(self) -> ArtworkSpec:
         """The parts that determine the board's artwork."""
         array = replace(self.array, placements=self.all_placements, reference=None)
-        return ArtworkSpec(self.coil, array, self.fpc, self.jaw, self.readout.chip)
+        return ArtworkSpec(self.coil, array, self.fpc, self.jaw, self.readout.chip, self.soldered_thermistor)
+
+    @property
+    def soldered_thermistor(self) -> Thermistor | None:
+        """Temperature sensor with pads on the flexible board. None if there is none, or if the user drew the board."""
+        sensor = self.readout.thermistor
+        return sensor if sensor is not None and sensor.is_soldered and self.coil.copper is None else None
 
     @property
     def coil_copper(self) -> tuple[CopperLayer, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from sitscad.basics.record import record
+from sitscad.spec.circuit import Chip
 from sitscad.spec.format.kinds import Choice, Preset, UnitValue
 from sitscad.spec.format.section import Section, key
 
@@ -38,6 +39,8 @@ class ThermistorPart:
     * ``error`` (K): largest error of a digital sensor
     * ``noise`` (K): one sigma of a reading
     * ``registers``: of a digital sensor. None for a thermistor.
+    * ``chip``: land pattern of a part with two contacts, which is soldered to the board. None for parts with wires
+    * ``height`` (m): largest height of a soldered part
     """
 
     name: str
@@ -50,6 +53,8 @@ class ThermistorPart:
     registers: DigitalRegisters | None
     package: str
     product: str
+    chip: Chip | None
+    height: float
     source: str
 
 
@@ -59,9 +64,15 @@ class Thermistor(Section):
 
     part: ThermistorPart = key(Preset("thermistor", up=True), "the NTC thermistor or digital sensor, like tmp117")
     at: str = key(
-        Choice((BOARD, TAIL, CONTROLLER)), "its place: glued on the board beside the pad, on the tail's stiffener, or "
-        "on the board of converter and controller. It has wires of its own", BOARD,
+        Choice((BOARD, TAIL, CONTROLLER)), "its place: on the board beside the pad, on the tail's stiffener, or on the "
+        "board of converter and controller. An NTC chip is soldered to the first two and has two contacts of the tail. "
+        "Other parts are glued there, with wires of their own", BOARD,
     )
+
+    @property
+    def is_soldered(self) -> bool:
+        """Whether the part has pads on the flexible board and two contacts of the tail."""
+        return self.part.chip is not None and self.at != CONTROLLER
 
 
 @record

@@ -10,7 +10,7 @@ import sitscad
 from sitscad.files.documents import order_notes
 from sitscad.files.order_facts.notes import step_text
 from sitscad.layout.lamination import lamination_text
-from sitscad.layout.tail.frame import chip_opening
+from sitscad.layout.tail.chips import chip_opening
 from sitscad.spec import presets, templates
 
 GRASPER = templates.read("grasper_4layer")

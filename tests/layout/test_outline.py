@@ -15,7 +15,7 @@ from sitscad.checks.judging import check
 from sitscad.estimates.design import Design
 from sitscad.kernels.geometry.path import Arc, Line, bounding_box, enclosed_area
 from sitscad.layout import lay_out
-from sitscad.layout.tail.frame import Taper
+from sitscad.layout.tail.taper import Taper
 from sitscad.spec.load import load, load_text
 
 MM, UM = 1e-3, 1e-6

@@ -42,6 +42,7 @@ def test_resistances_in_template_comments_match_estimates(name):
 
 INHERENT = {
     "bench_7mm": {"SIT103"},
+    "bench_steady": set(),
     "fingertip_cell": {"SIT409", "SIT414"},
     "fingertip_foil": set(),
     "grasper_3p5mm": {"SIT103", "SIT203", "SIT204", "SIT217", "SIT221", "SIT303", "SIT304", "SIT308", "SIT310"},

@@ -21,7 +21,7 @@ from sitscad.basics.finding import Severity
 from sitscad.basics.units import show
 from sitscad.checks.assembly.fit import GRAIN, jaw_of, unmeasured_jaw_case
 from sitscad.checks.assembly.plates import pair_text as in_brackets
-from sitscad.checks.fixes.moves import narrower_coils, other_ends, reread_changes
+from sitscad.checks.fixes.moves import narrower_coils, other_ends, reread_change, reread_changes
 from sitscad.checks.fixes.references import smaller_references
 from sitscad.checks.fixes.search import Family, Fix, setting
 from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, not_checked, rule_of, violation_of
@@ -30,6 +30,8 @@ from sitscad.kernels.geometry.convex import Box
 from sitscad.layout.lanes import coils_breadth
 from sitscad.spec.mount import Jaw
 from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.thermistor import BOARD as ON_BODY
+from sitscad.spec.thermistor import TAIL
 
 JAW_SOURCE = "the jaw's figures (mount.jaw); thesis of Jones 2.5: jaw about 5 mm wide, sensing body 5 x 10 mm"
 
@@ -200,12 +202,15 @@ def sensor_length(design: Design) -> Iterator[Verdict]:
     less = _less_margin(design.spec, 0, excess)
     hint = "length-pitch" if len(design.spec.array.placements) > 1 else "length-coils"
     hint = hint if design.spec.array.reference is None else "length-reference"
+    sensor, fixes = design.spec.soldered_thermistor, list[Family]()
+    if sensor is not None and sensor.at == ON_BODY:
+        hint, fixes = "length-thermistor", [partial(reread_change, design.spec, "readout.thermistor.at", TAIL)]
     yield violation_of(
         "body-length", "fpc.margin" if less else design.spec.array.distance_key, measure.measured, jaw.length, "m",
         hint="length-margin" if less else hint, details=("with-tolerances", *unmeasured_jaw_case(jaw)),
         severity=severity,
         fixes=(*[lambda: _less_margins(design.spec, 0, excess)] * bool(less),
-               *[partial(smaller_references, design.spec)] * (design.spec.array.reference is not None)),
+               *[partial(smaller_references, design.spec)] * (design.spec.array.reference is not None), *fixes),
         length=measure.nominal, excess=excess,
         likely=measure.root_sum_square, worst=measure.worst,
     )

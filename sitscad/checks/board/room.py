@@ -1,4 +1,4 @@
-"""SIT111 to SIT113, SIT118, SIT119, SIT135 and SIT136: lack of room on the board or in an outline, and remedies."""
+"""SIT111 to SIT113, SIT118, SIT119, SIT135, SIT136 and SIT139: lack of room on a board or in an outline, and fixes."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from sitscad.assembly.places.bodies import film_thickness
 from sitscad.assembly.places.seating import PLATE_CORNER, plate_plan
 from sitscad.basics.finding import Missing, Place, Severity, Shortfall
 from sitscad.checks.fixes import moves, references
+from sitscad.checks.fixes.moves import SMALL_PARTS
 from sitscad.checks.fixes.search import GROWTH, CostlyFamily, Family, FamilyByAmount, Fix, setting
 from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, rule_of, violation_of
 from sitscad.estimates.design import Design
@@ -117,6 +118,7 @@ def _too_little_room(spec: SensorSpec, shortfall: Shortfall) -> Violation:
         Missing.TAIL_ROOM: ("fpc.tail.connector" if spec.fpc.tail else "fpc",
                             f"{'via pad' if lack.need is None else 'trace'} {of_rules}"),
         Missing.BODY_ROOM: ("fpc.body", None),
+        Missing.THERMISTOR_ROOM: ("readout.thermistor.at", of_rules.removeprefix("and ")),
     }
     key, source = texts[lack.what]
     facts: dict[str, Any] = dict(lack.facts)
@@ -185,6 +187,9 @@ def _changes_for_room(spec: SensorSpec, lack: Shortfall) -> tuple[Family, ...]:
             return (partial(moves.reread_change, spec, "fpc.tail.layers", 2),)
         case Missing.BODY_ROOM:
             return (wider,)
+        case Missing.THERMISTOR_ROOM:
+            return (partial(moves.reread_changes, spec, "readout.thermistor.part", SMALL_PARTS),
+                    partial(moves.reread_change, spec, "readout.thermistor.at", "tail"))
     return ()
 
 
@@ -300,4 +305,5 @@ RULES: tuple[Rule, ...] = (
     rule_of("SIT119", no_room(Missing.TAIL_ROOM)),
     rule_of("SIT135", no_room(Missing.BODY_ROOM)),
     rule_of("SIT136", within_largest),
+    rule_of("SIT139", no_room(Missing.THERMISTOR_ROOM), "soldered thermistor"),
 )

@@ -42,7 +42,6 @@ from sitscad.layout.lanes import Ring
 from sitscad.layout.tail.frame import contact_row
 from sitscad.spec import presets
 from sitscad.spec.circuit import Connector, FpcSpec, Plating, Stackup, Tail
-from sitscad.spec.coil import CoilPlacement
 from sitscad.spec.presets import finish, is_rigid, stock_stiffeners
 from sitscad.spec.sensor import SensorSpec
 
@@ -394,7 +393,7 @@ def stiffener_stock(plate: Stiffener | None, tail: Tail | None) -> Iterator[Verd
                        source="sitscad/data/stiffeners.csv", near=near, thinnest=totals[0], thickest=totals[-1])
 
 
-def plug_width(pads: tuple[Pad, ...], placements: tuple[CoilPlacement, ...], fpc: FpcSpec) -> Iterator[Verdict]:
+def plug_width(pads: tuple[Pad, ...], wires: int, fpc: FpcSpec) -> Iterator[Verdict]:
     """Yield a finding if the outline's tolerance exceeds the connector's tolerance for the tail's width.
 
     It is only reported if even the closer cut (`CLOSER_CUT`) exceeds it, because the order requests the closer cut
@@ -405,7 +404,7 @@ def plug_width(pads: tuple[Pad, ...], placements: tuple[CoilPlacement, ...], fpc
         yield not_checked("solder-pads")
         return
     if rules.outline_tolerance > CLOSER_CUT * connector.width_tolerance + ROUNDING:
-        width = connector.width(contact_row(placements, fpc.tail, connector).count)
+        width = connector.width(contact_row(wires, fpc.tail, connector).count)
         yield violation_of(
             "plug-width", "fpc.tail.connector", rules.outline_tolerance, connector.width_tolerance, "m",
             details=_plug_unverified(connector, "width_tolerance"), source=rules.source_of("outline_tolerance"),
@@ -414,10 +413,10 @@ def plug_width(pads: tuple[Pad, ...], placements: tuple[CoilPlacement, ...], fpc
         )
 
 
-def connector_positions(placements: tuple[CoilPlacement, ...], fpc: FpcSpec) -> Iterator[Verdict]:
+def connector_positions(wires: int, fpc: FpcSpec) -> Iterator[Verdict]:
     """Yield a finding if no connector of this type has the tail's number of contacts, or a note on unused contacts."""
     connector, tail = _connector(fpc), fpc.tail
-    row, counts = contact_row(placements, fpc.tail, connector), connector.positions
+    row, counts = contact_row(wires, fpc.tail, connector), connector.positions
     unverified = _plug_unverified(connector, "positions")
     if counts and row.count not in counts:
         is_written = tail is not None and tail.contacts is not None
@@ -487,9 +486,9 @@ RULES: tuple[Rule, ...] = (
     rule_of("SIT132", special_build),
     rule_of("SIT117", insertion_thickness, "tail"),
     rule_of("SIT124", contact_worst_case, "tail"),
-    rule_of("SIT126", lambda design: plug_width(design.layout.pads, design.spec.all_placements, design.spec.fpc),
+    rule_of("SIT126", lambda design: plug_width(design.layout.pads, design.spec.artwork.wires, design.spec.fpc),
             "tail"),
-    rule_of("SIT127", lambda design: connector_positions(design.spec.all_placements, design.spec.fpc), "tail"),
+    rule_of("SIT127", lambda design: connector_positions(design.spec.artwork.wires, design.spec.fpc), "tail"),
     rule_of("SIT129", lambda design: stiffener_stock(design.layout.stiffener, design.spec.fpc.tail), "tail"),
     rule_of("SIT128", contact_finish),
 )

@@ -296,6 +296,10 @@ def thinner_tails(spec: SensorSpec) -> Iterator[Fix]:
             yield from reread_change(spec, "fpc.tail.layers", layers)
 
 
+SMALL_PARTS = ("ncp15xh103f03rc",)
+"""Soldered thermistors that hints propose, in place of larger parts or of parts without room."""
+
+
 def reread_change(spec: SensorSpec, key: str, value: float | str) -> Iterator[Fix]:
     """Yield the change of the key `key` to `value`, with the spec read again from its changed text.
 
@@ -496,7 +500,7 @@ def narrower_plugs(spec: SensorSpec, width: float) -> list[tuple[float, Fix]]:
 
     The narrowest tail is first. Empty if the board has no tail.
     """
-    tail, used, plugs = spec.fpc.tail, 2 * len(spec.all_placements), []
+    tail, used, plugs = spec.fpc.tail, spec.artwork.wires, []
     for name in names("connector") if tail is not None else ():
         plug = connector(name)
         count = min((count for count in plug.positions if count >= used), default=0)

@@ -10,7 +10,7 @@ from sitscad.files.writer import Writer, is_cut, is_felt, is_mounted
 PAPERS: tuple[Writer, ...] = (
     Writer(
         "placement", "files.documents.parts_list:render_placement", "gerber", ("layout", "estimates"),
-        lambda spec: spec.readout.chip is not None,
+        lambda spec: spec.readout.chip is not None or spec.soldered_thermistor is not None,
     ),
     Writer(
         "order notes", "files.documents.order_notes", "gerber",

@@ -40,7 +40,7 @@ from sitscad.kernels.converters.converter import Channel, Converter
 from sitscad.kernels.converters.ldc_registers import WATCHDOG_RECOVERY
 from sitscad.kernels.converters.reference_counter import REGISTER_BITS
 from sitscad.layout.board import Layout, Pad
-from sitscad.layout.tail.tracks import Contact, contacts
+from sitscad.layout.tail.tracks import CONTROLLER, Contact, contacts
 from sitscad.spec.circuit import Tail
 from sitscad.spec.materials import CellsSpec
 from sitscad.spec.sensor import ReadoutSpec, SensorSpec
@@ -341,6 +341,8 @@ def _wiring(
     yield f"  {board_end}" + (", and pads of J1 in wiring/:" if is_reversed else ":")
     for contact in connections:
         where = f"{contact.converter_pin} of converter {contact.converter}" if contact.net != "-" else "nothing"
+        if contact.converter == CONTROLLER:
+            where = f"{contact.converter_pin} of the controller"
         pad = f"pad {socket_pad(pads, tail, contact.number):<3} " if is_reversed else ""
         yield f"    {contact.number:>3}  {pad}{contact.pin:<8} {where}"
     if is_reversed:

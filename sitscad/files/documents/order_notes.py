@@ -33,7 +33,7 @@ from sitscad.layout.board import Layout, Via
 from sitscad.layout.gaps import smallest_gaps
 from sitscad.layout.lamination import lamination_text, tail_holes
 from sitscad.layout.panel import Panel, is_too_small
-from sitscad.layout.tail.frame import chip_opening
+from sitscad.layout.tail.chips import chip_opening
 from sitscad.layout.tail.tracks import contact_rows
 from sitscad.spec.circuit import MASK, FpcSpec, LayerKind, Plating, Stackup, Tail
 from sitscad.spec.design_rules import DesignRules
@@ -153,6 +153,12 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
             f"coverlay is open {show(opening, 'm')} beyond each pad and laid within "
             f"{show(fpc.rules.coverlay_registration, 'm')}; "
             "soldered on by hand or by an assembler, not part of this order unless it says so"
+        )
+    if (sensor := layout.thermistor) is not None:
+        where = "on the body" if sensor.centre.x < layout.body[2] else "over the stiffener"
+        yield "Thermistor", (
+            f"bare pads for {sensor.reference} ({sensor.package}) {where}, see placement.csv; soldered on by hand or "
+            "by an assembler, not part of this order unless it says so"
         )
     if layout.bend_zone is not None:
         yield "Bend", notes.bend_text(bend_stretch(layout), bends(layout), pivot_line(layout))
@@ -326,7 +332,9 @@ def _test(layout: Layout, bench: Estimates | None) -> Iterator[tuple[str, str]]:
     )
     if not layout.spec.fpc.rules.one_process:
         yield "Bare board", "100 % continuity and isolation by the IPC-D-356A netlist"
-    yield "Nets", f"{len(layout.nets)}, one a coil; the contacts of one coil are joined through its winding ({pins})"
+    more = "" if layout.thermistor is None else f" and two of {layout.thermistor.reference}"
+    yield "Nets", (
+        f"{len(layout.nets)}, one a coil{more}; the contacts of one coil are joined through its winding ({pins})")
     if layout.reference is not None:
         like = "as the others" if layout.reference.placement.own is None else "of its own windings"
         yield "Reference", f"{layout.reference.name} is a coil {like}; no target covers it in the sensor"

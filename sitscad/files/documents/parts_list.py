@@ -1,6 +1,6 @@
-"""Bill of materials for one sensor with its converter (``bom.csv``), and the tank capacitors' placement on the tail.
+"""Bill of materials for one sensor with its converter (``bom.csv``), and the placement of chips on the board.
 
-``placement.csv`` has the capacitors' positions in the coordinate system of all files.
+``placement.csv`` has the positions of capacitors and thermistor in the coordinate system of all files.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from sitscad.files.order_facts.files import fabrication_path
 from sitscad.files.order_facts.notes import stiffener_text
 from sitscad.kernels.geometry.path import bounding_box
 from sitscad.kernels.geometry.shapes import PLATES
-from sitscad.layout.board import Capacitor, Layout
+from sitscad.layout.board import Capacitor, Layout, SolderedThermistor
 from sitscad.layout.laser_sheet import joined_part
 from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.mount import HolePattern, Mount
@@ -87,7 +87,8 @@ def items(layout: Layout, readout: ReadoutEstimate) -> tuple[Item, ...]:
     """Return the rows in the order of assembly, only for parts that the spec contains."""
     boards = layout.spec.fpc.boards or 1
     parts = (*_circuit(layout),
-             *_converter(layout.capacitors, len(layout.coils), layout.spec.name, layout.spec.readout, readout),
+             *_converter(layout.capacitors, layout.thermistor, len(layout.coils), layout.spec.name,
+                         layout.spec.readout, readout),
              *_soft_parts(layout), *_carriers(layout))
     return tuple(
         replace(each, for_boards=each.quantity if each.item in SHARED else boards * each.quantity) for each in parts
@@ -149,7 +150,8 @@ def _circuit(layout: Layout) -> Iterator[Item]:
 
 
 def _converter(
-    capacitors: tuple[Capacitor, ...], coils: int, name: str, readout: ReadoutSpec, estimate: ReadoutEstimate
+    capacitors: tuple[Capacitor, ...], thermistor: SolderedThermistor | None, coils: int, name: str,
+    readout: ReadoutSpec, estimate: ReadoutEstimate,
 ) -> Iterator[Item]:
     chosen = estimate.capacitance
     chip = readout.chip.name if capacitors and readout.chip else ""
@@ -173,8 +175,13 @@ def _converter(
     runs = "firmware/: Arduino, MicroPython or Linux" if readout.device.has_driver else "a program of your own"
     yield Item("controller", 1, "with I2C", "", "", f"runs {runs}")
     if (sensor := readout.thermistor) is not None:
-        yield Item("temperature sensor", 1, sensor.part.product, "", sensor.part.package,
-                   f"{SENSOR_PLACES[sensor.at]}, with wires of its own to the controller")
+        note = f"{SENSOR_PLACES[sensor.at]}, with wires of its own to the controller"
+        if thermistor is not None:
+            note = f"soldered to the board: {thermistor.reference}, place in fpc/{name}-placement.csv"
+        yield Item("temperature sensor", 1, sensor.part.product, "", sensor.part.package, note)
+        if thermistor is not None and sensor.part.resistance is not None:
+            yield Item("divider", 1, show(sensor.part.resistance, "ohm"), "0.1 %, 25 ppm/K", "",
+                       "from TEMP to VDD, beside the controller's analogue input")
     if readout.cable is not None:
         size = f"{in_mm(readout.cable.length)} mm"
         yield Item("cable", coils, "conductor pair", "", size, "one pair a coil, between tail and converter")
@@ -390,21 +397,23 @@ PLACEMENT_HEADER = ("Ref", "Val", "Package", "PosX", "PosY", "Rot", "Side")
 
 
 def render_placement(layout: Layout, estimates: Estimates | None) -> dict[str, bytes]:
-    """Return ``placement.csv`` with KiCad's columns (millimetres, degrees); empty without capacitors on the board.
+    """Return ``placement.csv`` with KiCad's columns (millimetres, degrees); empty without chips on the board.
 
-    Rotation 0 is a chip along x with its first terminal on the left. The value is the capacitance of `estimates`, as in
-    ``bom.csv``.
+    Rotation 0 is a chip along x with its first terminal on the left. A capacitor's value is the capacitance of
+    `estimates`, as in ``bom.csv``; a thermistor's value is its product.
     """
-    if not layout.capacitors:
+    if not layout.chips:
         return {}
+    sensor = layout.spec.soldered_thermistor
     value = capacitance_text(estimates.readout.capacitance if estimates is not None else None)
     lines: list[Sequence[object]] = [PLACEMENT_HEADER]
-    for each in layout.capacitors:
+    for each in layout.chips:
         first, other = (pad.centre for pad in each.pads)
         dx, dy = other.x - first.x, other.y - first.y
         turned = (0 if dx > 0 else 180) if abs(dx) > abs(dy) else (90 if dy > 0 else 270)
         at = tuple(in_mm(place, 4, 4) for place in each.centre)
-        lines.append([each.reference, value, each.package, *at, turned, "top"])
+        text = value if isinstance(each, Capacitor) or sensor is None else sensor.part.product
+        lines.append([each.reference, text, each.package, *at, turned, "top"])
     return {fabrication_path(layout.spec.name, "placement.csv"): csv_text(lines).encode("ascii")}
 
 

@@ -11,10 +11,10 @@ from sitscad.assembly.places.tail_path import bends, bends_at_every_grasp, own_b
 from sitscad.basics.units import count_text, in_mm, show
 from sitscad.kernels.geometry.path import bounding_box
 from sitscad.layout.bending import Bend, FinishedThickness, Where, finished_thickness
-from sitscad.layout.board import Capacitor, Coil, Layout, Pad, Stiffener, Via
+from sitscad.layout.board import Coil, Layout, Pad, Stiffener, Via
 from sitscad.layout.gaps import Nearness, pair_in_words
 from sitscad.layout.lamination import is_bonded
-from sitscad.spec.circuit import Chip, CopperLayer, FpcSpec, LayerKind, Plating, StackLayer, Stackup, Tail
+from sitscad.spec.circuit import CopperLayer, FpcSpec, LayerKind, Plating, StackLayer, Stackup, Tail
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.mount import Jaw
@@ -221,13 +221,17 @@ def gap_texts(gaps: Mapping[int, Nearness]) -> Iterator[str]:
     yield from (f"copper {', '.join(numbers)}: {text}" for text, numbers in layers.items())
 
 
-def chip_text(capacitors: tuple[Capacitor, ...], chip: Chip | None) -> str:
-    """Describe the land pattern of the capacitors; empty without capacitors."""
-    if not capacitors or chip is None:
-        return ""
-    names = ", ".join(each.reference for each in capacitors)
-    length, across = show(chip.pad_along, "m"), show(chip.pad_across, "m")
-    return f"Pads of {names} ({chip.name}): {length} x {across}, {show(chip.pitch, 'm')} from middle to middle."
+def chip_texts(layout: Layout) -> Iterator[str]:
+    """Yield a description of the land patterns of capacitors and thermistor; nothing without such parts."""
+    sensor = layout.spec.soldered_thermistor
+    parts = [(layout.capacitors, layout.spec.readout.chip),
+             (layout.chips[len(layout.capacitors):], sensor.part.chip if sensor is not None else None)]
+    for soldered, chip in parts:
+        if not soldered or chip is None:
+            continue
+        names = ", ".join(each.reference for each in soldered)
+        length, across = show(chip.pad_along, "m"), show(chip.pad_across, "m")
+        yield f"Pads of {names} ({chip.name}): {length} x {across}, {show(chip.pitch, 'm')} from middle to middle."
 
 
 def stiffener_text(tail: Tail | None, plate: Stiffener | None) -> str:

@@ -8,6 +8,7 @@ from dataclasses import field
 from itertools import chain, islice, product
 from typing import Any
 
+from sitscad.basics.finding import Shortfall
 from sitscad.basics.record import record, replace
 from sitscad.kernels.geometry.path import Point
 from sitscad.layout.clearance import Breadth, Obstacles, TrackToPlace, hole_keep_out, joined_hole, via_room
@@ -16,8 +17,18 @@ from sitscad.layout.outline import body_breadth, ends, far_end, roots, walls
 from sitscad.layout.routing.branches import BranchGround, OuterEnd, outermost_turns
 from sitscad.layout.routing.escape import NEGLIGIBLE_ARC_TURNS, TRIALS_OF_A_WAVE, Escape, Joined, SearchLimit, escape
 from sitscad.layout.routing.maze import Ground, Lattice, Maze
+from sitscad.layout.tail.chips import ThermistorSpot
 from sitscad.layout.tail.frame import TailFrame, frame, pair_height, turn_lag
-from sitscad.layout.tail.tracks import Run, runs, stretched, ways_down
+from sitscad.layout.tail.thermistor import (
+    ThermistorPlace,
+    ThermistorRun,
+    lowest_place,
+    place_in_corner,
+    thermistor_entries,
+    thermistor_run,
+    widest_gap,
+)
+from sitscad.layout.tail.tracks import Ends, Run, runs, stretched, ways_down
 from sitscad.layout.windings import WoundCoil
 from sitscad.spec.mount import Jaw
 from sitscad.spec.presets import connector
@@ -38,6 +49,8 @@ class Routing:
     breadth: Breadth
     far: float
     tail: TailFrame
+    thermistor: ThermistorRun | Shortfall | None = None
+    """Copper of the soldered thermistor, or the room that it lacks. None without a thermistor."""
 
     @property
     def excess(self) -> float:
@@ -245,10 +258,29 @@ def _routing(board: _BoardToRoute, escapes: dict[int, Escape], tail: TailFrame) 
                   (t for b in pieces for t in b.tracks), (h for b in pieces for h in b.holes))
     if _leads_wait(artwork, tail):
         tail = reaching_ahead(artwork, first, tail)
-    down = ways_down(artwork.array.placements, bus, tail, lanes, [way.entries for way in leads])
+    entries = [way.entries for way in leads]
+    begin, body = max(end.x for pair in entries for end in pair), body_breadth(artwork, board.breadth)
+    thermistor: ThermistorRun | Shortfall | None = None
+    place: ThermistorPlace | Shortfall | None
+    spot = None if tail.thermistor is None else tail.thermistor.spot
+    if spot is ThermistorSpot.CORNER:
+        begin, corner = board.front, place_in_corner(tail, board.laid(leads), board.front, body.low, bus.pitch)
+        place, own = (corner, ()) if isinstance(corner, Shortfall) else (corner[0], corner[1:])
+        down = [*ways_down(bus, tail, lanes, entries), *own]
+    else:
+        place = widest_gap(tail, bus, entries, body) if spot is ThermistorSpot.LEADS else lowest_place(tail)
+        flat: Ends | tuple[()] = ()
+        if isinstance(place, ThermistorPlace):
+            lanes, flat = place.beside(lanes), thermistor_entries(tail, place, begin)
+        numbers = place.numbers if isinstance(place, ThermistorPlace) else ()
+        down = ways_down(bus, tail, lanes, entries, flat, numbers)
     long = reaching_ahead(artwork, first, stretched(artwork.fpc.rules, bus, tail, down))
-    laid = tuple(runs(artwork.fpc, bus, long, lane, pair) for lane, pair in zip(lanes, down, strict=True))
-    return Routing(bus, leads, laid, board.breadth, first, long)
+    laid = tuple(runs(artwork.fpc, bus, long, lane, pair) for lane, pair in zip(lanes, down, strict=False))
+    if isinstance(place, ThermistorPlace):
+        thermistor = thermistor_run(long, place, begin, down[-1] if len(down) > len(lanes) else None)
+    elif place is not None:
+        thermistor = place
+    return Routing(bus, leads, laid, board.breadth, first, long, thermistor)
 
 
 def _necks_keep(routing: Routing, board: _BoardToRoute) -> bool:
@@ -332,7 +364,7 @@ class _Mazes:
             for branch in chain.from_iterable(way.branches for way in there):
                 maze.add(branch.tracks, branch.holes)
             self.searches.left -= TRIALS_OF_A_WAVE
-            entry = Point(tail.funnel, pair_height(self.artwork.array.placements, tail, lanes[index]))
+            entry = Point(tail.funnel, pair_height(tail, lanes[index]))
             choices = islice(maze.exits(lanes[index].placement, entry), MAX_EXITS)
             shortest = next(choices, None)
             if shortest is None:
@@ -360,7 +392,8 @@ def _free_ways(
     grounds = []
     for raised, breadth in grounds_between(artwork, bus):
         tail = body_frame(artwork, raised, front, breadth)
-        gather = max(tail.start, front + 0.3e-3 * len(placements))  # in the taper, where the pairs come together
+        # in the taper, where the pairs come together
+        gather = max(tail.start - _straight(tail), front + 0.3e-3 * len(placements))
         grounds.append((raised, breadth, replace(tail, start=gather, funnel=gather)))
     start = min(p.centre[0] - Ring(artwork.coil, p, 0.0).half_size[0] for p in placements)
     roomiest = max(grounds, key=lambda ground: (ground[1].half, -ground[0].base))
@@ -378,7 +411,9 @@ def _free_ways(
             board, tail, way_out = mazes.rows(ground, lanes)
             escapes = _in_turn(board, near_first, way_out, reordered)
             if not isinstance(escapes, Stuck):
-                if _necks_keep(routing := _routing(board, escapes, tail), board):
+                end = tail.funnel + _straight(tail)
+                routing = _routing(board, escapes, replace(tail, start=end, funnel=end))
+                if _necks_keep(routing, board):
                     yield routing
                 continue
             if escapes.walled:
@@ -388,6 +423,11 @@ def _free_ways(
                 if isinstance(_led_out(board, [escapes.coil], way_out), Stuck):
                     return  # no routing even for this coil alone
             can_leave.add(escapes.coil)
+
+
+def _straight(tail: TailFrame) -> float:
+    """Return the length (m) along which leads through a maze run straight, beside a thermistor at the tail's root."""
+    return tail.zone if tail.thermistor is not None and tail.thermistor.spot is ThermistorSpot.ROOT else 0.0
 
 
 def grounds_between(artwork: ArtworkSpec, bus: Bus) -> list[tuple[Bus, Breadth]]:
@@ -424,7 +464,7 @@ def reaching_ahead(artwork: ArtworkSpec, first: float, tail: TailFrame) -> TailF
 
     `first` is the x (m) at which coils and leads begin.
     """
-    ahead = ends(artwork, first, tail.body_end - tail.ahead)[1] - tail.body_end
+    ahead = ends(artwork, first, tail.body_end - tail.ahead - tail.zone)[1] + tail.zone - tail.body_end
     return tail.reaching(ahead, _leads_wait(artwork, tail)) if ahead > 1e-12 else tail
 
 

@@ -15,77 +15,11 @@ from sitscad.basics.record import record, replace
 from sitscad.kernels.geometry.path import Arc, Line, Path, Point, Segment, rounded_polygon
 from sitscad.layout.clearance import hole_keep_out, joined_hole
 from sitscad.layout.lanes import STAGGER, Bus, Lane, lane_height
+from sitscad.layout.tail.chips import ThermistorRoom, ThermistorSpot, chip_opening, thermistor_room
+from sitscad.layout.tail.taper import SAME, Taper
 from sitscad.spec.circuit import Chip, Connector, FpcSpec, Tail
-from sitscad.spec.coil import CoilPlacement
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.sensor import ArtworkSpec
-
-SAME = 1e-9  # Half widths that differ by less (m) are equal: there is no corner between them
-
-
-@record
-class Taper:
-    """A change of the tail's half width from `near` to `far` (m) between x = `begin` and x = `end` (m).
-
-    `inner` and `outer` (m) are the edge radii of the concave and the convex corner. If the slope from `begin` to `end`
-    is too steep for both radii, the taper becomes longer at its concave corner, and the board becomes larger.
-    """
-
-    begin: float
-    end: float
-    near: float
-    far: float
-    inner: float
-    outer: float
-
-    @property
-    def narrows(self) -> bool:
-        """Whether the width decreases from `begin` to `end`. The concave corner is then at `end`."""
-        return self.far < self.near
-
-    @property
-    def step(self) -> float:
-        """Difference (m) between the two half widths, without sign."""
-        return abs(self.near - self.far)
-
-    @cached_property
-    def angle(self) -> float:
-        """Angle (rad) between the sloping edge and the tail's axis.
-
-        It is limited so that the two corner arcs together do not span more than the difference of the half widths.
-        """
-        steepest = math.acos(max(0.0, 1.0 - self.step / (self.inner + self.outer)))
-        return min(math.atan2(self.step, self.end - self.begin), steepest)
-
-    @property
-    def length(self) -> float:
-        """Length (m) along x between the two corner points of the unrounded edge."""
-        return self.step / math.tan(self.angle) if self.step > SAME else 0.0
-
-    @property
-    def reach_before(self) -> float:
-        """Distance (m) along x from the start of the first corner's arc to the corner point."""
-        return self._cut(self.outer if self.narrows else self.inner)
-
-    @property
-    def reach_beyond(self) -> float:
-        """Distance (m) along x from the second corner point to the end of its arc."""
-        return self._cut(self.inner if self.narrows else self.outer)
-
-    def corners(self) -> list[tuple[Point, float]]:
-        """Return the two corner points of the lower edge with their radii (m). Empty if the widths are equal."""
-        if self.step <= SAME:
-            return []
-        if self.narrows:
-            return [
-                (Point(self.begin, -self.near), self.outer),
-                (Point(self.begin + self.length, -self.far), self.inner),
-            ]
-        return [(Point(self.end - self.length, -self.near), self.inner), (Point(self.end, -self.far), self.outer)]
-
-    def _cut(self, radius: float) -> float:
-        return radius * math.tan(self.angle / 2) if self.step > SAME else 0.0
-
 
 TAIL_TRACE_WIDTH = 0.2e-3  # Tracks widen to this outside the jaw, for their resistance (m)
 """Largest width (m) of tracks in the tail outside the jaw. Wide tracks reduce the resistance."""
@@ -216,6 +150,10 @@ class TailFrame:
     """Length (m) by which the body extends beyond the length that coils and leads need."""
     waiting: float = 0.0
     """Part (m) of `ahead` along which leads run straight on before they move outwards to a wider tail."""
+    thermistor: ThermistorRoom | None = None
+    """Room of the thermistor on the body or on the stiffener. None if the board carries none."""
+    zone: float = 0.0
+    """Length (m) of the body for a thermistor. Leads of coils in line run straight along it."""
 
     def reaching(self, ahead: float, leads_wait: bool = False) -> TailFrame:
         """Return the tail of a body that is longer by `ahead` (m).
@@ -236,6 +174,28 @@ class TailFrame:
     def contact_length(self) -> float:
         """Length (m) of the contacts' copper: the bare part and the part under the coverlay."""
         return self.connector.contact_length + self.finger_lap
+
+    @property
+    def thermistor_start(self) -> float:
+        """Position x (m) at which the openings of a thermistor on the tail begin. The tail's end without a thermistor.
+
+        Its outer track bends by 45 degrees from the pads' height to its own, before the tail becomes narrower.
+        """
+        if self.thermistor is None or self.thermistor.spot is not ThermistorSpot.STIFFENER:
+            return self.end
+        chip, room = self.thermistor.chip, self.thermistor
+        end = self.chip_end - max(self.thermistor_shift, (math.sqrt(2.0) - 1.0) * room.to_edge)
+        return end - chip.pitch - chip.pad_along - 2.0 * room.opening
+
+    @property
+    def thermistor_shift(self) -> float:
+        """Distance (m) across the tail from the pads of a thermistor on the tail to the outer one of its two tracks."""
+        return 0.0 if self.thermistor is None else max(0.0, self.thermistor.passing - self.fan_pitch)
+
+    @property
+    def stiff_start(self) -> float:
+        """Position x (m) at which the stiffener begins at the latest: it lies below contacts and thermistor."""
+        return min(self.end - self.connector.stiffener_length, self.thermistor_start)
 
     @property
     def shoulder(self) -> float:
@@ -311,7 +271,7 @@ def frame(artwork: ArtworkSpec, bus: Bus, connector: Connector, front: float, bo
     """
     rules, tail, chip = artwork.fpc.rules, artwork.fpc.tail, chip_of(artwork.fpc.tail, artwork.chip, bus)
     edge, is_soldered = rules.copper_to_edge, connector.kind == "pads"
-    row = contact_row(artwork.array.placements, artwork.fpc.tail, connector)
+    row = contact_row(artwork.wires, artwork.fpc.tail, connector)
     fan = fan_pitch(artwork.fpc, artwork.chip, bus, connector)
     outer_contact, plug = contact_height(connector.pitch, row.used, 1), connector.width(row.count) / 2
     if is_soldered:  # nothing is plugged in that asks for a width
@@ -327,11 +287,17 @@ def frame(artwork: ArtworkSpec, bus: Bus, connector: Connector, front: float, bo
     to_edge = max(copper / 2 + edge, chip.pad_along / 2 + opening + rules.coverlay_web if chip else 0.0)
     outer_track = contact_height(fan, row.used, 1)
     half_width = max(plug, outer_track + row.offset + to_edge)
+    room = thermistor_room(artwork, bus, width)
+    if room is not None and room.is_lowest:
+        pads = outer_track - fan - row.offset + max(fan, room.passing)
+        half_width = max(half_width, pads + room.chip.pad_across / 2 + room.to_edge)
     # necks are as wide as their neighbours in the lanes and the tail's edge allow
     lanes = 2.0 * fan if bus.is_stacked else fan
     beside = half_width - row.offset - edge - (outer_track - (lanes - fan) / 2)
     if artwork.fpc.body is not None:  # it has its own root, and no taper
         body_half_width = half_width
+    zone = room.length if room is not None and room.spot is not ThermistorSpot.STIFFENER else 0.0
+    front += zone
     narrows = half_width < body_half_width
     slack = STAGGER * (edge + bus.width / 2)
     wait = max(0.0, STAGGER * (lane_height(bus, (len(artwork.array.placements) - 2) // 2, 1) - lane_height(bus, 0)))
@@ -350,33 +316,23 @@ def frame(artwork: ArtworkSpec, bus: Bus, connector: Connector, front: float, bo
         edge=edge, row=row, finger_lap=0.0 if is_soldered else rules.finger_lap + rules.coverlay_registration,
         chip=chip, chip_opening=opening,
         turn=turn, wait=wait, covered=covered if is_soldered else max(0.0, covered - rules.finger_lap),
-        chip_room=max(CHIP_ROOM, opening + max(covered, rules.coverlay_web)),
+        chip_room=max(CHIP_ROOM, opening + max(covered, rules.coverlay_web)), thermistor=room, zone=zone,
     )
     # a stacked pair parts, changes layer and reaches the contacts; a flat pair widens
     needed = fan + CAP + (fan / 2 + CAP + rules.via_pad if bus.is_stacked else 0.0) + laid.end - laid.fan_end
+    needed = max(needed, laid.end - laid.thermistor_start + CAP)
     if turn:
-        needed = max(needed, connector.stiffener_length) + turn + CAP + taper.reach_beyond
+        needed = max(needed, laid.end - laid.stiff_start) + turn + CAP + taper.reach_beyond
     needed = start - body_end + max(needed, taper.reach_beyond + laid.end - laid.plug_taper.begin)
     return replace(laid, end=body_end + (max(tail.length, needed) if tail else needed + BARE_LENGTH))
 
 
-def chip_opening(rules: DesignRules, chip: Chip) -> float:
-    """Return the distance (m) by which the coverlay's opening extends beyond a capacitor pad.
-
-    It is the coverlay's registration tolerance, or less if the strip of coverlay between the two pads would be too
-    narrow.
-    """
-    between = (chip.pitch - chip.pad_along - rules.coverlay_web) / 2
-    return max(0.0, min(rules.coverlay_registration, between))
-
-
-def contact_row(placements: tuple[CoilPlacement, ...], tail: Tail | None, connector: Connector) -> Row:
-    """Return the row of contacts at the tail's end.
+def contact_row(used: int, tail: Tail | None, connector: Connector) -> Row:
+    """Return the row of contacts at the tail's end, of which coils and thermistor use `used`.
 
     The number of contacts is the spec's, or else the smallest size of the connector with enough contacts. Without such
-    a size, the number is two per coil. It is never below two per coil.
+    a size, and at least, it is the number of used contacts.
     """
-    used = 2 * len(placements)
     written = tail.contacts if tail is not None else None
     enough = min((count for count in connector.positions if count >= used), default=used)
     return Row(connector.pitch, max(used, written or enough), used)
@@ -414,11 +370,14 @@ def contact_height(pitch: float, contacts: int, number: int) -> float:
     return pitch * ((contacts - 1) / 2 - (number - 1))
 
 
-def pair_height(placements: tuple[CoilPlacement, ...], tail: TailFrame, lane: Lane) -> float:
+def track_height(tail: TailFrame, number: int) -> float:
+    """Return the height (m) above the axis of used track number `number` in the tail. Number 1 is at the top."""
+    return tail.row.offset + contact_height(tail.fan_pitch, tail.row.used, number)
+
+
+def pair_height(tail: TailFrame, lane: Lane) -> float:
     """Return the height (m) above the axis of a stacked pair of leads: the middle between the coil's two contacts."""
-    contacts = 2 * len(placements)
-    first = contact_height(tail.fan_pitch, contacts, 2 * lane.rank + 1)
-    return tail.row.offset + (first + contact_height(tail.fan_pitch, contacts, 2 * lane.rank + 2)) / 2
+    return (track_height(tail, 2 * lane.rank + 1) + track_height(tail, 2 * lane.rank + 2)) / 2
 
 
 def parting(rules: DesignRules, bus: Bus, tail: TailFrame) -> float:
@@ -439,7 +398,7 @@ def turn_begin(rules: DesignRules, bus: Bus, tail: TailFrame) -> float:
     apart = parting(rules, bus, tail)
     if not tail.turn:
         return apart
-    return min(apart, tail.end - tail.connector.stiffener_length) - CAP - tail.turn
+    return min(apart, tail.stiff_start) - CAP - tail.turn
 
 
 def turn_lag(rules: DesignRules, bus: Bus, tail: TailFrame) -> float:

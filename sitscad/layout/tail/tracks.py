@@ -20,9 +20,8 @@ from sitscad.kernels.geometry.path import Path, Point, polyline
 from sitscad.layout.board import Layout, Pad
 from sitscad.layout.clearance import TrackToPlace, ViaToPlace
 from sitscad.layout.lanes import STAGGER, Bus, Lane
-from sitscad.layout.tail.frame import CAP, TailFrame, contact_height, pair_height, parting, turn_begin, turn_lag
+from sitscad.layout.tail.frame import CAP, TailFrame, pair_height, parting, track_height, turn_begin, turn_lag
 from sitscad.spec.circuit import FpcSpec
-from sitscad.spec.coil import CoilPlacement
 from sitscad.spec.design_rules import DesignRules
 
 SAME = 1e-9  # Heights that differ by less (m) are equal
@@ -102,11 +101,6 @@ class Run:
         return (self.neck, *self.lane)
 
 
-def _track_height(tail: TailFrame, number: int) -> float:
-    """Return the height (m) above the axis of used track number `number` in the tail. Number 1 is at the top."""
-    return tail.row.offset + contact_height(tail.fan_pitch, tail.row.used, number)
-
-
 def _numbers(bus: Bus, lane: Lane, entries: Ends) -> tuple[int, int]:
     """Return the positions, among the used contacts from 1 at the top, of a coil's ends A and B."""
     first = 2 * lane.rank + 1
@@ -114,15 +108,24 @@ def _numbers(bus: Bus, lane: Lane, entries: Ends) -> tuple[int, int]:
 
 
 def ways_down(
-    placements: tuple[CoilPlacement, ...], bus: Bus, tail: TailFrame, lanes: tuple[Lane, ...], entries: list[Ends]
+    bus: Bus, tail: TailFrame, lanes: tuple[Lane, ...], entries: list[Ends], flat_ends: Sequence[Point] = (),
+    flat_numbers: Sequence[int] = (),
 ) -> list[tuple[Descent, Descent]]:
-    """Return the tracks in the funnel of each coil's conductors A and B, from their entry points to their lanes."""
+    """Return the tracks in the funnel of each coil's conductors A and B, from their entry points to their lanes.
+
+    `flat_ends` are the entry points of the thermistor's two tracks, and `flat_numbers` the positions of these tracks
+    among the used contacts. If there are any, this pair is the last.
+    """
+    flat_heights = [track_height(tail, number) for number in flat_numbers[: len(flat_ends)]]
     if bus.is_stacked:  # both at the pair's middle, above each other on two layers
-        middles = [pair_height(placements, tail, lane) for lane in lanes]
-        return [(way, way) for way in descents(tail.funnel, [a for a, _ in entries], middles, bus.pitch)]
+        middles = [*(pair_height(tail, lane) for lane in lanes), *flat_heights]
+        tracks = descents(tail.funnel, [*(a for a, _ in entries), *flat_ends], middles, bus.pitch)
+        pairs, flat = [(way, way) for way in tracks[: len(lanes)]], tracks[len(lanes) :]
+        return [*pairs, *zip(flat[::2], flat[1::2], strict=True)]
     numbers = [number for lane, ends in zip(lanes, entries, strict=True) for number in _numbers(bus, lane, ends)]
-    heights = [_track_height(tail, number) for number in numbers]
-    flat = descents(tail.funnel, [entry for ends in entries for entry in ends], heights, bus.pitch)
+    heights = [*(track_height(tail, number) for number in numbers), *flat_heights]
+    points = [*(entry for ends in entries for entry in ends), *flat_ends]
+    flat = descents(tail.funnel, points, heights, bus.pitch)
     return list(zip(flat[::2], flat[1::2], strict=True))
 
 
@@ -155,7 +158,7 @@ def _run(fpc: FpcSpec, bus: Bus, tail: TailFrame, lane: Lane, way: Descent, numb
     name, width, rules = lane.placement.name, tail.trace_width, fpc.rules
     layer = bus.layers[0] if end == "A" else bus.layers[1]
     neck = TrackToPlace(way.neck(tail.fan_pitch), tail.neck_width, layer)  # it widens where its neighbour has gone
-    pad = replace(_bare_contact(tail, tail.row.first - 1 + number), net=name, pin=f"{name}.{end}")
+    pad = replace(bare_contact(tail, tail.row.first - 1 + number), net=name, pin=f"{name}.{end}")
     part = Point(parting(rules, bus, tail), way.height)
     start, pieces = neck.path.end, list[TrackToPlace | ViaToPlace]()
     if tail.lane_width > width + SAME and part.x > start.x + SAME:
@@ -164,17 +167,13 @@ def _run(fpc: FpcSpec, bus: Bus, tail: TailFrame, lane: Lane, way: Descent, numb
     if not bus.is_stacked:
         return Run(neck, (*pieces, TrackToPlace(polyline([start, pad.centre]), width, layer)), pad)
 
-    height = _track_height(tail, number)
+    height = track_height(tail, number)
     before = [*dict.fromkeys((start, part)), Point(part.x + abs(height - way.height), height)]
     if end == "B":
         hole = ViaToPlace(Point(tail.fan_end - rules.via_pad / 2 - CAP, height), rules.via_pad, rules.via_drill)
         pieces += [TrackToPlace(polyline([*before, hole.centre]), width, layer), hole]
         before, layer = [hole.centre], pad.layer
-    after, shift = [pad.centre], abs(height - pad.centre.y)
-    if shift >= 1e-9:  # it draws together with the others to the contacts' pitch
-        begin = Point(tail.squeeze_start, height)
-        after = [begin, Point(begin.x + shift, pad.centre.y), pad.centre]
-
+    after = down_to_contact(tail, height, pad)
     if tail.chip is None:
         return Run(neck, (*pieces, TrackToPlace(polyline([*before, *after]), width, layer)), pad)
     reference, pin = f"CT{name.removeprefix('C')}", 1 if end == "A" else 2
@@ -184,15 +183,31 @@ def _run(fpc: FpcSpec, bus: Bus, tail: TailFrame, lane: Lane, way: Descent, numb
     return Run(neck, (*pieces, *broken), pad, chip_pad)
 
 
+def down_to_contact(tail: TailFrame, height: float, contact: Pad) -> list[Point]:
+    """Return the corner points of a track at `height` (m) in the tail, down to the middle of its contact.
+
+    Tracks farther apart than the contacts draw together before them.
+    """
+    if (shift := abs(height - contact.centre.y)) < SAME:
+        return [contact.centre]
+    begin = Point(tail.squeeze_start, height)
+    return [begin, Point(begin.x + shift, contact.centre.y), contact.centre]
+
+
 def unused_contacts(tail: TailFrame) -> tuple[Pad, ...]:
     """Return the contacts that no coil uses. Their copper has no net and gives the plug its full width."""
     used = range(tail.row.first, tail.row.first + tail.row.used)
-    return tuple(_bare_contact(tail, number) for number in range(1, tail.row.count + 1) if number not in used)
+    return tuple(bare_contact(tail, number) for number in range(1, tail.row.count + 1) if number not in used)
 
 
-def _bare_contact(tail: TailFrame, number: int) -> Pad:
+def bare_contact(tail: TailFrame, number: int) -> Pad:
+    """Return contact number `number` at the tail's end, without a net. Number 1 is at the top."""
     size = (tail.contact_length, tail.connector.contact_width)
     return Pad(Point(tail.pad_start + size[0] / 2, tail.row.height(number)), size, 1, "", "", number)
+
+
+CONTROLLER, THERMISTOR_LINES = "controller", ("TEMP", "GND")
+"""Part that reads a thermistor, and its lines for the thermistor's two pads: analogue input and ground."""
 
 
 @record
@@ -200,7 +215,8 @@ class Contact:
     """Row of the contact table, for the contact `number` at the tail's end.
 
     `pin` is ``C1.A`` or ``C1.B`` for the two ends of coil C1. `converter`, `channel` and `converter_pin` are the
-    converter's name, and its channel and pin for this contact.
+    converter's name, and its channel and pin for this contact. For a thermistor, `converter` is `CONTROLLER`, and
+    `converter_pin` is one of `THERMISTOR_LINES`.
     """
 
     number: int
@@ -227,6 +243,10 @@ def contacts(layout: Layout) -> tuple[Contact, ...]:
     for pad in sorted(layout.pads, key=lambda pad: pad.number):
         if pad.is_unused:
             rows.append(Contact(pad.number, "unused", "-", "-", "-", "-", "-"))
+            continue
+        if pad.net not in wired:
+            line = THERMISTOR_LINES[layout.nets.index(pad.net) - len(layout.coils)]
+            rows.append(Contact(pad.number, pad.pin, pad.net, "-", CONTROLLER, "-", line))
             continue
         channel, name = wired[pad.net]
         end = pad.pin.rpartition(".")[2]

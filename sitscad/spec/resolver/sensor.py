@@ -65,7 +65,6 @@ def resolve(document: SpecDocument, source: SpecSource, folder: Path | None = No
         _check_drawn(coil.drawn, source, remarks)
         _check_heights(coil, fpc.stackup, remarks)
         fpc = replace(fpc, panel=PanelSpec(wish="none"))
-    _check_contacts(fpc.tail, 2 * number, remarks)
     # by default plates are as wide as the coils are far apart, and at least as wide as a coil
     side = max(min(coil.size), array.pitch or 0.0)
     target, pad, cells = document.target, document.elastomer, document.cells
@@ -88,6 +87,7 @@ def resolve(document: SpecDocument, source: SpecSource, folder: Path | None = No
         issue=Issue(document.revision, document.part_number, document.date), assembly=assembly,
         cutting=document.cutting, loads=_loads(document, mount, remarks), cells=cells,
     )
+    _check_contacts(fpc.tail, spec.artwork.wires, remarks)
     if (reference := spec.reference_placement) is not None:
         check_reference(spec.all_placements, coil, remarks)
         if array.reference is not None and array.reference.offset is None:
@@ -278,12 +278,12 @@ def _readout(part: ReadoutSpec, tail: Tail | None, has_reference: bool, remarks:
         elif tail.layers == 1:
             two = (Edit("fpc.tail.layers", "2"),)
             remarks.flaw("SIT009", key, "they need a tail of two copper layers", "write fpc.tail.layers: 2", edits=two)
-    compensation = _compensation(part, tail is not None, has_reference, remarks)
+    compensation = _compensation(part, tail, has_reference, remarks)
     return replace(part, cable=cable, capacitor_at=place, compensation=compensation)
 
 
 def _compensation(
-    part: ReadoutSpec, has_tail: bool, has_reference: bool, remarks: Remarks
+    part: ReadoutSpec, tail: Tail | None, has_reference: bool, remarks: Remarks
 ) -> CompensationSpec | None:
     """Return the compensation of drift with its defaults.
 
@@ -296,9 +296,14 @@ def _compensation(
                          "write readout.thermistor, like {part: tmp117}, or array.reference: {}")
         return None
     place = BOARD if sensor is None else sensor.at
-    if place == TAIL and not has_tail:
+    if place == TAIL and tail is None:
         remarks.flaw("SIT009", "readout.thermistor.at", "there is no tail that could carry it",
                      "write fpc.tail, or at: board")
+    elif place == TAIL and tail is not None and sensor is not None and sensor.is_soldered and (
+            tail.connector.insertion_thickness <= 0.0):
+        remarks.flaw("SIT009", "readout.thermistor.at",
+                     f"a tail that ends in {tail.connector.name} has no stiffener, and chips on bare film crack",
+                     "use a connector that is plugged in, like zif-0.5mm, or write at: board")
     compensation = part.compensation or CompensationSpec()
     if compensation.difference is not None:
         return compensation

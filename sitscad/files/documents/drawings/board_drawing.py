@@ -61,7 +61,7 @@ from sitscad.files.order_facts.files import (
 )
 from sitscad.files.order_facts.notes import (
     bend_text,
-    chip_text,
+    chip_texts,
     coil_text,
     finish_text,
     holes_text,
@@ -369,8 +369,7 @@ def notes(layout: Layout) -> Iterator[str]:
         yield step
     if layout.stiffener is not None:
         yield f"Stiffener below the contacts: {stiffener_text(layout.spec.fpc.tail, layout.stiffener)}."
-    if chips := chip_text(layout.capacitors, layout.spec.readout.chip):
-        yield chips
+    yield from chip_texts(layout)
     if layout.bend_zone is not None:
         yield bend_text(bend_stretch(layout), bends(layout), pivot_line(layout))
     if turn := turn_text(layout.spec.fpc.tail):
@@ -551,7 +550,7 @@ def _contact_notes(layout: Layout) -> list[str]:
     return [
         f"Contacts{named} seen from the top, where they are bare. Each is marked with its number and its pin.",
         f"{contact_text(layout.pads, layout.spec.fpc.stackup, layout.top_openings)}.",
-        *([text] if (text := chip_text(layout.capacitors, layout.spec.readout.chip)) else []),
+        *chip_texts(layout),
         *([f"{plug.capitalize()}: closer than the rest of the outline."] if plug else []),
         *([f"Stiffener below them: {stiffener_text(layout.spec.fpc.tail, plate)}."] if plate is not None else []),
         "Both contacts of a coil are one net: they are joined through its winding.",

@@ -325,7 +325,7 @@ def _copper(sheet: Sheet, layout: Layout, layer: int, view: View, name: str) -> 
 
 
 def _labels(sheet: Sheet, layout: Layout, view: View, name: str) -> None:
-    """Draw the names of coils, capacitors and contacts."""
+    """Draw the names of coils, chips and contacts."""
     reach = min(layout.spec.coil.size) / 2
     size, labels = max(12.0, min(30.0, 0.25 * view.length(reach))), layout.labels
     for coil in layout.coils:
@@ -334,7 +334,7 @@ def _labels(sheet: Sheet, layout: Layout, view: View, name: str) -> None:
         at = max(places, key=lambda p: round(min((p.distance(via.centre) for via in layout.vias), default=0.0), 9))
         with sheet.group(f"{name}-coil-{coil.name}"):
             sheet.text(view.x(at.x), view.y(at.y) - 0.35 * size, labels[coil.name], size, "middle", halo=4.0)
-    for each in layout.capacitors:
+    for each in layout.chips:
         size = min(12.0, max(7.0, 0.4 * view.length(max(each.pads[0].size))))
         x, y = view.x(each.centre.x), view.y(each.centre.y)
         sheet.text(x, y - 0.35 * size, each.reference, size, "middle", halo=4.0)

@@ -99,7 +99,7 @@ def document(
 
 # Copper: each object with its aperture (function, template). The order depends on the layout alone.
 
-CONTACTS = "J1"  # Reference of the tail's contacts; other pads belong to capacitors
+CONTACTS = "J1"  # Reference of the tail's contacts; other pads belong to capacitors and thermistor
 
 Object = Trace | Via | Pad
 Aperture = tuple[str, str]

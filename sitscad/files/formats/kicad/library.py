@@ -27,8 +27,7 @@ from sitscad.files.formats.kicad.sexpr import (
     xy,
 )
 from sitscad.kernels.geometry.path import Path, Region, bounding_box
-from sitscad.layout.board import Capacitor, Coil, Layout, Pad
-from sitscad.spec.circuit import Chip
+from sitscad.layout.board import Capacitor, Coil, Layout, Pad, SolderedThermistor
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.yaml.source import Issue
 
@@ -166,48 +165,52 @@ MODELS = "${KICAD9_3DMODEL_DIR}"  # KiCad 9's own variable for the folder of its
 
 
 def library_footprints(layout: Layout) -> dict[str, str]:
-    """Return the ``.kicad_mod`` files of the project's library by name: contacts and capacitors."""
+    """Return the ``.kicad_mod`` files of the project's library by name: contacts, capacitors and thermistor."""
     bodies = {FOOTPRINT_NAME: _body(layout, "REF**", None)} if layout.pads else {}
-    parts = layout.copper_layers, layout.spec.name, layout.spec.readout.chip, layout.top_openings
-    bodies |= {f"capacitor-{each.package}": _chip_body(*parts, each, None) for each in layout.capacitors[:1]}
+    bodies |= {_chip_name(each): _chip_body(layout, each, None) for each in layout.chips}
     return {name: node(f"footprint {quoted(name)}", *FOOTPRINT_HEAD, *body) + "\n" for name, body in bodies.items()}
 
 
-def placed_capacitors(layout: Layout, nets: Mapping[str, int], sheet: Grid) -> Iterator[str]:
-    """Yield the capacitors' footprints on the board.
+def placed_chips(layout: Layout, nets: Mapping[str, int], sheet: Grid) -> Iterator[str]:
+    """Yield the footprints of capacitors and thermistor on the board.
 
     `sheet` is the sheet's upper left corner from the layout's origin (nm, y downwards).
     """
-    name, chip = layout.spec.name, layout.spec.readout.chip
-    for each in layout.capacitors:
+    name = layout.spec.name
+    for each in layout.chips:
         yield node(
-            f"footprint {quoted(f'{name}:capacitor-{each.package}')}", '(layer "F.Cu")',
-            identity(name, each.reference), xy("at", grid(each.centre), sheet),
-            *_chip_body(layout.copper_layers, name, chip, layout.top_openings, each, nets),
+            f"footprint {quoted(f'{name}:{_chip_name(each)}')}", '(layer "F.Cu")',
+            identity(name, each.reference), xy("at", grid(each.centre), sheet), *_chip_body(layout, each, nets),
         )
 
 
+def _chip_name(part: Capacitor | SolderedThermistor) -> str:
+    """Return the name of a chip's footprint."""
+    return f"{'capacitor' if isinstance(part, Capacitor) else 'thermistor'}-{part.package}"
+
+
 def _chip_body(
-    copper_layers: int, name: str, chip: Chip | None, top_openings: tuple[Region, ...], capacitor: Capacitor,
-    nets: Mapping[str, int] | None,
+    layout: Layout, part: Capacitor | SolderedThermistor, nets: Mapping[str, int] | None
 ) -> list[str]:
-    """Return the content of a capacitor's footprint: texts, openings, pads, model."""
-    place = grid(capacitor.centre)
-    owner = (name, capacitor.reference if nets is not None else "library capacitor")
-    boxes = [(region, bounding_box([region.outline])) for region in top_openings]
+    """Return the content of a chip's footprint: texts, openings, pads, model."""
+    place, name, is_capacitor = grid(part.centre), layout.spec.name, isinstance(part, Capacitor)
+    owner = (name, part.reference if nets is not None else f"library {_chip_name(part).partition('-')[0]}")
+    boxes = [(region, bounding_box([region.outline])) for region in layout.top_openings]
     over = [
         region for region, (x0, y0, x1, y1) in boxes
-        if any(x0 < pad.centre.x < x1 and y0 < pad.centre.y < y1 for pad in capacitor.pads)
+        if any(x0 < pad.centre.x < x1 and y0 < pad.centre.y < y1 for pad in part.pads)
     ]
     openings = [filled("fp", region, "F.Mask", place, (*owner, "opening", i)) for i, region in enumerate(over)]
-    reference = capacitor.reference if nets is not None else "REF**"
-    texts = reference, capacitor.package, f"tank capacitor, {capacitor.package}, C0G"
-    pads = [pad_text(pad, copper_layers, place, nets, owner, "smd") for pad in capacitor.pads]
-    body = _around(capacitor.pads, place, owner, texts, ["(attr smd)", *openings], pads, margin=_CHIP_COURTYARD)
+    reference, sensor = part.reference if nets is not None else "REF**", layout.spec.soldered_thermistor
+    product = "" if sensor is None else f"thermistor {sensor.part.product}, {part.package}"
+    texts = reference, part.package, f"tank capacitor, {part.package}, C0G" if is_capacitor else product
+    pads = [pad_text(pad, layout.copper_layers, place, nets, owner, "smd") for pad in part.pads]
+    body = _around(part.pads, place, owner, texts, ["(attr smd)", *openings], pads, margin=_CHIP_COURTYARD)
+    chip = layout.spec.readout.chip if is_capacitor else None if sensor is None else sensor.part.chip
     if chip is None or not chip.model:
         return body
     # KiCad's own solid of the chip lies along x; it is rotated to the line of the pads
-    first, other = (pad.centre for pad in capacitor.pads)
+    first, other = (pad.centre for pad in part.pads)
     turned = 90 if abs(first.y - other.y) > abs(first.x - other.x) else 0
     moves = "(offset (xyz 0 0 0))", "(scale (xyz 1 1 1))", f"(rotate (xyz 0 0 {turned}))"
     return [*body, node(f"model {quoted(f'{MODELS}/{chip.model}')}", *moves)]
@@ -262,9 +265,10 @@ def _sensor(coils: tuple[Coil, ...], pads: tuple[Pad, ...], issue: Issue, name: 
 def _rows(coils: tuple[Coil, ...], pads: tuple[Pad, ...]) -> list[tuple[Pad, float]]:
     """Return (contact, y in mm) for the pins of the symbol, from y = 0 downwards, grouped by coil.
 
-    Contacts without a net are last.
+    Contacts of a thermistor follow, and contacts without a net are last.
     """
     groups = [[pad for pad in pads if pad.net == coil.net] for coil in coils]
+    groups.append([pad for pad in pads if pad.net and pad.net not in {coil.net for coil in coils}])
     groups += [[pad] for pad in pads if not pad.net]
     rows, y = [], 0.0
     for group in groups:

@@ -17,7 +17,7 @@ from sitscad.files.formats.kicad.library import (
     filled,
     library_footprints,
     library_table,
-    placed_capacitors,
+    placed_chips,
     symbol_library,
 )
 from sitscad.files.formats.kicad.sexpr import (
@@ -272,7 +272,7 @@ def board_text(layout: Layout) -> str:
     ]
     if layout.pads:
         children.append(board_footprint(layout, nets, sheet))
-    children += placed_capacitors(layout, nets, sheet)
+    children += placed_chips(layout, nets, sheet)
     children += [*_graphics(layout, sheet), *_tracks(layout.copper_layers, layout.spec.name, layout.traces, nets,
                                                      sheet)]
     children += [_via(via, i, layout, nets, sheet) for i, via in enumerate(layout.vias)]

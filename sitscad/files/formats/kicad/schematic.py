@@ -20,7 +20,7 @@ from sitscad.files.order_facts.board_end import footprint_row, socket_pad
 from sitscad.kernels.converters.converter import Converter
 from sitscad.kernels.geometry.path import rectangle
 from sitscad.layout.board import Coil, Layout
-from sitscad.layout.tail.tracks import contacts
+from sitscad.layout.tail.tracks import CONTROLLER, THERMISTOR_LINES, contacts
 
 STEP = 2.54
 MARGIN = 6  # Steps from the paper's edge
@@ -129,6 +129,10 @@ def parts(layout: Layout, capacitance: float) -> tuple[SchematicPart, ...]:
         capacitors += [(f"{value} C0G", f"{coil.name}.A", f"{coil.name}.B") for coil in coils]
     serial = [line + ending for ending in ("", "2")[: 1 + device.places(len(coils))[-1].bus] for line in BUS]
     resistors = [*(("4.7k", line, "VDD") for line in serial), ("10k", "SD", "VDD")]
+    analogue = []
+    if layout.thermistor is not None and (sensor := spec.soldered_thermistor) is not None:
+        analogue = [THERMISTOR_LINES[0]]
+        resistors.append((f"{1e-3 * (sensor.part.resistance or 0.0):g}k 0.1%", analogue[0], "VDD"))
     for symbol, two_ended, column in (("C", capacitors, 40), ("R", resistors, 62)):
         for k, (value, connection, other) in enumerate(two_ended):
             ends = (Pin(1, "~", "passive", connection),), (Pin(2, "~", "passive", other),)
@@ -142,12 +146,13 @@ def parts(layout: Layout, capacitance: float) -> tuple[SchematicPart, ...]:
     )
     interrupts = [f"INTB{k + 1}" for k in range(number)]
     host = [("VDD", "power_out"), ("GND", "power_out")]
-    host += [(net, "passive") for net in (*serial, "SD", *interrupts)]
+    host += [(net, "passive") for net in (*serial, "SD", *interrupts, *analogue)]
     pins = tuple(Pin(k, net, kind, net) for k, (net, kind) in enumerate(host, 1))
     circuit.append(SchematicPart("J2", "controller", "controller", pins, (), (62, row_below + 8)))
     tail = tuple(
         Pin(socket_pad(layout.pads, layout.spec.fpc.tail, connection.number), connection.pin, "passive",
-            connection.pin if connection.net != "-" else "")
+            "" if connection.net == "-" else connection.converter_pin if connection.converter == CONTROLLER
+            else connection.pin)
         for connection in contacts(layout)
     )
     symbol = spec.fpc.tail.connector.name if spec.fpc.tail is not None else "tail"

@@ -1,0 +1,62 @@
+"""SIT338: whether a thermistor that is soldered to the board lies beside the plates and below what presses on them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+
+from sitscad.assembly.places.bodies import plates_of, top_height
+from sitscad.basics.finding import Place, Severity
+from sitscad.checks.fixes.moves import SMALL_PARTS, reread_change, reread_changes
+from sitscad.checks.rules import ROUNDING, Rule, Verdict, rule_of, violation_of
+from sitscad.estimates.design import Design
+from sitscad.kernels.geometry.path import bounding_box, box_around
+from sitscad.kernels.mechanics.elastomer import VALID_STRAIN
+from sitscad.layout.board import Layout
+from sitscad.spec.thermistor import BOARD
+
+
+def thermistor_fit(design: Design) -> Iterator[Verdict]:
+    """Yield findings on a thermistor on the board that lies under a plate, or that stands higher than the plates.
+
+    With the pad compressed by the largest strain of its law (SIT304), nothing that presses on the target may touch the
+    thermistor. In a jaw, this is an error; otherwise it is a note, because a narrower part can press.
+    """
+    spec, layout = design.spec, design.layout
+    sensor, part = layout.thermistor, spec.soldered_thermistor
+    if sensor is None or part is None or part.at != BOARD:
+        return
+    place = Place(*sensor.centre, 1, sensor.nets)
+    distance = distance_from_plates(layout)
+    if distance is not None and distance < spec.fpc.rules.outline_tolerance - ROUNDING:
+        yield violation_of("thermistor-under", "readout.thermistor.at", distance, spec.fpc.rules.outline_tolerance, "m",
+                           place=place, fixes=(partial(reread_change, spec, "readout.thermistor.at", "tail"),),
+                           part=part.part.product)
+    pad = spec.elastomer
+    if spec.target is None and pad is None:
+        return
+    recess = spec.jaw.opposing_recess if spec.jaw is not None else 0.0
+    room = top_height(spec) - recess - (pad.thickness * VALID_STRAIN if pad is not None else 0.0)
+    if part.part.height > room + ROUNDING:
+        yield violation_of(
+            "thermistor-high", "readout.thermistor.part", part.part.height, room, "m", place=place,
+            severity=None if spec.jaw is not None else Severity.NOTE,
+            fixes=(partial(reread_changes, spec, "readout.thermistor.part", SMALL_PARTS),
+                   partial(reread_change, spec, "readout.thermistor.at", "tail")), part=part.part.product,
+        )
+
+
+def distance_from_plates(layout: Layout) -> float | None:
+    """Return the distance (m) from the thermistor's pads to the nearest plate or pad. Negative if they overlap.
+
+    None without plates or thermistor. Along the board and across it, the larger distance of the two boxes counts.
+    """
+    if layout.thermistor is None:
+        return None
+    boxes = [bounding_box([body.outline()]) for body in plates_of(layout.spec).all]
+    own = box_around([(x - w / 2, y - h / 2, x + w / 2, y + h / 2)
+                      for (x, y), (w, h) in ((pad.centre, pad.size) for pad in layout.thermistor.pads)])
+    return min((max(own[0] - box[2], box[0] - own[2], own[1] - box[3], box[1] - own[3]) for box in boxes), default=None)
+
+
+RULES: tuple[Rule, ...] = (rule_of("SIT338", thermistor_fit, "soldered thermistor"),)
