@@ -369,7 +369,7 @@ def _assemble(spec: SensorSpec, attempt: _Attempt) -> Layout:
 
 
 def _thermistor(routing: Routing | None) -> SolderedThermistor | None:
-    """Return the soldered thermistor with its tracks. None without a thermistor, or without room for it."""
+    """Return the soldered thermistor with its tracks. None if there is none, or no room for it."""
     if routing is None or routing.tail.thermistor is None or not isinstance(routing.thermistor, ThermistorRun):
         return None
     run, chip = routing.thermistor, routing.tail.thermistor.chip

@@ -222,7 +222,7 @@ def gap_texts(gaps: Mapping[int, Nearness]) -> Iterator[str]:
 
 
 def chip_texts(layout: Layout) -> Iterator[str]:
-    """Yield a description of the land patterns of capacitors and thermistor; nothing without such parts."""
+    """Yield a description of each land pattern: of the capacitors, and of the thermistor."""
     sensor = layout.spec.soldered_thermistor
     parts = [(layout.capacitors, layout.spec.readout.chip),
              (layout.chips[len(layout.capacitors):], sensor.part.chip if sensor is not None else None)]

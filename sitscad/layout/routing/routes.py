@@ -50,7 +50,7 @@ class Routing:
     far: float
     tail: TailFrame
     thermistor: ThermistorRun | Shortfall | None = None
-    """Copper of the soldered thermistor, or the room that it lacks. None without a thermistor."""
+    """Copper of the soldered thermistor, or the room that it lacks. None if the board carries none."""
 
     @property
     def excess(self) -> float:

@@ -328,7 +328,7 @@ def frame(artwork: ArtworkSpec, bus: Bus, connector: Connector, front: float, bo
 
 
 def contact_row(used: int, tail: Tail | None, connector: Connector) -> Row:
-    """Return the row of contacts at the tail's end, of which coils and thermistor use `used`.
+    """Return the row of contacts at the tail's end. Coils and thermistor use `used` contacts.
 
     The number of contacts is the spec's, or else the smallest size of the connector with enough contacts. Without such
     a size, and at least, it is the number of used contacts.

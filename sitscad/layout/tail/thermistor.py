@@ -51,7 +51,7 @@ class ThermistorPlace:
         return (upper, upper + 1) if self.side < 0 else (upper + 1, upper)
 
     def beside(self, lanes: tuple[Lane, ...]) -> tuple[Lane, ...]:
-        """Return the lanes of the coils, of which those below the thermistor have the next rank."""
+        """Return the lanes of the coils, with the next rank for each lane below the thermistor."""
         return tuple(replace(lane, rank=lane.rank + (lane.rank >= self.rank)) for lane in lanes)
 
     def corner(self, pad: Point) -> tuple[Point, ...]:
