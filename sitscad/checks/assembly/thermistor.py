@@ -49,7 +49,7 @@ def thermistor_fit(design: Design) -> Iterator[Verdict]:
 def distance_from_plates(layout: Layout) -> float | None:
     """Return the distance (m) from the thermistor's pads to the nearest plate or pad. Negative if they overlap.
 
-    None if the sensor has no plates or no thermistor. Along the board and across it, the larger distance of the two boxes counts.
+    None if the sensor has no plates or no thermistor. The distance is the larger of two: along the board, and across.
     """
     if layout.thermistor is None:
         return None
