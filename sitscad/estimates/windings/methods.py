@@ -91,9 +91,14 @@ def winding_geometry(spec: CoilSpec, coil: Coil, is_drawn: bool = False) -> Wind
         )
         return WindingGeometry(spec, spirals)
     width, home = spec.trace_width, (-coil.centre.x, -coil.centre.y)
-    layers = [replace(w, path=mitred_path(w.path.shifted(*home), width)) for w in coil.windings]
-    tracks = tuple(track_of(w.path, width, w.thickness, w.z) for w in layers)
-    return WindingGeometry(spec, (), tracks, tuple(bent_track(w, width) for w in layers))
+    plans: dict[Path, tuple[Track, BentTrack]] = {}
+    for w in coil.windings:
+        if w.path not in plans:  # every other layer repeats
+            path = mitred_path(w.path.shifted(*home), width)
+            plans[w.path] = track_of(path, width, w.thickness, w.z), bent_path(path, width, w.thickness, w.z)
+    return WindingGeometry(spec, (),
+                           tuple([replace(plans[w.path][0], thickness=w.thickness, z=w.z) for w in coil.windings]),
+                           tuple([replace(plans[w.path][1], thickness=w.thickness, z=w.z) for w in coil.windings]))
 
 
 def bent_track(winding: Winding, width: float) -> BentTrack:

@@ -103,37 +103,26 @@ def track(pieces: Sequence[Side | BentPiece], width: float, thickness: float, z:
 
     A piece is (start, end) of a straight side, or a `BentPiece`. Arcs must continue their neighbours smoothly.
     """
-    sides, arcs, turnings = [], [], []
-    for k, piece in enumerate(pieces):
-        if len(piece) == 5:
-            arcs.append([*piece[0], *piece[1:]])
-            continue
-        tangent = _tangent(piece)
-        previous = pieces[k - 1] if k else piece
-        following = pieces[k + 1] if k + 1 < len(pieces) else piece
-        before = _tangent(previous) if len(previous) == 2 else tangent
-        after = _tangent(following) if len(following) == 2 else tangent
-        sides.append([*piece, _mitre(before, tangent), _mitre(tangent, after)])
-        if len(following) == 2 and following is not piece:
-            turnings.append(math.acos(max(-1.0, min(1.0, float(tangent @ after)))))
-    table = np.array(sides, dtype=float).reshape(-1, 4, 2)
-    return Track(table[:, 0], table[:, 1], table[:, 2], table[:, 3], np.array(arcs, dtype=float).reshape(-1, 6),
-                 np.array(turnings, dtype=float), width, thickness, z)
+    arcs = [[*piece[0], *piece[1:]] for piece in pieces if len(piece) == 5]
+    number = np.array([k for k, piece in enumerate(pieces) if len(piece) == 2], dtype=np.intp)
+    sides = np.array([pieces[k] for k in number], dtype=float).reshape(-1, 2, 2)
+    starts, ends = sides[:, 0], sides[:, 1]
+    tangents = (ends - starts) / np.hypot(*(ends - starts).T)[:, None]
+    is_corner = np.diff(number) == 1  # between a side and the next side, without an arc between them
+    before, after = tangents.copy(), tangents.copy()
+    before[1:][is_corner], after[:-1][is_corner] = tangents[:-1][is_corner], tangents[1:][is_corner]
+    turnings = np.arccos(np.clip(np.sum(tangents * after, axis=1)[:-1][is_corner], -1.0, 1.0))
+    return Track(starts, ends, _mitres(before, tangents), _mitres(tangents, after),
+                 np.array(arcs, dtype=float).reshape(-1, 6), turnings, width, thickness, z)
 
 
-def _tangent(side: Side | BentPiece) -> Array:
-    """Return the unit vector (2) along a straight side."""
-    step = np.subtract(side[1], side[0])
-    return np.asarray(step / np.hypot(*step))
+def _mitres(incoming: Array, outgoing: Array) -> Array:
+    """Return the shifts (n, 2; m per metre of offset to the left) of the joints of sides along unit vectors (n, 2).
 
-
-def _mitre(incoming: Array, outgoing: Array) -> Array:
-    """Return the shift (2; m per metre of offset to the left) of the joint of two sides along two unit vectors.
-
-    It is the sum of both normals divided by 1 + their scalar product (derived here).
+    A shift is the sum of both normals divided by 1 + their scalar product (derived here).
     """
-    incoming_normal, outgoing_normal = np.array([-incoming[1], incoming[0]]), np.array([-outgoing[1], outgoing[0]])
-    return np.asarray((incoming_normal + outgoing_normal) / (1.0 + incoming_normal @ outgoing_normal))
+    normals = np.stack([-incoming[:, 1] - outgoing[:, 1], incoming[:, 0] + outgoing[:, 0]], axis=1)
+    return np.asarray(normals / (1.0 + np.sum(incoming * outgoing, axis=1))[:, None])
 
 
 @record(eq=False)

@@ -202,32 +202,49 @@ def _sides(tracks: Sequence[BentTrack]) -> _Sides:
 
     Sides of a group have nearly equal directions, so the same planes cut them.
     """
-    rows, keys, block, few, number = [], [], [], [], 0
     groups: list[tuple[float, int]] = []
-    shapes: dict[bytes, list[Block]] = {}
+    shapes: dict[bytes, tuple[Array, ...]] = {}
+    layers, number = [], 0
     for track in tracks:
-        most = 1.0 / (TIGHTEST * track.width)
         shape = track.starts.tobytes() + track.ends.tobytes() + track.turns.tobytes()
         if shape not in shapes:  # every other layer repeats
-            shapes[shape] = list(_blocks(track))
-        for nodes, length, turn, heading in shapes[shape]:
-            parts = len(nodes) - 1
-            group = _group(groups, heading, 1 if turn else 0)
-            curvature = max(-most, min(turn / length, most))
-            for k in range(parts):
-                keys.append(group if k == parts // 2 else -1)
-                rows.append((*nodes[k], *nodes[k + 1], track.z, track.width, track.thickness, length, curvature))
-            block += [number] * parts
-            some = [nodes[round(parts * k / -(-parts // 3))] for k in range(-(-parts // 3) + 1)]
-            few += [(*start, *end, track.z, track.width, number) for start, end in pairwise(some)]
-            number += 1
-    table, less, of = np.array(rows), np.array(few), np.array(block)
+            shapes[shape] = _numbered_pieces(track, groups)
+        pieces, key, block, chords, chord_block = shapes[shape]
+        section = np.array([track.z, track.width, track.thickness])
+        layers.append((pieces, np.tile(section, (len(pieces), 1)), key, number + block,
+                       chords, np.tile(section, (len(chords), 1)), number + chord_block))
+        number += int(block[-1]) + 1
+    table, sections, keys, of, less, less_sections, less_of = (
+        np.concatenate(column) for column in zip(*layers, strict=True))
     headings = [(heading - groups[0][0] + 1e-3) % (2.0 * math.pi) for heading, _ in groups]
     first, last = np.searchsorted(of, np.arange(number)), np.searchsorted(of, np.arange(number), side="right") - 1
     ends = table[first, :2], table[last, 2:4]
-    return _Sides(table[:, :2], table[:, 2:4], table[:, 4:7], table[:, 7], table[:, 8], np.array(keys), headings, of,
-                  _Chords(less[:, :2], less[:, 2:4], less[:, 4], less[:, 5], less[:, 6].astype(np.intp)),
+    return _Sides(table[:, :2], table[:, 2:4], sections, table[:, 4], table[:, 5], keys, headings, of,
+                  _Chords(less[:, :2], less[:, 2:4], less_sections[:, 0], less_sections[:, 1], less_of),
                   0.5 * (ends[0] + ends[1]), np.hypot(*(ends[1] - ends[0]).T))
+
+
+def _numbered_pieces(track: BentTrack, groups: list[tuple[float, int]]) -> tuple[Array, ...]:
+    """Return a layer's straight pieces and chords, with the numbers of their groups and blocks.
+
+    The five arrays are: pieces (n, 6; ends in m, length of the block in m, curvature in 1/m); group of each piece, -1
+    if no plane cuts it; block of each piece from 0; a third of the chords (m, 4; ends in m); block of each chord. New
+    groups are appended to `groups` (see `_group`).
+    """
+    rows, keys, block, few, few_block = [], [], [], [], []
+    most = 1.0 / (TIGHTEST * track.width)
+    for number, (nodes, length, turn, heading) in enumerate(_blocks(track)):
+        corners, parts = nodes.tolist(), len(nodes) - 1
+        curvature = max(-most, min(turn / length, most))
+        rows += [(*start, *end, length, curvature) for start, end in pairwise(corners)]
+        group = _group(groups, heading, 1 if turn else 0)
+        keys += [group if k == parts // 2 else -1 for k in range(parts)]
+        block += [number] * parts
+        chords = -(-parts // 3)
+        some = [corners[round(parts * k / chords)] for k in range(chords + 1)]
+        few += [(*start, *end) for start, end in pairwise(some)]
+        few_block += [number] * chords
+    return np.array(rows), np.array(keys), np.array(block), np.array(few), np.array(few_block)
 
 
 Block = tuple[Array, float, float, float]
