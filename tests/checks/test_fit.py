@@ -593,10 +593,10 @@ def test_suggested_height_reduction_is_just_sufficient(thickness):
     less = 1e-6 * float(re.search(r"([\d.]+) um", finding.hint)[1])
     assert "pair-height" in finding.cases and less > finding.measured - finding.limit
     mended = spec.replace("elastomer.thickness", f"{1e3 * (thickness - less)} mm")
-    severities = [item.severity for item in check(mended).findings if item.rule == "SIT303"]
+    severities = [item.severity for item in findings_of("SIT303", mended)]
     assert finding.severity not in severities
     barely = spec.replace("elastomer.thickness", f"{1e3 * (thickness - less) + 0.01} mm")
-    assert finding.severity in [item.severity for item in check(barely).findings if item.rule == "SIT303"]
+    assert finding.severity in [item.severity for item in findings_of("SIT303", barely)]
 
 
 @pytest.mark.slow

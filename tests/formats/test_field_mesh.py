@@ -116,7 +116,7 @@ def test_msh_and_inp_files_have_equal_regions():
 @pytest.mark.slow
 def test_copper_layers_shield_and_jaw_are_separate_mesh_regions():
     spec = sitscad.load_text(templates.read("grasper_4layer")).replace({"array": {"pattern": "single"}})
-    result = json.loads(sitscad.field_mesh(sitscad.lay_out(spec), size=0.5e-3, copper="layers")["json"])["regions"]
+    result = json.loads(sitscad.field_mesh(sitscad.lay_out(spec), size=1e-3, copper="layers")["json"])["regions"]
     assert set(result) == {*(f"coil_C1_{n}" for n in (1, 2, 3, 4)), "target", "shield", "jaw", "elastomer", "air"}
 
 

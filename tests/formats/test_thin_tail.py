@@ -121,6 +121,7 @@ def test_test_netlist_gives_tail_vias_top_access(thin):
     assert access.count("A01") == len(thin.coils) and set(access) == {"A00", "A01"}
 
 
+@pytest.mark.few(2)
 @pytest.mark.slow
 @needs_kicad
 def test_kicad_reads_tail_vias_as_blind_vias_without_violation(thin, tmp_path):
@@ -152,6 +153,7 @@ def test_tail_coverlay_overlaps_body_by_fabricator_lap(thin):
     assert f"the step of {step * 1e6:.4g} um" in words
 
 
+@pytest.mark.few(2)
 @pytest.mark.slow
 def test_readback_finds_tail_copper_without_bottom_coverlay(thin, tmp_path):
     for path, content in order_set(thin).items():
