@@ -104,6 +104,22 @@ class Calibration:
         return f"<Calibration of {self.map.sensor}, {points}: {', '.join(self.map.axes)}>"
 
     @property
+    def table_coils(self) -> tuple[str, ...]:
+        """Names of the coils in a table of points: the coils of the map, and a reference coil if the fit needs it."""
+        planned = self.temperatures
+        return self.sensors.coils if planned is None or not planned.reference else (
+            *self.sensors.coils, planned.reference)
+
+    @property
+    def planned_rows(self) -> tuple[Array, Array | None]:
+        """Loads of the plan in turn (n, 3 or 5; N, N m), and their temperatures (n; degrees Celsius).
+
+        The temperatures are None if all rows are at one temperature.
+        """
+        assert self.plan is not None
+        return (self.plan.rows, None) if self.temperatures is None else self.temperatures.rows(self.plan)
+
+    @property
     def unit_errors(self) -> tuple[ForceError, ...]:
         """Errors of forces for several kinds of units. All documents use these rows."""
         if self.plan is None:

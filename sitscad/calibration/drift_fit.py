@@ -30,6 +30,9 @@ from sitscad.estimates.performance.points import SensingAnalysis
 from sitscad.estimates.performance.warming import FLAT, capacitor_drift, expansion_drift
 from sitscad.spec.presets import compensation_figure
 
+MODEL_ERROR = 0.02
+"""Assumed relative error of the change of a coil's drift under load, apart from the errors of the fitted unknowns."""
+
 SAME_LOAD = 1e-3
 """Largest relative difference of two loads that count as equal."""
 
@@ -171,18 +174,21 @@ def fit_drift(
     assert warm.loads is not None and base.loads is not None
     full = model.sensing.warmed[-1]
     kelvin = celsius[~is_base] - celsius[is_base & points.at_rest].mean()
-    causes, sigmas = model.by_cause(warm.loads), model.sigmas
+    causes, sigmas = model.by_cause(np.vstack([warm.loads, sensors.range.pressed(0.0)])), model.sigmas
     nominal = np.where(np.arange(len(sigmas)) < 3, 1.0, 0.0)
     relative = warm.loads[:, sensors.range.columns] / sensors.range.full_scales
     slopes = load_slopes(sensors, model.errors, warm.loads)
-    repeated = compensation_figure("repeatability") * np.einsum("nca,na->nc", slopes, relative)
+    sizes = compensation_figure("repeatability") * np.linalg.norm(relative, axis=1)
+    repeated = sizes[:, None, None] * slopes
     origin, offsets = _base_readings(model, inverse, base, warm.loads, slopes, repeated)
-    drift = causes @ nominal
+    drift, at_rest, causes = (causes @ nominal)[:-1], causes[-1] @ nominal, causes[:-1]
     off = np.log(warm.frequency) - origin - kelvin[:, None] * drift
     slope = np.concatenate([kelvin[:, None, None] * causes * sigmas, offsets], axis=2)
     noise = 2.0 * np.square(points.noise_ratio * sensors.mean_noise(int(usual_value("readings"))))
     thermal = full.compensation.reading.noise * drift if full.compensation is not None else np.zeros_like(drift)
-    covariance = np.diag(noise) + sum(each[:, :, None] * each[:, None, :] for each in (repeated, thermal))
+    by_model = np.square(MODEL_ERROR * kelvin[:, None] * (drift - at_rest))
+    covariance = (noise + by_model)[:, :, None] * np.eye(len(noise)) + repeated @ np.swapaxes(repeated, 1, 2)
+    covariance += thermal[:, :, None] * thermal[:, None, :]
     white = whiteners(covariance)
     remainder, slope = (white @ off[..., None]).ravel(), white @ slope
     flat = slope.reshape(off.size, -1)
@@ -220,18 +226,18 @@ def _base_readings(
     """Return ln f (n, coils) at the base temperature under `loads` (n, 3 or 5), and its errors (n, coils, errors).
 
     They are the readings of rows with equal load. Without such a row, they are computed by the fitted model, with the
-    error of the map. Each error is one sigma. `slopes` are the result of `load_slopes`, and `repeated` (n, coils) the
-    error of one row by the repeatability of the pad.
+    error of the map. Each error is one sigma. `slopes` are the result of `load_slopes`, and `repeated` (n, coils, axes)
+    the errors of one row by the repeatability of the pad.
     """
     assert base.loads is not None
     different, number = np.unique(loads, axis=0, return_inverse=True)
-    origin, errors = np.empty(repeated.shape), []
+    origin, errors = np.empty(repeated.shape[:2]), []
     rest = np.log(base.rest)
     for group, load in enumerate(different):
         rows, equal = number.ravel() == group, np.abs(base.loads - load).max(axis=1) <= SAME_LOAD * np.abs(load).max()
         if equal.any():
             origin[rows] = np.log(base.frequency[equal]).mean(axis=0)
-            sizes = repeated[:, :, None] / math.sqrt(equal.sum())
+            sizes = repeated / math.sqrt(equal.sum())
         else:
             pair = np.vstack([np.zeros_like(load), load])
             change = np.log(model.sensors.frequencies_under(model.errors, pair))

@@ -56,7 +56,7 @@ def take_points(
 
 def _prompt(prompt: str) -> str:
     """Prompt the user and return the typed line."""
-    click.echo(f"{prompt}; then Enter, or the newtons that are on, or back: ", err=True, nl=False)
+    click.echo(f"{prompt}: ", err=True, nl=False)
     # A blocking read loses a Ctrl-C just before it. On a terminal, wait with select first, then read
     is_typed = not (sys.stdin and sys.stdin.isatty() and os.name == "posix")
     while not is_typed:
@@ -144,8 +144,6 @@ def calibrate(
             planned = replace(calibrate_design(design, rotation=rotation, points=points), cell=cell)
             if not take_points(whole, planned, source, data, creep):
                 return 2
-            if planned.temperatures is not None:
-                print_message(f"{data} has the rows of one temperature. `sitscad calibrate {spec}` plans the others")
         calibration = replace(calibrate_design(design, data, rotation=rotation, points=points), cell=cell)
     except BenchError as error:
         print_message(str(error))

@@ -255,7 +255,7 @@ def calibration_files(calibration: Calibration) -> dict[str, bytes]:
             calibration.cell)
     if calibration.plan is not None:
         files |= {
-            "plan.csv": plan_table(calibration, calibration.plan),
+            "plan.csv": plan_table(calibration),
             "plan.txt": plan_words(calibration, calibration.plan),
         }
         if calibration.sensors.range.has_moments:

@@ -10,8 +10,9 @@ from tolerance import approx
 
 import sitscad
 from sitscad.apps.hardware.bench_board import Board
-from sitscad.apps.hardware.leading import GuidedCalibration, PointRefused, head_lines, stable_counts
-from sitscad.apps.hardware.source import Source, source_of
+from sitscad.apps.hardware.converter import SimulatedConverter
+from sitscad.apps.hardware.leading import LOAD_INPUTS, GuidedCalibration, PointRefused, head_lines, stable_counts
+from sitscad.apps.hardware.source import Simulation, Source, source_of
 from sitscad.calibration.points import Plan
 from tests.hardware.conftest import TEMPLATES
 
@@ -33,6 +34,14 @@ def planned(design):
 
 def _begun(design, source=""):
     given, _ = source_of(f"sim:{SPEC}?{source}", design)
+    board = Board(design, given.chips)
+    board.set_up()
+    return board, given
+
+
+def _simulated(design):
+    """The board of a design without a file."""
+    given = Simulation(design, [SimulatedConverter(design)])
     board = Board(design, given.chips)
     board.set_up()
     return board, given
@@ -109,7 +118,7 @@ def _answered(design, planned, *answers: str, fault: str = ""):
     left = iter(answers)
 
     def ask(words: str) -> str:
-        message.append(f"? {words}")
+        message.append(f"? {words.removesuffix(LOAD_INPUTS)}")
         load, typed = next(left)
         source.put_on(np.array(load), True)
         return typed
@@ -161,3 +170,42 @@ def test_guided_calibration_rejects_points_of_exchanged_coils(design, planned):
     next(texts)
     next(texts)
     assert any("Once more" in line and "-0.5 N shear_x" in line for line in message)
+
+
+@pytest.fixture(scope="module")
+def warm_plan(design):
+    """A plan of three loads and a second temperature, and its design with a thermometer."""
+    spec = design.spec.replace({"requirements.temperature_range": [20.0, 37.0], "array.reference": {},
+                                "readout.compensation.coefficients": "calibrated"})
+    other = sitscad.Design(spec)
+    full = sitscad.calibrate(other)
+    plan = Plan(np.array([[4.0, 0.5, 0.0], [1.0, -0.5, 0.0]]), np.zeros((3, 2)), np.zeros(2), np.zeros(2))
+    return other, replace(full, plan=plan)
+
+
+def test_guided_calibration_has_temperatures_and_reference_coil(warm_plan):
+    """A simulated board is warmed by the plan: all coils lose frequency."""
+    other, planned = warm_plan
+    board, source = _simulated(other)
+    *_, whole = GuidedCalibration(board, source, planned, _unasked, str).table()
+    lines = whole.splitlines()
+    assert lines[2] == "normal_N,shear_x_N,temperature_degC,C1_counts,C2_counts,C3_counts"
+    rows = np.array([[float(cell) for cell in line.split(",")] for line in lines[3:]])
+    assert rows[:, 2].tolist() == planned.planned_rows[1].tolist()
+    assert rows[:, 0].tolist() == planned.planned_rows[0][:, 0].tolist()
+    change = np.log(rows[-1, 3:] / rows[0, 3:]) / 17.0
+    assert change[2] == approx(other.cells.reference_drift, rel=0.02)
+    assert change[:2] == approx(planned.map.drifts.at_rest, rel=0.1)
+
+
+def test_typed_temperature_is_written(warm_plan):
+    other, planned = warm_plan
+    board, source = _simulated(other)
+    answers, asked = iter(["", "warm", "20,4"]), []
+
+    def ask(words: str) -> str:
+        asked.append(words)
+        return next(answers)
+
+    first = next(GuidedCalibration(board, _by_hand(source), planned, ask, str).table())
+    assert "20 degC" in asked[0] and first.splitlines()[-1].split(",")[2] == "20.4"

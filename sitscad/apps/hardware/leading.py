@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 
 import numpy as np
 
+from sitscad.apps.hardware.ambient import Ambient
 from sitscad.apps.hardware.bench_board import OUT_OF_BAND, Board
 from sitscad.apps.hardware.diagnosis import JUMP, Scan, scans
 from sitscad.apps.hardware.source import Simulation, Source
@@ -30,6 +32,9 @@ PATIENCE = 60.0
 
 REPEAT_INPUT = "back"
 """Input by which the user requests to repeat the point before."""
+
+LOAD_INPUTS = f"; then Enter, or the newtons that are on, or {REPEAT_INPUT}"
+"""End of the prompt for a load: the possible inputs."""
 
 PLAUSIBLE_RATIOS = 0.1, 4.0
 """Smallest and largest plausible force by the map of the nominal sensor, divided by the applied force.
@@ -56,7 +61,8 @@ def head_lines(board: Board, calibration: Calibration) -> str:
     assert calibration.plan is not None
     design, points = board.design, len(calibration.plan.loads)
     of = f"# {design.spec.name}, settings {identity(design.spec.name, board.devices):08X}, {points} points"
-    return "\n".join([of, *table_head(calibration.sensors, calibration.sensors.coils)]) + "\n"
+    return "\n".join([of, *table_head(calibration.sensors, calibration.table_coils,
+                                      calibration.temperatures is not None)]) + "\n"
 
 
 @record(eq=False)
@@ -88,11 +94,12 @@ class GuidedCalibration:
             if the board does not answer
         """
         assert self.calibration.plan is not None
-        first, rows = self._head(before), self.calibration.plan.rows
+        first, (rows, celsius) = self._head(before), self.calibration.planned_rows
         text = before or first
         while (done := text.count("\n") - first.count("\n")) < len(rows):
             try:
-                row = self._point(rows[done], f"{done + 1} of {len(rows)}", text[len(first) :].partition("\n")[0])
+                row = self._point(rows[done], None if celsius is None else float(celsius[done]),
+                                  f"{done + 1} of {len(rows)}", text[len(first) :].partition("\n")[0])
             except PointRefused as error:
                 if isinstance(self.source, Simulation):
                     raise
@@ -119,28 +126,53 @@ class GuidedCalibration:
             )
         return first
 
-    def _point(self, load: Array, number: str, rest: str) -> str:
+    def _point(self, load: Array, celsius: float | None, number: str, rest: str) -> str:
         """Return the table's line for one point. Empty if the user wants to repeat the point before.
 
-        `rest` is the line of the first point, which is at rest. Raises NotTaken if the readings cannot be used. Also
-        raises NotTaken if they do not fit the planned load, and the user did not type another load.
+        `celsius` (degrees Celsius) is its planned temperature; None if the plan has no temperatures. `rest` is the line
+        of the first point, which is at rest. Raises PointRefused if the readings cannot be used. Also raises it if they
+        do not fit the planned load, and the user did not type another load.
         """
-        scope, is_typed = self.calibration.sensors.range, False
+        scope, is_typed, planned = self.calibration.sensors.range, False, self.calibration.temperatures
         forces: Array | None = load[scope.columns]
         if isinstance(self.source, Simulation):
+            if celsius is not None:
+                self.source.course = Ambient(np.zeros(1), np.full(1, celsius))
             self.source.put_on(load, self.calibration.sensors.is_held, self.calibration.cell or 1)
         else:
             instruction = load_words(load, scope.axes,
                                      self.calibration.sensors.rotation) if load.any() else "nothing on it"
-            forces, is_typed = self._put_on(load, f"{number}: {instruction}", not rest)
+            warmth = "" if celsius is None else f" at {celsius:.4g} degC"
+            forces, is_typed = self._put_on(load, f"{number}: {instruction}{warmth}", not rest)
         if forces is None:
             return ""
-        columns, _ = map_columns(self.board.design.spec, self.calibration.sensors.coils)
-        counts = stable_counts(self.board, self.source, self.report, columns)
-        if rest and not is_typed and not isinstance(self.source, Simulation):
-            self._compare(forces, counts, np.array([float(cell) for cell in rest.split(",")[len(forces) :]]))
-        shown = forces * shown_scales(scope.axes)
-        return ",".join([*(f"{force:.6g}" for force in shown), *(f"{count:.1f}" for count in counts)]) + "\n"
+        sensors = self.calibration.sensors
+        columns, _ = map_columns(self.board.design.spec, sensors.coils)
+        reference = [len(self.board.bands) - 1] * (len(self.calibration.table_coils) - len(columns))
+        counts = stable_counts(self.board, self.source, self.report, [*columns, *reference])
+        is_base = planned is None or celsius == planned.base  # the drift at other temperatures reads as a force
+        if rest and is_base and not is_typed and not isinstance(self.source, Simulation):
+            tare = np.array([float(cell) for cell in rest.split(",")[-len(counts):]])
+            self._compare(forces, counts[: len(columns)], tare[: len(columns)])
+        shown = [f"{force:.6g}" for force in forces * shown_scales(scope.axes)]
+        if celsius is not None:
+            shown.append(f"{self._celsius(celsius):.6g}")
+        return ",".join([*shown, *(f"{count:.1f}" for count in counts)]) + "\n"
+
+    def _celsius(self, planned: float) -> float:
+        """Return the temperature (degrees Celsius) of a point: of the sensor, or the user's.
+
+        An empty input stands for the planned temperature. A simulated board without a sensor has the planned one.
+        """
+        celsius = self.source.celsius(self.source.now())
+        while not math.isfinite(celsius):
+            prompt = f"temperature in degC; Enter for {planned:.4g}"
+            typed = "" if isinstance(self.source, Simulation) else self.prompt(prompt)
+            try:
+                celsius = float(typed.replace(",", ".") or planned)
+            except ValueError:
+                self.report(f"{typed!r} is not a temperature in degrees Celsius")
+        return celsius
 
     def _put_on(self, load: Array, prompt: str, is_first: bool) -> tuple[Array | None, bool]:
         """Return the applied forces (axes; N), and whether the user typed them.
@@ -148,7 +180,7 @@ class GuidedCalibration:
         The forces are None if the user wants to repeat the point before.
         """
         scope = self.calibration.sensors.range
-        while typed := self.prompt(prompt).replace(",", " ").split():
+        while typed := self.prompt(f"{prompt}{LOAD_INPUTS}").replace(",", " ").split():
             if typed == [REPEAT_INPUT] and not is_first:
                 return None, False
             with suppress(ValueError):

@@ -345,21 +345,20 @@ def held_by(coil: CoilSpec, mount: Mount | None) -> tuple[str, ...]:
     )
 
 
-def plan_table(calibration: Calibration, plan: Plan) -> bytes:
+def plan_table(calibration: Calibration) -> bytes:
     """Return the loads as the CSV for `sitscad calibrate`; its first line states the target's rotation.
 
     If the plan has further temperatures, the column ``temperature_degC`` has the planned temperature of each row.
     """
     sensors = calibration.sensors
     scale = shown_scales(sensors.range.axes)
-    planned = calibration.temperatures
-    loads, celsius = (plan.rows, None) if planned is None else planned.rows(plan)
-    coils = [*sensors.coils, *([planned.reference] if planned is not None and planned.reference else [])]
+    loads, celsius = calibration.planned_rows
     rows = [[f"{force:.4g}" for force in scale * load[sensors.range.columns]] for load in loads]
     if celsius is not None:
         rows = [[*row, f"{each:.4g}"] for row, each in zip(rows, celsius, strict=True)]
+    coils = calibration.table_coils
     texts = [",".join([*row, *[""] * len(coils)]) for row in rows]
-    return ("\n".join([*table_head(sensors, coils, planned is not None), *texts]) + "\n").encode("ascii")
+    return ("\n".join([*table_head(sensors, coils, celsius is not None), *texts]) + "\n").encode("ascii")
 
 
 READ_BY_FIRMWARE = (
