@@ -350,6 +350,7 @@ def test_printed_frequencies_state_temperature_with_equal_digits():
     shown = FREQUENCY.plain(design.estimates.coils[0].states["free"])
     assert "at 37 degC" in readme and "Expected at 37 degC" in header
     assert re.search(rf"bare board +{re.escape(shown)} ", readme) and "C1 free: " in header
+    assert spec.fpc.tail is None and "contacts of the tail" not in readme
     tables = estimate_tables(design.estimates)
     named = {table.title for table in tables if {"frequency", "C1"} & set(table.head)}
     assert sum("at 37 degC" in title for title in named) >= 2

@@ -285,6 +285,7 @@ def render_readme(layout: Layout, estimates: Estimates, bench: Estimates, forced
     calibration = "; a calibration.h beside it takes precedence over ../calibration/'s"
     if spec.cells is not None:
         calibration = "; cells.h has the maps of all cells: cell-N/ beside it goes before ../calibration/cell-N/"
+    files = (*FILES, THERMOMETER_FILE) if spec.readout.thermistor is not None else FILES
     steps, longest = [], show(_self_test_time(len(estimates.all_coils), readout.scan_rate), "s", 2)
     code = bare_board_code(bench.all_coils, bench.readout.device)
     first_steps = _steps(spec.cells, spec.name, spec.readout.device, is_felt(spec), estimates.readout, code, coil_bands)
@@ -304,7 +305,7 @@ def render_readme(layout: Layout, estimates: Estimates, bench: Estimates, forced
         "", "IN A PROGRAM OF YOUR OWN", "",
         *(line for name, text in PROGRAM for line in hanging(
             f"  {name:<12}", text.format(wake=_wake(spec.readout.device), longest=longest), WIDTH)),
-        "", "FILES", "", *(f"  {name:<22}{purpose.format(calibration=calibration)}" for name, purpose in FILES),
+        "", "FILES", "", *(f"  {name:<22}{purpose.format(calibration=calibration)}" for name, purpose in files),
     ]
     return {README: ("\n".join(parts) + "\n").encode("ascii", "replace")}
 
@@ -556,3 +557,6 @@ FILES = (
     ("ldc161*_config.*", "the registers as a C header and as JSON, for drivers of your own"),
 )
 """Files of the folder, and their purposes."""
+
+THERMOMETER_FILE = ("thermometer.h", "the temperature sensor of the design; micropython/thermometer.py is its twin")
+"""File of a sensor with a temperature sensor."""

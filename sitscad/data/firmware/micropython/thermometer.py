@@ -1,9 +1,13 @@
 """Temperature sensor of the design (readout.thermistor) for MicroPython. sensor_config.py has its figures.
 
-from thermometer import Digital, Ntc
-celsius = Digital(I2C(0, freq=400000))   # a digital sensor with grounded address pins
-celsius = Ntc(ADC(26))                   # an NTC between the input and ground, NTC_SERIES_OHM to the supply
-celsius()                                # degrees Celsius; NaN if the temperature is not valid
+    from thermometer import Digital
+    celsius = Digital(I2C(0, freq=400000))
+
+    from thermometer import Ntc
+    celsius = Ntc(ADC(26))
+
+`Digital` is a digital sensor with grounded address pins. `Ntc` is an NTC thermistor between the input and ground, with
+a resistor between the input and the supply. A call of `celsius` returns degrees Celsius, or NaN if they are not valid.
 """
 
 import math
