@@ -1,6 +1,6 @@
 """Errors in newtons by their cause: of manufacture by the nonlinear map, of disturbances by the linear map.
 
-Errors of manufacture are those of simulated units (`unit_errors`).
+Errors of manufacture come from simulated units (`unit_errors`).
 """
 
 from __future__ import annotations
