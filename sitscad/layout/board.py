@@ -22,7 +22,17 @@ from sitscad.basics.arrays import Array, Index
 from sitscad.basics.finding import Shortfall
 from sitscad.basics.record import record, replace
 from sitscad.kernels.geometry.convex import Box, within_box
-from sitscad.kernels.geometry.path import Arc, Line, Path, Point, Region, Segment, bounding_box, closed_polygon
+from sitscad.kernels.geometry.path import (
+    Arc,
+    Line,
+    Path,
+    Point,
+    Region,
+    Segment,
+    bounding_box,
+    box_around,
+    closed_polygon,
+)
 from sitscad.kernels.geometry.primitives import (
     Primitives,
     Row,
@@ -160,6 +170,12 @@ class SolderedThermistor:
     def centre(self) -> Point:
         """Midpoint between the pads."""
         return middle_of(self.pads)
+
+    @property
+    def box(self) -> Box:
+        """Box (m) around both pads."""
+        return box_around([(x - w / 2, y - h / 2, x + w / 2, y + h / 2)
+                           for (x, y), (w, h) in ((pad.centre, pad.size) for pad in self.pads)])
 
     @property
     def nets(self) -> tuple[str, str]:

@@ -13,6 +13,7 @@ from rule_examples import right_text, wrong_text
 from tolerance import approx
 
 import sitscad
+from sitscad.assembly.solids.tooling import jig_frames, thermistor_pocket
 from sitscad.files.documents import parts_list
 from sitscad.files.formats import gerber, ipc356
 from sitscad.kernels.geometry.path import bounding_box
@@ -138,3 +139,15 @@ def test_files_have_thermistor_with_pads_contacts_and_divider():
     (row,) = csv.DictReader(io.StringIO(table.decode()))
     assert (row["Ref"], row["Val"], row["Package"]) == ("TH1", "Murata NCP18XH103F03RB", "chip-0603")
     assert (float(row["PosX"]), float(row["PosY"])) == approx([1e3 * c for c in layout.thermistor.centre], abs=1e-4)
+
+
+def test_jig_frames_have_a_pocket_over_thermistor_on_body():
+    layout = board("square_bench", LARGE)
+    outline, height = thermistor_pocket(layout)
+    x0, y0, x1, y1 = bounding_box([outline])
+    u0, v0, u1, v1 = layout.thermistor.box
+    assert x0 < u0 and y0 < v0 and u1 < x1 and v1 < y1
+    assert height > layout.spec.readout.thermistor.part.height
+    frames = jig_frames(layout)
+    assert len(frames) == 2 and all((outline, 0.0, height) in frame.cuts for frame in frames)
+    assert thermistor_pocket(board("square_bench", LARGE, "tail")) is None

@@ -10,7 +10,7 @@ from sitscad.basics.finding import Place, Severity
 from sitscad.checks.fixes.moves import SMALL_PARTS, reread_change, reread_changes
 from sitscad.checks.rules import ROUNDING, Rule, Verdict, rule_of, violation_of
 from sitscad.estimates.design import Design
-from sitscad.kernels.geometry.path import bounding_box, box_around
+from sitscad.kernels.geometry.path import bounding_box
 from sitscad.kernels.mechanics.elastomer import VALID_STRAIN
 from sitscad.layout.board import Layout
 from sitscad.spec.thermistor import BOARD
@@ -54,8 +54,7 @@ def distance_from_plates(layout: Layout) -> float | None:
     if layout.thermistor is None:
         return None
     boxes = [bounding_box([body.outline()]) for body in plates_of(layout.spec).all]
-    own = box_around([(x - w / 2, y - h / 2, x + w / 2, y + h / 2)
-                      for (x, y), (w, h) in ((pad.centre, pad.size) for pad in layout.thermistor.pads)])
+    own = layout.thermistor.box
     return min((max(own[0] - box[2], box[0] - own[2], own[1] - box[3], box[1] - own[3]) for box in boxes), default=None)
 
 

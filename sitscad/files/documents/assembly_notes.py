@@ -401,7 +401,17 @@ def bare_board(layout: Layout, readout: ReadoutEstimate, bench: Estimates) -> st
         f"one sigma of manufacture. Reject a board with a coil that is more than {ACCEPTED_SIGMAS:g} sigma off."
         f"{bare_drive(layout.spec.readout.device, readout, code)}"
     )
-    return "\n".join([text, *aligned_lines(rows)])
+    return "\n".join([text + _thermistor(layout), *aligned_lines(rows)])
+
+
+def _thermistor(layout: Layout) -> str:
+    """Describe soldering and test of a thermistor on the board; empty if the board carries none."""
+    sensor, part = layout.thermistor, layout.spec.soldered_thermistor
+    if sensor is None or part is None or part.part.resistance is None:
+        return ""
+    first, second = sorted(pad.number for pad in layout.pads if pad.net in sensor.nets)
+    return (f" Solder {sensor.reference} ({part.part.product}) first: between contacts {first} and {second} it has "
+            f"{show(part.part.resistance, 'ohm')} at 25 degC, and less when you warm it with a finger.")
 
 
 def assembled(coils: tuple[CoilEstimate, ...], closes: str, unseen: Sequence[str] = ()) -> str:
