@@ -10,7 +10,6 @@ trapezoid from the contact's edge to the track.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from enum import StrEnum
 from functools import cached_property
@@ -22,17 +21,7 @@ from sitscad.basics.arrays import Array, Index
 from sitscad.basics.finding import Shortfall
 from sitscad.basics.record import record, replace
 from sitscad.kernels.geometry.convex import Box, within_box
-from sitscad.kernels.geometry.path import (
-    Arc,
-    Line,
-    Path,
-    Point,
-    Region,
-    Segment,
-    bounding_box,
-    box_around,
-    closed_polygon,
-)
+from sitscad.kernels.geometry.path import Arc, Line, Path, Point, Region, Segment, bounding_box, box_around
 from sitscad.kernels.geometry.primitives import (
     Primitives,
     Row,
@@ -44,6 +33,7 @@ from sitscad.kernels.geometry.primitives import (
     to_points,
 )
 from sitscad.layout.clearance import ALONG
+from sitscad.layout.teardrop_outlines import SLACK, contact_teardrops, via_teardrops
 from sitscad.spec.coil import ArraySpec, CoilPlacement
 from sitscad.spec.places import cell_specs
 from sitscad.spec.sensor import SensorSpec
@@ -452,20 +442,8 @@ class Layout:
         return tuple(sorted({self.lowest_layer(via) for via in self.vias}, reverse=True))
 
 
-TEARDROP_LENGTHS = (1.5, 1.2, 0.9, 0.75)
-"""Teardrop lengths in the order of trial: distance from a via's centre in pad diameters, or from a contact's edge.
-
-Distances from a contact's edge are in contact widths.
-"""
-
-INSIDE = 10e-6
-"""Length (m) of the teardrop inside its contact. With this overlap, rounding errors leave no slit between them."""
-
 CHORD = 1e-6
 """Largest distance (m) of a teardrop's arcs from their chords."""
-
-SLACK = 1e-9
-"""Rounding error (m) of lengths: shorter distances count as 0, and clearances may be smaller by this."""
 
 
 def teardrops(layout: Layout) -> tuple[Teardrop, ...]:
@@ -497,11 +475,11 @@ def _outlines(layout: Layout, trace: Trace, leg: Segment) -> Iterator[Path]:
     vias = (via for via in layout.vias_on(trace.layer) if via.net == trace.net)
     via = next((via for via in vias if via.centre.distance(leg.start) < SLACK), None)
     if via is not None:
-        yield from _of_via(via, leg, trace.width)
+        yield from via_teardrops(via.centre, via.pad, leg, trace.width)
         return
     for pad in layout.pads:
         if pad.layer == trace.layer and pad.net == trace.net and pad.holds(leg.start):
-            yield from _of_contact(pad, leg, trace.width)
+            yield from contact_teardrops(pad.centre, pad.size, leg, trace.width)
 
 
 @record
@@ -516,54 +494,6 @@ class _Try:
     track: int
     at_start: bool
     leg: Segment
-
-
-def _of_via(via: Via, leg: Line, width: float) -> Iterator[Path]:
-    """Yield teardrops of a via on the track `leg`, the longest first.
-
-    Each is the convex hull of the via's pad and of a circle on the track's centre line. `width` (m) is the track's
-    width and the circle's diameter.
-    """
-    large, small = via.pad / 2, width / 2
-    if small >= large:
-        return
-    ux, uy = (leg.end.x - leg.start.x) / leg.length, (leg.end.y - leg.start.y) / leg.length
-    for reach in (factor * via.pad for factor in TEARDROP_LENGTHS):
-        if reach > leg.length:
-            continue
-        cos = (large - small) / reach
-        sin = math.sqrt(1.0 - cos * cos)
-        sides = [(ux * cos - side * uy * sin, uy * cos + side * ux * sin) for side in (1.0, -1.0)]
-        tip = via.centre.shifted(reach * ux, reach * uy)
-        near = [via.centre.shifted(large * x, large * y) for x, y in sides]
-        ends = [tip.shifted(small * x, small * y) for x, y in sides]
-        yield closed_polygon([near[0], near[1], ends[1], ends[0]])
-
-
-def _of_contact(pad: Pad, leg: Line, width: float) -> Iterator[Path]:
-    """Yield trapezoids from the edge of a contact to a track of `width` (m) that leaves the edge at a right angle."""
-
-    def exchanged(point: Point) -> Point:
-        return Point(point.y, point.x)
-
-    if abs(leg.end.x - leg.start.x) < SLACK < abs(leg.end.y - leg.start.y):
-        across = replace(pad, centre=exchanged(pad.centre), size=pad.size[::-1])
-        lying = Line(exchanged(leg.start), exchanged(leg.end))
-        for outline in _of_contact(across, lying, width):
-            yield outline.mapped(exchanged, flips=True).reversed()
-        return
-    height = pad.size[1]
-    if abs(leg.end.y - leg.start.y) > SLACK or width >= height:
-        return
-    side = math.copysign(1.0, leg.end.x - leg.start.x)
-    edge = pad.centre.x + side * pad.size[0] / 2
-    for reach in (factor * height for factor in TEARDROP_LENGTHS):
-        if (leg.end.x - edge) * side < reach:
-            continue
-        base, tip, y = edge - side * INSIDE, edge + side * reach, leg.start.y
-        low, high = pad.centre.y - height / 2, pad.centre.y + height / 2
-        corners = [Point(base, low), Point(edge, low), Point(tip, y - width / 2), Point(tip, y + width / 2)]
-        yield closed_polygon([*corners, Point(edge, high), Point(base, high)])
 
 
 class _CopperAround:
