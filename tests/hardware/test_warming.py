@@ -21,6 +21,8 @@ from tolerance import approx
 import sitscad
 from sitscad import Design, SimulatedConverter
 from sitscad.apps.hardware.ambient import ambient, pad_time_constant, warmed
+from sitscad.apps.hardware.bench_board import GOOD, WATCHDOG, Board, CoilReading
+from sitscad.apps.hardware.diagnosis import TARES, Forces, scan_lines
 from sitscad.apps.hardware.source import source_of
 from sitscad.cli import cli
 from sitscad.files.documents import firmware
@@ -326,6 +328,18 @@ def test_simulated_board_follows_ambient_temperature_and_load(by_reference, tmp_
     source.skip(600.0 - source.now())
     source.put_on(by_reference.loads[0], True)
     assert [chip.tank(k, chip.time)[0] for k in range(3)] == approx(by_reference.frequencies[-1], rel=1e-6)
+
+
+def test_fault_of_reference_coil_leaves_uncompensated_forces(by_reference):
+    """The map of the drawn sensor reads the coils at rest; the third coil is dead, in the tare and afterwards."""
+    forces, board = Forces([sitscad.calibrate(by_reference.design).map], True), Board(by_reference.design, ())
+    counts = np.rint(by_reference.design.estimates.readout.conversion.counts(by_reference.rest[None])[0]).astype(int)
+    scan = {k: CoilReading(0.0, int(count), WATCHDOG if k == 2 else GOOD) for k, count in enumerate(counts)}
+    for _ in range(TARES):
+        forces.take(board, scan)
+    assert forces.tare(board) == [*counts[:2], None] and forces.is_compensated
+    assert forces(board, scan)["normal"] == approx(0.0, abs=1e-3) and forces.compensated(board, scan) == {}
+    assert "not compensated" in next(iter(scan_lines(board, [scan], forces)))
 
 
 def test_pad_lags_behind_ramp_by_time_constant():

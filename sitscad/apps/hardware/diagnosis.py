@@ -279,12 +279,12 @@ class Forces:
     def tare(self, board: Board) -> list[float | None] | None:
         """Return the counts of each coil without load. None before the tare is complete, or if there are no maps.
 
-        An element is None if no map uses the coil.
+        An element is None if no map uses the coil, or for a reference coil without good readings.
         """
         if not self.maps or (self.tared and self.mean is None):
             return None
         if self.mean is not None:
-            return list(map(float, self.mean))
+            return [None if math.isnan(each) else each for each in self.mean.tolist()]
         rests = {name: float(rest) for each in self.maps for name, rest in zip(each.coils, each.rest, strict=True)}
         return [rests.get(band.coil) for band in board.bands]
 
