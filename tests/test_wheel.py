@@ -37,14 +37,18 @@ def wheel(tmp_path_factory) -> Path:
     return path
 
 
+def pip_of(folder: Path) -> tuple[str | Path, ...]:
+    """The pip of these tests, which works on another environment: one of its own takes long to make."""
+    return sys.executable, "-m", "pip", "--python", folder / "python"
+
+
 @pytest.fixture(scope="module")
 def bin_folder(wheel) -> Path:
     """A clean environment with the wheel, its light dependencies and nothing else."""
     environment = wheel.parent / "environment"
-    venv.create(environment, with_pip=True)
+    venv.create(environment)
     constraints = ROOT / "constraints.txt"
-    python = environment / "bin" / "python"
-    run_well(python, "-m", "pip", "install", "--quiet", "-c", constraints, wheel, cwd=wheel.parent)
+    run_well(*pip_of(environment / "bin"), "install", "--quiet", "-c", constraints, wheel, cwd=wheel.parent)
     return environment / "bin"
 
 
@@ -63,7 +67,7 @@ def test_wheel_contains_templates_data_and_licence(wheel):
 
 
 def test_installation_without_extras_brings_no_cad(bin_folder):
-    listed = json.loads(run_well(bin_folder / "python", "-m", "pip", "list", "--format", "json", cwd=bin_folder))
+    listed = json.loads(run_well(*pip_of(bin_folder), "list", "--format", "json", cwd=bin_folder))
     names = {entry["name"].lower() for entry in listed}
     assert not names & {
         "build123d",

@@ -116,8 +116,11 @@ def test_sample_with_every_key_passes_every_command(name, folder_with_parts, tmp
     assert through(capfd, path, "build", "--force", "-o", str(out))[0] == 0
     package = out / spec.name
     assert {file.parent.name for file in package.rglob("*.stl")} >= {"mount"}
+    assert through(capfd, package, "verify")[0] == 0
+    light = ("--only", "gerber,kicad,laser,firmware,datasheet,calibration,report")
+    assert through(capfd, path, "build", "--force", *light, "-o", str(tmp_path / "light"))[0] == 0
     with cached_solutions(spec.name):
-        assert through(capfd, package, "verify", "--rebuild")[0] == 0
+        assert through(capfd, tmp_path / "light" / spec.name, "verify", "--rebuild")[0] == 0
 
 
 @pytest.mark.slow
