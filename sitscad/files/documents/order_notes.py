@@ -146,12 +146,23 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
         yield "Contacts", _contacts(layout)
     elif layout.pads:
         yield "Contacts", f"{contact_text(layout.pads, layout.spec.fpc.stackup, layout.top_openings)}, for solder"
+    yield from _soldered_parts(layout)
+    if layout.bend_zone is not None:
+        yield "Bend", notes.bend_text(bend_stretch(layout), bends(layout), pivot_line(layout))
+    if turn := notes.turn_text(fpc.tail):
+        yield "Outline", turn
+    yield "Made for rules", _rules(layout.spec.coil.layers, layout.spec.fpc)
+
+
+def _soldered_parts(layout: Layout) -> Iterator[tuple[str, str]]:
+    """Yield the rows on pads of parts that are soldered later: capacitors, and a thermistor."""
+    rules = layout.spec.fpc.rules
     if layout.capacitors and (chip := layout.spec.readout.chip) is not None:
-        names, opening = ", ".join(each.reference for each in layout.capacitors), chip_opening(fpc.rules, chip)
+        names, opening = ", ".join(each.reference for each in layout.capacitors), chip_opening(rules, chip)
         yield "Capacitors", (
             f"bare pads for {names} ({layout.capacitors[0].package}) over the stiffener, see placement.csv; the "
             f"coverlay is open {show(opening, 'm')} beyond each pad and laid within "
-            f"{show(fpc.rules.coverlay_registration, 'm')}; "
+            f"{show(rules.coverlay_registration, 'm')}; "
             "soldered on by hand or by an assembler, not part of this order unless it says so"
         )
     if (sensor := layout.thermistor) is not None:
@@ -160,11 +171,6 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
             f"bare pads for {sensor.reference} ({sensor.package}) {where}, see placement.csv; soldered on by hand or "
             "by an assembler, not part of this order unless it says so"
         )
-    if layout.bend_zone is not None:
-        yield "Bend", notes.bend_text(bend_stretch(layout), bends(layout), pivot_line(layout))
-    if turn := notes.turn_text(fpc.tail):
-        yield "Outline", turn
-    yield "Made for rules", _rules(layout.spec.coil.layers, layout.spec.fpc)
 
 
 def _delivery(rules: DesignRules, name: str, is_small: bool, panel: Panel | None) -> str:

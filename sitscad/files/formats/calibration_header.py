@@ -349,7 +349,12 @@ def cells_header(cells: int, is_compensated: bool) -> str:
             "#define SITSCAD_HOTTEST SITSCAD_CELL1_HOTTEST", "#endif",
             "#ifdef SITSCAD_CELL1_BY_REFERENCE", "#define SITSCAD_BY_REFERENCE",
             "#define sitscad_warming sitscad_cell1_warming", "#endif"]
-    lines += [
+    return "\n".join([*lines, *_cell_map(numbers), "#endif", "", "#endif", ""])
+
+
+def _cell_map(numbers: Iterable[int]) -> list[str]:
+    """Return the C function that computes the forces of a cell with its map."""
+    lines = [
         "",
         "/*",
         " * Forces by the map of a cell (from 0) at counts of its coils after their tare; 0, or what is wrong.",
@@ -374,4 +379,4 @@ def cells_header(cells: int, is_compensated: bool) -> str:
             "#endif",
             "    }",
         ]
-    return "\n".join([*lines, "    default:", "        return 1;", "    }", "}", "#endif", "", "#endif", ""])
+    return [*lines, "    default:", "        return 1;", "    }", "}"]
