@@ -27,7 +27,7 @@ from sitscad.estimates.performance.compensation import (
     root_sum_square,
 )
 from sitscad.estimates.performance.points import SensingAnalysis
-from sitscad.estimates.performance.warming import FLAT, capacitor_drift, expansion_drift
+from sitscad.estimates.performance.warming import capacitor_drift, expansion_drift
 from sitscad.spec.presets import compensation_figure
 
 MODEL_ERROR = 0.02
@@ -120,14 +120,17 @@ class DriftModel:
         fitted = [each for each in self.sensors.unknowns if each.is_fitted]
         names = [each.name for each in fitted]
         slopes = unknown_slopes(self.sensors, loads, errors=self.errors) / [each.sigma for each in fitted]
-        rise = FLAT * pad.material.expansion * pad.thickness
         share = np.clip(loads[:, :1] / full.load[0], 0.0, 1.0)
         metal = full.by_metal + share * (full.by_metal_loaded - full.by_metal)
         # without a tolerance of the pad, its thickness is no unknown
-        expansion = (rise * slopes[:, :, names.index("gap")] if "gap" in names
-                     else expansion_drift(self.sensing.bench, loads, rise))
-        causes = [metal, expansion,
-                  pad.material.modulus_temperature_coefficient * slopes[:, :, names.index("modulus")]]
+        modulus = slopes[:, :, names.index("modulus")]
+        if "gap" in names:  # the warm pad is thicker and has another modulus (`BondedPad.expanded`)
+            factor = self.sensing.bench.pad.expansion_factor
+            thicker = factor * pad.thickness * slopes[:, :, names.index("gap")]
+            expansion = pad.material.expansion * (thicker + (1.0 + factor) * modulus)
+        else:
+            expansion = expansion_drift(self.sensing.bench, loads, pad.material.expansion)
+        causes = [metal, expansion, pad.material.modulus_temperature_coefficient * modulus]
         capacitors = np.broadcast_to(np.eye(metal.shape[1]), (len(loads), *[metal.shape[1]] * 2))
         return np.concatenate([np.stack(causes, axis=2), capacitors], axis=2)
 
@@ -206,7 +209,7 @@ def fit_drift(
     with_drift = replace(inverse, drifts=coefficients)
     scope, noise_force = sensors.range, full.noise
     parts = {} if full.compensation is None else full.compensation.left(
-        full.by_kelvin, noise_force, full.axis_loads, is_calibrated=True)
+        full.by_kelvin, noise_force, full.axis_loads, is_calibrated=True, unlike_normal=full.unlike_normal)
     names = [METAL, EXPANSION, PAD_MODULUS, *(f"{CAPACITORS}, {coil}" for coil in sensors.coils)]
     return DriftFit(
         coefficients, dict(zip(names, zip(unknowns.tolist(), np.sqrt(np.diag(spread)).tolist(), sigmas.tolist(),

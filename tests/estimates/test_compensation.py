@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
-from statistics import NormalDist
 
 import numpy as np
 import pytest
@@ -28,12 +27,11 @@ from sitscad.estimates.performance.compensation import (
     thermistor_reading,
 )
 from sitscad.estimates.performance.tables import compensation_tables
-from sitscad.estimates.performance.warming import FLAT
-from sitscad.estimates.performance_values import loads_on_axis
 from sitscad.spec import presets
+from sitscad.spec.thermistor import CALIBRATED, DESIGN
+from tests.validation.warmed_units import CASES, COLD, PLAIN, WARM, WarmedDesign, case, stated, unit_errors
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
-COLD, WARM = 20.0, 37.0
 NEEDS = {"requirements.temperature": "20 degC", "requirements.temperature_range": [COLD, WARM],
          "readout.capacitance": "100 pF"}
 
@@ -155,21 +153,18 @@ def test_sensor_without_thermistor_has_no_compensation(plain):
 def test_drift_without_compensation_is_that_of_a_sensor_solved_at_two_temperatures(template):
     """With pad, metal and target of both temperatures, the readings change by the sum of all causes."""
     design = Design(sitscad.load(TEMPLATES / f"{template}.yaml").replace(NEEDS))
-    material, bench = design.spec.elastomer.material, design.sensing.solved.bench
-    rise = FLAT * material.expansion * (WARM - COLD) * bench.pad.thickness
-    stiff = 1.0 + material.modulus_temperature_coefficient * (WARM - COLD)
-    pad = replace(bench.pad, thickness=bench.pad.thickness + rise, shear_modulus=bench.pad.shear_modulus * stiff)
-    model = Design(design.spec.replace("requirements.temperature", f"{WARM} degC")).response
+    warmed, bench = WarmedDesign(design), design.sensing.solved.bench
     rest, full = design.sensing.solved.warmed[0], design.sensing.solved.warmed[-1]
-    loads = np.array([rest.load, full.load])
-    poses = bench.poses(loads, pad)
-    poses[:, 2] += rise
-    change = np.log(model.on_pad(poses).frequency / bench.rest) - bench.readings(bench.poses(loads))
-    for point, after_one_tare in zip((rest, full), change, strict=True):
+    change = warmed.readings(WARM, WARM - COLD, 1.0, 1.0, warmed.loads) - bench.readings(bench.poses(warmed.loads))
+    for point, after_one_tare in zip((rest, full), change[:2], strict=True):
         by_capacitors = (WARM - COLD) * point.by_kelvin[CAPACITORS][0]
         assert point.plain_drift[0] == approx(
             math.hypot((point.inverse @ after_one_tare)[0], by_capacitors), rel=0.03)
     assert full.plain_tared_drift[0] == approx(abs(full.inverse @ (change[1] - change[0]))[0], rel=0.25)
+    # under shear, by the slope of the map there
+    causes = [error[1] for cause, error in full.by_kelvin.items() if cause != CAPACITORS]
+    assert (WARM - COLD) * sum(causes) == approx(
+        (full.axis_drifts[0][1] @ change[2]), abs=0.1 * (WARM - COLD) * max(map(abs, causes)))
 
 
 def test_uncompensated_drift_equals_drift_of_sensor_without_thermistor(plain, compensated):
@@ -199,52 +194,16 @@ def test_documents_list_each_part_of_remaining_drift(compensated):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("count", [20, pytest.param(200, marks=pytest.mark.more)])
-def test_error_of_simulated_units_agrees_with_predicted_drift(compensated, count):
+@pytest.mark.parametrize(("name", "count"), [
+    ("bench_7mm", 50), *(pytest.param(name, 200, marks=pytest.mark.more) for name in CASES)])
+def test_error_of_simulated_units_agrees_with_predicted_drift(name, count):
     """Units with coefficients, capacitors and temperatures of their own are warmed, solved anew and compensated."""
-    bench, point = compensated.sensing.solved.bench, compensated.sensing.solved.warmed[-1]
-    spec, pad, warming = compensated.spec, bench.pad, WARM - COLD
-    material, reading, lag = spec.elastomer.material, point.compensation.reading, point.compensation.lag
-    capacitor = 0.5 * spec.readout.device.limit("capacitor_temperature")
-    loads = loads_on_axis(point.load, "shear_x", np.array([0.0, bench.full["shear_x"]]))
-    tare = np.log(bench.rest)
-
-    def readings(celsius, warmer, expansion, stiffening):
-        """Readings under full load, without and with shear, of metal at a temperature and a pad warmer by kelvins."""
-        rise = FLAT * material.expansion * expansion * warmer * pad.thickness
-        stiff = 1.0 + material.modulus_temperature_coefficient * stiffening * warmer
-        warm_pad = replace(pad, thickness=pad.thickness + rise, shear_modulus=pad.shear_modulus * stiff)
-        poses = bench.poses(loads, warm_pad)
-        poses[:, 2] += rise
-        model = Design(spec.replace("requirements.temperature", f"{celsius} degC")).response
-        return np.log(model.on_pad(poses).frequency) - tare
-
-    map_to_newtons = compensated.sensing.solved.working.map
-    cold = map_to_newtons(bench.readings(bench.poses(loads)))
-    assert cold[:, 0] == approx(loads[:, 0], rel=0.02) and cold[1, 1] == approx(loads[1, 1], rel=0.02)
-
-    def error(read, sensed):
-        forces = map_to_newtons(read - sum(point.reading_drift.values()) * sensed)
-        return forces * (1.0 + material.modulus_temperature_coefficient * sensed) - cold
-
-    generator = np.random.default_rng(47)
-    quantiles = np.array([NormalDist().inv_cdf((k + 0.5) / count) for k in range(count)])
-    draws = np.transpose([generator.permutation(quantiles) for _ in range(6)])
-    drifts = generator.uniform(-capacitor, capacitor, (count, len(tare)))
-    errors, plain = [], []
-    for (by_metal, by_expansion, by_modulus, beside, tolerance, noise), drift in zip(draws, drifts, strict=True):
-        warmer = warming + beside * reading.difference
-        read = readings(COLD + warmer * (1.0 + by_metal * presets.compensation_figure(METAL)), warmer - lag,
-                        1.0 + by_expansion * presets.compensation_figure(EXPANSION),
-                        1.0 + by_modulus * presets.compensation_figure(PAD_MODULUS)) + drift * warming
-        sensed = warming + tolerance * reading.by_tolerance + noise * math.sqrt(2.0) * reading.noise
-        errors.append(error(read, sensed))
-        plain.append(error(read, 0.0))
-    result, before = (np.sqrt(np.mean(np.square(each), axis=0)) for each in (errors, plain))
-    assert before[0, 0] == approx(point.plain_drift[0], rel=0.1)
-    assert result[0, 0] == approx(point.drift[0], rel=0.25) and result[0, 0] < 0.2 * before[0, 0]
-    # the coefficients are those without shear: under full shear, the map turns readings into other newtons
-    assert np.all(result[1] < 2.5 * point.drift) and result[1, 1] > 0.5 * point.drift[1]
+    warmed = WarmedDesign(case(name))
+    results, statement = unit_errors(warmed, count), stated(warmed)
+    for kind, rel in ((PLAIN, 0.2), (DESIGN, 0.2), (CALIBRATED, 0.2)):
+        rms = np.sqrt(np.mean(np.square(results[kind]), axis=0))
+        assert rms[:2, 0] == approx(statement[kind][:, 0], rel=rel), kind
+        assert rms[2, 0] < 1.4 * statement[kind][1, 0] and rms[2, 1] < 1.4 * statement[kind][1, 1], kind
 
 
 def test_drift_fixes_add_temperature_sensor_and_then_calibrated_coefficients(plain, compensated):

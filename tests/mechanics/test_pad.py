@@ -25,7 +25,14 @@ from sitscad.kernels.mechanics.motion import (
     rotations_of_vectors,
 )
 from sitscad.kernels.mechanics.pad import BondedPad
-from sitscad.kernels.mechanics.pad_law import FILM_SIGMA, Block, compression_modulus, force_sigma, pressure_stiffness
+from sitscad.kernels.mechanics.pad_law import (
+    FILM_SIGMA,
+    NEO_HOOKEAN,
+    Block,
+    compression_modulus,
+    force_sigma,
+    pressure_stiffness,
+)
 
 FIGURES = Path(__file__).parents[1] / "validation" / "pad_figures.csv"
 SQUARE = BondedPad(Face(4e-3, 4e-3), 2e-3, 50e3, 1.5e9, height=0.3e-3)
@@ -364,3 +371,28 @@ def test_free_tilt_stiffness_is_within_stated_error(kind, count):
     assert len(result) >= count
     assert np.sqrt(np.mean(np.square(result))) < 1.0
     assert np.quantile(np.abs(result), 0.95) < 2.0
+
+
+def test_warm_pad_lifts_its_target_as_finite_elements_do():
+    """At rest within 1.5 %; up to 20 % strain within 4 % of this, and 10 % with an exponent of 3.25."""
+    with (FIGURES.parent / "warm_pads.csv").open(encoding="utf-8") as lines:
+        rows = [{name: float(value) for name, value in row.items()} for row in csv.DictReader(lines)]
+    growth, checked = 0.004, 0
+    for row in rows:
+        face = Face(row["along"], row["across"], row["round"])
+        cold = BondedPad(face, 1.0, 1.0, 1e4, exponent=row["exponent"])
+        warm, load = cold.expanded(growth), np.array([[row["pressure"] * face.area, 0.0, 0.0]])
+        at_rest = (warm.thickness - 1.0) / growth
+        lift = at_rest + (warm.pose(load, is_held=True) - cold.pose(load, is_held=True))[0, 2] / growth
+        most = 0.015 if row["pressure"] == 0.0 else 0.04 if row["exponent"] == NEO_HOOKEAN else 0.10
+        if cold.strain(load[0, :1])[0] < 0.21:
+            assert abs(lift - row["lift"]) < most * at_rest, row
+            checked += 1
+    assert checked >= 20
+
+
+def test_tall_bar_expands_as_free_rubber():
+    """Between small plates nothing hinders it; between wide plates all of the volume goes into the thickness."""
+    bar, sheet = (BondedPad(Face(width, width), 1.0, 1.0, 1e9).expanded(1e-6) for width in (0.05, 50.0))
+    assert bar.thickness - 1.0 == approx(1e-6, rel=0.05)
+    assert sheet.thickness - 1.0 == approx(3e-6, rel=0.02)

@@ -44,11 +44,14 @@ class Held:
 
 
 class HalfPad:
-    """Half of a pad, ready to be moved; moduli in Pa. `exponents` are Ogden's, of pad and skin; 2 is neo-Hookean."""
+    """Half of a pad, ready to be moved; moduli in Pa. `exponents` are Ogden's, of pad and skin; 2 is neo-Hookean.
+
+    `growth` is the free linear expansion of a warm pad between plates that do not grow.
+    """
 
     def __init__(
         self, solid: GluedPlate, cells: int, shear: float = 1.0, skin: float = 1.0, order: int = 4,
-        mesh: Mesh | None = None, exponents: tuple[float, float] = (2.0, 2.0),
+        mesh: Mesh | None = None, exponents: tuple[float, float] = (2.0, 2.0), growth: float = 0.0,
     ) -> None:
         import ngsolve as ng
 
@@ -72,7 +75,9 @@ class HalfPad:
         shapes = [self._sheared(gradient, volume, exponent) for exponent in sorted(set(exponents))]
         if len(shapes) > 1:
             shapes = [ng.CoefficientFunction(shapes if exponents[0] < exponents[1] else shapes[::-1])]
-        energy = moduli * shapes[0] + p * (volume - 1.0)
+        # warm rubber: the cold one's energy of a change of shape, by its volume when warm
+        warm = (1.0 + growth) ** 3
+        energy = warm * moduli * shapes[0] + p * (volume - warm)
         self.form += ng.Variation((energy - p * p / (2.0 * BULK * moduli)).Compile() * ng.dx)
         self.state = ng.GridFunction(self.space)
         self.pose = np.zeros(3)

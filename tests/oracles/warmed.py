@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from sitscad import Design
-from sitscad.estimates.performance.warming import FLAT
+from sitscad.estimates.performance.warming import warm_poses
 
 
 def warmed_counts(design, loads, celsius, lag=0.0, metal=1.0, expansion=1.0, modulus=1.0):
@@ -15,14 +13,9 @@ def warmed_counts(design, loads, celsius, lag=0.0, metal=1.0, expansion=1.0, mod
 
     The pad lags by `lag` (K). `metal`, `expansion` and `modulus` are the drifts of the unit over those of the design.
     """
-    bench, material = design.sensing.solved.bench, design.spec.elastomer.material
+    bench = design.sensing.solved.bench
     cold = design.spec.requirements.temperature
-    warmer = celsius - lag - cold
-    rise = FLAT * material.expansion * expansion * warmer * bench.pad.thickness
-    stiff = 1.0 + material.modulus_temperature_coefficient * modulus * warmer
-    pad = replace(bench.pad, thickness=bench.pad.thickness + rise, shear_modulus=bench.pad.shear_modulus * stiff)
-    poses = bench.poses(loads, pad)
-    poses[:, 2] += rise
+    poses = warm_poses(bench, loads, celsius - lag - cold, expansion, modulus)
     metal_celsius = cold + metal * (celsius - cold)
     response = Design(design.spec.replace("requirements.temperature", f"{metal_celsius} degC")).response
     conversion = design.estimates.readout.conversion

@@ -110,7 +110,7 @@ def answered(tmp_path_factory):
     return study, study.run(draws=6)
 
 
-@pytest.mark.parametrize("name", ["jaw_5mm", "miniature_3p5mm", "three_axis_pad"])
+@pytest.mark.parametrize("name", ["jaw_5mm", "jaw_steady", "miniature_3p5mm", "three_axis_pad"])
 def test_gallery_studies_load_and_their_variables_change_designs(name):
     asked = sitscad.Study.load(ROOT / "templates/studies" / f"{name}.yaml").request
     first, last = (asked.space.changes(tuple(k * (n - 1) for n in asked.space.shape)) for k in (0, 1))

@@ -17,7 +17,7 @@ from sitscad.basics.arrays import Array
 from sitscad.basics.record import record, replace
 from sitscad.estimates.design import Cells, Design
 from sitscad.estimates.performance.compensation import pad_lag
-from sitscad.estimates.performance.warming import FLAT
+from sitscad.estimates.performance.warming import warm_poses
 from sitscad.spec.materials import ElastomerPad, Target
 
 COLDEST, HOTTEST = -55.0, 150.0
@@ -128,16 +128,10 @@ def _drift(cell: Design, loads: Array, board: Array, pad: Array) -> Array:
     The pad's expansion and its modulus are solved for every row.
     """
     assert cell.spec.elastomer is not None
-    solved, material = cell.sensing.solved, cell.spec.elastomer.material
+    solved = cell.sensing.solved
     bench, warmed_point, cold = solved.bench, solved.warmed[-1], cell.estimates.temperature
     loads = np.pad(loads, [(0, 0), (0, 2)])[:, : 5 if bench.range.has_moments else 3]
-    poses = []
-    for load, kelvin in zip(loads, pad - cold, strict=True):
-        rise = FLAT * material.expansion * kelvin * bench.pad.thickness
-        stiff = 1.0 + material.modulus_temperature_coefficient * kelvin
-        warm = replace(bench.pad, thickness=bench.pad.thickness + rise, shear_modulus=bench.pad.shear_modulus * stiff)
-        pose = bench.poses(load[None], warm)[0]
-        poses.append(pose + np.eye(len(pose))[2] * rise)
+    poses = [warm_poses(bench, load[None], kelvin)[0] for load, kelvin in zip(loads, pad - cold, strict=True)]
     by_pad = np.log(cell.response.on_pad(np.array(poses)).frequency
                     / cell.response.on_pad(bench.poses(loads)).frequency)
     share = np.clip(loads[:, :1] / float(warmed_point.load[0]), 0.0, 1.0)

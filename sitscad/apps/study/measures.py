@@ -322,6 +322,9 @@ AXIS_MEASURES = (
 )
 """Name, meaning, reader and levels of each measure that exists for every axis."""
 
+LOADED_DRIFTS = ("error.temperature", "error.uncompensated")
+"""Drifts under load. For shear, they need the slope of the map under shear, which the screen level does not have."""
+
 
 def _rows() -> Iterator[DesignMeasure]:
     quantities = {each.label: each for each in TANK}
@@ -335,8 +338,9 @@ def _rows() -> Iterator[DesignMeasure]:
     for name, meaning, read, levels in AXIS_MEASURES:
         for axis in AXES:
             needs = {"normal": PADDED}.get(axis, (*PADDED, _measurable(axis)))
+            is_full_only = axis in MOMENTS or (axis != "normal" and name in LOADED_DRIFTS)
             yield DesignMeasure(f"{name}.{axis}", unit_of(axis), meaning.format(axis=AXIS_WORDS[axis]), needs,
-                                read(axis), (FULL,) if axis in MOMENTS else levels)
+                                read(axis), (FULL,) if is_full_only else levels)
     yield DesignMeasure("crosstalk", "", "largest error of an axis by the full scale of another axis, as a fraction of "
                         "its own full scale, with the best polynomial of the design as drawn", (*PADDED, TWO_COILS),
                         _sensing_reader(_crosstalk), (FULL,))

@@ -134,6 +134,13 @@ class LoadModel:
         assert conversion is not None
         return np.array([conversion.noise(float(f)) / float(f) for f in self.rest])
 
+    def linear_map(self, by_load: Array) -> Array:
+        """Return the linear map (axes, coils; N per reading) of readings with derivatives `by_load` (coils, axes).
+
+        It is the inverse by least squares, weighted with the noise of the coils.
+        """
+        return np.asarray(np.linalg.pinv(by_load / self.noise[:, None]) / self.noise)
+
 
 STEP = 1e-3
 """Step of a load, as a fraction of full scale, for numerical derivatives of the pose by the load.

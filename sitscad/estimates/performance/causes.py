@@ -28,7 +28,13 @@ from sitscad.estimates.performance.compensation import (
     root_sum_square,
 )
 from sitscad.estimates.performance.unit_errors import UnitErrors
-from sitscad.estimates.performance.warming import FLAT, capacitor_drift, compensation_of, expansion_drift, warming
+from sitscad.estimates.performance.warming import (
+    capacitor_drift,
+    compensation_of,
+    expansion_drift,
+    metal_drift,
+    warming,
+)
 from sitscad.estimates.performance_values import FORCES, MOMENTS, TILTED, UNCOMPENSATED, UNMEASURED, loads_on_axis
 from sitscad.estimates.tolerances.scatter import CAPACITOR, CLOCK
 from sitscad.kernels.mechanics.motion import rotations
@@ -74,7 +80,6 @@ class TiltEffects:
 
     bench: LoadModel
     """Load model from which readings and poses are computed."""
-    """Load model from which readings are computed."""
     loads: Array
     poses: Array
     cache: dict[float, tuple[Array, Array]] = field(default_factory=dict)
@@ -195,23 +200,41 @@ class PointErrors:
         return np.asarray((read - self._of_moments(wrench[1:, 3:5]).T) / (1e3 * FORCE_STEP))
 
     @cached_property
+    def axis_drifts(self) -> tuple[Array, Mapping[str, Array]]:
+        """Linear maps (axes, coils; N per reading), and drifts (axes, coils; per K) of the readings by cause.
+
+        Each row belongs to one axis under the load on this axis, beside the normal force. There the curved map has
+        another slope. For screening, the map's slope is taken without this load.
+        """
+        bench, names = self.bench, self.bench.range.axes
+        maps = self.inverse.copy()
+        drifts = {cause: np.tile(drift, (len(names), 1)) for cause, drift in self.reading_drift.items()}
+        if len(names) > 1 and self.share > 0.0:
+            loads = np.vstack([loads_on_axis(self.load, name, self.axis_loads[[k]])
+                               for k, name in enumerate(names[1:], 1)])
+            poses = bench.poses(loads)
+            drifts[EXPANSION][1:] = expansion_drift(bench, loads, self._material.expansion)
+            if not bench.estimates.is_rough:
+                reading, *others = bench.readings(np.vstack([self.pose, poses]))
+                drifts[METAL][1:] = metal_drift(drifts[METAL][0], self.by_metal, reading, np.array(others))
+                slopes = bench.slopes(poses) @ bench.compliance(loads, poses)
+                for k, by_load in enumerate(slopes, 1):
+                    if np.all(np.isfinite(by_load)):
+                        maps[k] = bench.linear_map(by_load)[k]
+        return maps, drifts
+
+    @cached_property
     def by_kelvin(self) -> Mapping[str, Array]:
         """Errors (N/K, N m/K) of every axis by temperature, for each part that warms after the tare.
 
         The value of the capacitors is one sigma, because each capacitor drifts independently. Other values have signs.
         A compensation subtracts all errors except those by the capacitors.
         """
-        drift = capacitor_drift(self.bench.spec.readout)
-        metal, expansion = (self.inverse @ self.reading_drift[cause] for cause in (METAL, EXPANSION))
-        names = self.bench.range.axes[1:]
-        if names and self.share > 0.0:  # the softer pad under a load on each of the other axes
-            loads = np.vstack([loads_on_axis(self.load, name, self.axis_loads[[k]]) for k, name in enumerate(names, 1)])
-            softer = self.inverse @ (expansion_drift(self.bench, loads, self._rise) - self.reading_drift[EXPANSION]).T
-            expansion = expansion + np.append(0.0, np.diag(softer[1:]))
+        drift, (maps, drifts) = capacitor_drift(self.bench.spec.readout), self.axis_drifts
         return {
-            METAL: metal,
-            CAPACITORS: drift * np.sqrt(np.sum(self.inverse**2, axis=1)),
-            EXPANSION: expansion,
+            METAL: np.sum(maps * drifts[METAL], axis=1),
+            CAPACITORS: drift * np.sqrt(np.sum(maps**2, axis=1)),
+            EXPANSION: np.sum(maps * drifts[EXPANSION], axis=1),
             PAD_MODULUS: -self._material.modulus_temperature_coefficient * self.axis_loads,
         }
 
@@ -221,8 +244,16 @@ class PointErrors:
 
         Capacitors are left out.
         """
-        return {cause: value - self.inverse @ self.rest_drift.get(cause, np.zeros(len(self.by_metal)))
+        maps = self.axis_drifts[0]
+        return {cause: value - np.sum(maps * self.rest_drift.get(cause, np.zeros(len(self.by_metal))), axis=1)
                 for cause, value in self.by_kelvin.items() if cause != CAPACITORS}
+
+    @cached_property
+    def unlike_normal(self) -> Array:
+        """Errors (N/K, N m/K) of every axis under its load by coefficients for the normal force alone."""
+        maps, drifts = self.axis_drifts
+        return np.asarray(sum(np.sum(maps * (drift - self.reading_drift[cause]), axis=1)
+                              for cause, drift in drifts.items()))
 
     @property
     def warming(self) -> float:
@@ -250,7 +281,7 @@ class PointErrors:
         Empty if the spec has no temperature sensor.
         """
         return {} if self.compensation is None else self.compensation.parts(
-            self.by_kelvin, self.noise, self.axis_loads)
+            self.by_kelvin, self.noise, self.axis_loads, self.unlike_normal)
 
     @cached_property
     def tared_drift_left(self) -> Mapping[str, Mapping[str, Array]]:
@@ -259,7 +290,7 @@ class PointErrors:
         Empty if the spec has no temperature sensor.
         """
         return {} if self.compensation is None else self.compensation.parts(
-            self.tared_by_kelvin, np.zeros_like(self.noise), self.axis_loads)
+            self.tared_by_kelvin, np.zeros_like(self.noise), self.axis_loads, self.unlike_normal)
 
     @cached_property
     def reading_drift(self) -> Mapping[str, Array]:
@@ -269,24 +300,18 @@ class PointErrors:
         factor. The effect of metal changes in proportion to the load.
         """
         metal = self.by_metal + self.share * (self.by_metal_loaded - self.by_metal)
-        return {METAL: metal, EXPANSION: expansion_drift(self.bench, self.load[None], self._rise)[0]}
+        return {METAL: metal, EXPANSION: expansion_drift(self.bench, self.load[None], self._material.expansion)[0]}
 
     @cached_property
     def rest_drift(self) -> Mapping[str, Array]:
         """Changes (coils; per K) of the readings at rest by temperature: of metal, and by the pad's expansion."""
         unloaded = np.zeros((1, len(self.load)))
-        return {METAL: self.by_metal, EXPANSION: expansion_drift(self.bench, unloaded, self._rise)[0]}
+        return {METAL: self.by_metal, EXPANSION: expansion_drift(self.bench, unloaded, self._material.expansion)[0]}
 
     @property
     def _material(self) -> ElastomerMaterial:
         assert self.bench.spec.elastomer is not None
         return self.bench.spec.elastomer.material
-
-    @property
-    def _rise(self) -> float:
-        """Growth of the pad's thickness with temperature (m/K)."""
-        assert self.bench.spec.elastomer is not None
-        return FLAT * self._material.expansion * self.bench.spec.elastomer.thickness
 
     @property
     def drift_causes(self) -> Mapping[str, Array]:

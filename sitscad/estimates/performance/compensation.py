@@ -170,18 +170,22 @@ class Compensation:
         return {"by": self.reading.source, "warming_K": self.warming, "tolerance_K": self.reading.by_tolerance,
                 "noise_K": self.reading.noise, "difference_K": self.reading.difference, "lag_K": self.lag}
 
-    def parts(self, causes: Mapping[str, Array], noise: Array, carried: Array) -> dict[str, dict[str, Array]]:
+    def parts(self, causes: Mapping[str, Array], noise: Array, carried: Array, unlike_normal: Array
+              ) -> dict[str, dict[str, Array]]:
         """Return the remaining drift by parts, for coefficients of the design and for calibrated coefficients.
 
         See `left` for parts and arguments.
         """
-        return {source: self.left(causes, noise, carried, source == CALIBRATED) for source in (DESIGN, CALIBRATED)}
+        return {source: self.left(causes, noise, carried, source == CALIBRATED, unlike_normal)
+                for source in (DESIGN, CALIBRATED)}
 
-    def left(self, causes: Mapping[str, Array], noise: Array, carried: Array, is_calibrated: bool) -> dict[str, Array]:
+    def left(self, causes: Mapping[str, Array], noise: Array, carried: Array, is_calibrated: bool,
+             unlike_normal: Array | None = None) -> dict[str, Array]:
         """Return the standard deviation (N, N m) of the drift that remains on every axis, by each part.
 
         `causes` (N/K, N m/K) are the drifts by cause, with signs except for the capacitors. `noise` (N, N m) is one
-        sigma of a reading, and `carried` (N, N m) the load. A calibration at both temperatures measures all
+        sigma of a reading, and `carried` (N, N m) the load. `unlike_normal` (N/K, N m/K) are errors under a load on
+        each axis by coefficients for the normal force alone. A calibration at both temperatures measures all
         coefficients on the unit, with two readings at rest and two under load. `is_calibrated` selects coefficients
         from such a calibration instead of the design's.
         """
@@ -200,6 +204,8 @@ class Compensation:
             parts = {name: self.warming * value * (
                 1.0 if name == CAPACITORS else compensation_figure(name)) for name, value in coefficients.items()}
             parts["tolerance of the temperature sensor"] = self.reading.by_tolerance * whole
+        if unlike_normal is not None and unlike_normal.any():
+            parts["coefficients without shear or moment"] = self.warming * unlike_normal
         parts["noise of the temperature"] = math.sqrt(2.0) * self.reading.noise * whole
         parts["difference of temperature to the pad"] = self.reading.difference * whole
         parts["lag of the pad"] = self.lag * (causes[EXPANSION] + causes[PAD_MODULUS])

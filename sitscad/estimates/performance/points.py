@@ -105,11 +105,9 @@ class SensingAnalysis:
         slopes, tilts, cold = bench.slopes(poses), TiltEffects(bench, loads, poses), np.zeros(len(bench.rest))
         gives = bench.compliance(loads, poses)
         for k, point in enumerate(WORKING_POINTS):
-            # newtons per reading, (axes, coils), by least squares weighted with the noise
             by_load = slopes[k] @ gives[k]
-            inverse = np.asarray(np.linalg.pinv(by_load / bench.noise[:, None]) / bench.noise)
-            points.append(PointErrors(
-                bench, loads[k], point.share, poses[k], slopes[k], by_load, inverse, cold, tilts, k, cold))
+            points.append(PointErrors(bench, loads[k], point.share, poses[k], slopes[k], by_load,
+                                      bench.linear_map(by_load), cold, tilts, k, cold))
         return tuple(points)
 
     @cached_property

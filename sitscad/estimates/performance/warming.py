@@ -43,13 +43,6 @@ def warming(needs: Requirements) -> float:
     return abs(farthest(needs) - needs.temperature)
 
 
-FLAT = 3.0
-"""Expansion of a flat bonded pad in thickness, divided by its material's linear expansion.
-
-The pad cannot grow sideways, so all of its volume growth is in thickness.
-"""
-
-
 def capacitor_drift(readout: ReadoutSpec) -> float:
     """Return the standard deviation (per K) of the change of ln(frequency) by a capacitor's temperature coefficient."""
     return 0.5 * readout.device.limit("capacitor_temperature") / UNIFORM
@@ -96,18 +89,43 @@ def reference_drift(alone: Layout, capacitance: float | None, temperature: float
     return float(by_metal(cold, warm, WARMER, np.zeros(1), state)[0])
 
 
-def expansion_drift(bench: LoadModel, loads: Array, rise: float) -> Array:
+def warm_poses(bench: LoadModel, loads: Array, warming: float, expansion: float = 1.0, modulus: float = 1.0) -> Array:
+    """Return poses (n, 6; m, rad) of the target under loads (n, 3 or 5; N, N m) on a pad that is warmer.
+
+    `warming` is in K. `expansion` and `modulus` multiply the coefficients of its material.
+    """
+    assert bench.spec.elastomer is not None
+    material = bench.spec.elastomer.material
+    pad = bench.pad.expanded(material.expansion * expansion * warming)
+    stiffness = 1.0 + material.modulus_temperature_coefficient * modulus * warming
+    poses = bench.poses(loads, replace(pad, shear_modulus=pad.shear_modulus * stiffness))
+    poses[:, 2] += pad.thickness - bench.pad.thickness
+    return poses
+
+
+def expansion_drift(bench: LoadModel, loads: Array, expansion: float) -> Array:
     """Return changes (n, coils; per K) of the readings under loads (n, 3 or 5; N, N m) by expansion of the pad.
 
-    `rise` (m/K) is the growth of the pad's thickness. A thicker pad lifts the target, and it is also softer.
+    `expansion` (per K) is the linear expansion of its material. A thicker pad lifts the target, and it is also softer.
     """
-    thicker = replace(bench.pad, thickness=bench.pad.thickness + WARMER * rise)
+    thicker = bench.pad.expanded(WARMER * expansion)
     cold, warm = bench.poses(loads), thicker.pose(loads, is_held=not bench.range.has_moments)
     lost = np.isnan(warm[:, 0])  # near the force at which the pad buckles, both poses are linear estimates
     cold[lost], warm[lost] = (linear_poses(pad, loads[lost]) for pad in (bench.pad, thicker))
-    warm[:, 2] += WARMER * rise
+    warm[:, 2] += thicker.thickness - bench.pad.thickness
     readings = bench.readings(np.concatenate([cold, warm]))
     return np.asarray((readings[len(loads):] - readings[: len(loads)]) / WARMER)
+
+
+def metal_drift(metal: Array, at_rest: Array, reading: Array, others: Array) -> Array:
+    """Return the effect of metal (n, coils; per K) on coils with `others` as readings (n, coils).
+
+    `metal` and `at_rest` (coils; per K) are its effects under a normal force, where the readings are `reading` (coils),
+    and at rest. A target that is nearer, or covers more of a coil, changes reading and effect together: the result is
+    linear in the readings, with one slope for all coils.
+    """
+    slope = reading @ (metal - at_rest) / max(float(reading @ reading), 1e-300)
+    return np.asarray(metal + slope * (others - reading))
 
 
 def by_metal(

@@ -20,7 +20,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from sitscad.basics.arrays import Array
-from sitscad.basics.record import record
+from sitscad.basics.record import record, replace
 from sitscad.kernels.mechanics import pad_law
 from sitscad.kernels.mechanics.elastomer import BARE, Face, Surround
 from sitscad.kernels.mechanics.motion import (
@@ -311,6 +311,35 @@ class BondedPad:
         there = poses[:, None, :] + self._reaction_offset[1:]
         wrenches = self.force(there.reshape(-1, 6)).reshape(len(poses), 12, 6)
         return np.swapaxes((wrenches[:, :6] - wrenches[:, 6:]) / (2.0 * self._steps[:, None]), 1, 2)
+
+    @cached_property
+    def expansion_factor(self) -> float:
+        """Expansion in thickness between rigid plates, divided by the linear expansion of the free material.
+
+        It is 1 for a tall bar and 3 for a flat pad, all of whose volume grows in thickness.
+        """
+        stiffness = float(self.stiffness(np.zeros((1, 6)))[0, 2, 2])
+        return 3.0 * (1.0 - 2.0 * self.shear_modulus * self.face.area / (self.thickness * stiffness))
+
+    def expanded(self, growth: float) -> BondedPad:
+        """Return the pad after its material has grown by a linear expansion `growth` (relative), between rigid plates.
+
+        The plates keep their size, so the new thickness contains the volume that cannot grow sideways.
+
+        Notes
+        -----
+        The expansion in thickness is exact at rest, by the reciprocal theorem: the mean of 3 times the pressure in a
+        pressed pad is 3 (1 - 2 G/E) times its normal stress. G is the shear modulus, and E the normal stress divided by
+        the strain. Under load, a warm pad is cold rubber with a modulus of 1 + `growth` that fills (1 + `growth`)^3 of
+        the volume. Rubber flows outwards more easily through the thicker gap, but shear becomes no softer. Thickness
+        and modulus of the result have this stiffness. Compared with finite elements up to 20 % strain, errors of the
+        target's lift are 4 % of its value at rest, or 10 % for an exponent of 3.25 (tests/mechanics/test_pad.py).
+        """
+        rise = growth * self.expansion_factor
+        stiffer, around = (1.0 + growth) * (1.0 + rise), self.surround
+        return replace(
+            self, thickness=self.thickness * (1.0 + rise), shear_modulus=self.shear_modulus * stiffer,
+            surround=replace(around, film_modulus=around.film_modulus * stiffer))
 
     def pose(
         self,
