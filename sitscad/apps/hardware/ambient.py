@@ -14,7 +14,7 @@ import numpy as np
 
 from sitscad.assembly.places.state import FREE, REST
 from sitscad.basics.arrays import Array
-from sitscad.basics.record import record, replace
+from sitscad.basics.record import record
 from sitscad.estimates.design import Cells, Design
 from sitscad.estimates.performance.compensation import pad_lag
 from sitscad.estimates.performance.warming import warm_poses
