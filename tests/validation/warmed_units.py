@@ -45,7 +45,7 @@ CLOCK = 50e-6 / 62.5
 
 MODELLED = 20.0, 28.5, 37.0, 45.5
 """Temperatures (degC) at which metal is solved. Between them, ln(frequency) at each unit's poses is interpolated by a
-cubic: within 1e-9 of a solution at the unit's temperature."""
+cubic: within 1e-10 of a solution at the unit's temperature."""
 
 PLAIN = "without"
 KINDS = (PLAIN, DESIGN, CALIBRATED)
@@ -154,8 +154,9 @@ def unit_errors(warmed: WarmedDesign, count: int) -> dict[str, Array]:
         softer = 1.0 + material.modulus_temperature_coefficient * constant  # by which the forces are then multiplied
         aims = bench.readings(bench.poses(loads / softer))
         met = read(warming, 0.0, loads * repeated) + math.sqrt(2.0) * normal["calibration noise"] * bench.noise
+        measured = ((met - aims) / constant)[[0, 1, 1]]  # without shear
         for kind, coefficient, change in ((PLAIN, 0.0, 0.0), (DESIGN, coefficients, sensed),
-                                          (CALIBRATED, (met - aims) / constant, sensed)):
+                                          (CALIBRATED, measured, sensed)):
             forces = to_newtons(used - coefficient * change)
             errors[kind].append(forces * (1.0 + material.modulus_temperature_coefficient * change) - cold)
     return {kind: np.array(each) for kind, each in errors.items()}
