@@ -73,7 +73,7 @@ def test_too_large_tilt_error_gets_smaller_target_and_pad(monkeypatch):
     assert findings.severity is Severity.ERROR and keys == {"target.size", "elastomer.size"}
 
 
-@pytest.mark.parametrize("kind, together", [("normal", 0.309), ("shear", 0.0658)])
+@pytest.mark.parametrize("kind, together", [("normal", 0.330), ("shear", 0.0696)])
 def test_resolution_below_combined_error_gives_warning_unless_error_allowed(bench, kind, together):
     """`check` said ok to 500 mN of resolution where tilt alone was read as 2.6 N."""
     key = f"requirements.{kind}_resolution"
