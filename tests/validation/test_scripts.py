@@ -29,6 +29,7 @@ CHEAPLY = {
     "tests/validation/random_boards.py": ("--boards", "2", "--shallow"),
     "tests/validation/random_poses.py": ("--told",),
     "tests/validation/screen_level.py": ("0", "--cache", "nothing.jsonl"),
+    "tests/validation/warmed_units.py": ("bench_7mm", "--units", "2"),
     "tests/benchmarks/screening.py": ("--designs", "12", "single_coil"),
     "tests/validation/test_jones_response.py": ("--only", "3 x 7"),
 }

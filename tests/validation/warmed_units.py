@@ -128,6 +128,7 @@ def unit_errors(warmed: WarmedDesign, count: int) -> dict[str, Array]:
     to_newtons, compensation, warming = design.sensing.solved.working.map, full.compensation, WARM - COLD
     reading, material, thermometer = compensation.reading, design.spec.elastomer.material, warmed.reference()
     capacitors = math.sqrt(3.0) * capacitor_drift(design.spec.readout) * warming
+    reference_drift = design.cells.reference_drift
     at_rest = sum(design.sensing.solved.warmed[0].reading_drift.values())
     coefficients = np.array([at_rest, *2 * [sum(full.reading_drift.values())]])
     cold = to_newtons(bench.readings(bench.poses(loads)))
@@ -146,7 +147,7 @@ def unit_errors(warmed: WarmedDesign, count: int) -> dict[str, Array]:
             constant = normal["tolerance"] * reading.by_tolerance + warming
         else:
             shift = thermometer(warming * scales[0]) + capacitors * tanks[-1] - common
-            constant = shift / design.cells.reference_drift
+            constant = shift / reference_drift
         sensed = constant + normal["noise"] * math.sqrt(2.0) * reading.noise
 
         # the calibration meets the unit without lag or difference, with forces and readings that do not repeat exactly

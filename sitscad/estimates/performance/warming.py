@@ -121,8 +121,8 @@ def metal_drift(metal: Array, at_rest: Array, reading: Array, others: Array) -> 
     """Return the effect of metal (n, coils; per K) on coils with `others` as readings (n, coils).
 
     `metal` and `at_rest` (coils; per K) are its effects under a normal force, where the readings are `reading` (coils),
-    and at rest. A target that is nearer, or covers more of a coil, changes reading and effect together: the result is
-    linear in the readings, with one slope for all coils.
+    and at rest. A nearer target changes reading and effect together, and so does a target that covers more of a coil.
+    The result is linear in the readings, with one slope for all coils.
     """
     slope = reading @ (metal - at_rest) / max(float(reading @ reading), 1e-300)
     return np.asarray(metal + slope * (others - reading))

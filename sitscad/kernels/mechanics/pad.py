@@ -316,7 +316,7 @@ class BondedPad:
     def expansion_factor(self) -> float:
         """Expansion in thickness between rigid plates, divided by the linear expansion of the free material.
 
-        It is 1 for a tall bar and 3 for a flat pad, all of whose volume grows in thickness.
+        It is 1 for a tall bar and 3 for a flat pad. A flat pad grows only in thickness.
         """
         stiffness = float(self.stiffness(np.zeros((1, 6)))[0, 2, 2])
         return 3.0 * (1.0 - 2.0 * self.shear_modulus * self.face.area / (self.thickness * stiffness))
