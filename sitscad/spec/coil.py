@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Container
+from dataclasses import fields
 from functools import cached_property
 from typing import Any, ClassVar
 
@@ -247,6 +248,20 @@ class CoilSpec(Section):
         return self.size[0]
 
 
+class OwnCoil(CoilSpec):
+    """Windings of the reference coil that differ from the windings of the other coils."""
+
+    alone: ClassVar[tuple[str, ...]] = ()
+
+# a reference coil cannot be drawn by the user
+OwnCoil.keys = {name: declared for name, declared in CoilSpec.keys.items() if name not in CoilSpec.alone}
+OwnCoil.attributes = {name: CoilSpec.attributes[name] for name in OwnCoil.keys}
+
+
+def _coil_of(written: OwnCoil) -> CoilSpec:
+    return CoilSpec(**{each.name: getattr(written, each.name) for each in fields(CoilSpec)})
+
+
 @record
 class CoilPlacement:
     """Position of one coil: name, centre (m), rotation (rad, counter-clockwise).
@@ -270,8 +285,7 @@ class Reference(Section):
         "the next coil and half a coil from target and elastomer", None,
     )
     coil: CoilSpec | None = key(
-        Part(CoilSpec), "its windings, with the keys of the section coil except drawn; default the windings of the "
-        "other coils", None,
+        Part(OwnCoil, _coil_of), "its windings; default the windings of the other coils", None,
     )
 
 

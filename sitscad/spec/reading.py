@@ -189,17 +189,20 @@ def section_of_data(data: Any, source: SpecSource, form: type[Form], flaws: Iter
     return cast(Form, document)
 
 
-def _replaced_key_findings(data: dict[str, Any], source: SpecSource, form: type[Section]) -> Iterable[Finding]:
+def _replaced_key_findings(
+    data: dict[str, Any], source: SpecSource, form: type[Section], path: str = ""
+) -> Iterable[Finding]:
     """Yield a finding for each missing or surplus key of a section in which one key can replace others.
 
-    A section's `stands_in` lists this key and the keys that it replaces. `data` are the plain values of the whole text,
-    and `form` is its section class.
+    A section's `stands_in` lists this key and the keys that it replaces. `data` are the plain values of the section
+    `form` at the dotted key `path`, which is empty for the whole text.
     """
-    for name, section in ((name, section_of(key.kind)) for name, key in form.keys.items()):
-        written = data.get(name)
-        if section is None or not section.stands_in[0] or not isinstance(written, dict):
+    for key_name, section in ((name, section_of(key.kind)) for name, key in form.keys.items()):
+        written, name = data.get(key_name), dotted(path, key_name)
+        if section is None or not isinstance(written, dict):
             continue
-        if section.alone and section.alone[0] in written:
+        yield from _replaced_key_findings(written, source, section, name)
+        if not section.stands_in[0] or (section.alone and section.alone[0] in written):
             continue
         other, replaced = section.stands_in
         missing = [key for key in replaced if key not in written]

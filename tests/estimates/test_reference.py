@@ -108,11 +108,12 @@ def test_scatter_of_own_windings_is_independent_of_other_coils(own):
 
 @pytest.mark.parametrize("change, rule, key", [
     ({"layers": 6}, "SIT009", "array.reference.coil.layers"), ({"turns": 40}, "SIT016", "array.reference.coil.turns"),
-    ({"drawn": "a.kicad_mod"}, "SIT009", "array.reference.coil"),
+    ({"drawn": "a.kicad_mod"}, "SIT002", "array.reference.coil.drawn"),
+    ({"turns": None}, "SIT003", "array.reference.coil.turns"),
 ])
 def test_impossible_own_windings_give_spec_error(without, change, rule, key):
-    windings = change if "drawn" in change else OWN | change
     with pytest.raises(SpecError) as refused:
+        windings = {name: value for name, value in (OWN | change).items() if value is not None}
         without.spec.replace("array.reference", {"coil": windings})
     (finding,) = refused.value.findings
     assert (finding.rule, finding.key) == (rule, key)

@@ -345,7 +345,7 @@ def resolve_reference(array: ArraySpec, coil: CoilSpec, place: Origin, copper: i
     reference = array.reference
     if reference is None or reference.coil is None:
         return array
-    if coil.drawn is not None or reference.coil.drawn is not None:
+    if coil.drawn is not None:
         message = "a drawn coil has a board of its own, so a reference coil can only repeat it"
         remarks.flaw("SIT009", REFERENCE_COIL, message, f"leave {REFERENCE_COIL} out")
         return replace(array, reference=replace(reference, coil=None))
