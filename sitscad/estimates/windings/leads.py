@@ -250,8 +250,7 @@ def _coupling(coil: Coil, tracks: list[tuple[Role, PolylineTrack]]) -> float:
     """
     if not coil.windings or not tracks:
         return 0.0
-    corners = {path: np.array(path.flattened(SAMPLED)) for path in {w.path for w in coil.windings}}  # layers repeat
-    pieces = [_sample_path(corners[w.path], w.z) for w in coil.windings]
+    pieces = [_sample_path(np.array(w.path.flattened(SAMPLED)), w.z) for w in coil.windings]
     curve = np.concatenate([points for points, _ in pieces]), np.concatenate([elements for _, elements in pieces])
     groups: dict[tuple[float, float, float], list[PolylineTrack]] = {}
     for _, track in tracks:
