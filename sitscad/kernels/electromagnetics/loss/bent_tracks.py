@@ -227,9 +227,9 @@ def _sides(tracks: Sequence[BentTrack]) -> _Sides:
 def _numbered_pieces(track: BentTrack, groups: list[tuple[float, int]]) -> tuple[Array, ...]:
     """Return a layer's straight pieces and chords, with the numbers of their groups and blocks.
 
-    The five arrays are: pieces (n, 6; ends in m, length of the block in m, curvature in 1/m); group of each piece, -1
-    if no plane cuts it; block of each piece from 0; a third of the chords (m, 4; ends in m); block of each chord. New
-    groups are appended to `groups` (see `_group`).
+    Three arrays describe the pieces: (n, 6) with ends (m), length of the block (m) and curvature (1/m); the group of
+    each piece, -1 if no plane cuts it; and its block from 0. Two arrays describe a third of the chords: (m, 4) with
+    ends (m), and the block of each chord. New groups are appended to `groups` (see `_group`).
     """
     rows, keys, block, few, few_block = [], [], [], [], []
     most = 1.0 / (TIGHTEST * track.width)
