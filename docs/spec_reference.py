@@ -71,11 +71,11 @@ def _presets_in_figures() -> Iterator[str]:
         "Fabricators with a profile",
         "Names for `fpc.rules`. The figures were read from the named pages on the stated day; ask before you order. "
         "Minimum track and gap apply to the thinnest listed copper. The column for coils lists its minimum for each "
-        "copper: a coil below it is an error (binding) or a warning (warns) of SIT103. Figures that a fabricator does not state come "
-        "from generic-flex. SIT131 compares the board with the offer of the fabricator if the page states it. Every "
-        "finding names the source of its figure.",
-        ("name", "who", "made in", "track / gap", "coil track / gap by foil", "copper layers", "copper", "cover, stiffener, finish",
-         "date of reading"),
+        "copper: a coil below it is an error (binding) or a warning (warns) of SIT103. Figures that a fabricator does "
+        "not state come from generic-flex. SIT131 compares the board with the offer of the fabricator if it is stated. "
+        "Every finding names the source of its figure.",
+        ("name", "who", "made in", "track / gap", "coil track / gap by foil", "copper layers", "copper",
+         "cover, stiffener, finish", "date of reading"),
         [_house(rules) for rules in houses],
     )
     yield _figures(
