@@ -551,7 +551,7 @@ FILES = (
     ("example_linux.c", "Linux, /dev/i2c-N"),
     ("firmware.ino", "Arduino"),
     ("wiring/", "this wiring as a KiCad schematic with its symbols (wiring.kicad_sch), and as a picture (wiring.svg)"),
-    ("micropython/", "MicroPython: all files onto the board, with calibration.h and temperature.h for forces"),
+    ("micropython/", "MicroPython: all files onto the board, with the headers of calibration/ for forces"),
     ("ros2/", "a ROS 2 node, as an example: WrenchStamped from the lines of the sketch, of cells a topic each"),
     ("simulated/", "a simulated converter, to try all of it without a board"),
     ("ldc161*_config.*", "the registers as a C header and as JSON, for drivers of your own"),
