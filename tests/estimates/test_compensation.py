@@ -203,7 +203,8 @@ def test_error_of_simulated_units_agrees_with_predicted_drift(name, count):
     for kind, rel in ((PLAIN, 0.2), (DESIGN, 0.2), (CALIBRATED, 0.2)):
         rms = np.sqrt(np.mean(np.square(results[kind]), axis=0))
         assert rms[:2, 0] == approx(statement[kind][:, 0], rel=rel), kind
-        assert rms[2, 0] < 1.4 * statement[kind][1, 0] and rms[2, 1] < 1.4 * statement[kind][1, 1], kind
+        # no coefficient is measured under shear, which raises the error of the normal force
+        assert rms[2, 0] < 1.8 * statement[kind][1, 0] and rms[2, 1] < 1.4 * statement[kind][1, 1], kind
 
 
 def test_drift_fixes_add_temperature_sensor_and_then_calibrated_coefficients(plain, compensated):
