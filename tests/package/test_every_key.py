@@ -175,11 +175,18 @@ STEP = {"mount.kind": "custom", "mount.step": "own.step"}
 JAW = {"mount.jaw.based_on": "generic-10mm"}
 JAW_STEP = {**JAW, "mount.jaw.step": "own.step"}
 LAYERS = [{"coverlay": 0.03}, {"copper": 0.03}, {"dielectric": 0.03}, {"copper": 0.03}, {"coverlay": 0.03}]
+OWN = {f"array.reference.coil.{key}": value for key, value in {
+    "shape": "circle", "outer_diameter": 8, "turns": 3, "layers": 2, "trace_width": 0.16, "trace_spacing": 0.16,
+}.items()}
+SQUARE = {"array.reference.coil.shape": "square"}
 
 BESIDE = {
     "coil.shape": [{}, {"coil.outer_diameter": [9, 7]}],
     "coil.sense": [{}],
     "coil.start": [{"coil.shape": "square"}],
+    "array.reference.coil.shape": [OWN, {**OWN, "array.reference.coil.outer_diameter": [9, 7]}],
+    "array.reference.coil.sense": [OWN],
+    "array.reference.coil.start": [{**OWN, **SQUARE}],
     "array.pattern": [{}, {"array.centres": [[-5, 0], [5, 0]]}],
     "fpc.rules": [{}],
     "fpc.stackup.0.material": [{"fpc.stackup": LAYERS}],
