@@ -1,4 +1,4 @@
-"""`check`: applies every rule to a design, and lists the rules that could not be applied."""
+"""The function `check`: it applies every rule to a design, and lists the rules that could not be applied."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def add_rules(rules: tuple[Rule, ...]) -> None:
 
 
 def all_rules() -> tuple[Rule, ...]:
-    """Return every active rule, with rules of plugins, sorted by identifier."""
+    """Return every active rule, including rules of plugins, sorted by identifier."""
     return tuple(sorted((*RULES, *_added), key=lambda rule: rule.id)) if _added else RULES
 
 
@@ -60,10 +60,10 @@ def all_rules() -> tuple[Rule, ...]:
 class CheckResult:
     """The result of a check: findings sorted by rule and place, and the checks that were not made, with reasons.
 
-    It also holds the change of each coil's reading from rest to the required force, the fit of the sensor in its jaw
-    and how the jaw closes. ``reached`` lists each requirement with the value of the design (``felt`` in the text and
-    JSON of `sitscad check`). ``board`` is the length and width (m) of the board's body, of the whole board, and of the
-    plate or cap below it.
+    ``signals`` are the changes of each coil's reading from rest to the required force. ``fit`` compares the sensor's
+    sizes with its jaw, and ``closing`` describes how the jaws close. ``reached`` lists each requirement with its
+    estimated value; the text and JSON of `sitscad check` name this list ``felt``. ``board`` is the length and width (m)
+    of the board's body, then of the whole board, then of the plate or cap below it.
     """
 
     findings: tuple[Finding, ...]
@@ -75,7 +75,7 @@ class CheckResult:
     board: tuple[float, ...] | None = None
 
     def __repr__(self) -> str:
-        """Return a line with the verdict, the rules of errors and warnings, and the number of notes."""
+        """Return a line with the verdict, the rules that report errors and warnings, and the number of notes."""
         graver = [f"{finding.rule} {finding.severity}" for finding in self.findings
                   if finding.severity is not Severity.NOTE]
         rule_text = ", ".join(dict.fromkeys(graver))

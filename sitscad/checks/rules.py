@@ -1,4 +1,4 @@
-"""Rules, their needs, results and examples; the limits that sitscad sets itself (`data/own_limits.csv`)."""
+"""Rules with their preconditions, results and examples, and sitscad's own limits (`data/own_limits.csv`)."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ ROUNDING = 1e-9
 class Violation:
     """A violation that a rule found, before the rule's texts are added.
 
-    ``severity`` and ``source`` override the rule's values. ``fixes`` are families of changes that may mend it, the best
-    first; the search in `fixes` tries them. ``hint`` is further advice, or a function that returns it. ``keeps_limit``
-    is set if ``measured`` is on the right side of the limit, but near to it. If ``case`` is set, the texts are the
-    templates of this case with ``values`` (`violation_of`), and ``message``, ``hint`` and ``detail`` are empty.
+    ``severity`` and ``source`` override the rule's values. ``fixes`` are families of changes that may remove the
+    violation, the best first; the search in `fixes` tries them. ``hint`` is further advice, or a function that returns
+    it. ``keeps_limit`` is True if ``measured`` meets the limit, but is near to it. If ``case`` is set, the texts are
+    the templates of this case with ``values`` (`violation_of`), and ``message``, ``hint`` and ``detail`` are empty.
     """
 
     message: str = ""
@@ -57,9 +57,10 @@ class Violation:
     values: Mapping[str, object] = field_of(default_factory=dict)
 
     def text(self, part: str) -> str:
-        """Return the ``message``, ``hint`` or ``detail`` of the case with its values.
+        """Return the ``message``, ``hint`` or ``detail`` (`part`) of the case, with its values inserted.
 
-        The hint is the template of ``hint_case``, if set. The detail has the details of the cases in ``details`` added.
+        The hint is the template of ``hint_case``, if set. The details of the cases in ``details`` are appended to the
+        detail.
         """
         cases = (self.case, *self.details) if part == "detail" else (self._hint_case if part == "hint" else self.case,)
         named = {"measured": self.measured, "limit": self.limit, "key": self.key, **self.values}
@@ -72,7 +73,10 @@ class Violation:
         return (self.hint_case if isinstance(self.hint_case, str) else self.hint_case()) or self.case
 
     def cases(self, with_hint: bool) -> tuple[str, ...]:
-        """Return the cases of message, details and, `with_hint`, hint. Empty for texts without a case."""
+        """Return the keys in ``data/messages.csv`` of the message, of the details and, if `with_hint`, of the hint.
+
+        Empty if the texts were not made from a case.
+        """
         hint_cases = (self._hint_case,) if with_hint and self.case else ()
         return tuple(dict.fromkeys((self.case, *self.details, *hint_cases))) if self.case else ()
 
@@ -97,9 +101,9 @@ def violation_of(
 
 @record
 class Undecided:
-    """The reason why a rule could not decide a case although its needs were met.
+    """Reason why a rule could not check a part of the design, although its preconditions were met.
 
-    ``case`` is the template of the reason. Rules of plugins have none.
+    ``case`` is the key of the reason's template in ``data/messages.csv``. Rules of plugins have none.
     """
 
     reason: str
@@ -117,7 +121,7 @@ def join_texts(*texts: str) -> str:
 
 
 Verdict = Violation | Undecided | RequirementResult
-"""Results that a rule yields: a violation, a case that could not be decided, or the value for a requirement."""
+"""Results that a rule yields: a violation, a reason why a part was not checked, or the value for a requirement."""
 
 
 @record
@@ -141,7 +145,7 @@ class Rule:
 
     @property
     def severities(self) -> str:
-        """Every severity that a finding of the rule can have, mildest first, with conditions."""
+        """Every severity that a finding of the rule can have, mildest first, each with its condition."""
         return self.cases or self.severity.value
 
 
@@ -164,14 +168,14 @@ def rule_of(
 
 
 _ASKED = {"normal force": ("normal_force",), "shear force": ("shear_force",), "bandwidth": ("bandwidth",)}
-"""Preconditions of other rules about requirements: for each, the keys of section ``requirements`` that must be set."""
+"""Preconditions of rules on requirements outside SIT4xx. Each maps to the keys of ``requirements`` that must be set."""
 
 _FEELING = {"normal resolution": ("normal_resolution",), "shear resolution": ("shear_resolution",),
             "moment resolution": ("moment_resolution",), "normal error": ("normal_error",),
             "shear error": ("shear_error",), "moment error": ("moment_error",),
             "crosstalk": ("crosstalk",), "tilt error": ("tilt", "tilt_error"), "friction error": ("friction_error",),
             "temperature error": ("temperature_range", "temperature_error")}
-"""Preconditions of rules SIT4xx: for each, the keys of section ``requirements`` that must be set."""
+"""Preconditions of rules SIT4xx. Each maps to the keys of section ``requirements`` that must be set."""
 
 
 _REQUIRED = _ASKED | _FEELING | {"force": ("normal_force", "shear_force")}
@@ -227,7 +231,7 @@ class Outcome:
 
 OF_ONE_CELL = {"SIT218", "SIT221", "SIT304", "SIT306", "SIT310", "SIT312", "SIT313", "SIT327",
                *(f"SIT40{k}" for k in range(1, 10)), "SIT411", "SIT412", "SIT413", "SIT414"}
-"""Rules on target, pad and performance. In a sensor with several cells, only the worst cell has findings.
+"""Rules that report only the worst cell of a sensor with several cells. They check target, pad and performance.
 
 No changes are tried for the hints of these findings, because a trial needs a whole sensor.
 """
@@ -237,10 +241,10 @@ OF_ARTWORK = frozenset(f"SIT{number}" for number in range(101, 134))
 """Rules about the artwork of sitscad's own boards. They do not apply to boards that the user drew."""
 
 OF_THE_SOFTEST = {"SIT304", "SIT310", "SIT312"}
-"""Rules on the pad's compression. If two cells are equally bad, the cell with the softest pad is reported.
+"""Rules on the pad's compression. If two cells are equally bad, they report the cell with the softest pad.
 
-It is the cell whose pad has the fewest webs to its neighbours. For other rules of `OF_ONE_CELL`, the cell with the
-smallest signal is reported.
+The softest pad has the fewest webs to its neighbours. Other rules of `OF_ONE_CELL` then report the cell with the
+smallest signal.
 """
 
 
@@ -291,8 +295,8 @@ def outcomes(
 def _of_worst_cell(rule: Rule, cells: Cells, least: Severity | None) -> tuple[list[Outcome], list[NotChecked]]:
     """Return a rule's findings for the worse of two cells, with the cell's number in the message.
 
-    The two are the cell with the softest pad and the cell with the smallest signal. If both are equally bad, the cell
-    that comes first for this rule (`OF_THE_SOFTEST`) is reported.
+    The two are the cell with the softest pad and the cell with the smallest signal. If both are equally bad, rules of
+    `OF_THE_SOFTEST` report the cell with the softest pad, and other rules the cell with the smallest signal.
     """
     order = list(cells.extremes.items())[:: -1 if rule.id in OF_THE_SOFTEST else 1]
     each = [(number, *outcomes(rule, cell, least)) for number, cell in order]
@@ -306,7 +310,10 @@ def _of_worst_cell(rule: Rule, cells: Cells, least: Severity | None) -> tuple[li
 
 
 def _severity_key(finding: Finding) -> tuple[float, ...]:
-    """Return a sort key for the weight of a finding: its severity, then for SIT4xx the ratio of value to limit."""
+    """Return a sort key that is larger for a worse finding.
+
+    It is the severity, then for rules SIT4xx the ratio of value to limit.
+    """
     beyond = finding.measured / finding.limit if finding.measured and finding.limit else 0.0
     return -list(Severity).index(finding.severity), beyond * finding.rule.startswith("SIT4")
 
@@ -359,7 +366,7 @@ class ConstantLimit:
 
 @cache
 def constant_limits() -> dict[str, ConstantLimit]:
-    """Return all limits of ``data/own_limits.csv`` by name."""
+    """Return all limits of ``data/own_limits.csv`` by their names."""
     return {row["name"]: ConstantLimit(float(row["value"]), row["source"]) for row in rows("own_limits")}
 
 
@@ -392,7 +399,7 @@ def _changes() -> dict[str, tuple[Row, ...]]:
 
 
 def _as_yaml(values: Sequence[tuple[str, str]]) -> str:
-    """Return (dotted key, value) pairs as YAML, with a line for each section.
+    """Return (dotted key, value) pairs as YAML, one line per section of the spec.
 
     If no pair has a value, the result is a comment that names the keys.
     """
@@ -409,7 +416,11 @@ def _as_yaml(values: Sequence[tuple[str, str]]) -> str:
 
 
 def _section(name: str, inside: dict[str, str]) -> str:
-    """Return a section with its keys. Without a name or a key, the value is a complete line or the whole section."""
+    """Return a section of the spec as one line of YAML. `inside` maps the keys in the section to their values as text.
+
+    If `inside` has an empty key, its value is the whole section. If `name` is empty as well, this value is the complete
+    line.
+    """
     if "" in inside:
         return f"{name}: {inside['']}" if name else inside[""]
     return f"{name}: {{{', '.join(f'{key}: {value}' for key, value in inside.items())}}}"

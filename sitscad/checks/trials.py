@@ -1,6 +1,6 @@
 """Trials of changed designs: each is laid out, estimated and checked by all rules, within a limit of trials (`Budget`).
 
-If a spec could not be loaded, each fix is written into its text, and the text is read again.
+If a spec could not be loaded, each fix is written into its text, and the text is loaded again.
 """
 
 from __future__ import annotations
@@ -45,10 +45,11 @@ class Trials:
     def advised(
         self, least: Severity | None = Severity.NOTE, is_ignored: Callable[[Finding], bool] = lambda _: False
     ) -> list[Finding]:
-        """Return every finding with its line in the spec, and with the changes that were tried for it.
+        """Return every finding with its line in the spec, a hint, and the tried changes that remove it as fixes.
 
-        No changes are tried for findings that are milder than `least` or ignored. If `least` is None, none are tried.
-        Changes are tried for errors first, then for warnings, in the order of the rules.
+        No changes are tried for findings that are milder than `least` or for which `is_ignored` returns True. If
+        `least` is None, none are tried. Changes are tried for errors first, then for warnings, in the order of the
+        rules.
         """
         order = sorted(range(len(self._said)), key=lambda k: list(Severity).index(self._said[k].finding.severity))
         findings = dict[int, Finding]()
@@ -71,7 +72,7 @@ class Trials:
         return locate_finding(replace(finding, hint=hint, fixes=as_written(remedies, source)), source)
 
     def mending(self, finding: Finding, outcome: Outcome) -> Search:
-        """Try changes for a finding, and return the changes that remove it and the other tried changes.
+        """Try changes for a finding. Return those that remove the finding, and the other tried changes.
 
         `outcome` holds the families of changes. With a small budget, no changes are tried for notes. If the budget is
         used up before the first trial, no change is tried.
@@ -85,9 +86,10 @@ class Trials:
     def _remaining_problems(self, finding: Finding, fix: Fix) -> RemainingProblems | None:
         """Return the problems that remain after a change. None if the budget is too small to try it.
 
-        The finding's own rule is broken if it still has a finding at this key, or could decide all cases before and now
-        cannot. Its notes count only if the finding is a note. Any rule is broken if it has more errors than before, or
-        had errors before and still has an error or a warning at the finding's key.
+        The finding's own rule is broken if it still reports an error or a warning at the finding's key. If the finding
+        is a note, a remaining note counts, too. The rule is also broken if it could check the whole design before the
+        change, but not after it. Any rule is broken if it has more errors than before. It is also broken if it had
+        errors before, and still has an error or a warning at the finding's key.
         """
         trial = self._trial_of(fix.spec)
         if trial is None:
@@ -146,7 +148,7 @@ class Trials:
     def _gain(self, finding: Finding, trial: _ChangedDesign) -> float:
         """Return the factor by which a change moves a finding's value towards its limit.
 
-        1 if a rule has new warnings, if another rule's value is worse, or if the factor is unknown.
+        The result is 1 if a rule has new warnings, if another rule's value is worse, or if the factor is unknown.
         """
         remaining = self._side_effects(trial)
         findings, _ = trial.results_by_rule.get(finding.rule, ([], []))
@@ -159,7 +161,7 @@ class Trials:
         return more if finding.limit > finding.measured else 1.0 / more
 
     def _trial_of(self, changed: SensorSpec) -> _ChangedDesign | None:
-        """Return the trial of a changed spec, with its design laid out. None if the budget is too small.
+        """Return the trial of a changed spec, whose board is laid out. None if the budget is too small.
 
         If an equal spec was tried before, its trial is returned.
         """
@@ -196,7 +198,7 @@ class _Unestimated(Design):
 
 
 class _ChangedDesign:
-    """Changed design in a trial. It holds the findings and the undecided cases of each rule applied so far."""
+    """Changed design in a trial. It holds the findings, and the reasons "not checked", of each rule applied so far."""
 
     def __init__(self, design: Design) -> None:
         self._design, self.is_estimated = design, False
@@ -224,10 +226,10 @@ class _ChangedDesign:
 
 
 def as_written(remedies: Iterable[Remedy], source: SpecSource) -> tuple[Remedy, ...]:
-    """Return remedies (fixes of a finding) whose edits can be written into the spec's text.
+    """Return the remedies (fixes of a finding) whose edits can be written into the spec's text.
 
     Their edits are completed from this text, for example by the old value. Remedies with new warnings are only returned
-    if all remedies have new warnings. Remedies that cannot be written into the text are left out.
+    if all remedies have new warnings.
     """
     remedies, written = list(remedies), []
     for remedy in [remedy for remedy in remedies if not remedy.new_warnings] or remedies:
@@ -249,10 +251,10 @@ def _errors_in(findings: Iterable[Finding]) -> list[Finding]:
 
 
 def of_refused(error: SpecError, rules: tuple[Rule, ...], hints: str) -> tuple[Finding, ...]:
-    """Return the findings of a spec that could not be loaded, with tested fixes.
+    """Return the findings of a spec that could not be loaded, each with its tested fixes.
 
-    Each fix is written into the text, and the text is read again. A fix remains if the text can then be loaded, or if
-    the findings that are left show an improvement. Findings about other files have no fixes. `hints` is the name of the
+    Each fix is written into the text, and the text is loaded again. A fix remains if the text can then be loaded, or if
+    its remaining findings show an improvement. Findings about other files have no fixes. `hints` is the name of the
     budget.
     """
     findings, source = _with_room(error, rules, hints), error.source
@@ -264,9 +266,9 @@ def of_refused(error: SpecError, rules: tuple[Rule, ...], hints: str) -> tuple[F
 
 
 def _fixes_for_reading(finding: Finding, error: SpecError, source: SpecSource) -> Iterator[Remedy]:
-    """Yield the fixes of a finding after which the text can be loaded, or has fewer or other findings than before.
+    """Yield the fixes of a finding after which the text can be loaded, or has better findings than before.
 
-    Findings are compared by `is_further` and `is_better`.
+    The findings are better if `is_further` or `is_better` returns True.
     """
     for remedy in finding.fixes:
         try:

@@ -13,7 +13,7 @@ from sitscad.spec.yaml.rewriting import CannotWriteError, rewritten
 
 
 class SpecFindings(Protocol):
-    """Results of the checks of a spec's text."""
+    """Results of the checks of a spec's text, as far as mending needs them."""
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -31,7 +31,7 @@ IsAllowed = Callable[[Finding, Remedy], bool]
 
 @record
 class Applied:
-    """Fix that was written into a text, and the finding that it removes.
+    """A fix that was written into a text, and the finding that it removes.
 
     `worsens` are the identifiers of rules whose values are farther beyond their limits than before.
     """
@@ -43,7 +43,7 @@ class Applied:
 
 @record
 class RolledBack:
-    """Allowed fix that is not in the text, because it does not improve it or cannot be written.
+    """An allowed fix that is not in the text, because it does not improve the text or cannot be written.
 
     `why` is the reason as text.
     """
@@ -123,12 +123,12 @@ def _next_fix(
     text: str, result: CheckResults, judge: CheckText[CheckResults], verdict: CheckText[CheckResults], may: IsAllowed,
     past_texts: set[str]
 ) -> tuple[tuple[str, Applied] | None, tuple[RolledBack, ...]]:
-    """Return the first fix that improves a text, with the changed text, or else the fixes that do not improve it.
+    """Return the first fix that improves a text, with the changed text, and the fixes that do not improve it.
 
     The first result is (changed text, fix), or None if no fix improves the text. The second result are the allowed
-    fixes that do not improve it, each with the reason; empty if a fix improves it. `result` are the findings of `text`.
-    `judge`, `verdict` and `may` are as in `mended_text`. `past_texts` are the texts of earlier steps. A fix that leads
-    back to an earlier text is no improvement.
+    fixes that do not improve it, each with the reason. It is empty if a fix improves the text. `result` are the
+    findings of `text`. `judge`, `verdict` and `may` are as in `mended_text`. `past_texts` are the texts of earlier
+    steps. A fix that leads back to an earlier text is no improvement.
     """
     rolled_back: list[RolledBack] = []
     already = {each.rule for each in result.findings if each.severity is not Severity.NOTE}
@@ -158,7 +158,7 @@ def _next_fix(
 
 
 def _swaps_notes(applied: Applied, before: SpecFindings, after: SpecFindings) -> bool:
-    """Whether a fix removes its note and adds other notes only, no more than it removes.
+    """Whether a fix removes its note, and all findings that it adds are notes, at most as many as it removes.
 
     No further rule may be unchecked after the fix.
     """
@@ -179,7 +179,10 @@ def _has_new_fixes(before: SpecFindings, after: SpecFindings, may: IsAllowed) ->
 
 
 def _why_not(applied: Applied, before: SpecFindings, after: SpecFindings) -> str:
-    """Return the reason, as text, why a fix does not improve a spec."""
+    """Return the reason, as text, why a fix does not improve a spec.
+
+    `before` and `after` are the results of the checks without and with the fix.
+    """
     gone, new = _changes(applied, before.findings, after.findings)
     if _finding_place(applied) not in gone:
         return f"{applied.finding.rule} stays" + (f", and {_new_findings_text(new)}" if new else "")
@@ -192,9 +195,10 @@ def _why_not(applied: Applied, before: SpecFindings, after: SpecFindings) -> str
 
 
 def worsened_rules(before: Iterable[Finding], after: Iterable[Finding]) -> set[str]:
-    """Return the rules whose values are farther beyond their limits than before, by more than `WORSE` of the limit.
+    """Return the rules whose values are farther beyond their limits than before.
 
-    Only rules with findings both before and after are compared. Notes are left out.
+    The distance beyond the limit, divided by the limit, must have grown by more than `WORSE`. Only rules with findings
+    both before and after are compared. Notes are left out.
     """
     was, now = _excess(before), _excess(after)
     return {rule for rule, excess in now.items() if excess > was.get(rule, excess) + WORSE}
@@ -232,8 +236,8 @@ def is_improved(applied: Applied, before: SpecFindings, after: SpecFindings) -> 
     """Whether a fix improves the text of a spec. Either of two improvements is sufficient.
 
     The first is for a text that could not be read as a spec (findings SIT0xx): all its former findings are gone. The
-    second is for every text: the finding is gone or milder without new problems (`is_better`), and no further rule is
-    unchecked.
+    second is for every text. The finding is gone or milder without new problems (`is_better`), and every rule that was
+    checked before is still checked.
     """
     is_unread = any(finding.rule.startswith("SIT0") for finding in before.findings)
     return (is_unread and is_further(before.findings, after.findings)) or (
@@ -241,7 +245,7 @@ def is_improved(applied: Applied, before: SpecFindings, after: SpecFindings) -> 
 
 
 def _unchecked_rules(result: SpecFindings) -> set[str]:
-    """Return the rules that could not be checked or only partly, except the rules about the spec itself (SIT0xx)."""
+    """Return the rules that were not checked, or not completely. Rules about the spec itself (SIT0xx) are left out."""
     return {skipped.rule for skipped in result.not_checked if not skipped.rule.startswith("SIT0")}
 
 
@@ -253,9 +257,8 @@ def is_further(before: Iterable[Finding], after: Iterable[Finding]) -> bool:
 def is_better(applied: Applied, before: Iterable[Finding], after: Iterable[Finding]) -> bool:
     """Whether the finding of a fix is gone or milder, no finding is new or more severe, and no value is worse.
 
-    New notes do not speak against the fix of an error or a warning. Worse values do not speak against the fix of an
-    error. If the fix corrects the name of a key, this key may have new findings, because its value was not checked
-    before.
+    If the fix is for an error or a warning, new notes are permitted. If it is for an error, worse values are permitted.
+    If the fix corrects the name of a key, this key may have new findings, because its value was not checked before.
     """
     gone, new = _changes(applied, before, after)
     allowed = {Severity.NOTE} - {applied.finding.severity}
@@ -267,8 +270,8 @@ def is_better(applied: Applied, before: Iterable[Finding], after: Iterable[Findi
 def _changes(applied: Applied, before: Iterable[Finding], after: Iterable[Finding]) -> tuple[_Weighed, _Weighed]:
     """Return two counts by (rule, key, severity): the findings that a fix removes, and the findings that it adds.
 
-    A finding is counted at its own severity and at each milder severity. A finding under another key than before is not
-    new, if its rule has no more findings in total.
+    A finding is counted at its own severity and at each milder severity. A finding at another key than before is not
+    new, if its rule has no more findings in total than before.
     """
     read = [f"{edit.key.rpartition('.')[0]}.{edit.new}.".removeprefix(".")
             for edit in applied.remedy.edits if edit.what == "name"]

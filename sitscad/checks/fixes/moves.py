@@ -1,7 +1,7 @@
 """Changes of coil, board and readout that may remove a finding, the smallest first. A hint contains only tried changes.
 
 A closed formula gives the room for a single via. If leads, vias and other coils share the room, only a trial shows
-whether a change is sufficient. Each amount in a hint was therefore tried.
+whether a change is sufficient. Therefore each amount in a hint was tried.
 """
 
 from __future__ import annotations
@@ -33,21 +33,21 @@ from sitscad.spec.sensor import ArtworkSpec, SensorSpec
 MOST_LAYERS = 8
 
 MAX_TURN_RUN_BACK = 0.05
-"""Largest arc (turns) of a lead around the coil against the winding's sense in a proposed design."""
+"""Largest arc (turns) in a proposed design along which a lead runs around the coil against the winding's sense."""
 
 
 def with_turns(spec: SensorSpec, turns: float) -> Fix:
-    """Return the fix that gives each layer of the coil `turns` turns."""
+    """Return the change to `turns` turns on each layer of the coil."""
     coil = replace(spec.coil, turns=turns)
     edits = (Edit("coil.turns", f"{turns:.7g}"),) if "coil.turns" in _winding_keys(spec.source.keys) else ()
     return Fix((*edits, *_inner_edit(spec.source.keys, coil)), replace(spec, coil=coil))
 
 
 def _winding_keys(keys: Mapping[str, tuple[int, int]]) -> set[str]:
-    """Return the keys for turns, trace width, spacing and inner diameter that a fix may edit.
+    """Return the keys for turns, trace width, spacing and inner diameter that a change may edit.
 
-    If the spec gives the inner diameter, the result has its key, and each of the other three keys that is in the spec.
-    Otherwise the result has the other three keys.
+    If the spec gives the inner diameter, the result has its key, and those of the other three keys that are in the
+    spec. Otherwise the result has the other three keys.
     """
     all_of_them = {f"coil.{key}" for key in CoilSpec.stands_in[1]}
     is_by_inner = INNER in keys
@@ -55,15 +55,15 @@ def _winding_keys(keys: Mapping[str, tuple[int, int]]) -> set[str]:
 
 
 def _inner_edit(keys: Mapping[str, tuple[int, int]], coil: CoilSpec) -> tuple[Edit, ...]:
-    """Return the edit that sets the key of the inner diameter to the coil's new value, in a tuple.
+    """Return a tuple with the edit that sets the inner diameter to the inner diameter of the changed `coil`.
 
-    Empty if the spec has no inner diameter.
+    `keys` are the keys of the spec. Empty if the spec has no inner diameter.
     """
     return (Edit(INNER, _mm(coil.inner_diameter)),) if INNER in _winding_keys(keys) else ()
 
 
 def with_each(spec: SensorSpec, numbers: Iterable[float]) -> Iterator[Fix]:
-    """Yield the result of `with_turns` for each number of turns."""
+    """Yield the change of `with_turns` for each number of turns."""
     for turns in numbers:
         yield with_turns(spec, turns)
 
@@ -73,7 +73,7 @@ def more_turns(coil: CoilSpec, factor: float) -> Iterator[float]:
 
     The first is the present number times `factor`. The second is halfway from there to the largest number that fits
     inside the coil. The third is the largest number. Numbers are multiples of the smallest part of a turn for the
-    coil's shape. At no number does a lead run back around the coil. Empty for layers with unequal turns.
+    coil's shape. With none of them, a lead runs back around the coil. Empty if the layers have unequal turns.
     """
     if coil.has_unequal_turns:
         return
@@ -88,10 +88,10 @@ def more_turns(coil: CoilSpec, factor: float) -> Iterator[float]:
 
 
 def _least_turns_forward(coil: CoilSpec, part: int, parts: int) -> int:
-    """Return the smallest number of turns, in parts of a turn, at which no lead runs back around the coil.
+    """Return the smallest number of turns, counted in parts of a turn, with which no lead runs back around the coil.
 
-    A turn has `parts` parts. The search covers the numbers from `part` up to one turn more. If all of them have a lead
-    that runs back, the result is `part`.
+    A turn has `parts` parts. The search covers the numbers from `part` up to one turn more. If a lead runs back with
+    all of them, the result is `part`.
     """
     return next((more for more in range(part, part + parts) if not _runs_back(coil, more / parts)), part)
 
@@ -108,7 +108,7 @@ def fewer_turns(coil: CoilSpec, room: float, steps: int = 1) -> Iterator[float]:
     """Yield numbers of turns per layer: the present number, then the largest that has room, then smaller numbers.
 
     `room` is the number of turns for which there is room. At most `steps` smaller numbers follow, each smaller by one
-    part of a turn. At all numbers but the present, no lead runs back around the coil. Empty for layers of unequal
+    part of a turn. With all numbers but the first, no lead runs back around the coil. Empty if the layers have unequal
     turns.
     """
     if coil.has_unequal_turns:
@@ -122,9 +122,10 @@ def fewer_turns(coil: CoilSpec, room: float, steps: int = 1) -> Iterator[float]:
 
 
 def roomy_turns(spec: SensorSpec, most: float, count: int) -> Iterator[Fix]:
-    """Yield up to `count` changes to fewer turns, at most `most`, with which all vias inside the coil have room.
+    """Yield up to `count` changes to fewer turns that leave room for all vias inside the coil.
 
-    The change with the most turns is first. It is found by bisection, because fewer turns leave more room.
+    The numbers of turns are at most `most`. The largest is first. It is found by bisection, because fewer turns leave
+    more room.
     """
     now = spec.coil.most_turns
     fixes = [fix for fix in with_each(spec, fewer_turns(spec.coil, most, MOST_STEPS))
@@ -141,10 +142,10 @@ MOST_STEPS = 24
 
 
 def whole_turns(coil: CoilSpec) -> Iterator[float]:
-    """Yield numbers of turns per layer with which the sum of turns over all layers is a whole number.
+    """Yield numbers of turns per layer that add up to a whole number of turns over all layers.
 
-    Both leads then start at one place of the coil. The number nearest to the present number is first, then the nearest
-    number on its other side. Empty for layers of unequal turns.
+    Both leads then start at the same place of the coil. The number nearest to the present number is first. The nearest
+    number on the other side of the present number follows. Empty if the layers have unequal turns.
     """
     layers = len(coil.layers)
     if coil.has_unequal_turns:
@@ -159,7 +160,7 @@ def whole_turns(coil: CoilSpec) -> Iterator[float]:
 def narrower_coils(spec: SensorSpec, by: float) -> Iterator[Fix]:
     """Yield changes to coils narrower by at least the length `by` (m): with the present turns, then with fewer turns.
 
-    The fewer turns leave the free width inside the coil as it is.
+    With the fewer turns, the free width inside the coil remains as it is.
     """
     coil = spec.coil
     x, y = coil.size
@@ -175,10 +176,10 @@ def narrower_coils(spec: SensorSpec, by: float) -> Iterator[Fix]:
 
 
 def smaller_coils(spec: SensorSpec, by: float, keeps_length: bool = False) -> Fix:
-    """Return the change to coils smaller by the length `by` (m), with equal gaps between them as before.
+    """Return the change to coils smaller by the length `by` (m), with the present gaps between them.
 
     The turns are reduced if the vias inside the coil would have no room. With `keeps_length`, a long coil becomes
-    narrower, but not shorter. The fix has no edits if no coil would remain.
+    narrower, but not shorter. The change has no edits if no coil would remain.
     """
     coil = spec.coil
     if keeps_length and coil.outline.is_long:
@@ -198,17 +199,17 @@ def smaller_coils(spec: SensorSpec, by: float, keeps_length: bool = False) -> Fi
 
 
 def _with_edits(edits: tuple[Edit, ...], turned: Fix, turns: float) -> Fix:
-    """Return the change `turned` of the turns, preceded by the `edits` of another change.
+    """Return a change of the turns (`turned`), preceded by the `edits` of another change.
 
     If the number of turns remains `turns`, the edit of the turns is left out. An edit of the inner diameter remains,
-    because it depends on both changes.
+    because the inner diameter depends on both changes.
     """
     turning = (edit for edit in turned.edits if edit.key == INNER or turned.spec.coil.most_turns != turns)
     return replace(turned, edits=(*edits, *turning))
 
 
 def other_ends(spec: SensorSpec) -> Iterator[Fix]:
-    """Yield changes that move the ends of the coil's layers and thus the leads.
+    """Yield changes that move the ends of the coil's layers, and so the leads.
 
     First come other start angles of the winding, then a part of a turn less, and a part more.
     """
@@ -222,9 +223,9 @@ def other_ends(spec: SensorSpec) -> Iterator[Fix]:
 def more_layers(spec: SensorSpec, factor: float) -> Iterator[Fix]:
     """Yield changes to coils of more layers.
 
-    The first number of layers is the smallest even number of at least `factor` times the present number. The second is
-    larger by two. The stack-up does not change if it has enough layers. Otherwise it is replaced by the first installed
-    stack-up with the needed number of layers.
+    The first number of layers is even, and at least `factor` times the present number. The second is larger by two. The
+    stack-up does not change if it has enough layers. Otherwise it is replaced by the first installed stack-up with the
+    needed number of layers.
     """
     coil, now = spec.coil, len(spec.coil.layers)
     if coil.has_unequal_turns or coil.layers != tuple(range(1, now + 1)):
@@ -248,14 +249,14 @@ def more_layers(spec: SensorSpec, factor: float) -> Iterator[Fix]:
 
 
 KEPT_TURNS_PITCH_RATIO = 1.1
-"""New pitch of turns divided by the present pitch, below which a trial first keeps the number of turns."""
+"""Ratio of the new pitch of turns to the present pitch, below which the present number of turns is tried first."""
 
 
 def wider_tracks(spec: SensorSpec, width: float, spacing: float) -> Iterator[Fix]:
     """Yield changes to tracks of at least `width` and gaps of at least `spacing` (m).
 
-    If the new pitch is less than `KEPT_TURNS_PITCH_RATIO` times the present pitch, the first change leaves the number
-    of turns. The next changes reduce the turns, so that the winding is no wider than before.
+    If the new pitch is less than `KEPT_TURNS_PITCH_RATIO` times the present pitch, the first change does not change the
+    number of turns. The next changes reduce the turns, so that the winding is no wider than before.
     """
     coil = spec.coil
     width, spacing = (math.ceil(size * 1e7 - 1e-3) / 1e7 for size in (width, spacing))  # rounded as written
@@ -321,8 +322,8 @@ def reread_changes(spec: SensorSpec, key: str, values: Iterable[float | str]) ->
 def hole_plating_only(spec: SensorSpec) -> Iterator[Fix]:
     """Yield the change to plating on holes and their pads only ("button plating"), so that tracks are unplated foil.
 
-    Such tracks can be etched finer, and the tail is thinner. Empty if the plating is such already, or if no hole is
-    plated.
+    Such tracks can be etched finer, and the tail is thinner. Empty if only holes and pads are plated already, or if no
+    hole is plated.
     """
     if len(spec.fpc.stackup.copper) > 1 and spec.fpc.stackup.plating is not Plating.BUTTONS:
         yield from reread_change(spec, "fpc.plated", "buttons")
@@ -360,7 +361,7 @@ START_ANGLES = (15.0, 30.0, 45.0, 90.0, 135.0, 180.0, 225.0, 270.0, 315.0)
 """Angles (degrees) by which the start of a winding without corners is turned in trials, in this order."""
 
 def larger_coils(spec: SensorSpec, by: float) -> Fix:
-    """Return the change to coils longer and wider by the length `by` (m), with equal gaps between them as before."""
+    """Return the change to coils longer and wider by the length `by` (m), with the present gaps between them."""
     size = (spec.coil.size[0] + by, spec.coil.size[1] + by)
     is_long = spec.coil.outline.is_long
     written = f"[{_mm(size[0])}, {_mm(size[1])}]" if is_long else _mm(size[0])
@@ -374,14 +375,15 @@ def larger_coils(spec: SensorSpec, by: float) -> Fix:
 
 
 LONGER = (1.1, 1.4)
-"""Factors by which the required length of a coil is multiplied to obtain the lengths that are tried."""
+"""Factors by which `longer_coils` multiplies the required length of a coil to obtain further lengths to try."""
 
 
 def longer_coils(spec: SensorSpec, factor: float) -> Iterator[Fix]:
     """Yield changes to a longer coil, for a single coil of a long shape.
 
-    The lengths are the present length times `factor`, times each of `LONGER`. Target and pad become longer by an equal
-    length if they cover the coil's ends (`COIL_END_RATIO`). Empty for other shapes and for arrays.
+    The first length is the present length times `factor`. The next lengths are the first times each factor of `LONGER`.
+    Target and pad grow by the same length as the coil if they cover its ends (`COIL_END_RATIO`). Empty for other shapes
+    and for arrays.
     """
     coil = spec.coil
     if not coil.outline.is_long or len(spec.array.placements) > 1:
@@ -406,9 +408,9 @@ COIL_END_RATIO = 0.9
 
 
 def larger_body(spec: SensorSpec, by: float) -> Fix:
-    """Return the change to a board's body larger by the length `by` (m) on every side.
+    """Return the change to a board's body that is larger by the length `by` (m) on every side.
 
-    The change has no edits if the spec gives no size of the body, or a drawn outline.
+    The change has no edits if the spec gives no size of the body, or if its outline is drawn.
     """
     body = spec.fpc.body
     if body is None or body.size is None:
@@ -421,7 +423,7 @@ def larger_body(spec: SensorSpec, by: float) -> Fix:
 def coils_farther_apart(spec: SensorSpec, by: float) -> Fix:
     """Return the change that scales the array until the nearest coils are farther apart by the length `by` (m).
 
-    The change has no edits for a single coil.
+    The change has no edits for a sensor with a single coil.
     """
     near = nearest_distance(spec.array.placements)
     if near is None:
@@ -468,7 +470,7 @@ def lead_room(placements: tuple[CoilPlacement, ...], coil: CoilSpec, rules: Desi
 
 
 def inner_vias_fit(artwork: ArtworkSpec) -> bool:
-    """Whether all vias inside the coils have a place."""
+    """Whether there is room for all vias inside the coils."""
     return not any(lack.what is Missing.INNER_ROOM for coil in wind_all(artwork) for lack in coil.shortfalls)
 
 
@@ -515,18 +517,18 @@ def narrower_plugs(spec: SensorSpec, width: float) -> list[tuple[float, Fix]]:
 
 
 MOST_COILS = 4
-"""Largest number of coils for which changes are tried that make room in a spec with too little room to be loaded."""
+"""Largest number of coils of a sensor for which `families_for_room` returns changes."""
 
 FEWER = 4
-"""Largest number of designs with fewer turns that are tried for a spec with too little room to be loaded."""
+"""Largest number of designs with fewer turns that `families_for_room` tries."""
 
 
 def families_for_room(spec: SensorSpec, is_turns: bool, is_apart: bool) -> tuple[Family, ...]:
-    """Return families of changes for a spec whose coils or turns lack room.
+    """Return families of changes for a spec that could not be loaded, because its coils or turns lack room.
 
     If turns lack room (`is_turns`), fewer turns are tried. If coils are too close to each other (`is_apart`), every
-    change also moves the coils apart. For other arrays, such changes follow the changes of the turns alone. Empty for
-    more than `MOST_COILS` coils and for layers of unequal turns.
+    change also moves the coils apart. For other arrays, changes that move the coils apart follow the changes of the
+    turns alone. Empty for more than `MOST_COILS` coils and for layers of unequal turns.
     """
     if len(spec.array.placements) > MOST_COILS or spec.coil.has_unequal_turns:
         return ()
@@ -543,8 +545,8 @@ def families_for_room(spec: SensorSpec, is_turns: bool, is_apart: bool) -> tuple
 def _separated_coils(spec: SensorSpec) -> Iterator[Fix]:
     """Yield changes to coils farther apart: first until they do not touch, then also with room for leads.
 
-    The additional room is first enough for one lead with its via. It then grows by the factor `GROWTH` at each of
-    `AMOUNTS` steps.
+    The additional room is first enough for one lead with its via. At each of the `AMOUNTS` steps, it grows by the
+    factor `GROWTH`.
     """
     near = nearest_distance(spec.array.placements)
     scale = None if near is None else least_scale(spec.array, spec.coil)

@@ -1,4 +1,4 @@
-"""Changes of target, pad, film, scans and temperature sensor, the smallest first. Each is tried before it is named."""
+"""Changes of target, pad, film, scans and temperature sensor, the smallest first. Hints name tried changes only."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ At the last step, the target's edges lie over the centres of the outer coils.
 def smaller_targets(spec: SensorSpec) -> Iterator[Fix]:
     """Yield changes to smaller targets, in at most `STEPS` steps, the largest target first.
 
-    The edges of the last target lie over the centres of the outer coils. A pad as large as the target is reduced with
-    it.
+    The edges of the last target lie over the centres of the outer coils. If the pad has the target's size, it is
+    reduced with the target.
     """
     target, pad = spec.target, spec.elastomer
     assert target is not None
@@ -87,7 +87,7 @@ def _rounded_to_tenth_mm(length: float) -> float:
 
 
 SCANS_A_BAND = 2.0
-"""Least ratio of scan rate to required bandwidth in a proposed design (rule SIT210)."""
+"""Least scan rate in a proposed design, divided by the required bandwidth (rule SIT210)."""
 
 FEWEST_SCANS = 1.0
 """Least scan rate (Hz) that a hint proposes."""
@@ -99,7 +99,7 @@ A material of lower conductivity is not proposed.
 """
 
 OTHERS = 3
-"""Largest number of softer (or stiffer) silicones that are tried. The nearest modulus is first."""
+"""Largest number of softer (or stiffer) silicones that are tried. The silicone with the nearest modulus is first."""
 
 THICKNESSES = (1.25, 0.8, 1.5)
 """Factors on the present pad thickness. The products are the thicknesses that are tried, in this order."""
@@ -120,7 +120,7 @@ def slower_scans(spec: SensorSpec, factor: float) -> Iterator[Fix]:
 
 
 def other_silicones(spec: SensorSpec, is_softer: bool) -> Iterator[Fix]:
-    """Yield pads of the next softer silicones in the data (`is_softer`), or of the next stiffer silicones."""
+    """Yield changes to the next softer silicones in the data if `is_softer`, else to the next stiffer silicones."""
     pad = spec.elastomer
     assert pad is not None
     sense = -1.0 if is_softer else 1.0
@@ -133,7 +133,7 @@ def other_silicones(spec: SensorSpec, is_softer: bool) -> Iterator[Fix]:
 
 
 def other_thicknesses(spec: SensorSpec) -> Iterator[Fix]:
-    """Yield pads somewhat thicker and thinner, in whole hundredths of a millimetre."""
+    """Yield changes to a somewhat thicker or thinner pad, in whole hundredths of a millimetre."""
     pad = spec.elastomer
     assert pad is not None
     for factor in THICKNESSES:
@@ -141,10 +141,10 @@ def other_thicknesses(spec: SensorSpec) -> Iterator[Fix]:
 
 
 def other_metals(spec: SensorSpec) -> Iterator[Fix]:
-    """Yield metals that may give more signal than the target's metal.
+    """Yield changes to metals that may give more signal than the target's metal.
 
-    A magnetic metal is replaced by the alloy of most similar conductivity, then by the best conductor. Other metals are
-    replaced by the best conductor. Empty for a good conductor.
+    A magnetic metal is replaced by the alloy whose conductivity is nearest, then by the best conductor. Other metals
+    are replaced by the best conductor. Empty if the target's metal is a good conductor already.
     """
     target = spec.target
     if target is None:
@@ -168,7 +168,7 @@ BETTER = 0.5
 
 
 def cut_to_target(spec: SensorSpec) -> Fix | None:
-    """Return the change to a pad as large as its target. A rim of the pad beside the target makes it stiffer.
+    """Return the change to a pad as large as its target. A pad that extends beyond the target is stiffer.
 
     None if the pad is not larger, or differs in shape or place.
     """
@@ -191,8 +191,8 @@ def more_signal(spec: SensorSpec) -> tuple[Family, ...]:
     """Return families of changes that may increase the change of the readings by the required force.
 
     They are another metal of the target, a pad no larger than the target, thinner pads, thicker pads, and softer
-    silicones. With a thinner pad, the target is nearer to the coils. A thicker pad is compressed more. One thickness
-    therefore gives the largest signal.
+    silicones. With a thinner pad, the target is nearer to the coils. A thicker pad is compressed more. The signal is
+    largest at a thickness between these two.
     """
     pad = spec.elastomer
     if pad is None:
@@ -210,7 +210,8 @@ def temperature_sensors(spec: SensorSpec) -> Iterator[Fix]:
 
     The first is a temperature sensor on the board. The second adds compensation coefficients that are measured at two
     temperatures. The third is a reference coil with such coefficients, if the converter has a free channel. If the spec
-    has a sensor or a reference coil, only its coefficients are changed. Empty if they are measured already.
+    has a temperature sensor or a reference coil already, only its coefficients are changed. Empty if these are measured
+    already.
     """
     settings, coils = spec.readout.compensation, len(spec.array.placements)
     measured = ("readout.compensation.coefficients", CALIBRATED)
@@ -257,8 +258,8 @@ def thicker_target(spec: SensorSpec, thickness: float) -> Fix:
 def larger_target(spec: SensorSpec, length: float, width: float) -> Iterator[Fix]:
     """Yield changes to a target of the sides `length` and `width` (m).
 
-    The first is on a pad large enough to carry the target, the second on the present pad. A circle or square has a
-    single size. It first gets the larger side as its size, then becomes a rectangle.
+    In the first change, the pad is made large enough to carry the target. In the second, the pad does not change. A
+    circle or square has a single size. It first gets the larger side as its size, then becomes a rectangle.
     """
     target, pad = spec.target, spec.elastomer
     assert target is not None
@@ -283,7 +284,7 @@ def centred_plates(spec: SensorSpec) -> Iterator[Fix]:
 
 
 def pad_sides_under_plate(pad: Footprint, plate: Footprint) -> tuple[float, float]:
-    """Return the smallest sides (m) with which a pad carries a whole plate, without a change of the pad's centre.
+    """Return the smallest sides (m) of a pad that carries a whole plate. The pad's centre does not change.
 
     The sides are at least the present sides. For a round pad, both values are the diameter.
     """

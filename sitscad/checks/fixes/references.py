@@ -1,4 +1,4 @@
-"""Changes of a reference coil that may remove a finding: its place, its size and its own windings."""
+"""Changes of a reference coil that may remove a finding: another place, another size, or other windings of its own."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def fewer_own_turns(spec: SensorSpec) -> Iterator[Fix]:
 
 
 def farther_references(spec: SensorSpec) -> Iterator[Fix]:
-    """Yield changes that move the reference coil farther from the other coils, the nearest first."""
+    """Yield changes that move the reference coil farther from the other coils, by the smallest distance first."""
     placement, (x, y) = spec.reference_placement, spec.array.middle
     assert placement is not None
     dx, dy = placement.centre[0] - x, placement.centre[1] - y
@@ -54,13 +54,13 @@ def smaller_references(spec: SensorSpec) -> Iterator[Fix]:
 
 
 REFERENCE_STEPS = (0.25, 0.5, 1.0)
-"""Distances by which the reference coil is moved in trials, as multiples of its length."""
+"""Distances by which trials move the reference coil, as multiples of its length."""
 
 REFERENCE_SHARES = (0.85, 0.7)
-"""Shorter sides of the reference coil in trials, as multiples of its shorter side."""
+"""Shorter side of the reference coil in trials, divided by its present shorter side."""
 
 MOST_SMALLER = 3
-"""Largest number of trials with fewer turns of a reference coil."""
+"""Largest number of smaller numbers of turns that `fewer_own_turns` proposes for a reference coil."""
 
 
 def _with_own_windings(spec: SensorSpec, coil: CoilSpec) -> Iterator[Fix]:
@@ -81,13 +81,13 @@ def _with_own_windings(spec: SensorSpec, coil: CoilSpec) -> Iterator[Fix]:
 
 
 def _with_data(spec: SensorSpec, key: str, data: Any) -> Iterator[Fix]:
-    """Yield the change of a key to a list or mapping, as YAML reads it. Empty if the changed spec is invalid."""
+    """Yield the change of a key to `data`, a list or mapping as YAML reads it. Empty if the changed spec is invalid."""
     with suppress(SpecError):
         yield Fix((Edit(key, _flow(data)),), rewritten_spec(spec, ((key, data),)))
 
 
 def _flow(data: Any) -> str:
-    """Return the YAML of a value in one line."""
+    """Return a value as YAML on one line."""
     if isinstance(data, dict):
         return f"{{{', '.join(f'{key}: {_flow(value)}' for key, value in data.items())}}}"
     if isinstance(data, list):
@@ -96,4 +96,4 @@ def _flow(data: Any) -> str:
 
 
 OWN_GROWTH = 1.2
-"""Smallest factor on the turns of a reference coil's own windings in a trial."""
+"""Factor by which `more_own_turns` multiplies the turns of a reference coil's own windings, at least."""

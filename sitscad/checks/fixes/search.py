@@ -1,8 +1,8 @@
 """Changes of a spec, and the search for a change that removes a finding, for hints and for `--fix`.
 
 A rule yields its finding with families of changes. A family is a list of changes of one kind. The search tries them in
-order within a `Budget`, and writes the hint. The budget limits the number of trials and not the time, so the hints are
-the same on every computer.
+order within a `Budget`, and writes the hint. The budget limits the number of trials and not the time, so every computer
+writes the same hints.
 """
 
 from __future__ import annotations
@@ -36,17 +36,17 @@ HINTS = tuple(LEVELS)
 WARNING_BUDGET = (3, 1)
 """Number of boards to lay out, and number of designs to estimate, for the hints of all warnings together.
 
-They limit the small budget `DECISIVE` only. A board with n coils counts as n boards.
+These limits apply to the small budget `DECISIVE` only. A board with n coils counts as n boards.
 """
 
 OTHER_BOARD = 2
-"""Number of estimates that one changed board counts as, because its windings must be computed again."""
+"""Number of estimates that the budget subtracts for a changed board, because its windings are computed again."""
 
 MORE_TRIALS = "sitscad check --hints full"
 """Command that a hint names if its search used up the budget before all changes were tried."""
 
 LEAST_HELPFUL_GAIN = 1.1
-"""Least gain of a change that does not remove the finding, above which the hint states the change as a help.
+"""Least gain with which the hint names a change that helps, but does not remove the finding.
 
 The gain is the factor by which the change moves the value towards its limit.
 """
@@ -85,7 +85,7 @@ class Budget:
     def begin_warnings(self) -> None:
         """Limit the remaining trials of a small budget to `WARNING_BUDGET`. A large budget does not change.
 
-        The hints of errors are searched before, and checks without errors remain fast.
+        Trials for errors come before this call. So a check without errors remains fast.
         """
         if not self.is_long:
             self.layouts, self.estimates = min(self.layouts, WARNING_BUDGET[0]), min(self.estimates, WARNING_BUDGET[1])
@@ -96,13 +96,13 @@ class Budget:
         return min(self.branches // 2, MOST_BRANCHES)
 
     def lays_out(self, coils: int) -> bool:
-        """Subtract a board with `coils` coils from the budget. If no boards remain, only return False."""
+        """Subtract a board with `coils` coils. Return False, and subtract nothing, if no boards remain."""
         is_left = self.layouts > 0
         self.layouts -= is_left * coils
         return is_left
 
     def estimates_one(self, is_same_board: bool) -> bool:
-        """Subtract an estimate from the budget. If no estimates remain, only return False.
+        """Subtract an estimate from the budget. Return False, and subtract nothing, if no estimates remain.
 
         A design with the board of the original (`is_same_board`) counts as one estimate. A design with a changed board
         counts as `OTHER_BOARD` estimates.
@@ -125,7 +125,7 @@ class Fix:
     description: str = ""
 
     def with_also(self, fix: Fix) -> Fix:
-        """Return the combination of this change and `fix`, which was made for this change's spec."""
+        """Return one change that makes this change, then `fix`. The edits of `fix` must apply to this change's spec."""
         text = " with ".join(part for part in (self.words, fix.words) if part)
         return Fix((*self.edits, *fix.edits), fix.spec, text)
 
@@ -136,12 +136,12 @@ class Fix:
 
 
 Family = Callable[[], Iterable[Fix]]
-"""Function that yields changes of one kind, the best first. A search calls it when it needs the changes."""
+"""Function that yields changes of one kind, the best first. A search calls it only when it needs these changes."""
 
 
 @record
 class CostlyFamily:
-    """Family of changes that take long to find, because the windings of trial coils are computed for them.
+    """Family of changes whose computation takes long, because it computes the windings of trial coils.
 
     A search that has used up its budget skips such a family.
     """
@@ -168,9 +168,9 @@ A step halves the range between an amount that does not remove the finding and a
 class FamilyByAmount:
     """Family of changes that differ by an amount (m), such as a length added to a coil.
 
-    `move` returns the change for an amount. The first of the `AMOUNTS` amounts is `first` (m). Each next amount is
-    larger by the factor `GROWTH`. Amounts are rounded up to multiples of `grain` (m). Changes for which `fits` returns
-    False are not tried. If `is_costly`, a search that has used up its budget skips the family.
+    `move` returns the change by an amount. The first of the `AMOUNTS` amounts is `first` (m). Each next amount is
+    larger by the factor `GROWTH`. Amounts are rounded up to multiples of `grain` (m). Changes to specs for which `fits`
+    returns False are not tried. If `is_costly`, a search that has used up its budget skips the family.
     """
 
     move: Callable[[float], Fix]
@@ -189,7 +189,7 @@ class FamilyByAmount:
         return [self.rounded(self.first * GROWTH**step) for step in range(AMOUNTS)]
 
     def __call__(self) -> Iterator[Fix]:
-        """Yield the changes that have edits and that fit."""
+        """Yield the changes that have edits, and for whose spec `fits` returns True."""
         return (fix for fix in map(self.move, self.amounts) if fix.edits and self.fits(fix.spec))
 
     def smaller(self, fix: Fix, trial: Trial) -> Iterator[tuple[Fix, RemainingProblems]]:
@@ -217,7 +217,7 @@ def setting(spec: SensorSpec, key: str, value: object, written: str, description
     """Return the change that sets one value of the spec.
 
     `key` is the dotted key of the value, as in ``fpc.margin``. `value` is the new value, and `written` its text in
-    YAML. `description` is the text of the change in hints; if empty, the hint has key and `written`.
+    YAML. `description` is the text of the change in hints. If it is empty, hints show `key` and `written`.
     """
 
     def changed(of: Any, names: list[str]) -> Any:
@@ -254,8 +254,9 @@ class RemainingProblems:
 class Search:
     """Result of a search for changes that remove a finding.
 
-    ``mending`` are the changes that remove it, ``ineffective`` are tried changes that do not. Each change has the
-    problems that remain after it. ``is_cut_short`` is True if the search stopped because the budget was used up.
+    ``mending`` are the changes that remove it. ``ineffective`` are the tried changes that do not remove it. Each change
+    has the problems that remain after it. ``is_cut_short`` is True if the search stopped because the budget was used
+    up.
     """
 
     mending: tuple[tuple[Fix, RemainingProblems], ...] = ()
@@ -337,7 +338,7 @@ def hint_text(advice: str, result: Search, already: Collection[str]) -> str:
 
 
 def not_further(advice: str) -> str:
-    """Return a hint with the command that searches further, for a search that used up its budget."""
+    """Return the hint `advice` of a search that used up its budget, with the command that searches further."""
     return _filled("not-further", advice=advice, command=MORE_TRIALS)
 
 

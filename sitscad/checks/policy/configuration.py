@@ -92,7 +92,7 @@ def matches_rule(pattern: str, rule: str, name: str) -> bool:
 
 
 def chosen_rules(rules: Iterable[RuleTexts], select: tuple[str, ...], ignore: tuple[str, ...]) -> frozenset[str]:
-    """Return the identifiers of the rules that the patterns `select` match and the patterns `ignore` do not match.
+    """Return the identifiers of the rules that match a pattern in `select` and no pattern in `ignore`.
 
     An empty `select` selects all rules. Rules of the spec itself (SIT0xx) are always included.
     """
@@ -173,7 +173,10 @@ def _table(path: Path, has_table: bool) -> Mapping[str, Any] | None:
 
 
 def _policy(table: Mapping[str, Any], path: Path, rules: tuple[RuleTexts, ...]) -> Policy:
-    """Return the policy in a table. Raises PolicyError for unknown keys and values."""
+    """Return the policy in the configuration table of the file `path`. Raises PolicyError for unknown keys and values.
+
+    `rules` are all rules, with which the patterns are checked.
+    """
     for key in table:
         message = f"{key!r} is no key of sitscad's configuration, which are {', '.join(KEYS)}"
         _require(key in KEYS, path, message, KEYS_OF_OTHER_TOOLS.get(key.lower(), key), KEYS)
@@ -205,7 +208,10 @@ def _policy(table: Mapping[str, Any], path: Path, rules: tuple[RuleTexts, ...]) 
 
 
 def _patterns(value: object, key: str, path: Path, rules: tuple[RuleTexts, ...]) -> tuple[str, ...]:
-    """Return the patterns of a list. Raises PolicyError if a pattern matches no rule."""
+    """Return the patterns in a list, the `value` at `key` of the file `path`.
+
+    Raises PolicyError if the value is no list of texts, or if a pattern matches none of the `rules`.
+    """
     if not isinstance(value, list) or not all(isinstance(entry, str) and entry for entry in value):
         raise PolicyError(f"{path}: {key} is no list of rules")
     rule_words = [word for rule in rules for word in (rule.id, rule.name)]

@@ -1,9 +1,9 @@
 """Application of a policy to findings: changed severities, rules left out, ignored findings and known findings.
 
 Comments in a spec silence rules, too: ``turns: 9   # sitscad: ignore SIT103 their quotation of 3 May``. A comment
-applies to findings whose key starts on its line. On the line of a flow mapping this includes all keys of the mapping,
-on the line of a section only the section itself. Several rules are separated by commas. The reason is required. Another
-comment may precede it.
+applies to findings whose key starts on its line. On a line with a mapping in braces, this includes all keys of the
+mapping. On the line of a section, only findings on the section itself are silenced. Several rules are separated by
+commas. The reason is required. Another comment may precede it.
 
 Known findings come from a baseline, the JSON of an earlier ``check``. They do not fail again; new or worse findings do.
 """
@@ -82,19 +82,20 @@ class Baseline:
     known: Mapping[tuple[str, str], Mapping[str, BaselineFinding]]
 
     def of(self, path: str, name: str) -> Mapping[str, BaselineFinding]:
-        """Return the known findings of the spec with this path and name. Empty if there are none."""
+        """Return the known findings of the spec at `path` whose name is `name`. Empty if there are none."""
         return self.known.get((_place(path), name), {})
 
     def holds(self, path: str, name: str) -> bool:
-        """Whether a spec is part of the baseline."""
+        """Whether the spec at `path` whose name is `name` is part of the baseline."""
         return (_place(path), name) in self.known
 
     def covered(self, path: str, name: str, findings: Sequence[Finding]) -> list[bool]:
-        """Return a list that states for each finding whether a known finding covers it.
+        """Return for each finding whether a known finding covers it.
 
-        Each known finding covers at most one finding. It is first compared with the finding that has the same
-        identifying text (`finding_identities`). The remaining known findings are then compared with other findings of
-        their rule and key, because the numbers in these texts change when a finding is gone.
+        `path` and `name` identify the spec. Each known finding covers at most one finding. It is first compared with
+        the finding that has the same identifying text (`finding_identities`). The remaining known findings are then
+        compared with other findings that have their rule and key. The numbers in the identifying texts change when a
+        finding is gone.
         """
         free, is_covered = dict(self.of(path, name)), [False] * len(findings)
         names = finding_identities(findings)
@@ -110,14 +111,17 @@ class Baseline:
         return is_covered
 
     def as_json(self, path: str, name: str) -> dict[str, Any]:
-        """Return the known findings of a spec as a dictionary for a package's manifest. Empty if there are none."""
+        """Return the known findings of a spec as a dictionary for a package's manifest. Empty if there are none.
+
+        `path` is the path of the spec, and `name` the name that the spec gives to the sensor.
+        """
         entries = self.of(path, name)
         rows = {key: [k.severity.value, k.measured, k.limit, k.keeps_limit] for key, k in sorted(entries.items())}
         return {"named": self.file_name, "known": rows} if rows else {}
 
 
 def baseline_findings(baseline: Baseline | None, path: str, name: str) -> dict[str, Any]:
-    """Return a baseline's known findings of a spec as a dictionary for JSON. Empty if `baseline` is None."""
+    """Return the result of `Baseline.as_json` for the spec at `path` with this `name`. Empty if `baseline` is None."""
     return {} if baseline is None else baseline.as_json(path, name)
 
 
@@ -143,7 +147,7 @@ def read_baseline(path: str) -> Baseline:
 
 
 def baseline_from_manifest(path: str, name: str, document: Mapping[str, Any]) -> Baseline:
-    """Return the baseline stored in a manifest for the spec at a path (`Baseline.as_json`).
+    """Return the baseline stored in a manifest. `path` and `name` identify the spec, as in `Baseline.as_json`.
 
     Raises ValueError, TypeError or KeyError if the values are no baseline.
     """
@@ -160,7 +164,7 @@ def _place(path: str, folder: str = "") -> str:
 
 
 def _figure(value: Any) -> float | None:
-    """Return a measured value from a baseline. None if it cannot have been measured, as true, NaN and 1e99."""
+    """Return a number from a baseline. None if it cannot be a measured value, for example for true, NaN or 1e99."""
     return float(value) if type(value) in (int, float) and abs(value) < LARGEST else None
 
 
@@ -181,9 +185,9 @@ def _entries(spec: Mapping[str, Any]) -> dict[str, BaselineFinding]:
 
 
 NOT_FOR_WAIVING = ("SIT111", "SIT122", "SIT125")
-"""Further rules whose errors mean that the sensor cannot work: coils that are open, shorted or not connected.
+"""Rules besides SIT2xx whose errors mean that the sensor cannot work: coils that are open, shorted or not connected.
 
-As for rules SIT2xx, a package is marked if a policy, a comment or a baseline has switched off such an error.
+A package is marked if a policy, a comment or a baseline has silenced an error of these rules or of SIT2xx.
 """
 
 
@@ -227,10 +231,10 @@ def ignored_test(
     source: SpecSource, rules: Sequence[RuleTexts], policy: Policy, select: tuple[str, ...] = (),
     ignore: tuple[str, ...] = (),
 ) -> Callable[[Finding], bool]:
-    """Return a function that returns whether a finding is ignored or its rule left out.
+    """Return a function that returns whether a finding is ignored, or belongs to a rule that is left out.
 
-    No hint is searched for such a finding. The finding must have its line in the spec's text. `policy`, the patterns
-    `select` and `ignore` of rules, and comments in the spec are considered.
+    No changes are tried for such a finding. The finding must have its line in the spec's text. The function uses
+    `policy`, the patterns `select` and `ignore` of rules, and the comments in the spec.
     """
     chosen = chosen_rules(rules, policy.select, policy.ignore) & chosen_rules(rules, select, ignore)
     written = comments(source.text, [rule.id for rule in rules])
@@ -245,9 +249,9 @@ def ignored_test(
 
 
 def _move_to_ignored(checked: CheckedSpec, by: str, reason: Callable[[Finding], str | None]) -> CheckedSpec:
-    """Move each finding for which `reason` returns a text to the ignored findings, with this text and the source `by`.
+    """Move each finding for which `reason` returns a text to the ignored findings. This text is the stated reason.
 
-    Findings of SIT0xx are never ignored.
+    `by` is the source of the reason: comment, configuration or baseline. Findings of SIT0xx are never ignored.
     """
     counting, ignored = [], []
     for finding in checked.findings:
@@ -329,8 +333,8 @@ _RULES = re.compile(r"\s*([A-Za-z]+[0-9]+(?:\s*,\s*[A-Za-z]+[0-9]+)*)(?:[\s:]+(.
 class Comment:
     """A comment in a spec that silences rules, at `line` and `column`.
 
-    ``rules`` are identifiers of rules. ``reason`` is the reason for silencing them. ``fault`` is the reason why the
-    comment has no effect; empty if it has one.
+    ``rules`` are identifiers of rules. ``reason`` is the reason for silencing them. ``fault`` states why the comment
+    has no effect; it is empty if the comment is valid.
     """
 
     line: int
