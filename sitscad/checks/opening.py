@@ -1,4 +1,4 @@
-"""Specs from paths, folders and standard input, each with its configuration, and parallel processes for them.
+"""Specs from paths, folders and standard input, each with its configuration, and parallel processes for several specs.
 
 Rules are loaded only if a configuration names rules, or a spec cannot be read.
 """
@@ -27,7 +27,7 @@ process_pool = late("sitscad.checks.pool", "process_pool")
 
 STDIN = "-"
 SHOWN = 1 << 18
-"""Largest number of bytes that are read from a spec with errors, to print its lines: the largest size of a spec."""
+"""Largest number of bytes read of a spec with errors, to print its lines. It is also the largest size of a spec."""
 
 
 def policy_for(path: str) -> Policy:
@@ -41,7 +41,11 @@ def _active_rules() -> Iterator[RuleTexts]:
 
 
 def open_spec(path: str, policy: Policy | None = None) -> SensorSpec:
-    """Return the spec at a path or from standard input. Raises `SpecError` with all findings if it is no valid spec."""
+    """Return the spec at a path or from standard input.
+
+    Raises `SpecError` with all findings if the text is not a valid spec. `policy` gives the folder of fabricators'
+    profiles.
+    """
     profiles = None if policy is None else policy.profiles
     if path == STDIN:
         return load_text(decoded(read_text(path).encode("utf-8")), path, profiles)
@@ -72,7 +76,7 @@ def is_study(path: str) -> bool:
 
 
 def specs_in(paths: Sequence[str], passed_by: Callable[[str], None] | None = None) -> list[str]:
-    """Return paths of specs, in which each folder is replaced by the specs in it and below it, sorted by name.
+    """Return paths of specs. Each folder in `paths` is replaced by the specs in it and below it, sorted by name.
 
     YAML files in a folder are specs if they have a top-level key ``sitscad``. Hidden folders and folders of packages
     are left out. Studies in folders are left out as well, and `passed_by` is called with the path of each. Raises
@@ -115,7 +119,7 @@ def _yaml_files(folder: str) -> list[str]:
 def file_beginning(path: str) -> str:
     """Return the start of a file, up to the largest size of a spec.
 
-    Empty for anything but plain files, because a pipe may never end.
+    Empty unless the path is a plain file, because a pipe may never end.
     """
     try:
         if not Path(path).is_file():

@@ -54,8 +54,8 @@ def check_requirement(
 
     `case` is the key of the finding's texts in ``data/messages.csv``, and `rule` the rule's identifier. `most` is the
     value (in `unit`) with its axis and working point. If the requirement has one value per axis, `limit` is the value
-    for this axis. The families `first` of changes are tried first. With `slows`, lower scan rates are tried as well,
-    and with `shrinks`, smaller pads.
+    for this axis. The families `first` of changes are tried first. If `slows`, lower scan rates are tried as well. If
+    `shrinks`, smaller pads are tried as well.
     """
     limit_value = getattr(design.spec.requirements, key) if limit is None else limit
     yield RequirementResult(key, rule, most.value, limit_value, unit, most.axis, most.at)
@@ -81,10 +81,10 @@ def requirement_results(rule: Rule, design: Design) -> tuple[RequirementResult, 
 
 
 def estimated_values(cells: Cells) -> tuple[RequirementResult, ...]:
-    """Return the estimated value for each requirement, and the error by each of the largest error sources.
+    """Return the estimated value for each requirement, and the error that each of the largest error sources causes.
 
-    For a sensor with several cells, each is the worst value of two cells: the cell with the softest pad and the cell
-    with the smallest signal. The working point then contains the number of this cell.
+    For a sensor with several cells, the cell with the softest pad and the cell with the smallest signal are estimated.
+    The larger of the two values is returned, and its working point contains the number of the cell.
     """
     worst: dict[tuple[str, str], RequirementResult] = {}
     for number, cell in cells.extremes.items():
@@ -103,7 +103,7 @@ def _limit_ratio(result: RequirementResult) -> float:
 
 
 def _cell_estimated_values(design: Design) -> tuple[RequirementResult, ...]:
-    """Return the estimated values of one cell for its requirements, then the error by each error source.
+    """Return the estimated values of one cell for its requirements, then the error that each error source causes.
 
     Sources are the drift with temperature, the hysteresis and creep of the pad, the tilt of the contact, and the error
     of the pad's modulus. The tilt is the required tilt, or else one degree. Each source has two values: the largest
@@ -141,8 +141,8 @@ def _cell_estimated_values(design: Design) -> tuple[RequirementResult, ...]:
 def largest_by_unit(name: str, rule: str, errors: Mapping[str, float], where: str) -> list[RequirementResult]:
     """Return the largest error of all force axes (N), and the largest error of all moment axes (N m).
 
-    `errors` holds the error by axis. `name` is the error source, `rule` the rule about it, and `where` the text of the
-    working point. The results have no limit.
+    `errors` maps axes to errors. `name` is the error source, `rule` the rule about this source, and `where` the text of
+    the working point. The results have no limit.
     """
     results = []
     for kind, unit in ((FORCES, "N"), (MOMENTS, "N m")):
@@ -168,7 +168,7 @@ def _no_performance_reason(is_solved: bool, is_rough: bool, has_target: bool) ->
 
 
 def rule_of_performance(rule: AnalysisRule) -> Callable[[Design], Iterator[Verdict]]:
-    """Return the function of a rule on a design, made from a function `rule` on its estimated sensing performance.
+    """Return the function of a rule on a design. It applies `rule` to the design's estimated sensing performance.
 
     The new function yields a reason "not checked" if there is no estimated performance, or if the pad buckles sideways
     at a working point.
@@ -225,7 +225,7 @@ def worst_value(sensing: SensingAnalysis, axes: Iterable[str], of: Callable[[int
     """Return the largest value of `of(point, axis)` over `axes` and all working points at which the pad holds.
 
     In `of`, the arguments `point` and `axis` are the indices of the working point and of the axis. `axes` are the names
-    of axes with a common unit. None if the array measures no axis in `axes`.
+    of axes with a common unit. None if the array cannot measure any of these axes.
     """
     names = sensing.bench.range.axes
     each = [
@@ -269,7 +269,10 @@ def moment_resolution(sensing: SensingAnalysis, design: Design) -> Iterator[Verd
 def _resolution(
     sensing: SensingAnalysis, design: Design, rule: str, key: str, axes: tuple[str, ...], unit: str = "N"
 ) -> Iterator[Verdict]:
-    """Yield findings on the largest noise on some axes, against the required resolution `key`."""
+    """Yield findings on the largest noise of all `axes`, compared with the required resolution `key`.
+
+    `rule` is the rule's identifier, and `unit` the unit of the noise.
+    """
     most = worst_value(sensing, axes, lambda point, axis: float(sensing.points[point].noise[axis]))
     if most is not None:
         yield from check_requirement("noise", design, rule, key, most, unit, slows=True,
@@ -279,9 +282,9 @@ def _resolution(
 @rule_of_performance
 @only_if_pad_holds
 def crosstalk(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
-    """Yield the largest error on an axis by a full-scale load on another axis, and a finding if it exceeds the limit.
+    """Yield the largest error on an axis due to full load on another axis, and a finding if it exceeds the limit.
 
-    The forces are computed from the readings by the best polynomial.
+    The forces are computed from the readings by the polynomial with the least error.
     """
     if len(sensing.bench.range.axes) == 1:
         yield not_checked("one-axis")
@@ -296,9 +299,9 @@ def crosstalk(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
 
 @rule_of_performance
 def tilt_error(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
-    """Yield the error by the required tilt of the contact, and a finding if it exceeds the limit of its axis.
+    """Yield the error due to the required tilt of the contact, and a finding if it exceeds the limit of its axis.
 
-    Of all axes with a limit, it is the axis with the largest ratio of error to limit.
+    Of all axes with a limit, the axis with the largest ratio of error to limit is reported.
     """
     tilt, limits = design.spec.requirements.tilt, design.spec.requirements.tilt_limits()
     assert tilt is not None
@@ -346,9 +349,10 @@ def friction_error(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict
 
 @rule_of_performance
 def temperature_error(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
-    """Yield the largest drift of a force at full load over the temperature range, and a finding beyond the limit.
+    """Yield the largest drift of a force over the temperature range, and a finding if it exceeds the limit.
 
-    The temperature changes from the temperature of the tare to the farther end of the range.
+    The force is at full load. The temperature changes from the temperature of the tare to the end of the range that is
+    farther from it.
     """
     needs = design.spec.requirements
     apart = warming(needs)
@@ -368,7 +372,7 @@ def temperature_error(sensing: SensingAnalysis, design: Design) -> Iterator[Verd
 
 
 BESIDE_NOISE = 10.0
-"""Ratio of the error by one degree of tilt to the noise on an axis, above which there is a note."""
+"""Ratio of the error due to one degree of tilt to the noise on the same axis, above which there is a note."""
 
 
 @rule_of_performance
@@ -412,7 +416,7 @@ def tilt_above_noise(sensing: SensingAnalysis, design: Design) -> Iterator[Verdi
 @rule_of_performance
 @only_if_pad_holds
 def combined_errors(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
-    """Yield findings on the total error of every axis at full load, by all error sources together.
+    """Yield findings on the total error of every axis at full load, due to all error sources together.
 
     The limit is the permitted error, or the required resolution if the spec states no permitted error.
     """
@@ -449,15 +453,15 @@ TOGETHER = "at full load, errors together, a tare before each grasp"
 
 
 def _unseen_axis(cause: str) -> str:
-    """Return the shear axis with which the name of an error source begins. Empty if it begins with no shear axis.
+    """Return the shear axis that the error source `cause` names at its beginning. Empty if it begins with another word.
 
-    Such a source is shear that the array does not measure.
+    The names of such error sources stand for shear that the array does not measure.
     """
     return next((axis for axis in SHEARS if cause.startswith(f"{axis} ")), "")
 
 
 def unseen_shear(design: Design) -> Iterator[Verdict]:
-    """Yield the errors on other axes by shear that the coils do not measure, and a finding if one exceeds its limit.
+    """Yield the errors on other axes due to shear that the coils do not measure, and a finding beyond the limit.
 
     Only axes with a requirement are checked. The errors are computed only if a requirement needs the sensing
     performance, because they double the time to check a single coil. A single coil with a required shear force always

@@ -22,9 +22,9 @@ from sitscad.kernels.mechanics.elastomer import HELD_TILT
 def unmeasurable_moments(design: Design) -> Iterator[Verdict]:
     """Yield a finding for each required moment that the array cannot measure.
 
-    The array needs coils on both sides of the moment's axis. It cannot measure a moment together with a shear force
-    that changes the readings in equal ratios, so a spec must not require both. Further findings are on a resolution or
-    an error of a moment that the spec does not require.
+    The array needs coils on both sides of the moment's axis. If a shear force changes the readings in the same ratios
+    as the moment, a spec must not require both. Further findings are on a required resolution or error of a moment that
+    the spec does not require.
     """
     spec, requirements = design.spec, design.spec.requirements
     if not any(requirements.moments):

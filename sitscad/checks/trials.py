@@ -72,7 +72,7 @@ class Trials:
         return locate_finding(replace(finding, hint=hint, fixes=as_written(remedies, source)), source)
 
     def mending(self, finding: Finding, outcome: Outcome) -> Search:
-        """Try changes for a finding. Return those that remove the finding, and the other tried changes.
+        """Try changes for a finding. Return the changes that remove the finding, and the other tried changes.
 
         `outcome` holds the families of changes. With a small budget, no changes are tried for notes. If the budget is
         used up before the first trial, no change is tried.

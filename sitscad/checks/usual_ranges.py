@@ -69,14 +69,17 @@ def _figure(text: str, dimension: str, otherwise: float) -> float:
 def _thicknesses(stackup: Stackup, kind: LayerKind, rigid: bool = False) -> list[float]:
     """Return the thicknesses (m) of the stack-up's layers of one kind.
 
-    For dielectrics, only rigid layers if `rigid`, otherwise only flexible layers.
+    For dielectrics, they are the rigid layers if `rigid`, otherwise the flexible layers.
     """
     return [layer.thickness for layer in stackup.layers if layer.kind is kind
             and (kind is LayerKind.COPPER or ("rigid" in dielectric_roles(layer.material)) is rigid)]
 
 
 def _poisson(pad: ElastomerPad | None) -> float | None:
-    """Return Poisson's ratio of the pad from its moduli: (3 K - 2 G) / (6 K + 2 G)."""
+    """Return Poisson's ratio of the pad from its moduli. None if there is no pad.
+
+    It is (3 K - 2 G) / (6 K + 2 G), with the bulk modulus K and the shear modulus G.
+    """
     if pad is None:
         return None
     bulk, shear = pad.material.bulk_modulus, pad.material.shear_modulus

@@ -1,15 +1,15 @@
 """Findings for other programs.
 
-The formats are SARIF 2.1.0 (OASIS Standard, with errata 01) for code hosts and editors, JUnit XML for test reports,
-annotations of GitHub Actions, and the summary page of a job (`job_summary`).
+There are four formats. SARIF 2.1.0 (OASIS Standard, with errata 01) is for code hosts and editors, and JUnit XML for
+test reports. The others are annotations of GitHub Actions, and the summary page of a job (`job_summary`).
 
 SARIF has one run for all specs. Rules that were not checked are notifications of the run and not results, because
 readers show every result as a complaint, whatever its kind. Results have the fingerprints of `finding_identities`,
-which stay the same when lines move. One fingerprint is repeated as ``primaryLocationLineHash``, which GitHub code
+which do not change when lines move. One fingerprint is repeated as ``primaryLocationLineHash``, which GitHub code
 scanning uses.
 
 GitHub shows ten annotations of a kind in a step and drops the rest without notice. Therefore only the ten worst
-findings become annotations, followed by the total number.
+findings become annotations. The total number of findings follows.
 """
 
 from __future__ import annotations
@@ -217,7 +217,10 @@ def junit(checked: Sequence[CheckedSpec], output: OutputOptions) -> str:
 
 
 def _case(suite: Element, spec: CheckedSpec, output: OutputOptions, path: str, rule: str, name: str) -> None:
-    """Add a rule to a test suite as a test case, with its findings. `path` is the spec's path in the report."""
+    """Add a rule to a test suite as a test case, with its findings.
+
+    `path` is the spec's path in the report. `rule` and `name` are the rule's identifier and name.
+    """
     findings = [finding for finding in spec.findings if finding.rule == rule]
     case = SubElement(suite, "testcase", classname=path, name=f"{rule} {name}", time="0")
     failing = [finding for finding in findings if finding.severity.is_at_least(output.fail_on)]
@@ -281,10 +284,10 @@ def _data(text: str) -> str:
 
 
 def job_summary(checked: Sequence[CheckedSpec], pictures: Mapping[str, str]) -> str:
-    """Return Markdown for a job's page.
+    """Return Markdown for the summary page of a GitHub job.
 
-    For every spec it has the verdict, the picture (text in `pictures`, by the spec's path), all findings, and the rules
-    that were not checked or are ignored.
+    For every spec, it has the verdict, a picture, all findings, and the rules that were not checked or are ignored.
+    `pictures` maps the spec's path to the SVG text of its picture.
     """
     return "\n".join(["## sitscad", "", summary(checked), "", *(_section(spec, pictures) for spec in checked)])
 

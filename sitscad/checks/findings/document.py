@@ -1,6 +1,7 @@
 """JSON document of ``check`` (docs/commands.md, data/check.schema.json), written and read.
 
-It also defines a checked spec, with the text that its findings point into, and the sort orders of reports.
+It also defines `CheckedSpec`, the results for one spec with the text to which its findings refer, and the sort orders
+of reports.
 """
 
 from __future__ import annotations
@@ -115,8 +116,8 @@ EXCERPT = 160  # Characters of a spec's line that are quoted by default
 def excerpt(line: str, column: int, room: int | None = None) -> tuple[str, int]:
     """Return the part of a line around a column, and the position (from 0) of this column in the part.
 
-    `column` counts from 1. The part has at most `room` characters, at least 20, by default `EXCERPT`. Cut ends are
-    marked by "...".
+    `column` counts from 1. The part has at most `room` characters, by default `EXCERPT`. A smaller `room` than 20
+    counts as 20. Cut ends are marked by "...".
     """
     room = max(EXCERPT if room is None else room, 20)
     if len(line) <= room:
@@ -159,7 +160,7 @@ def by_severity(findings: Sequence[Finding]) -> list[Finding]:
 
 
 def numbered_places(findings: Sequence[Finding]) -> list[tuple[int, Finding]]:
-    """Return the findings that have a place on the board, with their numbers (from 1) in report and pictures."""
+    """Return the findings that have a place on the board, each with its number (from 1) in report and pictures."""
     return list(enumerate((finding for finding in by_severity(findings) if finding.place is not None), 1))
 
 
@@ -232,7 +233,7 @@ def json_document(checked: Sequence[CheckedSpec]) -> dict[str, Any]:
 
 
 def to_json(document: object) -> str:
-    """Return JSON text in ASCII, with null for every number that is not finite."""
+    """Return `document` as JSON text in ASCII. Infinite numbers and NaN become null."""
     return json.dumps(_finite(document), indent=1, allow_nan=False) + "\n"
 
 

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 def fit_words(fit: Sequence[Measure], whole: bool = False) -> list[str]:
     """Return a line for each size of the sensor in its jaw, with its limit and the room that remains.
 
-    A line has the worst-case size. With `whole`, it also has the nominal size and the size by root-sum-square of
-    tolerances.
+    A line has the worst-case size. With `whole`, it also has the nominal size, and the size with the root-sum-square of
+    all tolerances.
     """
     lines = []
     for m in fit:
@@ -62,8 +62,8 @@ def closing_words(closing: Closing) -> str:
 def closing_table(closing: Closing) -> Table:
     """Return a table with one row per tissue thickness between the jaws.
 
-    Columns are the thickness (mm), the angle between the faces (degrees), the place that touches first (heel, tip or
-    whole face), and the distance by which the faces slide until they are parallel.
+    Columns are the thickness (mm), the angle between the faces (degrees), and the place that touches first (heel, tip
+    or whole face). The last column is the distance by which the faces slide until they are parallel.
     """
     at = sorted({*_TISSUE, *([closing.parallel_at] if closing.parallel_at > 0.0 else [])})
     most = closing.most
@@ -99,9 +99,9 @@ NO_SIGNAL = (
 
 
 def headline(signals: Iterable[Signal]) -> list[str]:
-    """Return lines on the signals of coils: change of inductance per newton, and relative change over the force.
+    """Return lines on the signals of coils: the change of inductance per newton, and the relative change.
 
-    The force is the required normal force. Coils with equal values share a line.
+    The relative change is from rest to the required normal force. Coils with equal values share a line.
     """
     named: dict[str, list[str]] = {}
     for s in signals:
@@ -154,7 +154,7 @@ OTHERS_MEANING = (
     "by the firmware's formula: 1 / (C (2 pi f)^2), which counts the coil's own capacitance as inductance and a cable "
     "as coil; for comparing with what the header's formula makes of a reading",
 )
-"""Texts on the three inductances in the report: at the contacts, on an LCR meter, and by the firmware's formula.
+"""Texts on the three inductances in the report: at the contacts, on an LCR meter, and from the firmware's formula.
 
 Each states the definition and the use of one inductance.
 """

@@ -85,7 +85,7 @@ class OutputOptions:
         return severity.is_at_least(self.fail_on) or (self.hints and severity.is_at_least(Severity.WARNING))
 
     def path_from_root(self, path: str) -> str:
-        """Return a path relative to the folder ``root``, with forward slashes. Paths outside it remain as typed."""
+        """Return a path relative to the folder ``root``, with forward slashes. A path outside it remains as typed."""
         try:
             whole = Path(os.path.abspath(path))
             return PurePosixPath(whole.relative_to(os.path.abspath(self.root))).as_posix()
@@ -138,8 +138,8 @@ def _findings_text(spec: CheckedSpec, output: OutputOptions) -> list[list[str]]:
 def _fixes_text(checked: Sequence[CheckedSpec], are_all_tried: bool) -> list[str]:
     """Return a line with the number and the rules of findings that `check --fix` can remove. Empty if there are none.
 
-    If all changes were tried (`are_all_tried`), the command in the line has the option ``--hints full``. Without this
-    option, the command finds fewer fixes.
+    The line names the command. If all changes were tried (`are_all_tried`), the command has the option ``--hints
+    full``. Without this option, it would find fewer fixes.
     """
     command = "check --fix --hints full" if are_all_tried else "check --fix"
     rules: dict[bool, list[str]] = {True: [], False: []}

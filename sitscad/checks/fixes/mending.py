@@ -158,7 +158,7 @@ def _next_fix(
 
 
 def _swaps_notes(applied: Applied, before: SpecFindings, after: SpecFindings) -> bool:
-    """Whether a fix removes its note, and all findings that it adds are notes, at most as many as it removes.
+    """Whether a fix removes its note and adds only notes. It must add no more notes than it removes.
 
     No further rule may be unchecked after the fix.
     """

@@ -46,8 +46,8 @@ def with_turns(spec: SensorSpec, turns: float) -> Fix:
 def _winding_keys(keys: Mapping[str, tuple[int, int]]) -> set[str]:
     """Return the keys for turns, trace width, spacing and inner diameter that a change may edit.
 
-    If the spec gives the inner diameter, the result has its key, and those of the other three keys that are in the
-    spec. Otherwise the result has the other three keys.
+    If the spec gives the inner diameter, they are its key and each of the other three keys that the spec contains.
+    Otherwise they are the other three keys.
     """
     all_of_them = {f"coil.{key}" for key in CoilSpec.stands_in[1]}
     is_by_inner = INNER in keys
@@ -73,7 +73,8 @@ def more_turns(coil: CoilSpec, factor: float) -> Iterator[float]:
 
     The first is the present number times `factor`. The second is halfway from there to the largest number that fits
     inside the coil. The third is the largest number. Numbers are multiples of the smallest part of a turn for the
-    coil's shape. With none of them, a lead runs back around the coil. Empty if the layers have unequal turns.
+    coil's shape. Numbers with which a lead runs back around the coil are left out. Empty if the layers have unequal
+    turns.
     """
     if coil.has_unequal_turns:
         return

@@ -208,9 +208,9 @@ def _policy(table: Mapping[str, Any], path: Path, rules: tuple[RuleTexts, ...]) 
 
 
 def _patterns(value: object, key: str, path: Path, rules: tuple[RuleTexts, ...]) -> tuple[str, ...]:
-    """Return the patterns in a list, the `value` at `key` of the file `path`.
+    """Return the patterns of rules in a list, the `value` at `key` of the file `path`.
 
-    Raises PolicyError if the value is no list of texts, or if a pattern matches none of the `rules`.
+    Raises PolicyError if the value is not a list of texts, or if a pattern does not match any of the `rules`.
     """
     if not isinstance(value, list) or not all(isinstance(entry, str) and entry for entry in value):
         raise PolicyError(f"{path}: {key} is no list of rules")
