@@ -28,7 +28,7 @@ from sitscad.files.documents import PAPERS
 from sitscad.files.documents.drawings import fit, jaw, plan_view
 from sitscad.files.documents.drawings import stackup as stackup_drawing
 from sitscad.files.documents.mounting import unread_files
-from sitscad.files.documents.preparing import is_current
+from sitscad.files.documents.preparing import is_missing_list_right
 from sitscad.files.drawing.pictures.layout_picture import PicturePoint, picture
 from sitscad.files.drawing.svg import svg
 from sitscad.files.formats import WRITERS
@@ -179,7 +179,7 @@ def _make_parts(
             part_files = _unchanged_files(directory, old, stage, made_of)
             if part_files is not None and stage in chosen and NOTES in part_files:
                 # None if the steps name other files as missing than those that are missing
-                part_files = part_files if is_current(part_files[NOTES].decode(), there) else None
+                part_files = part_files if is_missing_list_right(part_files[NOTES].decode(), there) else None
             if part_files is None and stage in chosen and stage not in begun:
                 progress(stage, "start", 0.0)
                 begun.add(stage)

@@ -18,7 +18,7 @@ from sitscad.checks.reading.readings import readings_of
 from sitscad.cli import report_error
 from sitscad.data import DataError
 from sitscad.files.documents import firmware
-from sitscad.files.documents.firmware_driver import addr_pin, render_readme
+from sitscad.files.documents.firmware_driver import addr_pin_text, render_readme
 from sitscad.files.formats.kicad.schematic import _converter
 from sitscad.files.report.numbers import readout_table
 from sitscad.kernels.converters import ldc_registers, reference_counter
@@ -164,7 +164,7 @@ def test_four_addresses_are_selected_by_addr_connection(xdc2214):
     drawn = [next(pin.net for pin in _converter(layout.coils, layout.spec.readout.device,
                                                 number).left if pin.name == "ADDR") for number in range(8)]
     assert drawn == ["GND", "VDD", "SDA", "SCL", "GND", "VDD", "SDA2", "SCL2"]
-    assert [addr_pin(xdc2214, address) for address in xdc2214.addresses] == ["low", "high", "to SDA", "to SCL"]
+    assert [addr_pin_text(xdc2214, address) for address in xdc2214.addresses] == ["low", "high", "to SDA", "to SCL"]
 
 
 def test_read_of_converter_without_driver_is_refused(xdc2214):

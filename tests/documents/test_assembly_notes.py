@@ -35,10 +35,10 @@ from sitscad.estimates.loads.gluing import (
 )
 from sitscad.files.documents import assembly_notes, firmware_driver, parts_list
 from sitscad.files.documents.assembly_notes import WIDTH, render
-from sitscad.files.documents.gluing import line_areas, toleranced
-from sitscad.files.documents.mounting import LENGTHS, in_place
+from sitscad.files.documents.gluing import line_areas, toleranced_text
+from sitscad.files.documents.mounting import LENGTHS, sensor_mounting_steps
 from sitscad.files.documents.piece_places import piece_sizes
-from sitscad.files.documents.preparing import STAGE_OF, is_current
+from sitscad.files.documents.preparing import STAGE_OF, is_missing_list_right
 from sitscad.files.writer import Package
 from sitscad.kernels.geometry.path import bounding_box
 from sitscad.package.contents import incoming
@@ -54,7 +54,7 @@ MOUNTED = [name for name in templates.names() if sitscad.load_text(templates.rea
 
 def text(layout) -> str:
     """The page of a layout, with the figures of the grasper: what is glued to what does not hang on them."""
-    return assembly_notes.text(layout, SENSOR.estimates, incoming(SENSOR).board)
+    return assembly_notes.instructions(layout, SENSOR.estimates, incoming(SENSOR).board)
 
 
 def in_one_line(layout) -> str:
@@ -148,10 +148,10 @@ def test_weight_text_states_mass_of_mount():
     pieces = [{"name": name, "is_carrier": False, "material": "steel", "mass_kg": mass, "copper_m3": 0.0,
                "density_source": "x"} for name, mass in (("mount", 5e-3), ("mount-spacer", 1e-3), ("target", 1e-3))]
     content = {"sensor": {"mass_kg": 7e-3, "centre_m": [0.0, 0.0, 0.0], "not_weighed": []}, "pieces": pieces}
-    message = " ".join(assembly_notes._weights(json.dumps(content).encode()))
+    message = " ".join(assembly_notes._mass_lines(json.dumps(content).encode()))
     assert message.startswith("The sensor with its mount (6 g of it) weighs 7 g;")
     carried = content | {"pieces": [*pieces, pieces[0] | {"name": "jaw", "is_carrier": True}]}
-    message = " ".join(assembly_notes._weights(json.dumps(carried).encode()))
+    message = " ".join(assembly_notes._mass_lines(json.dumps(carried).encode()))
     assert message.startswith("The sensor with its mount (6 g of it), without the jaws, weighs 7 g;")
 
 
@@ -207,10 +207,10 @@ def test_notes_state_height_with_film(changes):
     sealed = sealed_height(on_board(layout), spec.encapsulation, spec.assembly)
     film = sealed - (pieces["target"][1] - pieces["board"][1])
     assert film.nominal == approx(spec.encapsulation.thickness, rel=1e-9) and film.spread > 0.0
-    assert toleranced(sealed) in in_one_line(layout)
+    assert toleranced_text(sealed) in in_one_line(layout)
     if spec.jaw is not None:
         at = layer_heights(column(layout))
-        assert toleranced(at["encapsulation"][1] - at["board"][1]) == toleranced(sealed)
+        assert toleranced_text(at["encapsulation"][1] - at["board"][1]) == toleranced_text(sealed)
 
 
 def test_film_is_cast_before_board_leaves_jig():
@@ -328,7 +328,7 @@ def test_bare_board_table_has_meter_inductance_with_sigma():
 def test_equal_drive_code_for_bare_and_assembled_board_is_stated_once():
     """Use drive code 25 for the bare board; the assembled sensor has 25, it said."""
     used = str(SENSOR.estimates.readout.drive_code)
-    message = firmware_driver.bare_drive(SENSOR.layout.spec.readout.device, SENSOR.estimates.readout, int(used))
+    message = firmware_driver.bare_drive_text(SENSOR.layout.spec.readout.device, SENSOR.estimates.readout, int(used))
     assert message.endswith(f"use drive code {used} for the bare board as for the assembled sensor.")
 
 
@@ -377,7 +377,7 @@ def test_mount_without_pocket_gets_alignment_instructions():
         spec = sitscad.load_text(JAW.format(jaw=jaw, tail=", tail: {length: 40}"), "jaw.yaml")
         layout = sitscad.lay_out(spec)
         result = sitscad.estimate(layout)
-        pages[jaw] = " ".join(assembly_notes.text(layout, result, result).split())
+        pages[jaw] = " ".join(assembly_notes.instructions(layout, result, result).split())
         assert "mount/assembly.svg shows the pieces apart, mount/placed-jaw-drawing.pdf the closed pair" in pages[jaw]
         assert "its tank's capacitor of" in pages[jaw] and " 30 deg down" in pages[jaw]
     assert "straight waxed strips upright against the jaw's sides" in pages["generic-5mm"]
@@ -434,7 +434,7 @@ PIECES = Package({
 
 
 def test_every_piece_to_make_is_listed_with_size_and_use():
-    message = assembly_notes.text(GRASPER, SENSOR.estimates, incoming(SENSOR).board, PIECES)
+    message = assembly_notes.instructions(GRASPER, SENSOR.estimates, incoming(SENSOR).board, PIECES)
     rows = {line.split()[0]: line for line in message.partition(" 1. ")[0].splitlines() if line.startswith("  ")}
     assert {"mount", "jig-target-press", "mould-lid", "jaw"} <= set(rows)
     assert all("10.0 x 20.0 x 3.0" in row for name, row in rows.items() if name in ("mount", "mould-lid"))
@@ -449,7 +449,8 @@ def test_files_missing_from_package_have_their_build_command(stages, lacks):
     package = Package(PIECES.files, PIECES.stages | stages)
     (content,) = render(GRASPER, SENSOR.estimates, incoming(SENSOR).board, "", package).values()
     assert re.findall(r"--only\s+([a-z]+)", content.decode()) == lacks
-    assert is_current(content.decode(), package.stages) and not is_current(content.decode(), frozenset({"firmware"}))
+    text = content.decode()
+    assert is_missing_list_right(text, package.stages) and not is_missing_list_right(text, frozenset({"firmware"}))
 
 
 def test_cast_pad_notes_state_mixing_ratio_cure_time_and_release():
@@ -477,7 +478,7 @@ def test_plate_screws_have_engaging_length():
 def test_screws_of_every_hole_pattern_have_length(holes, said):
     spec = sitscad.load_text(templates.read("bench_7mm"), "t.yaml")
     mounted = rewritten_spec(spec, [("mount", {"kind": "bench-plate", "holes": holes})])
-    assert said in " ".join(in_place(sitscad.lay_out(mounted)))
+    assert said in " ".join(sensor_mounting_steps(sitscad.lay_out(mounted)))
 
 
 def test_finger_cap_notes_state_outer_width():
@@ -638,7 +639,7 @@ def test_board_glue_stays_liquid_until_board_is_pressed(name):
     if spec.mount is not None:
         own, steps = spec.assembly.adhesive.product, steps_of(name)[1].partition("Push the board out")[2]
         assert f"of {glue.product}, for a glue line" in steps and f"of {own}, for a glue line" not in steps
-        (item,) = (row for row in parts_list._glue(layout) if row.item == "board adhesive")
+        (item,) = (row for row in parts_list._glue_items(layout) if row.item == "board adhesive")
         assert item.part == glue.product and f"Not {own}" in steps
 
 
@@ -646,7 +647,7 @@ def test_board_glue_stays_liquid_until_board_is_pressed(name):
 def test_parts_list_contains_every_film_and_dose_of_steps(name):
     """Steps wanted a film of 0.1 mm and doses of 61 mm3; bought were 0.05 mm and a dispenser for 10 at most."""
     layout, said = steps_of(name)
-    rows = {row.item: row.size for row in parts_list._carriers(layout)}
+    rows = {row.item: row.size for row in parts_list._support_items(layout)}
     films = {*re.findall(r"a film of ([0-9.]+) mm between", said), *re.findall(r"PTFE\), ([0-9.]+) mm thick", said)}
     films |= {*re.findall(r"recess is ([0-9.]+) mm larger", said), *re.findall(r"stop itself: ([0-9.]+) mm", said)}
     assert {f"{float(film):g} mm" for film in films} == {*rows["film"].split(", ")}
@@ -680,7 +681,7 @@ def test_custom_mount_part_is_not_printed_and_locates_board():
     layout = sitscad.lay_out(bench.replace({"mount": {"kind": "custom"}}))
     spec = replace(layout.spec, mount=replace(layout.spec.mount, step=part))
     own = replace(layout, spec=spec)
-    message = assembly_notes.text(own, SENSOR.estimates, incoming(SENSOR).board, PIECES)
+    message = assembly_notes.instructions(own, SENSOR.estimates, incoming(SENSOR).board, PIECES)
     (row,) = (line for line in message.splitlines() if line.startswith("  mount "))
     assert "block.step" in row and "10.0 x" not in row
     flat = " ".join(message.split())

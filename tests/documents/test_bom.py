@@ -178,12 +178,12 @@ def test_shield_width_in_list_fits_port(template):
 
 
 def test_capacitor_codes_equal_trade_codes():
-    from sitscad.files.documents.preparing import capacitor, three_digits
+    from sitscad.files.documents.preparing import capacitance_code, capacitor_order
 
     known = {220e-12: "221", 330e-12: "331", 47e-12: "470", 1e-9: "102", 4.7e-12: "4R7", 10e-12: "100", 1.5e-9: "152"}
-    assert {value: three_digits(value) for value in known} == known
-    assert capacitor("chip-0603", 220e-12).code == "GRM1885C1H221JA01D"
-    assert capacitor("chip-0402", 10e-9) is None and capacitor("chip-1206", 220e-12) is None
+    assert {value: capacitance_code(value) for value in known} == known
+    assert capacitor_order("chip-0603", 220e-12).code == "GRM1885C1H221JA01D"
+    assert capacitor_order("chip-0402", 10e-9) is None and capacitor_order("chip-1206", 220e-12) is None
 
 
 def test_rows_have_order_codes_and_quantities_for_all_boards():
@@ -235,10 +235,10 @@ def test_parts_list_contains_every_weight_of_steps(name):
     listed = {row.part: row.quantity for row in bom.items(lay_out(spec), ESTIMATES.readout)
               if row.item in ("jig weight", "jig bar", "board weight")}
     for mass in (*(piece_press(spec, part).mass for part in ("elastomer", "target")), board_press(lay_out(spec))):
-        if (count := gluing.washers(mass)) is not None:
+        if (count := gluing.washer_count(mass)) is not None:
             assert listed["washer M8, ISO 7093"] >= count
         else:
-            assert any(gluing.grams(mass) in part for part in listed)
+            assert any(gluing.mass_text(mass) in part for part in listed)
 
 
 @pytest.mark.parametrize(("name", "ways"), [
@@ -249,7 +249,7 @@ def test_cutting_method_is_equal_in_list_and_steps(name, ways):
     """A target that no known laser cuts was to be "etched or punched" in the list and "cut" in the steps."""
     spec = load_text(templates.read(name), "t.yaml")
     listed = {row.item: row.note for row in bom.items(lay_out(spec), ESTIMATES.readout)}
-    assert {part: preparing.cutting(getattr(spec, part)) for part in ways} == ways
+    assert {part: preparing.cutting_text(getattr(spec, part)) for part in ways} == ways
     assert listed["target"].startswith(f"{ways['target']} by ")
     steps = preparing.cut_text({part: getattr(spec, part) for part in ("elastomer", "target", "shield")})
     assert all(re.search(rf"{part}( and \w+)* {way} by", steps) for part, way in ways.items())
@@ -259,9 +259,9 @@ def test_cutting_method_is_equal_in_list_and_steps(name, ways):
 def test_screw_length_is_equal_in_list_and_steps(template):
     """The list had "screw, M2"; its length was in the steps alone."""
     layout = lay_out(load_text(templates.read(template), "t.yaml"))
-    (part,) = (item.part for item in bom._mount(layout, layout.spec, layout.spec.mount) if "screw" in item.item)
+    (part,) = (item.part for item in bom._mount_items(layout, layout.spec, layout.spec.mount) if "screw" in item.item)
     thread, length = part.split(" x ")
-    message = " ".join(mounting.in_place(layout))
+    message = " ".join(mounting.sensor_mounting_steps(layout))
     assert thread == "M2" and (f"{part} screws" in message or f"screws of {length} mm" in message)
 
 

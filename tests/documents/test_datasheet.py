@@ -30,14 +30,22 @@ from sitscad.estimates.performance.tables import (
 )
 from sitscad.estimates.performance_values import lasts_after_tare
 from sitscad.files.documents import PAPERS
-from sitscad.files.documents.datasheet import TARED_AFTER_A_GRASP, TARES, _converters, acceptance, notes, render, sensor
+from sitscad.files.documents.datasheet import (
+    TARED_AFTER_A_GRASP,
+    TARES,
+    _converter_text,
+    acceptance_rows,
+    notes,
+    render,
+    sensor_summary_rows,
+)
 from sitscad.files.documents.datasheet_plots import (
     BEYOND,
     BEYOND_LINES,
     NARROW,
     WIDE,
-    difference,
-    figures,
+    coil_difference,
+    sensor_plots,
 )
 from sitscad.files.drawing.pdf import pdf
 from sitscad.files.drawing.sheet import Label, Sheet, flattened, plot
@@ -239,7 +247,7 @@ def test_data_sheet_curves_equal_response(bench, drawn):
 
 
 def test_shear_difference_of_two_coils_is_l1_minus_l2(drawn):
-    words, weights = difference(drawn, "shear_x")
+    words, weights = coil_difference(drawn, "shear_x")
     assert words == "L1 - L2" and list(weights) == [1.0, -1.0]
 
 
@@ -268,7 +276,7 @@ def test_curves_beyond_validated_shear_are_marked_extrapolated(bench, drawn):
     """Curves ran on to the pad's thickness as if they were as good there as at half of it."""
     most = max(float(np.abs(curve.forces).max()) for curve in drawn.shears)
     for held, is_marked in ((0.6 * most, True), (1.1 * most, False)):
-        plots, texts, captions = figures(replace(drawn, validated_shear=held), bench.performance), [], ""
+        plots, texts, captions = sensor_plots(replace(drawn, validated_shear=held), bench.performance), [], ""
         for each in plots[:2]:
             sheet = Sheet("plot", each.size)
             plot(sheet, (0.0, 0.0, *each.size), each.draw)
@@ -303,14 +311,14 @@ def test_every_drift_row_names_its_tare(bench):
 @pytest.mark.parametrize(("coils", "number"), [(1, 1), (4, 1), (5, 2), (6, 2), (9, 3)])
 def test_data_sheet_states_required_number_of_converters(coils, number):
     """Six channels were said of one LDC1614, which has four."""
-    message = _converters(presets.converter("ldc1614"), coils)
+    message = _converter_text(presets.converter("ldc1614"), coils)
     assert int(re.match(r"(\d+) x |", message)[1] or 1) == number and f"{coils} channel" in message
 
 
 def test_acceptance_limits_are_three_sigma_around_expected_values(bench):
     """L up to 1.408 uH was asked for with no frequency. A meter of 100 kHz reads 1.397 +- 0.008 uH of sound coils."""
     board = incoming(bench).board
-    head, *rows = acceptance(board.coils, board.metered, board.temperature)
+    head, *rows = acceptance_rows(board.coils, board.metered, board.temperature)
     assert sum("100 kHz" in column for column in head) == 2
     for row, coil, read in zip(rows, board.coils, board.metered, strict=True):
         result = dict(zip(head, row, strict=True))
@@ -350,9 +358,9 @@ def test_overload_of_unstable_pad_equals_its_range(bench):
     full = design.performance[-1]
     assert full.axes["normal"].limited_by == "instability"
     assert full.overload == full.axes["normal"].range
-    rows = dict((row[0], row[1:]) for row in sensor(design.performance, design.layout, design.estimates))
+    rows = dict((row[0], row[1:]) for row in sensor_summary_rows(design.performance, design.layout, design.estimates))
     assert rows["overload, kept level (the pad gives way sideways)"] == (show(full.overload, "N", 3),)
-    usual = dict((row[0], row[1:]) for row in sensor(bench.performance, bench.layout, bench.estimates))
+    usual = dict((row[0], row[1:]) for row in sensor_summary_rows(bench.performance, bench.layout, bench.estimates))
     assert "overload (30 % strain of the pad)" in usual
 
 
@@ -365,7 +373,7 @@ def test_lower_overload_of_free_target_is_stated(bench):
     near = np.array([[share * full.free_overload, 0.0, 0.0] for share in (0.3, 0.7, 0.999, 1.001, 1.2, 1.6)])
     assert list(np.isnan(pad.pose(near)[:, 0])) == [False] * 3 + [True] * 3
     assert not np.isnan(pad.pose(near, is_held=True)).any()
-    rows = dict((row[0], row[1:]) for row in sensor(design.performance, design.layout, design.estimates))
+    rows = dict((row[0], row[1:]) for row in sensor_summary_rows(design.performance, design.layout, design.estimates))
     said = show(full.free_overload, "N", 3)
     assert rows["overload, free to tilt (the pad gives way sideways)"] == (said,)
     (note,) = (note for note in full.notes if "kept level" in note)
@@ -413,12 +421,13 @@ def test_curves_of_cell_name_cell_and_show_coil_once(bench, drawn):
     normal = drawn.normal
     alone = replace(drawn, coils=("C5",), places=drawn.places[:1], shears=(), ranges=(), normal=replace(
         normal, inductance=normal.inductance[:, :1], sigma=normal.sigma[:, :1]))
-    curve, errors_of = figures(alone, bench.performance, "cell 5")
+    curve, errors_of = sensor_plots(alone, bench.performance, "cell 5")
     assert curve.caption.startswith("Cell 5") and "shear" not in curve.caption and "worst" in errors_of.caption
     sheet = Sheet("plot", curve.size)
     plot(sheet, (0.0, 0.0, *curve.size), curve.draw)
     assert "cell 5, L5" in [item.text for item in flattened(sheet.items) if isinstance(item, Label)]
-    assert not any(word in each.caption for each in figures(drawn, bench.performance) for word in ("Cell", "worst"))
+    plots = sensor_plots(drawn, bench.performance)
+    assert not any(word in each.caption for each in plots for word in ("Cell", "worst"))
 
 
 def test_axis_table_states_end_of_map(bench):
@@ -437,7 +446,7 @@ def test_round_target_row_states_diameter(bench):
     spec = bench.spec
     plates = replace(spec.target, shape="circle", size=(9e-3, 9e-3)), replace(spec.elastomer, size=(9.5e-3, 9e-3))
     layout = replace(bench.layout, spec=replace(spec, target=plates[0], elastomer=plates[1]))
-    rows = dict((row[0], row[1:]) for row in sensor(bench.performance, layout, bench.estimates))
+    rows = dict((row[0], row[1:]) for row in sensor_summary_rows(bench.performance, layout, bench.estimates))
     assert ", diameter 9 mm, " in rows["target"][0]
     assert ", 9.5 x 9 mm, " in rows["elastomer"][0]
 

@@ -302,10 +302,10 @@ def test_readme_states_frequencies_above_converter_limit():
     """A band ended at 10.11 MHz, and nothing said that the converter does at 10."""
     fast = Band(9.4e6, 8.65e6, 10.15e6)  # one sigma is 150 kHz: 10 MHz are four of them away
     slow = Band(8.8e6, 8.1e6, 9.5e6)
-    message = firmware_driver._too_fast(SPEC.readout.device, (CoilBands("C1", slow, fast, fast, 1e4),))
+    message = firmware_driver._frequency_warning(SPEC.readout.device, (CoilBands("C1", slow, fast, fast, 1e4),))
     assert "Above 10 MHz" in message and "coil C1, assembled and at rest" in message
     assert f"{100.0 * NormalDist().cdf(-4.0):.2g} %" == "0.0032 %" and "0.0032 %" in message
-    assert firmware_driver._too_fast(SPEC.readout.device, (CoilBands("C1", slow, slow, slow, 1e4),)) == ""
+    assert firmware_driver._frequency_warning(SPEC.readout.device, (CoilBands("C1", slow, slow, slow, 1e4),)) == ""
 
 
 def test_header_and_json_contain_force_and_sensitivity():

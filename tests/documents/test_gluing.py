@@ -21,9 +21,9 @@ from sitscad.estimates.design import Design
 from sitscad.estimates.loads import gluing as physics
 from sitscad.estimates.loads.pad import loaded_poses
 from sitscad.files.documents import gluing
-from sitscad.files.documents.mounting import fastened, jaw_cut, pushed_out
+from sitscad.files.documents.mounting import board_mounting_steps, jaw_joint_steps, release_text
 from sitscad.files.documents.parts_list import items
-from sitscad.files.documents.tail_steps import tail_formed, tail_held
+from sitscad.files.documents.tail_steps import loose_tail_text, strain_relief_text
 from sitscad.files.order_facts.notes import bend_place
 from sitscad.kernels.geometry.convex import Footprint
 from sitscad.kernels.geometry.path import Point, bounding_box
@@ -57,7 +57,7 @@ def test_press_weight_compresses_pad_by_stated_amount(name):
     assert press.travel == approx(-float(pose[2]), rel=1e-3)
     least = physics.pad_compression(physics.unsealed_pad(spec), physics.LEAST_MASS * physics.STANDARD_GRAVITY)
     assert press.travel <= 1.1 * max(physics.PIECE_STRAIN * spec.elastomer.thickness, least)
-    message = gluing.glued(spec, "target", "the elastomer", Toleranced(1e-3), "")
+    message = gluing.gluing_text(spec, "target", "the elastomer", Toleranced(1e-3), "")
     (mass,) = re.findall(r"together have ([0-9.]+) g", message)
     (travel,) = re.findall(r"presses the pad by ([0-9.]+) mm, which comes back", message)
     assert (float(mass), float(travel)) == approx((1e3 * press.mass, 1e3 * press.travel), rel=0.06)
@@ -69,21 +69,21 @@ def test_press_weight_compresses_pad_by_stated_amount(name):
 def test_heavy_press_load_is_steel_bar_instead_of_washers(mass):
     """530 g were 85 washers, 17 cm of them on a peg of 15 mm."""
     diameter, height = PEG
-    count, bar = gluing.washers(mass), gluing.steel_bar(mass)
+    count, bar = gluing.washer_count(mass), gluing.steel_weight_size(mass)
     assert (count is None) == (mass > 50e-3)
     if count is not None:
         assert count * gluing.WASHER_HEIGHT <= height and count * gluing.WASHER_MASS + gluing.PRESS_MASS >= mass
-        assert f"{count * 1e3 * gluing.WASHER_MASS:.0f}" and "washers" in gluing.loaded("elastomer", mass)
+        assert f"{count * 1e3 * gluing.WASHER_MASS:.0f}" and "washers" in gluing.loading_text("elastomer", mass)
         return
     across, high = bar
     ring = math.pi / 4.0 * (across**2 - gluing.BAR_HOLE**2)
     assert diameter < gluing.BAR_HOLE and high <= 2.0 * across
     assert ring * high * 7850.0 + gluing.PRESS_MASS == approx(mass, rel=1e-6)
-    message = gluing.loaded("elastomer", mass)
+    message = gluing.loading_text("elastomer", mass)
     # a heavier press needs a lower bar: of 630 g, a bar of 42 mm alone had 629 g, and the press 20 g
     (less,) = re.findall(r"\(([\d.]+) mm less for each gram", message)
     assert ring * (high - 18.0 * float(less) * 1e-3) * 7850.0 + 20e-3 == approx(mass, abs=0, rel=0.01)
-    assert "washers" not in message and f"{1e3 * across:g} mm" in message and gluing.grams(mass) in message
+    assert "washers" not in message and f"{1e3 * across:g} mm" in message and gluing.mass_text(mass) in message
 
 
 def test_press_on_target_without_pad_has_no_travel():
@@ -104,7 +104,7 @@ def test_board_glue_is_replaced_if_stated_glue_sets_too_fast(name, own, used):
     glue = physics.hard_adhesive(layout)
     assert glue.name == used
     if layout.spec.jaw is None:
-        message, (_, area) = " ".join(fastened(layout)), physics.board_plan(layout)
+        message, (_, area) = " ".join(board_mounting_steps(layout)), physics.board_plan(layout)
         assert (f"Not {spec.assembly.adhesive.product}" in message) == (used != own) and glue.product in message
         for volume in re.findall(r"Spread ([0-9.]+) mm3", message):
             assert float(volume) == approx(1e9 * area * spec.assembly.glue_line, rel=0.05)
@@ -120,7 +120,7 @@ def test_glue_solids_have_material_and_volume_of_steps():
     lines = {each.name: each for each in design.solids.whole if each.role is BodyRole.GLUE}
     assert lines["glue-board"].material == "epoxy"
     assert {lines[f"glue-{part}"].material for part in ("elastomer", "target")} == {"cyanoacrylate"}
-    (volume,) = re.findall(r"Spread ([0-9.]+) mm3", " ".join(fastened(design.layout)))
+    (volume,) = re.findall(r"Spread ([0-9.]+) mm3", " ".join(board_mounting_steps(design.layout)))
     assert lines["glue-board"].volume * 1e9 == approx(float(volume), rel=0.05)
 
 
@@ -132,9 +132,9 @@ def test_board_press_spreads_glue_within_open_time(name):
                                    physics.HARD_HANDLING)
     assert takes <= glue.open_time
     assert mass * physics.STANDARD_GRAVITY >= 0.95 * physics.HARD_PRESSURE * area
-    message = gluing.pressing(layout, "")
-    assert "jig-board-press" in message and gluing.grams(mass) in message
-    text = pushed_out(push_places(layout.body, layout.body_outline), skin_pour(layout))
+    message = gluing.pressing_text(layout, "")
+    assert "jig-board-press" in message and gluing.mass_text(mass) in message
+    text = release_text(push_places(layout.body, layout.body_outline), skin_pour(layout))
     assert ("holes in turn" in text) == (len(layout.spec.cell_placements) > 1)
 
 
@@ -150,19 +150,19 @@ def test_board_press_pocket_has_room_for_cast_film():
 def test_board_without_rim_is_pressed_through_foam():
     layout = sitscad.lay_out(spec_of("three_axis_triangle", **{"elastomer.size": "10 mm", "target.size": "10 mm"}))
     assert foot_pockets(layout) == ()
-    message = gluing.pressing(layout, "Spread.")
+    message = gluing.pressing_text(layout, "Spread.")
     assert "jig-board-press" not in message and "foam" in message and "Clamp" in message
 
 
 def test_height_measurement_states_compression_by_micrometer():
     for name in ("grasper_4layer", "grasper_3p5mm"):
-        spec, message = spec_of(name), gluing.measuring(spec_of(name))
+        spec, message = spec_of(name), gluing.measuring_text(spec_of(name))
         is_soft = physics.pad_force(physics.unsealed_pad(spec), gluing.HEIGHT_ERROR) < gluing.LIGHT_GAUGE
         assert ("Do not use a dial gauge" in message) == is_soft
         (ratchet,) = re.findall(r"ratchet [^.]*presses the pad by ([0-9.]+) mm", message)
         assert float(ratchet) == approx(1e3 * physics.pad_compression(physics.unsealed_pad(spec), gluing.RATCHET),
                                         rel=0.06)
-    assert gluing.measuring(handmade.bare().spec) == ""
+    assert gluing.measuring_text(handmade.bare().spec) == ""
 
 
 @pytest.mark.parametrize(
@@ -173,13 +173,13 @@ def test_height_measurement_states_compression_by_micrometer():
 )
 def test_cure_inhibition_of_film_is_stated_if_expected(changes, named):
     spec = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml").replace(changes)
-    message = gluing.inhibited(spec.assembly.adhesive, spec.encapsulation)
+    message = gluing.inhibition_warning(spec.assembly.adhesive, spec.encapsulation)
     assert (named in message and "24 h" in message) if named else message == ""
 
 
 def test_free_tail_bend_uses_rod_of_twice_bend_radius():
     layout = sitscad.lay_out(spec_of("grasper_4layer"))
-    (rod,) = re.findall(r"rod of ([0-9.]+) mm diameter", tail_held(layout))
+    (rod,) = re.findall(r"rod of ([0-9.]+) mm diameter", strain_relief_text(layout))
     radius = bends(layout)[0].radius
     assert 2e3 * radius <= float(rod) <= 2e3 * radius + 0.1
 
@@ -188,7 +188,7 @@ def test_free_tail_bend_uses_rod_of_twice_bend_radius():
 def test_bend_with_rod_inside_jaw_is_made_before_gluing(name):
     """The steps had the tail 0.7 mm above the jaw's face bent over a rod of 2.4 mm below it, once the board was on."""
     layout = sitscad.lay_out(spec_of(name))
-    early, late = tail_formed(layout), tail_held(layout)
+    early, late = loose_tail_text(layout), strain_relief_text(layout)
     for bend in bends(layout):
         over_edge = lip(layout) is not None and bend.why
         step, other = (late, early) if over_edge else (early, late)
@@ -208,7 +208,7 @@ def test_joint_cuts_in_jaw_have_stated_positions(kind):
     spec = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml").replace(
         {"mount.retention": kind, "shield": None})
     layout = sitscad.lay_out(spec)
-    message, tip = " ".join(jaw_cut(layout.body, layout.spec.assembly.glue_line,
+    message, tip = " ".join(jaw_joint_steps(layout.body, layout.spec.assembly.glue_line,
                                  layout.spec.mount)), jaw_range(layout.body, layout.spec.jaw)[0]
     assert f"{5e2 * layout.spec.jaw.width:.2f} mm from either side" in message
     for x, _ in pin_places(layout.body, layout.spec.mount):
@@ -243,19 +243,19 @@ def test_too_heavy_press_load_is_spring_clamp():
     """A bar of 80 mm and 164 mm high was asked for, on a board of 46 mm."""
     layout = sitscad.lay_out(spec_of("skin_grid_3x3"))
     mass = physics.board_press(layout)
-    is_clamped, spring, pressing = gluing.is_clamped, gluing.spring, gluing.pressing
+    is_clamped, spring, pressing = gluing.is_clamped, gluing.spring_text, gluing.pressing_text
     assert is_clamped(mass) and not is_clamped(physics.board_press(sitscad.lay_out(spec_of("skin_strip_6"))))
     force = float(re.match(r"(\d+) N", spring(mass))[1])
     assert force == approx(mass * 9.80665, abs=0, rel=0.02)
     assert re.search(r"becomes ([\d.]+) mm", spring(mass))[1] == f"{force / 10.0:.2g}"
     parts = {item.item: item.size for item in items(layout, estimate(layout).readout)}
-    assert spring(mass) in parts["jig clamp"] and gluing.grams(mass) not in parts.get("jig bar", "")
+    assert spring(mass) in parts["jig clamp"] and gluing.mass_text(mass) not in parts.get("jig bar", "")
     assert spring(mass) in pressing(layout, "Spread.")
 
 
 def test_webs_between_pads_get_no_glue():
     """The area of the dose is the pads', and the step did not say whether the webs are glued."""
     joined_spec = spec_of("skin_strip_6").replace("cells.web", "1 mm")
-    message = gluing.glued(joined_spec, "elastomer", "the board", Toleranced(1e-3), "")
+    message = gluing.gluing_text(joined_spec, "elastomer", "the board", Toleranced(1e-3), "")
     assert "the webs between them get none" in message
-    assert "webs" not in gluing.glued(spec_of("grasper_4layer"), "elastomer", "the board", Toleranced(1e-3), "")
+    assert "webs" not in gluing.gluing_text(spec_of("grasper_4layer"), "elastomer", "the board", Toleranced(1e-3), "")

@@ -9,7 +9,7 @@ import sitscad
 from sitscad.checks.performance import estimated_values
 from sitscad.estimates.states.reference import reference_signal
 from sitscad.files.documents import assembly_notes, firmware
-from sitscad.files.documents.datasheet import sensor
+from sitscad.files.documents.datasheet import sensor_summary_rows
 from sitscad.layout.tail.tracks import contacts
 
 
@@ -42,12 +42,13 @@ def test_channel_list_marks_reference_coil(files, design):
 
 
 def test_assembly_notes_mention_reference_coil_once(design):
-    text = assembly_notes.text(design.layout, design.estimates, design.estimates)
+    text = assembly_notes.instructions(design.layout, design.estimates, design.estimates)
     assert sum("reference coil" in " ".join(step.split()) for step in text.split("\n\n")) == 1
 
 
 def test_data_sheet_states_target_signal_in_reference_coil(design):
-    rows = dict(row for row in sensor(design.performance, design.layout, design.estimates) if len(row) == 2)
+    summary = sensor_summary_rows(design.performance, design.layout, design.estimates)
+    rows = dict(row for row in summary if len(row) == 2)
     share = reference_signal(design.layout, design.estimates).share
     assert rows["reference coil"].startswith("C3")
     assert float(rows["signal of the target on C3"].split(" %")[0]) == approx(100.0 * share, rel=0.05)

@@ -80,7 +80,7 @@ def test_pads_joined_by_webs_are_cut_as_one_piece_with_holes(kerf):
     assert sheet.size == approx((42e-3, 26e-3), rel=1e-9) and sheet.nest.count == 1
     assert "6 pads of 10 x 10 mm, joined by webs 2 mm wide" in "\n".join(text for _, text in sheet.notes)
     assert laser_sheets(layout)[1].nest.count == 6
-    notes = laser_notes.text(layout.spec, laser_sheets(layout))
+    notes = laser_notes.laser_readme(layout.spec, laser_sheets(layout))
     assert "joined by webs 2 mm wide, finished" in notes and "least      2 mm between two cuts" in notes
 
 

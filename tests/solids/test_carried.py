@@ -108,11 +108,11 @@ def test_part_under_tail_bend_gives_warning_with_volume(tmp_path):
     heights = np.minimum(face, middle + half) - np.maximum(face - 4e-3, middle - half)
     expected = (high - low) * np.trapezoid(np.maximum(0.0, heights), x)
     assert measured.value == approx(float(expected), rel=1e-2)
-    document = {"measured": [mounting._measured(measured)]}
+    document = {"measured": [mounting._value_document(measured)]}
     (finding,) = judged_on_solids(document, layout.spec.readout.device, layout.spec.source)
     assert (finding.rule, finding.severity, finding.key) == ("SIT320", Severity.WARNING, "mount")
     end = f"{1e3 * (first.start - rod - layout.body[2]):.2f}".rstrip("0")
-    assert end in tail_steps.own_end(layout.body[2], tail_bends)
+    assert end in tail_steps.custom_mount_end_text(layout.body[2], tail_bends)
 
 
 def built(tmp_path, size):

@@ -92,14 +92,14 @@ def pieces(hinged):
 def said(layout, pieces, loads=()):
     """The proof's faults, and the findings that a build makes of them."""
     proof = measure_solids(layout, pieces, loads)
-    return proof.faults, judged_on_solids(mounting.document(proof), layout.spec.readout.device, layout.spec.source)
+    return proof.faults, judged_on_solids(mounting.fit_document(proof), layout.spec.readout.device, layout.spec.source)
 
 
 @pytest.mark.slow
 def test_fitting_sensor_has_no_findings_and_all_rules_checked(hinged, pieces):
     gentle = (PadLoad("1 N of press", Pose(z=-1e-5), 1e-5),)
     assert said(hinged, pieces, gentle) == ((), ())
-    document = mounting.document(measure_solids(hinged, pieces, gentle))
+    document = mounting.fit_document(measure_solids(hinged, pieces, gentle))
     assert rules_in_fit_file(document) == {"SIT320", "SIT321", "SIT322", "SIT323"}
 
 
@@ -156,9 +156,9 @@ def test_bulged_pad_has_unchanged_volume():
     spec = handmade.jaw_sensor().spec
     pad, press = spec.elastomer, 0.1 * spec.elastomer.thickness
     x, y = pad.size
-    out = mounting.bulge(plates_of(spec).elastomer, press)
+    out = mounting.largest_bulge(plates_of(spec).elastomer, press)
     assert 2 / 3 * out * 2 * (x + y) * (pad.thickness - press) == approx(x * y * press, rel=1e-6)
-    assert mounting.bulge(plates_of(spec).elastomer, 0.0) == 0.0
+    assert mounting.largest_bulge(plates_of(spec).elastomer, 0.0) == 0.0
 
 
 @pytest.mark.slow
@@ -193,7 +193,7 @@ def test_build_reports_measured_faults(hinged, pieces):
     spec = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml")
     contents = contents_of(Design(spec), Policy(), None)
     post = Solid("post", box(-1e-3, 2.8e-3, -1e-4, 1e-3, 2.9e-3, 0.0), "steel", "#000000", BodyRole.MOUNT)
-    text = json.dumps(mounting.document(measure_solids(hinged, (*pieces, post))))
+    text = json.dumps(mounting.fit_document(measure_solids(hinged, (*pieces, post))))
     before, after = contents.checked, replace(contents, measured=text).checked
     assert "SIT321" in {each.rule for each in before.not_checked} - {each.rule for each in after.not_checked}
     assert [f.rule for f in after.findings if f not in before.findings] == ["SIT321"] and not after.ok

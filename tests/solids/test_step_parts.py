@@ -66,7 +66,7 @@ def layout_of(folder, shape, jaw, more=""):
 
 def faults(layout):
     """Rule, key and line of every finding of a jaw's file."""
-    measured = [mounting._measured(each) for each in measured_jaw(layout)]
+    measured = [mounting._value_document(each) for each in measured_jaw(layout)]
     findings = [each for each in judged_on_solids({"measured": measured}, layout.spec.readout.device,
                                                layout.spec.source) if each.severity.value != "note"]
     assert rules_in_fit_file({"measured": measured}) == {"SIT332"}
@@ -141,7 +141,7 @@ BACKS = [
 def test_file_back_is_compared_with_assumed_back(tmp_path, shape, port, severity):
     """The square edge reaches hypot(3, half the pair's height) mm from the closed pair's axis."""
     layout = layout_of(tmp_path, shape(), FIGURES.replace(": 9", f": {port}"))
-    measured = [mounting._measured(each) for each in measured_jaw(layout)]
+    measured = [mounting._value_document(each) for each in measured_jaw(layout)]
     findings = [each for each in judged_on_solids({"measured": measured}, layout.spec.readout.device,
                                                layout.spec.source) if each.key == "mount.jaw.step"]
     assert [(each.rule, each.severity.value) for each in findings] == ([("SIT332", severity)] if severity else [])
@@ -155,7 +155,7 @@ def test_file_back_is_compared_with_assumed_back(tmp_path, shape, port, severity
 def test_file_face_wider_than_chord_yields_finding(tmp_path):
     layout = layout_of(tmp_path, block(), FIGURES.replace("face: 6, ", "").replace(": 9", ": 6"))
     findings = {each.key: each for each in judged_on_solids(
-        {"measured": [mounting._measured(each) for each in measured_jaw(layout)]}, layout.spec.readout.device,
+        {"measured": [mounting._value_document(each) for each in measured_jaw(layout)]}, layout.spec.readout.device,
         layout.spec.source)}
     face = findings["mount.jaw.face"]
     assert (face.rule, face.severity.value) == ("SIT332", "warning")

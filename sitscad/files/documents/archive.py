@@ -89,12 +89,12 @@ def differences(content: bytes, files: Mapping[str, bytes], name: str, forced: s
     expected = _members(files, naming, in_panel, forced)
     unequal = [each for each in sorted(contents) if contents[each] != expected.get(each)]
     wrong = [f"{each} is not as the file beside it" for each in unequal]
-    needed = expected if every else _members(_of_every_order(files), naming, in_panel, forced)
+    needed = expected if every else _members(_required_files(files), naming, in_panel, forced)
     missing = [f"{each} is missing" for each in sorted(needed.keys() - contents.keys())]
     yield from wrong + missing or (["is packed otherwise than it is written here"] if every else [])
 
 
-def _of_every_order(files: Mapping[str, bytes]) -> dict[str, bytes]:
+def _required_files(files: Mapping[str, bytes]) -> dict[str, bytes]:
     """Return the files that every order contains: job files, files named in job files, netlists and readmes."""
     jobs = b"".join(content for path, content in files.items() if path.endswith(".gbrjob"))
     return {
@@ -107,7 +107,7 @@ def _members(files: Mapping[str, bytes], named: Naming, in_panel: bool, forced: 
     """Return the archive's contents by file name, sorted by name."""
     chosen = [path for path in sorted(files) if _is_sent(path, in_panel)]
     called = {path: archive_name(named, path, files[path]) for path in chosen}
-    contents = {called[path]: _renamed(path, files[path], called) for path in chosen}
+    contents = {called[path]: _with_archive_names(path, files[path], called) for path in chosen}
     return dict(sorted((contents | ({NOTE: forced.encode("utf-8")} if forced else {})).items()))
 
 
@@ -124,7 +124,7 @@ def archive_name(named: Naming, path: str, content: bytes) -> str:
     inner = _COPPER.match(function)
     if inner:
         function = "Copper,L{inner},Inr"
-    for pattern, ending in _endings(named.way):
+    for pattern, ending in _naming_rows(named.way):
         if ending and function.startswith(pattern.replace("{last}", str(named.layers))):
             stem = f"{named.name}-panel" if "/panel/" in path else named.name
             return stem + ending.replace("{below}", str(int(inner[1]) - 1) if inner else "")
@@ -132,7 +132,7 @@ def archive_name(named: Naming, path: str, content: bytes) -> str:
 
 
 @cache
-def _endings(naming: str) -> tuple[tuple[str, str], ...]:
+def _naming_rows(naming: str) -> tuple[tuple[str, str], ...]:
     """Return rows of one naming convention: beginning of the X2 file function, and file ending."""
     return tuple((row["function"], row["ending"]) for row in rows("archive_names") if row["naming"] == naming)
 
@@ -150,7 +150,7 @@ def _is_sent(path: str, in_panel: bool) -> bool:
     return not (in_panel and name.endswith((".gbr", ".drl", ".gbrjob")))
 
 
-def _renamed(path: str, content: bytes, called: Mapping[str, str]) -> bytes:
+def _with_archive_names(path: str, content: bytes, called: Mapping[str, str]) -> bytes:
     """Replace file names in the text of a readme or job file by the names in the archive.
 
     `called` maps paths in the package to names in the archive. Other kinds of files are returned unchanged.
@@ -159,11 +159,11 @@ def _renamed(path: str, content: bytes, called: Mapping[str, str]) -> bytes:
         return content
     for old, new in sorted(called.items(), key=lambda pair: -len(pair[0])):
         name = re.escape(old.rpartition("/")[2].encode("ascii")) + rb"(?P<gap>  +)?"
-        content = re.sub(name, partial(_in_place, new.encode("ascii")), content)
+        content = re.sub(name, partial(_padded_name, new.encode("ascii")), content)
     return content
 
 
-def _in_place(new: bytes, match: re.Match[bytes]) -> bytes:
+def _padded_name(new: bytes, match: re.Match[bytes]) -> bytes:
     """Return the new name for a matched name.
 
     If two or more spaces follow (a column of a table), they are adjusted so that the next column keeps its place.

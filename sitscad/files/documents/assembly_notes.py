@@ -33,47 +33,55 @@ from sitscad.estimates.circuits.uncertainty import direct_resistance_sigma
 from sitscad.estimates.coil_estimates import METER_FREQUENCY, CoilEstimate, Estimates, ReadoutEstimate
 from sitscad.estimates.loads.gluing import board_plan, hard_adhesive
 from sitscad.estimates.tolerances.scatter import ACCEPTED_SIGMAS
-from sitscad.files.documents.firmware_driver import bare_drive
+from sitscad.files.documents.firmware_driver import bare_drive_text
 from sitscad.files.documents.gluing import (
-    glued,
-    hard_dose,
+    gluing_text,
+    hard_glue_dose_text,
     line_areas,
-    measuring,
-    pressing,
-    primed,
-    setting,
-    toleranced,
-    why_other,
+    measuring_text,
+    other_glue_reason,
+    pressing_text,
+    primer_text,
+    setting_text,
+    toleranced_text,
 )
-from sitscad.files.documents.mounting import cures_badly, fastened, in_place, jaw_cut, jig_picture, pushed_out, skin
+from sitscad.files.documents.mounting import (
+    board_mounting_steps,
+    film_text,
+    has_resin_moulds,
+    jaw_joint_steps,
+    jig_picture,
+    release_text,
+    sensor_mounting_steps,
+)
 from sitscad.files.documents.piece_places import (
-    against_stop,
-    floor_grooves,
-    in_base,
-    in_well,
-    listed,
-    over_jaw,
+    alignment_text,
+    base_place_text,
+    groove_text,
+    overhang_text,
     piece_sizes,
-    squared,
+    place_tolerance_row,
     stiff_pieces,
-    strips_off,
+    stop_place_text,
+    strip_removal_text,
+    well_place_text,
 )
 from sitscad.files.documents.preparing import (
     PROCESS_TEXTS,
     RAW_RESIN,
     RELEASE,
-    amount,
     connector_order,
-    cured,
+    cure_text,
     cut_text,
-    mixed,
-    not_here,
-    pours,
-    to_make,
-    tools,
-    waits,
+    missing_file_lines,
+    piece_list_lines,
+    pour_count,
+    silicone_mix_text,
+    silicone_volume_text,
+    tool_list_text,
+    waiting_time_text,
 )
-from sitscad.files.documents.tail_steps import tail_formed, tail_held
+from sitscad.files.documents.tail_steps import loose_tail_text, strain_relief_text
 from sitscad.files.drawing.frame import FORCED
 from sitscad.files.order_facts.files import panel_path
 from sitscad.files.order_facts.notes import hanging
@@ -96,15 +104,15 @@ def render(layout: Layout, estimates: Estimates, bench: Estimates, forced: str, 
         return {}
     # absent if pieces of a forced package cannot be put together
     content = package.files.get("mount/assembly.json")
-    weighed = "\n".join(["", *_weights(content), ""]) if content is not None else ""
+    weighed = "\n".join(["", *_mass_lines(content), ""]) if content is not None else ""
     stop = f"{FORCED}\n\n" if forced else ""
-    steps = text(layout, estimates, bench, package)
-    absent = not_here(steps, package, WIDTH)
+    steps = instructions(layout, estimates, bench, package)
+    absent = missing_file_lines(steps, package, WIDTH)
     lacking = "\n".join(["", *absent, ""]) if absent else ""
     return {"mount/assembly.txt": (stop + steps + weighed + lacking).encode("utf-8")}
 
 
-def text(layout: Layout, estimates: Estimates, bench: Estimates, package: Package = NOTHING) -> str:
+def instructions(layout: Layout, estimates: Estimates, bench: Estimates, package: Package = NOTHING) -> str:
     """Return the whole page; `bench` are the estimates at the test temperature, 20 degrees Celsius."""
     spec = layout.spec
     mount = spec.mount
@@ -125,64 +133,65 @@ def text(layout: Layout, estimates: Estimates, bench: Estimates, package: Packag
     issue = [f"{spec.issue.title}."] if spec.issue.rows else []
     steps = [*_steps(layout, estimates, bench)]
     parts = [f"{spec.name}: how it is put together", *issue, "", *hanging("", head, WIDTH), ""]
-    for sentence in filter(None, (tools(" ".join([head, *steps])), waits(layout))):
+    for sentence in filter(None, (tool_list_text(" ".join([head, *steps])), waiting_time_text(layout))):
         parts += [*hanging("", sentence, WIDTH), ""]
     cuts = cut_text({part: getattr(spec, part) for part in ("elastomer", "target", "shield")})
     drawn = spec.coil.drawn
     ordered = f"The board is ordered by {'fpc/' if drawn is None else f'the files of its own ({drawn})'}{cuts}"
-    if listed := [*to_make(mount, spec.name, ordered, package, WIDTH)]:
+    if listed := [*piece_list_lines(mount, spec.name, ordered, package, WIDTH)]:
         parts += [*listed, ""]
     for number, step in enumerate(steps, 1):
         sentence, *lines = step.split("\n")
         parts += hanging(f"{number:>2}. ", sentence, WIDTH)
         parts += [*(row for line in lines for row in hanging("    ", line, WIDTH)), ""]
-    parts += _checks(spec.assembly, column(layout), measures(layout), unverified_figures(spec))
+    parts += _size_check_lines(spec.assembly, column(layout), measures(layout), unverified_figures(spec))
     return "\n".join(parts).rstrip("\n") + "\n"
 
 
 def _steps(layout: Layout, estimates: Estimates, bench: Estimates) -> Iterator[str]:
     """Yield the steps from the jig to the finished sensor; tables follow a step's sentences after line breaks."""
     spec, at = layout.spec, layer_heights(column(layout) or on_board(layout))
-    yield from _prepared(layout)
+    yield from _preparation_steps(layout)
     if is_wanted(layout.size, layout.spec.fpc):
         yield (
             "Measure the panel's coupons. Then cut the board out at the bridges, and file their nubs off "
             f"({panel_path(spec.name, '-readme.txt')} has their places and what a coupon measures)."
         )
-    yield bare_board(layout, estimates.readout, bench)
-    yield from filter(None, (primed(spec.assembly.adhesive, spec.elastomer),))
+    yield bare_board_test(layout, estimates.readout, bench)
+    yield from filter(None, (primer_text(spec.assembly.adhesive, spec.elastomer),))
     if spec.elastomer is not None or spec.target is not None:
         slot = " and tail in the slot" if spec.fpc.tail is not None else ""
-        base = in_base(layout.spec.fpc, layout.spec.mount)
+        base = base_place_text(layout.spec.fpc, layout.spec.mount)
         yield f"Lay the board, face with the coils up{slot}, into the jig's base (jig-base).{base}"
     if spec.elastomer is not None:
-        yield glued(spec, "elastomer", "the board", _above_board(at, "elastomer"), in_well(layout, "elastomer"))
+        height, place = _height_above_board(at, "elastomer"), well_place_text(layout, "elastomer")
+        yield gluing_text(spec, "elastomer", "the board", height, place)
     if spec.target is not None:
         under = "the elastomer" if spec.elastomer is not None else "the board"
-        yield glued(spec, "target", under, _above_board(at, "target"), in_well(layout, "target"))
+        yield gluing_text(spec, "target", under, _height_above_board(at, "target"), well_place_text(layout, "target"))
     if layout.reference is not None:
         yield f"Glue nothing on coil {layout.reference.name}. It is the reference coil, which has no target and no pad."
     is_cast = skin_pour(layout) is not None  # done with the board in the base, whose pins guide the mould
     sealing = [] if spec.encapsulation is None else [
-        f"{skin(layout, spec.encapsulation)} From the board's top face to the film's upper face are "
-        f"{toleranced(sealed_height(on_board(layout), spec.encapsulation, spec.assembly))} then."]
+        f"{film_text(layout, spec.encapsulation)} From the board's top face to the film's upper face are "
+        f"{toleranced_text(sealed_height(on_board(layout), spec.encapsulation, spec.assembly))} then."]
     if is_cast:
         yield from sealing
     if _has_jig(spec.elastomer, spec.target):
-        yield pushed_out(push_places(layout.body, layout.body_outline), skin_pour(layout))
-    yield from _into_jaw(layout, at)
+        yield release_text(push_places(layout.body, layout.body_outline), skin_pour(layout))
+    yield from _jaw_steps(layout, at)
     if not is_cast:
         yield from sealing
-    yield from in_place(layout)
+    yield from sensor_mounting_steps(layout)
     if spec.coil.drawn is not None:
         yield f"Connect the terminals of each coil ({spec.coil.drawn}) to the converter as in firmware/readme.txt."
-    elif connection := plugged(layout.pads, layout.spec.fpc.tail):
+    elif connection := connection_text(layout.pads, layout.spec.fpc.tail):
         yield connection
     unseen = [f.what.split()[1] for f in unverified_figures(spec) if f.what.startswith("conductor ")]
-    yield assembled(bench.all_coils, _before_reading(spec.mount), unseen)
+    yield finished_sensor_test(bench.all_coils, _measuring_preparations(spec.mount), unseen)
 
 
-def _before_reading(mount: Mount | None) -> str:
+def _measuring_preparations(mount: Mount | None) -> str:
     """Describe the preparations for measuring the finished sensor; empty without a jaw or metal behind the board."""
     if mount is not None and mount.jaw is not None:
         return (
@@ -210,12 +219,12 @@ def _has_printed_mount(mount: Mount | None, layers: tuple[Layer, ...]) -> bool:
     return mount.jaw is None or any(layer.part.startswith("mount") for layer in layers)
 
 
-def _prepared(layout: Layout) -> Iterator[str]:
+def _preparation_steps(layout: Layout) -> Iterator[str]:
     spec, mount, poured = layout.spec, layout.spec.mount, silicone_to_mix(plates_of(layout.spec))
     assert mount is not None
     counts = ""
     if mount.jaw is not None and _has_printed_mount(layout.spec.mount, column(layout)):
-        sizes = ", ".join(f"{layer.part} {toleranced(layer.thickness)}" for layer in column(layout)
+        sizes = ", ".join(f"{layer.part} {toleranced_text(layer.thickness)}" for layer in column(layout)
                           if layer.part.startswith("mount"))
         counts = (
             " Measure how thick each is between its lower face and the floor that carries the board, beside stop and "
@@ -226,8 +235,8 @@ def _prepared(layout: Layout) -> Iterator[str]:
     printed += ["the jig"] * _has_jig(spec.elastomer, spec.target)
     if printed:
         yield f"Make {' and '.join(printed)} from mount/ ({PROCESS_TEXTS.get(mount.process, mount.process)}).{counts}"
-    yield from filter(None, (measuring(spec),))
-    if cures_badly(mount) and (poured is not None or skin_pour(layout) is not None):
+    yield from filter(None, (measuring_text(spec),))
+    if has_resin_moulds(mount) and (poured is not None or skin_pour(layout) is not None):
         yield RAW_RESIN
     if poured is not None and spec.elastomer is not None:
         count, is_webbed = len(plates_of(spec).glued("elastomer")), plates_of(spec).joined is not None
@@ -235,20 +244,21 @@ def _prepared(layout: Layout) -> Iterator[str]:
         if is_webbed:
             chosen = "The piece, all pads in one, is good if it is"
         pads = "the piece" if is_webbed else "the pads"
-        again = f" {pours(spec)} pours make all pads: mix anew for each." if pours(spec) > 1 else ""
+        again = f" {pour_count(spec)} pours make all pads: mix anew for each." if pour_count(spec) > 1 else ""
         edge = "the edge" if spec.elastomer.outline.is_round else "a corner"
         thickness = next(each.thickness for each in on_board(layout) if each.part == "elastomer")
         yield (
-            f"Cut the elastomer by laser/, or cast it. {RELEASE} Mix {amount(poured)} of "
-            f"{mixed(spec.elastomer.material)}, take the air out of it (vacuum, until it no longer foams), fill the "
+            f"Cut the elastomer by laser/, or cast it. {RELEASE} Mix {silicone_volume_text(poured)} of "
+            f"{silicone_mix_text(spec.elastomer.material)}, take the air out of it (vacuum, until it no longer "
+            "foams), fill the "
             "cavities of mould-tray a little over, draw mould-lid over it from one side, weigh it down (about 1 kg). "
-            f"{cured(spec.elastomer.material)}{again} Lift the lid from one edge; press {pads} out from {edge} with a "
-            f"blunt plastic tip, and wash the release off with isopropanol before they are glued. {chosen} "
-            f"{toleranced(thickness)} thick."
+            f"{cure_text(spec.elastomer.material)}{again} Lift the lid from one edge; press {pads} out from {edge} "
+            f"with a blunt plastic tip, and wash the release off with isopropanol before they are glued. {chosen} "
+            f"{toleranced_text(thickness)} thick."
         )
 
 
-def _above_board(at: Levels, part: str) -> Toleranced:
+def _height_above_board(at: Levels, part: str) -> Toleranced:
     """Return the height (m, with tolerance) of a part's upper face above the board's top face.
 
     `at` holds the heights of the lower and the upper face of each part.
@@ -256,29 +266,29 @@ def _above_board(at: Levels, part: str) -> Toleranced:
     return at[part][1] - at["board"][1]
 
 
-def _into_jaw(layout: Layout, at: Levels) -> Iterator[str]:
+def _jaw_steps(layout: Layout, at: Levels) -> Iterator[str]:
     mount = layout.spec.mount
     assert mount is not None
     if not column(layout):
-        yield from fastened(layout)
+        yield from board_mounting_steps(layout)
         return
-    yield from jaw_cut(layout.body, layout.spec.assembly.glue_line, layout.spec.mount)
+    yield from jaw_joint_steps(layout.body, layout.spec.assembly.glue_line, layout.spec.mount)
     metal = at["jaw"][1]
 
     def height(part: str) -> str:
-        return toleranced(at[part][1] - metal)
+        return toleranced_text(at[part][1] - metal)
 
     areas, stiff, glue = line_areas(layout), stiff_pieces(column(layout)), hard_adhesive(layout)
-    assembly, sets = layout.spec.assembly, setting(glue)
-    why = why_other(assembly, board_plan(layout), glue)
-    overhang = over_jaw(layout.body, mount, relief(layout), at)
-    alignment = squared(layout.body, mount, assembly, piece_sizes(layout), mount.jaw, stiff)
+    assembly, sets = layout.spec.assembly, setting_text(glue)
+    why = other_glue_reason(assembly, board_plan(layout), glue)
+    overhang = overhang_text(layout.body, mount, relief(layout), at)
+    alignment = alignment_text(layout.body, mount, assembly, piece_sizes(layout), mount.jaw, stiff)
     yield (
         "Degrease the jaw's face. Heights in the next steps are above its metal: zero a dial gauge there."
         f"{alignment}"
     )
     if stiff:
-        glues = ", ".join(f"the {part} with {hard_dose(assembly, glue, areas[part])}" for part in stiff)
+        glues = ", ".join(f"the {part} with {hard_glue_dose_text(assembly, glue, areas[part])}" for part in stiff)
         most = ", ".join(f"{part} {height(part)}" for part in stiff)
         yield (
             f"Glue on the jaw's face, in this order: {glues}.{why} "
@@ -287,26 +297,27 @@ def _into_jaw(layout: Layout, at: Levels) -> Iterator[str]:
             f"next piece, measure how high each is above the jaw's metal: {most}. If it is higher, take it off with a "
             "blade, clean both faces, and glue it on with less glue; first rub down the lower face of a mount that is "
             "too thick (step 1)."
-            f"{strips_off(mount.jaw, layout.body_size[1], bool(alignment))}"
+            f"{strip_removal_text(mount.jaw, layout.body_size[1], bool(alignment))}"
         )
-    if bending := tail_formed(layout):
+    if bending := loose_tail_text(layout):
         yield bending
     # a board on metal or shield alone is not located by a mount
-    place = f"{against_stop(layout)}{floor_grooves(layout)} " if any(part.startswith("mount") for part in stiff) else ""
-    spreading = f"Spread {hard_dose(assembly, glue, areas['board'])}.{'' if stiff else why}"
+    has_mount = any(part.startswith("mount") for part in stiff)
+    place = f"{stop_place_text(layout)}{groove_text(layout)} " if has_mount else ""
+    spreading = f"Spread {hard_glue_dose_text(assembly, glue, areas['board'])}.{'' if stiff else why}"
     yield (
-        f"Glue the board on. {place}{pressing(layout, spreading)}{'' if stiff else sets} The board's top face beside "
-        f"the pad is then {height('board')} above the jaw's metal."
+        f"Glue the board on. {place}{pressing_text(layout, spreading)}{'' if stiff else sets} The board's top face "
+        f"beside the pad is then {height('board')} above the jaw's metal."
     )
     if layout.spec.fpc.tail is not None:
-        yield tail_held(layout)
+        yield strain_relief_text(layout)
 
 
 OF_JAW = {"jaw": "height", "opposing-jaw": "height", "opposing-pad": "opposing_pad_thickness"}
 """Parts that belong to the instrument with both jaws, and the key of `mount.jaw` with each part's thickness."""
 
 
-def _checks(
+def _size_check_lines(
     assembly: Assembly, layers: tuple[Layer, ...], circles: tuple[Measure, ...], figures: tuple[UnverifiedFigure, ...]
 ) -> list[str]:
     pair = next(iter(circles), None)
@@ -320,36 +331,38 @@ def _checks(
     unseen = {f.what.split()[-1] for f in figures if f.what.startswith("jaw ")}
     text = text.format(" (the jaw's figures are unverified: measure yours)" if unseen else "")
     rows = [
-        f"  {layer.part:<28}{toleranced(layer.thickness)}{'  unverified' if OF_JAW.get(layer.part) in unseen else ''}"
+        f"  {layer.part:<28}{toleranced_text(layer.thickness)}"
+        f"{'  unverified' if OF_JAW.get(layer.part) in unseen else ''}"
         for layer in layers
     ]
-    return [*hanging("", text, WIDTH), "", "From the jaw's back to the other jaw's:", *rows, listed(assembly)]
+    lines = hanging("", text, WIDTH)
+    return [*lines, "", "From the jaw's back to the other jaw's:", *rows, place_tolerance_row(assembly)]
 
 
 HEAVIEST = 6  # Number of parts listed by weight
 
 
-def _grams(mass: float) -> str:
+def _mass_text(mass: float) -> str:
     """Format a mass (kg) in grams, or in milligrams below 1 g."""
     return f"{mass * 1e3:.3g} g" if mass >= 1e-3 else f"{mass * 1e6:.3g} mg"
 
 
-def _mass(pieces: Sequence[Mapping[str, Any]]) -> float:
+def _total_mass(pieces: Sequence[Mapping[str, Any]]) -> float:
     """Return the total mass (kg) of pieces; pieces without a known mass count as 0."""
     return math.fsum(each["mass_kg"] or 0.0 for each in pieces)
 
 
-def _weights(content: bytes) -> list[str]:
+def _mass_lines(content: bytes) -> list[str]:
     """Describe the sensor's mass, centre of mass and heaviest parts, read from ``mount/assembly.json``."""
     document = json.loads(content)
     balance, pieces = document["sensor"], [each for each in document["pieces"] if not each["is_carrier"]]
     x, y, z = (round(value * 1e3, 2) + 0.0 for value in balance["centre_m"])
     mounts = [each for each in pieces if each["name"].startswith(BodyRole.MOUNT)]
-    mounted = f" with its mount ({_grams(_mass(mounts))} of it)" if mounts else ""
+    mounted = f" with its mount ({_mass_text(_total_mass(mounts))} of it)" if mounts else ""
     carried = ", without the jaws," if len(pieces) < len(document["pieces"]) else ""
     weighed = (
-        f"The sensor{mounted}{carried} weighs {_grams(balance['mass_kg'])}; its centre is at x {x:.2f}, y {y:.2f}, z "
-        f"{z:.2f} (mm, axes of mount/assembly.step). Its heaviest parts (films, glue and each piece: "
+        f"The sensor{mounted}{carried} weighs {_mass_text(balance['mass_kg'])}; its centre is at x {x:.2f}, y "
+        f"{y:.2f}, z {z:.2f} (mm, axes of mount/assembly.step). Its heaviest parts (films, glue and each piece: "
         "mount/assembly.json):"
     )
     lines = hanging("", weighed, WIDTH)
@@ -359,14 +372,14 @@ def _weights(content: bytes) -> list[str]:
         part = "board" if first in ("board", "tail", "copper") else (
             first if first in ("glue", "target", "elastomer") else each["name"])
         groups.setdefault(part, []).append(each)
-    heaviest = sorted(((-_mass(group), name, group) for name, group in groups.items()))[:HEAVIEST]
+    heaviest = sorted(((-_total_mass(group), name, group) for name, group in groups.items()))[:HEAVIEST]
     for mass, name, group in heaviest:
         materials = dict.fromkeys(each["material"] for each in group)
         material = "films and copper" if name == "board" else ", ".join(materials)
         count = len(group) if name in ("target", "elastomer") and len(group) > 1 else 0
         unseen = "  *" if any(is_unverified(each["density_source"]) for each in group) else ""
         label = f"{count} {name}s" if count else name
-        lines.append(f"   {label:<18} {material:<22} {_grams(-mass):>10}{unseen}")
+        lines.append(f"   {label:<18} {material:<22} {_mass_text(-mass):>10}{unseen}")
     if any(is_unverified(each["density_source"]) for *_, group in heaviest for each in group):
         lines.append("   * its density is unverified")
     if balance["not_weighed"]:
@@ -374,7 +387,7 @@ def _weights(content: bytes) -> list[str]:
     return lines
 
 
-def bare_board(layout: Layout, readout: ReadoutEstimate, bench: Estimates) -> str:
+def bare_board_test(layout: Layout, readout: ReadoutEstimate, bench: Estimates) -> str:
     """Describe the test of a bare board at 20 degrees Celsius, with a table of readings by instrument and coil.
 
     `bench` are the estimates at this temperature. The text includes the drive code for the bare board.
@@ -399,12 +412,12 @@ def bare_board(layout: Layout, readout: ReadoutEstimate, bench: Estimates) -> st
         "of each coil: an ohmmeter; an LCR meter, for L and R in series; the converter with its tank's capacitor of "
         f"{show(bench.readout.capacitance, 'F')} and the programs in firmware/. The LCR meter alone is enough. +- is "
         f"one sigma of manufacture. Reject a board with a coil that is more than {ACCEPTED_SIGMAS:g} sigma off."
-        f"{bare_drive(layout.spec.readout.device, readout, code)}"
+        f"{bare_drive_text(layout.spec.readout.device, readout, code)}"
     )
-    return "\n".join([text + _thermistor(layout), *aligned_lines(rows)])
+    return "\n".join([text + _thermistor_test(layout), *aligned_lines(rows)])
 
 
-def _thermistor(layout: Layout) -> str:
+def _thermistor_test(layout: Layout) -> str:
     """Describe soldering and test of a thermistor on the board; empty if the board carries none."""
     sensor, part = layout.thermistor, layout.spec.soldered_thermistor
     if sensor is None or part is None or part.part.resistance is None:
@@ -414,7 +427,7 @@ def _thermistor(layout: Layout) -> str:
             f"{show(part.part.resistance, 'ohm')} at 25 degC, and less when you warm it with a finger.")
 
 
-def assembled(coils: tuple[CoilEstimate, ...], closes: str, unseen: Sequence[str] = ()) -> str:
+def finished_sensor_test(coils: tuple[CoilEstimate, ...], closes: str, unseen: Sequence[str] = ()) -> str:
     """Describe the test of the finished sensor at rest at 20 degrees Celsius, with a table of readings by coil.
 
     `closes` is the text on preparations. `unseen` names metals near the coils whose data are unverified.
@@ -423,8 +436,8 @@ def assembled(coils: tuple[CoilEstimate, ...], closes: str, unseen: Sequence[str
     if not coils:
         return f"{closes}Measure each coil again."
     rows = [("coil", "converter", "inductance by firmware/", "LCR meter at the converter's frequency")]
-    rows += [(coil.name, _tank_frequency(coil, REST), _shown(coil.states[REST].converter_inductance),
-              _shown(coil.states[REST].apparent_inductance)) for coil in coils]
+    rows += [(coil.name, _tank_frequency(coil, REST), _inductance_text(coil.states[REST].converter_inductance),
+              _inductance_text(coil.states[REST].apparent_inductance)) for coil in coils]
     leaning = f" They lean on unverified figures of metals near the coils: {', '.join(unseen)}." if unseen else ""
     text = (
         f"{closes}Measure each coil again at 20 degC, with nothing on it. The table has the reading of each instrument "
@@ -435,7 +448,7 @@ def assembled(coils: tuple[CoilEstimate, ...], closes: str, unseen: Sequence[str
     return "\n".join([text, *aligned_lines(rows)])
 
 
-def plugged(pads: tuple[Pad, ...], tail: Tail | None) -> str:
+def connection_text(pads: tuple[Pad, ...], tail: Tail | None) -> str:
     """Describe the face of the contacts, the place of contact 1 and the connector; empty without contacts."""
     if not pads:
         return ""
@@ -464,7 +477,7 @@ def _tank_frequency(coil: CoilEstimate, state: str) -> str:
     return _with_sigma(estimate.frequency, None if estimate.spread is None else estimate.spread.frequency, "Hz")
 
 
-def _shown(inductance: float | None) -> str:
+def _inductance_text(inductance: float | None) -> str:
     return DASH if inductance is None or not math.isfinite(inductance) else show(inductance, "H", 4)
 
 

@@ -35,7 +35,7 @@ from sitscad.estimates.response.table import response_table
 from sitscad.estimates.states.cells import NO_CELLS, CellTable
 from sitscad.estimates.states.reference import reference_signal
 from sitscad.estimates.tolerances.scatter import ACCEPTED_SIGMAS, production_limits
-from sitscad.files.documents.datasheet_plots import NAMES, WIDE, Plot, figures
+from sitscad.files.documents.datasheet_plots import NAMES, WIDE, Plot, sensor_plots
 from sitscad.files.documents.drawings.plan_view import drawing, plan, plan_scale
 from sitscad.files.drawing.frame import fitting_paragraph, new_sheet, numbered, scale_text, table
 from sitscad.files.drawing.pdf import pdf
@@ -68,7 +68,7 @@ def render(
     """
     if not performance or curves is None:
         return {}
-    plots = figures(curves, performance, cells.name)
+    plots = sensor_plots(curves, performance, cells.name)
     try:
         calibration = plan_calibration(response)  # the target stays level, as in all figures here
     except NoResponse:
@@ -77,11 +77,12 @@ def render(
     report = PerformanceReport(performance, layout.spec, reached)
     content = Content(
         layout.spec.name, layout.spec.issue, _description(layout.spec.cell_placements, performance),
-        _lines(axis_table(report)), sensor(performance, layout, estimates, cells), cells,
+        _with_heading(axis_table(report)), sensor_summary_rows(performance, layout, estimates, cells), cells,
         [] if calibration is None else list(calibration.error_rows),
-        "" if calibration is None else calibration.errors_are, _lines(error_table(performance)),
-        [row for table in (drift_table(performance), *compensation_tables(performance)) for row in _lines(table)],
-        contact_rows(layout), acceptance(bench.all_coils, bench.metered, bench.temperature),
+        "" if calibration is None else calibration.errors_are, _with_heading(error_table(performance)),
+        [row for table in (drift_table(performance), *compensation_tables(performance))
+         for row in _with_heading(table)],
+        contact_rows(layout), acceptance_rows(bench.all_coils, bench.metered, bench.temperature),
         tuple(notes(performance, calibration)), plots, bool(forced),
     )
     assembly = drawing(layout, content.is_forced)
@@ -140,11 +141,11 @@ def figures_for_programs(
         whole["map_crosstalk"] = calibration.crosstalk
     if response is not None:
         whole["pushed"] = response_table(response).document()
-    rounded = json.loads(json.dumps(whole), parse_float=_plain)
+    rounded = json.loads(json.dumps(whole), parse_float=_rounded_number)
     return (json.dumps(rounded, indent=1, allow_nan=False) + "\n").encode("ascii")
 
 
-def _plain(text: str) -> float:
+def _rounded_number(text: str) -> float:
     """Round a figure to six digits and tiny values to 0, because the last bits of a sum differ between machines."""
     value = float(text)
     return float(f"{value:.6g}") if abs(value) > 1e-12 else 0.0
@@ -158,16 +159,16 @@ def _sheets(content: Content, layout: Layout, assembly: Sheet | None) -> list[Sh
     first = sheet("data sheet", f"drawing {scale_text(plan_scale(layout, ROOM))}")
     # letters small enough that all tables end above the note at the foot
     size = min(2.4, (TOP - FOOT) / (1.55 * (len(content.axes) + len(content.whole) + len(between))))
-    low = table(first, LEFT, TOP, _widths(content.axes, 58.0, 150.0), content.axes, size)
+    low = table(first, LEFT, TOP, _column_widths(content.axes, 58.0, 150.0), content.axes, size)
     low = table(first, LEFT, low - 6.0, (58.0, 92.0), content.whole, size)
     if content.errors_are:
-        low = table(first, LEFT, low - 6.0, _widths(between, 58.0, 150.0), between, size)
+        low = table(first, LEFT, low - 6.0, _column_widths(between, 58.0, 150.0), between, size)
         fitting_paragraph(first, LEFT, low - 4.0, 150.0, 12.0, [content.errors_are], 2.2)
     plan(first, layout, ROOM)
     fitting_paragraph(first, 170.0, ROOM[1] - 15.0, 112.0, 42.0, [content.about], 2.6)
     each = sheet("data sheet, cells") if cells.groups else None
     if each is not None:
-        under = table(each, LEFT, TOP, _widths(cells.rows, 58.0, 268.0), cells.rows, 2.4)
+        under = table(each, LEFT, TOP, _column_widths(cells.rows, 58.0, 268.0), cells.rows, 2.4)
         fitting_paragraph(each, LEFT, under - 4.0, 200.0, 42.0, [cells.note], 2.2)
     curved = sheet("data sheet, curves")
     wide = [plotted for plotted in plots if plotted.size == WIDE]
@@ -178,15 +179,15 @@ def _sheets(content: Content, layout: Layout, assembly: Sheet | None) -> list[Sh
     for plotted, left in zip(plots[len(wide):], (LEFT, 152.0), strict=False):
         plot(beyond, (left, 88.0, *plotted.size), plotted.draw)
         fitting_paragraph(beyond, left, 86.0, 128.0, 70.0, [plotted.caption], 2.2)
-    table(beyond, LEFT, 70.0, _widths(content.drifts, 44.0, 130.0), content.drifts, 2.2)
+    table(beyond, LEFT, 70.0, _column_widths(content.drifts, 44.0, 130.0), content.drifts, 2.2)
     last = sheet("data sheet, contacts and limits")
     accepted = content.accepted
     incoming = sheet("data sheet, incoming test") if len(accepted) > MOST_BESIDE + 1 else None
     if incoming is not None:
-        table(incoming, LEFT, TOP, _widths(accepted, 66.0, 190.0), accepted, 2.2)
+        table(incoming, LEFT, TOP, _column_widths(accepted, 66.0, 190.0), accepted, 2.2)
     low = TOP
     for rows in (content.errors, [] if incoming is not None else accepted, content.contacts):
-        low = table(last, LEFT, low, _widths(rows, 66.0, 146.0), rows, 2.2) - 5.0 if rows else low
+        low = table(last, LEFT, low, _column_widths(rows, 66.0, 146.0), rows, 2.2) - 5.0 if rows else low
     fitting_paragraph(last, 165.0, TOP, 118.0, 42.0, numbered([*content.notes, ACCEPT]), 2.3)
     return [page for page in (first, each, assembly, curved, beyond, last, incoming) if page is not None]
 
@@ -197,7 +198,7 @@ FOOT = 36.0
 MOST_BESIDE = 4  # Most coils whose incoming test fits on the sheet of contacts and limits; more get a sheet
 
 
-def _widths(rows: Rows, first: float, whole: float) -> list[float]:
+def _column_widths(rows: Rows, first: float, whole: float) -> list[float]:
     """Return the widths (mm) of a table's columns, which add up to `whole` (mm).
 
     With up to four columns, the first has the width `first` (mm) and the others are equal. With more, all are equal.
@@ -225,24 +226,24 @@ def _page(content: Content, assembly: Sheet | None) -> str:
     warning = "Made in spite of errors: the design does not meet its own checks."
     banner = f"<p class='banner'>{warning}</p>" if content.is_forced else ""
     shown = figure(svg(assembly), "Target and elastomer over the coils, to scale.") if assembly is not None else ""
-    wide, narrow = ([_figure(plotted) for plotted in plots if (plotted.size == WIDE) is is_wide]
+    wide, narrow = ([_plot_html(plotted) for plotted in plots if (plotted.size == WIDE) is is_wide]
                     for is_wide in (True, False))
-    units = _table(content.unit_errors) + soft(content.errors_are) if content.errors_are else ""
+    units = _table_html(content.unit_errors) + soft(content.errors_are) if content.errors_are else ""
     parts = [
         f"<header><h1>{escape(content.name)}</h1>{soft(content.issue.words)}{soft(content.about)}</header>{banner}",
-        part("What it feels", _table(content.axes) + _table(content.whole)),
-        *([part("Cells", _table(cells.rows) + soft(cells.note))] if cells.groups else []),
+        part("What it feels", _table_html(content.axes) + _table_html(content.whole)),
+        *([part("Cells", _table_html(cells.rows) + soft(cells.note))] if cells.groups else []),
         part("Drawing", shown),
         part("Curves", f"{''.join(wide)}<div class='narrow'>{''.join(narrow)}</div>" if plots else ""),
-        part("Errors", units + _table(content.errors) + _table(content.drifts)),
-        part("Contacts", _table(content.contacts)),
-        part("Production", _table(content.accepted) + soft(ACCEPT)),
+        part("Errors", units + _table_html(content.errors) + _table_html(content.drifts)),
+        part("Contacts", _table_html(content.contacts)),
+        part("Production", _table_html(content.accepted) + soft(ACCEPT)),
         part("Notes", "<ul>" + "".join(f"<li>{escape(note)}</li>" for note in content.notes) + "</ul>"),
     ]
     return page(f"{content.name}: data sheet", parts)
 
 
-def _figure(plotted: Plot) -> str:
+def _plot_html(plotted: Plot) -> str:
     """Return a plot as an HTML figure with its caption.
 
     Narrow plots share a row of the page, so that the letters of all plots have one size.
@@ -252,39 +253,41 @@ def _figure(plotted: Plot) -> str:
     return figure(svg(sheet), plotted.caption)
 
 
-def _table(rows: Rows) -> str:
+def _table_html(rows: Rows) -> str:
     """Return an HTML table whose first row is the heading; all columns but the first are numeric."""
     head, *lines = rows or [()]
     return html_table(head, lines, [k > 0 for k in range(len(head))])
 
 
-def _lines(rows_and_head: Table) -> Rows:
+def _with_heading(rows_and_head: Table) -> Rows:
     """Return a table as a list of rows, with the headings as first row."""
     return [tuple(rows_and_head.head), *map(tuple, rows_and_head.rows)]
 
 
-def sensor(points: Sequence[Performance], layout: Layout, estimates: Estimates, cells: CellTable = NO_CELLS) -> Rows:
+def sensor_summary_rows(
+    points: Sequence[Performance], layout: Layout, estimates: Estimates, cells: CellTable = NO_CELLS,
+) -> Rows:
     """Return the rows on the sensor as a whole: converter, capacitor, target, elastomer and metal behind it."""
     readout, pad, target = estimates.readout, layout.spec.elastomer, layout.spec.target
     assert pad is not None and target is not None
     result = "" if readout.conversion is None else readout.conversion.result_text
     return [
         ("sensor", ""),
-        *_cells(cells),
+        *_cell_rows(cells),
         *sensor_rows([point.document() for point in points]),
-        ("converter", _converters(readout.device, len(estimates.all_coils))),
+        ("converter", _converter_text(readout.device, len(estimates.all_coils))),
         *([("its result", result)] if result else []),
         ("tank capacitor", show(readout.capacitance, "F", 3)),
-        *_reference(layout, estimates),
-        ("target", f"{target.material.name}, {_size(target)}, {show(target.thickness, 'm')}"),
-        ("elastomer", f"{pad.material.name}, {_size(pad)}, {show(pad.thickness, 'm')}"),
-        *_metal_behind(layout.spec.mount),
+        *_reference_coil_rows(layout, estimates),
+        ("target", f"{target.material.name}, {_size_text(target)}, {show(target.thickness, 'm')}"),
+        ("elastomer", f"{pad.material.name}, {_size_text(pad)}, {show(pad.thickness, 'm')}"),
+        *_metal_behind_rows(layout.spec.mount),
         ("shear modulus of it", f"{show(pad.material.shear_modulus, 'Pa', 3)} +- "
                                 f"{100.0 * pad.material.shear_modulus_sigma:.0f} %"),
     ]
 
 
-def _reference(layout: Layout, estimates: Estimates) -> Rows:
+def _reference_coil_rows(layout: Layout, estimates: Estimates) -> Rows:
     """Return the rows on the reference coil and the target's signal on it. Empty if there is no reference coil."""
     if estimates.reference is None:
         return []
@@ -299,14 +302,14 @@ def _reference(layout: Layout, estimates: Estimates) -> Rows:
     return rows
 
 
-def _converters(device: Converter, coils: int) -> str:
+def _converter_text(device: Converter, coils: int) -> str:
     """Describe number and part of the converters and the channels used."""
     number = device.needed(coils)
     several = f"{number} x " if number > 1 else ""
     return f"{several}{device.part}, {count_text(coils, 'channel')}{' in all' if several else ''}"
 
 
-def _metal_behind(mount: Mount | None) -> Rows:
+def _metal_behind_rows(mount: Mount | None) -> Rows:
     """Return the row on the metal behind the board that the figures include; empty without this metal."""
     metal = None if mount is None else mount.metal_behind
     if metal is None:
@@ -315,7 +318,7 @@ def _metal_behind(mount: Mount | None) -> Rows:
     return [("metal behind it, in all figures", f"{metal.material.name}, {where}")]
 
 
-def _cells(cells: CellTable) -> Rows:
+def _cell_rows(cells: CellTable) -> Rows:
     """Return the rows on the worst cells and on the cell whose curves are drawn; empty without cells."""
     groups = cells.groups
     if not groups:
@@ -356,7 +359,7 @@ TARED_AFTER_A_GRASP = (
 )
 
 
-def acceptance(coils: tuple[CoilEstimate, ...], metered: tuple[MeterReadings, ...], temperature: float) -> Rows:
+def acceptance_rows(coils: tuple[CoilEstimate, ...], metered: tuple[MeterReadings, ...], temperature: float) -> Rows:
     """Return the accepted readings of bare coils at a temperature (degrees Celsius), by coil and instrument.
 
     The first row has the headings. Limits are three standard deviations of manufacture about the design's value.
@@ -369,23 +372,23 @@ def acceptance(coils: tuple[CoilEstimate, ...], metered: tuple[MeterReadings, ..
     columns = (f"L, {meter}", f"R, {meter}", "R, ohmmeter") if meter else ()
     rows: Rows = [(f"bare coil, {temperature:g} degC", "f, converter", *columns)]
     for coil, ends in limits.items():
-        frequency = _between(ends["frequency_min_Hz"], ends["frequency_max_Hz"], "Hz")
+        frequency = _range_text(ends["frequency_min_Hz"], ends["frequency_max_Hz"], "Hz")
         read = next((each for each in metered if each.coil == coil), None)
         values = () if read is None else (
-            _within_sigmas(read.inductance, read.inductance_sigma, "H"),
-            _within_sigmas(read.resistance, read.resistance_sigma, "ohm"),
-            _within_sigmas(read.direct, read.direct_sigma, "ohm"),
+            _accepted_range_text(read.inductance, read.inductance_sigma, "H"),
+            _accepted_range_text(read.resistance, read.resistance_sigma, "ohm"),
+            _accepted_range_text(read.direct, read.direct_sigma, "ohm"),
         )
         rows.append((coil, frequency, *values, *([DASH] * (len(columns) - len(values)))))
     return rows
 
 
-def _within_sigmas(value: float, sigma: float, unit: str) -> str:
+def _accepted_range_text(value: float, sigma: float, unit: str) -> str:
     """Return the accepted range as text: `ACCEPTED_SIGMAS` standard deviations to either side, at least 0."""
-    return _between(max(0.0, value - ACCEPTED_SIGMAS * sigma), value + ACCEPTED_SIGMAS * sigma, unit)
+    return _range_text(max(0.0, value - ACCEPTED_SIGMAS * sigma), value + ACCEPTED_SIGMAS * sigma, unit)
 
 
-def _between(low: float, high: float, unit: str) -> str:
+def _range_text(low: float, high: float, unit: str) -> str:
     """Return a range as text, with both ends in the unit of the higher end."""
     last = show(high, unit, 4)
     scale = 10.0 ** round(math.log10(float(last.partition(" ")[0]) / high))
@@ -413,5 +416,5 @@ def notes(points: Sequence[Performance], calibration: Calibration | None = None)
     yield from (note[0].upper() + note[1:] for note in dict.fromkeys(remarks))
 
 
-def _size(plate: Target | ElastomerPad) -> str:
+def _size_text(plate: Target | ElastomerPad) -> str:
     return f"{PLATES[plate.shape].size_in_words(plate.size)} mm"

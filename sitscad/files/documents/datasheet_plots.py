@@ -32,7 +32,7 @@ class Plot:
     draw: Draw
 
 
-def figures(curves: Curves, points: Sequence[Performance], cell: str = "") -> list[Plot]:
+def sensor_plots(curves: Curves, points: Sequence[Performance], cell: str = "") -> list[Plot]:
     """Return all plots of a sensor, `WIDE` ones first; `cell` names the cell that the curves belong to, if any."""
     beyond = f" {BEYOND}" if any(float(np.abs(curve.forces).max()) > curves.validated_shear for curve in curves.shears
                               if curve.axis in SHEARS) else ""
@@ -43,17 +43,18 @@ def figures(curves: Curves, points: Sequence[Performance], cell: str = "") -> li
         f"Each coil over the normal force, and over {side} under half of it; bands:")
     plots = [Plot(f"{of}{what} one sigma from unit to unit, tared, not calibrated. Inductance is what firmware/ "
                   "computes from a reading, 1 / (C (2 pi f)^2): the coil's own capacitance is in it.", WIDE,
-                  partial(_coils, curves, cell and f"{cell}, "))]
+                  partial(_draw_coils, curves, cell and f"{cell}, "))]
     if not lone:
         plots.append(Plot(f"{of}Combinations of the coils: their sum over the normal force, and their difference over "
-                          f"{side} under no, half and full normal force." + beyond, WIDE, partial(_combined, curves)))
+                          f"{side} under no, half and full normal force." + beyond,
+                          WIDE, partial(_draw_combinations, curves)))
     if curves.ranges:
         plots.append(Plot(f"{of}The working range: where the readings go. Lines of equal normal force (blue) and of "
                           f"equal {side} (orange); where lines of one colour cross, no map tells the loads apart."
-                          + (f" {BEYOND_LINES}" if beyond else ""), NARROW, partial(_range, curves)))
+                          + (f" {BEYOND_LINES}" if beyond else ""), NARROW, partial(_draw_range, curves)))
     worst = ", by each cause that of the cell which is worst in it" if cell else ""
     plots.append(Plot(f"One sigma of error at full load by cause, of full scale, on any unit alike{worst}; the table "
-                      "says what differs from unit to unit.", NARROW, partial(_errors, points[-1])))
+                      "says what differs from unit to unit.", NARROW, partial(_draw_errors, points[-1])))
     return plots
 
 
@@ -63,7 +64,7 @@ BEYOND_LINES = "Dashed: the pad's law is extrapolated there, the shear beyond ha
 EXTRAPOLATED = "extrapolated"
 
 
-def _shade(axes: Any, curve: Curve, limit: float) -> None:
+def _shade_extrapolation(axes: Any, curve: Curve, limit: float) -> None:
     """Shade the shear forces beyond `limit` (N), for which the law of the pad's stiffness is extrapolated.
 
     The legend has one entry for all shaded areas.
@@ -76,7 +77,7 @@ def _shade(axes: Any, curve: Curve, limit: float) -> None:
         label = "_nolegend_"
 
 
-def difference(curves: Curves, axis: str) -> tuple[str, Array]:
+def coil_difference(curves: Curves, axis: str) -> tuple[str, Array]:
     """Return the difference of coil inductances that measures a shear or a moment: its text, and its weights (coils).
 
     It is the mean of the coils on one side of the middle, minus the mean on the other side.
@@ -85,15 +86,15 @@ def difference(curves: Curves, axis: str) -> tuple[str, Array]:
     weights = np.where(np.abs(places) < 1e-9, 0.0, -places / np.maximum(np.abs(places), 1e-12))
     low, high = ([name for name, w in zip(curves.coils, weights, strict=True) if w * sign > 0.0] for sign in (1, -1))
     weights = np.where(weights > 0.0, weights / max(len(low), 1), weights / max(len(high), 1))
-    return f"{_mean(low)} - {_mean(high)}", weights
+    return f"{_mean_text(low)} - {_mean_text(high)}", weights
 
 
-def _mean(names: Sequence[str]) -> str:
+def _mean_text(names: Sequence[str]) -> str:
     joined = "+".join(f"L{name.removeprefix('C')}" for name in names)
     return joined if len(names) == 1 else f"({joined})/{len(names)}"
 
 
-def _total(curves: Curves) -> str:
+def _sum_text(curves: Curves) -> str:
     return " + ".join(f"L{name.removeprefix('C')}" for name in curves.coils)
 
 
@@ -102,50 +103,51 @@ def _rounded(values: Array) -> Array:
     return np.asarray(np.round(values / scale, DIGITS) * scale)
 
 
-def _coils(curves: Curves, of: str, figure: Any) -> None:
+def _draw_coils(curves: Curves, of: str, figure: Any) -> None:
     """Draw each coil over normal force, and over shear under half this force; `of` begins the title."""
     shown = [curves.normal, *(curve for k, curve in enumerate(curves.shears) if k % 3 == 1)]  # half the normal force
-    names = "each coil" if len(curves.coils) > 1 else _total(curves)
+    names = "each coil" if len(curves.coils) > 1 else _sum_text(curves)
     for axes, curve in zip(figure.subplots(1, len(shown), squeeze=False)[0], shown, strict=True):
         for k, name in enumerate(curves.coils):
             dashes = "--" if k % 2 else "-"  # coils with equal readings (by symmetry) stay visible
-            _line(axes, curve, NANO * curve.inductance[:, k], NANO * curve.sigma[:, k], f"L{name[1:]}", dashes)
-        _shade(axes, curve, curves.validated_shear)
+            _draw_line(axes, curve, NANO * curve.inductance[:, k], NANO * curve.sigma[:, k], f"L{name[1:]}", dashes)
+        _shade_extrapolation(axes, curve, curves.validated_shear)
         under = "" if curve.axis == "normal" else f", {curve.normal:.3g} N normal"
-        axes.set(xlabel=_label(curve.axis), ylabel="inductance (nH)", title=f"{of}{names}{under}")
+        axes.set(xlabel=_axis_label(curve.axis), ylabel="inductance (nH)", title=f"{of}{names}{under}")
         if len(curves.coils) > 1:
             axes.legend()
 
 
-def _combined(curves: Curves, figure: Any) -> None:
+def _draw_combinations(curves: Curves, figure: Any) -> None:
     """Draw the sum of the coils over normal force, and their differences over shear."""
     kinds = list(dict.fromkeys(curve.axis for curve in curves.shears))
     first, *panels = figure.subplots(1, 1 + len(kinds), squeeze=False)[0]
     total, sigma_total = curves.normal.inductance.sum(axis=1), np.hypot.reduce(curves.normal.sigma, axis=1)
-    _line(first, curves.normal, NANO * total, NANO * sigma_total, "")
-    first.set(xlabel="normal (N)", ylabel="nH", title=_total(curves))
+    _draw_line(first, curves.normal, NANO * total, NANO * sigma_total, "")
+    first.set(xlabel="normal (N)", ylabel="nH", title=_sum_text(curves))
     for axes, kind in zip(panels, kinds, strict=True):
-        title, weights = difference(curves, kind)
+        title, weights = coil_difference(curves, kind)
         for plotted in (curve for curve in curves.shears if curve.axis == kind):
             sigma = np.sqrt((plotted.sigma * weights) ** 2 @ np.ones(len(weights)))
-            _line(axes, plotted, NANO * plotted.inductance @ weights, NANO * sigma, f"{plotted.normal:.3g} N normal")
-        _shade(axes, plotted, curves.validated_shear)
-        axes.set(xlabel=_label(kind), ylabel="nH", title=title)
+            label = f"{plotted.normal:.3g} N normal"
+            _draw_line(axes, plotted, NANO * plotted.inductance @ weights, NANO * sigma, label)
+        _shade_extrapolation(axes, plotted, curves.validated_shear)
+        axes.set(xlabel=_axis_label(kind), ylabel="nH", title=title)
         axes.legend()
 
 
-def _label(axis: str) -> str:
+def _axis_label(axis: str) -> str:
     return f"{NAMES[axis]} ({SHOWN[unit_of(axis)][1]})"
 
 
-def _line(axes: Any, curve: Curve, values: Array, sigma: Array, label: str, dashes: str = "-") -> None:
+def _draw_line(axes: Any, curve: Curve, values: Array, sigma: Array, label: str, dashes: str = "-") -> None:
     values, sigma = _rounded(values), _rounded(sigma)
     forces = curve.forces * SHOWN[unit_of(curve.axis)][0]
     (line,) = axes.plot(forces, values, label=label, linestyle=dashes)
     axes.fill_between(forces, values - sigma, values + sigma, alpha=BAND, color=line.get_color(), linewidth=0.0)
 
 
-def _range(curves: Curves, figure: Any) -> None:
+def _draw_range(curves: Curves, figure: Any) -> None:
     """Draw the working range: sum of the coils' inductances over their difference (nH).
 
     There is one panel for each shear or moment. Blue lines have one normal force, orange lines one shear force or
@@ -153,12 +155,12 @@ def _range(curves: Curves, figure: Any) -> None:
     """
     panels = figure.subplots(1, len(curves.ranges), squeeze=False)[0]
     for axes, (kind, normal, shear, inductance) in zip(panels, curves.ranges, strict=True):
-        label, weights = difference(curves, kind)
+        label, weights = coil_difference(curves, kind)
         apart = _rounded(NANO * inductance @ weights)
         total = _rounded(NANO * inductance.sum(axis=2))
         for k, force in enumerate(normal):
             width = 0.9 if k in (0, len(normal) - 1) else 0.45
-            for part, dashes in _parted(shear, curves.validated_shear if kind in SHEARS else np.inf):
+            for part, dashes in _split_at_limit(shear, curves.validated_shear if kind in SHEARS else np.inf):
                 line = (np.interp(part, shear, values[k]) for values in (apart, total))
                 axes.plot(*line, color="#1f5fa8", linewidth=width, linestyle=dashes)
             if k in (0, len(normal) - 1):
@@ -167,10 +169,10 @@ def _range(curves: Curves, figure: Any) -> None:
             axes.plot(apart[:, k], total[:, k], color="#c4602b", linewidth=0.9 if 2 * k + 1 == len(shear) else 0.45,
                       linestyle="-" if kind not in SHEARS or abs(shear[k]) <= curves.validated_shear else "--")
         axes.margins(x=0.2)  # room for the words at the ends of the lines
-        axes.set(xlabel=f"{label} (nH)", ylabel=f"{_total(curves)} (nH)", title=f"normal and {NAMES[kind]}")
+        axes.set(xlabel=f"{label} (nH)", ylabel=f"{_sum_text(curves)} (nH)", title=f"normal and {NAMES[kind]}")
 
 
-def _parted(shear: Array, limit: float) -> Iterator[tuple[Array, str]]:
+def _split_at_limit(shear: Array, limit: float) -> Iterator[tuple[Array, str]]:
     """Yield the shear forces (N) of each part of a line, and its line style: solid up to `limit` (N), dashed beyond."""
     ends = np.clip([-limit, limit], shear[0], shear[-1])
     yield np.array([ends[0], *shear[np.abs(shear) < limit], ends[1]]), "-"
@@ -179,7 +181,7 @@ def _parted(shear: Array, limit: float) -> Iterator[tuple[Array, str]]:
             yield np.array([low, *shear[(shear > low) & (shear < high)], high]), "--"
 
 
-def _errors(full: Performance, figure: Any) -> None:
+def _draw_errors(full: Performance, figure: Any) -> None:
     """Draw each error at full load by its cause, in per cent of full scale."""
     axes, names = figure.subplots(), list(full.axes)
     causes = [cause for cause in full.axes[names[0]].errors if cause not in FROM_UNIT_TO_UNIT]

@@ -11,7 +11,7 @@ from sitscad.basics.quantities import LONE_TIMES, RATES, SCAN_TIMES, TANK_AND_DR
 from sitscad.basics.units import show
 from sitscad.estimates.circuits.settings import Device, devices
 from sitscad.estimates.coil_estimates import CoilEstimate, Estimates, ReadoutEstimate, StateEstimate
-from sitscad.files.documents.firmware_driver import addr_pin, driver_files
+from sitscad.files.documents.firmware_driver import addr_pin_text, driver_files
 from sitscad.files.drawing.frame import FORCED
 from sitscad.files.writer import comment_text
 from sitscad.kernels.converters.converter import Converter
@@ -37,16 +37,16 @@ def render(spec: SensorSpec, estimates: Estimates, forced: str = "") -> dict[str
         if conversion is None or text is None:
             raise ValueError(f"sitscad has no firmware for {converter.part}")
         files = {
-            config_path(converter, "h"): header(spec, estimates, converters, text, bool(forced)),
-            config_path(converter, "json"): table(spec, estimates, converters, text, bool(forced)),
+            config_path(converter, "h"): settings_header(spec, estimates, converters, text, bool(forced)),
+            config_path(converter, "json"): settings_json(spec, estimates, converters, text, bool(forced)),
             **driver_files(spec, estimates, converters, bool(forced)),
         }
     except ValueError as error:
-        files = refusal(spec.name, spec.readout.device, str(error))
+        files = refusal_files(spec.name, spec.readout.device, str(error))
     return {path: text.encode("utf-8") for path, text in files.items()}
 
 
-def refusal(name: str, converter: Converter, reason: str) -> dict[str, str]:
+def refusal_files(name: str, converter: Converter, reason: str) -> dict[str, str]:
     """Return the C header and the JSON file, by path, for a sensor that cannot be read out. `reason` states why."""
     text = " ".join(reason.replace('"', "'").replace("\\", "/").split())
     value = {"name": name, "device": converter.name, "refused": reason, "converters": []}
@@ -63,7 +63,7 @@ TIMES = ("settle_time_s", "conversion_time_s", "switch_time_s", "read_back_time_
 """Keys of the readout under ``timing`` in the JSON file."""
 
 
-def table(
+def settings_json(
     spec: SensorSpec, estimates: Estimates, converters: Sequence[Device], text: FirmwareText, forced: bool = False
 ) -> str:
     """Return the text of the JSON file: keys end in SI units; registers are numbers in the order of writing."""
@@ -88,7 +88,7 @@ def table(
             {
                 "i2c_bus": device.bus,
                 "i2c_address": device.address,
-                "addr_pin": addr_pin(converter, device.address),
+                "addr_pin": addr_pin_text(converter, device.address),
                 "channels": list(device.coils),
                 "registers": [
                     {"address": each.address, "name": each.name, "value": each.value, "meaning": each.meaning}
@@ -133,7 +133,7 @@ def _coil_document(device: Converter, force: float | None, estimates: Estimates,
     }
 
 
-def header(
+def settings_header(
     spec: SensorSpec, estimates: Estimates, converters: Sequence[Device], text: FirmwareText, forced: bool = False
 ) -> str:
     """Return the C header (C99 and C++), with one constant table of register writes per converter."""
@@ -145,9 +145,9 @@ def header(
         f" * Register settings of the {converter.part} for the sensor {comment_text(spec.name)}.",
         *([f" * {spec.issue.title}."] if spec.issue.rows else []),
         f" * Write them in this order after power-up or reset; {converter.register_map.ORDER}.",
-        f" * {text.clock} Capacitor {_shown(readout.capacitance, 'F')}.",
+        f" * {text.clock} Capacitor {_value_text(readout.capacitance, 'F')}.",
         " * Each value is 16 bits, sent most significant byte first.",
-        *(f" * {line}".rstrip() for line in _expected(converter, estimates, text.frequency)),
+        *(f" * {line}".rstrip() for line in _expected_lines(converter, estimates, text.frequency)),
         " */",
         f"#ifndef {macro}_CONFIG_H",
         f"#define {macro}_CONFIG_H",
@@ -166,34 +166,34 @@ def header(
         f"}} {name}_register_t;",
     ]
     for number, device in enumerate(converters):
-        lines += _device(converter, number, device)
-    lines += _coils(converter, estimates.all_coils)
+        lines += _register_table(converter, number, device)
+    lines += _coil_table(converter, estimates.all_coils)
     if estimates.reference is not None:
         lines.append(f"#define {macro}_REFERENCE {len(estimates.coils)}u /* index of the reference coil */")
     lines += _force_macros(converter, estimates.all_coils, spec.requirements.normal_force)
-    lines += _further_states(converter, estimates.all_coils, estimates.states)
+    lines += _further_state_macros(converter, estimates.all_coils, estimates.states)
     return "\n".join([*lines, "", "#endif", ""])
 
 
-def _expected(device: Converter, estimates: Estimates, frequency: str) -> list[str]:
+def _expected_lines(device: Converter, estimates: Estimates, frequency: str) -> list[str]:
     """Describe timing, the expected readings of each coil in each state, and the formula of `frequency`."""
     part = device.part
     pins, delay = show(device.limit("pin_capacitance"), "F"), show(device.limit("drive_delay"), "s")
     expected = f"Expected at {estimates.temperature:g} degC (estimates; compare with what the first board gives):"
-    lines = [*_timing(estimates.all_coils, estimates.readout, device), "", expected]
+    lines = [*_timing_lines(estimates.all_coils, estimates.readout, device), "", expected]
     for coil in estimates.all_coils:
         for name, state in coil.states.items():
             lines.append(
-                f"  {comment_text(coil.name)} {comment_text(name)}: {_shown(state.frequency, 'Hz', 7)}, "
-                f"L {_shown(state.converter_inductance, 'H', 6)} by the formula below, "
-                f"R_P {_shown(state.parallel_resistance, 'ohm', 3)}, {_shown(state.amplitude, 'V', 3)} peak, "
-                f"{_step(estimates.readout, state)}"
+                f"  {comment_text(coil.name)} {comment_text(name)}: {_value_text(state.frequency, 'Hz', 7)}, "
+                f"L {_value_text(state.converter_inductance, 'H', 6)} by the formula below, "
+                f"R_P {_value_text(state.parallel_resistance, 'ohm', 3)}, {_value_text(state.amplitude, 'V', 3)} peak, "
+                f"{_step_text(estimates.readout, state)}"
             )
     if estimates.reference is not None:
         lines.append(f"{comment_text(estimates.reference.name)} is the reference coil: no target covers it.")
     if any(name != FREE for coil in estimates.all_coils for name in coil.states):
         lines.append("Free is the board before assembly; the drive current is chosen for the other states.")
-    if loaded := _loads(estimates.all_coils, estimates.states):
+    if loaded := _pressed_forces(estimates.all_coils, estimates.states):
         loads = ", ".join(f"{state} is with {show(force, 'N')}" for state, force in loaded.items())
         lines.append(f"Free and rest are without force, {loads} on the middle of the target.")
     lines += [f"{comment_text(state)}: {comment_text(why)}" for state, why in estimates.failed_states.items()]
@@ -211,7 +211,7 @@ def _expected(device: Converter, estimates: Estimates, frequency: str) -> list[s
     ]
 
 
-def _timing(coils: tuple[CoilEstimate, ...], readout: ReadoutEstimate, device: Converter) -> list[str]:
+def _timing_lines(coils: tuple[CoilEstimate, ...], readout: ReadoutEstimate, device: Converter) -> list[str]:
     """Describe the times of a scan and the supply current."""
     times = LONE_TIMES if len(coils) == 1 else SCAN_TIMES
     scans = [each for each in RATES if each.key in SCANS]
@@ -224,7 +224,7 @@ SCANS = ("scan_rate_Hz", "read_back_time_s", "supply_current_A")
 """Keys of the readout in the header, beside the times."""
 
 
-def _step(readout: ReadoutEstimate, state: StateEstimate) -> str:
+def _step_text(readout: ReadoutEstimate, state: StateEstimate) -> str:
     """Describe the inductance (H) of one step of the converter's result, and the frequency's standard deviation.
 
     The converter's formula gives the inductance. If settings or inductance are unknown, the text for it is "unknown".
@@ -303,16 +303,18 @@ def _count_macros(converter: Converter, readout: ReadoutEstimate, part_by: str) 
     ]
 
 
-def _loads(coils: tuple[CoilEstimate, ...], states: tuple[State, ...]) -> dict[str, float]:
+def _pressed_forces(coils: tuple[CoilEstimate, ...], states: tuple[State, ...]) -> dict[str, float]:
     """Return the forces (N), by name, of the pressed states that have estimates."""
     named = {name for coil in coils for name in coil.states}
     return {state.name: state.force for state in states if state.force and state.name in named}
 
 
-def _further_states(converter: Converter, coils: tuple[CoilEstimate, ...], states: tuple[State, ...]) -> list[str]:
+def _further_state_macros(
+    converter: Converter, coils: tuple[CoilEstimate, ...], states: tuple[State, ...]
+) -> list[str]:
     """Return macros with force and expected inductance of pressed states, except the state under the required force."""
     lines = []
-    for name, force in _loads(coils, states).items():
+    for name, force in _pressed_forces(coils, states).items():
         if name == PRESSED:
             continue
         lines += ["", f"/* Expected inductance by the formula (H) {comment_text(state_text(name))}, by this force (N) "
@@ -350,7 +352,7 @@ def _force_macros(converter: Converter, coils: Sequence[CoilEstimate], force: fl
     ]
 
 
-def _coils(converter: Converter, coils: Sequence[CoilEstimate]) -> list[str]:
+def _coil_table(converter: Converter, coils: Sequence[CoilEstimate]) -> list[str]:
     """Return the table of each coil's converter, channel and place, for programs that reconstruct forces."""
     lines = [
         "",
@@ -375,9 +377,9 @@ def _coils(converter: Converter, coils: Sequence[CoilEstimate]) -> list[str]:
     return [*lines, "};"]
 
 
-def _device(converter: Converter, number: int, device: Device) -> list[str]:
+def _register_table(converter: Converter, number: int, device: Device) -> list[str]:
     """Return the lines on one converter: address, channels and registers."""
-    pin, macro, name = addr_pin(converter, device.address), f"{converter.part}_{number}", converter.name
+    pin, macro, name = addr_pin_text(converter, device.address), f"{converter.part}_{number}", converter.name
     channels = ", ".join(f"channel {i} is {comment_text(name)}" for i, name in enumerate(device.coils))
     lines = [
         "",
@@ -395,5 +397,5 @@ def _device(converter: Converter, number: int, device: Device) -> list[str]:
     return [*lines, "};"]
 
 
-def _shown(value: float | None, unit: str, digits: int = 4) -> str:
+def _value_text(value: float | None, unit: str, digits: int = 4) -> str:
     return show(value, unit, digits) if value is not None else "unknown"

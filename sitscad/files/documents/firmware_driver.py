@@ -46,7 +46,7 @@ from sitscad.spec.materials import CellsSpec
 from sitscad.spec.sensor import ReadoutSpec, SensorSpec
 
 
-def addr_pin(converter: Converter, address: int) -> str:
+def addr_pin_text(converter: Converter, address: int) -> str:
     """Return the level of the converter's ADDR pin that selects an I2C address, or the line to which it is tied."""
     net = converter.address_net(address)
     return {"GND": "low", "VDD": "high"}.get(net, f"to {net}")
@@ -69,7 +69,7 @@ def driver_files(
         for path in sorted(folder.rglob("*"))
         if path.is_file() and (path.stem != "thermometer" or spec.readout.thermistor is not None)
     }
-    files["firmware/sensor_config.h"] = _config(spec, estimates, devices, coil_bands, conversion, forced)
+    files["firmware/sensor_config.h"] = _sensor_config(spec, estimates, devices, coil_bands, conversion, forced)
     if spec.cells is not None:
         files["firmware/cells.h"] = cells_header(len(spec.cell_placements), is_compensated(spec))
     reference = None if estimates.reference is None else len(estimates.coils)
@@ -85,7 +85,7 @@ def _counts(band: Band, conversion: Conversion) -> tuple[int, ...]:
     return tuple(min(max(round(value * scale), 1), most) for value in (band.design, band.low, band.high))
 
 
-def unlike(coil_bands: Sequence[CoilBands]) -> float:
+def exchange_threshold(coil_bands: Sequence[CoilBands]) -> float:
     """Return the least frequency difference (Hz) at which the self-test detects that two coils are exchanged.
 
     It is five standard deviations of the difference between two coils. For all pairs, it is computed for the two coils
@@ -95,7 +95,7 @@ def unlike(coil_bands: Sequence[CoilBands]) -> float:
     return 5.0 * math.hypot(*widest)
 
 
-def _config(
+def _sensor_config(
     spec: SensorSpec, estimates: Estimates, devices: Sequence[Device], coil_bands: Sequence[CoilBands],
     conversion: Conversion, forced: bool,
 ) -> str:
@@ -115,12 +115,12 @@ def _config(
     return "\n".join([
         "/*",
         *([f" * {FORCED}."] if forced else []),
-        f" * The sensor {_plain(spec.name)}: what its driver (sensor.c) knows of it.",
+        f" * The sensor {_without_delimiters(spec.name)}: what its driver (sensor.c) knows of it.",
         *([f" * {spec.issue.title}."] if spec.issue.rows else []),
         f" * Counts are f_SENSOR / {full_scale:.9g} Hz * 2^{conversion.count_bits}.",
         " */",
         "#ifndef SENSOR_CONFIG_H", "#define SENSOR_CONFIG_H", "",
-        f"#define SENSOR_NAME {json.dumps(_plain(spec.name), ensure_ascii=True)}",
+        f"#define SENSOR_NAME {json.dumps(_without_delimiters(spec.name), ensure_ascii=True)}",
         f"#define SENSOR_ID 0x{identity(spec.name, devices):08X}u /* of the name, the coils and the settings */",
         f"#define SENSOR_COILS {len(coil_bands)}",
         *_cell_macros(spec.cells, len(estimates.coils)),
@@ -134,8 +134,9 @@ def _config(
         f"#define SENSOR_POLLS {math.ceil(waited / register)}u /* at 400 kHz they take longer than four scans */",
         f"#define SENSOR_BAUD {serial.baud} /* bits per second of the serial port */",
         f"#define SENSOR_LINE_EVERY {serial.scans_per_line} /* scans of all coils for each line of text */",
-        f"#define SENSOR_WAKE_MS {_wake(conversion.device)} /* milliseconds from SD low to the first answer */",
-        f"#define SENSOR_UNLIKE {round(unlike(coil_bands) * scale)}u /* designs so far apart are told apart */",
+        f"#define SENSOR_WAKE_MS {_wake_time(conversion.device)} /* milliseconds from SD low to the first answer */",
+        f"#define SENSOR_UNLIKE {round(exchange_threshold(coil_bands) * scale)}u /* designs so far apart are told "
+        "apart */",
         "#define SENSOR_BUS_OF {" + ", ".join(f"{device.bus}u" for device in devices) + "} /* of a converter */",
         "#define SENSOR_ADDRESSES {" + ", ".join(f"0x{device.address:02X}u" for device in devices) + "}",
         "",
@@ -174,7 +175,7 @@ def _coil(place: Channel, frequencies: CoilBands, conversion: Conversion) -> str
         for band in (frequencies.bare, frequencies.assembled)
     )
     where = f"{place.converter}u, {place.number}u"
-    return f'{{"{_plain(frequencies.coil)}", {where}, {low}u, {high}u, {leap}u, {{{states}}}}},'
+    return f'{{"{_without_delimiters(frequencies.coil)}", {where}, {low}u, {high}u, {leap}u, {{{states}}}}},'
 
 
 def _tank(place: Channel, coil: CoilEstimate) -> str:
@@ -191,7 +192,7 @@ def _python_config(
     reference: int | None, forced: bool,
 ) -> str:
     """Return ``sensor_config.py``: the tables for MicroPython. `reference` is the index of the reference coil."""
-    lines = [f'"""The sensor {_plain(name)}: what sensor.py knows of it."""', ""]
+    lines = [f'"""The sensor {_without_delimiters(name)}: what sensor.py knows of it."""', ""]
     lines += [f"# {FORCED}."] if forced else []
     lines += ["# of every converter", "BUSES = (" + "".join(f"{device.bus}, " for device in devices).rstrip() + ")"]
     lines += ["ADDRESSES = (" + "".join(f"0x{device.address:02X}, " for device in devices).rstrip() + ")", ""]
@@ -209,10 +210,10 @@ def _python_config(
     ]
     for place, band in zip(converter.places(len(coil_bands)), coil_bands, strict=True):
         _, low, high = _counts(band.working, conversion)
-        lines.append(f'    ("{_plain(band.coil)}", {place.converter}, {place.number}, {low}, {high}),')
+        lines.append(f'    ("{_without_delimiters(band.coil)}", {place.converter}, {place.number}, {low}, {high}),')
     lines += [")", *([f"REFERENCE = {reference}  # the coil without a target"] if reference is not None else [])]
     lines += [f"HZ_PER_COUNT = {conversion.hertz_per_count!r}"]
-    return "\n".join([*lines, f"WAKE_MS = {_wake(conversion.device)}  # from SD low to the first answer", ""])
+    return "\n".join([*lines, f"WAKE_MS = {_wake_time(conversion.device)}  # from SD low to the first answer", ""])
 
 
 def _self_test_time(coils: int, scan_rate: float) -> float:
@@ -220,7 +221,7 @@ def _self_test_time(coils: int, scan_rate: float) -> float:
     return (4.0 / scan_rate if scan_rate else 0.0) + 2 * coils * WATCHDOG_RECOVERY + 2e-3
 
 
-def _wake(device: ConverterPart) -> int:
+def _wake_time(device: ConverterPart) -> int:
     """Return the time (ms, rounded up) from a low SD pin to the converter's first answer."""
     return math.ceil(1e3 * device.limit("wake_time"))
 
@@ -229,7 +230,7 @@ def _macro(name: str, rows: Sequence[str]) -> list[str]:
     return [f"#define {name} \\", "    { \\", *(f"        {row} \\" for row in rows), "    }"]
 
 
-def _plain(text: str) -> str:
+def _without_delimiters(text: str) -> str:
     """Return a text without characters that end a comment or a string of C."""
     return " ".join(comment_text(text).replace('"', "'").encode("ascii", "replace").decode().split())
 
@@ -249,7 +250,7 @@ PINS = (
 README = "firmware/readme.txt"
 
 
-def _without_driver(device: Converter) -> Iterator[str]:
+def _no_driver_text(device: Converter) -> Iterator[str]:
     """Yield the readme's text for a converter without a driver."""
     yield (f"There is no driver for {device.part} in this folder: sitscad has one for LDC1612 and LDC1614 alone. Nor "
            f"do `sitscad read` and the simulated converter know {device.part}.")
@@ -275,7 +276,7 @@ def render_readme(layout: Layout, estimates: Estimates, bench: Estimates, forced
         return {}
     if not spec.readout.device.has_driver:
         parts = [f"{FORCED}."] if forced else []
-        for text in _without_driver(spec.readout.device):
+        for text in _no_driver_text(spec.readout.device):
             parts += hanging("", text, WIDTH)
         return {README: ("\n".join(parts) + "\n").encode("ascii", "replace")}
     try:
@@ -288,7 +289,8 @@ def render_readme(layout: Layout, estimates: Estimates, bench: Estimates, forced
     files = (*FILES, THERMOMETER_FILE) if spec.readout.thermistor is not None else FILES
     steps, longest = [], show(_self_test_time(len(estimates.all_coils), readout.scan_rate), "s", 2)
     code = bare_board_code(bench.all_coils, bench.readout.device)
-    first_steps = _steps(spec.cells, spec.name, spec.readout.device, is_felt(spec), estimates.readout, code, coil_bands)
+    first_steps = _readme_steps(
+        spec.cells, spec.name, spec.readout.device, is_felt(spec), estimates.readout, code, coil_bands)
     compensation = temperature_steps(spec.readout.thermistor) if is_compensated(spec) else ()
     for number, step in enumerate((*first_steps, *compensation), 1):
         text, *commands = step.split("\n")
@@ -297,20 +299,20 @@ def render_readme(layout: Layout, estimates: Estimates, bench: Estimates, forced
         *([f"{FORCED}."] if forced else []),
         f"The sensor {spec.name}: from the board on the bench to newtons",
         *([f"{spec.issue.title}."] if spec.issue.rows else []),
-        "", "WIRING", "", *_wiring(layout.pads, layout.spec.fpc.tail, layout.spec.readout, contacts(layout),
+        "", "WIRING", "", *_wiring_lines(layout.pads, layout.spec.fpc.tail, layout.spec.readout, contacts(layout),
                                    estimates.all_coils, estimates.readout.capacitance),
-        "", "WHAT EACH COIL READS", "", *_readings(spec.readout.device, coil_bands, estimates.temperature,
+        "", "WHAT EACH COIL READS", "", *_reading_lines(spec.readout.device, coil_bands, estimates.temperature,
                                                    bench.metered, estimates.reference),
         "", "THE FIRST TEN STEPS", "", *steps,
         "", "IN A PROGRAM OF YOUR OWN", "",
         *(line for name, text in PROGRAM for line in hanging(
-            f"  {name:<12}", text.format(wake=_wake(spec.readout.device), longest=longest), WIDTH)),
+            f"  {name:<12}", text.format(wake=_wake_time(spec.readout.device), longest=longest), WIDTH)),
         "", "FILES", "", *(f"  {name:<22}{purpose.format(calibration=calibration)}" for name, purpose in files),
     ]
     return {README: ("\n".join(parts) + "\n").encode("ascii", "replace")}
 
 
-def _wiring(
+def _wiring_lines(
     pads: tuple[Pad, ...], tail: Tail | None, readout: ReadoutSpec, connections: tuple[Contact, ...],
     coils: tuple[CoilEstimate, ...], capacitance: float,
 ) -> Iterator[str]:
@@ -362,7 +364,7 @@ def _wiring(
     yield from hanging("", text, WIDTH)
 
 
-def _readings(
+def _reading_lines(
     converter: Converter, coil_bands: tuple[CoilBands, ...], temperature: float, metered: tuple[MeterReadings, ...],
     reference: CoilEstimate | None = None,
 ) -> Iterator[str]:
@@ -383,7 +385,7 @@ def _readings(
         for name, band in (("bare board", coil_band.bare), ("assembled", coil_band.assembled)):
             ends = f"{FREQUENCY.shown(band.low)} to {FREQUENCY.shown(band.high)}"
             yield f"  {coil_band.coil:<6}{name:<12}{FREQUENCY.shown(band.design):<12} {ends}"
-    yield from hanging("", _too_fast(converter, coil_bands), WIDTH)
+    yield from hanging("", _frequency_warning(converter, coil_bands), WIDTH)
     if metered:
         meter = f"An LCR meter at {show(metered[0].frequency, 'Hz')}"
         within = f"within {ACCEPTED_SIGMAS:g} sigma of manufacture (reject others)"
@@ -397,7 +399,7 @@ def _readings(
             )
 
 
-def _too_fast(device: Converter, coil_bands: tuple[CoilBands, ...]) -> str:
+def _frequency_warning(device: Converter, coil_bands: tuple[CoilBands, ...]) -> str:
     """Return a warning if boards within their frequency bands can exceed the converter's largest sensor frequency.
 
     Empty if no band exceeds it.
@@ -416,7 +418,9 @@ def _too_fast(device: Converter, coil_bands: tuple[CoilBands, ...]) -> str:
     )
 
 
-def bare_drive(converter: Converter, readout: ReadoutEstimate, bare_code: int | None, folder: str = "firmware/") -> str:
+def bare_drive_text(
+    converter: Converter, readout: ReadoutEstimate, bare_code: int | None, folder: str = "firmware/"
+) -> str:
     """Describe the drive code for a bare board; empty if no code is chosen."""
     device, code = converter, bare_code
     if code is None or readout.high_current or readout.drive_code is None:
@@ -434,7 +438,7 @@ def bare_drive(converter: Converter, readout: ReadoutEstimate, bare_code: int | 
     )
 
 
-def _i2c_addresses(converter: Converter, coils: int) -> str:
+def _i2c_address_text(converter: Converter, coils: int) -> str:
     """Describe the addresses that `i2cdetect` shows on each bus; `BUSES` has the bus numbers for Linux."""
     buses: dict[int, list[int]] = {}
     for at in converter.places(coils):
@@ -447,7 +451,7 @@ BUSES = (1, 3)
 """Linux numbers (``i2cdetect -y N``) of the first and the second I2C bus in the examples."""
 
 
-def _steps(
+def _readme_steps(
     cells: CellsSpec | None, name: str, converter: Converter, has_map: bool, readout: ReadoutEstimate,
     bare_code: int | None, coil_bands: tuple[CoilBands, ...],
 ) -> Iterator[str]:
@@ -457,7 +461,7 @@ def _steps(
     second = converter.places(len(coil_bands))[-1].bus
     yield (
         "Switch on with a limit of 50 mA, and look for the addresses: "
-        f"{_i2c_addresses(converter, len(coil_bands))}. "
+        f"{_i2c_address_text(converter, len(coil_bands))}. "
         "Then switch off, wire SD to its output, and tell the program which one that is (below)."
     )
     yield (
@@ -480,11 +484,11 @@ def _steps(
         "Read the self-test. A coil that does not oscillate is open or shorted from end to end: the ohmmeter tells "
         "which. Inductance low: a layer is missing or turns are shorted. Amplitude outside of 1.2 to 1.8 V is a "
         "warning while the board is bare, and a fault of drive or losses when it is assembled."
-        f"{bare_drive(converter, readout, bare_code, '')}"
+        f"{bare_drive_text(converter, readout, bare_code, '')}"
     )
     if len(coil_bands) > 1:
         gap = max(a.assembled.design for a in coil_bands) - min(a.assembled.design for a in coil_bands)
-        if gap >= unlike(coil_bands):
+        if gap >= exchange_threshold(coil_bands):
             yield f"The self-test tells exchanged coils where designs differ enough; to be sure, {COIN} near each."
         else:
             yield (
@@ -498,10 +502,10 @@ def _steps(
         "Assemble the sensor and run the self-test again: it has to say that it read an assembled one. This tests "
         f"noise and rate, too ({rate}):\nsitscad read serial:PORT --design .. --diagnose"
     )
-    yield from _calibrating(cells, has_map)
+    yield from _calibration_steps(cells, has_map)
 
 
-def _calibrating(cells: CellsSpec | None, has_map: bool) -> Iterator[str]:
+def _calibration_steps(cells: CellsSpec | None, has_map: bool) -> Iterator[str]:
     """Yield the steps from readings to newtons, or the reason why the sensor has no map to newtons."""
     if cells is None and not has_map:
         yield "This spec has no target on an elastomer, so there is no map to newtons: sensor_forces says so."

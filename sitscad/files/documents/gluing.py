@@ -62,17 +62,17 @@ RATCHET = 5.0
 """Least force (N) at which a micrometer's ratchet slips, usually 5 to 10 N. From memory, not verified."""
 
 
-def toleranced(size: Toleranced) -> str:
+def toleranced_text(size: Toleranced) -> str:
     """Return a length in millimetres as text, with its largest deviation to either side."""
     return f"{size.nominal * 1e3:.3f} +-{size.spread * 1e3:.3f} mm"
 
 
-def grams(mass: float) -> str:
+def mass_text(mass: float) -> str:
     """Format a mass (kg) to two significant digits, in grams or kilograms."""
-    return f"{_plain(mass * 1e3, 2)} g" if mass < 1.0 else f"{_plain(mass, 2)} kg"
+    return f"{_digits_text(mass * 1e3, 2)} g" if mass < 1.0 else f"{_digits_text(mass, 2)} kg"
 
 
-def duration(seconds: float) -> str:
+def duration_text(seconds: float) -> str:
     """Format a time (s) in seconds, minutes or hours."""
     for unit, length in (("h", 3600.0), ("min", 60.0)):
         if seconds >= 2.0 * length:
@@ -80,44 +80,45 @@ def duration(seconds: float) -> str:
     return f"{max(1.0, seconds):.0f} s"
 
 
-def product(assembly: Assembly) -> str:
+def product_name(assembly: Assembly) -> str:
     """Return the name of the glue's product, or `glue` if the spec has no adhesive."""
     return assembly.adhesive.product if assembly.adhesive is not None else "glue"
 
 
-def dose(glue: Adhesive | None, area: float, line: float, tolerance: float) -> str:
+def glue_dose_text(glue: Adhesive | None, area: float, line: float, tolerance: float) -> str:
     """Describe the dose of glue under an area (m2): a volume (``2.9 mm3 of ...``), or an area of tape.
 
     `line` is the thickness (m) of the glue line, and `tolerance` (m) its largest deviation.
     """
-    under, volume = f"{_plain(1e6 * area, 3)} mm2", 1e9 * area * line
+    under, volume = f"{_digits_text(1e6 * area, 3)} mm2", 1e9 * area * line
     if glue is not None and glue.viscosity is None:
         return f"{glue.product}, {under} cut to the outline"
     bead = f"; a bead {(6.0 * volume / math.pi) ** (1.0 / 3.0):.1f} mm across" if volume < LARGEST_BEAD else ""
     return (
-        f"{_plain(volume, 2)} mm3 (microlitres{bead}) of {glue.product if glue else 'glue'}, for a glue line "
+        f"{_digits_text(volume, 2)} mm3 (microlitres{bead}) of {glue.product if glue else 'glue'}, for a glue line "
         f"{in_mm(line)} +-{in_mm(tolerance)} mm thick under {under}"
     )
 
 
-def _plain(value: float, digits: int) -> str:
+def _digits_text(value: float, digits: int) -> str:
     """Format a number to significant digits, never with an exponent."""
     return f"{float(f'{value:.{digits - 1}e}'):.12g}"
 
 
-def setting(glue: Adhesive | None) -> str:
+def setting_text(glue: Adhesive | None) -> str:
     """Describe the glue's open time, setting time and cure time, as far as they are known. Empty if none is known."""
     if glue is None or glue.set_time is None or glue.open_time is None:
-        return "" if glue is None or not glue.cure_time else f" Full strength comes after {duration(glue.cure_time)}."
+        return f" Full strength comes after {duration_text(glue.cure_time)}." if glue and glue.cure_time else ""
     maker = "Loctite's" if glue.product.startswith("Loctite") else "the maker's"
     return (
-        f" {glue.product[0].upper()}{glue.product[1:]} flows for about {duration(glue.open_time)} once the faces meet, "
-        f"sets in about {duration(glue.set_time)} and has its full strength after {duration(glue.cure_time)} (thin "
+        f" {glue.product[0].upper()}{glue.product[1:]} flows for about {duration_text(glue.open_time)} once the faces "
+        f"meet, sets in about {duration_text(glue.set_time)} and has its full strength after "
+        f"{duration_text(glue.cure_time)} (thin "
         f"lines; {maker} data sheet takes precedence)."
     )
 
 
-def measuring(spec: SensorSpec) -> str:
+def measuring_text(spec: SensorSpec) -> str:
     """Describe the measurement of heights on the soft pad; empty if the spec has no pad."""
     pad = unsealed_pad(spec)
     force, travel = pad_force(pad, HEIGHT_ERROR), pad_compression(pad, RATCHET)
@@ -136,7 +137,7 @@ def measuring(spec: SensorSpec) -> str:
     )
 
 
-def primed(glue: Adhesive | None, elastomer: ElastomerPad | None) -> str:
+def primer_text(glue: Adhesive | None, elastomer: ElastomerPad | None) -> str:
     """Describe the faces that get a primer; empty if no primer is needed."""
     if glue is None or not glue.primer or elastomer is None:
         return ""
@@ -147,7 +148,7 @@ def primed(glue: Adhesive | None, elastomer: ElastomerPad | None) -> str:
     )
 
 
-def washers(mass: float) -> int | None:
+def washer_count(mass: float) -> int | None:
     """Return the number of washers with which a press has at least a total mass (kg).
 
     None if the press's peg is too short for them.
@@ -156,17 +157,17 @@ def washers(mass: float) -> int | None:
     return count if count * WASHER_HEIGHT <= PEG[1] else None
 
 
-def bar_height(across: float, mass: float) -> float:
+def weight_height(across: float, mass: float) -> float:
     """Return the height (m) of a steel bar with a hole, from its diameter `across` (m) and mass (kg)."""
     return mass / (STEEL * math.pi / 4.0 * (across**2 - BAR_HOLE**2))
 
 
-def steel_bar(mass: float) -> tuple[float, float]:
+def steel_weight_size(mass: float) -> tuple[float, float]:
     """Return diameter and height (m) of the steel bar with which a press has a total mass (kg).
 
     The diameter is the smallest of `BARS` at which the bar is not higher than wide, or else the largest.
     """
-    bars = [(across, bar_height(across, mass - PRESS_MASS)) for across in BARS]
+    bars = [(across, weight_height(across, mass - PRESS_MASS)) for across in BARS]
     return next((bar for bar in bars if bar[1] <= bar[0]), bars[-1])
 
 
@@ -183,7 +184,7 @@ SPRING_RATE = 10e3
 """Rate (N/m) of the compression spring under a clamp. Such springs are usual and compress by readable millimetres."""
 
 
-def spring(mass: float) -> str:
+def spring_text(mass: float) -> str:
     """Describe the clamping force: the weight (N) of a mass (kg), and the spring's compression by this force.
 
     The spring has the rate `SPRING_RATE`.
@@ -194,26 +195,27 @@ def spring(mass: float) -> str:
             f"{1e3 * (PEG[1] + 2.0 * travel):.0f} mm long, becomes {1e3 * travel:.2g} mm shorter")
 
 
-def loaded(part: str, mass: float) -> str:
+def loading_text(part: str, mass: float) -> str:
     """Return the instruction to load a part's press to a total mass (kg), without a full stop."""
     if is_clamped(mass):
         return (
             f"Have a bar clamp and a compression spring ready, which goes over the peg of jig-{part}-press: so large a "
-            f"board takes the weight of {grams(mass)}, too much to stand on it. With a washer on the spring, tighten "
-            f"the clamp from under the mount, over the peg, to {spring(mass)} (another rate: force by rate)"
+            f"board takes the weight of {mass_text(mass)}, too much to stand on it. With a washer on the spring, "
+            "tighten "
+            f"the clamp from under the mount, over the peg, to {spring_text(mass)} (another rate: force by rate)"
         )
-    if washers(mass) is not None:
+    if washer_count(mass) is not None:
         weight = f"M8 washers (ISO 7093, {1e3 * WASHER_MASS:g} g each) on its peg"
     else:
-        across, high = steel_bar(mass)
+        across, high = steel_weight_size(mass)
         weight = (f"a round bar of steel, {1e3 * across:g} mm across, about {1e3 * high:.0f} mm high "
-                  f"({_plain(1e3 * bar_height(across, 1e-3), 2)} mm less for each gram of the press above "
+                  f"({_digits_text(1e3 * weight_height(across, 1e-3), 2)} mm less for each gram of the press above "
                   f"{1e3 * PRESS_MASS:g} g: weigh it), with a hole of {1e3 * BAR_HOLE:g} mm through its middle for the "
                   "peg")
-    return f"Load jig-{part}-press with {weight}, until press and weight together have {grams(mass)}"
+    return f"Load jig-{part}-press with {weight}, until press and weight together have {mass_text(mass)}"
 
 
-def glued(spec: SensorSpec, part: str, under: str, height: Toleranced, place: str) -> str:
+def gluing_text(spec: SensorSpec, part: str, under: str, height: Toleranced, place: str) -> str:
     """Describe the gluing of the elastomer or the target in the jig, and the resulting height.
 
     `under` names the face below the piece. `height` (m) is the height of the piece's upper face above the board's top
@@ -221,7 +223,7 @@ def glued(spec: SensorSpec, part: str, under: str, height: Toleranced, place: st
     """
     assembly, count = spec.assembly, len(plates_of(spec).glued(part))
     press, area, glue = piece_press(spec, part), glued_area(spec, part), assembly.adhesive
-    dose_text = dose(glue, area, assembly.glue_line, assembly.glue_tolerance)
+    dose_text = glue_dose_text(glue, area, assembly.glue_line, assembly.glue_tolerance)
     on_foot = part == "target" and spec.elastomer is not None
     placing = f"drop the {part} into the well and lower the loaded press on it at once with the other hand"
     if on_foot:
@@ -237,11 +239,12 @@ def glued(spec: SensorSpec, part: str, under: str, height: Toleranced, place: st
     again = "" if count == 1 else f" Glue one of the {count} cells at a time: glue that is spread beforehand sets."
     wiped = f" {JELLY_OFF}" if on_foot else ""
     return (
-        f"Put the frame jig-{part} on the base: it goes on one way only.{place} {loaded(part, press.mass)}. "
+        f"Put the frame jig-{part} on the base: it goes on one way only.{place} {loading_text(part, press.mass)}. "
         f"{holding}{verb} {dose_text}, on {under} in the well"
         f"{'' if count == 1 else ' of a cell'}{webs}; {placing}. Nothing stops the press: its weight brings the glue "
-        f"to its line{pad}. Leave it until the glue has set, then lift press and frame.{wiped}{setting(glue)}{again} "
-        f"The upper face of the {part} is then {toleranced(height)} above the board's top face."
+        f"to its line{pad}. Leave it until the glue has set, then lift press and "
+        f"frame.{wiped}{setting_text(glue)}{again} "
+        f"The upper face of the {part} is then {toleranced_text(height)} above the board's top face."
     )
 
 
@@ -267,12 +270,12 @@ def line_areas(layout: Layout) -> dict[str, float]:
     return areas
 
 
-def hard_dose(assembly: Assembly, glue: Adhesive | None, area: float) -> str:
+def hard_glue_dose_text(assembly: Assembly, glue: Adhesive | None, area: float) -> str:
     """Describe the dose of glue for an area (m2) between two hard faces. `glue` is the glue for hard faces."""
-    return dose(glue, area, assembly.glue_line, assembly.glue_tolerance)
+    return glue_dose_text(glue, area, assembly.glue_line, assembly.glue_tolerance)
 
 
-def why_other(assembly: Assembly, board: tuple[Footprint, float], hard: Adhesive | None) -> str:
+def other_glue_reason(assembly: Assembly, board: tuple[Footprint, float], hard: Adhesive | None) -> str:
     """Give the reason why hard faces need another glue than the spec's; empty if they use the spec's glue.
 
     `board` is the outline and the area (m2) under the board, and `hard` the glue for hard faces.
@@ -282,22 +285,23 @@ def why_other(assembly: Assembly, board: tuple[Footprint, float], hard: Adhesive
         return ""
     takes = spreading_time(adhesive, plan, HARD_PRESSURE * area, assembly.glue_line, HARD_HANDLING)
     return (
-        f" Not {adhesive.product}: it flows for about {duration(adhesive.open_time or 0.0)} between two faces, and "
-        f"takes {duration(takes)} to be spread, put in its place and pressed flat here; {used.product} flows for "
-        f"{duration(used.open_time or 0.0)} (times unverified)."
+        f" Not {adhesive.product}: it flows for about {duration_text(adhesive.open_time or 0.0)} between two faces, "
+        "and "
+        f"takes {duration_text(takes)} to be spread, put in its place and pressed flat here; {used.product} flows for "
+        f"{duration_text(used.open_time or 0.0)} (times unverified)."
     )
 
 
-def board_glued(layout: Layout) -> str:
+def board_gluing_text(layout: Layout) -> str:
     """Describe the glue under the board: dose, reason for the choice of glue, and pressing, in whole sentences."""
     glue = hard_adhesive(layout)
     verb = "Put" if glue is not None and glue.viscosity is None else "Spread"
-    dose_text = hard_dose(layout.spec.assembly, glue, board_plan(layout)[1])
-    why = why_other(layout.spec.assembly, board_plan(layout), glue)
-    return pressing(layout, f"{verb} {dose_text}, under the board's whole body.{why}") + setting(glue)
+    dose_text = hard_glue_dose_text(layout.spec.assembly, glue, board_plan(layout)[1])
+    why = other_glue_reason(layout.spec.assembly, board_plan(layout), glue)
+    return pressing_text(layout, f"{verb} {dose_text}, under the board's whole body.{why}") + setting_text(glue)
 
 
-def pressing(layout: Layout, spreading: str) -> str:
+def pressing_text(layout: Layout, spreading: str) -> str:
     """Describe the pressing of the board on its mount; `spreading` is the sentence on spreading the glue.
 
     The board is never pressed by a finger on the pads.
@@ -312,7 +316,7 @@ def pressing(layout: Layout, spreading: str) -> str:
     if not pockets:
         return (
             f"Clamp what the board goes on, its face level. {spreading} Lay {foam}, over the whole board and a flat "
-            f"stiff plate (glass) on it, {grams(mass)} with a weight on its middle, until the glue has set. Never "
+            f"stiff plate (glass) on it, {mass_text(mass)} with a weight on its middle, until the glue has set. Never "
             f"press the {parts} at one edge."
         )
     each = "the pocket" if len(pockets) == 1 else "each pocket"
@@ -320,7 +324,8 @@ def pressing(layout: Layout, spreading: str) -> str:
         f"Keep this order. (1) Clamp what the board goes on, its face level. (2) Stick {foam} and as large as the "
         f"{part}, under the roof of {each} of jig-board-press, by double-sided tape. The foam is "
         f"compressed by about {100.0 * FOAM_STRAIN:.0f} %, so it keeps the board down under the {parts}, whatever "
-        f"{'its height' if is_one else 'their heights'} (unverified). {loaded('board', mass)}. (3) {spreading} (4) Lay "
+        f"{'its height' if is_one else 'their heights'} (unverified). {loading_text('board', mass)}. (3) {spreading} "
+        "(4) Lay "
         f"the board on. Put the press round the {parts}: its feet stand on the board's rim, {in_mm(FOOT_INSET)} mm "
         f"inside the board's edges, inside any recess and film, and at least {in_mm(FOOT_ROOM[0])} mm beside them. It "
         f"stands by itself until the glue has set. Never press the {parts} at one edge."
@@ -333,7 +338,7 @@ INHIBITION = (
 )
 
 
-def inhibited(adhesive: Adhesive | None, film: Encapsulation | None, hard: Adhesive | None = None) -> str:
+def inhibition_warning(adhesive: Adhesive | None, film: Encapsulation | None, hard: Adhesive | None = None) -> str:
     """Warn of glues that may keep the film from curing, with the remedy; empty if none is known to.
 
     `hard` is the adhesive of hard faces, the spec's if None.
@@ -345,7 +350,7 @@ def inhibited(adhesive: Adhesive | None, film: Encapsulation | None, hard: Adhes
     return (
         f" {INHIBITION}. {film.material.name} is such a silicone, and such a substance is in {named}. Let the glue "
         "cure fully first "
-        f"({duration(max(glue.cure_time for glue in glues))}), wipe squeezed-out glue and the pad's sides with "
+        f"({duration_text(max(glue.cure_time for glue in glues))}), wipe squeezed-out glue and the pad's sides with "
         "isopropanol, let that dry, and try a drop of the film on a scrap glued the same way. If it stays sticky, "
         "brush on a barrier coat (clear acrylic lacquer), or glue with something else. (No test of this pair was "
         "found: unverified.)"

@@ -34,32 +34,34 @@ SILICONE = "silicone"
 def render(layout: Layout, forced: str = "") -> dict[str, bytes]:
     """Return the text, with a warning first if `forced`. Raises ValueError if a sheet cannot be laid out."""
     cut_sheets = sheets(layout)
-    return {"laser/readme.txt": text(layout.spec, cut_sheets, bool(forced)).encode("utf-8")} if cut_sheets else {}
+    if not cut_sheets:
+        return {}
+    return {"laser/readme.txt": laser_readme(layout.spec, cut_sheets, bool(forced)).encode("utf-8")}
 
 
-def text(spec: SensorSpec, sheets: tuple[LaserSheet, ...], forced: bool = False) -> str:
+def laser_readme(spec: SensorSpec, sheets: tuple[LaserSheet, ...], forced: bool = False) -> str:
     """Return the whole page, with a warning at the top if `forced`."""
     lines = [FORCED, ""] if forced else []
     lines += [f"{spec.name}: parts to be cut, for {count_text(spec.fpc.boards or 1, 'sensor')}"]
     lines += [*([f"{spec.issue.title}."] if spec.issue.rows else []), ""]
     for sheet in sheets:
-        lines += [*_sheet(spec.cutting.gap, spec.name, spec.web, joined_part(spec), sheet), ""]
+        lines += [*_sheet_lines(spec.cutting.gap, spec.name, spec.web, joined_part(spec), sheet), ""]
     lines.append("Colours and order")
     for number, layer in enumerate((layer for layer in CutLayer if LOOKS[layer].work), 1):
         look = LOOKS[layer]
         lines.append(f"   {number}. {look.colour:<8} {look.rgb}  layer {layer:<10} {look.work}")
     lines += [f"   -  {LOOKS[CutLayer.REF].colour:<8} {LOOKS[CutLayer.REF].rgb}  layer {CutLayer.REF:<10} not cut", ""]
-    for material in dict.fromkeys(_kind(sheet) for sheet in sheets):
-        lines += [*_lasers(material), ""]
+    for material in dict.fromkeys(_part_kind(sheet) for sheet in sheets):
+        lines += [*_laser_lines(material), ""]
     if any(sheet.part == "shield" for sheet in sheets):
         lines += [*hanging("", SHIELD, WIDTH), ""]
     for target in (sheet for sheet in sheets if sheet.part == "target"):
         is_soft = target.material in SOFT_METALS and target.thickness <= MAX_SCALPEL_THICKNESS + 1e-9
         by_hand = BY_HAND if is_soft else NOT_BY_HAND
         lines += [*hanging("", WITHOUT_LASER.format(name=spec.name, by_hand=by_hand), WIDTH), ""]
-    if (bought := _bought(spec.elastomer, spec.mount)) is not None:
+    if (bought := _source_text(spec.elastomer, spec.mount)) is not None:
         lines += [*hanging("", bought, WIDTH), ""]
-    return "\n".join([*lines, *hanging("", _kerf(sheets), WIDTH)]) + "\n"
+    return "\n".join([*lines, *hanging("", _kerf_text(sheets), WIDTH)]) + "\n"
 
 
 WITHOUT_LASER = (
@@ -85,7 +87,7 @@ SHIELD = (
     "ferrite breaks: buy it in its size. (Unverified, from memory: ask the maker of the sheet.)"
 )
 
-def _kerf(sheets: tuple[LaserSheet, ...]) -> str:
+def _kerf_text(sheets: tuple[LaserSheet, ...]) -> str:
     """Describe the kerf of each sheet's drawing, and the compensation that the shop sets."""
     kerfs, sentences = {sheet.part: sheet.kerf for sheet in sheets}, ["The kerf."]
     for part, kerf in kerfs.items():
@@ -105,7 +107,7 @@ def _kerf(sheets: tuple[LaserSheet, ...]) -> str:
     return " ".join(sentences)
 
 
-def _sheet(gap: float, name: str, web: float | None, joined: CutPart | None, sheet: LaserSheet) -> Iterator[str]:
+def _sheet_lines(gap: float, name: str, web: float | None, joined: CutPart | None, sheet: LaserSheet) -> Iterator[str]:
     """Yield the lines on one sheet; `gap` (m) is between copies, and `joined` is the piece of all pads with webs."""
     nest, is_joined = sheet.nest, joined is not None and web is not None and sheet.part == "elastomer"
     yield f"laser/{name}-{sheet.name}.dxf and .svg (the same, in mm, full size)"
@@ -117,7 +119,7 @@ def _sheet(gap: float, name: str, web: float | None, joined: CutPart | None, she
     yield f"   pieces     {nest.count} on the sheet" + (f", cut {nest.times} times" if nest.times > 1 else "")
     yield f"   drawing    {in_mm(sheet.width)} x {in_mm(sheet.height)} mm with its notes, which are not cut"
     # Least feature (m) that lasers for this material leave; None if unknown
-    material = _kind(sheet)
+    material = _part_kind(sheet)
     rows_of_material = [row for row in _table() if row["material"] == material]
     features = [parse_quantity(row["least"], "length") for row in rows_of_material if row["least"]]
     least = max(features) if features else None
@@ -133,7 +135,7 @@ def _sheet(gap: float, name: str, web: float | None, joined: CutPart | None, she
                "(below), or ask the shop")
 
 
-def _lasers(material: str) -> Iterator[str]:
+def _laser_lines(material: str) -> Iterator[str]:
     lasers = [row for row in _table() if row["material"] == material]
     yield f"Lasers for {material}" + ("" if lasers else ": nothing is known; ask the shop")
     for row in lasers:
@@ -142,11 +144,11 @@ def _lasers(material: str) -> Iterator[str]:
         yield from hanging("   ", f"{row['laser']} {verdict}: {row['source']}{doubt}", WIDTH)
 
 
-def _kind(sheet: LaserSheet) -> str:
+def _part_kind(sheet: LaserSheet) -> str:
     return SILICONE if sheet.part == "elastomer" else sheet.material
 
 
-def _bought(pad: ElastomerPad | None, mount: Mount | None) -> str | None:
+def _source_text(pad: ElastomerPad | None, mount: Mount | None) -> str | None:
     """Describe sources of the elastomer's sheet; None if no order code is known."""
     order = None if pad is None else order_of("elastomer", pad.material.name)
     if pad is None or order is None:

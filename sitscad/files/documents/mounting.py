@@ -47,10 +47,15 @@ from sitscad.assembly.solids.whole import Balance, balance, weigh
 from sitscad.basics.units import in_mm, show
 from sitscad.estimates.loads.gluing import board_plan, board_press, glued_area, hard_adhesive
 from sitscad.estimates.loads.pad import NoResponse, loaded_poses
-from sitscad.files.documents.gluing import board_glued, inhibited, line_areas, toleranced
-from sitscad.files.documents.piece_places import in_recess, on_own, press_words, pushed_ways
-from sitscad.files.documents.preparing import amount, cured, mixed
-from sitscad.files.documents.tail_steps import tail_bent, tail_fixed, tail_formed
+from sitscad.files.documents.gluing import board_gluing_text, inhibition_warning, line_areas, toleranced_text
+from sitscad.files.documents.piece_places import (
+    custom_mount_place_text,
+    jig_captions,
+    press_captions,
+    recess_place_text,
+)
+from sitscad.files.documents.preparing import cure_text, silicone_mix_text, silicone_volume_text
+from sitscad.files.documents.tail_steps import glued_tail_size, glued_tail_text, loose_tail_text
 from sitscad.files.drawing.pictures.rendered import assembly_svg, clash_svg
 from sitscad.files.writer import json_bytes
 from sitscad.kernels.geometry.convex import Box
@@ -64,7 +69,7 @@ from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.source import SpecSource
 
 
-def doses(layout: Layout) -> tuple[float, ...]:
+def dose_volumes(layout: Layout) -> tuple[float, ...]:
     """Return the volumes (m3) of the single doses of liquid glue in the steps, smallest first."""
     assembly, hard = layout.spec.assembly, hard_adhesive(layout)
     areas = list[float]()
@@ -72,11 +77,11 @@ def doses(layout: Layout) -> tuple[float, ...]:
         areas += [glued_area(layout.spec, part) for part in ("elastomer", "target") if getattr(layout.spec, part)]
     if hard is not None and hard.viscosity is not None:
         areas += line_areas(layout).values() if layout.spec.jaw is not None else [board_plan(layout)[1]]
-        areas += [length * across for length, across in filter(None, (tail_fixed(layout),))]
+        areas += [length * across for length, across in filter(None, (glued_tail_size(layout),))]
     return tuple(sorted(area * assembly.glue_line for area in areas))
 
 
-def jaw_cut(body: Box, glue_line: float, mount: Mount | None) -> Iterator[str]:
+def jaw_joint_steps(body: Box, glue_line: float, mount: Mount | None) -> Iterator[str]:
     """Yield the step that cuts a dovetail groove or pin holes into the jaw; empty without such a joint."""
     joint = retention(body, mount)
     if joint is not None and mount is not None and mount.jaw is not None:
@@ -99,41 +104,41 @@ def jaw_cut(body: Box, glue_line: float, mount: Mount | None) -> Iterator[str]:
             )
 
 
-def fastened(layout: Layout) -> Iterator[str]:
+def board_mounting_steps(layout: Layout) -> Iterator[str]:
     """Yield the steps that glue the board to a plate, a cap or a custom part, and bend the tail."""
     mount = layout.spec.mount
     if mount is None:
         return
-    if bending := tail_formed(layout):
+    if bending := loose_tail_text(layout):
         yield bending
     slot = ", tail in the slot" if layout.spec.fpc.tail is not None else ""
-    recess = in_recess(layout.spec.assembly, layout.spec.fpc, layout.spec.mount)
-    seat = _seated(mount, layout.spec.shield is not None, on_seat(layout))
-    glued = f"Glue the board into the mount's recess{slot}.{recess} {board_glued(layout)}{seat}"
+    recess = recess_place_text(layout.spec.assembly, layout.spec.fpc, layout.spec.mount)
+    seat = _seat_height_text(mount, layout.spec.shield is not None, on_seat(layout))
+    glued = f"Glue the board into the mount's recess{slot}.{recess} {board_gluing_text(layout)}{seat}"
     if mount.finger is not None:
         yield f"Tap both holes in the cap's sides M{in_mm(mount.finger.screw)}. {glued}"
     elif mount.kind == "custom":
-        placing = on_own(layout.body, layout.spec.assembly, layout.spec.fpc.tail, mount.step)
-        placing += _own_height(layout.spec.coil, layout.spec.mount)
-        yield f"Put the board on your own mount and glue it down.{placing} {board_glued(layout)}"
+        placing = custom_mount_place_text(layout.body, layout.spec.assembly, layout.spec.fpc.tail, mount.step)
+        placing += _custom_mount_height_text(layout.spec.coil, layout.spec.mount)
+        yield f"Put the board on your own mount and glue it down.{placing} {board_gluing_text(layout)}"
     elif mount.holes is not None:
         yield glued
-    if bending := tail_bent(layout):
+    if bending := glued_tail_text(layout):
         yield bending
 
 
-def _own_height(coil: CoilSpec, mount: Mount | None) -> str:
+def _custom_mount_height_text(coil: CoilSpec, mount: Mount | None) -> str:
     """Describe the board's height over metal behind a custom mount, or the least distance of metal."""
     metal = mount.metal_behind if mount is not None else None
     if metal is None:
-        return metal_below_told(coil, mount)
+        return metal_below_text(coil, mount)
     return (
         f" Its face for the board has to lie {in_mm(metal.distance)} mm above the {metal.material.name}, with nothing "
         "of metal between."
     )
 
 
-def in_place(layout: Layout) -> Iterator[str]:
+def sensor_mounting_steps(layout: Layout) -> Iterator[str]:
     """Yield the steps that mount the sensor, after gluing, bending and sealing, on its plate or finger.
 
     Empty without a mount, and for a jaw.
@@ -148,31 +153,32 @@ def in_place(layout: Layout) -> Iterator[str]:
             f"M{in_mm(mount.finger.screw)} set screws of plastic: metal nearer to a coil than "
             f"{in_mm(metal_free_distance(layout.spec.coil), 1)} mm changes the readings, brass too, "
             f"and no figure counts the screws. The cap's sides are {in_mm(side, 2)} mm thick there: screws of "
-            f"{in_mm(set_screw(layout.body, layout.spec.mount))} mm do not stand out."
+            f"{in_mm(set_screw_length(layout.body, layout.spec.mount))} mm do not stand out."
         )
         return
     if mount.holes is None:
         return
     is_near = is_near_metal(layout.spec.coil, layout.spec.all_placements, plate_holes(layout))
-    heads = _heads(heads_above(layout), is_near)
-    room_below = _room_below(layout.body[2], bends(layout))
+    heads = _screw_head_text(heads_above(layout), is_near)
+    room_below = _room_below_text(layout.body[2], bends(layout))
     if adapter_needed(layout):
         plate, below = -plate_floor(layout)[1], adapter_depth(adapter_needed(layout))
         yield (
             f"Screw mount-adapter on ({mount.holes.name}, {len(mount.holes.holes)} screws, their heads sunk). "
-            f"{screws(mount.holes.thread, FLOOR)} Lay four M2 nuts into it from below first; they hold the mount's "
-            f"four screws.{metal_below_told(layout.spec.coil, layout.spec.mount)}"
+            f"{screw_text(mount.holes.thread, FLOOR)} Lay four M2 nuts into it from below first; they hold the mount's "
+            f"four screws.{metal_below_text(layout.spec.coil, layout.spec.mount)}"
         )
-        yield f"Screw the mount on the adapter: {_into_nuts(plate + below)}{heads}{room_below}"
+        yield f"Screw the mount on the adapter: {_nut_screw_text(plate + below)}{heads}{room_below}"
     else:
         thread = "M2" if mount.holes.name == "corners-m2" else mount.holes.thread
         yield (
-            f"Screw the mount down ({mount.holes.name}{_spacing(screw_spacing(plate_holes(layout)))}). "
-            f"{screws(thread, -plate_floor(layout)[1])}{heads}{metal_below_told(layout.spec.coil, mount)}{room_below}"
+            f"Screw the mount down ({mount.holes.name}{_spacing_text(screw_spacing(plate_holes(layout)))}). "
+            f"{screw_text(thread, -plate_floor(layout)[1])}{heads}"
+            f"{metal_below_text(layout.spec.coil, mount)}{room_below}"
         )
 
 
-def _spacing(spacing: tuple[float, float] | None) -> str:
+def _spacing_text(spacing: tuple[float, float] | None) -> str:
     """Describe the spacing of the screws.
 
     `spacing` holds the sides (m) of the screws' rectangle. If it is None, the text is empty.
@@ -180,7 +186,7 @@ def _spacing(spacing: tuple[float, float] | None) -> str:
     return "" if spacing is None else f"; the screws {in_mm(spacing[0], 2)} x {in_mm(spacing[1], 2)} mm apart"
 
 
-def _heads(height: float | None, is_near: bool) -> str:
+def _screw_head_text(height: float | None, is_near: bool) -> str:
     """Describe the screws' material, and the height of their heads above the sensor's top face.
 
     `height` (m) is None for inch threads; then the text is empty. `is_near` is True if steel would be too near to a
@@ -207,13 +213,13 @@ LENGTHS = (3, 4, 5, 6, 8, 10, 12, 16, 20, 25, 30, 35, 40, 45, 50)
 """Lengths of screws under the head (mm; ISO 4762)."""
 
 
-def set_screw(body: Box, mount: Mount | None) -> float:
+def set_screw_length(body: Box, mount: Mount | None) -> float:
     """Return the length (m) of the set screws in a cap's sides: the longest standard length that does not protrude."""
     _, side = cap_size(body, mount)
     return 1e-3 * max((each for each in SET_LENGTHS if 1e-3 * each <= side + SAME), default=SET_LENGTHS[0])
 
 
-def nut_screw(depth: float) -> tuple[int, bool]:
+def nut_screw_length(depth: float) -> tuple[int, bool]:
     """Return the length (mm) of the M2 screws through mount and adapter, and whether they must be cut to `depth`.
 
     `depth` (m) is the distance from the lower side of the screws' heads to the lower face of the adapter, which holds
@@ -226,9 +232,9 @@ def nut_screw(depth: float) -> tuple[int, bool]:
     return next(each for each in LENGTHS if 1e-3 * each > depth), True
 
 
-def _into_nuts(depth: float) -> str:
-    """Describe the M2 screws into the nuts in the adapter, in a whole sentence; `depth` (m) as in `nut_screw`."""
-    length, is_cut = nut_screw(depth)
+def _nut_screw_text(depth: float) -> str:
+    """Describe the M2 screws into the adapter's nuts in a sentence; `depth` (m) is as in `nut_screw_length`."""
+    length, is_cut = nut_screw_length(depth)
     if is_cut:
         return f"M2 x {length} screws (ISO 4762), cut to {in_mm(depth, 1)} mm: longer ones stand out of the adapter."
     reach = min(1e-3 * length - depth + CORNER_SCREW.nut_height, NUT)
@@ -246,7 +252,7 @@ def screw_length(thread: str, grip: float) -> int | None:
     return next((each for each in LENGTHS if 1e-3 * each >= grip + ENGAGED * diameter), None)
 
 
-def screws(thread: str, grip: float) -> str:
+def screw_text(thread: str, grip: float) -> str:
     """Describe the screws of a thread, with their length through plastic of a thickness (m).
 
     `thread` is a name such as M2 or 1/4-20; if empty, any screw fits.
@@ -263,7 +269,7 @@ def screws(thread: str, grip: float) -> str:
     return f"{lies}: {thread} x {length} screws (ISO 4762) go {in_mm(engagement, 1)} mm into the part below."
 
 
-def metal_below_told(coil: CoilSpec, mount: Mount | None) -> str:
+def metal_below_text(coil: CoilSpec, mount: Mount | None) -> str:
     """Describe the distance below the board within which a plate or custom mount must have no further metal.
 
     Empty for a finger or a jaw.
@@ -283,7 +289,7 @@ def metal_below_told(coil: CoilSpec, mount: Mount | None) -> str:
     )
 
 
-def _room_below(body_end: float, tail_bends: tuple[Bend, ...]) -> str:
+def _room_below_text(body_end: float, tail_bends: tuple[Bend, ...]) -> str:
     """Describe where the part under a plate must end, so that the tail can bend down. Empty if no bend goes down."""
     first = next((bend for bend in tail_bends if bend.direction == "down"), None)
     if first is None:
@@ -296,40 +302,41 @@ def _room_below(body_end: float, tail_bends: tuple[Bend, ...]) -> str:
 
 SAME = 1e-6  # Smallest difference (m) between two lengths
 
-def _seated(mount: Mount, has_shield: bool, layers: tuple[Layer, ...]) -> str:
+def _seat_height_text(mount: Mount, has_shield: bool, layers: tuple[Layer, ...]) -> str:
     """Describe the height of the board's top face above the face under the mount; empty with a shield."""
     if has_shield:
         return ""
     height = sum((layer.thickness for layer in layers), Toleranced(0.0))
     face = "the face that the mount stands on" if mount.finger is None else "the cap's face against the finger"
-    return f" From {face} to the board's top face are {toleranced(height)} then."
+    return f" From {face} to the board's top face are {toleranced_text(height)} then."
 
 
-def skin(layout: Layout, film: Encapsulation) -> str:
+def film_text(layout: Layout, film: Encapsulation) -> str:
     """Describe the application of the film: cast in its mould, or brushed on if it is too thin for casting."""
     poured = skin_pour(layout)
-    caution = inhibited(layout.spec.assembly.adhesive, layout.spec.encapsulation, hard_adhesive(layout))
+    caution = inhibition_warning(layout.spec.assembly.adhesive, layout.spec.encapsulation, hard_adhesive(layout))
     if poured is None:
         return (
             f"Seal board, elastomer and target with {in_mm(film.thickness)} mm of {film.material.name}, brushed on: "
-            f"mix {1e6 * LEAST_MIX:g} ml of {mixed(film.material)}; little of it stays on. Mask the contacts "
-            "with polyimide tape (masking tape can keep silicone from curing); no copper may be left open. "
-            f"{cured(film.material)} Measure the "
+            f"mix {1e6 * LEAST_MIX:g} ml of {silicone_mix_text(film.material)}; little of it stays on. Mask the "
+            "contacts with polyimide tape (masking tape can keep silicone from curing); no copper may be left open. "
+            f"{cure_text(film.material)} Measure the "
             "sensor's height before and after. If the coat is too thin, add another one of silicone that is thinned as "
             f"its maker says.{caution}"
         )
-    sealed = " (its print sealed as said above)" if cures_badly(layout.spec.mount) else ""
+    sealed = " (its print sealed as said above)" if has_resin_moulds(layout.spec.mount) else ""
     return (
-        f"Cast the skin: mix {amount(poured)} of {mixed(film.material)}, wipe mould release into mould-skin{sealed}, "
+        f"Cast the skin: mix {silicone_volume_text(poured)} of {silicone_mix_text(film.material)}, wipe mould release "
+        f"into mould-skin{sealed}, "
         "fill it lying open, take the air out, and put the jig's base with the sensor on it face down, so that its "
         "pins go into the cup; weigh it down with 1 kg. What is too much leaves by the grooves. "
-        f"{cured(film.material)} To open it, drop "
+        f"{cure_text(film.material)} To open it, drop "
         "isopropanol on the seam, wait a minute, and lift the cup straight up with a thin blade at the grooves, a "
         f"little on one side and a little on the other. Never pull at the skin. Cut the flash at the grooves.{caution}"
     )
 
 
-def pushed_out(holes: tuple[tuple[Point, ...], float], skin: Pour | None) -> str:
+def release_text(holes: tuple[tuple[Point, ...], float], skin: Pour | None) -> str:
     """Describe the removal of the board from the jig's base.
 
     `holes` are the centres (m) of the holes through the base, and their diameter (m).
@@ -348,7 +355,7 @@ def pushed_out(holes: tuple[tuple[Point, ...], float], skin: Pour | None) -> str
     )
 
 
-def cures_badly(mount: Mount | None) -> bool:
+def has_resin_moulds(mount: Mount | None) -> bool:
     """Whether the moulds are of photopolymer, on which platinum-cure silicones may stay liquid."""
     return mount is not None and mount.process == "resin"
 
@@ -363,14 +370,14 @@ def render_fit(layout: Layout, solids: tuple[Solid, ...]) -> dict[str, bytes]:
     Without a jaw of known dimensions, the file only has measurements that need no closed pair, such as the board's
     support and STEP files.
     """
-    borne = loads(layout.spec)
+    borne = required_loads(layout.spec)
     proof = measure_solids(layout, solids, borne)
     carried_measures = (*support_areas(layout, solids), *under_bend(layout, solids))
     measures = (*read_files(layout.spec.mount, layout.spec.source), *in_file(layout.spec.mount, solids),
             *measured_jaw(layout), *carried_measures)
     if proof is None:
-        return _as_file({"measured": [_measured(each) for each in measures]}) if measures else {}
-    files = _as_file(document(replace(proof, measured=(*proof.measured, *measures))))
+        return _as_file({"measured": [_value_document(each) for each in measures]}) if measures else {}
+    files = _as_file(fit_document(replace(proof, measured=(*proof.measured, *measures))))
     # A collision of the tail with the hinge's pin, with jaws closed or open
     gap = next((gap for gap in pin_gaps(layout) if not gap.is_free), None)
     collisions = [*clashes(layout, solids, proof, borne), *([] if gap is None else [at_pin(layout, solids, gap)])]
@@ -393,10 +400,10 @@ def unread_files(mount: Mount | None, source: SpecSource) -> str:
         unread = [each for each in read_files(mount, source) if not each.is_kept]
     except MissingExtra:  # functions that need the CAD kernel report its absence
         return ""
-    return json_bytes({"measured": [_measured(each) for each in unread]}).decode("ascii") if unread else ""
+    return json_bytes({"measured": [_value_document(each) for each in unread]}).decode("ascii") if unread else ""
 
 
-def loads(spec: SensorSpec) -> tuple[PadLoad, ...]:
+def required_loads(spec: SensorSpec) -> tuple[PadLoad, ...]:
     """Return the required loads, with shear along each axis; empty without a pad or a required force."""
     normal, shear = spec.requirements.normal_force or 0.0, spec.requirements.shear_force or 0.0
     if not (normal or shear):
@@ -413,12 +420,13 @@ def loads(spec: SensorSpec) -> tuple[PadLoad, ...]:
     press = f"{show(normal, 'N')} of press"
     names = [f"{press} and {show(shear, 'N')} {way}" if way else press for way in directions]
     return tuple(
-        PadLoad(name, Pose(*(float(value) for value in pose)), bulge(plates_of(spec).elastomer, -float(pose[2])))
+        PadLoad(name, Pose(*(float(value) for value in pose)),
+                largest_bulge(plates_of(spec).elastomer, -float(pose[2])))
         for name, pose in zip(names, poses, strict=True)
     )
 
 
-def bulge(pad: Body | None, press: float) -> float:
+def largest_bulge(pad: Body | None, press: float) -> float:
     """Return the largest bulge (m) of the elastomer's free sides at a compression `press` (m).
 
     Notes
@@ -432,7 +440,7 @@ def bulge(pad: Body | None, press: float) -> float:
     return PARABOLA * pad.footprint.area * press / (outline.length * remaining)
 
 
-def document(proof: Proof) -> dict[str, Any]:
+def fit_document(proof: Proof) -> dict[str, Any]:
     """Return the proof as plain values: lengths in metres, volumes in cubic metres."""
     return {
         "closed_pair_radius_m": _rounded(proof.radius),
@@ -440,12 +448,12 @@ def document(proof: Proof) -> dict[str, Any]:
         "port_radius_m": proof.port_radius,
         "fits": proof.fits,
         "opened_rad": proof.opened,
-        "measured": [_measured(each) for each in proof.measured],
+        "measured": [_value_document(each) for each in proof.measured],
         "clearances": [{"first": c.first, "second": c.second, "gap_m": _rounded(c.gap)} for c in proof.clearances],
     }
 
 
-def _measured(each: ProofValue) -> dict[str, Any]:
+def _value_document(each: ProofValue) -> dict[str, Any]:
     digits = {"m": 9, "m2": 12}.get(each.unit, 15)
     return {
         "what": each.what, "first": each.first, "second": each.second, "when": each.condition,
@@ -482,8 +490,8 @@ def render_weights(layout: Layout, solids: tuple[Solid, ...]) -> dict[str, bytes
     path = tail_path(layout)
     document = {
         "axes": "x along the jaw towards the handle, y across, z = 0 at the board's top face, metres",
-        "sensor": _balance(balance(sensor)),
-        "with_jaws": _balance(balance(weights)),
+        "sensor": _balance_document(balance(sensor)),
+        "with_jaws": _balance_document(balance(weights)),
         "tail_drawn_straight_because": path.reason if path is not None and path.reason else None,
         "pieces": [{
             "name": weight.name, "is_carrier": weight.is_carrier, "material": weight.material,
@@ -496,7 +504,7 @@ def render_weights(layout: Layout, solids: tuple[Solid, ...]) -> dict[str, bytes
     return {"mount/assembly.json": json_bytes(document)}
 
 
-def _balance(total: Balance) -> dict[str, Any]:
+def _balance_document(total: Balance) -> dict[str, Any]:
     return {
         "mass_kg": _rounded(total.mass, 12), "centre_m": [_rounded(value) for value in total.centre],
         "not_weighed": list(total.unknown),
@@ -532,13 +540,13 @@ def render_jig_picture(layout: Layout, solids: tuple[Solid, ...], tools: tuple[S
     for frame, press in zip(frames[::2], frames[1::2], strict=True):
         pieces = of_role(solids, BodyRole(frame.name.removeprefix("jig-")))
         shown_with = (base, *shown, frame, *pieces, press)
-        captions = pushed_ways(layout, frame.name.removeprefix("jig-"))
+        captions = jig_captions(layout, frame.name.removeprefix("jig-"))
         picture = assembly_svg(shown_with, replace(spec, mount=None), frame.name, captions)  # without the port's circle
         files[jig_picture(frame.name)] = picture.encode("utf-8")
         shown = (*shown, *pieces)
     if jig[-1].name == BOARD_PRESS:
         below = (*of_role(solids, BodyRole.MOUNT), *of_role(solids, BodyRole.SHIELD))
-        captions = press_words(board_press(layout))
+        captions = press_captions(board_press(layout))
         picture = assembly_svg((*below, *shown, jig[-1]), replace(spec, mount=None), BOARD_PRESS, captions)
         files[jig_picture(BOARD_PRESS)] = picture.encode("utf-8")
     return files

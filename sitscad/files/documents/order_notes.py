@@ -70,21 +70,21 @@ def readme(
         incomplete = ["DO NOT ORDER FROM THESE FILES: the layout is not complete.", *incomplete, ""]
     wired = aligned_lines(contact_rows(layout))
     sections = [
-        [f"{FORCED}.", ""] if forced else [], incomplete, notes.section("What to make", _order(layout, panel)),
-        notes.section("Stack-up, from the top", _layers(layout.copper_layers, layout.spec.fpc, layout.vias)),
-        notes.section("What the sensor depends on", _care(layout.copper_layers, layout.spec.fpc.stackup)),
-        notes.section("Test", _test(layout, bench)),
+        [f"{FORCED}.", ""] if forced else [], incomplete, notes.section("What to make", _order_rows(layout, panel)),
+        notes.section("Stack-up, from the top", _layer_rows(layout.copper_layers, layout.spec.fpc, layout.vias)),
+        notes.section("What the sensor depends on", _care_rows(layout.copper_layers, layout.spec.fpc.stackup)),
+        notes.section("Test", _test_rows(layout, bench)),
         *([notes.section("Questions", notes.questions(layout.spec.fpc))] if layout.spec.fpc.rules.one_process else ()),
         notes.headed("Contacts, for whoever wires the sensor (numbered as in the drawing)", wired) if wired else [],
-        notes.section("Files in the archive", _files(layout.spec.name, _images(layout), panel)),
-        notes.section("Files in the package only", _not_sent(layout.spec.name, _images(layout), panel)),
-        _fingerprint(layout.spec.name, panel, files) if files else []
+        notes.section("Files in the archive", _file_rows(layout.spec.name, _image_rows(layout), panel)),
+        notes.section("Files in the package only", _unsent_file_rows(layout.spec.name, _image_rows(layout), panel)),
+        _fingerprint_lines(layout.spec.name, panel, files) if files else []
     ]
     title = f"{layout.spec.name}: {board_kind(layout.spec.fpc.stackup)} printed circuit of an inductive sensor"
     return "\n".join([title, "=" * len(title), "", *(line for lines in sections for line in lines)])
 
 
-def _fingerprint(name: str, panel: Panel | None, files: Mapping[str, bytes]) -> list[str]:
+def _fingerprint_lines(name: str, panel: Panel | None, files: Mapping[str, bytes]) -> list[str]:
     """Return the section on the fingerprint: the hashed files, and the shell command that prints the hash."""
     images = board_images(files)
     what = (
@@ -100,7 +100,7 @@ def _fingerprint(name: str, panel: Panel | None, files: Mapping[str, bytes]) -> 
     return notes.headed("Fingerprint", [*lines, "", fingerprint(files, images), shell_line(images)])
 
 
-def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
+def _order_rows(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
     fpc = layout.spec.fpc
     length, across = layout.size
     copper = fpc.stackup.copper
@@ -111,7 +111,7 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
     if quantity := notes.quantity_text(fpc.boards, parts, fpc.rules.order_multiple):
         yield "Quantity", quantity
     is_small = is_too_small(layout.size, fpc.rules)
-    yield "Delivery", _delivery(fpc.rules, layout.spec.name, is_small, panel)
+    yield "Delivery", _delivery_text(fpc.rules, layout.spec.name, is_small, panel)
     condition = "" if is_rigid(fpc.stackup) else ", without stiffener"
     yield "Thickness", f"{show(fpc.stackup.thickness, 'm')} finished{condition}"
     yield "Tolerances", (
@@ -120,7 +120,7 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
         "finished thickness " + ", ".join(f"{place} {text}" for place, text in notes.thickness_texts(layout).items())
     )
     if layout.spec.fpc.tail_copper < len(copper):
-        yield "Tail", _thin_tail(layout)
+        yield "Tail", _thin_tail_text(layout)
     if build := lamination_text(layout):
         yield "Build", build
     yield "Smallest track", show(min(trace.width for trace in layout.traces), "m") if layout.traces else "none"
@@ -129,7 +129,7 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
         yield "Coil", f"tracks {show(each.trace_width, 'm')} wide, {show(each.trace_spacing, 'm')} apart{of}"
     yield from (("Smallest gap", text) for text in notes.gap_texts(smallest_gaps(layout)))
     spans = notes.holes_text(layout.copper_layers, layout.vias, layout.spec.fpc.tail_copper, tail_holes(layout))
-    yield "Holes", _holes(fpc, layout.vias, spans)
+    yield "Holes", _hole_text(fpc, layout.vias, spans)
     yield "Finish", notes.finish_text(layout.pads, fpc, bool(layout.vias)).removeprefix("Finish on bare contacts: ")
     yield "Legend", "none" if fpc.rules.one_process else "none, and no date code or maker's mark on the boards"
     yield "Laminates", notes.laminate_text(fpc.stackup)
@@ -143,18 +143,18 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
         where = f"x = {show(left, 'm')} to {show(right, 'm')}, y = {show(low, 'm')} to {show(high, 'm')}"
         yield "Stiffener", f"{notes.stiffener_text(fpc.tail, layout.stiffener)}, on the bottom face, {where}"
     if fpc.tail is not None and fpc.tail.connector.insertion_thickness > 0.0:
-        yield "Contacts", _contacts(layout)
+        yield "Contacts", _contact_text(layout)
     elif layout.pads:
         yield "Contacts", f"{contact_text(layout.pads, layout.spec.fpc.stackup, layout.top_openings)}, for solder"
-    yield from _soldered_parts(layout)
+    yield from _soldered_part_rows(layout)
     if layout.bend_zone is not None:
         yield "Bend", notes.bend_text(bend_stretch(layout), bends(layout), pivot_line(layout))
     if turn := notes.turn_text(fpc.tail):
         yield "Outline", turn
-    yield "Made for rules", _rules(layout.spec.coil.layers, layout.spec.fpc)
+    yield "Made for rules", _rule_text(layout.spec.coil.layers, layout.spec.fpc)
 
 
-def _soldered_parts(layout: Layout) -> Iterator[tuple[str, str]]:
+def _soldered_part_rows(layout: Layout) -> Iterator[tuple[str, str]]:
     """Yield the rows on pads of parts that are soldered later: capacitors, and a thermistor."""
     rules = layout.spec.fpc.rules
     if layout.capacitors and (chip := layout.spec.readout.chip) is not None:
@@ -173,7 +173,7 @@ def _soldered_parts(layout: Layout) -> Iterator[tuple[str, str]]:
         )
 
 
-def _delivery(rules: DesignRules, name: str, is_small: bool, panel: Panel | None) -> str:
+def _delivery_text(rules: DesignRules, name: str, is_small: bool, panel: Panel | None) -> str:
     """Describe the delivery of the boards, as single boards or in panels."""
     if panel is None:
         small = "; smaller than the smallest part of these rules: deliver them in a panel of your own, held by bridges"
@@ -190,7 +190,7 @@ def _panel_name(name: str, ending: str) -> str:
     return panel_path(name, ending).rpartition("/")[2]
 
 
-def _thin_tail(layout: Layout) -> str:
+def _thin_tail_text(layout: Layout) -> str:
     """Describe a tail with fewer copper layers than the body, and the end of the other layers."""
     first, last = layout.spec.fpc.tail_copper + 1, layout.copper_layers
     lower = f"copper {first}" if first == last else f"copper {first} to {last}"
@@ -205,7 +205,7 @@ def _thin_tail(layout: Layout) -> str:
     )
 
 
-def _holes(fpc: FpcSpec, vias: tuple[Via, ...], spans: str) -> str:
+def _hole_text(fpc: FpcSpec, vias: tuple[Via, ...], spans: str) -> str:
     if not vias:
         return "none"
     sizes = sorted({(round(via.drill, 9), round(via.pad, 9)) for via in vias})
@@ -229,7 +229,7 @@ def _ipc_type(layers: int, tail: Tail | None, vias: tuple[Via, ...]) -> str:
     return f"type {kind}, use {'B (flexes in use)' if is_dynamic else 'A (bent at installation)'}"
 
 
-def _contacts(layout: Layout) -> str:
+def _contact_text(layout: Layout) -> str:
     tail = layout.spec.fpc.tail
     assert tail is not None
     connector = tail.connector
@@ -254,7 +254,7 @@ def _contacts(layout: Layout) -> str:
     return f"{text}; to be compared with the connector's drawing: {', '.join(unseen)}" if unseen else text
 
 
-def _rules(layers: tuple[int, ...], fpc: FpcSpec) -> str:
+def _rule_text(layers: tuple[int, ...], fpc: FpcSpec) -> str:
     rules = fpc.rules
     checked = f", read on {rules.checked_on}" if rules.checked_on else ""
     # Validity of the rules' widths, if the copper is thicker than in all their rows
@@ -277,7 +277,7 @@ def _rules(layers: tuple[int, ...], fpc: FpcSpec) -> str:
     )
 
 
-def _layers(copper_layers: int, fpc: FpcSpec, vias: tuple[Via, ...]) -> Iterator[tuple[str, str]]:
+def _layer_rows(copper_layers: int, fpc: FpcSpec, vias: tuple[Via, ...]) -> Iterator[tuple[str, str]]:
     stackup = fpc.stackup
     for layer, name in zip(stackup.layers, stack_names(copper_layers, fpc.stackup.layers), strict=True):
         layer_text = notes.copper_text(stackup, layer) if layer.kind is LayerKind.COPPER else notes.layer_text(layer)
@@ -312,7 +312,7 @@ def _layers(copper_layers: int, fpc: FpcSpec, vias: tuple[Via, ...]) -> Iterator
         yield cover_name(stackup).capitalize(), f"{layer_text}; {closed}"
 
 
-def _care(copper_layers: int, stackup: Stackup) -> Iterator[tuple[str, str]]:
+def _care_rows(copper_layers: int, stackup: Stackup) -> Iterator[tuple[str, str]]:
     yield "Copper", (
         "The coils are the function of this board: add no copper inside the outline (no thieving, fill, marks, test "
         "coupons or closed rings), remove none, add no teardrops."
@@ -331,7 +331,7 @@ def _care(copper_layers: int, stackup: Stackup) -> Iterator[tuple[str, str]]:
     yield "Metal", "No magnetic or conducting part (steel stiffener, shielding film) on or under the coils."
 
 
-def _test(layout: Layout, bench: Estimates | None) -> Iterator[tuple[str, str]]:
+def _test_rows(layout: Layout, bench: Estimates | None) -> Iterator[tuple[str, str]]:
     pins = "; ".join(
         f"{net}: {', '.join(str(pad.number) for pad in layout.pads if pad.net == net) or 'no contact'}"
         for net in layout.nets
@@ -368,7 +368,7 @@ def _test(layout: Layout, bench: Estimates | None) -> Iterator[tuple[str, str]]:
         )
 
 
-def _files(name: str, images: Iterable[tuple[str, str]], panel: Panel | None) -> Iterator[tuple[str, str]]:
+def _file_rows(name: str, images: Iterable[tuple[str, str]], panel: Panel | None) -> Iterator[tuple[str, str]]:
     """Yield name and description of the board's files in the archive."""
     if panel is None:
         yield from images
@@ -382,7 +382,7 @@ def _files(name: str, images: Iterable[tuple[str, str]], panel: Panel | None) ->
         "millimetres, one origin for all files of the board; the panel's files have their own")
 
 
-def _images(layout: Layout) -> Iterator[tuple[str, str]]:
+def _image_rows(layout: Layout) -> Iterator[tuple[str, str]]:
     """Yield name and description of images, drill files and job file of the single board."""
     drills = drill_files(layout.copper_layers, layout.spans, layout.spec.name)
     yield from (file.row for file in (*gerber_files(layout.spec.name, layout.spec.fpc, layout.stiffener), *drills))
@@ -391,7 +391,7 @@ def _images(layout: Layout) -> Iterator[tuple[str, str]]:
         yield _name(layout.spec.name, "Drill_Map.gbr"), "drill map (Gerber drawing)"
 
 
-def _not_sent(name: str, images: Iterable[tuple[str, str]], panel: Panel | None) -> Iterator[tuple[str, str]]:
+def _unsent_file_rows(name: str, images: Iterable[tuple[str, str]], panel: Panel | None) -> Iterator[tuple[str, str]]:
     """Yield name and description of the files that stay in the package, and of the archive itself."""
     yield _name(name, "order.zip"), "the archive that is sent, with this text; files have the fabricator's names"
     if panel is not None:

@@ -29,10 +29,23 @@ from sitscad.basics.units import count_text, csv_text, in_mm, show
 from sitscad.data import is_unverified
 from sitscad.estimates.coil_estimates import Estimates, ReadoutEstimate
 from sitscad.estimates.loads.gluing import board_press, hard_adhesive, piece_press
-from sitscad.files.documents.gluing import BAR_HOLE, grams, is_clamped, spring, steel_bar, washers
-from sitscad.files.documents.mounting import cures_badly, doses, nut_screw, screw_length, set_screw
-from sitscad.files.documents.piece_places import film_rooms
-from sitscad.files.documents.preparing import Order, capacitor, connector_order, cutting, order_of, pours
+from sitscad.files.documents.gluing import BAR_HOLE, is_clamped, mass_text, spring_text, steel_weight_size, washer_count
+from sitscad.files.documents.mounting import (
+    dose_volumes,
+    has_resin_moulds,
+    nut_screw_length,
+    screw_length,
+    set_screw_length,
+)
+from sitscad.files.documents.piece_places import film_thicknesses
+from sitscad.files.documents.preparing import (
+    Order,
+    capacitor_order,
+    connector_order,
+    cutting_text,
+    order_of,
+    pour_count,
+)
 from sitscad.files.drawing.frame import FORCED
 from sitscad.files.order_facts.board_end import contact_text
 from sitscad.files.order_facts.files import fabrication_path
@@ -86,10 +99,10 @@ def render(layout: Layout, estimates: Estimates, forced: str = "") -> dict[str, 
 def items(layout: Layout, readout: ReadoutEstimate) -> tuple[Item, ...]:
     """Return the rows in the order of assembly, only for parts that the spec contains."""
     boards = layout.spec.fpc.boards or 1
-    parts = (*_circuit(layout),
-             *_converter(layout.capacitors, layout.thermistor, len(layout.coils), layout.spec.name,
+    parts = (*_circuit_items(layout),
+             *_converter_items(layout.capacitors, layout.thermistor, len(layout.coils), layout.spec.name,
                          layout.spec.readout, readout),
-             *_soft_parts(layout), *_carriers(layout))
+             *_soft_part_items(layout), *_support_items(layout))
     return tuple(
         replace(each, for_boards=each.quantity if each.item in SHARED else boards * each.quantity) for each in parts
     )
@@ -101,7 +114,7 @@ SHARED = ("adhesive", "board adhesive", "primer", "jig", "jig weight", "jig bar"
 """Items that are needed once for several sensors."""
 
 
-def _ordered(item: Item, order: Order | None) -> Item:
+def _with_order(item: Item, order: Order | None) -> Item:
     """Add maker and order code to a row, with a note if the code is unverified."""
     if order is None:
         return item
@@ -115,7 +128,7 @@ def _plate_size(shape: str, size: tuple[float, float], thickness: float) -> str:
     return f"{PLATES[shape].size_in_words(size)} x {in_mm(thickness)} mm"
 
 
-def _circuit(layout: Layout) -> Iterator[Item]:
+def _circuit_items(layout: Layout) -> Iterator[Item]:
     fpc = layout.spec.fpc
     length, across = layout.size
     drawn = layout.spec.coil.drawn
@@ -143,13 +156,13 @@ def _circuit(layout: Layout) -> Iterator[Item]:
         f"pitch {in_mm(connector.pitch)} mm, for a tail {width} mm wide and {thickness} thick",
         "on the converter's board; compare its drawing with the tail before ordering",
     )
-    yield _ordered(item, order)
+    yield _with_order(item, order)
     spare = replace(item, item="spare connector", note="on wires, to test the bare board (mount/assembly.txt)")
     if layout.spec.mount is not None:
-        yield _ordered(spare, order)
+        yield _with_order(spare, order)
 
 
-def _converter(
+def _converter_items(
     capacitors: tuple[Capacitor, ...], thermistor: SolderedThermistor | None, coils: int, name: str,
     readout: ReadoutSpec, estimate: ReadoutEstimate,
 ) -> Iterator[Item]:
@@ -166,12 +179,12 @@ def _converter(
         "capacitor", coils, capacitance_text(chosen), "C0G", chip,
         f"one a coil, {place}" + (f"; {reason}" if reason else ""),
     )
-    yield _ordered(item, capacitor(chip or USUAL_CHIP, chosen) if chosen else None)
+    yield _with_order(item, capacitor_order(chip or USUAL_CHIP, chosen) if chosen else None)
     device = readout.device
     used = f"{device.channels} channels each, {coils} used"
     item = Item("converter", device.needed(coils), device.part, "", device.package, used)
-    yield _ordered(item, order_of("converter", device.name))
-    yield from _converter_circuit(readout, coils)
+    yield _with_order(item, order_of("converter", device.name))
+    yield from _converter_circuit_items(readout, coils)
     runs = "firmware/: Arduino, MicroPython or Linux" if readout.device.has_driver else "a program of your own"
     yield Item("controller", 1, "with I2C", "", "", f"runs {runs}")
     if (sensor := readout.thermistor) is not None:
@@ -187,7 +200,7 @@ def _converter(
         yield Item("cable", coils, "conductor pair", "", size, "one pair a coil, between tail and converter")
 
 
-def _converter_circuit(readout: ReadoutSpec, coils: int) -> Iterator[Item]:
+def _converter_circuit_items(readout: ReadoutSpec, coils: int) -> Iterator[Item]:
     """Yield the parts around the converters in the circuit that sitscad draws."""
     device, oscillator = readout.device, f"{show(readout.clock, 'Hz')} oscillator"
     if not device.has_circuit:
@@ -207,7 +220,7 @@ def _converter_circuit(readout: ReadoutSpec, coils: int) -> Iterator[Item]:
     yield Item("converter board", 1, "", "", "", f"carries the parts above; {board}; not in this package")
 
 
-def _soft_parts(layout: Layout) -> Iterator[Item]:
+def _soft_part_items(layout: Layout) -> Iterator[Item]:
     """Yield the parts on the board: elastomer, target, film."""
     spec = layout.spec
     if spec.elastomer is not None:
@@ -218,9 +231,9 @@ def _soft_parts(layout: Layout) -> Iterator[Item]:
         mixed = silicone_to_mix(plates_of(spec))
         if mixed is not None and spec.mount is not None:
             volume = f"{1e6 * mixed.pads * mixed.pad:.2g} ml"
-            times = f", {pours(spec)} pours" if pours(spec) > 1 else ""
+            times = f", {pour_count(spec)} pours" if pour_count(spec) > 1 else ""
             note += f"; or cast, {mixed.pads} at a time{times} in mount/{spec.name}-mould-tray, which takes {volume}"
-            note += ", sealed first (mount/assembly.txt)" if cures_badly(spec.mount) else ""
+            note += ", sealed first (mount/assembly.txt)" if has_resin_moulds(spec.mount) else ""
         shape, joined = pad.shape, joined_part(spec)
         if joined is not None:
             shape, note = "joined pads", f"{joined.words}; {note}"
@@ -230,11 +243,11 @@ def _soft_parts(layout: Layout) -> Iterator[Item]:
             note += f"; sold as {LIQUIDS}: cast it, or order cured sheet of this thickness from a maker of silicone "
             note += "sheet"
         count = len(plates_of(spec).glued("elastomer"))
-        yield _ordered(Item("elastomer", count, shape, name, size, note + _place(pad)), order)
+        yield _with_order(Item("elastomer", count, shape, name, size, note + _place_text(pad)), order)
     if spec.target is not None:
         target = spec.target
         size = _plate_size(target.shape, target.size, target.thickness)
-        note = f"{cutting(target)} by laser/{spec.name}-target.dxf{_place(target)}"
+        note = f"{cutting_text(target)} by laser/{spec.name}-target.dxf{_place_text(target)}"
         yield Item("target", len(plates_of(spec).targets), target.shape, target.material.name, size, note)
     if spec.encapsulation is not None:
         film = spec.encapsulation
@@ -244,12 +257,12 @@ def _soft_parts(layout: Layout) -> Iterator[Item]:
         yield Item("encapsulation", 1, "film", film.material.name, size, purpose)
 
 
-def _place(plate: Target | ElastomerPad) -> str:
+def _place_text(plate: Target | ElastomerPad) -> str:
     """Describe the shift and the rotation of elastomer or target; empty if centred on the coils and not turned."""
     return f"; {place}" if (place := place_text(plate)) else ""
 
 
-def _carriers(layout: Layout) -> Iterator[Item]:
+def _support_items(layout: Layout) -> Iterator[Item]:
     """Yield the parts behind the board: shield, glue, mount, jaw, other metal, and the aids for assembly."""
     spec = layout.spec
     sheet = shield(layout)
@@ -260,12 +273,12 @@ def _carriers(layout: Layout) -> Iterator[Item]:
             size = f"diameter {in_mm(x1 - x0)}, {in_mm(spec.shield.thickness)} mm"
         narrowed = ", narrower than the circuit's body to pass the port" if y1 - y0 < layout.body_size[1] - 1e-9 else ""
         note = f"{backing_of(spec).shield_gap_text} under the circuit's bottom face{narrowed}"
-        note += f"; {cutting(spec.shield)} by laser/{spec.name}-shield.dxf"
+        note += f"; {cutting_text(spec.shield)} by laser/{spec.name}-shield.dxf"
         yield Item("shield", 1, "sheet", spec.shield.material.name, size, note)
-    yield from _glue(layout)
+    yield from _glue_items(layout)
     if spec.mount is None:
         return
-    yield from _mount(layout, spec, spec.mount)
+    yield from _mount_items(layout, spec, spec.mount)
     if spec.mount.jaw is not None:
         jaw = spec.mount.jaw
         size = f"face {in_mm(jaw_section(jaw).face, 3)} x {in_mm(jaw.length)} mm, height {in_mm(jaw.height)} mm"
@@ -278,7 +291,7 @@ def _carriers(layout: Layout) -> Iterator[Item]:
         purpose = "print from mount/: aligns the pieces while the glue sets; reusable"
         yield Item("jig", 1, "jig-*", "printed", "", purpose)
         parts = [part for part in ("elastomer", "target") if getattr(spec, part) is not None]
-        yield from _weights(layout, parts)
+        yield from _weight_items(layout, parts)
         if len(parts) == 2:
             yield Item("jelly", 1, "petroleum jelly", "", "", "holds the target on its press while it is lowered")
             yield Item("jelly solvent", 1, "naphtha or heptane", "", "", "takes the jelly off the target (unverified)")
@@ -287,43 +300,43 @@ def _carriers(layout: Layout) -> Iterator[Item]:
         yield Item("mould", 1, "mould-tray, mould-lid", "printed", "", "print from mount/; where the pad is cast")
     if cast is not None:
         yield Item("skin mould", 1, "mould-skin", "printed", "", "print from mount/; where the encapsulation is cast")
-    if cures_badly(spec.mount) and (poured is not None or cast is not None):
+    if has_resin_moulds(spec.mount) and (poured is not None or cast is not None):
         yield Item("sealer", 1, "clear acrylic lacquer", "", "", "on moulds printed in resin (mount/assembly.txt)")
     yield Item("mould release", 1, "or wax", "", "", "on jig and moulds, so that no glue holds them")
     yield Item("cleaner", 1, "isopropanol", "", "", "for metal and plastic before gluing")
-    rooms = [f"{in_mm(room, 3)} mm" for room in sorted(film_rooms(layout))]
+    rooms = [f"{in_mm(room, 3)} mm" for room in sorted(film_thicknesses(layout))]
     if rooms:
         purpose = "strips that no glue holds, between pieces and what places them (mount/assembly.txt)"
         yield Item("film", len(rooms), "polyethylene or PTFE film", "", ", ".join(rooms), purpose)
-    if volumes := doses(layout):
+    if volumes := dose_volumes(layout):
         ends = " to ".join(dict.fromkeys(f"{float(f'{1e9 * volume:.1e}'):g}" for volume in (volumes[0], volumes[-1])))
         yield Item("dispenser", 1, "micropipette, or syringe with a needle", "", f"{ends} microlitres",
                    "doses of glue (mount/assembly.txt)")
 
 
-def _weights(layout: Layout, parts: Sequence[str]) -> Iterator[Item]:
+def _weight_items(layout: Layout, parts: Sequence[str]) -> Iterator[Item]:
     """Yield the weights on the jig's presses, and the foam of the board's press."""
     note, board, pockets = "on jig-*-press (mount/assembly.txt)", board_press(layout), foot_pockets(layout)
     masses = {*(piece_press(layout.spec, part).mass for part in parts), *([board] if pockets else [])}
-    if counts := [count for mass in masses if (count := washers(mass)) is not None]:
+    if counts := [count for mass in masses if (count := washer_count(mass)) is not None]:
         yield Item("jig weight", max(counts), "washer M8, ISO 7093", "steel", "", note)
     if clamped := sorted(mass for mass in masses if is_clamped(mass)):
-        forces = "; ".join(map(spring, clamped))
+        forces = "; ".join(map(spring_text, clamped))
         yield Item("jig clamp", 1, "bar clamp, compression spring and washer for a peg of 8 mm", "steel", forces, note)
-    if heavy := sorted(mass for mass in masses if washers(mass) is None and not is_clamped(mass)):
-        bars = [(grams(mass), *steel_bar(mass)) for mass in heavy]
+    if heavy := sorted(mass for mass in masses if washer_count(mass) is None and not is_clamped(mass)):
+        bars = [(mass_text(mass), *steel_weight_size(mass)) for mass in heavy]
         sizes = [f"{in_mm(across)} mm across, about {1e3 * high:.0f} mm high" for _, across, high in bars]
         part = f"round bar, {' and '.join(mass for mass, *_ in bars)} with the press"
         yield Item("jig bar", len(bars), part, "steel", f"{'; '.join(sizes)}; hole of {in_mm(BAR_HOLE)} mm", note)
     if not pockets:
-        yield Item("board weight", 1, f"flat stiff plate and a weight, {grams(board)} together", "glass, steel", "",
+        yield Item("board weight", 1, f"flat stiff plate and a weight, {mass_text(board)} together", "glass, steel", "",
                    "on foam over the board while it is glued on (mount/assembly.txt)")
     where = "in jig-board-press, by double-sided tape" if pockets else "under the flat stiff plate"
     size = f"{in_mm(FOAM)} mm thick"
     yield Item("foam", 1, "soft open-cell foam", "polyurethane", size, f"{where}; presses the pads")
 
 
-def _glue(layout: Layout) -> Iterator[Item]:
+def _glue_items(layout: Layout) -> Iterator[Item]:
     spec, lines = layout.spec, [layer for layer in column(layout) if layer.is_glue]
     adhesive = spec.assembly.adhesive
     if adhesive is None or not (lines or spec.elastomer is not None or spec.target is not None):
@@ -342,7 +355,7 @@ def _glue(layout: Layout) -> Iterator[Item]:
         yield Item("primer", 1, adhesive.primer, "", "", "wiped on the elastomer's faces before they are glued")
 
 
-def _mount(layout: Layout, spec: SensorSpec, mount: Mount) -> Iterator[Item]:
+def _mount_items(layout: Layout, spec: SensorSpec, mount: Mount) -> Iterator[Item]:
     """Yield the mount's pieces, with the names and dimensions of the assembly drawing."""
     note = "print from mount/"
     if mount.kind != "grasper-pad":
@@ -352,10 +365,10 @@ def _mount(layout: Layout, spec: SensorSpec, mount: Mount) -> Iterator[Item]:
         elif mount.step is not None:
             yield Item("mount", 1, mount.step.file, "", standoff, "a part of your own")
         if mount.finger is not None:
-            thread = f"M{in_mm(mount.finger.screw)} x {in_mm(set_screw(layout.body, layout.spec.mount))}"
+            thread = f"M{in_mm(mount.finger.screw)} x {in_mm(set_screw_length(layout.body, layout.spec.mount))}"
             yield Item("set screw", 2, thread, "plastic", "", "tap the cap's holes for them; clamp the finger")
         if mount.holes is not None and mount.kind != "custom":
-            yield from _screws(layout, mount.holes)
+            yield from _screw_items(layout, mount.holes)
         return
     sheet = backing_of(spec).shield_heights
     whole = f"{in_mm(mount.standoff)} mm of standoff in all" + (", with the shield" if sheet else "")
@@ -363,13 +376,13 @@ def _mount(layout: Layout, spec: SensorSpec, mount: Mount) -> Iterator[Item]:
         yield Item(name, 1, mount.kind, "printed", f"{in_mm(upper - lower)} mm thick", f"{note}; {whole}")
 
 
-def _screws(layout: Layout, pattern: HolePattern) -> Iterator[Item]:
+def _screw_items(layout: Layout, pattern: HolePattern) -> Iterator[Item]:
     corner, below = "M2", adapter_needed(layout)
     if below:
         yield Item("adapter", 1, "mount-adapter", "printed", "", f"print from mount/; screwed on {pattern.name} first")
         note = f"heads sunk in the adapter ({pattern.name})"
-        yield Item("screw", len(below), _screw(pattern.thread, FLOOR, below[0].diameter), "", "", note)
-        length, is_cut = nut_screw(adapter_depth(adapter_needed(layout)) - plate_floor(layout)[1])
+        yield Item("screw", len(below), _screw_text(pattern.thread, FLOOR, below[0].diameter), "", "", note)
+        length, is_cut = nut_screw_length(adapter_depth(adapter_needed(layout)) - plate_floor(layout)[1])
         cut = "; cut to length (mount/assembly.txt)" if is_cut else ""
         yield Item("screw and nut", 4, f"{corner} x {length}", "", "", f"plate on adapter; nuts let in from below{cut}")
         return
@@ -380,11 +393,11 @@ def _screws(layout: Layout, pattern: HolePattern) -> Iterator[Item]:
     apart = screw_spacing(holes)
     spacing = "" if apart is None else f"{in_mm(apart[0], 2)} x {in_mm(apart[1], 2)} mm apart"
     material = "polyamide" if is_near_metal(layout.spec.coil, layout.spec.all_placements, holes) else ""
-    screw = _screw(thread, -plate_floor(layout)[1], hole)
+    screw = _screw_text(thread, -plate_floor(layout)[1], hole)
     yield Item("screw", count, screw, material, spacing, f"of the plate ({pattern.name})")
 
 
-def _screw(thread: str, grip: float, hole: float) -> str:
+def _screw_text(thread: str, grip: float, hole: float) -> str:
     """Describe a screw: its thread, and its length for a plastic thickness `grip` (m).
 
     If the length is unknown, the thread alone. Without a thread, the diameter `hole` (m) of the screw's hole.

@@ -13,7 +13,7 @@ from sitscad.assembly.places.seating import Relief, clearance, process_clearance
 from sitscad.assembly.solids.seat import GROOVE_DEPTH, groove_places
 from sitscad.assembly.solids.tooling import FOAM, FOOT_INSET
 from sitscad.basics.units import in_mm
-from sitscad.files.documents.gluing import grams
+from sitscad.files.documents.gluing import mass_text
 from sitscad.kernels.geometry.convex import Box
 from sitscad.kernels.geometry.path import box_around
 from sitscad.layout.board import Layout
@@ -31,7 +31,7 @@ From memory, not verified.
 """
 
 
-def near(assembly: Assembly) -> str:
+def place_tolerance_text(assembly: Assembly) -> str:
     """Return the largest deviation (mm) of a piece from its intended place as text. It is equal along and across."""
     return f"+-{1e3 * placement(assembly).band:.3f} mm"
 
@@ -55,7 +55,7 @@ def piece_sizes(layout: Layout) -> dict[str, tuple[float, float]]:
     return sizes
 
 
-def squared(
+def alignment_text(
     body: Box, mount: Mount | None, assembly: Assembly,
     sizes: dict[str, tuple[float, float]], jaw: Jaw | None, stiff: list[str],
 ) -> str:
@@ -68,7 +68,7 @@ def squared(
     if jaw is None or mount is None or retention(body, mount) is not None or not stiff:
         return ""
     if jaw.pocket is not None:
-        return _in_pocket(assembly, body, sizes, jaw, stiff) if jaw.recess else ""
+        return _pocket_alignment_text(assembly, body, sizes, jaw, stiff) if jaw.recess else ""
     tip, face = jaw_range(body, jaw)[0], jaw_section(jaw).face
     ends = {part: sizes[part][0] - tip for part in stiff}
     wide = {part: sizes[part][1] for part in stiff}
@@ -84,10 +84,11 @@ def squared(
     return (
         f" Before any glue, clamp two straight waxed strips upright against the jaw's sides, high enough to stand "
         f"beside all that is glued{between}.{sides} As drawn the jaw's face is {1e3 * face:.3f} mm wide, {widths}. "
-        f"Put feeler gauges on both sides of each piece, {gaps}: they centre it to {near(assembly)}. Measure your own "
+        f"Put feeler gauges on both sides of each piece, {gaps}: they centre it to {place_tolerance_text(assembly)}. "
+        "Measure your own "
         f"widths: the gap is {width_rule}. The distances from the jaw's tip to the pieces' ends there are, in mm: "
-        f"{places}, each to {near(assembly)} (measure by a caliper, and clamp a block across to push the piece "
-        "against). A piece that is glued on askew gives a false force."
+        f"{places}, each to {place_tolerance_text(assembly)} (measure by a caliper, and clamp a block across to push "
+        "the piece against). A piece that is glued on askew gives a false force."
     )
 
 
@@ -105,7 +106,7 @@ def stiff_pieces(layers: tuple[Layer, ...]) -> list[str]:
     return below[: below.index("board")] if "board" in below else []
 
 
-def film_rooms(layout: Layout) -> set[float]:
+def film_thicknesses(layout: Layout) -> set[float]:
     """Return the thicknesses (m) of the films that fill gaps beside pieces during gluing; empty without a mount."""
     spec, gaps_found, stiff = layout.spec, set[float](), stiff_pieces(column(layout))
     if spec.mount is None:
@@ -118,7 +119,7 @@ def film_rooms(layout: Layout) -> set[float]:
     if spec.jaw is None:
         return gaps_found
     sizes = piece_sizes(layout)
-    if squared(layout.body, spec.mount, spec.assembly, sizes, spec.jaw, stiff):
+    if alignment_text(layout.body, spec.mount, spec.assembly, sizes, spec.jaw, stiff):
         if spec.jaw.pocket is not None:
             rooms = _pocket_gaps(layout.body, sizes, spec.jaw, stiff)
             gaps_found |= {round(gap, 5) for gaps in rooms.values() for gap in gaps}
@@ -127,7 +128,7 @@ def film_rooms(layout: Layout) -> set[float]:
     return gaps_found
 
 
-def strips_off(jaw: Jaw | None, width: float, has_strips: bool) -> str:
+def strip_removal_text(jaw: Jaw | None, width: float, has_strips: bool) -> str:
     """Describe the removal of strips and films, which align the pieces below the board during gluing.
 
     `width` (m) is the width of the board, which needs their room. Empty if there is no jaw, or if none were used.
@@ -153,7 +154,7 @@ def _pocket_gaps(
             for part in stiff}
 
 
-def _in_pocket(
+def _pocket_alignment_text(
     assembly: Assembly, body: Box, sizes: dict[str, tuple[float, float]], jaw: Jaw, stiff: Sequence[str]
 ) -> str:
     """Describe the places of mount and shield in the jaw's pocket, with the thickness of films at end and sides."""
@@ -161,18 +162,18 @@ def _in_pocket(
              for part, gaps in _pocket_gaps(body, sizes, jaw, stiff).items()]
     return (
         f" In the jaw's pocket, strips of {FILM} between each piece and the pocket's end at the tip, and beside it on "
-        f"both sides, put it in its place to {near(assembly)}; thickness at the end and at the sides, "
+        f"both sides, put it in its place to {place_tolerance_text(assembly)}; thickness at the end and at the sides, "
         f"in mm: {', '.join(gap_texts)}."
     )
 
 
-def against_stop(layout: Layout) -> str:
+def stop_place_text(layout: Layout) -> str:
     """Describe the board's place on a grasper's mount: its gaps to stop and ledges, or flush edges."""
     room, mount = clearance(layout.spec.mount), layout.spec.mount
     jaw = layout.spec.jaw
     assert mount is not None and jaw is not None
     distance = in_mm(layout.body[0] - jaw_range(layout.body, jaw)[0], 2)
-    end = f"its end {distance} mm from the jaw's tip, to {near(layout.spec.assembly)}"
+    end = f"its end {distance} mm from the jaw's tip, to {place_tolerance_text(layout.spec.assembly)}"
     over = layout.body_size[1] / 2 - half_width(layout, backing_of(layout.spec).spans[-1][1])
     sides = f"stand out by {in_mm(over, 2)} mm beside the mount's floor" if over > FLUSH else "are flush with the mount"
     beside = f"; its sides {sides}, equally on both sides (microscope)"
@@ -187,23 +188,23 @@ def against_stop(layout: Layout) -> str:
     )
 
 
-def _tail_end(tail: Tail | None) -> str:
+def _tail_end_text(tail: Tail | None) -> str:
     """Name the end of the board where its tail leaves."""
     return "the tail" if tail is not None else "the end at large x (drawing of the board)"
 
 
-def in_base(fpc: FpcSpec, mount: Mount | None) -> str:
+def base_place_text(fpc: FpcSpec, mount: Mount | None) -> str:
     """Describe the board's place in the jig's base, in whole sentences."""
     room = clearance(mount)
     return (
-        f" The recess is {in_mm(room)} mm larger on each side. {_films(fpc)} The films stay, no higher than the "
+        f" The recess is {in_mm(room)} mm larger on each side. {_film_text(fpc)} The films stay, no higher than the "
         "base's face, until the board is pushed out."
     )
 
 
-def _films(fpc: FpcSpec) -> str:
+def _film_text(fpc: FpcSpec) -> str:
     """Describe the films that fill the room round the board in a recess and so place it, in whole sentences."""
-    end = _tail_end(fpc.tail)
+    end = _tail_end_text(fpc.tail)
     if stack.has_round_body(fpc.body):
         return f"Line its round wall with a strip of {FILM}, as thick as this room: it holds the board in the middle."
     return (
@@ -212,9 +213,9 @@ def _films(fpc: FpcSpec) -> str:
     )
 
 
-def in_well(layout: Layout, part: str) -> str:
+def well_place_text(layout: Layout, part: str) -> str:
     """Describe how a piece is placed in the well of the jig's frame, which is larger on all sides. Whole sentences."""
-    room, end = process_clearance(layout.spec.mount), _tail_end(layout.spec.fpc.tail)
+    room, end = process_clearance(layout.spec.mount), _tail_end_text(layout.spec.fpc.tail)
     row = plates_of(layout.spec).of(part)
     (x0, y0, _, y1), (left, low, _, high) = layout.body, box_around([piece.footprint.box for piece in row])
     what = f"the {part}" if part == "elastomer" or layout.spec.elastomer is None else "the press with the target"
@@ -233,13 +234,13 @@ def in_well(layout: Layout, part: str) -> str:
         f"keep it there: its round holes on the round pins hold it in the middle across. {back} {across} Try it dry "
         f"first: put the {part} {by_hand}, lift the frame off without moving the {part}, and measure under the "
         f"microscope. The distances from the body's edges to the {part}'s edges must be, in mm "
-        f"(each {near(layout.spec.assembly)}): {edges}."
+        f"(each {place_tolerance_text(layout.spec.assembly)}): {edges}."
     )
 
 
-def pushed_ways(layout: Layout, part: str) -> tuple[str, ...]:
+def jig_captions(layout: Layout, part: str) -> tuple[str, ...]:
     """Return the captions of the jig's picture: the tail's side, the directions of pushing, and the film."""
-    room, end = process_clearance(layout.spec.mount), _tail_end(layout.spec.fpc.tail)
+    room, end = process_clearance(layout.spec.mount), _tail_end_text(layout.spec.fpc.tail)
     row = plates_of(layout.spec).of(part)
     film = f"A film of {in_mm(room, 3)} mm goes on the right in the well, seen towards {end}."
     return (
@@ -248,25 +249,26 @@ def pushed_ways(layout: Layout, part: str) -> tuple[str, ...]:
     )
 
 
-def press_words(mass: float) -> tuple[str, ...]:
+def press_captions(mass: float) -> tuple[str, ...]:
     """Return the captions of the board press's picture: its place, the foam (not drawn), and the mass on the board."""
     return (
         f"The feet stand on the board's rim, {in_mm(FOOT_INSET)} mm inside its edges.",
         f"Foam of {in_mm(FOAM)} mm fills each pocket (not drawn).",
-        f"Pressed by {grams(mass)}, the press with it.",
+        f"Pressed by {mass_text(mass)}, the press with it.",
     )
 
 
-def in_recess(assembly: Assembly, fpc: FpcSpec, mount: Mount | None) -> str:
+def recess_place_text(assembly: Assembly, fpc: FpcSpec, mount: Mount | None) -> str:
     """Describe the board's place in the recess of a plate or a cap, in whole sentences."""
     room = clearance(mount)
     return (
-        f" The recess is {in_mm(room)} mm larger on each side. {_films(fpc)} Its place is kept to {near(assembly)}. "
+        f" The recess is {in_mm(room)} mm larger on each side. {_film_text(fpc)} Its place is kept to "
+        f"{place_tolerance_text(assembly)}. "
         "Let films stand up by some millimetres, and pull the films out when the glue has set."
     )
 
 
-def on_own(body: Box, assembly: Assembly, fpc_tail: Tail | None, part: StepPart | None) -> str:
+def custom_mount_place_text(body: Box, assembly: Assembly, fpc_tail: Tail | None, part: StepPart | None) -> str:
     """Describe the board's place on a mount of the user's own, in whole sentences."""
     x0, y0, x1, y1 = body
     size = f"{in_mm(x1 - x0, 2)} x {in_mm(y1 - y0, 2)} mm"
@@ -283,11 +285,11 @@ def on_own(body: Box, assembly: Assembly, fpc_tail: Tail | None, part: StepPart 
     return (
         f" The middle of its body ({size}, the first along {axis}{tail}) comes over {at} of {part.file}, on the face "
         f"there, the coils on the side of {up}. Draw this outline on the face first: its place is kept to "
-        f"{near(assembly)}, its lower face lies a glue line above the face."
+        f"{place_tolerance_text(assembly)}, its lower face lies a glue line above the face."
     )
 
 
-def floor_grooves(layout: Layout) -> str:
+def groove_text(layout: Layout) -> str:
     """Describe the grooves in the mount's floor, which take surplus glue; empty if there are none."""
     spans = backing_of(layout.spec).spans
     if not spans:
@@ -303,7 +305,7 @@ def floor_grooves(layout: Layout) -> str:
     )
 
 
-def over_jaw(body: Box, mount: Mount | None, tongue: Relief | None, at: Levels) -> str:
+def overhang_text(body: Box, mount: Mount | None, tongue: Relief | None, at: Levels) -> str:
     """Describe parts of the mount that overhang the metal beside a shield; empty if there are none."""
     if "shield" not in at or "mount" not in at or mount is None or mount.jaw is None:
         return ""
@@ -321,6 +323,6 @@ def over_jaw(body: Box, mount: Mount | None, tongue: Relief | None, at: Levels) 
     )
 
 
-def listed(assembly: Assembly) -> str:
+def place_tolerance_row(assembly: Assembly) -> str:
     """Return the tolerance table's row on the places of pieces; all other rows are thicknesses."""
-    return f"  {'place of each piece':<28}{near(assembly)} (along and across)"
+    return f"  {'place of each piece':<28}{place_tolerance_text(assembly)} (along and across)"

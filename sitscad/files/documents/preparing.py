@@ -15,7 +15,7 @@ from sitscad.basics.record import record, replace
 from sitscad.basics.units import parse_quantity
 from sitscad.data import cited, is_unverified, rows
 from sitscad.estimates.loads.gluing import hard_adhesive
-from sitscad.files.documents.gluing import duration
+from sitscad.files.documents.gluing import duration_text
 from sitscad.files.order_facts.notes import hanging
 from sitscad.files.writer import Package
 from sitscad.layout.board import Layout
@@ -54,37 +54,37 @@ TOOLS = (
 """Pattern in the text of the steps, and the tool that this text needs."""
 
 
-def tools(steps: str) -> str:
+def tool_list_text(steps: str) -> str:
     """List all tools that the steps name, in a whole sentence."""
     page = re.sub(r"\s+", " ", steps).lower()
     return f"Tools: {', '.join(tool for pattern, tool in TOOLS if re.search(pattern, page))}."
 
 
-def waits(layout: Layout) -> str:
+def waiting_time_text(layout: Layout) -> str:
     """List the longest waiting times: for a cast pad, for glue, for the film. Empty if there are none."""
     spec, texts = layout.spec, list[str]()
     if spec.elastomer is not None:
-        times, cure = pours(spec), _cure(spec.elastomer.material.name)
+        times, cure = pour_count(spec), _cure_time_text(spec.elastomer.material.name)
         texts.append(f"cast pads, {times} pours of {cure}" if times > 1 else f"a cast pad {cure}")
     glues = {glue.product: glue.cure_time for glue in (spec.assembly.adhesive, hard_adhesive(layout)) if glue}
-    texts += [f"{name} {duration(time)} to full strength" for name, time in glues.items() if time]
+    texts += [f"{name} {duration_text(time)} to full strength" for name, time in glues.items() if time]
     if spec.encapsulation is not None:
-        texts.append(f"the film {_cure(spec.encapsulation.material.name)}")
+        texts.append(f"the film {_cure_time_text(spec.encapsulation.material.name)}")
     return f"Longest waits: {'; '.join(texts)}." if texts else ""
 
 
-def pours(spec: SensorSpec) -> int:
+def pour_count(spec: SensorSpec) -> int:
     """Return the number of mould fillings for one sensor's pads; 1 without a mould."""
     poured = silicone_to_mix(plates_of(spec))
     return 1 if poured is None else math.ceil(len(plates_of(spec).glued("elastomer")) / poured.pads)
 
 
-def _cure(material: str) -> str:
+def _cure_time_text(material: str) -> str:
     """Describe a silicone's cure time."""
     casting = presets.casting(material)
     if casting is None or not casting.cure_time:
         return f"as its maker's sheet says ({material})"
-    return f"{duration(casting.cure_time)} ({material})"
+    return f"{duration_text(casting.cure_time)} ({material})"
 
 
 PROCESS_TEXTS = {
@@ -112,7 +112,7 @@ STAGE_FILES = {"gerber": "fpc/", "laser": "laser/", "firmware": "firmware/", "re
 """Folder or file that a build stage writes, as named in the text of the steps. The keys are the stages."""
 
 
-def to_make(mount: Mount | None, name: str, ordered: str, package: Package, width: int) -> Iterator[str]:
+def piece_list_lines(mount: Mount | None, name: str, ordered: str, package: Package, width: int) -> Iterator[str]:
     """Yield the lines that list each piece to be printed or milled; empty if the package has no ``print.json``.
 
     `ordered` is the sentence about the other pieces.
@@ -128,8 +128,7 @@ def to_make(mount: Mount | None, name: str, ordered: str, package: Package, widt
     yield from hanging(
         "", f"{ordered}. These pieces are "
         f"{PROCESS_TEXTS.get(process, process)}, one of each, by yourself or a service, from mount/{name}-PIECE.stl "
-        f"(or "
-        ".3mf, .step); mount/print.json has their least walls and holes. Sizes in mm:", width)
+        f"(or .3mf, .step); mount/print.json has their least walls and holes. Sizes in mm:", width)
     for each in pieces:
         piece, size = each["piece"], " x ".join(f"{1e3 * side:.1f}" for side in each["size_m"])
         use = next((purpose for pattern, purpose in USES if re.fullmatch(pattern, piece)), "")
@@ -146,16 +145,16 @@ def cut_text(sheets: Mapping[str, ElastomerPad | Target | Shield | None]) -> str
     parts_by_cutting: dict[str, list[str]] = {}
     for part, sheet in sheets.items():
         if sheet is not None:
-            parts_by_cutting.setdefault(cutting(sheet), []).append(part)
+            parts_by_cutting.setdefault(cutting_text(sheet), []).append(part)
     return "".join(f", {' and '.join(parts)} {way} by laser/" for way, parts in parts_by_cutting.items())
 
 
-def cutting(sheet: ElastomerPad | Target | Shield) -> str:
+def cutting_text(sheet: ElastomerPad | Target | Shield) -> str:
     """Describe the cutting of a piece: `cut` by a laser, or `etched or punched` if no known laser cuts the metal."""
     return "cut" if is_laser_cut(sheet.material.name, sheet.thickness) else "etched or punched"
 
 
-def _lacking(text: str, stages: frozenset[str]) -> list[str]:
+def _missing_stages(text: str, stages: frozenset[str]) -> list[str]:
     """Return the build stages whose files the steps name, but which the package does not have.
 
     `stages` are the stages that it has.
@@ -163,21 +162,21 @@ def _lacking(text: str, stages: frozenset[str]) -> list[str]:
     return [stage for name, stage in STAGE_OF.items() if name in text and stage not in stages]
 
 
-def is_current(text: str, stages: frozenset[str]) -> bool:
+def is_missing_list_right(text: str, stages: frozenset[str]) -> bool:
     """Whether the list of missing files in a text is right for a package that has the build stages `stages`.
 
     The list must have each stage whose files the steps of the text name, but which the package lacks, in order.
     """
     steps, _, lacking = text.partition(LACKING)
-    return re.findall(r"--only\s+([a-z]+)", lacking) == _lacking(steps, stages)
+    return re.findall(r"--only\s+([a-z]+)", lacking) == _missing_stages(steps, stages)
 
 
 LACKING = "Named above and not in this package"
 
 
-def not_here(text: str, package: Package, width: int) -> list[str]:
+def missing_file_lines(text: str, package: Package, width: int) -> list[str]:
     """Return the lines that name the steps' files missing from the package, with the build command for each."""
-    stages = _lacking(text, package.stages) if package.stages else []  # no stages: text without a package
+    stages = _missing_stages(text, package.stages) if package.stages else []  # no stages: text without a package
     if not stages:
         return []
     names = ", ".join(f"{STAGE_FILES[stage]} (--only {stage})" for stage in stages)
@@ -223,7 +222,7 @@ def connector_order(connector: Connector, contacts: int) -> Order | None:
     return replace(order, code="", words=f"not in the maker's list with {contacts} contacts: find one that is made")
 
 
-def capacitor(package: str, capacitance: float) -> Order | None:
+def capacitor_order(package: str, capacitance: float) -> Order | None:
     """Return the order of a C0G capacitor (package such as ``chip-0603``, capacitance in F); None beyond the series."""
     row, *_ = _table().get(("capacitor", package), [None])
     if row is None:
@@ -231,10 +230,10 @@ def capacitor(package: str, capacitance: float) -> Order | None:
     low, high = (parse_quantity(row[end], "capacitance") for end in ("least", "most"))
     if not low * (1 - 1e-9) <= capacitance <= high * (1 + 1e-9):
         return None
-    return order_of("capacitor", package, value=three_digits(capacitance))
+    return order_of("capacitor", package, value=capacitance_code(capacitance))
 
 
-def three_digits(capacitance: float) -> str:
+def capacitance_code(capacitance: float) -> str:
     """Return a capacitance (F) in the makers' code (IEC 60062), such as ``221`` for 220 pF.
 
     The code has two digits of picofarads and the number of zeros. Below 10 pF, ``R`` is the decimal point.
@@ -269,7 +268,7 @@ RELEASE = ("Wipe mould release for silicone thinly into every cavity and on the 
 """Application of mould release, which keeps silicone from sticking."""
 
 
-def amount(poured: Pour) -> str:
+def silicone_volume_text(poured: Pour) -> str:
     """Describe the volume of silicone to mix, and the volume that the cast pieces take."""
     pieces = "the pads take" if poured.pads > 1 else "the piece takes"
     share_text = f"{pieces} {1e6 * poured.pads * poured.pad:.2g} ml"
@@ -278,17 +277,17 @@ def amount(poured: Pour) -> str:
     return f"{1e6 * poured.mixed:.2g} ml ({share_text})"
 
 
-def mixed(material: ElastomerMaterial) -> str:
+def silicone_mix_text(material: ElastomerMaterial) -> str:
     """Describe a silicone with its mixing ratio and pot life, or refer to its maker's sheet."""
     casting = presets.casting(material.name)
     if casting is None:
         return f"{material.name} (mixing ratio and pot life: its maker's sheet)"
     unseen = " (unverified)" if is_unverified(casting.source) else ""
-    pot = f"pour within {duration(casting.pot_time)}" if casting.pot_time else "pot life: its maker's sheet"
+    pot = f"pour within {duration_text(casting.pot_time)}" if casting.pot_time else "pot life: its maker's sheet"
     return f"{material.name} ({casting.mix}{unseen}; {pot})"
 
 
-def cured(material: ElastomerMaterial) -> str:
+def cure_text(material: ElastomerMaterial) -> str:
     """Describe a silicone's cure time and the test for a finished cure, in a whole sentence."""
     casting = presets.casting(material.name)
     cure_sign = "until what is left in the cup is firm and no longer sticky"
@@ -298,6 +297,6 @@ def cured(material: ElastomerMaterial) -> str:
             f"{cure_sign}."
         )
     return (
-        f"Let it cure for {duration(casting.cure_time)} at room temperature (faster or slower grades: see the label), "
-        f"{cure_sign}."
+        f"Let it cure for {duration_text(casting.cure_time)} at room temperature (faster or slower grades: see the "
+        f"label), {cure_sign}."
     )

@@ -10,7 +10,7 @@ from sitscad.assembly.places.seating import relief
 from sitscad.assembly.places.tail_path import ROD, Lip, bends, lip, own_bend, rod_clear, tail_path
 from sitscad.basics.units import in_mm
 from sitscad.estimates.loads.gluing import hard_adhesive
-from sitscad.files.documents.gluing import hard_dose
+from sitscad.files.documents.gluing import hard_glue_dose_text
 from sitscad.files.order_facts.notes import bend_place, hinge_text
 from sitscad.layout.bending import Bend
 from sitscad.layout.board import Layout
@@ -23,7 +23,7 @@ LEAST_MET = 0.05e-3
 """Least overlap (m) of bending rod and mount that the instructions mention."""
 
 
-def tail_fixed(layout: Layout) -> tuple[float, float] | None:
+def glued_tail_size(layout: Layout) -> tuple[float, float] | None:
     """Return length and width (m) of the tail's area that is glued to a mount's tongue or a jaw's face.
 
     None if the tail is not glued to either.
@@ -50,7 +50,7 @@ def early_bends(jaw: Jaw | None, tail_bends: tuple[Bend, ...], edge: Lip | None)
     return tuple(bend for bend in tail_bends if (not has_edge if bend.why else bend.direction == "down"))
 
 
-def tail_formed(layout: Layout) -> str:
+def loose_tail_text(layout: Layout) -> str:
     """Describe the bending of the tail of a loose board; empty if no bend is made before the board is glued."""
     early = early_bends(layout.spec.jaw, bends(layout), lip(layout))
     if not early:
@@ -66,12 +66,12 @@ def tail_formed(layout: Layout) -> str:
     return (
         "Bend the tail while the board is loose: once the board is glued, there is no room for a rod between the tail "
         f"and the jaw. Hold the board by its edges, never by the {piece}. "
-        f"{_listed(layout.body[2], lip(layout), early)}{below} A tail springs back: bend it further until "
+        f"{_bend_list_text(layout.body[2], lip(layout), early)}{below} A tail springs back: bend it further until "
         f"it keeps this angle.{hinge}"
     )
 
 
-def tail_bent(layout: Layout) -> str:
+def glued_tail_text(layout: Layout) -> str:
     """Describe the bending of the glued board's tail; empty without a tail, or if all bends are made before."""
     if layout.spec.fpc.tail is None:
         return ""
@@ -82,11 +82,11 @@ def tail_bent(layout: Layout) -> str:
     if not late:
         return ""
     hinge = "" if early else hinge_text(layout.spec.fpc.tail, layout.spec.jaw, own_bend(layout))
-    room = _room_for_rod(layout.spec.mount, layout.body[2], tail_bends, rod_clear(layout), late)
-    return f"Bend the tail now. {_listed(layout.body[2], lip(layout), late)}{hinge}{room}"
+    room = _rod_room_text(layout.spec.mount, layout.body[2], tail_bends, rod_clear(layout), late)
+    return f"Bend the tail now. {_bend_list_text(layout.body[2], lip(layout), late)}{hinge}{room}"
 
 
-def _listed(body_end: float, edge: Lip | None, tail_bends: Sequence[Bend]) -> str:
+def _bend_list_text(body_end: float, edge: Lip | None, tail_bends: Sequence[Bend]) -> str:
     """Describe bends in order, with the rod's side and diameter, in whole sentences."""
     has_edge = edge is not None
     sentences, needs_rod = [], False
@@ -101,11 +101,11 @@ def _listed(body_end: float, edge: Lip | None, tail_bends: Sequence[Bend]) -> st
         sentences.append(f"{start}; rod {side}.")
     radius = tail_bends[0].radius
     order = "in this order, from the body outwards, and nowhere else. " if len(tail_bends) > 1 else "and nowhere else: "
-    rod = _rod(radius) if needs_rod else ""
+    rod = _rod_text(radius) if needs_rod else ""
     return f"Bend by hand, slowly, {order}{' '.join(sentences)}{rod} The drawing of the board has the lines."
 
 
-def _rod(radius: float | None) -> str:
+def _rod_text(radius: float | None) -> str:
     """Describe the rod around which the tail is bent to an inner radius (m). Empty if `radius` is not given."""
     if radius is None or radius <= 0.0:
         return ""
@@ -116,7 +116,7 @@ def _rod(radius: float | None) -> str:
     )
 
 
-def _room_for_rod(
+def _rod_room_text(
     mount: Mount | None, body_end: float, tail_bends: tuple[Bend, ...], clear: float, late: Sequence[Bend]
 ) -> str:
     """Describe the room that the rod of a bend down needs below the mount; empty if none is needed."""
@@ -125,7 +125,7 @@ def _room_for_rod(
         return ""
     text = " The rod needs room below: lay the mount at a table's edge, with the line beyond it."
     if mount.kind == "custom":
-        return f"{text} {own_end(body_end, tail_bends)}"
+        return f"{text} {custom_mount_end_text(body_end, tail_bends)}"
     start = min(bend.start for bend in down)
     if start < clear - LEAST_MET:
         met = in_mm(clear - start, 1)
@@ -133,7 +133,7 @@ def _room_for_rod(
     return text
 
 
-def own_end(body_end: float, tail_bends: tuple[Bend, ...]) -> str:
+def custom_mount_end_text(body_end: float, tail_bends: tuple[Bend, ...]) -> str:
     """Describe the place where a custom mount must end to clear the rod for the first bend down."""
     first = min((bend for bend in tail_bends if bend.direction == "down"), key=lambda bend: bend.start)
     end = first.start - (first.radius or 0.0) - ROD - body_end
@@ -144,15 +144,15 @@ def own_end(body_end: float, tail_bends: tuple[Bend, ...]) -> str:
     )
 
 
-def tail_held(layout: Layout) -> str:
+def strain_relief_text(layout: Layout) -> str:
     """Describe the strain relief of the tail, with the bends made on the glued board.
 
     The tail is fixed to the mount's tongue, else to the jaw's face, else behind the jaw.
     """
-    bending, tongue, edge = tail_bent(layout), relief(layout), lip(layout)
-    fixed = tail_fixed(layout)
+    bending, tongue, edge = glued_tail_text(layout), relief(layout), lip(layout)
+    fixed = glued_tail_size(layout)
     area = 0.0 if fixed is None else fixed[0] * fixed[1]
-    glue = hard_dose(layout.spec.assembly, hard_adhesive(layout), area)
+    glue = hard_glue_dose_text(layout.spec.assembly, hard_adhesive(layout), area)
     if tongue is not None and fixed is not None:
         upto = "over the tongue's whole length" if edge is None else "up to where its end is round"
         return (
