@@ -46,8 +46,9 @@ class Design:
     """A spec with its layout, fit and estimates, shared by checks, searches, packages and other programs.
 
     Each value is computed at its first use and then cached. ``given_layout`` and ``given_estimates`` are used if they
-    are present; they must belong to the spec. ``of_board`` caches values of the board alone, shared by designs with
-    equal boards (`cached_per_board`). Other modules cache their values of a design with `sitscad.basics.record.memo`.
+    are present; they must belong to the spec. ``of_board`` caches values that depend only on the board, for all designs
+    with equal boards (`cached_per_board`). Other modules cache their values of a design with
+    `sitscad.basics.record.memo`.
     """
 
     spec: SensorSpec
@@ -236,7 +237,7 @@ class Cells:
 def cached_per_board(design: Design, name: str, make: Callable[[], Value]) -> Value:
     """Return the result of `make`, computed once for all designs with equal boards (`has_same_board`).
 
-    `name` identifies the result in the cache. Designs that differ only in their pads share measurements of the copper.
+    `name` identifies the result in the cache. For example, designs that differ only in their pads share copper shapes.
     """
     if name not in design.of_board:
         design.of_board[name] = make()

@@ -305,19 +305,19 @@ OTHER_JAW_CAUSES = tuple(f"other jaw's metal with {what} in the jaws, without a 
 """Names of errors by the other jaw's metal, one for each grasped thickness in `other_jaw.GRASPED`."""
 
 UNMEASURED = "at full scale, which is not measured"
-"""End of an error's name if it is caused by a full-scale force on an axis that the coils cannot measure."""
+"""Suffix of an error's name if the cause is a full-scale force on an axis that the coils cannot measure."""
 
 UNCOMPENSATED = "without compensation"
-"""End of the name of a drift that would exist without temperature compensation. The compensated sensor lacks it."""
+"""Suffix of the name of a drift without temperature compensation. The compensated sensor does not have this drift."""
 
 TILTED = "tilt of "
-"""Start of the name of an error by a tilted contact. The angle follows."""
+"""Prefix of the name of an error by a tilted contact, before the angle."""
 
 
 def lasts_after_tare(cause: str) -> bool:
-    """Return whether an error remains in a calibrated unit that is tared before each grasp.
+    """Return whether an error remains in a calibrated unit that is tared before each grasp. `cause` is its name.
 
-    `cause` is the error's name. Axes that the sensor does not measure are taken as free of load.
+    Errors by loads on axes that the sensor does not measure (`UNMEASURED`) do not count.
     """
     is_drift, is_tared = "drift" in cause, "with a tare" in cause
     is_tared = is_tared and not cause.endswith(UNCOMPENSATED)

@@ -1,4 +1,4 @@
-"""Sensing performance in newtons: of a sensor, from its response model, and of the cells of a skin.
+"""Sensing performance in newtons of a sensor, and of the cells of a skin, from their response models.
 
 Values are computed at first use and cached.
 """
@@ -140,7 +140,7 @@ class Skin:
 
     @cached_property
     def crosstalk(self) -> CellCrosstalk | None:
-        """Readings of each cell by loads on its neighbours, as upper limits.
+        """Upper limits of the false reading of each cell while its neighbours are loaded.
 
         None if there are no cells, or if no coil has a signal.
         """

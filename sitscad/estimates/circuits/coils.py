@@ -55,12 +55,12 @@ class SolvedEffect(Protocol):
         """Function of frequency (Hz) by which changes are interpolated: reflection factor of an infinite sheet."""
 
     def key(self, number: int, coil: str, state: str) -> tuple[complex, ...]:
-        """Return a cache key. It is equal for coils whose inductances change equally in a state."""
+        """Return a cache key for coil `number` from 0, equal for coils whose inductances change equally in a state."""
 
     def crowded(self, state: str, number: int) -> Callable[[Array], ComplexArray]:
-        """Return a function of frequency (Hz): addition of current crowding to a coil's inductance change.
+        """Return a function of frequency (Hz): the inductance change that current crowding adds, for coil `number`.
 
-        It is a fraction of this change.
+        It is a fraction of the coil's change by the target for current that is even across the tracks.
         """
 
     def put_oscillations(self, circuits: Sequence[CoilCircuit], tank: Tank) -> None:
@@ -117,7 +117,7 @@ def drop_states(circuit: CoilCircuit, failed: Mapping[str, object]) -> CoilCircu
 
 
 def overdamped(circuits: list[CoilCircuit], tank: Tank, target: TargetRatios | SolvedEffect) -> dict[str, float]:
-    """Return the states in which a coil's tank does not oscillate, each with the least quality factor of all coils."""
+    """Return the least quality factor of all coils, for each state in which a coil's tank does not oscillate."""
     quality_factors: dict[str, float] = {}
     tank.oscillate(circuits)
     if not isinstance(target, TargetRatios):
@@ -202,8 +202,8 @@ def _reflections(
 ) -> dict[str, dict[str, Reflection]]:
     """Return the inductance changes by metal: a `Reflection` for each coil name and state.
 
-    They are corrected for a window in the jaw. Coils for which target and window have equal effects share one
-    `Reflection`.
+    They include the effect of a window in the jaw. Coils for which target and window have equal effects share one
+    `Reflection`. `distances` (m) are the distances between the coils' centres.
     """
     missing, without = window_effects(layout), metal_behind(layout.spec, without_jaw=True)
     solved_reflections: dict[tuple[str, tuple[complex, ...], WindowEffect | None], Reflection] = {}

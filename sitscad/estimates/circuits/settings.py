@@ -45,11 +45,11 @@ def with_drive_codes(
 ) -> tuple[tuple[CoilEstimate, ...], ReadoutEstimate]:
     """Return coils and readout settings for the final drive codes: the spec's code, or the strongest suitable code.
 
-    A suitable code keeps each coil below the largest permitted amplitude in each working state. Parallel resistance has
-    a margin: the larger of one standard deviation and the change by the thickest copper that the fabricator delivers.
-    All coils of a board share one foil and one plating, and no test of the board shows their thickness. Channels have
-    separate codes only if a common code leaves a coil below the low-noise window and separate codes leave none below
-    it.
+    A suitable code keeps each coil below the largest permitted amplitude in each working state, with a margin for its
+    parallel resistance. The margin is the larger of one standard deviation and the change by the thickest copper that
+    the fabricator delivers. All coils of a board share one foil and one plating, and no test of the board shows their
+    thickness. All channels have one code, except in one case: this code leaves a coil below the low-noise window, and
+    separate codes leave no coil below it.
     """
     if readout.drive_code is None or readout.high_current:
         return tuple(coils), readout

@@ -54,16 +54,16 @@ ALONG = 2e-5  # Relative error of the resistance at any frequency, by lengths an
 MODEL = 0.0015
 """Error of the added loss by the straight-track model, as a fraction of the added loss.
 
-Added loss is the loss at a frequency less the loss of direct current. The model assumes that the current crowding in
-one track acts on other tracks as it does between straight tracks. Closed rings and open spirals were compared with
-converged filaments (tests/validation/test_alternating_current.py).
+Added loss is the loss at a frequency minus the loss by direct current. In the model, current crowding in a track
+changes the field at other tracks as if all tracks were straight. Results were compared with converged filament models
+of closed rings and open spirals (tests/validation/test_alternating_current.py).
 """
 
 ENDS = 1.2
-"""Error of a round coil's added loss by the ends of its layers, divided by the ratio of track width to winding length.
+"""Factor of the error of a round coil's added loss, caused by the ends of its layers.
 
-The error is a fraction of the added loss. The loss is computed in cross-sections of the winding, which leave out the
-ends of the spirals.
+The error is ENDS times track width divided by winding length, as a fraction of the added loss. The loss is computed in
+cross-sections of the winding, which do not contain the ends of the spirals.
 """
 
 ONE_CUT = 0.1  # Relative error of the added loss if one cut stands for all of a winding
@@ -106,14 +106,14 @@ error.
 """
 
 METAL = 0.03
-"""Error of the resistance by distant metal, as a fraction of the resistance.
+"""Error of the resistance if metal is farther than `ERROR_FADE_FACTOR` times `NEAR_DISTANCE`.
 
-Distant means farther than `ERROR_FADE_FACTOR` times `NEAR_DISTANCE`. Source: round coils over and between copper, steel
-and mirrors, by filaments (tests/validation/test_near_metal.py). Other shapes add POLYGONS_NEAR_METAL.
+It is a fraction of the resistance. Source: filament models of round coils over and between copper, steel and perfectly
+conducting planes (tests/validation/test_near_metal.py). For other shapes, POLYGONS_NEAR_METAL is added.
 """
 
 NEAR = 0.04
-"""Error of the resistance by metal nearer than `NEAR_DISTANCE`, as a fraction of the resistance.
+"""Error of the resistance if metal is nearer than `NEAR_DISTANCE`, as a fraction of the resistance.
 
 Between `NEAR_DISTANCE` and `ERROR_FADE_FACTOR` times `NEAR_DISTANCE`, the error falls linearly from `NEAR` to `METAL`.
 """
@@ -122,9 +122,9 @@ NEAR_DISTANCE = 0.2e-3
 """Distance (m) from the copper's middle to metal up to which the resistance has the error `NEAR`."""
 
 ERROR_FADE_FACTOR = 1.5
-"""Distance at which an error has fallen to the next value, divided by the distance up to which it holds in full.
+"""Ratio of two distances of metal: up to the smaller, an error has its full weight 1; beyond the larger, weight 0.
 
-Between the two distances the error falls linearly, so that a sweep over the distance has no jumps.
+Between them the weight falls linearly, so that results over the distance have no jumps.
 """
 
 OWN_ROUNDING = 1e-6
@@ -145,7 +145,7 @@ FEW = 4.0  # Turns of a layer below which corners are a large part of a polygon
 
 @record
 class ResistanceBound:
-    """Parts of the error bound of a winding's resistance. The added loss is its resistance less the direct resistance.
+    """Parts of the error bound of a winding's resistance. The added loss is resistance minus direct resistance.
 
     `share` is an error relative to the added loss at any frequency. `modes` is a further error relative to the added
     loss, reached in tracks many skin depths wide or thick. `width` and `thickness` (m) are the track's. `conductivity`
@@ -192,7 +192,7 @@ def resistance_bound(spec: CoilSpec, coil: Coil, spirals: Sequence[SpiralLayer],
 
 
 def near_metal_error(spec: CoilSpec, nearest: float) -> float:
-    """Return the error of a resistance by metal, as a fraction of the resistance.
+    """Return the error of a winding's resistance near metal, as a fraction of the resistance.
 
     `nearest` (m) is the least distance from the copper's middle to metal.
     """
@@ -326,7 +326,7 @@ def _rounded_down(length: float, ratio: float) -> float:
 
 
 def spectrum_near_metal(spec: CoilSpec, first: Coil, assembly: AssemblyStates) -> CurrentSpectrum | None:
-    """Return only the current spectrum (m2) that `solve_winding` computes and caches. None if there is no metal.
+    """Return the current spectrum (m2) that `solve_winding` uses, without its other results. None if no metal is near.
 
     `first` is the first of the identical coils.
     """
@@ -370,7 +370,7 @@ def winding_inductance_matrix(
 ) -> tuple[Array, Array]:
     """Return the inductance matrix (coils, coils; H) of the bare windings, and the error bounds of its elements (H).
 
-    On the diagonal, a reference coil of other windings has the inductance of the other coils.
+    All diagonal elements are equal, also for a reference coil with other windings.
     """
     if is_rough and winding.geometry.spirals and coils[-1].placement.own is None:
         return rings_beside_each_other(winding.geometry.spirals, [coil.placement.centre for coil in coils],

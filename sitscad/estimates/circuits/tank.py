@@ -35,10 +35,10 @@ E12 = (1.0, 1.2, 1.5, 1.8, 2.2, 2.7, 3.3, 3.9, 4.7, 5.6, 6.8, 8.2)  # Preferred 
 E24 = tuple(sorted((*E12, 1.1, 1.3, 1.6, 2.0, 2.4, 3.0, 3.6, 4.3, 5.1, 6.2, 7.5, 9.1)))  # All values sold
 
 FREQUENCY_MARGIN = 0.95
-"""Ratio that keeps sensor frequencies inside the converter's frequency limits when a capacitor is chosen.
+"""Margin of sensor frequencies inside the converter's frequency limits when a capacitor is chosen, as a ratio.
 
-All frequencies are at most this fraction of the converter's highest frequency. The converter's lowest frequency is at
-most this fraction of every sensor frequency. The margin is for tolerances of coil and capacitor.
+Each sensor frequency is at most this fraction of the converter's highest frequency. The converter's lowest frequency is
+at most this fraction of each sensor frequency. The margin is for tolerances of coil and capacitor.
 """
 
 ROBUST_CAPACITANCE = 100e-12  # Below this (F), pins, tail and cable make up a good part of the tank's capacitance
@@ -50,9 +50,9 @@ class CoilCircuit:
 
     `inductance` (H) and `resistance` (ohm) are the bare winding's at direct current, `conductivity` (S/m) is its
     copper's. `loss` is the added loss by alternating current. `self_capacitance` (F) is for winding and leads,
-    `winding_capacitance` (F) for the winding alone. `reflections` are the changes by metal and `neighbours` the changes
-    by idle coils, by state. `curves` and `known` cache impedances. `oscillations` caches the tanks' oscillations by
-    state and capacitor (F), for a single readout.
+    `winding_capacitance` (F) for the winding alone. For each state, `reflections` holds the changes that metal causes,
+    and `neighbours` the changes that idle coils cause. `curves` and `known` cache impedances. `oscillations` caches the
+    tanks' oscillations by state and capacitor (F), for a single readout.
     """
 
     name: str
@@ -74,11 +74,10 @@ class CoilCircuit:
         return self.resistance * self.loss.resistance_ratio(frequency)
 
     def crowding(self, state: str, frequencies: Array) -> tuple[Array, Array]:
-        """Return the inductance (H) and resistance (ohm) that eddy currents in the winding's tracks add.
+        """Return the inductance (n; H) and resistance (n; ohm) that eddy currents in the winding's tracks add.
 
-        They are for a state at (n) frequencies (Hz), close to each other. They sum the eddy currents of the coil
-        without metal and their changes by metal. In screening solutions the changes are interpolated from the Chebyshev
-        points of a band.
+        They are for a state at (n) frequencies (Hz), close to each other. Each is the value without metal plus the
+        change by metal. In screening solutions this change is interpolated from the Chebyshev points of a band.
         """
         if self.reflections[state].is_rough:
             band = int(band_numbers(frequencies.mean()))
@@ -91,7 +90,7 @@ class CoilCircuit:
         return self.loss.inductance_changes(frequencies) + change, added + lost
 
     def by_metal(self, state: str, frequencies: Array) -> tuple[Array, Array]:
-        """Return the changes by metal of the values of `crowding`: inductance (n; H) and resistance (n; ohm)."""
+        """Return the changes by metal of both results of `crowding`: inductance (n; H) and resistance (n; ohm)."""
         change = self.reflections[state].crowding(frequencies)
         return change.real, -2.0 * math.pi * frequencies * change.imag
 
@@ -352,12 +351,12 @@ OVERDAMPED = 1e3  # Violation by a state in which the tank does not oscillate: l
 def _window_violation(
     oscillations: Sequence[tuple[Oscillation, bool]], tank: Tank, self_resonance: float
 ) -> tuple[tuple[float, bool], tuple[float, float] | None]:
-    """Return a capacitor's violation of the converter's windows, whether it violates any, and its results.
+    """Return ((violation, whether a limit is exceeded), results) of a capacitor with respect to the converter's limits.
 
-    The violation is a weighted sum of ln(value / limit) over all exceeded limits; the smallest is best. The results are
-    the highest frequency (Hz) and the least parallel resistance (ohm). They are None if no working state oscillates.
-    `oscillations` holds pairs: an oscillation, and whether the sensor works in this state. `self_resonance` (Hz) is the
-    lowest of all coils.
+    The violation is a weighted sum of ln(value / limit) over all exceeded limits. The results are the highest
+    frequency (Hz) and the least parallel resistance (ohm). They are None if no working state oscillates. `oscillations`
+    holds pairs: an oscillation, and whether the sensor works in this state. `self_resonance` (Hz) is the lowest of all
+    coils.
     """
     running = [(each, works) for each, works in oscillations if each.exists]
     damped = len(oscillations) - len(running)
@@ -393,9 +392,8 @@ def _excess(value: float, limit: float) -> float:
 def _reason(value: float, trespass: tuple[float, bool], windows: tuple[float, float] | None, tolerance: float) -> str:
     """Return the reason for the choice of a capacitor, as text.
 
-    `trespass` is the violation, and whether there is any. `windows` are the highest frequency (Hz) and the least
-    parallel resistance (ohm); None if no tank oscillates. `tolerance` is the capacitor's. `value` (F) is the chosen
-    capacitor.
+    `value` (F) is the chosen capacitor, and `tolerance` its relative tolerance. `trespass` and `windows` are the
+    violation and the results that `_window_violation` returns.
     """
     if windows is None:
         return f"E12, C0G: no value lets the tank oscillate, {show(value, 'F', 3)} damps it least"

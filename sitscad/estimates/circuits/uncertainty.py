@@ -49,12 +49,13 @@ They are not in `scatter.CAUSES`.
 
 EXTRA = {WIDTH: (0.42, 1.12), THICKNESS: (-0.35, 0.68)}
 EXTRA_BENT = {WIDTH: (-0.69, 1.82), THICKNESS: (-0.55, 0.79)}
-"""Factors (a, b) for the exponents of the extra loss in track width and thickness.
+"""Constants (a, b) of the dependence of the extra loss on track width and on track thickness.
 
-EXTRA is for round coils, and EXTRA_BENT for all other coils. The extra loss E is the resistance by eddy currents. Its
-exponent is d ln E / d ln x = a + b E'/E, with E' = dE / d ln f and x = width or thickness. The factors were
-fitted to differences of full solutions of eleven templates, free and at rest. They give d ln R / d ln x within 0.15.
-Round coils without metal use `width_power` for the width, except in screening.
+EXTRA is for round coils, and EXTRA_BENT for all other coils. The extra loss E (ohm) is the resistance that eddy
+currents in the tracks add. It depends on a dimension x (width or thickness) by d ln E / d ln x = a + b E'/E, with
+E' = dE / d ln f. The constants were fitted to differences of full solutions of eleven templates, free and at rest. The
+error of d ln R / d ln x is at most 0.15. Round coils without metal use `width_power` for the width, except in
+screening.
 """
 
 WIDER = 0.02
@@ -68,16 +69,17 @@ power was 10 % too small, and the standard deviation of R was 20 % too small.
 """
 
 EXTRA_OF_LEADS = {WIDTH: (-0.5, 0.0), THICKNESS: (-1.0, 1.0)}
-"""Factors (a, b) as in EXTRA for the extra loss of leads, whose currents crowd by their own field.
+"""Constants (a, b) as in EXTRA for the extra loss of leads, whose currents crowd by their own field.
 
 The loss of wide leads is proportional to 1/w and increases with their thickness.
 """
 
 EXTRA_INDUCTANCE = {WIDTH: 1.85, THICKNESS: -0.2}
-"""Factors a for the derivative of the inductance change by eddy currents in the tracks, by width and thickness.
+"""Constants a of the dependence of an inductance change on track width and on track thickness.
 
-Let D be this change (H), and x the width or thickness. Its derivative by ln x is a D + dD / d ln f. Full solutions of
-eleven templates gave factors of 1.7 to 2.1 for the width of round coils, and of 1.6 to 2.2 for others.
+Let D be the inductance change (H) that eddy currents in the tracks cause, and x the width or thickness. Then
+dD / d ln x = a D + dD / d ln f. Full solutions of eleven templates gave values of 1.7 to 2.1 for the width of round
+coils, and of 1.6 to 2.2 for others.
 """
 
 OWN_CAPACITANCE = {WIDTH: 1.0, DISTANCE: -0.75}
@@ -144,13 +146,13 @@ Its arguments are as in `_surroundings_change`: current spectrum, frequency (Hz)
 
 
 ExtraShares = Mapping[str, tuple[float, float]]
-"""Pairs of factors (a, b) by cause, as in EXTRA."""
+"""Pairs of constants (a, b) by cause, as in EXTRA."""
 
 
 def slopes_of(spec: SensorSpec, coil: Coil, winding: SolvedWinding) -> Slopes:
     """Return the inputs for the standard deviations of a coil, from the solution of its winding.
 
-    The changes by one sigma of the surrounding metal are left empty.
+    `Slopes.surroundings` is empty.
     """
     inductance = inductance_slopes(winding.spirals, coil, spec.coil, spec.fpc.stackup, winding.is_rough)
     is_round = spec.coil.outline.is_round
@@ -193,11 +195,11 @@ def width_power(layers: tuple[SpiralLayer, ...], conductivity: float) -> Callabl
 class Slopes:
     """Inputs of `state_sigmas`, common to all states of a coil.
 
-    `sigmas` are the standard deviations by cause. `inductance` holds the derivatives (H) of the winding's inductance by
-    the logarithm of each dimension. `surroundings` holds the changes (H, ohm) by one sigma of each cause around the
-    coil, by state and cause (`surroundings_changes`). ``thickest_copper`` is the relative excess of the thickest copper
-    delivered over the nominal copper. `extra` holds the factors of EXTRA for the coil's shape. `power` is the winding's
-    `width_power`; None if `extra` is used for the width, too.
+    `sigmas` are the standard deviations by cause. `inductance` holds the derivatives (H) of the winding's inductance
+    with respect to ln(x), for each dimension x. `surroundings` is the result of `surroundings_changes`: the changes of
+    inductance and resistance (H, ohm) for one sigma, by state and cause. ``thickest_copper`` is the relative excess of
+    the thickest copper delivered over the nominal copper. `extra` holds the constants of EXTRA for the coil's shape.
+    `power` is the winding's `width_power`; None if `extra` is used for the width, too.
     """
 
     sigmas: Mapping[str, float]
@@ -211,19 +213,20 @@ class Slopes:
 def resistance_slopes(
     circuit: CoilCircuit, frequency: float, crowded: tuple[float, float], extra_factors: ExtraShares
 ) -> dict[str, float]:
-    """Return the derivative (ohm) of a circuit's resistance by the logarithm of each toleranced dimension.
+    """Return the derivative (ohm) of a circuit's resistance with respect to ln(x), for each toleranced dimension x.
 
-    `crowded` holds the resistance by eddy currents in the winding's tracks at a frequency (Hz), and its derivative
-    (ohm) by ln f (`crowding_growth`).
+    `crowded` holds the extra resistance (ohm) of the winding by eddy currents in its tracks at a `frequency` (Hz), and
+    its derivative (ohm) with respect to ln f (`crowding_growth`).
 
     Notes
     -----
     Direct resistance is proportional to 1/(w t). Every mode of the extra loss is s omega^2 / (1 + omega^2 tau^2), and
     tau is proportional to w t. In the field of neighbours and of their images, s is proportional to w^3 t. In the
-    track's own field, s is proportional to w t. Let E be the extra loss with metal around, and E' its derivative by ln
-    omega. At low frequencies, the neighbours' field gives E + E' (width) or -E + E' (thickness). The track's own field
-    gives -E + E'. `extra_factors` (EXTRA) extend this to frequencies at which E' is only E. If the coil grows and its
-    tracks stay, the extra loss decreases by E. Leads have an extra loss of their own.
+    track's own field, s is proportional to w t. Let E be the extra loss with metal around, and E' = dE / d ln omega. At
+    low frequencies, the neighbours' field results in dE / d ln w = E + E' and dE / d ln t = -E + E'. The track's own
+    field results in -E + E' for both. `extra_factors` (EXTRA) extend this to frequencies at which E' is not larger
+    than E. If the coil becomes larger and the width of its tracks does not change, dE / d ln(diameter) = -E. Leads have
+    a separate extra loss.
     """
     direct, (extra, growth) = circuit.resistance, crowded
     lead, (more_lead, of_lead) = _lead_growth(circuit, frequency)
@@ -237,7 +240,7 @@ def resistance_slopes(
 def _lead_growth(circuit: CoilCircuit, frequency: float) -> tuple[float, tuple[float, float]]:
     """Return the direct resistance (ohm) of the leads' tracks, and their extra resistance at a frequency (Hz).
 
-    The extra resistance is a pair: its value (ohm) and its derivative (ohm) by ln f.
+    The extra resistance is a pair: its value (ohm), and its derivative (ohm) with respect to ln f.
     """
     at = np.array([DIRECT, frequency / STEP, frequency, frequency * STEP])
     direct, less, here, more = circuit.leads.resistances_at(at, circuit.conductivity).tolist()
@@ -249,9 +252,9 @@ DIRECT = 1.0
 
 
 def crowding_growth(circuit: CoilCircuit, state: str, frequency: float) -> tuple[tuple[float, float], ...]:
-    """Return inductance (H) and resistance (ohm) by eddy currents in the tracks, each with its derivative by ln f.
+    """Return inductance (H) and resistance (ohm) that eddy currents in the tracks add, with their derivatives.
 
-    They are two pairs (value, derivative) for a state at a frequency (Hz).
+    They are two pairs (value, derivative with respect to ln f) for a state at a frequency (Hz).
     """
     parts = circuit.crowding(state, frequency * np.array([1.0 / STEP, 1.0, STEP]))
     return tuple((float(at[1]), float(at[2] - at[0]) / (2.0 * math.log(STEP))) for at in parts)
@@ -263,11 +266,11 @@ EVEN_SQUARE = math.sqrt(0.8)
 
 def second_order_sigmas(circuit: CoilCircuit, state: StateEstimate, resistance: float, parallel: float,
                         moved: Mapping[str, tuple[float, float, float, float]], slopes: Slopes) -> tuple[float, float]:
-    """Return standard deviations of resistance and R_P (ohm) by terms of second order in track width and thickness.
+    """Return the parts of the standard deviations of resistance and R_P (ohm) that are of second order in x.
 
-    Let x be the width or the thickness. Direct resistance is proportional to 1/x and the extra loss E to x^p. The
-    second-order factors are 2 and p (p - 1), with p = d ln E / d ln x as in `resistance_slopes`. The effect on R_P
-    follows from R_P = exp(a x - ln R) with its own slope a. `moved` holds the changes by one sigma of each cause.
+    Here x is the track width or the track thickness. Direct resistance is proportional to 1/x and the extra loss E to
+    x^p. The second-order factors are 2 and p (p - 1), with p = d ln E / d ln x as in `resistance_slopes`. The effect on
+    R_P follows from R_P = exp(a x - ln R) with a constant a. `moved` holds the changes for one sigma of each cause.
     `resistance` (ohm) and `parallel` (ohm) are the tank's series resistance and R_P.
     """
     extra, growth = crowding_growth(circuit, state.state, state.frequency)[1]
@@ -366,11 +369,11 @@ def surroundings_changes(
     spectrum: CurrentSpectrum | None, assembly: AssemblyStates, states: Mapping[str, StateEstimate],
     circuit: CoilCircuit, deeper: Mapping[str, tuple[float, float]], is_rough: bool = False,
 ) -> dict[str, dict[str, tuple[float, float]]]:
-    """Return changes (H, ohm) by one sigma of each cause around a coil, by state and cause.
+    """Return changes (inductance in H, resistance in ohm) for one sigma of each cause around a coil.
 
-    For a gap, the change is half the difference between one sigma more and one sigma less. For the target's effect, it
-    is the error bound divided by the root of 3. `deeper` holds the shifts (m) of the metal by track tolerances
-    (`reflector_shifts`). The ratio of the target's effect to an infinite plate's effect changes with the gap
+    They are by state and cause. For a gap, the change is half the difference between one sigma more and one sigma less.
+    For the target's effect, it is the error bound divided by the root of 3. `deeper` are the larger distances of metal
+    (m) from `reflector_shifts`. The ratio of the target's effect to an infinite plate's effect changes with the gap
     (`ratio_slopes`).
     """
     moves: dict[str, dict[str, tuple[float, float]]] = {name: {} for name in states}
@@ -408,10 +411,10 @@ def surroundings_changes(
 def ratio_slopes(
     assembly: AssemblyStates, states: Mapping[str, StateEstimate], circuit: CoilCircuit
 ) -> dict[str, tuple[float, float]]:
-    """Return derivatives of inductance (H/m) and resistance (ohm/m) by the gap, because the target's ratio changes.
+    """Return derivatives of inductance (H/m) and resistance (ohm/m) with respect to the gap, by state.
 
-    They are by state. The ratio of the target's effect to an infinite plate's effect is interpolated linearly in the
-    gap between rest and pressed. Empty if one of these states is missing.
+    They cover only one cause: the ratio of the target's effect to an infinite plate's effect depends on the gap. The
+    ratio is interpolated linearly in the gap between rest and pressed. Empty if one of these states is missing.
     """
     gaps = {around.name: around.above.distance for around in assembly.states
             if around.above is not None and around.name in states}
@@ -429,9 +432,10 @@ def ratio_slopes(
 
 
 def _ratio_change(slopes: tuple[float, float] | None, first: Surroundings, second: Surroundings) -> tuple[float, float]:
-    """Return the change of inductance (H) and resistance (ohm) by the target's ratio: first minus second surroundings.
+    """Return the change of inductance (H) and resistance (ohm) from the `second` to the `first` surroundings.
 
-    `slopes` are the derivatives by the gap from `ratio_slopes`.
+    It is only the change because the target's ratio depends on the gap. `slopes` are the two derivatives (H/m, ohm/m)
+    from `ratio_slopes`.
     """
     if slopes is None or first.above is None or second.above is None:
         return 0.0, 0.0
@@ -440,10 +444,10 @@ def _ratio_change(slopes: tuple[float, float] | None, first: Surroundings, secon
 
 
 def reflector_shifts(coil: Coil, stackup: Stackup, sigma: Mapping[str, float]) -> dict[str, tuple[float, float]]:
-    """Return increases (m) of the distances to metal above and below a coil, by copper thickness and layer distance.
+    """Return increases (m) of the distances to metal above and below a coil for one sigma of each cause.
 
-    Each is for one sigma of the cause. Distances count from the mean of the layers' mid-planes. They increase because
-    the material over and under this mean becomes thicker.
+    The causes are copper thickness and layer distance. Distances count from the mean of the layers' mid-planes. They
+    increase because the material over and under this mean becomes thicker.
     """
     moves, numbers = {}, {winding.layer for winding in coil.windings}
     for name, is_copper in ((THICKNESS, True), (DISTANCE, False)):
@@ -468,8 +472,8 @@ def _surroundings_change(spectrum: CurrentSpectrum, frequency: float, pair: tupl
                          factors: tuple[complex, complex]) -> tuple[float, float]:
     """Return the difference of inductance (H) and resistance (ohm) between two surroundings: first minus second.
 
-    `factors` are as in `Reflection.factors`. They multiply the target's effect only; the effect of metal behind the
-    board is added. `pair` holds the two surroundings.
+    `factors` are as in `Reflection.factors`. They multiply only the target's effect, not the effect of metal behind the
+    board. `pair` holds the two surroundings.
     """
     omega, (ratio, loss_ratio) = 2.0 * math.pi * frequency, factors
 
@@ -493,7 +497,7 @@ def _surroundings_change(spectrum: CurrentSpectrum, frequency: float, pair: tupl
 
 
 class _CrowdingSlopes:
-    """Changes of inductance (H) and resistance (ohm) by the winding's eddy currents if the distance of metal changes.
+    """Changes of inductance and resistance because the tracks' eddy currents change with the distance of metal.
 
     They are linear in the distances to metal above and below. In rough solutions they are 0.
     """
@@ -512,7 +516,10 @@ class _CrowdingSlopes:
 
     @cached_property
     def _slopes(self) -> tuple[complex, complex]:
-        """Derivatives (H/m, complex) of the inductance change, by the distances to metal above and below."""
+        """Derivatives (H/m, complex) of the inductance change with respect to the distances of both metals.
+
+        The first is for the metal above, the second for the metal below.
+        """
         around, at = self._around, np.array([self._frequency])
 
         def crowding(above: Reflector | None, below: Reflector | None) -> complex:
@@ -536,14 +543,15 @@ def _linearised_change(
 ) -> Between:
     """Return a linear, faster form of `_surroundings_change`.
 
-    It uses derivatives of the inductance change by the distances to metal above and below.
+    It uses derivatives of the inductance change with respect to the distances to metal above and below.
     """
     solved_slopes: dict[str, tuple[complex, complex, complex]] = {}
 
     def slopes(around: Surroundings, frequency: float) -> tuple[complex, complex, complex]:
-        """Return three derivatives (H/m, complex) of the inductance change by metal.
+        """Return three derivatives (H/m, complex) of the inductance change that metal causes.
 
-        They are by the distance above, by the distance below, and by the distance below without metal above.
+        The first is with respect to the distance of the metal above. The second is with respect to the distance of the
+        metal below. The third is like the second, without the metal above.
         """
         if around.name not in solved_slopes:
             reflector_above, reflector_below = around.above, around.below

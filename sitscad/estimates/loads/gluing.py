@@ -41,8 +41,8 @@ SPREADING = 1e4
 PIECE_HANDLING, HARD_HANDLING = 2.0, 10.0
 """Time (s) from the contact of the glued faces until the weight is on them: for pieces, and for hard parts.
 
-The first value is for a piece in a well, if the press is ready in the other hand. The second is for shield, mount and
-board, which are first pushed against films, gauges or a block. Assumptions, not verified.
+A piece (elastomer or target) is placed in the well of a tool, with the press ready in the other hand. Hard parts are
+shield, mount and board. They are first pushed against films, gauges or a block. Assumptions, not verified.
 """
 
 FLAT_SHARE = 0.8
@@ -112,17 +112,18 @@ def _rounded(mass: float) -> float:
 
 
 def glued_plan(spec: SensorSpec, part: str) -> Footprint:
-    """Return the plan of the plate under which glue must lie flat (`part`).
+    """Return the outline, seen from above, of the plate `part` under which glue must lie flat.
 
-    It is the elastomer, the target, or the box around all pads in one piece.
+    The plate is the elastomer, the target, or the box around all pads in one piece.
     """
     return plates_of(spec).glued(part)[0].footprint
 
 
 def may_set_first(spec: SensorSpec, part: str) -> bool:
-    """Return whether glue may set before a piece lies flat.
+    """Return whether glue may set before a piece lies flat. `part` names the piece.
 
-    The force is computed with less than the pad's real stiffness, so False is certain. `part` names the piece.
+    The assumed weight on the piece is lower than the real weight. If the result is False, glue is certain not to set
+    too early.
     """
     glue, plan, pad = spec.assembly.adhesive, glued_plan(spec, part), spec.elastomer
     if glue is None or glue.open_time is None:
@@ -145,7 +146,7 @@ def glued_area(spec: SensorSpec, part: str) -> float:
 
 
 def board_plan(layout: Layout) -> tuple[Footprint, float]:
-    """Return the box around the board's body (the disc if the body is round), and the area of the body (m2)."""
+    """Return the smallest box around the board's body (a disc if the body is round), and the area of the body (m2)."""
     x0, y0, x1, y1 = layout.body
     body = layout.spec.fpc.body
     centre = Point((x0 + x1) / 2, (y0 + y1) / 2)

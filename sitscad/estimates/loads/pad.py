@@ -100,9 +100,9 @@ def tilt_stiffness(pad: BondedPad, loads: Array) -> Array:
 def tilt_stiffness_error(pad: BondedPad, pose: Array, stiffness: Array) -> Array:
     """Return the relative standard deviation (2) of the `tilt_stiffness` about x and y.
 
-    `stiffness` (2; N m/rad) belongs to the target's `pose` (6; m, rad). The result is infinite for strains outside the
-    tests with finite elements. Compression reduces the stiffness, to zero at the load at which the pad buckles. The
-    pad's own sigma is for the stiffness against tilts about the near face's middle.
+    `stiffness` (2; N m/rad) belongs to the target's `pose` (6; m, rad). The result is infinite for strains beyond the
+    range tested with finite elements. Compression reduces the stiffness, to zero at the load at which the pad buckles.
+    A given error of the pad's law is then relative to a smaller stiffness.
     """
     about_face = np.diag(pad.stiffness(pose[None])[0])[3:5]
     strain = -float(pose[2]) / pad.thickness
@@ -147,7 +147,7 @@ def holding_loads(spec: SensorSpec, poses: Array) -> tuple[Array, Array] | None:
 
 
 def reading_slopes(read: Callable[[Array], Array], poses: Array) -> Array:
-    """Return derivatives of readings by each number of the pose (per m and rad): (poses, coils, 6).
+    """Return derivatives of readings with respect to each number of the pose (per m and rad): (poses, coils, 6).
 
     `read` returns readings (n, coils) at (n, 6) poses.
     """
@@ -157,10 +157,10 @@ def reading_slopes(read: Callable[[Array], Array], poses: Array) -> Array:
 
 
 def pose_slopes(pad: BondedPad, poses: Array) -> Array:
-    """Return derivatives of the pose (m, rad) by the load (N; normal, shear along x, along y): (poses, 6, 3).
+    """Return derivatives (poses, 6, 3; m/N) of x, y, z, rx, ry, rz with respect to normal force, shear x and shear y.
 
-    The target keeps its rotation. The derivatives are the inverse of the pad's stiffness at the pose. NaN for a fully
-    compressed pad.
+    The target does not rotate, so the last three rows are 0. The derivatives are the inverse of the pad's stiffness at
+    the pose. NaN for a fully compressed pad.
     """
     derivatives = np.zeros((len(poses), 6, 3))
     derivatives[:, :3] = np.linalg.inv(pad.stiffness(poses)[:, :3, :3])[:, :, [2, 0, 1]] * [-1.0, 1.0, 1.0]

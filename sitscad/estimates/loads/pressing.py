@@ -187,10 +187,10 @@ def _cached_loaded_face(pad: Footprint, over: Footprint | None, wider: float) ->
 def pressed_cases(
     spec: SensorSpec, sigmas: Mapping[str, float], load: float = 1.0
 ) -> dict[str, tuple[Compression, Compression]]:
-    """Return the pressed pad with one sigma less and one sigma more of each cause.
+    """Return two pressed pads for each cause of scatter: the cause deviates by minus one and by plus one sigma.
 
-    `load` is the acting fraction of the required force. For the cause PART, the pair is the stated strain and a strain
-    that is two sigma less. `sigmas` are standard deviations (m) by cause.
+    `load` is the acting fraction of the required force. `sigmas` are standard deviations (m) by cause. For the cause
+    PART, the two pads have the stated strain, and a strain that is two sigma smaller.
     """
     assert spec.elastomer is not None
     material, around, formula = spec.elastomer.material, surround(spec), formula_sigma(spec)
@@ -221,17 +221,18 @@ def pressed_cases(
 def linearised_cases(
     spec: SensorSpec, sigmas: Mapping[str, float], nominal: Compression, load: float = 1.0
 ) -> dict[str, tuple[Compression, Compression]]:
-    """Return the pad compressed one sigma to either side of the nominal pad, by cause, interpolated linearly.
+    """Return a linear, faster form of `pressed_cases` about the `nominal` pad: two pressed pads for each cause.
 
-    The causes are modulus, thickness and the formula for the stiffness. An error of the formula counts as an error of
-    the modulus. `sigmas` are standard deviations (m) by cause, and `load` is the acting fraction of the required force.
+    The causes are modulus, thickness and the formula for the stiffness. An error of the formula is treated as an error
+    of the modulus. `sigmas` are standard deviations (m) by cause, and `load` is the acting fraction of the required
+    force.
     """
     assert spec.elastomer is not None
     material, formula = spec.elastomer.material, formula_sigma(spec)
     modulus = max(material.shear_modulus_sigma, formula, 1e-3)
 
     def straight(case: Compression, part: float) -> tuple[Compression, Compression]:
-        """Return the pad at a fraction `part` of the way from the nominal pad to a case, and its mirror image."""
+        """Return two pads that differ from the nominal pad by plus and minus `part` of its difference from `case`."""
         changes = {name: part * (getattr(case, name) - getattr(nominal, name))
                 for name in ("strain", "gap", "apparent_modulus")}
         less, more = ({name: getattr(nominal, name) + side * way for name, way in changes.items()} for side in (1, -1))
@@ -246,7 +247,7 @@ def linearised_cases(
 
 
 def scatter_of(cases: Mapping[str, tuple[Compression, Compression]]) -> PressingScatter:
-    """Return the standard deviations of a pressed pad from `cases`: two pads for each cause, one sigma to either side.
+    """Return the standard deviations of a pressed pad from `cases`, the result of `pressed_cases`.
 
     The causes are taken as independent.
     """
@@ -259,9 +260,9 @@ def scatter_of(cases: Mapping[str, tuple[Compression, Compression]]) -> Pressing
 
 
 def _stated_pads(nominal: Compression, thickness: float) -> dict[str, tuple[Compression, Compression]]:
-    """Return the nominal pad and a pad with two standard deviations less strain. Empty if the strain has no doubt.
+    """Return the two pads of the cause PART: the nominal pad, and a pad with a strain that is two sigma smaller.
 
-    The modulus remains the modulus of the loaded part alone.
+    Empty if the strain has no such error. The apparent modulus of both pads is equal. `thickness` (m) is the pad's.
     """
     if not nominal.doubt > 0.0:
         return {}

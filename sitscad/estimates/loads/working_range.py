@@ -104,8 +104,9 @@ class WorkingRange:
     def rim(self) -> Array:
         """Loads (n, 3 or 5; N, N m) at the edge of the range.
 
-        They are the full shear in `DIRECTIONS`, or in both directions if one shear is measured, without and with the
-        full normal force. The full normal force alone follows. Moments are treated as shears.
+        They are the full shear in `DIRECTIONS` evenly spaced directions, first without and then with the full normal
+        force. If a single shear is measured, it has two directions. The last load is the full normal force alone.
+        Moments are treated like shears.
         """
         shears = [k for k in self.columns if k]
         angles = 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
@@ -117,9 +118,10 @@ class WorkingRange:
         return np.vstack([ends.reshape(-1, self.width), alone]) if shears else alone
 
     def inside(self, count: int, skip: int = 0) -> Array:
-        """Return loads (count, 3 or 5; N, N m) that fill the range evenly. They are deterministic.
+        """Return loads (count, 3 or 5; N, N m) that fill the range evenly.
 
-        `skip` leaves out the first points of the sequence.
+        They are points of a fixed sequence, so equal arguments return equal loads. The first `skip` points are left
+        out.
         """
         part = halton_points(count, 3, skip)
         loads = np.zeros((count, self.width))
@@ -195,10 +197,10 @@ def shared_shear_limit(shear: float) -> str:
 
 @lru_cache(maxsize=64)
 def shear_for_travel(spec: SensorSpec, travel: float, presses: tuple[float, ...] = (0.0, 1.0)) -> float:
-    """Return the shear force (N) under which a level target travels by `travel` pad thicknesses.
+    """Return the shear force (N) that displaces a level target sideways by `travel` pad thicknesses.
 
-    It is the smallest value along x and y, under each of the `presses` (fractions of the full normal force). If the pad
-    buckles first, it is the buckling force.
+    It is the smallest of several forces: along x and along y, under each of the `presses` (fractions of the full normal
+    force). If the pad buckles at a smaller shear, the result is the shear at which it buckles.
     """
     pad, normal = soft_pad(spec), full_normal(spec)
     starts = [(axis, share * normal) for axis in (0, 1) for share in presses]
@@ -237,8 +239,8 @@ def validated_shear(spec: SensorSpec) -> float:
 def interpolated_held_shear(spec: SensorSpec) -> float:
     """Return `validated_shear` (N) by interpolation, at a tenth of its cost.
 
-    The shear forces on a level target with this travel are computed at some heights. They are interpolated to the full
-    normal force and to none.
+    Shear forces that displace a level target by this travel are computed at some heights of the target. They are
+    interpolated at two normal forces: the full force and 0.
     """
     pad, normal = soft_pad(spec), full_normal(spec)
     poses = np.zeros((2, len(DEPTHS), 6))

@@ -55,8 +55,8 @@ LEAST_LOSS = 0.01  # Fraction of the coil's resistance: errors of smaller losses
 class ResponseModel:
     """Coil readings of a design with a target, at any pose of the target.
 
-    `solved` caches solutions of the target by range of poses and frequencies. `known` caches responses at single poses
-    on the pad. `finer` multiplies the usual resolution, for convergence tests.
+    `solved` caches solutions of the target; the key is the range of poses and the frequencies. `known` caches the
+    responses of `on_pad` by pose. `finer` multiplies the usual resolution, for convergence tests.
     """
 
     layout: Layout
@@ -137,11 +137,12 @@ class ResponseModel:
     ) -> Response:
         """Return the response at (n, 6; m, rad) poses; see `Response`.
 
-        Many poses are interpolated if the additional error is small enough: within the stated error, or within
-        `tolerance`. Errors are relative to the larger of a change and 1 % of the free inductance.
+        Results at many poses are interpolated between computed poses if the additional error is small enough. Its limit
+        is `tolerance`; if that is None, the stated error of the field solution. Errors are relative to the larger of a
+        change and 1 % of the free inductance. `progress` is called with the numbers of finished and of all poses.
 
-        Poses inside the range of the spec's states use the solution of the states. With `within` (m, 6), one solution
-        covers `poses` and `within`, so that results at different poses differ smoothly.
+        Poses inside the range of the spec's states use the solution of the states. With `within` (further poses, 6),
+        one solution serves the range of `poses` and `within` together, so that results change smoothly with the pose.
         """
         poses = np.asarray(poses, dtype=float).reshape(-1, 6)
         if not np.all(np.isfinite(poses)):
@@ -169,7 +170,7 @@ class ResponseModel:
             self.target, self.spec.coil, self.layout.coils, self.spec.array.middle)
 
     def _common_cover(self, poses: Array) -> PoseRange:
-        """Return the range of poses that serves poses (n, 6), or the states' range if it serves all of them."""
+        """Return the states' range of poses if it contains all poses (n, 6), otherwise the range of these poses."""
         cover = self._cover(poses)
         return self.state_cover if self.state_cover is not None and self.state_cover.serves(cover) else cover
 
@@ -311,10 +312,10 @@ MAX_WORK = 1600.0**3
 """Largest work (`solving_work`) to compute a target's currents for a response: half a minute of processor time."""
 
 SECONDS_PER_WORK = 7e-9
-"""Processor time (s) of a unit of `solving_work`, for both ends of a band together.
+"""Processor time (s) of a unit of `solving_work`, for the solutions at both frequencies of a band together.
 
-The estimate is within a factor of 1.5 for plates of 60 to 150 mm and for discs of 14 to 40 mm before ferrite. A plate
-estimated at 25 s took 34 s on a busy processor; discs estimated at 40 s and 61 s took 38 s and 88 s.
+The estimate is within a factor of 1.5 for plates of 60 to 150 mm, and for discs of 14 to 40 mm over coils on ferrite. A
+plate estimated at 25 s took 34 s on a busy processor; discs estimated at 40 s and 61 s took 38 s and 88 s.
 """
 
 

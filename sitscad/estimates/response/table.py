@@ -40,7 +40,7 @@ PRESSES = 20  # Points of a free target under normal force alone, the most commo
 TEST_POINTS = 16, 8  # Additional points, level and tilted, on which the table is tested
 
 DOWN = 0.4
-"""Largest lowering of a target's edge by tilt in the table, divided by the target's height at the largest force."""
+"""Largest descent of a target's edge by tilt in the table, divided by the target's height at the largest force."""
 
 STEEPEST = math.radians(3.0)  # The largest tilt (rad)
 BEYOND = 1.2  # Extent of the table relative to the working range, so that a reader sees the range's end
@@ -48,13 +48,13 @@ BEYOND = 1.2  # Extent of the table relative to the working range, so that a rea
 
 @record(eq=False)
 class ResponseTable:
-    """Response of a sensor as polynomials in the `INPUTS`, each scaled to -1 to 1.
+    """Response of a sensor as polynomials in five `INPUTS`; each input is scaled to the interval from -1 to 1.
 
     The outputs are ln(frequency / frequency at rest) of every coil, then the target's travel (m) along x, y and z. If
     the target is free to tilt, its rotations (rad) about x and y follow. `range` is the working range. `through` holds
-    the ends of the inputs (5; N, then rad or N m), exponents (terms, 5) and coefficients (terms, outputs). `rest`
-    (coils; Hz) are the frequencies at rest. `error` is the largest error of the frequencies at solved points, relative
-    to their span.
+    the least and the largest value of each input (5; N, then rad or N m), the exponents (terms, 5) and the coefficients
+    (terms, outputs). `rest` (coils; Hz) are the frequencies at rest. `error` is the largest error of a frequency at
+    solved points, divided by the difference of the coil's highest and lowest frequency.
     """
 
     coils: tuple[str, ...]
@@ -92,9 +92,9 @@ class ResponseTable:
 def response_table(model: ResponseModel) -> ResponseTable:
     """Return the table of a design over its working range and a little beyond, fitted to responses at many loads.
 
-    If moments are measured, the target is free to tilt. Otherwise it is kept level, except for the tilt that is an
-    input of the table, about the middle of the near face. Frequencies at rest are from the state at rest. Raises
-    `NoResponse` without a pad.
+    If moments are measured, the target is free to tilt. Otherwise forces do not tilt it, and its tilt about the middle
+    of the near face is an input of the table. Frequencies at rest are from the state at rest. Raises `NoResponse`
+    without a pad.
     """
     scope = working_range(model.spec)
     polynomial, loads, values = (_free_polynomials if scope.has_moments else _level_polynomials)(model, scope)
@@ -134,8 +134,9 @@ def _level_polynomials(model: ResponseModel, scope: WorkingRange) -> tuple[Polyn
     """Return polynomials for the response of a level target to forces and tilt, and the points of their fit.
 
     The points are two arrays: inputs (n, 5; N, rad) and outputs (n, outputs). They include test points that are not
-    fitted. The tilt has additional terms, fitted to the differences between tilted and level points. This takes a tenth
-    of the time, because over a mirror the currents of a level target keep its symmetries.
+    fitted. The terms without tilt are fitted to level points, the terms with tilt to the differences of tilted points.
+    This takes a tenth of the time of a fit to tilted points alone: the currents of a level target over a plane of metal
+    have its symmetries.
     """
     ends = BEYOND * np.array([scope.normal, scope.shear, scope.shear])
     pressed = loaded_poses(model.spec, np.array([[ends[0], 0.0, 0.0]]))[0]

@@ -48,11 +48,11 @@ thicknesses, any width (tests/validation/test_webs.py).
 class CellCrosstalk:
     """Upper limits of crosstalk between cells, relative to a coil's own full signal.
 
-    ``target`` is by the pressed target of one neighbouring cell, ``targets`` by all neighbouring targets pressed at
-    once. ``coils`` is by the idle, grounded coils of neighbours. ``webs`` is by the displacement of the cell's own
-    target through webs. These four are for the cell with the most crosstalk. ``each`` is the crosstalk in each cell by
-    all causes and all other cells at once. ``pairs`` holds two cells (from 1), and the crosstalk in the first by the
-    second.
+    ``target`` is caused by the pressed target of one neighbouring cell, ``targets`` by all neighbouring targets pressed
+    at once. ``coils`` is caused by the idle, grounded coils of neighbours. ``webs`` is caused by webs, which displace
+    the cell's own target. These four values are for the cell with the most crosstalk. ``each`` holds a value for each
+    cell: its crosstalk by all causes, with all other cells pressed at once. An entry of ``pairs`` is (reading cell,
+    pressed cell, crosstalk); cells are numbered from 1.
     """
 
     target: float
@@ -64,7 +64,7 @@ class CellCrosstalk:
 
     @property
     def total(self) -> float:
-        """Largest crosstalk of all cells, by all causes and all other cells at once."""
+        """Crosstalk of the cell with the most crosstalk, by all causes, with all other cells pressed at once."""
         return max(self.each, default=0.0)
 
 
@@ -291,11 +291,12 @@ def cell_groups(
 
 
 def live_cells(spec: SensorSpec, estimates: Estimates, crosstalk: CellCrosstalk | None) -> dict[str, Any]:
-    """Return values with which a web page shows all cells, although it has the response of the weakest cell alone.
+    """Return the values of each cell that a web page needs to show all cells.
 
-    For each cell, they are its coils, their frequencies at rest (Hz), and the offsets of the counts. `signal` is the
-    cell's signal divided by the weakest cell's. `read_by` lists each neighbour with the upper limit of its crosstalk
-    from this cell, relative to the neighbour's signal.
+    `table` is the number of the weakest cell; the page has only its response. `all` holds an entry for each cell: its
+    coils, their frequencies at rest (Hz), and the offsets of the counts. `signal` is the cell's signal divided by the
+    weakest cell's. `read_by` lists the neighbours that this cell disturbs: number, and upper limit of the crosstalk
+    relative to the neighbour's signal.
     """
     signals, rows, coils = cell_signals(spec, estimates.coils), [], len(estimates.coils) // len(cell_specs(spec))
     weakest, pairs = weakest_cell(spec, estimates.coils), () if crosstalk is None else crosstalk.pairs
@@ -344,8 +345,8 @@ def weakest_cell(spec: SensorSpec, coils: Sequence[CoilEstimate]) -> int:
 def cell_signals(spec: SensorSpec, coils: Sequence[CoilEstimate]) -> list[float]:
     """Return relative signals of all cells, to first order.
 
-    A signal is the fraction of coil inductance outside the leads, summed over the cell's coils. It is divided by the
-    pad's relative stiffness: with webs, divided by the stiffness without webs.
+    A signal is the fraction of coil inductance outside the leads, summed over the cell's coils. This sum is divided by
+    the ratio of the pad's stiffness with webs to its stiffness without webs.
     """
     assert spec.cells is not None
     parts = [1.0 - coil.lead_inductance / coil.terminal_inductance for coil in coils]

@@ -1,4 +1,4 @@
-"""Field solution of target and coils for all poses of a range. Estimates of states and responses share it."""
+"""Field solution of target and coils for all poses of a range, shared by the estimates of states and by responses."""
 
 from __future__ import annotations
 
@@ -91,9 +91,10 @@ class NearTarget:
 
     @cached_property
     def crowding(self) -> Callable[[Array], ComplexArray]:
-        """Function of frequencies (n; Hz): addition of current crowding to the inductance change by an infinite plate.
+        """Function of frequencies (n; Hz) that returns the inductance change added by current crowding: (n, heights).
 
-        It is a fraction of this change, for each of `heights`: (n, heights).
+        It is a fraction of the change by an infinite plate at each of `heights`, for current that is even across the
+        tracks.
         """
         heights = np.exp(self.heights).tolist()
         return interpolate_over_band(self.band, lambda at: np.stack([self.crowded_at(at, z, heights) for z in heights],
@@ -122,9 +123,10 @@ class NearTarget:
         return whole
 
     def crowded(self, frequencies: Array, height: float) -> ComplexArray:
-        """Return the addition of current crowding to the target's inductance change, as a fraction of this change: (n).
+        """Return the inductance change (n) that current crowding adds, as a fraction of the change by the target.
 
-        `frequencies` (n) are in Hz. `height` is the logarithm of the target's height (m).
+        It is interpolated between `heights`. `frequencies` (n) are in Hz, `height` is the logarithm of the target's
+        height (m).
         """
         return _interpolate(self.heights, self.crowding(frequencies), np.full((len(frequencies), 1), height))[:, 0]
 
@@ -159,10 +161,11 @@ class NearTarget:
         return matrices
 
     def crowded_at(self, frequencies: Array, height: float, expected: Sequence[float] = ()) -> ComplexArray:
-        """Return the addition of current crowding to the inductance change by an infinite plate.
+        """Return the inductance change (n) that current crowding adds near an infinite plate.
 
-        It is a fraction (n) of this change at `frequencies` (n; Hz), for a plate at a `height` (m). `expected` are
-        heights (m) for which further calls follow; they are solved together.
+        It is a fraction of the change by the plate for current that is even across the tracks. `frequencies` (n) are in
+        Hz. The plate is at a `height` (m). `expected` are heights (m) for which further calls follow; they are solved
+        together.
         """
         crowding, spectrum, above = self._winding.crowding, self._winding.spectrum, self._endless(height)
         if crowding is None or spectrum is None:

@@ -63,8 +63,9 @@ def changes_in_front(
     """Return each coil's inductance change (heights, grasped, coils; H) by the other jaw's metal.
 
     `frequency` is in Hz. The target is level and displaced by `heights` (m) from rest. `grasped` (m) are the
-    thicknesses of an object between the sensor's top and the other jaw. The target's eddy currents are computed in the
-    coils' field with the metal in front. They are mirrored in the metal behind the board and in front.
+    thicknesses of an object between the sensor's top and the other jaw. The coils' field that induces the target's
+    eddy currents includes its reflection by the other jaw. The eddy currents have images in the metal behind the board
+    and in the other jaw.
     """
     spec, coils = windings.spec, windings.layout.coils
     plate, spectrum, behind = front_plate(spec.jaw), windings.winding.spectrum, metal_behind(spec)
@@ -111,10 +112,10 @@ def estimated_change(
 ) -> Mapping[str, float]:
     """Return a rough inductance change (H) of each coil at rest by the other jaw's metal.
 
-    It is the change of a coil without a target, times the part of an infinite plate's effect that the target lacks. If
-    the target covers the coils, it is up to 1.5 times the solved value in empty jaws, and 2 times with an object of 1
-    mm. Otherwise it is within 25 % (jaw templates). Empty if the jaw has no metal, or if there is no target. `grasped`
-    (m) is the thickness of an object between the sensor's top and the other jaw.
+    The change of a coil without a target is multiplied by 1 - r. r is the target's effect divided by an infinite
+    plate's. For targets that cover the coils, the result is up to 1.5 times the field solution in empty jaws, and up
+    to 2 times with an object of 1 mm. Otherwise it is within 25 % (jaw templates). Empty if the jaw has no metal, or if
+    there is no target. `grasped` (m) is the thickness of an object between the sensor's top and the other jaw.
     """
     spec = at_temperature(layout.spec, temperature)
     plate, behind, target = front_plate(spec.jaw), metal_behind(spec), spec.target

@@ -24,14 +24,15 @@ from sitscad.spec.sensor import SensorSpec
 FARTHER = 1.3
 """Rounding step of the lateral reach of a target, as a ratio.
 
-The reach is the largest distance of the target's points from a coil. It is rounded up to a power of this ratio, so that
-one solution serves many poses. See `HEIGHT_STEP`.
+The reach is the largest lateral distance of the target's points from a coil's centre. It is rounded up to a power of
+this ratio, so that one solution serves many poses.
 """
 
 LEAST_HEIGHT = 40e-6
 """Least height (m) over the copper's mid-plane at which a coil's field is computed.
 
-At lower points, the field of this height is used, because a near track does not act like a filament.
+Lower points have the field at this height. The field is computed from filaments, and close to a track a filament is
+inaccurate.
 """
 
 WIDEST = 4.4
@@ -168,9 +169,10 @@ class TargetPoses:
         return cls(turns, places, places[:, 2] - _lowest_depth(target, turns, half), half)
 
     def heights(self, centres: Array) -> Array:
-        """Return logarithms of the heights (m) of the near face's plane over the coils' centres: (n, coils).
+        """Return logarithms of the target's heights (m) over the coils' centres: (n, coils).
 
-        The heights are limited to the range between the lowest and the highest point of the face.
+        Each height is measured to the plane of the near face. It is limited to the range between the lowest and the
+        highest point of the face.
         """
         normal = self.turns[:, :, 2]
         offsets = centres[None, :, :] - self.places[:, None, :2]

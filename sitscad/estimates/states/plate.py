@@ -1,6 +1,7 @@
 """Target of a design as a surface of eddy currents, with the coils' fields and their reflection by metal.
 
-It also states the error bounds of the changed inductances for every pose. Tests in tests/validation check these bounds.
+A mirror is a perfectly conducting plane in place of the metal behind the board: each current has an image in it. The
+module also states error bounds of the inductance changes for every pose. Tests in tests/validation check these bounds.
 """
 
 from __future__ import annotations
@@ -33,10 +34,10 @@ from sitscad.spec.coil import CoilSpec
 from sitscad.spec.materials import Target
 
 IMAGED = 0.35
-"""Error of an inductance change, divided by the difference between the fields of a perfect mirror and of metal.
+"""Error of an inductance change because a perfect mirror replaces the metal behind the board (`mirror_error`).
 
-The mirror replaces the metal behind the board. The difference is relative to the field. The ratio is at most 0.3 for
-steels and ferrite behind infinite sheets. See `mirror_error`.
+The error is relative to the change. It is divided by the relative difference of the fields that mirror and metal
+reflect. This quotient is at most 0.3 for steels and ferrite behind infinite sheets.
 """
 
 LONGEST = 1e-3
@@ -48,19 +49,23 @@ At wave number zero, the formula for a layer of air between two plates is undefi
 MOST_WAVES = 4.0
 """Wave number of the reflection factors in `sheet_spectrum`, multiplied by the coil size.
 
-This reflection has nearly the frequency dependence of a target's changes. Steels and foils of 3 to 6 mm over coils of 6
-mm were compared. The remaining error is a fourteenth to a half of the error of straight lines.
+This reflection has nearly the frequency dependence of a target's changes. Changes were interpolated between two
+frequencies for steels and foils of 3 to 6 mm over coils of 6 mm. The error with this reflection is a fourteenth to a
+half of the error by straight lines.
 """
 
 SQUEEZED = 0.8
-"""Largest length over which the field varies at the target, divided by the target's distance to the mirror.
+"""Limit of the coils' part in `Detail.length`, divided by the target's distance to the mirror.
 
-The limit is for coils that are long compared with this distance. Without it, boxes and discs had errors up to 0.5 and
-0.8 % of the change (tests/validation/random_poses.py).
+The limit is for coils that are long compared with this distance. Without it, inductance changes had errors up to 0.5 %
+(box-shaped targets) and 0.8 % (discs; tests/validation/random_poses.py).
 """
 
 FRONT_WAVES = 0.1
-"""Least distance of target and metal in front for which the field is resolved, divided by the coils' shorter side."""
+"""Least distance of target and metal in front for which the field is resolved, divided by the coils' shorter side.
+
+A smaller distance is replaced by this least distance.
+"""
 
 ROOF = (0.3, 0.6, 1.5)
 """Depths of the image planes that replace metal in front of a target, in skin depths times relative permeability.
@@ -100,16 +105,16 @@ class Detail:
     def length(self) -> float:
         """Length (m) over which the coils' field varies at the target.
 
-        Waves that are longer have little effect, because the coils' images in the mirror cancel most of their field.
+        It is limited near a mirror, because the coils' images in the mirror cancel most of the field of longer waves.
         """
         return (self.height + min(0.1 * self.coil, SQUEEZED * self.mirror)) / self.finer
 
     def points(self, length: float) -> int:
-        """Return the number of Gauss points with which the field along a `length` (m) of the target is resolved."""
+        """Return the number of Gauss points at which the field along a `length` (m) of the target is computed."""
         return 12 + math.ceil(1.6 * length / self.length)
 
     def widest(self, length: float) -> float:
-        """Return the largest distance (m) between spline knots, in the middle of a face of this length (m)."""
+        """Return the distance (m) between the spline knots in the middle of a face with a side of this `length` (m)."""
         return min(0.11 * length / self.finer, 0.85 * self.length)
 
 
@@ -128,7 +133,10 @@ def target_surface(target: Target, detail: Detail, edge: float) -> Box | Disc:
 
 
 def with_points(whole: Box | Disc, distance: float) -> Surface:
-    """Return the surface with the fewest field points that resolve the field of its own image, `distance` (m) away."""
+    """Return the surface with fewer field points, just enough for the field of its own image.
+
+    The image is at a `distance` (m) from the surface. `whole` is the surface with its usual points.
+    """
 
     def count(length: float) -> int:
         return 4 + math.ceil(1.2 * length / distance)
@@ -194,9 +202,9 @@ class PlateProblem:
 
     @property
     def tabulated_coils(self) -> _Coils:
-        """Coils, and the sizes (m) that their tables of potentials depend on: track width, least height and reach.
+        """Coils with the three sizes (m) that determine their tables of potentials: track width, least height, reach.
 
-        The points of the tables lie at the least height or higher, and within the reach.
+        Points of the tables lie at or above the least height, and within the lateral reach from the coil.
         """
         height = _detail(self.coil, self.coils, self.lowest, self.behind, self.finer).height
         return _Coils(self.coils, self.coil.trace_width, height / self.finer, self.reach)
@@ -210,7 +218,10 @@ class PlateProblem:
 
     @cached_property
     def potentials(self) -> tuple[CoilPotential, ...]:
-        """Potentials of all coils, for in-phase reflections. If `is_lossy`, the out-of-phase potentials follow."""
+        """Potentials of all coils with reflections in phase with the coils' current.
+
+        If `is_lossy`, a second potential of each coil follows: its reflections that are out of phase.
+        """
         frequency = None if self.behind is None and self.front is None else self.middle
         return _potentials(self.tabulated_coils, self.behind, frequency, self.is_lossy, self.front)
 
@@ -234,7 +245,7 @@ class PlateProblem:
         return repr(self).encode("utf-8")
 
     def changes(self, turns: Array, places: Array, is_single: bool) -> tuple[ComplexArray, ComplexArray]:
-        """Return the target's whole changes of the inductance matrix, and the changes for a lossless mirror.
+        """Return the target's changes of the inductance matrix, with real metal and with a lossless mirror behind.
 
         Both are (frequencies, poses, coils, coils; H, complex), computed without a cache. `turns` (poses, 3, 3) are the
         target's rotations, `places` (poses, 3; m) the centres of its near face. Set `is_single` if no other poses
@@ -268,7 +279,10 @@ class TargetPlate:
 
     @property
     def mirror_error(self) -> float:
-        """Relative error of a change by the mirror in place of the metal behind the board, and by the jaw's window."""
+        """Relative error of an inductance change by two causes: the mirror approximation, and the jaw's window.
+
+        The mirror replaces the metal behind the board.
+        """
         return self.solving.mirror_error + max((effect.growth_error for effect in self.missing), default=0.0)
 
     @property
@@ -278,10 +292,10 @@ class TargetPlate:
         return mirror is not None and (self.solving.is_lossy or abs(mirror.strength - 1.0) > 0.02)
 
     def changes(self, turns: Array, places: Array, is_single: bool = False) -> tuple[ComplexArray, ComplexArray]:
-        """Return the target's whole changes of the inductance matrix, and the changes for a lossless mirror.
+        """Return the target's changes of the inductance matrix, with real metal and with a lossless mirror behind.
 
-        Both are (frequencies, poses, coils, coils; H, complex). The second result has the loss of the target alone.
-        Over a jaw with a window, both are increased for the missing metal. `turns` (poses, 3, 3) are the target's
+        Both are (frequencies, poses, coils, coils; H, complex). The second result has only the loss in the target.
+        Over a jaw with a window, both are larger, because metal is missing. `turns` (poses, 3, 3) are the target's
         rotations, `places` (poses, 3; m) the centres of its near face. Set `is_single` if no other poses follow.
         """
         matrices = cached_solution(
@@ -297,7 +311,7 @@ class TargetPlate:
 
 
 def plate_over_jaw(layout: Layout, frequencies: Sequence[float], cover: PoseRange, finer: float = 1.0) -> TargetPlate:
-    """Return the target of a layout over its jaw and the jaw's window, for computation at frequencies (Hz).
+    """Return the target of a layout over its jaw, with the effect of the jaw's window, at `frequencies` (Hz).
 
     `cover` is the range of poses, and `finer` multiplies the usual resolution.
     """
@@ -324,7 +338,7 @@ def solved_plate(
 
 
 _solving = lru_cache(maxsize=4)(PlateProblem)
-"""Cache of problems and their solutions: designs with another pad or converter reuse them."""
+"""Cache of problems with their solutions. Designs that differ only in pad or converter share an entry."""
 
 
 def _resolved(
@@ -352,8 +366,8 @@ def solving_work(
 ) -> float:
     """Return a measure of the work to compute a target's eddy currents for the poses of `cover`.
 
-    For a box it is the cube of the number of functions in its largest class of currents. For a disc it is scaled so
-    that equal work takes equal time. `behind` is the metal behind the coils.
+    For a box, it is the cube of the number of basis functions in its largest symmetry class of currents. For a disc,
+    it is scaled so that equal work takes equal time. `behind` is the metal behind the coils.
     """
     whole = _resolved(cover.part(target), coil, coils, frequency, cover.lowest, behind)
     if isinstance(whole, Box):
@@ -377,8 +391,8 @@ order and each pair of field points.
 def sheet_spectrum(size: tuple[float, float], target: Target | None) -> Callable[[Array], ComplexArray]:
     """Return a function: reflection factors (no unit) of an infinite sheet at (n) frequencies (Hz).
 
-    The sheet has the target's metal and thickness. The wavelength is the strongest in the field of coils of this `size`
-    (m). The target's changes have nearly this frequency dependence.
+    The sheet has the target's metal and thickness. The factors are for the dominant wavelength in the field of coils
+    with this `size` (m). The target's inductance changes have nearly this frequency dependence.
     """
     assert target is not None
     k = np.array([MOST_WAVES / max(size)])
@@ -425,9 +439,10 @@ def equivalent_roof(front: Reflector, frequency: float, room: float, floor: floa
 def mirror_error(behind: Reflector, mirror: Mirror, frequency: float, height: float, size: float) -> float:
     """Return the relative error of a target's inductance changes if `mirror` replaces the metal behind the board.
 
-    It is `IMAGED` times the largest relative difference of the field, with multiple reflections between target and
-    metal. Targets are at 1, 2 and 5 times a height (m). Wavelengths are of the order of the coils' `size` (m). The
-    changes differ by less than this field, because shorter waves make most of the changes.
+    It is `IMAGED` times the largest relative difference of the field at the target between mirror and metal. The field
+    includes multiple reflections between target and metal. Targets at 1, 2 and 5 times a `height` (m) are compared, for
+    wavelengths near the coils' `size` (m). Inductance changes differ by less than this field, because shorter waves
+    cause most of each change.
     """
     k = np.array([2.0, 2.5, 4.0]) / size
     returned, worst = reflection(k, frequency, behind.plates), 0.0
@@ -449,7 +464,7 @@ class _Coils:
     def potentials(
         self, floor: Plane | None = None, roof: Plane | None = None, is_lossy: bool = False
     ) -> tuple[CoilPotential, ...]:
-        """Return the potentials of every coil. If `is_lossy`, their out-of-phase parts follow.
+        """Return the potentials of every coil with its reflections. If `is_lossy`, their out-of-phase parts follow.
 
         `floor` and `roof` are reflecting planes below and above the coils. Coils with equal rotations share one
         potential.
@@ -492,9 +507,9 @@ def _reflection_factors(behind: Reflector, frequency: float) -> Callable[[Array]
 USUAL = 0.006
 """Error of every inductance change, as a fraction of the magnitude of the complex change.
 
-For any thickness, conductivity and permeability, half of the error covers the difference from infinite plates and from
-discs of finite elements (tests/validation/test_plates.py). The rest is for a coil's tracks and the resolution (0.07 %
-for 95 of 100 poses, 0.33 % at most, tests/validation/random_poses.csv).
+One half covers differences from infinite plates and from discs of finite elements, for any thickness, conductivity and
+permeability (tests/validation/test_plates.py). The other half covers the tracks' finite width and the resolution: 0.07
+% for 95 of 100 poses, 0.33 % at most (tests/validation/random_poses.csv).
 """
 
 CLOSE = 0.01
@@ -507,9 +522,9 @@ CLOSE_WIDTHS = 1.5
 """Height of the target over the copper, in track widths, at which the error `CLOSE` has fallen linearly to 0."""
 
 WIDE = 0.0002
-"""Additional relative error of the change by a large target, for each unit of size / length above `WIDE_FROM`.
+"""Additional relative error of the change by a large target: `WIDE` times (size / length - `WIDE_FROM`).
 
-The length is the length over which the coils' field varies at the target (`Detail.length`).
+The size is the target's. The length is that over which the coils' field varies at the target (`Detail.length`).
 """
 
 WIDE_FROM = 8.0
@@ -527,8 +542,8 @@ LOSSY = 0.001
 MAGNET = 0.006
 """Additional error of a permeable target's inductance change, as a fraction of the magnitude of the complex change.
 
-The real change alone is no suitable reference, because it passes zero for magnetic steels. A thin steel carries the
-field farther than its width. Source: discs of finite elements, rods and plates of ferrite.
+The real change alone is no suitable reference, because it passes zero for magnetic steels. Source: comparison with
+discs of finite elements, and with rods and plates of ferrite.
 """
 
 LOSS = 0.015
@@ -541,9 +556,9 @@ The computed loss in a brass rod of 2 x 3 mm had an error of 2.0 %.
 """
 
 LEAST_LOSSY = 5.0
-"""Limit on the complex change (as omega L) of a magnetic target in its loss error, divided by the target's loss.
+"""Largest complex change (as omega L) that enters the loss error of a magnetic target, divided by the target's loss.
 
-A larger change counts as this limit, so that the error stays small for targets with little loss.
+A larger change is replaced by this limit, so that the error stays small for targets with little loss.
 """
 
 
@@ -553,8 +568,8 @@ def stated_errors(target: Target, coil: CoilSpec, change: Array, size: Array, sc
 
     Each error is divided by the larger of the change and 1 % of `scale`, the free inductance (H). `change` (poses,
     coils, coils; H) are the real changes, `size` the magnitudes of the complex changes. `lowest` (poses; m) is the
-    height of the target's lowest point. `mapping` is the error by interpolation between poses, and `mirror` the error
-    by the mirror behind the coils.
+    height of the target's lowest point. `mapping` is the relative error by interpolation between poses. `mirror` is the
+    relative error by the mirror in place of the metal behind the coils (`mirror_error`).
     """
     near, least = _more_errors(coil, target, lowest), np.maximum(np.abs(change), 0.01 * scale)
     relative = (mapping + mirror + near)[:, None, None]
@@ -567,7 +582,7 @@ def stated_errors(target: Target, coil: CoilSpec, change: Array, size: Array, sc
 
 
 def _more_errors(coil: CoilSpec, target: Target, lowest: Array) -> Array:
-    """Return additional relative errors (poses) for close targets, and for targets much wider than the field's length.
+    """Return additional relative errors (poses) for targets close to the copper, and for very large targets.
 
     `lowest` (poses; m) is the height of the target's lowest point.
     """

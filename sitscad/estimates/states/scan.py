@@ -28,9 +28,9 @@ USUAL = 2e-3  # Largest error of an interpolant, relative to a change or 1 % of 
 class ExactSolver:
     """Exact computation of the inductance changes by the target at any poses.
 
-    `solve` is a function of poses (n, 6; m, rad). It returns two arrays (frequencies, poses, coils, coils; H, complex).
-    The first holds the whole changes, the second the changes with a lossless mirror behind the coils. They are at one
-    or two `frequencies` (Hz). `spectrum` is as in `Changes`.
+    `solve` is a function of poses (n, 6; m, rad). It returns two arrays (frequencies, poses, coils, coils; H, complex)
+    for one or two `frequencies` (Hz). The first holds the changes with the real metal behind the coils, the second with
+    a lossless mirror in its place. `spectrum` is as in `Changes`.
     """
 
     frequencies: tuple[float, ...]
@@ -42,13 +42,13 @@ class ExactSolver:
 class Changes:
     """Changes of the inductance matrix at one or two frequencies: (frequencies, poses, coils, coils; H, complex).
 
-    `total` are the whole changes, `lossless` the changes with a lossless mirror behind the coils. `error` is the
-    additional relative error by interpolation between poses.
+    `total` are the changes with the real metal behind the coils, `lossless` with a lossless mirror in its place.
+    `error` is the additional relative error by interpolation between poses.
 
     Changes are interpolated between the two frequencies, and extrapolated a little. The ratio of a change to `spectrum`
     is taken as linear in f^(-1/2), as skin depths are. `spectrum` (no unit, by frequency in Hz) is the reflection of an
-    infinite sheet of the metal. Compared with interpolation of the change itself, this halves the error or better: a
-    magnetic sheet's change of L passes zero. If there is a single frequency, its changes are used for every frequency.
+    infinite sheet of the target's metal. Interpolation of the change itself has at least twice the error, because the
+    real change by a magnetic sheet passes zero. A single frequency supplies the changes for every frequency.
     """
 
     frequencies: tuple[float, ...]
@@ -58,10 +58,7 @@ class Changes:
     spectrum: Spectrum = np.ones_like
 
     def complex_at(self, frequencies: Array) -> ComplexArray:
-        """Return the whole changes (n, coils, coils; H, complex) of n poses.
-
-        Pose number k is at frequency number k (n; Hz).
-        """
+        """Return the changes `total` (n, coils, coils; H, complex) of n poses, each at its own frequency (n; Hz)."""
         return self._between(self.total, frequencies[:, None, None])
 
     def at(self, frequencies: Array) -> tuple[Array, Array]:
@@ -109,7 +106,7 @@ AT_ONCE = 64
 
 
 def _solve_all(exact: ExactSolver, poses: Array, progress: Progress | None) -> tuple[ComplexArray, ComplexArray]:
-    """Return whole and lossless changes in all poses, computed in batches. `progress` is called after each batch."""
+    """Return `total` and `lossless` of `Changes` for all poses, in batches. `progress` is called after each batch."""
     parts = []
     for k in range(0, max(len(poses), 1), AT_ONCE):
         parts.append(exact.solve(poses[k : k + AT_ONCE]))
@@ -180,9 +177,9 @@ def _decay(exact: ExactSolver, low: Array, high: Array) -> float:
 def _grid(exact: ExactSolver, low: Array, high: Array, moved: Sequence[int], decay: float) -> list[Array]:
     """Return Chebyshev points along each component of the pose that varies (`moved`).
 
-    Their number is chosen by the changes on three lines along this component. The lines lie in the middle of the range,
-    at the lowest height, and off-centre at the lowest height. `low` and `high` (6) are the least and the largest
-    components of all poses. `decay` (1/m) is removed from the changes before.
+    Their number is chosen so that it resolves the changes on three lines along this component. The lines lie in the
+    middle of the range, at the lowest height, and off-centre at the lowest height. `low` and `high` (6) are the least
+    and the largest components of all poses. The changes are first divided by exp(-`decay` z), with z the height (m).
     """
     axes = []
     for axis in moved:

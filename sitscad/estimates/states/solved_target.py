@@ -42,10 +42,10 @@ It is higher than `MOST`, because correction ratios of magnetic metals may give 
 
 
 def is_affordable(windings: SolvedWindings, band: tuple[float, float]) -> bool:
-    """Whether the field solution of the target for all states takes only a second or two.
+    """Whether the field solution of the target for all states takes at most one or two seconds.
 
-    The solution is at both frequencies (Hz) of a band. It takes longer if the target is far larger than its distance to
-    coils or metal.
+    `band` holds the two frequencies (Hz) of the solution. It takes longer if the target is far larger than its
+    distance to coils or metal.
     """
     layout, assembly = windings.layout.cell(1), windings.assembly
     spec, coils = layout.spec, layout.coils
@@ -90,16 +90,16 @@ class SolvedStates:
         return sheet_spectrum(self.near.windings.spec.coil.size, self.near.windings.spec.target)
 
     def key(self, number: int, coil: str, state: str) -> tuple[complex, ...]:
-        """Return a cache key. It is equal for coils whose inductances change equally in a state."""
+        """Return a cache key for coil `number` from 0, equal for coils whose inductances change equally in a state."""
         if state not in self.totals:
             return ()
         changes = self.totals[state][:, number, number]
         return tuple(complex(f"{value:.9e}") for value in changes)
 
     def crowded(self, state: str, number: int) -> Callable[[Array], ComplexArray]:
-        """Return a function of frequency (Hz): addition of current crowding to a coil's inductance change.
+        """Return a function of frequency (Hz): the inductance change that current crowding adds, for coil `number`.
 
-        It is a fraction of this change.
+        It is a fraction of the coil's change by the target for current that is even across the tracks.
         """
         coil_number, near = number % len(self.near.windings.layout.coils), self.near
         height = float(near.over_coils(self.poses)[self.names.index(state), coil_number])

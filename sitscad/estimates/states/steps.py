@@ -126,10 +126,10 @@ def choose_readout(windings: SolvedWindings, target: TargetRatios | SolvedStates
 
 
 def with_target(windings: SolvedWindings, is_solved: bool | None = None) -> TunedCircuits:
-    """Return circuits and tank, with the target's effect by the field solution, as in a response.
+    """Return circuits and tank, with the target's effect from the field solution, as in a response.
 
-    In screening and if `is_solved` is False, the effect is by correction ratios of an infinite plate. If it is None,
-    they also serve for targets whose solution takes longer than a second or two.
+    In screening, and if `is_solved` is False, the effect is an infinite plate's, multiplied by correction ratios. If
+    `is_solved` is None, the ratios also serve for targets whose field solution takes longer than a second or two.
     """
     if windings.winding.is_rough or not windings.has_target or is_solved is False:
         return choose_readout(windings, _target_ratios(windings))

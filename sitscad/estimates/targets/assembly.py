@@ -73,9 +73,10 @@ class Surroundings:
 class AssemblyStates:
     """States of a sensor with the metal around the coils, the gaps (m) by name, and notes about the model.
 
-    `ranges` holds two surroundings for each (state, cause): with one standard deviation less and more of the cause.
-    `compressions` holds the pad of each pressed state by name, and `scatters` the pad's standard deviations. `refused`
-    holds the reason for each state of the table `STATES` that is absent although the sensor has the required parts.
+    `ranges` holds a pair of surroundings for each (state, cause of scatter): the cause deviates by minus one and by
+    plus one standard deviation. `compressions` holds the deformed pad of each pressed state by the state's name,
+    `scatters` the pad's standard deviations. A state of the table `STATES` may be absent although the sensor has the
+    required parts; `refused` then holds the reason by the state's name.
     """
 
     states: tuple[Surroundings, ...]
@@ -106,9 +107,9 @@ def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None, is_rou
     is_loaded = over is not None and force > 0.0 and rests_on_pad(spec)
 
     def at_gap(name: str, gap: float, pushed: float = 0.0) -> Surroundings:
-        """Return the surroundings for a target that a force lowers straight.
+        """Return the surroundings in the state `name`, for a target that is lowered without tilt or lateral travel.
 
-        `gap` (m) is the remaining thickness of the pad, `pushed` (N) the force.
+        `gap` (m) is the remaining thickness of the pad, `pushed` (N) the normal force.
         """
         assert over is not None
         state = State(name, Pose(z=gap - over.lower), pushed)
@@ -155,7 +156,7 @@ def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None, is_rou
 def _metal_ranges(
     spec: SensorSpec, sigmas: Mapping[str, float], states: Sequence[Surroundings], causes: Sequence[str]
 ) -> dict[tuple[str, str], tuple[Surroundings, Surroundings]]:
-    """Return the surroundings with one standard deviation less and more of each cause, by (state, cause).
+    """Return two surroundings by (state, cause): the cause deviates by minus one and plus one standard deviation.
 
     The `causes` change the thickness of metal or its distance behind the board. Causes without effect are left out.
     `sigmas` (m) are the standard deviations by cause.
@@ -179,7 +180,7 @@ def _metal_ranges(
 MIN_REFLECTION_CHANGE = 1e-4
 """Largest difference of two reflection factors up to which two surroundings are treated as equal.
 
-Metal behind a shield, or deep in a jaw, changes the factor less.
+A change of metal behind a shield, or deep in a jaw, changes the factor by less.
 """
 
 WAVE_NUMBERS = np.array([3e2, 1e3, 3e3])
@@ -321,9 +322,9 @@ class Reflection:
 
     Results are cached. `spectrum` is the winding's current spectrum, None if there is no metal; all changes are then 0.
     `distances` (m) are the distances of identical coils beside the winding, whose mutual inductances also change.
-    `share` is the target's effect divided by an infinite plate's, for inductance and loss (`finite_target`). `unsure`
-    holds the relative errors of both ratios, and an additional error of the inductance (H). `crowding` is the change by
-    the winding's own eddy currents (None: left out).
+    `share` holds two ratios: the target's effect divided by an infinite plate's, for inductance and for loss
+    (`finite_target`). `unsure` holds the relative errors of both ratios, and an additional error of the inductance (H).
+    `crowding` computes the change by eddy currents in the winding's own tracks (None: left out).
     """
 
     jaw_left = (1.0, 1.0)
@@ -352,11 +353,14 @@ class Reflection:
         return self._at(frequencies)[:, self._distances.index(distance)]
 
     def crowding(self, frequencies: Array) -> ComplexArray:
-        """Return the change (n; H, complex) by the winding's own eddy currents and their images in the metal."""
+        """Return the change of inductance (n; H, complex) because metal changes the eddy currents in the tracks.
+
+        `frequencies` (n) are in Hz. The imaginary part times -omega is a resistance.
+        """
         return self.crowding_near(frequencies, self._around.above, self._around.below)
 
     def crowding_near(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> ComplexArray:
-        """Return the change (n; H, complex) by the winding's own eddy currents, for given metal above and below."""
+        """Return the change of `crowding` (n; H, complex) with the metal `above` and `below` the board instead."""
         if self._crowding is None or (above is None and below is None):
             return np.zeros(len(frequencies), dtype=np.complex128)
         full = self._crowding.changes(frequencies, above, below)
@@ -367,18 +371,18 @@ class Reflection:
         return np.asarray(without_target + share * (full - without_target))
 
     def shares(self, frequencies: Array) -> ComplexArray:
-        """Return the target's effect, divided by an infinite plate's effect, at (n) frequencies (Hz)."""
+        """Return the target's inductance change divided by an infinite plate's (n), at (n) frequencies (Hz)."""
         return np.full(len(frequencies), self._share[0], dtype=np.complex128)
 
     def factors(self, frequency: float) -> tuple[complex, complex]:
-        """Return factors on small changes by an infinite plate: for all reflected field, and for the target's own loss.
+        """Return two factors that convert inductance changes by an infinite plate to changes by the real target.
 
-        They convert these changes to changes by the real target.
+        The first is for all of a change but its part from the plate's own loss. The second is for this part.
         """
         return self._share
 
     def target_change(self, frequency: float) -> complex:
-        """Return the target's change of the winding's inductance (H, complex). Current is even across the tracks."""
+        """Return the target's change of the winding's inductance (H, complex), for current even across the tracks."""
         if self._around.above is None:
             return 0j
         at = np.array([self._looked_at(frequency)])
@@ -387,7 +391,7 @@ class Reflection:
     def with_factors(self, frequency: float, factors: tuple[complex, complex]) -> complex:
         """Return the target's change of the winding's inductance (H, complex), computed with other `factors`.
 
-        The factors multiply the effect of an infinite plate: first all reflected field, then the target's own loss.
+        `factors` are like the result of the method `factors`: they convert the change by an infinite plate.
         """
         (ratio, loss_ratio), at = factors, np.array([frequency])
         change = ratio * self._of_target(at)[0, 0]
@@ -400,13 +404,13 @@ class Reflection:
         return complex(self._of_target(np.array([self._looked_at(frequency)]))[0, 0])
 
     def _looked_at(self, frequency: float) -> float:
-        """Return the frequency (Hz) at which the target's effect is computed. Screening uses a single frequency."""
+        """Return the frequency (Hz) at which the target's effect is computed. In screening it is a constant."""
         return SCREENED_AT if self.is_rough else frequency
 
     def unsure(self, frequency: float) -> tuple[float, float]:
         """Return signed error bounds of the target's inductance change (H) and of its loss (ohm).
 
-        Both come from one cause: they have these signs together, or both the opposite signs.
+        The two errors have a common cause: both have these signs, or both the opposite signs.
         """
         if self._around.above is None or not any(self._unsure):
             return 0.0, 0.0
@@ -421,7 +425,7 @@ class Reflection:
     def window(self, frequency: float) -> tuple[float, float]:
         """Return signed error bounds of inductance (H) and resistance (ohm) by a window in the jaw.
 
-        Both come from one cause: they have these signs together, or both the opposite signs. Both are 0 without a
+        The two errors have a common cause: both have these signs, or both the opposite signs. Both are 0 without a
         window.
         """
         return 0.0, 0.0
@@ -471,13 +475,12 @@ class Reflection:
 
 
 class SolvedReflection(Reflection):
-    """Reflection by the real target, whose effect was computed by the field solution.
+    """Changes by metal with the effect of the finite target from its field solution, not from an infinite plate.
 
-    No infinite plate and no ratio is used. `solved` holds three items: two frequencies (Hz), the changes of the
-    inductance matrix of all coils at both (2, coils, coils; H, complex), and the spectrum by which they are
-    interpolated. `number` is the index of this coil. `errors` are bounds of its own change (H) and of its loss (ohm).
-    `crowded` is a function of frequency (Hz): the addition of current crowding to its own change, relative to this
-    change.
+    `solved` holds three items: two frequencies (Hz), the changes of the inductance matrix of all coils at both
+    (2, coils, coils; H, complex), and the spectrum by which they are interpolated. `number` is the index of this coil.
+    `errors` are bounds of its own change (H) and of its loss (ohm). `crowded` is a function of frequency (Hz): the
+    inductance change that current crowding adds, as a fraction of the coil's change.
     """
 
     def __init__(
@@ -491,17 +494,14 @@ class SolvedReflection(Reflection):
         self._ends = self._changes[:, number, number]
 
     def shares(self, frequencies: Array) -> ComplexArray:
-        """Return the target's effect, divided by an infinite plate's effect, at (n) frequencies (Hz).
+        """Return the target's inductance change divided by an infinite plate's (n, complex), at (n) frequencies (Hz).
 
-        Current crowding is included. The ratio is complex, because inductance and loss have different ratios.
+        Both changes are complex: their imaginary parts are losses. So the ratio covers the loss, too.
         """
         return np.asarray(self._change(self._ends, frequencies) / self._of_target(frequencies)[:, 0])
 
     def factors(self, frequency: float) -> tuple[complex, complex]:
-        """Return factors on small changes by an infinite plate: for all reflected field, and for the target's own loss.
-
-        For the real target, both factors are equal.
-        """
+        """Return the two factors of `Reflection.factors`: twice the complex ratio, because it also covers the loss."""
         share = complex(self.shares(np.array([frequency]))[0])
         return share, share
 
@@ -516,14 +516,15 @@ class SolvedReflection(Reflection):
     def unsure(self, frequency: float) -> tuple[float, float]:
         """Return signed error bounds of the solved target's inductance change (H) and of its loss (ohm).
 
-        Both come from one cause: they have these signs together, or both the opposite signs.
+        The two errors have a common cause: both have these signs, or both the opposite signs.
         """
         return self._errors
 
     def _exact(self, frequencies: Array) -> ComplexArray:
-        """Return the changes (n, distances; H, complex) of own and mutual inductances by the metal behind the board.
+        """Return the changes (n, distances; H, complex) of own and mutual inductances at (n) frequencies (Hz).
 
-        The first column is the coil's own inductance. It also includes the target.
+        The first column is the change of the coil's own inductance by target and metal behind the board. The other
+        columns are changes of mutual inductances by the metal behind the board alone.
         """
         change = self._endless(frequencies, None, self._around.below)
         change[:, 0] += self._change(self._ends, frequencies) * (1.0 + self._crowded(frequencies))

@@ -253,10 +253,10 @@ def _states_with_target(states: Sequence[Surroundings]) -> list[tuple[str, float
 
 
 PURE, UNSURE = 1e-3, 0.01
-"""Limits on the distance of `conductor_weight` from 0 (magnet) or 1 (conductor).
+"""Limits on the distance of `conductor_weight` from the nearer of 0 (magnet) and 1 (conductor).
 
-Up to `PURE` a target is computed as a pure magnet or conductor. From `UNSURE` on it has the full errors of a mixture
-(`BETWEEN`).
+Up to `PURE`, a target is computed as a pure magnet or a pure conductor. From `UNSURE` on, the ratios have the full
+errors of a mixture (`BETWEEN`).
 """
 
 MAGNETIC = 1.5
@@ -276,9 +276,9 @@ by the coil's diameter, and the error up to this limit. These metals have less l
 THIN, OVERHANGING, LOSS_OF_THIN = 2.0, 1.5, 0.3
 """Limits for thin and for small targets, and the relative error of the loss ratio of such targets.
 
-Up to `THIN` skin depths of thickness, the edge current uses the copper of both faces at once. Up to a shorter side of
-`OVERHANGING` coil diameters, the edge carries much of the current. The loss ratio is then up to a quarter larger. The
-error is `LOSS_OF_THIN`.
+In targets up to `THIN` skin depths thick, the edge current flows in the full thickness. In targets with a shorter side
+up to `OVERHANGING` coil diameters, the edge carries much of the current. The true loss ratio of targets with both
+properties is up to a quarter larger than computed. The stated relative error is `LOSS_OF_THIN`.
 """
 
 
@@ -351,11 +351,11 @@ of finite elements, of steel and titanium from 0.03 mm on.
 
 
 def _resistive_divisor(target: Target, rings: CoaxialRings) -> tuple[float, float]:
-    """Return the number by which ratios are divided for a thin poor conductor of finite size, and its relative error.
+    """Return the divisor of the ratios for a thin target of a poor conductor, and the divisor's relative error.
 
-    The currents of the conductor decay by its own resistance. A sheet responds to a field of length l like 1 / (1 + (s
-    / l)^2), with s = skin depth^2 / thickness. The length l is at most a quarter of the target's radius. For an
-    infinite sheet it is 0.3 of the coil's radius.
+    The target's resistance reduces its currents. A sheet in a field that varies over a length l has the response
+    1 / (1 + (s / l)^2), with s = skin depth^2 / thickness. For a finite target, l is at most a quarter of its radius.
+    For an infinite sheet, l is 0.3 of the coil's radius.
     """
     sheet = _skin_depth(target) ** 2 / target.thickness
     own_length, endless = 0.5 * min(target.size) / 4.1, 0.3 * float(rings.radii.max())
@@ -364,9 +364,9 @@ def _resistive_divisor(target: Target, rings: CoaxialRings) -> tuple[float, floa
 
 
 def conductor_weight(target: Target, distance: float) -> float:
-    """Return 1 if a target reflects a wave like a conductor, 0 if like a magnet, and a value between for a mixture.
+    """Return a number from 0 (the target reflects a wave like a magnetic plate) to 1 (like a conductor).
 
-    The wave number is 1 / `distance` (1/m).
+    Values between are for mixtures of both. The wave has the wave number 1 / `distance` (1/m).
     """
     metal = target.material
     if metal.relative_permeability < MAGNETIC and metal.conductivity > 0.0:
@@ -379,13 +379,22 @@ def _equivalent_round_coil(
     coil: CoilSpec, placements: tuple[CoilPlacement, ...], target: Target, plate: Footprint,
     heights: Sequence[float], moves: Sequence[Move] = ((0.0, 0.0),),
 ) -> tuple[CoaxialRings, Target, tuple[Array, Index]]:
-    """Return rings and target for a round coil that replaces an elongated coil, and the coils' places.
+    """Return an elongated coil and its target, both shortened to the coil's width, and the places of all coils.
 
-    The coil is shortened to its width, and the target by an equal length. A target shorter than the coil is shortened
-    in proportion. This is possible because the edges along the long sides are uniform. Other coils stay unchanged. The
-    places are the distinct places (n, 2; m) relative to the target, and an index for each coil at each move (m) from
-    rest. The indices of all coils at the first move come first. `plate` is the target's footprint. `heights` (m) are
-    the mid-planes of the coils' layers.
+    The field hardly varies along the long sides, so the ratios stay nearly equal. Coil and target are shortened by
+    equal lengths. A target shorter than the coil is shortened in proportion. Other coils and targets stay unchanged.
+    `plate` is the target's footprint. `heights` (m) are the mid-planes of the coils' layers. `moves` (m) are
+    displacements of the target from rest.
+
+    Returns
+    -------
+    rings
+        The shortened coil as coaxial rings.
+    target
+        The shortened target.
+    places, index
+        Distinct places (n, 2; m) of coils relative to the target, and the number of the place of each coil at each
+        move. Coil k of c coils has the place `places[index[k + c m]]` at move number m.
     """
     wide, high = coil.size
     long, short = max(wide, high), min(wide, high)

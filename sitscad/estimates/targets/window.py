@@ -1,12 +1,13 @@
-"""Window in the jaw's face: the part of the jaw's effect on a coil that it removes.
+"""Window: an opening through the jaw's metal under the coils. It removes part of the jaw's effect on each coil.
 
-The window is solved as an opening through an infinite slab (`physics.metal.opening`). The slab ends at the end of the
-window's long walls, and its faces lie half a skin depth inside the metal's. It is solved once without a target, and
-under infinite targets at rest and nearer. The target's change grows by a factor that depends on its size.
+The window is solved as an opening through an infinite slab. The slab is as deep as the window's long walls, and its
+faces lie half a skin depth inside the metal. It is solved without a target, and under infinite targets at two heights:
+at rest and nearer. With a target, the window increases the target's inductance change. The factor depends on the
+magnitude of this change.
 
-The missing part of the loss in the jaw follows from Wheeler's rule (as in `finite_plate`). For this, all faces of the
-jaw are moved back a little. The change of the opening's inductance gain is divided by the change of the solid jaw's
-effect.
+The window also removes part of the loss in the jaw, which follows from Wheeler's rule (as in `finite_plate`): all faces
+of the jaw are moved back a little. The removed part of the loss is the change of the inductance gained by the opening,
+divided by the change of the solid jaw's effect.
 """
 
 from __future__ import annotations
@@ -34,24 +35,23 @@ from sitscad.spec.mount import Jaw
 ERROR = 0.06
 """Error of the fraction of the jaw's inductance change that the window removes, relative to this fraction.
 
-Slabs of surface currents differ by up to 0.03 from round holes in steel by finite elements
-(tests/validation/test_window.py).
+The fraction for round holes in steel differs by up to 0.03 from finite elements (tests/validation/test_window.py).
 """
 
 PER_DEPTH = 0.5
 """Increase of `ERROR` with the jaw's skin depth: factor on the skin depth divided by the opening's shorter side."""
 
 WALL = 0.75
-"""Recession of the opening's side walls, divided by the recession of the jaw's face.
+"""Recession of the opening's side walls into the metal, divided by the recession of the jaw's face.
 
-Currents follow the edge less closely. The value was fitted to inductance and loss of the same holes (within 0.03 of the
-whole effect of each; with 1, the loss is within 0.07).
+It is below 1 because currents do not follow the edge closely. It was fitted to inductance and loss of the holes of
+`ERROR`. The removed fractions then agree within 0.03. With a value of 1, the fraction of the loss agrees within 0.07.
 """
 
 LOSS_ERROR = 0.6
-"""Additional error of the fraction of the jaw's loss that the window removes.
+"""Factor of the additional error of the fraction of the jaw's loss that the window removes.
 
-It is multiplied by the removed and by the remaining fraction of the inductance change.
+The error is LOSS_ERROR r (1 - r), where r is the removed fraction of the jaw's inductance change.
 """
 
 MAGNETIC = 1.1  # Relative permeability from which on the missing part is a guess with 100 % error
@@ -75,9 +75,10 @@ BENT = 0.5
 """Error of the second value of `WindowEffect.growth`, relative to this value."""
 
 SMALL = 0.15
-"""Error of the growth of a target's change, relative to the growth at rest, because the target is finite.
+"""Error of the growth of a target's change because the target is finite, relative to the growth at rest.
 
-Before a jaw that is nearly all window, grasper_4layer's signal was 14 % larger than without a jaw.
+A jaw that was nearly all window served as a test: the signal of the template grasper_4layer should equal the signal
+without a jaw. It was 14 % larger.
 """
 
 
@@ -85,9 +86,9 @@ Before a jaw that is nearly all window, grasper_4layer's signal was 14 % larger 
 class WindowEffect:
     """Fractions of the jaw's effect on inductance and loss that a window removes, each with an error bound.
 
-    `inductance` and `loss` are for a coil without a target. With a target, the target's change by a solid jaw is
-    multiplied by `factor`. It grows by the first value of `growth`, plus the second value for each `scale` (H) of
-    change. `growth_error` is the error of the growth, relative to the target's change.
+    `inductance` and `loss` are the fractions for a coil without a target, `error` and `loss_error` their error bounds.
+    The target's inductance change over a solid jaw is multiplied by `factor`: 1 + g0 + g1 (change / `scale`), with g0
+    and g1 from `growth`. `scale` is in H. `growth_error` is the error of the factor.
     """
 
     inductance: float
@@ -99,7 +100,10 @@ class WindowEffect:
     growth_error: float = 0.0
 
     def factor(self, change: Array) -> Array:
-        """Return the factor on a target's inductance change (H) by a solid jaw that accounts for the window."""
+        """Return the ratio of a target's inductance changes over the jaw with the window and over a solid jaw.
+
+        `change` (H) is the change over a solid jaw. The result has its shape.
+        """
         return np.asarray(1.0 + self.growth[0] + self.growth[1] * np.clip(change / self.scale, 0.0, FARTHEST))
 
 
@@ -133,9 +137,9 @@ def _window_effect(
 ) -> WindowEffect:
     """Return the window's effect on a coil at a place (x, y; m) relative to the window's middle.
 
-    `behind` holds all metal behind the board, and this metal without the jaw. `between` holds three numbers.
-    The first is the target's distance (m) above the board's top face at rest (None without a target). The others are
-    the jaw's distance (m) below this face, and the target's `echo` as in `gained_inductance`.
+    `behind` holds two reflectors: all metal behind the board, and this metal without the jaw. `between` holds three
+    numbers: the target's distance (m) above the board's top face at rest (None without a target), the jaw's distance
+    (m) below this face, and the target's `echo` as in `gained_inductance`.
     """
     (roof, floor, echo), size, metal = between, jaw.fenestration, jaw.material
     assert size is not None
@@ -162,10 +166,11 @@ def _window_effect(
         return float(reflected_inductances(spectrum, at, above, Reflector(under, mirrors[1]), (0.0,))[0, 0].real)
 
     def effects(above: float | None, recess: float) -> tuple[float, float]:
-        """Return the inductance gain (H) by the window, and the effect (H) of a solid jaw, for faces that recede (m).
+        """Return the inductance (H) that the window adds, and the inductance (H) to which this gain is compared.
 
-        With a mirror `above` (m), the second value is the mirror's change before the solid jaw. Without it, it is the
-        reduction by the solid jaw. `recess` (m) is the recession of the faces.
+        If `above` is None, there is no target, and the second value is the reduction by a solid jaw. Otherwise a
+        mirror at a height `above` (m) replaces the target. The second value is then its inductance change over a solid
+        jaw. The jaw's faces recede by `recess` (m).
         """
         under, wider = floor + recess, opening_with_skin_depth(opening, recess)
         jaw_change = returned(None, under)
@@ -207,8 +212,9 @@ FERRITE = 1e6  # Relative permeability of a magnet that is a perfect mirror
 class WindowedReflection(Reflection):
     """Change of a winding's inductance and resistance by metal with a window in the jaw.
 
-    `real` supplies all values that the window does not change. `whole` is the reflection by all metal behind the board,
-    and `none` by this metal without the jaw. Both are computed without a target. `missing` is the window's effect.
+    `real` is the reflection with a solid jaw and supplies all values that the window does not change. `whole` is the
+    reflection by all metal behind the board, `none` by this metal without the jaw; both are without a target. `missing`
+    is the window's effect.
     """
 
     def __init__(self, real: Reflection, whole: Reflection, none: Reflection, missing: WindowEffect) -> None:
@@ -233,21 +239,21 @@ class WindowedReflection(Reflection):
         return np.asarray(self._real.mutual(pair, distance, frequencies) + self._missing.inductance * (none - whole))
 
     def crowding(self, frequencies: Array) -> ComplexArray:
-        """Return the change (n; H, complex) by the winding's own eddy currents and their images in the metal."""
+        """Return the change of inductance (n; H, complex) because metal changes the eddy currents in the tracks."""
         real, whole, none = (series.crowding(frequencies) for series in (self._real, self._whole, self._none))
         return np.asarray(real + self._missing.inductance * (none - whole))
 
     def crowding_near(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> ComplexArray:
-        """Return the change by the winding's own eddy currents for a jaw without a window.
+        """Return `Reflection.crowding_near` for a solid jaw, with the metal `above` and `below` the board.
 
-        It is used for differences that are small. `above` and `below` are the metal on both sides.
+        Results serve only for small differences, on which the window has little effect.
         """
         return self._real.crowding_near(frequencies, above, below)
 
     def window(self, frequency: float) -> tuple[float, float]:
         """Return signed error bounds of inductance (H) and resistance (ohm) by the window.
 
-        Both come from one cause: they have these signs together, or both the opposite signs.
+        The two errors have a common cause: both have these signs, or both the opposite signs.
         """
         more, lost = self._lacking(np.array([frequency]))
         return self._missing.error * float(more[0]), self._missing.loss_error * float(lost[0])

@@ -62,10 +62,10 @@ THICKNESS = "copper thickness"
 """Name of the cause that combines foil and plating. It is not in `CAUSES`."""
 
 BOARD, UNIT, COIL = "board", "unit", "coil"
-"""Scopes of a cause: one error for the whole board, one for the assembled unit, or one for each coil."""
+"""Scopes of a cause. Its error is common to a board, common to an assembled unit, or separate for each coil."""
 
 BEHIND = (HEIGHT, UNDER_SHIELD, SHIELD, METAL)
-"""Causes that change the thickness or the distance of metal behind the board."""
+"""Names of the causes that change the thickness or the distance of metal behind the board."""
 
 
 Band = Callable[[SensorSpec], SizeTolerance | None]
@@ -76,11 +76,12 @@ Band = Callable[[SensorSpec], SizeTolerance | None]
 class Cause:
     """One cause of scatter.
 
-    `tolerance` returns half of the tolerance band in `unit` (``m``, ``rad``; ``1`` is relative), with a uniform
-    distribution. If `is_logarithmic`, it returns the standard deviation of the value's logarithm. It returns None if
-    the sensor lacks the part. `per` is the scope (`BOARD`, `UNIT`, `COIL`). `pose` is the index in the resting target's
-    pose (x, y, z, rx, ry, rz) that the error changes, None if it changes none. `moved` returns the spec of a unit with
-    the error, None if a spec cannot have it. `key` is the cause's name in studies.
+    `tolerance` returns half of the tolerance band in `unit` (``m``, ``rad``; ``1`` is relative). Errors are uniformly
+    distributed over the band. If `is_logarithmic`, `tolerance` returns the standard deviation of the value's logarithm.
+    It returns None if the sensor lacks the part. `per` is the scope (`BOARD`, `UNIT`, `COIL`). `pose` is the index of
+    the component of the resting target's pose (x, y, z, rx, ry, rz) that the error changes; None if it changes no
+    component. `moved` is the function that returns the spec of a unit with the error; None if a spec cannot express it.
+    `key` is the cause's name in studies.
     """
 
     name: str

@@ -1,7 +1,7 @@
 """Specs of units with an error of one cause of scatter, and the layout of such a unit (`as_made`).
 
-Each other function returns the changed spec from the drawn spec and the size of the error. Some functions take a
-parameter and return a function with these two arguments: "a function that changes".
+A `SpecChange` is a function of two arguments, the drawn spec and the size of the error. It returns the changed spec.
+Other functions return a `SpecChange` for a part, an axis or kinds of layers.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ SpecChange = Callable[[SensorSpec, float], SensorSpec]
 
 
 def _part_change(part: str, change: Callable[[Any, float], Any]) -> SpecChange:
-    """Return a function that changes a part of a spec by an error. A spec without this part stays unchanged.
+    """Return the `SpecChange` that applies `change` to one part of a spec. A spec without this part stays unchanged.
 
-    `change` returns the changed part from the part and the error.
+    `change` is a function of the part and the size of the error. It returns the changed part.
     """
 
     def moved(spec: SensorSpec, off: float) -> SensorSpec:

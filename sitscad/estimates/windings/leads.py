@@ -54,11 +54,11 @@ Piece = tuple[Place, Place]
 class LeadEstimate:
     """All conductors between winding and contacts: inductance (H), direct resistance (ohm), pair capacitance (F).
 
-    `parts` are contributions to the inductance by name. "stubs", "leads" and "tail" hold the mutual inductances within
-    each group and half of the mutual inductances between groups. "coupling" is twice the mutual inductance between the
-    winding and the tracks, and "vias" the vias' part. `strips` are the stretches of track, from which the rise of
-    resistance with frequency is computed. `via_resistance` (ohm) is for all vias. `resistance_error` is the relative
-    error bound of the resistance.
+    `parts` are contributions to the inductance by name. "stubs", "leads" and "tail" are groups of tracks; each holds
+    the inductances within its group and half of the mutual inductance with the other groups. "coupling" is twice the
+    mutual inductance between the winding and the tracks. "vias" is the inductance of the vias. `strips` are the
+    stretches of track, from which the rise of resistance with frequency is computed. `via_resistance` (ohm) is the
+    direct resistance of all vias. `resistance_error` is the relative error bound of the resistance.
     """
 
     inductance: float
@@ -94,11 +94,11 @@ PARTS = {Role.STUB: "stubs", Role.LEAD: "leads", Role.TAIL: "tail"}
 
 
 WIDE_ENDS, WIDE_ENDS_BOUND = 2.0, 1.5
-"""Squares of copper by which ends and corners shorten a lead track in its resistance, and the error bound.
+"""Reduction of a lead track's resistance by its ends and corners, in squares of copper, and its error bound.
 
-Ends are pads, teardrops, contacts and wider tracks. The first value is a mean. 206 coils of the templates and of random
-boards had 1.26 to 3.42 squares for each lead track. Laplace's equation was solved for each kind of end; the solutions
-agreed with triangles over the same copper within 0.1 square.
+Ends are pads, teardrops, contacts and wider tracks, where the copper is wider than the track. The first value is a
+mean: the lead tracks of 206 coils of templates and random boards had 1.26 to 3.42 squares. Laplace's equation was
+solved for each kind of end; finite elements over the same copper agreed within 0.1 square.
 """
 
 TRACKS_BOUND = 0.01  # Relative error of the resistance of lead tracks and vias without their ends (tests/extraction)
@@ -196,10 +196,10 @@ def lead_round_winding(
     leads: LeadEstimate, goes_on: tuple[float, float], width: float, copper: CopperLayer, conductivity: float,
     spirals: Sequence[SpiralLayer],
 ) -> LeadEstimate:
-    """Return the leads with one track (`width`, m) that continues around its winding.
+    """Return the leads with the additional inductance and resistance of one lead that continues around its winding.
 
-    `goes_on` holds the number of turns of this track and its distance (m) from the winding's middle. `copper` is the
-    track's layer, and `spirals` are the winding's layers.
+    `goes_on` holds the number of additional turns, and their radius (m). `width` (m) is the track's width, `copper` its
+    layer. `spirals` are the winding's layers.
     """
     turns, radius = goes_on
     if not turns:

@@ -45,9 +45,10 @@ if TYPE_CHECKING:
 USUAL_TOLERANCE = 3e-2  # Usual relative tolerance of R up to 10 MHz
 
 ALIKE_SHARP, ALIKE_ROUNDED = 4.0, 12.0
-"""Least number of turns at which one half of a winding is computed for both: with sharp and with rounded corners.
+"""Least number of turns at which both halves of a winding are computed as equal: with sharp and with rounded corners.
 
-In mirrored layers, arcs and the halves of racetracks differ (5 % of R at five turns, below 1 % from eight on).
+In mirrored layers, arcs and the halves of racetracks differ: by 5 % of R at five turns, and by less than 1 % from
+eight turns on.
 """
 
 ALIKE_ENDS = 12.0  # Turns from which on half a side stands for the whole side: within 0.1 % of R
@@ -55,7 +56,7 @@ ALIKE = 4.0  # Least inner radius in pitches for this: an octagon with 2.5 was 5
 ROUGH_TOLERANCE = ROUGH  # Of R where a tolerance of the inductance from `SCREENING` on is asked for
 
 SCREENING = 2e-2
-"""Relative tolerance of the inductance from which on all values are rough, for screening of many designs."""
+"""Relative tolerance of the inductance. If the user's tolerance is this or larger, all values are rough (screening)."""
 
 FINE_TOLERANCE = 1e-2  # Of R where an inductance tolerance below that of USUAL_TOLERANCE, a tenth of it, is asked for
 
@@ -123,12 +124,13 @@ def wanted_tolerance(tolerance: float | None) -> float:
 
 @record
 class LossesNearMetal:
-    """Change of a winding's eddy currents by metal, at least `nearest` (m) from any mid-plane of its layers.
+    """Inductance change because metal, at least `nearest` (m) from any layer's mid-plane, changes a winding's crowding.
 
     It is computed at its first use and cached with other solutions. Coils that are not round are computed as their
-    `equivalent_spirals`: the images act locally, so cross-sections, pitch and length of the tracks dominate. If
-    `is_round`, the change includes the crowding of direct current at bends; for other shapes, the current spectrum
-    includes it. `conductivity` (S/m) is the copper's, and `tolerance` the relative tolerance of the inductance.
+    `equivalent_spirals`: the currents' images in the metal act locally, so cross-sections, pitch and length of the
+    tracks dominate. If `is_round`, the change includes the crowding of direct current at bends. For other shapes, the
+    winding's current spectrum includes it. `conductivity` (S/m) is the copper's, and `tolerance` the relative tolerance
+    of the inductance.
     """
 
     spirals: tuple[SpiralLayer, ...]

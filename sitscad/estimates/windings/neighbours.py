@@ -30,9 +30,10 @@ Placed = tuple[Coil, WindingGeometry]  # A coil and its winding about its own ce
 FAR_ERROR, NEAR_ERROR = 4e-5, 1e-4  # Relative error of a mutual inductance far away, and its increase by nearness
 
 END_ERROR = 5e-4
-"""Factor for the additional error of a mutual inductance by open ends of one winding beside the other coil.
+"""Factor of the additional error (H) of a mutual inductance, caused by open ends of one winding beside the other coil.
 
-The error is this factor times nearness, pairs of layers and mu0/(4 pi) times the track width.
+The error is the product of this factor, the nearness of both coils, the number of pairs of layers, the track width and
+mu0/(4 pi).
 """
 
 

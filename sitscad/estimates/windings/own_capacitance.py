@@ -114,10 +114,10 @@ def capacitance_to_metal(
 def metal_notes(
     coil: Coil, dimensions: CoilSpec, board_thickness: float, gaps: Mapping[str, float], winding: float, tank: float
 ) -> list[str]:
-    """Return a note if metal may add more to the winding's own capacitance (F) than the stated error of the latter.
+    """Return a note if metal may add a larger capacitance than the error of the winding's own capacitance.
 
-    `tank` (F) is the capacitance of the whole tank. Empty if metal adds less. `gaps` (m) are distances to metal by
-    state, and `winding` (F) is the winding's own capacitance.
+    Empty if metal adds less. `winding` (F) is the winding's own capacitance, `tank` (F) the whole tank's. `gaps` (m)
+    are distances to metal by state.
     """
     behind = gaps.get(BEHIND_THE_BOARD)
     gap = min((gap for state, gap in gaps.items() if state != BEHIND_THE_BOARD), default=None)
