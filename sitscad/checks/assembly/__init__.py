@@ -1,1 +1,1 @@
-"""SIT3xx: rules for the assembly of pad, target and sensor, for its signal by force and its fit in the jaw."""
+"""SIT3xx: rules for pad, target and mount, for the signal that a force causes, and for the sensor's fit in the jaw."""

@@ -2,7 +2,7 @@
 
 `check` loads no CAD kernel, so it reports SIT320 to SIT323, SIT326, SIT332 and SIT333 as not checked. `build` measures
 the solids (`sitscad.assembly.solids.proof`, `sitscad.assembly.solids.step_parts`) and writes the values into
-``mount/fit.json``. These rules then judge the values.
+``mount/fit.json``. These rules then check the values.
 """
 
 from __future__ import annotations
@@ -78,8 +78,8 @@ def tail_bend(design: Design) -> Iterator[Verdict]:
 def _repeated_bend_finding(spec: SensorSpec, tail: Tail) -> Violation:
     """Return the finding on a tail with ``bend: static`` that in fact bends at every grasp.
 
-    It is a warning if the tail has a finding as a repeatedly bent tail, or if the fabricator states no bend radius for
-    repeated bending. Otherwise it is a note.
+    It is a warning if the tail does not suit repeated bends, or if the fabricator states no bend radius for them.
+    Otherwise it is a note.
     """
     dynamic = setting(spec, "fpc.tail.bend", "dynamic", "dynamic")
     moving, figure = replace(tail, bend="dynamic"), bend_figure(dynamic.spec.fpc)
@@ -190,7 +190,7 @@ def pad_of(elastomer: ElastomerPad | None) -> ElastomerPad:
 
 
 def unmeasured_jaw_case(jaw: Jaw) -> tuple[str, ...]:
-    """Return the key in ``data/messages.csv`` of the remark that the jaw's dimensions were not measured, in a tuple.
+    """Return a tuple with the key in ``data/messages.csv`` of the remark that the jaw's dimensions were not measured.
 
     Empty if they were measured.
     """
@@ -247,8 +247,8 @@ def end_through_shaft(design: Design) -> Iterator[Verdict]:
 def judged_on_solids(document: Mapping[str, Any], device: Converter, source: SpecSource) -> tuple[Finding, ...]:
     """Return the findings on values in the document ``mount/fit.json`` that do not meet their limits.
 
-    `document` is the content of a JSON file of the build; empty for any other file than ``mount/fit.json``. `device`
-    is the spec's converter, and `source` the spec's text with its keys.
+    `document` is the content of this JSON file of the build. For other files, the result is empty. `device` is the
+    spec's converter, and `source` the spec's text with its keys.
     """
     findings = []
     for each in document.get("measured", ()):

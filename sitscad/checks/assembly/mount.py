@@ -292,10 +292,10 @@ def film_inhibitors(design: Design) -> Iterator[Verdict]:
 
 
 def hole_places(design: Design) -> Iterator[Verdict]:
-    """Yield a finding on the two holes of a bench plate with the least room between them, if it is too little.
+    """Yield a finding on the two holes of a bench plate with the least room between them, if this room is too small.
 
-    The wall between the holes must have the minimum thickness, and the heads of their screws must not overlap.
-    Otherwise a warning may be on a hole too near to the board.
+    The wall between the holes must have the minimum thickness, and the heads of their screws must not overlap. If all
+    holes have room, there may be a warning for a hole too near to the board.
     """
     mount = design.spec.mount
     pattern = mount.holes if mount is not None else None
@@ -320,8 +320,8 @@ def _under_board(pattern: HolePattern, holes: tuple[Hole, ...], boxes: list[Box]
     """Yield a warning for the hole nearest to the board, if the head of its screw has no room beside the board.
 
     `holes` are the holes of the mount's second piece, which is needed if a hole lies under board or tail. `boxes` are
-    the rectangles of the board, its tail and its plates. Without a second piece there is no warning, nor for a
-    `pattern` whose places the spec does not list.
+    the rectangles of the board, its tail and its plates. There is no warning without a second piece, or if the spec
+    does not list the places of the holes in `pattern`.
     """
     if not holes or pattern.name != "written out":
         return

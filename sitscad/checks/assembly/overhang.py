@@ -48,8 +48,8 @@ ENDS = ("far end", "lower side", "tail's end", "upper side")
 def overhang(design: Design) -> Iterator[Verdict]:
     """Yield findings on a target that extends beyond its elastomer, and on lowest plates that extend beyond the body.
 
-    The lowest plates are the elastomers, or the targets if there are none. They are compared with the body's outline,
-    together with the film around them.
+    The lowest plates are the elastomers, or the targets if there are no elastomers. The plates with the film around
+    them are compared with the body's outline.
     """
     spec, body = design.spec, design.layout.body_outline
     pad, plate, round_it = plates_of(spec).elastomer, plates_of(spec).target, film_thickness(spec.encapsulation)
@@ -85,7 +85,7 @@ def overhang(design: Design) -> Iterator[Verdict]:
 
 
 def _overhang_texts(box: tuple[float, ...], on: tuple[float, ...]) -> list[str]:
-    """Return a text for each side at which `box` extends beyond the box `on` that carries it, with the excess length.
+    """Return a text for each side at which `box` extends beyond the box `on` below it, with the excess length.
 
     Boxes are (x_min, y_min, x_max, y_max; m). Empty if the box extends only beyond rounded corners.
     """
@@ -96,8 +96,8 @@ def _overhang_texts(box: tuple[float, ...], on: tuple[float, ...]) -> list[str]:
 def _plates_onto_body(design: Design) -> tuple[Family, ...]:
     """Return families of changes after which target and pad lie completely on the body.
 
-    Changes that keep the body come first: a larger pad, and a pad moved under the target. A larger body and smaller
-    plates follow.
+    The first families leave the body as it is: a larger pad, and a pad moved under the target. A larger body and
+    smaller plates follow.
     """
     spec, body = design.spec, design.layout.body_outline
 
@@ -111,7 +111,10 @@ def _plates_onto_body(design: Design) -> tuple[Family, ...]:
 
 
 def _larger_bodies(design: Design) -> Iterator[Fix]:
-    """Yield changes to a larger body on which the plates lie, and to an elastomer under the whole target."""
+    """Yield changes to a body large enough for the plates.
+
+    If the elastomer does not carry the whole target, each change also enlarges the elastomer.
+    """
     first = next(larger_pad(design.spec), Fix((), design.spec))
     changed, also = first.spec, first.edits
     layout, lows, film = design.layout, lowest_plates(plates_of(changed)), film_thickness(changed.encapsulation)

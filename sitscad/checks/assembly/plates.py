@@ -1,7 +1,7 @@
 """SIT306 and SIT328: the target's size relative to the coils, and the gaps between the plates of cells.
 
-It also computes sizes and places of plates for SIT307, with which the target lies on its elastomer and the elastomer on
-the board's body.
+The module also computes sizes and places of plates for the fixes of SIT307. After such a fix, the target lies
+completely on its elastomer, and the elastomer lies completely on the board's body.
 """
 
 from __future__ import annotations
@@ -86,8 +86,8 @@ def larger_pad(spec: SensorSpec) -> Iterator[Fix]:
 def pad_under_target(spec: SensorSpec) -> Iterator[Fix]:
     """Yield the change that gives the elastomer the target's offset, then the change of both offsets to 0.
 
-    The offset of a part is the distance of its centre from the mean of the coils' centres. A change is left out if the
-    offsets are such already.
+    The offset of a part is the distance of its centre from the mean of the coils' centres. A change that would alter
+    nothing is left out.
     """
     pad, plate = spec.elastomer, spec.target
     if pad is not None and plate is not None and pad.offset != plate.offset:
@@ -101,7 +101,7 @@ def pad_under_target(spec: SensorSpec) -> Iterator[Fix]:
 def more_margin(
     here: Sequence[Footprint], film: float, fpc: FpcSpec, trace_width: float, body: Box
 ) -> tuple[float, float]:
-    """Return the smallest ``fpc.margin`` (x, y; m) with which the lowest plates and their film lie on the body.
+    """Return the smallest ``fpc.margin`` (x, y; m) at which the lowest plates and their film lie on the body.
 
     `here` are the footprints of these plates, `film` is the film's thickness (m), and `trace_width` (m) the width of
     the coils' tracks. `body` is the box of the present body. The larger body has rounded corners.
@@ -122,7 +122,7 @@ def more_margin(
 
 
 def cut_to_board(spec: SensorSpec, body: Path) -> Iterator[Fix]:
-    """Yield changes to a smaller target and elastomer, at the same places, that lie on the body.
+    """Yield changes to a smaller target and elastomer that lie on the body. Their centres do not move.
 
     Sides are rounded down to multiples of 0.1 mm, then of 0.05 mm, then of `GRAIN`.
     """
@@ -195,9 +195,9 @@ def _shortened_sides(
 ) -> tuple[float, float] | None:
     """Return the largest reduced sides (m) with which a plate and the film around it lie on the outline `on`.
 
-    `here` is the plate's footprint. `size` are the sides (m) at which the search begins. `way` holds 1 for each side
-    that may be shortened, else 0. `around` (m) is the film's thickness. Sides are multiples of `grain` (m). None if
-    even the smallest plate does not fit.
+    `here` is the plate's footprint. `size` are the sides (m) at which the search begins. `way` has two values, 1 for a
+    side that may be shortened and 0 for the other sides. `around` (m) is the film's thickness. Sides are multiples of
+    `grain` (m). None if even the smallest plate does not fit.
     """
 
     def sides(less: float) -> tuple[float, float]:
@@ -217,7 +217,8 @@ def _shortened_sides(
 def _widest_side(here: Footprint, on: Path, around: float, axis: int) -> float:
     """Return the largest side (m) along `axis` (0: x, 1: y) of a plate whose other side is nearly 0.
 
-    The plate with the film `around` (m) it must lie on the outline `on`. Its centre does not change.
+    The plate and the film of thickness `around` (m) beside it must lie on the outline `on`. The plate's centre does not
+    change.
     """
     sides = [GRAIN, GRAIN]
 
@@ -268,9 +269,10 @@ TARGET_LENGTH_TOLERANCE = 0.2
 def target_proportions(design: Design) -> Iterator[Verdict]:
     """Yield findings on a target that is too small, too long, or not over the coils.
 
-    Its width must be at least the width of a coil. Over two coils in a line, a target as long as the distance between
-    the coils' centres must not give a much larger signal. Over other arrays, its length must be at least the length of
-    a coil. Further findings are on an offset that moves the target away from coils, and on a target between coils.
+    The target must be at least as wide as a coil. Over two coils in a line, its best length is about the distance
+    between the coils' centres. There is a finding if a target of this length would give a much larger signal. Over
+    other arrays, the target must be at least as long as a coil. Further findings are on an offset that moves the target
+    away from coils, and on a target between coils.
     """
     target, array = design.spec.target, design.spec.array
     assert target is not None
@@ -299,10 +301,10 @@ def target_proportions(design: Design) -> Iterator[Verdict]:
 
 
 def _beside_line_length(design: Design, hint: str, fixes: tuple[Family, ...]) -> Iterator[Verdict]:
-    """Yield a finding if a target as long as the distance of two coils' centres would give a much larger signal.
+    """Yield a finding if another length of the target would give a much larger signal over two coils in a line.
 
-    The ratio of the signals is compared with the limit `target_length_gain` of ``data/own_limits.csv``. `hint` is the
-    key of the hint in ``data/messages.csv``.
+    The other length is the distance between the coils' centres. The ratio of the signals is compared with the limit
+    `target_length_gain` of ``data/own_limits.csv``. `hint` is the key of the hint in ``data/messages.csv``.
     """
     spec, pitch, limit = design.spec, _line_pitch(design.spec.array), constant_limits()["target_length_gain"]
     target, requirements = spec.target, spec.requirements
@@ -366,9 +368,9 @@ def _coils_left_uncovered(
 ) -> Iterator[Verdict]:
     """Yield a finding on the coils that the target does not cover because of its offset.
 
-    A single coil must be covered completely. With several coils, the target must cover each centre that it covers
-    without the offset. `here` is the target's footprint, and `middle` its footprint without the offset. `coil` is the
-    length and width (m) of a coil along the target's axes.
+    A single coil must be covered completely. With several coils, the offset must not uncover a centre that the target
+    would cover without it. `here` is the target's footprint, and `middle` its footprint without the offset. `coil` is
+    the length and width (m) of a coil along the target's axes.
     """
     if len(array.placements) == 1:
         place = here.place_of(Point(*array.middle))
@@ -411,7 +413,7 @@ def _largest_coil(placements: tuple[CoilPlacement, ...], size: tuple[float, floa
 def plates_apart(design: Design) -> Iterator[Verdict]:
     """Yield a finding if the gap between the plates of neighbouring cells is too small.
 
-    The gap must hold the wall of the assembly jig, and the sideways bulge of both compressed pads.
+    The wall of the assembly jig must fit into the gap. So must the sideways bulges of both compressed pads.
     """
     spec = design.spec
     if spec.cells is None:

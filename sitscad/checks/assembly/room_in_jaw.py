@@ -1,6 +1,7 @@
-"""SIT301 to SIT303: whether the board with its plates fits the jaw and the port, and whether the closed jaws pass it.
+"""SIT301 to SIT303: whether the board with its plates fits the jaw, and whether the closed jaws pass through the port.
 
-Measures of a design in its jaw are judged nominally, by root-sum-square of tolerances, and at worst.
+Sizes are compared with their limits in three ways: nominally, with the root-sum-square of tolerances, and in the worst
+case.
 """
 
 from __future__ import annotations
@@ -48,15 +49,14 @@ PLATES = ("target", "elastomer", "encapsulation")
 """Names of the parts between the closed jaws whose width is a key of the spec, and of the film that covers them."""
 
 LEAST_STEP = 1e-6
-"""Largest error (m) of the bisection for the length by which a part must shrink, and rounding step of this length."""
+"""Step (m) to which the length by which a part must shrink is rounded up. The bisection for it has this error."""
 
 
 def sensor_width(design: Design) -> Iterator[Verdict]:
     """Yield findings on parts that are wider than the jaw, its pocket, or the port.
 
-    Board, elastomer and target are compared with the jaw's width, and the board also with the jaw's pocket. The board
-    lying flat with its tail is compared with the port's diameter. The centre line of the jaw lies under the centre line
-    of the body.
+    Elastomer and target are compared with the jaw's width, and the board with the jaw's face and pocket. The flat
+    board, with its tail, is compared with the port's diameter. The centre lines of jaw and body lie over each other.
     """
     jaw, across = jaw_of(design.spec.jaw), design.layout.size[1]
     for slab in plates_of(design.spec).all:
@@ -93,9 +93,10 @@ def _across_jaw(body: Box, jaw: Jaw, slab: Body) -> Iterator[Verdict]:
 
 
 def _less_margin(spec: SensorSpec, axis: int, excess: float) -> Fix | None:
-    """Return the smaller ``fpc.margin`` that makes the body shorter by `excess` (m) along `axis` (0: x, 1: y).
+    """Return the change to a smaller ``fpc.margin`` that makes the body shorter by `excess` (m) along `axis`.
 
-    The margin is on both sides of the coils, so it is reduced by half of `excess`. None if it would be negative.
+    `axis` is 0 for x, 1 for y. The margin is on both sides of the coils, so it is reduced by half of `excess`. None if
+    the margin would be negative.
     """
     x, y = spec.fpc.margin
     less = GRAIN * math.floor(((x, y)[axis] - 0.5 * excess + ROUNDING) / GRAIN)
@@ -104,7 +105,7 @@ def _less_margin(spec: SensorSpec, axis: int, excess: float) -> Fix | None:
 
 
 def _less_margins(spec: SensorSpec, axis: int, excess: float) -> Iterator[Fix]:
-    """Yield smaller margins that make the body shorter along `axis` (0: x, 1: y) by `excess` (m) or more.
+    """Yield changes to smaller margins that make the body shorter along `axis` (0: x, 1: y) by `excess` (m) or more.
 
     The lengths `WIDER_GAPS` are added to `excess` one after the other, because leads may need wider gaps in the smaller
     body.
@@ -159,7 +160,10 @@ def _in_pocket(
 
 
 def _overhang(design: Design, jaw: Jaw) -> Iterator[Verdict]:
-    """Yield findings on the board's overhang over the jaw's real face, against the support by the seat below."""
+    """Yield a finding on a board's body that extends beyond the jaw's face by more than the plastic below it supports.
+
+    If the plastic of the mount supports the whole overhang, the finding is a note.
+    """
     over, body = _measure_of(design.fit, OVERHANG), design.layout.body_size[1]
     severity = None if over is None else _weight_of(over)
     if over is None or over.worst <= ROUNDING or (severity is None and over.nominal <= ROUNDING):
@@ -192,7 +196,7 @@ def _overhang(design: Design, jaw: Jaw) -> Iterator[Verdict]:
 def sensor_length(design: Design) -> Iterator[Verdict]:
     """Yield a finding if the board's body is longer than the jaw.
 
-    Lengths are compared nominally, by root-sum-square of tolerances, and in the worst case.
+    The lengths are compared nominally, with the root-sum-square of tolerances, and in the worst case.
     """
     jaw, measure = jaw_of(design.spec.jaw), _measure_of(design.fit, LENGTH)
     severity = None if measure is None else _weight_of(measure)
@@ -221,7 +225,7 @@ def stack_height(design: Design) -> Iterator[Verdict]:
 
     Further findings are on a jaw wider than the port, and on pocket rims that meet before the jaws are closed. For a
     jaw with a STEP file, a note states that jaws with square backs would not pass. Heights include the glue lines. The
-    diameter is compared nominally, by root-sum-square of tolerances, and in the worst case.
+    diameter is compared nominally, with the root-sum-square of tolerances, and in the worst case.
     """
     try:
         backing_of(design.spec).shield_that_fits()
@@ -338,9 +342,9 @@ def _measure_of(fit: tuple[Measure, ...], name: str) -> Measure | None:
 
 
 def _weight_of(measure: Measure) -> Severity | None:
-    """Return the severity of a comparison whose value exceeds its limit. None if the limit is met.
+    """Return the severity of the finding on a size that exceeds its limit. None if the limit is met.
 
-    It is an error if the nominal or the root-sum-square value exceeds the limit, and a warning if only the worst case
+    It is an error if the nominal or the root-sum-square size exceeds the limit, and a warning if only the worst case
     does.
     """
     if max(measure.nominal, measure.root_sum_square) > measure.limit + ROUNDING:

@@ -1,4 +1,4 @@
-"""SIT338: whether a thermistor that is soldered to the board lies beside the plates and below what presses on them."""
+"""SIT338: whether a thermistor on the board lies beside the plates, and below everything that presses on them."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def thermistor_fit(design: Design) -> Iterator[Verdict]:
 def distance_from_plates(layout: Layout) -> float | None:
     """Return the distance (m) from the thermistor's pads to the nearest plate or pad. Negative if they overlap.
 
-    None if the sensor has no plates or no thermistor. The distance is the larger of two: along the board, and across.
+    The distance is the larger of the distances along x and along y. None if the sensor has no plates or no thermistor.
     """
     if layout.thermistor is None:
         return None

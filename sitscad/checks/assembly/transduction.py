@@ -50,7 +50,7 @@ It is smaller than the uncertainty of the modulus itself.
 SLENDERNESS = 0.25
 """Ratio of a pad's thickness to its width, above which there is a finding.
 
-It is the ratio of the 8 x 8 x 2 mm bench pad (Jones, thesis, Leeds), whose target stayed level.
+The 8 x 8 x 2 mm bench pad has this ratio, and its target stayed level (Jones, thesis, Leeds).
 """
 
 THICKNESS_GRAIN = 50e-6
@@ -60,8 +60,8 @@ THICKNESS_GRAIN = 50e-6
 def elastomer_strain(design: Design) -> Iterator[Verdict]:
     """Yield findings if the required normal force compresses the pad beyond the valid range of its force law.
 
-    The compression is computed with the nominal modulus and one standard deviation below. A further finding is on the
-    compression at the temperature of use.
+    The compression is computed with the nominal modulus, and with a modulus one standard deviation lower. A further
+    finding is on the compression at the temperature of use.
     """
     pad, force = pad_of(design.spec.elastomer), design.spec.requirements.normal_force
     assert force is not None
@@ -183,7 +183,7 @@ def _thickness_that_holds(spec: SensorSpec, force: float, most: float) -> float 
 
 
 def elastomer_shear(design: Design) -> Iterator[Verdict]:
-    """Yield findings on the sideways travel of the target by the required shear force.
+    """Yield findings on the sideways travel of the target under the required shear force.
 
     The travel divided by the pad's thickness is compared with the valid shear strain of the pad. The travel itself is
     compared with half the distance between the coils' centres.
@@ -226,7 +226,7 @@ def _relative_shear_travel(spec: SensorSpec, force: float, modulus: float = 1.0)
 
 
 def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdict]:
-    """Yield findings on the pad's shear strain by the shear force `force` (N).
+    """Yield findings on the pad's shear strain under the shear force `force` (N).
 
     `strain` is the shear strain with the nominal modulus. It is also computed with a modulus one standard deviation
     below nominal. Both are compared with the limits of shear strain.
@@ -346,7 +346,8 @@ def target_gap(design: Design) -> Iterator[Verdict]:
 def target_bending(design: Design) -> Iterator[Verdict]:
     """Yield a finding if the target bends too much under a contact smaller than the target.
 
-    The bending is the difference between the travel of the target's middle and the travel of its edges.
+    The bending is the difference between the travel of the target's middle and the travel of its edges, divided by the
+    pad's compression.
     """
     spec, target, force = design.spec, design.spec.target, design.spec.requirements.normal_force
     assert target is not None
@@ -396,7 +397,7 @@ def _modulus_lower_bound(sigma: float) -> float:
 
 @record
 class _StifferPad:
-    """Shear modulus at which the required force compresses the pad within its valid range, and changes to reach it.
+    """Smallest shear modulus with which the required force compresses the pad within its valid range, and fixes.
 
     Attributes
     ----------

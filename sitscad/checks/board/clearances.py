@@ -53,7 +53,7 @@ def spiral_gap_reduction(coil: CoilSpec) -> float:
     """Return the largest difference (m) between a round coil's spacing and the gap between neighbouring turns.
 
     The gap is measured perpendicular to the track, so it is smaller than the spacing. The difference is largest at the
-    inner end, where the spiral is steepest against the circle (pitch over circumference).
+    inner end. There, the spiral deviates most from a circle, by the ratio of pitch to circumference.
     """
     if not coil.outline.is_round:
         return 0.0
@@ -63,7 +63,7 @@ def spiral_gap_reduction(coil: CoilSpec) -> float:
 
 
 def copper_to_edge(design: Design) -> Iterator[Verdict]:
-    """Yield findings on copper nearer to the board's outline than the fabricator's minimum.
+    """Yield findings on copper that is nearer to the board's outline than the fabricator's minimum.
 
     The contacts of a tail may extend to the end that is plugged into the connector.
     """
@@ -141,9 +141,9 @@ def edge_gaps(copper: Copper, edge: Primitives, minimum: float) -> Iterator[tupl
 def _worst_of_each_kind(design: Design, of_vias: bool, key: str) -> Iterator[Violation]:
     """Yield a violation for each kind of pair of copper pieces that are too near to each other.
 
-    The violation is on the pair with the smallest gap. A kind is, for example, turn to turn, or lead to turn of another
-    net. With `of_vias`, only pairs with a via are compared, otherwise only pairs of tracks and contacts. `key` is the
-    key of the spec to which the finding points.
+    For each kind, the pair with the smallest gap is reported. A kind is, for example, turn to turn, or lead to turn of
+    another net. With `of_vias`, only pairs with a via are compared, otherwise only pairs of tracks and contacts. `key`
+    is the key of the spec to which the finding points.
     """
     kinds: dict[tuple[object, ...], list[Nearness]] = {}
     spacing = design.spec.fpc.rules.trace_spacing
@@ -190,10 +190,10 @@ def _too_close(spec: SensorSpec, traces: tuple[Trace, ...], near: Nearness, plac
 
 
 def _common_radius(coil: CoilSpec, traces: tuple[Trace, ...], net: str) -> float | None:
-    """Return the largest corner radius (m) that fits at all corners of the coil of a net, in units of 10 um.
+    """Return the largest corner radius (m) that fits at all corners of the coil of the net `net`, a multiple of 10 um.
 
-    None if all corners have the radius in the spec, or if the layers begin at corners, because the radii there differ
-    intentionally.
+    None if all corners have the radius in the spec. None, too, if the layers begin at corners, because the radii there
+    differ intentionally.
     """
     if not coil.is_mid_side:
         return None
@@ -237,7 +237,10 @@ def _remaining_numbers(count: int, used: Index) -> Index:
 
 
 def edge_crossings(start: Point, end: Point, corners: Sequence[Point]) -> Iterator[float]:
-    """Yield the fractions of a line's length at which the edges of a closed polygon cross it."""
+    """Yield each place at which the line from `start` to `end` crosses a closed polygon, as a fraction of its length.
+
+    `corners` are the corners of the polygon.
+    """
     # Line and edge, start + t d and a + u b, meet at parameters given by cross products:
     # t = (a x b) / (d x b) and u = (a x d) / (d x b), with `a` counted from the line's start.
     dx, dy = end - start
@@ -253,9 +256,10 @@ def edge_crossings(start: Point, end: Point, corners: Sequence[Point]) -> Iterat
 def _narrow_web(
     case: str, rules: DesignRules, edges: Primitives, across: Primitives, side: str
 ) -> Iterator[Violation]:
-    """Yield a violation if the distance between two groups of edges is smaller than ``coverlay_web``.
+    """Yield a violation if the distance between two groups of edges is smaller than the rules' ``coverlay_web``.
 
     The distance is the width of the coverlay strip between two openings, or between an opening and the board's edge.
+    `case` is the key of the texts in ``data/messages.csv``, and `side` the board's side (top or bottom).
     """
     # the smallest distance, searched only up to the limit
     pairs = nearest_pairs(edges.boxes, np.full(len(edges), rules.coverlay_web), across.boxes, np.zeros(len(across)))
@@ -266,7 +270,10 @@ def _narrow_web(
 
 
 def coverlay_opening(design: Design) -> Iterator[Verdict]:
-    """Yield findings on a missing coverlay, on openings too near to tracks and vias, and on rims of solder pads."""
+    """Yield findings on a missing coverlay, on openings too near to tracks and vias, and on rims of solder pads.
+
+    The coverlay must cover the rim of a solder pad by the fabricator's minimum.
+    """
     spec, layout, films = design.spec, design.layout, design.spec.fpc.stackup.layers
     rules, tail, target = spec.fpc.rules, spec.fpc.tail, spec.target
     for side, film, openings in (("top", films[0], layout.top_openings), ("bottom", films[-1], layout.bottom_openings)):

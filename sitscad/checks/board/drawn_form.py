@@ -51,7 +51,7 @@ class ConductorLoop:
 
     @property
     def area(self) -> float:
-        """Enclosed area (m2). An area that the loop surrounds several times counts several times."""
+        """Enclosed area (m2). If the loop surrounds an area several times, the area counts several times."""
         return abs(sum(a.x * b.y - b.x * a.y for a, b in pairwise((*self.points, self.points[0])))) / 2
 
     def turns_round(self, centre: Point) -> float:
@@ -63,7 +63,7 @@ class ConductorLoop:
 class _Edge:
     """Part of the track `trace` between the nodes `one` and `other` of the graph.
 
-    `first` and `last` are the distances (m) along the track at which the part begins and ends.
+    `first` and `last` are the distances (m) from the track's start at which the part begins and ends.
     """
 
     one: Node
@@ -100,7 +100,7 @@ class TrackGraph:
         return {_cell(via.centre): i for i, via in enumerate(self.layout.vias)}
 
     def node_of(self, point: Point, layer: int) -> Node:
-        """Return the node at a point on a copper layer: a via or contact at this point, or else the point itself."""
+        """Return the node at a point on a copper layer: a via or contact at this point, otherwise the point itself."""
         cell = _cell(point)
         if cell in self.vias:
             return (0, self.vias[cell], 0)
@@ -123,7 +123,7 @@ class TrackGraph:
 
 
 def closed_loops(graph: TrackGraph) -> Iterator[ConductorLoop]:
-    """Yield every loop that a track closes."""
+    """Yield a loop for each part of a track that connects two nodes which other tracks connect already."""
     tree: dict[Node, list[tuple[Node, _Edge]]] = defaultdict(list)
     parts = _Joined()
     for edge in graph.edges:
@@ -135,7 +135,7 @@ def closed_loops(graph: TrackGraph) -> Iterator[ConductorLoop]:
 
 
 def loose_ends(graph: TrackGraph) -> Iterator[tuple[Point, int, str]]:
-    """Yield (place, copper layer, net) for each unconnected end of a track, and for each via that joins nothing.
+    """Yield (place, copper layer, net) for each unconnected end of a track, and for each via that connects nothing.
 
     The end of a track is unconnected if nothing on its layer touches it.
     """
@@ -155,10 +155,10 @@ def loose_ends(graph: TrackGraph) -> Iterator[tuple[Point, int, str]]:
 
 
 def open_nets(graph: TrackGraph) -> Iterator[tuple[Pad, Pad]]:
-    """Yield pairs of contacts that have one net but no copper between them.
+    """Yield pairs of contacts that have the same net, but no copper between them.
 
-    Contacts of a net form groups that copper joins. Each pair has a contact of the first group and a contact of another
-    group.
+    Contacts that copper connects form a group. Each pair has a contact of the net's first group and a contact of
+    another group.
     """
     parts = _Joined()
     for edge in graph.edges:
@@ -173,7 +173,7 @@ def open_nets(graph: TrackGraph) -> Iterator[tuple[Pad, Pad]]:
 def _track_meetings(copper_layers: int, traces: tuple[Trace, ...]) -> dict[int, list[tuple[float, Point]]]:
     """Return for each track the ends of other tracks that touch it between its own ends.
 
-    Keys are the indices of the tracks. Each end is (distance along the track in m, place).
+    Keys are the indices of the tracks. Each end is (distance from the track's start in m, place).
     """
     meetings: dict[int, list[tuple[float, Point]]] = defaultdict(list)
     for layer in range(1, copper_layers + 1):
@@ -208,7 +208,7 @@ def _track_meetings(copper_layers: int, traces: tuple[Trace, ...]) -> dict[int, 
 
 
 def _loop(tree: dict[Node, list[tuple[Node, _Edge]]], closing: _Edge) -> ConductorLoop:
-    """Return the loop that the edge `closing` forms with the path through the tree between its nodes."""
+    """Return the loop that consists of the edge `closing` and the path through the tree between its nodes."""
     way = _way_back(tree, closing.other, closing.one)
     points, nets = list(closing.points), {closing.trace.net}
     for edge in way:
@@ -235,7 +235,7 @@ def _way_back(tree: dict[Node, list[tuple[Node, _Edge]]], start: Node, goal: Nod
 
 
 class _Joined:
-    """Groups of joined nodes (union-find)."""
+    """Groups of connected nodes (union-find)."""
 
     def __init__(self) -> None:
         self._above: dict[Node, Node] = {}
@@ -246,7 +246,7 @@ class _Joined:
         return node
 
     def join(self, first: Node, second: Node) -> bool:
-        """Join two nodes. Return False if they were joined already."""
+        """Connect two nodes. Return False if they were connected already."""
         a, b = self.root(first), self.root(second)
         self._above[a] = b
         return a != b
@@ -283,7 +283,7 @@ def acute_angle(design: Design) -> Iterator[Verdict]:
 
 
 def sliver(design: Design) -> Iterator[Verdict]:
-    """Yield findings on gaps between parts of one conductor that turns back, if they are below the minimum spacing.
+    """Yield findings on gaps between two parts of a conductor that turns back, if they are below the minimum spacing.
 
     The minimum is the smaller of the fabricator's spacing and the spec's spacing of turns.
     """
@@ -308,7 +308,7 @@ def shorted_turn(design: Design) -> Iterator[Verdict]:
 
 
 def unconnected(design: Design) -> Iterator[Verdict]:
-    """Yield findings on unconnected ends and vias, and on contacts of one net that are not joined.
+    """Yield findings on unconnected ends and vias, and on contacts of the same net that no copper connects.
 
     A layout that is not complete is not checked.
     """
@@ -331,7 +331,7 @@ def _graph(design: Design) -> TrackGraph:
 
 
 def _corners(copper: Copper) -> Iterator[tuple[int, int, tuple[float, float], float]]:
-    """Yield (number, number, place in m, angle in rad) for two pieces of track that meet at less than `ACUTE`.
+    """Yield (number, number, place in m, angle in rad) for two pieces of track that meet at an angle below `ACUTE`.
 
     The numbers are indices of the pieces in `copper`.
     """

@@ -98,8 +98,8 @@ def _panel_size(rules: DesignRules, size: tuple[float, float], parts: int = 0) -
     """Yield a violation if a delivered part or panel of the sides `size` (m) is larger than the fabricator's panel.
 
     `parts` is the number of parts in the panel, or 0 for a single board. The panel size in the profile may be only a
-    usual size and not a limit. A larger panel then gets a note, and a larger single board has no finding. Sizes above
-    the largest part that the fabricator makes get a warning.
+    usual size and not a limit. A larger panel then has a note, and a larger single board has no finding. If the sides
+    exceed the largest part that the fabricator makes, there is a warning.
     """
     is_choice = is_unverified(rules.source_of("panel_size"))
     for field in ("largest_part", "panel_size") if is_choice else ("panel_size",):
@@ -151,8 +151,8 @@ def shorter_than_limit(
 def gap_asked_by(rules: DesignRules, gap: float) -> tuple[str, str]:
     """Return (document, source) of the minimum gap `gap` (m) between copper, as texts.
 
-    If `gap` is smaller than the fabricator's minimum, both texts refer to the spec, because the spec's spacing of turns
-    then sets the minimum.
+    If `gap` is smaller than the fabricator's minimum, both texts refer to the spec. The spec's spacing of turns is then
+    the minimum.
     """
     if gap < rules.trace_spacing - ROUNDING:
         return "the spec (coil.trace_spacing)", "coil.trace_spacing in the spec"
@@ -218,7 +218,7 @@ def trace_spacing(design: Design) -> Iterator[Verdict]:
 def loop_lines(design: Design) -> Iterator[Verdict]:
     """Yield findings on track width and spacing of the turns below the fabricator's separate minimum for coils.
 
-    It is an error if the rules make this minimum binding, otherwise a warning.
+    The finding is an error if this minimum is binding in the fabricator's rules, otherwise a warning.
     """
     coil, rules = design.spec.coil, design.spec.fpc.rules
     pairs = (("trace_width", coil.trace_width, rules.coil_trace_width),
@@ -248,9 +248,9 @@ def loop_lines(design: Design) -> Iterator[Verdict]:
 
 
 def of_all_windings(apply: Callable[[Design], Iterable[Verdict]]) -> Callable[[Design], Iterator[Verdict]]:
-    """Return the function of a rule that also checks the own windings of a reference coil.
+    """Return the function of a rule that checks the coil's windings and a reference coil's own windings.
 
-    `apply` checks the section ``coil``. No changes of the own windings are tried.
+    `apply` checks the section ``coil``. For the reference coil, no changes are tried.
     """
 
     def applied(design: Design) -> Iterator[Verdict]:
@@ -268,8 +268,8 @@ def of_all_windings(apply: Callable[[Design], Iterable[Verdict]]) -> Callable[[D
 def _wider_tracks(spec: SensorSpec, field: str, is_all: bool = False) -> tuple[Family, ...]:
     """Return families of changes: wider tracks and gaps, plating in the holes alone, and finer fabricators.
 
-    The new widths and gaps meet all binding minimums. With `is_all` they also meet minimums that do not bind, and no
-    other fabricator is tried.
+    The new widths and gaps meet all binding minimums. With `is_all`, they also meet minimums that are not binding, and
+    no other fabricator is tried.
     """
     rules = spec.fpc.rules
     width, spacing = (
@@ -289,7 +289,8 @@ def _wider_tracks(spec: SensorSpec, field: str, is_all: bool = False) -> tuple[F
 def _as_foil(spec: SensorSpec, field: str) -> Iterator[Fix]:
     """Yield the change to plating in the holes alone, if the coil then meets the limit `field`.
 
-    Without plating on the tracks, the copper is as thin as the foil, for which the fabricator's limit is smaller.
+    Without plating on the tracks, the copper is as thin as the foil. The fabricator's limit for thinner copper is
+    smaller.
     """
     value = getattr(spec.coil, field.removeprefix("coil_"))
     for fix in hole_plating_only(spec):
@@ -305,7 +306,7 @@ def _is_installed(coil: CoilSpec, fpc: FpcSpec) -> bool:
 
 
 THICKNESS_TOLERANCE = 0.1
-"""Largest relative difference between a thickness in the spec and a listed thickness at which both count as equal.
+"""Largest relative difference at which a thickness in the spec and a thickness in a list count as equal.
 
 The fabricators' tolerance of films is 10 %.
 """
@@ -317,8 +318,9 @@ GLUES = ("adhesive", "bondply")
 def unlisted_materials(design: Design) -> Iterator[Verdict]:
     """Yield findings on parts of the order that the fabricator does not list.
 
-    They are layer counts, foils, films, covers, stiffeners and finishes. A list that the fabricator does not state is
-    not checked. A warning is on a number of boards that is no multiple of the fabricator's order multiple.
+    These parts are layer counts, foils, films, covers, stiffeners and finishes. If the fabricator does not state a
+    list, its parts are not checked. There is a warning if the number of boards is not a multiple of the fabricator's
+    order multiple.
     """
     spec = design.spec
     rules, fpc = spec.fpc.rules, spec.fpc
@@ -403,7 +405,10 @@ LAYER_MATERIALS = {LayerKind.DIELECTRIC: (BASE, BOND), LayerKind.COVERLAY: (COVE
 
 
 def layer_materials(design: Design) -> Iterator[Verdict]:
-    """Yield a finding on the first layer of an unsuitable material, or the first copper layer without a base."""
+    """Yield a finding on the first layer of an unsuitable material, or on the first copper layer without a base.
+
+    A base is a dielectric layer that is not glue, beside the copper.
+    """
     layers = design.spec.fpc.stackup.layers
     for index, layer in enumerate(layers):
         uses = LAYER_MATERIALS.get(layer.kind, ())
@@ -449,7 +454,7 @@ def _other_material(case: str, spec: SensorSpec, index: int, kind: LayerKind, **
 def coverlay_adhesive(design: Design) -> Iterator[Verdict]:
     """Yield a finding on each coverlay film with less adhesive than the copper under it needs.
 
-    If the adhesive is not stated, the whole coverlay but the thinnest film in stock counts as adhesive.
+    If the adhesive is not stated, its thickness is taken as the coverlay's thickness minus the thinnest film in stock.
     """
     stackup, coil = design.spec.fpc.stackup, design.spec.coil
     thinnest = min(film for film, _ in presets.coverlay_films())

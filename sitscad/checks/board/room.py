@@ -35,7 +35,7 @@ GRAIN = 100e-6
 
 
 def no_room(what: Missing) -> Callable[[Design], Iterator[Verdict]]:
-    """Return the function of a rule on one kind `what` of missing room. It yields a violation for each such place."""
+    """Return the function of a rule that yields a violation for each place without room of the kind `what`."""
 
     def reported(design: Design) -> Iterator[Verdict]:
         return (_too_little_room(design.spec, lack) for lack in design.layout.shortfalls if lack.what is what)
@@ -44,9 +44,9 @@ def no_room(what: Missing) -> Callable[[Design], Iterator[Verdict]]:
 
 
 def _with_need(artwork: ArtworkSpec, lack: Shortfall) -> Shortfall:
-    """Return a description of missing room, with the needed size (m) added if trials can find it.
+    """Return `lack` (missing room), with the needed size (m) added if trials can find it.
 
-    This is tried only for vias inside a coil. The coil is enlarged by each length of `GROWTHS`, until all inner vias
+    Trials are made only for vias inside a coil. The coil is enlarged by each length of `GROWTHS`, until all inner vias
     and their stubs have room.
     """
     if lack.what is not Missing.INNER_ROOM or lack.need is not None or lack.have is None:
@@ -68,11 +68,9 @@ GROWTHS = (50e-6, 100e-6, 200e-6, 400e-6)
 def lead_gap(
     placements: tuple[CoilPlacement, ...], coil: CoilSpec, rules: DesignRules
 ) -> tuple[float, float] | None:
-    """Return (present gap, needed gap) in metres between the two nearest coils.
+    """Return (present gap, needed gap) in metres between the two nearest coils. None for a single coil.
 
     The needed gap has room for one more via or lead.
-
-    None for a single coil.
     """
     length, width = coil.size
     if len(placements) == 1:
@@ -91,9 +89,7 @@ def lead_gap(
 def body_gap(artwork: ArtworkSpec) -> tuple[float, float] | None:
     """Return (present room, needed room) in metres between the coils and the body's edge.
 
-    The needed room is sufficient for one more lead or via.
-
-    None if the spec gives no outline of the body.
+    The needed room is sufficient for one more lead or via. None if the spec gives no outline of the body.
     """
     edge = artwork.body_outline
     if edge is None:
@@ -145,7 +141,7 @@ def _too_little_lead_room(spec: SensorSpec, lack: Shortfall) -> Violation:
 
 
 def no_way_out(design: Design) -> Iterator[Verdict]:
-    """Yield findings on coils whose leads the router could not draw, or that are not joined to two contacts."""
+    """Yield findings on coils whose leads the router could not draw, or that are not connected to two contacts."""
     yield from no_room(Missing.WAY_OUT)(design)
     unled = [coil for coil in design.layout.coils if not coil.is_closed_circuit]
     if unled and not design.layout.shortfalls:
@@ -154,7 +150,7 @@ def no_way_out(design: Design) -> Iterator[Verdict]:
 
 
 def _changes_for_room(spec: SensorSpec, lack: Shortfall) -> tuple[Family, ...]:
-    """Return the families of changes that may make room for the missing item that `lack` describes."""
+    """Return the families of changes that may make room for the item that `lack` describes."""
     missing, body = lack.missing, spec.fpc.body
     wider = FamilyByAmount(partial(moves.larger_body, spec),
                            GRAIN if missing is None else missing + moves.lead_room(spec.array.placements, spec.coil,
@@ -206,8 +202,8 @@ def _apart_and_turned(spec: SensorSpec, by: float) -> Iterator[Fix]:
 def within_largest(design: Design) -> Iterator[Verdict]:
     """Yield findings on a body, tail or bench plate that is larger than the largest permitted outline ``fpc.largest``.
 
-    The body may have any place in this outline, unless the outline is drawn. A drawn outline has a fixed place around
-    the coils. Findings on tail and bench plate are notes, because the outline limits the body alone.
+    The body may have any place in this outline, unless the outline is drawn. The place of a drawn outline relative to
+    the coils is fixed. Findings on tail and bench plate are notes, because the outline limits the body alone.
     """
     spec, largest = design.spec, design.spec.fpc.largest
     if largest is None:
@@ -255,8 +251,8 @@ def _wide_tail(layout: Layout, largest: BodySpec) -> Iterator[Violation]:
 def _larger_plate(plate: Box, middle: tuple[float, float], largest: BodySpec) -> Iterator[Violation]:
     """Yield a note if the bench plate does not lie in `fpc.largest`, which limits the board alone.
 
-    `plate` is the plate's box, and `middle` the mean of the coils' centres (m). The plate is compared with its centre
-    on the outline's centre, in both orientations. In a drawn outline it is compared at its place.
+    `plate` is the plate's box (m), and `middle` the mean of the coils' centres (m). The plate's centre is placed on the
+    outline's centre, in both orientations. If the outline is drawn, the plate is compared at its own place.
     """
     x0, y0, x1, y1 = plate
     (x, y), lying, upright = middle, (x1 - x0, y1 - y0), (y1 - y0, x1 - x0)
@@ -279,9 +275,8 @@ def _changes_within_largest(
 ) -> tuple[Family, ...]:
     """Return families of changes after which the body lies in the largest outline ``fpc.largest``.
 
-    The first sets the body's outline to this outline, the second makes the coils smaller, and the third does both.
-    `over` is the length (m) by which the body extends beyond the outline, and `have` the present size (x, y; m) of the
-    body.
+    The first makes this outline the body's outline, the second makes the coils smaller, and the third does both. `over`
+    is the length (m) by which the body extends beyond the outline, and `have` the present size (x, y; m) of the body.
     """
     as_asked = _with_largest_body(spec, largest)
     keeps_length = largest.size is not None and have[0] <= largest.size[0] + ROUNDING

@@ -60,9 +60,9 @@ class _Straight:
     """Longest part of the bend zone in which all tracks are straight and of constant width.
 
     The bend zone is the part of the tail without stiff items. ``start`` is the position (m) along the tail where the
-    longest part begins, and ``length`` (m) is its length. ``room`` (m) is the length that remains for the bend in the
-    spec, without the part that the mount bends. ``unfit`` is the first place with tracks that are not straight, None if
-    there is none.
+    longest part begins, and ``length`` (m) is its length. The mount's own bends take some of this length; ``room`` (m)
+    is the rest, which the bend in the spec can use. ``unfit`` is the first place with tracks that are not straight,
+    None if there is none.
     """
 
     start: float
@@ -74,8 +74,8 @@ class _Straight:
 def bend_zone(design: Design) -> Iterator[Verdict]:
     """Yield findings on a tail that cannot be bent as the spec or the mount bends it.
 
-    They are on stiff items in the bend zone, and on a zone too short for the bends. Others are on a bend at an
-    unsuitable place, and on a bend radius below the fabricator's minimum.
+    There are findings on stiff items in the bend zone, and on a zone too short for the bends. Others are on a bend at
+    an unsuitable place, and on a bend radius below the fabricator's minimum.
     """
     zone, tail = design.layout.bend_zone, design.spec.fpc.tail
     assert tail is not None
@@ -168,7 +168,7 @@ def _misplaced_bend(
     zone: tuple[float, float], bend: Bend, room: tuple[float, float], body_end: float,
     reach_at: Callable[[float], tuple[float, float]],
 ) -> Iterator[Violation]:
-    """Yield a finding if the spec's bend, at the place that the spec gives, does not lie in the part that may be bent.
+    """Yield a finding if the bend, at the place that the spec gives, does not lie in the part that may be bent.
 
     `zone` is the part of the tail without stiff items, and `room` the part that the mount's bends leave free. Both are
     (from, to; m) along x. `body_end` (m) is the x at which the body ends. `reach_at` returns the lowest and highest y
@@ -236,7 +236,7 @@ def _longest_straight(
 def special_build(design: Design) -> Iterator[Verdict]:
     """Yield a finding on a board that must be agreed with the fabricator, and describe the usual board for comparison.
 
-    It has a tail with fewer layers than the body, or plating only on holes and their pads.
+    Such a board has a tail with fewer layers than the body, or plating only on holes and their pads.
     """
     layout, spec = design.layout, design.spec
     last, count, tail = layout.spec.fpc.tail_copper, layout.copper_layers, spec.fpc.tail
@@ -315,18 +315,21 @@ def _near_step(
 LONGEST_BAR = 1.5e-3
 """Largest distance (m) between a contact's end and the board's edge for which plating bars are assumed.
 
-Fabricators add such bars without a request.
+A plating bar connects a contact to the edge for electrolytic plating. Fabricators add such bars without a request.
 """
 
 CLOSER_CUT = 2.0
-"""Usual tolerance of the outline divided by the tolerance of the more accurate cut on request.
+"""Ratio of the usual tolerance of the outline to the tolerance of a more accurate cut, which can be requested.
 
 A router cuts within +-0.1 mm, a steel die within +-0.05 mm (wellerpcba.com/flex-pcb-capability).
 """
 
 
 def insertion_thickness(design: Design) -> Iterator[Verdict]:
-    """Yield findings on the thickness at the contacts, with remaining coverlay and stiffener, against the connector."""
+    """Yield findings on the thickness at the contacts, with remaining coverlay and stiffener.
+
+    The connector's range of insertion thickness is the limit.
+    """
     connector = _connector(design.spec.fpc)
     required, allowed = connector.insertion_thickness, connector.insertion_thickness_tolerance
     if required <= 0.0:
@@ -354,8 +357,8 @@ def insertion_thickness(design: Design) -> Iterator[Verdict]:
 def contact_worst_case(design: Design) -> Iterator[Verdict]:
     """Yield a finding if the thickness at the contacts, with tolerance, can be outside the connector's range.
 
-    It is reported only if another stiffener would reduce the deviation: if the deviation exceeds half a step between
-    stock thicknesses. Smaller deviations occur with every connector and are stated in the order.
+    There is a finding only if another stiffener would reduce the deviation. This is so if the deviation exceeds half a
+    step between stock thicknesses. Smaller deviations occur with every connector and are stated in the order.
     """
     connector, pads = _connector(design.spec.fpc), design.layout.pads
     required, allowed = connector.insertion_thickness, connector.insertion_thickness_tolerance
@@ -381,7 +384,7 @@ def _in_stock() -> list[float]:
 
 
 def stiffener_stock(plate: Stiffener | None, tail: Tail | None) -> Iterator[Verdict]:
-    """Yield a finding on a stiffener that is not made of a film and an adhesive in stock."""
+    """Yield a finding on a stiffener whose thickness differs from every film in stock with its adhesive."""
     totals = _in_stock()
     if tail is None or plate is None or plate.adhesive > 0.0:
         return
@@ -396,8 +399,8 @@ def stiffener_stock(plate: Stiffener | None, tail: Tail | None) -> Iterator[Verd
 def plug_width(pads: tuple[Pad, ...], wires: int, fpc: FpcSpec) -> Iterator[Verdict]:
     """Yield a finding if the outline's tolerance exceeds the connector's tolerance for the tail's width.
 
-    It is only reported if even the closer cut (`CLOSER_CUT`) exceeds it, because the order requests the closer cut
-    anyway.
+    There is a finding only if even the tolerance of the closer cut (`CLOSER_CUT`) exceeds it, because the order
+    requests this cut anyway.
     """
     connector, rules = _connector(fpc), fpc.rules
     if connector.width_tolerance <= 0.0:
@@ -472,7 +475,10 @@ def contact_finish(design: Design) -> Iterator[Verdict]:
 
 
 def _to_the_edge(outline: Path, pad: Pad) -> float:
-    """Return the distance (m) from a contact's end to the outline, in the nearer direction along the contact."""
+    """Return the distance (m) from a contact's end to the outline.
+
+    It is measured in the direction of the contact's longer side, towards the nearer edge.
+    """
     half, corners, distances = max(pad.size) / 2, outline.flattened(1e-6), [math.inf]
     dx, dy = (1.0, 0.0) if pad.size[0] >= pad.size[1] else (0.0, 1.0)
     for sign in (-1.0, 1.0):  # up to one metre

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from sitscad.estimates.coil_estimates import CoilEstimate, ReadoutEstimate
 
 CODE_KEY = "readout.drive_code"
-"""Key of the spec to which findings point that another drive code removes.
+"""Key of the spec to which a finding points if another drive code removes it.
 
 If the drive code that sitscad chose is too weak, the finding points to the turns, which determine the parallel
 resistance.
@@ -72,7 +72,7 @@ def serving_codes(
 
     If `name` is given, only the coil of this name is tested, otherwise all coils. Each amplitude must meet both limits
     with a margin of `sigmas` standard deviations (manufacturing). It must also meet the upper limit with the thickest
-    delivered copper. The code nearest to the present code is first.
+    copper that the fabricator may deliver. The code nearest to the present code is first.
     """
     readings = readings_of(coils, "amplitude", True)
     low, high = converter.limit("amplitude_optimum_min"), converter.limit("amplitude_max")
@@ -98,8 +98,8 @@ def serving_code(
 ) -> tuple[int | None, float]:
     """Return (drive code, margin) for a code with which the amplitudes of all coils lie in the low-noise window.
 
-    The margin to both limits is the first of `margins`, in standard deviations (manufacturing), that any code meets.
-    The code is None, and the margin 0, if no code meets the limits with any of these margins.
+    The margin to both limits is in standard deviations (manufacturing). It is the first of `margins` that any code
+    meets. The code is None, and the margin 0, if no code meets the limits with any of these margins.
     """
     for margin in margins:
         if codes := serving_codes(converter, readout, coils, margin):
@@ -113,7 +113,7 @@ def _code_hint(
 ) -> str:
     """Return the key of the hint in ``data/messages.csv``: a drive code for all coils, one for each coil, or none.
 
-    `serving` is the code that suits all coils (None: no code does), and `margin` its margin to the limits in standard
+    `serving` is the code that suits all coils, None if no code does. `margin` is its margin to the limits in standard
     deviations (manufacturing). `is_set` is True if the spec sets the drive code.
     """
     if serving is not None:
@@ -155,7 +155,7 @@ def _copper_ends(
 def _too_strong(design: Design, largest: Reading | None) -> Iterator[Violation]:
     """Yield a finding if the largest amplitude exceeds the clamping limit, or is only little below it.
 
-    The same drive code is also checked at power-up at room temperature.
+    The amplitude with the same drive code at power-up, at room temperature, is also checked.
     """
     converter, readout, coils = design.spec.readout.device, design.spec.readout, design.estimates.all_coils
     high, source = converter.limit("amplitude_max"), converter.limits["amplitude_max"].source
@@ -194,8 +194,8 @@ def _too_weak(
 ) -> Iterator[Violation]:
     """Yield a finding if the smallest amplitude is below the low-noise window, or only little above its lower limit.
 
-    Below a second limit, the oscillation may stop. `is_set` is True if the spec sets the drive code. `distance` is
-    advice for more distance from metal (`more_distance`).
+    Below a second, lower limit, the oscillation may stop. `is_set` is True if the spec sets the drive code. `distance`
+    is advice for more distance from metal (`more_distance`).
     """
     limit = converter.limit
     optimum, high = limit("amplitude_optimum_min"), limit("amplitude_max")

@@ -42,7 +42,7 @@ from sitscad.spec.materials import Conductor, Shield, Target
 from sitscad.spec.mount import Mount
 
 DRAWS_IN = 1.5
-"""Relative permeability of a shield from which a smaller gap to the coils adds inductance.
+"""Relative permeability of a shield from which a smaller gap to the coils increases the inductance.
 
 Such a shield concentrates the field.
 """
@@ -51,15 +51,15 @@ Such a shield concentrates the field.
 def _resistance_floor(high_current: bool, coil_count: int) -> str:
     """Return the name of the converter's limit for the smallest parallel resistance that it can drive.
 
-    `high_current` is True if the spec sets the high-current drive, which works for a single coil only. `coil_count` is
-    the number of coils.
+    `high_current` is True if the spec sets the high-current drive. This drive works for a single coil only.
+    `coil_count` is the number of coils.
     """
     strong = high_current and coil_count == 1
     return "parallel_resistance_high_current" if strong else "parallel_resistance_driveable"
 
 
 def inductance_floor(design: Design) -> Iterator[Verdict]:
-    """Yield findings if the least inductance of all coils and states is below the converter's minimum, or near it."""
+    """Yield findings if the smallest inductance of all coils and states is below the converter's minimum, or near."""
     floor, limit = design.spec.readout.device.limit("inductance_min"), design.spec.readout.device.limit
     coils = design.estimates.all_coils
     yield from missing_value_reasons(coils, "inductance")
@@ -89,7 +89,7 @@ def inductance_floor(design: Design) -> Iterator[Verdict]:
 
 
 def frequency_ceiling(design: Design) -> Iterator[Verdict]:
-    """Yield findings if a sensor frequency of any coil and state is outside the converter's range, or near its top."""
+    """Yield findings if a coil's sensor frequency in any state is outside the converter's range, or near its top."""
     limit = design.spec.readout.device.limit
     low, high = limit("sensor_frequency_min"), limit("sensor_frequency_max")
     coils = design.estimates.all_coils
@@ -209,7 +209,7 @@ def tank_capacitor(design: Design) -> Iterator[Verdict]:
 def capacitor_sold(design: Design) -> Iterator[Verdict]:
     """Yield a finding if the spec's tank capacitance is not available as a single part.
 
-    Its hint names the nearest values.
+    The finding's hint names the nearest available values.
     """
     value = design.spec.readout.capacitance
     if value is None or (beside := neighbour_values(value))[0] == beside[1]:
@@ -224,9 +224,10 @@ def capacitor_sold(design: Design) -> Iterator[Verdict]:
 def _distance_ways(
     mount: Mount | None, shield: Shield | None, metal: Conductor | None, target: Target | None, is_free: bool
 ) -> list[str]:
-    """Return texts of advice for more distance between the coils and metal.
+    """Return advice for more distance between the coils and metal, one text for each way.
 
-    For the state in free air (`is_free`), or for a sensor without metal, the only advice is a higher frequency.
+    If the worst state is the coil in free air (`is_free`), or the sensor has no metal, the only advice is a higher
+    frequency.
     """
     has_metal = metal is not None
     is_apart = mount is not None and mount.metal_behind is not None
@@ -291,8 +292,8 @@ def leads_through_flux(design: Design) -> Iterator[Verdict]:
 def smallest_coil(design: Design) -> Iterator[Verdict]:
     """Yield a note on a coil smaller than the smallest coil that works with the fabricator's finest tracks.
 
-    The smallest coil reaches, in free air, the least parallel resistance that the converter drives. It is listed in
-    ``data/smallest_coils.csv`` for each profile and shape.
+    The smallest coil just reaches, in free air, the least parallel resistance that the converter drives. It is listed
+    in ``data/smallest_coils.csv`` for each profile and shape.
     """
     spec = design.spec
     estimates = design.estimates

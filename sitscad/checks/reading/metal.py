@@ -36,12 +36,12 @@ It then stops 95 % of the field (TI SNOA957B).
 COMPARED = 1.2
 """Ratio of a target's thickness to its skin depth, above which it is not compared with a thick target.
 
-Above this ratio, the target and a thick target differ in resistance by at most 9 %. The coil's own resistance adds to
-both, so no limit can be exceeded.
+Above this ratio, the sheet resistances of the target and of a thick target differ by at most 9 %. The coil's own
+resistance is the same with both, so no limit can be exceeded.
 """
 
 MAGNETIC = 10.0
-"""Least relative permeability, and least ratio of skin depth to thickness, of a target that acts by its permeability.
+"""Limit of relative permeability, and of skin depth over thickness, for targets that act by their permeability.
 
 If both values are at least this number, eddy currents in the target hardly matter.
 """
@@ -138,7 +138,7 @@ class _ThinTargetCost:
 
 
 def _cost(design: Design, thick: SensorSpec) -> _ThinTargetCost | None:
-    """Return the losses by a thin target, for the coil and state with the largest loss of parallel resistance.
+    """Return the losses due to a thin target, for the coil and state with the largest loss of parallel resistance.
 
     `thick` is the spec with a thick target. None if no coil has a parallel resistance with both targets.
     """
@@ -232,10 +232,10 @@ _LIMITS = ("thin_target_resistance", "thin_target_change", "least_target_effect"
 
 
 MUCH, LITTLE = 0.1, 0.01
-"""Least ratios for a warning and for a note on the other jaw's metal.
+"""Least ratios for a warning (first value) and for a note (second value) on the other jaw's metal.
 
-A ratio is a coil's change by this metal divided by its change by the required force. The warning is for jaws that are
-closed on an object of thickness `THIN`, the note for jaws with nothing between them.
+The ratio is a coil's change due to this metal, divided by its change due to the required force. For the warning, the
+jaws are closed on an object of thickness `THIN`. For the note, nothing is between them.
 """
 
 THIN = 1e-3  # Thickness (m) of a thin grasped object, at which the metal's effect is checked
@@ -244,8 +244,8 @@ THIN = 1e-3  # Thickness (m) of a thin grasped object, at which the metal's effe
 def other_jaw_metal(design: Design) -> Iterator[Verdict]:
     """Yield a finding on the coil for which the other jaw's effect is largest compared with the signal.
 
-    The effect is the change by the other jaw's metal when the jaws close. The signal is the change by the required
-    force.
+    The effect is the change due to the other jaw's metal when the jaws close. The signal is the change due to the
+    required force.
     """
     if design.estimates.is_rough:
         return

@@ -51,8 +51,8 @@ class Reading:
 def readings_of(coils: Sequence[CoilEstimate], attribute: str, working: bool = False) -> list[Reading]:
     """Return the values of a quantity for all coils and states, without values that are missing or not finite.
 
-    `attribute` is the quantity's name in the state estimates. With `working`, only states of the assembled sensor
-    count, if there are any.
+    `attribute` is the quantity's name in the state estimates. With `working`, only states of the assembled sensor are
+    returned, if there are any.
     """
     # states in which the model failed also count as states of an assembled sensor
     names = [name for coil in coils for name in (*coil.states, *coil.failed_states)]
@@ -134,9 +134,9 @@ def more_distance(target: Target | None, shield: Shield | None, jaw: Jaw | None,
 
 
 def is_short_alone(coils: Sequence[CoilEstimate], worst: Reading, attribute: str, limit: float) -> bool:
-    """Whether the coil of the reading `worst` is below the lower limit `limit` in free air, too.
+    """Whether the coil of the reading `worst` is below the minimum `limit` in free air, too.
 
-    More distance from metal then does not help. `attribute` is the name of the quantity in the state estimates.
+    If it is, more distance from metal does not help. `attribute` is the name of the quantity in the state estimates.
     """
     return any(
         each.coil == worst.coil and each.state == FREE and each.value < limit for each in readings_of(coils, attribute)
@@ -157,7 +157,8 @@ def near_limit(case: str, reading: Reading | None, limit: float, unit: str, key:
 def missing_value_reasons(coils: Sequence[CoilEstimate], attribute: str) -> Iterator[Verdict]:
     """Yield a reason "not checked" for each state without a value of the quantity `attribute`.
 
-    Otherwise a rule would count as passed. `attribute` is the name of the quantity in the state estimates.
+    Without these reasons, the rule would count as passed. `attribute` is the name of the quantity in the state
+    estimates.
     """
     name_text = attribute.replace("_", " ")
     yield from failed_states(coils, name_text)
@@ -178,7 +179,10 @@ def failed_states(coils: Sequence[CoilEstimate], value_name: str) -> Iterator[Un
 
 
 def nothing_estimated(coils: Sequence[CoilEstimate]) -> Iterator[Verdict]:
-    """Yield an error for each coil without an estimated state. Overdamped tanks are left to rule SIT203."""
+    """Yield an error for each coil without an estimated state.
+
+    For coils whose tank does not oscillate, rule SIT203 has the finding.
+    """
     for coil in coils:
         reasons = [reason for state, reason in coil.failed_states.items() if state not in coil.overdamped]
         if reasons and not coil.overdamped:
@@ -209,8 +213,8 @@ def worst_of(
 ) -> Reading | None:
     """Return the smallest or largest reading of a quantity (`choose`: min or max). None if there are no readings.
 
-    `attribute` is the quantity's name in the state estimates. With `working`, only states of the assembled sensor
-    count.
+    `attribute` is the quantity's name in the state estimates. With `working`, only states of the assembled sensor are
+    compared.
     """
     readings = readings_of(coils, attribute, working)
     return choose(readings, key=lambda reading: reading.value) if readings else None
@@ -230,9 +234,10 @@ def other_states(
 
 
 def of_own_windings(apply: Callable[[Design], Iterable[Verdict]]) -> Callable[[Design], Iterator[Verdict]]:
-    """Return the function of a rule whose findings on a reference coil of other windings name its own keys.
+    """Return the function of a rule whose findings on a reference coil point to the keys of the coil's own windings.
 
-    The changes to try are then changes of these windings. `apply` names the keys of the section ``coil``.
+    `apply` yields findings that point to keys of the section ``coil``. If the reference coil has its own windings, the
+    changes to try are changes of these windings.
     """
 
     def applied(design: Design) -> Iterator[Verdict]:
@@ -251,8 +256,8 @@ def of_own_windings(apply: Callable[[Design], Iterable[Verdict]]) -> Callable[[D
 def more_copper(spec: SensorSpec, factor: float, length: float) -> tuple[Family, ...]:
     """Return families of changes that add copper: more turns, more layers, and longer coils.
 
-    The numbers of turns and of layers are multiplied by at least `factor`, and the length of a long coil by at least
-    `length`.
+    In each family, the numbers of turns or of layers are multiplied by at least `factor`. The length of a long coil is
+    multiplied by at least `length`, a factor, too.
     """
     return (lambda: with_each(spec, more_turns(spec.coil, factor)), partial(more_layers, spec, factor),
             partial(longer_coils, spec, length))

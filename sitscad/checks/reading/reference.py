@@ -42,7 +42,7 @@ def reference_signal(design: Design) -> Iterator[Verdict]:
 
 
 def reference_metal(design: Design) -> Iterator[Verdict]:
-    """Yield findings on metal that affects the reference coil unlike the other coils.
+    """Yield findings on metal whose effect on the reference coil differs from its effect on the other coils.
 
     It is the metal of the other jaw, whose effect changes with the jaws' opening, and metal behind the reference coil.
     """
@@ -76,7 +76,7 @@ def reference_metal(design: Design) -> Iterator[Verdict]:
 UNEQUAL = 0.1
 """Largest relative difference between the effects of metal on the reference coil and on another coil.
 
-The metal lies behind the coils. The difference is divided by the effect on the other coil.
+The metal lies behind the coils. The difference of the two effects is divided by the effect on the other coil.
 """
 
 

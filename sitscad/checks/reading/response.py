@@ -1,7 +1,4 @@
-"""SIT215, SIT217 and SIT218: whether every coil responds to the forces that the sensor is made for.
-
-The strongest response must also be large enough.
-"""
+"""SIT215, SIT217 and SIT218: whether every coil responds to the required forces, and by how much."""
 
 from __future__ import annotations
 
@@ -68,13 +65,13 @@ a few times larger. With 30 steps, a thirtieth of the required force is still on
 LEAST_SHARE = 0.05
 """Ratio of a coil's change to the largest change of all coils, below which there is a finding. Derived here.
 
-The error of the target's estimated effect is 3 to 5 % of the change, so a smaller change may be absent. Coupling
+The target's estimated effect has an error of 3 to 5 % of the change, so a smaller change may be absent. Coupling
 between neighbours and a shifted target add changes of this size, too.
 """
 
 
 DETECTION_SIGMAS = 3.0
-"""Change, in standard deviations of the noise, below which it counts as lost in the noise.
+"""Ratio of a change to the standard deviation of the noise, below which the change counts as lost in the noise.
 
 It is the usual limit of detection.
 """
@@ -82,10 +79,11 @@ It is the usual limit of detection.
 
 @record
 class SignalChange:
-    """Change of one coil's inductance from rest to pressed, as the converter measures it.
+    """Change of one coil's inductance from rest to a loaded state, as the converter measures it.
 
     `change` is the change (H), and `step` the inductance (H) of one step of the converter's result. `steps` is the
-    change in steps. `noise` is the standard deviation of the noise in steps, by the law measured on the converter.
+    change in steps. `noise` is the standard deviation of the noise in steps, computed with the noise measured on the
+    converter.
     """
 
     coil: str
@@ -125,8 +123,8 @@ def coil_response(design: Design) -> Iterator[Verdict]:
     """Yield findings on coils whose reading changes too little from rest to the loaded states.
 
     The limits are `FEWEST_STEPS` converter steps, and `LEAST_SHARE` of the largest change of all coils. The state with
-    the largest load is checked first, and the first state with a finding ends the check. If no normal force is
-    required, the only check is whether any coil responds to full load.
+    the largest load is checked first. After the first state with a finding, no further state is checked. If no normal
+    force is required, the rule only checks whether any coil responds to full load.
     """
     required = design.spec.requirements.normal_force
     if not required:
@@ -191,8 +189,8 @@ def _unmeasured_shear(
 ) -> list[str]:
     """Return the names of the axes along which shear cannot be distinguished from normal force.
 
-    In at least one cell, the coils have different positions along such an axis, but the coils that respond have not.
-    `cells` are the coils of each cell, and `changes` the change of each coil.
+    Along such an axis, the coils of at least one cell have different positions, but its responding coils have equal
+    positions. `cells` are the coils of each cell, and `changes` the change of each coil.
     """
     lost, untold = {response.coil for response in changes if response.is_lost}, set()
     for cell in cells:
@@ -232,7 +230,10 @@ def _changes(deaf: Sequence[SignalChange]) -> list[str]:
 
 
 def _cover_all_coils(spec: SensorSpec) -> tuple[Family, ...]:
-    """Return the family of changes that centre the target over the coils, or enlarge a centred target to cover all."""
+    """Return the family of changes that moves the target over the middle of the coils.
+
+    If the target lies there already, the family enlarges it until it covers all coils.
+    """
     target = spec.target
     assert target is not None
     length, width = (reach + max(spec.coil.size) for reach in breadth_from(spec, target))
@@ -243,7 +244,7 @@ def _cover_all_coils(spec: SensorSpec) -> tuple[Family, ...]:
 
 @record
 class _MoreChange:
-    """Hint on a larger change of inductance.
+    """Hint with ways to a larger change of inductance.
 
     ``case`` is the key of the hint in ``data/messages.csv``. ``rate`` is the proposed scan rate as text, and
     ``devices`` are the names of the proposed converters; each is empty if the hint has none.
@@ -281,8 +282,8 @@ def _slower_scan_rate(
     """Return the scan rate (Hz, a whole number) at which the change reaches `FEWEST_STEPS` converter steps.
 
     `steps` is the change in steps at the present rate. The number of steps is inversely proportional to the rate. The
-    result is at most the rate at which the results of `coil_count` coils can be read over I2C. None if conversions
-    cannot be this long, or if the rate is below 1 Hz.
+    result is at most the rate at which the results of `coil_count` coils can be read over I2C. None if the needed
+    conversion is longer than the longest possible conversion, or if the rate is below 1 Hz.
     """
     if conversion is None or conversion.conversion_time * FEWEST_STEPS > conversion.longest_conversion * steps:
         return None
@@ -292,7 +293,7 @@ def _slower_scan_rate(
 
 
 def small_signal(design: Design) -> Iterator[Verdict]:
-    """Yield a finding if the strongest coil's relative signal is small compared with the drift by a temperature change.
+    """Yield a finding if the strongest coil's relative signal is small compared with the drift with temperature.
 
     The signal is the relative change of the reading over the required force. The limit is lower if the readings are
     compensated for temperature. For a sensor with cells, the cell with the smallest signal is checked.
@@ -331,10 +332,10 @@ def small_signal(design: Design) -> Iterator[Verdict]:
 def _more_signal(
     target: Target | None, placements: tuple[CoilPlacement, ...], length: float, narrower: Fix | None, has_metal: bool
 ) -> list[str]:
-    """Return changes for a larger change over the force, as far as the spec leaves room for them.
+    """Return texts of advice for a larger change over the force. Advice that the spec has no room for is left out.
 
-    `length` is the longer side (m) of a coil, `narrower` a pad cut to its target. `has_metal` states whether metal lies
-    behind the coils.
+    `length` is the longer side (m) of a coil. `narrower` is the change to a pad cut to its target, None if the pad is
+    no larger. `has_metal` states whether metal lies behind the coils.
     """
     coils = [p.centre for p in placements]
     is_offset = target is not None and any(target.offset)
@@ -355,9 +356,9 @@ AXES = ("x", "y")
 
 
 def shear_response(design: Design) -> Iterator[Verdict]:
-    """Yield findings on the difference between coils when the required shear moves the target.
+    """Yield findings if the required shear changes all coils nearly equally, or less than one degree of tilt does.
 
-    Each axis of the array is checked.
+    Each axis along which the array has coils at different positions is checked.
     """
     spec, target, force = design.spec, design.spec.target, design.spec.requirements.shear_force
     assert force is not None and target is not None
@@ -426,16 +427,17 @@ def _moved_changes(design: Design, moves: Sequence[tuple[float, float]], frequen
 def _tilt_reading(
     middles: Sequence[Point], axis: int, force: float, apart: float, pressed: float, travel: float
 ) -> float:
-    """Return the shear force (N) that gives an equal reading as one degree of tilt along an axis. 0 if it is unknown.
+    """Return the shear force (N) that the sensor reads if the target tilts by one degree. 0 if it is unknown.
 
-    `axis` is 0 for x, 1 for y. `middles` (m) are the middles of the areas of the target over each coil. `pressed` (H)
-    is the change of the strongest coil by the normal force, and `travel` (m) the pad's compression by it. `apart` (H)
-    is the difference between the changes of the coils by the shear force `force` (N).
+    The tilt is along `axis` (0: x, 1: y). `middles` (m) are the centres of the parts of the target over each coil.
+    `pressed` (H) is the change of the strongest coil due to the normal force, and `travel` (m) the pad's compression by
+    this force. `apart` (H) is the difference between the changes of the coils due to the shear force `force` (N).
 
     Notes
     -----
-    Over each coil, the tilted target counts as a level target at the height of its middle over this coil. The change
-    per height is `pressed` / `travel`. The result agrees within a fifth with the data sheet's error by tilt.
+    Over each coil, the tilted target counts as a level target. Its height is the height of the target's part over this
+    coil. The change per height is `pressed` / `travel`. The result agrees within a fifth with the data sheet's error
+    due to tilt.
     """
     if travel <= 0.0 or apart <= 0.0:
         return 0.0

@@ -26,8 +26,8 @@ def _channel_sources(family: str | None = None) -> str:
 MOST_COUPLING = 2e-3
 """Coupling factor between coils of different converters, from which there is a warning.
 
-Tanks synchronise if their relative frequency difference is below half of the coupling factor. Tolerances cause
-differences of about this size.
+Tanks synchronise if their relative frequency difference is below half of the coupling factor. Manufacturing tolerances
+cause differences of about this size.
 """
 
 
@@ -86,10 +86,10 @@ def bandwidth(design: Design) -> Iterator[Verdict]:
 
 
 def channels(design: Design) -> Iterator[Verdict]:
-    """Yield a finding if the converters have too few channels, or on the coupling of coils on different converters.
+    """Yield a finding if the converters have too few channels, or if coils on different converters are coupled.
 
     Each coil needs one channel. The number of converters is limited by the I2C addresses and the number of buses. The
-    coupling is a warning from `MOST_COUPLING`, else a note.
+    finding on coupling is a warning from `MOST_COUPLING`, else a note.
     """
     names = [placement.name for placement in design.spec.all_placements]
     key = "array.centres" if design.spec.array.pattern == "explicit" else "array.count"
@@ -132,7 +132,7 @@ def channels(design: Design) -> Iterator[Verdict]:
 
 
 def idle_neighbour(design: Design) -> Iterator[Verdict]:
-    """Yield a finding on the inductance that a coil loses to a grounded neighbour on the same converter.
+    """Yield a finding on the inductance that a coil loses because a neighbour on the same converter is grounded.
 
     The relative loss is the square of the coupling factor.
     """
@@ -160,7 +160,7 @@ def _coupling_squared(matrix: Sequence[Sequence[float]], i: int, j: int) -> floa
 
 
 def crosstalk(design: Design) -> Iterator[Verdict]:
-    """Yield a finding on the largest change of a cell's reading by neighbouring cells.
+    """Yield a finding on the largest change of a cell's reading that loads on neighbouring cells cause.
 
     The finding states the change as a fraction of the cell's full signal, and compares it with a limit.
     """
