@@ -1,9 +1,9 @@
 """Cache of slow solutions by their exact inputs: inputs equal to the last bit return the stored result.
 
-The cache is active only while a store is open. `build` keeps its store in the user's cache folder, and `watch` keeps
-its store in memory (`store_results`). A check stores results for the designs that it tries (`cache_results`). A key
-covers every number on which a result depends. A cache file names the code and the libraries that computed its results.
-Output is identical byte for byte with and without the cache.
+The cache is active only while a store is open. `build` has its store in the user's cache folder, and `watch` has its
+store in memory (`store_results`). A check stores results for the designs that it tries (`cache_results`). A key covers
+every number on which a result depends. A cache file names the code and the libraries that computed its results. Output
+is identical byte for byte with and without the cache.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class Solutions:
         return self.known[key]
 
     def forget(self) -> None:
-        """Limit the store to `MOST` bytes. Results used since the last call are kept before older results."""
+        """Remove results until the store has at most `MOST` bytes. Results used since the last call go last."""
         results, size = dict[str, Answer](), 0
         for key in dict.fromkeys((*self.asked, *self.known)):
             size += HEAD + sum(part.nbytes for part in self.known[key])
@@ -122,7 +122,10 @@ def read_cache(file: bytes, by: str) -> Solutions:
 
 
 def _setting(by: str) -> list[str]:
-    """Return the code (`by`), the versions of sitscad and NumPy, and the processor type."""
+    """Return the conditions of a cached result: the code (`by`), two versions and the processor type.
+
+    The versions are of sitscad and NumPy.
+    """
     return [by, __version__, np.__version__, platform.machine()]
 
 

@@ -57,7 +57,7 @@ class ConverterPart(Protocol):
         """Return a number of the family's data file by row name, in SI units."""
 
     def source_of(self, name: str) -> str:
-        """Return the source of a number of the data file by row name, or the text of a row of text."""
+        """Return the source of a number in the family's data file by row name. For a row with text, return the text."""
 
 
 @record
@@ -148,7 +148,7 @@ class Conversion(ABC):
 
     @abstractmethod
     def covering(self, bands: Sequence[tuple[float, float]]) -> Conversion:
-        """Return settings for all expected frequencies.
+        """Return these settings, changed so that all expected frequencies can be counted.
 
         `bands` are the lowest and highest frequency (Hz) of each coil.
         """
@@ -169,27 +169,27 @@ class Conversion(ABC):
     def offsets(self) -> tuple[int, ...]:
         """Counts subtracted from each coil's conversions before the result is stored.
 
-        Empty if results show whole conversions.
+        Empty if a result has all bits of the conversion.
         """
         return ()
 
     @property
     def is_partial(self) -> bool:
-        """Whether a result can show only a part of the bits of a conversion."""
+        """Whether a result of this converter has fewer bits than a conversion."""
         return False
 
     @property
     def result_settings(self) -> Mapping[str, Any]:
-        """Settings that choose the part of a conversion, by JSON key. Empty if results show whole conversions."""
+        """Settings that choose which bits of a conversion the result has, by JSON key. Empty if it has all bits."""
         return {}
 
     @property
     def result_text(self) -> str:
-        """Text on the part of a conversion that results show. Empty if they show whole conversions."""
+        """Text that states which bits of a conversion the result has. Empty if it has all bits."""
         return ""
 
     def part(self, coils: slice) -> Conversion:
-        """Return the settings for only some of the sensor's coils."""
+        """Return the settings for a part of the sensor's coils, given as a slice of their numbers."""
         return self
 
     # ------------------------------------------------------------------------------------------------------ firmware
@@ -244,7 +244,7 @@ class Conversion(ABC):
         return max(self.result_step, self.counting_step(frequency))
 
     def rounding(self, frequency: float) -> float:
-        """Return the standard deviation (Hz) by the rounding of results, which averaging readings does not reduce.
+        """Return the standard deviation (Hz) that rounding of results causes, which averaging readings does not reduce.
 
         It is zero if results are finer than counting, because the counting noise then includes the rounding.
         """
@@ -311,7 +311,7 @@ class ConversionLaw(Protocol):
         """Return the time (s) to read the results of some channels over the bus at its fastest clock."""
 
     def read_back_time_optimistic(self, device: ConverterPart, channels: int) -> float:
-        """Return the time (s) to read the results of some channels, by the manufacturer's shortest value."""
+        """Return the time (s) to read the results of some channels, from the manufacturer's shortest stated time."""
 
     def set_up(self, device: ConverterPart, demand: Demand) -> Conversion:
         """Return the settings with the finest resolution at the required scan rate, or at the nearest possible rate."""

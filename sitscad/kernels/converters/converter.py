@@ -84,9 +84,9 @@ class Converter:
         return math.ceil(coils / self.channels)
 
     def shares(self, coils: int) -> tuple[int, ...]:
-        """Return the number of channels in use on each converter for `coils` coils, as equal as possible.
+        """Return the number of coils on each converter if `coils` coils are divided as equally as possible.
 
-        The first converters may have one channel more. Converters run at the same time, and the converter with the most
+        The first converters may have one coil more. Converters run at the same time, and the converter with the most
         coils has the least time for each.
         """
         number = self.needed(coils)
@@ -94,7 +94,7 @@ class Converter:
         return (each + 1,) * more + (each,) * (number - more)
 
     def places(self, coils: int) -> tuple[Channel, ...]:
-        """Return the channel of every coil, in the order of the array's coils.
+        """Return the converter channel of every coil, in the order of the sensor's coils.
 
         After a full bus, the next bus is used.
         """
@@ -117,11 +117,11 @@ class Converter:
         return limits_of(self.family)[name].value
 
     def source_of(self, name: str) -> str:
-        """Return the source of a number, or the text of a row of text. Raises KeyError for an unknown row name."""
+        """Return the source of a number, or the text of a row with text. Raises KeyError for an unknown row name."""
         return figure_source(self.family, name)
 
     def cited_alone(self, text: str) -> str:
-        """Return a text that cites all families (`source_in_all`), reduced to this family's sources."""
+        """Return the text with this family's sources only. `text` cites all families' sources (`source_in_all`)."""
         return limit_with_source(self.family, text)
 
     # ------------------------------------------------------------------------------------------- drive and amplitude
@@ -193,7 +193,7 @@ class Converter:
         return self.law.read_back_time(self, channels)
 
     def read_back_time_optimistic(self, channels: int) -> float:
-        """Return the time (s) to read the results of some channels, by the manufacturer's shortest value."""
+        """Return the time (s) to read the results of some channels, from the manufacturer's shortest stated time."""
         return self.law.read_back_time_optimistic(self, channels)
 
     @property

@@ -178,7 +178,7 @@ def _error(table: str, name: str, flaw: str) -> DataError:
 def _row_flaws(row: Row, asked_of: Mapping[str, RowForm]) -> Iterator[str]:
     """Yield the faults of a row of a data file, the most important first.
 
-    `asked_of` are the required forms by row name.
+    `asked_of` maps the name of each required row to its required form.
     """
     if None in row or None in row.values():
         yield "it has more or fewer columns than name, value, unit, status, source"
@@ -222,7 +222,7 @@ def numbers(family: str, name: str) -> tuple[float, ...]:
 
 @cache
 def limits_of(family: str) -> Mapping[str, Limit]:
-    """Return the single numbers of a family's data file by row name (``clock_max``, ``amplitude_max``, ...)."""
+    """Return the rows of a family's data file that hold one number, by row name (``clock_max``, ``amplitude_max``)."""
     return {
         name: Limit(float(row["value"]), row["unit"], row["source"], row["status"] == "verified")
         for name, row in rows_of(family).items()
@@ -231,7 +231,7 @@ def limits_of(family: str) -> Mapping[str, Limit]:
 
 
 def figure_source(family: str, name: str) -> str:
-    """Return the source of a number, or the text of a row of text. Raises KeyError for an unknown row name."""
+    """Return the source of a number, or the text of a row with text. Raises KeyError for an unknown row name."""
     row = rows_of(family)[name]
     return row["value"] if row["unit"] == WORDS else row["source"]
 
@@ -250,9 +250,9 @@ def _families() -> tuple[str, ...]:
 
 @cache
 def limit_with_source(family: str, text: str) -> str:
-    """Return a text that cites all families (`source_in_all`), reduced to the sources of one family.
+    """Return the text with the sources of one family only. `text` cites the sources of all families (`source_in_all`).
 
-    If no cited row belongs to the family, the text is the source of its conversion.
+    If no cited row belongs to the family, the result is the source of the family's conversion.
     """
     families = dict.fromkeys(row["family"] for row in rows("converters"))
     other_names = dict.fromkeys(name for other in families for name in rows_of(other) if name not in rows_of(family))

@@ -26,7 +26,7 @@ The nominal amplitudes are from the description of register STATUS.
 """
 
 WATCHDOG_RECOVERY = 5.2e-3
-"""Time (s) that a channel without oscillation takes, by the watchdog (TI SNOSCY9A, 6.5: sensor recovery time)."""
+"""Time (s) after which the watchdog ends a conversion without oscillation (TI SNOSCY9A, 6.5: sensor recovery time)."""
 
 ORDER = "CONFIG comes last and wakes the device"
 """Text on the order of writing in the firmware's header file (data sheet, 8.2.5)."""

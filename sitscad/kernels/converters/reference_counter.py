@@ -57,7 +57,7 @@ registers is read 4080 times per second at 400 kHz, as in the data sheet (figure
 """
 
 FREE_PART = 0.5
-"""Largest range of the expected frequencies, divided by the range of a result.
+"""Largest width of the range of expected frequencies, divided by the width of the range that a result can show.
 
 The expected range is in the middle. The rest is for loads that exceed the loads in the spec's states.
 """
@@ -151,7 +151,7 @@ def read_back_time(device: ConverterPart, channels: int) -> float:
 
 
 def read_back_time_optimistic(device: ConverterPart, channels: int) -> float:
-    """Return the time (s) to read the results of some channels, by the manufacturer's shorter value.
+    """Return the time (s) to read the results of some channels, from the manufacturer's stated time for four channels.
 
     This value implies fewer bits than the manufacturer's timing diagrams show.
     """
@@ -306,7 +306,7 @@ class ReferenceCounter(Conversion):
         return self.device.limit("supply_current") + duty * drive
 
     def covering(self, bands: Sequence[tuple[float, float]]) -> ReferenceCounter:
-        """Return settings with the input divider, gain and offsets that the expected frequencies need.
+        """Return these settings with the input divider, gain and offsets that the expected frequencies need.
 
         `bands` are the lowest and highest frequency (Hz) of each coil.
         """
@@ -344,19 +344,19 @@ class ReferenceCounter(Conversion):
 
     @property
     def result_settings(self) -> Mapping[str, Any]:
-        """Code of OUTPUT_GAIN and the offsets. Empty if results show whole conversions."""
+        """Code of OUTPUT_GAIN and the offsets. Empty if a result has all bits of the conversion."""
         return {"output_gain": self.gain, "offsets": list(self.offsets)} if self.is_partial else {}
 
     @property
     def result_text(self) -> str:
-        """Text on the part of a conversion that results show. Empty if they show whole conversions."""
+        """Text that states which bits of a conversion the result has. Empty if it has all bits."""
         if not self.is_partial:
             return ""
         step, gain = show(self.result_step, "Hz", 3), 2 ** gains(self.device)[self.gain]
         return f"{self.device.bits} of {self.count_bits} bits, a step of {step} (gain {gain})"
 
     def part(self, coils: slice) -> ReferenceCounter:
-        """Return the settings for only some of the sensor's coils."""
+        """Return the settings for a part of the sensor's coils, given as a slice of their numbers."""
         return replace(self, coil_offsets=self.coil_offsets[coils])
 
     # ------------------------------------------------------------------------------------------------------ firmware

@@ -16,9 +16,9 @@ from sitscad.kernels.converters.figures import family_module, names_of
 class ChannelSettings:
     """Register settings of one channel of a converter.
 
-    `rcount` and `settle_count` are the numbers that define conversion and settling time. `input_divider` and
-    `reference_divider` divide sensor frequency and clock. `drive_code` is the code of the drive current. `offset` is
-    subtracted from conversions if results show only a part of a conversion, else 0.
+    `rcount` sets the conversion time and `settle_count` the settling time. `input_divider` and `reference_divider`
+    divide sensor frequency and clock. `drive_code` is the code of the drive current. `offset` is subtracted from
+    conversions if a result has only some of their bits, else it is 0.
     """
 
     rcount: int
@@ -95,8 +95,9 @@ class RegisterMap(Protocol):
     ) -> tuple[Register, ...]:
         """Return every register to write after reset, in the order of writing.
 
-        The frequency is in Hz. `output_gain` is None for a converter whose results show whole conversions. Raises
-        ValueError if a setting does not fit its field.
+        The frequency is in Hz. `output_gain` is the code of the register field that chooses which bits of a conversion
+        the result has. It is None for a converter whose result has all bits (LDC1612, LDC1614). Raises ValueError if a
+        setting does not fit its field.
         """
 
     def results_text(self, bits: int, names: tuple[str, ...], results_by: str, errors_by: str) -> str:

@@ -165,12 +165,12 @@ def winding_voltages(
 ) -> Array:
     """Return the voltage at each turn of a series winding (layers, radii), divided by the voltage between its ends.
 
-    It runs from -1/2 at the start to 1/2 at the end.
+    The voltage runs from -1/2 at the start to 1/2 at the end.
 
     Parameters
     ----------
     radii : array
-        radii from the outside to the inside (m)
+        radii of the turns from the outside to the inside (m)
     heights : sequence of float
         height of each layer (m)
     inward : sequence of bool
@@ -182,8 +182,8 @@ def winding_voltages(
 
     Notes
     -----
-    Derived here from Faraday's law: a turn adds the voltage that its part of the flux of all turns induces (Maxwell's
-    rings).
+    Derived here from Faraday's law. The magnetic flux of all turns induces a voltage in each turn. The voltages of the
+    turns up to a place add up to the voltage there. The mutual inductances of the turns are from Maxwell's rings.
     """
     layers, count = len(heights), radii.size
     r = np.tile(radii, layers)
@@ -202,7 +202,7 @@ def winding_voltages(
 
 
 def winding_capacitance(per_area: Array, voltages: Array, areas: Array) -> float:
-    """Return the capacitance (F) that layers add between a winding's ends: twice the electric energy at 1 V.
+    """Return the capacitance (F) between a winding's ends that results from the fields between its layers.
 
     Parameters
     ----------
@@ -215,7 +215,7 @@ def winding_capacitance(per_area: Array, voltages: Array, areas: Array) -> float
 
     Notes
     -----
-    Derived here from W = C V^2 / 2 (textbook).
+    It is twice the electric energy at 1 V between the ends, by W = C V^2 / 2 (textbook; derived here).
     """
     return float(np.einsum("ki,kl,li,i->", voltages, per_area, voltages, areas))
 

@@ -63,8 +63,8 @@ def barycentric_weights(points: Array, at: Array, weights: Array | None = None) 
 def node_counts(half: Sequence[float], longest: float, order: int, apart: float) -> tuple[int, ...]:
     """Return numbers of Chebyshev points along the sides of a box, enough for a smooth function of distant points.
 
-    `half` are the half sides (m), `longest` (m) the longest half side, with `order` points. The points outside are at
-    least `apart` times `longest` away from the box.
+    `half` are the half sides (m). `longest` (m) is the longest half side, which gets `order` points. The distant points
+    are at least `apart` times `longest` away from the box.
 
     Notes
     -----
@@ -219,8 +219,8 @@ def least_squares(
     basis : Basis, optional
         `monomials` or `chebyshev`
     least : float or None, optional
-            smallest singular value, divided by the largest, that counts. Combinations of terms with smaller values are
-        undetermined. If None, the limit is rounding.
+            smallest singular value that is used, divided by the largest. Coefficients of combinations of terms with
+        smaller singular values are zero. If None, the limit is rounding.
     """
     columns = basis(_scaled_to_box(points, low, high), orders)
     return Polynomial(low, high, orders, np.asarray(np.linalg.lstsq(columns, values, rcond=least)[0]), basis)

@@ -137,7 +137,7 @@ one shape.
 """
 
 LOWEST_SHARE = 0.05
-"""Lowest frequency of an oscillation, divided by the resonance without loss and delay (`Network.resonance`).
+"""Lowest frequency of an oscillation, divided by the resonance frequency without loss and delay (`Network.resonance`).
 
 If the phase condition is met only at lower frequencies, the tank does not oscillate. Near direct current, every tank
 meets the condition.
@@ -162,7 +162,7 @@ def oscillate(
 ) -> Oscillations:
     """Solve the frequencies at which the phase of the tank matches the drive: arg Y = -omega delay.
 
-    If a cable causes several such frequencies, the lowest is returned.
+    Y is the admittance at the converter's pins. If a cable causes several such frequencies, the lowest is returned.
 
     Parameters
     ----------
@@ -223,7 +223,7 @@ def oscillate(
 
 
 def oscillate_similar(network: Network, inductance: Array, resistance: Array, delay: float) -> Oscillations:
-    """Solve the operating points of tanks whose coils have one inductance (H) and resistance (ohm) at all frequencies.
+    """Solve operating points of tanks whose coils have a fixed inductance (H) and resistance (ohm) at all frequencies.
 
     `delay` (s) is the delay of the drive after the voltage.
     """

@@ -18,7 +18,7 @@ CHORDS = 2e-6
 
 
 def parts_inside(path: Path, box: Box) -> list[Path]:
-    """Return the parts of a path inside a box (m). A path that lies entirely inside is returned unchanged."""
+    """Return the parts of a path that are inside a box (m). A path that lies entirely inside is returned unchanged."""
     if _is_inside(path, box):
         return [path]
     line = shapely.LineString(path.flattened(CHORDS))

@@ -1,6 +1,7 @@
 """Convex outlines of lines and arcs, clipped exactly by straight lines.
 
-Also discs and rectangles as plates: their overlap, and how far a plate projects beyond an outline.
+The module also has discs and rectangles as plates. It computes their overlap and how far they project beyond an
+outline.
 """
 
 from __future__ import annotations
@@ -95,9 +96,9 @@ def _distance_from_edge(point: Point, edge: Point, normal: Point) -> float:
 
 
 def _crossings(segment: Segment, edge: Point, normal: Point) -> Iterator[float]:
-    """Yield the fractions of a segment's length at which it crosses a line through `edge`, normal to `normal`.
+    """Yield the fractions of a segment's length at which it crosses the line through `edge`, perpendicular to `normal`.
 
-    The segment's whole straight line or circle counts: fractions outside 0 to 1 lie beyond its ends.
+    The segment is extended to its whole straight line or circle. Fractions outside 0 to 1 lie beyond its ends.
     """
     if isinstance(segment, Line):
         first, last = (_distance_from_edge(point, edge, normal) for point in (segment.start, segment.end))

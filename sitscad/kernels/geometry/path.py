@@ -1,6 +1,6 @@
 """Lines and circular arcs, paths of lines and arcs, and areas. Lengths are in metres.
 
-Arcs are not replaced by chords, up to the machine that draws them.
+Arcs stay arcs in all files. Chords replace them only where a machine or a library requires it.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Exact distances between many straight and circular track pieces at once, in numpy, in metres and radians.
 
-No arc is flattened. The nearest points of two pieces are found in three cases. In the first, the nearest point is an
-end of one piece. In the second, both nearest points lie on a line that crosses both pieces at right angles. For two
-arcs, it runs through both centres, for a line and an arc through the centre. In the third, the pieces cross. All cases
-are evaluated.
+Arcs are not replaced by chords. The nearest points of two pieces are found in three cases. In the first, the nearest
+point of one piece is its end. In the second, both nearest points lie on a line that crosses both pieces at right
+angles. For two arcs, this line runs through both centres. For a line and an arc, it runs through the centre. In the
+third case, the pieces cross. All cases are evaluated.
 """
 
 from __future__ import annotations

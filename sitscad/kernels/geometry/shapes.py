@@ -1,9 +1,9 @@
 """Outlines of coils: a row of `SHAPES` for each, and a class for each kind of winding.
 
-Other modules use an outline's features, never its name. A row also names the shapes whose error bounds hold for its
-coils (`bounds`), and the form in which a plate of the shape is computed and cut (`plate`). A coil without `bounds` and
-a plate without `plate` cause an error with the shape's name. A class inherits the features of another shape, but not
-the fits for that shape.
+Other modules use the features of an outline, never its name. `Outline.bounds` names the shapes whose fitted error
+bounds hold for coils of this shape. `Outline.plate` is the form in which a plate of this shape is computed and cut. The
+use of a shape without these entries raises an error with the shape's name. A class inherits the features of another
+shape, but not its fits.
 
 Lengths are in metres, angles in radians. A coil's size is [x, y] across its outer copper edges. The centre line of a
 layer is wound exactly as the spec defines it: counter-clockwise about the origin, from the outside to the inside.
@@ -98,7 +98,7 @@ PLATE_FORMS = ("disc", "rectangle")
 """Forms of plates that sitscad can compute (target response, pad law) and cut (laser sheet)."""
 
 _SLACK = 1e-9
-"""Number of pitches by which the space to the centre is reduced, so that rounding does not add a turn."""
+"""Number of pitches by which the room for turns is reduced, so that rounding does not add a turn."""
 _ORIGIN = Point(0.0, 0.0)
 """Centre of all coils."""
 
@@ -147,12 +147,12 @@ class Outline(ABC):
 
     @property
     def ends(self) -> int | None:
-        """Number of allowed end positions per turn: turns are multiples of 1/ends. None if a layer may end anywhere."""
+        """Number of positions per turn at which a layer may end: turns are multiples of 1/ends. None if anywhere."""
         return self.sides or None
 
     @property
     def across(self) -> str:
-        """Text in a drawing that explains how the size is measured. Empty if no explanation is needed."""
+        """Text in a drawing that states how the size is measured. Empty if this needs no text."""
         if self.is_round:
             return "in diameter "
         if self.sides % 2:  # no two flats face each other
@@ -170,21 +170,21 @@ class Outline(ABC):
 
     @property
     def shrinks(self) -> float:
-        """Decrease of a turn's length (m) per metre by which the turn lies further inside."""
+        """Length (m) by which a turn becomes shorter if it lies one metre further inside."""
         return TWO_PI
 
     @abstractmethod
     def inwards(self, dimensions: SpiralDimensions, outer_angle: float) -> Path:
         """Return the centre line of a layer, wound counter-clockwise about the origin from the outside to the inside.
 
-        The layer begins at `outer_angle` (rad), or at the last allowed place before it.
+        The layer begins at `outer_angle` (rad), or at the last place before it at which layers of this shape may begin.
         """
 
     def start(self, angle: float, sense: int, is_mid_side: bool = False) -> float:
-        """Return the angle (rad) of the allowed start of a layer for a wanted start at `angle` (rad).
+        """Return the angle (rad) at which a layer starts if a start at `angle` (rad) is wanted.
 
-        `sense` is +1 for counter-clockwise winding and -1 for clockwise. `is_mid_side` is explained in
-        `SpiralDimensions`.
+        Polygons and racetracks start at certain places only. `sense` is +1 for counter-clockwise winding and -1 for
+        clockwise. `is_mid_side` is explained in `SpiralDimensions`.
         """
         return angle
 
@@ -218,7 +218,7 @@ class Outline(ABC):
 
     @property
     def outermost_turns(self) -> float:
-        """Number of turns at the outer edge before the winding moves inwards: 1 for polygons and racetracks, else 0."""
+        """Number of turns along the outer edge before the winding moves inwards: 1, or 0 for a circle."""
         return 1.0
 
     def inset(self, trace_width: float, pitch: float, turns: float) -> float:
@@ -229,7 +229,7 @@ class Outline(ABC):
         return trace_width + pitch * max(0.0, turns - self.outermost_turns)
 
     INWARD: ClassVar[tuple[float, float]] = (0.0, 0.0)
-    """Mean distance by which a turn lies further inside than its start, divided by the pitch, as two terms.
+    """Mean distance from the start of a turn inwards to its track, divided by the pitch, as two terms.
 
     It is the first term plus the second times the wound fraction of the turn (1 for a whole turn).
     """
@@ -340,8 +340,9 @@ class Round(Outline):
 class Polygon(Outline):
     """Regular polygon with one flat facing +x, or a rectangle.
 
-    Turns end at corners and step inwards after each whole turn. The flat at the inner end is (D - w)/2 - p floor(N) -
-    w/2 from the centre (size D, track width w, pitch p, N turns). This distance stays positive.
+    Turns end at corners and step inwards after each whole turn. The flat of the innermost track's inner edge is (D -
+    w)/2 - p floor(N) - w/2 from the centre. Here D is the size, w the track width, p the pitch and N the number of
+    turns. This distance stays positive.
     """
 
     @property
@@ -351,7 +352,7 @@ class Polygon(Outline):
 
     @property
     def shrinks(self) -> float:
-        """Decrease of a turn's length (m) per metre by which the turn lies further inside.
+        """Length (m) by which a turn becomes shorter if it lies one metre further inside.
 
         It is twice the tangent of half the change of direction at a corner, summed over the corners.
         """
@@ -433,8 +434,8 @@ class Polygon(Outline):
 class Racetrack(Outline):
     """Straight sides along x and half circles. Turns end at the joints of sides and half circles.
 
-    The innermost end is (D - w)/2 - p (N - 1/2) - w/2 from the axis (width D, track width w, pitch p, N turns). This
-    distance stays positive.
+    The innermost track's inner edge is (D - w)/2 - p (N - 1/2) - w/2 from the axis. Here D is the width, w the track
+    width, p the pitch and N the number of turns. This distance stays positive.
     """
 
     @property

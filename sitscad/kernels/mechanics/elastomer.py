@@ -91,7 +91,7 @@ class Face:
         return max(self.width_x, self.width_y) / min(self.width_x, self.width_y)
 
     def grown(self, width: float) -> Face:
-        """Return the face with `width` (m, any sign) added to both widths. At least 5 % of each width remains."""
+        """Return the face with both widths increased by `width` (m, any sign). At least 5 % of each width remains."""
         return Face(
             max(0.05 * self.width_x, self.width_x + width), max(0.05 * self.width_y, self.width_y + width), self.round
         )
@@ -101,9 +101,9 @@ class Face:
 class Surround:
     """Material round a loaded face: rim of the pad, film and webs.
 
-    `rim` (m) is the width by which the pad is wider than the face on each side (see `even_rim`). `film`, `film_modulus`
-    and `film_exponent` are thickness (m), shear modulus (Pa) and Ogden exponent of a film that is bonded to pad and
-    target. `webs` are strips of the pad's material that join it to neighbouring pads (width in m).
+    `rim` (m) is the width by which the pad extends beyond the face on each side (see `even_rim`). The film is bonded to
+    pad and target: `film` is its thickness (m), `film_modulus` its shear modulus (Pa), `film_exponent` its Ogden
+    exponent. `webs` are strips of the pad's material that join it to neighbouring pads (width in m).
     """
 
     rim: float = 0.0
@@ -179,10 +179,10 @@ class Compression:
 
     @property
     def doubt(self) -> float:
-        """Standard deviation of the strain below `strain` (no unit), for a pad that is loaded on a part of its face.
+        """Root mean square distance of possible strains from `strain` (no unit), for a pad that is loaded on a part.
 
-        All strains between `least_strain` and `strain` are taken as equally likely. Their root mean square distance
-        from `strain` is the difference divided by sqrt 3 (uniform distribution, textbook).
+        All strains between `least_strain` and `strain` are taken as equally likely. The result is the difference of
+        both, divided by sqrt 3 (uniform distribution, textbook).
         """
         return (self.strain - self.least_strain) / math.sqrt(3.0)
 

@@ -158,8 +158,8 @@ class Motion:
 
         Moments are about the displaced middle of the plate.
 
-        `slopes` (n, 3; N) are derivatives by the place and `turning` (n, 3; N m) by the rotation vector, both in the
-        frame.
+        `slopes` (n, 3; N) are derivatives with respect to the place, `turning` (n, 3; N m) derivatives with respect to
+        the rotation vector. Both are in axes of the frame.
 
         Notes
         -----
@@ -206,7 +206,7 @@ Rows: TypeAlias = list[list[Number]]
 """Matrix as a list of rows."""
 
 SHORT, LARGE = 0.25, 10.0
-"""Largest squared rotation angles (rad2) for which `FEW` and `TERMS` terms of the series are exact to rounding."""
+"""Largest squared rotation angles (rad2) at which `FEW` terms and `TERMS` terms of the series are exact to rounding."""
 
 FEW, TERMS = 7, 13
 """Numbers of terms in the series of Stumpff's functions, for small and for large rotations."""
@@ -218,9 +218,9 @@ THREE, PAIRS = range(3), ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 class StiffnessLaw(NamedTuple):
     """Dimensionless stiffness law of a pad at one compressive strain.
 
-    `pressure` and `pressure_slope` are the pressure and its derivative by the strain. `values`, `slopes` and `bends`
-    hold the five stiffness curves of `pad.StiffnessCurves`, and their first and second derivatives by the strain.
-    `twist` is the stiffness for rotation in the plane of the pad.
+    `pressure` and `pressure_slope` are the pressure and its derivative with respect to the strain. `values` are the
+    five stiffness curves of `pad.StiffnessCurves` at this strain. `slopes` and `bends` are their first and second
+    derivatives. `twist` is the stiffness for rotation in the plane of the pad.
     """
 
     pressure: Number
@@ -308,11 +308,11 @@ def energy_derivatives(
 
 
 def _pad_energy_derivatives(law: StiffnessLaw, place: Vector, turn: Vector) -> tuple[list[Number], Rows]:
-    """Return gradient (6) and Hessian (6 rows of 6) of the pad's energy by place and rotation vector.
+    """Return gradient (6) and Hessian (6 rows of 6) of the pad's energy with respect to place and rotation vector.
 
     `energy_derivatives` defines the units. With the place (x, y, z) and the rotation vector (a, b, c), the energy has
     two parts. The first is (along x^2 + across y^2 + tilt_x a^2 + tilt_y b^2 + twist c^2) / 2 + cubic (x^2 + y^2)^2 /
-    4. The second is the energy of the pressure. All coefficients but twist depend on the strain 1 - z.
+    4. The second is the energy of the pressure. All coefficients except twist depend on the strain 1 - z.
     """
     (x, y, _), (a, b, c) = place, turn
     along_x, along_y, cubic, tilt_x, tilt_y = law.values
@@ -355,7 +355,7 @@ def _cross(first: Vector, second: Vector) -> Vector:
 
 
 def _work(force: Vector, arm: Vector, share: float, turn: Vector, c: tuple[Number, ...]) -> tuple[Vector, Rows]:
-    """Return gradient (3) and Hessian (3 rows of 3) of the work of a force, by the rotation vector.
+    """Return gradient (3) and Hessian (3 rows of 3) of the work of a force with respect to the rotation vector.
 
     `arm` (3) is the point at which the force acts; it is rotated by `share` times the rotation vector `turn`. `c` are
     Stumpff's functions of the squared angle. `energy_derivatives` defines the units. These are the derivatives of f
@@ -385,10 +385,10 @@ def _work(force: Vector, arm: Vector, share: float, turn: Vector, c: tuple[Numbe
 
 
 def _force_in_frame(force: Vector, share: float, turn: Vector, c: tuple[Number, ...]) -> tuple[Vector, Rows]:
-    """Return a force (3) in the axes of the frame, and its derivatives (3 rows of 3) by the rotation vector.
+    """Return a force (3) in axes of the frame, and its derivatives (3 rows of 3) with respect to the rotation vector.
 
     The frame is rotated by `share` times the rotation vector `turn`. `c` are Stumpff's functions of the squared angle.
-    The result is R(-t) f by Rodrigues' formula, with derivatives as in `_work`.
+    The result is R(-t) f by Rodrigues' formula. Its derivatives are computed like those in `_work`.
     """
     squared, fd, odd = share * share, _dot(force, turn), _cross(turn, force)
     odd_term, turned = 0.5 * (c[3] - c[2]), c[4] - 0.5 * c[3]

@@ -58,8 +58,10 @@ class StiffnessCurves:
     The five curves are, in order: shear along x, shear along y, the cubic term of shear, tilt about x, tilt about y.
     Both directions have the same cubic term, so that forces derive from an energy. Stresses are divided by the shear
     modulus, moments by area, shear modulus and thickness. `squeeze` returns the pressure at a strain. `twist` is the
-    stiffness for rotation in the plane of the pad. `pieces` (pieces, 4, 5) are the coefficients of Hermite's cubics in
-    the fraction (0 to 1) of a piece. They are from the constant term up, for each curve.
+    stiffness for rotation in the plane of the pad.
+
+    Between tabulated strains, each curve is Hermite's cubic in the position (0 to 1) between two strains. `pieces`
+    (pieces, 4, 5) are its four coefficients, the constant first, for each of the five curves.
     """
 
     squeeze: pad_law.CompressionLaw
@@ -67,7 +69,7 @@ class StiffnessCurves:
     twist: float
 
     def at(self, strain: Array) -> tuple[Array, Array]:
-        """Return values and derivatives by the strain of the five stiffness curves (n, 5 each) at strains (n)."""
+        """Return the five stiffness curves and their derivatives with respect to strain (n, 5 each) at strains (n)."""
         part, (value, first, second, third) = self._piece(strain)
         return value + part * (first + part * (second + part * third)), (
             first + part * (2.0 * second + 3.0 * part * third)
@@ -134,15 +136,15 @@ def stiffness_curves(block: pad_law.Block, bulk_modulus: float) -> StiffnessCurv
 
 
 TOLERANCE = 2e-6
-"""Largest last step of Newton's method, in thicknesses and radians, at which the search for a pose ends.
+"""Largest last step of Newton's method at which the search for a pose ends, in thicknesses (place) and rad (rotation).
 
 The remaining error is proportional to the square of this step.
 """
 
 SQUARE = 0.2
-"""Largest previous step of Newton's method, in thicknesses and radians, from which the next step is predicted.
+"""Largest previous step of Newton's method from which the next step is predicted, in thicknesses and radians.
 
-Below it, Newton's method converges quadratically.
+With smaller steps, Newton's method converges quadratically.
 """
 
 SETTLED = 1e-11
@@ -218,7 +220,7 @@ class BondedPad:
 
     @property
     def sigma(self) -> float:
-        """Standard deviation of the forces by the law, divided by the force."""
+        """Standard deviation of the force that the pad law computes, divided by the force."""
         return pad_law.force_sigma(self.block)
 
     def pressure(self, strain: Array) -> Array:
@@ -284,7 +286,7 @@ class BondedPad:
         return wrench
 
     def _slopes(self, place: Array, turn: Array) -> tuple[Array, Array]:
-        """Return the derivatives of the pad's energy by place and by rotation vector (n, 3 each).
+        """Return the derivatives of the pad's energy with respect to place and to rotation vector (n, 3 each).
 
         `place` (n, 3; divided by the thickness) and the rotation vector `turn` (n, 3; rad) are in the frame. Results
         are divided by shear modulus times area, the second also by the thickness.
@@ -303,7 +305,7 @@ class BondedPad:
         return slopes, turning
 
     def stiffness(self, poses: Array) -> Array:
-        """Return the derivatives of `force` by the pose (n, 6, 6; N/m, N/rad, N, N m/rad).
+        """Return the derivatives of `force` with respect to the pose (n, 6, 6; N/m, N/rad, N, N m/rad).
 
         They are central differences. Rows are components of `force`, columns are components of a pose.
         """
@@ -409,8 +411,8 @@ class BondedPad:
     def _followed(self, start: Array, wrenches: Array, points: Array, free: slice) -> Array:
         """Return places and angles in equilibrium (n, 6; thicknesses, rad), with the load applied in several steps.
 
-        Arguments are explained in `_balanced`. In `SHEAR_STEPS` steps, shear, moments, rotations and the distance of
-        the load from the middle grow to their values.
+        Arguments are explained in `_balanced`. Shear, moments, rotations and the distance of the load from the middle
+        reach their values in `SHEAR_STEPS` equal steps.
         """
         whole, turns, there = np.zeros_like(wrenches), start[:, 3:].copy(), start.copy()
         whole[:, 2] = wrenches[:, 2]
@@ -424,9 +426,9 @@ class BondedPad:
     def _balanced(self, start: Array, wrenches: Array, points: Array, free: slice) -> Array:
         """Return places and angles (n, 6; thicknesses, rad) in equilibrium, by Newton's method.
 
-        `start` (n, 6) are the first places and angles. Only the unknowns `free` change. The result is NaN if the method
-        does not converge, or if the equilibrium is unstable. Lengths are in thicknesses, forces in shear moduli times
-        area.
+        `start` (n, 6) are the first places and angles, `wrenches` (n, 6) forces and moments, `points` (n, 3) the load
+        points. Only the unknowns `free` change. The result is NaN if the method does not converge, or if the
+        equilibrium is unstable. Lengths are in thicknesses, forces in shear moduli times area.
         """
         turn = rotations(start[:, 3:])
         vectors = rotation_vectors(turn)

@@ -8,11 +8,14 @@ side up to fourteen) and strain up to 35 %. Lengths are divided by the thickness
 unless a docstring states another unit. The shape factor is the loaded area divided by the free side area.
 
 `Ogden` holds factors for a silicone whose Ogden exponent alpha is not 2. Its energy is W = (2 mu / alpha^2) (sum of
-stretch^alpha - 3) (Ogden 1972); 2 is neo-Hookean. Two terms are textbook: -(alpha - 2)/4 of the strain for a bar, and
-(alpha^2 - 4)/24 of the squared shear. In a flat pad, material that bulges outwards is sheared. The shear is the strain
-times the distance from the middle divided by the thickness, times a factor from three (disc) to six (strip). This gives
-13 to 14 times the squared shape factor. The remaining factors are fitted to our own finite elements with exponents 2 to
-4 (tests/validation/ogden_figures.csv).
+stretch^alpha - 3) (Ogden 1972); 2 is neo-Hookean. The stiffness then changes by a fraction with two textbook terms. The
+first is -(alpha - 2)/4 times the strain of a bar, the second (alpha^2 - 4)/24 times the squared shear.
+
+In a flat pad, material that bulges outwards is sheared. At the bonded faces, the shear is the strain times the distance
+from the middle divided by the thickness, times a factor from three (disc) to six (strip). The mean of the squared shear
+is then 13 to 14 times the squared shape factor times the squared strain. In this mean, each place has the weight of its
+shear energy. The remaining factors are fitted to our own finite elements with exponents 2 to 4
+(tests/validation/ogden_figures.csv).
 """
 
 from __future__ import annotations
@@ -70,7 +73,7 @@ class Ogden:
 
     @property
     def film_hardening(self) -> float:
-        """Relative increase of the film's shear stiffness, divided by the squared shear strain: as `hardening`."""
+        """Relative increase of the film's shear stiffness, divided by the squared shear strain (see `hardening`)."""
         return (self.skin_exponent * self.skin_exponent - 4.0) / 24.0
 
     def pressure(self, strain: Number) -> Number:
@@ -83,7 +86,7 @@ class Ogden:
         return 1.0 + self._more(strain, linear, 1.0 + flat + 5.6 * strain)
 
     def shear(self, strain: Number) -> Number:
-        """Return the addition to the shear stiffness at a compressive strain, divided by the stiffness at rest.
+        """Return the change of the shear stiffness at a compressive strain, divided by the shear stiffness at rest.
 
         It is fitted to our own finite elements (tests/validation/ogden_figures.csv).
         """
@@ -94,8 +97,8 @@ class Ogden:
     def tilt(self, strain: Number) -> Number:
         """Return the factor (no unit) on the neo-Hookean tilt stiffness at a compressive strain.
 
-        It depends on the derivative of the pressure by the strain. It is fitted to our own finite elements
-        (tests/validation/ogden_figures.csv).
+        The tilt stiffness depends on the derivative of the pressure with respect to the strain. The factor is fitted to
+        our own finite elements (tests/validation/ogden_figures.csv).
         """
         square = self.shape_factor**2
         flat = 29.3 * square * (1.0 - 0.43 * self.oblong - 0.15 * self.round)
@@ -140,15 +143,15 @@ RIM_SIGMA = 0.03
 FILM_SIGMA = 0.08
 """Standard deviation of the part of the force that a film carries, divided by this part.
 
-Films were fitted to elements of third degree. After a thin stiff film has buckled, these are up to 8 % stiffer than
-elements of fourth degree.
+Films were fitted to elements of third degree. For a thin stiff film that has buckled, elements of third degree are up
+to 8 % stiffer than elements of fourth degree.
 """
 
 RIM_COUNTS = 0.1
-"""Width of a rim, divided by the thickness, at which 63 % of `RIM_SIGMA` apply.
+"""Width of a rim, divided by the thickness, at which the error for a rim is 63 % of `RIM_SIGMA`.
 
-The factor on `RIM_SIGMA` is 1 - exp(-width / `RIM_COUNTS`). The narrowest validated rim, 0.25, has nearly the whole
-effect.
+The factor on `RIM_SIGMA` is 1 - exp(-width / `RIM_COUNTS`), with the width divided by the thickness. It is 0.92 for the
+narrowest validated rim, 0.25.
 """
 
 RIM_HIDES = 0.36
@@ -158,9 +161,10 @@ The value is assumed, unverified.
 """
 
 OGDEN_SIGMA = 0.01
-"""Standard deviation of the force, divided by the force, per unit of difference of the Ogden exponent from 2.
+"""Standard deviation of the force, divided by the force, for an Ogden exponent that differs from 2 by one.
 
-It holds for shape factors up to 1, and is multiplied by the third power of larger shape factors.
+It is proportional to the difference, for shape factors up to 1. For larger shape factors it is also multiplied by the
+shape factor's third power.
 """
 
 OGDEN_RIM = 0.3  # Thicknesses of rim within which the factors of an exponent go over into those of a wide rim
@@ -247,9 +251,10 @@ class Block:
 def pressure_stiffness(block: Block) -> float:
     """Return the part of the compression modulus that comes from the pressure between bonded plates.
 
-    It is divided by the shear modulus: 12 / h^2 times the mean of the torsion function, 3 J / A (Gent and Meinecke
-    1970). J of a rectangle follows Roark's formula within 0.5 %. J of an ellipse is exact (Timoshenko and Goodier,
-    Theory of Elasticity).
+    It is divided by the shear modulus. The formula is 12 / h^2 times the mean of the torsion function, 3 J / A (Gent
+    and Meinecke 1970). Here h is the thickness, A the loaded area and J the torsion constant of the face. J of a
+    rectangle follows Roark's formula within 0.5 %. J of an ellipse is exact (Timoshenko and Goodier, Theory of
+    Elasticity).
     """
     long, wide = max(block.along, block.across), min(block.along, block.across)
     edged = long * wide**3 * (1.0 / 3.0 - 0.21 * wide / long * (1.0 - (wide / long) ** 4 / 12.0)) / (long * wide)
@@ -305,9 +310,9 @@ def force_sigma(block: Block) -> float:
 def rim_factor(block: Block, most: float, power: float, reach: float) -> float:
     """Return the factor (no unit) by which a rim increases a stiffness: 1 without rim.
 
-    At a shape factor of 1 it is up to 1 + `most`. The increase is proportional to shape factor^(-`power`) and to 1 -
-    exp(-rim / `reach`), with lengths divided by the thickness. It is fitted to finite elements
-    (tests/validation/pad_figures.csv).
+    A wide rim increases the stiffness by the fraction `most` at a shape factor of 1. For other shape factors, this
+    fraction is multiplied by shape factor^(-`power`). For narrower rims, it is multiplied by 1 - exp(-rim / `reach`).
+    Lengths are divided by the thickness. The form is fitted to finite elements (tests/validation/pad_figures.csv).
     """
     if block.rim <= 0.0:
         return 1.0
@@ -340,7 +345,7 @@ class CompressionLaw:
 
     @property
     def at_rest(self) -> float:
-        """Pressure divided by strain at small strain, and by the shear modulus, including the film."""
+        """Normal pressure divided by strain and by the shear modulus, at small strain, including the film."""
         return self.modulus + self.film.rest
 
     def __call__(self, strain: Array) -> Array:
@@ -357,9 +362,10 @@ class CompressionLaw:
         return self._course(bound, self.film.at(bound)) * _lindley(strain)
 
     def _course(self, bound: Number, film: Number) -> Number:
-        """Return the pressure divided by Lindley's strain measure and the shear modulus, at strains `bound`.
+        """Return the pressure divided by Lindley's strain measure and by the shear modulus, at the strains `bound`.
 
-        The strains are from `LEAST_STRAIN` to `MOST_STRAIN`. `film` is the contribution of the film at these strains.
+        The strains are limited to the range from `LEAST_STRAIN` to `MOST_STRAIN`. `film` is the contribution of the
+        film at these strains.
         """
         pad = self.modulus * (1.0 + self.first * bound + self.second * bound * bound)
         if self.ogden is None:
@@ -368,7 +374,7 @@ class CompressionLaw:
         return pad * self.ogden.pressure(bound) + film * (1.0 + more * bound * bound)
 
     def strain(self, load: float, within: float = 1e-14) -> float:
-        """Return the compressive strain under a pressure `load`, which is divided by the shear modulus (0 or more).
+        """Return the compressive strain under a pressure `load` (0 or more), which is divided by the shear modulus.
 
         `within` is the relative tolerance of the strain. The method is the secant method with bisection (textbook).
         """
@@ -459,9 +465,10 @@ def tilt_stiffness(block: Block) -> Callable[[Array], Array]:
 
     Notes
     -----
-    At rest it is 3 mu I (1.13 + pressure). The pressures of infinite strips along both axes are added as resistances.
-    They are a^2 / 15 for a face that is short along the axis, and b^2 / 3.6 for a face that is short across. The form
-    is derived here, constants are fitted to our own finite elements (tests/validation/pad_figures.csv).
+    At rest it is 3 I (1.13 + p). I is the second moment of the face divided by its area, and p the contribution of the
+    pressure. Two strips that are infinitely long along either axis contribute a^2 / 15 (face short along the axis) and
+    b^2 / 3.6 (face short across). p is their product divided by their sum, like resistances in parallel. The form is
+    derived here, constants are fitted to our own finite elements (tests/validation/pad_figures.csv).
     """
     a, b, flat, oblong, ogden = block.along, block.across, block.flatness, block.oblongness, block.ogden
     moment = (4.0 - block.round) / 48.0 * a * a

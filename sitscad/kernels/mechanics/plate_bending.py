@@ -1,11 +1,11 @@
 """Bending of a thin plate on a soft pad under a load on a part of the plate. SI units.
 
 The model is Kirchhoff's plate with free edges on independent springs (Winkler), which have the stiffness of the pad. A
-bonded silicone pad also spreads pressure sideways within about its thickness, so real plates bend less. If the bending
-is near a tenth of the displacement, strips bend 10 % less than in the model. Squares twice as long as the loaded part
-bend 40 % less, and squares hardly longer than the loaded part 65 % less or more (finite elements,
-tests/validation/test_foil_on_pad.py). A uniform load on the whole plate causes no bending in the model. In reality the
-pad is softer near its rim.
+bonded silicone pad also spreads pressure sideways over about its thickness, so real plates bend less. Finite elements
+show by how much if the bending is near a tenth of the displacement (tests/validation/test_foil_on_pad.py). Strips bend
+10 % less than in the model. Squares twice as long as the loaded part bend 40 % less. Squares hardly longer than the
+loaded part bend 65 % less or more. A uniform load on the whole plate causes no bending in the model. In reality the pad
+is softer near its rim.
 """
 
 from __future__ import annotations

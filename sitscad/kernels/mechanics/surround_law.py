@@ -29,7 +29,7 @@ from sitscad.data import rows
 COURSES = ("press", "shear", "tilt")
 """Names of the three stiffness curves of a film: compression, shear along an axis, tilt of this axis."""
 MODULI, SKINS, SHAPES = (1.0, 40.0), (0.03, 0.4), (0.35, 1.6)
-"""Ranges (lowest, highest) in which the contribution of a film is fitted. Values outside are clipped.
+"""Ranges (lowest, highest) of film and face in which the contribution of a film is fitted. Values outside are clipped.
 
 `MODULI` are shear moduli of the film divided by the pad's, `SKINS` film thicknesses divided by the pad's thickness, and
 `SHAPES` shape factors of the face.
@@ -43,10 +43,10 @@ GRID = np.linspace(0.0, MOST, 351)  # Strains at which the least share of a film
 class Film:
     """Contribution of a film to one stiffness of a pad, divided by the pad's shear modulus.
 
-    `rest` is the contribution at zero strain. `course` holds the four coefficients of its change with strain
-    (`_relative_contribution`). `pulled` is the slope of the relative contribution for a small tension, which occurs if
-    shear lowers the target. `floor` is the least relative contribution at evenly spaced strains from 0 to `MOST`. With
-    this limit, the force in the film never decreases with strain. Empty if there is no limit.
+    `rest` is the contribution at zero strain. The relative contribution is the contribution divided by `rest`. `course`
+    holds the four coefficients of its change with strain (`_relative_contribution`). `pulled` is its slope for a small
+    tension, which occurs if shear lowers the target. `floor` is its least value at evenly spaced strains from 0 to
+    `MOST`, so that the force in the film never decreases with strain. `floor` is empty if there is no limit.
     """
 
     rest: float = 0.0
@@ -109,9 +109,9 @@ def wall_stiffness(length: float, width: float, shape: float, film: float) -> di
     """Return the stiffness contributions of an unbuckled wall round a face, by name (textbook).
 
     They are divided by the pad's shear modulus. `length` and `width` are the face's, divided by the thickness; `shape`
-    is its shape factor. `film` is t m, relative thickness times relative modulus. "press" is the wall's compression
-    stiffness divided by the area of the face. "shear" is the stiffness of the two walls along the force, and "tilt" the
-    bending stiffness of all four walls.
+    is its shape factor. `film` is the wall's relative thickness times its relative modulus. "press" is the wall's
+    compression stiffness divided by the area of the face. "shear" is the stiffness of the two walls along the force,
+    and "tilt" the bending stiffness of all four walls.
     """
     return {
         "press": film / shape,
@@ -154,8 +154,8 @@ def film_contributions(
 ) -> tuple[Film, Film, Film]:
     """Return the contributions of a film to compression, to shear along the first axis, and to tilt of this axis.
 
-    They are stiffnesses divided by the area of the face and the pad's shear modulus: `wall_stiffness` times the
-    exponential of the fitted sum of `correction_terms`.
+    They are stiffnesses divided by the area of the face and the pad's shear modulus. Each is `wall_stiffness` times the
+    exponential of a sum of `correction_terms` with fitted coefficients.
 
     Parameters
     ----------

@@ -94,10 +94,10 @@ PAIRS = tuple((one, two) for k, one in enumerate(KINDS) for two in KINDS[k:])
 
 
 def on_surface(counts: Sequence[int]) -> Index:
-    """Return a number (no unit) for each product of functions along x, y and z; -1 if it is zero on the box's surface.
+    """Return a number for each product of functions along x, y and z; -1 if the product is zero on the box's surface.
 
     `counts` are the numbers of functions along x, y and z, and the shape of the result. The last function along each
-    axis is not 0 at the end of the axis.
+    axis is the only function that is not 0 at the end of the axis.
     """
     number = np.full(counts, -1)
     is_outer = np.zeros(number.shape, dtype=bool)
@@ -140,7 +140,7 @@ class _Axis:
 
 @record(eq=False)
 class _FieldDrive:
-    """Squared coefficients (m) with which a pair of surface functions drives fields inside the body.
+    """Squared coefficients (m) with which a pair of surface functions excites the fields inside the body.
 
     `amounts` has one coefficient for each field. `end_axes` are the axes along which both functions have the end
     function as factor; coefficients are summed over them. `level` maps each of these axes to the coefficients of fields
@@ -166,7 +166,7 @@ class _FieldDrive:
 
 @record(eq=False)
 class _Entries:
-    """Positions in a symmetric matrix (`size`, `size`) at which pairs of functions stand: their `rows` and `columns`.
+    """Positions of pairs of functions in a symmetric matrix (`size`, `size`), as `rows` and `columns`.
 
     `functions` flags, among all pairs, the pairs with both functions in use.
     """

@@ -37,9 +37,10 @@ ACROSS = ((1, 2), (0, 2), (0, 1))
 """The two axes in the plane of a face, by the axis normal to the face."""
 
 TURN = (1.0, -1.0, 1.0)
-"""Sign of the current n x grad psi in a face's axes a and b, by the axis normal to the face (no unit).
+"""Sign of the current e x grad psi in a face's axes a and b, by the axis normal to the face (no unit).
 
-n x grad psi is -dpsi/db along a and dpsi/da along b. Faces normal to y have the opposite sign.
+The unit vector e is normal to the face. The current is -dpsi/db along a and dpsi/da along b. Faces normal to y have the
+opposite sign.
 """
 
 THICKNESS = 2
@@ -104,9 +105,10 @@ class BoxClass:
         return linkages[self.functions.kept]
 
     def spread(self, functions: Array) -> Array:
-        """Return the weights (points, 3, m; m) of potentials in the linkages of m current patterns `functions` (n, m).
+        """Return the weights (points, 3, m; m) of the potential at points in the flux linkages of m current patterns.
 
-        A weight is also the current moment (A m) at a point that represents the pattern at a distance.
+        `functions` (n, m) are the patterns as weights of the n stream functions. A weight is also the current moment (A
+        m) at a point that represents the pattern at a distance.
         """
         pieces, whole = [], np.zeros((self.functions.kept.size, functions.shape[1]))
         whole[self.functions.kept] = functions

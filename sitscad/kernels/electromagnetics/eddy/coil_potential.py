@@ -36,7 +36,10 @@ FINE = 0.36
 """Grid spacing divided by the lowest tabulated height."""
 
 ROOM = 3.6
-"""Side of the grid divided by the coil's diameter, or by half the diameter plus the reach if this is larger."""
+"""Side of the square grid, divided by a length: the coil's diameter, or half of it plus `reach` if this is larger.
+
+`reach` is the radius about the coil's centre in which the potential is needed (see `coil_potentials`).
+"""
 
 LEVELS = 5
 """Number of heights tabulated per octave (doubling of the height)."""
@@ -57,13 +60,13 @@ AT_ONCE = 8192
 """Number of points interpolated at once, so that intermediate arrays stay in a processor's cache."""
 
 REPEATED = 14
-"""Number of repeated images between two mirrors, counted on each side, that are included as dipoles far away."""
+"""Number of repeated images between two mirrors, counted on each side, that are included as distant dipoles."""
 
 FAR = 0.5
-"""Least height above a dipole, divided by the grid's side, at which its repetitions are summed as waves.
+"""Least height above a dipole at which its periodic repetitions are summed as waves, divided by the grid's side.
 
-At lower heights, a uniform field replaces the repetitions beyond the eight nearest, with an error of up to 5e-4 of the
-coil's field.
+The Fourier transform repeats the coil periodically. At lower heights, only the eight nearest repetitions are dipoles. A
+uniform field replaces all others, with an error of up to 5e-4 of the coil's field.
 """
 
 FAR_BETWEEN = 0.25
@@ -374,8 +377,8 @@ def _spline(x: Array) -> tuple[Index, Array]:
 def _interpolated(octave: _Octave, points: Array, height: Array, half: float) -> ComplexArray:
     """Return the potential (n; Wb/m) at points (n, 2 or 3; m; x and y are used) and heights above the coil (n; m).
 
-    `half` (m) is half the side of the grid. Cubic splines interpolate on the grids, Lagrange's polynomial over the
-    logarithm of the height (Abramowitz and Stegun 25.2.13).
+    `half` (m) is half the side of the grid. On each grid, cubic splines interpolate. Between the heights of the grids,
+    Lagrange's polynomial in the logarithm of the height interpolates (Abramowitz and Stegun 25.2.13).
     """
     count = len(octave.waves)
     (columns, along_x), (rows, along_y) = (_spline((points[:, axis] + half) / octave.spacing) for axis in (0, 1))
@@ -403,8 +406,8 @@ def _images(k: float, floor: Plane | None, roof: Plane | None) -> tuple[tuple[fl
     """Return a coil and its images as (way, shift in m, strength without unit), with the coil first.
 
     `floor` and `roof` are the mirrors below and above, or None. A current at height z has its image at height way z +
-    shift, with way 1 or -1. The strength holds for horizontal currents. The mirrors' reflection factors are taken at
-    the wave number `k` (1/m).
+    shift, with way 1 or -1. The strength is the image's horizontal current divided by the coil's. It follows from the
+    mirrors' reflection factors at the wave number `k` (1/m).
     """
     at, images = np.array([k]), [(1.0, 0.0, 1.0 + 0.0j)]
     ends = [None if plane is None else complex(plane.factor(at)[0]) for plane in (floor, roof)]
@@ -443,8 +446,8 @@ def _dipoles(
 def _dipole_potential(points: Array, dipole: _Dipole) -> ComplexArray:
     """Return A_x + i A_y (n; Wb/m) of a dipole at points (n, 3; m).
 
-    The loop has mu0 / (4 pi) m x r / r^3 (Jackson, Classical Electrodynamics, equation 5.55). Its open ends are one
-    short piece of current.
+    The loop has mu0 / (4 pi) m x r / r^3 (Jackson, Classical Electrodynamics, equation 5.55). The gap between the
+    winding's open ends counts as one short piece of current.
     """
     square = points[:, 0] ** 2 + points[:, 1] ** 2 + (points[:, 2] - dipole.height) ** 2
     around = dipole.moment * 1j * (points[:, 0] + 1j * points[:, 1]) / (square * np.sqrt(square))

@@ -164,10 +164,12 @@ class DiscFunctions:
 
     @cached_property
     def projections(self) -> tuple[Array, Array, Array, Array]:
-        """Weights (points, n; m) with which a vector potential drives the n functions, for its four components.
+        """Four arrays (points, n; m), one for each component of a vector potential, that give the n flux linkages.
 
-        The components are, in this order: along circles of a face, along radii of a face, along circles of the wall,
-        along the height of the wall. Derived here from the current n x grad psi of a stream function psi.
+        Each array has the weights of the component's values at the points in the flux linkages of the n functions. The
+        components are, in this order: along circles of a face, along radii of a face, along circles of the wall, along
+        the height of the wall. Derived here from the surface current e x grad psi of a stream function psi. Here e is
+        the unit vector normal to the surface.
         """
         disc, shape = self.disc, self.disc.meridian
         on_face = shape.on_face
@@ -220,9 +222,10 @@ class DiscClass:
         return np.asarray(round_face.T @ azimuthal + out_face.T @ out + round_wall.T @ round_it + up_wall.T @ up)
 
     def spread(self, functions: Array) -> Array:
-        """Return the weights (points, 3, m; m) of potentials in the linkages of m current patterns `functions` (n, m).
+        """Return the weights (points, 3, m; m) of the potential at points in the flux linkages of m current patterns.
 
-        A weight is also the current moment (A m) at a point that represents the pattern at a distance.
+        `functions` (n, m) are the patterns as weights of the n stream functions. A weight is also the current moment (A
+        m) at a point that represents the pattern at a distance.
         """
         azimuthal, out, round_it, up = (projection @ functions for projection in self.functions.projections)
         on_face, on_wall = self._waves
@@ -275,7 +278,7 @@ class Disc:
 
     @property
     def mirrored(self) -> None:
-        """None (no unit): mirror planes are not used for a disc.
+        """None, because mirror planes are not used for a disc.
 
         Orders and phases divide the currents into more classes than mirror planes would.
         """

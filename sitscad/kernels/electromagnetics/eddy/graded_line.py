@@ -30,8 +30,8 @@ class GaussianSum:
     """Approximation of 1/R (1/m) as the sum of weights exp(-(scales R)^2), for R between two distances.
 
     `scales` and `weights` (Gaussians) are in 1/m. Each term is a product of functions of x, y and z, so integrals over
-    boxes separate. The sum is too small at shorter distances. On a surface, `tail` (m) times a delta function replaces
-    the missing part.
+    boxes separate. At shorter distances, the sum is less than 1/R. On a surface, the missing part is a delta function
+    times `tail` (m).
 
     Notes
     -----
@@ -168,8 +168,8 @@ class LineModes:
 def line_modes(mass: Array, stiffness: Array) -> tuple[Array, LineModes]:
     """Return combinations of functions (n, n; columns, no unit) that are orthogonal, and their integrals.
 
-    `mass` and `stiffness` (n, n) are the integrals of the given functions (textbook). Only the last function is not 0
-    at the end: it is 1 there. `LineModes` describes the combinations.
+    `mass` and `stiffness` (n, n) are the integrals of the given functions (textbook). Only the last function differs
+    from 0 at the end: its value there is 1. `LineModes` describes the combinations.
     """
     root = np.linalg.inv(np.linalg.cholesky(mass[:-1, :-1]))
     squares, vectors = np.linalg.eigh(root @ stiffness[:-1, :-1] @ root.T)
@@ -183,7 +183,7 @@ def line_modes(mass: Array, stiffness: Array) -> tuple[Array, LineModes]:
 
 @record(eq=False)
 class GradedLine:
-    """Even and odd functions on a line from -half to half (m), dense in knots towards both ends.
+    """Even and odd functions on a line from -half to half (m): splines with knots that are dense towards both ends.
 
     `nodes` (m) are the places at which functions are stored. `values` (nodes, n) are the functions by parity (1 even,
     -1 odd). All but the last function of each parity are 0 at the ends. The last function is a constant or a straight

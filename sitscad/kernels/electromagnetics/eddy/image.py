@@ -48,11 +48,12 @@ class Folding:
         return np.asarray(self.mirrored_points[0])
 
     def kernels(self, points: Array, mirror: Mirror) -> Kernels:
-        """Return the sums of inverse distances (two arrays (4, n, n); 1/m) from the quarter's points to mirror images.
+        """Return sums of inverse distances (two arrays (4, n, n); 1/m) from the quarter's points to mirror images.
 
-        The two arrays are for currents along and across the mirror. The first axis is the copy of the quarter: itself,
-        mirrored across x = 0, across y = 0, across both. `points` (all, 3; m) cover the whole surface. Points in a
-        symmetry plane, which are their own copies, have a lower weight so that they count once.
+        The first array is for currents parallel to the mirror, the second for currents perpendicular to it. The first
+        axis is the copy of the quarter: itself, mirrored across x = 0, across y = 0, across both. `points` (all, 3; m)
+        cover the whole surface. A point in a symmetry plane is its own copy. It has a lower weight, so that it counts
+        once.
         """
         weights = 0.25 * self.root_multiplicity[:, None] * self.root_multiplicity
         each = [inverse_distances(points[self.kept], points[numbers], mirror) for numbers in self.mirrored_points]
@@ -179,9 +180,9 @@ Components along the conductor are reversed, the component perpendicular to it i
 class Roof:
     """Metal in front of a target, replaced by planes that reflect fields.
 
-    A plane reflects like a perfect conductor, multiplied by a strength (no unit). `planes` (height in m, complex
-    strength) together represent the metal. `far` (height in m, real strength) is a single plane for waves that are
-    reflected repeatedly between both mirrors.
+    A plane reflects like a perfect conductor, multiplied by a strength (no unit). The `planes` (height in m, complex
+    strength) together represent the metal. `far` (height in m, real strength) is one plane that represents it for waves
+    that are reflected several times between both mirrors.
     """
 
     planes: tuple[tuple[float, complex], ...]
@@ -419,15 +420,15 @@ def _significant_currents(densities: Array, inverse: Sequence[Array]) -> Array:
 
 
 def _is_kept(size: Array) -> Flags:
-    """Whether each current pattern is significant, judged by its squared singular value (n, rising; H2/m2).
+    """Whether each current pattern is significant, by its squared singular value (n, rising; H2/m2).
 
-    The least significant value is 1e-9 of the largest value or the square of 0.01 `LEAST`, whichever is larger.
+    Significant values are above 1e-9 of the largest value, and above the square of 0.01 `LEAST`.
     """
     return size > max(float(size[-1]) * 1e-9, (0.01 * LEAST) ** 2)  # squared singular values (H2/m2)
 
 
 def _by_energy(currents: CurrentClass, factor: Array, fold: Folding | None) -> Array:
-    """Return currents at the points (n, points, 3; A m), each with one unit of energy and orthogonal in energy.
+    """Return currents at the points (n, points, 3; A m), each with unit energy and orthogonal in energy.
 
     `factor` is the factor of the class's inductance matrix (see `_matrix_factor`). With a `fold`, points cover a
     quarter, and currents are weighted by `Folding.root_multiplicity`.
@@ -450,9 +451,9 @@ def _coupling(inverse: Sequence[Array], currents: Array) -> Array:
 
 
 def combined(blocks: Sequence[ComplexArray], within: Sequence[Array]) -> ComplexArray:
-    """Return the sum over classes of within' block (k, any), in the unit of the blocks.
+    """Return the sum of W' B (k, any) over the symmetry classes, in the unit of the blocks; W' is the transpose of W.
 
-    `blocks` (functions, any) and `within` (functions, k) have one array per class; within' is the transpose.
+    Each class has one matrix B in `blocks` (functions, any), and one matrix W in `within` (functions, k).
     """
     total = np.zeros((within[0].shape[1], blocks[0].shape[1]), dtype=complex)
     for w, block in zip(within, blocks, strict=True):

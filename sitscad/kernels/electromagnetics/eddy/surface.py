@@ -58,7 +58,7 @@ class CurrentClass(Protocol):
     def in_plane(self) -> object:
         """Symmetry in the plane of the near face (no unit).
 
-        The target's image in a mirror parallel to this face has the symmetry too.
+        The target's image in a mirror parallel to this face has this symmetry, too.
         """
 
     def drive(self, potential: Array) -> Array:
@@ -93,8 +93,8 @@ class Surface(Protocol):
     def mirrored(self) -> tuple[Index, Index] | None:
         """For each point, the number (no unit) of its mirror image across x = 0 and across y = 0, or None.
 
-        None if some class is neither even nor odd across one of these planes. Otherwise `in_plane` of each class is the
-        two parities (1 or -1) of its stream functions.
+        None if currents of some class are neither even nor odd across one of these planes. Otherwise `in_plane` of each
+        class is the two parities (1 or -1) of its stream functions.
         """
 
 

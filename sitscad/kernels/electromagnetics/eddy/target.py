@@ -1,8 +1,11 @@
 """Changes of the inductances and resistances of coils by a target of finite size at any pose.
 
 The eddy currents per unit of flux are solved once per frequency. For each pose, the coils' vector potential gives the
-flux linkages, and so the currents. With a mirror behind the coils, the potential includes the image of every coil. The
-target's own mirror image then adds a coupling between a few current patterns.
+flux linkages, and so the currents.
+
+A jaw or shield behind the coils is computed as a plane that reflects fields, called a mirror. The vector potential then
+includes the image of every coil in this plane. The target has an image, too. A few weighted sums of the eddy current's
+stream functions, called current patterns, are coupled to it (see `image`).
 """
 
 from __future__ import annotations
@@ -26,9 +29,9 @@ AT_ONCE = 100_000
 """Largest number of target points, summed over coils and poses, for one evaluation of fields. It limits memory."""
 
 NOTHING = 1e-11
-"""Least squared drive of a class of currents, divided by the largest class's, at which its currents are solved.
+"""Least squared drive of a class of currents at which its currents are solved, divided by the largest squared drive.
 
-The squared drive is the sum of linkage^2 / inductance over the functions, an estimate of the energy.
+The squared drive of a class is the sum of linkage^2 / inductance over its functions, an estimate of the energy.
 """
 
 
@@ -145,7 +148,8 @@ class SolvedTarget:
     def _currents_once(self, linked: Sequence[Array], shape: tuple[int, int]) -> Answered:
         """Return the change and the pattern responses (H, no unit, 1/H), solved for these poses alone.
 
-        `_currents` returns equal values. For few poses, this function costs less, because it needs no inverse matrices.
+        The values are equal to the values from `_currents`. For few poses, this function costs less, because it needs
+        no inverse matrices.
         """
         total = np.zeros((*shape, shape[1]), dtype=complex)
         responses, among = self._linkages_once(linked)
@@ -262,9 +266,9 @@ def rotation_matrices(angles: Array) -> Array:
 
 
 def _summed(left_tables: Sequence[Array], right_tables: Sequence[Array]) -> Array:
-    """Return the sum over classes of a' b, with a' the transpose of a, in the product of their units.
+    """Return the sum of a' b over the symmetry classes, in the product of their units; a' is the transpose of a.
 
-    `left_tables` has one matrix a per class, `right_tables` one matrix b.
+    Each class has one matrix a in `left_tables`, and one matrix b in `right_tables`.
     """
     return np.asarray(sum(a.T @ b for a, b in zip(left_tables, right_tables, strict=True)))
 

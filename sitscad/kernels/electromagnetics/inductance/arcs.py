@@ -57,7 +57,8 @@ SPACED = 0.36
 BESIDE = 0.07
 """Least distance between two arcs, divided by the longer half length, at which 16 points crowded at the ends suffice.
 
-The points are for the outer integral; the inner integral is over graded points. Nearer arcs get 20 points.
+These are the points of the outer integral. The inner integral has its own points, graded towards the nearest place. For
+nearer arcs, the outer integral has 20 points.
 """
 
 SPACED_POINTS = 12
@@ -69,7 +70,8 @@ SAMPLES = 9
 CLEAR = 5.0
 """Distance of two pieces, in track widths, above which the clearance of their strands is constant.
 
-It is the last row of the table of clearances (`mean_distance.clearance_table`).
+A clearance is the term that is added to the squared distance of strands (`mean_distance.strand_clearance`). The
+distance is the last row of the table of clearances (`mean_distance.clearance_table`).
 """
 
 
@@ -172,10 +174,10 @@ def arcs_with_sides(first: Track, second: Track, pairs: Pairs, strands: StrandPa
 
 
 def _some_arcs_with_sides(arcs: Array, other: Track, pairs: Pairs, strands: StrandPairs, rule: Rule) -> float:
-    """Return the sum of t1.t2 / distance (m; Neumann's integral) over pairs of an arc and a straight side by one rule.
+    """Return the sum of t1.t2 / distance (m; Neumann's integral) over pairs of an arc and a straight side.
 
     `arcs` (n, 6) belong to the first track, sides to the track `other`. `strands` are the filaments that replace both
-    tracks. `rule` holds the points and weights along an arc.
+    tracks. `rule` holds the points and weights along every arc.
 
     Notes
     -----
@@ -353,8 +355,9 @@ def _other_arcs(a: Array, b: Array, strands: StrandPairs, times: Array, rule: Ru
 class _TurnedTangents:
     """Direction of an arc's tangents relative to the tangent at a point of another arc.
 
-    `sine` and `cosine` belong to the angle between both tangents at the foot, the arc's point in the direction of the
-    other point. `angle` (rad) is the azimuth from the arc's nearest point to the foot.
+    The foot is the place on the arc in the direction of the other arc's point. `sine` and `cosine` belong to the angle
+    between the tangents at the foot and at the point. `angle` (rad) is the azimuth from the arc's nearest place to the
+    foot.
     """
 
     sine: Array

@@ -2,8 +2,10 @@
 
 If two clusters are far apart compared with their sizes, 1 / distance is a smooth function of the points. Then a
 polynomial through a few nodes of each cluster's box replaces it, and the nodes carry the points' line elements (Fong
-and Darve, J. Comput. Phys. 228, 2009). So the work grows with the number of points, not with its square. Layers with
-equal plans (courses in x and y) share one set of points. Their heights enter by another polynomial.
+and Darve, J. Comput. Phys. 228, 2009). So the work grows with the number of points, not with its square.
+
+A plan is the shape of a layer's track seen from above (its x and y). Layers with equal plans share one set of points.
+The height differences between the layers of both windings enter by another polynomial.
 """
 
 from __future__ import annotations
@@ -33,14 +35,14 @@ ORDER = 8
 
 
 PLAN_TOLERANCE = 1e-10
-"""Largest difference (m, rad) of any two numbers of two layers' plans at which the plans count as equal."""
+"""Largest difference (m, rad) between the coordinates of two layers' tracks at which their plans count as equal."""
 
 
 def plan_numbers(layers: Sequence[Array]) -> list[int]:
-    """Return the number of each layer's plan (course in x and y), counted from 0 in order of appearance.
+    """Return the number of each layer's plan (its track's shape in x and y), counted from 0 in order of appearance.
 
-    `layers` are arrays (any shape; m, rad) that define the course of each layer. Often every second layer repeats a
-    plan.
+    `layers` has one array (any shape; m, rad) per layer, with the coordinates of its track. Often every second layer
+    has the same plan.
     """
     plans: list[Array] = []
     numbers = []
@@ -54,7 +56,7 @@ def plan_numbers(layers: Sequence[Array]) -> list[int]:
 
 @record(eq=False)
 class Plans:
-    """Points on the distinct plans (courses in x and y) of a winding's layers.
+    """Points on the distinct plans (track shapes in x and y) of a winding's layers.
 
     `places` (n, 2; m) are the points, `elements` (n, 2; m) their line elements and `owner` (n) their plan numbers.
     `layers` has (plan number, height of the mid-plane (m), thickness (m)) for every layer.
@@ -75,8 +77,8 @@ class Plans:
 class Cluster:
     """Group of points in a box.
 
-    `places` (n, 2; m) are the points, `elements` (n, plans, 2; m) their line elements. `centre` and `half` (2; m) are
-    the centre and the half sides of the box.
+    `places` (n, 2; m) are the points. `elements` (n, plans, 2; m) are their line elements in each plan, 0 in plans to
+    which a point does not belong. `centre` and `half` (2; m) are the centre and the half sides of the box.
     """
 
     places: Array
@@ -119,8 +121,8 @@ def neumann_sum(first: Plans, second: Plans) -> float:
 
     Notes
     -----
-    Each pair of layers counts at two heights, which keep the mean and the variance of the distance through both
-    thicknesses.
+    Each pair of layers counts at two height differences with weight 1/2. Together, they have the mean and the variance
+    of the height difference between points in both thicknesses.
     """
     heights = _Heights(first, second)
     first_cluster, second_cluster = (_whole(plans) for plans in (first, second))
@@ -128,7 +130,7 @@ def neumann_sum(first: Plans, second: Plans) -> float:
 
 
 class _Heights:
-    """Squared heights (m2) between all layers of two windings, reduced to few polynomial nodes for distant points."""
+    """Squared height differences (m2) between the layers of two windings, and fewer values that replace them."""
 
     def __init__(self, first: Plans, second: Plans) -> None:
         counts: dict[tuple[int, int, float], float] = {}
@@ -145,9 +147,11 @@ class _Heights:
         self.known: dict[int, tuple[Array, Array]] = {}
 
     def nodes(self, apart: float) -> tuple[Array, Array]:
-        """Return squared heights (k; m2) for points at least `apart` (m) from each other, and multiplicities (no unit).
+        """Return squared height differences (k; m2) between the layers of two windings, and multiplicities (no unit).
 
-        The multiplicities (k, plans, plans) count how often each pair of plans occurs at each height.
+        The multiplicities (k, plans, plans) say how many pairs of layers with a plan of the first and a plan of the
+        second winding have each height difference. If few interpolation nodes are enough, they replace the real
+        differences. This depends on the least distance `apart` (m) in the plane between the points.
         """
         count = int(nodes_enough(self.squares, np.array([apart]))[0])
         if count < self.squares.size:
@@ -158,7 +162,7 @@ class _Heights:
         return self.squares, self.times
 
     def sum(self, first: Points, second: Points, apart: float) -> float:
-        """Return the sum (m) of dp.dq / distance over all pairs of points of two sets.
+        """Return the sum (m) of dp.dq / distance over all pairs of points of two sets and all pairs of layers.
 
         Each set has points (n, 2; m) with line elements (n, plans, 2; m). The sets are at least `apart` (m) from each
         other.
@@ -179,7 +183,10 @@ class _Heights:
 
 
 def _whole(plans: Plans) -> Cluster:
-    """Return all points of a winding's plans (m) as one cluster. Each element is in the column of its plan."""
+    """Return all points of a winding's plans (m) as one cluster.
+
+    The line element of a point is at the index of its plan; the elements at other plans are 0.
+    """
     elements = np.zeros((len(plans.places), plans.count, 2))
     elements[np.arange(len(plans.places)), plans.owner] = plans.elements
     return _cluster(plans.places, elements)

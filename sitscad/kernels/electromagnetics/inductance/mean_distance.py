@@ -147,9 +147,10 @@ def clearance_table(
 
 
 def level_heights(height: float, thicknesses: tuple[float, float], levels: int) -> tuple[float, ...]:
-    """Return the heights (m) that represent the distance of two layers: one mid-plane distance, or two for 2 `levels`.
+    """Return one or two heights (m) that represent the distance of two layers: `levels` is their number.
 
-    Two heights have the mean and the variance of the distance over both thicknesses, t^2 / 12 of each (textbook).
+    One height is the distance `height` of the mid-planes. Two heights have the mean and the variance of the distance
+    over both thicknesses. Each thickness t contributes t^2 / 12 to the variance (textbook).
     """
     if levels == 1:
         return (height,)
@@ -228,14 +229,14 @@ def _height_nodes(h: float, t: tuple[float, float]) -> tuple[Array, Array]:
 
 
 RIGHT = math.log(3e-8)
-"""Natural logarithm of the largest relative error, 3e-8, of a polynomial in the squared height."""
+"""Natural logarithm of the largest relative error, 3e-8, of 1/distance as a polynomial in the squared height."""
 
 
 def nodes_enough(squares: Array, apart: Array) -> Index:
     """Return the number of polynomial nodes (n; no unit) that represent all squared heights, for each distance (n).
 
-    `squares` (m2) are the squared heights in rising order, `apart` (n; m) the distances of the points in the plane. If
-    no smaller number reaches the accuracy `RIGHT`, it is the number of heights.
+    `squares` (m2) are the squared height differences in rising order, `apart` (n; m) the distances of the points in the
+    plane. The result is at most the number of squared heights, even if the accuracy `RIGHT` would need more nodes.
 
     Notes
     -----
@@ -252,10 +253,10 @@ def nodes_enough(squares: Array, apart: Array) -> Index:
 
 
 def height_nodes(squares: Array, count: int) -> tuple[Array, Array]:
-    """Return `count` squared heights (m2) at Chebyshev points, and weights (heights, count; no unit).
+    """Return `count` squared heights (m2) at Chebyshev points, and weights (nodes, given heights; no unit).
 
-    The weights distribute the given squared heights `squares` (m2) over the nodes, as the interpolation polynomial
-    does.
+    The weights of a given squared height in `squares` (m2) distribute it over the nodes, by the interpolation
+    polynomial through the nodes.
     """
     if count >= squares.size:
         return squares, np.eye(squares.size)

@@ -88,7 +88,7 @@ def mean_ring_inductance(layers: Sequence[SpiralLayer]) -> float:
 
 
 def _passing_mean_logarithm(gap: Array, height: Array, reach: float) -> Array:
-    """Return the mean of ln(distance / 1 m) (n; no unit) of tracks that pass each other at a height (m).
+    """Return the mean of ln(distance / 1 m) (n; no unit) of tracks that pass each other at a height difference (n; m).
 
     The radial distance runs from `gap` - `reach` to `gap` + `reach` (m). The integral of ln sqrt(x^2 + z^2) over x has
     a closed form.

@@ -22,7 +22,7 @@ from sitscad.kernels.electromagnetics.inductance.track_strands import Track
 from sitscad.kernels.electromagnetics.special_functions import gauss
 
 LONG = 1.5
-"""Largest length of a part, divided by its distance from the other winding; longer parts are halved.
+"""Largest length of a part, divided by its distance from the other winding. Longer parts are halved.
 
 With eight points on such a part, the relative error of the mutual inductance is 1e-7.
 """
@@ -34,16 +34,16 @@ POINTS = 8
 """Largest number of Gauss points on a part."""
 
 SHORT = (0.03, 0.15, 0.4, 0.65, 0.9, 1.2)
-"""Largest length of a part, divided by its distance from the other winding, for 2, 3, ... 7 Gauss points.
+"""Largest lengths of a part, divided by its distance from the other winding, for 2, 3, 4, 5, 6 and 7 Gauss points.
 
 The relative error is 1e-7.
 """
 
 SLIGHT = (0.1, 0.3, 0.7, 1.2, 1.8, 2.5)
-"""Largest angle (rad) of a curved part for 2, 3, ... 7 Gauss points. The relative error is 1e-7."""
+"""Largest angles (rad) of a curved part for 2, 3, 4, 5, 6 and 7 Gauss points. The relative error is 1e-7."""
 
 WIDE = 0.003
-"""Track width divided by the winding's radius above which two strands (filaments) represent a track.
+"""Track width divided by the winding's radius, above which two strands (filaments) represent a track.
 
 A single strand neglects the term in the square of the width.
 """
@@ -118,9 +118,10 @@ class Pieces:
         return replace(self, rows=self.rows + np.array(step))
 
     def points(self, index: Index, s: Array, offset: float) -> tuple[Array, Array]:
-        """Return points (k, m, 2; m) and derivatives (k, m, 2; m per fraction) on pieces with the numbers `index` (k).
+        """Return points (k, m, 2; m) on pieces, and their derivatives with respect to the fraction (k, m, 2; m).
 
-        The points are at fractions `s` (k, m) of the pieces' length, `offset` (m) to the left of the centre line.
+        `index` (k) are the numbers of the pieces. The points are at fractions `s` (k, m) of the pieces' length,
+        `offset` (m) to the left of the centre line.
 
         Notes
         -----
@@ -179,7 +180,7 @@ Layers = tuple[tuple[int, float, float], ...]
 
 
 def track_pieces(tracks: Sequence[Track]) -> tuple[Pieces, Pieces, Layers]:
-    """Return the straight and the curved pieces of a winding's distinct plans, and its layers.
+    """Return the straight and the curved pieces of a winding's distinct plans (shapes in x and y), and its layers.
 
     All tracks are assumed to have the width of the first.
     """
@@ -191,9 +192,9 @@ def track_pieces(tracks: Sequence[Track]) -> tuple[Pieces, Pieces, Layers]:
 
 
 def spiral_pieces(layers: Sequence[SpiralLayer]) -> tuple[Pieces, Layers]:
-    """Return the half turns (m) of the distinct plans of spiral layers, along the current, and the layers.
+    """Return the half turns (m) of the distinct plans (shapes in x and y) of spiral layers, and the layers.
 
-    All layers are assumed to have the width of the first.
+    The half turns are in the direction of the current. All layers are assumed to have the width of the first.
     """
     rows = [_half_turns(layer) for layer in layers]
     plans = plan_numbers([row.ravel() for row in rows])
@@ -361,9 +362,9 @@ def _counts(ratio: Array, angle: Array) -> Index:
 
 
 def _strands(pieces: Pieces, distances: Array) -> Index:
-    """Return the numbers of strands (n; no unit) of parts, by the track width and the distance from the other winding.
+    """Return the number of strands (n; no unit) for each part, from the track width and the part's distance.
 
-    `distances` (n; m) are these distances.
+    `distances` (n; m) are the distances of the parts from the other winding.
     """
     size = float(pieces.rows[:, 2].max()) if pieces.is_curved else 0.5 * float(pieces.lengths.max())
     return np.where(pieces.width > NEAR * distances, 3, 2 if pieces.width > WIDE * size else 1)

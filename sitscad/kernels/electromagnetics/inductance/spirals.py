@@ -1,9 +1,10 @@
 """Neumann's integral over Archimedean spirals, with their slope, their ends and their crossing layers.
 
 Neumann's integral is the double integral of dp.dq / distance along two conductors. One variable is the difference of
-azimuths. For layers of equal sense, the integrand has no peak in the other variable, the position along the pair. For
-crossing layers it has one peak at a known place. So the double integral costs a few hundred points per turn. Its cost
-grows linearly with the turns, not with the square of the number of nodes.
+the azimuths of both points, the other is the position of the pair of points along the spirals. For layers of equal
+sense, the integrand has no peak in the second variable. For crossing layers it has one peak at a known place. So the
+double integral costs a few hundred points per turn. Its cost grows linearly with the turns, not with the square of the
+number of nodes.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from sitscad.kernels.electromagnetics.special_functions import gauss
 CROSSING_STRANDS = 3
 """Largest number of strands (filaments) that replace each track of two layers that cross.
 
-More strands have so small a clearance that each pair would need its own points.
+With more strands, some pairs of strands would be so close that each pair would need its own quadrature points.
 """
 
 
@@ -202,7 +203,7 @@ def _parallel_integral(first: SpiralLayer, second: SpiralLayer, unit: float, res
 
 
 Strand = tuple[float, Array, Array, Array, Array]
-"""Weight, coordinates along radius and azimuth, offset outwards, and length divided by the centre line's."""
+"""Weight, coordinates along radius and azimuth, offset outwards, and length divided by the centre line's length."""
 
 
 def _over_strands(
@@ -268,7 +269,8 @@ def _normal_strands(radius: Array, b: float, width: float, count: int) -> list[S
 def _levels(height: float, thicknesses: tuple[float, float], levels: int) -> tuple[float, float]:
     """Return the mean and half the difference of the squared heights between strands, in the squared unit of `height`.
 
-    For thick layers near each other the mean height alone is not accurate enough, so `levels` is 2 for them.
+    `levels` is the number of heights that represent the distance of two layers. It is 2 for thick layers near each
+    other, for which one mean height is not accurate enough.
     """
     low, *_, high = 2 * level_heights(height, thicknesses, levels)  # a single height serves as both
     return 0.5 * (low**2 + high**2), 0.5 * (high**2 - low**2)
@@ -281,8 +283,8 @@ def _crossing_integral(first: SpiralLayer, second: SpiralLayer, unit: float, res
 
     Notes
     -----
-    Derived here. The variables are the sum of both angles and the difference of radii, `gap`. The integrand's peak is
-    at a gap of 0. The product of the line elements is the product in `_parallel_integral` with the sign of one angle
+    Derived here. The variables are the sum of both angles and the difference of radii, `gap`. The integrand has its
+    peak at a gap of 0. The product of the line elements is that in `_parallel_integral` with the sign of one angle
     reversed.
     """
     b = first.pitch / (2.0 * math.pi * unit)

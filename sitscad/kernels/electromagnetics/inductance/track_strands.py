@@ -1,7 +1,7 @@
 """One layer's track of straight sides and circular arcs, divided into strands at the Gauss points of its width.
 
-A strand is a filament that stands for a part of the width. Strands are mitred at corners. Pairs of strands keep the
-mean distances of the tracks' rectangles.
+A strand is a filament that stands for a part of the width. Strands are mitred at corners. A correction to the distances
+of strands preserves the geometric mean distance of the tracks' rectangular cross-sections.
 
 Most turns of a coil are repeated: rotated about its centre, mirrored, or on another layer. Each piece is described in
 the frame of its own direction, so that a rotation about the centre changes only its direction. A mirror image and a
@@ -71,7 +71,9 @@ class Track:
 class Pairs:
     """Pairs of pieces: number of the `first` and of the `second` piece (n each), and multiplicities `times`.
 
-    `times` is (n, 1), or (n, columns) with one column for each height between the layers or each relation of layers.
+    A multiplicity is the number of equal pairs that one pair represents. `times` is (n, 1), or (n, columns) with one
+    column for each height difference of layers, or for each relation. A relation is a set of pairs of layers with equal
+    height difference.
     """
 
     first: Index
@@ -140,7 +142,7 @@ class StrandPairs:
     clearances: tuple[Array, Array]
 
     def clearance(self, apart: Array) -> Array:
-        """Return the term (m2) to add to the squared distances of pieces at the distances `apart` (m)."""
+        """Return the term (m2) to add to the squared distances of strands, for pieces at distances `apart` (m)."""
         return np.asarray(np.interp(apart, *self.clearances))
 
     def blocks(self, count: int, points: int = 3) -> list[slice]:
@@ -386,7 +388,7 @@ def _plans(kinds: PieceKinds, count: int) -> list[int]:
 def _count_pairs(
     kinds: PieceKinds, other_kinds: PieceKinds, turns: Turns, first: int, second: int
 ) -> Iterator[tuple[Index, Index, Array]]:
-    """Yield codes (no unit) of the distinct pairs of two layers' pieces, an index of each, and its multiplicity.
+    """Yield the distinct pairs of two layers' pieces: codes (no unit), an index of each pair, and its multiplicity.
 
     The index refers to the table of all pairs. Each step handles some pieces of the first layer.
     """
@@ -400,9 +402,10 @@ def _count_pairs(
 
 
 def _codes(kinds: PieceKinds, other_kinds: PieceKinds, turns: Turns, i: Index, j: Index) -> tuple[Index, int]:
-    """Return a code for each pair, equal for equivalent pairs, and the number of possible codes.
+    """Return a code for each pair, which is equal for equivalent pairs, and the number of possible codes.
 
-    A code is the least number of the pair, its mirror image, and both with the pieces exchanged.
+    A pair is equivalent to its mirror image, and to both with their pieces exchanged. The code is the least of the four
+    numbers.
     """
     angles = turns.opposite.size
     turn = turns.between[kinds.heading[i], other_kinds.heading[j]]

@@ -84,8 +84,8 @@ _TURNINGS = np.radians((0.0, 45.0, 60.0, 90.0))
 def distant_sides(track: Track, pairs: Pairs, apart: Array, count: int, squares: Array) -> float:
     """Return Neumann's integral (m) over pairs of a track's sides that are far apart.
 
-    `apart` (n; m) are the distances, `count` is the number of strands. At these distances, layers differ only by
-    squared heights `squares` (m2). `pairs` have a multiplicity for each height.
+    `apart` (n; m) are the distances of the pairs, `count` is the number of strands. At these distances, pairs of layers
+    differ only by their squared height difference `squares` (m2). `pairs` have a multiplicity for each of these.
     """
     is_distant = apart > FAR * track.width
     return math.fsum(
@@ -237,8 +237,8 @@ def _inclined_sides(
 def ends_and_corners(track: Track, strands: int) -> float:
     """Return the error (m) of Neumann's integral of a track with itself, with two or three strands.
 
-    It comes from the table `ENDS_AND_CORNERS`, at the two open ends, and for three strands also at the corners. It is
-    in proportion to the width.
+    The error is proportional to the width and comes from the table `ENDS_AND_CORNERS`. It includes the two open ends.
+    For three strands it also includes the corners.
     """
     row = ENDS_AND_CORNERS
     at = [float(np.interp(track.thickness / track.width, row[:, 0], row[:, k])) for k in range(1, 6)]
@@ -250,10 +250,13 @@ Layers = tuple[int, int, float]
 """Number of the first layer, number of the second layer, and how often this pair of layers counts."""
 
 DISTANT = 3.0
-"""Least distance of two pieces, divided by the largest height between layers, for few heights for all layers."""
+"""Least distance of two pieces that count as distant, divided by the largest height difference of layers.
+
+For distant pieces, a sum over a few interpolated heights replaces the sum over all pairs of layers.
+"""
 
 FEW = 24
-"""Largest number of pieces of a track with arcs to which `FEW_CORNERS` adds strands.
+"""Largest number of pieces of a track with arcs that gets the extra strands of `FEW_CORNERS`.
 
 The ends of a short track contribute so much that more strands are worth their cost.
 """
@@ -336,10 +339,12 @@ def _neumann(tracks: Sequence[Track], layers: Sequence[Layers], strands: tuple[i
 class _Stack:
     """Layers of a winding, with pairs of layers grouped by height difference and thicknesses.
 
-    `tracks` are the layers. `relations` are lists of pairs of layers with equal height difference and thicknesses.
-    `whole` is a single track of all pieces. `strands` are the numbers of strands for distant and near pairs. `squares`
-    (n; m2) are all squared heights between layers, two for each difference because of the copper's thickness. `spread`
-    (relations, squares) is the multiplicity of each squared height in each relation.
+    `tracks` are the layers. Each of the `relations` is a list of the pairs of layers with one height difference and
+    equal thicknesses. `whole` is a single track of all pieces. `strands` are the numbers of strands for distant and
+    near pairs.
+
+    `squares` (n; m2) are all squared heights between layers. Each height difference has two because of the copper's
+    thickness. `spread` (relations, squares) is the multiplicity of each squared height in each relation.
     """
 
     tracks: Sequence[Track]
@@ -365,7 +370,10 @@ class _Stack:
         return len(self.whole.arcs) > 0
 
     def pieces(self) -> Iterator[tuple[Track, Track, tuple[int, int]]]:
-        """Yield, for each relation, all pieces at the first and at the second height (m), and numbers of strands."""
+        """Yield, for each relation of layers, two tracks of all pieces at two heights, and the numbers of strands.
+
+        The two heights (m) have the relation's height difference.
+        """
         for first, second in self.examples:
             strands = self.strands
             if self.is_smooth and strands[0] > 1:

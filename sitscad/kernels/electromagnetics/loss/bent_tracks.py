@@ -36,11 +36,10 @@ A block is an odd number of chords. One plane cuts it, in the middle chord.
 """
 
 ROUND = math.radians(200.0)
-"""Total turn (rad) of consecutive arcs above which their blocks begin at fixed directions.
+"""Total angle (rad) by which consecutive arcs turn, above which their blocks begin at fixed directions.
 
-Consecutive arcs that turn less, such as rounded corners and half circles, are divided into equal parts. The parts of
-two turns then need not lie side by side. Consecutive arcs that turn more are divided at fixed directions, so that
-blocks of different turns lie side by side.
+With fixed directions, blocks of different turns lie side by side. Consecutive arcs that turn less, such as rounded
+corners and half circles, are divided into equal parts. The parts of different turns then need not lie side by side.
 """
 
 ABREAST = math.radians(5.0)
@@ -49,7 +48,7 @@ ABREAST = math.radians(5.0)
 DISTANT = 1.5
 """Least distance of a block of arcs from a plane, divided by the block's length, at which fewer chords are used.
 
-Then a third of its chords represents the block.
+A third of the block's chords then represents the block.
 """
 
 TIGHTEST = 0.7
@@ -198,7 +197,7 @@ def _points_near_ends(count: int, scale: float) -> tuple[Array, Array]:
 
 
 def _sides(tracks: Sequence[BentTrack]) -> _Sides:
-    """Return all tracks as sides with lengths (m), curvatures (1/m) and group numbers.
+    """Return the pieces of all tracks as sides with lengths (m), curvatures (1/m) and group numbers.
 
     Sides of a group have nearly equal directions, so the same planes cut them.
     """
@@ -376,10 +375,10 @@ def _place(sides: _Sides, index: Index, fraction: float) -> tuple[Array, Array]:
 def _driven_cut(sides: _Sides, index: Index, fraction: float, weight: float, modes: ModeSet) -> tuple[Cut, Array]:
     """Return cross-sections of parallel sides with a plane, and the flux (tracks, points; Wb/m/A) that drives them.
 
-    The plane is normal to the sides, at a `fraction` of the first side's length. The flux is the flux of the whole coil
-    path minus the flux of straight infinite tracks. At bends, the flux of the arcs is added. `index` lists the numbers
-    of the sides. Each cross-section represents `weight` times the length of its side. The field is Biot and Savart's
-    for straight filaments.
+    The plane is normal to the sides, at a `fraction` of the first side's length. The flux is the difference between the
+    flux of the whole coil path and the flux of straight infinite tracks. For arcs, the flux of their curvature is
+    added. `index` lists the numbers of the sides. Each cross-section represents `weight` times the length of its side.
+    The field is Biot and Savart's for straight filaments.
     """
     place, tangent = _place(sides, index, fraction)
     cut = _cut(sides, index, fraction, weight)
@@ -400,7 +399,7 @@ def _driven_cut(sides: _Sides, index: Index, fraction: float, weight: float, mod
 
 
 def _bend_flux(cut: Cut, half: Array, modes: ModeSet) -> Array:
-    """Return the flux (n, points; Wb/m/A) of arcs as parts of rings, in place of the flux of straight tracks.
+    """Return the flux (n, points; Wb/m/A) of arcs as parts of rings, minus the flux of straight tracks in their place.
 
     `half` (n; rad) is the angle of the arc on either side of the plane. Derived here from `smooth_rings` and
     `arc_field`.
@@ -430,10 +429,10 @@ def _bend_flux(cut: Cut, half: Array, modes: ModeSet) -> Array:
 
 
 def _source_chords(sides: _Sides, index: Index, place: Array) -> tuple[_Chords, Index]:
-    """Return the chords whose field acts on points (n, 2; m), and the indices of the tracks' own chords.
+    """Return the chords whose field acts on points (n, 2; m), and the indices of the chords that the plane cuts.
 
-    `place` are the points, `index` the numbers of the sides in the plane. Blocks of arcs at a distance (`DISTANT`) are
-    represented by a third of their chords.
+    `place` are the points, `index` the numbers of the sides that the plane cuts. Blocks of arcs at a distance
+    (`DISTANT`) are represented by a third of their chords.
     """
     near = box_of(place).distance(sides.middle, sides.middle) < DISTANT * sides.reach
     near[sides.block[index]] = True
@@ -446,10 +445,11 @@ def _source_chords(sides: _Sides, index: Index, place: Array) -> tuple[_Chords, 
 
 
 def _straight(chords: _Chords, own_chords: Index, is_curved: bool, tangent: Array, least: float) -> Filaments:
-    """Return chords as straight filaments in the plane, each with its squared least distance (m2) from a point.
+    """Return chords as straight filaments, with the squared least distance (m2) that a point is assumed to have.
 
     The least distance is `least` (m). For chords in other directions than the sides' `tangent`, it is
-    `LEAST_CORNER_DISTANCE` widths. `own_chords` are the tracks' own chords. With `is_curved`, the tracks are arcs.
+    `LEAST_CORNER_DISTANCE` widths. `own_chords` are the indices of the chords that the plane cuts. `is_curved` is true
+    if these chords are parts of arcs.
     """
     axis = chords.end - chords.start
     # Sides round the corner have the width of a track: as filaments they would be too near.

@@ -1,9 +1,9 @@
 """Difference between direct current at a sharp corner and a uniform, mitred current. It scales with the track width.
 
 The difference is a loop of current: forwards on the inside of the corner, back on the outside, and zero beyond about a
-width. Its stream function follows from the conformal map of a bent strip, dz/du = tanh(u/2)^(turn / pi), as the
-resistance does (`bend_squares`; Hall, Thin Solid Films 1, 1967, has bends by such maps). The tables are results of
-`python tests/validation/corner_flow.py`. Lengths are divided by the track width.
+width. Its stream function follows from the conformal map of a bent strip, dz/du = tanh(u/2)^(turn / pi). The resistance
+follows from this map, too (`bend_squares`; Hall, Thin Solid Films 1, 1967, has bends by such maps). The tables are
+results of `python tests/validation/corner_flow.py`. Lengths are divided by the track width.
 """
 
 from __future__ import annotations
@@ -70,8 +70,8 @@ OWN = np.array([
 ])
 """Inductance of a sharp corner's loop between long arms, divided by mu0 and the width.
 
-Columns: thickness divided by width, then the inductance for turns of 45, 60 and 90 degrees. Each inductance is twice
-the coupling with both arms plus the self-inductance. It is the limit of two meshes, within 1 %.
+Columns: thickness divided by width, then the inductance for turns of 45, 60 and 90 degrees. Each inductance is the
+loop's self-inductance plus twice its coupling with both arms. It is the limit of two meshes, within 1 %.
 """
 
 
@@ -81,12 +81,15 @@ RELAXATION = np.array([
     (1.7, 0.0018, 0.0037, 0.0083, 36.4, 24.0, 19.2), (2.5, 0.0012, 0.0019, 0.0040, 110.0, 50.6, 29.0),
     (4.0, 0.0, 0.0, 0.0, 110.0, 50.6, 29.0),
 ])
-"""Inductance that a bend loses to alternating current, beyond the loss that the modes of its sides and arcs describe.
+"""Inductance that a bend loses to alternating current, minus the loss that the modes of its sides and arcs describe.
 
-Columns: radius divided by width; final loss (in mu0 widths) for bends of 45, 60 and 90 degrees; place of half this loss
-for the three bends. The place is mu0 times conductivity, width, thickness and angular frequency (no unit); each bend
-has one relaxation. The values are fitted to meshes of triangles minus the modes. The copper of the meshes is 0.03 to
-0.04 times as thick as wide. The values hold within 0.0005, or 0.001 for 90 degrees and radius 0.6 (`python
+The first column is the bend radius divided by the width. Then follow, for bends of 45, 60 and 90 degrees, the
+inductance that is lost at high frequency, divided by mu0 and the width. The last three columns are the normalised
+frequencies at which half of it is lost, for these bends. The normalised frequency is mu0 times conductivity, width,
+thickness and angular frequency (no unit). Each bend has one relaxation.
+
+The values are fitted to meshes of triangles minus the modes. The copper of the meshes is 0.03 to 0.04 times as thick as
+wide. The values hold within 0.0005, or 0.001 for 90 degrees and radius 0.6 (`python
 tests/validation/corner_relaxation.py`).
 """
 
@@ -96,8 +99,9 @@ THICKER = np.array([
 ])
 """Factors on the six values of `RELAXATION` for thicker copper. Columns: thickness divided by width, six factors.
 
-For rounded bends, the factors on the loss are limited to 1. Beyond a thickness of 0.3 widths the current is not uniform
-through the thickness, which the meshes assume. There the loss is reduced to zero, because it is unknown.
+For rounded bends, the factors on the lost inductance are limited to 1. The meshes assume a uniform current through the
+thickness. Beyond a thickness of 0.3 widths this does not hold, and the lost inductance is unknown. There it is reduced
+to zero.
 """
 
 
@@ -140,7 +144,7 @@ def corner_points(turn: float, radius: float = 0.0) -> Array:
 
 @lru_cache(maxsize=256)
 def own_inductance(turn: float, width: float, thickness: float, radius: float = 0.0) -> float:
-    """Return the inductance (H, negative) of a corner's loop between long arms, by the tables `OWN` and `ROUNDED`.
+    """Return the inductance (H, negative) of a corner's loop between long arms, from the tables `OWN` and `ROUNDED`.
 
     `turn` is in rad, `width` and `thickness` are in metres, `radius` is divided by the width.
     """
@@ -149,9 +153,10 @@ def own_inductance(turn: float, width: float, thickness: float, radius: float = 
 
 @lru_cache(maxsize=256)
 def tight_squares(turn: float, radius: float) -> float:
-    """Return the resistance of a tight corner in squares (pieces as long as wide), minus its straight sides.
+    """Return the resistance of a tight corner minus the resistance of its straight sides, in squares.
 
-    `turn` is in rad, `radius` is divided by the width, at most the last of `TIGHT`. Source: the table `SQUARES`.
+    A square is a piece of track as long as it is wide. `turn` is in rad, `radius` is divided by the width, at most the
+    last of `TIGHT`. Source: the table `SQUARES`.
     """
     return _tight_bend_value(SQUARES, turn, radius)
 
@@ -173,7 +178,7 @@ def gentle_squares(turn: float, radius: float) -> float:
 
 @lru_cache(maxsize=256)
 def gentle_inductance(turn: float, width: float, thickness: float, radius: float) -> float:
-    """Return the inductance (H) of a wider arc minus its inductance with a 1 / radius current profile everywhere.
+    """Return the inductance (H) of a wider arc minus its inductance for a 1 / radius current profile everywhere.
 
     `turn` is in rad, `width` and `thickness` are in metres, `radius` is divided by the width. The result is 0.0086
     (turn / 90 degrees)^2 radius^-2.2 mu0 widths at thickness / width = 0.1, fitted by `corner_flow.py` within 0.002 mu0
@@ -188,9 +193,9 @@ def lost_inductance(
 ) -> tuple[float, float]:
     """Return the inductance (H) that a bend loses to alternating current, and its relaxation time tau (s).
 
-    At the angular frequency w, the inductance falls by the first value times (w tau)^2 / (1 + (w tau)^2), by the table
-    `RELAXATION`. `turn` is in rad, `width` and `thickness` in metres, `radius` divided by the width, conductivity in
-    S/m.
+    At the angular frequency w, the inductance falls by the first value times (w tau)^2 / (1 + (w tau)^2). Both values
+    come from the table `RELAXATION`. `turn` is in rad, `width` and `thickness` in metres, `radius` divided by the
+    width, conductivity in S/m.
     """
     row = [float(np.interp(radius, RELAXATION[:, 0], column)) for column in RELAXATION.T[1:]]
     thicker = [float(np.interp(math.log(thickness / width), np.log(THICKER[:, 0]), column)) for column in THICKER.T[1:]]

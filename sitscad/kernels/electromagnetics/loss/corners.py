@@ -47,8 +47,8 @@ Arcs that turn more are curves of their own.
 OPEN = 1.3
 """Radius of an arc between sides, divided by the width, above which alternating current treats it as an arc.
 
-Below it the arc is a corner, or a mixture of both. Between the last of `TIGHT` and this radius, current crowds to the
-inner edge faster than the modes of a slender arc can describe.
+For smaller radii, the arc counts as a corner, or as a mixture of a corner and an arc. Between the last of `TIGHT` and
+this radius, current crowds to the inner edge faster than the modes of a slender arc can describe.
 """
 
 NEAR = 4.0
@@ -122,7 +122,8 @@ class MitredFilaments:
 def with_corners(loss: ProximityLoss, tracks: Sequence[BentTrack], conductivity: float) -> ProximityLoss:
     """Return the loss of a winding with the effect of its corners on direct and on alternating current.
 
-    `loss` belongs to the result of `with_mitred_arcs`, `tracks` are the real tracks. The conductivity is in S/m.
+    `tracks` are the real tracks. `loss` is the loss of these tracks with tight arcs replaced by sharp corners
+    (`with_mitred_arcs`). The conductivity is in S/m.
     """
     # What alternating current makes less of the bends' inductance (H), and relaxation times (s), alike ones as one.
     counts: dict[tuple[float, float, float, float], int] = {}
@@ -143,8 +144,8 @@ def with_corners(loss: ProximityLoss, tracks: Sequence[BentTrack], conductivity:
 def direct_resistance(track: BentTrack, conductivity: float) -> float:
     """Return the resistance (ohm) of a track for direct current, with corners by `corner_excess`.
 
-    In arcs the current is proportional to 1 / radius: a / ln(outer / inner radius) squares for an angle a (textbook). A
-    square is a piece as long as wide. The conductivity is in S/m.
+    A square is a piece as long as wide. In an arc of the angle a, the current is proportional to 1 / radius, so the arc
+    has a / ln(outer / inner radius) squares (textbook). The conductivity is in S/m.
     """
     length = float(np.sum(_lengths(track)[track.turns == 0.0]))
     for bend in _bends(track):

@@ -5,8 +5,8 @@ edges of a track. The partial-element equations of the modes (Ruehli 1974) are d
 Lanczos recursion gives R and L at every frequency.
 
 Modes of different tracks interact as in straight parallel tracks: they carry no net current, so their field is local.
-The flux that drives them is not local. The module that makes a `Cut` (cross-sections in a plane) computes this flux
-from the real path.
+The flux that drives them comes from the whole real path. It is computed by the module that makes the `Cut`, which is
+the cross-sections of the tracks in a plane.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ Negative relaxation times are numerical errors. Rounding alone leaves 1e-20.
 SETTLED, SETTLED_AT, FEWEST_STEPS = 3e-4, 20e6, 4
 """End of a Lanczos recursion: largest relative change of R and L in a step, its frequency (Hz), fewest steps.
 
-The recursion ends if one step changes R and L at `SETTLED_AT` by at most the fraction `SETTLED`. The remaining error is
-a third of this fraction, and 1e-5 at 10 MHz.
+The recursion ends if one step changes R and L at the frequency `SETTLED_AT` by at most the fraction `SETTLED`. At this
+frequency, the remaining error is a third of the fraction. At 10 MHz it is 1e-5.
 """
 
 FEW = 64
@@ -165,10 +165,7 @@ class ModeSystem:
         return np.asarray((table - self.carrier[:, :, None] * net).reshape(vector.shape))
 
     def lengthened(self, factor: float, drive: Array) -> ModeSystem:
-        """Return the equations for straight tracks `factor` times as long.
-
-        `drive` (modes) is the drive by the path's flux, which is added.
-        """
+        """Return the equations for tracks `factor` times as long, plus the `drive` (modes) by the real path's flux."""
         root = math.sqrt(factor)
         return replace(self, coupling=root * self.coupling + drive, source=root * self.source, shift=root * self.shift,
                        direct=factor * self.direct, change=factor * self.change)
@@ -189,7 +186,7 @@ class ModeSystem:
 
 
 def losses(systems: Sequence[ModeSystem], steps: int) -> list[ProximityLoss]:
-    """Return R (ohm) and L (H) of systems with one matrix and one carrier but different drives.
+    """Return R (ohm) and L (H) of systems that have one matrix and one carrier, but different drives.
 
     Their Lanczos recursions run together, because reading the matrix takes most of the time.
     """
@@ -255,10 +252,10 @@ def mode_system(cut: Cut, smooth: Array | None, conductivity: float, modes: Mode
 def path_drive(cut: Cut, smooth: Array, conductivity: float, modes: ModeSet) -> Array:
     """Return the drive (modes) of the modes by the flux that the real path adds to the flux of straight tracks.
 
-    `smooth` (tracks, points; Wb/m/A) is the vector potential along each track per ampere. It is multiplied by the
-    path's length at the point, divided by the centre line's length. The part of straight tracks is subtracted: the sum
-    of -mu0 / (2 pi) sqrt(length_j / length_i) ln(distance / `cut.unit`) over the other centre lines. The conductivity
-    is in S/m.
+    `smooth` (tracks, points; Wb/m/A) is the potential along each track per ampere, minus the potential of straight
+    tracks. It is the vector potential times the path's length at the point, divided by the centre line's length. The
+    potential of straight tracks is the sum of -mu0 / (2 pi) sqrt(length_j / length_i) ln(distance / `cut.unit`) over
+    the other centre lines j. The conductivity is in S/m.
     """
     scale = mode_conductances(cut, conductivity, modes) * np.sqrt(cut.length)[:, None]
     stretch = np.sqrt(1.0 + cut.curvature[:, None] * 0.5 * cut.width[:, None] * local_points(modes)[0])
@@ -302,10 +299,10 @@ def _lanczos(
 
 
 def _relative_effects(diagonal: Array, beside: Array) -> Array:
-    """Return the relative effects on R and L at `SETTLED_AT` (2, k; no unit), from matrices of relaxation times (s).
+    """Return the relative effects on R and L at `SETTLED_AT` (2, k; no unit), from k matrices of relaxation times (s).
 
-    The k symmetric tridiagonal matrices have diagonals (k, n) and off-diagonals (k, n - 1). Both effects are for a
-    drive vector of length 1.
+    The matrices are symmetric and tridiagonal, with the diagonals (k, n) and the off-diagonals `beside` (k, n - 1).
+    Both effects are for a drive vector of length 1.
     """
     size = np.arange(diagonal.shape[1])
     table = np.zeros((len(diagonal), size.size, size.size))

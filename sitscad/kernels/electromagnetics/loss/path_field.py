@@ -48,8 +48,9 @@ class Filaments:
     """Straight filaments of a path, in metres.
 
     `start` and `end` are (n, 2), `height` (n). `clearance` (n; m2) is the squared least distance that a point is
-    assumed to have from each filament. `owner` are the filament numbers of the tracks in the plane of the points.
-    `block` (n) is the number of the block of arcs to which each filament belongs, or -1.
+    assumed to have from each filament. `owner` has, for each track in the plane of the points, the number of the
+    filament to which the track belongs. `block` (n) is the number of the block of arcs to which each filament belongs,
+    or -1.
     """
 
     start: Array
@@ -77,9 +78,10 @@ def path_field(filaments: Filaments, point: Array, level: Array, ratio: Array, b
     level : array (tracks,)
         heights of the tracks (m)
     ratio : array (tracks, own)
-        factor for each filament in `owner`. The field of an infinite straight filament, times 2 `ratio`, is subtracted.
+            factor for each filament in `filaments.owner`. The field of an infinite straight filament in its place,
+        multiplied by 2 `ratio`, is subtracted.
     block : array (tracks,)
-        block of arcs of each track, whose filaments are left out
+        block of arcs of each track. The field at a track excludes the filaments of its block.
 
     Notes
     -----
@@ -184,9 +186,10 @@ def box_of(points: Array) -> PointBox:
 def _total_field(filaments: Filaments, where: Array, twice: Single | None = None, block: Index | None = None) -> Array:
     """Return the field (n; 1/m) of all filaments at points (n, 3; m), by Biot and Savart's law for each filament.
 
-    It is the distance to the right of the filament divided by the squared distance, times the difference of the cosines
-    at both ends. To the right of the current the field points down. `twice` (n, own) times an infinite filament is
-    subtracted for `owner`. Filaments with the point's `block` number are left out.
+    The field of a filament is the point's distance to its right divided by the squared distance, times the difference
+    of the cosines at both ends. To the right of the current the field points down. For filaments in `owner`, the field
+    of an infinite filament is subtracted, multiplied by `twice` (n, own). The field at a point excludes filaments with
+    the point's `block` number.
     """
     # Where they lie to the points in double precision, the rest in single.
     axis = (filaments.end - filaments.start).T

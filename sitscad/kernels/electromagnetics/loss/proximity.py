@@ -69,9 +69,9 @@ HARMONICS = np.arange(1, 80)
 """Orders of the harmonics, over the azimuth, of the interaction between crossing layers (see `missed_crossings`)."""
 
 UNSEEN = {False: 0.02, True: 0.005}
-"""Largest error from too few half-planes, divided by the added loss, by whether the tolerance of R is below 0.02.
+"""Largest error from too few half-planes, divided by the loss that alternating current adds.
 
-The error is estimated by `missed_crossings`.
+The key is whether the tolerance of R is below 0.02. The error is estimated by `missed_crossings`.
 """
 
 
@@ -139,9 +139,9 @@ def winding_cuts(
 def _mean_cut(layers: tuple[SpiralLayer, ...], conductivity: float, modes: ModeSet) -> WindingCut:
     """Return one half-plane that represents a whole winding for screening.
 
-    Each layer is a whole number of rings, slightly longer or shorter than turns to account for fractions of a turn, and
-    driven in proportion. Turns of crossing layers are a quarter of a pitch apart, which gives the mean interaction.
-    Ends of layers are neglected.
+    Each layer becomes a whole number of rings. If the turns are no whole number, the rings are slightly longer or
+    shorter than turns, and their drive is changed in proportion. Turns of crossing layers are a quarter of a pitch
+    apart, which gives the mean interaction. Ends of layers are neglected.
     """
     senses, angles = [layer.sense for layer in layers], [layer.angle for layer in layers]
     crossing = next((k for k, sense in enumerate(senses) if sense != senses[0]), None)
@@ -197,7 +197,7 @@ def suited_resolution(layers: Sequence[SpiralLayer], conductivity: float, tolera
 
 
 def missed_crossings(layers: Sequence[SpiralLayer], cuts: int) -> float:
-    """Estimate the error of `cuts` half-planes for crossing layers, divided by the added loss (no unit).
+    """Estimate the error of `cuts` half-planes for crossing layers, divided by the loss that alternating current adds.
 
     Notes
     -----
@@ -220,9 +220,10 @@ def missed_crossings(layers: Sequence[SpiralLayer], cuts: int) -> float:
 
 
 MISSED = 2.2
-"""Slope of the error over the amount m of missed harmonics: the error is MISSED m / (1 + m / MISSED_MOST).
+"""Slope of the error with respect to the amount m of missed harmonics: the error is MISSED m / (1 + m / MISSED_MOST).
 
-The error is divided by the added loss. The amount is the weighted sum of harmonics in `missed_crossings`.
+The error is divided by the loss that alternating current adds. The amount is the weighted sum of harmonics in
+`missed_crossings`.
 """
 
 MISSED_MOST = 0.3
@@ -230,7 +231,7 @@ MISSED_MOST = 0.3
 
 
 def least_gap(spacing: float, width: float, heights: Sequence[float]) -> float:
-    """Return the least distance (m) between tracks, from which the number of Gauss points on a track follows.
+    """Return the least distance (m) between tracks, for the choice of the number of Gauss points on a track.
 
     It is the least height difference of two layers, or `spacing` plus a quarter of `width` if this is less. The rule
     was chosen here.
@@ -288,19 +289,19 @@ def ring_flux(cut: Cut, modes: ModeSet) -> Array:
 
 
 def smooth_rings(radius: Array, other: Array, squared: Array, unit: float) -> Array:
-    """Return the mutual inductance (H) of coaxial rings minus its logarithm, which straight tracks have as well.
+    """Return the mutual inductance (H) of coaxial rings minus its logarithmic term, which straight tracks also have.
 
-    `radius` and `other` are in m, `squared` is the squared distance (m2), `unit` (m) the unit of length in the
-    logarithm. For close rings M tends to mu0 sqrt(r1 r2) (ln(8 r / distance) - 2), the leading terms of Maxwell's
-    integral (textbook).
+    `radius` and `other` are the rings' radii (m), `squared` is their squared distance (m2), `unit` (m) the unit of
+    length in the logarithm. For close rings M tends to mu0 sqrt(r1 r2) (ln(8 r / distance) - 2), the leading terms of
+    Maxwell's integral (textbook).
     """
     return coaxial_rings(radius, other, squared) + MU0 * np.sqrt(radius * other) * 0.5 * np.log(squared / unit**2)
 
 
 def _end_flux(layers: Sequence[SpiralLayer], azimuth: float, cut: Cut, modes: ModeSet) -> Array:
-    """Return the flux (tracks, points; Wb/m/A) by the difference between real layers and full rings.
+    """Return the flux (tracks, points; Wb/m/A) of the real layers minus the flux of full rings.
 
-    Full rings reach from half a turn before the first passage of a layer through the half-plane to half a turn after
+    Full rings represent a layer from half a turn before its first passage through the half-plane to half a turn after
     its last passage. The difference is an arc at either end of the layer (Biot and Savart).
     """
     radius = cut.across[:, None] + 0.5 * cut.width[:, None] * field_nodes(modes)

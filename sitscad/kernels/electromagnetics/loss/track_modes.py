@@ -22,7 +22,7 @@ bend (tests/validation/test_corner_current.py).
 """
 
 SMOOTH_POINTS = 4, 2
-"""Largest number of points, across and through a track, for the flux difference of rings and straight tracks."""
+"""Largest numbers of points, across and through a track, for the flux of rings minus the flux of straight tracks."""
 
 
 @record
@@ -124,7 +124,7 @@ def flux_to_points(field: Array, cut: Cut, modes: ModeSet) -> Array:
 
 @lru_cache(maxsize=16)
 def _integrals(modes: ModeSet) -> Array:
-    """Return the matrix (nodes, points) from values at the nodes to the integral of their polynomial.
+    """Return the matrix (nodes, points) that integrates the polynomial through values at the nodes.
 
     The integral runs from the track's centre to each point, in half widths.
     """
@@ -145,7 +145,7 @@ def smooth_nodes(modes: ModeSet) -> ModeSet:
 def from_few_points(modes: ModeSet) -> Array:
     """Return the matrix (few points, points; no unit) that interpolates from points of `smooth_nodes` to all points.
 
-    It evaluates the polynomial through the few points.
+    It evaluates the polynomial through the values at the few points.
     """
     few = smooth_nodes(modes)
     across, through = (

@@ -32,12 +32,13 @@ AT_ONCE = 100_000
 
 @record(eq=False)
 class CurrentSpectrum:
-    """Spectrum of a coil's current, from which the effect of reflectors follows.
+    """Spectrum of a coil's current over wave vectors in the plane, from which the effect of reflectors follows.
 
     `wave_numbers` and `weights` (k; 1/m) are nodes and weights of the integral over wave numbers. `heights` (layers; m)
     are the mid-planes. `power[n, i, j]` (k, layers, layers; m2) is the mean, over directions, of the product of the
-    waves of layers i and j. Its scale: the mutual inductance is mu0 pi times the weighted sum of power times exp(-k
-    distance) of the layers' mid-planes (Dodd and Deeds 1968, for rings). `shifts` caches the results of `shift`.
+    waves of layers i and j. The mutual inductance of two layers is mu0 pi times the weighted sum of power times exp(-k
+    d), with the distance d of their mid-planes (Dodd and Deeds 1968, for rings). `shifts` caches the results of
+    `shift`.
     """
 
     wave_numbers: Array
@@ -60,10 +61,10 @@ class CurrentSpectrum:
 
     @cached_property
     def sums(self) -> tuple[Array, Array, Array]:
-        """Power (k; m2) of all layers together, in three sums.
+        """Power (k; m2) of all layers together, as three sums over pairs of layers.
 
-        The first is for the waves exp(-k (highest - z)), the last for the waves exp(-k (z - lowest)). The middle sum is
-        for products of both waves.
+        The first sum is for products of two waves exp(-k (highest - z)), the last for products of two waves exp(-k (z -
+        lowest)). The middle sum is for products of one wave of each kind.
         """
         k, z, power = self.wave_numbers[:, None], self.heights, self.power
         up, down = np.exp(-k * (float(z.max()) - z)), np.exp(-k * (z - float(z.min())))

@@ -35,7 +35,7 @@ MARGIN = 3.0
 """Distance from the coil's edge, divided by (radius + gap), beyond which a plate's metal has an effect below 0.2 %."""
 
 DEEPEST = 0.03
-"""Largest depth of the sheet within a plate, divided by the coil diameter.
+"""Largest depth below a plate's near face at which the sheet replaces the plate, divided by the coil diameter.
 
 In a thick plate, currents flow near the near face and in the side walls.
 """
@@ -44,7 +44,7 @@ THICKEST = 0.15
 """Largest thickness of a plate in the calculation, divided by the coil diameter. More thickness has no effect."""
 
 STOUTEST = 0.2
-"""Largest thickness of a plate in the calculation, divided by the plate width. More thickness has no effect."""
+"""Largest thickness of a plate in the calculation, divided by its shorter side. More thickness has no effect."""
 
 LONGEST = 0.8
 """Largest thickness of a magnetic plate in the calculation, divided by the coil diameter.
@@ -53,7 +53,7 @@ More thickness attracts no more field.
 """
 
 OWN_WAY = 1.6
-"""Constant c of the field through a magnetic plate: a thin plate's field times (1 + c thickness / width)."""
+"""Constant c of the field through a thick magnetic plate: the thin plate's field times (1 + c thickness / width)."""
 
 MOST_MODES = 32
 """Largest number of functions along one side of a rectangle, half even and half odd."""
@@ -124,11 +124,14 @@ def plate_ratio(plate: FinitePlate, coil: CoaxialRings, offsets: Array, gap: flo
 
     Notes
     -----
-    Derived here. The plate is modelled as a sheet and a volume. The sheet is in the plate's middle plane, or near its
-    face if it is thick. It is slightly larger than the plate, for the current on the side walls. The volume excludes
-    the field along it: half the coil's field, half the eddy currents' own. The first half is weighted by its square on
-    the plate, the second by the ratio of the sheet. For infinite plates this is exact. A thinner plate, or the sheet at
-    the near face, sets a lower limit.
+    Derived here. The effect of the plate is the effect of a sheet plus the effect of the plate's volume. The sheet is
+    in the plate's middle plane, or near its face if it is thick. It is slightly larger than the plate, for the current
+    on the side walls.
+
+    The volume excludes the field along it. Half of this field is the coil's, the other half is the eddy currents'. The
+    first half is multiplied by the part of the coil's squared field that falls on the plate. The second half is
+    multiplied by the sheet's effect, divided by the effect of an infinite sheet. For infinite plates this is exact. A
+    thinner plate, or the sheet at the near face, sets a lower limit.
     """
     changes, front = _changes(plate, coil, offsets, gap, floor)
     for thickness in {0.0, min(plate.thickness, DEEPEST * 2.0 * float(coil.radii.max()))} - {plate.thickness}:
@@ -221,15 +224,16 @@ def magnetic_ratio(
 
     Notes
     -----
-    Magnetic poles on its faces, with zero sum, keep the magnetic potential on it constant. Near its edge they grow like
-    1 / root of the distance. On a disc every angular order is independent, with the transforms j_l (l = m, m + 2 ...
-    without 0, whose sum is not zero). A rectangle counts as the disc of equal area. The edge is extended by t / 2 pi (1
-    + ln(4 pi w / t)), as for a thick strip. This grows up to t = 4 pi w.
+    Magnetic poles on the plate's faces keep the magnetic potential on it constant. Their sum is zero. Near the edge
+    they grow like 1 / root of the distance. On a disc every angular order m is independent. Its functions have the
+    transforms j_l with l = m, m + 2 ..., but not l = 0, whose sum is not zero. A rectangle counts as the disc of equal
+    area. The edge is extended by t / 2 pi (1 + ln(4 pi w / t)), as for a thick strip. This grows up to t = 4 pi w.
 
     A small plate has far less effect than a conductor, because the poles need room on it. Then its volume guides the
-    field through it. Half of the infinite plate's volume effect is weighted by the square of this field on the plate.
-    The effect is larger for a thick plate, which demagnetises itself less (a cube: factor three). The other half is
-    weighted by the ratio of the sheet. Fitted to boxes of poles (tests/validation).
+    field through it. Half of the infinite plate's volume effect is multiplied by the part of the coil's squared field
+    that falls on the plate. This part is larger for a thick plate, which demagnetises itself less (a cube: factor
+    three). The other half is multiplied by the sheet's effect, divided by the effect of an infinite sheet. Fitted to
+    boxes of poles (tests/validation).
     """
     offsets = np.atleast_2d(np.asarray(offsets, dtype=float))
     outer, width = float(coil.radii.max()), min(plate.size)
@@ -324,9 +328,9 @@ def loss_ratio_error(plate: FinitePlate, coil: CoaxialRings) -> float:
 
 
 EASED = 1.4
-"""Size at which a transition between two errors ends, divided by the size at which it begins.
+"""Upper limit of the size in a transition between two errors, divided by the lower limit.
 
-Errors are known at some sizes. The returned error is nowhere below a known error, and it has no jump.
+Errors were measured at some sizes. The returned error is nowhere below a measured error, and it has no jump.
 """
 
 
@@ -342,7 +346,7 @@ def eased_error(value: float, limit: float, before: float, after: float) -> floa
 def stepped_error(value: float, steps: Sequence[tuple[float, float]], last: float) -> float:
     """Return an error (no unit) that changes at several limits of `value`, with smooth transitions.
 
-    `steps` are pairs (limit, error up to this limit) with rising limits. Beyond the last limit the error is `last`.
+    `steps` are pairs (limit, error of smaller values) with rising limits. Beyond the last limit the error is `last`.
     """
     error = steps[0][1]
     for (limit, _), (_, after) in zip(steps, (*steps[1:], (math.inf, last)), strict=True):
@@ -403,9 +407,10 @@ def _wave_numbers(top: float, reach: float, panels: int | None = None) -> tuple[
 
 
 def _modes(half: float, detail: float) -> int:
-    """Return the number of functions along a side (no unit), an even number: half for even fields, half for odd fields.
+    """Return the number of functions along a side (no unit): even and odd functions in equal numbers.
 
-    The functions resolve half / n. `detail` (m) is the length over which the field varies.
+    The functions resolve lengths of `half` divided by the number. `detail` (m) is the length over which the field
+    varies.
     """
     return 2 * min(MOST_MODES // 2, 3 + math.ceil(0.8 * half / detail))
 
@@ -496,7 +501,7 @@ def sheet_ratios(
     """Return approximate results of `plate_ratio` (gaps, offsets; no unit) at several gaps (m), for screening.
 
     The other arguments are explained in `plate_ratio`. Only the sheet is solved, with few waves and functions. The
-    field that the thickness excludes is assumed to change in the ratio of the sheet's effect.
+    contribution of the volume is assumed to be proportional to the sheet's effect.
     """
     offsets, outer = np.atleast_2d(np.asarray(offsets, dtype=float)), float(coil.radii.max())
     middles = gaps + _sheet_depth(plate, outer)
@@ -578,9 +583,9 @@ def _disc_change(
     Notes
     -----
     Derived here: functions exp(i m phi) with the transforms j_l(k R) / (k R), l = m + 1, m + 3 ..., have the energies 1
-    / (2 l + 1). The reason is that these j_l are orthogonal over k (Abramowitz and Stegun 11.4.6). The mirror's echo
-    adds to them. Poles have j_l (k R), l = m, m + 2 ... but not 0, with equal energies and an echo of the opposite
-    sign.
+    / (2 l + 1). The reason is that these j_l are orthogonal over k (Abramowitz and Stegun 11.4.6). If there is a
+    mirror, its reflection adds to the energies. Poles have j_l (k R), l = m, m + 2 ... but not 0, with equal energies.
+    For them the reflection has the opposite sign.
     """
     k, weights, spectra = source
     count = _modes(radius, detail) // 2 + 4

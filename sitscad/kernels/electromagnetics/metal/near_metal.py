@@ -48,7 +48,7 @@ MIDDLE = 3e6
 ABOUT = 1.25
 """Ratio of successive metal distances for which subspaces are computed.
 
-Each metal distance is rounded, on a logarithmic scale, to the nearest of these distances.
+A metal distance is replaced by the nearest of these distances on a logarithmic scale.
 """
 
 PERFECT = 1e18
@@ -120,8 +120,8 @@ class CrowdingNearMetal:
 
     `cuts` are the current modes with their waves. `levels` (m) are the lowest and highest mid-plane. `wave_numbers` and
     `weights` (k; 1/m) are nodes and weights of the integral over waves. `bends` is explained in `crowding_near_metal`,
-    `steps` is the number of Krylov steps. For screening, `nearest` (m) is given. Then one subspace serves all metal on
-    one side or on both, from perfect conductors at this distance. `known` and `changed` cache subspaces and results.
+    `steps` is the number of Krylov steps. `nearest` (m) is given for screening only. One subspace, computed for perfect
+    conductors at this distance, then serves all metal. `known` caches subspaces, `changed` caches results.
     """
 
     cuts: _ReflectedCuts
@@ -135,7 +135,7 @@ class CrowdingNearMetal:
     changed: dict[tuple[bytes, Reflector | None, Reflector | None], ComplexArray] = field(default_factory=dict)
 
     def change(self, frequency: float, above: Reflector | None, below: Reflector | None) -> complex:
-        """Return the change (H, complex) to add to the sum of two effects at a `frequency` (Hz) near reflectors.
+        """Return the change (H, complex) at a `frequency` (Hz) to add to the sum of two effects near reflectors.
 
         The two effects are the reflection of a uniform current and the current crowding in free air. `above` and
         `below` are the reflectors on both sides, or None. The imaginary part times -omega is a resistance.
@@ -182,9 +182,10 @@ class CrowdingNearMetal:
 def _equivalent_mirror(reflector: Reflector | None, level: float, nearest: float | None) -> Reflector | None:
     """Return the reflector that replaces a reflector when a subspace is computed.
 
-    It is a perfect conductor, unless the reflector is magnetic, at about the reflector's distance from the nearest mid-
-    plane `level` (m). One subspace serves all reflectors with one replacement. The error is as small as with a subspace
-    for each. For screening, a perfect conductor at the `nearest` distance (m) replaces all metal.
+    One subspace serves all reflectors that have the same replacement. The replacement has about the reflector's
+    distance from the nearest mid-plane `level` (m). It is a perfect conductor, unless the reflector is magnetic. The
+    error is as small as with a subspace for each reflector. For screening, a perfect conductor at the `nearest`
+    distance (m) replaces all metal.
     """
     if reflector is None:
         return None
@@ -287,8 +288,8 @@ class _Reduced:
     """Current modes in all half-planes, projected on a subspace of n mode combinations for each half-plane.
 
     `rates` (half-planes, n; s) are relaxation times, `drive` (half-planes, n) the drives of the combinations in free
-    air. `waves` (half-planes, 2 k, n + 2) are amplitudes in the waves. Its columns are the n combinations, the whole
-    current, and this current's difference from a uniform current.
+    air. `waves` (half-planes, 2 k, n + 2) are amplitudes in the waves. The columns are the n combinations, the whole
+    current, and the difference between the whole current and a uniform current.
     """
 
     rates: Array

@@ -39,7 +39,7 @@ IMAGES = 4
 
 @record
 class Opening:
-    """Rectangular opening in a slab: `size` along x and y (m), and `depth` (m), which is the slab's thickness."""
+    """Rectangular opening in a slab: `size` is its length along x and y (m), `depth` (m) is the slab's thickness."""
 
     size: tuple[float, float]
     depth: float
@@ -111,7 +111,7 @@ def _panel_borders(side: float, gap: float) -> Array:
 
 
 def _image_potential(middles: Array, area: Array, room: float, echo: float) -> Array:
-    """Return the potential (panels, panels; m) of flux through the panels that a mirror adds, per unit of flux density.
+    """Return the potential (panels, panels; m) that a mirror adds on each panel, per flux density through each panel.
 
     `middles` (panels, 2; m) and `area` (panels; m2) are the panels. The mirror is `room` (m) in front of the plane;
     `echo` is its sign. The sum over images (textbook) is up to a constant.

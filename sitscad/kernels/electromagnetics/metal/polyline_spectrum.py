@@ -57,10 +57,11 @@ class TrackImage:
     sense: float
 
     def directions(self, angle: Array) -> tuple[Index, Flags] | None:
-        """Return, for each direction of waves, the index of the direction of the other track's waves that gives them.
+        """Return an index (n) of directions of the other track's waves, one for each direction of this track's waves.
 
-        The second result flags directions for which the opposite of the other track's direction is needed. `angle`
-        (rows, n; rad) are directions over half a turn. None if a needed direction is not in `angle`.
+        The image rotates or mirrors the other track's wave at the indexed direction into this track's wave. The second
+        result flags waves for which the opposite of the indexed direction is needed. `angle` (rows, n; rad) are
+        directions over half a turn. None if a needed direction is not in `angle`.
         """
         mirrored = np.linalg.det(self.matrix) < 0.0
         turn = math.atan2(self.matrix[1, 0], self.matrix[0, 0])
@@ -169,7 +170,7 @@ The phase is the wave number times the difference of the track's length and widt
 """
 
 EVENLY = 12
-"""Divisor of the number of directions of a round track.
+"""The number of directions of a round track is a multiple of this number.
 
 Copies rotated or mirrored by 15 degrees then need no other directions.
 """
@@ -331,10 +332,10 @@ class _Directions:
 
 
 def _off_normals(unit: Array, tangents: Array) -> Array:
-    """Return unit vectors (2, n; no unit), with each direction that is normal to a side rotated slightly.
+    """Return unit vectors (2, n; no unit) in which each direction that is normal to a side is rotated slightly.
 
-    `tangents` (sides, 2) are the sides' directions. In a direction normal to a side, up to `ROUNDING`, the waves of the
-    side's two ends cancel.
+    `tangents` (sides, 2) are the sides' directions. In a direction normal to a side, the waves of the side's two ends
+    cancel. `ROUNDING` is the tolerance.
     """
     across = np.any(np.abs(tangents @ unit) < ROUNDING, axis=0)
     return np.asarray(unit + 10.0 * ROUNDING * across * np.stack([-unit[1], unit[0]]))
@@ -385,7 +386,7 @@ class _Mitred:
 
 
 def _side_transform(tangents: Array, wave: Array) -> Array:
-    """Return t / (k.t) (2, n, directions; m) of sides along unit vectors t (n, 2). It is 0 for a missing side.
+    """Return t / (k.t) (2, n, directions; m) for sides along unit vectors t (n, 2). It is 0 for a missing side (t = 0).
 
     `wave` (2, directions; 1/m) are the wave vectors k.
     """
@@ -431,11 +432,11 @@ class Rows:
 class Patterns:
     """Points grouped into patterns that repeat.
 
-    A pattern is the points between two steps that occur only once. `kinds` (point numbers) and `inner` (m; position
-    relative to the pattern's first point) list the points of one copy of each pattern, pattern after pattern. `first`
-    are the indices in these arrays at which patterns begin. `places` (m) are the first points of all copies, pattern
-    after pattern. `begins` are the indices in `places` at which patterns begin. Places that differ by less than
-    `tolerance` (m) count as equal.
+    The sequence of points is divided at steps that occur only once. A pattern is the part between two such steps.
+    `kinds` (point numbers) and `inner` (m; position relative to the pattern's first point) list the points of one copy
+    of each pattern, pattern after pattern. `first` are the indices in these arrays at which patterns begin. `places`
+    (m) are the first points of all copies, pattern after pattern. `begins` are the indices in `places` at which
+    patterns begin. Places that differ by less than `tolerance` (m) count as equal.
     """
 
     kinds: Index
