@@ -1,6 +1,6 @@
 """Type check of the arguments of public functions against their annotations.
 
-The decorator adds a wrapper at import. The annotations are parsed when the function is first called.
+The decorator adds a wrapper when the function is defined. The annotations are parsed when the function is first called.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ SOURCES = {
     "Adhesive": "sitscad.spec.presets.adhesive('epoxy') reads one",
     "Fault": "sitscad.apps.hardware.converter.Fault.read('open:C2') makes one",
 }
-"""Calls that return a value of each type of sitscad. A TypeError names the call."""
+"""Text about the call that returns a value of each type of sitscad. A TypeError names this call."""
 
 
 def _is_iterable(value: Any) -> bool:
@@ -60,7 +60,7 @@ TYPES: dict[str, tuple[str, Test]] = {
     "Progress": ("a function", callable),
     "Executor": ("an executor", lambda value: hasattr(value, "submit")),
 }
-"""Description and test of each type in annotations that is not a type of sitscad."""
+"""Description and test of each type in annotations, by the type's name. Types of sitscad are in `SOURCES`."""
 
 
 def checked_arguments(function: Function) -> Function:
@@ -97,7 +97,7 @@ class _AnnotatedType:
         self.test = TYPES[self.name][1] if self.name in TYPES else lambda value: True
 
     def holds(self, value: Any) -> bool:
-        """Whether a value is of this type. For lists and tuples, their elements are tested, too."""
+        """Whether a value is of this type. The elements of lists and tuples are tested, too."""
         if self.is_ours:
             bases = (base for base in type(value).__mro__ if base.__name__ == self.name)
             return any(base.__module__.startswith("sitscad.") for base in bases)

@@ -12,7 +12,7 @@ Flags = NDArray[np.bool_]
 
 
 def slices(count: int, size: int) -> list[slice]:
-    """Return slices that divide `count` rows into parts of `size` rows, at least one row each.
+    """Return slices that divide `count` rows into parts of `size` rows. A `size` below 1 counts as 1.
 
     The last part may be shorter.
     """

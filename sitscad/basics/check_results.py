@@ -1,6 +1,7 @@
 """Results of a check besides its findings: the coils' signals, requirements, the fit in the jaw, the jaws' closing.
 
-The module holds values only. A package that has not changed is read back without loading the code that computes them.
+The module holds values only. If a package has not changed, they are read from it, and the code that computes them is
+not loaded.
 """
 
 from __future__ import annotations
@@ -43,18 +44,18 @@ class Signal:
 
     @property
     def by_inductance(self) -> float:
-        """Relative change of the inductance itself: the reading's change if the losses stayed constant."""
+        """Relative change of the inductance over the whole force, without the effect of changed losses."""
         return self.per_newton * self.force / self.rest
 
     @property
     def has_loss_in_it(self) -> bool:
-        """Whether changed losses, which lower the tank's frequency, make much of the signal or reverse its sign."""
+        """Whether changed losses make up much of the signal, or reverse its sign. Losses lower the tank's frequency."""
         shares_of = self.share, self.by_inductance
         return abs(shares_of[0] - shares_of[1]) > BY_LOSS * max(map(abs, shares_of))
 
 
 BY_LOSS = 0.2
-"""Least relative difference, between the signal and the signal by inductance alone, that is reported.
+"""Least relative difference, between the signal and the signal due to inductance alone, that is reported.
 
 Changed losses cause the difference. It is 0.01 to 0.04 under copper and aluminium. Under steel it is 0.2 and more, up
 to a change of sign (derived: the templates, with such targets).
@@ -63,11 +64,11 @@ to a change of sign (derived: the templates, with such targets).
 
 @record
 class RequirementResult:
-    """An achieved figure beside the required limit.
+    """An estimated value beside the limit that the spec requires.
 
-    ``requirement`` is the key in `requirements`, and ``rule`` is the rule that compares it. ``measured`` is the largest
-    figure of all axes and loads, on axis ``axis`` at load ``at``. ``limit`` is None if nothing is required. ``unit`` is
-    ``N``, ``N m``, or empty for fractions.
+    ``requirement`` is the key in `requirements`, and ``rule`` is the rule that compares them. ``measured`` is the
+    largest value over all axes and loads. It is on axis ``axis`` at load ``at``. ``limit`` is None if nothing is
+    required. ``unit`` is ``N``, ``N m``, or empty for fractions.
     """
 
     requirement: str
@@ -81,7 +82,7 @@ class RequirementResult:
 
 @record
 class Share:
-    """A part's contribution to a measure: its size and half its tolerance band (m), and the source of the tolerance."""
+    """A part's contribution to a `Measure`: its size (m), half its tolerance band (m), and the tolerance's source."""
 
     part: str
     nominal: float
@@ -91,10 +92,10 @@ class Share:
 
 @record
 class Measure:
-    """A dimension with an upper limit (m): nominal, by root-sum-square of all tolerances, and in the worst case.
+    """A size with an upper limit (m): nominal, with the root-sum-square of all tolerances, and in the worst case.
 
-    ``decided_by`` is the part that decides it, and ``parts`` are its contributions. ``assumption`` states the
-    assumption behind the figures. Empty if there is none.
+    ``decided_by`` is the part that determines the size, and ``parts`` are the contributions of all parts.
+    ``assumption`` states the assumption behind the values, empty if there is none.
     """
 
     name: str
@@ -108,18 +109,22 @@ class Measure:
 
     @property
     def margin(self) -> float:
-        """Room that is left (m) in the worst case. Negative if the dimension exceeds its limit."""
+        """Room that remains (m) in the worst case. Negative if the size exceeds its limit."""
         return self.limit - self.worst
 
     @property
     def measured(self) -> float:
-        """Dimension (m) to compare with the limit: root-sum-square or nominal if above it, else the worst case."""
+        """Size (m) to compare with the limit.
+
+        If the larger of the nominal and the root-sum-square size exceeds the limit, this size is returned. Otherwise it
+        is the worst case.
+        """
         likely = max(self.nominal, self.root_sum_square)
         return likely if likely > self.limit else self.worst
 
     @property
     def likely_margin(self) -> float:
-        """Room that is left (m) by root-sum-square."""
+        """Room that remains (m) with the root-sum-square of all tolerances."""
         return self.limit - self.root_sum_square
 
 
@@ -167,7 +172,10 @@ class Closing:
 
     @property
     def most(self) -> float | None:
-        """Thickest tissue (m) that fits between the wide open faces at the sensor's middle. None if it is unknown."""
+        """Thickness (m) of the thickest tissue that fits between the wide open faces at the sensor's middle.
+
+        None if the hinge is unknown.
+        """
         if self.reach is None or self.opening is None:
             return None
         half = self.opening / 2.0

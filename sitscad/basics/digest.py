@@ -1,4 +1,4 @@
-"""SHA-256 hashes. The standard library's module loads OpenSSL (3 ms), which a check does not need."""
+"""SHA-256 hashes. The standard library's hash module loads OpenSSL (3 ms), so it is imported at the first hash only."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Any
 
 
 def sha256(content: bytes = b"") -> Any:
-    """Return the hash object of some bytes."""
+    """Return a SHA-256 hash object, fed with `content`."""
     import hashlib
 
     return hashlib.sha256(content)

@@ -1,4 +1,4 @@
-"""The base of errors that the user can resolve."""
+"""Base class of the errors that the user can resolve."""
 
 
 class ExpectedError(Exception):

@@ -17,7 +17,7 @@ class Severity(StrEnum):
     NOTE = "note"
 
     def is_at_least(self, least: Severity) -> bool:
-        """Whether the severity is at least `least`."""
+        """Whether the severity is equal to `least` or higher."""
         order = list(Severity)
         return order.index(self) <= order.index(least)
 
@@ -26,7 +26,7 @@ class Severity(StrEnum):
 class Place:
     """A point on the board (m).
 
-    The copper layer (1 is the top one) and the nets are set if the finding concerns them.
+    The copper layer (1 is the top layer) and the nets are set if the finding concerns them.
     """
 
     x: float
@@ -36,7 +36,7 @@ class Place:
 
 
 class Missing(StrEnum):
-    """Kinds of room that a board can lack. The values are cases of ``data/messages.csv``."""
+    """Kinds of room that a board can lack. The values are keys in ``data/messages.csv``."""
 
     WAY_OUT = "way-out"
     INNER_ROOM = "inner-room"
@@ -49,7 +49,7 @@ class Missing(StrEnum):
 
 @record
 class Shortfall:
-    """A part for which a board has no room.
+    """Part of the board for which there is no room.
 
     ``have`` and ``need`` are the available and the needed room in ``unit``. ``need`` is None if it is unknown.
     ``facts`` are further values for the message.
@@ -69,7 +69,7 @@ class Shortfall:
 
     @property
     def case(self) -> str:
-        """Case of the message in ``data/messages.csv``."""
+        """Key of the message in ``data/messages.csv``."""
         if self.what is Missing.BODY_ROOM and "coil" not in dict(self.facts):
             return "body-room-tail"
         unknown = {Missing.INNER_ROOM: "inner-room-unknown", Missing.TAIL_ROOM: "tail-room-unknown",
@@ -97,7 +97,7 @@ class Edit:
 
     @property
     def words(self) -> str:
-        """Text of the change."""
+        """Text of the change, such as "coil.turns: 9 instead of 8"."""
         if self.what == "name":
             return f"{self.key} is now {self.new}"
         return f"{self.key}: {self.new}" + ("" if self.old is None else f" instead of {self.old}")
@@ -132,15 +132,15 @@ SETTLED = (
     "readout.scan_rate",
     "requirements",
 )
-"""Keys that, like materials, define a sensor, its performance or its maker. Only the designer changes them."""
+"""Keys that, like materials, define a sensor, its performance or its fabricator. Only the designer changes them."""
 
 
 @record
 class Remedy:
-    """A fix: edits that together remove a finding, found by trying them.
+    """A fix: edits that together remove a finding, as a trial has shown.
 
-    ``new_warnings`` names rules that warn of the changed design and do not warn, or warn less, of the present design.
-    ``is_sure`` is False if the fix only guesses the meaning of a word.
+    ``new_warnings`` names the rules with more or graver warnings after the fix than before it. ``is_sure`` is False if
+    the fix only guesses the meaning of a word.
     """
 
     edits: tuple[Edit, ...]
@@ -149,7 +149,7 @@ class Remedy:
 
     @property
     def is_safe(self) -> bool:
-        """Whether the fix may be written into a spec without asking the user."""
+        """Whether the fix may be written into a spec without a question to the user."""
         return self.is_sure and all(edit.is_safe for edit in self.edits)
 
 
@@ -164,19 +164,19 @@ class Finding:
     line, column : int or None
         place of the entry, counted from 1, if the spec's text is known
     measured, limit : float or None
-        compared values, SI, in ``unit``
+        value and its limit, in ``unit`` (SI)
     sigma : float or None
-        number of standard deviations of manufacture between both values, if known
+        difference between value and limit, in standard deviations of manufacture; None if it is unknown
     file : str or None
         file of ``line`` and ``column`` if it is not the spec (a fabricator's profile)
     fixes : tuple of Remedy
         fixes, the best first
     keeps_limit : bool
-        whether ``measured`` keeps the limit, by little
+        whether ``measured`` meets the limit, but is near to it
     detail : str
-        text that the message leaves out: standard deviations, figures of every coil, the source of the limit
+        text that the message leaves out: standard deviations, values of every coil, the source of the limit
     cases : tuple of str
-        templates of message, details and hint in ``data/messages.csv``, the message's first; not in JSON
+        keys in ``data/messages.csv`` of message, details and hint, the message's first; not in JSON
     """
 
     rule: str
@@ -205,18 +205,18 @@ class Finding:
 
     @property
     def whole_message(self) -> str:
-        """The message with its detail."""
+        """The message, followed by its detail."""
         return f"{self.message}; {self.detail}" if self.detail else self.message
 
     @property
     def advised_message(self) -> str:
-        """The message with the hint on a line of its own, for formats without a field for hints."""
+        """The message, and the hint on the next line, for formats without a field for hints."""
         return f"{self.whole_message}\nHint: {self.hint}" if self.hint else self.whole_message
 
 
 @record
 class NotChecked:
-    """A rule that could not be applied, with the reason and its template in ``data/messages.csv``.
+    """A rule that could not be applied, with the reason, and the reason's key in ``data/messages.csv``.
 
     A rule without a finding has passed only if it is not listed here.
     """

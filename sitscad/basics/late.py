@@ -1,4 +1,4 @@
-"""Functions of modules that are imported at the first call, because a check of most specs does not need them."""
+"""Functions of modules that are imported when first called, because the checks of most specs do not need them."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 
 def late(module: str, name: str) -> Callable[..., Any]:
-    """Return a function or class of a module, which is imported at the first call.
+    """Return a function that calls the function or class `name` of `module`. The module is imported at the first call.
 
     `tests/test_import_map.py` counts it as an import, and lists every use with its reason.
     """

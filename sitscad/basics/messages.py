@@ -16,7 +16,7 @@ from sitscad.data import rows
 
 
 class _Template(Formatter):
-    """Formatter whose format specifications are units. A callable value is called when its text is needed."""
+    """Formatter whose format specifications are units. A value that is a function is called when its text is needed."""
 
     def get_value(self, key: int | str, args: object, kwargs: Mapping[str, Any]) -> Any:
         """Return a named value. Raises KeyError for a missing value."""
@@ -33,10 +33,16 @@ _TEMPLATE = _Template()
 
 @cache
 def templates() -> dict[str, dict[str, str]]:
-    """Return all templates by case: ``message``, ``hint`` and ``detail``, and the rules that use the case."""
+    """Return all rows of ``data/messages.csv`` by case.
+
+    A row has the templates ``message``, ``hint`` and ``detail``, and the rules that use the case.
+    """
     return {row["case"]: row for row in rows("messages")}
 
 
 def text_of(case: str, part: str, values: Mapping[str, object]) -> str:
-    """Return the ``message``, ``hint`` or ``detail`` of a case with its values. Raises KeyError for a missing value."""
+    """Return the ``message``, ``hint`` or ``detail`` (`part`) of a case, with `values` inserted.
+
+    Raises KeyError for a missing value.
+    """
     return _TEMPLATE.vformat(templates()[case][part], (), values)

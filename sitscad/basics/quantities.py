@@ -1,6 +1,6 @@
-"""Quantities of results, each declared once: JSON key with SI unit, label, digits, and field of its standard deviation.
+"""Quantities of results, each defined once: JSON key with SI unit, label, digits, and field of its standard deviation.
 
-JSON documents, texts, pages, data sheets, firmware, studies and the watched page use these tables.
+JSON documents, texts, pages, data sheets, firmware, studies and the page of `sitscad watch` use these tables.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ from sitscad.basics.record import record
 from sitscad.basics.units import DASH, quantity
 
 UNIT = re.compile("_(H_per_N|Hz_per_N|H|ohm|F|Hz|V|A|s|m2?|Pa|N)$")
-"""The SI unit at the end of a JSON key."""
+"""Pattern of the SI unit at the end of a JSON key."""
 
 
 @record
 class Quantity:
     """A quantity of a result: its JSON key, its label for people, and the number of significant digits in texts.
 
-    ``path`` names the field of the result, with dots for a field of a field. If it is left out, it is the key without
-    its unit. ``sigma`` names the field of the standard deviation. Fractions (``is_share``) are shown in per cent. A
-    quantity without a label is in JSON only.
+    ``path`` is the name of the result's field. Names with dots are fields of fields. An empty ``path`` stands for the
+    key without its unit. ``sigma`` is the field of the standard deviation. Fractions (``is_share``) are shown in per
+    cent. A quantity without a label is in JSON only.
     """
 
     key: str
@@ -35,40 +35,40 @@ class Quantity:
 
     @property
     def unit(self) -> str:
-        """SI unit, like ``H/N``. Empty for fractions, counts and texts."""
+        """SI unit, such as ``H/N``. Empty for fractions, counts and texts."""
         match = UNIT.search(self.key)
         return match[1].replace("_per_", "/") if match else ""
 
     @property
     def field(self) -> str:
-        """Name of the result's field."""
+        """Name of the result's field, with dots for a field of a field."""
         return self.path or UNIT.sub("", self.key)
 
     def value(self, result: object) -> Any:
-        """Return the value of a result. None if it is absent."""
+        """Return the value of this quantity in a result. None if it is absent."""
         return _field_at_path(result, self.field)
 
     def number(self, result: object) -> Any:
-        """Return the value for JSON. None if it is a number that is not finite."""
+        """Return the value of this quantity in a result, for JSON. None for numbers that are not finite."""
         value = self.value(result)
         return finite(value) if self.unit or isinstance(value, float) else value
 
     def deviation(self, result: object) -> float | None:
-        """Return one standard deviation in the quantity's unit. None if it is unknown."""
+        """Return one standard deviation of this quantity in a result, in its unit. None if it is unknown."""
         sigma = _field_at_path(result, self.sigma) if self.sigma else None
         return None if sigma is None else float(sigma)
 
     def plain(self, result: object) -> str:
-        """Return the value for people, with its unit. A dash if it is absent or not finite."""
+        """Return the value in a result as text for people, with its unit. A dash if it is absent or not finite."""
         return self.shown(self.value(result))
 
     def text(self, result: object) -> str:
-        """Return the value for people, with one standard deviation if that is known."""
+        """Return the value in a result as text for people, with one standard deviation if it is known."""
         sigma = self.deviation(result)
         return self.plain(result) if sigma is None else self.shown(self.value(result), sigma)
 
     def shown(self, value: Any, sigma: float | None = None) -> str:
-        """Return a value of this quantity for people, with one standard deviation if that is known."""
+        """Return `value` as text for people, with the standard deviation `sigma` if it is not None."""
         if isinstance(value, bool):
             return "yes" if value else "no"
         if value is None or isinstance(value, (int, str)):
@@ -82,7 +82,7 @@ class Quantity:
 
 
 def _field_at_path(result: object, path: str) -> Any:
-    """Return a field, or a field of a field. None if a part of the path is None."""
+    """Return the field of a result at `path`, with dots for a field of a field. None if a part of the path is None."""
     for name in path.split("."):
         result = None if result is None else getattr(result, name)
     return result
@@ -91,7 +91,7 @@ def _field_at_path(result: object, path: str) -> Any:
 class Table(NamedTuple):
     """A table for people: the heads of its columns, its rows, its title, and notes.
 
-    A table without rows is not shown. An empty head is shown on pages only.
+    A table without rows is not shown. If all heads are empty, texts leave the line of heads out.
     """
 
     head: Sequence[str]
@@ -101,12 +101,12 @@ class Table(NamedTuple):
 
 
 def document(result: object, quantities: Iterable[Quantity]) -> dict[str, Any]:
-    """Return the quantities of a result by their JSON keys."""
+    """Return the quantities of a result as a dictionary by their JSON keys."""
     return {each.key: each.number(result) for each in quantities}
 
 
 def deviations(result: object, quantities: Iterable[Quantity]) -> dict[str, float | None]:
-    """Return one standard deviation by JSON key, for quantities that have the field."""
+    """Return one standard deviation by JSON key, for the quantities that name a field for it."""
     return {each.key: finite(each.deviation(result)) for each in quantities if each.sigma}
 
 
@@ -124,14 +124,14 @@ def by_result(results: Iterable[object], quantities: Iterable[Quantity], title: 
 
 
 def finite(value: float | None) -> float | None:
-    """Return a number for JSON. None if it is absent or not finite."""
+    """Return a number unchanged for JSON. None if it is absent or not finite."""
     return float(value) if value is not None and math.isfinite(value) else None
 
 
 def plus_minus(value: float, sigma: float | None, unit: str, per: str = "", digits: int = 3) -> str:
-    """Return a number and one standard deviation, as ``1.15 +- 0.087 mm``.
+    """Return a number and one standard deviation, such as ``1.15 +- 0.087 mm``.
 
-    A much smaller deviation keeps its own unit.
+    A much smaller deviation has its own unit prefix. `per` follows the unit.
     """
     shown = quantity(value, unit, digits)
     if sigma is None or not math.isfinite(sigma) or shown == DASH:
@@ -207,7 +207,10 @@ TANK_AND_DRIVE = (
     Quantity("drive_current_A", "drive current"),
     Quantity("drive_code", "drive code"),
 )
-"""The tank's capacitor and the drive (`ReadoutEstimate`). The settings of the family's conversion follow them."""
+"""The tank's capacitor and the drive (`ReadoutEstimate`).
+
+Reports list the settings of the converter's family after these quantities.
+"""
 
 RATES = (
     Quantity("scan_rate_Hz", "complete scans, of all coils"),
@@ -257,7 +260,7 @@ METERED = (
     COMPUTED_WITHIN,
     Quantity("direct_ohm", "resistance, direct current", 3, sigma="direct_sigma"),
 )
-"""Readings of a usual meter on a bare board's coil (`MeterReadings`)."""
+"""Readings of an ordinary LCR meter on a bare board's coil (`MeterReadings`)."""
 
 BARE_TANK = (
     Quantity("frequency_Hz", "frequency in the tank", sigma="spread.frequency"),
@@ -340,7 +343,7 @@ RESPONSE = (
     Quantity("frequency_by_pose", path="by_pose"),
     Quantity("frequency_by_load", path="by_load"),
 )
-"""Arrays of a `Response`. Texts show the labelled ones, with one value per coil."""
+"""Arrays of a `Response`. Texts show the arrays with a label, one value per coil."""
 
 SIGNAL = (
     Quantity("coil"),

@@ -1,9 +1,9 @@
 """Records: frozen dataclasses that take little time to define.
 
 A spec, a layout and its estimates consist of a hundred and sixty small frozen classes. The standard library writes and
-compiles six functions for each class at every start (up to Python 3.12), which was a sixth of the time of `sitscad
-check`. The methods here are shared by all classes. A class contributes only its field names. Functions for dataclasses
-take records: `dataclasses.field`, `replace`, `fields`, `asdict`, and type checkers.
+compiles six functions for each class at every start (up to Python 3.12). This took a sixth of the time of `sitscad
+check`. The methods here are shared by all classes. Each class only supplies its field names. Functions for dataclasses
+accept records: `dataclasses.field`, `replace`, `fields`, `asdict`, and type checkers.
 """
 
 from __future__ import annotations
@@ -33,13 +33,14 @@ def record(*, eq: bool) -> Callable[[Class], Class]: ...
 def record(cls: Any = None, /, *, eq: bool = True) -> Any:
     """Make a class of annotated fields a frozen dataclass, as ``@dataclass(frozen=True)`` does.
 
-    With `eq` False, each instance is equal to itself only. Classes that hold arrays need this.
+    If `eq` is False, two instances are equal only if they are the same object. Classes that hold arrays need this.
     """
 
     def made(cls: type) -> type:
-        """Return the class as a record.
+        """Add the methods of a frozen dataclass to the class.
 
-        Methods are compiled at first use, because most classes of a command have no instance.
+        ``__init__``, ``__eq__`` and ``__hash__`` are made at first use. One command makes no instance of most classes,
+        so this saves start-up time.
         """
         methods: dict[str, Any] = {**_SHARED, "__init__": _init_on_first_use(cls), _FIELDS: _FieldsOnFirstUse(cls)}
         if eq:
@@ -62,7 +63,10 @@ _LOCK = RLock()
 
 
 class _FieldsOnFirstUse:
-    """The fields of a record as a dataclass has them, completed at first access. Most records never need them."""
+    """Fields of a record as a complete dataclass has them.
+
+    They are computed at first access. Most records never need them.
+    """
 
     def __init__(self, cls: type) -> None:
         self._cls = cls
@@ -91,10 +95,10 @@ _WITHOUT_DEFAULT: Field[Any] = field()
 
 @cache
 def _own_fields(cls: type) -> dict[str, Field[Any]]:
-    """Return the fields of a record by name, with the fields of its bases first.
+    """Return the fields of a record by name, with the fields of its base classes first.
 
-    Only defaults and flags are set. Constructors, equality and copies need no more, and complete fields take ten times
-    as long.
+    The fields contain only defaults and flags. Constructors, equality and copies need no more, and complete fields take
+    ten times as long.
     """
     by_name: dict[str, Field[Any]] = {}
     for base in reversed(cls.__mro__):
@@ -110,7 +114,7 @@ def _own_fields(cls: type) -> dict[str, Field[Any]]:
 
 
 def _init_on_first_use(cls: type) -> Callable[..., None]:
-    """Return a constructor that replaces itself with the compiled one at its first call."""
+    """Return a constructor that compiles the real constructor at its first call, and replaces itself with it."""
 
     def __init__(self: Any, /, *values: Any, **named: Any) -> None:
         compiled = _compiled_init(cls)
@@ -145,8 +149,8 @@ def _compiled_init(cls: type) -> Callable[..., None]:
 def _init_pattern(count: int, with_factory: tuple[int, ...]) -> CodeType:
     """Return the code of a constructor with `count` numbered fields.
 
-    The fields `with_factory` have default factories. A class's constructor is this code with other names. Renaming
-    takes a tenth of the time of compiling.
+    `with_factory` holds the numbers of the fields with default factories. A class's constructor is this code with other
+    names. Renaming takes a tenth of the time of compiling.
     """
     names = _numbered(count)
     values = [f"new_{k}() if {name} is missing else {name}" if k in with_factory else name
@@ -162,7 +166,7 @@ def _numbered(count: int) -> list[str]:
 
 
 def _comparing_on_first_use(cls: type) -> dict[str, Callable[..., Any]]:
-    """Return equality and hash of a record. Both are created when either is first used."""
+    """Return the methods ``__eq__`` and ``__hash__`` of a record. Both are created when either is first used."""
 
     def real(name: str) -> Callable[..., Any]:
         for key, method in _comparing(_own_fields(cls)).items():
@@ -177,7 +181,7 @@ def _comparing_on_first_use(cls: type) -> dict[str, Callable[..., Any]]:
 
 
 def _comparing(fields_by_name: dict[str, Field[Any]]) -> dict[str, Callable[..., Any]]:
-    """Return equality and hash of a record by its fields."""
+    """Return the methods ``__eq__`` and ``__hash__`` that compare the given fields of a record."""
     compared = _values_of([name for name, each in fields_by_name.items() if each.compare])
     hashed = _values_of([name for name, each in fields_by_name.items()
                          if (each.compare if each.hash is None else each.hash)])
@@ -197,16 +201,16 @@ def _comparing(fields_by_name: dict[str, Field[Any]]) -> dict[str, Callable[...,
 
 
 HASH = "_hash"
-"""Name under which a record stores its hash once it is computed."""
+"""Attribute in which a record stores its hash after the first computation."""
 
 
 def _without_hash(self: Any) -> dict[str, Any]:
-    """Return the state to copy or pickle. It has no hash, because hashes of texts differ between processes."""
+    """Return the attributes to copy or pickle, without the hash. Hashes of texts differ between processes."""
     return {name: value for name, value in self.__dict__.items() if name != HASH}
 
 
 def replace(value: Made, /, **changes: Any) -> Made:
-    """Return the record with other values of some fields. `dataclasses.replace` takes four times as long."""
+    """Return a copy of a record with other values of some fields. `dataclasses.replace` takes four times as long."""
     inside, names = cast(Any, value).__dict__, _own_fields(cast(type, type(value)))
     changed = object.__new__(type(value))
     values = changed.__dict__
@@ -235,7 +239,7 @@ class FrozenDict(dict[Any, Any]):
 
 
 def with_frozen_mappings(value: Made) -> Made:
-    """Return the record with each of its mappings as a `FrozenDict`."""
+    """Return the record with each of its dictionaries as a `FrozenDict`."""
     inside = cast(Any, value).__dict__
     names = _own_fields(cast(type, type(value)))
     changes = {name: FrozenDict(inside[name]) for name in names if type(inside[name]) is dict}
@@ -243,9 +247,9 @@ def with_frozen_mappings(value: Made) -> Made:
 
 
 def memo(by: Any, name: str, make: Callable[[], Made]) -> Made:
-    """Return the result of `make()`, which is stored in the record `by` under a name.
+    """Return the result of `make()`, and store it in the record `by` under `name`.
 
-    Later calls return the stored result. A replaced record computes it again.
+    Later calls return the stored result. A copy with other values (`replace`) does not have it.
     """
     inside = by.__dict__
     if name not in inside:

@@ -66,7 +66,7 @@ _LONGEST = 64
 
 
 class UnitError(ValueError):
-    """Raised for a quantity that cannot be read. The text names the input, and `hint` names the allowed form.
+    """Raised for a quantity that cannot be read. The message contains the input, and `hint` the allowed form.
 
     ``reason`` is ``"unit"`` (missing, unknown or of another dimension), ``"number"`` (no number), ``"range"`` (not
     finite or absurdly large) or ``"type"`` (neither a text nor a number). ``candidates`` are corrections that the user
@@ -90,9 +90,9 @@ class UnitError(ValueError):
         return self.candidates[0] if len(self.candidates) == 1 else ""
 
     def in_range(self, dimension: str, low: float, high: float) -> UnitError:
-        """Return this error with only those candidates that lie in a range (SI).
+        """Return this error with only those candidates that lie from `low` to `high` (SI units of `dimension`).
 
-        If the range removes a candidate, the remaining one is not sure (`is_sure`).
+        If the range removes a candidate, ``is_sure`` becomes False.
         """
         remaining = tuple(text for text in self.candidates if _is_within(text, dimension, low, high))
         is_sure = self.is_sure and remaining == self.candidates
@@ -109,8 +109,8 @@ def _is_within(text: str, dimension: str, low: float, high: float) -> bool:
 def parse_quantity(value: str | int | float, dimension: str) -> float:
     """Return a quantity in SI units.
 
-    A bare number is millimetres for a length. Every other dimension needs its unit, except that an angle of zero may
-    have none. The result is the double nearest to the written number, so that ``100 um``, ``0.1 mm`` and ``0.1`` agree.
+    A length without a unit is in millimetres. In every other dimension, a unit is required, except for an angle of
+    zero. The result is the double nearest to the written number, so that ``100 um``, ``0.1 mm`` and ``0.1`` agree.
 
     Raises
     ------
@@ -161,14 +161,14 @@ _SCALES: dict[str, tuple[Decimal, Decimal]] = {
     **dict.fromkeys(("degF", "F", "\N{DEGREE SIGN}F"), (Decimal(-32), Decimal(5) / 9)),
     **dict.fromkeys(("K", "degK"), (Decimal("-273.15"), Decimal(1))),
 }
-"""Other scales of temperature: the number to add, then the factor, to get degrees Celsius."""
+"""Temperature scales besides Celsius, by unit. (value + first number) times the second number is in Celsius."""
 
 
 _SI_PREFIXES = frozenset("YZEPTGMkhdcmunpfa")
 
 
 def _unit_error(number: Decimal, unit: str, dimension: str) -> UnitError:
-    """Return the error for an unknown unit, with similar units as candidates."""
+    """Return the error for an unknown unit. Its candidates have similar units of the dimension."""
     allowed = f"allowed: {', '.join(name for name in UNITS[dimension] if name.isascii())}"
     if dimension == "temperature" and unit in _SCALES:
         offset, factor = _SCALES[unit]
@@ -210,7 +210,7 @@ _WRITTEN = {
 
 
 def exact_text(value: float, dimension: str) -> str:
-    """Return a quantity as a text that `parse_quantity` reads as exactly `value` (SI)."""
+    """Return a quantity (SI) as a text that `parse_quantity` reads back as exactly `value`."""
     number = Decimal(repr(float(value)))
     if dimension == "angle":
         degrees = f"{math.degrees(value):.12g} deg"
@@ -242,11 +242,11 @@ _SHOWN = {
 
 
 def show(value: float, unit: str, digits: int = 4) -> str:
-    """Return a quantity for people, from SI: ``show(2.523424e-6, "H")`` is ``"2.523 uH"``.
+    """Return a quantity (SI) as text for people: ``show(2.523424e-6, "H")`` is ``"2.523 uH"``.
 
     `unit` is the name of the SI unit (``m``, ``H``, ``F``, ``ohm``, ``Hz``, ``N``, ``N m``, ``Pa``, ``V``, ``A``,
     ``s``, ``S/m``). Any other unit is written without a prefix. `digits` are significant digits, and trailing zeros are
-    dropped. Lengths stay in millimetres up to 10 m. The text does not depend on the locale.
+    dropped. Lengths up to 10 m are in millimetres or smaller units. The text does not depend on the locale.
     """
     if not math.isfinite(value):
         return f"{value} {unit}".strip()
@@ -309,20 +309,20 @@ def quantity_as(value: object, form: str) -> str:
 
 
 _JOINING = {"and": (", ", " and "), "or": (", ", " or "), "list": (", ", ", "), "x": (" x ", " x ")}
-"""Separators of a sequence's texts, and of its last text, by the last word of a form."""
+"""Separators by the last word of a form: between the texts of a sequence, and before its last text."""
 
 
 DASH = "-"
-"""Text of a figure that is absent or not finite."""
+"""Text for a value that is absent or not finite."""
 
 
 def quantity(value: float | None, unit: str, digits: int = 4) -> str:
-    """Return a number with its unit, as `show` does. A dash if it is absent or not finite."""
+    """Return a number with its unit as text, as `show` does. A dash if it is absent or not finite."""
     return show(value, unit, digits) if value is not None and math.isfinite(value) else DASH
 
 
 def fixed_decimals(value: float, most: int = 4, least: int = 0) -> str:
-    """Return a number with `least` to `most` decimals, equal on every machine and never "-0".
+    """Return a number as text with `least` to `most` decimals, equal on every machine and never "-0".
 
     All files and drawings write their coordinates with this function.
     """
@@ -338,7 +338,10 @@ def in_mm(metres: float, most: int = 4, least: int = 0) -> str:
 
 
 def _plain(number: float, digits: int) -> str:
-    """Return significant digits without trailing zeros, and without an exponent for 1e-6 up to 1e9."""
+    """Return a number as text with significant digits and without trailing zeros.
+
+    From 1e-6 to 1e9, the text has no exponent.
+    """
     text = f"{number:.{max(1, digits)}g}"
     if "e" in text and 1e-6 <= abs(number) < 1e9:
         places = max(0, digits - 1 - math.floor(math.log10(abs(number))))
@@ -349,12 +352,12 @@ def _plain(number: float, digits: int) -> str:
 
 
 def count_text(count: int, what: str) -> str:
-    """Return a count with its noun, in the plural unless the count is one."""
+    """Return a count with its noun `what`, in the plural unless the count is one."""
     return f"{count} {what}{'' if count == 1 else 's'}"
 
 
 def number_cell(value: float) -> str:
-    """Return a number for a table that programs read, with ten digits. Empty if it is not finite."""
+    """Return a number as text with ten digits, for a table that programs read. Empty if it is not finite."""
     return f"{value + 0.0:.10g}" if math.isfinite(value) else ""
 
 

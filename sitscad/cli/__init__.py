@@ -1,4 +1,4 @@
-"""The command line: it takes arguments and returns exit codes. The work of the commands is in other folders."""
+"""The command line: it reads arguments and returns exit codes. Other folders do the work of the commands."""
 
 from __future__ import annotations
 
@@ -61,8 +61,8 @@ def _ignore_write_errors() -> Iterator[None]:
 def prepare_streams() -> None:
     """Open closed standard streams on the null device, and make all streams accept any character.
 
-    Otherwise the next file that is opened gets the number of the closed stream, and text that a library prints there
-    goes into that file.
+    Without this, the next file that is opened would get the number of the closed stream. Text that a library prints to
+    the stream would then be written into this file.
     """
     for name in ("stdin", "stdout", "stderr"):
         if getattr(sys, name) is None:
@@ -83,14 +83,14 @@ The second is the largest value that the C library accepts (mallopt(3)).
 """
 
 _TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3
-"""Numbers of these settings in malloc.h."""
+"""Numbers by which malloc.h names the two settings of `keep_freed_memory`."""
 
 
 def keep_freed_memory() -> bool:
-    """Set the C library to keep freed memory for this process's next arrays. Return whether that succeeded.
+    """Set the C library to keep freed memory for this process's next arrays. Return whether this succeeded.
 
-    Otherwise every array of some hundred kilobytes is allocated and cleared by the system, which takes a tenth to a
-    fifth of a check's time. The settings work with GNU's library on Linux. Other systems are left unchanged.
+    Otherwise the system allocates and clears every array of some hundred kilobytes, which takes a tenth to a fifth of a
+    check's time. The settings work with GNU's library on Linux. On other systems, nothing is changed.
     """
     if not sys.platform.startswith("linux"):
         return False
@@ -176,7 +176,7 @@ A command line imports the module of its own command only. `sitscad --help` impo
 
 
 class Commands(click.Group):
-    """The commands of `COMMANDS`, with their first sentences only until one is run."""
+    """The commands of `COMMANDS`. Until a command is run, only its first sentence is known."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the names of all commands, in the usual order of use."""

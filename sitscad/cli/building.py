@@ -73,7 +73,10 @@ def build(
 
 
 def _build_one(compares: bool, request: tuple[SensorSpec, Policy], **how: Any) -> BuildResult:
-    """Build one package, or compare it with the result of a build."""
+    """Build one package. If `compares`, compare an existing package with the result of a build instead.
+
+    `request` is the spec with its policy, and `how` are the options of the build.
+    """
     spec, policy = request
     if compares:
         return stale(spec, **how, policy=policy)
@@ -87,13 +90,16 @@ LONG_STAGES = ("check", "mount", "mesh", "assembly", "datasheet", "calibration",
 
 
 def _print_stage(name: str, stage: str, outcome: str, _: float) -> None:
-    """Print the start of a long stage, one line per stage, for pipes and for several packages."""
+    """Print a line when a long stage starts. It is used in pipes, and for builds of several packages.
+
+    `name` is the spec's name. `outcome` is ``start`` at the beginning of a stage.
+    """
     if outcome == "start" and stage in LONG_STAGES:
         print_message(f"{name}: {stage} ...")
 
 
 def _progress(stage: str, outcome: str, seconds: float) -> None:
-    """Print one line per stage on a terminal, overwritten when the stage is done."""
+    """Print one line per stage on a terminal. It is overwritten when the stage is done."""
     colour = coloured(sys.stderr)
     if outcome == "start":
         click.echo(f"  {stage} ...", err=True, nl=False)
@@ -103,10 +109,11 @@ def _progress(stage: str, outcome: str, seconds: float) -> None:
 
 
 def _print_build(result: BuildResult, only: tuple[str, ...], again: str, named: bool, fails: Severity) -> int:
-    """Print the result of a build of some stages (all if none is named). Return its exit code.
+    """Print the result of a build, and return its exit code.
 
-    `again` are the options that repeat the build. With `named`, every line names the spec, for builds of several specs.
-    `fails` is the severity that stops the build.
+    `only` are the names of the stages that were built, empty for all stages. `again` are the options that repeat the
+    build. With `named`, every line names the spec, for builds of several specs. `fails` is the severity that stops the
+    build.
     """
     if result.checked.findings or result.checked.ignored:
         show_findings([result.checked], named)

@@ -29,10 +29,10 @@ from sitscad.package.inspection import as_configured
 def take_points(
     design: Design, calibration: Calibration, source: str, table: str, creep: float | None
 ) -> bool:
-    """Take the points of a plan and write each into a table. Return whether the table is complete.
+    """Measure the points of a plan, and write each into a table. Return whether the table is complete.
 
-    A point is read `creep` seconds after the load is applied. Raises click.UsageError if `source` is not a board of
-    this sensor.
+    `source` is the board as in `sitscad read`, and `table` the path of the table. A point is read `creep` seconds after
+    the load is applied. Raises click.UsageError if `source` is not a board of this sensor.
     """
     path = Path(table)
     try:

@@ -133,9 +133,10 @@ def check(
 
 
 def _drawings(picture: str | None, specs: list[str], mends: bool) -> list[str]:
-    """Return the path of each spec's drawing: the named file, or a file in the named folder with the spec's name.
+    """Return the path of each spec's drawing, empty if no picture is requested.
 
-    Empty if no picture is requested.
+    It is the named file `picture`, or a file in the named folder with the spec's name. `mends` is True with --fix or
+    --diff, which exclude a picture.
     """
     if picture is None:
         return []
@@ -155,7 +156,7 @@ def _drawings(picture: str | None, specs: list[str], mends: bool) -> list[str]:
 
 
 def _draw(path: str, inspected: Inspection) -> None:
-    """Write the drawing of a spec, or print that there is none."""
+    """Write the drawing of a spec, or print that there is nothing to draw."""
     if not inspected.drawing:
         print_message(f"{inspected.checked.path}: nothing to draw, {path} was not written")
         return
@@ -165,9 +166,10 @@ def _draw(path: str, inspected: Inspection) -> None:
 
 
 def _print_milder(checked: list[CheckedSpec], weight: Severity, option: str) -> int:
-    """Print the number of warnings and notes that fail because of an option (``--strict`` or ``--fail-on``).
+    """Print the numbers of warnings and notes that fail the command because of an option.
 
-    Return 1 if there are any, else 0.
+    `option` is ``--strict`` or ``--fail-on``, and `weight` the mildest severity that fails. Return 1 if there are any,
+    else 0.
     """
     if not any(spec.fails(weight) for spec in checked):
         return 0
@@ -179,7 +181,7 @@ def _print_milder(checked: list[CheckedSpec], weight: Severity, option: str) -> 
 
 
 def _require_purpose(fix: bool, diff: bool, unsafe: bool, form: str, specs: tuple[str, ...]) -> None:
-    """Raise a usage error if the options of fixes contradict each other."""
+    """Raise a usage error if the options of ``--fix`` and ``--diff`` contradict other options."""
     if unsafe and not (fix or diff):
         raise click.UsageError("--unsafe-fixes says what --fix and --diff may change: name one of them.")
     if form != "text" and (diff or (fix and "-" in specs)):
@@ -190,7 +192,7 @@ def _require_purpose(fix: bool, diff: bool, unsafe: bool, form: str, specs: tupl
 
 
 def _write_mended(mended: MendedSpec, writes: bool, unmended: bool) -> None:
-    """Write a mended spec if it was changed and `writes` is True. Print the applied and the undone fixes.
+    """Write a mended spec if it was changed and `writes` is True. Print the applied fixes and the undone fixes.
 
     With `unmended`, also print the rules of findings without a fix.
     """
@@ -205,11 +207,14 @@ def _write_mended(mended: MendedSpec, writes: bool, unmended: bool) -> None:
 
 
 SUMMARY_LIMIT = 1_000_000
-"""Largest size (bytes) of a job's page. GitHub takes one mebibyte per step and drops a longer page as a whole."""
+"""Largest size (bytes) of a job's summary page.
+
+GitHub takes one mebibyte per step and drops a longer page as a whole.
+"""
 
 
 def _append_job_summary(path: str, inspected: list[Inspection]) -> None:
-    """Append the page of a job, without pictures if it would be too long."""
+    """Append the summary page of a job to the file `path`, without pictures if the page would be too long."""
     checked = [each.checked for each in inspected]
     pictures = {each.checked.path: each.picture for each in inspected}
     for shown_pictures in (pictures, {}):

@@ -186,7 +186,7 @@ def design(
 
 
 def _write(answer: StudyAnswer, folder: str) -> None:
-    """Write the files of an answer, and remove files of an earlier answer."""
+    """Write the files of a study's answer into a folder, and remove files of an earlier answer."""
     os.makedirs(os.path.join(folder, "designs"), exist_ok=True)
     files = answer_files(answer)
     for name in files:
@@ -206,7 +206,7 @@ def _write_so_far(loaded: Study, unfinished: StudyResults, folder: str) -> None:
 
 
 SO_FAR = "so-far.html"
-"""Page of an interrupted search. A complete search removes it."""
+"""File name of the page of an interrupted search. A complete search removes this file."""
 
 STUDY_REPORT_INTERVAL = 30.0
 """Seconds between two lines on the progress of a study, if no terminal shows it on one line."""

@@ -228,9 +228,9 @@ def response(
 
 
 def cell_of(whole: Design, number: int | None) -> Design:
-    """Return the design of a cell, or the whole design if no number is given.
+    """Return the design of the cell with this number, or the whole design if `number` is None.
 
-    Raises click.BadParameter for other numbers.
+    Raises click.BadParameter for a number without a cell.
     """
     try:
         return whole if number is None else whole.cells.by_number(number)

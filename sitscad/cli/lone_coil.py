@@ -18,7 +18,7 @@ from sitscad.spec.reading import SpecError
 
 
 class Size(click.ParamType):
-    """A length as in a spec, or two with a comma between them: x and y of rectangles and racetracks."""
+    """A length as in a spec, or two lengths with a comma between them: x and y of rectangles and racetracks."""
 
     name = "length"
 
@@ -48,10 +48,10 @@ def _numbers(text: str) -> object:
 
 
 MISSING = re.compile(r"\bcoil has no (\w+)")
-"""Pattern of the message for a missing key of section ``coil``. The command names the option instead of the key."""
+"""Pattern of the message for a missing key of section ``coil``. The command names the option instead."""
 
 OPTION = re.compile(r"\b(?:coil|fpc)\.(\w+)")
-"""A key of a spec in a message. The option with this name sets it."""
+"""Pattern of a spec key in a message. The option of the same name sets this key."""
 
 
 @click.command(cls=Example,

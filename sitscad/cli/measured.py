@@ -1,4 +1,4 @@
-"""The option `--measured` of `sitscad coil` and `sitscad estimate`: a measured coil beside the computed one."""
+"""The option `--measured` of `sitscad coil` and `sitscad estimate`: comparison of a measured coil with its estimate."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from sitscad.layout.board import Layout
 
 
 def measured_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the options of a comparison with a measurement to a command."""
+    """Add the options of the comparison with a measurement to a command."""
     for option in (
         click.option("--overlay", type=click.Path(dir_okay=False),
                      help="Write a picture of measured and computed L and R to this file (--measured)."),
@@ -37,7 +37,11 @@ def print_comparison(
     coil: Spiral | DrawnCoil | Layout, data: str, name: str | None, meter_error: float, format_name: str,
     overlay: str | None,
 ) -> int:
-    """Print the comparison of a coil with the measurement in a file. Return the exit code."""
+    """Print the comparison of a coil with the measurement in the file `data`. Return the exit code.
+
+    `name` selects a coil of a layout. `meter_error` is the meter's relative error, and `overlay` the path of a picture
+    to write.
+    """
     show = row_of(COMPARISON_FORMATS, format_name, "--format")
     try:
         comparison = compare(coil, data, name, 0.01 * meter_error)

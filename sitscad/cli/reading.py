@@ -133,9 +133,9 @@ def read(
 
 
 def _maps(place: Path | None) -> list[Path]:
-    """Return the calibration.json at a path, or the files in the folders below it.
+    """Return the path `place` of a calibration.json, or the paths of all such files in and below this folder.
 
-    Raises ValueError if there is none.
+    Empty if `place` is None. Raises ValueError if the folder has none.
     """
     if place is None or place.is_file():
         return [] if place is None else [place]
@@ -146,7 +146,7 @@ def _maps(place: Path | None) -> list[Path]:
 
 
 def _write_log(folder: Path, board: Board, rows: Sequence[Scan], source: str) -> None:
-    """Write the readings to readings.csv, and the data that explain them to readings.json."""
+    """Write the scans to readings.csv, and the data that describe board and source to readings.json."""
     folder.mkdir(parents=True, exist_ok=True)
     write_output(folder / "readings.csv", scan_table(board, rows))
     write_output(folder / "readings.json", scan_document(board, source))
@@ -154,18 +154,18 @@ def _write_log(folder: Path, board: Board, rows: Sequence[Scan], source: str) ->
 
 
 USUAL = 2.0
-"""Seconds for which a board is read by default."""
+"""Default time (s) for which a board is read."""
 
 
 INTERVAL = 1.0 / 30.0
-"""Shortest time between two readings that the page shows, in seconds."""
+"""Shortest time (s) between two readings that the page shows."""
 
 
 @contextmanager
 def live(board: Board, forces: Forces, calibrations: Sequence[Path], port: int) -> Iterator[Callable[[Scan], None]]:
     """Serve the live page until the context ends. Yield a function that shows a scan on the page.
 
-    The page computes newtons from the calibrations (paths of calibration.json). Raises ClickException if the server
+    The page computes newtons with the files `calibrations` (calibration.json). Raises ClickException if the server
     cannot listen.
     """
     maps = [json.loads(path.read_text(encoding="utf-8")) for path in calibrations]

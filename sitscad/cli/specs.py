@@ -20,7 +20,7 @@ from sitscad.spec.sensor import SensorSpec
 
 
 def specs_of(paths: Iterable[str]) -> list[str]:
-    """Return the paths of the named specs, and of all specs in named folders."""
+    """Return the paths of the named specs, and of all specs in the named folders."""
     def skip(path: str) -> None:
         print_message(f"{escape_controls(path)} is a study and is skipped (sitscad design {escape_controls(path)})")
 
@@ -36,7 +36,7 @@ def baseline_of(path: str | None) -> Baseline | None:
 
 
 def warn_of_unknown_specs(baseline: Baseline | None, checked: Iterable[CheckedSpec]) -> None:
-    """Print a message on each spec with findings that the baseline does not list."""
+    """Print a message for each spec that has findings, but is not in the baseline."""
     for spec in checked:
         if baseline is not None and spec.findings and not baseline.holds(spec.path, spec.name):
             which = f"no spec{f' named {spec.name}' if spec.name else ''} at this path"
@@ -44,10 +44,10 @@ def warn_of_unknown_specs(baseline: Baseline | None, checked: Iterable[CheckedSp
 
 
 def layout_of(stream: Any, named: bool = False, **options: Any) -> OutputOptions:
-    """Return the layout of findings on a stream: colours and line width.
+    """Return the options for the output of findings on a stream, with its colours and line width.
 
-    Lines are wrapped at the terminal's width, or at the number of columns in COLUMNS. In a pipe they are not wrapped,
-    so that a search finds a finding on one line.
+    Lines are wrapped at the terminal's width, or at the number of columns in COLUMNS. In a pipe, they are not wrapped,
+    so that a search finds a finding on one line. `named` and `options` are fields of `OutputOptions`.
     """
     is_folded = stream.isatty() or os.environ.get("COLUMNS", "").isdigit()
     width = columns() if is_folded else None
@@ -55,7 +55,7 @@ def layout_of(stream: Any, named: bool = False, **options: Any) -> OutputOptions
 
 
 def show_findings(checked: list[CheckedSpec], named: bool = False) -> None:
-    """Print findings as text to stderr, as messages besides a result. Each line names its spec if `named`."""
+    """Print findings as text to stderr, beside the command's result. Each line names its spec if `named`."""
     click.echo(FINDING_FORMATS["text"](checked, layout_of(sys.stderr, named)), err=True, nl=False, color=True)
 
 
@@ -65,7 +65,7 @@ def show_unreadable(path: str, error: SpecError) -> None:
 
 
 def spec_of(path: str) -> SensorSpec | None:
-    """Return the spec of a file, under the configuration above it. None, with a message, if it cannot be read."""
+    """Return the spec in a file, read with the configuration above it. None, after a message, if it cannot be read."""
     try:
         return open_spec(path, policy_for(path))
     except SpecError as error:
@@ -74,7 +74,7 @@ def spec_of(path: str) -> SensorSpec | None:
 
 
 def exit_code_of(checked: CheckedSpec, path: str) -> int:
-    """Return the exit code of a check. Print a message if the check found errors."""
+    """Return the exit code for a checked spec. Print a message if the check found errors."""
     if not checked.ok:
         print_message(f"the checks found {count_text(checked.count(Severity.ERROR), 'error')}: sitscad check {path}")
     return checked.exit_code

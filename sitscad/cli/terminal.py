@@ -1,4 +1,4 @@
-"""Parts shared by all commands: options, errors of usage, results to stdout, messages and progress to stderr."""
+"""Parts shared by all commands: options, usage errors, results to stdout, messages and progress to stderr."""
 
 from __future__ import annotations
 
@@ -37,17 +37,17 @@ class Example(click.Command):
 
 
 class Names(click.ParamType):
-    """Comma-separated names."""
+    """Option value of names, separated by commas."""
 
     name = "name,..."
 
     def convert(self, value: Any, param: Any, ctx: Any) -> tuple[str, ...]:
-        """Return the names without blanks."""
+        """Return the names, without the blanks around them."""
         return value if isinstance(value, tuple) else tuple(part.strip() for part in value.split(",") if part.strip())
 
 
 class InRange(click.FloatRange):
-    """A number in a range. It refuses nan, which click accepts."""
+    """Option value of a number in a range. It refuses nan, which click accepts."""
 
     def convert(self, value: Any, param: Any, ctx: Any) -> float:
         """Return the number."""
@@ -82,7 +82,10 @@ BASELINE = click.option(
 
 
 def row_of(table: Any, name: str, option: str) -> Any:
-    """Return a row of a table of formats or methods. Raises a usage error that lists the names for any other name."""
+    """Return the value of `table` for `name`. For another name, raise a usage error that lists the names.
+
+    The error is about the option `option`.
+    """
     if name not in table:
         message = f"{name!r} is not one of {', '.join(table)}.{suggestion(name, table)}"
         raise click.BadParameter(message, param_hint=option)
@@ -90,7 +93,7 @@ def row_of(table: Any, name: str, option: str) -> Any:
 
 
 def suggestion(name: str, names: Iterable[str]) -> str:
-    """Return a sentence that names the known name nearest to `name`. Empty if none is similar."""
+    """Return a sentence that proposes the known name (`names`) nearest to `name`. Empty if none is similar."""
     near = difflib.get_close_matches(name.lower(), list(names), n=1)
     return f" Did you mean {near[0]}?" if near else ""
 
@@ -101,7 +104,10 @@ def print_message(message: str) -> None:
 
 
 def progress_of(what: str) -> Callable[[int, int], None] | None:
-    """Return a function that shows progress on one line of a terminal. None if stderr is no terminal."""
+    """Return a function that shows the progress of `what` on one line of a terminal. None if stderr is no terminal.
+
+    The function takes the number that is done, and the total number.
+    """
     if not sys.stderr.isatty():
         return None
     return lambda done, of: click.echo(f"\r  {done} of {of} {what}{chr(10) if done >= of else ''}", err=True, nl=False)
@@ -113,10 +119,10 @@ REPORT_INTERVAL = 10.0
 
 @contextlib.contextmanager
 def report_work(what: str, is_long: bool) -> Iterator[Callable[[str], None]]:
-    """Report the work and its duration on stderr while the context is active, if `is_long`.
+    """Report the work `what` and its duration on stderr until the context ends, if `is_long`.
 
     On a terminal, one line is updated each second. Otherwise a line is printed every `REPORT_INTERVAL` seconds. Yields
-    the function that takes a text on the present step.
+    a function that takes a text about the present step.
     """
     on_terminal, done, began, steps = sys.stderr.isatty(), threading.Event(), time.monotonic(), [""]
 
@@ -155,12 +161,12 @@ def print_result(text: str) -> None:
 
 
 def coloured(stream: Any) -> bool:
-    """Whether output to a stream has colours."""
+    """Whether text on a stream is printed in colours."""
     return stream.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
 
 
 def columns() -> int:
-    """Return the number in COLUMNS, or the number of columns of the terminal. 80 if there is none."""
+    """Return the width of the terminal in characters, or the number in COLUMNS if it is set. 80 if both are unknown."""
     number = os.environ.get("COLUMNS", "")
     if number.isdigit() and int(number):
         return int(number)

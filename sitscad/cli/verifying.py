@@ -1,4 +1,4 @@
-"""`sitscad verify`: read packages back."""
+"""`sitscad verify`: read packages back and compare their parts."""
 
 from __future__ import annotations
 

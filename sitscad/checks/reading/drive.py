@@ -240,9 +240,10 @@ def _code(readout: ReadoutEstimate, coils: Sequence[CoilEstimate], reading: Read
 
 
 def _high_current_amplitude(converter: Converter, coils: Sequence[CoilEstimate]) -> Iterator[Verdict]:
-    """Yield a finding with the amplitudes of the high-current drive, for which the maker's texts disagree.
+    """Yield a finding with the amplitudes of the high-current drive. Two texts of the maker state different currents.
 
-    The smallest amplitude is at the lower current of the texts, the largest at the higher. Either may exceed its limit.
+    The smallest amplitude is computed with the lower current, the largest with the higher current. Either may exceed
+    its limit.
     """
     low_current, high_current = converter.high_current_range
     values = [reading.value for reading in readings_of(coils, "parallel_resistance", True)]
