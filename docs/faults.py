@@ -17,7 +17,7 @@ from pathlib import Path
 import sitscad
 from sitscad.apps.hardware.bench_board import AMPLITUDE, GOOD
 from sitscad.apps.hardware.converter import FAULTS, SimulatedConverter
-from sitscad.apps.hardware.diagnosis import NOT_MET, diagnose_board, scans
+from sitscad.apps.hardware.diagnosis import NOT_MET, diagnose_board, read_scans
 from sitscad.apps.hardware.source import Simulation
 from sitscad.estimates.circuits.settings import STATUS
 from sitscad.files.documents import firmware
@@ -140,7 +140,7 @@ def diagnosed(design: sitscad.Design, fault: str) -> list[str]:
     board = source.board(design)
     try:
         wrong = board.set_up()
-        rows = list(scans(board, source, seconds(design)))
+        rows = list(read_scans(board, source, seconds(design)))
         found = diagnose_board(board, wrong, [[row[k] for row in rows if k in row] for k in range(len(board.bands))])
     except OSError as error:
         return [f"answer: {error}"]

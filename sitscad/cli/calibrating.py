@@ -11,7 +11,7 @@ from pathlib import Path
 import click
 
 from sitscad.apps.hardware.leading import GuidedCalibration, PointRefused
-from sitscad.apps.hardware.source import source_of
+from sitscad.apps.hardware.source import open_source
 from sitscad.calibration import Calibration
 from sitscad.calibration import calibrate as calibrate_design
 from sitscad.calibration.bench_data import BenchError
@@ -36,7 +36,7 @@ def take_points(
     """
     path = Path(table)
     try:
-        origin, _ = source_of(source, design)
+        origin, _ = open_source(source, design)
         origin.creep = origin.creep if creep is None else creep
         board = origin.board(design)
         wrong = board.set_up()

@@ -196,12 +196,12 @@ def _write_mended(mended: MendedSpec, writes: bool, unmended: bool) -> None:
 
     With `unmended`, also print the rules of findings without a fix.
     """
-    lines = mended.words_of_rolled_back.splitlines()
+    lines = mended.undone_fixes_text.splitlines()
     if writes and mended.after != mended.before:
         if mended.path != "-":
             write_output(mended.path, mended.after.encode("utf-8"))
         lines = mended.words.splitlines() + lines
-    for line in (*lines, mended.words_of_unmended if unmended else ""):
+    for line in (*lines, mended.unfixed_rules_text if unmended else ""):
         if line:
             print_message(f"{mended.path}: {line}")
 

@@ -15,7 +15,7 @@ import click
 
 from sitscad.apps.study.answer_text import answer_json, answer_text, search_text, yields_text
 from sitscad.apps.study.evaluating import dask_cluster
-from sitscad.apps.study.page import answer_files, page_so_far
+from sitscad.apps.study.page import answer_files, progress_page
 from sitscad.apps.study.running import Progress as StudyProgress
 from sitscad.apps.study.running import StudyResults, StudyState
 from sitscad.apps.study.space import RangeError
@@ -201,7 +201,7 @@ def _write(answer: StudyAnswer, folder: str) -> None:
 def _write_so_far(loaded: Study, unfinished: StudyResults, folder: str) -> None:
     """Write the page of an interrupted search."""
     path, of = os.path.join(folder, SO_FAR), min(unfinished.request.evaluations, unfinished.request.space.size)
-    write_output(path, page_so_far(loaded, unfinished, of).encode("utf-8"))
+    write_output(path, progress_page(loaded, unfinished, of).encode("utf-8"))
     print_message(f"wrote {path}: {count_text(len(unfinished.screened), 'design')} that were looked at")
 
 

@@ -22,13 +22,13 @@ from sitscad.apps.hardware.diagnosis import (
     Forces,
     Scan,
     diagnose_board,
+    read_scans,
     scan_document,
     scan_lines,
     scan_table,
-    scans,
     verdict_lines,
 )
-from sitscad.apps.hardware.source import SERIAL, design_of, source_of
+from sitscad.apps.hardware.source import SERIAL, open_source, read_design
 from sitscad.apps.watch.server import LOOPBACK, PageServer, PageState, server
 from sitscad.apps.watch.watching import OVERTAKEN, Watch, event_lines
 from sitscad.apps.watch.work import Event
@@ -97,7 +97,8 @@ def read(
     keeps_scans = diagnose or log is not None or not serve
     rows, wrong = [], list[str]()
     try:
-        origin, board_design = source_of(source, None if design is None else design_of(design), TARES if tare else 0)
+        wanted = None if design is None else read_design(design)
+        origin, board_design = open_source(source, wanted, TARES if tare else 0)
         maps = _maps(calibration)
         forces = Forces([map_of(path) for path in maps], tare, origin.celsius)
         board = origin.board(board_design)
@@ -105,9 +106,10 @@ def read(
         with live(board, forces, maps, port) if serve else nullcontext() as show:
             wrong = board.set_up()
             try:
-                for scan in scans(board, origin, seconds or (math.inf if serve else origin.seconds or USUAL), every):
+                duration = seconds or (math.inf if serve else origin.seconds or USUAL)
+                for scan in read_scans(board, origin, duration, every):
                     rows += [scan] if keeps_scans else []
-                    forces.take(board, scan)
+                    forces.add_to_tare(board, scan)
                     forces(board, scan)  # raises ValueError for a map of another sensor
                     if show is not None:
                         show(scan)

@@ -57,7 +57,7 @@ from sitscad.package.manifest import (
     made_from,
     read_manifest,
     sha256,
-    unplotted,
+    skipped_data_sheet,
     version_of,
 )
 from sitscad.spec.sensor import SensorSpec, without_text
@@ -78,7 +78,7 @@ _RENAME_EXCHANGE = 2
 
 
 @contextlib.contextmanager
-def opened_for_building(parent: Path, name: str) -> Iterator[Path]:
+def locked_staging_folder(parent: Path, name: str) -> Iterator[Path]:
     """Lock the package `parent/name` for one build, and yield an empty staging folder beside it.
 
     Folders that interrupted builds left are removed first. The staging folder is always removed afterwards.
@@ -95,19 +95,19 @@ def opened_for_building(parent: Path, name: str) -> Iterator[Path]:
         with explained(f"cannot build in {parent}"):
             # Repair leftovers of a killed build. The lock is held, so no other process uses these folders
             target = parent / name
-            ours = _leftovers_of(name)
+            ours = _leftover_pattern(name)
             for leftover in sorted(path for path in parent.iterdir() if ours.fullmatch(path.name)):
                 if leftover.name.startswith(f".{name}.old-") and not target.exists():
                     os.rename(leftover, target)
                 else:
-                    _clear(leftover, target)
+                    _remove_leftover(leftover, target)
             staged = parent / f".{name}.new-{secrets.token_hex(6)}"
             staged.mkdir()
         try:
             yield staged
         finally:
             with contextlib.suppress(OSError):
-                _clear(staged, target)
+                _remove_leftover(staged, target)
     finally:
         if lock is not None:
             with contextlib.suppress(OSError):
@@ -126,7 +126,7 @@ def write_package(staged: Path, files: Mapping[str, bytes], manifest: Manifest) 
 _PARTIAL_MANIFEST = f"{MANIFEST}.new"
 
 
-def put_in_place(staged: Path, target: Path) -> Path | None:
+def replace_package(staged: Path, target: Path) -> Path | None:
     """Replace the package `target` by the staged package in one step, and remove the old package.
 
     Return the folder that now holds the files of the old package that no build wrote (``NAME.kept-1``, 2, 3 ...). None
@@ -149,8 +149,8 @@ def put_in_place(staged: Path, target: Path) -> Path | None:
     if not old.exists():
         return None
     try:
-        _carry_over(old, target)
-        return _remove(old, target)
+        _move_kicad_files(old, target)
+        return _remove_old_package(old, target)
     except OSError as error:
         raise PackageError(
             f"{target} is built, but the old package in {old}, which has files of yours, could not be moved: "
@@ -158,7 +158,7 @@ def put_in_place(staged: Path, target: Path) -> Path | None:
         ) from error
 
 
-def _carry_over(old: Path, target: Path) -> None:
+def _move_kicad_files(old: Path, target: Path) -> None:
     """Move the files that KiCad wrote into the old package to the new package, if it has the same KiCad project."""
     files = read_manifest(target).files
     for name in list_files(old):
@@ -167,18 +167,18 @@ def _carry_over(old: Path, target: Path) -> None:
             os.rename(old / name, target / name)
 
 
-def _clear(leftover: Path, target: Path) -> None:
+def _remove_leftover(leftover: Path, target: Path) -> None:
     """Remove the folder that an interrupted build left.
 
     A folder without a manifest is incomplete, and contains only files of that build. It is deleted as a whole.
     """
     if (leftover / MANIFEST).is_file():
-        _remove(leftover, target)
+        _remove_old_package(leftover, target)
     else:
         shutil.rmtree(leftover, ignore_errors=True)
 
 
-def _remove(old: Path, target: Path) -> Path | None:
+def _remove_old_package(old: Path, target: Path) -> Path | None:
     """Delete an old package, except for files that no build wrote or that were changed after the build.
 
     Return the folder beside `target` that holds these files. None if there are none.
@@ -240,11 +240,11 @@ def has_leftovers(parent: Path, name: str) -> bool:
     """Whether a lock file or a staging folder lies beside a package, from an interrupted or a running build."""
     if not parent.is_dir():
         return False
-    ours = _leftovers_of(name)
+    ours = _leftover_pattern(name)
     return any(entry.name == f".{name}.lock" or ours.fullmatch(entry.name) for entry in parent.iterdir())
 
 
-def _leftovers_of(name: str) -> re.Pattern[str]:
+def _leftover_pattern(name: str) -> re.Pattern[str]:
     return re.compile(re.escape(f".{name}.") + "(new|old)-[0-9a-f]{12}")
 
 
@@ -356,7 +356,7 @@ def build(
     `multiprocessing`.
     """
     request, design = _request(spec, out, only, force, policy, baseline)
-    left_out = {} if only is not None else unplotted(request.spec)
+    left_out = {} if only is not None else skipped_data_sheet(request.spec)
     request = dataclasses.replace(request, wanted=request.wanted - set(left_out), strict=strict)
     result = _build(request, design or request.spec, progress or (lambda *_: None), jobs)
     if not left_out or not result.written:
@@ -366,9 +366,9 @@ def build(
 
 def _build(request: BuildRequest, spec: SensorSpec | Design, report: Progress, jobs: int) -> BuildResult:
     directory = request.directory
-    before = _require_ours(directory)
+    before = _require_own_package(directory)
     key = request.made_from(before)
-    if (same := _unchanged(request, before, key)) is not None:
+    if (same := _result_if_unchanged(request, before, key)) is not None:
         return BuildResult(directory, same.checked, written=False) if request.stops(same.checked) else same
     with cached_solutions(directory.name):
         contents = contents_of(spec, request.policy, request.baseline, request.wanted)
@@ -383,8 +383,8 @@ def _rebuild(request: BuildRequest, contents: Contents, report: Progress, jobs: 
     report(CHECK_STAGE, "stopped" if stops else "made", time.perf_counter() - began)
     if stops:
         return BuildResult(directory, contents.checked, written=False)
-    with opened_for_building(directory.parent, directory.name) as staged:
-        old = _require_ours(directory)
+    with locked_staging_folder(directory.parent, directory.name) as staged:
+        old = _require_own_package(directory)
         built = make_all(contents, directory, old, request.wanted, report, request.force, jobs)
         contents = built.contents
         if request.stops(contents.checked):  # findings on the solids
@@ -394,7 +394,7 @@ def _rebuild(request: BuildRequest, contents: Contents, report: Progress, jobs: 
         if manifest == old and is_whole:
             return BuildResult(directory, contents.checked, True, built.results)
         write_package(staged, built.files, manifest)
-        kept_aside = put_in_place(staged, directory)
+        kept_aside = replace_package(staged, directory)
     # Stages without a file because the target's response cannot be solved
     none = [stage.name for stage in built.results
             if stage.outcome == "none" and stage.name in request.wanted & {"datasheet", "calibration"}]
@@ -416,10 +416,10 @@ def stale(
     `force`. Raises the errors of `build`.
     """
     request, design = _request(spec, out, only, True, policy, baseline)
-    old = _require_ours(request.directory)
+    old = _require_own_package(request.directory)
     if only is None:
-        request = dataclasses.replace(request, wanted=request.wanted - set(unplotted(request.spec)))
-    if (same := _unchanged(request, old, request.made_from(old))) is not None:
+        request = dataclasses.replace(request, wanted=request.wanted - set(skipped_data_sheet(request.spec)))
+    if (same := _result_if_unchanged(request, old, request.made_from(old))) is not None:
         return same
     contents = contents_of(design or request.spec, request.policy, request.baseline, request.wanted)
     with cached_solutions(request.directory.name, writes=False):
@@ -430,7 +430,7 @@ def stale(
     count = Counter(entry.stage for entry in built.entries.values() if entry.stage not in (*asked_for, CHECK_STAGE))
     lacking = {stage: count[stage] for stage in STAGES if stage in count}
     files = {name: content for name, content in built.files.items() if built.entries[name].stage not in lacking}
-    differing = _differing(request.directory, old, files)
+    differing = _difference_texts(request.directory, old, files)
     if lacking:
         names = ", ".join(f"{stage} ({count_text(files, 'file')})" for stage, files in lacking.items())
         built_for = ",".join(stage for stage in STAGES if stage in old.built_for)
@@ -453,7 +453,7 @@ def _request(
     return BuildRequest(base, directory, stages | implied | {CHECK_STAGE}, force, policy or Policy(), baseline), design
 
 
-def _unchanged(request: BuildRequest, old: Manifest, key: str) -> BuildResult | None:
+def _result_if_unchanged(request: BuildRequest, old: Manifest, key: str) -> BuildResult | None:
     """Return the build result without a build, if the package is complete and was made from the same inputs.
 
     None if inputs or files have changed, or if a requested stage is missing. Also None for packages that were built in
@@ -473,7 +473,7 @@ def _unchanged(request: BuildRequest, old: Manifest, key: str) -> BuildResult | 
     checked = read_findings(contents[FINDINGS], source.path, source.text)
     if checked is None:
         return None
-    counts = {stage: len(old.of_stage(stage)) for stage in (*STAGES[:-1], CHECK_STAGE, STAGES[-1])}
+    counts = {stage: len(old.stage_entries(stage)) for stage in (*STAGES[:-1], CHECK_STAGE, STAGES[-1])}
     results = (StageResult(stage, "kept" if count else "none", count, 0.0) for stage, count in counts.items())
     return BuildResult(directory, checked, True, tuple(results), is_unchanged=True)
 
@@ -482,7 +482,7 @@ def _stages_of(old: Manifest) -> frozenset[str]:
     return frozenset(entry.stage for entry in old.files.values())
 
 
-def _differing(directory: Path, old: Manifest, files: Mapping[str, bytes]) -> list[str]:
+def _difference_texts(directory: Path, old: Manifest, files: Mapping[str, bytes]) -> list[str]:
     """Return a text on each file of the package that differs from a new build (`files`)."""
     texts = []
     for name, content in sorted(files.items()):
@@ -510,7 +510,7 @@ def require_distinct_names(specs: Sequence[SensorSpec]) -> None:
         paths[spec.name] = spec.source.path
 
 
-def _require_ours(directory: Path) -> Manifest:
+def _require_own_package(directory: Path) -> Manifest:
     """Return the manifest of the package to be replaced. Empty if there is no package, or if its manifest is damaged.
 
     Raises PackageError for a folder without a manifest. Sitscad did not make it and never replaces it.

@@ -220,7 +220,7 @@ def read_by(stage: str, spec: SensorSpec, takes_numbers: bool = False) -> tuple[
     return (*parts, spec.readout.device, spec.readout.chip, spec.soldered_thermistor)
 
 
-def read_of_board(stage: str, layout: Layout) -> tuple[object, ...]:
+def board_inputs(stage: str, layout: Layout) -> tuple[object, ...]:
     """Return the inputs of a stage that makes printed parts or meshes.
 
     They are the spec without its tail, and the board up to `NEAR` from its body. If only the tail becomes longer, the

@@ -45,7 +45,7 @@ def write_template(name: str = DEFAULT_TEMPLATE, path: str | Path | None = None,
     PackageError
         if the template is unknown, the file exists (unless `force`), or it cannot be written
     """
-    template = _find(name)
+    template = _find_template(name)
     target = Path(f"{template}.yaml" if path is None else path)
     text = templates.read(template)
     if target.stem != template and (new_name := re.sub(r"[^A-Za-z0-9]+", "-", target.stem).strip("-")[:LONGEST_NAME]):
@@ -66,14 +66,14 @@ def profile_lines(path: Path) -> tuple[str, ...]:
     spec = load(path)
     uses = [("fpc.rules is", spec.fpc.rules)]
     if spec.fpc.rules.name != RECOMMENDED:
-        refused = ", ".join(refusals(rewritten_spec(spec, [("fpc.rules", RECOMMENDED)])))
+        refused = ", ".join(refusing_rules(rewritten_spec(spec, [("fpc.rules", RECOMMENDED)])))
         head = f"this board cannot be made ({refused}) with" if refused else "this board can be made with"
         uses.append((f"{head} fpc.rules", installed_rules(RECOMMENDED)))
     return tuple(f"{head}: {rules.name}" + (f" ({rules.purpose})" if rules.holder("purpose") == rules.name else "")
                  for head, rules in uses)
 
 
-def refusals(spec: SensorSpec) -> list[str]:
+def refusing_rules(spec: SensorSpec) -> list[str]:
     """Return the ids of the rules on the board (SIT1xx) that report errors in a spec.
 
     Rules on estimates are not applied.
@@ -98,7 +98,7 @@ def write_study(
         for the reasons of `write_template`, or if the template beside the study cannot be read
     """
     target = Path("study.yaml" if path is None else path)
-    base = target.parent / f"{_find(name)}.yaml"
+    base = target.parent / f"{_find_template(name)}.yaml"
     if not base.exists():
         write_template(name, base)
     try:
@@ -137,7 +137,7 @@ def write_schema(folder: str | Path) -> Path | None:
     return target
 
 
-def _find(name: str) -> str:
+def _find_template(name: str) -> str:
     """Return the template whose name is `name` apart from case, hyphens and file ending.
 
     Raises PackageError with the most similar name if there is no such template.

@@ -87,7 +87,7 @@ def inspect(
     except SpecError as error:
         return Inspection(unreadable(path, error, hints))
     # If a configuration changes severities, a note may be shown as an error
-    return _inspected(spec, hints, policy, options, draws, draws_fit, Severity.NOTE if policy.severity else least)
+    return _inspect_spec(spec, hints, policy, options, draws, draws_fit, Severity.NOTE if policy.severity else least)
 
 
 def inspect_text(text: str, path: str, hints: str = DECISIVE, options: CheckOptions = ALL) -> Inspection:
@@ -98,17 +98,17 @@ def inspect_text(text: str, path: str, hints: str = DECISIVE, options: CheckOpti
         spec = load_text(plain, path, policy.profiles)
     except SpecError as error:
         return Inspection(unreadable(path, error, hints, plain))
-    return _inspected(spec, hints, policy, options)
+    return _inspect_spec(spec, hints, policy, options)
 
 
-def _inspected(
+def _inspect_spec(
     spec: SensorSpec, hints: str, policy: Policy, options: CheckOptions, draws: bool = False, draws_fit: bool = False,
     least: Severity = Severity.NOTE,
 ) -> Inspection:
     """Return the result of checking a spec under a policy, with its pictures if requested."""
     design = Design(spec)
     is_ignored = ignored_test(spec.source, all_rules(), policy, options.select, options.ignore)
-    checked = _checked(spec.name, spec.source, reviewed(design, hints, least, is_ignored))
+    checked = _configured_check(spec.name, spec.source, reviewed(design, hints, least, is_ignored))
     selected = chosen_rules(all_rules(), options.select, options.ignore)
     left_out = [rule.id for rule in all_rules() if rule.id not in selected]
     checked = checked.without(left_out, "left out by --select or --ignore") if left_out else checked
@@ -122,11 +122,11 @@ def as_configured(spec: SensorSpec, result: CheckResult, policy: Policy | None =
 
     `policy` is the configuration; None for the file nearest to the spec in its folder or the folders above.
     """
-    checked = _checked(spec.name, spec.source, result)
+    checked = _configured_check(spec.name, spec.source, result)
     return apply_policy(checked, spec.source, all_rules(), policy or policy_for(spec.source.path))
 
 
-def _checked(name: str, source: SpecSource, result: CheckResult) -> CheckedSpec:
+def _configured_check(name: str, source: SpecSource, result: CheckResult) -> CheckedSpec:
     return checked_spec(
         name, source, result.findings, result.not_checked, result.signals, result.fit, result.closing,
         result.reached, result.board,
@@ -165,7 +165,7 @@ class MendedSpec:
         )
 
     @property
-    def words_of_rolled_back(self) -> str:
+    def undone_fixes_text(self) -> str:
         """Text of the fixes that were undone, one line per fix, each with the reason."""
         lines = (
             f"{fix.finding.rule} not mended by {'; '.join(edit.words for edit in fix.remedy.edits)}: {fix.why}"
@@ -174,7 +174,7 @@ class MendedSpec:
         return "\n".join(dict.fromkeys(lines))
 
     @property
-    def words_of_unmended(self) -> str:
+    def unfixed_rules_text(self) -> str:
         """Line with the rules of errors and warnings for which no fix is known. Empty if there are none."""
         grave = (each for each in self.inspection.checked.findings if each.severity.is_at_least(Severity.WARNING))
         undone = {each.finding.rule for each in self.rolled_back}

@@ -84,7 +84,7 @@ class Manifest:
         }
         return json_bytes(document)
 
-    def of_stage(self, stage: str) -> dict[str, Entry]:
+    def stage_entries(self, stage: str) -> dict[str, Entry]:
         """Return the files of one stage."""
         return {name: entry for name, entry in self.files.items() if entry.stage == stage}
 
@@ -374,7 +374,7 @@ class BuildResult:
         return {name: NOTHING_FOR.get(name, "the spec has nothing for it") for name in none} | dict(self.left_out)
 
 
-def unplotted(spec: SensorSpec) -> dict[str, str]:
+def skipped_data_sheet(spec: SensorSpec) -> dict[str, str]:
     """Return the data sheet's stage with the reason, if it is left out because matplotlib is not installed.
 
     Empty otherwise. The data sheet is the only document that needs an optional package. Stages of solids are different:
@@ -463,25 +463,25 @@ def agree(first: bytes, second: bytes) -> bool:
     if first == second or texts != other_texts:
         return False
     pairs = list(zip(_NUMBER.findall(first), _NUMBER.findall(second), strict=True))
-    return all(_near(a, b, scale) for (a, b), scale in zip(pairs, _scales(texts, pairs), strict=True) if a != b)
+    return all(_is_near(a, b, scale) for (a, b), scale in zip(pairs, _list_scales(texts, pairs), strict=True) if a != b)
 
 
-def _near(first: bytes, second: bytes, scale: float) -> bool:
+def _is_near(first: bytes, second: bytes, scale: float) -> bool:
     a, b = float(first), float(second)
     size, apart = max(abs(a), abs(b)), abs(a - b)
     if first.lstrip(b"+-").isdigit() and second.lstrip(b"+-").isdigit():
         return apart <= WHOLE_TOLERANCE * size
-    unit = 1.001 * min(_unit(first), _unit(second))  # tolerance for rounding of decimal digits
+    unit = 1.001 * min(_last_digit_unit(first), _last_digit_unit(second))  # tolerance for rounding of decimal digits
     return apart <= max(TOLERANCE * size, LIST_TOLERANCE * scale, min(unit, LAST_DIGIT * size))
 
 
-def _unit(number: bytes) -> float:
+def _last_digit_unit(number: bytes) -> float:
     """Return the value of one unit in the last digit of a decimal number, for example 0.01 for 2.50."""
     digits, _, power = number.lower().partition(b"e")
     return float(10.0 ** (int(power or 0) - len(digits.partition(b".")[2])))
 
 
-def _scales(texts: list[bytes], pairs: list[tuple[bytes, bytes]]) -> Iterator[float]:
+def _list_scales(texts: list[bytes], pairs: list[tuple[bytes, bytes]]) -> Iterator[float]:
     """Yield, for each number of a file, the largest absolute value in its list.
 
     `texts` are the texts between the numbers, and `pairs` the (old, new) numbers. Numbers belong to one list if only

@@ -36,7 +36,7 @@ from sitscad.files.report.moving import live_page, pushed_document, solids_docum
 from sitscad.files.report.page import render
 from sitscad.files.writer import STAGES, Package, Writer, added_writers, marks
 from sitscad.layout.tail.tracks import contact_rows
-from sitscad.package.contents import BESIDE_TAIL, Contents, incoming, nominal_calibration, read_by, read_of_board
+from sitscad.package.contents import BESIDE_TAIL, Contents, board_inputs, incoming, nominal_calibration, read_by
 from sitscad.package.folder import FILE_NAME, PackageError
 from sitscad.package.manifest import (
     CHECK_STAGE,
@@ -134,7 +134,7 @@ def make_all(
     makes the solids. `figures` are old files with computed numbers, by name. An old file is kept if its numbers agree
     with the new numbers, and later files then use it (`sitscad.package.manifest`).
     """
-    rendered: dict[str, Rendered] = {}
+    rendered: dict[str, PartFiles] = {}
     built = _make_parts(contents, directory, old, chosen, progress, jobs, figures or {}, rendered)
     if not force or built.contents.forced == contents.forced:
         return built
@@ -161,7 +161,7 @@ assembly has two passes: solids, then texts with computed numbers. A change of t
 
 def _make_parts(
     contents: Contents, directory: Path, old: Manifest, chosen: frozenset[str], progress: Progress, jobs: int,
-    figures: Mapping[str, bytes], rendered: dict[str, Rendered],
+    figures: Mapping[str, bytes], rendered: dict[str, PartFiles],
 ) -> BuiltFiles:
     # `rendered` holds the parts of the first pass by the hash of their inputs
     new: dict[str, dict[str, bytes]] = {stage: {} for stage in ORDER}
@@ -174,7 +174,7 @@ def _make_parts(
             began = time.perf_counter()
             previous = {name: content for each in ORDER for name, content in new[each].items()}
             failed = [message for each in ORDER for message in failures[each]]
-            there = _stages_there(chosen, entries, old) if (stage, numbers) == ("assembly", True) else frozenset()
+            there = _package_stages(chosen, entries, old) if (stage, numbers) == ("assembly", True) else frozenset()
             made_of = _inputs_hash(contents, stage, numbers, entries, failed)
             part_files = _unchanged_files(directory, old, stage, made_of)
             if part_files is not None and stage in chosen and NOTES in part_files:
@@ -188,14 +188,14 @@ def _make_parts(
             elif stage not in chosen:
                 part_files = {}
             elif stage == CHECK_STAGE:
-                part_files = _distinct(stage, previous, _checked_files(contents, failed, previous), theirs)
+                part_files = _require_free_names(stage, previous, _checked_files(contents, failed, previous), theirs)
             else:
                 if second is not None and (stage, numbers) in second.parts:
-                    rendered[made_of] = second.next_of()
+                    rendered[made_of] = second.next_part()
                 elif made_of not in rendered:
-                    rendered[made_of] = _rendered(contents, stage, numbers, new[stage], previous, there)
+                    rendered[made_of] = _render_part(contents, stage, numbers, new[stage], previous, there)
                 part = rendered[made_of]
-                part_files = _distinct(stage, previous, part.files, theirs)
+                part_files = _require_free_names(stage, previous, part.files, theirs)
                 failures[stage] += part.failures
                 theirs |= part.theirs
             as_rendered, part_files = part_files, with_equal_figures(part_files, figures)
@@ -216,14 +216,14 @@ def _make_parts(
     return BuiltFiles(tuple(results), files, {name: entries[name] for name in files}, contents, tuple(by_value))
 
 
-def _stages_there(chosen: frozenset[str], entries: Mapping[str, Entry], old: Manifest) -> frozenset[str]:
+def _package_stages(chosen: frozenset[str], entries: Mapping[str, Entry], old: Manifest) -> frozenset[str]:
     """Return the stages that the package will have.
 
     An old report is kept, even if it was not requested, if all other files stay the same.
     """
     before = {name: entry for name, entry in old.files.items()
               if entry.stage not in ("assembly", CHECK_STAGE, STAGES[-1])}
-    is_kept = bool(old.of_stage(STAGES[-1])) and all(entries.get(name) == entry for name, entry in before.items())
+    is_kept = bool(old.stage_entries(STAGES[-1])) and all(entries.get(name) == entry for name, entry in before.items())
     return chosen | {entry.stage for entry in entries.values()} | ({STAGES[-1]} if is_kept else set())
 
 
@@ -237,7 +237,7 @@ def _inputs_hash(
     """
     read = (marks(), contents.spec, contents.design.spec.source.text) if marks() else ()
     printed = (entries.get(PRINTED),) if (stage, numbers) == ("assembly", True) else ()
-    return made_from(stage, *_ingredients(contents, stage, numbers, entries, failures), *printed, *read)
+    return made_from(stage, *_stage_inputs(contents, stage, numbers, entries, failures), *printed, *read)
 
 
 def _unchanged_files(directory: Path, old: Manifest, stage: str, made_of: str) -> dict[str, bytes] | None:
@@ -245,7 +245,7 @@ def _unchanged_files(directory: Path, old: Manifest, stage: str, made_of: str) -
 
     None if they have other inputs than `made_of`, or are damaged.
     """
-    before = {name: entry for name, entry in old.of_stage(stage).items() if entry.made_from == made_of}
+    before = {name: entry for name, entry in old.stage_entries(stage).items() if entry.made_from == made_of}
     return intact(directory, before) if before else None
 
 
@@ -256,11 +256,11 @@ def _outcome(
         return "kept"
     if stage in chosen:
         return "made" if new else "none"
-    return "dropped" if old.of_stage(stage) else "none"
+    return "dropped" if old.stage_entries(stage) else "none"
 
 
 @record
-class Rendered:
+class PartFiles:
     """Files of one part of the build, as bytes by file name.
 
     ``failures`` are messages about files that could not be written. ``theirs`` maps the name of each file from a
@@ -273,7 +273,7 @@ class Rendered:
 
 
 @record(eq=False)
-class Aside:
+class SolidsProcess:
     """Second process that makes the parts `parts` of the build, and the connection on which it sends them.
 
     It sends the files of each part, or the exception that stopped it.
@@ -283,7 +283,7 @@ class Aside:
     process: BaseProcess
     sent: Connection
 
-    def next_of(self) -> Rendered:
+    def next_part(self) -> PartFiles:
         """Return the files of the next part.
 
         Raises the exception of the process, or BrokenProcessPool if the process ended without an exception.
@@ -294,11 +294,11 @@ class Aside:
             raise BrokenProcessPool("the process that makes the solids has ended") from error
         if isinstance(part, BaseException):
             raise part
-        assert isinstance(part, Rendered)
+        assert isinstance(part, PartFiles)
         return part
 
 
-def _start_solids(contents: Contents, directory: Path, old: Manifest, chosen: frozenset[str]) -> Aside | None:
+def _start_solids(contents: Contents, directory: Path, old: Manifest, chosen: frozenset[str]) -> SolidsProcess | None:
     """Start a second process that makes the chosen solids. None if there are none, or if no other stage takes long.
 
     The process is a new one and not a copy of this process. A copy would contain locks of threads that do not run in
@@ -316,7 +316,7 @@ def _start_solids(contents: Contents, directory: Path, old: Manifest, chosen: fr
     process = context.Process(target=_render_solids, args=(sent, *arguments), daemon=True)
     process.start()
     sent.close()
-    return Aside(parts, process, received)
+    return SolidsProcess(parts, process, received)
 
 
 def _render_solids(
@@ -333,13 +333,13 @@ def _render_solids(
     contents.__dict__["forced"] = forced
     for stage, numbers in parts:
         try:
-            sent.send(_rendered(contents, stage, numbers, {}, {}))
+            sent.send(_render_part(contents, stage, numbers, {}, {}))
         except Exception as error:
             sent.send(error)
             return
 
 
-def _ingredients(
+def _stage_inputs(
     contents: Contents, stage: str, numbers: bool, entries: dict[str, Entry], failures: list[str]
 ) -> tuple[object, ...]:
     """Return the inputs of a stage's files, or with `numbers` of its files with computed numbers.
@@ -360,12 +360,12 @@ def _ingredients(
         return (*text, {name: entry.sha256 for name, entry in entries.items()})
     kernels = {package: version_of(package) for package in KERNELS} if stage in SOLID_STAGES else {}
     if stage == "mesh":
-        return *read_of_board(stage, contents.layout), kernels
+        return *board_inputs(stage, contents.layout), kernels
     if stage == "kicad":
         return read_by(stage, contents.spec)
     forced = contents.is_forced  # papers carry the mark of a forced package
     if stage in BESIDE_TAIL:
-        return *read_of_board(stage, contents.layout), kernels, forced
+        return *board_inputs(stage, contents.layout), kernels, forced
     if stage in SOLID_STAGES:
         return *read_by(stage, contents.spec, numbers), kernels, forced, numbers
     if stage == "datasheet":
@@ -375,10 +375,10 @@ def _ingredients(
     return *read_by(stage, contents.spec), forced
 
 
-def _rendered(
+def _render_part(
     contents: Contents, stage: str, numbers: bool, beside: dict[str, bytes], before: dict[str, bytes],
     there: frozenset[str] = frozenset(),
-) -> Rendered:
+) -> PartFiles:
     """Return the files of one part of the build.
 
     `beside` are files of the stage that exist already, and `before` are the files of all stages. `there` are the stages
@@ -394,13 +394,13 @@ def _rendered(
         rest = ",".join(name for name in STAGES if name not in EXTRA_STAGES)
         raise MissingExtra(f"{error}; or make all other parts with --only {rest}", name=error.name) from error
     if stage == "calibration":
-        new |= _distinct(stage, new, nominal_calibration(contents.design.bare, contents.is_forced), theirs)
+        new |= _require_free_names(stage, new, nominal_calibration(contents.design.bare, contents.is_forced), theirs)
     if stage == "report":
         files = before | new
-        failing = failing_fit(contents, SOLIDS_PICTURE if SOLIDS_PICTURE in files else "")
-        pages = {"report.html": page_of(contents, files | failing), **_live(contents, files), **failing}
-        new |= _distinct(stage, new, pages, theirs)
-    return Rendered(new, failures, theirs)
+        failing = fit_picture_file(contents, SOLIDS_PICTURE if SOLIDS_PICTURE in files else "")
+        pages = {"report.html": report_page(contents, files | failing), **_live_page_file(contents, files), **failing}
+        new |= _require_free_names(stage, new, pages, theirs)
+    return PartFiles(new, failures, theirs)
 
 
 def _written_files(
@@ -425,12 +425,12 @@ def _written_files(
                 raise PackageError(f"{writer.name} cannot be written: {error}; nothing was changed") from error
             failures.append(f"{writer.name}: {error}")
             continue
-        new |= _distinct(writer.maker, new, files, theirs)
+        new |= _require_free_names(writer.maker, new, files, theirs)
         theirs |= {name.lower(): writer.maker for name in files if writer.function is not None}
     return new
 
 
-def _distinct(
+def _require_free_names(
     maker: str, before: dict[str, bytes], new: dict[str, bytes], theirs: Mapping[str, str]
 ) -> dict[str, bytes]:
     """Return the new files if their names are allowed and differ from existing names, ignoring case.
@@ -490,7 +490,7 @@ def _spec_files(contents: Contents) -> dict[str, bytes]:
     return {f"{SPEC_FOLDER}/{names[name]}": content for name, content in sorted(files.items())}
 
 
-def _live(contents: Contents, files: Mapping[str, bytes]) -> dict[str, bytes]:
+def _live_page_file(contents: Contents, files: Mapping[str, bytes]) -> dict[str, bytes]:
     """Return ``live.html``, which shows forces from a connected sensor. Empty if the package has no firmware driver."""
     if "firmware/sensor_line.h" not in files:
         return {}
@@ -500,22 +500,22 @@ def _live(contents: Contents, files: Mapping[str, bytes]) -> dict[str, bytes]:
     return {"live.html": live_page(contents.spec, contents.estimates, maps, forced=contents.is_forced)}
 
 
-def page_of(contents: Contents, files: Mapping[str, bytes], is_built: bool = True) -> bytes:
+def report_page(contents: Contents, files: Mapping[str, bytes], is_built: bool = True) -> bytes:
     """Return the report on a design, with data and pictures from the files of its package.
 
     `is_built` is False for a design in watch mode, whose package is not written.
     """
     design, sensing = contents.design, _sensing_data(files)
-    pictures = _pictures(contents, files)
+    pictures = _report_pictures(contents, files)
     sizes = {name: len(content) for name, content in files.items()}
     page = render(
         contents.checked, design.spec, contents.estimates, pictures, sizes, contact_rows(contents.layout), sensing,
-        incoming(design).board, _moving(contents, files, sensing), is_built,
+        incoming(design).board, _view_data(contents, files, sensing), is_built,
     )
     return page.encode("utf-8")
 
 
-def _moving(contents: Contents, files: Mapping[str, bytes], sensing: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+def _view_data(contents: Contents, files: Mapping[str, bytes], sensing: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """Return the data of the report's interactive views. Views whose files are missing in the package are left out."""
     views = {}
     if "mount/assembly.glb" in files:
@@ -532,7 +532,7 @@ def _moving(contents: Contents, files: Mapping[str, bytes], sensing: Mapping[str
     return views
 
 
-def failing_fit(contents: Contents, bodies: str) -> dict[str, bytes]:
+def fit_picture_file(contents: Contents, bodies: str) -> dict[str, bytes]:
     """Return ``fit.svg``, a drawing of the parts that do not fit. Empty if all parts fit.
 
     `bodies` is the name of a picture of the solids to which the drawing refers.
@@ -542,7 +542,7 @@ def failing_fit(contents: Contents, bodies: str) -> dict[str, bytes]:
     return {} if sheet is None else {FIT_PICTURE: svg(sheet).encode("utf-8")}
 
 
-def _pictures(contents: Contents, files: Mapping[str, bytes]) -> dict[str, str]:
+def _report_pictures(contents: Contents, files: Mapping[str, bytes]) -> dict[str, str]:
     """Return the drawings for the report by caption. Drawings of solids are included if the package has them."""
     layout = contents.layout
     marks = [
@@ -564,7 +564,7 @@ def _pictures(contents: Contents, files: Mapping[str, bytes]) -> dict[str, str]:
         "The whole board, to scale.": picture(layout, None, None, marks),
         "The board's layers; heights to scale, lengths not.": svg(layers),
     }
-    if (jaws := _jaws(contents)) is not None:
+    if (jaws := _jaw_drawing(contents)) is not None:
         pictures["The closed pair in its port, with dimensions, and the jaws closed and open."] = jaws
     if (over := plan_view.drawing(layout, contents.is_forced)) is not None:
         pictures["Elastomer and target over the coils, seen from the top, to scale."] = svg(over)
@@ -572,7 +572,7 @@ def _pictures(contents: Contents, files: Mapping[str, bytes]) -> dict[str, str]:
     return pictures | {f"The sensor in its mount ({name}).": files[name].decode("utf-8") for name in solids}
 
 
-def _jaws(contents: Contents) -> str | None:
+def _jaw_drawing(contents: Contents) -> str | None:
     """Return the drawing of the jaws as SVG.
 
     None if there is no jaw, or if the dimensions of parts contradict each other.

@@ -114,9 +114,9 @@ class Verification:
     @property
     def looked_at(self) -> tuple[str, ...]:
         """Short texts, each on one comparison and its result."""
-        return tuple(map(escape_controls, self._words()))
+        return tuple(map(escape_controls, self._comparison_texts()))
 
-    def _words(self) -> Iterator[str]:
+    def _comparison_texts(self) -> Iterator[str]:
         """Yield a short text on each comparison and its result."""
         wrong = ((self.missing, "missing"), (self.changed, "changed"), (self.foreign, "not in the manifest"))
         counts = ", ".join(f"{count} {word}" for count, word in wrong if count)
@@ -210,7 +210,7 @@ def verify(directory: str | Path, rebuild: bool = False) -> Verification:
             drawn=manifest.drawn, **counts)
         if any(name.startswith("fpc/") and name.endswith(".gbr") for name in manifest.files):
             try:
-                read = _with_boards(read, folder, manifest)
+                read = _add_board_comparisons(read, folder, manifest)
             except ImportError as error:
                 package = (error.name or "a package").partition(".")[0]
                 raise MissingExtra(f"reading Gerber files back needs {package}: pip install 'sitscad[all]'") from error
@@ -233,7 +233,7 @@ def _require_small(folder: Path) -> None:
             raise PackageError(f"{path} has {size // 1_000_000} MB, {limit}")
 
 
-def _with_boards(read: Verification, folder: Path, manifest: Manifest) -> Verification:
+def _add_board_comparisons(read: Verification, folder: Path, manifest: Manifest) -> Verification:
     """Return the result with the comparisons of the fabricator's files added.
 
     `read` is the result so far.
@@ -285,7 +285,7 @@ def rebuilt(folder: Path, manifest: Manifest) -> tuple[BuiltFiles, Manifest]:
     MissingExtra
         if a stage needs a package that is not installed
     """
-    request = _request_of(folder, manifest)
+    request = _original_request(folder, manifest)
     contents = stages.contents_of(request.spec, request.policy, request.baseline, request.wanted)
     built = stages.make_all(contents, folder, Manifest(), request.wanted, lambda *_: None, force=True,
                            figures=figure_files(folder, manifest))
@@ -316,7 +316,7 @@ def rebuilt_differences(folder: Path, manifest: Manifest, rebuilt: BuiltFiles, d
         )
 
 
-def _request_of(folder: Path, manifest: Manifest) -> BuildRequest:
+def _original_request(folder: Path, manifest: Manifest) -> BuildRequest:
     """Return the build request with which a package was made. Raises PackageError if it cannot be built again."""
     if manifest.version != __version__:
         raise PackageError(

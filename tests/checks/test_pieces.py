@@ -12,7 +12,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad.assembly.places.column import print_limit
-from sitscad.assembly.places.seating import CORNER_SCREW, adapter_needed, corner_holes, plate_plan
+from sitscad.assembly.places.seating import CORNER_SCREW, adapter_holes, corner_holes, plate_plan
 from sitscad.basics.finding import Severity
 from sitscad.checks.fixes.moves import narrower_plugs
 from sitscad.estimates.circuits.tank import E12, E24, neighbour_values, preferred_values
@@ -266,7 +266,7 @@ def test_adapter_holes_are_clear_of_corner_nuts(design, pattern):
     spec = design(mount={"kind": "bench-plate", "standoff": 1, "holes": pattern}, shield=None)
     layout = lay_out(spec)
     corners = corner_holes(plate_plan(layout, 0.0))
-    for hole in (needed := adapter_needed(layout)):
+    for hole in (needed := adapter_holes(layout)):
         nearest = min(math.dist(hole.at, corner.at) for corner in corners)
         assert nearest > hole.head / 2 + CORNER_SCREW.nut_across / math.sqrt(3.0) + print_limit("resin", "wall").value
     assert needed

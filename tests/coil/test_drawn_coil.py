@@ -28,7 +28,7 @@ from drawn_boards import (
 from tolerance import approx
 
 import sitscad
-from sitscad.apps.coil.drawn import estimate_drawn_coil, heights_of, read_drawn_coil
+from sitscad.apps.coil.drawn import copper_heights, estimate_drawn_coil, read_drawn_coil
 from sitscad.cli import cli
 from sitscad.files.formats.kicad.project_files import render
 from sitscad.spec.drawn.copper import DrawnCoilError
@@ -291,7 +291,7 @@ def test_heights_of_a_board_are_read_from_its_stack(tmp_path):
     file = tmp_path / "board.kicad_pcb"
     file.write_text(two_layers())
     copper, conductor = read_drawn_coil(str(file), "COIL")
-    front, back = heights_of(copper)
+    front, back = copper_heights(copper)
     assert front.z - back.z == approx(55e-6, rel=1e-9, abs=0)
     assert (front.thickness, back.thickness) == approx((30e-6, 30e-6), rel=1e-9, abs=0)
     thick = estimate_drawn_coil(conductor, [front, back], (1e6,))

@@ -19,7 +19,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad.apps.hardware.converter import SimulatedConverter
-from sitscad.apps.hardware.source import source_of
+from sitscad.apps.hardware.source import open_source
 from sitscad.calibration.calibration import sensors_of
 from sitscad.cli import run
 from sitscad.data import PACKAGE, DataError, rows
@@ -181,7 +181,7 @@ def test_gate_counter_bench_programs_are_refused_by_name(xgc4):
     design = design_of(xgc4)
     for text in ("/dev/i2c-1", "serial:/dev/ttyACM0"):
         with pytest.raises(ValueError, match="no driver for XGC4"):
-            source_of(text, design)
+            open_source(text, design)
     with pytest.raises(ValueError, match="no XGC4 is simulated"):
         SimulatedConverter(design)
     with pytest.raises(ValueError, match="no registers of XGC4"):

@@ -12,7 +12,7 @@ from one_rule import findings_of
 from tolerance import approx
 
 import sitscad
-from sitscad.apps.hardware.source import source_of
+from sitscad.apps.hardware.source import open_source
 from sitscad.checks.reading.drive import _too_strong
 from sitscad.checks.reading.readings import readings_of
 from sitscad.cli import report_error
@@ -170,7 +170,7 @@ def test_four_addresses_are_selected_by_addr_connection(xdc2214):
 def test_read_of_converter_without_driver_is_refused(xdc2214):
     for text in ("/dev/i2c-1", "serial:/dev/ttyACM0"):
         with pytest.raises(ValueError, match="cannot be read: sitscad has no driver for XDC2214"):
-            source_of(text, design_with(xdc2214))
+            open_source(text, design_with(xdc2214))
 
 
 def test_readme_of_converter_without_driver_states_it(xdc2214):

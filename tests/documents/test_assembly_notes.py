@@ -18,7 +18,7 @@ from sitscad.assembly.places.column import column, layer_heights, on_board, plac
 from sitscad.assembly.places.fit import closed_section
 from sitscad.assembly.places.jaws import jaw_range, jaw_section
 from sitscad.assembly.places.seating import cap_size, is_near_metal, plate_floor, plate_holes, screw_spacing, stop_place
-from sitscad.assembly.places.tail_path import ROD, bends, rod_clear
+from sitscad.assembly.places.tail_path import ROD, bending_rod_start, bends
 from sitscad.assembly.solids import tooling
 from sitscad.basics.quantities import FREQUENCY, plus_minus
 from sitscad.basics.units import show
@@ -530,7 +530,7 @@ def test_bending_rod_is_clear_of_plate():
     layout = sitscad.lay_out(sitscad.load_text(templates.read("three_axis_grid"), "t.yaml"))
     (bend,) = bends(layout)
     (rod,) = re.findall(r"rod of ([0-9.]+) mm diameter", in_one_line(layout))
-    assert float(rod) <= 2e3 * (bend.radius + ROD) and bend.start >= rod_clear(layout) - 1e-9
+    assert float(rod) <= 2e3 * (bend.radius + ROD) and bend.start >= bending_rod_start(layout) - 1e-9
     assert "table's edge" in in_one_line(layout) and "chamfer" not in in_one_line(layout)
     at = 1e3 * (bend.line - layout.body[2]) - 0.5
     nearer = sitscad.lay_out(layout.spec.replace("fpc.tail.bend", {"kind": "static", "at": f"{at:.3f} mm"}))

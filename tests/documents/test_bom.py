@@ -15,7 +15,7 @@ from tolerance import approx
 
 from sitscad.assembly.places.bodies import backing_of, top_height
 from sitscad.assembly.places.column import worst_deviations
-from sitscad.assembly.places.jaws import closed_span, made_to_measure
+from sitscad.assembly.places.jaws import closed_span, seat_circle_radius
 from sitscad.estimates.loads.gluing import board_press, piece_press
 from sitscad.files.documents import gluing, mounting, preparing
 from sitscad.files.documents import parts_list as bom
@@ -172,7 +172,7 @@ def test_shield_width_in_list_fits_port(template):
     low, high = closed_span(backing_of(layout.spec), top_height(layout.spec))
     levels = backing_of(layout.spec).shield_heights
     corner = math.hypot(width / 2, (levels[0] - (low + high) / 2) / MM)
-    assert corner == approx(made_to_measure(layout.spec.mount.jaw, worst_deviations(layout)) / MM, abs=1e-4)
+    assert corner == approx(seat_circle_radius(layout.spec.mount.jaw, worst_deviations(layout)) / MM, abs=1e-4)
     assert width < layout.body_size[1] / MM and "to pass the port" in rows["shield"]["note"]
     assert (length, thickness) == (approx(layout.body_size[0] / MM, abs=1e-4), 0.1)
 

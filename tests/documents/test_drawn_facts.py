@@ -16,7 +16,7 @@ from one_rule import findings_of
 from tolerance import approx
 
 from sitscad.assembly.places.jaws import jaw_range
-from sitscad.assembly.places.tail_path import own_bend, pivot_line, room_for_own, tail_path
+from sitscad.assembly.places.tail_path import pivot_line, stated_bend, stated_bend_range, tail_path
 from sitscad.basics.finding import Severity
 from sitscad.checks.judging import check
 from sitscad.files.documents import order_notes as fabrication_notes
@@ -237,7 +237,7 @@ def bent(bend):
 @pytest.mark.parametrize("bend", ["static", "dynamic"])
 def test_default_bend_is_right_angle_down_in_middle(bend):
     layout = bent(bend)
-    result, (a, b) = own_bend(layout), bend_stretch(layout)
+    result, (a, b) = stated_bend(layout), bend_stretch(layout)
     assert result.line == approx((a + b) / 2, rel=1e-6) and result.angle == approx(math.pi / 2, rel=1e-6)
     assert (result.direction, result.is_dynamic) == ("down", bend == "dynamic")
     ratio = layout.spec.fpc.rules.static_bend_ratio[2] if bend == "static" else 40.0
@@ -249,7 +249,7 @@ def test_default_bend_is_right_angle_down_in_middle(bend):
 
 def test_stated_bend_is_drawn_with_its_values():
     layout = bent("{kind: static, at: 12, direction: up, angle: 45 deg, radius: 2}")
-    bend, x = own_bend(layout), layout.body[2] + 12e-3
+    bend, x = stated_bend(layout), layout.body[2] + 12e-3
     assert bend.line == approx(x, rel=1e-6) and bend.radius == approx(2e-3, rel=1e-6)
     assert bend.end - bend.start == approx(math.pi / 4 * (2e-3 + tail_thickness(layout.spec.fpc) / 2), rel=1e-6)
     drawing = board_drawing.drawing(layout, "")
@@ -321,7 +321,7 @@ def test_kicad_board_has_bend_line_across_tail():
     )
     across = [row for row in rows if row[0] == row[2]]
     longest = max(abs(float(row[1]) - float(row[3])) for row in across)
-    low, high = layout.reach_at(own_bend(layout).line)
+    low, high = layout.reach_at(stated_bend(layout).line)
     assert longest == approx((high - low) * 1e3 + 2.0, abs=1e-5)
     assert "bend line, static: 90 deg down (away from the face with the coils)" in kicad_board.board_text(layout)
 
@@ -400,7 +400,7 @@ def test_tail_in_jaw_bends_at_hinge_pivot():
     way = tail_path(layout, layout.spec.fpc.tail.bend_angle)
     along = pivot_line(layout) - layout.body[2]
     assert along > pivot - layout.body[2] and way.at(along).x == approx(pivot, abs=2e-5)
-    assert own_bend(layout).line == approx(pivot_line(layout), rel=1e-6)
+    assert stated_bend(layout).line == approx(pivot_line(layout), rel=1e-6)
     message = "about the line across it at x = 18.23 mm, where the jaw's hinge has its pivot; inside radius"
     drawing = board_drawing.drawing(layout, "")
     for paper in (fabrication_notes.readme(layout), words_of(drawing), words_of(stackup_drawing.drawing(layout, ""))):
@@ -410,7 +410,7 @@ def test_tail_in_jaw_bends_at_hinge_pivot():
 def test_bend_beside_pivot_names_both_positions():
     text = templates.read("grasper_4layer").replace("bend: static", "bend: {kind: static, at: 12}")
     layout = lay_out(load_text(text))
-    assert own_bend(layout).line == approx(layout.body[2] + 12e-3, rel=1e-6)
+    assert stated_bend(layout).line == approx(layout.body[2] + 12e-3, rel=1e-6)
     assert "at x = 16.91 mm (the jaw's hinge has its pivot at x = 18.23 mm); inside" in " ".join(
         fabrication_notes.readme(layout).split()
     )
@@ -419,7 +419,7 @@ def test_bend_beside_pivot_names_both_positions():
 def test_pivot_without_bend_room_leaves_bend_in_middle():
     text = templates.read("grasper_4layer").replace("length: 30", "length: 14")
     layout = lay_out(load_text(text))
-    assert own_bend(layout).line == approx(sum(room_for_own(layout)) / 2, rel=1e-6)
+    assert stated_bend(layout).line == approx(sum(stated_bend_range(layout)) / 2, rel=1e-6)
 
 
 def test_default_bend_at_hinge_is_half_jaw_opening():

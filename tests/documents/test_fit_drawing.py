@@ -15,7 +15,7 @@ from sitscad.files.documents.drawings.fit import drawing
 from sitscad.files.drawing.frame import RED
 from sitscad.files.drawing.sheet import Label, flattened
 from sitscad.kernels.geometry.path import bounding_box
-from sitscad.package.stages import failing_fit
+from sitscad.package.stages import fit_picture_file
 from sitscad.spec import templates
 
 
@@ -100,10 +100,10 @@ def test_package_has_fit_drawing_only_with_fit_errors():
     from sitscad.package.stages import contents_of
 
     spec = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml")
-    assert failing_fit(contents_of(spec, Policy(), None), "") == {}
+    assert fit_picture_file(contents_of(spec, Policy(), None), "") == {}
     tall = contents_of(spec.replace("elastomer.thickness", 1.6e-3), Policy(), None)
-    made = failing_fit(tall, "")
+    made = fit_picture_file(tall, "")
     assert list(made) == ["fit.svg"] and b"needs 5.5" in made["fit.svg"]
     # It named mount/fit-solids.svg in packages that have none
     assert b"fit-solids" not in made["fit.svg"]
-    assert b"mount/fit-solids.svg has the bodies" in failing_fit(tall, "mount/fit-solids.svg")["fit.svg"]
+    assert b"mount/fit-solids.svg has the bodies" in fit_picture_file(tall, "mount/fit-solids.svg")["fit.svg"]

@@ -15,7 +15,7 @@ import sitscad
 from sitscad.assembly.places.bodies import BodyRole, plates_of
 from sitscad.assembly.places.column import Toleranced
 from sitscad.assembly.places.tail_path import bends, lip
-from sitscad.assembly.solids.tooling import FOOT_ROOM, PEG, foot_pockets, push_places, skin_pour
+from sitscad.assembly.solids.tooling import FOOT_ROOM, PEG, foot_pockets, push_places, skin_silicone
 from sitscad.estimates import estimate
 from sitscad.estimates.design import Design
 from sitscad.estimates.loads import gluing as physics
@@ -134,7 +134,7 @@ def test_board_press_spreads_glue_within_open_time(name):
     assert mass * physics.STANDARD_GRAVITY >= 0.95 * physics.HARD_PRESSURE * area
     message = gluing.pressing_text(layout, "")
     assert "jig-board-press" in message and gluing.mass_text(mass) in message
-    text = release_text(push_places(layout.body, layout.body_outline), skin_pour(layout))
+    text = release_text(push_places(layout.body, layout.body_outline), skin_silicone(layout))
     assert ("holes in turn" in text) == (len(layout.spec.cell_placements) > 1)
 
 

@@ -9,7 +9,7 @@ import pytest
 
 import sitscad
 from sitscad.apps.hardware.leading import GuidedCalibration
-from sitscad.apps.hardware.source import Simulation, source_of
+from sitscad.apps.hardware.source import Simulation, open_source
 from sitscad.calibration.unknowns import usual_value
 from sitscad.files.formats.calibration_header import header
 from tests.hardware.conftest import SANE, TEMPLATES, compiled
@@ -22,9 +22,9 @@ LOADS, UNIT = 80, 3
 class ByHand(Simulation):
     """A simulated board whose loads are put on as well as loads are known."""
 
-    def put_on(self, load: np.ndarray, is_held: bool, cell: int = 1) -> None:
+    def apply_load(self, load: np.ndarray, is_held: bool, cell: int = 1) -> None:
         error = 1.0 + usual_value("force") * np.random.default_rng(np.abs(1e6 * load).astype(int)).normal(size=3)
-        super().put_on(load * error, is_held, cell)
+        super().apply_load(load * error, is_held, cell)
 
 
 def _calibrated(name: str, folder: Path) -> tuple[sitscad.Calibration, sitscad.Calibration, Simulation]:
@@ -32,7 +32,7 @@ def _calibrated(name: str, folder: Path) -> tuple[sitscad.Calibration, sitscad.C
     path = TEMPLATES / f"{name}.yaml"
     design = sitscad.Design(sitscad.load(path))
     planned = sitscad.calibrate(design)
-    source, _ = source_of(f"sim:{path}?unit={UNIT}", design)
+    source, _ = open_source(f"sim:{path}?unit={UNIT}", design)
     source = ByHand(design, source.chips, None, source.errors)
     board = source.board(design)
     assert board.set_up() == []

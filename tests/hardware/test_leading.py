@@ -12,7 +12,7 @@ import sitscad
 from sitscad.apps.hardware.bench_board import Board
 from sitscad.apps.hardware.converter import SimulatedConverter
 from sitscad.apps.hardware.leading import LOAD_INPUTS, GuidedCalibration, PointRefused, head_lines, stable_counts
-from sitscad.apps.hardware.source import Simulation, Source, source_of
+from sitscad.apps.hardware.source import Simulation, Source, open_source
 from sitscad.calibration.points import Plan
 from tests.hardware.conftest import TEMPLATES
 
@@ -33,7 +33,7 @@ def planned(design):
 
 
 def _begun(design, source=""):
-    given, _ = source_of(f"sim:{SPEC}?{source}", design)
+    given, _ = open_source(f"sim:{SPEC}?{source}", design)
     board = Board(design, given.chips)
     board.set_up()
     return board, given
@@ -74,7 +74,7 @@ def test_guided_calibration_refuses_table_or_board_of_other_sensor(design, plann
     other = head_lines(board, planned).replace("3 points", "8 points") + "0,0,1,2\n"
     with pytest.raises(ValueError, match="of another plan"):
         next(GuidedCalibration(board, source, planned, _unasked, print).table(other))
-    given, _ = source_of(f"sim:{TEMPLATES / 'jaw_5x20.yaml'}", None)
+    given, _ = open_source(f"sim:{TEMPLATES / 'jaw_5x20.yaml'}", None)
     with pytest.raises(ValueError, match="the simulated board is jaw"):
         next(GuidedCalibration(Board(design, given.chips), given, planned, _unasked, print).table(""))
     board = Board(design, given.chips)  # as a bus has it: only its readings say so
@@ -120,7 +120,7 @@ def _answered(design, planned, *answers: str, fault: str = ""):
     def ask(words: str) -> str:
         message.append(f"? {words.removesuffix(LOAD_INPUTS)}")
         load, typed = next(left)
-        source.put_on(np.array(load), True)
+        source.apply_load(np.array(load), True)
         return typed
 
     return GuidedCalibration(board, _by_hand(source), planned, ask, message.append).table(), message

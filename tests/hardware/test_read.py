@@ -20,8 +20,16 @@ from tolerance import approx
 import sitscad
 from sitscad.apps.hardware.bench_board import GOOD, Board, CoilReading
 from sitscad.apps.hardware.converter import SimulatedConverter
-from sitscad.apps.hardware.diagnosis import MET, NOT_EVALUATED, NOT_MET, Forces, _noise, diagnose_board, scans
-from sitscad.apps.hardware.source import Simulation, WiredConverter, _load_ramps, source_of
+from sitscad.apps.hardware.diagnosis import (
+    MET,
+    NOT_EVALUATED,
+    NOT_MET,
+    Forces,
+    _noise_verdict,
+    diagnose_board,
+    read_scans,
+)
+from sitscad.apps.hardware.source import Simulation, WiredConverter, _load_ramps, open_source
 from sitscad.cli import cli
 from sitscad.cli.reading import live
 from tests.hardware.conftest import TEMPLATES, sound_boards
@@ -39,7 +47,7 @@ def _diagnosed(design: sitscad.Design, seconds: float = 0.5, **given: object) ->
     source = Simulation(design, [SimulatedConverter(design, **given)])
     board = Board(design, source.chips)
     wrong = board.set_up()
-    rows = list(scans(board, source, seconds))
+    rows = list(read_scans(board, source, seconds))
     result = diagnose_board(board, wrong, [[row[k] for row in rows if k in row] for k in range(len(board.bands))])
     return {item.name: (item.verdict, item.observation) for item in result}
 
@@ -49,27 +57,27 @@ def test_scans_contain_all_coils_of_converters_with_different_rates(tmp_path):
     path = tmp_path / "strip.yaml"
     path.write_text((TEMPLATES / "skin_strip_6.yaml").read_text().replace("count: 6", "count: 5"))
     design = sitscad.Design(sitscad.load(path))
-    simulated, _ = source_of(f"sim:{path}", design)
+    simulated, _ = open_source(f"sim:{path}", design)
     board = Board(design, simulated.chips)
     board.set_up()
-    result = list(scans(board, simulated, 0.1))
+    result = list(read_scans(board, simulated, 0.1))
     assert {len(scan) for scan in result} == {5}
     assert len(result) == approx(0.1 * design.estimates.readout.scan_rate, rel=0.1)
     simulated.chips[1].reset()  # while the other goes on
-    result = list(scans(board, simulated, 0.2))
+    result = list(read_scans(board, simulated, 0.2))
     assert board.restarts == 1 and len(result[-1]) == 5
-    board.keep_settings = lambda new: None
+    board.restore_lost_settings = lambda new: None
     simulated.chips[1].reset()
-    assert [set(scan) for scan in scans(board, simulated, 0.3)][1:3] == [{0, 1, 2}] * 2
+    assert [set(scan) for scan in read_scans(board, simulated, 0.3)][1:3] == [{0, 1, 2}] * 2
 
 
 def test_four_coils_on_one_converter_lose_no_result():
     """One poll finds the last coil of a scan and the first of the next."""
     pad = template_design("three_axis_pad")
-    source, _ = source_of(f"sim:{TEMPLATES}/three_axis_pad.yaml", pad)
+    source, _ = open_source(f"sim:{TEMPLATES}/three_axis_pad.yaml", pad)
     board = Board(pad, source.chips)
     board.set_up()
-    result = list(scans(board, source, 0.5))
+    result = list(read_scans(board, source, 0.5))
     assert {len(scan) for scan in result} == {4}
     assert len(result) == approx(0.5 * pad.estimates.readout.scan_rate, rel=0.01)
     steps = np.diff([[scan[k].time for k in range(4)] for scan in result], axis=0) * pad.estimates.readout.scan_rate
@@ -114,7 +122,7 @@ def test_noise_of_12_results_is_not_diagnosed_as_excessive(design):
 
     def said(sigma: float, number: int) -> set[str]:
         counts = board.conversion.counts(9e6 + sigma * hertz * noise.normal(size=number)).astype(int)
-        return {_noise(board, 0, [CoilReading(0.0, int(item), "good") for item in counts]).verdict}
+        return {_noise_verdict(board, 0, [CoilReading(0.0, int(item), "good") for item in counts]).verdict}
 
     assert set().union(*(said(1.0, 12) for _ in range(1000))) == {MET}
     assert set().union(*(said(2.5, 200) for _ in range(20))) == {NOT_MET}
@@ -126,7 +134,7 @@ def test_single_wrong_result_is_omitted_and_step_delayed_one_scan(design):
     source = Simulation(design, [SimulatedConverter(design, loads=loads, faults="glitch:C2@0.25")])
     board = Board(design, source.chips)
     board.set_up()
-    rows = [row[1] for row in scans(board, source, 1.24) if 1 in row]
+    rows = [row[1] for row in read_scans(board, source, 1.24) if 1 in row]
     quiet = [item for item in rows if item.time < 1.1]
     good = [board.frequency(item.counts) for item in quiet if item.is_good]
     assert len(quiet) - len(good) == 4 and np.ptp(good) < 8.0 * design.estimates.readout.conversion.noise(9e6)
@@ -140,7 +148,7 @@ NO_LOADS = ["normal=5", "normal:5,shear_x=1", "tilt:1", "normal:1:2:3", "normal:
 @pytest.mark.parametrize("load", NO_LOADS)
 def test_invalid_simulated_load_is_refused_with_expected_form(load):
     with pytest.raises(ValueError, match=r"load is AXIS:NEWTONS or AXIS:FIRST:LAST with normal, .* a comma between"):
-        source_of(f"sim:{SPEC}?load={load}", None)
+        open_source(f"sim:{SPEC}?load={load}", None)
 
 
 def test_simulated_loads_are_given_in_one_or_several_keys():
@@ -148,11 +156,11 @@ def test_simulated_loads_are_given_in_one_or_several_keys():
     assert item.tolist() == two.tolist()
     assert (item[0].tolist(), item[-1].tolist()) == ([0.0, 1.0, 0.0, 0.0, 0.0], [4.0, 1.0, 0.0, 0.0, 0.0])
     assert _load_ramps(["moment_y:2"])[-1].tolist() == [0.0, 0.0, 0.0, 0.0, 2e-3]
-    source_of(f"sim:{SPEC}?load=normal:0:4,shear_x:1", None)
+    open_source(f"sim:{SPEC}?load=normal:0:4,shear_x:1", None)
     with pytest.raises(ValueError, match="load says twice what normal is"):
-        source_of(f"sim:{SPEC}?load=normal:4,normal:5", None)
+        open_source(f"sim:{SPEC}?load=normal:4,normal:5", None)
     with pytest.raises(ValueError, match="load of a moment"):
-        source_of(f"sim:{SPEC}?load=normal:4,moment_y:2", None)
+        open_source(f"sim:{SPEC}?load=normal:4,moment_y:2", None)
 
 
 @pytest.mark.slow
@@ -162,7 +170,7 @@ def test_readings_beyond_map_are_flagged(design):
     low, high = (
         {k: CoilReading(0.0, int(counts * way), GOOD) for k, counts in enumerate(result.rest)} for way in (1.0, 1.2)
     )
-    assert not forces.is_beyond(board, low) and forces.is_beyond(board, high)
+    assert not forces.is_out_of_range(board, low) and forces.is_out_of_range(board, high)
 
 
 @pytest.mark.slow
@@ -264,7 +272,7 @@ def test_invalid_source_value_is_refused_with_key_and_allowed_values(said, desig
     """A read of nan seconds ended with exit 0 and no reading; any word was a state, and 1e26 N were put on."""
     key, _, value = said.partition("=")
     with pytest.raises(ValueError) as refused:
-        source_of(f"sim:{SPEC}?{said}", design)
+        open_source(f"sim:{SPEC}?{said}", design)
     words = str(refused.value)
     assert value.split("@")[-1].split(":")[-1] in words
     assert re.search(r"wanted|0 or more|has the|up to|0 to|faults are", words), words
@@ -277,7 +285,7 @@ def test_invalid_source_value_is_refused_with_key_and_allowed_values(said, desig
 def test_contradictory_source_keys_are_refused(said, design):
     """The first of two was passed over without a word, and so was a state beside a load."""
     with pytest.raises(ValueError, match=r"given twice|do not go together"):
-        source_of(f"sim:{SPEC}?{said}", design)
+        open_source(f"sim:{SPEC}?{said}", design)
 
 
 @pytest.mark.parametrize("arguments", [
@@ -307,24 +315,24 @@ def test_i2c_bus_is_read_by_smbus2_block_functions(design, monkeypatch):
             self.chip.write(register, int.from_bytes(bytes(content), "big"))
 
     monkeypatch.setitem(sys.modules, "smbus2", SimpleNamespace(SMBus=Bus))
-    source, known = source_of("/dev/i2c-7", design)
+    source, known = open_source("/dev/i2c-7", design)
     board = Board(known, source.chips)
     assert isinstance(source.chips[0], WiredConverter)
     assert board.set_up() == [] and board.identities() == [(0x5449, 0x3055)]
     monkeypatch.setitem(sys.modules, "smbus2", None)
     with pytest.raises(ValueError, match=r"sitscad\[bench\]"):
-        source_of("/dev/i2c-7", design)
+        open_source("/dev/i2c-7", design)
 
 
 def test_scans_are_served_as_live_page(design):
-    source, _ = source_of(f"sim:{SPEC}", design)
+    source, _ = open_source(f"sim:{SPEC}", design)
     board = source.board(design)
     board.set_up()
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
     with live(board, Forces(), (), port) as tell:
-        scan = next(row for row in scans(board, source, 1.0) if len(row) == 2)
+        scan = next(row for row in read_scans(board, source, 1.0) if len(row) == 2)
         tell(scan)
         state = json.loads(urllib.request.urlopen(f"http://127.0.0.1:{port}/state").read())
         page = urllib.request.urlopen(f"http://127.0.0.1:{port}/").read()
@@ -337,10 +345,10 @@ def test_scans_are_served_as_live_page(design):
 
 def test_simulated_reference_coil_stays_at_rest_under_load():
     spec = f"sim:{TEMPLATES / 'grasper_steady.yaml'}?load=normal:0:5&seconds=0.05"
-    source, design = source_of(spec, None)
+    source, design = open_source(spec, None)
     board = Board(design, source.chips)
     board.set_up()
-    rows = [[row[k].counts for k in range(3)] for row in scans(board, source, 0.05) if len(row) == 3]
+    rows = [[row[k].counts for k in range(3)] for row in read_scans(board, source, 0.05) if len(row) == 3]
     first, last = np.array(rows[0]), np.array(rows[-1])
     rest = design.estimates.reference.states["rest"].frequency
     assert board.frequency(int(last[2])) == approx(rest, rel=1e-4)

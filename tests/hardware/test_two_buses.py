@@ -13,8 +13,8 @@ import pytest
 import sitscad
 from sitscad.apps.hardware.bench_board import Board
 from sitscad.apps.hardware.converter import SimulatedConverter
-from sitscad.apps.hardware.diagnosis import scans
-from sitscad.apps.hardware.source import source_of
+from sitscad.apps.hardware.diagnosis import read_scans
+from sitscad.apps.hardware.source import open_source
 from sitscad.files.documents import firmware_driver
 from sitscad.package.contents import incoming
 from tests.hardware.conftest import STRICT, TEMPLATES, Bench, compiled
@@ -110,13 +110,13 @@ def test_micropython_module_reads_two_buses(grid, monkeypatch):
 def test_read_source_opens_two_buses(grid, monkeypatch):
     opened = []
     monkeypatch.setitem(sys.modules, "smbus2", SimpleNamespace(SMBus=lambda path: opened.append(path) or path))
-    source, _ = source_of("/dev/i2c-1,/dev/i2c-3", grid.design)
+    source, _ = open_source("/dev/i2c-1,/dev/i2c-3", grid.design)
     wired = [(chip.bus, chip.address) for chip in source.chips]
     assert wired == [("/dev/i2c-1", 0x2A), ("/dev/i2c-1", 0x2B), ("/dev/i2c-3", 0x2A)] and len(opened) == 2
     with pytest.raises(ValueError, match="on 2 buses"):
-        source_of("/dev/i2c-1", grid.design)
-    simulated, _ = source_of(f"sim:{TEMPLATES}/skin_grid_3x3.yaml?fault=open:C9", None)
+        open_source("/dev/i2c-1", grid.design)
+    simulated, _ = open_source(f"sim:{TEMPLATES}/skin_grid_3x3.yaml?fault=open:C9", None)
     board = Board(grid.design, simulated.chips)
     assert board.set_up() == []
-    read = [(k, item.is_good) for scan in scans(board, simulated, 0.1) for k, item in scan.items()]
+    read = [(k, item.is_good) for scan in read_scans(board, simulated, 0.1) for k, item in scan.items()]
     assert set(read) == {*((k, True) for k in range(COILS - 1)), (COILS - 1, False)}

@@ -20,10 +20,10 @@ from tolerance import approx
 
 import sitscad
 from sitscad import Design, SimulatedConverter
-from sitscad.apps.hardware.ambient import ambient, pad_time_constant, warmed
+from sitscad.apps.hardware.ambient import pad_time_constant, parse_ambient, warmed_frequencies
 from sitscad.apps.hardware.bench_board import GOOD, WATCHDOG, Board, CoilReading
 from sitscad.apps.hardware.diagnosis import TARES, Forces, scan_lines
-from sitscad.apps.hardware.source import source_of
+from sitscad.apps.hardware.source import open_source
 from sitscad.cli import cli
 from sitscad.files.documents import firmware
 from sitscad.files.formats.compensation_header import compensation_header
@@ -46,7 +46,7 @@ class WarmUp:
 
     def __init__(self, key: str, value: object) -> None:
         self.design = Design(spec.replace(key, value))
-        cells, course = self.design.cells, ambient(f"{COLD}:{WARM}", 60.0 * MINUTES)
+        cells, course = self.design.cells, parse_ambient(f"{COLD}:{WARM}", 60.0 * MINUTES)
         bench = cells.by_number(1).sensing.solved.bench
         self.times, self.full = np.linspace(0.0, 60.0 * MINUTES, POINTS), bench.full["normal"]
         self.loads = np.tile([self.full, 0.0, 0.0], (POINTS, 1))
@@ -54,9 +54,9 @@ class WarmUp:
             self.design.spec.elastomer, self.design.spec.target))
         response = cells.by_number(1).response
         under_load = response.on_pad(bench.poses(self.loads)).frequency
-        self.frequencies = warmed(cells, under_load, self.loads, self.times, course, 1)
+        self.frequencies = warmed_frequencies(cells, under_load, self.loads, self.times, course, 1)
         at_rest = response.on_pad(bench.poses(0.0 * self.loads[:1])).frequency
-        self.rest = warmed(cells, at_rest, 0.0 * self.loads[:1], self.times[:1], course, 1)[0]
+        self.rest = warmed_frequencies(cells, at_rest, 0.0 * self.loads[:1], self.times[:1], course, 1)[0]
         self.maps = {name.removeprefix("calibration/"): content
                      for name, content in nominal_calibration(self.design).items() if name.endswith(".h")}
 
@@ -317,7 +317,7 @@ def test_arduino_sketch_says_whether_temperature_is_valid(part, warming, by_sens
 def test_simulated_board_follows_ambient_temperature_and_load(by_reference, tmp_path):
     path = tmp_path / "warm.yaml"
     path.write_text(by_reference.design.spec.source.text)
-    source, _ = source_of(f"sim:{path}?temperature={COLD}:{WARM}&load=normal:{by_reference.full}&seconds=600",
+    source, _ = open_source(f"sim:{path}?temperature={COLD}:{WARM}&load=normal:{by_reference.full}&seconds=600",
                           by_reference.design)
     (chip,) = source.chips
     seconds = 1e9 * by_reference.times
@@ -326,7 +326,7 @@ def test_simulated_board_follows_ambient_temperature_and_load(by_reference, tmp_
     assert math.isnan(source.celsius(300.0))  # the design has no temperature sensor
     source.wait(0.01)
     source.skip(600.0 - source.now())
-    source.put_on(by_reference.loads[0], True)
+    source.apply_load(by_reference.loads[0], True)
     assert [chip.tank(k, chip.time)[0] for k in range(3)] == approx(by_reference.frequencies[-1], rel=1e-6)
 
 
@@ -336,14 +336,14 @@ def test_fault_of_reference_coil_leaves_uncompensated_forces(by_reference):
     counts = np.rint(by_reference.design.estimates.readout.conversion.counts(by_reference.rest[None])[0]).astype(int)
     scan = {k: CoilReading(0.0, int(count), WATCHDOG if k == 2 else GOOD) for k, count in enumerate(counts)}
     for _ in range(TARES):
-        forces.take(board, scan)
+        forces.add_to_tare(board, scan)
     assert forces.tare(board) == [*counts[:2], None] and forces.is_compensated
-    assert forces(board, scan)["normal"] == approx(0.0, abs=1e-3) and forces.compensated(board, scan) == {}
+    assert forces(board, scan)["normal"] == approx(0.0, abs=1e-3) and forces.compensated_forces(board, scan) == {}
     assert "not compensated" in next(iter(scan_lines(board, [scan], forces)))
 
 
 def test_pad_lags_behind_ramp_by_time_constant():
-    course = ambient("20:37", 600.0)
+    course = parse_ambient("20:37", 600.0)
     times = np.array([0.0, 200.0, 600.0, 700.0])
     assert course.board(times)[-1] == WARM
     assert course.pad(times, 18.0) == approx([COLD, COLD + 17.0 / 600.0 * 182.0, WARM - 0.51, WARM], abs=2e-3)
@@ -356,12 +356,12 @@ def test_invalid_ambient_temperature_is_refused(text, tmp_path):
         (tmp_path / "day.csv").write_text(text)
         text = str(tmp_path / "day.csv")
     with pytest.raises(ValueError, match=r"time_s|degC"):
-        ambient(text, 1.0)
+        parse_ambient(text, 1.0)
 
 
 def test_table_of_temperatures_is_linear_between_rows(tmp_path):
     (tmp_path / "day.csv").write_text("time_s,celsius\n0,17\n43200,37\n86400,17\n")
-    course = ambient(str(tmp_path / "day.csv"), 1.0)
+    course = parse_ambient(str(tmp_path / "day.csv"), 1.0)
     assert course.board(np.array([21600.0, 64800.0, 9e4])) == approx([27.0, 27.0, 17.0], abs=1e-9)
 
 

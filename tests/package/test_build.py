@@ -15,7 +15,7 @@ import pytest
 import sitscad
 from sitscad.files.writer import STAGES
 from sitscad.package import stages
-from sitscad.package.building import opened_for_building, require_distinct_names
+from sitscad.package.building import locked_staging_folder, require_distinct_names
 from sitscad.package.folder import PackageError, list_files
 
 GOOD = """\
@@ -212,7 +212,7 @@ def test_two_specs_with_equal_name_give_package_error(good):
 
 
 def test_concurrent_build_gives_package_error(good, tmp_path):
-    with opened_for_building(tmp_path, "good-coil"), pytest.raises(PackageError, match="another build"):
+    with locked_staging_folder(tmp_path, "good-coil"), pytest.raises(PackageError, match="another build"):
         sitscad.build(good, tmp_path, ["gerber"])
 
 

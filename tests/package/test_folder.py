@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from sitscad.package import building, folder
-from sitscad.package.building import opened_for_building, put_in_place, write_package
+from sitscad.package.building import locked_staging_folder, replace_package, write_package
 from sitscad.package.folder import PackageError, write_file, write_files
 from sitscad.package.manifest import MANIFEST, Entry, Manifest, sha256
 
@@ -24,9 +24,9 @@ def _contents(directory: Path) -> dict[str, bytes]:
 def _replace(parent: Path, files: dict[str, bytes], name: str = "pack") -> Path | None:
     entries = {name: Entry(sha256(content), "kicad", "x") for name, content in files.items()}
     spec = dict.fromkeys(("name", "file", "sha256"), "x")
-    with opened_for_building(parent, name) as staged:
+    with locked_staging_folder(parent, name) as staged:
         write_package(staged, files, Manifest(spec=spec, files=entries))
-        return put_in_place(staged, parent / name)
+        return replace_package(staged, parent / name)
 
 
 @pytest.mark.parametrize("exchanges", [True, False], ids=["exchange", "two renames"])
@@ -41,7 +41,7 @@ def test_new_package_replaces_old_one_completely(tmp_path, monkeypatch, exchange
 
 def test_exception_during_build_leaves_old_package(tmp_path):
     _replace(tmp_path, {"one.txt": b"1"})
-    with pytest.raises(KeyboardInterrupt), opened_for_building(tmp_path, "pack") as staged:
+    with pytest.raises(KeyboardInterrupt), locked_staging_folder(tmp_path, "pack") as staged:
         write_files(staged, {"half.txt": b"half"})
         raise KeyboardInterrupt
     assert _contents(tmp_path / "pack") == {"one.txt": b"1"}
@@ -82,7 +82,7 @@ def test_build_killed_at_any_step_leaves_complete_package(tmp_path, exchanges):
         parent = tmp_path / str(instant)
         _replace(parent, old)
         status = _build_and_die(parent, new, instant, exchanges)
-        with opened_for_building(parent, "pack"):
+        with locked_staging_folder(parent, "pack"):
             pass  # the next build cleans up
         after = _contents(parent / "pack")
         assert after in (old, new), f"killed at step {instant}"
@@ -98,12 +98,12 @@ def test_build_killed_at_any_step_leaves_complete_package(tmp_path, exchanges):
 
 def _open(parent: Path, name: str) -> bool:
     """Whether the folder could be opened; it is closed again."""
-    with opened_for_building(parent, name) as staged:
+    with locked_staging_folder(parent, name) as staged:
         return staged.is_dir()
 
 
 def test_second_build_of_equal_name_gives_package_error(tmp_path):
-    with opened_for_building(tmp_path, "pack"):
+    with locked_staging_folder(tmp_path, "pack"):
         with pytest.raises(PackageError, match="another build of pack"):
             _open(tmp_path, "pack")
         assert _open(tmp_path, "other")

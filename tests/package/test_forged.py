@@ -193,7 +193,7 @@ def test_unchanged_package_passes_rebuild_verification(package, capsys):
 
 @pytest.mark.parametrize("what", CHANGES)
 def test_change_is_found_by_rebuild_despite_correct_hashes(package, what, monkeypatch):
-    monkeypatch.setattr(verification, "_with_boards", lambda read, folder, manifest: read)  # by its bytes alone
+    monkeypatch.setattr(verification, "_add_board_comparisons", lambda read, folder, manifest: read)  # bytes alone
     name, change = CHANGES[what]
     change(package)
     if name != MANIFEST:

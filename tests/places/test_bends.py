@@ -14,8 +14,8 @@ from sitscad.assembly.places.tail_path import (
     bends_of_mount,
     free_tail_start,
     lip,
-    own_bend,
     pivot_line,
+    stated_bend,
     tail_path,
 )
 from sitscad.checks.board.tail import RULES
@@ -87,7 +87,7 @@ def test_cap_lip_has_tail_bend_radius():
     layout = laid("fingertip_foil")
     down, up = bends(layout)
     edge = lip(layout)
-    assert (down.direction, up.direction) == ("down", "up") and own_bend(layout) is None
+    assert (down.direction, up.direction) == ("down", "up") and stated_bend(layout) is None
     assert edge.radius == down.radius == least_bend_radius(layout.spec.fpc)
     assert edge.start == approx(down.start, rel=1e-9)
     end = tail_path(layout).at(up.end - layout.body[2])
@@ -97,7 +97,7 @@ def test_cap_lip_has_tail_bend_radius():
 
 def test_downward_bend_lies_beyond_bench_plate():
     layout = laid("bench_7mm", ("length: 30", "length: 16"))
-    assert own_bend(layout).start >= free_tail_start(layout) - 1e-9
+    assert stated_bend(layout).start >= free_tail_start(layout) - 1e-9
 
 
 def said(layout):
@@ -112,8 +112,8 @@ def test_tail_too_short_for_descent_yields_finding():
 def test_jaw_without_hinge_has_only_mount_bends():
     """90 degrees were ordered 27 mm behind the heel, within the tube."""
     layout = laid("grasper_4layer", ("jaw: generic-5mm ", "jaw: {width: 4.8, length: 20, height: 1.3} "))
-    assert own_bend(layout) is None and bends(layout) == bends_of_mount(layout)
+    assert stated_bend(layout) is None and bends(layout) == bends_of_mount(layout)
     text = [item.partition(": ") for item in layout.spec.source.defaults if item.startswith("fpc.tail.bend")]
     assert ("fpc.tail.bend.angle", "0 deg down") in [(key, value.partition(",")[0]) for key, _, value in text]
     assert len({key for key, _, _ in text}) == len(text), "one line a key"
-    assert own_bend(laid("grasper_4layer")).angle == approx(math.radians(30.0), rel=1e-9)
+    assert stated_bend(laid("grasper_4layer")).angle == approx(math.radians(30.0), rel=1e-9)

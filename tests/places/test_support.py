@@ -13,7 +13,7 @@ from tolerance import approx
 
 from sitscad.assembly.places.bodies import backing_of, top_height
 from sitscad.assembly.places.column import worst_deviations
-from sitscad.assembly.places.jaws import closed_span, made_to_measure
+from sitscad.assembly.places.jaws import closed_span, seat_circle_radius
 from sitscad.assembly.places.stack import support
 from sitscad.basics.finding import Severity
 from sitscad.checks.judging import RULES, check
@@ -54,7 +54,7 @@ def test_seat_support_is_limited_by_port():
     layout = pad(elastomer=thick)
     low, high = closed_span(backing_of(layout.spec), top_height(layout.spec))
     depth = (low + high) / 2 + layout.spec.fpc.stackup.thickness
-    half = math.sqrt(made_to_measure(layout.spec.mount.jaw, worst_deviations(layout)) ** 2 - depth**2)
+    half = math.sqrt(seat_circle_radius(layout.spec.mount.jaw, worst_deviations(layout)) ** 2 - depth**2)
     result = support(layout)
     assert 2.0 * half < 4.0e-3 and result.name == "elastomer"
     assert result.carried == approx(4.0e-3 * 2.0 * half, rel=1e-12) and result.pressed == approx(16e-6, rel=1e-6)

@@ -15,7 +15,7 @@ from sitscad.assembly.places.bodies import BodyRole, board_heights
 from sitscad.assembly.places.stack import support
 from sitscad.assembly.places.tail_path import ROD, bends
 from sitscad.assembly.solids import pieces
-from sitscad.assembly.solids.clash import support_areas, under_bend
+from sitscad.assembly.solids.clash import bending_rod_overlap, support_areas
 from sitscad.assembly.solids.whole import whole
 from sitscad.basics.finding import Severity
 from sitscad.checks.assembly.fit import judged_on_solids, rules_in_fit_file
@@ -95,7 +95,7 @@ def test_part_under_tail_bend_gives_warning_with_volume(tmp_path):
         block = bd.Solid.make_box(length, 20.0, 4.0).moved(bd.Location((-length / 2, -10.0, -4.0)))
         bd.export_step(block, tmp_path / "own.step")
         layout = lay_out(load(tmp_path / "spec.yaml"))
-        (measured,) = under_bend(layout, whole(layout))
+        (measured,) = bending_rod_overlap(layout, whole(layout))
         result[30.0 if first is None else 0.0] = layout, measured
     assert not result[30.0][1].is_kept and result[0.0][1].is_kept
     layout, measured = result[30.0]

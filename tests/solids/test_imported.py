@@ -8,7 +8,7 @@ import pytest
 from tolerance import approx
 
 from sitscad.assembly.solids import PartsError, solids
-from sitscad.assembly.solids.proof import in_file, measure_solids
+from sitscad.assembly.solids.proof import measure_solids, step_file_overlaps
 from sitscad.assembly.solids.whole import whole
 from sitscad.checks.judging import check
 from sitscad.layout import lay_out
@@ -70,7 +70,7 @@ def test_imported_jaw_lies_at_datum(tmp_path, jaw_file):
     assert approx((middle - 12.0, middle + 12.0), abs=1e-6) == (box.min.X, box.max.X)
     assert jaw.volume == approx(24e-3 * 6e-3 * 2e-3, rel=1e-6)
     assert jaw.shape.wrapped.Location().IsIdentity()
-    assert all(each.is_kept for each in in_file(layout.spec.mount, whole(layout)))
+    assert all(each.is_kept for each in step_file_overlaps(layout.spec.mount, whole(layout)))
 
 
 @pytest.mark.slow
@@ -118,7 +118,8 @@ def test_metal_of_jaw_file_is_reflector_behind_coils(tmp_path, jaw_file):
 @pytest.mark.slow
 def test_file_overlapping_board_is_found_once(tmp_path, jaw_file):
     sunk = lay_out(beside(tmp_path, jaw_file, "{jaw: {step: jaw.step, datum: [10, 0.9, 30], up: -y}, standoff: 1}"))
-    result = [each for each in in_file(sunk.spec.mount, whole(sunk)) if "board-" in f"{each.first} {each.second}"]
+    overlaps = step_file_overlaps(sunk.spec.mount, whole(sunk))
+    result = [each for each in overlaps if "board-" in f"{each.first} {each.second}"]
     assert [(each.what, each.is_kept, "jaw" in (each.first, each.second)) for each in result] == [
         ("interference", False, True)]
     assert result[0].value > 1e-9
@@ -129,7 +130,7 @@ def test_custom_mount_with_and_without_file_is_built(tmp_path, jaw_file):
     own = lay_out(beside(tmp_path, jaw_file, f"{{kind: custom, {LIES}}}"))
     result = {solid.name: solid for solid in solids(own)}
     assert approx(-own.spec.fpc.stackup.thickness * 1e3, abs=1e-6) == result["mount"].shape.bounding_box().max.Z
-    assert all(each.is_kept for each in in_file(own.spec.mount, whole(own)))
+    assert all(each.is_kept for each in step_file_overlaps(own.spec.mount, whole(own)))
     none = lay_out(beside(tmp_path, jaw_file, "{kind: custom}"))
     assert {"board", "target"} <= {solid.name for solid in solids(none)} and "mount" not in result.keys() - {"mount"}
 

@@ -15,10 +15,10 @@ import sitscad
 from sitscad.assembly.places.bodies import BodyRole, backing_of
 from sitscad.assembly.places.column import print_limit, worst_deviations
 from sitscad.assembly.places.fit import closed_section
-from sitscad.assembly.places.jaws import jaw_section, made_to_measure
+from sitscad.assembly.places.jaws import jaw_section, seat_circle_radius
 from sitscad.assembly.places.seating import clearance, relief
 from sitscad.assembly.solids import pieces, seat, solids
-from sitscad.assembly.solids.solid import manifold, of_role, tessellate
+from sitscad.assembly.solids.solid import manifold, select_by_role, tessellate
 from sitscad.assembly.solids.whole import whole
 from sitscad.layout.bending import bend_radius
 from sitscad.spec import templates
@@ -105,7 +105,7 @@ def test_seat_edges_stay_inside_port():
     base = manifold(tessellate(seats()[0])).to_mesh64().vert_properties
     reach = max(math.hypot(y, z - 0.05) for _, y, z in base.tolist())
     layout = handmade.jaw_sensor()
-    within = 1e3 * made_to_measure(layout.spec.mount.jaw, worst_deviations(layout))
+    within = 1e3 * seat_circle_radius(layout.spec.mount.jaw, worst_deviations(layout))
     assert reach == approx(within, abs=1e-3) and 2.0 < within < 2.5
     wide_port = handmade.Mount("grasper-pad", replace(handmade.jaw(), port_diameter=7e-3), 1e-3)
     narrow = manifold(tessellate(seats(mount=wide_port)[1])).to_mesh64().vert_properties
@@ -119,7 +119,8 @@ def test_shield_under_wide_body_is_narrowed_to_port():
     _, y0, z0, _, y1, _ = bounds(sheet)
     axis = closed_section(wide).axis
     assert y1 - y0 < 4.7e-3
-    assert math.hypot(y1, z0 - axis) == approx(made_to_measure(wide.spec.mount.jaw, worst_deviations(wide)), rel=1e-6)
+    radius = seat_circle_radius(wide.spec.mount.jaw, worst_deviations(wide))
+    assert math.hypot(y1, z0 - axis) == approx(radius, rel=1e-6)
     assert bounds(piece("bench-shielded", "shield"))[4] == approx(3.8e-3, rel=1e-6)
 
 
@@ -183,7 +184,7 @@ def test_jaw_section_has_written_height_and_port_radius(width, height):
 
 
 def test_jaw_face_lies_at_standoff_with_written_length():
-    (metal,) = of_role(handmade.solids("jaw"), BodyRole.JAW)
+    (metal,) = select_by_role(handmade.solids("jaw"), BodyRole.JAW)
     assert bounds(metal)[2::3] == approx((-2.4e-3, -1.2e-3), rel=1e-6)
     assert bounds(metal)[0::3] == approx((-8e-3, 8e-3), rel=1e-6)
     assert metal.material == "stainless-304"

@@ -14,7 +14,7 @@ from sitscad.assembly.places.bodies import top_height
 from sitscad.assembly.places.seating import process_clearance
 from sitscad.assembly.solids.pieces import encapsulation
 from sitscad.assembly.solids.solid import manifold, tessellate
-from sitscad.assembly.solids.tooling import DRAFT, PINS, SPILL, is_cast, jig, skin_mould, skin_pour
+from sitscad.assembly.solids.tooling import DRAFT, PINS, SPILL, is_cast, jig, skin_mould, skin_silicone
 from sitscad.spec.materials import Encapsulation
 
 pytestmark = pytest.mark.cad
@@ -64,14 +64,14 @@ def test_cup_fits_jig_base_in_single_orientation():
 
 
 def test_poured_volume_is_film_and_draft():
-    film, result = encapsulation(LAYOUT), skin_pour(LAYOUT)
+    film, result = encapsulation(LAYOUT), skin_silicone(LAYOUT)
     assert result.mixed == approx(SPILL * result.pad, rel=1e-6)
     assert 0.9 * film.volume < result.pad < 1.3 * film.volume
 
 
 def test_thin_film_is_not_cast():
     thin = handmade.jaw_sensor(encapsulation=Encapsulation(handmade.PDMS, 0.1e-3))
-    assert not is_cast(thin) and skin_mould(thin) is None and skin_pour(thin) is None
+    assert not is_cast(thin) and skin_mould(thin) is None and skin_silicone(thin) is None
     assert not is_cast(handmade.layout("bare"))
     contacts = handmade.with_solder_pads(LAYOUT)
     assert not is_cast(contacts)

@@ -55,7 +55,7 @@ from sitscad.apps.study.evaluating import (
 from sitscad.apps.study.evaluation import ARCHIVE, Archive, Breach, Evaluation
 from sitscad.apps.study.evaluation import UnitEvaluation as Unit
 from sitscad.apps.study.measures import MEASURES
-from sitscad.apps.study.page import answer_files, page_so_far, study_page
+from sitscad.apps.study.page import answer_files, progress_page, study_page
 from sitscad.apps.study.running import (
     Costs,
     StudyResults,
@@ -67,7 +67,7 @@ from sitscad.apps.study.running import (
     violations,
 )
 from sitscad.apps.study.space import Space, Variable, code_version, value_at_key
-from sitscad.apps.study.spreads import SPREADS, latin_hypercube, unit_spec, wilson_interval, yield_of
+from sitscad.apps.study.spreads import SPREADS, compute_yield, latin_hypercube, unit_spec, wilson_interval
 from sitscad.apps.study.study import StudyAnswer
 from sitscad.apps.study.sweeping import parse_range
 from sitscad.basics.messages import text_of
@@ -188,7 +188,7 @@ def test_accepted_warnings_are_reported_with_kept_designs(answered):
 
 def test_low_yield_without_required_yield_prints_caution(answered):
     _, answer = answered
-    few, most = (yield_of([Unit(k < good, () if k < good else ("SIT202",), True, {}) for k in range(128)],
+    few, most = (compute_yield([Unit(k < good, () if k < good else ("SIT202",), True, {}) for k in range(128)],
                           lambda values: ()) for good in (96, 116))
     text = replace(answer, kept=(replace(answer.kept[0], units=most), replace(answer.kept[0], units=few)),
                    spec_texts=answer.spec_texts[:1] * 2)
@@ -704,7 +704,7 @@ def test_relaxation_uses_only_designs_evaluated_in_full(folder):
     assert smallest_relaxation(request, both).names == ("inductance",)  # nobody can let go of room for vias
     assert smallest_relaxation(request, replace(result, full={(0, 0): hopeful})) is None
     assert level_agreement(request.goals, result).designs == 0  # its leads are not drawn
-    assert "smallest relaxation" not in page_so_far(study, result, 20)  # by the screen some keep everything
+    assert "smallest relaxation" not in progress_page(study, result, 20)  # by the screen some keep everything
 
 
 HIDING = """\
@@ -735,7 +735,7 @@ def test_designs_ranked_behind_full_level_failures_are_found(tmp_path):
 def test_scatter_of_goals_and_limits_is_reported_without_required_yield(folder):
     study = sitscad.Study.load(folder / "study.yaml")
     answer = study.run(draws=8)
-    assert study.request.least_yield is None and set(study.request.scattered) == {"rp", "inductance"}
+    assert study.request.least_yield is None and set(study.request.measures_with_sigma) == {"rp", "inductance"}
     assert answer.kept[0].units.sigmas.keys() == {"rp", "inductance"}
     assert all("to first order" in text for text in (yields_text(answer, ""), study_page(answer)))
 
@@ -854,7 +854,7 @@ def test_goal_may_need_section_added_by_varied_key(brings, folder):
     assert sitscad.Study.from_mapping(merged, folder).request.goals
 
 
-def _screened(asked, count):
+def _screen_design(asked, count):
     """Evaluations by the screen of the first designs that a study looks at."""
     designs = [asked.space.changes(point) for point in sobol_set(asked.space, count, asked.seed)]
     return evaluate_chunk(asked.base, Chunk(tuple(designs), asked.measures, "screen"))[0]
@@ -868,7 +868,7 @@ def test_study_written_by_new_loads_and_first_design_is_screened(name, tmp_path,
     assert run(["new", "--study", name.replace("_", "-")]) == 0
     request = sitscad.Study.load("study.yaml").request
     assert request.base.spec.name == name.replace("_", "-") and request.space.size > 1000
-    item, = _screened(request, 1)
+    item, = _screen_design(request, 1)
     assert NOT_COMPUTED not in item.refused and item.verdict
 
 
@@ -886,7 +886,7 @@ def test_new_study_refuses_existing_file_and_unreadable_spec(tmp_path, monkeypat
 def test_fifty_designs_of_template_study_are_screened_without_failure(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert run(["new", "--study", name]) == 0
-    result = _screened(sitscad.Study.load("study.yaml").request, 50)
+    result = _screen_design(sitscad.Study.load("study.yaml").request, 50)
     assert len(result) == 50 and not [item for item in result if NOT_COMPUTED in item.refused]
     assert sum(not any(rule.startswith("SIT0") for rule in item.refused) for item in result) > 25  # can be drawn
 
@@ -1050,7 +1050,7 @@ def test_archive_ignores_incomplete_lines(tmp_path):
     with path.open("ab") as stream:
         stream.write(b'{"key": "two", "chan')
     with Archive(path) as archive:
-        assert archive.line_of("one")["units"] == message["units"] and archive.line_of("two") is None
+        assert archive.read_values("one")["units"] == message["units"] and archive.read_values("two") is None
         archive.add("two", (), message)
     with Archive(path) as archive:
         assert len(archive) == 2
@@ -1085,12 +1085,12 @@ def test_two_writers_share_archive_and_truncated_archive_is_refused(tmp_path):
         for k in range(4):
             item.add(f"one {k}", (), {"units": [k]})
             other.add(f"other {k}", (("coil.turns", "x" * 10_000 * k),), {"units": [-k]})
-        assert [item.line_of(f"one {k}")["units"] for k in range(4)] == [[0], [1], [2], [3]]
-        assert [other.line_of(f"other {k}")["units"] for k in range(4)] == [[0], [-1], [-2], [-3]]
+        assert [item.read_values(f"one {k}")["units"] for k in range(4)] == [[0], [1], [2], [3]]
+        assert [other.read_values(f"other {k}")["units"] for k in range(4)] == [[0], [-1], [-2], [-3]]
         path.write_bytes(b"")
         with pytest.raises(OSError, match="cut or rewritten"):
-            item.line_of("one 0")
-    assert Archive(path).line_of("one 3") is None
+            item.read_values("one 0")
+    assert Archive(path).read_values("one 3") is None
 
 
 @pytest.mark.parametrize("turns", [8.25, 8.0])
@@ -1114,10 +1114,11 @@ def test_wilson_interval_matches_published_values():
 
 def test_yield_is_reported_before_and_after_calibration(answered):
     judged = [Unit(True, (), True, {"error.gap": 0.1 * k, "rp": float(k)}) for k in range(8)]
-    findings = yield_of(judged, lambda values: (("error.gap",) if values["error.gap"] > 0.35 else ())
+    findings = compute_yield(judged, lambda values: (("error.gap",) if values["error.gap"] > 0.35 else ())
                      + (("rp",) if values["rp"] < 1.0 else ()))
     assert (findings.good, findings.calibrated) == (3, 7)
-    text = yield_table(design_table(replace(answered[1], kept=(replace(answered[1].kept[0], units=findings),)))).shown()
+    with_yield = replace(answered[1], kept=(replace(answered[1].kept[0], units=findings),))
+    text = yield_table(design_table(with_yield)).text_table()
     assert [dict(zip(text.head, row, strict=True))[head].split()[0] for row in text.rows
             for head in ("yield", "once calibrated")] == ["37.5%", "87.5%"]
 
@@ -1126,7 +1127,7 @@ def test_yield_loss_is_attributed_to_causing_spread():
     rows = latin_hypercube(256)
     k = list(SPREADS).index("elastomer.modulus")
     judged = [Unit(u < 0.75, () if u < 0.75 else ("SIT401",), True, {"rp": u}) for u in map(float, rows[:, k])]
-    findings = yield_of(judged, lambda values: ())
+    findings = compute_yield(judged, lambda values: ())
     assert findings.share == approx(0.75, rel=0.01) and next(iter(findings.costs)) == "elastomer.modulus"
     assert findings.costs["elastomer.modulus"] > 0.9 and len(findings.costs) == 1
     assert findings.sigmas["rp"] == approx(1.0 / math.sqrt(12.0), rel=0.01)
@@ -1134,7 +1135,7 @@ def test_yield_loss_is_attributed_to_causing_spread():
 
 def test_failed_units_count_as_bad_and_separately():
     judged = [Unit(True, (), True, {})] * 7 + [Unit(False, (), False, {})]
-    findings = yield_of(judged, lambda values: ())
+    findings = compute_yield(judged, lambda values: ())
     assert (findings.good, findings.failed, findings.units) == (7, 1, 8)
 
 

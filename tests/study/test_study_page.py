@@ -78,7 +78,7 @@ def test_answer_text_page_and_json_have_equal_rows(answer):
     text, page, values = answer_text(answer), study_page(answer), json.loads(answer_json(answer))
     designs = design_table(answer)
     for table in (refusal_table(answer), designs, yield_table(designs), sigma_table(designs)):
-        lines = table.shown(without=(WITH,))
+        lines = table.text_table(without=(WITH,))
         assert lines.rows
         for cell in (cell for row in lines.rows for cell in row):
             assert cell in text and escape(cell) in page

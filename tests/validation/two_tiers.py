@@ -33,7 +33,7 @@ def compared(seed: int) -> tuple[str, float, tuple[str, ...]]:
     differ; and what else the solids found.
     """
     from sitscad.assembly.places.fit import closed_section
-    from sitscad.assembly.places.stack import MOST_OF_IT, support
+    from sitscad.assembly.places.stack import LEAST_PRESSED_SHARE, support
     from sitscad.assembly.solids.clash import support_areas
     from sitscad.assembly.solids.proof import PORT, measure_solids
     from sitscad.assembly.solids.solid import PartsError
@@ -48,9 +48,9 @@ def compared(seed: int) -> tuple[str, float, tuple[str, ...]]:
     passes = not any(fault.what == PORT for fault in proof.faults)
     apart, more = proof.radius - plane.radius, tuple(f.what for f in proof.faults if f.what != PORT)
     held, (measured, _) = support(layout), support_areas(layout, pieces)
-    near = abs(held.share - MOST_OF_IT) <= SHARE_ERROR
+    near = abs(held.share - LEAST_PRESSED_SHARE) <= SHARE_ERROR
     if abs(measured.value / held.pressed - held.share) > SHARE_ERROR or (
-        not near and measured.is_kept != (held.share >= MOST_OF_IT)
+        not near and measured.is_kept != (held.share >= LEAST_PRESSED_SHARE)
     ):
         return "DISAGREE", apart, ("support",)
     if abs(plane.radius - plane.port_radius) <= CHORD_ERROR:

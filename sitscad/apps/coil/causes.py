@@ -121,7 +121,7 @@ class Residuals:
         return np.asarray(self.whitening @ np.concatenate((apart.real, apart.imag)))
 
     @property
-    def sufficient(self) -> float:
+    def largest_sufficient(self) -> float:
         """Largest chi-square of a sufficient explanation: three standard deviations above its mean."""
         count = 2 * len(self.measured)
         return count + 3.0 * math.sqrt(2.0 * count)
@@ -134,7 +134,7 @@ Most of a meter's error is equal at neighbouring frequencies.
 """
 
 
-def causes_of(variants: CoilVariants, measured: ComplexArray) -> Iterator[PossibleCause]:
+def possible_causes(variants: CoilVariants, measured: ComplexArray) -> Iterator[PossibleCause]:
     """Yield all possible causes for this coil that change its impedance towards the `measured` impedances (n; ohm)."""
     yield from _manufacturing_causes(variants)
     yield from _winding_causes(variants)
@@ -149,14 +149,14 @@ def _manufacturing_causes(variants: CoilVariants) -> Iterator[PossibleCause]:
     copper = stackup.copper[coil.layers[0] - 1].thickness
     yield PossibleCause(
         "etched width", lambda values: variants.with_width(values[0]),
-        lambda values, sigmas: f"the tracks are {_with_sigma(values[0], sigmas[0], 'm')} wide; drawn are "
+        lambda values, sigmas: f"the tracks are {_sigma_text(values[0], sigmas[0], 'm')} wide; drawn are "
                                f"{show(width, 'm')}",
         ((0.9 * width,), (1.1 * width,)), (0.25 * width,), (min(3.0 * width, width + 0.9 * (pitch - width)),),
         (0.02 * width,),
     )
     yield PossibleCause(
         "copper thickness", lambda values: variants.with_copper(math.exp(values[0])),
-        lambda values, sigmas: f"the copper is {_with_sigma(copper * math.exp(values[0]), copper * sigmas[0], 'm')} "
+        lambda values, sigmas: f"the copper is {_sigma_text(copper * math.exp(values[0]), copper * sigmas[0], 'm')} "
                                f"thick; the stack-up has {show(copper, 'm')}",
         ((0.0,),), (math.log(0.2),), (math.log(4.0),), (0.05,),
     )
@@ -165,7 +165,7 @@ def _manufacturing_causes(variants: CoilVariants) -> Iterator[PossibleCause]:
         film = abs(layers[0].z - layers[1].z) - 0.5 * (layers[0].thickness + layers[1].thickness)
         yield PossibleCause(
             "distance of layers", lambda values: variants.with_films(math.exp(values[0])),
-            lambda values, sigmas: f"{_with_sigma(film * math.exp(values[0]), film * sigmas[0], 'm')} lie between the "
+            lambda values, sigmas: f"{_sigma_text(film * math.exp(values[0]), film * sigmas[0], 'm')} lie between the "
                                    f"first two layers of the coil; the stack-up has {show(film, 'm')}",
             ((0.0,),), (math.log(0.2),), (math.log(10.0),), (0.05,),
         )
@@ -189,10 +189,10 @@ def _winding_causes(variants: CoilVariants) -> Iterator[PossibleCause]:
             yield _cause_without_parameters(f"turn {word} on layer {layer}",
                                             f"copper {layer} has one turn {_MORE[word]} than drawn",
                                             partial(variants.with_turns, number, more))
-        yield from _short_causes(variants, number, layer)
+        yield from _shorted_turn_causes(variants, number, layer)
 
 
-def _short_causes(variants: CoilVariants, number: int, layer: int) -> Iterator[PossibleCause]:
+def _shorted_turn_causes(variants: CoilVariants, number: int, layer: int) -> Iterator[PossibleCause]:
     """Yield the cause of a shorted turn on a layer.
 
     `number` (from 0) is its position in the coil, `layer` its copper layer.
@@ -228,13 +228,13 @@ def _fixture_causes(variants: CoilVariants) -> Iterator[PossibleCause]:
     inductance = float(nominal.series.imag[0] / omega[0])
     yield PossibleCause(
         "fixture's capacitance", lambda values: replace(nominal, capacitance=nominal.capacitance + values[0]),
-        lambda values, sigmas: f"the fixture adds {_with_sigma(values[0], sigmas[0], 'F')} across the coil",
+        lambda values, sigmas: f"the fixture adds {_sigma_text(values[0], sigmas[0], 'F')} across the coil",
         ((0.0,),), (-0.9 * nominal.capacitance,), (10e-9,), (1e-13,),
     )
     yield PossibleCause(
         "fixture in series", in_series,
-        lambda values, sigmas: f"leads and fixture add {_with_sigma(values[0], sigmas[0], 'H')} and "
-                               f"{_with_sigma(values[1], sigmas[1], 'ohm')} in series",
+        lambda values, sigmas: f"leads and fixture add {_sigma_text(values[0], sigmas[0], 'H')} and "
+                               f"{_sigma_text(values[1], sigmas[1], 'ohm')} in series",
         ((0.0, 0.0),), (-0.5 * inductance, -0.5 * float(nominal.series.real[0])), (MOST_LEADS, 100.0), (1e-10, 1e-4),
     )
 
@@ -258,7 +258,7 @@ def _cause_without_parameters(name: str, text: str, impedance: Callable[[], Impe
     return PossibleCause(name, lambda values: impedance(), lambda values, sigmas: text)
 
 
-def _with_sigma(value: float, sigma: float, unit: str) -> str:
+def _sigma_text(value: float, sigma: float, unit: str) -> str:
     return f"{show(value, unit, 3)} +- {show(sigma, unit, 1)}"
 
 
@@ -267,7 +267,7 @@ def explain(cause: PossibleCause, residuals: Residuals) -> Explanation:
     fits = [_fit(cause, residuals, start) for start in cause.starts]
     values, sigmas, impedances, misfit = min(fits, key=lambda fit: fit[3])
     return Explanation(cause.name, cause.text(values, sigmas), values, sigmas, misfit,
-                       misfit <= residuals.sufficient, impedances)
+                       misfit <= residuals.largest_sufficient, impedances)
 
 
 Fit = tuple[tuple[float, ...], tuple[float, ...], ComplexArray, float]
@@ -281,7 +281,7 @@ def _fit(cause: PossibleCause, residuals: Residuals, start: Sequence[float]) -> 
     misfit, steps = float(apart @ apart), np.array(cause.step)
     slopes = np.zeros((len(apart), len(values)))
     for _ in range(STEPS if len(values) else 0):
-        slopes = _slopes(cause, residuals, values, apart, steps)
+        slopes = _residual_slopes(cause, residuals, values, apart, steps)
         change = steps * np.linalg.lstsq(slopes * steps, -apart, rcond=None)[0]  # parameters of equal size
         for halving in range(6):
             trial = np.clip(values + 0.5**halving * change, cause.lowest, cause.highest)
@@ -300,7 +300,7 @@ def _fit(cause: PossibleCause, residuals: Residuals, start: Sequence[float]) -> 
     return tuple(values.tolist()), tuple(sigmas.tolist()), impedances, misfit
 
 
-def _slopes(cause: PossibleCause, residuals: Residuals, values: Array, apart: Array, steps: Array) -> Array:
+def _residual_slopes(cause: PossibleCause, residuals: Residuals, values: Array, apart: Array, steps: Array) -> Array:
     """Return the derivatives (2 n, parameters) of the residuals by the parameters.
 
     Finite differences with `steps` point away from a limit that is close.

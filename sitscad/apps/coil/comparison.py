@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from sitscad.apps.coil.causes import CLOSE, DECISIVE, Explanation, PossibleCause, Residuals, causes_of, explain
+from sitscad.apps.coil.causes import CLOSE, DECISIVE, Explanation, PossibleCause, Residuals, explain, possible_causes
 from sitscad.apps.coil.drawn import DrawnCoil
 from sitscad.apps.coil.measurement import Measurement, MeasurementError, read_measurement
 from sitscad.apps.coil.spiral import Spiral
@@ -225,7 +225,7 @@ def compare(
         raise MeasurementError(
             f"{measurement.path}: all points lie above {show(NEAR_RESONANCE * resonance, 'Hz', 3)}, near to the coil's "
             "self-resonance or above it: measure at lower frequencies")
-    chosen = _thin_points(np.flatnonzero(is_compared), measurement.frequencies)
+    chosen = _select_points(np.flatnonzero(is_compared), measurement.frequencies)
     frequencies, impedances = measurement.frequencies[chosen], measurement.impedances[chosen]
     if (impedances.imag <= 0.0).any():
         frequency = frequencies[impedances.imag <= 0.0][0]
@@ -235,7 +235,7 @@ def compare(
     residuals = Residuals.of(impedances, meter_error, list(variants.tolerances().values()))
     nominal = PossibleCause("as drawn", lambda values: variants.nominal, lambda values, sigmas: "as drawn")
     as_drawn = explain(nominal, residuals)
-    explanations = tuple(sorted((explain(cause, residuals) for cause in causes_of(variants, impedances)),
+    explanations = tuple(sorted((explain(cause, residuals) for cause in possible_causes(variants, impedances)),
                          key=lambda each: (not each.is_sufficient, each.penalized_chi_square)))
     return Comparison(
         measurement, names[number], frequencies, impedances, meter_error, as_drawn,
@@ -251,7 +251,7 @@ def _self_resonance(coil: Impedance) -> float:
     return resonance_frequency(inductance, max(coil.capacitance, 1e-16))
 
 
-def _thin_points(numbers: Index, frequencies: Array) -> Index:
+def _select_points(numbers: Index, frequencies: Array) -> Index:
     """Return at most `MOST_POINTS` of the point numbers, spaced evenly over the logarithm of their frequencies."""
     if len(numbers) <= MOST_POINTS:
         return numbers

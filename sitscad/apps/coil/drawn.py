@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from sitscad.apps.coil.spiral import USUAL_FREQUENCY, CoilResult, hertz_of, lumped_limit
+from sitscad.apps.coil.spiral import USUAL_FREQUENCY, CoilResult, lumped_limit, parse_frequencies
 from sitscad.apps.coil.variants import PLAIN_COIL
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.quantities import DRAWN_COIL, DRAWN_COIL_AT_FREQUENCY, document
@@ -214,7 +214,7 @@ def estimate_drawn_coil(
     if not winding:
         raise DrawnCoilError("the copper makes less than one turn about its centre: there is no coil")
     bent = [bent_path(path, width, layer.thickness, layer.z) for path, layer in winding]
-    gap = least_gap(_spacing(conductor), width, sorted({layer.z for layer in sections}))
+    gap = least_gap(_smallest_turn_gap(conductor), width, sorted({layer.z for layer in sections}))
     resolution = resolution_for(width, max(layer.thickness for layer in sections), gap, TOLERANCE, conductivity)
     loss = bent_loss(bent, conductivity, resolution.modes, CUTS, resolution.steps)
     # stubs, and pieces of another width, carry the same current through other cross-sections
@@ -226,7 +226,7 @@ def estimate_drawn_coil(
     return DrawnCoil(
         conductor, tuple(heights), temperature, inductance + loss.direct_change, direct,
         tuple(_at_frequency(loss, inductance, error, direct, frequency) for frequency in frequencies),
-        tuple(_remarks(conductor)), low_frequency_inductance_error=error,
+        tuple(_drawing_remarks(conductor)), low_frequency_inductance_error=error,
     )
 
 
@@ -263,7 +263,7 @@ def _at_frequency(loss: ProximityLoss, inductance: float, error: float, direct: 
     return DrawnAtFrequency(frequency, inductance + change, direct + added, error)
 
 
-def _remarks(conductor: DrawnConductor) -> list[str]:
+def _drawing_remarks(conductor: DrawnConductor) -> list[str]:
     """Return remarks on the drawing. The most common fault is first: a layer with the opposite sense."""
     turns = [(layer, count) for layer, count in conductor.turns() if abs(count) >= LEAST_TURNS]
     notes = []
@@ -299,7 +299,7 @@ OTHER_WIDTHS = 0.02
 """Fraction of the conductor's length with another width than usual, above which a remark is given."""
 
 
-def _spacing(conductor: DrawnConductor) -> float:
+def _smallest_turn_gap(conductor: DrawnConductor) -> float:
     """Return the smallest gap (m) between turns of one layer, from points along the conductor."""
     width, least = conductor.width, math.inf
     for layer in {run.layer for run in conductor.runs}:
@@ -374,19 +374,19 @@ def drawn_coil(
     >>> abs(drawn.inductance / spiral.inductance - 1) < 0.02
     True
     """
-    frequencies = hertz_of(frequency)
+    frequencies = parse_frequencies(frequency)
     copper, conductor = read_drawn_coil(path, net, start, end)
-    coil = estimate_drawn_coil(conductor, heights_of(copper, stackup), frequencies, temperature)
-    return _with_capacitance(replace(coil, stackup=stackup), copper) if stackup else coil
+    coil = estimate_drawn_coil(conductor, copper_heights(copper, stackup), frequencies, temperature)
+    return _add_capacitance(replace(coil, stackup=stackup), copper) if stackup else coil
 
 
-def _with_capacitance(coil: DrawnCoil, copper: DrawnCopper) -> DrawnCoil:
+def _add_capacitance(coil: DrawnCoil, copper: DrawnCopper) -> DrawnCoil:
     """Return the coil with layout, capacitance and self-resonance.
 
     With a note instead if its turns have no known shape.
     """
     try:
-        layout = layout_of_drawing(copper, coil.conductor, presets.stackup(coil.stackup), coil.temperature)
+        layout = drawn_coil_layout(copper, coil.conductor, presets.stackup(coil.stackup), coil.temperature)
     except DrawnCoilError as error:
         return replace(coil, notes=(*coil.notes, f"capacitance and self-resonance are not computed: {error}"))
     capacitance = terminal_capacitance(layout)
@@ -395,7 +395,7 @@ def _with_capacitance(coil: DrawnCoil, copper: DrawnCopper) -> DrawnCoil:
                    self_resonance=resonance if resonance < lumped_limit(layout.coils[0]) else None)
 
 
-def heights_of(copper: DrawnCopper, stackup: str = "") -> tuple[CopperHeight, ...]:
+def copper_heights(copper: DrawnCopper, stackup: str = "") -> tuple[CopperHeight, ...]:
     """Return the copper layers of a preset stack-up, with the layer names of the file.
 
     Without `stackup`: the file's layers. Raises DrawnCoilError if the stack-up has another number of layers, or if
@@ -403,7 +403,7 @@ def heights_of(copper: DrawnCopper, stackup: str = "") -> tuple[CopperHeight, ..
     """
     if not stackup:
         if not copper.heights:
-            fitting = ", ".join(_fitting_stackups(copper))
+            fitting = ", ".join(_stackups_with_layer_count(copper))
             raise DrawnCoilError(f"the file has no stack-up: name one with --stackup, like {fitting}")
         return tuple(copper.heights)
     names = presets.names("stackup")
@@ -412,14 +412,14 @@ def heights_of(copper: DrawnCopper, stackup: str = "") -> tuple[CopperHeight, ..
     preset = presets.stackup(stackup)
     layers = copper.names_for(len(preset.copper))
     if not layers:
-        fitting = ", ".join(_fitting_stackups(copper)) or "your own"
+        fitting = ", ".join(_stackups_with_layer_count(copper)) or "your own"
         raise DrawnCoilError(f"stack-up {stackup} has {len(preset.copper)} copper layers, the file "
                              f"{len(copper.layers)}: choose one of {fitting}")
     pairs = zip(layers, preset.copper, strict=True)
     return tuple(CopperHeight(name, layer.z, layer.thickness) for name, layer in pairs)
 
 
-def _fitting_stackups(copper: DrawnCopper) -> list[str]:
+def _stackups_with_layer_count(copper: DrawnCopper) -> list[str]:
     """Return the names of preset stack-ups with the same number of copper layers as a file."""
     return [name for name in presets.names("stackup") if len(presets.stackup(name).copper) == len(copper.layers)]
 
@@ -460,7 +460,7 @@ def _picture(conductor: DrawnConductor) -> str:
     return svg(sheet)
 
 
-def layout_of_drawing(
+def drawn_coil_layout(
     copper: DrawnCopper, conductor: DrawnConductor, stackup: Stackup, temperature: float
 ) -> Layout:
     """Return the layout of a drawn coil alone, at a copper temperature in degrees Celsius.

@@ -86,7 +86,10 @@ def read_measurement(path: str | os.PathLike[str]) -> Measurement:
         raise MeasurementError(f"{name}: {error.strerror or error}") from None
     if len(content) > MAX_SIZE:
         raise MeasurementError(f"{name} is larger than {MAX_SIZE // 1_000_000} MB: no sweep of one coil")
-    frequencies, impedances = _touchstone(name, content) if TOUCHSTONE.search(name) else _table(name, _text(content))
+    is_touchstone = TOUCHSTONE.search(name) is not None
+    frequencies, impedances = (
+        _read_touchstone(name, content) if is_touchstone else _read_table(name, _decoded_text(content))
+    )
     if not len(frequencies):
         raise MeasurementError(f"{name} has no points")
     order = np.argsort(frequencies, kind="stable")
@@ -102,7 +105,7 @@ def read_measurement(path: str | os.PathLike[str]) -> Measurement:
     return Measurement(name, frequencies[positive], impedances[positive])
 
 
-def _text(content: bytes) -> str:
+def _decoded_text(content: bytes) -> str:
     """Return the text of a table file. Encodings are UTF-8, UTF-16 with a byte order mark, or Latin-1 (micro sign)."""
     if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return content.decode("utf-16", errors="replace")
@@ -112,7 +115,7 @@ def _text(content: bytes) -> str:
         return content.decode("latin-1")
 
 
-def _touchstone(name: str, content: bytes) -> tuple[Array, ComplexArray]:
+def _read_touchstone(name: str, content: bytes) -> tuple[Array, ComplexArray]:
     """Return the frequencies (n; Hz) and impedances (n; ohm) in a Touchstone file with one port."""
     if not re.search(r"1p$", name, re.IGNORECASE):
         raise MeasurementError(f"{name} has several ports: a coil has one (.s1p)")
@@ -120,7 +123,7 @@ def _touchstone(name: str, content: bytes) -> tuple[Array, ComplexArray]:
         import skrf
     except ImportError:
         raise MissingExtra("Touchstone files need scikit-rf: pip install 'sitscad[bench]'") from None
-    stream = io.StringIO(_text(content))
+    stream = io.StringIO(_decoded_text(content))
     stream.name = name  # scikit-rf takes the number of ports from the ending
     try:
         network = skrf.Network(stream)
@@ -160,7 +163,7 @@ The first pair whose columns a table has is used.
 """
 
 
-def _table(name: str, text: str) -> tuple[Array, ComplexArray]:
+def _read_table(name: str, text: str) -> tuple[Array, ComplexArray]:
     """Return the frequencies (n; Hz) and impedances (n; ohm) in a table."""
     lines = text.splitlines()
     for number, line in enumerate(lines, 1):
@@ -175,7 +178,7 @@ def _table(name: str, text: str) -> tuple[Array, ComplexArray]:
             f"{name} has no line that names the frequency and its columns, like \"f (Hz),Ls (H),Rs (ohm)\"")
     pair = next((each for each in _COMBINATIONS if set(each) <= set(columns)), None)
     if pair is None:
-        raise MeasurementError(f"{name}:{head_line}: {_missing(heads)}")
+        raise MeasurementError(f"{name}:{head_line}: {_missing_columns_reason(heads)}")
     quantities = ("f", *pair)
     values: dict[str, list[float]] = {quantity: [] for quantity in quantities}
     for place, row in enumerate(csv.reader(lines[head_line:], delimiter=delimiter), head_line + 1):
@@ -183,7 +186,7 @@ def _table(name: str, text: str) -> tuple[Array, ComplexArray]:
             continue
         for quantity in quantities:
             column, factor = columns[quantity]
-            values[quantity].append(factor * _number(name, place, row, column, delimiter))
+            values[quantity].append(factor * _cell_number(name, place, row, column, delimiter))
     f, first, second = (np.array(values[quantity], dtype=float) for quantity in quantities)
     if pair == ("L", "Q") and (second <= 0.0).any():
         raise MeasurementError(f"{name} has a quality factor of {second[second <= 0.0][0]:g}: it must be above 0")
@@ -206,13 +209,13 @@ def _columns(heads: Sequence[str]) -> dict[str, tuple[int, float]]:
             name, _, unit = name.rpartition("_")
         plain = re.sub(r"[^a-z]", "", name.lower())
         for quantity, aliases in _ALIASES.items():
-            factor = _factor(quantity, unit)
+            factor = _si_factor(quantity, unit)
             if plain in aliases and factor is not None and quantity not in columns:
                 columns[quantity] = number, factor
     return columns
 
 
-def _factor(quantity: str, unit: str | None) -> float | None:
+def _si_factor(quantity: str, unit: str | None) -> float | None:
     """Return the factor from a unit to the quantity's SI unit. None if the unit does not belong to the quantity.
 
     A phase without a unit is in degrees. Capital and small letters are equivalent unless two units differ only by them
@@ -226,7 +229,7 @@ def _factor(quantity: str, unit: str | None) -> float | None:
     return units.get(written, similar[0] if len(similar) == 1 else None)
 
 
-def _missing(heads: Sequence[str]) -> str:
+def _missing_columns_reason(heads: Sequence[str]) -> str:
     """Return the reason why the columns with these heads do not determine an impedance."""
     for head in heads:
         if re.sub(r"[^a-z]", "", re.split(r"[(\[_]", head)[0].lower()) in _PARALLEL:
@@ -235,7 +238,7 @@ def _missing(heads: Sequence[str]) -> str:
     return "beside the frequency it has none of R and X, L and R, L and Q, Z and phase, in units of these"
 
 
-def _number(name: str, line: int, row: Sequence[str], column: int, delimiter: str) -> float:
+def _cell_number(name: str, line: int, row: Sequence[str], column: int, delimiter: str) -> float:
     """Return the number in a table cell. Raises MeasurementError if the cell contains no number."""
     cell = row[column].strip() if column < len(row) else ""
     try:

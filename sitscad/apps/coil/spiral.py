@@ -44,7 +44,7 @@ USUAL_FREQUENCY = 1e6
 """Frequency (Hz) used if the user states none."""
 
 
-def hertz_of(frequency: str | float | Sequence[str | float]) -> tuple[float, ...]:
+def parse_frequencies(frequency: str | float | Sequence[str | float]) -> tuple[float, ...]:
     """Return frequencies (Hz) from one or several texts (``"5 MHz"``) or numbers.
 
     Raises FrequencyError for other values.
@@ -253,7 +253,7 @@ def spiral(
     section: Mapping[str, Any], stackup: Any, frequency: str | float | Sequence[str | float], temperature: float
 ) -> Spiral:
     """Return the estimates of a spiral from the section ``coil`` of a spec (values as in a YAML file). See `coil`."""
-    frequencies = hertz_of(frequency)
+    frequencies = parse_frequencies(frequency)
     board = {} if stackup is None else {"fpc": {"stackup": stackup}}
     spec = SensorSpec.from_mapping(
         {"name": "coil", "coil": dict(section), **board}, requirements={"temperature": f"{temperature:g} degC"})

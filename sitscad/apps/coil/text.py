@@ -52,7 +52,7 @@ def as_text(spiral: Spiral, colour: bool = False) -> str:
         Table(("", ""), rows, "At every frequency"),
         formula_table(spiral),
     )
-    return _joined("\n".join((styled(lines[0], "bold", colour), lines[1])), "", tables, colour)
+    return _join_sections("\n".join((styled(lines[0], "bold", colour), lines[1])), "", tables, colour)
 
 
 def formula_table(spiral: Spiral) -> Table:
@@ -80,10 +80,10 @@ def drawn_as_text(coil: DrawnCoil, colour: bool = False) -> str:
             "the coil's own capacitance is not computed (--stackup): the figures hold far below its self-resonance"]),
         Table(("", ""), by_quantity([coil], DRAWN_COIL), f"At {coil.temperature:g} C"),
     )
-    return _joined(styled(escape_controls(first), "bold", colour), remarks, tables, colour)
+    return _join_sections(styled(escape_controls(first), "bold", colour), remarks, tables, colour)
 
 
-def _joined(title: str, remarks: str, tables: Sequence[Table], colour: bool) -> str:
+def _join_sections(title: str, remarks: str, tables: Sequence[Table], colour: bool) -> str:
     """Return a title, remarks (if there are any) and tables, with empty lines between them."""
     blocks = [title, *([remarks] if remarks else []), *(table_text(table, colour) for table in tables)]
     return "\n\n".join(blocks) + "\n"
@@ -116,11 +116,11 @@ def comparison_as_text(comparison: Comparison, colour: bool = False) -> str:
     ]
     if comparison.left_out:
         lines.append(f"{count_text(comparison.left_out, 'point')} near to or above the self-resonance left out")
-    tables = (_points(comparison), _fit(comparison), _causes(comparison))
+    tables = (_points_table(comparison), _fit_table(comparison), _causes_table(comparison))
     return "\n\n".join(["\n".join(lines), *(table_text(each, colour) for each in tables)]) + "\n"
 
 
-def _points(comparison: Comparison) -> Table:
+def _points_table(comparison: Comparison) -> Table:
     """Return a table of measured and computed series values at a few frequencies."""
     numbers = np.unique(np.linspace(0, len(comparison.frequencies) - 1, ROWS).round().astype(int)).tolist()
     rows = []
@@ -140,7 +140,7 @@ def _deviation_text(measured: float, computed: float) -> str:
     return f"{100.0 * (measured / computed - 1.0):+.1f} %"
 
 
-def _fit(comparison: Comparison) -> Table:
+def _fit_table(comparison: Comparison) -> Table:
     """Return a table of the fitted values of the measured coil, each with its standard deviation."""
     fit = comparison.fit
     rows = [
@@ -154,7 +154,7 @@ def _fit(comparison: Comparison) -> Table:
     return Table(("fitted", "", "sigma"), rows, f"The measured coil at {show(fit.frequency, 'Hz', 3)}", notes)
 
 
-def _causes(comparison: Comparison) -> Table:
+def _causes_table(comparison: Comparison) -> Table:
     """Return a table of the tried causes with their chi-squares, the best cause first."""
     marks = {id(comparison.cause): "most likely", **{id(each): "not excluded" for each in comparison.alternatives}}
     if comparison.is_as_drawn:
@@ -180,11 +180,11 @@ def comparison_picture(comparison: Comparison) -> str:
     Raises `MissingExtra` if matplotlib is not installed.
     """
     sheet = Sheet("measured and computed coil", SIZE, decimals=3)
-    plot(sheet, (0.0, 0.0, *SIZE), lambda figure: _draw(comparison, figure))
+    plot(sheet, (0.0, 0.0, *SIZE), lambda figure: _draw_comparison(comparison, figure))
     return svg(sheet)
 
 
-def _draw(comparison: Comparison, figure: Any) -> None:
+def _draw_comparison(comparison: Comparison, figure: Any) -> None:
     omega = 2.0 * math.pi * comparison.frequencies
     curves = [("as drawn", comparison.drawn.impedances, "-")]
     best = comparison.cause

@@ -82,7 +82,7 @@ class CoilVariants:
 
     def with_coil(self, **changes: object) -> Impedance:
         """Return the impedance with other values of the coil's spec, given as keyword arguments."""
-        return self._with(replace(self.spec, coil=replace(self.spec.coil, **changes)))
+        return self._with_spec(replace(self.spec, coil=replace(self.spec.coil, **changes)))
 
     def with_width(self, width: float) -> Impedance:
         """Return the impedance with another track width (m). The tracks' centre lines stay in place."""
@@ -101,10 +101,10 @@ class CoilVariants:
 
     def with_metal(self, material: str, distance: float) -> Impedance:
         """Return the impedance near a thick metal sheet, at a distance (m) from the board's bottom face."""
-        mount = _mount(material)
+        mount = _thick_metal_mount(material)
         assert mount.metal_behind is not None
         mount = replace(mount, standoff=distance, metal_behind=replace(mount.metal_behind, distance=distance))
-        return self._with(replace(self.spec, mount=mount), REST)
+        return self._with_spec(replace(self.spec, mount=mount), REST)
 
     def with_layer_reversed(self, number: int) -> Impedance:
         """Return the impedance with the opposite sense of one layer's turns. `number` is the layer's position, from 0.
@@ -114,15 +114,15 @@ class CoilVariants:
         Two parts in series have the inductance La + Lb + 2M, and La + Lb - 2M with one part reversed. Resistance and
         capacitance are left unchanged, because the current density within the tracks changes little.
         """
-        alone, other_layers = (self._parts(each) for each in ([number], self._others(number)))
+        alone, other_layers = (self._layers_impedance(each) for each in ([number], self._other_layers(number)))
         omega = 2.0 * math.pi * self.frequencies
         change = 2.0 * (alone.series.imag + other_layers.series.imag - self.winding.series.imag) / omega
         return replace(self.nominal, series=self.nominal.series + 1j * omega * change)
 
     def without_layer(self, number: int) -> Impedance:
         """Return the impedance without the turns of one layer. `number` is the layer's position, from 0."""
-        parts = self._parts(self._others(number))
-        return self._moved(parts)
+        parts = self._layers_impedance(self._other_layers(number))
+        return self._with_winding(parts)
 
     def with_turns(self, number: int, more: float) -> Impedance:
         """Return the impedance with `more` turns (negative: fewer) at the inner end of one layer (`number`, from 0)."""
@@ -135,12 +135,12 @@ class CoilVariants:
 
         Turns count from the outside, from 1. For a fraction, the impedance is interpolated between two turns.
         """
-        changes = self.changes_by_shorts(number)
+        changes = self.shorted_turn_changes(number)
         low = min(max(math.floor(turn), 1), max(len(changes) - 1, 1))
         pair = changes[low - 1], changes[min(low, len(changes) - 1)]
         return replace(self.nominal, series=self.nominal.series + (low + 1 - turn) * pair[0] + (turn - low) * pair[1])
 
-    def changes_by_shorts(self, number: int) -> ComplexArray:
+    def shorted_turn_changes(self, number: int) -> ComplexArray:
         """Return impedance changes (turns, n; ohm) by a short of each whole turn of a layer (`number`, from 0).
 
         Notes
@@ -182,10 +182,10 @@ class CoilVariants:
             moved[DISTANCE] = self.with_films(1.0 + sigma[DISTANCE])
         return {name: each.terminal - self.nominal.terminal for name, each in moved.items()}
 
-    def _others(self, number: int) -> list[int]:
+    def _other_layers(self, number: int) -> list[int]:
         return [each for each in range(len(self.spec.coil.layers)) if each != number]
 
-    def _parts(self, numbers: Sequence[int]) -> Impedance:
+    def _layers_impedance(self, numbers: Sequence[int]) -> Impedance:
         """Return the impedance of a part of the winding, without leads.
 
         `numbers` are positions of its layers, from 0.
@@ -196,12 +196,12 @@ class CoilVariants:
         return _impedance(_solve(replace(self.spec, coil=part))[1], FREE, self.frequencies)
 
     def _with_stackup(self, stackup: Stackup) -> Impedance:
-        return self._with(replace(self.spec, fpc=replace(self.spec.fpc, stackup=stackup)))
+        return self._with_spec(replace(self.spec, fpc=replace(self.spec.fpc, stackup=stackup)))
 
-    def _with(self, spec: SensorSpec, state: str = FREE) -> Impedance:
-        return self._moved(_impedance(_solve(spec)[1], state, self.frequencies))
+    def _with_spec(self, spec: SensorSpec, state: str = FREE) -> Impedance:
+        return self._with_winding(_impedance(_solve(spec)[1], state, self.frequencies))
 
-    def _moved(self, winding: Impedance) -> Impedance:
+    def _with_winding(self, winding: Impedance) -> Impedance:
         """Return the impedance with another winding and the leads of the nominal coil."""
         capacitance = self.nominal.capacitance + winding.capacitance - self.winding.capacitance
         return Impedance(self.frequencies, self.nominal.series + winding.series - self.winding.series, capacitance)
@@ -220,7 +220,7 @@ THICK_SHEET = 3.0
 
 
 @cache
-def _mount(material: str) -> Mount:
+def _thick_metal_mount(material: str) -> Mount:
     """Return a mount with thick metal of this material behind the board."""
     behind = {"material": material, "distance": 1.0, "thickness": THICK_SHEET}
     mount = {"kind": "custom", "standoff": 1.0, "metal_behind": behind}

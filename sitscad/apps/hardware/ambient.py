@@ -60,7 +60,7 @@ class Ambient:
         return np.interp(times, knots, pad)
 
 
-def ambient(text: str, seconds: float) -> Ambient:
+def parse_ambient(text: str, seconds: float) -> Ambient:
     """Return the ambient temperature that a text describes.
 
     The text is a temperature (degrees Celsius), or FIRST:LAST for a linear change in `seconds`. Otherwise it is the
@@ -69,13 +69,13 @@ def ambient(text: str, seconds: float) -> Ambient:
     try:
         ends = [float(each) for each in text.split(":")]
     except ValueError:
-        return _table(text)
+        return _read_ambient_table(text)
     if len(ends) > 2 or not all(COLDEST <= each <= HOTTEST for each in ends):
         raise ValueError(f"{WANTED}, not {text!r}")
     return Ambient(np.array([0.0, seconds]), np.array([ends[0], ends[-1]]))
 
 
-def _table(path: str) -> Ambient:
+def _read_ambient_table(path: str) -> Ambient:
     """Return the ambient temperature of a CSV table. Raises ValueError if the table is wrong or cannot be read."""
     try:
         with Path(path).open(encoding="utf-8", newline="") as lines:
@@ -102,7 +102,9 @@ def pad_time_constant(pad: ElastomerPad | None, target: Target | None) -> float:
     return pad_lag(pad.thickness, pad.material.density, target.thickness, 1.0)
 
 
-def warmed(cells: Cells, frequencies: Array, loads: Array, times: Array, course: Ambient, loaded: int) -> Array:
+def warmed_frequencies(
+    cells: Cells, frequencies: Array, loads: Array, times: Array, course: Ambient, loaded: int,
+) -> Array:
     """Return frequencies (n, coils; Hz) of all coils at increasing `times` (n; s), with the effects of the temperature.
 
     `frequencies` (n, coils; Hz) of all sensing coils belong to the temperature of the requirements. `loads` (n, 3 or 5;

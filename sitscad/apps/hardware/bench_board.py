@@ -97,7 +97,7 @@ class Board:
             if (chip.read(register.address) ^ register.value) & mask
         ]
 
-    def keep_settings(self, new: Collection[int]) -> None:
+    def restore_lost_settings(self, new: Collection[int]) -> None:
         """Check the registers of idle converters after a poll. `new` holds the coils with a new result in this poll.
 
         A converter is checked after `NOTHING_NEW` polls without a new result. If it has lost its registers, it is set
@@ -106,11 +106,11 @@ class Board:
         heard = {place.converter for k, place in enumerate(self.places) if k in new}
         for number in range(len(self.chips)):
             self.idle[number] = 0 if number in heard else self.idle[number] % NOTHING_NEW + 1
-            if self.idle[number] == NOTHING_NEW and not self.is_set(number):
+            if self.idle[number] == NOTHING_NEW and not self.is_configured(number):
                 self._set_up(number)
                 self.restarts += 1
 
-    def is_set(self, number: int) -> bool:
+    def is_configured(self, number: int) -> bool:
         """Whether a converter still has its settings, by its CONFIG register."""
         return self.chips[number].read(self.at.CONFIG) == self.devices[number].registers[-1].value
 
@@ -123,7 +123,7 @@ class Board:
                 if place.converter == number and status & self.at.UNREAD >> place.number:
                     flags, counts = self._result(coil, chip)
                     off = bool(flags & self.at.DATA_FLAGS["ERR_AE"][0])
-                    status_of_coil = self._believed(coil, counts, self.status(coil, counts, flags))
+                    status_of_coil = self._status_after_jump_check(coil, counts, self.status(coil, counts, flags))
                     results[coil] = CoilReading(time, counts, status_of_coil, off)
         return results
 
@@ -136,7 +136,7 @@ class Board:
             result = result << 16 | word
         return upper, result * self.conversion.counts_per_step + (offsets[coil] if offsets else 0)
 
-    def _believed(self, coil: int, counts: int, status: str) -> str:
+    def _status_after_jump_check(self, coil: int, counts: int, status: str) -> str:
         """Return the status of a result. A jump gets the status "stale" until the next result confirms it.
 
         A jump is a change larger than noise and motion explain, as in the C driver. Three values are stored for each
@@ -232,7 +232,7 @@ class LineBoard(Board):
 
         Empty if no complete line has arrived. Raises OSError if the port has been removed.
         """
-        self.take(self.port.read(self.port.in_waiting or 1))
+        self.process_bytes(self.port.read(self.port.in_waiting or 1))
         if not self.waiting:
             return {}
         return {
@@ -249,16 +249,16 @@ class LineBoard(Board):
         self.waiting.clear()
         self.rest, self.is_first, self.sequence = b"", True, None
 
-    def take(self, received: bytes) -> None:
+    def process_bytes(self, received: bytes) -> None:
         """Add received bytes, and process all complete lines."""
         *lines, self.rest = (self.rest + received).split(b"\n")
         for line in lines:
-            self._take(line.strip())
+            self._process_line(line.strip())
             self.is_first = False
         if len(self.rest) > LONGEST:
             self.corrupted, self.rest = self.corrupted + 1, b""
 
-    def _take(self, line: bytes) -> None:
+    def _process_line(self, line: bytes) -> None:
         text, star, check = line.rpartition(b"*")
         if line.startswith(b"#"):
             self.comments.append(line[1:].decode("ascii", "replace").strip())
@@ -267,9 +267,9 @@ class LineBoard(Board):
         elif not star or not re.fullmatch(rb"[0-9A-F]{4}", check) or int(check, 16) != binascii.crc_hqx(text, 0xFFFF):
             self.corrupted += not self.is_first  # the first line may be incomplete
         elif not text.startswith(b"id,"):
-            self._reading(text)
+            self._process_reading(text)
 
-    def _reading(self, text: bytes) -> None:
+    def _process_reading(self, text: bytes) -> None:
         match, number = _READING.fullmatch(text), 2 * len(self.bands)
         cells = match[3].split(b",")[:number] if match else []
         if match and int(match[1], 16) != self.identity:
@@ -308,7 +308,7 @@ class LineBoard(Board):
         """Wait for the first reading. Raises OSError if no reading of this sensor arrives within `PATIENCE`."""
         end = monotonic() + PATIENCE
         while not self.good and monotonic() < end and self.another < ENOUGH:
-            self.take(self.port.read(self.port.in_waiting or 1))
+            self.process_bytes(self.port.read(self.port.in_waiting or 1))
         if self.good:
             return
         last = f"; the firmware said: {self.comments[-1]}" if self.comments else ""

@@ -125,7 +125,7 @@ class Registers:
         if self._amplitude(channel) < self.device.limit(DEAD):
             self.due += round(at.WATCHDOG_RECOVERY * 1e9)
 
-    def _drawn(self) -> int:
+    def _next_random(self) -> int:
         """Return the next pseudo-random number with 32 bits (xorshift by 13, 17 and 5)."""
         word = self.seed
         word ^= word << 13 & 0xFFFFFFFF
@@ -138,12 +138,12 @@ class Registers:
         full = (self._of(at.CLOCK_DIVIDERS, channel) >> 12) * self._reference(channel)
         count = self.tank(channel, self.time)[0] / full * 2.0**self.device.bits
         sigma = law.counting_noise(self.noise_steps, 1.0, self._of(at.RCOUNT, channel))
-        draws = [self._drawn() for _ in range(6)]  # the sum of twelve uniform deviates is nearly normal
+        draws = [self._next_random() for _ in range(6)]  # the sum of twelve uniform deviates is nearly normal
         normal = (sum((word >> 16) + (word & 0xFFFF) for word in draws) + 6.0) / 65536.0 - 6.0
         result = count + count * sigma * normal - 4096.0 * self._of(at.OFFSET, channel)
         if channel in self.glitch:
             self.glitch.discard(channel)
-            which = self._drawn() % 14
+            which = self._next_random() % 14
             result *= 1.0 + (which + 1.0) / 256.0 if which < 7 else 1.0 + (which - 6.0) / 5.0
         return min(max(math.floor(result + 0.5), 0), 2**self.device.bits - 1)
 
@@ -366,34 +366,35 @@ class SimulatedConverter(Registers):
         for fault, times in self._glitches.items():
             if times * fault.at * 1e9 <= end:
                 self._glitches[fault] = times + 1
-                self.glitch |= set(self._befallen(fault))
-        self.stuck = {channel for fault in self._present("stuck") for channel in self._befallen(fault)}
+                self.glitch |= set(self._affected_channels(fault))
+        self.stuck = {channel for fault in self._begun_faults("stuck") for channel in self._affected_channels(fault)}
         super().advance(nanoseconds)
 
     def hold(self, frequencies: ArrayLike) -> None:
         """Set constant frequencies (Hz) of all coils of the sensor, from now on."""
         columns = slice(self._first, self._first + len(self.coils))
-        read = of_all_coils(self._estimates.coils, self._estimates.reference, frequencies)
+        read = all_coil_frequencies(self._estimates.coils, self._estimates.reference, frequencies)
         self._times, self._read = np.zeros(1), read[:1, columns]
 
-    def _present(self, name: str) -> list[Fault]:
+    def _begun_faults(self, name: str) -> list[Fault]:
         return [fault for fault in self.faults if fault.name == name and fault.at * 1e9 <= self.time]
 
-    def _befallen(self, fault: Fault) -> list[int]:
+    def _affected_channels(self, fault: Fault) -> list[int]:
         """Return the channels that a fault affects. If the fault has no coils, all channels."""
         return [k for k, coil in enumerate(self.coils) if not fault.coils or coil.name in fault.coils]
 
     def _tank(self, channel: int, time: int) -> tuple[float, float]:
         """Return resonance frequency (Hz) and parallel resistance (ohm) of the tank on a channel at a time (ns)."""
         wired = channel
-        for fault in self._present("swapped"):
-            pair = self._befallen(fault)[:2]
+        for fault in self._begun_faults("swapped"):
+            pair = self._affected_channels(fault)[:2]
             if channel in pair and len(pair) == 2:
                 wired = pair[1 - pair.index(channel)]
         if wired >= len(self.coils):
             return 0.0, 0.0
         frequency, ohms = float(np.interp(time * 1e-9, self._times, self._read[:, wired])), self._ohms[wired]
-        hit = {fault.name for fault in self.faults if fault.at * 1e9 <= time and wired in self._befallen(fault)}
+        begun = [fault for fault in self.faults if fault.at * 1e9 <= time]
+        hit = {fault.name for fault in begun if wired in self._affected_channels(fault)}
         if hit & {"open", "short"}:
             return 0.0, 0.0
         if "low-amplitude" in hit:
@@ -433,17 +434,19 @@ def _frequencies_over_time(
         if frequencies is None:
             by_time = np.array([[state.frequency for state in states]])
         else:
-            by_time = of_all_coils(estimates.coils, estimates.reference, frequencies)[:, first : first + len(states)]
+            by_coil = all_coil_frequencies(estimates.coils, estimates.reference, frequencies)
+            by_time = by_coil[:, first : first + len(states)]
         return np.arange(len(by_time), dtype=float), by_time
     rows = np.atleast_2d(np.asarray(loads, dtype=float))
     if rows.shape[-1] not in (4, 6):
         raise ValueError("loads are rows of a time (s) and three forces (N), or these and two moments (N m)")
     if frequencies is None:
         frequencies = respond(design, loads=rows[:, 1:], rotation="held" if rows.shape[-1] == 4 else "free").frequency
-    return rows[:, 0], of_all_coils(estimates.coils, estimates.reference, frequencies)[:, first : first + len(states)]
+    by_coil = all_coil_frequencies(estimates.coils, estimates.reference, frequencies)
+    return rows[:, 0], by_coil[:, first : first + len(states)]
 
 
-def of_all_coils(
+def all_coil_frequencies(
     coils: Sequence[CoilEstimate], reference: CoilEstimate | None, frequencies: ArrayLike
 ) -> np.ndarray:
     """Return frequencies (n, coils; Hz) of all coils.

@@ -65,15 +65,17 @@ def diagnose_board(
     `wrong` lists registers that did not keep their value during the set-up. `readings` are the results of each coil in
     order of time. Raises OSError if the board no longer answers.
     """
-    verdicts = [_line(board)] if isinstance(board, LineBoard) else [_identity(board), _settings(board, wrong)]
-    states = _state(board, readings)
+    verdicts = [_serial_line_verdict(board)] if isinstance(board, LineBoard) else [
+        _identity_verdict(board), _settings_verdict(board, wrong)]
+    states = _board_state(board, readings)
     for k, rows in enumerate(readings):
-        verdicts += [_frequency(board, k, rows, states), _amplitude(board, k, rows), _noise(board, k, rows)]
-    verdicts += [_rate(board, readings), _order(board)]
+        verdicts += [_frequency_verdict(board, k, rows, states), _amplitude_verdict(board, k, rows),
+                     _noise_verdict(board, k, rows)]
+    verdicts += [_rate_verdict(board, readings), _coil_order_verdict(board)]
     return tuple(verdicts)
 
 
-def _line(board: LineBoard) -> Verdict:
+def _serial_line_verdict(board: LineBoard) -> Verdict:
     """Return the verdict on the lines from a serial port.
 
     The firmware itself checks converter identity and registers.
@@ -83,7 +85,7 @@ def _line(board: LineBoard) -> Verdict:
     return Verdict("lines", MET if is_so else NOT_MET, board.remark + more)
 
 
-def _identity(board: Board) -> Verdict:
+def _identity_verdict(board: Board) -> Verdict:
     expected = (at.MANUFACTURER, board.design.spec.readout.device.device_id)
     identities = board.identities()
     text = ", ".join(f"0x{maker:04X} 0x{device:04X}" for maker, device in identities)
@@ -91,8 +93,8 @@ def _identity(board: Board) -> Verdict:
     return Verdict("identity", MET if is_so else NOT_MET, text + ("" if is_so else ": another part, or a bad bus"))
 
 
-def _settings(board: Board, wrong: Sequence[str]) -> Verdict:
-    lost = sum(not board.is_set(k) for k in range(len(board.chips))) + board.restarts
+def _settings_verdict(board: Board, wrong: Sequence[str]) -> Verdict:
+    lost = sum(not board.is_configured(k) for k in range(len(board.chips))) + board.restarts
     if wrong:
         return Verdict("settings", NOT_MET, f"{', '.join(wrong)} did not read back: the bus, or another part")
     if lost:
@@ -101,7 +103,7 @@ def _settings(board: Board, wrong: Sequence[str]) -> Verdict:
     return Verdict("settings", MET, "every register read back, and kept")
 
 
-def _state(board: Board, readings: Sequence[Sequence[CoilReading]]) -> str:
+def _board_state(board: Board, readings: Sequence[Sequence[CoilReading]]) -> str:
     """Return "bare" or "assembled": the state in which more coils have frequencies inside their bands."""
     fits = {
         state: sum(
@@ -115,7 +117,7 @@ def _state(board: Board, readings: Sequence[Sequence[CoilReading]]) -> str:
     return max(fits, key=lambda state: fits[state])
 
 
-def _frequency(board: Board, coil: int, rows: Sequence[CoilReading], state: str) -> Verdict:
+def _frequency_verdict(board: Board, coil: int, rows: Sequence[CoilReading], state: str) -> Verdict:
     """Return the verdict on a coil's frequency: whether it is in the band of the board's state, or of any load."""
     bands_of_coil = board.bands[coil]
     band: Band = getattr(bands_of_coil, state)
@@ -151,7 +153,7 @@ def _frequency(board: Board, coil: int, rows: Sequence[CoilReading], state: str)
     return Verdict(name, MET, reading)
 
 
-def _amplitude(board: Board, coil: int, rows: Sequence[CoilReading]) -> Verdict:
+def _amplitude_verdict(board: Board, coil: int, rows: Sequence[CoilReading]) -> Verdict:
     name, bad = f"{board.bands[coil].coil} amplitude", sum(row.is_off for row in rows)
     if not rows or any(row.status == WATCHDOG for row in rows):
         return Verdict(name, NOT_EVALUATED, "there is no oscillation")
@@ -160,7 +162,7 @@ def _amplitude(board: Board, coil: int, rows: Sequence[CoilReading]) -> Verdict:
     return Verdict(name, MET, "within 1.2 to 1.8 V")
 
 
-def _noise(board: Board, coil: int, rows: Sequence[CoilReading]) -> Verdict:
+def _noise_verdict(board: Board, coil: int, rows: Sequence[CoilReading]) -> Verdict:
     """Return the verdict on a coil's noise.
 
     It is computed from second differences of the counts, which remove steady motion. The median of their magnitudes is
@@ -178,7 +180,7 @@ def _noise(board: Board, coil: int, rows: Sequence[CoilReading]) -> Verdict:
     return Verdict(name, MET, reading)
 
 
-def _rate(board: Board, readings: Sequence[Sequence[CoilReading]]) -> Verdict:
+def _rate_verdict(board: Board, readings: Sequence[Sequence[CoilReading]]) -> Verdict:
     design_rate = board.design.estimates.readout.scan_rate
     if isinstance(board, LineBoard):
         design_rate /= board.serial.scans_per_line
@@ -192,7 +194,7 @@ def _rate(board: Board, readings: Sequence[Sequence[CoilReading]]) -> Verdict:
     return Verdict("rate", MET, reading)
 
 
-def _order(board: Board) -> Verdict:
+def _coil_order_verdict(board: Board) -> Verdict:
     """Return the verdict on the order of the coils. Readings of equal coils do not show their order."""
     if len(board.bands) == 1:
         return Verdict("order of coils", MET, "there is one")
@@ -219,7 +221,7 @@ TARES = 16
 """Number of complete scans whose mean is the tare, as in the C driver's examples and in live.html."""
 
 
-def scans(board: Board, source: Source, seconds: float, every: float = 0.0) -> Iterator[Scan]:
+def read_scans(board: Board, source: Source, seconds: float, every: float = 0.0) -> Iterator[Scan]:
     """Yield scans for `seconds`, by the clock of the source. Raises OSError if a converter does not answer.
 
     After each scan, the results of the next `every` seconds are left out, but not within the first `TARES` scans.
@@ -231,7 +233,7 @@ def scans(board: Board, source: Source, seconds: float, every: float = 0.0) -> I
     scan, ahead, rate, began, count = Scan(), Scan(), board.design.estimates.readout.scan_rate, 0.0, 0
     while source.now() < seconds:
         new = board.poll(source.now())
-        board.keep_settings(new)
+        board.restore_lost_settings(new)
         began = began if scan else source.now()
         for coil, reading in new.items():
             if coil in scan:
@@ -268,7 +270,7 @@ class Forces:
         self.mean: Array | None = None
         self.taken: list[Array] = []
 
-    def take(self, board: Board, scan: Scan) -> None:
+    def add_to_tare(self, board: Board, scan: Scan) -> None:
         """Add a scan to the tare, until the tare is complete."""
         counts = _good_counts(board, scan)
         if self.maps and self.tared and self.mean is None and counts is not None:
@@ -310,7 +312,7 @@ class Forces:
         """Whether a map has coefficients for a compensation by temperature."""
         return any(each.drifts is not None for each in self.maps)
 
-    def warming(self, board: Board, scan: Scan) -> float:
+    def temperature_change(self, board: Board, scan: Scan) -> float:
         """Return the temperature change (K) since the tare. NaN if it is not valid, or before the tare is complete.
 
         A reference coil measures it if the maps have its drift, or else the temperature sensor.
@@ -328,19 +330,19 @@ class Forces:
         is_valid = index in scan and scan[index].is_good
         return float((scan[index].counts / self.mean[index] - 1.0) / drifts.reference) if is_valid else math.nan
 
-    def compensated(self, board: Board, scan: Scan) -> dict[str, float]:
+    def compensated_forces(self, board: Board, scan: Scan) -> dict[str, float]:
         """Return forces (N) by axis without the drift by temperature.
 
         Empty without a valid temperature change within the range of the coefficients, and if there are no forces.
         """
-        kelvin, forces = self.warming(board, scan), dict[str, float]()
+        kelvin, forces = self.temperature_change(board, scan), dict[str, float]()
         for each, prefix, counts, rest in self._read(board, scan):
             if each.drifts is not None and abs(kelvin) <= each.drifts.largest_change:
                 values = each.compensated(counts, rest, kelvin)[0].tolist()
                 forces |= {f"{prefix}{axis}": force for axis, force in zip(each.axes, values, strict=True)}
         return forces
 
-    def is_beyond(self, board: Board, scan: Scan) -> bool:
+    def is_out_of_range(self, board: Board, scan: Scan) -> bool:
         """Whether a scan is outside a map's range. Its forces are then the forces at the end of the range."""
         return not all(each.holds(counts, rest)[0] for each, _, counts, rest in self._read(board, scan))
 
@@ -371,10 +373,11 @@ def scan_lines(board: Board, rows: Sequence[Scan], newtons: Forces) -> Iterator[
         by_axis = newtons(board, scan)
         texts += _force_texts(by_axis)
         if newtons.is_compensated and by_axis:
-            compensated = _force_texts(newtons.compensated(board, scan))
-            texts += [f"compensated by {newtons.warming(board, scan):+.2f} K:", *compensated] if compensated else [
+            compensated = _force_texts(newtons.compensated_forces(board, scan))
+            kelvin = newtons.temperature_change(board, scan)
+            texts += [f"compensated by {kelvin:+.2f} K:", *compensated] if compensated else [
                 "not compensated: no valid temperature"]
-        texts += ["beyond the map: the force where it ends"] if newtons.is_beyond(board, scan) else []
+        texts += ["beyond the map: the force where it ends"] if newtons.is_out_of_range(board, scan) else []
         yield "  ".join(texts)
 
 

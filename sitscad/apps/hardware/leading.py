@@ -10,7 +10,7 @@ import numpy as np
 
 from sitscad.apps.hardware.ambient import Ambient
 from sitscad.apps.hardware.bench_board import OUT_OF_BAND, Board
-from sitscad.apps.hardware.diagnosis import JUMP, Scan, scans
+from sitscad.apps.hardware.diagnosis import JUMP, Scan, read_scans
 from sitscad.apps.hardware.source import Simulation, Source
 from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
@@ -88,7 +88,7 @@ class GuidedCalibration:
         ------
         ValueError
             if the table or the board belongs to another sensor
-        NotTaken
+        PointRefused
             if a simulated point cannot be used
         OSError
             if the board does not answer
@@ -98,7 +98,7 @@ class GuidedCalibration:
         text = before or first
         while (done := text.count("\n") - first.count("\n")) < len(rows):
             try:
-                row = self._point(rows[done], None if celsius is None else float(celsius[done]),
+                row = self._point_line(rows[done], None if celsius is None else float(celsius[done]),
                                   f"{done + 1} of {len(rows)}", text[len(first) :].partition("\n")[0])
             except PointRefused as error:
                 if isinstance(self.source, Simulation):
@@ -126,7 +126,7 @@ class GuidedCalibration:
             )
         return first
 
-    def _point(self, load: Array, celsius: float | None, number: str, rest: str) -> str:
+    def _point_line(self, load: Array, celsius: float | None, number: str, rest: str) -> str:
         """Return the table's line for one point. Empty if the user wants to repeat the point before.
 
         `celsius` (degrees Celsius) is its planned temperature; None if the plan has no temperatures. `rest` is the line
@@ -138,12 +138,12 @@ class GuidedCalibration:
         if isinstance(self.source, Simulation):
             if celsius is not None:
                 self.source.course = Ambient(np.zeros(1), np.full(1, celsius))
-            self.source.put_on(load, self.calibration.sensors.is_held, self.calibration.cell or 1)
+            self.source.apply_load(load, self.calibration.sensors.is_held, self.calibration.cell or 1)
         else:
             instruction = load_words(load, scope.axes,
                                      self.calibration.sensors.rotation) if load.any() else "nothing on it"
             warmth = "" if celsius is None else f" at {celsius:.4g} degC"
-            forces, is_typed = self._put_on(load, f"{number}: {instruction}{warmth}", not rest)
+            forces, is_typed = self._apply_load(load, f"{number}: {instruction}{warmth}", not rest)
         if forces is None:
             return ""
         sensors = self.calibration.sensors
@@ -153,13 +153,13 @@ class GuidedCalibration:
         is_base = planned is None or celsius == planned.base  # the drift at other temperatures reads as a force
         if rest and is_base and not is_typed and not isinstance(self.source, Simulation):
             tare = np.array([float(cell) for cell in rest.split(",")[-len(counts):]])
-            self._compare(forces, counts[: len(columns)], tare[: len(columns)])
+            self._require_plausible(forces, counts[: len(columns)], tare[: len(columns)])
         shown = [f"{force:.6g}" for force in forces * shown_scales(scope.axes)]
         if celsius is not None:
-            shown.append(f"{self._celsius(celsius):.6g}")
+            shown.append(f"{self._point_celsius(celsius):.6g}")
         return ",".join([*shown, *(f"{count:.1f}" for count in counts)]) + "\n"
 
-    def _celsius(self, planned: float) -> float:
+    def _point_celsius(self, planned: float) -> float:
         """Return the temperature (degrees Celsius) of a point: of the sensor, or the user's.
 
         An empty input stands for the planned temperature. A simulated board without a sensor has the planned one.
@@ -174,7 +174,7 @@ class GuidedCalibration:
                 self.report(f"{typed!r} is not a temperature in degrees Celsius")
         return celsius
 
-    def _put_on(self, load: Array, prompt: str, is_first: bool) -> tuple[Array | None, bool]:
+    def _apply_load(self, load: Array, prompt: str, is_first: bool) -> tuple[Array | None, bool]:
         """Return the applied forces (axes; N), and whether the user typed them.
 
         The forces are None if the user wants to repeat the point before.
@@ -196,8 +196,8 @@ class GuidedCalibration:
                         f"before")
         return np.asarray(load[scope.columns]), False
 
-    def _compare(self, forces: Array, counts: Array, rest: Array) -> None:
-        """Raise NotTaken if the readings do not fit the applied forces (axes; N).
+    def _require_plausible(self, forces: Array, counts: Array, rest: Array) -> None:
+        """Raise PointRefused if the readings do not fit the applied forces (axes; N).
 
         Forces by the map of the nominal sensor are compared. The limits are far wider than the differences between
         sensors.
@@ -219,8 +219,8 @@ MOMENTS_TOO = ", moments in newton millimetres"
 def stable_counts(board: Board, source: Source, tell: Callable[[str], None], coils: Sequence[int]) -> Array:
     """Return the mean counts of the coils with numbers `coils` (from 0) after the readings have become stable.
 
-    Readings are stable if the means over two successive windows differ by no more than noise. Raises NotTaken if a coil
-    has no good readings, or if readings are still unstable after `PATIENCE`.
+    Readings are stable if the means over two successive windows differ by no more than noise. Raises PointRefused if a
+    coil has no good readings, or if readings are still unstable after `PATIENCE`.
     """
     if source.creep:
         tell(f"waiting {source.creep:.0f} s for the pad to come to rest")
@@ -230,7 +230,7 @@ def stable_counts(board: Board, source: Source, tell: Callable[[str], None], coi
     assert rate is not None
     last, end, long = None, source.now() + PATIENCE, max(WINDOW, (usual_value("readings") + 2) / rate)
     while source.now() < end:
-        mean, sigma = mean_counts(board, list(scans(board, source, source.now() + long)), coils)
+        mean, sigma = mean_counts(board, list(read_scans(board, source, source.now() + long)), coils)
         if last is not None:
             moves = np.abs(mean - last[0]) / np.hypot(sigma, last[1])
             if np.all(moves <= STABLE_SIGMAS):
@@ -244,7 +244,8 @@ def mean_counts(board: Board, rows: list[Scan], coils: Sequence[int]) -> tuple[A
     """Return the mean counts (coils) of the coils `coils` over scans (`rows`), and the standard deviation of each mean.
 
     The standard deviations follow from the design's noise. Outliers (see `JUMP`) are left out. The mean is NaN if less
-    than the fraction `LEAST_GOOD_FRACTION` of the good results remains. Raises NotTaken if a coil has no good readings.
+    than the fraction `LEAST_GOOD_FRACTION` of the good results remains. Raises PointRefused if a coil has no good
+    readings.
     """
     means, sigmas = [], []
     for coil in coils:

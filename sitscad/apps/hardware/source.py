@@ -11,7 +11,7 @@ from urllib.parse import parse_qsl
 
 import numpy as np
 
-from sitscad.apps.hardware.ambient import Ambient, ambient, warmed
+from sitscad.apps.hardware.ambient import Ambient, parse_ambient, warmed_frequencies
 from sitscad.apps.hardware.bench_board import Board, BusConverter, LineBoard, Port
 from sitscad.apps.hardware.converter import LONGEST, SimulatedConverter
 from sitscad.assembly.places.motions import motion_number
@@ -94,7 +94,7 @@ class Simulation(Source):
         super().__init__(chips, seconds)
         self.design, self.errors, self.course = design, errors, course
 
-    def put_on(self, load: np.ndarray, is_held: bool, cell: int = 1) -> None:
+    def apply_load(self, load: np.ndarray, is_held: bool, cell: int = 1) -> None:
         """Apply a load (3; N) to the target of a cell (number from 1) from now on. Other cells are unloaded.
 
         `is_held` is True if the load keeps the target level.
@@ -102,7 +102,7 @@ class Simulation(Source):
         loads = np.atleast_2d(load)
         read = _cell_frequencies(self.design.cells, cell, loads, self.errors, is_held)
         if self.course is not None:
-            read = warmed(self.design.cells, read, loads, np.array([self.now()]), self.course, cell)
+            read = warmed_frequencies(self.design.cells, read, loads, np.array([self.now()]), self.course, cell)
         for chip in self.chips:
             chip.hold(read)
 
@@ -180,7 +180,7 @@ class SerialLine(Source):
         return board
 
 
-def design_of(path: str) -> Design:
+def read_design(path: str) -> Design:
     """Return the design of a spec file, or of the package in a folder.
 
     Raises SpecError or OSError if the spec cannot be read, and ValueError if the folder does not contain exactly one
@@ -195,7 +195,7 @@ def design_of(path: str) -> Design:
     return Design(load(place))
 
 
-def source_of(text: str, design: Design | None, tares: int = 0) -> tuple[Source, Design]:
+def open_source(text: str, design: Design | None, tares: int = 0) -> tuple[Source, Design]:
     """Return the source that a text describes, and the design for its readings.
 
     On a simulated board, the loads begin after `tares` scans without load. Raises ValueError for other texts, and for
@@ -205,7 +205,7 @@ def source_of(text: str, design: Design | None, tares: int = 0) -> tuple[Source,
         path, _, query = text.removeprefix(SIMULATED).partition("?")
         if not path:
             raise ValueError("sim: names no spec: sim:sensor.yaml, or sim: and the folder of a package")
-        simulated = design_of(path)
+        simulated = read_design(path)
         if design is not None and simulated.spec == design.spec:
             simulated = design  # share its cached results
         return _simulated_board(simulated, query, tares), design or simulated
@@ -278,7 +278,7 @@ def _simulated_board(design: Design, query: str, tares: int) -> Simulation:
                    ("seconds", 1.0, SHORTEST, LONGEST, False), ("seed", 1, 0, MOST_SEED, True),
                    ("unit", 0, 0, MOST_SEED, True), ("cell", 1, 1, len(design.cells), True))}
     seconds = numbers["seconds"]
-    course = ambient(options["temperature"], seconds) if "temperature" in options else None
+    course = parse_ambient(options["temperature"], seconds) if "temperature" in options else None
     if course is not None and "seconds" not in options:
         seconds = min(max(float(course.times[-1]), SHORTEST), LONGEST)
     rate = design.estimates.readout.scan_rate
@@ -310,7 +310,7 @@ def _simulated_board(design: Design, query: str, tares: int) -> Simulation:
     if "cell" in options or "unit" in options or course is not None:
         read = _cell_frequencies(design.cells, int(numbers["cell"]), loads[:, 1:], errors)
     if course is not None and read is not None:
-        read = warmed(design.cells, read, loads[:, 1:], loads[:, 0], course, int(numbers["cell"]))
+        read = warmed_frequencies(design.cells, read, loads[:, 1:], loads[:, 0], course, int(numbers["cell"]))
     chips = [
         SimulatedConverter(
             design, loads=loads if "load" in options or read is not None else None, faults=faults,

@@ -15,7 +15,14 @@ import numpy as np
 
 from sitscad.apps.study.document import Goal, Requirement, StudyRequest
 from sitscad.apps.study.evaluation import FULL, UNDRAWN, UNKNOWN, Breach, Evaluation
-from sitscad.apps.study.running import USELESS_COMMENT_RULE, StudyResults, costs, front_numbers, is_unmade, violations
+from sitscad.apps.study.running import (
+    USELESS_COMMENT_RULE,
+    StudyResults,
+    costs,
+    front_numbers,
+    is_undrawable,
+    violations,
+)
 from sitscad.apps.study.space import Point, value_at_key, value_difference
 from sitscad.apps.study.spreads import Yield
 from sitscad.apps.study.sweeping import rule_titles
@@ -121,7 +128,7 @@ def smallest_relaxation(request: StudyRequest, results: StudyResults) -> Relaxat
         broken, is_guess = violations(request, results.of(point)), point not in results.full
         if not broken and not is_guess:
             return None
-        if not broken or is_unmade(broken):
+        if not broken or is_undrawable(broken):
             continue
         size = is_guess, not UNDRAWN.isdisjoint(broken), len(broken), sum(each.size for each in broken.values()), k
         if best is None or size < best:
@@ -158,10 +165,10 @@ def pareto_front(request: StudyRequest, results: StudyResults, but: Collection[P
     A design beats another if it is at least as good by each goal and better by at least one goal. The result is sorted
     by the first goal, the best first. Designs in `but` are left out.
     """
-    return best_of(request, {point: each for point, each in results.full.items() if point not in but})
+    return unbeaten_designs(request, {point: each for point, each in results.full.items() if point not in but})
 
 
-def best_of(request: StudyRequest, judged: Mapping[Point, Evaluation]) -> list[Point]:
+def unbeaten_designs(request: StudyRequest, judged: Mapping[Point, Evaluation]) -> list[Point]:
     """Return the designs in `judged` that pass and that no other design beats, the best by the first goal first."""
     good = passing_designs(request, judged)
     ranks = front_numbers([costs(request, judged[point]) for point in good])
@@ -212,7 +219,7 @@ def kept_points(request: StudyRequest, results: StudyResults, but: Collection[Po
         return _distinct_designs(request, order)
     points = pareto_front(request, results, but)
     goals = np.array([_goals(request.goals, results.full[point]) for point in points])
-    return _by_hypervolume(goals, points, request.keep)
+    return _select_by_hypervolume(goals, points, request.keep)
 
 
 def _distinct_designs(request: StudyRequest, order: Sequence[Point]) -> list[Point]:
@@ -229,7 +236,7 @@ def _distinct_designs(request: StudyRequest, order: Sequence[Point]) -> list[Poi
     return points
 
 
-def _by_hypervolume(values: Array, points: Sequence[Point], keep: int) -> list[Point]:
+def _select_by_hypervolume(values: Array, points: Sequence[Point], keep: int) -> list[Point]:
     if not len(points):
         return []
     low, high = values.min(axis=0), values.max(axis=0)

@@ -12,7 +12,7 @@ from sitscad.apps.study.answer import changed_keys, count_beaten_by_base, count_
 from sitscad.apps.study.evaluating import NO_SCREEN
 from sitscad.apps.study.evaluation import Breach
 from sitscad.apps.study.measures import MEASURES
-from sitscad.apps.study.running import is_unmade
+from sitscad.apps.study.running import is_undrawable
 from sitscad.apps.study.space import Space, code_version, value_at_key
 from sitscad.apps.study.spreads import wilson_interval
 from sitscad.apps.study.study import StudyAnswer
@@ -36,7 +36,7 @@ class AnswerTable:
     rows: Sequence[Row]
     columns: Mapping[str, Callable[[Row], str]]
 
-    def shown(self, *, most: int | None = None, without: Sequence[str] = ()) -> Table:
+    def text_table(self, *, most: int | None = None, without: Sequence[str] = ()) -> Table:
         """Return the first `most` rows as texts. Columns in `without` and empty columns are left out."""
         rows = self.rows[:most]
         texts = {head: [text(row) for row in rows] for head, text in self.columns.items() if head not in without}
@@ -157,12 +157,13 @@ def yield_table(designs: AnswerTable) -> AnswerTable:
     def calibrated(row: Row) -> str:
         if row["calibrated"] <= row["good"]:
             return ""
-        return f"{row['calibrated'] / row['units']:.1%} ({_interval(wilson_interval(row['calibrated'], row['units']))})"
+        interval = _interval_text(wilson_interval(row["calibrated"], row["units"]))
+        return f"{row['calibrated'] / row['units']:.1%} ({interval})"
 
     return AnswerTable("Yields, the share of units as they are made that keep all", rows, {
         "design": _number,
         "yield": lambda row: f"{row['share']:.1%}",
-        "at 95 %": lambda row: _interval(row["interval"]),
+        "at 95 %": lambda row: _interval_text(row["interval"]),
         "units": lambda row: str(row["units"]),
         "once calibrated": calibrated,
         "not computed": lambda row: str(row["failed"] or ""),
@@ -172,7 +173,7 @@ def yield_table(designs: AnswerTable) -> AnswerTable:
     })
 
 
-def _interval(ends: Sequence[float]) -> str:
+def _interval_text(ends: Sequence[float]) -> str:
     low, high = ends
     return f"{low:.1%} to {high:.1%}"
 
@@ -233,11 +234,11 @@ def answer_text(answer: StudyAnswer, folder: str = "") -> str:
 
 def search_text(answer: StudyAnswer) -> str:
     """Return the part of the answer's text that is known before yields are computed."""
-    refusals = refusal_table(answer).shown(most=MOST_BINDING, without=(WITH,))
+    refusals = refusal_table(answer).text_table(most=MOST_BINDING, without=(WITH,))
     count = answer.dropped_count
     fallen = [f"dropped, for their units have too small a yield: {count}"] if count else []
-    return _paragraphs(verdict_lines(answer), refusals, refusal_lines(answer), design_table(answer).shown(), fallen,
-                       trust_lines(answer))
+    return _paragraphs(verdict_lines(answer), refusals, refusal_lines(answer), design_table(answer).text_table(),
+                       fallen, trust_lines(answer))
 
 
 def yields_text(answer: StudyAnswer, folder: str, before: StudyAnswer | None = None) -> str:
@@ -247,9 +248,9 @@ def yields_text(answer: StudyAnswer, folder: str, before: StudyAnswer | None = N
     """
     designs = design_table(answer)
     is_other = before is not None and [each.point for each in before.kept] != [each.point for each in answer.kept]
-    again = (verdict_lines(answer), designs.shown()) if is_other else ()
-    return _paragraphs(*again, yield_table(designs).shown(), sigma_table(designs).shown(), low_yield_lines(answer),
-                       next_step_lines(answer, folder))
+    again = (verdict_lines(answer), designs.text_table()) if is_other else ()
+    return _paragraphs(*again, yield_table(designs).text_table(), sigma_table(designs).text_table(),
+                       low_yield_lines(answer), next_step_lines(answer, folder))
 
 
 def _paragraphs(*parts: Table | Iterable[str]) -> str:
@@ -261,47 +262,48 @@ def _paragraphs(*parts: Table | Iterable[str]) -> str:
 def verdict_lines(answer: StudyAnswer) -> Iterator[str]:
     """Yield lines with the verdict and the numbers of evaluated designs."""
     request, results, good = answer.request, answer.results, len(answer.front)
-    tried = _line("study-tried", evaluated=len(results.screened), size=request.space.size, method=results.method,
+    tried = _message("study-tried", evaluated=len(results.screened), size=request.space.size, method=results.method,
                   full=len(results.full))
     if answer.is_met and answer.lacks_yield:
-        yield _line("study-met-yield-unknown", required=_least_yield(answer), tried=tried, good=good)
+        yield _message("study-met-yield-unknown", required=_required_yield_text(answer), tried=tried, good=good)
     elif answer.is_met:
-        yield _line("study-met", tried=tried, good=good)
+        yield _message("study-met", tried=tried, good=good)
     elif answer.dropped_count:
-        yield _line("study-no-yield", required=_least_yield(answer), tried=tried, drawn=answer.dropped_count, good=good)
+        yield _message("study-no-yield", required=_required_yield_text(answer), tried=tried, drawn=answer.dropped_count,
+                       good=good)
     else:
-        yield _line("study-unmet", tried=tried)
+        yield _message("study-unmet", tried=tried)
         if more := count_unjudged(request, results):
-            yield _line("study-unjudged", more=more)
+            yield _message("study-unjudged", more=more)
     if answer.is_met and (beaten := count_beaten_by_base(request, answer.base, answer.kept)):
         case = "study-base-best" if beaten == len(answer.kept) else "study-base-better"
-        yield _line(case, beaten=beaten, kept=len(answer.kept))
+        yield _message(case, beaten=beaten, kept=len(answer.kept))
     for number, key in enumerate(request.space.variables):
         at = {design.point[number] for design in answer.kept}
         if key.is_ordered and len(key.values) > 2 and len(at) == 1 and at <= {0, len(key.values) - 1}:
             end, = at
-            yield _line("study-last-value" if end else "study-first-value", key=key.key, value=str(key.values[end]))
+            yield _message("study-last-value" if end else "study-first-value", key=key.key, value=str(key.values[end]))
     if off := changed_keys(request, request.base_point):
         before = request.base.values(())
         values = [f"{key}: {value} in place of {base_value(before, key)}" for key, value in off.items()]
-        yield _line("study-base-apart", values=values)
+        yield _message("study-base-apart", values=values)
     if request.space.size > len(results.screened) and not answer.is_met:
-        yield _line("study-no-proof")
+        yield _message("study-no-proof")
     for goal in answer.constant_goals:
-        yield _line("study-constant-goal", measure=goal.measure)
+        yield _message("study-constant-goal", measure=goal.measure)
 
 
-def _line(case: str, **values: object) -> str:
+def _message(case: str, **values: object) -> str:
     return text_of(case, "message", values)
 
 
-def _least_yield(answer: StudyAnswer) -> str:
+def _required_yield_text(answer: StudyAnswer) -> str:
     return next(each.written for each in answer.request.require if each.measure == "yield")
 
 
 def refusal_lines(answer: StudyAnswer) -> Iterator[str]:
     """Yield lines that explain refusals and state the smallest relaxation with which a design would pass."""
-    if is_unmade(each.name for each in answer.bindings):
+    if is_undrawable(each.name for each in answer.bindings):
         yield UNMADE
     if (least := answer.relaxation) is not None:
         titles = rule_titles()

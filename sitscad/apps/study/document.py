@@ -12,8 +12,17 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 from sitscad.apps.study.evaluating import can_screen, evaluate_design
-from sitscad.apps.study.measures import MEASURES, nearest_measures
-from sitscad.apps.study.space import Base, Point, RangeError, Space, Variable, require_key, same_value, values_by_step
+from sitscad.apps.study.measures import MEASURES, similar_measures_text
+from sitscad.apps.study.space import (
+    Base,
+    Point,
+    RangeError,
+    Space,
+    Variable,
+    comparable_value,
+    require_key,
+    values_by_step,
+)
 from sitscad.apps.study.spreads import SPREADS
 from sitscad.basics.record import record
 from sitscad.basics.units import UNITS, fixed_decimals, in_mm
@@ -158,15 +167,15 @@ class StudyRequest:
     @property
     def measures(self) -> tuple[str, ...]:
         """Measures to compute for each design: goals, requirements, and their standard deviations if known."""
-        return (*self._asked_for, *(f"sigma.{name}" for name in self.scattered))
+        return (*self._requested_measures, *(f"sigma.{name}" for name in self.measures_with_sigma))
 
     @property
-    def scattered(self) -> tuple[str, ...]:
+    def measures_with_sigma(self) -> tuple[str, ...]:
         """Goals and requirements whose standard deviation between manufactured sensors is computed."""
-        return tuple(name for name in self._asked_for if f"sigma.{name}" in MEASURES)
+        return tuple(name for name in self._requested_measures if f"sigma.{name}" in MEASURES)
 
     @property
-    def _asked_for(self) -> Iterable[str]:
+    def _requested_measures(self) -> Iterable[str]:
         names = [*(goal.measure for goal in self.goals), *(each.measure for each in self.require)]
         return dict.fromkeys(name for name in names if name != "yield")
 
@@ -230,7 +239,7 @@ def _check_duplicates(place: str, values: tuple[Any, ...], remarks: Remarks) -> 
     """Add a remark for each value that occurs twice in a list, even with different units."""
     first: dict[Any, Any] = {}
     for k, value in enumerate(values):
-        if (figure := same_value(value)) in first:
+        if (figure := comparable_value(value)) in first:
             message = f"{described(value)} is {described(first[figure])}, which is in the list already"
             remarks.flaw("SIT009", dotted(place, k), message,
                          "write each value once")
@@ -344,7 +353,7 @@ def _goals(document: StudyDocument, remarks: Remarks) -> Iterator[Goal]:
 def _is_measure(name: Any, place: str, remarks: Remarks) -> bool:
     if isinstance(name, str) and name in MEASURES:
         return True
-    remarks.flaw("SIT007", place, f"there is no measure {described(name)}", nearest_measures(str(name)))
+    remarks.flaw("SIT007", place, f"there is no measure {described(name)}", similar_measures_text(str(name)))
     return False
 
 

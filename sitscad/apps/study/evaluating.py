@@ -123,7 +123,8 @@ def screen_designs(specs: Sequence[SensorSpec], measures: Sequence[str]) -> list
     """
     policies = {path: policy_for(path) for path in {spec.source.path for spec in specs}}
     return [
-        _screened(spec, measures, policies[spec.source.path]) if can_screen(spec) else evaluate_design(spec, measures)
+        _screen_design(spec, measures, policies[spec.source.path])
+        if can_screen(spec) else evaluate_design(spec, measures)
         for spec in specs
     ]
 
@@ -190,14 +191,14 @@ def screen_errors(has_body: bool = False) -> Mapping[str, float]:
     return errors | wider if has_body else errors
 
 
-def _screened(spec: SensorSpec, measures: Sequence[str], policy: Policy) -> Evaluation:
+def _screen_design(spec: SensorSpec, measures: Sequence[str], policy: Policy) -> Evaluation:
     layout = sketch(spec)
     design = Design(spec, layout, estimated(layout, tolerance=SCREENING))
     screened = [name for name in measures if SCREEN in MEASURES[name].levels]
     values, absent = measure_values(design, screened)
     absent |= {name: IN_FULL for name in measures if name not in screened}
     wide = [name for name in OF_BOARD if name in values]
-    if not _is_sized(spec.array):
+    if not _has_known_board_size(spec.array):
         absent |= dict.fromkeys(sorted(wide), IN_FULL)
         values = {name: pair for name, pair in values.items() if name not in wide}
     elif wide:  # leads may need a wider board
@@ -225,7 +226,7 @@ At most one was needed in 360 routed designs.
 """
 
 
-def _is_sized(array: ArraySpec) -> bool:
+def _has_known_board_size(array: ArraySpec) -> bool:
     """Whether the size of the board is known without routing leads: for a single coil, and for two coils in line.
 
     The leads of six coils in line widened the board by 4 %.
@@ -238,10 +239,10 @@ def _screened_findings(design: Design) -> tuple[list[Finding], set[str]]:
     findings: list[Finding] = []
     unknown: set[str] = set()
     errors = screen_errors(design.spec.fpc.body is not None)
-    numbers, is_sized = design.estimates, _is_sized(design.spec.array)
+    numbers, is_sized = design.estimates, _has_known_board_size(design.spec.array)
     corners = [
         Design(design.spec, design.layout,
-               replace(numbers, coils=tuple(_shifted(coil, side, errors) for coil in numbers.coils)))
+               replace(numbers, coils=tuple(_shift_estimates(coil, side, errors) for coil in numbers.coils)))
         for side in (-1.0, 1.0)  # all coils better or worse by the errors of the screen
     ]
     wider = Design(design.spec, sketch(design.spec, WIDER), numbers) if is_sized else design
@@ -260,7 +261,7 @@ def _rule_findings(rule: Rule, design: Design, variants: Sequence[Design]) -> li
     `variants` are the design with values shifted by the errors of the screen level. The rule is undecided if a variant
     has findings of other severities.
     """
-    if rule.id not in ASKED and not (rule.id in BY_BODY and _is_sized(design.spec.array)):
+    if rule.id not in ASKED and not (rule.id in BY_BODY and _has_known_board_size(design.spec.array)):
         return None
     findings, undecided = apply_rule(rule, design, least=None)
     if undecided or (rule.id in RESOLUTION_RULES and _is_undecided_by_screen(rule, design.cells)):
@@ -283,7 +284,7 @@ def _is_undecided_by_screen(rule: Rule, cells: Cells) -> bool:
     return any(each.limit and abs(each.measured / each.limit - 1.0) < error for each in results)
 
 
-def _shifted(coil: CoilEstimate, side: float, errors: Mapping[str, float]) -> CoilEstimate:
+def _shift_estimates(coil: CoilEstimate, side: float, errors: Mapping[str, float]) -> CoilEstimate:
     by_l, by_f, by_r = 1.0 + side * errors["inductance"], 1.0 - side * errors["frequency"], 1.0 + side * errors["rp"]
 
     def state(estimate: StateEstimate) -> StateEstimate:
@@ -413,30 +414,30 @@ class Workers:
 
         def chunks() -> Iterator[Task]:
             while waiting:
-                size = min(self._size(level), -(-len(waiting) // self._jobs))
+                size = min(self._chunk_size(level), -(-len(waiting) // self._jobs))
                 chunk = Chunk(tuple(waiting.popleft() for _ in range(size)), tuple(measures), level)
                 yield evaluate_chunk, (self._base, chunk)
 
-        for evaluated, seconds in self._in_order(chunks()):
+        for evaluated, seconds in self._results_in_order(chunks()):
             self._speed[level] = len(evaluated) / max(seconds, 1e-3)
             yield from evaluated
 
     def each(self, work: Callable[..., Made], calls: Sequence[tuple[Any, ...]]) -> Iterator[Made]:
         """Yield the results of `work` for each tuple of arguments in `calls`, in their order."""
-        yield from self._in_order((work, arguments) for arguments in calls)
+        yield from self._results_in_order((work, arguments) for arguments in calls)
 
-    def _size(self, level: str) -> int:
-        if self._is_here:
+    def _chunk_size(self, level: str) -> int:
+        if self._is_this_process:
             return 1
         return max(1, min(MOST_IN_CHUNK, round(SECONDS * self._speed.get(level, 1.0))))
 
     @property
-    def _is_here(self) -> bool:
+    def _is_this_process(self) -> bool:
         return self._given is None and self._jobs == 1
 
-    def _in_order(self, tasks: Iterator[Task]) -> Iterator[Any]:
+    def _results_in_order(self, tasks: Iterator[Task]) -> Iterator[Any]:
         """Yield the results of tasks in order. At most two tasks per worker are started at a time."""
-        if self._is_here:
+        if self._is_this_process:
             yield from (work(*arguments) for work, arguments in tasks)
             return
         running = deque[tuple[Task, Any]]()
@@ -445,14 +446,14 @@ class Workers:
                 running.append((task, self._submit(task)))
             if not running:
                 return
-            yield self._first(running)
+            yield self._first_result(running)
 
     def _submit(self, task: Task) -> Any:
         if self._pool is None:
             self._pool = process_pool(self._jobs, undisturbed=True)
         return self._pool.submit(task[0], *task[1])
 
-    def _first(self, running: deque[tuple[Task, Any]]) -> Any:
+    def _first_result(self, running: deque[tuple[Task, Any]]) -> Any:
         """Return the result of the first running task.
 
         If a process ended unexpectedly, all running tasks are started again.

@@ -222,7 +222,7 @@ class Archive:
 
     def evaluation(self, key: str, measures: Sequence[str]) -> Evaluation | None:
         """Return the evaluation under a key. None if there is none, or if it lacks one of these measures."""
-        stored = self.line_of(key)
+        stored = self.read_values(key)
         if stored is None or "values" not in stored:
             return None
         requested = {part: {name: stored[part][name] for name in measures if name in stored[part]}
@@ -232,10 +232,10 @@ class Archive:
 
     def units(self, key: str) -> list[UnitEvaluation] | None:
         """Return the simulated sensors under a key. None if there are none."""
-        stored = self.line_of(key)
+        stored = self.read_values(key)
         return None if stored is None or "units" not in stored else list(map(unit_from_json, stored["units"]))
 
-    def line_of(self, key: str) -> Mapping[str, Any] | None:
+    def read_values(self, key: str) -> Mapping[str, Any] | None:
         """Return the values under a key, or None. Raises OSError if another program has changed the file."""
         start = self._starts.get(key.encode())
         if start is None:

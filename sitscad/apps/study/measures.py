@@ -128,7 +128,7 @@ def _tank_reader(pick: Callable[..., Any], name: str, by_inductance: float, by_l
     return read
 
 
-def _sigma(pick: Callable[..., Any], name: str) -> Reader:
+def _sigma_reader(pick: Callable[..., Any], name: str) -> Reader:
     """Return a function that reads the standard deviation of a quantity between manufactured sensors.
 
     It is read at the coil and state with the worst value of the quantity.
@@ -172,7 +172,7 @@ def _axis_readers(of: Callable[[SensingAnalysis, str], float]) -> Callable[[str]
     not measure the axis.
     """
 
-    def along(axis: str) -> Reader:
+    def reader_for_axis(axis: str) -> Reader:
         def of_axis(sensing: SensingAnalysis) -> float:
             if axis not in sensing.bench.range.axes:
                 raise AbsentError(f"the coils cannot measure {axis}")
@@ -183,7 +183,7 @@ def _axis_readers(of: Callable[[SensingAnalysis, str], float]) -> Callable[[str]
 
         return _sensing_reader(of_axis)
 
-    return along
+    return reader_for_axis
 
 
 def _sensing_reader(of: Callable[[SensingAnalysis], float]) -> Reader:
@@ -218,7 +218,7 @@ def _uncompensated_drift(sensing: SensingAnalysis, axis: str) -> float:
     return float(sensing.warmed[-1].plain_drift[sensing.bench.range.axes.index(axis)])
 
 
-def _range(axis: str) -> Reader:
+def _range_reader(axis: str) -> Reader:
     def read(design: Design) -> Figure:
         _sensing(design.sensing)
         points = design.performance
@@ -253,7 +253,7 @@ def _error_by_gap(sensing: SensingAnalysis) -> float:
     return float(np.sqrt(np.mean(np.sum(np.square(causes), axis=0), axis=0))[is_force].max())
 
 
-def _fit(of: Callable[[dict[str, FitMeasure]], float]) -> Reader:
+def _fit_reader(of: Callable[[dict[str, FitMeasure]], float]) -> Reader:
     def read(design: Design) -> Figure:
         by_name = {measure.name: measure for measure in design.fit}
         if not by_name:
@@ -295,21 +295,21 @@ CELLS = Need("cells", lambda spec: spec.cells is not None, ("cells",))
 TWO_COILS = Need("two coils", lambda spec: len(spec.cell_placements[0]) > 1, ("array", "cells"))
 
 
-def _measurable(axis: str) -> Need:
-    def is_had(spec: SensorSpec) -> bool:
+def _measured_axis_need(axis: str) -> Need:
+    def has_measured_axis(spec: SensorSpec) -> bool:
         return axis in measured_axes(spec.cell_placements[0], spec.requirements)
 
     if axis in MOMENTS:
-        return Need(f"requirements.{axis}, and coils that tell it apart", is_had,
+        return Need(f"requirements.{axis}, and coils that tell it apart", has_measured_axis,
                     ("array", "cells", f"requirements.{axis}"))
-    return Need("coils that tell it apart", is_had, ("array", "cells", "requirements"))
+    return Need("coils that tell it apart", has_measured_axis, ("array", "cells", "requirements"))
 
 
 AXIS_MEASURES = (
     ("resolution", "noise of {axis} at the scan rate (one sigma); the largest of rest, half and full load",
      _axis_readers(_resolution), (SCREEN, FULL)),
     ("range", "largest {axis} from rest that the sensor can measure (full response; takes seconds)",
-     _range, (FULL,)),
+     _range_reader, (FULL,)),
     ("error.temperature", "drift of {axis} at full load, from requirements.temperature to the farther end of "
      "temperature_range, or over 10 K. With readout.compensation it is what this leaves",
      _axis_readers(_drift_reader(-1)), (SCREEN, FULL)),
@@ -326,7 +326,7 @@ LOADED_DRIFTS = ("error.temperature", "error.uncompensated")
 """Drifts under load. For shear, they need the slope of the map under shear, which the screen level does not have."""
 
 
-def _rows() -> Iterator[DesignMeasure]:
+def _measure_rows() -> Iterator[DesignMeasure]:
     quantities = {each.label: each for each in TANK}
     for name, (pick, meaning, by_inductance, by_loss) in WORST.items():
         tank = quantities[name]
@@ -337,7 +337,7 @@ def _rows() -> Iterator[DesignMeasure]:
                         (*PADDED, FORCE), _signal)
     for name, meaning, read, levels in AXIS_MEASURES:
         for axis in AXES:
-            needs = {"normal": PADDED}.get(axis, (*PADDED, _measurable(axis)))
+            needs = {"normal": PADDED}.get(axis, (*PADDED, _measured_axis_need(axis)))
             is_full_only = axis in MOMENTS or (axis != "normal" and name in LOADED_DRIFTS)
             yield DesignMeasure(f"{name}.{axis}", unit_of(axis), meaning.format(axis=AXIS_WORDS[axis]), needs,
                                 read(axis), (FULL,) if is_full_only else levels)
@@ -352,12 +352,12 @@ def _rows() -> Iterator[DesignMeasure]:
                         "sigma), tared but not calibrated, on the worst axis of force", PADDED,
                         _sensing_reader(_error_by_gap), (FULL,))
     yield DesignMeasure("fit.closed_pair", "m", "diameter of the circle that the closed jaws need, at worst tolerances",
-                        (JAW,), _fit(lambda fits: fits[CLOSED_PAIR].worst))
+                        (JAW,), _fit_reader(lambda fits: fits[CLOSED_PAIR].worst))
     yield DesignMeasure("fit.spare", "m", "smallest room left in the jaw, of all its fits, at worst tolerances", (JAW,),
-                        _fit(lambda fits: min(measure.margin for measure in fits.values())))
+                        _fit_reader(lambda fits: min(measure.margin for measure in fits.values())))
     yield DesignMeasure("fit.width", "m", "width of the board's body, across the jaw", (),
                         _exact_reader(lambda design: design.layout.body_size[1]))
-    yield DesignMeasure("fit.length", "m", "length of the board's body, along the jaw", (),
+    yield DesignMeasure("fit.length", "m", "length of the board's body, reader_for_axis the jaw", (),
                         _exact_reader(lambda design: design.layout.body_size[0]))
     yield DesignMeasure("board.area", "m2", "area of the board with its tail", (),
                         _exact_reader(lambda design: abs(enclosed_area(design.layout.outline))))
@@ -373,17 +373,17 @@ def _rows() -> Iterator[DesignMeasure]:
         if name != "Q":
             lower, tank = name.lower(), quantities[name]
             meaning = f"scatter of {lower} from unit to unit (one sigma, to first order), at its worst value"
-            yield DesignMeasure(f"sigma.{lower}", tank.unit, meaning, (), _sigma(pick, tank.field))
+            yield DesignMeasure(f"sigma.{lower}", tank.unit, meaning, (), _sigma_reader(pick, tank.field))
     yield DesignMeasure("yield", "", "fraction of units that pass the electrical, readout and sensing rules, with "
                         "manufacturing scatter", (),
                         _exact_reader(lambda design: None, "only a study computes it, for the designs that it keeps"))
 
 
-MEASURES: dict[str, DesignMeasure] = {row.name: row for row in _rows()}
+MEASURES: dict[str, DesignMeasure] = {row.name: row for row in _measure_rows()}
 """All measures by name, in the order of lists."""
 
 
-def measures_named(names: list[str] | tuple[str, ...] | None, level: str = SCREEN) -> tuple[str, ...]:
+def checked_measure_names(names: list[str] | tuple[str, ...] | None, level: str = SCREEN) -> tuple[str, ...]:
     """Return the names of measures without duplicates, after a check that they exist.
 
     If `names` is None, return all measures of the level except ranges, sigmas, yield and drifts without compensation.
@@ -394,11 +394,11 @@ def measures_named(names: list[str] | tuple[str, ...] | None, level: str = SCREE
         return tuple(name for name, row in MEASURES.items() if level in row.levels and not name.startswith(dear))
     unknown = next((name for name in names if name not in MEASURES), None)
     if unknown is not None:
-        raise ValueError(f"there is no measure {unknown!r}: {nearest_measures(unknown)}")
+        raise ValueError(f"there is no measure {unknown!r}: {similar_measures_text(unknown)}")
     return tuple(dict.fromkeys(names))
 
 
-def nearest_measures(word: str) -> str:
+def similar_measures_text(word: str) -> str:
     """Return a text with measures whose names are similar to a word."""
     near = difflib.get_close_matches(word.lower(), list(MEASURES), n=3, cutoff=0.5)
     near = near or [name for name in MEASURES if word and (word in name or name.partition(".")[0] in word)]

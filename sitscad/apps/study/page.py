@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from sitscad.apps.study.answer import Agreement, best_of, binding_limits, passing_designs, smallest_relaxation
+from sitscad.apps.study.answer import Agreement, binding_limits, passing_designs, smallest_relaxation, unbeaten_designs
 from sitscad.apps.study.answer_text import (
     AnswerTable,
     answer_json,
@@ -41,7 +41,7 @@ from sitscad.apps.study.evaluation import SCREEN, Evaluation
 from sitscad.apps.study.running import StudyResults, first_set, violations
 from sitscad.apps.study.space import Point as DesignPoint
 from sitscad.apps.study.study import Study, StudyAnswer
-from sitscad.apps.study.sweeping import measure_title, scale_of, value_text
+from sitscad.apps.study.sweeping import chart_scale, measure_title, value_text
 from sitscad.assembly.places.bodies import plates_of
 from sitscad.basics.record import record
 from sitscad.basics.units import count_text
@@ -83,7 +83,7 @@ class ChartAxis:
         return value is not None and self.low <= value <= self.high
 
 
-def axis_of_figures(title: str, values: Iterable[float]) -> ChartAxis:
+def value_axis(title: str, values: Iterable[float]) -> ChartAxis:
     """Return an axis that contains all finite values with a margin at both ends. Its ticks are at round numbers."""
     finite = [value for value in values if math.isfinite(value)] or [0.0]
     low, high = min(finite), max(finite)
@@ -227,7 +227,7 @@ class StudyPage:
         for name in self.names:
             values = [evaluation.values[name][0] for point in (self.answer.front or self.points)
                       if name in (evaluation := self.answer.results.of(point)).values]
-            scales[name] = scale_of(name, np.array(sorted(values)[len(values) // 2 :][:1] or [0.0]))
+            scales[name] = chart_scale(name, np.array(sorted(values)[len(values) // 2 :][:1] or [0.0]))
         return scales
 
     def scaled(self, evaluation: Evaluation) -> dict[str, float]:
@@ -271,10 +271,10 @@ class StudyPage:
             low, high = (min(values), max(values)) if values else (0.0, 1.0)
             base = self.scaled(self.answer.base).get(name)
             near = base is not None and low - 2.0 * (high - low) <= base <= high + 2.0 * (high - low)
-            axes[name] = axis_of_figures(self.titled(name), [low, high, *([base] if near and base else [])])
+            axes[name] = value_axis(self.measure_title_in_charts(name), [low, high, *([base] if near and base else [])])
         return axes
 
-    def titled(self, name: str) -> str:
+    def measure_title_in_charts(self, name: str) -> str:
         """Return the name of a measure with its unit in charts."""
         return measure_title(name, self.scales[name][1])
 
@@ -294,7 +294,7 @@ class StudyPage:
             part("The front" if self.answer.front else "What was found", self.front()),
             part("Why designs were refused", self.obstacles_part()) if self.answer.is_met else "",
             part("How far the figures can be trusted", "".join(_paragraphs(trust_lines(self.answer)))),
-            part("How it goes on", self.onward()),
+            part("How it goes on", self.next_steps_part()),
             embedded("study-data", self.data()),
             f"<script>{script}</script>",
         ]
@@ -302,7 +302,7 @@ class StudyPage:
         return page(f"{self.answer.name}: study", parts, f" \u00b7 base {escape(file_name)}, SHA-256 "
                     f"{self.request.base.spec.source.sha256}")
 
-    def so_far(self, of: int) -> str:
+    def progress_html(self, of: int) -> str:
         """Return the page of a search in progress with `of` designs: screen-level results without kept designs."""
         answer, good = self.answer, sum(mark.kind != "refused" for mark in self.marks)
         verdict = f"{len(answer.results.screened)} of {of} designs looked at by the screen, {good} keep everything"
@@ -389,7 +389,7 @@ class StudyPage:
         ticks = tuple((float(k), str(values[k])) for k in sorted({0, last // 2, last}))
         return ChartAxis(key, -0.25, last + 0.25, ticks)
 
-    def onward(self) -> str:
+    def next_steps_part(self) -> str:
         """Return the part with the next commands and the places of the files."""
         lines = [line.replace("./designs", "designs") for line in next_step_lines(self.answer, ".")]
         return f"{''.join(_paragraphs(lines))}<p class='soft'>{FILES}</p>"
@@ -401,9 +401,9 @@ class StudyPage:
         return {
             "keys": [{"name": v.key, "values": list(map(str, v.values)), "base": base_value(before, v.key)}
                      for v in space.variables],
-            "measures": [{"name": name, "unit": self.scales[name][1], "base": _digits(base.get(name))}
+            "measures": [{"name": name, "unit": self.scales[name][1], "base": _rounded(base.get(name))}
                          for name in self.names],
-            "points": [[list(point), [_digits(values.get(name)) for name in self.names], mark.kind, mark.kept,
+            "points": [[list(point), [_rounded(values.get(name)) for name in self.names], mark.kind, mark.kept,
                         sorted(violations(self.request, self.answer.results.of(point)))]
                        for point, values, mark in zip(self.points, self.figures, self.marks, strict=True)],
             "sketches": dict(self._sketches()),
@@ -465,14 +465,14 @@ article .paper { max-width: 44rem; }
 
 
 def _table(table: AnswerTable) -> str:
-    return page_tables([table.shown()])
+    return page_tables([table.text_table()])
 
 
 def _paragraphs(lines: Iterable[str]) -> Iterator[str]:
     return (f"<p>{escape(line)}</p>" for line in lines)
 
 
-def _digits(value: float | None) -> float | None:
+def _rounded(value: float | None) -> float | None:
     """Return a value rounded to five significant digits, for drawing."""
     return None if value is None else float(f"{value:.5g}")
 
@@ -485,15 +485,15 @@ def study_page(answer: StudyAnswer) -> str:
     return text
 
 
-def page_so_far(study: Study, results: StudyResults, of: int) -> str:
+def progress_page(study: Study, results: StudyResults, of: int) -> str:
     """Return the page of a search in progress, with the screen-level `results` of some of its `of` designs."""
     request, results = study.request, replace(results, full={})
     nothing = Agreement(0, 0, 0, {})
     base = screen_designs([request.base.spec], request.measures)[0]
-    front = tuple(best_of(request, results.screened))
+    front = tuple(unbeaten_designs(request, results.screened))
     answer = StudyAnswer(study.name, request, base, results, tuple(binding_limits(request, results)),
                          None if front else smallest_relaxation(request, results), nothing, (), front, (), ())
-    return StudyPage(answer).so_far(of)
+    return StudyPage(answer).progress_html(of)
 
 
 def answer_files(answer: StudyAnswer) -> dict[str, bytes]:
@@ -530,7 +530,7 @@ def search_progress(
                 evaluated[key] = next(workers.evaluations([changes], request.measures, SCREEN))
             results.screened[point] = evaluated[key]
             if time.perf_counter() - last > PAUSE or k == len(points):
-                page = page_so_far(study, results, len(points)).encode() if serves else b""
+                page = progress_page(study, results, len(points)).encode() if serves else b""
                 yield numbers(results, len(points)), page
                 last = time.perf_counter()
 

@@ -118,7 +118,7 @@ WORST = 1e30
 """Value used for a goal whose measure a design does not have. Such a design also violates the requirements."""
 
 
-def _figures(costs: Sequence[Costs]) -> tuple[Array, Array]:
+def _cost_arrays(costs: Sequence[Costs]) -> tuple[Array, Array]:
     """Return goals (n, goals) and violations (n, 1) of n designs as arrays."""
     goals = np.array([[WORST if value is None else value for value in each.goals] for each in costs])
     return goals, np.array([each.violation for each in costs]).reshape(-1, 1)
@@ -145,7 +145,7 @@ def _nsga2(
     problem = Problem(n_var=len(low), n_obj=goals, n_ieq_constr=1, xl=low, xu=high, vtype=int)
     whole: Any = {"vtype": float, "repair": RoundingRepair()}
     size = min(POPULATION, max(8, evaluations // 8))
-    algorithm = NSGA2(pop_size=size, sampling=np.array(_best(evaluated, size)), eliminate_duplicates=True,
+    algorithm = NSGA2(pop_size=size, sampling=np.array(_first_population(evaluated, size)), eliminate_duplicates=True,
                       crossover=SBX(prob=0.9, eta=10, **whole), mutation=PM(eta=10, **whole))
     algorithm.setup(problem, termination=("n_gen", evaluations), seed=seed, verbose=False)
     still = 0
@@ -156,7 +156,7 @@ def _nsga2(
         points = [tuple(map(int, row)) for row in np.rint(candidates.get("X"))]
         still = 0 if _evaluate_new(points, evaluations, evaluated, evaluate) else still + 1
         nothing = Costs((None,) * goals, WORST)  # beyond the limit of evaluations: given the worst costs
-        values, violations = _figures([evaluated.get(point, nothing) for point in points])
+        values, violations = _cost_arrays([evaluated.get(point, nothing) for point in points])
         algorithm.evaluator.eval(StaticProblem(problem, F=values, G=violations), candidates)
         algorithm.tell(infills=candidates)
 
@@ -173,7 +173,7 @@ def _evaluate_new(points: Sequence[Point], evaluations: int, evaluated: dict[Poi
     return len(new)
 
 
-def _best(evaluated: dict[Point, Costs], size: int) -> list[Point]:
+def _first_population(evaluated: dict[Point, Costs], size: int) -> list[Point]:
     """Return the first population: valid points front by front, then the points with the least violation."""
     points = list(evaluated)
     ranks = front_numbers([evaluated[point] for point in points])
@@ -186,12 +186,12 @@ def front_numbers(costs: Sequence[Costs], least: int | None = None) -> NDArray[n
     Valid points are ranked by their goals. Points with violations follow, ranked by their violation. When `least`
     points have a front, the remaining valid points share the next front.
     """
-    goals, violations = _figures(costs)
+    goals, violations = _cost_arrays(costs)
     ranks = np.full(len(costs), -1, dtype=np.int64)
     good, front = np.flatnonzero(violations[:, 0] <= 0.0), 0
     while len(good):
         is_enough = least is not None and np.count_nonzero(ranks >= 0) >= least
-        first = np.ones(len(good), dtype=bool) if is_enough else _unbeaten(goals[good])
+        first = np.ones(len(good), dtype=bool) if is_enough else _find_unbeaten_rows(goals[good])
         ranks[good[first]] = front
         good, front = good[~first], front + 1
     bad = np.flatnonzero(ranks < 0)
@@ -199,7 +199,7 @@ def front_numbers(costs: Sequence[Costs], least: int | None = None) -> NDArray[n
     return ranks
 
 
-def _unbeaten(values: Array) -> Flags:
+def _find_unbeaten_rows(values: Array) -> Flags:
     """Return flags of the rows (n, goals) that no other row beats. Smaller values are better.
 
     If rows are sorted by their goals, a row can be beaten only by earlier rows. The number of passes is the number of
@@ -250,7 +250,7 @@ def _differential_evolution(
             raise _SpentError
         return np.array([_single_cost(evaluated[point]) for point in points])
 
-    start = np.array(_best(evaluated, size), dtype=float)[:, free]
+    start = np.array(_first_population(evaluated, size), dtype=float)[:, free]
     if len(start) < 5 or not free:
         return
     with suppress(_SpentError):
@@ -365,7 +365,7 @@ def violations(request: StudyRequest, evaluation: Evaluation) -> dict[str, Breac
     the breaches of the rules that refuse its spec, because no others are known.
     """
     broken = dict(evaluation.refused)
-    if is_unmade(broken):
+    if is_undrawable(broken):
         return broken
     names = {rule.id: rule.name for rule in all_rules()} if evaluation.warned else {}
     broken |= {rule: breach for rule, breach in evaluation.warned.items() if rule != USELESS_COMMENT_RULE and not any(
@@ -394,11 +394,11 @@ def costs(request: StudyRequest, evaluation: Evaluation) -> Costs:
     """Return the costs of a design for the search."""
     goals = tuple(goal.cost(evaluation.values[goal.measure][0]) if goal.measure in evaluation.values else None
                   for goal in request.goals)
-    unmade = NOT_MADE if is_unmade(evaluation.refused) else 0.0
+    unmade = NOT_MADE if is_undrawable(evaluation.refused) else 0.0
     return Costs(goals, unmade + sum(breach.size for breach in violations(request, evaluation).values()))
 
 
-def is_unmade(broken: Iterable[str]) -> bool:
+def is_undrawable(broken: Iterable[str]) -> bool:
     """Whether a rule on the spec itself (SIT0xx) is broken.
 
     The board then cannot be drawn, and other rules cannot be applied.
@@ -487,7 +487,7 @@ class StudyRun:
         search(self.found.method, study.space, count, study.seed, len(study.goals), self._costs_of, [study.base_point])
         in_vain = rounds = 0
         while rounds < MOST_ROUNDS and in_vain < MOST_IN_VAIN:
-            good, doubtful = self._good(), self._doubtful()
+            good, doubtful = self._passing_points(), self._failing_values()
             likely = [point for point in good if point in self.found.full or doubtful.isdisjoint(enumerate(point))]
             on_front = np.count_nonzero(front_numbers([self._costs[point] for point in good], 1) == 0)
             count = max(LEAST_FULL, 4 * study.keep, min(MOST_FRONT, int(on_front)))
@@ -500,7 +500,7 @@ class StudyRun:
             is_in_vain = bool(good) and not any(self._costs[point].violation <= 0.0 for point in self.found.full)
             in_vain, rounds = in_vain + is_in_vain, rounds + (not is_in_vain)
 
-    def _doubtful(self) -> set[tuple[int, int]]:
+    def _failing_values(self) -> set[tuple[int, int]]:
         """Return pairs (key number, value number) that fail at the full level although they pass the screen level.
 
         At least `MANY` designs with the value passed the screen level and failed at the full level, and no design with
@@ -516,7 +516,7 @@ class StudyRun:
         counts = Counter(key for key, _ in doubtful)
         return {(key, value) for key, value in doubtful if counts[key] < len(self._asked.space.variables[key].values)}
 
-    def _good(self) -> list[Point]:
+    def _passing_points(self) -> list[Point]:
         """Return the designs without violation by their best evaluation, at most `MOST_RANKED`."""
         good = [point for point, cost in self._costs.items() if cost.violation <= 0.0]
         if len(good) <= MOST_RANKED:
@@ -544,7 +544,7 @@ class StudyRun:
 
         `among` limits the valid points. Points with the least violation follow.
         """
-        good = self._good() if among is None else among
+        good = self._passing_points() if among is None else among
         ranks = front_numbers([self._costs[point] for point in good], count)
         order = [good[k] for k in np.argsort(ranks, kind="stable")]
         bad = (point for point, cost in self._costs.items() if cost.violation > 0.0)
@@ -558,7 +558,7 @@ class StudyRun:
         """
         base, sigmas, draw_rows = self._asked.base, dict(self._asked.spread), latin_hypercube(count)
         names = tuple(dict.fromkeys((*(each.measure for each in self._asked.require if each.measure != "yield"),
-                                     *self._asked.scattered)))
+                                     *self._asked.measures_with_sigma)))
         changes = {point: self._asked.space.changes(point) for point in points}
         keys = {(point, k): base.key(computed, "units", count, k, sorted(sigmas.items()), names)
                 for point, computed in changes.items() for k in range(0, count, PART)}

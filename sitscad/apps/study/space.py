@@ -58,7 +58,7 @@ class Base:
         return cls(open_spec(path, policy).source.text, path, policy.profiles)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _read_once, (self.text, self.path, self.profiles)
+        return _cached_base, (self.text, self.path, self.profiles)
 
     @cached_property
     def spec(self) -> SensorSpec:
@@ -97,19 +97,19 @@ class Base:
             values: Any = self.values(changes)
         except SpecError:
             values = [list(change) for change in changes]
-        judged_by = [*self._judged_by, self._own_files(changes, values)]
+        judged_by = [*self._evaluation_inputs, self._named_file_hashes(changes, values)]
         text = json.dumps([judged_by, level, values, *parameters], sort_keys=True, ensure_ascii=False)
         return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()[:32]
 
     @cached_property
-    def _judged_by(self) -> list[Any]:
+    def _evaluation_inputs(self) -> list[Any]:
         """Code version, rules, configuration, comments that suppress rules, and hashes of files that the spec names."""
         files = _hashes(self.spec.source.files)
         comments = [line.strip() for line in self.text.splitlines() if IGNORES in line]
         policy = policy_for(self.path).as_json()
         return [code_version(), [rule.id for rule in all_rules()], policy, comments, files]
 
-    def _own_files(self, changes: Changes, values: Any) -> dict[str, str] | list[str]:
+    def _named_file_hashes(self, changes: Changes, values: Any) -> dict[str, str] | list[str]:
         """Return hashes, by path, of the files of a design that names files which the base does not name. Else empty.
 
         If the changed design is invalid, return its errors. A changed file may remove them, so the errors are part of
@@ -132,7 +132,7 @@ def _hashes(files: Mapping[str, bytes]) -> dict[str, str]:
 
 
 @lru_cache(maxsize=4)
-def _read_once(text: str, path: str, profiles: str | None) -> Base:
+def _cached_base(text: str, path: str, profiles: str | None) -> Base:
     """Return a base in another process. It is cached for further chunks."""
     return Base(text, path, profiles)
 
@@ -245,24 +245,24 @@ def value_difference(value: Any, other: Any) -> Decimal:
     if value == other:
         return Decimal(0)
     try:
-        return abs(_size(value) - _size(other))
+        return abs(_si_value(value) - _si_value(other))
     except RangeError:
         return Decimal("Infinity")
 
 
-def same_value(value: Any) -> Hashable:
+def comparable_value(value: Any) -> Hashable:
     """Return a hashable value that is the same for equal quantities in different units."""
     if isinstance(value, list):
-        return tuple(map(same_value, value))
+        return tuple(map(comparable_value, value))
     try:
-        return _size(value)
+        return _si_value(value)
     except RangeError:
         return str(value)
 
 
-def _size(value: Any) -> Decimal:
+def _si_value(value: Any) -> Decimal:
     """Return a quantity in SI units. A number without a unit is in millimetres, because it is compared with lengths."""
-    number, unit = _number(value)
+    number, unit = _number_and_unit(value)
     return number * (_FACTORS.get(unit, Decimal(1)) if unit else Decimal("0.001"))
 
 
@@ -274,13 +274,13 @@ def values_by_step(low: Any, high: Any, step: Any = None) -> tuple[Any, ...]:
 
     The last value is the last step within the range. Without a stated step, the end of the range is added.
     """
-    (first, unit), (last, _) = _pair(low, high)
+    (first, unit), (last, _) = _range_ends(low, high)
     if step is None:
         most = (last - first) / STEPS  # the largest step with the only digit 1, 2 or 5 up to this
         power = Decimal(1).scaleb(most.adjusted())
         by = next(figure * power for figure in (5, 2, 1) if figure * power <= most)
     else:
-        by, other = _number(step)
+        by, other = _number_and_unit(step)
         if other != unit:
             raise RangeError(f"the step {step} has another unit than {low}", "write all three with one unit")
         if by <= 0:
@@ -291,21 +291,21 @@ def values_by_step(low: Any, high: Any, step: Any = None) -> tuple[Any, ...]:
     values = [first + k * by for k in range(count)]
     if step is None and values[-1] != last:
         values.append(last)
-    return tuple(_written(value, unit) for value in values)
+    return tuple(_value_in_spec(value, unit) for value in values)
 
 
 def values_by_count(low: Any, high: Any, count: int) -> tuple[Any, ...]:
     """Return `count` equally spaced values from `low` to `high`, with at most twelve digits."""
-    (first, unit), (last, _) = _pair(low, high, may_fall=True)
+    (first, unit), (last, _) = _range_ends(low, high, may_fall=True)
     if not 1 <= count <= MOST_VALUES:
         raise RangeError(f"a count from 1 to {MOST_VALUES} is wanted, not {count}")
     by = (last - first) / max(count - 1, 1)
-    return tuple(_written(Decimal(f"{first + k * by:.12g}"), unit) for k in range(count))
+    return tuple(_value_in_spec(Decimal(f"{first + k * by:.12g}"), unit) for k in range(count))
 
 
-def _pair(low: Any, high: Any, may_fall: bool = False) -> tuple[tuple[Decimal, str], tuple[Decimal, str]]:
+def _range_ends(low: Any, high: Any, may_fall: bool = False) -> tuple[tuple[Decimal, str], tuple[Decimal, str]]:
     """Return both ends of a range as (number, unit), with equal units."""
-    bottom, top = _number(low), _number(high)
+    bottom, top = _number_and_unit(low), _number_and_unit(high)
     if bottom[1] != top[1]:
         raise RangeError(f"{low} and {high} have different units", "write both with one unit, like 75 um and 125 um")
     if not may_fall and bottom[0] >= top[0]:
@@ -316,14 +316,14 @@ def _pair(low: Any, high: Any, may_fall: bool = False) -> tuple[tuple[Decimal, s
     return bottom, top
 
 
-def _number(value: Any) -> tuple[Decimal, str]:
+def _number_and_unit(value: Any) -> tuple[Decimal, str]:
     match = None if isinstance(value, bool) else _WRITTEN.fullmatch(str(value))
     if match is None or not math.isfinite(float(match[1])):
         raise RangeError(f"{value!r} is no number", "a number, with its unit where a spec has one, like 75 um")
     return Decimal(match[1]), match[2]
 
 
-def _written(value: Decimal, unit: str) -> Any:
+def _value_in_spec(value: Decimal, unit: str) -> Any:
     """Return a number as in a spec: an integer if it is whole, with its unit if there is one."""
     plain = int(value) if value == value.to_integral_value() else float(value)
     return f"{plain} {unit}" if unit else plain

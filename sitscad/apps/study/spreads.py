@@ -130,7 +130,7 @@ class Yield:
         return self.good / self.units
 
 
-def yield_of(judged: Sequence[UnitEvaluation], holds: Callable[[Mapping[str, float]], tuple[str, ...]]) -> Yield:
+def compute_yield(judged: Sequence[UnitEvaluation], holds: Callable[[Mapping[str, float]], tuple[str, ...]]) -> Yield:
     """Return the yield from simulated sensors. `holds` returns the requirements that a sensor's values break."""
     broken = [(*each.broken_rules, *holds(each.values)) if each.is_computed else () for each in judged]
     good = np.array([each.is_computed and not rules for each, rules in zip(judged, broken, strict=True)])
@@ -144,7 +144,7 @@ def yield_of(judged: Sequence[UnitEvaluation], holds: Callable[[Mapping[str, flo
     count = len(judged)
     return Yield(count, int(good.sum()), sum(not each.is_computed for each in judged),
                  wilson_interval(int(good.sum()), count),
-                 ratios, _first_order(good.astype(float), latin_hypercube(count)), sigmas, sum(mended))
+                 ratios, _first_order_indices(good.astype(float), latin_hypercube(count)), sigmas, sum(mended))
 
 
 def wilson_interval(good: int, count: int) -> tuple[float, float]:
@@ -164,7 +164,7 @@ An index is returned if it exceeds the index expected by chance by `SURELY` stan
 """
 
 
-def _first_order(good: Array, rows: Array) -> dict[str, float]:
+def _first_order_indices(good: Array, rows: Array) -> dict[str, float]:
     """Return Sobol' indices of first order by cause, the largest first. Insignificant indices are left out.
 
     An index is the fraction of the variance that the cause explains. It is the variance of the means within equal bins

@@ -18,7 +18,7 @@ from sitscad.apps.study.evaluating import Executor, Workers, evaluate_design
 from sitscad.apps.study.evaluation import ARCHIVE, Archive, Evaluation
 from sitscad.apps.study.running import USELESS_COMMENT_RULE, Progress, StudyResults, StudyRun
 from sitscad.apps.study.space import Base, Point
-from sitscad.apps.study.spreads import DRAWS, Yield, yield_of
+from sitscad.apps.study.spreads import DRAWS, Yield, compute_yield
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.finding import Severity
 from sitscad.basics.record import record
@@ -106,7 +106,7 @@ class Study:
         """Return the study in a file. Raises `SpecError`, with every finding, if the file is not valid."""
         name = os.fspath(path)
         text = read_text(name)
-        return _read(decoded(text.encode("utf-8")), name)
+        return _parse_study(decoded(text.encode("utf-8")), name)
 
     @classmethod
     @checked_arguments
@@ -116,7 +116,7 @@ class Study:
             text = yaml_text({"sitscad_study": VERSION, **plain_data(dict(sections))})
         except TextError as error:
             raise SpecError((finding_from_text(error),)) from None
-        return _read(text, os.path.join(os.fspath(folder), "study.yaml"))
+        return _parse_study(text, os.path.join(os.fspath(folder), "study.yaml"))
 
     @checked_arguments
     def run(
@@ -167,14 +167,15 @@ class Study:
                 if interrupted is not None and run.found.screened:
                     interrupted(run.found)
                 raise
-            result = _with_kept_designs(self._found(run.found), answer.kept_points(request, run.found), {})
+            points = answer.kept_points(request, run.found)
+            result = _with_kept_designs(self._answer_without_designs(run.found), points, {})
             if not result.kept or not draws:
                 return result
             if before_yields is not None:
                 before_yields(result)
             return _with_yields(result, run, draws)
 
-    def _found(self, results: StudyResults) -> StudyAnswer:
+    def _answer_without_designs(self, results: StudyResults) -> StudyAnswer:
         """Return the answer without kept designs."""
         request = self.request
         all_values = [evaluation.values for evaluation in results.screened.values()]
@@ -194,7 +195,7 @@ def _with_kept_designs(result: StudyAnswer, points: Sequence[Point], yields: Map
     request, full = result.request, result.results.full
     designs = tuple(KeptDesign(point, answer.changed_keys(request, point), full[point], yields.get(point))
                     for point in points)
-    return replace(result, kept=designs, spec_texts=tuple(_text(request, design, k) for k,
+    return replace(result, kept=designs, spec_texts=tuple(_kept_design_text(request, design, k) for k,
                                                           design in enumerate(designs, 1)))
 
 
@@ -211,7 +212,7 @@ def _with_yields(result: StudyAnswer, run: StudyRun, draws: int) -> StudyAnswer:
     while True:
         units = run.units([point for point in points if point not in yields], draws)
         broken = partial(answer.broken_requirements, request.require)
-        yields |= {point: yield_of(judged, broken) for point, judged in units.items()}
+        yields |= {point: compute_yield(judged, broken) for point, judged in units.items()}
         low = {point for point in points if not all(each.holds(yields[point].share) for each in limits)}
         is_last = not low or len(fallen) >= request.keep
         fallen |= low
@@ -225,7 +226,7 @@ def _with_yields(result: StudyAnswer, run: StudyRun, draws: int) -> StudyAnswer:
     return _with_kept_designs(replace(result, dropped_count=len(fallen), front=rest), passing, yields)
 
 
-def _text(request: StudyRequest, design: KeptDesign, number: int) -> str:
+def _kept_design_text(request: StudyRequest, design: KeptDesign, number: int) -> str:
     """Return the text of the spec of kept design number `number`, with its own name.
 
     It has the base's comments, except comments that suppress no finding. The first line lists the changed keys.
@@ -250,7 +251,7 @@ def _text(request: StudyRequest, design: KeptDesign, number: int) -> str:
 _IGNORE = re.compile(r"[ \t]*#[ \t]*sitscad:[ \t]*ignore[^\n]*")
 
 
-def _read(text: str, path: str) -> Study:
+def _parse_study(text: str, path: str) -> Study:
     document, source = read_section(text, path, StudyDocument, f"sitscad_study: {VERSION}")
     remarks = Remarks()
     base = os.path.join(os.path.dirname(path), document.base)

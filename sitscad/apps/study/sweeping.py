@@ -16,7 +16,7 @@ import numpy as np
 
 from sitscad.apps.study.evaluating import NO_SCREEN, Executor, Workers, evaluate_design, screen_designs
 from sitscad.apps.study.evaluation import FAILS, FULL, SCREEN, Evaluation
-from sitscad.apps.study.measures import MEASURES, measures_named
+from sitscad.apps.study.measures import MEASURES, checked_measure_names
 from sitscad.apps.study.space import Base, Changes, RangeError, require_key, values_by_count
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.arrays import Array, Flags
@@ -191,7 +191,7 @@ def sweep_as_written(
 def _measures_of(level: str, measures: Sequence[str] | None) -> tuple[str, ...]:
     if level not in (SCREEN, FULL):
         raise ValueError(f"the level is {SCREEN} or {FULL}, not {level!r}")
-    names = measures_named(measures if measures is None else tuple(measures), level)
+    names = checked_measure_names(measures if measures is None else tuple(measures), level)
     lacking = [name for name in names if level not in MEASURES[name].levels]
     if lacking:
         raise ValueError(f"{', '.join(lacking)}: only the level {FULL} has it")
@@ -313,12 +313,12 @@ def sweep_svg(table: SweepTable) -> str:
     width, height = PANEL
     sheet = Sheet(f"Sweep of {', '.join(table.keys)}", (width, height * len(names)))
     for k, name in enumerate(names):
-        draw = _curve(table, name) if len(table.keys) == 1 else _field(table, name)
+        draw = _curve_plotter(table, name) if len(table.keys) == 1 else _map_plotter(table, name)
         plot(sheet, (4.0, height * (len(names) - 1 - k) + 2.0, width - 8.0, height - 4.0), draw)
     return svg(sheet)
 
 
-def scale_of(name: str, values: Array) -> tuple[float, str]:
+def chart_scale(name: str, values: Array) -> tuple[float, str]:
     """Return the factor and the unit of a measure in drawings, chosen by the largest of the values."""
     finite = np.abs(values[np.isfinite(values)])
     most = float(finite.max()) if finite.size else 0.0
@@ -327,7 +327,7 @@ def scale_of(name: str, values: Array) -> tuple[float, str]:
     return (10.0 ** round(math.log10(number / most)) if most else 1.0), unit
 
 
-def _axis(values: Sequence[Any]) -> tuple[Array, list[str] | None]:
+def _axis_positions(values: Sequence[Any]) -> tuple[Array, list[str] | None]:
     """Return the positions of values on an axis, and their labels. None for labels if all are numbers with one unit."""
     matches = [re.fullmatch(r"\s*([-+.\deE]+)\s*([^\d]*)", str(value)) for value in values]
     units = {match[2] for match in matches if match is not None}
@@ -343,17 +343,17 @@ def measure_title(name: str, unit: str) -> str:
     return f"{name} ({unit})" if unit else name
 
 
-def _label(key: str, values: Sequence[Any]) -> str:
+def _axis_label(key: str, values: Sequence[Any]) -> str:
     unit = re.fullmatch(r"\s*[-+.\deE]+\s*([^\d]+)", str(values[0]))
     return f"{key} ({unit[1].strip()})" if unit else key
 
 
-def _curve(table: SweepTable, name: str) -> Callable[[Any], None]:
+def _curve_plotter(table: SweepTable, name: str) -> Callable[[Any], None]:
     (key, written), = table.keys.items()
 
     def draw(figure: Any) -> None:
-        axes, (at, names) = figure.subplots(), _axis(written)
-        factor, unit = scale_of(name, table.values[name])
+        axes, (at, names) = figure.subplots(), _axis_positions(written)
+        factor, unit = chart_scale(name, table.values[name])
         values, errors = factor * table.values[name], factor * table.errors[name]
         failed = np.array([verdict == FAILS for verdict in table.verdict])
         (line,) = axes.plot(at, values, marker="o", markersize=2.5, linestyle="-" if names is None else "")
@@ -362,7 +362,7 @@ def _curve(table: SweepTable, name: str) -> Callable[[Any], None]:
         if failed.any():
             axes.plot(at[failed], values[failed], marker="x", markersize=6.0, linestyle="", color="#a02020",
                       label="refused by a rule")
-        axes.set(xlabel=_label(key, written), ylabel=measure_title(name, unit))
+        axes.set(xlabel=_axis_label(key, written), ylabel=measure_title(name, unit))
         if names is not None:
             axes.set_xticks(at, names)
         axes.legend()
@@ -370,14 +370,14 @@ def _curve(table: SweepTable, name: str) -> Callable[[Any], None]:
     return draw
 
 
-def _field(table: SweepTable, name: str) -> Callable[[Any], None]:
+def _map_plotter(table: SweepTable, name: str) -> Callable[[Any], None]:
     (first, firsts), (second, seconds) = table.keys.items()
     rows, columns = table.shape
     down, across = firsts[::columns], seconds[:columns]
 
     def draw(figure: Any) -> None:
-        axes, (x, x_names), (y, y_names) = figure.subplots(), _axis(across), _axis(down)
-        factor, unit = scale_of(name, table.values[name])
+        axes, (x, x_names), (y, y_names) = figure.subplots(), _axis_positions(across), _axis_positions(down)
+        factor, unit = chart_scale(name, table.values[name])
         values = factor * table.values[name].reshape(rows, columns)
         xs, ys = _cell_borders(x), _cell_borders(y)
         mesh = axes.pcolormesh(xs, ys, np.ma.masked_invalid(values), cmap="viridis", linewidth=0.0)
@@ -387,7 +387,7 @@ def _field(table: SweepTable, name: str) -> Callable[[Any], None]:
             refused = np.array([rule in each for each in table.refused_by]).reshape(rows, columns)
             _draw_refused_edge(axes, refused, xs, ys, titles.get(rule, rule),
                                REFUSAL_LINE_COLOURS[k % len(REFUSAL_LINE_COLOURS)])
-        axes.set(xlabel=_label(second, across), ylabel=_label(first, down))
+        axes.set(xlabel=_axis_label(second, across), ylabel=_axis_label(first, down))
         for names, ticks, at in ((x_names, axes.set_xticks, x), (y_names, axes.set_yticks, y)):
             if names is not None:
                 ticks(at, names)
@@ -433,7 +433,7 @@ def _draw_refused_edge(axes: Any, refused: Flags, xs: Array, ys: Array, rule: st
         axes.plot(across, up, color=colour, linewidth=1.6, label=rule if n == 0 else "_nolegend_")
 
 
-def _bytes(write: Callable[[SweepTable], str]) -> Callable[[SweepTable], bytes]:
+def _encoded(write: Callable[[SweepTable], str]) -> Callable[[SweepTable], bytes]:
     return lambda table: write(table).encode("utf-8")
 
 
@@ -441,7 +441,7 @@ SWEEP_FORMATS: Mapping[str, Callable[[SweepTable], str]] = {"text": sweep_text, 
 """Output formats of `sweep`: functions of the table, by name."""
 
 SWEEP_FILES: Mapping[str, Callable[[SweepTable], bytes]] = {
-    ".csv": _bytes(sweep_csv), ".json": _bytes(sweep_json), ".npz": sweep_npz, ".svg": _bytes(sweep_svg),
+    ".csv": _encoded(sweep_csv), ".json": _encoded(sweep_json), ".npz": sweep_npz, ".svg": _encoded(sweep_svg),
 }
 """File formats of `sweep -o`: functions of the table, by file ending."""
 

@@ -76,13 +76,13 @@ class PageState:
             self.state[data["stage"]] = data
             for listener in self.listeners:
                 if listener.qsize() < MOST_WAITING:
-                    listener.put(_line(data))
+                    listener.put(_event_line(data))
 
     def listen(self) -> Iterator[bytes]:
         """Yield the last event of each stage, then each new event, as lines of an event stream."""
         events: queue.Queue[bytes] = queue.Queue()
         with self.lock:
-            lines = list(map(_line, self.state.values()))
+            lines = list(map(_event_line, self.state.values()))
             self.listeners.add(events)
         try:
             yield from lines or [b": nothing yet\n\n"]
@@ -96,7 +96,7 @@ class PageState:
                 self.listeners.discard(events)
 
 
-def _line(data: dict[str, Any]) -> bytes:
+def _event_line(data: dict[str, Any]) -> bytes:
     return f"data: {json.dumps(data)}\n\n".encode()
 
 
@@ -107,19 +107,19 @@ def server(showing: PageState, host: str, port: int) -> PageServer:
         def do_GET(self) -> None:
             """Send the page, its events, or its state."""
             self.server.deadlines.pop(self.request, None)
-            if not self.server.is_asked_by_name(self.headers.get("Host", "")):
-                self._answer(403, "text/plain", b"this page is not for that host\n")
+            if not self.server.is_own_host(self.headers.get("Host", "")):
+                self._send_response(403, "text/plain", b"this page is not for that host\n")
             elif self.path == "/":
                 live = showing.page.replace(b"</main>", b"</main>" + showing.follows, 1)
-                self._answer(200, "text/html; charset=utf-8", live)
+                self._send_response(200, "text/html; charset=utf-8", live)
             elif self.path == "/state":
                 with showing.lock:
                     state = json.dumps(showing.state).encode()
-                self._answer(200, "application/json", state)
+                self._send_response(200, "application/json", state)
             elif self.path == "/events":
                 self._events(showing)
             else:
-                self._answer(404, "text/plain", b"there is no such page\n")
+                self._send_response(404, "text/plain", b"there is no such page\n")
 
     return PageServer(host.strip("[]"), port, Handler)
 
@@ -168,7 +168,7 @@ class PageServer(ThreadingHTTPServer):
             host = "::1" if ":" in host else "127.0.0.1"
         return f"http://{f'[{host}]' if ':' in host else host}:{self.server_port}/"
 
-    def is_asked_by_name(self, host: str) -> bool:
+    def is_own_host(self, host: str) -> bool:
         """Whether a Host header contains a name or address of this computer.
 
         If the server listens on all addresses, each IP address is accepted, because DNS rebinding needs a host name.
@@ -232,7 +232,7 @@ class _PageHandler(BaseHTTPRequestHandler):
         self.server.deadlines[self.request] = time.monotonic() + REQUEST_TIMEOUT
         super().handle_one_request()
 
-    def _answer(self, code: int, kind: str, content: bytes) -> None:
+    def _send_response(self, code: int, kind: str, content: bytes) -> None:
         self.send_response(code)
         self.send_header("Content-Type", kind)
         self.send_header("Content-Length", str(len(content)))

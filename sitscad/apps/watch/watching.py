@@ -92,7 +92,7 @@ class Watch:
                 if self.overtaken:
                     self.overtaken = False
                     report(self.revision - 1, Event(OVERTAKEN, {"by": self.revision}), None)
-                for revision, event in self.heard():
+                for revision, event in self.received_events():
                     report(revision, event, self.last.get(event.stage))
                     if event.stage != "failed" and not event.data.get("unreadable"):
                         self.last[event.stage] = event
@@ -117,7 +117,7 @@ class Watch:
         self.busy = True
         self.worker.requests.send(self.revision)
 
-    def heard(self) -> Iterator[tuple[int, Event]]:
+    def received_events(self) -> Iterator[tuple[int, Event]]:
         """Yield the events (number of the save, event) that the worker sends within `PAUSE`."""
         for _ in wait([self.worker.events], PAUSE):
             try:
@@ -178,7 +178,7 @@ def event_lines(revision: int, event: Event, before: Event | None, width: int = 
     ends = event.data.get("last") or event.data.get("unreadable")
     if event.data.get("unreadable"):
         changed["gone"] = []  # unknown
-    lines = [f"{SIGNS[kind]} {_line(each)}" for kind in SIGNS for each in changed[kind]]
+    lines = [f"{SIGNS[kind]} {_finding_line(each)}" for kind in SIGNS for each in changed[kind]]
     return [*head, *(lines if verbose else _finding_rows(changed, width)),
             *([verdict_text(event.data)] if ends else [])]
 
@@ -204,7 +204,7 @@ def _finding_rows(changes: Mapping[str, Any], width: int) -> list[str]:
     for k, (sign, each) in enumerate(signed):
         most = 2 if sign != "-" and each["severity"] == Severity.ERROR else 1
         fold = textwrap.TextWrapper(max(width, 40), subsequent_indent="    ", max_lines=most, placeholder=" ...")
-        folded = fold.wrap(f"{sign} {_line(each)}")
+        folded = fold.wrap(f"{sign} {_finding_line(each)}")
         if len(rows) + len(folded) > ROWS:
             rows.append(f"{len(signed) - k} findings more: -v, or sitscad check")
             break
@@ -261,7 +261,7 @@ def verdict_text(data: Mapping[str, Any]) -> str:
     return f"{state}: {', '.join(counts) or 'nothing found'}"
 
 
-def _line(finding: Mapping[str, Any]) -> str:
+def _finding_line(finding: Mapping[str, Any]) -> str:
     place = "" if finding["line"] is None else f"line {finding['line']}: "
     came = f" (was line {finding['from']})" if "from" in finding else ""
     return f"{place}{finding['severity']} {finding['rule']}: {finding['message']}{came}"

@@ -38,7 +38,7 @@ from sitscad.files.formats.meshes import render_glb
 from sitscad.kernels.solve_cache import Solutions
 from sitscad.package.cached_solutions import cached_solutions
 from sitscad.package.contents import Contents, nominal_calibration, read_by
-from sitscad.package.stages import page_of
+from sitscad.package.stages import report_page
 from sitscad.spec.reading import SpecError
 
 STAGES = ("findings", "board", "estimate", "feeling", "pushed", "solids", "sweep")
@@ -97,7 +97,7 @@ def stage_events(path: str, before: Before, serves: bool) -> Iterator[Event]:
     contents, files = Contents(design, policy, hints="none"), dict[str, bytes]()
 
     def event(stage: str, data: Document) -> Event:
-        page = page_of(contents, files, is_built=False) if serves else b""
+        page = report_page(contents, files, is_built=False) if serves else b""
         return Event(stage, data, page, time.perf_counter() - began)
 
     with cached_solutions(spec.name, store=before.solutions):

@@ -141,8 +141,8 @@ def column(layout: Layout) -> tuple[Layer, ...]:
         stacked = [_layer("jaw", jaw.height, jaw_tolerance(assembly, jaw.height))]
         board = _board(finished_thickness(layout, Where.COIL), assembly)
         for layer in (*_layers_behind(backing_of(spec)), board, *_layers_above(assembly, spec.elastomer, spec.target)):
-            stacked += [*_glue_under(layer, assembly), layer]
-        stacked += _film(spec.encapsulation, assembly)
+            stacked += [*_glue_layer(layer, assembly), layer]
+        stacked += _film_layer(spec.encapsulation, assembly)
         if pad := jaw.opposing_pad_thickness:
             moulded = _tolerance(assembly, "opposing_pad", "opposing-pad", "moulded", pad)
             stacked.append(_layer("opposing-pad", pad, moulded))
@@ -155,7 +155,7 @@ def on_board(layout: Layout) -> tuple[Layer, ...]:
     """Return the board and the layers glued onto it, from the board upwards. The spec need not have a jaw."""
     spec, assembly = layout.spec, layout.spec.assembly
     plates = _layers_above(assembly, spec.elastomer, spec.target)
-    glued = chain.from_iterable((*_glue_under(layer, assembly), layer) for layer in plates)
+    glued = chain.from_iterable((*_glue_layer(layer, assembly), layer) for layer in plates)
     return (_board(finished_thickness(layout, Where.COIL), assembly), *glued)
 
 
@@ -164,20 +164,20 @@ def sealed_height(layers: tuple[Layer, ...], film: Encapsulation, assembly: Asse
 
     `layers` come from `on_board`.
     """
-    at = layer_heights((*layers, *_film(film, assembly)))
+    at = layer_heights((*layers, *_film_layer(film, assembly)))
     return at["encapsulation"][1] - at["board"][1]
 
 
-def _film(encapsulation: Encapsulation | None, assembly: Assembly) -> tuple[Layer, ...]:
+def _film_layer(encapsulation: Encapsulation | None, assembly: Assembly) -> tuple[Layer, ...]:
     """Return the encapsulation film over the parts as a layer without glue. Empty if the spec has no film."""
     thickness = film_thickness(encapsulation)
     return (_layer("encapsulation", thickness, film_tolerance(assembly, thickness)),) if thickness else ()
 
 
-def on_seat(layout: Layout) -> tuple[Layer, ...]:
+def layers_on_seat(layout: Layout) -> tuple[Layer, ...]:
     """Return the printed parts and the board glued onto them, from the face below the mount upwards."""
     board = _board(finished_thickness(layout, Where.COIL), layout.spec.assembly)
-    return (*_layers_behind(backing_of(layout.spec)), *_glue_under(board, layout.spec.assembly), board)
+    return (*_layers_behind(backing_of(layout.spec)), *_glue_layer(board, layout.spec.assembly), board)
 
 
 def _board(finished: FinishedThickness, assembly: Assembly) -> Layer:
@@ -186,7 +186,7 @@ def _board(finished: FinishedThickness, assembly: Assembly) -> Layer:
     return _layer("board", finished.nominal, tolerance if written is None else SizeTolerance(written, WRITTEN))
 
 
-def _glue_under(layer: Layer, assembly: Assembly) -> Iterator[Layer]:
+def _glue_layer(layer: Layer, assembly: Assembly) -> Iterator[Layer]:
     """Yield the glue line under a layer. Empty if the spec has no glue lines."""
     source = assembly.adhesive.source if assembly.adhesive is not None else "the spec (assembly)"
     if assembly.glue_line:

@@ -29,9 +29,9 @@ from sitscad.assembly.places.column import (
     column,
     jaw_tolerance,
     layer_heights,
+    layers_on_seat,
     mount_tolerance,
     on_board,
-    on_seat,
     outline_tolerance,
     placement,
     plate_tolerance,
@@ -46,7 +46,7 @@ from sitscad.assembly.places.jaws import (
     jaw_with_rims,
     pivot_along,
 )
-from sitscad.assembly.places.seating import adapter_needed, side_ledges
+from sitscad.assembly.places.seating import adapter_holes, side_ledges
 from sitscad.assembly.places.tail_path import tail_path
 from sitscad.basics.check_results import Closing, Measure, Share
 from sitscad.basics.record import record
@@ -93,7 +93,7 @@ class Corner:
 
 
 @record
-class ClosedSection:
+class ClosedJawsSection:
     """Cross-section of the closed jaws with the glued sensor (m).
 
     `height` is the distance between the backs. `axis` is the height of the middle between the backs above the board's
@@ -131,7 +131,7 @@ def fit(layout: Layout) -> tuple[Measure, ...]:
     parts.append(Share("board across", layout.body_size[1], outline.band, outline.source))
     parts.append(Share("each piece beside its place", 0.0, offset.band, offset.source))
     widths = (2.0 * pair.radius, 2.0 * pair.likely, 2.0 * pair.worst, 2.0 * pair.port_radius)
-    square = square_back(layout)
+    square = square_jaws_radius(layout)
     unread = "" if square is None else (
         "if its back is as round as the port: mount.jaw.step is read by build alone, and a square back takes up to "
         f"{in_mm(2.0 * square, 3)} mm"
@@ -139,8 +139,8 @@ def fit(layout: Layout) -> tuple[Measure, ...]:
     closed = Measure(CLOSED_PAIR, *widths, pair.decided_by, tuple(parts), unread)
     seat = math.fsum(layer.thickness.nominal for layer in layers if layer.part in MOUNT_PIECES)
     return (
-        closed, _overhang(layout.body_size[1], spec.assembly, spec.fpc.rules, jaw, seat),
-        _length(layout.body_size[0], spec.assembly, spec.fpc.rules, jaw),
+        closed, _compare_overhang(layout.body_size[1], spec.assembly, spec.fpc.rules, jaw, seat),
+        _compare_length(layout.body_size[0], spec.assembly, spec.fpc.rules, jaw),
     )
 
 
@@ -155,7 +155,7 @@ def measures(layout: Layout) -> tuple[Measure, ...]:
         return ()
 
 
-def closed_section(layout: Layout) -> ClosedSection | None:
+def closed_section(layout: Layout) -> ClosedJawsSection | None:
     """Return the cross-section of the closed jaws with all glue lines, from the spec's dimensions.
 
     None if there is no jaw. Only corners and the ends of rounded edges can be farthest from the axis. Raises
@@ -172,10 +172,10 @@ def closed_section(layout: Layout) -> ClosedSection | None:
     radius, _, _, part = max(reaches, key=lambda entry: (entry[0], entry[3]))
     likely, worst = max(entry[1] for entry in reaches), max(entry[2] for entry in reaches)
     above = 0.5 * height.nominal - at["board"][1].nominal
-    return ClosedSection(height.nominal, above, radius, part, jaw.port_diameter / 2, likely, worst)
+    return ClosedJawsSection(height.nominal, above, radius, part, jaw.port_diameter / 2, likely, worst)
 
 
-def square_back(layout: Layout) -> float | None:
+def square_jaws_radius(layout: Layout) -> float | None:
     """Return the worst-case radius (m) of the closed jaws if each jaw filled a box of its width and height in the spec.
 
     None if the jaw has no STEP file. Raises `PartsError` if the shield does not fit.
@@ -188,14 +188,14 @@ def square_back(layout: Layout) -> float | None:
     return max(pair.worst, Corner("jaw", half, at["opposing-jaw"][1] * 0.5).reach[2])
 
 
-def back_reach(layout: Layout, jaw: Jaw) -> float:
+def jaw_back_distance(layout: Layout, jaw: Jaw) -> float:
     """Return the largest nominal distance (m) of the jaw's assumed cross-section from the axis of the closed jaws."""
     at = layer_heights(column(layout))
     corners = _corners(layout, jaw, at, at["opposing-jaw"][1] * 0.5)
     return max(corner.reach[0] for corner in corners if corner.part == "jaw")
 
 
-def _overhang(width: float, assembly: Assembly, rules: DesignRules, jaw: Jaw, seat: float) -> Measure:
+def _compare_overhang(width: float, assembly: Assembly, rules: DesignRules, jaw: Jaw, seat: float) -> Measure:
     """Compare the board's overhang beyond the sides of the jaw's face with its limit.
 
     `width` (m) is the width of the board's body. `seat` (m) is the thickness of the seat below the board, and the limit
@@ -214,7 +214,7 @@ def _overhang(width: float, assembly: Assembly, rules: DesignRules, jaw: Jaw, se
     return _measure(OVERHANG, over, seat, "board", parts)
 
 
-def _length(length: float, assembly: Assembly, rules: DesignRules, jaw: Jaw) -> Measure:
+def _compare_length(length: float, assembly: Assembly, rules: DesignRules, jaw: Jaw) -> Measure:
     """Compare the length (m) of the board's body with the length of the jaw."""
     outline, metal = outline_tolerance(assembly, rules), jaw_tolerance(assembly, jaw.length)
     parts = (
@@ -336,7 +336,7 @@ def shaft(assembly: Assembly, jaw: Jaw | None) -> Shaft | None:
     return Shaft(bore, pin, cited(row))
 
 
-def end_section(layout: Layout) -> tuple[float, float]:
+def tail_section_size(layout: Layout) -> tuple[float, float]:
     """Return the width and the largest thickness (m) of the tail behind the jaw.
 
     The width is 0 if no part of the board is behind the jaw. Both are 0 if there is no jaw. The tail is thickest
@@ -415,7 +415,7 @@ def closing_motion(layout: Layout) -> Closing | None:
     return Closing(jaw.port_diameter - pair.height, reach, jaw.opening, jaw.pivot_offset)
 
 
-def heads_above(layout: Layout) -> float | None:
+def screw_head_height(layout: Layout) -> float | None:
     """Return the height (m) of a bench plate's screw heads above the sensor's top face.
 
     Negative if the heads are lower. The heads' height equals the thread diameter (ISO 4762). None if there is no plate,
@@ -424,11 +424,11 @@ def heads_above(layout: Layout) -> float | None:
     mount = layout.spec.mount
     if mount is None or mount.kind != "bench-plate" or mount.holes is None:
         return None
-    is_own = mount.holes.name == "corners-m2" or adapter_needed(layout)
+    is_own = mount.holes.name == "corners-m2" or adapter_holes(layout)
     thread = "M2" if is_own else mount.holes.thread
     if not thread.startswith("M"):
         return None
     # the board stands out of the plate by its own glue line
-    layers = (*on_board(layout)[1:], *(layer for layer in on_seat(layout) if layer.is_glue))
+    layers = (*on_board(layout)[1:], *(layer for layer in layers_on_seat(layout) if layer.is_glue))
     top = math.fsum(layer.thickness.nominal for layer in layers) + film_thickness(layout.spec.encapsulation)
     return 1e-3 * float(thread.removeprefix("M")) - top

@@ -96,10 +96,10 @@ def half_width(layout: Layout, z: float) -> float:
     In a narrow port, both are narrower than the board, so that they stay inside the port's circle with worst-case glue
     and tolerances.
     """
-    return min(layout.body_size[1] / 2, room_across(layout, z))
+    return min(layout.body_size[1] / 2, free_half_width(layout, z))
 
 
-def room_across(layout: Layout, z: float) -> float:
+def free_half_width(layout: Layout, z: float) -> float:
     """Return half the width (m) available inside port and pad pocket at height z, in the worst case.
 
     Infinite if there is no jaw, or if the height is above the pocket's rims.
@@ -110,11 +110,11 @@ def room_across(layout: Layout, z: float) -> float:
     half = math.inf
     if jaw.pocket is not None and z - (span[0] + jaw.height) <= jaw.recess - 1e-9:
         half = jaw.pocket[1] / 2 - POCKET_CLEARANCE
-    radius, height = made_to_measure(jaw, worst_deviations(layout)), z - (span[0] + span[1]) / 2
+    radius, height = seat_circle_radius(jaw, worst_deviations(layout)), z - (span[0] + span[1]) / 2
     return min(half, math.sqrt(radius**2 - height**2)) if abs(height) < radius else half
 
 
-def made_to_measure(jaw: Jaw, shifts: tuple[float, float]) -> float:
+def seat_circle_radius(jaw: Jaw, shifts: tuple[float, float]) -> float:
     """Return the radius (m) of the circle for seat and shield: the port's radius minus the worst shifts (m).
 
     Shifts by glue and tolerances come from `sitscad.assembly.places.column.worst_deviations`.

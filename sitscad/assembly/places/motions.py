@@ -150,7 +150,7 @@ def read_motions(
             if names == LOAD:
                 level_flags.append(np.array([rotation]))
         for file in pose_files if names == POSE else load_files:
-            points, turns, passed = _from_file(file, names)
+            points, turns, passed = _read_table_file(file, names)
             rows.append(points)
             readings += passed
             if names == LOAD:
@@ -243,7 +243,7 @@ def _range(name: str, text: str) -> Array:
     return np.linspace(motion_number(name, parts[0]), motion_number(name, parts[1]), int(count))
 
 
-def _from_file(name: str, names: Names) -> tuple[Array, Flags, Names]:
+def _read_table_file(name: str, names: Names) -> tuple[Array, Flags, Names]:
     """Return a CSV file's values (rows, names), whether each row's target is kept level, and the skipped columns.
 
     Raises MotionError with the number of the row.

@@ -14,7 +14,7 @@ from itertools import pairwise
 
 from sitscad.assembly.places.bodies import backing_of, film_thickness, plates_of
 from sitscad.assembly.places.column import print_limit, process_of
-from sitscad.assembly.places.jaws import board_middle, jaw_range, jaw_section, jaw_with_rims, room_across
+from sitscad.assembly.places.jaws import board_middle, free_half_width, jaw_range, jaw_section, jaw_with_rims
 from sitscad.assembly.places.stack import tail_heights
 from sitscad.basics.record import record
 from sitscad.kernels.geometry.convex import Box
@@ -88,7 +88,7 @@ def side_ledges(layout: Layout) -> tuple[float, float] | None:
     outer = inner + ledge(mount)
     if not spans or outer > jaw_section(jaw_with_rims(jaw)).face / 2:
         return None
-    room = min(room_across(layout, spans[0][0]), room_across(layout, 0.0))
+    room = min(free_half_width(layout, spans[0][0]), free_half_width(layout, 0.0))
     return (inner, outer) if outer <= room else None
 
 
@@ -248,7 +248,7 @@ def plate_plan(layout: Layout, film: float) -> Box:
     ends, pattern = [(x0, y0, BORDER), (x1, y1, BORDER)], _pattern(mount)
     if pattern is not None:
         # from the middle of a nut in an adapter's corner to the head of a screw beside it
-        nut = 0.0 if not adapter_needed(layout) else (
+        nut = 0.0 if not adapter_holes(layout) else (
             CORNER_SCREW.nut_across / math.sqrt(3.0) + print_limit(process_of(mount), "wall").value + clearance(mount))
         for hole in _placed_holes(pattern, board_boxes(layout)):
             # the nuts in the corners of an adapter lie beside its holes, in both directions
@@ -272,7 +272,7 @@ def plate_floor(layout: Layout) -> tuple[float, float]:
     under, shield = backing.bottom, backing.shield_that_fits()
     assert mount is not None
     holes = mount.holes.holes if mount.holes is not None else ()
-    least = max(FLOOR, *(0.5 * hole.diameter for hole in holes)) if holes and not adapter_needed(layout) else FLOOR
+    least = max(FLOOR, *(0.5 * hole.diameter for hole in holes)) if holes and not adapter_holes(layout) else FLOOR
     used = under - (shield[0] if shield else under)
     floor = max(mount.standoff - used, least)
     return floor, under - used - floor
@@ -315,10 +315,10 @@ def mount_size(layout: Layout) -> tuple[float, float] | None:
     return x1 - x0, y1 - y0
 
 
-def adapter_needed(layout: Layout) -> tuple[Hole, ...]:
+def adapter_holes(layout: Layout) -> tuple[Hole, ...]:
     """Return the holes of an adapter: a hole pattern that lies under board or tail. Empty if no adapter is needed."""
     pattern = _pattern(layout.spec.mount)
-    return () if pattern is None or clear_pattern(layout) else _placed_holes(pattern, board_boxes(layout))
+    return () if pattern is None or usable_pattern_holes(layout) else _placed_holes(pattern, board_boxes(layout))
 
 
 def corner_holes(plan: Box) -> tuple[Hole, ...]:
@@ -334,7 +334,7 @@ def _pattern(mount: Mount | None) -> HolePattern | None:
     return None if pattern is None or (pattern.grid is None and pattern.name == "corners-m2") else pattern
 
 
-def clear_pattern(layout: Layout) -> tuple[Hole, ...]:
+def usable_pattern_holes(layout: Layout) -> tuple[Hole, ...]:
     """Return the holes of a plate's pattern if all are clear of board, tail and the parts on the board.
 
     Otherwise empty. Four holes are then in the plate's corners.
@@ -350,7 +350,7 @@ def clear_pattern(layout: Layout) -> tuple[Hole, ...]:
 
 def plate_holes(layout: Layout) -> tuple[Hole, ...]:
     """Return the screw holes of a bench plate."""
-    return clear_pattern(layout) or corner_holes(plate_plan(layout, film_thickness(layout.spec.encapsulation)))
+    return usable_pattern_holes(layout) or corner_holes(plate_plan(layout, film_thickness(layout.spec.encapsulation)))
 
 
 def screw_spacing(holes: tuple[Hole, ...]) -> tuple[float, float] | None:

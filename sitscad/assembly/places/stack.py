@@ -27,7 +27,7 @@ from sitscad.assembly.places.jaws import (
     half_width,
     jaw_range,
     jaw_section,
-    made_to_measure,
+    seat_circle_radius,
 )
 from sitscad.basics.record import record
 from sitscad.kernels.geometry.convex import Box, Footprint, within_box
@@ -133,13 +133,13 @@ def _jaws(body: Box, jaw: Jaw, lower: float, top: float) -> Iterator[Body]:
 
 BODY = "board's body"  # What is pressed on where nothing lies on the board
 
-MOST_OF_IT = 0.9
+LEAST_PRESSED_SHARE = 0.9
 """Smallest sufficient supported area under the pressed part, divided by the part's area.
 
 The unsupported rest is then a narrow strip at the edges, which hardly bends.
 """
 
-HALF_OF_IT = 0.5
+LEAST_GLUABLE_SHARE = 0.5
 """Smallest supported fraction of the area with which the board can be glued flat."""
 
 
@@ -182,7 +182,7 @@ def support(layout: Layout) -> Support | None:
     None for a mount or jaw from a STEP file, whose dimensions are not known. Grooves and other hollows filled with glue
     count as supported. Raises `PartsError` if the shield does not fit.
     """
-    carriers = _carriers(layout)
+    carriers = _support_and_window(layout)
     if carriers is None:
         return None
     body = layout.body_outline
@@ -191,12 +191,12 @@ def support(layout: Layout) -> Support | None:
                    _supported_area(body, *carriers))
 
 
-def width_under(layout: Layout) -> float | None:
+def support_width(layout: Layout) -> float | None:
     """Return the width (m) of the support at the board's lower face.
 
     None if its dimensions are not known, or if there is no support.
     """
-    carriers = _carriers(layout)
+    carriers = _support_and_window(layout)
     return None if carriers is None or carriers[0] is None else carriers[0][3] - carriers[0][1]
 
 
@@ -215,7 +215,7 @@ def _supported_area(path: Path, carrier: Box | None, window: Box | None) -> floa
     return within(carrier) - within((max(x0, a0), max(y0, b0), min(x1, a1), min(y1, b1)))
 
 
-def _carriers(layout: Layout) -> tuple[Box | None, Box | None] | None:
+def _support_and_window(layout: Layout) -> tuple[Box | None, Box | None] | None:
     """Return the rectangle of the support from above, and the rectangle of a window in it.
 
     None if the dimensions of the support are not known.
@@ -232,7 +232,8 @@ def _carriers(layout: Layout) -> tuple[Box | None, Box | None] | None:
     if spans and jaw is not None and closed is not None:
         # the seat's upper face is cut back to the port where all of the seat is in it
         middle = (closed[0] + closed[1]) / 2
-        is_outside = max(abs(height - middle) for height in spans[-1]) >= made_to_measure(jaw, worst_deviations(layout))
+        radius = seat_circle_radius(jaw, worst_deviations(layout))
+        is_outside = max(abs(height - middle) for height in spans[-1]) >= radius
         half = (high - low) / 2 if is_outside else half_width(layout, spans[-1][1])
         return (x0, y - half, x1, y + half), None
     if spans or mount.kind == "bench-plate":
@@ -240,10 +241,10 @@ def _carriers(layout: Layout) -> tuple[Box | None, Box | None] | None:
     if mount.finger is not None:  # on the finger itself: a round one touches the board along a line
         half = mount.finger.size[0] / 2 if not mount.finger.outline.is_disc else 0.0
         return ((x0, y - half, x1, y + half) if half else None), None
-    return None if jaw is None or jaw.step is not None else _on_metal(layout.body, jaw)
+    return None if jaw is None or jaw.step is not None else _jaw_face_and_window(layout.body, jaw)
 
 
-def _on_metal(body: Box, jaw: Jaw) -> tuple[Box, Box | None]:
+def _jaw_face_and_window(body: Box, jaw: Jaw) -> tuple[Box, Box | None]:
     """Return the rectangles of a jaw's face that supports the board without a seat, and of the window through it."""
     (x0, x1), middle = jaw_range(body, jaw), board_middle(body)
     half = jaw_section(jaw).face / 2

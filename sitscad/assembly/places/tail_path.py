@@ -229,7 +229,7 @@ def free_tail_start(layout: Layout) -> float:
     return max(end, plate[2] - (bend_radius(layout.spec.fpc) or 0.0))
 
 
-def rod_clear(layout: Layout) -> float:
+def bending_rod_start(layout: Layout) -> float:
     """Return the x (m) from which the tail may be bent down about a rod that does not touch a bench plate.
 
     The rod touches the tail's lower face. The plate's lower edge must be outside the rod. Minus infinity for other
@@ -284,7 +284,7 @@ SAME = 1e-9
 
 def bends(layout: Layout) -> tuple[Bend, ...]:
     """Return all bends of the tail, from the body on. Empty if it has no bend or no straight part."""
-    spec_bend = own_bend(layout)
+    spec_bend = stated_bend(layout)
     return (*bends_of_mount(layout), *(() if spec_bend is None else (spec_bend,)))
 
 
@@ -311,9 +311,9 @@ def bends_at_every_grasp(tail: Tail | None, jaw: Jaw | None) -> bool:
             and jaw is not None and jaw.hinge is not None)
 
 
-def own_bend(layout: Layout) -> Bend | None:
+def stated_bend(layout: Layout) -> Bend | None:
     """Return the bend that the spec states, beyond the mount's bends. None if there is none, or no straight tracks."""
-    tail, room = layout.spec.fpc.tail, room_for_own(layout)
+    tail, room = layout.spec.fpc.tail, stated_bend_range(layout)
     if tail is None or room is None or not tail.bend_angle:
         return None
     half, low, high = bend_length(layout.spec.fpc) / 2, *room
@@ -323,12 +323,12 @@ def own_bend(layout: Layout) -> Bend | None:
     elif pivot is not None and low + half <= pivot <= high - half:
         line = pivot
     elif tail.bend_direction == "down":
-        line = max(line, min(rod_clear(layout) + half, high - half))
+        line = max(line, min(bending_rod_start(layout) + half, high - half))
     radius, is_dynamic = bend_radius(layout.spec.fpc), tail.bend == "dynamic"
     return Bend(line, line - half, line + half, tail.bend_angle, tail.bend_direction, radius, is_dynamic)
 
 
-def room_for_own(layout: Layout) -> tuple[float, float] | None:
+def stated_bend_range(layout: Layout) -> tuple[float, float] | None:
     """Return the range of x (m) with straight tracks for the spec's bend, beyond the mount and its bends.
 
     None if there is no room.

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from sitscad.assembly.places.bodies import BodyRole, board_heights, plates_of, target_gap
 from sitscad.assembly.places.fit import PinGap, closed_section
 from sitscad.assembly.places.jaws import board_middle, jaw_range
-from sitscad.assembly.places.stack import BODY, HALF_OF_IT, MOST_OF_IT, pressed_piece, tail_heights
+from sitscad.assembly.places.stack import BODY, LEAST_GLUABLE_SHARE, LEAST_PRESSED_SHARE, pressed_piece, tail_heights
 from sitscad.assembly.places.tail_path import ROD, bends
 from sitscad.assembly.solids.proof import (
     BEND,
@@ -106,7 +106,7 @@ def clashes(layout: Layout, whole: tuple[Solid, ...], proof: Proof, loads: tuple
     return tuple(_clash(layout, whole, each, loads) for each in list(worst.values())[:MOST])
 
 
-def at_pin(layout: Layout, whole: tuple[Solid, ...], gap: PinGap) -> Clash:
+def hinge_pin_clash(layout: Layout, whole: tuple[Solid, ...], gap: PinGap) -> Clash:
     """Return a picture of the tail at the hinge's pin with the jaws closed, and the volume that both share."""
     jaw, (x, y, z) = layout.spec.jaw, pivot_of(layout)
     assert jaw is not None
@@ -179,11 +179,11 @@ def _clash(layout: Layout, whole: tuple[Solid, ...], fault: ProofValue, loads: t
     return Clash(
         f"{fault.first} and {fault.second}{when}", _visible_meshes(there, {fault.first, fault.second}, shared, ACROSS,
                                                                    x),
-        ACROSS, excess_text=_figure(fault, shared),
+        ACROSS, excess_text=_excess_text(fault, shared),
     )
 
 
-def _figure(fault: ProofValue, shared: Any) -> str:
+def _excess_text(fault: ProofValue, shared: Any) -> str:
     """Return the volume that two clashing parts share, or the gap between them, as text."""
     volume = f"both take {float(shared.volume()):.3g} mm3"
     if fault.unit == "m":  # a gap that has to be left
@@ -272,13 +272,13 @@ def support_areas(layout: Layout, whole: tuple[Solid, ...]) -> tuple[ProofValue,
     middle = board_middle(layout.body)
     name, path = pressed_piece(plates_of(layout.spec), layout.body, layout.body_outline)
     where = (middle.x, middle.y, under / MM)
-    measured = [_area_measurement(name, path, faces, where, MOST_OF_IT)]
+    measured = [_area_measurement(name, path, faces, where, LEAST_PRESSED_SHARE)]
     if name != BODY:
-        measured.append(_area_measurement(BODY, layout.body_outline, faces, where, HALF_OF_IT))
+        measured.append(_area_measurement(BODY, layout.body_outline, faces, where, LEAST_GLUABLE_SHARE))
     return tuple(measured)
 
 
-def under_bend(layout: Layout, whole: tuple[Solid, ...]) -> tuple[ProofValue, ...]:
+def bending_rod_overlap(layout: Layout, whole: tuple[Solid, ...]) -> tuple[ProofValue, ...]:
     """Return the volume (m3) that a mount's STEP file shares with the rod about which the tail is bent.
 
     Empty if there is no file or no rod.
@@ -307,5 +307,5 @@ def _area_measurement(
     points = path.flattened(1e-6)[:-1]
     region = import_extra("manifold3d").CrossSection([[(p.x * MM, p.y * MM) for p in points]])
     of, area = (float(each.area()) / MM**2 for each in (region, region ^ faces))
-    what = SUPPORT if area >= HALF_OF_IT * of else NO_SUPPORT
+    what = SUPPORT if area >= LEAST_GLUABLE_SHARE * of else NO_SUPPORT
     return ProofValue(what, name, CARRIER, area, share * of, "m2", area >= share * of, where)

@@ -23,7 +23,7 @@ from sitscad.assembly.places.seating import (
     FRONT,
     PLATE_CORNER,
     adapter_depth,
-    adapter_needed,
+    adapter_holes,
     cap_end,
     cap_size,
     clearance,
@@ -83,13 +83,13 @@ def bench_plate(layout: Layout) -> tuple[Any, ...]:
 
 def adapter(layout: Layout) -> Any | None:
     """Return the adapter between load cell and bench plate. None if the plate's own holes suffice."""
-    holes = adapter_needed(layout)
+    holes = adapter_holes(layout)
     if not holes:
         return None
     plan = plate_plan(layout, film_thickness(layout.spec.encapsulation))
     _, top = plate_floor(layout)
-    bottom = top - adapter_depth(adapter_needed(layout))
-    head = adapter_depth(adapter_needed(layout)) - FLOOR
+    bottom = top - adapter_depth(adapter_holes(layout))
+    head = adapter_depth(adapter_holes(layout)) - FLOOR
     body = prism(rectangle(*plan, PLATE_CORNER), bottom, top)
     for hole in holes:
         body = one_solid(body - prism(circle(Point(*hole.at), hole.diameter / 2), bottom - 1e-3, top + 1e-3), "adapter")

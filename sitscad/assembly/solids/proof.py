@@ -127,13 +127,13 @@ def measure_solids(layout: Layout, whole: tuple[Solid, ...], loads: tuple[PadLoa
         return None
     meshed = tuple(MeshedSolid(solid, manifold(tessellate(solid))) for solid in whole)
     opened = jaw.opening if jaw.hinge is not None else None
-    port = _in_port(layout.body, layout.spec.jaw, meshed, jaw.port_diameter / 2)
+    port = _measure_in_port(layout.body, layout.spec.jaw, meshed, jaw.port_diameter / 2)
     measured = [*_interferences(meshed), port]
     if opened is not None:
-        measured += _while_opening(jaw, pivot_of(layout), meshed, opened)
+        measured += _opening_overlaps(jaw, pivot_of(layout), meshed, opened)
     gap = target_gap(layout.spec)
     for load in loads:
-        measured += _under_load(gap, meshed, load)
+        measured += _gaps_under_load(gap, meshed, load)
     return Proof(port.value, plane.radius, jaw.port_diameter / 2, tuple(measured), _gaps(meshed), opened)
 
 
@@ -152,7 +152,7 @@ def _interferences(meshed: Sequence[MeshedSolid]) -> list[ProofValue]:
     return list(worst.values()) or [ProofValue(INTERFERENCE, "all pieces", "", 0.0, 0.0, "m3", True, (0.0, 0.0, 0.0))]
 
 
-def in_file(mount: Mount | None, whole: tuple[Solid, ...]) -> tuple[ProofValue, ...]:
+def step_file_overlaps(mount: Mount | None, whole: tuple[Solid, ...]) -> tuple[ProofValue, ...]:
     """Return the volumes that parts share with a mount or jaw from a STEP file. Empty for other mounts.
 
     The opposing jaw is left out. It is the mirror image of the file, which does not define the start of its shank.
@@ -163,7 +163,7 @@ def in_file(mount: Mount | None, whole: tuple[Solid, ...]) -> tuple[ProofValue, 
     return tuple(_interferences([MeshedSolid(solid, manifold(tessellate(solid))) for solid in pieces]))
 
 
-def _in_port(body: Box, jaw: Jaw | None, meshed: tuple[MeshedSolid, ...], radius: float ) -> ProofValue:
+def _measure_in_port(body: Box, jaw: Jaw | None, meshed: tuple[MeshedSolid, ...], radius: float ) -> ProofValue:
     """Measure the largest distance (m) of the meshes from the axis of the closed jaws, between tip and heel of the jaw.
 
     The port is a cylinder about this axis with a radius (m).
@@ -187,7 +187,7 @@ def _in_port(body: Box, jaw: Jaw | None, meshed: tuple[MeshedSolid, ...], radius
     return ProofValue(PORT, name, "port", value, radius, "m", is_kept, (where[0], where[1], where[2]))
 
 
-def _while_opening(jaw: Jaw, pivot: Vector, meshed: tuple[MeshedSolid, ...], opening: float) -> list[ProofValue]:
+def _opening_overlaps(jaw: Jaw, pivot: Vector, meshed: tuple[MeshedSolid, ...], opening: float) -> list[ProofValue]:
     """Return the volumes that parts share with the opposing jaw while it opens about the hinge up to `opening` (rad).
 
     Its tip moves in steps of `TIP_STEP`, so that any part thicker than a step is detected.
@@ -214,7 +214,7 @@ def _while_opening(jaw: Jaw, pivot: Vector, meshed: tuple[MeshedSolid, ...], ope
     return [ProofValue(OPENING, "all pieces", "opposing-jaw", 0.0, 0.0, "m3", True, (0.0, 0.0, 0.0), when)]
 
 
-def _under_load(gap: float | None, meshed: tuple[MeshedSolid, ...], load: PadLoad) -> list[ProofValue]:
+def _gaps_under_load(gap: float | None, meshed: tuple[MeshedSolid, ...], load: PadLoad) -> list[ProofValue]:
     """Return the gaps between moved parts and rigid parts under load. `gap` (m) is the target's gap at rest.
 
     Moved parts are the target, the pad with bulged sides, and the opposing jaw, which follows the target if nothing is
@@ -225,16 +225,16 @@ def _under_load(gap: float | None, meshed: tuple[MeshedSolid, ...], load: PadLoa
     for each in meshed:
         if each.solid.role is BodyRole.TARGET:
             moved = moved_with_target(gap, each.body, load.pose)
-            gaps.append(_nearest(TRAVEL, each.solid.name, moved, rigid, load.name))
+            gaps.append(_smallest_gap(TRAVEL, each.solid.name, moved, rigid, load.name))
         if each.solid.role is BodyRole.ELASTOMER:
-            gaps.append(_nearest(BULGE, each.solid.name, bulged_pad(each.body, load), rigid, load.name))
+            gaps.append(_smallest_gap(BULGE, each.solid.name, bulged_pad(each.body, load), rigid, load.name))
         if each.solid.role in (BodyRole.OPPOSING_JAW, BodyRole.OPPOSING_PAD):
             closer = each.body.translate((0.0, 0.0, load.pose.z * MM))
-            gaps.append(_nearest(TRAVEL, each.solid.name, closer, rigid, load.name))
+            gaps.append(_smallest_gap(TRAVEL, each.solid.name, closer, rigid, load.name))
     return [each for each in gaps if each is not None]
 
 
-def _nearest(what: str, name: str, moved: Any, rigid: list[MeshedSolid], when: str) -> ProofValue | None:
+def _smallest_gap(what: str, name: str, moved: Any, rigid: list[MeshedSolid], when: str) -> ProofValue | None:
     """Return the smallest gap between a moved part and the rigid parts. None if there are no rigid parts.
 
     `what` is the kind of measurement, `name` the moved part, and `when` the load as text.

@@ -18,7 +18,7 @@ from sitscad.assembly.places.jaws import (
     board_middle,
     closed_span,
     jaw_range,
-    made_to_measure,
+    seat_circle_radius,
 )
 from sitscad.assembly.places.seating import (
     Relief,
@@ -89,12 +89,12 @@ def grasper_pad(layout: Layout) -> tuple[Any, ...]:
         radius = min(HEEL_ROUNDING, 0.6 * (spans[-1][1] - spans[-1][0]))
         slabs[-1] = slabs[-1].fillet(radius * MM, _top_edges_at_heel(slabs[-1]))
     ledges = side_ledges(layout)
-    sides = () if ledges is None else _sides(layout.body, ledges, *spans[0])
-    for placing in (*_stop(layout.body, layout.spec.mount, *spans[0]), *sides):
+    sides = () if ledges is None else _side_ledges(layout.body, ledges, *spans[0])
+    for placing in (*_tip_ledge(layout.body, layout.spec.mount, *spans[0]), *sides):
         slabs[0] = one_solid(slabs[0] + placing, "mount")
     jaw, closed = layout.spec.jaw, closed_span(backing_of(layout.spec), top_height(layout.spec))
     if jaw is not None and closed is not None:
-        slabs = [_within_port(layout.body, jaw, closed, made_to_measure(jaw, worst_deviations(layout)), slab)
+        slabs = [_within_port(layout.body, jaw, closed, seat_circle_radius(jaw, worst_deviations(layout)), slab)
                  for slab in slabs]
     slabs[0] = with_retention(layout.body, layout.spec.mount, slabs[0], spans[0][0])
     return tuple(slabs)
@@ -206,7 +206,7 @@ def _within_pocket(body: Box, fitted: Jaw, slab: Any, floor: float) -> Any:
     return one_solid(slab & (within + above), "mount")
 
 
-def _stop(body: Box, mount: Mount | None, bottom: float, foot: float ) -> tuple[Any, ...]:
+def _tip_ledge(body: Box, mount: Mount | None, bottom: float, foot: float ) -> tuple[Any, ...]:
     """Return the rounded ledge before the board's end at the tip, from height `bottom` (m), with its foot.
 
     Empty if no room.
@@ -222,7 +222,7 @@ def _stop(body: Box, mount: Mount | None, bottom: float, foot: float ) -> tuple[
     return joined, wall.fillet(LEDGE_ROUNDING * MM, front)
 
 
-def _sides(body: Box, half_widths: tuple[float, float], bottom: float, foot: float ) -> tuple[Any, ...]:
+def _side_ledges(body: Box, half_widths: tuple[float, float], bottom: float, foot: float ) -> tuple[Any, ...]:
     """Return the ledges on both sides of the board, with the feet that join them to the slab.
 
     `half_widths` (m) are the distances of their inner and outer faces from the middle. `bottom` and `foot` (m) are

@@ -38,7 +38,7 @@ UNUSED = ("sympy", "vtk")
 """Packages that build123d and cadquery import, but sitscad does not use. Their import takes half a second."""
 
 
-class _Later(ModuleType):
+class _LazyModule(ModuleType):
     """A package that is imported at the first access to its attributes."""
 
     def __getattr__(self, name: str) -> Any:
@@ -57,7 +57,7 @@ def import_extra(package: str) -> ModuleType:
     if package not in sys.modules:
         for name in UNUSED:
             if name not in sys.modules and (spec := find_spec(name)) is not None:
-                sys.modules[name] = _Later(name)
+                sys.modules[name] = _LazyModule(name)
                 sys.modules[name].__spec__ = spec
     try:
         return import_module(package)
@@ -111,7 +111,7 @@ class Solid:
         return red, green, blue
 
 
-def of_role(solids: tuple[Solid, ...], *roles: BodyRole) -> tuple[Solid, ...]:
+def select_by_role(solids: tuple[Solid, ...], *roles: BodyRole) -> tuple[Solid, ...]:
     """Return the solids with one of the roles, in their order."""
     return tuple(solid for solid in solids if solid.role in roles)
 

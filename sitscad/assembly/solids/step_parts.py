@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from sitscad.assembly.places.bodies import backing_of
-from sitscad.assembly.places.fit import ClosedSection, back_reach, closed_section
+from sitscad.assembly.places.fit import ClosedJawsSection, closed_section, jaw_back_distance
 from sitscad.assembly.places.jaws import board_middle, jaw_range, jaw_section
 from sitscad.assembly.solids.imported import DatumError, read_part
 from sitscad.assembly.solids.pieces import jaw as placed_jaw
@@ -160,7 +160,7 @@ def measured_jaw(layout: Layout) -> tuple[ProofValue, ...]:
         measured += [*_sizes(jaw, figures), *_ends(jaw, figures, *jaw_range(layout.body, figures))]
         if all(each.is_kept or each.first == ASSUMED_FACE for each in measured):  # a misplaced back says nothing more
             pair = closed_section(layout)
-            measured += [] if pair is None else _back(pair, back_reach(layout, figures), jaw, figures)
+            measured += [] if pair is None else _back(pair, jaw_back_distance(layout, figures), jaw, figures)
     remark = f"the file's solid measures {size} along, across and high"
     return tuple(replace(each, condition=f"{each.condition}; {remark}".strip("; ")) for each in measured)
 
@@ -262,7 +262,7 @@ def _face_widths(jaw: PlacedJaw, figures: Jaw) -> Iterator[ProofValue]:
         yield _measure_jaw(jaw, "up", "face's width", wide, written, wide >= LEAST_OF_FACE * written, x, place)
 
 
-def _back(pair: ClosedSection, assumed: float, jaw: PlacedJaw, figures: Jaw) -> Iterator[ProofValue]:
+def _back(pair: ClosedJawsSection, assumed: float, jaw: PlacedJaw, figures: Jaw) -> Iterator[ProofValue]:
     """Compare the largest distances (m) of the file's jaw and of the assumed cross-section from the closed jaws' axis.
 
     `assumed` (m) is the distance for the assumed cross-section. The distance of the file's jaw may be larger by the

@@ -67,7 +67,7 @@ LEAST_MIX = 5e-6
 
 
 @record
-class Pour:
+class SiliconeMix:
     """Silicone for one casting: number of pads, volume of one pad (m3), and volume to mix for all pads (m3)."""
 
     pads: int
@@ -75,13 +75,13 @@ class Pour:
     mixed: float
 
 
-def silicone_to_mix(plates: Plates) -> Pour | None:
+def silicone_to_mix(plates: Plates) -> SiliconeMix | None:
     """Return the silicone to mix for one casting of pads. None if there is no pad."""
     if plates.elastomer is None:
         return None
     pieces = (*plates.elastomers, *plates.webs) if plates.webs else (plates.elastomer,)
     volume, cavities = sum(_area(piece, 0.0) * piece.thickness for piece in pieces), _cavities(plates)
-    return Pour(cavities, volume, SPILL * cavities * volume)
+    return SiliconeMix(cavities, volume, SPILL * cavities * volume)
 
 
 def _cavities(plates: Plates) -> int:
@@ -493,7 +493,7 @@ def is_cast(layout: Layout) -> bool:
                                                                     layout.spec.mount).band - 1e-12 and not has_contacts
 
 
-def skin_pour(layout: Layout) -> Pour | None:
+def skin_silicone(layout: Layout) -> SiliconeMix | None:
     """Return the silicone of the skin and the volume to mix (m3). None if the skin is not cast."""
     film = layout.spec.encapsulation
     if film is None or not is_cast(layout):
@@ -505,7 +505,7 @@ def skin_pour(layout: Layout) -> Pour | None:
     blocks = max(math.fsum(_area(body, room) for body in row) for row in (plates.elastomers, plates.targets))
     flange = max(0.0, Region(layout.body_outline).area - blocks) * thick
     volume = flange + blocks * top - inside
-    return Pour(1, volume, SPILL * volume)
+    return SiliconeMix(1, volume, SPILL * volume)
 
 
 def _area(body: Body, room: float) -> float:

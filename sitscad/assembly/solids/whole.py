@@ -74,14 +74,14 @@ def films(layout: Layout, path: TailPath | None, bent_width: tuple[float, float]
                 left, low, right, high = bounding_box((plate.outline,))
                 if left > x0 and low > y0 and right < x1 and high < y1:
                     rings.append((coil, plate))
-        solids += _of_body(body, layer, index, number, heights, rings)
+        solids += _body_layer_solids(body, layer, index, number, heights, rings)
         upper = heights[0]
     if path is None:
         return tuple(solids)
     upper = 0.0
     flat = tail_plan(path, Region(layout.outline), bent_width)
     for index, layer in enumerate(layout.spec.fpc.tail_layers):
-        shape = flat.laid(upper - layer.thickness, upper)
+        shape = flat.placed_solid(upper - layer.thickness, upper)
         kind = "fill" if layer.kind is LayerKind.COPPER else layer.kind.value
         solids.append(Solid(f"tail-{index + 1}-{kind}", shape, _material(layer), COLOURS[kind], BodyRole.BOARD))
         upper -= layer.thickness
@@ -111,7 +111,7 @@ def _at_coil(path: Path, coil: Coil) -> Path:
     return path.rotated(coil.placement.rotation).shifted(*coil.centre)
 
 
-def _of_body(
+def _body_layer_solids(
     body: Any, layer: StackLayer, index: int, number: int, heights: Heights, rings: list[tuple[Coil, Region]]
 ) -> Iterator[Solid]:
     """Yield one layer of the body as solids. For a copper layer: the rings of coils, and the adhesive around them."""
@@ -217,7 +217,7 @@ class FlatPlan:
     middle: float
     width: tuple[float, float]
 
-    def laid(self, lower: float, upper: float) -> Any:
+    def placed_solid(self, lower: float, upper: float) -> Any:
         """Return the region between two heights (m, on the flat board), placed along the tail's path.
 
         The result is one build123d solid in millimetres. Raises `PartsError` if it is empty or in several pieces.
@@ -242,7 +242,7 @@ class FlatPlan:
             radius = part.stretch.length / part.stretch.turn
             centre = ((here.x + radius * normal[0]) * MM, 0.0, (here.z + radius * normal[1]) * MM)
             return [bd.Solid.revolve(section, math.degrees(part.stretch.turn), bd.Axis(centre, (0, -1, 0)))]
-        return [_at_station(extruded(each, lower, upper), part, self.middle) for each in part.faces]
+        return [_move_to_station(extruded(each, lower, upper), part, self.middle) for each in part.faces]
 
 
 def tail_plan(path: TailPath, region: Region, bent_width: tuple[float, float]) -> FlatPlan:
@@ -267,11 +267,11 @@ def stiffener_on(plate: Body | None, path: TailPath | None, bent_width: tuple[fl
     if plate is None:
         return None
     flat = extruded(face(plate.region), *plate.heights)
-    shape = flat if path is None else tail_plan(path, plate.region, bent_width).laid(*plate.heights)
+    shape = flat if path is None else tail_plan(path, plate.region, bent_width).placed_solid(*plate.heights)
     return Solid(plate.name, shape, plate.material, STIFFENER_COLOUR, BodyRole.STIFFENER)
 
 
-def _at_station(flat: Any, part: FlatPart, middle: float) -> Any:
+def _move_to_station(flat: Any, part: FlatPart, middle: float) -> Any:
     """Return a flat solid moved to its point on the tail's path, with its height `middle` (m) on the middle line."""
     bd = import_extra("build123d")
     to_origin = bd.Location((-part.first * MM, 0, -middle * MM))

@@ -14,7 +14,7 @@ from dataclasses import replace
 from typing import Any
 
 from sitscad.assembly.places.bodies import PartsError
-from sitscad.assembly.places.fit import closed_section, end_section, pin_gaps, shaft
+from sitscad.assembly.places.fit import closed_section, pin_gaps, shaft, tail_section_size
 from sitscad.assembly.places.stack import BODY, shield
 from sitscad.assembly.places.tail_path import bends_at_every_grasp, tail_path
 from sitscad.basics.finding import Finding, Place, Severity
@@ -237,7 +237,7 @@ def end_through_shaft(design: Design) -> Iterator[Verdict]:
     """
     layout, behind = design.layout, shaft(design.spec.assembly, design.spec.jaw)
     assert behind is not None
-    width, thick = end_section(layout)
+    width, thick = tail_section_size(layout)
     across = math.hypot(width, thick)
     if across > behind.bore:
         yield violation_of("tail-through-shaft", "fpc.tail.connector", across, behind.bore, "m", width=width,

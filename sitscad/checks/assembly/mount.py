@@ -15,11 +15,11 @@ from typing import Any
 
 from sitscad.assembly.places.bodies import MOUNT_PIECES, Backing, PartsError, backing_of
 from sitscad.assembly.places.column import PrintLimit, print_limit
-from sitscad.assembly.places.fit import heads_above
+from sitscad.assembly.places.fit import screw_head_height
 from sitscad.assembly.places.jaws import jaw_section
 from sitscad.assembly.places.seating import (
     BESIDE_HEAD,
-    adapter_needed,
+    adapter_holes,
     board_boxes,
     distance_beside_board,
     joint_clearance,
@@ -30,7 +30,7 @@ from sitscad.assembly.places.seating import (
     screw_spacing,
     tongue_neck,
 )
-from sitscad.assembly.places.stack import BODY, HALF_OF_IT, MOST_OF_IT, support
+from sitscad.assembly.places.stack import BODY, LEAST_GLUABLE_SHARE, LEAST_PRESSED_SHARE, support
 from sitscad.basics.finding import Severity
 from sitscad.checks.assembly.fit import jaw_of, pad_of, unmeasured_jaw_case
 from sitscad.checks.fixes.moves import reread_changes
@@ -216,9 +216,10 @@ def unsupported_board(design: Design) -> Iterator[Verdict]:
     if areas is None:
         yield not_checked("step-support")
         return
-    is_all = areas.carried >= HALF_OF_IT * areas.pressed and areas.body_carried < HALF_OF_IT * areas.body
+    least = LEAST_GLUABLE_SHARE
+    is_all = areas.carried >= least * areas.pressed and areas.body_carried < least * areas.body
     area, of = (areas.body_carried, areas.body) if is_all else (areas.carried, areas.pressed)
-    if area < MOST_OF_IT * of - ROUNDING**2 or is_all:
+    if area < LEAST_PRESSED_SHARE * of - ROUNDING**2 or is_all:
         name = BODY if is_all else areas.name
         details = () if is_all or areas.pressed == areas.body else ("carried-whole",)
         if mount.kind == "fingertip":
@@ -227,8 +228,8 @@ def unsupported_board(design: Design) -> Iterator[Verdict]:
             hint = "carried-window" if mount.jaw is not None and not mount.standoff else "carried-jaw"
         yield violation_of(
             "carried-body" if name == BODY else "carried", "mount.standoff", area,
-            (HALF_OF_IT if is_all else MOST_OF_IT) * of, "m2", hint=hint, details=details,
-            severity=Severity.ERROR if area < HALF_OF_IT * of else Severity.WARNING, part=name, area=of,
+            (LEAST_GLUABLE_SHARE if is_all else LEAST_PRESSED_SHARE) * of, "m2", hint=hint, details=details,
+            severity=Severity.ERROR if area < LEAST_GLUABLE_SHARE * of else Severity.WARNING, part=name, area=of,
             body=areas.body, body_carried=areas.body_carried,
         )
 
@@ -309,7 +310,7 @@ def hole_places(design: Design) -> Iterator[Verdict]:
         worst = min(worst, (min(between, heads), i, k))
     short, first, second = worst
     if short >= -ROUNDING:
-        yield from _under_board(pattern, adapter_needed(design.layout), board_boxes(design.layout))
+        yield from _under_board(pattern, adapter_holes(design.layout), board_boxes(design.layout))
         return
     apart = math.dist(pattern.holes[first].at, pattern.holes[second].at)
     yield violation_of("plate-holes", _hole_key(pattern, second), apart, apart - short, "m", source=wall.source,
@@ -361,7 +362,7 @@ def screw_heads(design: Design) -> Iterator[Verdict]:
 
     A flat object then touches the screw heads before the sensor.
     """
-    above = heads_above(design.layout)
+    above = screw_head_height(design.layout)
     if above is None or above <= ROUNDING:
         return
     apart = screw_spacing(plate_holes(design.layout))

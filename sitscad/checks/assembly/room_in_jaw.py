@@ -14,9 +14,9 @@ from itertools import islice
 
 from sitscad.assembly.places.bodies import Body, PartsError, backing_of, plates_of
 from sitscad.assembly.places.column import GLUE, column, layer_heights
-from sitscad.assembly.places.fit import CLOSED_PAIR, LENGTH, OVERHANG, measures, square_back
+from sitscad.assembly.places.fit import CLOSED_PAIR, LENGTH, OVERHANG, measures, square_jaws_radius
 from sitscad.assembly.places.jaws import POCKET_CLEARANCE, jaw_section, jaw_with_rims
-from sitscad.assembly.places.stack import width_under
+from sitscad.assembly.places.stack import support_width
 from sitscad.basics.check_results import Measure
 from sitscad.basics.finding import Severity
 from sitscad.basics.units import show
@@ -168,7 +168,7 @@ def _overhang(design: Design, jaw: Jaw) -> Iterator[Verdict]:
     severity = None if over is None else _weight_of(over)
     if over is None or over.worst <= ROUNDING or (severity is None and over.nominal <= ROUNDING):
         return
-    spec, wide = design.spec, width_under(design.layout)
+    spec, wide = design.spec, support_width(design.layout)
     coils = 2.0 * coils_breadth(spec.all_placements, spec.coil).half
     edges, margin = 2.0 * spec.fpc.rules.copper_to_edge, 2.0 * spec.fpc.margin[1]
     leads, excess = body - coils - edges - margin, 2.0 * (over.worst - over.limit)
@@ -244,7 +244,7 @@ def stack_height(design: Design) -> Iterator[Verdict]:
         yield violation_of("rims-meet", "mount.jaw.recess", rims, between, "m")
     if pair is not None and _weight_of(pair) is not None:
         yield _too_high(design, jaw, pair)
-    square = square_back(design.layout)
+    square = square_jaws_radius(design.layout)
     if square is not None and 2.0 * square > jaw.port_diameter + ROUNDING:
         yield violation_of("square-back", "mount.jaw.step", 2.0 * square, jaw.port_diameter, "m",
                            severity=Severity.NOTE)

@@ -14,7 +14,7 @@ from functools import partial
 from itertools import pairwise
 from typing import Any
 
-from sitscad.assembly.places.tail_path import TOO_SHORT, bends_of_mount, own_bend, room_for_own, tail_path
+from sitscad.assembly.places.tail_path import TOO_SHORT, bends_of_mount, stated_bend, stated_bend_range, tail_path
 from sitscad.basics.finding import Edit, Place, Severity
 from sitscad.basics.record import record
 from sitscad.checks.board.clearances import edge_crossings
@@ -98,7 +98,7 @@ def bend_zone(design: Design) -> Iterator[Verdict]:
             inside = min(middle + half, zone[1]) - max(middle - half, zone[0])
             if inside > ROUNDING:
                 yield violation_of("stiff-in-bend", "fpc.tail.bend", inside, 0.0, "m", place=place, item=item)
-    room, path, bends = room_for_own(layout), tail_path(layout), bends_of_mount(layout)
+    room, path, bends = stated_bend_range(layout), tail_path(layout), bends_of_mount(layout)
     straight = _longest_straight(zone, room, layout.in_bend_zone, layout.traces)
     end = straight.start + straight.length
     if path is not None and path.reason == TOO_SHORT:
@@ -113,7 +113,7 @@ def bend_zone(design: Design) -> Iterator[Verdict]:
     # a longer tail does not help if leads or vias have no room
     fixes = () if layout.shortfalls else _longer_tails(spec, layout.tail_length, lacking)
     yield from _too_short(spec.fpc, zone, straight, bends[-1].end if bends else None, fixes)
-    bend = own_bend(layout)
+    bend = stated_bend(layout)
     if zone is not None and bend is not None and room is not None and tail.bend_at is not None:
         yield from _misplaced_bend(zone, bend, room, layout.body[2], layout.reach_at)
     yield from _too_sharp(spec)

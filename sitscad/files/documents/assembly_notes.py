@@ -23,7 +23,7 @@ from sitscad.assembly.places.column import (
 from sitscad.assembly.places.fit import measures
 from sitscad.assembly.places.seating import relief
 from sitscad.assembly.places.state import FREE, REST
-from sitscad.assembly.solids.tooling import BOARD_PRESS, foot_pockets, push_places, silicone_to_mix, skin_pour
+from sitscad.assembly.solids.tooling import BOARD_PRESS, foot_pockets, push_places, silicone_to_mix, skin_silicone
 from sitscad.basics.check_results import Measure
 from sitscad.basics.quantities import plus_minus
 from sitscad.basics.units import DASH, aligned_lines, in_mm, show
@@ -171,14 +171,14 @@ def _steps(layout: Layout, estimates: Estimates, bench: Estimates) -> Iterator[s
         yield gluing_text(spec, "target", under, _height_above_board(at, "target"), well_place_text(layout, "target"))
     if layout.reference is not None:
         yield f"Glue nothing on coil {layout.reference.name}. It is the reference coil, which has no target and no pad."
-    is_cast = skin_pour(layout) is not None  # done with the board in the base, whose pins guide the mould
+    is_cast = skin_silicone(layout) is not None  # done with the board in the base, whose pins guide the mould
     sealing = [] if spec.encapsulation is None else [
         f"{film_text(layout, spec.encapsulation)} From the board's top face to the film's upper face are "
         f"{toleranced_text(sealed_height(on_board(layout), spec.encapsulation, spec.assembly))} then."]
     if is_cast:
         yield from sealing
     if _has_jig(spec.elastomer, spec.target):
-        yield release_text(push_places(layout.body, layout.body_outline), skin_pour(layout))
+        yield release_text(push_places(layout.body, layout.body_outline), skin_silicone(layout))
     yield from _jaw_steps(layout, at)
     if not is_cast:
         yield from sealing
@@ -236,7 +236,7 @@ def _preparation_steps(layout: Layout) -> Iterator[str]:
     if printed:
         yield f"Make {' and '.join(printed)} from mount/ ({PROCESS_TEXTS.get(mount.process, mount.process)}).{counts}"
     yield from filter(None, (measuring_text(spec),))
-    if has_resin_moulds(mount) and (poured is not None or skin_pour(layout) is not None):
+    if has_resin_moulds(mount) and (poured is not None or skin_silicone(layout) is not None):
         yield RAW_RESIN
     if poured is not None and spec.elastomer is not None:
         count, is_webbed = len(plates_of(spec).glued("elastomer")), plates_of(spec).joined is not None

@@ -15,15 +15,15 @@ from typing import Any
 import numpy as np
 
 from sitscad.assembly.places.bodies import Body, BodyRole, plates_of
-from sitscad.assembly.places.column import Layer, Toleranced, on_seat, print_limit
-from sitscad.assembly.places.fit import heads_above, pin_gaps
+from sitscad.assembly.places.column import Layer, Toleranced, layers_on_seat, print_limit
+from sitscad.assembly.places.fit import pin_gaps, screw_head_height
 from sitscad.assembly.places.jaws import jaw_range
 from sitscad.assembly.places.seating import (
     CORNER_SCREW,
     ENGAGED,
     FLOOR,
     adapter_depth,
-    adapter_needed,
+    adapter_holes,
     cap_size,
     is_near_metal,
     joint_clearance,
@@ -37,12 +37,20 @@ from sitscad.assembly.places.seating import (
 )
 from sitscad.assembly.places.state import Pose
 from sitscad.assembly.places.tail_path import bends, tail_path
-from sitscad.assembly.solids.clash import at_pin, clashes, support_areas, under_bend
+from sitscad.assembly.solids.clash import bending_rod_overlap, clashes, hinge_pin_clash, support_areas
 from sitscad.assembly.solids.plates import metal_below
-from sitscad.assembly.solids.proof import PadLoad, Proof, ProofValue, as_json, check_print, in_file, measure_solids
-from sitscad.assembly.solids.solid import MissingExtra, Solid, of_role
+from sitscad.assembly.solids.proof import (
+    PadLoad,
+    Proof,
+    ProofValue,
+    as_json,
+    check_print,
+    measure_solids,
+    step_file_overlaps,
+)
+from sitscad.assembly.solids.solid import MissingExtra, Solid, select_by_role
 from sitscad.assembly.solids.step_parts import measured_jaw, read_files
-from sitscad.assembly.solids.tooling import BOARD_PRESS, LEAST_MIX, Pour, skin_pour
+from sitscad.assembly.solids.tooling import BOARD_PRESS, LEAST_MIX, SiliconeMix, skin_silicone
 from sitscad.assembly.solids.whole import Balance, balance, weigh
 from sitscad.basics.units import in_mm, show
 from sitscad.estimates.loads.gluing import board_plan, board_press, glued_area, hard_adhesive
@@ -113,7 +121,7 @@ def board_mounting_steps(layout: Layout) -> Iterator[str]:
         yield bending
     slot = ", tail in the slot" if layout.spec.fpc.tail is not None else ""
     recess = recess_place_text(layout.spec.assembly, layout.spec.fpc, layout.spec.mount)
-    seat = _seat_height_text(mount, layout.spec.shield is not None, on_seat(layout))
+    seat = _seat_height_text(mount, layout.spec.shield is not None, layers_on_seat(layout))
     glued = f"Glue the board into the mount's recess{slot}.{recess} {board_gluing_text(layout)}{seat}"
     if mount.finger is not None:
         yield f"Tap both holes in the cap's sides M{in_mm(mount.finger.screw)}. {glued}"
@@ -159,10 +167,10 @@ def sensor_mounting_steps(layout: Layout) -> Iterator[str]:
     if mount.holes is None:
         return
     is_near = is_near_metal(layout.spec.coil, layout.spec.all_placements, plate_holes(layout))
-    heads = _screw_head_text(heads_above(layout), is_near)
+    heads = _screw_head_text(screw_head_height(layout), is_near)
     room_below = _room_below_text(layout.body[2], bends(layout))
-    if adapter_needed(layout):
-        plate, below = -plate_floor(layout)[1], adapter_depth(adapter_needed(layout))
+    if adapter_holes(layout):
+        plate, below = -plate_floor(layout)[1], adapter_depth(adapter_holes(layout))
         yield (
             f"Screw mount-adapter on ({mount.holes.name}, {len(mount.holes.holes)} screws, their heads sunk). "
             f"{screw_text(mount.holes.thread, FLOOR)} Lay four M2 nuts into it from below first; they hold the mount's "
@@ -313,7 +321,7 @@ def _seat_height_text(mount: Mount, has_shield: bool, layers: tuple[Layer, ...])
 
 def film_text(layout: Layout, film: Encapsulation) -> str:
     """Describe the application of the film: cast in its mould, or brushed on if it is too thin for casting."""
-    poured = skin_pour(layout)
+    poured = skin_silicone(layout)
     caution = inhibition_warning(layout.spec.assembly.adhesive, layout.spec.encapsulation, hard_adhesive(layout))
     if poured is None:
         return (
@@ -336,7 +344,7 @@ def film_text(layout: Layout, film: Encapsulation) -> str:
     )
 
 
-def release_text(holes: tuple[tuple[Point, ...], float], skin: Pour | None) -> str:
+def release_text(holes: tuple[tuple[Point, ...], float], skin: SiliconeMix | None) -> str:
     """Describe the removal of the board from the jig's base.
 
     `holes` are the centres (m) of the holes through the base, and their diameter (m).
@@ -372,15 +380,16 @@ def render_fit(layout: Layout, solids: tuple[Solid, ...]) -> dict[str, bytes]:
     """
     borne = required_loads(layout.spec)
     proof = measure_solids(layout, solids, borne)
-    carried_measures = (*support_areas(layout, solids), *under_bend(layout, solids))
-    measures = (*read_files(layout.spec.mount, layout.spec.source), *in_file(layout.spec.mount, solids),
+    carried_measures = (*support_areas(layout, solids), *bending_rod_overlap(layout, solids))
+    measures = (*read_files(layout.spec.mount, layout.spec.source), *step_file_overlaps(layout.spec.mount, solids),
             *measured_jaw(layout), *carried_measures)
     if proof is None:
         return _as_file({"measured": [_value_document(each) for each in measures]}) if measures else {}
     files = _as_file(fit_document(replace(proof, measured=(*proof.measured, *measures))))
     # A collision of the tail with the hinge's pin, with jaws closed or open
     gap = next((gap for gap in pin_gaps(layout) if not gap.is_free), None)
-    collisions = [*clashes(layout, solids, proof, borne), *([] if gap is None else [at_pin(layout, solids, gap)])]
+    at_hinge = [] if gap is None else [hinge_pin_clash(layout, solids, gap)]
+    collisions = [*clashes(layout, solids, proof, borne), *at_hinge]
     if collisions:
         files["mount/fit-solids.svg"] = clash_svg(layout.spec.name, collisions).encode("utf-8")
     return files
@@ -471,7 +480,7 @@ def render_print(solids: tuple[Solid, ...], aids: tuple[Solid, ...], spec: Senso
     if spec.mount is None:
         return {}
     process = spec.mount.process
-    pieces = [check_print(piece, process) for piece in (*of_role(solids, BodyRole.MOUNT), *aids)]
+    pieces = [check_print(piece, process) for piece in (*select_by_role(solids, BodyRole.MOUNT), *aids)]
     limits = {figure: print_limit(process, figure) for figure in FIGURES}
     document = {
         "process": process,
@@ -532,20 +541,20 @@ def render_jig_picture(layout: Layout, solids: tuple[Solid, ...], tools: tuple[S
 
     ``mount/jig-board-press.svg`` shows the press on the board with the pieces below. Empty without a mount or jig.
     """
-    spec, jig = layout.spec, of_role(tools, BodyRole.JIG)
+    spec, jig = layout.spec, select_by_role(tools, BodyRole.JIG)
     if spec.mount is None or not jig:
         return {}
-    base, shown, files = jig[0], of_role(solids, BodyRole.BOARD), dict[str, bytes]()
+    base, shown, files = jig[0], select_by_role(solids, BodyRole.BOARD), dict[str, bytes]()
     frames = [each for each in jig[1:] if each.name != BOARD_PRESS]
     for frame, press in zip(frames[::2], frames[1::2], strict=True):
-        pieces = of_role(solids, BodyRole(frame.name.removeprefix("jig-")))
+        pieces = select_by_role(solids, BodyRole(frame.name.removeprefix("jig-")))
         shown_with = (base, *shown, frame, *pieces, press)
         captions = jig_captions(layout, frame.name.removeprefix("jig-"))
         picture = assembly_svg(shown_with, replace(spec, mount=None), frame.name, captions)  # without the port's circle
         files[jig_picture(frame.name)] = picture.encode("utf-8")
         shown = (*shown, *pieces)
     if jig[-1].name == BOARD_PRESS:
-        below = (*of_role(solids, BodyRole.MOUNT), *of_role(solids, BodyRole.SHIELD))
+        below = (*select_by_role(solids, BodyRole.MOUNT), *select_by_role(solids, BodyRole.SHIELD))
         captions = press_captions(board_press(layout))
         picture = assembly_svg((*below, *shown, jig[-1]), replace(spec, mount=None), BOARD_PRESS, captions)
         files[jig_picture(BOARD_PRESS)] = picture.encode("utf-8")

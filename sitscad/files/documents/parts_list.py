@@ -15,14 +15,14 @@ from sitscad.assembly.places.jaws import jaw_section
 from sitscad.assembly.places.seating import (
     FLOOR,
     adapter_depth,
-    adapter_needed,
+    adapter_holes,
     is_near_metal,
     plate_floor,
     plate_holes,
     screw_spacing,
 )
 from sitscad.assembly.places.stack import has_round_body, shield, shield_part
-from sitscad.assembly.solids.tooling import FOAM, foot_pockets, silicone_to_mix, skin_pour
+from sitscad.assembly.solids.tooling import FOAM, foot_pockets, silicone_to_mix, skin_silicone
 from sitscad.assembly.solids.whole import SOFT_LINES
 from sitscad.basics.record import record
 from sitscad.basics.units import count_text, csv_text, in_mm, show
@@ -295,7 +295,7 @@ def _support_items(layout: Layout) -> Iterator[Item]:
         if len(parts) == 2:
             yield Item("jelly", 1, "petroleum jelly", "", "", "holds the target on its press while it is lowered")
             yield Item("jelly solvent", 1, "naphtha or heptane", "", "", "takes the jelly off the target (unverified)")
-    poured, cast = silicone_to_mix(plates_of(spec)), skin_pour(layout)
+    poured, cast = silicone_to_mix(plates_of(spec)), skin_silicone(layout)
     if poured is not None:
         yield Item("mould", 1, "mould-tray, mould-lid", "printed", "", "print from mount/; where the pad is cast")
     if cast is not None:
@@ -377,12 +377,12 @@ def _mount_items(layout: Layout, spec: SensorSpec, mount: Mount) -> Iterator[Ite
 
 
 def _screw_items(layout: Layout, pattern: HolePattern) -> Iterator[Item]:
-    corner, below = "M2", adapter_needed(layout)
+    corner, below = "M2", adapter_holes(layout)
     if below:
         yield Item("adapter", 1, "mount-adapter", "printed", "", f"print from mount/; screwed on {pattern.name} first")
         note = f"heads sunk in the adapter ({pattern.name})"
         yield Item("screw", len(below), _screw_text(pattern.thread, FLOOR, below[0].diameter), "", "", note)
-        length, is_cut = nut_screw_length(adapter_depth(adapter_needed(layout)) - plate_floor(layout)[1])
+        length, is_cut = nut_screw_length(adapter_depth(adapter_holes(layout)) - plate_floor(layout)[1])
         cut = "; cut to length (mount/assembly.txt)" if is_cut else ""
         yield Item("screw and nut", 4, f"{corner} x {length}", "", "", f"plate on adapter; nuts let in from below{cut}")
         return

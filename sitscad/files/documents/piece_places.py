@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from sitscad.assembly.places import stack
 from sitscad.assembly.places.bodies import MOUNT_PIECES, backing_of, plates_of
 from sitscad.assembly.places.column import GLUE, Layer, Levels, column, placement
-from sitscad.assembly.places.jaws import POCKET_CLEARANCE, half_width, jaw_range, jaw_section, room_across
+from sitscad.assembly.places.jaws import POCKET_CLEARANCE, free_half_width, half_width, jaw_range, jaw_section
 from sitscad.assembly.places.seating import Relief, clearance, process_clearance, retention, side_ledges, stop_place
 from sitscad.assembly.solids.seat import GROOVE_DEPTH, groove_places
 from sitscad.assembly.solids.tooling import FOAM, FOOT_INSET
@@ -45,9 +45,9 @@ def piece_sizes(layout: Layout) -> dict[str, tuple[float, float]]:
     half, x0 = layout.body_size[1] / 2, layout.body[0]
     sizes = {}
     for name, (_, top) in zip(MOUNT_PIECES, backing_of(layout.spec).spans, strict=False):
-        sizes[name] = x0, 2.0 * min(half, room_across(layout, top))
+        sizes[name] = x0, 2.0 * min(half, free_half_width(layout, top))
     if "mount" in sizes and (stop is not None or ledges is not None):  # both reach up to the board's top face
-        wide = 2.0 * min(half if ledges is None else ledges[1], room_across(layout, 0.0))
+        wide = 2.0 * min(half if ledges is None else ledges[1], free_half_width(layout, 0.0))
         sizes["mount"] = (x0 if stop is None else stop[0]), wide
     sheet = stack.shield(layout)
     if sheet is not None:

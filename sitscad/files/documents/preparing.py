@@ -10,7 +10,7 @@ from functools import cache
 from typing import Any
 
 from sitscad.assembly.places.bodies import plates_of
-from sitscad.assembly.solids.tooling import LEAST_MIX, Pour, silicone_to_mix
+from sitscad.assembly.solids.tooling import LEAST_MIX, SiliconeMix, silicone_to_mix
 from sitscad.basics.record import record, replace
 from sitscad.basics.units import parse_quantity
 from sitscad.data import cited, is_unverified, rows
@@ -268,7 +268,7 @@ RELEASE = ("Wipe mould release for silicone thinly into every cavity and on the 
 """Application of mould release, which keeps silicone from sticking."""
 
 
-def silicone_volume_text(poured: Pour) -> str:
+def silicone_volume_text(poured: SiliconeMix) -> str:
     """Describe the volume of silicone to mix, and the volume that the cast pieces take."""
     pieces = "the pads take" if poured.pads > 1 else "the piece takes"
     share_text = f"{pieces} {1e6 * poured.pads * poured.pad:.2g} ml"

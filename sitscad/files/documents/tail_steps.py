@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from sitscad.assembly.places.jaws import jaw_range
 from sitscad.assembly.places.seating import relief
-from sitscad.assembly.places.tail_path import ROD, Lip, bends, lip, own_bend, rod_clear, tail_path
+from sitscad.assembly.places.tail_path import ROD, Lip, bending_rod_start, bends, lip, stated_bend, tail_path
 from sitscad.basics.units import in_mm
 from sitscad.estimates.loads.gluing import hard_adhesive
 from sitscad.files.documents.gluing import hard_glue_dose_text
@@ -62,7 +62,7 @@ def loose_tail_text(layout: Layout) -> str:
     if any(not bend.why for bend in early):
         below = below.replace("then", "between bends 2 and 3")
     piece = "target" if layout.spec.target is not None else "coils" if layout.spec.elastomer is None else "elastomer"
-    hinge = hinge_text(layout.spec.fpc.tail, layout.spec.jaw, own_bend(layout))
+    hinge = hinge_text(layout.spec.fpc.tail, layout.spec.jaw, stated_bend(layout))
     return (
         "Bend the tail while the board is loose: once the board is glued, there is no room for a rod between the tail "
         f"and the jaw. Hold the board by its edges, never by the {piece}. "
@@ -81,8 +81,8 @@ def glued_tail_text(layout: Layout) -> str:
         return "Do not bend the tail."
     if not late:
         return ""
-    hinge = "" if early else hinge_text(layout.spec.fpc.tail, layout.spec.jaw, own_bend(layout))
-    room = _rod_room_text(layout.spec.mount, layout.body[2], tail_bends, rod_clear(layout), late)
+    hinge = "" if early else hinge_text(layout.spec.fpc.tail, layout.spec.jaw, stated_bend(layout))
+    room = _rod_room_text(layout.spec.mount, layout.body[2], tail_bends, bending_rod_start(layout), late)
     return f"Bend the tail now. {_bend_list_text(layout.body[2], lip(layout), late)}{hinge}{room}"
 
 

@@ -19,8 +19,8 @@ from sitscad.assembly.solids.solid import (
     TriangleMesh,
     display_meshes,
     import_extra,
-    of_role,
     printed_meshes,
+    select_by_role,
 )
 from sitscad.basics.arrays import Array
 from sitscad.files.writer import stored_zip
@@ -43,7 +43,7 @@ _RELATIONS = (
 
 def render_3mf(solids: tuple[Solid, ...], spec: SensorSpec, aids: tuple[Solid, ...] = ()) -> dict[str, bytes]:
     """Return ``mount/NAME-<solid>.3mf`` of each part of mount, jaw, jig and mould. Empty if there are none."""
-    pieces = (*of_role(solids, BodyRole.MOUNT, BodyRole.JAW), *aids)
+    pieces = (*select_by_role(solids, BodyRole.MOUNT, BodyRole.JAW), *aids)
     return {
         f"mount/{spec.name}-{piece.name}.3mf": package([(piece, mesh.on_bed())], f"{spec.name}-{piece.name}")
         for piece, mesh in zip(pieces, printed_meshes(pieces), strict=True)
@@ -86,7 +86,7 @@ def _object(index: int, solid: Solid, mesh: TriangleMesh) -> str:
 
 def render_stl(solids: tuple[Solid, ...], spec: SensorSpec, aids: tuple[Solid, ...] = ()) -> dict[str, bytes]:
     """Return ``mount/NAME-<solid>.stl`` of each part of mount, jaw, jig and mould. Empty if there are none."""
-    pieces = (*of_role(solids, BodyRole.MOUNT, BodyRole.JAW), *aids)
+    pieces = (*select_by_role(solids, BodyRole.MOUNT, BodyRole.JAW), *aids)
     return {f"mount/{spec.name}-{mesh.name}.stl": stl(mesh.on_bed()) for mesh in printed_meshes(pieces)}
 
 

@@ -20,7 +20,7 @@ from pathlib import Path as FilePath
 from tempfile import TemporaryDirectory
 
 from sitscad.assembly.places.bodies import BodyRole
-from sitscad.assembly.solids.solid import Solid, import_extra, of_role
+from sitscad.assembly.solids.solid import Solid, import_extra, select_by_role
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.source import creation_second
 
@@ -38,7 +38,7 @@ def render(solids: tuple[Solid, ...], spec: SensorSpec, aids: tuple[Solid, ...] 
     """Return ``mount/NAME-<solid>.step`` of each part of mount, jaw, jig and mould. Empty if there is no mount."""
     if spec.mount is None:
         return {}
-    pieces = (*of_role(solids, BodyRole.MOUNT, BodyRole.JAW), *aids)
+    pieces = (*select_by_role(solids, BodyRole.MOUNT, BodyRole.JAW), *aids)
     return {f"mount/{spec.name}-{piece.name}.step": part(piece, f"{spec.name}-{piece.name}") for piece in pieces}
 
 

@@ -36,7 +36,7 @@ from numpy.typing import NDArray
 from sitscad.assembly.places.bodies import BodyRole, plates_of, target_gap
 from sitscad.assembly.solids.pieces import assemble
 from sitscad.assembly.solids.plates import metal_below
-from sitscad.assembly.solids.solid import MM, PartsError, Solid, import_extra, of_role, prism
+from sitscad.assembly.solids.solid import MM, PartsError, Solid, import_extra, prism, select_by_role
 from sitscad.assembly.solids.whole import LEAST_OPENING, glue_lifts, lifted_by_glue, ring
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.units import show
@@ -276,7 +276,7 @@ def render(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
     ``.msh`` has straight tetrahedra, ``.inp`` is the deck of second order with named faces, rubber and step, and
     ``.json`` has the quality of the elements.
     """
-    if not of_role(solids, BodyRole.ELASTOMER):
+    if not select_by_role(solids, BodyRole.ELASTOMER):
         return {}
     # Only the pad of the first cell is meshed, without webs
     neighbours = tuple(body.name for body in plates_of(spec).all if body.cell > 1 or body.web)
@@ -334,7 +334,7 @@ def elastomer_meshes(
     with TemporaryDirectory() as name, session(gmsh, "elastomer"):
         folder = Path(name)
         pad, board, target = (
-            [each for solid in of_role(solids, role) for each in imported(gmsh, solid.shape, folder)]
+            [each for solid in select_by_role(solids, role) for each in imported(gmsh, solid.shape, folder)]
             for role in (BodyRole.ELASTOMER, BodyRole.BOARD, BodyRole.TARGET)
         )
         gmsh.model.occ.fragment(pad, board + target)

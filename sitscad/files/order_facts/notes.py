@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from itertools import pairwise
 from textwrap import wrap
 
-from sitscad.assembly.places.tail_path import bends, bends_at_every_grasp, own_bend
+from sitscad.assembly.places.tail_path import bends, bends_at_every_grasp, stated_bend
 from sitscad.basics.units import count_text, in_mm, show
 from sitscad.kernels.geometry.path import bounding_box
 from sitscad.layout.bending import Bend, FinishedThickness, Where, finished_thickness
@@ -160,7 +160,7 @@ def bent_text(layout: Layout) -> str:
     radius = "" if tail_bends[0].radius is None else f", inside radius {in_mm(tail_bends[0].radius)} mm or more"
     return (
         f"Bend the tail by {lines}{radius}, and nowhere else: the drawing of the board has these lines."
-        f"{hinge_text(layout.spec.fpc.tail, layout.spec.jaw, own_bend(layout))}"
+        f"{hinge_text(layout.spec.fpc.tail, layout.spec.jaw, stated_bend(layout))}"
     )
 
 

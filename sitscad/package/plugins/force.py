@@ -45,22 +45,23 @@ def use_file(path: Path) -> Plugin:
     module = ModuleType(f"sitscad_plugin_{digest[:16]}")
     module.__file__ = str(path)
     sys.modules[module.__name__] = module
-    with at_work(f"plugin {path}", module.__file__):
+    with reported_plugin_call(f"plugin {path}", module.__file__):
         exec(compile(content, str(path), "exec"), module.__dict__)
-        return in_force(path.name, module, digest)
+        return activate_plugin(path.name, module, digest)
 
 
 def use_installed() -> tuple[Plugin, ...]:
     """Activate all installed plugins, in order of their names."""
     plugins = []
     for point in sorted(entry_points(group=GROUP), key=lambda point: point.name):
-        with at_work(f"plugin {point.name} ({point.value})"):
+        with reported_plugin_call(f"plugin {point.name} ({point.value})"):
             module = point.load()  # an error in the module has its own traceback with the line
-            plugins.append(in_force(point.name, module, sha256(Path(str(module.__file__)).read_bytes()).hexdigest()))
+            digest = sha256(Path(str(module.__file__)).read_bytes()).hexdigest()
+            plugins.append(activate_plugin(point.name, module, digest))
     return tuple(plugins)
 
 
-def in_force(name: str, module: ModuleType, digest: str) -> Plugin:
+def activate_plugin(name: str, module: ModuleType, digest: str) -> Plugin:
     """Activate the rules and writers of a module, and return the plugin. Raises PluginError if they are invalid.
 
     `digest` is the hash of the plugin's file.
@@ -73,11 +74,11 @@ def in_force(name: str, module: ModuleType, digest: str) -> Plugin:
     if (name, digest) in marks():
         return plugin
     for rule in rules:
-        _require_fit(name, rule)
+        _require_valid_rule(name, rule)
     for writer in writers:
-        _require_writable(name, writer)
-    add_rules(tuple(replace(rule, apply=_guarded(name, rule, module.__file__)) for rule in rules))
-    add_writers(tuple(_checked(name, writer, module.__file__) for writer in writers), (name, digest))
+        _require_valid_writer(name, writer)
+    add_rules(tuple(replace(rule, apply=_guarded_rule(name, rule, module.__file__)) for rule in rules))
+    add_writers(tuple(_guarded_writer(name, writer, module.__file__) for writer in writers), (name, digest))
     return plugin
 
 
@@ -88,7 +89,7 @@ def _listed(name: str, module: ModuleType, attribute: str, kind: type[Row]) -> t
     raise PluginError(f"plugin {name}: {attribute} is no list of values of sitscad.{kind.__name__}")
 
 
-def _require_fit(name: str, rule: Rule) -> None:
+def _require_valid_rule(name: str, rule: Rule) -> None:
     """Raise PluginError for a rule with the id or name of another rule, or with an invalid field."""
     rival = next((other for other in all_rules() if rule.id == other.id or rule.name == other.name), None)
     texts = (rule.summary, rule.why, rule.mend, rule.source)
@@ -105,7 +106,7 @@ def _require_fit(name: str, rule: Rule) -> None:
             raise PluginError(f"plugin {name}: rule {rule.id}: {why}")
 
 
-def _require_writable(name: str, writer: Writer) -> None:
+def _require_valid_writer(name: str, writer: Writer) -> None:
     """Raise PluginError for a writer with an unknown stage, unknown arguments, a name that exists, or no function."""
     names = {other.name for other in added_writers()}
     for is_wrong, why in (
@@ -121,18 +122,18 @@ def _require_writable(name: str, writer: Writer) -> None:
             raise PluginError(f"plugin {name}: writer {writer.name}: {why}")
 
 
-def _guarded(name: str, rule: Rule, file: str | None) -> Callable[[Design], list[Verdict]]:
+def _guarded_rule(name: str, rule: Rule, file: str | None) -> Callable[[Design], list[Verdict]]:
     """Return a rule's function in a wrapper that reports errors with the plugin's name."""
 
     def apply(design: Design) -> list[Verdict]:
         """Return the rule's findings without fixes. Raises PluginError for any error in the rule."""
-        with at_work(f"plugin {name}: rule {rule.id}", file):
-            return [_fitting(verdict) for verdict in (rule.apply(design) if rule.apply else None) or ()]
+        with reported_plugin_call(f"plugin {name}: rule {rule.id}", file):
+            return [_valid_verdict(verdict) for verdict in (rule.apply(design) if rule.apply else None) or ()]
 
     return apply
 
 
-def _fitting(verdict: object) -> Verdict:
+def _valid_verdict(verdict: object) -> Verdict:
     """Return a rule's result without its fixes. Raises TypeError if it has another type, or fields of another type."""
     if isinstance(verdict, Undecided) and isinstance(verdict.reason, str):
         return verdict
@@ -154,11 +155,11 @@ _FIELDS: dict[str, Any] = {
 """Types of the fields of a `Violation`, by the field's name."""
 
 
-def _checked(name: str, writer: Writer, file: str | None) -> Writer:
+def _guarded_writer(name: str, writer: Writer, file: str | None) -> Writer:
     """Return a writer whose functions have a wrapper that reports errors with the plugin's name."""
 
     def told(function: Callable[..., Made], *values: object) -> Made:
-        with at_work(f"plugin {name}: writer {writer.name}", file):
+        with reported_plugin_call(f"plugin {name}: writer {writer.name}", file):
             return function(*values)
 
     def render(*values: object) -> dict[str, bytes]:
@@ -181,7 +182,7 @@ class Interrupted(KeyboardInterrupt):
 
 
 @contextmanager
-def at_work(what: str, file: str | None = None) -> Iterator[None]:
+def reported_plugin_call(what: str, file: str | None = None) -> Iterator[None]:
     """Run a part of a plugin in this context. `what` is its description for messages.
 
     `file` is the plugin's file, for line numbers in errors.
@@ -190,7 +191,7 @@ def at_work(what: str, file: str | None = None) -> Iterator[None]:
     KeyboardInterrupt, GeneratorExit). An end of the process itself (``os._exit``, a signal) cannot be caught.
     """
     done = threading.Event()
-    threading.Thread(target=_tell, args=(what, done), daemon=True).start()
+    threading.Thread(target=_warn_while_running, args=(what, done), daemon=True).start()
     try:
         with _own_interruption():
             yield
@@ -216,7 +217,7 @@ def _line_in(file: str | None, error: BaseException) -> int | None:
     return lines[-1] if lines else None
 
 
-def _tell(what: str, done: threading.Event) -> None:
+def _warn_while_running(what: str, done: threading.Event) -> None:
     """Log warnings that a plugin is still running, until `done` is set.
 
     The first warning comes after `SLOW` seconds. The time before each further warning is the total time so far. By

@@ -14,13 +14,13 @@ from sitscad.assembly.places.bodies import MOUNT_PIECES, Body, PartsError, plate
 from sitscad.assembly.places.column import Layer, column, layer_heights
 from sitscad.assembly.places.fit import (
     OVERHANG,
-    ClosedSection,
+    ClosedJawsSection,
     closed_section,
-    end_section,
     hinge_pivot,
     measures,
     pin_gaps,
     shaft,
+    tail_section_size,
 )
 from sitscad.assembly.places.jaws import (
     POCKET_CLEARANCE,
@@ -30,7 +30,7 @@ from sitscad.assembly.places.jaws import (
     jaw_section,
     jaw_with_rims,
 )
-from sitscad.assembly.places.stack import width_under
+from sitscad.assembly.places.stack import support_width
 from sitscad.assembly.places.tail_path import tail_path
 from sitscad.basics.check_results import Measure
 from sitscad.basics.finding import Finding
@@ -137,7 +137,9 @@ def _needed(fault: Finding) -> Iterator[float]:
         yield _sizes(fault)[0] * (RADIUS if fault.rule == "SIT321" else 1.0)
 
 
-def _section(sheet: Sheet, layout: Layout, jaw: Jaw, pair: ClosedSection, view: View, shown: Sequence[Finding]) -> None:
+def _section(
+    sheet: Sheet, layout: Layout, jaw: Jaw, pair: ClosedJawsSection, view: View, shown: Sequence[Finding],
+) -> None:
     """Draw the cross section of the closed jaws, with their enclosing circle and each width that exceeds its limit."""
     sized = [fault for fault in shown if _sizes(fault)]
     draw_section(sheet, layout, jaw, view, Pen(0.35))
@@ -152,7 +154,7 @@ def _section(sheet: Sheet, layout: Layout, jaw: Jaw, pair: ClosedSection, view: 
         _width(sheet, view, needed, y, f"needs {mm(needed)}", RED)
     board_width, measured = layout.body_size[1], measures(layout)
     widths = dict.fromkeys(pair for fault in sized for pair in _widths(board_width, measured, jaw, fault))
-    under, across = width_under(layout), layout.body_size[1]  # the face that the board lies on
+    under, across = support_width(layout), layout.body_size[1]  # the face that the board lies on
     if any(fault.rule == "SIT319" for fault in shown) and under is not None and under < across:
         widths[under, f"carried {mm(under)}", across, f"board {mm(across)}"] = None
     rows = [*((size, label, RED) for size, label, _, _ in widths), *((size, label, "") for _, _, size, label in widths)]
@@ -229,7 +231,7 @@ def _extra_views(layout: Layout, jaw: Jaw, sized: dict[str, Finding]) -> list[Dr
     if "SIT324" in sized:
         views.append(lambda sheet, top: _at_hinge(sheet, layout, jaw, top))
     if (end := sized.get("SIT325")) is not None:
-        assembly, section = layout.spec.assembly, end_section(layout)
+        assembly, section = layout.spec.assembly, tail_section_size(layout)
         views.append(lambda sheet, top: _end(sheet, assembly, jaw, section, end, top))
     return views
 
