@@ -52,14 +52,14 @@ class Plating(StrEnum):
 
 
 MASK = "solder-mask"
-"""Material of a coverlay that is printed and not a film."""
+"""Material name of a coverlay that is a printed solder mask instead of a film."""
 
 
 @record
 class StackLayer:
     """One layer: thickness (m) and material (a row of the materials data).
 
-    * ``made_of``: films of a laminated layer. Empty if unknown.
+    * ``made_of``: text that lists the films of a laminated layer. Empty if unknown.
     * ``plated``: plated part (m) of a copper layer's thickness
     * ``adhesive``: part (m) of a coverlay's thickness that flows between the tracks. 0 if unknown.
     """
@@ -132,10 +132,11 @@ class Stackup:
         return tuple(layers)
 
     def platings(self, number: int) -> int:
-        """Return the number of plating steps that a copper layer with a number (from 1) receives.
+        """Return the number of plating steps that copper layer `number` receives. Layer 1 is at the top.
 
-        The outer layers get a step with the through holes. If a core is plated separately, its outer layers get a step
-        with the core's holes. A layer can get both. A single copper layer has no plated holes.
+        Both outer layers are plated once together with the through holes. If a core is plated separately, both its
+        outer layers are plated once together with the core's holes. Layer 1 can therefore be plated twice. A board with
+        a single copper layer has no plated holes.
         """
         count = sum(layer.kind is LayerKind.COPPER for layer in self.layers)
         ends = [(1, count)] * (count > 1) + [(1, self.core_layers)] * (self.core_layers > 1)
@@ -144,11 +145,11 @@ class Stackup:
     def built(
         self, plating: Plating, core_layers: int, thickness: float | None = None, finished: bool = False
     ) -> Stackup:
-        """Return the stack-up after plating by a method, with the first `core_layers` copper layers plated as a core.
+        """Return the stack-up after plating by the method `plating`.
 
-        `core_layers` is 0 without a core. `thickness` is the plating (m) of one step; None takes the stack-up's own. If
-        the copper is `finished`, its thickness stays and the foil is the rest. Otherwise the plating is added to the
-        foil.
+        The first `core_layers` copper layers are plated as a core; 0 means no core. `thickness` (m) is the copper of
+        one plating step; None means `plating_thickness`. If `finished` is True, the layers' thicknesses include the
+        plating and do not change. If it is False, the plating is added to each layer's foil.
         """
         wall = self.plating_thickness if thickness is None else thickness
         plated_stackup = replace(self, plating=plating, core_layers=core_layers, plating_thickness=wall)
@@ -164,9 +165,10 @@ class Stackup:
 
     @property
     def covers(self) -> tuple[tuple[str, StackLayer, CopperLayer], ...]:
-        """Each coverlay with its side ("top" or "bottom"), as (side, coverlay, thickest copper below it).
+        """Each coverlay as (side, coverlay, copper layer that it covers). The side is "top" or "bottom".
 
-        This copper is an outer layer, or the last layer of a core whose tail has its own coverlay.
+        The bottom coverlay can cover two copper layers: the board's last layer, and in the tail the core's last layer.
+        The thicker of the two is returned.
         """
         copper, covers = self.copper, []
         if copper and self.layers[0].kind is LayerKind.COVERLAY:
@@ -177,11 +179,11 @@ class Stackup:
         return tuple(covers)
 
     def line_foil(self, layers: Sequence[int]) -> float:
-        """Return the thickest foil (m) of some layers, by which fabricators list their smallest widths.
+        """Return the foil thickness (m) at which a fabricator's table of smallest track widths is read.
 
-        `layers` are numbers from 1; missing layers are ignored. The listed figures include one plating of the whole
-        panel. A second plating is etched in the way of thicker foil and counts. If the amount of plating is unknown,
-        the finished thickness counts.
+        It is the largest of the copper layers with the numbers `layers` (from 1). Numbers without a layer are ignored.
+        The tables already allow for one plating of the whole panel. Any further plating makes etching as hard as on a
+        thicker foil, so its thickness is added. If the amount of plating is unknown, the finished thickness is used.
         """
         chosen = [layer for layer in self.copper if layer.number in layers]
         if not self.is_plating_stated:
@@ -268,7 +270,7 @@ class Tail(Section):
     * ``bend_at``: distance (m) of the bend's line from the body. None for the pivot of the jaw's hinge, or the middle
       of the section that may be bent.
     * ``bend_direction``: ``down`` (away from the face with the coils) or ``up``
-    * ``bend_angle`` (rad): half of the jaw's opening leads the tail into the shaft
+    * ``bend_angle`` (rad): angle of the bend. At half of the opening angle of the jaws, the tail runs into the shaft.
     * ``bend_radius``: inside radius (m). None for the fabricator's minimum.
     * ``contacts``: number of contacts of the connector. None for the smallest sufficient number.
     * ``stiffener``: thickness (m) with its adhesive. None for the best stock stiffener.
@@ -353,15 +355,15 @@ class PanelSpec(Section):
 
 
 PLAIN_CORNER = 0.5e-3
-"""Corner radius (m) of a rectangle, as on every board: parts that touch tissue have no sharp edges."""
+"""Corner radius (m) of a body with the shape ``rectangle``. Parts that touch tissue must have no sharp corners."""
 
 
 @record
 class BodySpec(Section):
     """The outline of the board's body, without its tail. Its middle is the mean of the coils' centres.
 
-    Lengths are metres. ``size`` and ``edge`` are None or empty only until the resolver computes them. ``edge`` is the
-    closed outline about that mean, counter-clockwise.
+    Lengths are metres. ``edge`` is the closed outline, counter-clockwise; its origin is the mean of the coils' centres.
+    Until the resolver computes them, ``size`` can be None and ``edge`` is empty.
     """
 
     shape: str = key(
@@ -414,8 +416,8 @@ class BodySpec(Section):
 class FpcSpec(Section):
     """The flexible printed circuit.
 
-    Stack-up, rules and panel are as written only until the resolver replaces them. Without a tail, there are solder
-    pads at the outline.
+    The resolver replaces stack-up, rules and panel, which are first as written in the spec. A board without a tail has
+    solder pads at its outline.
 
     * ``plating`` (m) and ``plated``: as written, None if omitted. ``stackup`` has the values in use.
     * ``panel``: delivery of the boards

@@ -37,9 +37,10 @@ TURNS, INNER = "coil.turns", "coil.inner_diameter"
 
 
 def written_key(key: str | None, written: Container[str]) -> str | None:
-    """Return the key that a finding about `key` should name: `key` itself, or ``coil.inner_diameter``.
+    """Return the key of the spec that a finding about `key` should name.
 
-    The latter is named if the spec writes it in place of `key`. `written` are the keys that the spec has.
+    It is ``coil.inner_diameter`` if the spec states the inner diameter and omits `key`. Otherwise it is `key`.
+    `written` are the keys that the spec has.
     """
     stood_for = {f"coil.{name}" for name in CoilSpec.stands_in[1]}
     return INNER if key in stood_for and key not in written and INNER in written else key
@@ -69,9 +70,10 @@ class Start(Choice):
 
 @record
 class DrawnLayer:
-    """One layer of a drawn coil: copper layer, and path about the coil's centre in the direction of the current.
+    """The winding of a drawn coil on one copper layer. `number` is the layer's number, from 1 at the top.
 
-    `outer_angle` (rad), `sense` and `inward` are as in `layout.board.Winding`.
+    `path` follows the current, and its origin is the coil's centre. `outer_angle` (rad), `sense` and `inward` are as in
+    `layout.board.Winding`.
     """
 
     number: int
@@ -84,9 +86,9 @@ class DrawnLayer:
 
 @record
 class DrawnPiece:
-    """A track of a drawn coil: copper layer, path about the coil's centre, width (m), and purpose.
+    """A track of a drawn coil: copper layer, path (origin at the coil's centre), width (m), and purpose.
 
-    The purpose is winding, stub or lead.
+    The purpose `role` is "winding", "stub" or "lead".
     """
 
     layer: int
@@ -97,7 +99,7 @@ class DrawnPiece:
 
 @record
 class DrawnHole:
-    """A plated hole of a drawn coil: centre, drill and pad diameter (m)."""
+    """A plated hole of a drawn coil: centre (m, from the coil's centre), drill diameter and pad diameter (m)."""
 
     centre: Point
     drill: float
@@ -106,7 +108,7 @@ class DrawnHole:
 
 @record
 class DrawnTerminal:
-    """An end of a drawn coil: centre, sides of its pad (m) and copper layer."""
+    """The pad at one end of a drawn coil: centre (m, from the coil's centre), sides (m) and copper layer."""
 
     centre: Point
     size: tuple[float, float]
@@ -115,10 +117,10 @@ class DrawnTerminal:
 
 @record
 class DrawnCopperCoil:
-    """The copper of a coil that the user drew, about the centre of its turns.
+    """The copper of a coil that the user drew. The origin is the centre of its turns.
 
     * ``series``: tracks and holes from terminal to terminal, in the order of the current
-    * ``deviation``: largest distance (m) of the drawn turns from the spiral that they are computed as
+    * ``deviation``: largest distance (m) between the drawn turns and the regular spiral that replaces them in estimates
     * ``heights``: (number, height of the mid-plane in m, thickness in m) of the board's copper layers. Empty if the
       file has no stack-up.
     """
@@ -232,7 +234,7 @@ class CoilSpec(Section):
 
     @property
     def turns_in_words(self) -> str:
-        """Number of turns as text, or the numbers of all layers if they differ."""
+        """Number of turns as text. If the layers have different numbers, the text lists all of them."""
         return ", ".join(f"{turns:g}" for turns in (self.layer_turns if self.has_unequal_turns else (self.turns,)))
 
     @property
@@ -315,12 +317,12 @@ class ArraySpec(Readable):
 
     @property
     def is_in_line(self) -> bool:
-        """Whether all coils stand on the jaw's axis, so that lanes along it suffice."""
+        """Whether all coils lie on the x axis, without rotation. Their leads can then run in lanes along this axis."""
         return all(abs(placement.centre[1]) < 1e-9 and not placement.rotation for placement in self.placements)
 
     @property
     def distance_key(self) -> str:
-        """Key of the spec for the distance between coils; for a coil alone, the key for its size."""
+        """Key of the spec that sets the distance between coils. For a single coil, the key of its size."""
         keys = {"single": "coil.outer_diameter", "explicit": "array.centres"}
         return keys.get(self.pattern, "array.pitch")
 

@@ -52,42 +52,46 @@ class DesignRules(Readable):
     Sources, by field:
 
     * ``sources``: source of each value
-    * ``holders``: name of the profile that states the value, with the line in a user's file
-    * ``beyond``: largest foil (m) for which a value is stated, if the value is in use for a thicker foil
-    * ``unbound``: minimums of coils that only warn, although ``coil_rule_binding`` makes the others errors
+    * ``holders``: name of the profile that states the value. For a user's file, its path and line follow.
+    * ``beyond``: only for values that are used for a thicker foil than the fabricator states. The entry is the thickest
+      foil (m) for which the value is stated.
+    * ``unbound``: minimums of coil tracks whose violation is only a warning, although ``coil_rule_binding`` is True
 
     Tracks:
 
-    * ``coil_lines``: smallest widths and spacings of coil tracks by foil thickness (m), from the thinnest
-    * ``track_lines``: values for all other tracks, if these depend on the foil
-    * ``coil_trace_width``, ``trace_width`` and their spacings: values in use, for a foil of ``coil_copper`` if known
+    * ``coil_lines``: smallest widths and spacings of coil tracks, one row for each foil thickness, the thinnest first
+    * ``track_lines``: such rows for all other tracks. Empty if their values do not depend on the foil.
+    * ``coil_trace_width``, ``trace_width`` and their spacings: values for the foil of this design. ``coil_copper`` (m)
+      is the foil of the row from which the coil's values come. None if the coil's values do not depend on the foil.
 
-    Values that depend on the number of copper layers, by this number:
+    Tables by the number of copper layers:
 
-    * ``annular_rings``: rings that differ from ``annular_ring``, by the smallest number to which they apply
-    * ``static_bend_ratio``, ``dynamic_bend_ratio`` and ``thickness_tolerance`` (half the band, m): the largest number
-      also stands for more layers
+    * ``annular_rings``: rings (m) that replace ``annular_ring`` for boards with at least this number of layers
+    * ``static_bend_ratio`` and ``dynamic_bend_ratio``: smallest bend radius divided by thickness
+    * ``thickness_tolerance`` (half the band, m)
+
+    In the last three tables, the entry of the largest number also applies to more layers.
 
     Boards and panels:
 
-    * ``part_size``: size below which parts are not handled singly
-    * ``panel_size``: size up to which a panel is filled
-    * ``largest_part``: largest part or panel that is made by agreement
+    * ``part_size``: smallest length and width of a board that the fabricator handles without a panel
+    * ``panel_size``: length and width up to which a panel is filled with boards
+    * ``largest_part``: length and width of the largest board or panel that the fabricator makes, by agreement
     * ``inside_radius``: smallest radius of inner edges of the outline
     * ``stiffened_tolerance`` (m): tolerance of the thickness with a stiffener, by its material
     * ``file_naming``: naming scheme of files in the archive
 
     Coverlay:
 
-    * ``coverlay_lap``: length by which the coverlay of a tail with fewer layers laps into the body
-    * ``hole_to_step``: distance of holes from the body's end at such a tail
-    * ``finger_lap``: length by which the fingers of a plug extend below the coverlay
-    * ``pad_lap``: width of the rims of solder pads that the coverlay covers
+    * ``coverlay_lap``: if the tail has fewer layers than the body, length by which its coverlay overlaps the body
+    * ``hole_to_step``: distance of holes from the body's end at a tail with fewer layers
+    * ``finger_lap``: length by which the coverlay covers the beginning of the contact fingers
+    * ``pad_lap``: width of the rim that the coverlay covers on each solder pad
 
     Orders:
 
     * ``layer_counts``, ``foils`` and ``cores`` (m), ``covers``, ``stiffeners``, ``finishes``: all options on offer.
-      None means not stated, so not checked.
+      None if the fabricator does not state them; they are then not checked.
     * ``order_multiple``: boards are sold in multiples of this number
     * ``one_process``: True if all boards are made in the same way
     * ``house``, ``country``, ``purpose``: fabricator, place of production, and use of the profile. Empty if not stated.
@@ -158,10 +162,10 @@ class DesignRules(Readable):
     unbound: tuple[str, ...] = ()
 
     def for_foil(self, thickness: float) -> DesignRules:
-        """Return the rules with the track widths and spacings that apply to a foil of a thickness (m).
+        """Return the rules with the track widths and spacings that apply to foil of this `thickness` (m).
 
-        The profile's row for the thinnest listed foil applies that is at least as thick. If all listed foils are
-        thinner, the row of the thickest one applies and the sources state this.
+        Of the profile's rows for foils of this thickness or more, the row with the thinnest foil applies. If all listed
+        foils are thinner, the row with the thickest foil applies, and the sources state this.
         """
         rules = self
         for prefix, listed in (("coil_trace", self.coil_lines), ("trace", self.track_lines)):
@@ -185,7 +189,7 @@ class DesignRules(Readable):
         return replace(self, **changed, sources={**self.sources, **sources}, holders={**self.holders, **holders})
 
     def for_layers(self, count: int) -> DesignRules:
-        """Return the rules with the smallest annular ring for a board with `count` copper layers."""
+        """Return the rules with `annular_ring` set to the minimum for a board with `count` copper layers."""
         ring_layers = max((least for least in self.annular_rings if least <= count), default=None)
         if ring_layers is None:
             return self
@@ -195,7 +199,10 @@ class DesignRules(Readable):
         return replace(self, annular_ring=self.annular_rings[ring_layers], sources=sources, holders=holders)
 
     def binds(self, field: str) -> bool:
-        """Whether a coil track below the minimum in `field` is an error. If False, it is only a warning."""
+        """Whether a coil track below the minimum in `field` is an error. If False, it is only a warning.
+
+        `field` is "coil_trace_width" or "coil_trace_spacing".
+        """
         return self.coil_rule_binding and field not in self.unbound
 
     def source_of(self, field: str) -> str:
@@ -203,14 +210,17 @@ class DesignRules(Readable):
         return self.sources.get(field) or self.source or "the fabricator's design rules (fpc.rules)"
 
     def holder(self, field: str) -> str:
-        """Return the name of the profile whose value in `field` applies, with its base if the base states the value."""
+        """Return the text that names the profile which states the value in `field`.
+
+        If the base of a profile states it, the text names both. For a user's profile, it has the file's path and line.
+        """
         holder = self.holders.get(field, self.name)
         is_placed = "(" in holder  # a user's profile, with file and line
         return holder if holder == self.name or is_placed else f"{self.name} (which takes that from {holder})"
 
     @property
     def via_pad(self) -> float:
-        """Smallest via pad diameter (m): the drill plus two rings."""
+        """Smallest pad diameter (m) of a via: the smallest drill plus two smallest annular rings."""
         return self.via_drill + 2.0 * self.annular_ring
 
 

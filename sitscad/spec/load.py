@@ -38,7 +38,7 @@ from sitscad.spec.yaml.source import MAX_BYTES, SpecSource, TextError, dotted, p
 __all__ = ["SpecError", "load", "load_text"]
 
 NO_FILE = "<text>"
-"""Path of a text that came from no file. It has no folder, so it can name no other files."""
+"""Path that stands for a text without a file. Such a spec has no folder, so it cannot name other files."""
 
 
 @checked_arguments
@@ -138,9 +138,10 @@ def _read(
 def load_values(
     data: Mapping[str, Any], source: SpecSource, profiles: str | os.PathLike[str] | None = None
 ) -> SensorSpec:
-    """Return the sensor that plain values describe. Programs with many variants need not write them as text.
+    """Return the sensor that plain values describe, without the detour over a text.
 
-    `source` is the text from which the values differ. It gives the positions for findings, and its comments count.
+    `source` is the text that the values were derived from. It gives the positions for findings, and waivers in its
+    comments apply.
     """
     return _resolve_document(section_of_data(data, source, SpecDocument), source, profiles)
 
@@ -167,7 +168,7 @@ MOST_VALUES = 20_000
 """Maximum number of values of a spec, including sections and lists, and of values in an array."""
 
 DEEPEST = 16
-"""Largest number of sections and lists inside each other."""
+"""Largest nesting depth of sections and lists."""
 
 _PLAIN = re.compile(r"[A-Za-z0-9][A-Za-z0-9 ._/+-]*(?<! )")
 _MOST_BITS = 200
@@ -234,7 +235,7 @@ def yaml_text(data: Mapping[str, Any]) -> str:
 
 
 def flow(value: Any) -> str:
-    """Return a plain value as text in a line of YAML."""
+    """Return a plain value as YAML in one line, with sections in braces and lists in brackets (flow style)."""
     if isinstance(value, dict):
         return f"{{{', '.join(f'{flow(name)}: {flow(inner)}' for name, inner in value.items())}}}"
     if isinstance(value, list):
@@ -277,7 +278,7 @@ def from_mapping(sections: Mapping[str, Any], named: Mapping[str, Any]) -> Senso
 def replaced(spec: SensorSpec, changes: Iterable[tuple[Any, Any]]) -> SensorSpec:
     """Return a spec with other values at dotted keys; see `SensorSpec.replace`.
 
-    `changes` are pairs (key, value). Values are as in attributes of the spec, in SI units.
+    `changes` are pairs (key, value). Values are in SI units and have the form of the spec's attributes.
     """
     pairs, written = tuple(changes), []
     records: dict[str, Any] = {}
@@ -302,9 +303,9 @@ def replaced(spec: SensorSpec, changes: Iterable[tuple[Any, Any]]) -> SensorSpec
 
 
 def written_value(key: str, value: Any) -> Any:
-    """Return the form that a value has in a YAML file. `value` is as in attributes of the spec, in SI units.
+    """Return the form that a value has in a YAML file. `value` is an attribute's value, in SI units.
 
-    Raises `TextError` if a spec cannot hold the value at `key`, or if it is a length as text without a unit.
+    Raises `TextError` if the value is not allowed at `key`, or if it is the text of a length without a unit.
     """
     kind = kind_at(SpecDocument, key)
     if callable(getattr(value, "tolist", None)) and not isinstance(value, type):
@@ -313,9 +314,10 @@ def written_value(key: str, value: Any) -> Any:
 
 
 def rewritten_spec(spec: SensorSpec, changes: Iterable[tuple[Any, Any]]) -> SensorSpec:
-    """Return a spec with other values at dotted keys, after rewriting and reading its text.
+    """Return a spec with other values at dotted keys: its text is changed and read again.
 
-    `changes` are pairs (key, value). Values are as in a YAML file: lengths without a unit are millimetres.
+    `changes` are pairs (key, value). Values have the form that they have in a YAML file: lengths without a unit are in
+    millimetres.
     """
     try:
         _require_as_written(spec)
@@ -357,7 +359,7 @@ def attribute(spec: SensorSpec, key: str) -> Any:
 
 
 def _is_attribute(value: Any, spec: SensorSpec, key: str) -> bool:
-    """Whether a value equals the value of the spec's attributes at a dotted key. False for None and for arrays."""
+    """Whether `value` equals the spec's value at a dotted key. False for None and for arrays."""
     try:
         current = attribute(spec, key)
     except LookupError:
@@ -367,9 +369,9 @@ def _is_attribute(value: Any, spec: SensorSpec, key: str) -> bool:
 
 
 def _require_as_written(spec: SensorSpec) -> None:
-    """Raise `TextError` if values of a spec differ from its text.
+    """Raise `TextError` if a program has set values of the spec that its text does not have.
 
-    A change of the text would then lose them.
+    A change of the text would then lose these values.
     """
     if not spec.source.text:
         raise TextError("SIT011", "this spec was not read from a text", "create it with SensorSpec.from_mapping")
@@ -400,7 +402,7 @@ def _change_text(text: str, key: str, value: Any) -> str:
 def put(data: Any, key: str, value: Any) -> None:
     """Replace a plain value at a dotted key, or remove it if the new value is None. Missing sections are added.
 
-    Raises `TextError` if the key has no place in the values.
+    Raises `TextError` if `data` cannot have such a key.
     """
     *parents, last = key.split(".")
     for deep, name in enumerate(parents, 1):

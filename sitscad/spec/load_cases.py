@@ -88,12 +88,13 @@ class LoadsDocument(Section):
 class LoadCase:
     """A load on the target: forces (N) towards the board and along x and y.
 
-    * ``offset``: place (m) of the force, from the middle of the outermost face
-    * ``opening``: angle (rad) about y of a face that lies flush on the target, nearest to the board at +x
-    * ``is_held``: True if the face keeps the target level
-    * ``is_stuck``: True if the face holds the target in x and y. Otherwise the face slides and pushes along its own
-      normal, and ``normal`` is the component towards the board.
-    * ``mechanism``: levers that determine the normal force. ``normal`` is then None.
+    * ``offset``: point (m) at which the force acts, from the middle of the sensor's outermost face
+    * ``opening``: tilt (rad) about y of the pressing face, on which the target lies flush. The tilted face is nearest
+      to the board at +x.
+    * ``is_held``: True if the pressing face keeps the target level
+    * ``is_stuck``: True if friction at the pressing face prevents motion in x and y. If False, the face slides and
+      pushes along its own normal, and ``normal`` is the component towards the board.
+    * ``mechanism``: the jaws' levers, from which the normal force is computed. ``normal`` is then None.
     """
 
     name: str

@@ -41,15 +41,16 @@ class ElastomerMaterial(Section):
     """A silicone, written out.
 
     * ``shear_modulus`` (Pa): at small strain
-    * ``shear_modulus_sigma``: its relative standard deviation
+    * ``shear_modulus_sigma``: relative standard deviation of the shear modulus
     * ``bulk_modulus`` (Pa)
     * ``ogden_exponent``: alpha of an Ogden material, W = (2 mu / alpha^2) (sum of the stretches to the power alpha - 3)
     * ``hysteresis_normal`` and ``hysteresis_shear``: largest difference between loading and unloading, as a fraction of
       the full scale of force
     * ``creep``: drift under a load, as a fraction of the full scale of force
-    * ``modulus_temperature_coefficient`` and ``expansion`` (1/K): of the modulus, and of linear expansion
+    * ``modulus_temperature_coefficient`` (1/K): relative change of the modulus with temperature
+    * ``expansion`` (1/K): coefficient of linear thermal expansion
 
-    Hysteresis and creep are never corrected. They count as errors of the force.
+    sitscad does not correct hysteresis and creep. They count as errors of the force.
     """
 
     name: str = key(Label, "name of the material", "written out")
@@ -80,7 +81,10 @@ class ElastomerMaterial(Section):
     loss_source: str = "unverified"
 
     def written(self) -> ElastomerMaterial:
-        """Return the silicone with one hysteresis for normal and shear, and the spec as source of all figures."""
+        """Return the silicone with the spec as source of all figures.
+
+        The spec has a single key for hysteresis. It applies to normal force and shear.
+        """
         loss = self.hysteresis_normal
         return replace(self, hysteresis_shear=loss, source=WRITTEN_SOURCE, loss_source=WRITTEN_SOURCE)
 
@@ -102,26 +106,27 @@ ConductorChoice = preset_or("conductor", Conductor)
 ElastomerChoice = preset_or("elastomer", ElastomerMaterial, ElastomerMaterial.written)
 
 AT_DOUBLE, TO_30_PERCENT = (2.0,), tuple(1.0 + 0.01 * k for k in range(1, 31))
-"""Stretches at which a neo-Hookean law is fitted to a measured stress.
+"""Stretches (length divided by length at rest) at which a neo-Hookean law is fitted to a measured stress.
 
-`AT_DOUBLE` is for a data sheet's modulus at 100 % elongation, and `TO_30_PERCENT` for a fit from 1 to 30 % elongation.
+`AT_DOUBLE` is used for a data sheet's modulus at 100 % elongation, and `TO_30_PERCENT` for a modulus that was fitted to
+a measurement from 1 to 30 % elongation.
 """
 
 
 def tension(exponent: float, stretch: float) -> float:
     """Return the tensile stress of a bar of one-term Ogden rubber, divided by its small-strain modulus (Ogden 1972).
 
-    The stress is nominal: force over the undeformed section. `exponent` is the Ogden exponent, and `stretch` the length
-    divided by the length at rest. The modulus is the shear modulus.
+    The stress is the force divided by the undeformed cross-section, and the modulus is the shear modulus. `exponent` is
+    the Ogden exponent, and `stretch` the length divided by the length at rest.
     """
     return 2.0 / exponent * (stretch ** (exponent - 1.0) - stretch ** (-0.5 * exponent - 1.0))
 
 
 def stiffened(exponent: float, stretches: Sequence[float]) -> float:
-    """Return the neo-Hookean modulus that fits a bar of Ogden rubber, divided by the rubber's small-strain modulus.
+    """Return the fitted neo-Hookean shear modulus of an Ogden rubber, divided by its modulus at small strain.
 
-    The neo-Hookean law is fitted by least squares to the stress at `stretches`. The ratio is 1 if the rubber is
-    neo-Hookean.
+    The neo-Hookean law is fitted by least squares to the tensile stress of a bar at `stretches`. The result is 1 if the
+    rubber is neo-Hookean, that is, if `exponent` is 2.
     """
     plain = [tension(NEO_HOOKEAN, stretch) for stretch in stretches]
     ogden = [tension(exponent, stretch) for stretch in stretches]
@@ -130,9 +135,9 @@ def stiffened(exponent: float, stretches: Sequence[float]) -> float:
 
 @record
 class Finish:
-    """A finish of bare contacts: its name in job files and in documents.
+    """A finish of bare contacts: its names in Gerber job files and in documents.
 
-    The flags state whether it is plated by a current, and whether it suits contacts for plugs and for solder.
+    The flags state whether an electric current plates it, and whether it suits contacts of plugs and solder pads.
     """
 
     name: str
@@ -148,14 +153,14 @@ class Finish:
 class Adhesive:
     """An adhesive, with the thickness of one glue line and its tolerance (m).
 
-    * ``product``: a product on the market
-    * ``primer``: primer that it needs on silicone. Empty if none is needed.
-    * ``bonds_silicone``: False if it does not hold on silicone at all
+    * ``product``: a commercial product, as an example
+    * ``primer``: primer that the adhesive needs on silicone. Empty if none is needed.
+    * ``bonds_silicone``: False if the adhesive does not bond to silicone at all
     * ``viscosity`` (Pa s): None for a tape
     * ``open_time`` (s): time until it stops flowing between two faces. None for a tape.
     * ``set_time`` (s): time until the pieces can be released. None for a tape.
     * ``cure_time`` (s): time until full strength
-    * ``inhibitor``: substance in it that keeps a platinum silicone from curing. Empty if none is known.
+    * ``inhibitor``: substance in the adhesive that keeps a platinum silicone from curing. Empty if none is known.
     """
 
     name: str
@@ -182,8 +187,9 @@ OFFSET = "[x, y] of its centre from the mean of the coils' centres, like [0.5, 0
 class Target(Section):
     """The conducting plate over the coils.
 
-    Lengths are metres. ``offset`` is along and across the jaw. ``rotation`` (rad, counter-clockwise) is about its own
-    centre, at rest. Shape and size are None only until the resolver computes them.
+    Lengths are metres. ``offset`` is the position of the target's centre along and across the jaw, from the mean of the
+    coils' centres. ``rotation`` (rad, counter-clockwise) is about the target's centre, at rest. Shape and size can be
+    None until the resolver computes them.
     """
 
     shape: str = key(PlateShape, SHAPE, None)
@@ -208,9 +214,9 @@ class Target(Section):
 class ElastomerPad(Section):
     """The soft pad between board and target.
 
-    Lengths are metres. Shape and size are None only until the resolver computes them. ``webs`` describe the pad of one
-    cell: the width of its webs, then their lengths at the sides -x, +x, -y and +y (0 without a web). Empty
-    without webs.
+    Lengths are metres. Shape and size can be None until the resolver computes them. ``webs`` describes the silicone
+    strips from this pad to the pads of neighbouring cells: their width, then their lengths at the sides -x, +x, -y and
+    +y. A length of 0 means no web at this side. ``webs`` is empty if the pad has none.
     """
 
     material: ElastomerMaterial = key(ElastomerChoice, "a silicone, or written out", "dragon-skin-10")
@@ -233,8 +239,8 @@ class ElastomerPad(Section):
 class CellsSpec(Section):
     """Groups of coils with their own target and pad; sizes and offsets in `target` and `elastomer` are for one cell.
 
-    Coils that follow each other in the array form a cell. Offsets are from the mean of its coils' centres. Without
-    ``web`` the pads are separate.
+    A cell consists of coils that follow each other in the array. Offsets are relative to the mean of the centres of the
+    cell's coils. If ``web`` is None, the pads are separate.
     """
 
     coils: int = key(Number(1, 4, whole=True), "of one cell, in the order of the array: 1, or a group of 2 to 4", 1)
@@ -256,7 +262,7 @@ class Encapsulation(Section):
 class Shield(Section):
     """A sheet between coil and jaw.
 
-    ``kerf`` is the width (m) of a laser's cut; 0 draws the sheet without compensation.
+    ``kerf`` is the width (m) of the laser's cut. If it is 0, the cut file is not compensated for it.
     """
 
     material: Conductor = key(ConductorChoice, "copper, ferrite or another conductor, or written out", "copper")

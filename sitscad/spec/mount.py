@@ -53,9 +53,10 @@ Datum = Special(
 class StepPart:
     """A STEP file in the spec's folder, with its position.
 
-    * ``file``: its path in that folder
-    * ``sha256``: hash of its bytes, which the spec's source stores
-    * ``datum``: middle of the face as a point (m, in the file's axes), or the name of a coordinate system in the file
+    * ``file``: path of the file, relative to that folder
+    * ``sha256``: hash of the file's bytes. `SensorSpec.source` stores the bytes.
+    * ``datum``: middle of the face that carries the sensor, as a point (m, in the file's axes), or as the name of a
+      coordinate system in the file
     * ``along``: the file's axis that points towards the tail
     * ``up``: the file's axis that points away from the face
     """
@@ -71,24 +72,24 @@ class StepPart:
 class Jaw(Section):
     """A grasper's jaw: written out, a preset with some changed figures, or a STEP file.
 
-    The face carries the sensor; the metal is behind it. Lengths are metres. Omitted values are None only until the
-    resolver computes them. The same holds for the name of the file in ``step``.
+    The face carries the sensor; the jaw's metal lies behind the face. Lengths are metres. The resolver replaces omitted
+    values, which are None before. It also replaces the file's name in ``step`` by a `StepPart`.
 
     * ``based_on``, ``datum``, ``along``, ``up``: as written, None if omitted
-    * ``height``: height of one jaw from face to back
+    * ``height``: largest distance between the face and the round back of one jaw
     * ``port_diameter``: diameter of the circle that the closed pair of jaws must pass
-    * ``face``: measured width of the flat. If it is None, the width is the chord of a back that is as round as the
-      port. In a jaw with a pad pocket, the face is the floor of the pocket.
+    * ``face``: measured width of the flat face. If it is None, the back is taken as an arc with the port's diameter,
+      and the width is its chord at the face. In a jaw with a pocket for a pad, the face is the pocket's floor.
     * ``pocket``: length and width of the pocket
-    * ``recess``: height of the rims beside the pocket above its floor
+    * ``recess``: height of the rims beside the pocket, above the pocket's floor
     * ``opposing_pocket`` and ``opposing_recess``: pocket and rims of the other jaw
     * ``hinge``: distance from the face's heel to the pivot
     * ``pivot_offset``: distance of the pivot from the middle of the closed pair, positive towards this jaw
     * ``opening`` (rad): angle between the faces of the fully open jaws
     * ``fenestration``: length and width of a window through the face
-    * ``preset``: name of the preset for all figures that the spec does not write
-    * ``written``: keys of the figures that the spec writes
-    * ``step``: the solid, if it is in a STEP file
+    * ``preset``: name of the preset that gives all figures which the spec omits
+    * ``written``: keys of the figures that the spec states
+    * ``step``: the jaw's STEP file. None if there is none.
     """
 
     name: str = key(Label, "what to call it", "written out")
@@ -140,7 +141,7 @@ class Jaw(Section):
 def half_chord(height: float, radius: float) -> float:
     """Return half the width (m) of a flat face that lies `height` (m) above the lowest point of an arc.
 
-    `radius` (m) is the radius of the arc. From its centre upwards, the half width is the radius.
+    The arc is the jaw's back with this `radius` (m). If `height` is the radius or more, the result is the radius.
     """
     return math.sqrt(max(0.0, height * (2.0 * radius - height))) if height < radius else radius
 
@@ -179,8 +180,8 @@ class Hole(Section):
 class HolePattern:
     """The screw holes of a bench plate.
 
-    ``grid`` (m) is the pitch of a bench with a grid of holes. Any four holes may be used. None if the plate has only
-    ``holes``.
+    ``grid`` (m) is the pitch of a bench that has a grid of holes; the plate can use any four holes of the grid. None if
+    the plate has only the holes in ``holes``.
     """
 
     name: str
@@ -194,7 +195,8 @@ class HolePattern:
 class Finger(Section):
     """The end of a robot's finger. A cap that carries the sensor slips over it.
 
-    ``screw`` is the nominal diameter (m) of its two clamping screws. ``material`` is None for a finger of plastic.
+    ``screw`` is the nominal diameter (m) of the cap's two clamping screws. ``material`` is the finger's metal. None for
+    a finger of plastic.
     """
 
     shape: str = key(Choice(("rectangle", "circle")), "of the cross section", "rectangle")
@@ -233,11 +235,11 @@ class MetalBehind(Section):
 class Mount(Section):
     """The part that carries the sensor.
 
-    Names and lists are as written until the resolver replaces them.
+    Names of presets and files are texts until the resolver replaces them by values.
 
     * ``standoff``: distance (m) from the metal's face to the board's bottom face
     * ``process``: manufacturing process of the mount
-    * ``step``: a mount designed by the user, or a jaw whose size only the STEP file gives
+    * ``step``: STEP file of a mount that the user designed, or of a jaw whose sizes the spec does not state
     * ``backing``: metal of a finger or of a jaw in a STEP file
     """
 
@@ -301,7 +303,7 @@ class Mount(Section):
 
     @property
     def is_jaw_unmeasured(self) -> bool:
-        """Whether only a STEP file describes the jaw. Rules then have no figures of the jaw."""
+        """Whether only a STEP file describes the jaw. Rules then cannot use the jaw's sizes."""
         return self.kind == "grasper-pad" and self.jaw is None
 
 
@@ -330,7 +332,10 @@ class TolerancesDocument(Section):
 
 @record
 class HeightOffsets:
-    """Distances (m) of target, shield and metal from the board in one unit, minus the distances in the drawing."""
+    """Errors of height (m) in one manufactured unit, for target, shield and metal.
+
+    Each is the distance from the board in this unit, minus the nominal distance.
+    """
 
     target: float = 0.0
     shield: float = 0.0
@@ -341,11 +346,11 @@ class HeightOffsets:
 class Assembly(Section):
     """Assembly of the pieces. The thickness of glue and the tolerances are included in the check against the port.
 
-    Lengths are metres. The adhesive's figures are None only until the resolver fills them in. Bore and pin are None for
-    the usual sizes of the port.
+    Lengths are metres. Values of the adhesive can be None until the resolver fills them in. ``shaft_bore`` and
+    ``hinge_pin`` are None if the usual sizes for the port apply.
 
-    * ``tolerances``: (part, tolerance), in place of the tolerance of the part's process
-    * ``offsets``: zero except in simulated units
+    * ``tolerances``: pairs (part, tolerance) that replace the tolerance of the part's manufacturing process
+    * ``offsets``: errors of height in a simulated unit. Zero in the nominal design.
     """
 
     adhesive: Adhesive | None = key(
@@ -368,5 +373,5 @@ class Assembly(Section):
     offsets: HeightOffsets = HeightOffsets()
 
     def tolerance(self, part: str) -> float | None:
-        """Return the tolerance (m) of a part in the spec. None if the spec leaves it to the part's process."""
+        """Return the tolerance (m) that the spec states for a part. None if the spec does not state one."""
         return dict(self.tolerances).get(part)

@@ -1,4 +1,4 @@
-"""Positions of elastomer and target in plan view: over the mean of their coils' centres, or with an offset."""
+"""Positions of elastomer and target in plan view, relative to the mean of their coils' centres."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from sitscad.spec.sensor import SensorSpec
 
 
 def cell_specs(spec: SensorSpec) -> tuple[SensorSpec, ...]:
-    """Return each cell as a sensor of its own, with its coils in place. The sensor itself if it has no cells."""
+    """Return each cell as a separate sensor. Its coils keep their positions. The sensor itself if it has no cells."""
     cells = spec.cells
     return (spec,) if cells is None else memo(spec, "_cells", lambda: _cell_specs(spec, cells))
 
@@ -37,10 +37,11 @@ def _cell_specs(spec: SensorSpec, cells: CellsSpec) -> tuple[SensorSpec, ...]:
 
 
 def map_columns(spec: SensorSpec, coils: Sequence[str]) -> tuple[list[int], str]:
-    """Return the indices, among the sensor's coils, of the coils that a map reads, and the prefix of the map's axes.
+    """Return the indices of the coils that a map reads, and the prefix of the names of its force axes.
 
-    `coils` are the coil names that the map states. The prefix is empty if the map reads all coils. If it reads the
-    coils of one cell, the prefix lists them. Raises ValueError for other coils.
+    The indices count the sensor's coils from 0. `coils` are the coil names that the map states. The prefix is empty if
+    the map reads all coils. If it reads the coils of one cell, the prefix lists their names. Raises ValueError for any
+    other set of coils.
     """
     names = [placement.name for placement in spec.array.placements]
     if list(coils) == names:
@@ -69,7 +70,7 @@ def _with_webs(pad: ElastomerPad, here: Point, strips: tuple[Footprint, ...]) ->
 def webs(spec: SensorSpec) -> tuple[Footprint, ...]:
     """Return the strips that join pads of neighbouring cells in rows and columns.
 
-    Empty if pads are separate or touch.
+    Empty if the spec has no webs, or if the pads touch each other.
     """
     pad = spec.elastomer
     if spec.web is None or pad is None:
@@ -78,7 +79,7 @@ def webs(spec: SensorSpec) -> tuple[Footprint, ...]:
 
 
 def _strips(pads: Sequence[Footprint], width: float) -> tuple[Footprint, ...]:
-    """Return strips of a width (m) between the edges of neighbouring pads, in rows and columns."""
+    """Return strips of this `width` (m) that join the edges of neighbouring pads in each row and column."""
     centres, strips = sorted(pad.centre for pad in pads), []
     for axis in (0, 1):
         rows: dict[int, list[Point]] = {}
@@ -93,10 +94,10 @@ def _strips(pads: Sequence[Footprint], width: float) -> tuple[Footprint, ...]:
 
 
 def gathered(spec: SensorSpec) -> SensorSpec:
-    """Return the sensor with the coils of all cells at the positions of the first cell's coils, under one target.
+    """Return the sensor with the coils of every cell moved to the positions of the first cell's coils.
 
-    The target's effect on each coil is then correct, but mutual effects of coils in different cells are not. Return the
-    sensor itself if it has no cells.
+    All coils then lie under one target. Its effect on each coil is correct, but the coupling between coils of different
+    cells is not. Return the sensor itself if it has no cells.
     """
     if spec.cells is None:
         return spec
@@ -106,9 +107,9 @@ def gathered(spec: SensorSpec) -> SensorSpec:
 
 
 def footprint(spec: SensorSpec, plate: Target | ElastomerPad) -> Footprint:
-    """Return shape, size (m), centre (m) and rotation of a plate in plan view, with the target at rest.
+    """Return shape, size (m), centre (m) and rotation (rad) of the target or pad in plan view, at rest.
 
-    If there are several cells, it is the plate of the first cell.
+    If the sensor has cells, it is the plate of the first cell.
     """
     (x, y), (dx, dy) = cell_specs(spec)[0].array.middle, plate.offset
     is_round = plate.outline.is_disc
@@ -117,15 +118,18 @@ def footprint(spec: SensorSpec, plate: Target | ElastomerPad) -> Footprint:
 
 
 def coils_from(spec: SensorSpec, plate: Target | ElastomerPad) -> dict[str, tuple[float, float]]:
-    """Return the position (m) of each coil's centre from a plate's centre, along the plate's axes, by coil name."""
+    """Return the position (m) of each coil's centre relative to a plate's centre, by coil name.
+
+    Coordinates are along the plate's own axes.
+    """
     here = footprint(spec, plate)
     return {placement.name: here.place_of(Point(*placement.centre)) for placement in spec.array.placements}
 
 
 def breadth_from(spec: SensorSpec, plate: Target | ElastomerPad) -> tuple[float, float]:
-    """Return twice the largest distance (m) of a coil's centre from a plate's middle, along each plate axis.
+    """Return twice the largest distance (m) of a coil's centre from a plate's centre, along x and y of the plate.
 
-    These are the sides of a plate that ends above the centres of the outer coils.
+    These are the sides of a plate whose edges lie above the centres of the outermost coils.
     """
     places = coils_from(spec, plate).values()
     x, y = (2.0 * max(abs(place[axis]) for place in places) for axis in (0, 1))
@@ -135,8 +139,8 @@ def breadth_from(spec: SensorSpec, plate: Target | ElastomerPad) -> tuple[float,
 def shared_middles(spec: SensorSpec) -> tuple[Point, ...]:
     """Return the centre (m) of the overlap of each coil's bounding box with the bounding box of the target at rest.
 
-    The boxes are parallel to the board's x and y and enclose the rotated parts. Centres are relative to the mean of the
-    coils' centres. For a coil beside the target, the result is the nearest place of the target's box.
+    The boxes are parallel to the board's x and y and enclose the rotated parts. The results are relative to the mean of
+    the coils' centres. For a coil beside the target, the result is the nearest point of the target's box.
     """
     assert spec.target is not None
     outline, (mx, my), covered = spec.coil.outline, spec.array.middle, footprint(spec, spec.target).box

@@ -1,8 +1,8 @@
 """Presets read from `sitscad/data` by name: stack-ups, design rules, connectors, jaws and materials.
 
-A new preset is a file in that folder, or a row of a table for materials, without code. Each figure there has a source
-and a status: `verified` if the source was seen, else `unverified`. Unverified figures are marked in the values.
-Functions raise KeyError for an unknown name. The module also lists the unverified figures that a design uses.
+A new preset needs no code: it is a file in that folder, or for materials a row of a table. Each figure has a source and
+a status: `verified` if somebody has checked the source, else `unverified`. The source of an unverified figure is marked
+as such. Functions raise KeyError for an unknown name. The module also lists the unverified figures that a design uses.
 """
 
 from __future__ import annotations
@@ -42,14 +42,14 @@ from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.thermistor import DigitalRegisters, ThermistorPart
 
 ADHESIVE_PER_COPPER = 25.0 / 35.0
-"""Least ratio of the thickness of a coverlay's adhesive to the thickness of the copper that it embeds (1).
+"""Smallest thickness of a coverlay's adhesive, divided by the thickness of the copper that it embeds.
 
 The rule is a thousandth of an inch (25 um) for each ounce of copper (35 um): SMT007 Magazine, August 2019, page 55,
 American Standard Circuits. PCBWay lays 25 um on 18 and 35 um foil (Stack-up for FPC).
 """
 
 COVERLAY_FILM = "polyimide-coverlay"
-"""Material of a coverlay that is a film with adhesive."""
+"""Material name of a coverlay that is a polyimide film with adhesive."""
 
 
 def least_adhesive(copper: float) -> float:
@@ -65,7 +65,7 @@ def coverlay_films() -> tuple[tuple[float, float], ...]:
 
 
 def film_text(film: float, adhesive: float) -> str:
-    """Return the description of a coverlay by the thicknesses (m) of its polyimide film and its adhesive."""
+    """Return a text that describes a coverlay. `film` and `adhesive` are the thicknesses (m) of its two parts."""
     return f"{show(film, 'm')} polyimide + {show(adhesive, 'm')} adhesive"
 
 
@@ -79,9 +79,9 @@ def best_film(least: float) -> tuple[float, float]:
 
 
 def covered(stackup: Stackup) -> Stackup:
-    """Return the stack-up with the film from `best_film` in place of each film coverlay.
+    """Return the stack-up with film coverlays replaced by stock films that suit the copper below them.
 
-    `best_film` chooses it for the copper below the coverlay. Coverlays of other materials are not changed.
+    `best_film` chooses each film. Coverlays of other materials are not changed.
     """
     layers = list(stackup.layers)
     for side, layer, copper in stackup.covers:
@@ -95,10 +95,10 @@ def covered(stackup: Stackup) -> Stackup:
 
 @cache
 def stackup(name: str) -> Stackup:
-    """Return the stack-up that has the preset name `name`, plated in one step, with the coverlay film from `covered`.
+    """Return the stack-up that has the preset name `name`, plated in one step, with coverlay films from stock.
 
-    The table's row ``plated`` names the method of plating. Its rows of copper give the foil. If the fabricator's
-    plating is not verified, they give the finished copper.
+    In the preset's table, row ``plated`` names the method of plating. Rows ``copper`` state the thickness of the foil.
+    If the fabricator's plating is not verified, they state the thickness of the finished copper.
     """
     rows = _rows("stackup", name)
     extra = {row["kind"]: row for row in rows if row["kind"] in ("plating", "plated", "note")}
@@ -187,7 +187,10 @@ def jaw(name: str) -> Jaw:
 
 
 def jaw_source(name: str, written: tuple[str, ...]) -> str:
-    """Return the sources of the figures of a jaw preset that a spec does not write."""
+    """Return the text with the sources of a jaw preset's figures, without the figures that a spec states itself.
+
+    `written` are the keys of these figures.
+    """
     return cited_by_field({field: row for field, row in _fields("jaw", name).items() if field not in written})
 
 
@@ -195,7 +198,8 @@ def jaw_source(name: str, written: tuple[str, ...]) -> str:
 def hole_pattern(name: str) -> HolePattern:
     """Return the holes of the bench plate that has the preset name `name`.
 
-    For holes in a grid or at corners, the pattern has a single hole at the origin with the sizes of all.
+    If the plate has a grid of holes or holes at its corners, the pattern has a single hole at the origin. Its sizes
+    apply to all holes.
     """
     fields = _fields("hole pattern", name)
     grid = _length(fields["grid"]) if "grid" in fields else None
@@ -234,10 +238,10 @@ def elastomer(name: str) -> ElastomerMaterial:
 
     Notes
     -----
-    If there is a modulus by the maker's data sheet and a measured modulus, the value is their geometric mean. The
-    relative standard deviation is half the logarithm of their ratio, so that mean * exp(+-sigma) gives the two moduli.
-    Both moduli were determined with a neo-Hookean law. If the silicone has an Ogden exponent, `stiffened` converts them
-    to small strain.
+    If the table has a modulus from the maker's data sheet and a measured modulus, the result has their geometric mean.
+    Its relative standard deviation is half the logarithm of their ratio, so that mean * exp(+-sigma) gives both moduli.
+    Both moduli were determined with a neo-Hookean law. If the silicone has an Ogden exponent, they are converted to the
+    modulus at small strain.
     """
     row = _table("elastomers")[name]
     exponent = float(row["ogden_exponent"] or NEO_HOOKEAN)
@@ -261,7 +265,7 @@ def elastomer(name: str) -> ElastomerMaterial:
 
 @cache
 def casting(name: str) -> Casting | None:
-    """Return mixing ratio and times of the silicone `name`. None if no source for them is known."""
+    """Return mixing ratio, pot time and cure time of the silicone `name`. None if the table does not list them."""
     row = _table("casting").get(name)
     if row is None:
         return None
@@ -307,15 +311,15 @@ def thermistor(name: str) -> ThermistorPart:
 
 @cache
 def compensation_figure(name: str) -> float:
-    """Return a figure of `data/temperature_compensation.csv` by its name, in the unit of its row."""
+    """Return the value of the row `name` of `data/temperature_compensation.csv`, in the unit of this row."""
     return float(_table("temperature_compensation")[name]["value"])
 
 
 @cache
 def cures_by_platinum(name: str) -> bool:
-    """Whether the silicone `name` cures by platinum. False for silicones outside the table.
+    """Whether a platinum catalyst cures the silicone `name`. False for silicones that are not in the table.
 
-    Amines, tin and sulphur keep such a silicone from curing.
+    Amines, tin and sulphur prevent the cure of such a silicone.
     """
     row = _table(TABLES["elastomer"]).get(name)
     return row is not None and row["cure"] == "platinum"
@@ -365,12 +369,12 @@ def stackups_of(copper: int, rigid: bool) -> list[str]:
 
 
 def board_kind(stackup: Stackup) -> str:
-    """Return "rigid" or "flexible", the word for boards of a stack-up in documents."""
+    """Return "rigid" or "flexible", the word by which documents describe boards with this stack-up."""
     return "rigid" if is_rigid(stackup) else "flexible"
 
 
 def cover_name(stackup: Stackup) -> str:
-    """Return "solder mask" if all covers of a stack-up are solder mask, else "coverlay"."""
+    """Return "solder mask" if all coverlays of a stack-up are solder mask, else "coverlay"."""
     covers = {layer.material for layer in stackup.layers if layer.kind is LayerKind.COVERLAY}
     return "solder mask" if covers == {MASK} else "coverlay"
 
@@ -410,13 +414,13 @@ def _table(stem: str) -> dict[str, Row]:
 _OF_A_FOIL = re.compile(r"_\d+um$")
 """Pattern of names that end with a foil thickness, such as ``_35um``.
 
-Lists of unverified values skip them: the value in use has a name without a foil.
+Lists of unverified values omit these names: the value in use has a name without a foil thickness.
 """
 
 
 @record
 class UnverifiedFigure:
-    """An unverified figure as text: preset and field, value (empty if it has none), and source."""
+    """An unverified figure in three texts: name of preset and field, value (empty if there is none), and source."""
 
     what: str
     value: str

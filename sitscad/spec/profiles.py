@@ -1,7 +1,7 @@
 """Design rules of fabricators: an installed profile, a file in the spec's folder or below, or written out in the spec.
 
-All three are read in the same way. Each profile has a base, down to a complete profile. Its figures replace the figures
-of its base.
+All three are read in the same way. A profile can be based on another profile: its figures replace the figures of the
+base. The last base of such a chain states all figures.
 """
 
 from __future__ import annotations
@@ -72,8 +72,8 @@ class Origin:
     def complain(self, remarks: Remarks, rule: str, key: str, message: str, hint: str) -> None:
         """Record an error at a key of this text, with a hint for its correction.
 
-        It is added to the flaws of `remarks` if the text is the spec. For a profile file, a finding of this file is
-        added.
+        If the text is the spec, the error is added to the flaws of `remarks`. If it is a profile file, the error is
+        added to the findings of `remarks`.
         """
         flaw = Flaw(rule, key, message, hint)
         if not self.chain:
@@ -83,9 +83,10 @@ class Origin:
             remarks.findings.append(replace(finding_from_flaw(flaw, self.source), file=self.source.path))
 
     def names_of(self, name: str, path: Path) -> set[str]:
-        """Return the paths of a file relative to the spec's folder: as `name` writes it, and as `path` after links.
+        """Return the path of a file relative to the spec's folder, as `name` states it and with links resolved.
 
-        Paths outside the spec's folder are left out. The set has one entry if both are equal.
+        `path` is the absolute path with links resolved. The set has one entry if both are equal. Paths outside the
+        spec's folder are left out.
         """
         assert self.folder is not None and self.root is not None
         written = Path(os.path.normpath(self.folder.resolve() / name))
@@ -95,10 +96,10 @@ class Origin:
     def located(
         self, name: str, key: str, remarks: Remarks, what: str = "profile", like: str = "ourshop.yaml"
     ) -> Path | None:
-        """Return the path of a file that this text names, with links resolved. None if it is refused or not readable.
+        """Return the path of a file that this text names, with links resolved.
 
-        The reason is then recorded in `remarks` as an error at `key`. `what` is the kind of file, and `like` an example
-        of its name; both are for messages.
+        None if the file is not allowed or not readable. The reason is then recorded in `remarks` as an error at `key`.
+        For messages, `what` states the kind of file, and `like` is an example of its name.
         """
         hint = f"put the {what} beside the spec and write its name alone, like {like}"
         if self.folder is None or self.root is None:
@@ -137,8 +138,8 @@ class Origin:
         """Read a file that the spec names. Return its bytes and its paths relative to the spec's folder.
 
         None if it is not allowed, not readable or larger than `most` bytes. The reason is then recorded in `remarks` as
-        an error at `key`. `smaller` is the hint for a file that is too large. `what` is the kind of file, and `like` an
-        example of its name.
+        an error at `key`. For messages, `what` states the kind of file, `like` is an example of its name, and `smaller`
+        is the hint for a file that is too large.
         """
         path = self.located(name, key, remarks, what, like)
         if path is None:
@@ -189,7 +190,7 @@ FILES = {"YAML": (".yaml", ".yml"), "STEP": (".step", ".stp"), "DXF": (".dxf",),
 
 
 def _files_like(folder: Path, like: str) -> str:
-    """Return a hint that lists up to six files in a folder that have the kind of the example name `like`."""
+    """Return a hint that lists up to six files in a folder. They have the same kind as the example name `like`."""
     kind, endings = next((kind, endings) for kind, endings in FILES.items() if like.endswith(endings))
     there = sorted(path.name for path in folder.iterdir() if path.name.lower().endswith(endings))[:6]
     return f"there are: {', '.join(there)}" if there else f"there is no {kind} file in that folder"
@@ -223,8 +224,9 @@ def resolve_rules(written: str | RulesDocument, foil: float, place: Origin, rema
 def _load_rules(name: str, foil: float | None, place: Origin, key: str, remarks: Remarks) -> DesignRules:
     """Return the design rules that a text names at `key`: an installed profile or a profile file.
 
-    `foil` is the thickness (m) of the copper foil that widths and spacings are for. None for the thinnest listed foil.
-    Errors in a profile file are recorded in `remarks`, and the rules are then those in generic-flex.
+    Track widths and spacings are for copper foil of thickness `foil` (m). If it is None, they are for the thinnest
+    listed foil. Errors in a profile file are recorded in `remarks`, and the rules of the profile generic-flex are then
+    returned.
     """
     inner = None
     if is_profile_file(name):
@@ -239,7 +241,7 @@ def _load_rules(name: str, foil: float | None, place: Origin, key: str, remarks:
 def _with_named_sources(rules: DesignRules) -> DesignRules:
     """Return the rules with " (from NAME)" added to the source of each value that this profile itself states.
 
-    NAME is the name of the profile. A profile that is based on it then shows which values it took over.
+    NAME is the name of the profile. In a profile that is based on it, the source then names this origin.
     """
 
     def said(source: str, holder: str) -> str:
@@ -256,7 +258,7 @@ def _with_named_sources(rules: DesignRules) -> DesignRules:
 
 
 _PLAIN = {one.name for one in fields(DesignRules)} & RulesDocument.keys.keys() - {"coil_rule_binding", "checked_on"}
-"""Keys of a profile whose values become fields of `DesignRules` unchanged."""
+"""Keys of a profile whose values become the fields of `DesignRules` with equal names."""
 
 _BY_COUNT: Mapping[str, tuple[str, Callable[[str], Any]]] = {
     "static_bend_": ("static_bend_ratio", int),
@@ -265,15 +267,15 @@ _BY_COUNT: Mapping[str, tuple[str, Callable[[str], Any]]] = {
     "thickness_tolerance_": ("thickness_tolerance", int),
     "stiffened_tolerance_": ("stiffened_tolerance", str),
 }
-"""Prefixes of profile keys whose values go into a table of `DesignRules`: (field of the table, type of its keys).
+"""Profile keys that become entries of a table in `DesignRules`: (name of the table's field, type of the table's keys).
 
-The rest of the profile key, after the prefix, is the key in the table.
+They are listed by their prefix. The part of the profile key after the prefix is the key in the table.
 """
 
 _TABLES = {"trace": ("tracks", "track_lines"), "coil_trace": ("coil_tracks", "coil_lines")}
-"""Prefixes of profile keys for track widths and spacings: (profile key, field of `DesignRules`).
+"""Tables of track widths and spacings by foil thickness: (key in the profile, field of `DesignRules`).
 
-The profile key lists rows by foil thickness, and the field stores these rows.
+They are listed by the prefix of profile keys that state a single width or spacing, such as ``trace_width``.
 """
 
 _NEEDED = ("via_drill", "annular_ring", "hole_to_hole", "drill_to_copper", "copper_to_edge", "coverlay_web",
@@ -281,7 +283,7 @@ _NEEDED = ("via_drill", "annular_ring", "hole_to_hole", "drill_to_copper", "copp
 
 
 class _Profile:
-    """A profile's keys as read, the text that contains them, and the remarks to which its errors are added."""
+    """A profile: its keys, the text that contains them, and the remarks to which errors are added."""
 
     def __init__(self, document: RulesDocument, place: Origin, remarks: Remarks) -> None:
         self.document, self.place, self.remarks = document, place, remarks
@@ -294,10 +296,10 @@ class _Profile:
         self.place.complain(self.remarks, rule, f"{self.place.prefix}{key}", message, hint)
 
     def rules(self, foil: float | None) -> DesignRules:
-        """Return the rules: the base's values, replaced by the values of this profile.
+        """Return the rules of this profile. Values that it does not state are taken from its base.
 
-        `foil` is the thickness (m) of the copper foil that widths and spacings are for. None for the thinnest listed
-        foil.
+        Track widths and spacings are for copper foil of thickness `foil` (m), or for the thinnest listed foil if it is
+        None.
         """
         figures, base = self.figures, self._base(foil)
         if self.place.chain and "based_on" not in self.place.source.keys:
@@ -326,7 +328,10 @@ class _Profile:
         return rules.for_foil(foil) if foil is not None and any(rows.values()) else rules
 
     def _base(self, foil: float | None) -> DesignRules:
-        """Return the base of a profile. For a complete profile (based on none), rules with only its own figures."""
+        """Return the rules of the base. If there is no base, return rules with only the figures of this profile.
+
+        `foil` is as in `rules`.
+        """
         document, figures = self.document, self.figures
         if document.based_on != "none":
             return _load_rules(document.based_on, foil, self.place, f"{self.place.prefix}based_on", self.remarks)
@@ -346,10 +351,12 @@ class _Profile:
     def _binding(
         self, base: DesignRules, changed: Mapping[str, Any], rows: Mapping[str, tuple[FoilLines, ...]]
     ) -> dict[str, Any]:
-        """Return the fields of the rules that state whether the fabricator's minimums for coil tracks are errors.
+        """Return ``coil_rule_binding`` and ``unbound``: whether coil tracks below the minimums are errors or warnings.
 
-        The profile's key ``coil_rule_binding`` decides. Without it, they are errors if the profile has minimums for
-        coil tracks, or if the minimums of its base are errors.
+        The profile's key ``coil_rule_binding`` decides. Without this key, they are errors if the profile itself has
+        minimums for coil tracks, or if they are errors in its base.
+
+        `base` are the rules of the base, `changed` the fields that this profile replaces, and `rows` the rows by foil.
         """
         if "coil_rule_binding" in self.figures:
             return {"coil_rule_binding": self.figures["coil_rule_binding"].value}
@@ -379,7 +386,7 @@ class _Profile:
     def _lines(self, kind: str) -> tuple[FoilLines, ...]:
         """Return the widths and spacings of tracks for each listed foil, the thinnest foil first.
 
-        Flaws are added for keys that contradict each other.
+        `kind` is "trace" or "coil_trace". Keys that contradict each other are recorded as errors.
         """
         key, pair = _TABLES[kind][0], (f"{kind}_width", f"{kind}_spacing")
         is_table = getattr(self.document, key) is not None
@@ -409,7 +416,10 @@ class _Profile:
             yield self._row(row.copper, {f"{key}.{number}.{what}": getattr(row, what) for what in ("width", "spacing")})
 
     def _older_rows(self, kind: str, keys: list[str]) -> Iterator[FoilLines]:
-        """Yield the rows that are written as two keys with the foil in their names."""
+        """Yield the rows in the older format: two keys whose names end with the foil, like ``trace_width_18um``.
+
+        `kind` is "trace" or "coil_trace", and `keys` are the keys in this format.
+        """
         for foil in dict.fromkeys(key.rpartition("_")[2] for key in keys):
             pair = (f"{kind}_width_{foil}", f"{kind}_spacing_{foil}")
             lone = [each for each in pair if each not in self.document.by_foil]
@@ -420,18 +430,18 @@ class _Profile:
             yield self._row(parse_quantity(foil, "length"), {each: self.document.by_foil[each] for each in pair})
 
     def _row(self, copper: float, pair: Mapping[str, Figure]) -> FoilLines:
-        """Return the row for a foil thickness `copper` (m).
+        """Return the row for a foil of thickness `copper` (m).
 
-        `pair` has the width and then the spacing, each by its profile key.
+        `pair` has two entries by profile key: first the width, then the spacing.
         """
         width, spacing = (figure.value for figure in pair.values())
         sources = (self._source(key, figure) for key, figure in pair.items())
         return FoilLines(copper, width, spacing, *sources, *(self._holder(key) for key in pair))
 
     def _holder(self, field: str) -> str:
-        """Return the name of the profile that states a key's value. If it is not installed, add its line.
+        """Return the text that names this profile as the origin of a key's value.
 
-        The name of a profile file has its path, too.
+        If the profile is not installed, the text has the line of the key. For a profile file, it also has the path.
         """
         place = self.place
         if place.installed:
@@ -442,9 +452,9 @@ class _Profile:
         return f"{self.document.name or 'the spec'} (line {line})"
 
     def _source(self, key: str, figure: Figure) -> str:
-        """Return the source of a value, for a profile file after its name and line.
+        """Return the source of a value. For a profile file, the file's path and the key's line come first.
 
-        `UNVERIFIED` is put before it if nobody has seen the source.
+        If nobody has checked the source, the text begins with `UNVERIFIED`.
         """
         source, place = figure.source or self.document.source, self.place
         if place.chain:

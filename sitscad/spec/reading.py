@@ -40,9 +40,9 @@ class SpecError(ValueError):
 
     The text of the error has the message and the hint of each finding.
 
-    ``texts`` are the texts of other files with findings, by path. ``lacking_room`` is the spec as read if its only
-    errors are a lack of room for turns or coils (`ROOM_RULES`). It cannot be made, but it can be repaired. ``source``
-    is the text that was read, None if no text could be read.
+    ``texts`` are the texts of other files with findings, by path. ``lacking_room`` is the spec if its only errors are a
+    lack of room for turns or coils (`ROOM_RULES`), so that other sizes can repair it. Otherwise it is None. ``source``
+    is the text of the spec. None if no text could be read.
     """
 
     @checked_arguments
@@ -64,9 +64,9 @@ KINDS = {"sitscad": ("spec", "`sitscad new --study` writes a study, whose `base`
 
 @record
 class Flaw:
-    """An error at a dotted key, which becomes a finding.
+    """An error at a dotted key of the spec, before it becomes a finding.
 
-    ``edits`` are changes that correct it. Empty if unknown.
+    ``edits`` are changes of the spec that correct the error. Empty if none are known.
     """
 
     rule: str
@@ -81,7 +81,7 @@ class Flaw:
 
 @dataclass
 class Remarks:
-    """Remarks of the resolver: flaws of the spec, and defaults that were filled in.
+    """Remarks of the resolver: errors at keys of the spec (`flaws`), and defaults that were filled in.
 
     * ``findings``: findings in other files that the spec names
     * ``texts``: texts of these files, by path
@@ -97,8 +97,8 @@ class Remarks:
     def flaw(self, rule: str, key: str, message: str, hint: str = "", **facts: Any) -> None:
         """Record an error at a dotted key of the spec, which becomes a finding of the rule with number `rule`.
 
-        `facts` are further fields of `Flaw`: `measured`, `limit` and `unit` of the compared quantity, and `edits` that
-        correct the error.
+        `facts` are further fields of `Flaw`: the value `measured`, its `limit`, their `unit`, and `edits` that correct
+        the error.
         """
         self.flaws.append(Flaw(rule, key, message, hint, **facts))
 
@@ -110,7 +110,7 @@ class Remarks:
 def read_file(path: Path, called: str | None = None) -> bytes:
     """Return the bytes of a file. Raises `TextError` if it is missing, unreadable or too large.
 
-    Messages name the file by `called`, or by its path if that is None.
+    Messages call the file `called`. If that is None, they state its path.
     """
     name = called or str(path)
     try:
@@ -166,7 +166,7 @@ def read_section(text: str, path: str, form: type[Form], begins: str) -> tuple[F
 def section_of_data(data: Any, source: SpecSource, form: type[Form], flaws: Iterable[TextError] = ()) -> Form:
     """Read plain values as a section. `source` has the positions of their keys in the text.
 
-    `flaws` are errors that were found in the text before. Raises `SpecError` with all errors, these included.
+    `flaws` are errors that the reader has already found in the text. Raises `SpecError` with these and all new errors.
     """
     findings = [finding_from_text(flaw) for flaw in flaws]
     data, empty = _without_nulls(data, "")
@@ -192,10 +192,10 @@ def section_of_data(data: Any, source: SpecSource, form: type[Form], flaws: Iter
 def _replaced_key_findings(
     data: dict[str, Any], source: SpecSource, form: type[Section], path: str = ""
 ) -> Iterable[Finding]:
-    """Yield a finding for each missing or surplus key of a section in which one key can replace others.
+    """Yield findings if a section has too many or too few keys of a group in which one key can replace another.
 
-    A section's `stands_in` lists this key and the keys that it replaces. `data` are the plain values of the section
-    `form` at the dotted key `path`, which is empty for the whole text.
+    `Section.stands_in` declares such groups. `data` are the plain values of the section, `form` is its class, and
+    `path` its dotted key, which is empty for the whole text. Sections inside the section are included.
     """
     for key_name, section in ((name, section_of(key.kind)) for name, key in form.keys.items()):
         written, name = data.get(key_name), dotted(path, key_name)
@@ -243,7 +243,7 @@ def finding_from_text(error: TextError) -> Finding:
 
 
 def finding_from_flaw(flaw: Flaw, source: SpecSource) -> Finding:
-    """Return the finding for a flaw, with line and column of the flaw's key in `source`."""
+    """Return the finding for a flaw, with the line and column that its key has in `source`."""
     facts: dict[str, Any] = {"measured": flaw.measured, "limit": flaw.limit, "unit": flaw.unit}
     facts["fixes"] = (Remedy(flaw.edits),) if flaw.edits else ()
     message = f"{undotted(flaw.key)}: {flaw.message}"
@@ -294,7 +294,7 @@ def _unknown_key(misfit: Misfit, parent: str, source: SpecSource, form: type[Sec
 
 @cache
 def _sections_of_keys(form: Hashable) -> dict[str, str]:
-    """Return the full key of each name that occurs in a single section, for hints on misplaced keys."""
+    """Return the dotted key of each key name that occurs in only one section, for hints on misplaced keys."""
     homes: dict[str, str] = {}
     doubled: set[str] = set()
     for top, key in cast(type[Section], form).keys.items():

@@ -1,7 +1,7 @@
-"""The sensor: the spec as written, and as frozen values in SI units with presets resolved and defaults filled in.
+"""The sensor: declaration of the spec's keys, and the read-only values in SI units with presets and defaults filled in.
 
-Lengths are metres, angles radians. The axis x runs along the jaw to the handle, y across it, z up from the board's top
-face. Defaults in the declarations are in the form of a spec: a bare number is millimetres.
+Lengths are metres, angles radians. Axis x runs along the jaw to the handle, y across the jaw, and z upwards from the
+board's top face. Defaults in the declarations have the form of a spec: a bare number is a length in millimetres.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ from sitscad.spec.yaml.source import Issue, SpecSource
 class Cable(Section):
     """The wires between tail and converter. Electrical figures are per conductor pair, for the whole length.
 
-    Omitted figures are None only until the resolver computes them from the length.
+    Omitted values are None until the resolver computes them from the length.
     """
 
     length: float = key(RunLength, "of the cable", 300)
@@ -67,8 +67,9 @@ class Cable(Section):
 class ReadoutSpec(Section):
     """The converter that reads the coils.
 
-    ``capacitance`` and ``drive_code`` are None if sitscad chooses them. ``chip`` is None unless the tank capacitors are
-    on the tail's stiffener. ``capacitor_at`` is None only until the resolver sets it.
+    ``capacitance`` and ``drive_code`` are None if sitscad chooses them. ``chip`` is the land pattern of the tank
+    capacitors. It is None unless the capacitors are on the tail's stiffener. ``capacitor_at`` is None until the
+    resolver sets it.
     """
 
     device: Converter = key(Preset("converter", up=True), "the converter", "ldc1614")
@@ -114,7 +115,7 @@ def _version(value: Any) -> int:
 
 
 def _temperature_range(value: Any) -> tuple[float, float]:
-    """Return the lowest and highest temperature (degC), from bare numbers or texts with units."""
+    """Return the lowest and highest temperature (degC). The entries of `value` are bare numbers or texts with units."""
     if not isinstance(value, list) or len(value) != 2:
         message = f"{described(value)}, where [lowest, highest] is wanted"
         refuse("SIT004", message, "write degrees Celsius, like [15, 45]")
@@ -147,7 +148,7 @@ class TiltErrors(Section):
     moment_y: float | None = key(Moment, "of the moment about y, without the moment of the tilt itself", None)
 
     def written(self) -> dict[str, float]:
-        """Return the errors (N, N m) in the spec, by axis."""
+        """Return the error limits that the spec states (N, and N m for moments), by axis."""
         return {name: value for name, value in self.values().items() if value is not None}
 
 
@@ -156,7 +157,7 @@ class Requirements(Section):
     """Loads that the sensor must bear and measure, with the required accuracy.
 
     SI units: newtons, newton metres, metres, hertz and radians. Temperatures are in degrees Celsius. Resolutions are
-    one standard deviation. Ratios are fractions of full scale.
+    one standard deviation of the noise. Errors without a unit are fractions of full scale.
     """
 
     normal_force: float | None = key(Force, "that the sensor must bear, like 4.8 N", None)
@@ -214,13 +215,13 @@ class Requirements(Section):
 
     @property
     def is_shear_told(self) -> bool:
-        """Whether a shear resolution, a shear error or a friction error is required."""
+        """Whether the spec requires a resolution or error of shear, or an error due to friction."""
         return any(each is not None for each in (self.shear_resolution, self.shear_error, self.friction_error))
 
     def tilt_limits(self) -> dict[str, float]:
-        """Return the largest allowed error due to tilt (N, N m), by axis. Empty if none is required.
+        """Return the largest allowed error due to tilt (N, and N m for moments), by axis. Empty if not required.
 
-        If the spec has a single value, it is the limit of each axis of force.
+        If the spec states a single value, it is the limit for each axis of force.
         """
         if isinstance(self.tilt_error, TiltErrors):
             return self.tilt_error.written()
@@ -237,7 +238,7 @@ class ArtworkSpec:
     """The parts of a sensor that determine its board's artwork.
 
     `chip` is the land pattern of tank capacitors on the tail, and `thermistor` the soldered temperature sensor. Each is
-    None if the board carries none.
+    None if the board does not carry the part.
     """
 
     coil: CoilSpec
@@ -260,7 +261,7 @@ class ArtworkSpec:
 
     @property
     def body_outline(self) -> Path | None:
-        """Outline (closed, counter-clockwise) that the spec gives for the board's body. None if it gives no outline."""
+        """Outline (closed, counter-clockwise) that the spec states for the board's body. None if there is none."""
         return None if self.fpc.body is None else self.fpc.body.edge.shifted(*self.array.middle)
 
     @property
@@ -329,7 +330,7 @@ class SensorSpec(Readable):
 
     @property
     def body_outline(self) -> Path | None:
-        """Outline (closed, counter-clockwise) that the spec gives for the board's body. None if it gives no outline."""
+        """Outline (closed, counter-clockwise) that the spec states for the board's body. None if there is none."""
         return self.artwork.body_outline
 
     @property

@@ -17,9 +17,9 @@ class DigitalRegisters:
 
     * ``address``: 7-bit I2C address with grounded address pins
     * ``temperature``: number of the register with the temperature, 16 bits with sign
-    * ``scale`` (K): one step of that register
+    * ``scale`` (K): temperature difference of one step of the temperature register
     * ``identity``: number of the register with the part's identity
-    * ``identity_value``: lower 12 bits of that register
+    * ``identity_value``: expected lower 12 bits of the identity register
     """
 
     address: int
@@ -34,12 +34,13 @@ class ThermistorPart:
     """An NTC thermistor, or a digital temperature sensor with I2C.
 
     * ``resistance`` (ohm): at 25 degrees Celsius. None for a digital sensor.
-    * ``b`` (K): exponent of the resistance over temperature. None for a digital sensor.
+    * ``b`` (K): B value of the thermistor; its resistance is proportional to exp(b / absolute temperature). None for a
+      digital sensor.
     * ``resistance_tolerance`` and ``b_tolerance``: largest relative deviations
     * ``error`` (K): largest error of a digital sensor
-    * ``noise`` (K): one sigma of a reading
-    * ``registers``: of a digital sensor. None for a thermistor.
-    * ``chip``: land pattern of a part with two contacts, which is soldered to the board. None for parts with wires
+    * ``noise`` (K): standard deviation of a reading
+    * ``registers``: registers of a digital sensor. None for a thermistor.
+    * ``chip``: land pattern of a part with two contacts that is soldered to the board. None for parts with wires.
     * ``height`` (m): largest height of a soldered part
     """
 
@@ -79,8 +80,8 @@ class Thermistor(Section):
 class CompensationSpec(Section):
     """The correction of forces by the temperature change since the tare.
 
-    A temperature sensor or a reference coil measures the change. ``difference`` (K) is None only until the resolver
-    takes it from the sensor's place. A reference coil counts as a sensor on the board. ``rate`` is in K/s.
+    A temperature sensor or a reference coil measures the change. ``rate`` is in K/s. ``difference`` (K) is None until
+    the resolver sets it from the position of the temperature sensor. A reference coil counts as a sensor on the board.
     """
 
     coefficients: str = key(

@@ -1,4 +1,4 @@
-"""Curves and turns of a drawn coil: arcs in place of the chords that a generator wrote, and the spiral of the turns."""
+"""Curves of a drawn coil: arcs that replace the short chords of a layout generator, and the spiral of the turns."""
 
 from __future__ import annotations
 
@@ -12,10 +12,11 @@ from sitscad.spec.drawn.follow import GENTLE, DrawnRun
 
 
 def with_arcs(path: Path) -> Path:
-    """Return a path with arcs in place of chords that turn gently, three points each.
+    """Return a path with arcs in place of successive chords that approximate a curve.
 
-    Generators write a curve as chords between points on it. The mean radius of the chords is smaller than the radius of
-    the points by a third of the sagitta. The points are therefore moved inwards by this distance.
+    Generators write a curve as chords between points on it. The mean radius of a chord is less than the radius of its
+    end points, by a third of the chord's sagitta. The points are therefore moved inwards by a third of the sagitta.
+    Each arc passes through three of the moved points.
     """
     segments = in_line(path)
     replaced: list[Segment] = []
@@ -56,10 +57,10 @@ def _turn(chord: Segment, following: Segment) -> float:
 
 
 def _is_curve(chord: Segment, following: Segment, before: Segment) -> bool:
-    """Whether two successive chords approximate a curve.
+    """Whether the chords `chord` and `following` approximate a curve. `before` is the chord before them.
 
-    They and the chord before them turn by similar small angles in one direction. The lengths of both chords are
-    similar.
+    Their lengths must differ by less than a factor of 2. The angle between them must be small. It must have the sign of
+    the angle before, and differ from it by less than a factor of 2.
     """
     if not (isinstance(chord, Line) and isinstance(following, Line) and isinstance(before, Line)):
         return False
@@ -71,7 +72,10 @@ def _is_curve(chord: Segment, following: Segment, before: Segment) -> bool:
 
 
 def _arcs(chords: Sequence[Segment]) -> list[Segment]:
-    """Return arcs of equal area in place of chords that turn in one sense. A piece left over stays straight."""
+    """Return arcs in place of chords that all turn in one sense. The arcs enclose the area that the chords enclose.
+
+    If the number of chords is odd, one piece stays a straight line.
+    """
     points = [chords[0].start, *(chord.end for chord in chords)]
     moved = [points[0]]
     for before, point, after in zip(points, points[1:], points[2:], strict=False):
@@ -99,19 +103,19 @@ def _arcs(chords: Sequence[Segment]) -> list[Segment]:
 
 
 ARC = math.radians(24.0)
-"""Approximate angle of an arc that replaces several chords.
+"""Approximate angle (rad) of an arc that replaces several chords.
 
-A spiral of usual pitch deviates from it by less than 0.1 um.
+An arc of this angle deviates from a spiral of usual pitch by less than 0.1 um.
 """
 
 
 DEVIATION = 0.1
-"""Largest distance between the turns and their fitted spiral, over the width of the track (1)."""
+"""Largest permitted distance between drawn turns and the fitted spiral, divided by the track width."""
 
 
 @record(eq=False)
 class DrawnTurns:
-    """The part of a run that belongs to a spiral: the run, and the indices of the first and last segment."""
+    """The turns in a run: the run, and the indices of its first and last segment that belong to the spiral."""
 
     run: DrawnRun
     first: int
@@ -119,17 +123,17 @@ class DrawnTurns:
 
     @property
     def path(self) -> Path:
-        """The turns, with arcs in place of chords."""
+        """Path of the turns, with arcs in place of chords."""
         return with_arcs(Path(self.run.path.segments[self.first : self.last + 1]))
 
 
 @record(eq=False)
 class DrawnSpiral:
-    """The spiral that a conductor winds: shape, size (m), pitch (m), centre (m), and one value for each layer.
+    """The regular spiral that a drawn conductor follows: shape, size (m), pitch (m) and centre (m).
 
-    The values for each layer are the turns, their number, and whether the current flows inward. Another is the sense of
-    turning along the current (+1 counter-clockwise). `deviation` (m) is the largest distance of the drawn turns from
-    this spiral.
+    Four fields have one entry for each layer: the drawn turns, their number, whether the current flows inwards, and the
+    sense of winding along the current (+1 counter-clockwise). `deviation` (m) is the largest distance between the drawn
+    turns and this spiral.
     """
 
     shape: str

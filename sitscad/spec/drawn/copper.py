@@ -10,7 +10,7 @@ from sitscad.kernels.geometry.path import Point, Segment
 
 
 class DrawnCoilError(ValueError):
-    """An error for a drawn coil that cannot be computed. The text gives the reason and the place."""
+    """A drawn coil cannot be computed. The text gives the reason and the place."""
 
 
 @record
@@ -25,9 +25,9 @@ class DrawnTrack:
 
 @record
 class DrawnPad:
-    """A pad or a via: outline about its centre, copper layers, net and name.
+    """A pad or a via: centre, outline, copper layers, net and name.
 
-    * ``name``: like ``J1.2``. Empty for a via.
+    * ``name``: component and pin, like ``J1.2``. Empty for a via.
     * ``size``, ``radius``, ``angle``: rectangle with sides (m), corner radius (m), and rotation (rad)
     * ``drill``: diameter (m) of the hole. 0 without a hole.
     """
@@ -43,7 +43,7 @@ class DrawnPad:
     drill: float = 0.0
 
     def distance(self, point: Point) -> float:
-        """Return the distance (m) from a point to the pad's copper; 0 inside."""
+        """Return the distance (m) from a point to the pad's copper. 0 if the point lies on the copper."""
         dx, dy = point.x - self.centre.x, point.y - self.centre.y
         cos, sin = math.cos(self.angle), math.sin(self.angle)
         x, y = abs(cos * dx + sin * dy), abs(cos * dy - sin * dx)
@@ -53,7 +53,7 @@ class DrawnPad:
 
 @record
 class DrawnZone:
-    """A filled copper area: net, layers and one corner, which names its place."""
+    """A filled copper area: net, layers and one corner, which messages state as its place."""
 
     net: str
     layers: frozenset[str]
@@ -83,8 +83,8 @@ class DrawnCopper:
     def names_for(self, count: int) -> tuple[str, ...]:
         """Return the names of the copper layers from the top, for a board with `count` copper layers.
 
-        Empty if the file has another number of layers. A footprint that has tracks on the outer layers alone fits any
-        board.
+        Empty if the file has another number of layers. A footprint with tracks only on the outer layers fits a board
+        with any number of layers.
         """
         if count == len(self.layers):
             return tuple(self.layers)

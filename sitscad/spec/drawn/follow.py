@@ -1,7 +1,8 @@
 """Follow the conductor of a drawn coil from terminal to terminal, through tracks, vias and pads.
 
-Tracks are edges of a graph. Their ends are its nodes. Each via or pad is one node for all ends on its copper. Dead ends
-are left out. The rest must be a chain: a branch or a loop is refused with its place.
+The conductor is found in a graph with tracks as edges and their ends as nodes. All ends on the copper of a via or pad
+are a single node. Dead ends are removed. The remaining tracks must form a chain: a branch or a loop is an error, and
+its place is reported.
 """
 
 from __future__ import annotations
@@ -24,18 +25,18 @@ MOST_TRACKS = 20_000
 """Largest number of tracks in a net."""
 
 JOINED = 1e-6
-"""Largest distance (m) between track ends that are the same point: files round to 1 um or finer."""
+"""Largest distance (m) between two track ends that count as the same point. Files round to 1 um or finer."""
 
 OVERLAP = 0.5
-"""Largest distance between two track ends that count as joined, over the width of the track that is added (1).
+"""Largest distance between two track ends that count as joined, divided by the width of the track that is added.
 
-KiCad also joins an end to a track whose copper covers it.
+KiCad, too, joins an end to a track whose copper covers the end.
 """
 
 
 @record
 class DrawnRun:
-    """A stretch of the conductor on one layer, in the direction of the current. `widths` (m) belong to its segments."""
+    """A part of the conductor on one layer: its path along the current, and the width (m) of each segment."""
 
     layer: str
     path: Path
@@ -44,10 +45,10 @@ class DrawnRun:
 
 @record
 class DrawnConductor:
-    """The conductor of a drawn coil: runs in series, and the vias between them.
+    """The conductor of a drawn coil: its runs in series, and the vias between them. A run lies on one layer.
 
-    `stubs` describe the dead ends that are left out. `ends` are the names of the terminals, and `terminals` their pads.
-    A terminal without a pad is None.
+    `stubs` are texts that describe the removed dead ends. `ends` are the names of the two terminals, and `terminals`
+    their pads. The pad is None if the terminal is the bare end of a track.
     """
 
     runs: tuple[DrawnRun, ...]
@@ -63,7 +64,7 @@ class DrawnConductor:
 
     @property
     def width(self) -> float:
-        """Track width (m) that the longest part of the conductor has."""
+        """The track width (m) with the largest total length in the conductor."""
         lengths: dict[float, float] = defaultdict(float)
         for run in self.runs:
             for segment, width in zip(run.path, run.widths, strict=True):
@@ -72,12 +73,13 @@ class DrawnConductor:
 
     @cached_property
     def winding_circle(self) -> tuple[Point, float]:
-        """Centre and radius (m) of a circle about the turns. Leads to far pads reach beyond the circle.
+        """Centre and radius (m) of a circle that encloses the turns. Leads can extend beyond the circle.
 
-        The centre is the median of the centres of curvature of runs with at least one turn. If these runs are mostly
-        straight, the centre is the centroid of their enclosed area. Each place counts as often as turns go round it.
-        The radius is 1.2 times the distance within which nine tenths of the tracks lie. Only tracks within twice the
-        median distance count.
+        The centre is computed from the runs that bend by at least `LEAST_BEND`. If they are mostly curved, it is the
+        median of their centres of curvature, weighted by length. If they are mostly straight, it is the centroid of the
+        area that they enclose, with area inside several turns counted once for each turn. The radius is 1.2 times the
+        distance from the centre within which nine tenths of the track length lies. Tracks farther away than twice the
+        median distance are left out.
         """
         paths = [run.path for run in self.runs if abs(_bent(run.path)) >= LEAST_BEND] or [r.path for r in self.runs]
         bends = [bend for path in paths for bend in _bends(path)]
@@ -100,9 +102,9 @@ class DrawnConductor:
         return self.winding_circle[0]
 
     def turns(self) -> list[tuple[str, float]]:
-        """Return (layer, number of turns) for each run, in the direction of the current.
+        """Return (layer, number of turns about the coil's centre) for each run, in the order of the current.
 
-        The turns go round the coil's centre and are positive if they are counter-clockwise.
+        Counter-clockwise turns are positive.
         """
         polylines = [run.path.flattened(SAMPLED) for run in self.runs]
         # the median of the turns of a wedge lies outside of its inner turns
@@ -113,7 +115,7 @@ class DrawnConductor:
 
 
 SAMPLED = 10e-6
-"""Largest distance (m) between an arc and the chords that replace it when turns are counted."""
+"""Largest distance (m) between an arc and the chords that replace it in the count of turns."""
 
 
 def _innermost(points: Sequence[Point]) -> Point:
@@ -131,18 +133,21 @@ def _innermost(points: Sequence[Point]) -> Point:
 
 
 LEAST_BEND = 1.5 * math.pi
-"""Total change of direction (rad) from which a run counts as a part of the winding."""
+"""Smallest total change of direction (rad) of a run that counts as a part of the winding."""
 
 
 def _bent(path: Path) -> float:
-    """Return the angle (rad) by which a path bends from its start to its end, positive to the left."""
+    """Return the total change of direction (rad) of a path from its start to its end, positive to the left."""
     points = path.flattened(SAMPLED)
     headings = [math.atan2(b.y - a.y, b.x - a.x) for a, b in pairwise(points) if a.distance(b) > 1e-9]
     return math.fsum(math.remainder(b - a, 2.0 * math.pi) for a, b in pairwise(headings))
 
 
 def _bends(path: Path) -> Iterator[tuple[float, Point]]:
-    """Yield length (m) and centre of curvature of each arc, and of each chord that turns by less than `GENTLE`."""
+    """Yield length (m) and centre of curvature of each arc, and of each chord of an approximated arc.
+
+    A chord counts as such if it deviates by less than `GENTLE` from the direction of the chord before.
+    """
     before: Segment | None = None
     for segment in path:
         if isinstance(segment, Arc):
@@ -158,7 +163,7 @@ def _bends(path: Path) -> Iterator[tuple[float, Point]]:
 
 
 GENTLE = math.radians(16.0)
-"""Largest change of direction (rad) between successive chords that count as an approximated arc."""
+"""Largest change of direction (rad) between two successive chords that count as parts of an approximated arc."""
 
 
 def _enclosed(points: Sequence[Point]) -> tuple[float, Point]:
@@ -176,9 +181,9 @@ def _enclosed(points: Sequence[Point]) -> tuple[float, Point]:
 
 
 def _quantile(pieces: Sequence[tuple[float, float]], part: float) -> float:
-    """Return the smallest distance up to which the pieces have the fraction `part` of the total length.
+    """Return the distance up to which the pieces contain the fraction `part` of their total length.
 
-    `pieces` are pairs (distance, length), sorted by distance.
+    `pieces` are pairs (distance, length of the piece), sorted by distance.
     """
     threshold, within = part * math.fsum(length for _, length in pieces), 0.0
     for distance, length in pieces:
@@ -256,7 +261,7 @@ class _Graph:
         self._join_ends_on_tracks()
 
     def _joined_pads(self) -> list[int]:
-        """Return for each pad the first pad that shares its copper, as for a via in a pad."""
+        """Return, for each pad, the index of the first pad that touches it. An example is a via inside a pad."""
         owner = list(range(len(self.pads)))
         by_place = sorted(range(len(self.pads)), key=lambda k: self.pads[k].centre.x)
         for position, k in enumerate(by_place):
@@ -333,9 +338,9 @@ class _Graph:
                 self._split(nearest, node, point)
 
     def _split(self, number: int, node: int, point: Point) -> None:
-        """Join a node to the track with a number, at the place of the track nearest to `point`.
+        """Join `node` to the track with index `number`, at the track's position nearest to `point`.
 
-        If this place is an end of the track, the nodes are merged. Otherwise the track is divided there.
+        If this position is an end of the track, the two nodes are merged. Otherwise the track is divided there.
         """
         a, b, track = self.edges[number]
         near = _nearest(track.line, point)
@@ -416,10 +421,10 @@ class _Graph:
         raise DrawnCoilError(f"the copper from {self.name(first)} ends at {place_text(point, layer)}; {what}")
 
     def prune(self, first: int, last: int) -> Iterator[str]:
-        """Remove dead ends. Return a text for each removed dead end, with its length and its free end.
+        """Remove dead ends. Return a text for each removed dead end: its length, and the place of its free end.
 
-        `first` and `last` are the nodes of the terminals. Tracks that no copper joins to `first` are removed, too,
-        without a text.
+        `first` and `last` are the nodes of the terminals. Tracks without a connection to `first` are removed as well,
+        but have no text.
         """
         reached, stubs = self._reached(first), []
         for number in [n for n, (a, _, _) in self.edges.items() if a not in reached]:
@@ -441,7 +446,7 @@ class _Graph:
         return iter(stubs)
 
     def chain(self, first: int, last: int) -> list[tuple[int, int, DrawnTrack]]:
-        """Return (node, node, track) of each track from terminal to terminal, in the direction of the current.
+        """Return (start node, end node, track) for each track from terminal to terminal, in the order of the current.
 
         Raises DrawnCoilError if the copper branches.
         """
@@ -490,7 +495,7 @@ def _nearest(line: Segment, point: Point) -> Point:
 
 
 def _conductor(graph: _Graph, chain: Sequence[Edge], stubs: tuple[str, ...], ends: tuple[str, str]) -> DrawnConductor:
-    """Return the conductor of a chain of tracks. In pads and vias, straight pieces join the ends of the tracks."""
+    """Return the conductor that a chain of tracks forms. Straight pieces join the track ends inside pads and vias."""
     runs: list[tuple[str, list[Segment], list[float]]] = []
     vias = []
     for before, (a, _, track) in zip((None, *chain), chain, strict=False):
@@ -516,9 +521,9 @@ def _conductor(graph: _Graph, chain: Sequence[Edge], stubs: tuple[str, ...], end
 
 
 def _link(run: tuple[str, list[Segment], list[float]], point: Point, width: float) -> None:
-    """Add a straight piece from the end of a run to a point, unless they coincide.
+    """Add a straight piece from the end of a run to `point`, unless they coincide.
 
-    If the last piece of the run passes the point, it is cut there, because the current leaves it there.
+    If the last piece of the run extends past `point`, it is first cut off at the place nearest to `point`.
     """
     _, pieces, widths = run
     if not pieces:
@@ -540,7 +545,10 @@ def _require_no_zone(copper: DrawnCopper, chain: Sequence[Edge]) -> None:
 
 
 def _require_no_short(graph: _Graph, chain: Sequence[Edge]) -> None:
-    """Raise DrawnCoilError if copper of the conductor touches copper further along it."""
+    """Raise DrawnCoilError if two distant parts of the conductor touch each other.
+
+    Their distance along the conductor is compared with `NEIGHBOURS`.
+    """
     by_layer: dict[str, list[int]] = defaultdict(list)
     for k, (_, _, track) in enumerate(chain):
         by_layer[track.layer].append(k)
@@ -579,7 +587,7 @@ def _require_no_short(graph: _Graph, chain: Sequence[Edge]) -> None:
 
 
 NEIGHBOURS = 2.0
-"""Largest distance along the conductor at which two of its pieces may touch without a short circuit (1).
+"""Largest distance along the conductor between two of its pieces that may touch without being a short circuit.
 
-It is divided by their mean width, or by the pad's size.
+The distance is divided by the mean width of the two pieces. For a pad and a piece, it is divided by the pad's size.
 """

@@ -117,7 +117,7 @@ def _numbers(node: Node) -> list[float]:
 
 
 def _length(node: Node, name: str, usual: float = 0.0) -> float:
-    """Return the length (m) under a name in an expression. `usual` if the expression has no such name."""
+    """Return the length (m) in the child expression `name`. If there is no such child, return `usual`."""
     numbers = _numbers(_child(node, name) or [name])
     return numbers[0] * 1e-3 if numbers else usual
 

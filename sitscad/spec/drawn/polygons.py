@@ -1,6 +1,7 @@
 """Recognise spirals of straight sides: squares, rectangles, hexagons and octagons, with sharp or rounded corners.
 
-Each side of a spiral lies one pitch further inside than the side a turn before. Leads and stubs do not.
+In an inward spiral, each side lies one pitch further inside than the parallel side one turn before. Leads and stubs do
+not have this offset, and are thus recognised.
 """
 
 from __future__ import annotations
@@ -20,13 +21,16 @@ from sitscad.spec.drawn.copper import DrawnCoilError, place_text
 from sitscad.spec.drawn.follow import DrawnRun
 
 SHAPES = {4: "square", 6: "hexagon", 8: "octagon"}
-"""Shapes with known error bounds, by their number of sides."""
+"""Shapes of coils whose estimates have known error bounds, by their number of sides."""
 
 REGULAR = math.radians(0.5)
-"""Largest deviation (rad) of the angles between sides from equal angles, and of the flat at +x from the y axis."""
+"""Largest angular deviation (rad) of a drawn polygon from a regular one.
+
+It limits the difference of each corner's angle from the regular angle, and the tilt of the side at +x from the y axis.
+"""
 
 LEAST_TURNS = 2
-"""Smallest number of turns of a layer. With fewer turns, no side lies one turn further inside another side."""
+"""Smallest number of turns of a layer. With fewer turns, no side has a parallel side one turn before it."""
 
 
 @record(eq=False)
@@ -51,10 +55,11 @@ class _Side:
 
 @record(eq=False)
 class _LayerFit:
-    """Sides of one run that wind a spiral, in the direction of the current.
+    """The sides of one run that form a spiral, in the order of the current.
 
-    `normals` (rad) point outwards. `sense` is the sense of turning along the current, and `pitch` (m) the distance of
-    successive turns.
+    `normals` are the directions (rad) in which the sides face outwards. `sense` is +1 if the current turns
+    counter-clockwise, else -1. `pitch` (m) is the distance between successive turns. `is_mid_side` is True if the
+    spiral starts and ends in the middle of sides.
     """
 
     turns: DrawnTurns
@@ -67,7 +72,10 @@ class _LayerFit:
 
 
 def polygon(runs: Sequence[DrawnRun], width: float) -> DrawnSpiral:
-    """Return the spiral of straight sides that the runs wind. Raises DrawnCoilError if there is none."""
+    """Return the spiral of straight sides that the runs form. Raises DrawnCoilError if they form none.
+
+    `width` (m) is the track width.
+    """
     count = _side_count(runs[0])
     layers = [_layer(run, count, width) for run in runs]
     pitch = float(np.mean([layer.pitch for layer in layers]))
@@ -127,7 +135,7 @@ def _turn(heading: float, following: float) -> float:
 
 
 def _side_count(run: DrawnRun) -> int:
-    """Return the number of sides in a turn, from the median angle between sides.
+    """Return the number of sides in a turn, from the median angle between successive sides.
 
     Raises DrawnCoilError if no shape in `SHAPES` has this number.
     """
@@ -140,7 +148,7 @@ def _side_count(run: DrawnRun) -> int:
 
 
 def _layer(run: DrawnRun, count: int, width: float) -> _LayerFit:
-    """Return the longest part of a run whose sides shift by one pitch, inwards or outwards, from turn to turn.
+    """Return the longest part of a run in which the sides move by one pitch, inwards or outwards, from turn to turn.
 
     `count` is the number of sides in a turn, and `width` (m) the track's width.
     """
@@ -179,8 +187,8 @@ def _layer(run: DrawnRun, count: int, width: float) -> _LayerFit:
 class _SideRun:
     """Successive sides of a run, with `count` sides in a turn.
 
-    `step` (m) is the distance by which a side lies further inside after one turn. Corners of successive turns lie
-    within `reach` (m) along a side.
+    `step` (m) is the change of a side's distance from the coil's centre after one turn; it is negative inwards.
+    `reach` (m) is the largest distance, along a side, between corners of successive turns.
     """
 
     run: DrawnRun
@@ -191,9 +199,10 @@ class _SideRun:
 
     @property
     def ends(self) -> tuple[int, int]:
-        """Indices of the first and last segment, without leads and stubs that lie in line with the sides at the ends.
+        """Indices of the first and the last segment that belong to the spiral.
 
-        A segment is a lead or a stub if it ends near the corner of the side one turn further on.
+        Leads and stubs that continue a side straight on are left out. A segment of the side at an end counts as a lead
+        or stub if it lies beyond the corner of the side one turn further on.
         """
         segments, head, tail = self.run.path.segments, self.sides[0], self.sides[-1]
         first, last = head.first, tail.last
@@ -206,10 +215,10 @@ class _SideRun:
         return first, last
 
     def kept(self) -> tuple[bool, slice]:
-        """Return whether both ends lie in the middle of sides, and the slice of sides that belong to the spiral.
+        """Return whether both ends lie in the middle of sides, and the slice of the sides that belong to the spiral.
 
-        A side at an end belongs to it if it has about the length of the side one turn further on, or half of this
-        length. Otherwise it is a lead or a stub.
+        The expected length of the first or last side follows from the side one turn further on. If the side's length is
+        neither the expected length nor half of it, the side is a lead or a stub and not part of the spiral.
         """
         segments, (first, last), (head, tail) = self.run.path.segments, self.ends, (self.sides[0], self.sides[-1])
         growth = 2.0 * math.tan(math.pi / self.count) * self.step

@@ -1,7 +1,7 @@
-"""Recognise the spiral that a drawn conductor winds, layer by layer, and the stubs and leads beside it.
+"""Recognise the spiral that a drawn conductor forms on each layer, and its stubs and leads.
 
-A drawn coil is computed as the shape that it winds: all error bounds are fitted to shapes. Turns that follow no such
-shape are refused with the place of the largest deviation.
+The estimates replace a drawn coil by a spiral of regular shape, because their error bounds are known only for such
+shapes. Turns that do not follow one are an error, which states the place of the largest deviation.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ from sitscad.spec.profiles import Origin
 from sitscad.spec.reading import Remarks
 
 EQUAL_TURNS = 2e-3
-"""Largest difference between a number of turns and the nearest whole number to which it is rounded."""
+"""Largest difference between a layer's number of turns and a whole number for it to be rounded to this number."""
 
 
 def recognised(
     conductor: DrawnConductor, layers: Sequence[str], written: CoilSpec, heights: Sequence[CopperHeight] = ()
 ) -> CoilSpec:
-    """Return the coil that a conductor winds, with its copper about the centre of the turns.
+    """Return the coil that a drawn conductor forms. The origin of its copper is the centre of its turns.
 
     `layers` are the names of the copper layers, from the top, and `heights` the copper layers of the file's stack-up.
-    `written` is the coil as the spec has it. Raises DrawnCoilError if the turns are no spiral of a known shape in one
-    sense, or if pitch, size or width differ between layers.
+    `written` is the coil as the spec states it. Raises DrawnCoilError if the turns do not form a spiral of a known
+    shape, or if the winding changes its sense. The same error is raised if pitch, size or width differ between layers.
     """
     runs = [run for run, (_, turns) in zip(conductor.runs, conductor.turns(), strict=True) if abs(turns) >= LEAST_TURNS]
     if not runs:
@@ -67,7 +67,7 @@ def _is_straight(runs: Sequence[DrawnRun]) -> bool:
 
 
 def _layers(spiral: DrawnSpiral, layers: Sequence[str]) -> list[DrawnLayer]:
-    """Return the layers of the winding in the order of the current, about the spiral's centre."""
+    """Return the layers of the winding in the order of the current. The origin is the spiral's centre."""
     wound = []
     for part, count, inward, sense in zip(spiral.turns, spiral.counts, spiral.inward, spiral.senses, strict=True):
         path = part.path.shifted(-spiral.centre.x, -spiral.centre.y)
@@ -89,7 +89,7 @@ def _require_width(turns: DrawnTurns, width: float) -> None:
 
 
 def _require_series(wound: Sequence[DrawnLayer], layers: Sequence[str]) -> None:
-    """Raise DrawnCoilError if the field of a layer opposes the other layers, or if a layer has two spirals."""
+    """Raise DrawnCoilError if the current of a layer turns opposite to the others, or if a layer has two spirals."""
     circulation = [layer.sense * (1 if layer.inward else -1) for layer in wound]
     for layer, way in zip(wound, circulation, strict=True):
         if way * sum(circulation) <= 0:
@@ -131,9 +131,10 @@ WINDING, STUB, LEAD = "winding", "stub", "lead"
 def _pieces(
     run: DrawnRun, first: int, stop: int, layer: int, role: str, home: tuple[float, float]
 ) -> Iterator[DrawnPiece]:
-    """Yield the segments `first` to `stop` (exclusive) of a run as tracks, one for each stretch of equal width.
+    """Yield the segments `first` to `stop` (exclusive) of a run as tracks. Each track has one width.
 
-    `layer` is the number of the copper layer, and `role` the purpose of the tracks. All are moved by `home` (m).
+    `layer` is the number of the copper layer, and `role` the purpose of the tracks. `home` (m) is added to their
+    coordinates.
     """
     rows = zip(run.path.segments[first:stop], run.widths[first:stop], strict=True)
     for width, group in groupby(rows, key=lambda row: row[1]):
@@ -158,7 +159,7 @@ def _terminals(
 
 
 def _extent(pad: DrawnPad) -> tuple[float, float]:
-    """Return the sides (m) of the box about a pad."""
+    """Return the sides (m) of a pad's bounding box along x and y."""
     (x, y), cos, sin = pad.size, abs(math.cos(pad.angle)), abs(math.sin(pad.angle))
     return x * cos + y * sin, x * sin + y * cos
 
@@ -172,9 +173,10 @@ MOST_BYTES = 32 * 2**20
 def coil_from_file(written: CoilSpec, place: Origin, copper_layers: int | None, remarks: Remarks) -> CoilSpec:
     """Return the coil that is drawn in a file.
 
-    If the file cannot be used, record the reason as an error in `remarks` and return a small circle in its place. The
-    file's bytes are added to `remarks.files`. `copper_layers` is the number of copper layers of the written stack-up;
-    None if the spec has none.
+    `written` is the coil as the spec states it, and `place` the spec, which names the file. The file's bytes are added
+    to `remarks.files`. If the file cannot be used, record the reason as an error in `remarks` and return a small
+    circular coil as a placeholder. `copper_layers` is the number of copper layers of the spec's stack-up. None if the
+    spec has no stack-up.
     """
     assert written.drawn is not None
     # a small coil in place of a file that cannot be used, for the checks of the rest of the spec
@@ -198,7 +200,8 @@ def coil_from_file(written: CoilSpec, place: Origin, copper_layers: int | None, 
 def _board_layers(copper: DrawnCopper, count: int | None) -> tuple[str, ...]:
     """Return the names of the file's copper layers from the top, for a stack-up with `count` copper layers.
 
-    None stands for the default stack-up, which has two. Raises DrawnCoilError if the file has another number.
+    A `count` of None stands for the default stack-up, which has two copper layers. Raises DrawnCoilError if the file
+    has another number of copper layers.
     """
     names = copper.names_for(2 if count is None else count)
     if not names:
@@ -211,27 +214,28 @@ LEAST_TURNS = 0.75
 """Smallest number of turns of a run that counts as a layer of the winding."""
 
 SEARCH = (0.5, 0.25, DEVIATION)
-"""Largest distance between a track and the fitted spiral, over the track's width (1), in successive fits.
+"""Largest distance between a track and the fitted spiral, divided by the track width, for three successive fits.
 
-The turns of a run end where the distance is larger.
+Tracks at a larger distance do not count as turns: there the turns of a run begin or end.
 """
 
 BEYOND = 1.1
-"""Largest number of turns of a run that may lie outside its spiral: a lead may go round the coil."""
+"""Largest number of turns of a run that are not part of its spiral. A lead may go round the coil once."""
 
 SAMPLES = (0.0, 0.25, 0.5, 0.75, 1.0)
 """Fractions of a segment's length at which its distance from the spiral is computed."""
 
 CORE = 0.3
-"""Fraction of a run's length, at each end, that the first fit leaves out: leads and stubs."""
+"""Fraction of a run's length that the first fit omits at each end, because leads and stubs can lie there."""
 
 
 
 @record(eq=False)
 class _Fit:
-    """Spirals about a common `centre` (m): r = start + slope theta, theta (rad) along the current from the start.
+    """Fitted spirals of all layers about a common `centre` (m): r = start + slope * theta.
 
-    `starts` (m) and `slopes` (m/rad) have one value for each layer.
+    theta (rad) is the angle from the start of the layer, along the current. `starts` (m) and `slopes` (m/rad) have one
+    value for each layer.
     """
 
     centre: Point
@@ -240,7 +244,7 @@ class _Fit:
 
 
 def round_spiral(runs: Sequence[DrawnRun], conductor: DrawnConductor) -> DrawnSpiral:
-    """Return the round spiral that the runs of a conductor wind. Raises DrawnCoilError if there is none."""
+    """Return the round spiral that the runs of a conductor form. Raises DrawnCoilError if they form none."""
     fit, turns = _fitted(runs, conductor)
     sweeps = [float(_polar(part.path, fit.centre)[1][-1, -1]) for part in turns]
     growths = [float(slope) * sweep for slope, sweep in zip(fit.slopes, sweeps, strict=True)]
@@ -258,14 +262,17 @@ def round_spiral(runs: Sequence[DrawnRun], conductor: DrawnConductor) -> DrawnSp
 
 
 def _polar(path: Path, centre: Point) -> tuple[Array, Array]:
-    """Return radius (m) and angle (rad, continuous, 0 at the start) of the samples of a path: (segments, samples)."""
+    """Return polar radius (m) and angle (rad) about `centre` of points on a path: arrays (segments, samples).
+
+    The points lie at the fractions `SAMPLES` of each segment. The angle is 0 at the start and has no jumps of 2 pi.
+    """
     places = np.array([[segment.at(fraction) for fraction in SAMPLES] for segment in path]) - centre
     angle = np.unwrap(np.arctan2(places[..., 1], places[..., 0]).ravel()).reshape(places.shape[:2])
     return np.hypot(places[..., 0], places[..., 1]), angle - angle[0, 0]
 
 
 def _fitted(runs: Sequence[DrawnRun], conductor: DrawnConductor) -> tuple[_Fit, list[DrawnTurns]]:
-    """Fit spirals to runs, and find the segments of each run that belong to its spiral."""
+    """Return the spirals that are fitted to the runs, and the segments of each run that belong to its spiral."""
     turns = [_core(run) for run in runs]
     fit = _fit([part.path for part in turns], conductor.centre)
     for tolerance in SEARCH:
@@ -275,14 +282,17 @@ def _fitted(runs: Sequence[DrawnRun], conductor: DrawnConductor) -> tuple[_Fit, 
 
 
 def _core(run: DrawnRun) -> DrawnTurns:
-    """Return the middle part of a run, which is surely a part of the winding: `CORE` is left out at each end."""
+    """Return the middle part of a run, without the fraction `CORE` of its length at each end.
+
+    This part surely belongs to the winding.
+    """
     ends = np.cumsum([segment.length for segment in run.path]) / run.path.length
     first, last = (int(np.searchsorted(ends, fraction)) for fraction in (CORE, 1.0 - CORE))
     return DrawnTurns(run, first, last)
 
 
 def _extended(fit: _Fit, layer: int, turns: DrawnTurns, tolerance: float) -> DrawnTurns:
-    """Return the turns, extended as far as the run stays within `tolerance` (m) of its fitted spiral.
+    """Return the turns, extended along their run as long as it stays within `tolerance` (m) of its fitted spiral.
 
     `layer` is the index of the spiral in `fit`.
     """
@@ -298,7 +308,7 @@ def _extended(fit: _Fit, layer: int, turns: DrawnTurns, tolerance: float) -> Dra
 
 
 def _fit(paths: Sequence[Path], centre: Point) -> _Fit:
-    """Fit spirals about one centre by least squares, from a first guess of the centre (m)."""
+    """Fit one spiral to each path, with a common centre, by least squares. `centre` (m) is the initial guess."""
     for _ in range(FITS):
         rows, radii = [], []
         for k, path in enumerate(paths):
@@ -314,7 +324,10 @@ def _fit(paths: Sequence[Path], centre: Point) -> _Fit:
 
 
 FITS = 10
-"""Number of linear fits. Each reduces the error of the centre by the ratio of pitch to circumference or more."""
+"""Number of linear fits.
+
+Each fit multiplies the error of the centre by the ratio of the pitch to the circumference, or by less.
+"""
 
 
 def _require_whole(turns: DrawnTurns, count: float, centre: Point) -> None:
@@ -333,10 +346,11 @@ def _require_whole(turns: DrawnTurns, count: float, centre: Point) -> None:
 def _deviation(
     turns: DrawnTurns, inward: bool, radius: float, pitch: float, centre: Point, width: float
 ) -> float:
-    """Return the largest distance (m) of the turns of one layer from the spiral that the whole coil is computed as.
+    """Return the largest distance (m) between the turns of one layer and the spiral that the estimates use.
 
-    This spiral has an outer `radius` (m) and a `pitch` (m). Arcs that replace chords are compared at all samples, and
-    the drawn chords at their ends.
+    This spiral has the outer `radius` (m) and the `pitch` (m), equal for all layers. `width` (m) is the track width.
+    Distances are computed at all samples of the arcs that replace chords, and at the ends of the drawn chords. Raises
+    DrawnCoilError if a distance exceeds `DEVIATION` times the width.
     """
     largest, drawn = 0.0, Path(turns.run.path.segments[turns.first : turns.last + 1])
     for path, columns in ((turns.path, slice(None)), (drawn, slice(0, None, len(SAMPLES) - 1))):

@@ -23,13 +23,13 @@ from sitscad.data import FOLDER, rows
 
 
 class Refusal(ValueError):
-    """A value breaks a rule of the format.
+    """A value is invalid: it breaks a rule of the spec's format.
 
     `facts` has these entries, if known:
 
-    * ``measured``, ``limit`` and ``unit``: quantity of the value and its limit, for the finding
-    * ``meant``: suggested value as text
-    * ``is_sure``: True if no other value can have been meant
+    * ``measured``, ``limit`` and ``unit``: the value, the limit that it exceeds, and their unit
+    * ``meant``: text of the value that the user probably meant
+    * ``is_sure``: True if the user cannot have meant any other value
     """
 
     def __init__(self, rule: str, message: str, hint: str, facts: Mapping[str, Any]) -> None:
@@ -37,20 +37,21 @@ class Refusal(ValueError):
         self.rule, self.message, self.hint, self.facts = rule, message, hint, facts
 
     def with_hint(self, more: str) -> Refusal:
-        """Return the refusal with `more` added to its hint."""
+        """Return a copy with the text `more` appended to the hint."""
         return Refusal(self.rule, self.message, self.hint + more, self.facts)
 
 
 def refuse(rule: str, message: str, hint: str = "", **facts: Any) -> NoReturn:
-    """Raise a `Refusal`."""
+    """Raise a `Refusal` by the rule with number `rule`. `facts` are its entries."""
     raise Refusal(rule, message, hint, facts)
 
 
 @record(eq=False)
 class Misfit:
-    """A key that cannot be read: dotted key, value and refusal.
+    """An error at a key of the spec: dotted key, value, and the refusal of the value.
 
-    If there is no refusal, the key is missing. If ``section`` is set, the key is unknown in that section.
+    `refusal` is None if the key is missing or unknown. `section` is None unless the key is unknown; it is then the
+    section class that lacks the key.
     """
 
     key: str
@@ -60,7 +61,7 @@ class Misfit:
 
 
 def described(value: Any) -> str:
-    """Return a short description of a value for a message."""
+    """Return a short text that describes a value in a message."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, dict):
@@ -117,7 +118,7 @@ class Scalar(Kind):
 
 @record
 class Either(Scalar):
-    """A special word, which is read as None, or else a value of the kind `other`."""
+    """One special word, which is read as None, or a value of the kind `other`."""
 
     word: str
     other: Scalar
@@ -171,9 +172,9 @@ class Number(Scalar):
         return int(value) if self.whole else float(value)
 
     def _meant(self, value: Any) -> tuple[str, bool]:
-        """Return the number that a text probably stands for, as text, and whether no other reading is possible.
+        """Return the number that the user probably meant, as text, and whether no other number is possible.
 
-        The text is empty if `value` stands for no number.
+        The text is empty if `value` does not suggest a number.
         """
         text = value.strip() if isinstance(value, str) and len(value) <= 40 else ""
         plain = re.sub(r"(?<=[0-9])_(?=[0-9])", "", text)  # digits in groups, as YAML 1.1 has them
@@ -189,7 +190,7 @@ class Number(Scalar):
 
 
 def _listed(value: Any) -> str:
-    """Return the YAML list for a text of numbers and commas, like 8, 7. Empty if the value is no such text."""
+    """Return the YAML list ``[8, 7]`` for a text like ``8, 7``. Empty for anything but numbers and commas."""
     numbers = [part.strip() for part in value.split(",")] if isinstance(value, str) and len(value) <= 80 else []
     if len(numbers) < 2 or not all(re.fullmatch(r"[0-9]{1,9}(\.[0-9]{1,9})?", number) for number in numbers):
         return ""
@@ -219,7 +220,7 @@ class NumberOrList(Scalar):
 
 @record
 class Several(Scalar):
-    """A single value or a list of values of a kind. Read as a tuple, which is empty for an empty list."""
+    """A value of a kind, or a list of such values. Read as a tuple, which is empty for an empty list."""
 
     one: Scalar
     most: int = 16
@@ -259,7 +260,7 @@ class Layers(Scalar):
         return layers
 
     def _range(self, value: Any) -> str:
-        """Return the YAML list for a range such as 1-2. Empty if the value is no range of layers."""
+        """Return the YAML list ``[1, 2]`` for a range like ``1-2``. Empty if the value is not a range of layers."""
         text = value if isinstance(value, str) else ""
         ends = re.fullmatch(r"\s*([0-9]{1,2})\s*(?:-|\u2013|\.\.+|:|to)\s*([0-9]{1,2})\s*", text)
         if ends is None or not 1 <= int(ends[1]) < int(ends[2]) <= self.most:
@@ -296,7 +297,7 @@ _UNIT_RULES = {"unit": "SIT005", "number": "SIT004", "range": "SIT006", "type": 
 
 @record
 class UnitValue(Scalar):
-    """A quantity with a unit, within a range. Read as a float in SI units; the range is written with units as well."""
+    """A quantity with a unit, within a range. Read as a float in SI units. The range's limits are texts with units."""
 
     dimension: str
     low: str
@@ -385,7 +386,7 @@ class Text(Scalar):
 class FileName(Scalar):
     """The name of a file in the spec's folder, which must match the regular expression `ending`.
 
-    `what` is the kind of file, and `like` an example of its name; both are for messages.
+    For messages, `what` states the kind of file, and `like` is an example of its name.
     """
 
     what: str
@@ -475,7 +476,7 @@ def names(kind: str) -> tuple[str, ...]:
 class Preset(Scalar):
     """Name of a preset of one kind, one of `names(kind)`.
 
-    With ``up`` (look up), the value is the preset object instead of its name.
+    If ``up`` (look up) is True, the value is the preset itself instead of its name.
     """
 
     kind: str
@@ -490,7 +491,7 @@ class Preset(Scalar):
 
 
 def is_profile_file(name: Any) -> bool:
-    """Whether a name of design rules is the name of a YAML file and not of a preset."""
+    """Whether the value of ``fpc.rules`` names a YAML file instead of a preset."""
     return isinstance(name, str) and name.lower().endswith((".yaml", ".yml"))
 
 

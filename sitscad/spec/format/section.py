@@ -1,10 +1,11 @@
 """Sections of the spec: classes whose attributes declare keys, and the code that reads them.
 
 The reader, the JSON Schema, the tables of docs/spec.md and the check of values set by programs all use these
-declarations. A section that is also a record is stored in the spec as it is.
+declarations. A section class that is also a dataclass (`record`) is stored in the spec as it is. Other sections are
+first converted to another class.
 
-A section reads its keys, each by its kind, and collects all errors. Pydantic was not used, because its core took a
-quarter of numpy's start-up time.
+A section reads each key by the kind of its value, and collects all errors. Pydantic is not used, because its import
+takes a quarter as long as numpy's.
 """
 # ruff: noqa: D102 - `Kind` documents these methods
 
@@ -47,7 +48,7 @@ SHOWN_KEYS = 12
 
 @record
 class Key:
-    """One key of a section: kind of value, default as a user would write it, and description.
+    """One key of a section: kind of value, default in the form that a user would write, and description.
 
     ``written`` is the key's name in the text if it differs from the attribute's name.
     """
@@ -68,9 +69,9 @@ class Key:
 
 
 def key(kind: Kind, about: str, default: Any = REQUIRED, written: str = "") -> Any:
-    """Declare a key.
+    """Declare a key: the kind of its value, a text `about` it for users, and its default.
 
-    A default of None means no value. Any other default is read in the way of a written value.
+    The default None means that the key has no value. Any other default is in the form that a user would write.
     """
     declaration = Key(kind, default, about, written)
     if default is None:
@@ -82,9 +83,9 @@ def key(kind: Kind, about: str, default: Any = REQUIRED, written: str = "") -> A
 
 @record
 class KeysLike:
-    """Declaration of keys whose names match a pattern. Their values have one kind.
+    """Declaration of keys whose names match a pattern. All their values have the same kind.
 
-    One attribute holds all values by name.
+    A single attribute of the section holds all these values, by name.
     """
 
     pattern: re.Pattern[str]
@@ -99,7 +100,10 @@ def keys_like(pattern: re.Pattern[str], example: str, kind: Kind, about: str) ->
 
 
 class Readable:
-    """Base class of values of a spec. For a missing attribute, the error states where the value of that key is."""
+    """Base class of all parts of a spec.
+
+    Some keys of the text are not attributes. Access to them raises an AttributeError that names the right attribute.
+    """
 
     read_instead: ClassVar[dict[str, str]] = {}
 
@@ -117,10 +121,10 @@ class Section(Readable):
 
     * ``keys``: declared keys by their names in the text
     * ``attributes``: attribute of each of these keys
-    * ``alike``: keys that are declared by a pattern, by attribute
+    * ``alike``: declarations of keys by a pattern, by the attribute that holds their values
     * ``form``: name of the section in the JSON Schema
-    * ``stands_in``: a key, and a group of required keys. The key may replace one key of the group.
-    * ``alone``: a key that replaces all other keys of the section, then the keys that may stand beside it
+    * ``stands_in``: a key, and a group of required keys. The user may write this key instead of one key of the group.
+    * ``alone``: first a key that replaces the other keys of the section, then the keys that are allowed beside it
 
     The first paragraph of a subclass's docstring is printed for users.
     """
@@ -267,18 +271,18 @@ class NameOr(Kind):
 
 
 def preset_or(kind: str, section: type[Section], convert: Callable[[Any], Any] | None = None) -> NameOr:
-    """Return the kind for a preset's name or a section.
+    """Return the kind of a value that is either a preset's name or a written section.
 
-    `convert` converts the section; by default it sets the spec as its source.
+    `convert` converts the section to the value that the spec stores. By default, it sets "the spec" as its source.
     """
     convert = convert or (lambda value: replace(value, source=WRITTEN_SOURCE))
     return NameOr(Preset(kind, up=True), Part(section, convert))
 
 
 def section_of(kind: Kind) -> type[Section] | None:
-    """Return the section class that a spec value of this kind contains. None for single values.
+    """Return the section class in a value of this kind. None for single values.
 
-    It is the class of the value, of its list entries, or of the section that may replace a preset name.
+    It is the class of the value, the class of its list entries, or the class that a user may write instead of a name.
     """
     if isinstance(kind, Part):
         return kind.section
@@ -290,7 +294,7 @@ def section_of(kind: Kind) -> type[Section] | None:
 def schema_of(section: type[Section], title: str, name: str, files: str) -> dict[str, Any]:
     """Return the JSON Schema (draft 2020-12) of a document, with descriptions and names of the installed presets.
 
-    `name` is the schema's own URN. `files` is the pattern of the file names that editors may take the schema for.
+    `name` is the schema's own URN. `files` is the pattern of the file names for which editors use the schema.
     """
     sections: dict[str, type[Section]] = {}
 
@@ -330,7 +334,7 @@ BARE_NUMBER = re.compile(r"\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*")
 """A number without a unit."""
 
 ALTERNATIVE_UNITS = {"length": ("mm", 1e-3), "angle": ("deg", 0.017453292519943295)}
-"""Unit that may have been meant for a number out of range, with its factor to SI, by dimension."""
+"""Unit that the user may have meant if a number in SI units is out of range, and its factor to SI, by dimension."""
 
 
 def kind_at(section: type[Section], key: str) -> Kind | None:
@@ -342,9 +346,9 @@ def kind_at(section: type[Section], key: str) -> Kind | None:
 
 
 def _inner(kind: Kind | None, name: str) -> Kind | None:
-    """Return the kind of an entry of a value. None if the value has no such entry.
+    """Return the kind of one entry of a section or list. None if there is no such entry.
 
-    `kind` is the kind of the value, and `name` a key of a section or an index of a list.
+    `kind` is the kind of the section or list. `name` is the entry's key or index.
     """
     if isinstance(kind, Either):
         return _inner(kind.other, name)
@@ -373,15 +377,15 @@ def _entry(kind: Kind | None) -> Kind | None:
 
 
 def as_written(value: Any, kind: Kind | None, key: str) -> Any:
-    """Return a value in the form that a spec's text has. This is the inverse of reading.
+    """Return a value in the form that it has in the text of a spec. This is the inverse of reading.
 
-    `value` is as in attributes of a `SensorSpec`, in SI units. A number becomes a text with a unit. A record becomes
-    the name of a preset or a section.
+    `value` has the form of an attribute of a `SensorSpec`, in SI units. A quantity becomes a text with a unit. An
+    object becomes the name of its preset, or a mapping of its keys.
 
     Raises
     ------
     TextError
-        if a length given as text has no unit. Also if a number is out of range, but in range as mm or deg.
+        if a length is a text without a unit. Also if a number is out of range, but would be in range as mm or degrees
     """
     if isinstance(kind, Either):
         return kind.word if value is None or value == kind.word else as_written(value, kind.other, key)
@@ -410,7 +414,7 @@ def as_written(value: Any, kind: Kind | None, key: str) -> Any:
 
 
 def _section(value: Any, section: type[Section], key: str) -> Any:
-    """Return a section as a mapping of its keys. `value` is a mapping, a tuple of pairs, or the section's record."""
+    """Return a section as a mapping of its keys. `value` is a mapping, a tuple of pairs, or an object of the spec."""
     if isinstance(value, section):
         is_alone = bool(section.alone) and getattr(value, section.attributes[section.alone[0]]) is not None
         inside = {name: getattr(value, attribute) for name, attribute in section.attributes.items()

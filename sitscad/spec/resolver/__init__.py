@@ -1,1 +1,1 @@
-"""Conversion of the sections as written into values of the spec: presets, defaults and checks between parts."""
+"""Conversion of a written spec into values in SI units: presets and defaults are filled in, and parts are compared."""

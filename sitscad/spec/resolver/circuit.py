@@ -1,4 +1,4 @@
-"""Conversion of the flexible circuit as written to `FpcSpec`: stack-up, design rules, tail, panel and body."""
+"""Conversion of the spec's section ``fpc`` (flexible circuit): stack-up, design rules, tail, panel and body."""
 
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ def resolve_fpc(
 ) -> FpcSpec:
     """Return the flexible circuit with stack-up, design rules, tail, panel and body filled in.
 
-    `place` is the spec: file names are relative to its folder. Errors, such as a stack-up that lacks a copper layer of
-    the coil, are recorded in `remarks`.
+    `document` is the section as written. `place` is the spec: file names are relative to its folder. Errors are
+    recorded in `remarks`; an example is a stack-up that lacks a copper layer of the coil.
     """
     as_written = document.values()
     stackup = _stackup(as_written["stackup"], coil, remarks)
@@ -119,12 +119,12 @@ def _stackup(written: Stackup | list[LayerDocument] | None, coil: CoilSpec, rema
 
 
 def _plated_stackup(stackup: Stackup, document: FpcSpec, remarks: Remarks) -> Stackup:
-    """Return the stack-up after plating. A single copper layer is not plated.
+    """Return the stack-up after plating. A board with a single copper layer is not plated.
 
-    If the tail has fewer copper layers than the body, its layers are a core that is plated in a separate step. If the
-    spec writes out the stack-up, its copper is finished copper: the foil is the rest without the plating. If the outer
-    copper is then too thin for plating, the default is to plate only the holes. If copper contains less than its
-    plating, record an error in `remarks` and return the stack-up unchanged.
+    If the tail has fewer copper layers than the body, the tail's layers are a core that is plated in a separate step.
+    If the spec writes out the stack-up, the thickness of its copper includes the plating. If its outer copper is too
+    thin to contain the plating, the default is to plate only the holes. If a copper layer is thinner than its plating,
+    record an error in `remarks` and return the stack-up unchanged.
     """
     written = isinstance(document.values()["stackup"], list)
     count = len(stackup.copper)
@@ -216,11 +216,11 @@ def _tail(tail: Tail | None, copper: int, rules: DesignRules, mount: Mount | Non
 
 
 def _bent(tail: Tail, written: str | BendDocument, mount: Mount | None, remarks: Remarks) -> Tail:
-    """Return the tail with its bend. Angle and direction of the bend have defaults.
+    """Return the tail with the bend that the spec states. An omitted angle is filled in.
 
-    `written` is the word or section of the key ``bend`` in the spec. If a jaw has a hinge, the tail bends at the hinge
-    into the shaft, by half of the angle between the open jaws. On a finger or a jaw without a hinge, the default angle
-    is 0, because the mount itself leads the tail down.
+    `written` is the word or section at the key ``bend``. If the jaw has a hinge, the tail bends at the hinge into the
+    shaft, and the default angle is half of the angle between the open jaws. On a finger or a jaw without a hinge, the
+    default angle is 0, because the mount itself guides the tail downwards.
     """
     if written == "none":
         return replace(tail, bend="none")
@@ -245,9 +245,9 @@ def _bent(tail: Tail, written: str | BendDocument, mount: Mount | None, remarks:
 
 
 MOST_BYTES, MOST_PIECES = 4 * 2**20, 2_000
-"""Maximum size of a DXF file (bytes) and maximum number of lines and arcs.
+"""Maximum size of a DXF file (bytes), and maximum number of its lines and arcs.
 
-An outline usually has some kilobytes, and every output file draws all of its pieces.
+An outline usually has some kilobytes. Many output files contain all its lines and arcs.
 """
 
 UNITS = {0: 1e-3, 1: 25.4e-3, 4: 1e-3, 5: 1e-2, 6: 1.0, 13: 1e-6}
@@ -260,7 +260,7 @@ SPLINE = 4
 """Flag bit of a polyline whose vertices belong to a spline (DXF reference, group 70)."""
 
 LEAST, LARGEST = 1e-3, 0.5
-"""Smallest and largest length and width (m) of a body."""
+"""Smallest and largest side (m) of a body's bounding box."""
 
 OUTLINE_REQUIREMENT = (
     "one closed outline of LINE, ARC, CIRCLE, LWPOLYLINE and POLYLINE entities, convex, and nothing else in the "
@@ -269,7 +269,7 @@ OUTLINE_REQUIREMENT = (
 
 
 class UnfitError(Exception):
-    """A DXF file cannot be used as the outline of a body. The message states the reason for users."""
+    """A DXF file cannot be used as the outline of a body. The message states the reason."""
 
 
 def body_from_file(part: BodySpec, name: str, place: Origin, remarks: Remarks) -> BodySpec | None:
@@ -453,9 +453,9 @@ def _chained(pieces: list[Piece]) -> list[Piece]:
 
 
 def _convex(pieces: list[Piece]) -> Path:
-    """Return the pieces, which form a closed chain, as a counter-clockwise outline.
+    """Return the outline that a closed chain of pieces forms, counter-clockwise.
 
-    Raises `UnfitError` if the outline is not convex, crosses itself or has a wrong size.
+    Raises `UnfitError` if the outline is not convex, crosses itself or is too small or too large.
     """
     path = Path(tuple(piece for _, piece in pieces))
     if enclosed_area(path) < 0.0:

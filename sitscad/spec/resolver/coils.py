@@ -1,4 +1,4 @@
-"""Conversion of the coils as written to values: turns for shape and size, centres, and gaps between coils.
+"""Conversion of the spec's sections ``coil`` and ``array``: omitted sizes, centres, and checks of gaps.
 
 Regular patterns are symmetric about the origin. Their coils are numbered from the far end of the jaw (most negative x)
 to the tail at +x. Coils of equal x are numbered from negative to positive y. Centres that the spec writes keep their
@@ -25,10 +25,10 @@ from sitscad.spec.reading import Remarks
 Point = tuple[float, float]
 
 MOST_OF_A_COIL, MOST_OF_ALL = 500.0, 2000.0
-"""Maximum number of turns in all layers of one coil, and of all coils.
+"""Maximum sum of the turns of all layers of one coil, and of all layers of all coils.
 
-The memory of an estimate grows with the square of the turns of one coil (0.5 GB at 400 turns near metal). Its time
-grows with both numbers.
+The memory of an estimate grows with the square of the first number (0.5 GB at 400 turns near metal). The time of an
+estimate grows with both numbers.
 """
 
 # loads NumPy, which other specs do not need
@@ -36,10 +36,10 @@ coil_from_file = late("sitscad.spec.drawn.spiral", "coil_from_file")
 
 
 def resolve_coil(written: CoilSpec, remarks: Remarks, place: Origin, copper_layers: int | None) -> CoilSpec:
-    """Return the coil with the values that its inner diameter or its file determines, after checks of its turns.
+    """Return the coil with the values that follow from its inner diameter or its file filled in.
 
-    `place` is the spec, which names the file of a drawn coil. `copper_layers` is the number of copper layers of the
-    written stack-up; None if the spec has none. Errors are recorded in `remarks`.
+    Errors, also of its turns, are recorded in `remarks`. `place` is the spec, which names the file of a drawn coil.
+    `copper_layers` is the number of copper layers of the spec's stack-up. None if the spec has no stack-up.
     """
     if written.drawn is not None:
         return coil_from_file(written, place, copper_layers, remarks)
@@ -63,9 +63,9 @@ The inset is the distance from the outer to the inner copper edge. Numbers in a 
 
 
 def _with_replaced_key(coil: CoilSpec, remarks: Remarks) -> CoilSpec:
-    """Return the coil with the value that its inner diameter replaces: turns, trace width or trace spacing.
+    """Return the coil with its omitted value (turns, trace width or trace spacing) computed from its inner diameter.
 
-    If no value follows from the inner diameter, record an error in `remarks` and use the value in `PLACEHOLDERS`.
+    If the inner diameter is impossible, record an error in `remarks` and use the value in `PLACEHOLDERS`.
     """
     inner, values = coil.written_inner, coil.values()
     if inner is None:
@@ -103,8 +103,8 @@ The rest of the spec can then still be checked.
 def _turns_in(coil: CoilSpec, inset: float, remarks: Remarks) -> float:
     """Return the number of turns that fill the distance `inset` (m) from the outer to the inner copper edge.
 
-    It is exact for a circle, and rounded to whole sides for other shapes. The number is recorded as a default in
-    `remarks`, and also the inner diameter if rounding changes it.
+    The number is exact for a circle, and rounded to whole sides of the spiral for other shapes. It is recorded in
+    `remarks` as a default. If rounding changes the inner diameter, the new diameter is recorded as well.
     """
     exact = coil.outline.outermost_turns + (inset - coil.trace_width) / coil.pitch
     turns = round(coil.outline.nearest_turns(exact), 9)
@@ -124,10 +124,10 @@ def _turns_in(coil: CoilSpec, inset: float, remarks: Remarks) -> float:
 
 
 def _width_or_spacing_in(coil: CoilSpec, name: str, inset: float, remarks: Remarks) -> float:
-    """Return the trace width or spacing (m) with which the turns fill the distance `inset` (m).
+    """Return the trace width or spacing (m) at which the turns fill the distance `inset` (m).
 
-    `name` is the key to compute, which the spec omits. The inset is the distance from the outer to the inner copper
-    edge.
+    The inset is the distance from the outer to the inner copper edge. `name` is the omitted key, "trace_width" or
+    "trace_spacing".
     """
     gaps = max(coil.layer_turns) - coil.outline.outermost_turns
     if name == "trace_spacing" and gaps <= 0.0:
@@ -154,7 +154,7 @@ def check_coil(
 ) -> None:
     """Record an error for each size, number of turns or corner radius that does not fit the coil's shape.
 
-    `written` are the numbers of turns in the spec, and `turns_key` is the key that errors of the turns name.
+    `written` are the numbers of turns that the spec states. Errors of the turns name the key `turns_key`.
     """
     (x, y), outline, most = coil.size, coil.outline, coil.turns_that_fit
     if not outline.bounds:
@@ -187,9 +187,9 @@ def check_coil(
 
 
 def _check_turns(coil: CoilSpec, turns: float, most: float, key: str, remarks: Remarks) -> None:
-    """Record an error if a layer's turns do not end where the shape allows, or do not fit into the coil.
+    """Record an error if a layer has too many turns, or a fraction of a turn that its shape does not allow.
 
-    `turns` is the number for this layer, `most` the largest number that fits, and `key` the dotted key of the turns.
+    `turns` is the number of turns of this layer, `most` the largest number that fits, and `key` the dotted key.
     """
     parts = coil.outline.ends
     if parts and not coil.outline.is_whole(turns):
@@ -337,10 +337,10 @@ def check_gaps(array: ArraySpec, coil: CoilSpec, remarks: Remarks) -> None:
 
 
 def resolve_reference(array: ArraySpec, coil: CoilSpec, place: Origin, copper: int, remarks: Remarks) -> ArraySpec:
-    """Return the array with the own windings of its reference coil resolved, after checks of their values.
+    """Return the array with the reference coil's windings filled in, if these differ from the other coils' windings.
 
-    `coil` is the coil of the array, `place` the spec, and `copper` the number of copper layers of the stack-up. Errors
-    are recorded in `remarks`.
+    `coil` is the array's coil, `place` the spec, and `copper` the number of copper layers of the stack-up. Errors are
+    recorded in `remarks`.
     """
     reference = array.reference
     if reference is None or reference.coil is None:
@@ -365,7 +365,7 @@ REFERENCE_COIL = "array.reference.coil"
 
 
 def own_key(key: str) -> str:
-    """Return the key of the reference coil's own windings for a key of the section ``coil``."""
+    """Return the key of the section ``array.reference.coil`` that corresponds to a key of the section ``coil``."""
     return f"array.reference.{key}"
 
 
@@ -430,10 +430,10 @@ def least_scale(array: ArraySpec, coil: CoilSpec) -> float | None:
 
 
 def check_cells(coils: int, placements: tuple[CoilPlacement, ...], has_plates: bool, remarks: Remarks) -> None:
-    """Record an error unless the coils form two or more equal cells of `coils` coils each.
+    """Record an error unless the coils form two or more equal cells. A cell has `coils` coils.
 
-    Cells are equal if their coils have the same positions and rotations relative to the cell's middle. `has_plates` is
-    False if the spec lacks a target or an elastomer, which cells need.
+    Cells are equal if the positions and rotations of their coils, relative to the cell's middle, are equal. Cells need
+    plates: `has_plates` is False if the spec lacks a target or an elastomer.
     """
     count, key = len(placements), "cells.coils"
     if not has_plates:
@@ -460,8 +460,8 @@ def check_webs(
 ) -> None:
     """Record an error if strips of width `web` (m) cannot join the pads of the cells.
 
-    Pads must be rectangular, in rows and columns, with targets in line with them, and without a film on top. The
-    stiffness law of joined pads covers nothing else.
+    Pads must be rectangular and lie in rows and columns. Each target must be centred on its pad, and no film may lie on
+    top. The stiffness of joined pads is known only under these conditions.
     """
     if web is None or pad is None or target is None:
         return
@@ -482,9 +482,9 @@ def check_webs(
 
 
 def within(placements: Sequence[CoilPlacement]) -> list[tuple[int, ...]]:
-    """Return (x, y, rotation) of each coil as whole numbers, to compare the arrangement of coils in cells.
+    """Return (x, y, rotation) of each coil in whole numbers, so that arrangements in cells can be compared exactly.
 
-    x and y are in nanometres from the mean of the centres, and the rotation is in microradians.
+    x and y (nm) are relative to the mean of the centres. The rotation is in microradians.
     """
     x, y = (math.fsum(p.centre[axis] for p in placements) / len(placements) for axis in (0, 1))
     return [(round((p.centre[0] - x) * 1e9), round((p.centre[1] - y) * 1e9), round(p.rotation * 1e6))

@@ -1,4 +1,4 @@
-"""Conversion of the mount as written to values, for a jaw, a bench, a finger or a part supplied by the user.
+"""Conversion of the spec's section ``mount``, for a jaw, a bench, a finger or the user's own part.
 
 It also reads STEP files named in the spec. They must lie in its folder or below, have at most `MOST_STEP_BYTES` and be
 text in the form of ISO 10303-21.
@@ -27,7 +27,7 @@ KEYS_BY_KIND: dict[str, tuple[str, ...]] = {
     "grasper-pad": ("jaw", "retention"), "bench-plate": ("holes",), "fingertip": ("finger",),
     "custom": ("step", "datum", "along", "up"),
 }
-"""Keys that are valid for a single kind of mount, by kind."""
+"""Keys that are valid for only one kind of mount, by this kind."""
 
 NEEDED = ("width", "length", "height")
 """Sizes that the spec must give for a jaw, unless it is based on a preset or described by a STEP file."""
@@ -41,8 +41,8 @@ BEGINS, ENDS = b"ISO-10303-21;", b"END-ISO-10303-21;"
 def resolve_mount(part: Mount | None, shield: Shield | None, remarks: Remarks, place: Origin) -> Mount | None:
     """Return the mount with presets, files and defaults filled in. None if the spec has no mount.
 
-    `place` is the spec: file names are relative to its folder. Errors, such as a shield that does not fit between board
-    and metal, are recorded in `remarks`.
+    `part` is the section as written. `place` is the spec: file names are relative to its folder. Errors are recorded in
+    `remarks`; an example is a shield that does not fit between board and metal.
     """
     if part is None:
         return None
@@ -77,9 +77,9 @@ def resolve_mount(part: Mount | None, shield: Shield | None, remarks: Remarks, p
 
 
 def computable_plate(shape: str, key: str, remarks: Remarks) -> str:
-    """Return the shape of a plate, or a rectangle if the shape has no form as a plate that can be computed and cut.
+    """Return `shape` if plates of this shape can be computed and cut. Otherwise return "rectangle".
 
-    The second case is recorded as an error at `key` in `remarks`.
+    The second case is recorded in `remarks` as an error at `key`.
     """
     if PLATES[shape].plate:
         return shape
@@ -90,7 +90,7 @@ def computable_plate(shape: str, key: str, remarks: Remarks) -> str:
 
 
 def _standoff(part: Mount, shield: Shield | None, remarks: Remarks) -> float:
-    """Return the height (m) of the board's bottom face above the metal, or above the mount if it has no metal.
+    """Return the height (m) of the board's bottom face above the metal. Without metal, above the carrying face.
 
     A shield that does not fit below the board is recorded as an error in `remarks`.
     """
@@ -121,7 +121,7 @@ def _check_keys(part: Mount, remarks: Remarks) -> None:
 
 
 def _check_metal(part: Mount, standoff: float, remarks: Remarks) -> None:
-    """Add a flaw if the jaw or finger is already the metal behind the board, or if metal lies inside the mount."""
+    """Record an error if ``mount.metal_behind`` begins inside the mount, or if a jaw or finger screens it."""
     metal = part.metal_behind
     if metal is None:
         return
@@ -195,7 +195,7 @@ def _merged_jaw(written_jaw: Jaw, step: StepPart | None) -> Jaw:
 
 
 def _check_retention(retention: Retention, jaw: Jaw | None, remarks: Remarks) -> None:
-    """Add a flaw if the jaw is a STEP file, which sitscad does not cut, or if a dovetail cannot slide in."""
+    """Record an error if a joint is impossible: sitscad cannot cut a jaw's STEP file, and a dovetail must slide in."""
     if jaw is None or jaw.step is not None:
         message = "the jaw is a STEP file, which sitscad does not cut"
         remarks.flaw("SIT009", "mount.retention", message, "write retention: glue, and cut the jaw yourself")

@@ -1,4 +1,4 @@
-"""Conversion of a written spec to the frozen `SensorSpec`: presets, defaults and checks between parts."""
+"""Conversion of a written spec to the read-only `SensorSpec`: presets, defaults and checks between parts."""
 
 from __future__ import annotations
 
@@ -42,14 +42,14 @@ from sitscad.spec.yaml.source import Issue, SpecSource
 Plate = TypeVar("Plate", Target, ElastomerPad)
 
 CELLS_APART = 1e-3
-"""Default gap (m) between the plates of neighbouring cells: their default size is the pitch minus this."""
+"""Default gap (m) between the plates of neighbouring cells. The plates' default size is the pitch minus this gap."""
 
 
 def resolve(document: SpecDocument, source: SpecSource, folder: Path | None = None) -> tuple[SensorSpec, Remarks]:
     """Return the sensor in SI units, and the remarks: flaws, findings and defaults.
 
-    The sensor is unusable if there are flaws or findings. `folder` is the folder of the spec, in which the files that
-    it names are searched. None if the text came from no file.
+    The sensor is unusable if there are flaws or findings. `folder` is the folder of the spec; file names in the spec
+    are relative to it. None if the text did not come from a file.
     """
     remarks = Remarks()
     # The spec names the rules. Profile files may be in its folder or below.
@@ -109,7 +109,7 @@ def _check_drawn(drawn: str, source: SpecSource, remarks: Remarks) -> None:
 OTHER_HEIGHT, OTHER_THICKNESS = 0.1, 0.3
 """Largest relative differences of layer heights and of copper thicknesses between a board's file and the spec.
 
-A larger difference is an error. The limit for copper is wide, because files often have the foil without its plating.
+A larger difference is an error. The limit for copper is wide, because files often state the foil without plating.
 """
 
 
@@ -142,8 +142,8 @@ def _note_plain_defaults(
 ) -> None:
     """Record each default that the format declares for an omitted key of `section`.
 
-    `values` is the section with its values, `path` its dotted key with a dot at the end, and `written` the keys in the
-    text. Defaults that depend on other values are recorded elsewhere.
+    `values` is the section's instance, `path` its dotted key with a dot at the end, and `written` the keys in the text.
+    Defaults that depend on other values are recorded elsewhere.
     """
     is_alone = bool(section.alone) and getattr(values, section.attributes[section.alone[0]]) is not None
     for name, key in section.keys.items() if not is_alone else ():
@@ -160,10 +160,10 @@ def _note_plain_defaults(
 
 
 def _with_size(plate: Plate, key: str, usual: tuple[float, float], remarks: Remarks) -> Plate:
-    """Return a plate with its size and shape filled in if the spec omits them. `usual` is the default size (m).
+    """Return a target or pad with an omitted size and shape filled in. `usual` is the default size (m).
 
-    `key` is the dotted key of the plate's section. Defaults in use, and an error for two sides of a square or round
-    plate, are added to `remarks`.
+    `key` is the dotted key of its section. Defaults are recorded in `remarks`. Two different sides of a square or round
+    plate are recorded as an error.
     """
     written = plate.values()
     if written["size"] is None:
@@ -181,7 +181,7 @@ def _with_size(plate: Plate, key: str, usual: tuple[float, float], remarks: Rema
 
 
 def _carrying(target: Target, offset: tuple[float, float]) -> tuple[float, float]:
-    """Return the sides (m) of the smallest pad that carries a target.
+    """Return the sides (m) of the smallest pad that lies below the whole target.
 
     `offset` is the position (m) of the pad's centre from the mean of the coils' centres.
     """
@@ -210,7 +210,10 @@ def _assembly(part: Assembly, is_glued: bool, remarks: Remarks) -> Assembly:
 
 
 def toleranced_sizes(spec: SensorSpec) -> dict[str, float | None]:
-    """Return the size (m) that each tolerance applies to, by the tolerance's key. None if the sensor lacks the part."""
+    """Return the size (m) to which each tolerance applies, by the tolerance's key.
+
+    The size is None if the sensor lacks the part.
+    """
     jaw = spec.mount.jaw if spec.mount is not None else None
     metal = spec.mount.metal_behind if spec.mount is not None else None
     parts = {"elastomer": spec.elastomer, "target": spec.target}
@@ -246,8 +249,8 @@ _CABLE_PER_METRE = {"inductance": (600e-9, "H"), "capacitance": (100e-12, "F"), 
 def _readout(part: ReadoutSpec, tail: Tail | None, has_reference: bool, remarks: Remarks) -> ReadoutSpec:
     """Return the converter and its cable, with omitted values filled in. Errors are recorded in `remarks`.
 
-    Omitted values of a cable are typical of a thin flexible pair of its length. `has_reference` is True if the array
-    has a reference coil.
+    Omitted values of a cable are typical values of a thin flexible wire pair with the cable's length. `has_reference`
+    is True if the array has a reference coil.
     """
     cable, place = part.cable, part.values()["capacitor_at"]
     for name, (per_metre, unit) in _CABLE_PER_METRE.items() if cable is not None else ():
@@ -329,8 +332,8 @@ def _check_contacts(tail: Tail | None, needed: int, remarks: Remarks) -> None:
 def _loads(document: SpecDocument, mount: Mount | None, remarks: Remarks) -> tuple[LoadCase, ...]:
     """Return the load cases in the order of the format.
 
-    A case without a normal force, or without a target on an elastomer, is recorded as an error in `remarks`. The same
-    holds for levers that cannot close the jaws.
+    Errors are recorded in `remarks`: a case has no normal force, the sensor has no target on an elastomer, or the
+    levers cannot close the jaws.
     """
     cases = tuple(_cases(document, mount, remarks))
     for case in cases:
@@ -344,9 +347,9 @@ def _cases(document: SpecDocument, mount: Mount | None, remarks: Remarks) -> Ite
     """Yield a load case for each section of `loads` in the spec. Errors are recorded in `remarks`."""
 
     def normal(name: str, written: float | None) -> float:
-        """Return the normal force (N) that the case writes, or else the required normal force.
+        """Return the normal force (N) of the case `name`: the case's own value `written`, or the required normal force.
 
-        `name` is the name of the case. If neither exists, return 0 and record an error.
+        If the spec states neither, return 0 and record an error.
         """
         required = document.requirements.normal_force
         if written is None and required is None:

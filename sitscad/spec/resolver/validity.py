@@ -44,7 +44,7 @@ from sitscad.spec.sensor import SensorSpec, SpecDocument
 from sitscad.spec.yaml.source import Issue, SpecSource, dotted
 
 DOCUMENTS: dict[type, type[Section]] = {SensorSpec: SpecDocument, Issue: SpecDocument, DesignRules: RulesDocument}
-"""Section of the format that declares the keys of a class, if the class is not itself that section."""
+"""Section class that declares the keys of a class. Classes that declare their own keys are not listed."""
 
 FARTHEST = 1.0
 """Largest distance (m) of a coil's centre from the origin, along x or y."""
@@ -53,7 +53,7 @@ FARTHEST = 1.0
 def refuse_unusable(spec: SensorSpec) -> None:
     """Raise `SpecError` with a finding for each invalid value.
 
-    A spec that is unchanged since it was read is accepted without checks.
+    A spec that no program has changed since it was read is accepted without checks.
     """
     if not isinstance(spec, SensorSpec):
         raise TypeError(f"a SensorSpec is wanted, not {described(spec)}")
@@ -67,9 +67,9 @@ def refuse_unusable(spec: SensorSpec) -> None:
 
 
 def _misfits(value: Any, expected: Any, key: str) -> Iterator[Flaw]:
-    """Yield a flaw for each value inside `value` that does not have the type of its field.
+    """Yield a flaw for each wrong type of `value` or of values inside it.
 
-    `expected` is the type from the annotation of the field, and `key` the dotted key of the value.
+    `expected` is the type in the annotation of the field, and `key` the dotted key of `value`.
     """
     if is_dataclass(expected) and isinstance(expected, type):
         if type(value) is not expected:
@@ -108,9 +108,9 @@ def _tuple_misfits(value: Any, inner: tuple[Any, ...], key: str) -> Iterator[Fla
 
 
 def _is_scalar(value: Any, expected: Any) -> bool:
-    """Whether a single value has the type `expected`. For float, integers count too, and the value must be finite.
+    """Whether a single value has the type `expected`.
 
-    A magnitude of 1e30 or more counts as infinite.
+    An integer counts as a float. A float must be finite, and its magnitude below 1e30.
     """
     if expected is float:  # whole numbers may be too large for a float; comparisons with NaN are False
         return isinstance(value, (int, float)) and not isinstance(value, bool) and -1e30 < value < 1e30
@@ -129,9 +129,9 @@ _hints = cache(get_type_hints)
 
 
 def _ranges(spec: SensorSpec) -> Iterator[Flaw]:
-    """Yield a flaw for each value that its key does not allow, and for too many or too distant coils.
+    """Yield a flaw for each value outside its allowed range, and for too many or too distant coils.
 
-    The keys of the format declare the ranges. Each layer of the stack-up has a thickness from 1 um to 5 mm.
+    The format of the spec declares the ranges. Layers of the stack-up must have a thickness from 1 um to 5 mm.
     """
     yield from _out_of_range(spec, "")
     for index, layer in enumerate(spec.fpc.stackup.layers):
@@ -148,7 +148,10 @@ _LAYER = UnitValue("length", "1 um", "5 mm")
 
 
 def _out_of_range(value: Any, key: str) -> Iterator[Flaw]:
-    """Yield a flaw for each value inside `value` that its key does not allow. `key` is the dotted key of `value`."""
+    """Yield a flaw if `value`, or a value inside it, is outside the range that its key allows.
+
+    `key` is the dotted key of `value`.
+    """
     section = type(value) if isinstance(value, Section) else DOCUMENTS.get(type(value))
     keys: dict[str, Key] = {}
     if section is not None:
@@ -186,7 +189,10 @@ def _refused(value: Any, kind: Kind, key: str) -> Iterator[Flaw]:
 
 
 def _fits(spec: SensorSpec) -> Iterator[Flaw]:
-    """Yield a flaw for each conflict between coils, stack-up and cells: layers, turns, sizes, gaps, groups."""
+    """Yield a flaw for each conflict between coils, stack-up and cells.
+
+    The checks are: copper layers, numbers of turns, sizes, gaps between coils, and equal cells.
+    """
     remarks, copper = Remarks(), len(spec.fpc.stackup.copper)
     if spec.coil.has_unequal_turns and len(spec.coil.layer_turns) != len(spec.coil.layers):
         message = f"{len(spec.coil.layer_turns)} numbers of turns for {len(spec.coil.layers)} layers"

@@ -1,7 +1,7 @@
 """Edits of a spec's text. An edit replaces the text of one value and leaves all other text unchanged.
 
-Comments, order, quotes, line ends and the unit of a quantity are preserved. The edited text is read again. The edit is
-refused unless exactly the intended value has changed.
+Comments, order, quotes, line ends and the unit of a quantity are preserved. The edited text is read again. An edit is
+an error unless exactly the intended value has changed.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def rewritten(text: str, edits: Iterable[Edit]) -> str:
 
 
 def completed(text: str, edits: Iterable[Edit]) -> tuple[Edit, ...]:
-    """Return the edits of a text with the current text of each value (``old``) and its new text (``new``).
+    """Return the edits with the current text (``old``) and the new text (``new``) of each value filled in.
 
     Edits that change nothing are left out. Raises `CannotWriteError` as `rewritten` does.
     """
@@ -65,7 +65,7 @@ def completed(text: str, edits: Iterable[Edit]) -> tuple[Edit, ...]:
 
 @record(eq=False)
 class _SpecText:
-    """The text of a spec as stored (``raw``), the text with line feeds as line ends (``plain``), and its values."""
+    """The text of a spec as stored (``raw``), with line feeds as line ends (``plain``), and its values (``found``)."""
 
     raw: str
     plain: str
@@ -110,7 +110,7 @@ class _SpecText:
     def span(self, key: str) -> tuple[int, int] | None:
         """Return the offsets in the plain text at which the value of a dotted key begins and ends.
 
-        None for sections and texts that extend over lines, and for empty values.
+        None for empty values, and for sections and texts that extend over several lines.
         """
         if key not in self.found.values or key not in self.found.ends:
             return None
@@ -129,7 +129,7 @@ class _SpecText:
         return value
 
     def written(self, key: str) -> str | None:
-        """Return the text of a value, for a section or list in brackets. None if the key is missing."""
+        """Return the text of a value. Sections and lists are returned in brackets. None if the key is missing."""
         span, value = self.span(key), self.value(key)
         if span is not None:
             return self.plain[slice(*span)]
@@ -187,9 +187,9 @@ def _required(span: tuple[int, int] | None, key: str) -> tuple[int, int]:
 
 
 def _values(text: _SpecText, key: str, new: str) -> Iterator[tuple[str, str]]:
-    """Yield (key, text) for each value that an edit has to write. `new` is the new text of the value at `key`.
+    """Yield (key, new text) for each value that changes if the value at `key` becomes `new`.
 
-    For a list of unchanged length, these are only the entries that differ.
+    If a list keeps its length, only the entries that change are yielded, each with its own key.
     """
     new_text = _SpecText.read(f"x: {new}")
     before, after = text.value(key), new_text.value("x")
@@ -204,9 +204,9 @@ def _values(text: _SpecText, key: str, new: str) -> Iterator[tuple[str, str]]:
 
 
 def _in_style(new: str, now: str) -> str:
-    """Return the new value `new` in the unit, spacing and quotes of the current text `now`.
+    """Return the value `new` with the unit, spacing and quotes of the current text `now`.
 
-    The unit is kept only if the conversion is exact.
+    If the conversion to this unit is not exact, `new` is returned in its own unit.
     """
     quote = now[0] if now[:1] in _QUOTES and new[:1] not in _QUOTES else ""
     inner = now[1:-1] if quote else now
@@ -217,10 +217,10 @@ def _in_style(new: str, now: str) -> str:
 
 
 def _in_unit(new: str, there: re.Match[str], here: re.Match[str]) -> str:
-    """Return the quantity `there`, converted to the unit and the spacing of the quantity `here`.
+    """Return the new quantity in the unit and spacing of the current quantity.
 
-    Both are matches of a number with a unit. If no exact conversion exists, return `new`, the text of `there`,
-    unchanged.
+    `there` and `here` are the regular-expression matches of the new and the current quantity: number, space, unit.
+    `new` is the text of the new quantity. It is returned unchanged if no exact conversion exists.
     """
     unit, now = there[3], here[3]
     dimension = next((d for d, units in UNITS.items() if {unit, now} - {""} and {unit, now} <= {*units, ""}), None)
@@ -240,7 +240,7 @@ LONGEST_NUMBER = 16
 
 
 def _added(text: _SpecText, key: str, new: str) -> str:
-    """Return the text with the key `key` and its value `new` at the end of its section.
+    """Return the text after `key` and its value `new` are added at the end of the key's section.
 
     Missing sections are added as well.
     """
@@ -270,7 +270,7 @@ def _added(text: _SpecText, key: str, new: str) -> str:
 
 
 def _is_as_asked(before: Any, after: Any, edit: Edit) -> bool:
-    """Whether the values `after` an edit differ from the values `before` it by this edit and by nothing else."""
+    """Whether the edit made exactly the intended change. `before` and `after` are the values before and after it."""
     expected, actual = copy.deepcopy(before), copy.deepcopy(after)
     *parents, last = (undotted(name) for name in edit.key.split("."))
     if edit.what == "name":
@@ -304,7 +304,7 @@ def _dropped(data: Any, names: list[str]) -> None:
 
 
 def _is_same(value: Any, second: Any) -> bool:
-    """Whether two values are equal, or are the same quantity in different units."""
+    """Whether two values are equal, or are equal quantities in different units."""
     if isinstance(value, list) and isinstance(second, list):
         return len(value) == len(second) and all(_is_same(*pair) for pair in zip(value, second, strict=True))
     for dimension in UNITS if value != second else ():

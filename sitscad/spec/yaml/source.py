@@ -1,7 +1,7 @@
-"""Reader of a spec's text: plain values with their line and column, and the record of the text that was read.
+"""Reader of a spec's text. It returns plain values with their line and column, and stores the text.
 
-The reader consumes YAML events, so that the text cannot construct objects. Aliases are refused. Size and depth are
-limited while reading.
+The reader uses only the events of the YAML parser, so that the text cannot construct objects. Aliases are errors. Size
+and nesting depth are limited during reading.
 """
 
 from __future__ import annotations
@@ -47,25 +47,25 @@ _WORDS: dict[str, Any] = {
 Position = tuple[int, int]
 
 DOT = "\0"
-"""Substitute for a dot inside a key's name in dotted keys.
+"""Character that replaces a dot inside a key's name in dotted keys.
 
-It keeps ``coil.turns: 3`` distinct from ``coil: {turns: 3}``.
+The key ``coil.turns`` of a text thus differs from the key ``turns`` in section ``coil``.
 """
 
 
 def dotted(parent: str, name: object) -> str:
-    """Return the dotted key of an entry of a section or list."""
+    """Return the dotted key of an entry. `parent` is the dotted key of its section or list, `name` its key or index."""
     entry = str(name).replace(".", DOT)
     return f"{parent}.{entry}" if parent else entry
 
 
 def undotted(key: str) -> str:
-    """Return a dotted key as text for messages, with the original dots in names."""
+    """Return a dotted key as text for messages. Dots inside names are restored."""
     return key.replace(DOT, ".")
 
 
 class TextError(ValueError):
-    """The text is not a valid spec. Stores rule, message, hint, key and position (line and column from 1)."""
+    """The text is not a valid spec. Fields: rule, message, hint, dotted key, and position (line and column from 1)."""
 
     def __init__(
         self, rule: str, message: str, hint: str = "", place: Position = (1, 1), key: str | None = None
@@ -79,9 +79,9 @@ class YamlText:
     """Plain values (dict, list, str, int, float, bool, None) of a text, and their positions by dotted key.
 
     * ``keys``: start of each key or list entry
-    * ``values``: start of each single value, and of each value in brackets
-    * ``ends``: end of each of these values, except empty values and blocks of lines
-    * ``flaws``: errors that do not stop the reader
+    * ``values``: start of each single value, and of each section or list in brackets
+    * ``ends``: end of each of these values. Empty values and blocks of lines have no entry.
+    * ``flaws``: errors after which the reader continued
     """
 
     data: Any = None
@@ -109,17 +109,17 @@ def plain_value(text: str) -> Any:
 
 @record
 class SpecSource:
-    """The text that a spec was read from: path as typed, text, and positions by dotted key.
+    """The text of a spec: path as the user typed it, text, and positions by dotted key.
 
     A position is (line, column), both counted from 1.
 
     * ``keys``: position of each key (``fpc.tail.length``) and of each list entry
-    * ``values``: position of each value that begins beside its key: single values and values in brackets
+    * ``values``: position of each single value, and of each section or list in brackets
     * ``defaults``: values that were filled in, each with its reason
-    * ``files``: bytes of all files that were read, by path relative to the spec's folder: the spec and the files that
-      it names. Empty if the text came from no file.
-    * ``folder``: folder of these files if it is not the path's folder. An example is a package's own copy, whose path
-      is the original spec's.
+    * ``files``: bytes of the spec and of all files that it names, by path relative to the spec's folder. Empty if the
+      text did not come from a file.
+    * ``folder``: folder of these files. None if it is the folder of the path. In a package, the path is the original
+      spec's path, but the files are copies in the package's folder.
     """
 
     path: str
@@ -137,17 +137,18 @@ class SpecSource:
 
     @property
     def kept(self) -> Mapping[str, bytes]:
-        """Bytes of all files from which the spec can be built again, by name.
+        """Bytes of all files that are needed to build the sensor again, by name.
 
-        If the spec came from no file, its own text is one of them.
+        If the spec did not come from a file, its text is stored under the name in its path.
         """
         file_name = os.path.basename(self.path)
         return self.files if file_name in self.files else {file_name: self.text.encode("utf-8"), **self.files}
 
     def locate(self, key: str | None) -> tuple[int | None, int | None]:
-        """Return line and column of the value at a dotted key, or of its nearest parent.
+        """Return line and column (from 1) of the value at a dotted key.
 
-        (None, None) if there is no text.
+        If the text lacks the key, return the position of the nearest section that contains it. (None, None) if there is
+        no text.
         """
         while key:
             if key in self.values or key in self.keys:
@@ -156,9 +157,9 @@ class SpecSource:
         return (1, 1) if self.text else (None, None)
 
     def absent(self, key: str | None) -> str | None:
-        """Return the key if it is missing in the text and can be added there.
+        """Return the key itself if the text lacks it and can take it.
 
-        None if the text has it, or if it cannot be added, such as below a preset's name.
+        None if the text has the key, or cannot take it. A key cannot be added to a preset's name, for example.
         """
         if not key or "." not in key or not self.keys or key in self.keys:
             return None
@@ -175,7 +176,7 @@ class SpecSource:
 
 
 UNNUMBERED = "unnumbered"
-"""Revision of a design without a revision, in file formats that require one."""
+"""Text in place of the revision, for designs without a revision in file formats that require one."""
 
 
 @record
@@ -188,12 +189,12 @@ class Issue:
 
     @property
     def day(self) -> str:
-        """The spec's date, or else the day of SOURCE_DATE_EPOCH. Empty if neither is set."""
+        """Date in the spec, or else the date of SOURCE_DATE_EPOCH (environment variable). Empty if neither is set."""
         return self.date or (creation_date() or "").partition("T")[0]
 
     @property
     def rows(self) -> tuple[tuple[str, str], ...]:
-        """Part number, revision and date with their names, without the empty ones."""
+        """Pairs (name, text) of part number, revision and date. Empty values are left out."""
         entries = (("Part number", self.part_number), ("Revision", self.revision), ("Date", self.day))
         return tuple((name, text) for name, text in entries if text)
 
@@ -212,7 +213,10 @@ class Issue:
 
 
 def creation_date() -> str | None:
-    """Return SOURCE_DATE_EPOCH as ISO 8601 in UTC. None if it is not set. Raises ValueError if it is invalid."""
+    """Return the time of the environment variable SOURCE_DATE_EPOCH as ISO 8601 text in UTC. None if it is not set.
+
+    Raises ValueError if it is invalid.
+    """
     seconds = creation_second()
     if seconds is None:
         return None
@@ -400,9 +404,9 @@ def _read_mapping(events: Iterator[Event], key: str, result: YamlText, in_bracke
 
 
 CHOICES = "with."
-"""Prefix of dotted keys in section ``with`` of a study. No spec has this section.
+"""Beginning of the dotted keys in section ``with`` of a study. Specs do not have this section.
 
-Names in this section are values of varied keys, and may therefore be numbers.
+The key names in this section are values of the keys that the study varies. They may therefore be numbers.
 """
 
 
