@@ -27,6 +27,7 @@ from sitscad.estimates.loads.pad import (
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.response_arrays import Response, joined
 from sitscad.estimates.states.placed import require_possible
+from sitscad.kernels.mechanics.pad import BondedPad
 from sitscad.spec.load_cases import LoadCase
 from sitscad.spec.sensor import SensorSpec
 
@@ -230,13 +231,13 @@ def applied_load(case: LoadCase) -> AppliedLoad:
     return AppliedLoad(force, np.array(case.offset), turn, case.is_stuck, ", ".join(parts))
 
 
-def case_pose(spec: SensorSpec, case: LoadCase) -> tuple[Array, tuple[str, ...]]:
-    """Return the pose (6; m, rad) of the target in a load case, and notes about it.
+def case_pose(pad: BondedPad, case: LoadCase) -> tuple[Array, tuple[str, ...]]:
+    """Return the pose (6; m, rad) of the target on a pad in a load case, and notes about it.
 
     If the pad buckles under a free target, the pose is for a level target. If a level target has no equilibrium either,
-    the pose is a linear estimate. Raises NoResponse if no pad carries the target.
+    the pose is a linear estimate.
     """
-    pad, push = soft_pad(spec), applied_load(case)
+    push = applied_load(case)
     wrench = np.concatenate([push.force, np.zeros(3)])[None, :]
     turns = None if push.turn is None else push.turn[None, :]
     pose = pad.pose(wrench, at=push.at[None, :], turns=turns, is_stuck=push.is_stuck)[0]
@@ -258,10 +259,11 @@ def respond_to_cases(
     """Return the coil readings in load cases of the spec, in the order of `names`.
 
     The response's force and moment are the loads that hold the target in its pose. Raises NoResponse under the
-    conditions of `load_cases` and `case_pose`.
+    conditions of `load_cases` and `soft_pad`.
     """
     cases = load_cases(model.spec.loads, names)
-    poses, notes = zip(*(case_pose(model.spec, case) for case in cases), strict=True)
+    pad = soft_pad(model.spec)
+    poses, notes = zip(*(case_pose(pad, case) for case in cases), strict=True)
     response = model.respond(np.array(poses), frequency, tolerance, progress)
     all_notes = tuple((*case_notes, *more) for case_notes, more in zip(notes, response.notes, strict=True))
     return replace(response, notes=all_notes, cases=tuple(case.name for case in cases))

@@ -10,7 +10,7 @@ trapezoid from the contact's edge to the track.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from enum import StrEnum
 from functools import cached_property
 from itertools import pairwise
@@ -452,9 +452,10 @@ def teardrops(layout: Layout) -> tuple[Teardrop, ...]:
         return ()
     tries: list[_Try] = []  # all outlines at all ends, long ones first at each
     for index, trace in enumerate(layout.traces):
+        vias = layout.vias_on(trace.layer)
         for at_start in (True, False):
             leg = trace.path.segments[0] if at_start else trace.path.segments[-1].reversed()
-            tries += [_Try(outline, index, at_start, leg) for outline in _outlines(layout, trace, leg)]
+            tries += [_Try(outline, index, at_start, leg) for outline in _outlines(vias, layout.pads, trace, leg)]
     roomy: set[int] = set()
     for layer in {layout.traces[attempt.track].layer for attempt in tries}:
         there = [k for k, attempt in enumerate(tries) if layout.traces[attempt.track].layer == layer]
@@ -468,16 +469,18 @@ def teardrops(layout: Layout) -> tuple[Teardrop, ...]:
     return tuple(drops.values())
 
 
-def _outlines(layout: Layout, trace: Trace, leg: Segment) -> Iterator[Path]:
-    """Yield teardrop outlines for a straight track segment that leaves a via or a contact, longest first."""
+def _outlines(vias: Iterable[Via], contacts: Iterable[Pad], trace: Trace, leg: Segment) -> Iterator[Path]:
+    """Yield teardrop outlines for a straight segment of `trace` that leaves a via or a contact, longest first.
+
+    `vias` are on the layer of the track.
+    """
     if not isinstance(leg, Line):
         return
-    vias = (via for via in layout.vias_on(trace.layer) if via.net == trace.net)
-    via = next((via for via in vias if via.centre.distance(leg.start) < SLACK), None)
+    via = next((via for via in vias if via.net == trace.net and via.centre.distance(leg.start) < SLACK), None)
     if via is not None:
         yield from via_teardrops(via.centre, via.pad, leg, trace.width)
         return
-    for pad in layout.pads:
+    for pad in contacts:
         if pad.layer == trace.layer and pad.net == trace.net and pad.holds(leg.start):
             yield from contact_teardrops(pad.centre, pad.size, leg, trace.width)
 

@@ -47,7 +47,8 @@ def test_holes_are_clear_of_tail_coverlay_by_registration():
     rules = layout.spec.fpc.rules
     gap = min(layout.lap_start - via.centre.x - via.drill / 2 for via in layout.vias if via.lowest is None)
     assert gap >= rules.coverlay_registration
-    assert f"{gap / UM:.3g} um or more from the walls of holes" in step_text(layout)
+    text = step_text(layout.spec.fpc, layout.vias, layout.lap_start)
+    assert f"{gap / UM:.3g} um or more from the walls of holes" in text
     wide = laid(("rules: generic-fine", "rules: {name: wide, based_on: generic-fine, coverlay_lap: 0.45}"))
     (findings,) = [f for f in sitscad.check(wide.spec, wide, hints="none").findings if "hole-to-step" in f.cases]
     assert findings.limit == approx(0.6e-3, rel=1e-9)

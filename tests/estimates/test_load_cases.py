@@ -39,12 +39,12 @@ loads:
 
 def case(text, name="scissor"):
     spec = load_text(PLAIN + text)
-    return spec, case_pose(spec, load_cases(spec.loads, [name])[0])[0]
+    return spec, case_pose(soft_pad(spec), load_cases(spec.loads, [name])[0])[0]
 
 
 def test_press_case_applies_required_force_without_tilt():
     spec = load_text(ALL)
-    pose = case_pose(spec, load_cases(spec.loads, ["press"])[0])[0]
+    pose = case_pose(soft_pad(spec), load_cases(spec.loads, ["press"])[0])[0]
     assert pose[[0, 1, 3, 4, 5]] == approx(0.0, abs=1e-12)
     assert soft_pad(spec).force(pose)[0, 2] == approx(-2.0, rel=1e-6)
 
@@ -53,7 +53,7 @@ def test_pad_force_at_case_pose_equals_applied_load():
     spec = load_text(ALL)
     pad = soft_pad(spec)
     for item in load_cases(spec.loads, ["all"]):
-        held, push = pad.force(case_pose(spec, item)[0])[0], applied_load(item)
+        held, push = pad.force(case_pose(pad, item)[0])[0], applied_load(item)
         assert held[:3] == approx(push.force, abs=1e-7), item.name
 
 

@@ -16,6 +16,7 @@ from sitscad.kernels.electromagnetics.constants import MU0
 from sitscad.kernels.electromagnetics.inductance.spirals import SpiralLayer
 from sitscad.kernels.electromagnetics.inductance.track_strands import track
 from sitscad.kernels.geometry.path import Point
+from sitscad.spec.coil import CoilPlacement
 
 UM = 1e-6
 
@@ -44,7 +45,7 @@ def square_geometry():
 
 
 def placed(x, y=0.0):
-    return SimpleNamespace(centre=Point(x, y), placement=SimpleNamespace(rotation=0.0))
+    return SimpleNamespace(centre=Point(x, y), placement=CoilPlacement("", (x, y)))
 
 
 @pytest.mark.parametrize("made", [spiral_geometry, square_geometry])

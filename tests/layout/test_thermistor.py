@@ -143,11 +143,12 @@ def test_files_have_thermistor_with_pads_contacts_and_divider():
 
 def test_jig_frames_have_a_pocket_over_thermistor_on_body():
     layout = board("square_bench", LARGE)
-    outline, height = thermistor_pocket(layout)
+    outline, height = thermistor_pocket(layout.thermistor, layout.spec.soldered_thermistor)
     x0, y0, x1, y1 = bounding_box([outline])
     u0, v0, u1, v1 = layout.thermistor.box
     assert x0 < u0 and y0 < v0 and u1 < x1 and v1 < y1
     assert height > layout.spec.readout.thermistor.part.height
     frames = jig_frames(layout)
     assert len(frames) == 2 and all((outline, 0.0, height) in frame.cuts for frame in frames)
-    assert thermistor_pocket(board("square_bench", LARGE, "tail")) is None
+    tail = board("square_bench", LARGE, "tail")
+    assert thermistor_pocket(tail.thermistor, tail.spec.soldered_thermistor) is None

@@ -389,10 +389,12 @@ def _add_capacitance(coil: DrawnCoil, copper: DrawnCopper) -> DrawnCoil:
         layout = drawn_coil_layout(copper, coil.conductor, presets.stackup(coil.stackup), coil.temperature)
     except DrawnCoilError as error:
         return replace(coil, notes=(*coil.notes, f"capacitance and self-resonance are not computed: {error}"))
-    capacitance = terminal_capacitance(layout)
+    (winding,), spec = layout.coils, layout.spec
+    leads = estimate_leads(winding, spec.fpc.stackup, conductivity_at(spec.requirements.temperature))
+    capacitance = self_capacitance(winding, spec.coil, spec.fpc.stackup) + leads.capacitance
     resonance = resonance_frequency(coil.low_frequency_inductance, capacitance)
     return replace(coil, layout=layout, capacitance=capacitance,
-                   self_resonance=resonance if resonance < lumped_limit(layout.coils[0]) else None)
+                   self_resonance=resonance if resonance < lumped_limit(winding) else None)
 
 
 def copper_heights(copper: DrawnCopper, stackup: str = "") -> tuple[CopperHeight, ...]:
@@ -472,10 +474,3 @@ def drawn_coil_layout(
     return arrange(replace(
         plain, coil=coil, fpc=replace(plain.fpc, stackup=stackup),
         requirements=replace(plain.requirements, temperature=temperature)))
-
-
-def terminal_capacitance(layout: Layout) -> float:
-    """Return the capacitance (F) of a drawn coil between its terminals: winding and leads."""
-    (coil,), spec = layout.coils, layout.spec
-    leads = estimate_leads(coil, spec.fpc.stackup, conductivity_at(spec.requirements.temperature))
-    return self_capacitance(coil, spec.coil, spec.fpc.stackup) + leads.capacitance

@@ -47,9 +47,10 @@ from sitscad.assembly.solids.solid import MM, Solid, box, extruded, import_extra
 from sitscad.basics.record import record
 from sitscad.kernels.geometry.convex import Box, Footprint, signed_distance, within_box
 from sitscad.kernels.geometry.path import Line, Path, Point, Region, bounding_box, box_around, circle, rectangle
-from sitscad.layout.board import Layout
+from sitscad.layout.board import Layout, SolderedThermistor
 from sitscad.spec.mount import Mount
 from sitscad.spec.thermistor import BOARD as ON_BODY
+from sitscad.spec.thermistor import Thermistor
 
 MATERIAL, COLOUR = "printed resin", "#c9b8a9"
 DRAFT = math.radians(3.0)
@@ -205,16 +206,16 @@ ROOM_ROUND_CHIP, OVER_CHIP = 0.5e-3, 0.2e-3
 """Air gaps (m) of tools beside the pads of a soldered thermistor, and above its largest height."""
 
 
-def thermistor_pocket(layout: Layout) -> tuple[Path, float] | None:
+def thermistor_pocket(soldered: SolderedThermistor | None, sensor: Thermistor | None) -> tuple[Path, float] | None:
     """Return outline and height (m above the board) of the pocket of tools for a thermistor on the body.
 
-    None if no thermistor lies on the body.
+    `soldered` is the thermistor of the layout and `sensor` that thermistor's spec. None if no thermistor lies on the
+    body.
     """
-    sensor, part = layout.thermistor, layout.spec.soldered_thermistor
-    if sensor is None or part is None or part.at != ON_BODY:
+    if soldered is None or sensor is None or sensor.at != ON_BODY:
         return None
-    (x0, y0, x1, y1), room = sensor.box, ROOM_ROUND_CHIP
-    return rectangle(x0 - room, y0 - room, x1 + room, y1 + room), part.part.height + OVER_CHIP
+    (x0, y0, x1, y1), room = soldered.box, ROOM_ROUND_CHIP
+    return rectangle(x0 - room, y0 - room, x1 + room, y1 + room), sensor.part.height + OVER_CHIP
 
 
 def jig_frames(layout: Layout) -> tuple[JigFrame, ...]:
@@ -232,7 +233,7 @@ def jig_frames(layout: Layout) -> tuple[JigFrame, ...]:
         walls, relief = _walls_between_wells(layout.spec.mount, row)
         cuts = [(body.outline(gap), 0.0, height) for body in row]
         cuts += [(body.outline(ROOM_ROUND_PAD), 0.0, clear) for body in under]
-        if (pocket := thermistor_pocket(layout)) is not None:
+        if (pocket := thermistor_pocket(layout.thermistor, layout.spec.soldered_thermistor)) is not None:
             cuts.append((pocket[0], 0.0, min(pocket[1], height)))
         for body in row:
             cuts += [(circle(side.start, relief), 0.0, height) for side in body.outline() if isinstance(side, Line)]
@@ -348,7 +349,7 @@ def _board_press(layout: Layout, pockets: Sequence[Path]) -> Any:
     start = roof + FLOOR
     block = one_solid(extruded(plan, base, start), "press")
     hollows = [(pocket, roof) for pocket in pockets]
-    if (over_chip := thermistor_pocket(layout)) is not None:
+    if (over_chip := thermistor_pocket(layout.thermistor, layout.spec.soldered_thermistor)) is not None:
         hollows.append((over_chip[0], base + over_chip[1]))
     block = subtract(block, (prism(pocket, base - 1e-3, top) for pocket, top in hollows), "press")
     low, high = (_plate(layout.body, has_round_body(layout.spec.fpc.body), wider) for wider in (-FOOT_INSET, COLLAR))
@@ -458,7 +459,7 @@ def skin_mould(layout: Layout) -> Solid | None:
         room = math.tan(DRAFT) * top + math.tan(DRAFT) * 1e-3
         lower, upper = body.outline(film.thickness + room), body.outline(film.thickness)
         cup = one_solid(cup - tapered(lower, upper, -1e-3, top), "mould")
-    if (pocket := thermistor_pocket(layout)) is not None:
+    if (pocket := thermistor_pocket(layout.thermistor, layout.spec.soldered_thermistor)) is not None:
         cup = one_solid(cup - prism(pocket[0], -1e-3, pocket[1] + film.thickness), "mould")
     # Grooves in the parting face from the cavity's corners out over the cup's sides, away from the pins
     (width, depth), (x0, y0, x1, y1) = SKIN_VENT, layout.body

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import partial
 
-from sitscad.assembly.places.bodies import plates_of, top_height
+from sitscad.assembly.places.bodies import Body, plates_of, top_height
 from sitscad.basics.finding import Place, Severity
 from sitscad.checks.fixes.moves import SMALL_PARTS, reread_change, reread_changes
 from sitscad.checks.rules import ROUNDING, Rule, Verdict, rule_of, violation_of
 from sitscad.estimates.design import Design
+from sitscad.kernels.geometry.convex import Box
 from sitscad.kernels.geometry.path import bounding_box
 from sitscad.kernels.mechanics.elastomer import VALID_STRAIN
-from sitscad.layout.board import Layout
 from sitscad.spec.thermistor import BOARD
 
 
@@ -22,12 +22,12 @@ def thermistor_fit(design: Design) -> Iterator[Verdict]:
     With the pad compressed by the largest strain of its law (SIT304), nothing that presses on the target may touch the
     thermistor. In a jaw, this is an error; otherwise it is a note, because a narrower part can press.
     """
-    spec, layout = design.spec, design.layout
-    sensor, part = layout.thermistor, spec.soldered_thermistor
+    spec = design.spec
+    sensor, part = design.layout.thermistor, spec.soldered_thermistor
     if sensor is None or part is None or part.at != BOARD:
         return
     place = Place(*sensor.centre, 1, sensor.nets)
-    distance = distance_from_plates(layout)
+    distance = distance_from_plates(sensor.box, plates_of(spec).all)
     if distance is not None and distance < spec.fpc.rules.outline_tolerance - ROUNDING:
         yield violation_of("thermistor-under", "readout.thermistor.at", distance, spec.fpc.rules.outline_tolerance, "m",
                            place=place, fixes=(partial(reread_change, spec, "readout.thermistor.at", "tail"),),
@@ -46,15 +46,12 @@ def thermistor_fit(design: Design) -> Iterator[Verdict]:
         )
 
 
-def distance_from_plates(layout: Layout) -> float | None:
-    """Return the distance (m) from the thermistor's pads to the nearest plate or pad. Negative if they overlap.
+def distance_from_plates(own: Box, plates: Sequence[Body]) -> float | None:
+    """Return the distance (m) from the box `own` of a thermistor's pads to the nearest plate. Negative if they overlap.
 
-    The distance is the larger of the distances along x and along y. None if the sensor has no plates or no thermistor.
+    The distance is the larger of the distances along x and along y. None if the sensor has no plates.
     """
-    if layout.thermistor is None:
-        return None
-    boxes = [bounding_box([body.outline()]) for body in plates_of(layout.spec).all]
-    own = layout.thermistor.box
+    boxes = [bounding_box([body.outline()]) for body in plates]
     return min((max(own[0] - box[2], box[0] - own[2], own[1] - box[3], box[1] - own[3]) for box in boxes), default=None)
 
 

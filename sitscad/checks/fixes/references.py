@@ -50,7 +50,7 @@ def smaller_references(spec: SensorSpec) -> Iterator[Fix]:
         room = coil.most_turns - 0.5 * less / coil.pitch
         turns = next(islice(fewer_turns(narrower, room), 1, None), 0.0)
         if turns:
-            yield from _with_own_windings(spec, replace(narrower, turns=turns))
+            yield from _with_data(spec, REFERENCE_COIL, _winding_data(replace(narrower, turns=turns)))
 
 
 REFERENCE_STEPS = (0.25, 0.5, 1.0)
@@ -63,8 +63,8 @@ MOST_SMALLER = 3
 """Largest number of smaller numbers of turns that `fewer_own_turns` proposes for a reference coil."""
 
 
-def _with_own_windings(spec: SensorSpec, coil: CoilSpec) -> Iterator[Fix]:
-    """Yield the change to a reference coil with the windings `coil`. Empty if the changed spec is invalid."""
+def _winding_data(coil: CoilSpec) -> dict[str, Any]:
+    """Return the keys of a reference coil with its own windings, with values as YAML reads them (sizes in mm)."""
     size = [round(1e3 * side, 6) for side in coil.size]
     data: dict[str, Any] = {
         "shape": coil.shape, "outer_diameter": size if size[0] != size[1] else size[0],
@@ -77,7 +77,7 @@ def _with_own_windings(spec: SensorSpec, coil: CoilSpec) -> Iterator[Fix]:
         data["sense"] = "clockwise"
     if coil.corner_radius:
         data["corner_radius"] = round(1e3 * coil.corner_radius, 6)
-    yield from _with_data(spec, REFERENCE_COIL, data)
+    return data
 
 
 def _with_data(spec: SensorSpec, key: str, data: Any) -> Iterator[Fix]:

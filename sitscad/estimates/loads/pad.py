@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,9 +16,6 @@ from sitscad.estimates.loads.pressing import loaded_face, rests_on_pad, surround
 from sitscad.kernels.mechanics.elastomer import BARE
 from sitscad.kernels.mechanics.pad import BondedPad
 from sitscad.spec.sensor import SensorSpec
-
-if TYPE_CHECKING:
-    from sitscad.kernels.mechanics.pad import BondedPad
 
 STEPS = np.array([5e-6, 5e-6, 5e-6, 5e-4, 5e-4, 5e-4])
 """Steps (x, y, z in m; rx, ry, rz in rad) of the pose in numerical derivatives.

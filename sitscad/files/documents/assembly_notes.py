@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from sitscad.assembly.places.bodies import BodyRole, plates_of
@@ -86,12 +86,13 @@ from sitscad.files.drawing.frame import FORCED
 from sitscad.files.order_facts.files import panel_path
 from sitscad.files.order_facts.notes import hanging
 from sitscad.files.writer import Package
-from sitscad.layout.board import Layout, Pad
+from sitscad.layout.board import Layout, Pad, SolderedThermistor
 from sitscad.layout.panel import is_wanted
 from sitscad.spec.circuit import Tail
 from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.mount import Assembly, Mount
 from sitscad.spec.presets import UnverifiedFigure, unverified_figures
+from sitscad.spec.thermistor import Thermistor
 
 WIDTH = 96
 
@@ -414,17 +415,20 @@ def bare_board_test(layout: Layout, readout: ReadoutEstimate, bench: Estimates) 
         f"one sigma of manufacture. Reject a board with a coil that is more than {ACCEPTED_SIGMAS:g} sigma off."
         f"{bare_drive_text(layout.spec.readout.device, readout, code)}"
     )
-    return "\n".join([text + _thermistor_test(layout), *aligned_lines(rows)])
+    text += _thermistor_test(layout.pads, layout.thermistor, layout.spec.soldered_thermistor)
+    return "\n".join([text, *aligned_lines(rows)])
 
 
-def _thermistor_test(layout: Layout) -> str:
-    """Describe soldering and test of a thermistor on the board; empty if the board carries none."""
-    sensor, part = layout.thermistor, layout.spec.soldered_thermistor
-    if sensor is None or part is None or part.part.resistance is None:
+def _thermistor_test(contacts: Iterable[Pad], soldered: SolderedThermistor | None, sensor: Thermistor | None) -> str:
+    """Describe soldering and test of a thermistor on the board; empty if the board carries none.
+
+    `contacts` are the tail's. `soldered` is the thermistor of the layout and `sensor` that thermistor's spec.
+    """
+    if soldered is None or sensor is None or sensor.part.resistance is None:
         return ""
-    first, second = sorted(pad.number for pad in layout.pads if pad.net in sensor.nets)
-    return (f" Solder {sensor.reference} ({part.part.product}) first: between contacts {first} and {second} it has "
-            f"{show(part.part.resistance, 'ohm')} at 25 degC, and less when you warm it with a finger.")
+    first, second = sorted(pad.number for pad in contacts if pad.net in soldered.nets)
+    return (f" Solder {soldered.reference} ({sensor.part.product}) first: between contacts {first} and {second} it has "
+            f"{show(sensor.part.resistance, 'ohm')} at 25 degC, and less when you warm it with a finger.")
 
 
 def finished_sensor_test(coils: tuple[CoilEstimate, ...], closes: str, unseen: Sequence[str] = ()) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from textwrap import wrap
 
 from sitscad.assembly.places.column import usual_tolerances
@@ -27,15 +27,16 @@ from sitscad.files.order_facts.files import (
     stack_names,
     tail_coverlay_files,
 )
+from sitscad.kernels.geometry.convex import Box
 from sitscad.kernels.geometry.path import bounding_box
 from sitscad.layout.bending import Where, bend_stretch, contact_copper, finished_thickness
-from sitscad.layout.board import Layout, Via
+from sitscad.layout.board import Capacitor, Layout, SolderedThermistor, Via
 from sitscad.layout.gaps import smallest_gaps
 from sitscad.layout.lamination import lamination_text, tail_holes
 from sitscad.layout.panel import Panel, is_too_small
 from sitscad.layout.tail.chips import chip_opening
 from sitscad.layout.tail.tracks import contact_rows
-from sitscad.spec.circuit import MASK, FpcSpec, LayerKind, Plating, Stackup, Tail
+from sitscad.spec.circuit import MASK, Chip, FpcSpec, LayerKind, Plating, Stackup, Tail
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.presets import (
     board_kind,
@@ -146,7 +147,10 @@ def _order_rows(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]
         yield "Contacts", _contact_text(layout)
     elif layout.pads:
         yield "Contacts", f"{contact_text(layout.pads, layout.spec.fpc.stackup, layout.top_openings)}, for solder"
-    yield from _soldered_part_rows(layout)
+    if layout.capacitors and (chip := layout.spec.readout.chip) is not None:
+        yield "Capacitors", _capacitor_text(layout.capacitors, chip, fpc.rules)
+    if layout.thermistor is not None:
+        yield "Thermistor", _thermistor_text(layout.thermistor, layout.body)
     if layout.bend_zone is not None:
         yield "Bend", notes.bend_text(bend_stretch(layout), bends(layout), pivot_line(layout))
     if turn := notes.turn_text(fpc.tail):
@@ -154,23 +158,23 @@ def _order_rows(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]
     yield "Made for rules", _rule_text(layout.spec.coil.layers, layout.spec.fpc)
 
 
-def _soldered_part_rows(layout: Layout) -> Iterator[tuple[str, str]]:
-    """Yield the rows on pads of parts that are soldered later: capacitors, and a thermistor."""
-    rules = layout.spec.fpc.rules
-    if layout.capacitors and (chip := layout.spec.readout.chip) is not None:
-        names, opening = ", ".join(each.reference for each in layout.capacitors), chip_opening(rules, chip)
-        yield "Capacitors", (
-            f"bare pads for {names} ({layout.capacitors[0].package}) over the stiffener, see placement.csv; the "
-            f"coverlay is open {show(opening, 'm')} beyond each pad and laid within "
-            f"{show(rules.coverlay_registration, 'm')}; "
-            "soldered on by hand or by an assembler, not part of this order unless it says so"
-        )
-    if (sensor := layout.thermistor) is not None:
-        where = "on the body" if sensor.centre.x < layout.body[2] else "over the stiffener"
-        yield "Thermistor", (
-            f"bare pads for {sensor.reference} ({sensor.package}) {where}, see placement.csv; soldered on by hand or "
-            "by an assembler, not part of this order unless it says so"
-        )
+def _capacitor_text(capacitors: Sequence[Capacitor], chip: Chip, rules: DesignRules) -> str:
+    """Describe the pads of capacitors, which are soldered later."""
+    names, opening = ", ".join(each.reference for each in capacitors), chip_opening(rules, chip)
+    return (
+        f"bare pads for {names} ({capacitors[0].package}) over the stiffener, see placement.csv; the coverlay is open "
+        f"{show(opening, 'm')} beyond each pad and laid within {show(rules.coverlay_registration, 'm')}; "
+        "soldered on by hand or by an assembler, not part of this order unless it says so"
+    )
+
+
+def _thermistor_text(sensor: SolderedThermistor, body: Box) -> str:
+    """Describe the pads of a thermistor, which is soldered later, on a board with a box of its `body` (m)."""
+    where = "on the body" if sensor.centre.x < body[2] else "over the stiffener"
+    return (
+        f"bare pads for {sensor.reference} ({sensor.package}) {where}, see placement.csv; soldered on by hand or "
+        "by an assembler, not part of this order unless it says so"
+    )
 
 
 def _delivery_text(rules: DesignRules, name: str, is_small: bool, panel: Panel | None) -> str:
@@ -196,11 +200,12 @@ def _thin_tail_text(layout: Layout) -> str:
     lower = f"copper {first}" if first == last else f"copper {first} to {last}"
     name, fpc = layout.spec.name, layout.spec.fpc
     (extent,) = body_files(name, fpc)
+    step = notes.step_text(fpc, layout.vias, layout.lap_start)
     return (
         f"beyond x = {show(layout.body[2], 'm')} the board has only its first "
         f"{count_text(first - 1, 'copper layer')}: {lower} and what lies between end there (file {extent.name}); the "
         f"tail is {show(sum(layer.thickness for layer in layout.spec.fpc.tail_layers), 'm')} thick. "
-        + "".join(f"{notes.step_text(layout)} (File {file.name}.) " for file in tail_coverlay_files(name, fpc))
+        + "".join(f"{step} (File {file.name}.) " for file in tail_coverlay_files(name, fpc))
         + "Holes in the tail go through its own layers only and have a drill file of their own."
     )
 

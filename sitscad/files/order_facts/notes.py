@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import pairwise
 from textwrap import wrap
 
@@ -11,14 +11,15 @@ from sitscad.assembly.places.tail_path import bends, bends_at_every_grasp, state
 from sitscad.basics.units import count_text, in_mm, show
 from sitscad.kernels.geometry.path import bounding_box
 from sitscad.layout.bending import Bend, FinishedThickness, Where, finished_thickness
-from sitscad.layout.board import Coil, Layout, Pad, Stiffener, Via
+from sitscad.layout.board import Capacitor, Coil, Layout, Pad, SolderedThermistor, Stiffener, Via
 from sitscad.layout.gaps import Nearness, pair_in_words
 from sitscad.layout.lamination import is_bonded
-from sitscad.spec.circuit import CopperLayer, FpcSpec, LayerKind, Plating, StackLayer, Stackup, Tail
+from sitscad.spec.circuit import Chip, CopperLayer, FpcSpec, LayerKind, Plating, StackLayer, Stackup, Tail
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.mount import Jaw
 from sitscad.spec.presets import finish, is_rigid, names
+from sitscad.spec.thermistor import Thermistor
 
 FOILS = {"rolled-annealed": "rolled annealed (RA)", "electrodeposited": "electrodeposited (ED)"}
 
@@ -79,18 +80,21 @@ def holes_text(copper_layers: int, vias: tuple[Via, ...], tail_layers: int, insi
     return f"{count - inside} through all {copper_layers} layers, {tail_text}"
 
 
-def step_text(layout: Layout) -> str:
-    """Describe the bottom coverlay at the step from the body to a thinner tail; empty without this step."""
-    if not layout.spec.fpc.has_tail_coverlay:
+def step_text(fpc: FpcSpec, vias: tuple[Via, ...], lap_start: float) -> str:
+    """Describe the bottom coverlay at the step from the body to a thinner tail; empty without this step.
+
+    `lap_start` is the x (m) at which the tail's own coverlay begins.
+    """
+    if not fpc.has_tail_coverlay:
         return ""
-    last, lap = layout.spec.fpc.tail_copper, show(layout.spec.fpc.rules.coverlay_lap, "m")
-    film = layer_text(layout.spec.fpc.stackup.layers[-1])
+    last, lap = fpc.tail_copper, show(fpc.rules.coverlay_lap, "m")
+    film = layer_text(fpc.stackup.layers[-1])
     return (
-        f"The bottom coverlay cannot run over the step of {show(layout.spec.fpc.tail_step, 'm')} at the body's end "
+        f"The bottom coverlay cannot run over the step of {show(fpc.tail_step, 'm')} at the body's end "
         f"and ends there. The tail has a coverlay of its own under copper {last}, of the same film ({film}), laid "
         f"before the layers below are laminated on: it laps {lap} into the body, from x = "
-        f"{show(layout.lap_start, 'm')} on, where the bond takes up its thickness."
-        f"{_beside_lap(layout.vias, layout.lap_start)}"
+        f"{show(lap_start, 'm')} on, where the bond takes up its thickness."
+        f"{_beside_lap(vias, lap_start)}"
     )
 
 
@@ -221,15 +225,17 @@ def gap_texts(gaps: Mapping[int, Nearness]) -> Iterator[str]:
     yield from (f"copper {', '.join(numbers)}: {text}" for text, numbers in layers.items())
 
 
-def chip_texts(layout: Layout) -> Iterator[str]:
-    """Yield a description of each land pattern: of the capacitors, and of the thermistor."""
-    sensor = layout.spec.soldered_thermistor
-    parts = [(layout.capacitors, layout.spec.readout.chip),
-             (layout.chips[len(layout.capacitors):], sensor.part.chip if sensor is not None else None)]
-    for soldered, chip in parts:
-        if not soldered or chip is None:
+def chip_texts(
+    chips: Sequence[Capacitor | SolderedThermistor], capacitor: Chip | None, sensor: Thermistor | None
+) -> Iterator[str]:
+    """Yield a description of each land pattern of `chips`: of the capacitors, and of the thermistor.
+
+    `capacitor` is the land pattern of the capacitors; the pattern of the thermistor is in its spec `sensor`.
+    """
+    for kind, chip in ((Capacitor, capacitor), (SolderedThermistor, sensor.part.chip if sensor is not None else None)):
+        names = ", ".join(each.reference for each in chips if isinstance(each, kind))
+        if not names or chip is None:
             continue
-        names = ", ".join(each.reference for each in soldered)
         length, across = show(chip.pad_along, "m"), show(chip.pad_across, "m")
         yield f"Pads of {names} ({chip.name}): {length} x {across}, {show(chip.pitch, 'm')} from middle to middle."
 

@@ -365,11 +365,11 @@ def notes(layout: Layout) -> Iterator[str]:
     if tail_holes(layout):
         layers, tail_layers = layout.copper_layers, layout.spec.fpc.tail_copper
         yield f"Holes: {holes_text(layers, layout.vias, tail_layers, tail_holes(layout))}."
-    if step := step_text(layout):
+    if step := step_text(layout.spec.fpc, layout.vias, layout.lap_start):
         yield step
     if layout.stiffener is not None:
         yield f"Stiffener below the contacts: {stiffener_text(layout.spec.fpc.tail, layout.stiffener)}."
-    yield from chip_texts(layout)
+    yield from chip_texts(layout.chips, layout.spec.readout.chip, layout.spec.soldered_thermistor)
     if layout.bend_zone is not None:
         yield bend_text(bend_stretch(layout), bends(layout), pivot_line(layout))
     if turn := turn_text(layout.spec.fpc.tail):
@@ -550,7 +550,7 @@ def _contact_notes(layout: Layout) -> list[str]:
     return [
         f"Contacts{named} seen from the top, where they are bare. Each is marked with its number and its pin.",
         f"{contact_text(layout.pads, layout.spec.fpc.stackup, layout.top_openings)}.",
-        *chip_texts(layout),
+        *chip_texts(layout.chips, layout.spec.readout.chip, layout.spec.soldered_thermistor),
         *([f"{plug.capitalize()}: closer than the rest of the outline."] if plug else []),
         *([f"Stiffener below them: {stiffener_text(layout.spec.fpc.tail, plate)}."] if plate is not None else []),
         "Both contacts of a coil are one net: they are joined through its winding.",
