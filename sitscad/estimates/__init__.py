@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from sitscad.basics.arguments import checked_arguments
 from sitscad.estimates.coil_estimates import CoilEstimate, CrossCheck, Estimates, ReadoutEstimate, StateEstimate
-from sitscad.estimates.states.steps import coil_estimates, solve_windings, with_target
+from sitscad.estimates.states.steps import coil_estimates, solve_windings, tune_circuits
 from sitscad.estimates.windings.methods import METHODS, Method
 from sitscad.kernels.electromagnetics.threads import one_thread
 from sitscad.layout.board import Layout
@@ -93,11 +93,11 @@ def estimated(
     (True), or by correction ratios of an infinite plate (False). If None, the field solution is used for targets that
     are small enough to be solved in about a second.
     """
-    tuned = with_target(solve_windings(layout.sensing, temperature, method, tolerance), is_solved)
+    tuned = tune_circuits(solve_windings(layout.sensing, temperature, method, tolerance), is_solved)
     alone = layout.reference_alone
     if alone is None:
         return coil_estimates(tuned)
     # all coils share one value of the capacitor, which the sensing coils determine
     readout = replace(alone.spec.readout, capacitance=tuned.tank.capacitor)
     alone = replace(alone, spec=replace(alone.spec, readout=readout))
-    return coil_estimates(tuned, with_target(solve_windings(alone, temperature, method, tolerance)))
+    return coil_estimates(tuned, tune_circuits(solve_windings(alone, temperature, method, tolerance)))

@@ -256,7 +256,7 @@ def worst_of(each: Sequence[Performance]) -> Performance:
     distinct = {re.sub(r"[0-9.]+", "", note): note for note in reversed(notes)}
     slow = min(each, key=lambda cell: cell.bandwidth)
     figures = {name: _worst([getattr(cell, name) for cell in each], pick)
-               for pick, names in ((min, LEAST_IS_WORST), (_farthest, LARGEST_IS_WORST)) for name in names}
+               for pick, names in ((min, LEAST_IS_WORST), (_largest_magnitude, LARGEST_IS_WORST)) for name in names}
     return replace(
         slow, axes={name: _worst_axis([cell.axes[name] for cell in each]) for name in slow.axes},
         ambiguous=next((cell.ambiguous for cell in each if cell.ambiguous is not None), None),
@@ -279,7 +279,7 @@ def _worst_axis(each: Sequence[AxisPerformance]) -> AxisPerformance:
     return AxisPerformance(
         least.range, least.limited_by, min(cell.full_scale for cell in each),
         tuple(min(coil, key=abs) for coil in sensitivities), max(cell.resolution for cell in each),
-        max(cell.nonlinearity for cell in each), _worst([cell.errors for cell in each], _farthest), least.unit,
+        max(cell.nonlinearity for cell in each), _worst([cell.errors for cell in each], _largest_magnitude), least.unit,
     )
 
 
@@ -295,7 +295,7 @@ def _worst(each: Sequence[Any], pick: Callable[[Sequence[Any]], Any]) -> Any:
     return {name: _worst([value[name] for value in values if name in value], pick) for name in names}
 
 
-def _farthest(numbers: Sequence[float]) -> float:
+def _largest_magnitude(numbers: Sequence[float]) -> float:
     """Return the number with the largest magnitude."""
     return max(numbers, key=abs)
 

@@ -10,7 +10,7 @@ from neumann import sampled_mutual_inductance
 from tolerance import approx
 
 from sitscad.estimates import estimate
-from sitscad.estimates.windings.neighbours import idle_load, idle_neighbours
+from sitscad.estimates.windings.neighbours import idle_coil_load, idle_neighbour_effect
 from sitscad.kernels.electromagnetics.inductance.spirals import SpiralLayer
 from sitscad.kernels.electromagnetics.metal.current_spectrum import spiral_spectrum
 from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
@@ -31,7 +31,7 @@ def wired(cable):
 def test_single_idle_neighbour_acts_as_loaded_secondary():
     mutual, omega = -80e-9, 2 * math.pi * 7e6
     circuits = [lambda f: ALONE, lambda f: ALONE]
-    result = idle_neighbours(0, circuits, lambda i, j, f: mutual, wired(None))(SEVEN)
+    result = idle_neighbour_effect(0, circuits, lambda i, j, f: mutual, wired(None))(SEVEN)
     change, added = (float(part[0]) for part in result)
     loop = complex(4.0 + 20.0, omega * 2.5e-6)
     expected = (omega * mutual) ** 2 / loop
@@ -43,7 +43,7 @@ def test_single_idle_neighbour_acts_as_loaded_secondary():
 def test_two_coupled_idle_neighbours_equal_closed_solution():
     omega = 2 * math.pi * 7e6
     matrix = np.array([[0, -80, -10], [-80, 0, -80], [-10, -80, 0]]) * 1e-9
-    result = idle_neighbours(1, [lambda f: ALONE] * 3, lambda i, j, f: matrix[i, j], wired(None))(SEVEN)
+    result = idle_neighbour_effect(1, [lambda f: ALONE] * 3, lambda i, j, f: matrix[i, j], wired(None))(SEVEN)
     loop = complex(24.0, omega * 2.5e-6)
     both = 2.0 * (omega * 80e-9) ** 2 / (loop + 1j * omega * -10e-9)
     assert (result[0][0] * omega, result[1][0]) == approx((both.imag, both.real), rel=1e-6)
@@ -52,7 +52,7 @@ def test_two_coupled_idle_neighbours_equal_closed_solution():
 def test_idle_coupling_at_several_frequencies_equals_separate_calls():
     matrix = np.array([[0, -80, -10], [-80, 0, -80], [-10, -80, 0]]) * 1e-9
     circuits = [lambda f: (2.5e-6 + 0.0 * f, 1e-3 * np.sqrt(f))] * 3
-    idle = idle_neighbours(
+    idle = idle_neighbour_effect(
         0, circuits, lambda i, j, f: matrix[i, j] * (1 + 1j * 1e5 / f), wired(Cable(0.3, 180e-9, 3e-11, 1.0))
     )
     frequencies = np.array([1e6, 3e6, 9e6])
@@ -62,8 +62,8 @@ def test_idle_coupling_at_several_frequencies_equals_separate_calls():
 
 
 def test_idle_load_consists_of_pins_and_cable():
-    assert idle_load(np.array([1e7]), wired(None))[0] == 20.0
-    assert idle_load(np.array([1e7]), wired(Cable(0.3, 180e-9, 30e-12, 0.3)))[0] == approx(20.3 + 1.8j, rel=1e-6)
+    assert idle_coil_load(np.array([1e7]), wired(None))[0] == 20.0
+    assert idle_coil_load(np.array([1e7]), wired(Cable(0.3, 180e-9, 30e-12, 0.3)))[0] == approx(20.3 + 1.8j, rel=1e-6)
 
 
 def ring(radius, centre, height, count=240):

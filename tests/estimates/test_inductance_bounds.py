@@ -8,10 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tolerance import approx
 
-from sitscad.estimates.windings.methods import UNFITTED, Crowding, error_bound
+from sitscad.estimates.windings.methods import UNFITTED, WindingDimensions, error_bound
 from sitscad.kernels.geometry.shapes import SHAPES, Polygon
 
-COIL = Crowding(12.0, 100e-6, 200e-6, 35e-6, 1.05e-3, 7e-3, (0.0, -60e-6))
+COIL = WindingDimensions(12.0, 100e-6, 200e-6, 35e-6, 1.05e-3, 7e-3, (0.0, -60e-6))
 PAIRS = [("circle", "spiral-neumann"), ("square", "strands"), ("racetrack", "strands"), ("pentagon", "strands"),
          ("rounded", "strands")]
 
@@ -48,7 +48,7 @@ def test_error_bound_grows_with_crowded_or_additional_tracks(family, method, fac
 @given(scale=st.floats(1e-3, 1e3))
 def test_error_bound_is_independent_of_scale(family, method, scale):
     coil = of(family)
-    scaled = Crowding(coil.turns, coil.width * scale, coil.pitch * scale, coil.thickness * scale,
+    scaled = WindingDimensions(coil.turns, coil.width * scale, coil.pitch * scale, coil.thickness * scale,
                       coil.inner_radius * scale, coil.size * scale, tuple(z * scale for z in coil.heights),
                       coil.corner_radius * scale, coil.shape)
     assert error_bound(method, scaled) == approx(error_bound(method, coil), rel=1e-9)
@@ -63,7 +63,7 @@ def test_thick_tracks_increase_error_bound():
 
 def test_error_bound_is_at_least_reference_accuracy():
     """Of a hexagon of 156 narrow turns 3.8e-7 was promised, and its error is 7.3e-7."""
-    many = Crowding(156.5, 20e-6, 60e-6, 10e-6, 5e-3, 30e-3, (0.0,))
+    many = WindingDimensions(156.5, 20e-6, 60e-6, 10e-6, 5e-3, 30e-3, (0.0,))
     assert error_bound("strands", replace(many, shape=SHAPES["hexagon"])) >= 1e-6
 
 

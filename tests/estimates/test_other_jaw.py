@@ -15,7 +15,7 @@ from sitscad.basics.record import replace
 from sitscad.checks.reading.metal import other_jaw_metal
 from sitscad.estimates.design import Design
 from sitscad.estimates.performance_values import OTHER_JAW_CAUSES, combined_error
-from sitscad.estimates.states.other_jaw import GRASPED, changes_in_front, estimated_change, front_plate
+from sitscad.estimates.states.other_jaw import GRASPED, estimated_change, front_plate, other_jaw_changes
 from sitscad.estimates.states.placed import TargetPoses, at_rest
 from sitscad.estimates.states.plate import solved_plate
 from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
@@ -93,7 +93,7 @@ def test_other_jaw_error_falls_with_grasped_thickness(grasper):
 
 def test_estimated_other_jaw_change_agrees_with_solved_change(grasper):
     wound = grasper.response.windings
-    solved = changes_in_front(wound, np.sqrt(np.prod(grasper.response.band)), [0.0], GRASPED[1:2])[0, 0]
+    solved = other_jaw_changes(wound, np.sqrt(np.prod(grasper.response.band)), [0.0], GRASPED[1:2])[0, 0]
     about = estimated_change(grasper.layout, grasper.estimates.coils, grasper.estimates.temperature, GRASPED[1])
     assert list(about.values()) == approx(solved, rel=0.25)
 

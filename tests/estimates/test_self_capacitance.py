@@ -9,8 +9,8 @@ import pytest
 from tolerance import approx
 from wound_boards import of
 
-from sitscad.estimates.windings.leads import between_layers
-from sitscad.estimates.windings.own_capacitance import self_capacitance, slabs, turn_lengths
+from sitscad.estimates.windings.leads import gap_between_layers
+from sitscad.estimates.windings.own_capacitance import dielectric_slabs, self_capacitance, turn_lengths
 from sitscad.kernels.electromagnetics import capacitance
 from sitscad.layout import lay_out
 from sitscad.spec.load import load_text
@@ -53,8 +53,8 @@ def test_stacked_strip_capacitance_agrees_with_layered_sum(stackup, width, monke
     text = f"sitscad: 1\nname: c\ncoil: {BENCH}\nfpc: {{stackup: {stackup}}}\n"
     stack = load_text(text, "c.yaml").fpc.stackup
     width *= 1e-6
-    whole = -capacitance.strip_layers(slabs(stack, [1, 2]), width, 12 * width, 0.05)[0, 1] * 12 * width
-    assert capacitance.stacked_strips(width, *between_layers(stack, 1, 2)) == approx(whole, rel=0.06)
+    whole = -capacitance.strip_layers(dielectric_slabs(stack, [1, 2]), width, 12 * width, 0.05)[0, 1] * 12 * width
+    assert capacitance.stacked_strips(width, *gap_between_layers(stack, 1, 2)) == approx(whole, rel=0.06)
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from tolerance import approx
 from sitscad.estimates import estimate
 from sitscad.estimates.circuits.tank import POINTS, preferred_values
 from sitscad.estimates.states.near import interpolate_over_band as through_logarithms
-from sitscad.estimates.states.steps import solve_windings, with_target
+from sitscad.estimates.states.steps import solve_windings, tune_circuits
 from sitscad.estimates.windings.losses import SCREENING
 from sitscad.kernels.electromagnetics.inductance.spirals import SpiralLayer
 from sitscad.kernels.electromagnetics.loss.proximity import winding_loss
@@ -93,18 +93,18 @@ def test_high_current_drive_is_used_only_without_overdrive(diameter, turns, stro
 
 
 def test_screen_crowding_near_metal_agrees_with_exact_value():
-    tuned = with_target(solve_windings(sketch(load(ROOT / "templates" / "grasper_4layer.yaml")), tolerance=SCREENING))
+    tuned = tune_circuits(solve_windings(sketch(load(ROOT / "templates" / "grasper_4layer.yaml")), tolerance=SCREENING))
     for circuit in tuned.circuits:
         for state in circuit.reflections:
             at = tuned.tank.oscillation(circuit, state).frequency * np.array([0.98, 1.0, 1.02])
-            result, exact = circuit.crowding(state, at), circuit.by_metal(state, at)
+            result, exact = circuit.crowding(state, at), circuit.crowding_changes(state, at)
             own = circuit.resistance * (circuit.loss.resistance_ratios(at) - 1.0)
             assert result[1] == approx(own + exact[1], rel=2e-3)
             assert result[1][2] - result[1][0] == approx((own + exact[1])[2] - (own + exact[1])[0], rel=0.03)
 
 
 def test_no_curve_is_computed_beyond_converter_band():
-    tuned = with_target(solve_windings(sketch(load(ROOT / "templates" / "three_axis_triangle.yaml")),
+    tuned = tune_circuits(solve_windings(sketch(load(ROOT / "templates" / "three_axis_triangle.yaml")),
                                        tolerance=SCREENING))
     assert {band for circuit in tuned.circuits for _, _, band in circuit.curves} == {0}
     assert max(tuned.tank.oscillation(c, state).frequency for c in tuned.circuits for state in c.reflections) < 10e6

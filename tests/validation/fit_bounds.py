@@ -3,12 +3,12 @@
     python tests/validation/fit_bounds.py [--median 9.7] [--write]
     python tests/validation/fit_bounds.py --slack
 
-A bound is a product of powers of what `Crowding.features` names. Among those that lie above the error of every design
-times a margin, the linear programme takes the one with the smallest mean logarithm. Powers with a sign that physics
-gives keep it, so that a bound does not shrink where tracks come nearer each other or layers are added. Every fit is
-first made on the even designs and judged on the odd ones, and the other way round; the table printed says how often it
-failed there. What is written is fitted to all designs of the small series. With `--slack` a table says instead what
-narrower bounds cost: how many unseen designs break a bound whose median is so many times the error.
+A bound is a product of powers of what `WindingDimensions.log_ratios` names. Among those that lie above the error of
+every design times a margin, the linear programme takes the one with the smallest mean logarithm. Powers with a sign
+that physics gives keep it, so that a bound does not shrink where tracks come nearer each other or layers are added.
+Every fit is first made on the even designs and judged on the odd ones, and the other way round; the table printed says
+how often it failed there. What is written is fitted to all designs of the small series. With `--slack` a table says
+instead what narrower bounds cost: how many unseen designs break a bound whose median is so many times the error.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ sys.path[:0] = [str(ROOT), str(HERE.parent / "electromagnetics"), str(HERE)]
 import designs  # noqa: E402
 import write_references  # noqa: E402
 
-from sitscad.estimates.windings.methods import METHODS, ROUNDED, WindingGeometry, crowding  # noqa: E402  # noqa: E402
+from sitscad.estimates.windings.methods import METHODS, ROUNDED, WindingGeometry, winding_dimensions  # noqa: E402
 from sitscad.kernels.geometry.shapes import SHAPES  # noqa: E402
 
 TABLE = ROOT / "sitscad" / "data" / "inductance_bounds.csv"
@@ -77,12 +77,13 @@ def samples(rows: list[dict[str, str]]) -> list[Sample]:
             continue
         coil = designs.design(row["family"], int(row["number"]))
         geometry = WindingGeometry(coil.spec, coil.spirals, coil.drawn)
-        crowded = crowding(geometry)
+        crowded = winding_dimensions(geometry)
         stack = "one" if len(crowded.heights) == 1 else "more"
         for method in METHODS:
             if method.serves(coil.spec.outline) and method.name in FITTED:
                 error = abs(method.solve(geometry) / float(row["inductance_H"]) - 1.0)
-                result.append(Sample(row["family"], method.name, stack, int(row["number"]), error, crowded.features()))
+                ratios = crowded.log_ratios()
+                result.append(Sample(row["family"], method.name, stack, int(row["number"]), error, ratios))
     return result
 
 

@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sitscad.estimates.windings.losses import bent_loss
+from sitscad.estimates.windings.losses import bent_track_loss
 from sitscad.estimates.windings.methods import bent_track, winding_geometry
 from sitscad.kernels.electromagnetics.loss import proximity
 from sitscad.kernels.electromagnetics.loss.current_modes import ProximityLoss, join_losses
@@ -83,7 +83,7 @@ def finer(spec: CoilSpec, coil: Coil) -> ProximityLoss:
     spirals = winding_geometry(spec, coil).spirals
     if not spirals:
         tracks = [bent_track(w, spec.trace_width) for w in coil.windings]
-        return bent_loss(tracks, COPPER, modes, 10, fine.steps + 10)
+        return bent_track_loss(tracks, COPPER, modes, 10, fine.steps + 10)
     parts = [
         azimuth_loss(spirals, *sector, COPPER, proximity.LossResolution(modes, 37, fine.steps + 10))
         for sector in proximity.sectors(spirals, 37)

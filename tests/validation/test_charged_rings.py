@@ -18,7 +18,7 @@ from sitscad.estimates.windings.own_capacitance import (
     FILLING,
     PLACES,
     USUAL_PERMITTIVITY,
-    _turns,
+    _turn_places,
     _voltages,
     capacitance_to_metal,
 )
@@ -38,7 +38,7 @@ readout: {capacitance: 330 pF}
 
 def turns(coil, spec):
     """Radii, heights and voltages of a round coil's turns."""
-    voltages = _voltages(*_turns(coil, spec.coil, PLACES), coil, spec.coil)
+    voltages = _voltages(*_turn_places(coil, spec.coil, PLACES), coil, spec.coil)
     radii, heights, values = [], [], []
     for k, (winding, count) in enumerate(zip(coil.windings, spec.coil.layer_turns, strict=True)):
         whole = math.floor(count)

@@ -18,7 +18,7 @@ from sitscad.basics.units import show
 from sitscad.basics.version import __version__
 from sitscad.estimates.states.at_frequency import FrequencyError, SeriesImpedance
 from sitscad.estimates.windings.leads import estimate_leads
-from sitscad.estimates.windings.losses import bent_loss
+from sitscad.estimates.windings.losses import bent_track_loss
 from sitscad.estimates.windings.methods import bent_path, mitred_path, track_of
 from sitscad.estimates.windings.own_capacitance import (
     CAPACITANCE_ERROR,
@@ -216,7 +216,7 @@ def estimate_drawn_coil(
     bent = [bent_path(path, width, layer.thickness, layer.z) for path, layer in winding]
     gap = least_gap(_smallest_turn_gap(conductor), width, sorted({layer.z for layer in sections}))
     resolution = resolution_for(width, max(layer.thickness for layer in sections), gap, TOLERANCE, conductivity)
-    loss = bent_loss(bent, conductivity, resolution.modes, CUTS, resolution.steps)
+    loss = bent_track_loss(bent, conductivity, resolution.modes, CUTS, resolution.steps)
     # stubs, and pieces of another width, carry the same current through other cross-sections
     direct = loss.direct + math.fsum(
         segment.length / (conductivity * layer.thickness * segment_width)

@@ -255,7 +255,7 @@ def _impedance(circuit: CoilCircuit, state: str, frequencies: Array, capacitance
     """
     if capacitance is None:
         circuit = replace(circuit, leads=NO_LEADS, known={})
-    inductance, resistance = circuit.own(state, frequencies)
+    inductance, resistance = circuit.impedance_with_open_neighbours(state, frequencies)
     series = resistance + 2j * math.pi * frequencies * inductance
     return Impedance(frequencies, series, circuit.winding_capacitance if capacitance is None else capacitance)
 

@@ -418,7 +418,7 @@ def _moved_changes(design: Design, moves: Sequence[tuple[float, float]], frequen
     if design.estimates.is_solved:
         poses = np.zeros((1 + len(moves), 6))
         poses[1:, :2] = moves
-        inductances = design.response.own_changes(poses, frequency).real
+        inductances = design.response.own_inductance_changes(poses, frequency).real
     else:
         inductances = target_effects(design.layout, [(0.0, 0.0), *moves], [0.0], frequency)[0]
     return [[float(value) for value in row] for row in inductances[1:] - inductances[0]]

@@ -19,13 +19,13 @@ from sitscad.basics.arrays import Array, ComplexArray
 from sitscad.basics.record import replace
 from sitscad.basics.units import show
 from sitscad.estimates.circuits.solved_winding import SolvedWinding
-from sitscad.estimates.circuits.tank import CoilCircuit, Tank, terminals
+from sitscad.estimates.circuits.tank import CoilCircuit, Tank, terminal_impedances
 from sitscad.estimates.targets.assembly import AssemblyStates, Reflection, SolvedReflection, Surroundings, metal_behind
 from sitscad.estimates.targets.finite_target import FREQUENCY, TargetRatios
 from sitscad.estimates.targets.window import WindowedReflection, WindowEffect, window_effects
-from sitscad.estimates.windings.leads import NO_LEADS, estimate_leads, lead_round_winding, sketched_leads
+from sitscad.estimates.windings.leads import NO_LEADS, estimate_leads, sketched_leads, with_lead_around_winding
 from sitscad.estimates.windings.losses import winding_resistance
-from sitscad.estimates.windings.neighbours import Circuit, idle_neighbours
+from sitscad.estimates.windings.neighbours import Circuit, idle_neighbour_effect
 from sitscad.estimates.windings.own_capacitance import self_capacitance
 from sitscad.kernels.electromagnetics.resonator import resonance_frequency
 from sitscad.layout.board import Coil, Layout
@@ -51,19 +51,19 @@ class SolvedEffect(Protocol):
         """Lowest and highest frequency (Hz) at which the target's eddy currents are computed."""
 
     @property
-    def like(self) -> Callable[[Array], ComplexArray]:
+    def interpolation_spectrum(self) -> Callable[[Array], ComplexArray]:
         """Function of frequency (Hz) by which changes are interpolated: reflection factor of an infinite sheet."""
 
-    def key(self, number: int, coil: str, state: str) -> tuple[complex, ...]:
+    def cache_key(self, number: int, coil: str, state: str) -> tuple[complex, ...]:
         """Return a cache key for coil `number` from 0, equal for coils whose inductances change equally in a state."""
 
-    def crowded(self, state: str, number: int) -> Callable[[Array], ComplexArray]:
+    def crowding_function(self, state: str, number: int) -> Callable[[Array], ComplexArray]:
         """Return a function of frequency (Hz): the inductance change that current crowding adds, for coil `number`.
 
         It is a fraction of the coil's change by the target for current that is even across the tracks.
         """
 
-    def put_oscillations(self, circuits: Sequence[CoilCircuit], tank: Tank) -> None:
+    def store_target_oscillations(self, circuits: Sequence[CoilCircuit], tank: Tank) -> None:
         """Compute the tanks' oscillations in all states with a target, and store them in the circuits."""
 
 
@@ -86,7 +86,7 @@ def without_failed_states(circuits: list[CoilCircuit]) -> tuple[list[CoilCircuit
     """Return the circuits without the states in which the model fails, and the reasons by state."""
     failed: dict[str, str] = {}
     states = list(circuits[0].reflections)
-    impedances = terminals(circuits, states, np.full((len(circuits), len(states), 1), PROBE))
+    impedances = terminal_impedances(circuits, states, np.full((len(circuits), len(states), 1), PROBE))
     each = zip(*(part.ravel().tolist() for part in impedances), strict=True)
     values = dict(zip(product([circuit.name for circuit in circuits], states), each, strict=True))
     for circuit in circuits:
@@ -116,12 +116,12 @@ def drop_states(circuit: CoilCircuit, failed: Mapping[str, object]) -> CoilCircu
     )
 
 
-def overdamped(circuits: list[CoilCircuit], tank: Tank, target: TargetRatios | SolvedEffect) -> dict[str, float]:
+def overdamped_states(circuits: list[CoilCircuit], tank: Tank, target: TargetRatios | SolvedEffect) -> dict[str, float]:
     """Return the least quality factor of all coils, for each state in which a coil's tank does not oscillate."""
     quality_factors: dict[str, float] = {}
-    tank.oscillate(circuits)
+    tank.store_oscillations(circuits)
     if not isinstance(target, TargetRatios):
-        target.put_oscillations(circuits, tank)
+        target.store_target_oscillations(circuits, tank)
     for circuit in circuits:
         for state in circuit.reflections:
             at = tank.oscillation(circuit, state)
@@ -159,18 +159,18 @@ def coil_circuits(
             leads = _led_roughly(coil.undrawn, spec.fpc.stackup, conductivity)
         if coil.undrawn:
             width, copper = coil.undrawn[0].width, spec.fpc.stackup.copper[coil.undrawn[0].layers[0] - 1]
-            leads = lead_round_winding(leads, coil.goes_on, width, copper, conductivity, winding.spirals)
+            leads = with_lead_around_winding(leads, coil.goes_on, width, copper, conductivity, winding.spirals)
         circuits.append(CoilCircuit(coil.name, winding.inductance, resistance, conductivity, loss, leads,
                                     self_capacity + leads.capacitance, reflections[coil.name], self_capacity))
     if len(circuits) == 1 or winding.is_rough:  # the effect of idle neighbours is below the errors of screening
         return circuits
     return [
-        replace(circuit, neighbours=_neighbours(k, circuits, matrix, distances, spec.readout))
+        replace(circuit, neighbours=_neighbour_effects(k, circuits, matrix, distances, spec.readout))
         for k, circuit in enumerate(circuits)
     ]
 
 
-def _neighbours(
+def _neighbour_effects(
     active: int, circuits: list[CoilCircuit], matrix: Array, distances: list[list[float]], readout: ReadoutSpec
 ) -> dict[str, Circuit]:
     """Return the effect of idle neighbouring coils on coil number `active`, by state.
@@ -186,8 +186,8 @@ def _neighbours(
         def mutual(i: int, j: int, frequencies: Array, metal: Reflection = reflection) -> ComplexArray:
             return np.asarray(matrix[i, j] + metal.mutual((i, j), distances[i][j], frequencies))
 
-        self_impedances = [partial(circuit.own, state) for circuit in circuits]
-        idle_changes[state] = idle_neighbours(active, self_impedances, mutual, readout)
+        self_impedances = [partial(circuit.impedance_with_open_neighbours, state) for circuit in circuits]
+        idle_changes[state] = idle_neighbour_effect(active, self_impedances, mutual, readout)
     return idle_changes
 
 
@@ -211,7 +211,7 @@ def _reflections(
     for around in assembly.states:
         for k, name in enumerate(by_coil):
             window = missing.get(name)
-            key = around.name, target.key(k, name, around.name), window
+            key = around.name, target.cache_key(k, name, around.name), window
             if key not in solved_reflections:
                 solved_reflections[key] = _reflection(around, distances, winding, target, k, name, window)
                 if around.below is not None and window is not None:
@@ -232,15 +232,15 @@ def _reflection(
     spectrum = winding.spectrum
     if not isinstance(target, TargetRatios) and around.name in target.totals:
         more, lost = target.errors[around.name][number]
-        solved = np.array(target.band), target.totals[around.name], target.like
+        solved = np.array(target.band), target.totals[around.name], target.interpolation_spectrum
         return SolvedReflection(spectrum, around, distances, winding.crowding, solved, number,
-                                (float(more), float(lost)), target.crowded(around.name, number))
+                                (float(more), float(lost)), target.crowding_function(around.name, number))
     share, unsure = (1.0, 1.0), (0.0, 0.0, 0.0)
     if isinstance(target, TargetRatios) and around.above is not None:
         share = target.of(name, around.name)
         unsure = target.error, target.loss_error, FAINT * winding.inductance * bool(target.error)
         if missing is not None:
-            endless = Reflection(spectrum, around, distances).endless_change(FREQUENCY).real
+            endless = Reflection(spectrum, around, distances).infinite_plate_change(FREQUENCY).real
             more = float(missing.factor(np.array(share[0] * endless)))
             share = share[0] * more, share[1] * more
             unsure = unsure[0] + missing.growth_error, unsure[1] + missing.growth_error, unsure[2]

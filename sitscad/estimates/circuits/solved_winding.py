@@ -27,7 +27,7 @@ from sitscad.estimates.windings.losses import (
     LossesNearMetal,
     is_rough,
     losses_near_metal,
-    wanted_tolerance,
+    resistance_tolerance,
     winding_losses,
 )
 from sitscad.estimates.windings.methods import (
@@ -39,7 +39,7 @@ from sitscad.estimates.windings.methods import (
     metal_spectrum,
     winding_geometry,
 )
-from sitscad.estimates.windings.neighbours import inductance_matrix, rings_beside_each_other
+from sitscad.estimates.windings.neighbours import inductance_matrix, rough_inductance_matrix
 from sitscad.kernels.electromagnetics.constants import skin_depth
 from sitscad.kernels.electromagnetics.inductance.spirals import SpiralLayer
 from sitscad.kernels.electromagnetics.loss.current_modes import ProximityLoss
@@ -244,7 +244,7 @@ class SolvedWinding:
         leads = float(circuit.leads.resistances_at(np.array([state.frequency]), circuit.conductivity)[0])
         winding_error = self.bound.relative(winding / circuit.resistance, state.frequency)
         metal = 0.0 if self.nearest is None or state.state == FREE else near_metal_error(coil, self.nearest)
-        lost = abs(circuit.reflections[state.state].unsure(state.frequency)[1])
+        lost = abs(circuit.reflections[state.state].target_error_bounds(state.frequency)[1])
         return (winding_error * winding + circuit.leads.resistance_error * leads + lost) / state.resistance + metal
 
     @property
@@ -269,7 +269,7 @@ def shared_spectrum(geometry: WindingGeometry, nearest: float) -> CurrentSpectru
 
     The distance is rounded down, so that nearly equal distances share the spectrum that `solve_winding` caches.
     """
-    return _spectrum(geometry, _rounded_down(_rounded_down(nearest, HEIGHT_STEP), NO_NEARER), False)
+    return _spectrum(geometry, _round_down_to_power(_round_down_to_power(nearest, HEIGHT_STEP), NO_NEARER), False)
 
 
 def solve_winding(
@@ -289,7 +289,7 @@ def solve_winding(
         distance = _distance_step(nearest, assembly, rough)
         crowding = losses_near_metal(spirals, conductivity, distance, tolerance, bool(geometry.spirals))
         spectrum = _spectrum(geometry, distance, rough)
-    bound = resistance_bound(spec, first, geometry.spirals, conductivity, wanted_tolerance(tolerance))
+    bound = resistance_bound(spec, first, geometry.spirals, conductivity, resistance_tolerance(tolerance))
     return SolvedWinding(geometry, spirals, inductance, chosen, conductivity,
                          _loss(spec, winding, conductivity, tolerance), nearest, crowding, spectrum, bound, rough)
 
@@ -313,11 +313,11 @@ def _distance_step(nearest: float, assembly: AssemblyStates, is_rough: bool = Fa
     to powers of `HEIGHT_STEP`, like the heights for which the target's eddy currents are computed.
     """
     if not is_rough and any(around.above is not None for around in assembly.states):
-        nearest = _rounded_down(nearest, HEIGHT_STEP)
-    return _rounded_down(nearest, NO_NEARER)
+        nearest = _round_down_to_power(nearest, HEIGHT_STEP)
+    return _round_down_to_power(nearest, NO_NEARER)
 
 
-def _rounded_down(length: float, ratio: float) -> float:
+def _round_down_to_power(length: float, ratio: float) -> float:
     """Return the largest integer power of `ratio` that is not above a length (m).
 
     Rounding errors of powers are ignored.
@@ -373,7 +373,7 @@ def winding_inductance_matrix(
     All diagonal elements are equal, also for a reference coil with other windings.
     """
     if is_rough and winding.geometry.spirals and coils[-1].placement.own is None:
-        return rings_beside_each_other(winding.geometry.spirals, [coil.placement.centre for coil in coils],
+        return rough_inductance_matrix(winding.geometry.spirals, [coil.placement.centre for coil in coils],
                                        winding.inductance, winding.inductance_error)
     windings = tuple(replace(coil, series=()) for coil in coils)
     return _matrix(spec, windings, winding.inductance, winding.inductance_error)

@@ -81,20 +81,19 @@ class CoilCircuit:
         """
         if self.reflections[state].is_rough:
             band = int(band_numbers(frequencies.mean()))
-            change, lost = (barycentric_weights(frequency_points(band), np.log(frequencies)) @ self.curve("by_metal",
-                                                                                                          state,
-                                                                                                          band)).T
+            weights = barycentric_weights(frequency_points(band), np.log(frequencies))
+            change, lost = (weights @ self.curve("crowding_changes", state, band)).T
         else:
-            change, lost = self.by_metal(state, frequencies)
+            change, lost = self.crowding_changes(state, frequencies)
         added = self.resistance * (self.loss.resistance_ratios(frequencies) - 1.0)
         return self.loss.inductance_changes(frequencies) + change, added + lost
 
-    def by_metal(self, state: str, frequencies: Array) -> tuple[Array, Array]:
+    def crowding_changes(self, state: str, frequencies: Array) -> tuple[Array, Array]:
         """Return the changes by metal of both results of `crowding`: inductance (n; H) and resistance (n; ohm)."""
         change = self.reflections[state].crowding(frequencies)
         return change.real, -2.0 * math.pi * frequencies * change.imag
 
-    def own(self, state: str, frequencies: Array) -> tuple[Array, Array]:
+    def impedance_with_open_neighbours(self, state: str, frequencies: Array) -> tuple[Array, Array]:
         """Return inductance (n; H) and resistance (n; ohm) between the contacts if all neighbouring coils are open.
 
         They are for a state at (n) frequencies (Hz).
@@ -108,23 +107,23 @@ class CoilCircuit:
             self.known[key] = inductance, winding + leads + added
         return self.known[key]
 
-    def exactly(self, state: str, frequencies: Array) -> tuple[Array, Array]:
+    def exact_impedance(self, state: str, frequencies: Array) -> tuple[Array, Array]:
         """Return inductance (n; H) and resistance (n; ohm) between the contacts, with idle neighbouring coils.
 
         They are for a state at (n) frequencies (Hz) and computed without interpolation.
         """
-        inductance, resistance = self.own(state, frequencies)
+        inductance, resistance = self.impedance_with_open_neighbours(state, frequencies)
         if state not in self.neighbours:
             return inductance, resistance
         change, added = self.neighbours[state](frequencies)
         return inductance + change, resistance + added
 
-    def terminal(self, state: str, frequencies: Array) -> tuple[Array, Array]:
+    def terminal_impedance(self, state: str, frequencies: Array) -> tuple[Array, Array]:
         """Return inductance (n; H) and resistance (n; ohm) between the contacts, interpolated over frequency.
 
         They are for a state at (n) frequencies (Hz).
         """
-        inductance, resistance = terminals([self], [state], frequencies[None, None])
+        inductance, resistance = terminal_impedances([self], [state], frequencies[None, None])
         return inductance[0, 0], resistance[0, 0]
 
     def curve(self, of: str, state: str, band: int) -> Array:
@@ -149,7 +148,9 @@ def band_numbers(frequencies: Array) -> Index:
     return np.floor(np.log(frequencies / LOWEST) / math.log(BAND)).astype(int)
 
 
-def terminals(circuits: Sequence[CoilCircuit], states: Sequence[str], frequencies: Array) -> tuple[Array, Array]:
+def terminal_impedances(
+    circuits: Sequence[CoilCircuit], states: Sequence[str], frequencies: Array
+) -> tuple[Array, Array]:
     """Return inductances (H) and resistances (ohm) between the contacts: two arrays (coils, states, n).
 
     Each coil and state has its own `frequencies` (coils, states, n; Hz). Values are interpolated from the Chebyshev
@@ -160,7 +161,7 @@ def terminals(circuits: Sequence[CoilCircuit], states: Sequence[str], frequencie
         inside = bands == band
         values = np.zeros((*frequencies.shape[:2], POINTS, 2))
         for coil, state in np.argwhere(inside.any(axis=2)).tolist():
-            values[coil, state] = circuits[coil].curve("exactly", states[state], band)
+            values[coil, state] = circuits[coil].curve("exact_impedance", states[state], band)
         weights = barycentric_weights(frequency_points(band), np.log(frequencies[inside]))
         impedance[:, inside] = np.einsum("ni,nij->jn", weights, values[np.nonzero(inside)[:2]])
     return impedance[0], impedance[1]
@@ -201,7 +202,7 @@ class Tank:
         cable = self.readout.cable.capacitance if self.readout.cable else 0.0
         return self.capacitor + self.converter.limit("pin_capacitance") + cable
 
-    def in_series(self) -> tuple[float, float]:
+    def cable_in_series(self) -> tuple[float, float]:
         """Return inductance (H) and resistance (ohm) of a cable that lies between coil and capacitor.
 
         Both are 0 if the capacitor is at the coil, or if there is no cable.
@@ -229,10 +230,10 @@ class Tank:
     def oscillation(self, circuit: CoilCircuit, state: str) -> Oscillation:
         """Return the oscillation of a coil's tank in a state, with inductance and loss at the tank's frequency."""
         if (state, self.capacitor) not in circuit.oscillations:
-            self.oscillate([circuit])
+            self.store_oscillations([circuit])
         return circuit.oscillations[state, self.capacitor]
 
-    def oscillate(self, circuits: Sequence[CoilCircuit]) -> None:
+    def store_oscillations(self, circuits: Sequence[CoilCircuit]) -> None:
         """Compute the tank's oscillation for several coils and all their states, and store it in the circuits.
 
         The circuits have equal states.
@@ -262,8 +263,8 @@ def oscillations(
     is_enough = is_rough and tank.converter.limit("sensor_frequency_max") < HIGHEST
     highest = HIGHEST if is_enough else math.inf
     return oscillate(
-        network, lambda at: terminals(circuits, states, np.minimum(at, highest)), tank.converter.limit("drive_delay"),
-        np.tile(plain, (1, len(states), 1)), ROUGHLY if is_rough else EXACTLY)
+        network, lambda at: terminal_impedances(circuits, states, np.minimum(at, highest)),
+        tank.converter.limit("drive_delay"), np.tile(plain, (1, len(states), 1)), ROUGHLY if is_rough else EXACTLY)
 
 
 def state_estimates(circuit: CoilCircuit, tank: Tank, readout: ReadoutEstimate) -> dict[str, StateEstimate]:
@@ -312,7 +313,7 @@ def choose_capacitor(
     scored = [(_window_violation([(by_value[k], works) for by_value, works in every], tanks[k], self_resonance), value)
               for k, value in enumerate(values)]
     (trespass, windows), value = min(scored, key=lambda row: (round(row[0][0][0], 9), row[1]))
-    return value, _reason(value, trespass, windows, converter.limit("capacitor_tolerance"))
+    return value, _capacitor_reason(value, trespass, windows, converter.limit("capacitor_tolerance"))
 
 
 def preferred_values(converter: Converter) -> list[float]:
@@ -389,7 +390,9 @@ def _excess(value: float, limit: float) -> float:
     return max(0.0, math.log(value / limit)) if limit > 0.0 else math.inf
 
 
-def _reason(value: float, trespass: tuple[float, bool], windows: tuple[float, float] | None, tolerance: float) -> str:
+def _capacitor_reason(
+    value: float, trespass: tuple[float, bool], windows: tuple[float, float] | None, tolerance: float
+) -> str:
     """Return the reason for the choice of a capacitor, as text.
 
     `value` (F) is the chosen capacitor, and `tolerance` its relative tolerance. `trespass` and `windows` are the
@@ -458,7 +461,7 @@ SIGMAS = 2.0
 """Margin of the converter's settings around each estimated frequency, in standard deviations by manufacture."""
 
 
-def with_margin(readout: ReadoutEstimate, coils: Sequence[CoilEstimate]) -> ReadoutEstimate:
+def with_frequency_margin(readout: ReadoutEstimate, coils: Sequence[CoilEstimate]) -> ReadoutEstimate:
     """Return the readout settings for a frequency band around each estimated frequency.
 
     The band covers every coil in every state, with `SIGMAS` standard deviations by manufacture to either side.
@@ -476,7 +479,7 @@ def with_margin(readout: ReadoutEstimate, coils: Sequence[CoilEstimate]) -> Read
     return replace(readout, conversion=readout.conversion.covering(bands))
 
 
-def with_steps(coil: CoilEstimate, tank: Tank, readout: ReadoutEstimate) -> CoilEstimate:
+def with_inductance_steps(coil: CoilEstimate, tank: Tank, readout: ReadoutEstimate) -> CoilEstimate:
     """Return the coil with the step of its measured inductance (H) in every state, and with the noise (H) by this step.
 
     The capacitor is fixed. A step or noise of the frequency f becomes a step or noise of the inductance L by the factor
@@ -486,6 +489,6 @@ def with_steps(coil: CoilEstimate, tank: Tank, readout: ReadoutEstimate) -> Coil
         return coil
     states = {}
     for name, state in coil.states.items():
-        step = conversion.inductance_step(state.inductance + tank.in_series()[0], state.frequency)
+        step = conversion.inductance_step(state.inductance + tank.cable_in_series()[0], state.frequency)
         states[name] = replace(state, quantum=step, noise=step / math.sqrt(12.0))
     return replace(coil, states=states)

@@ -149,7 +149,7 @@ ExtraShares = Mapping[str, tuple[float, float]]
 """Pairs of constants (a, b) by cause, as in EXTRA."""
 
 
-def slopes_of(spec: SensorSpec, coil: Coil, winding: SolvedWinding) -> Slopes:
+def coil_slopes(spec: SensorSpec, coil: Coil, winding: SolvedWinding) -> Slopes:
     """Return the inputs for the standard deviations of a coil, from the solution of its winding.
 
     `Slopes.surroundings` is empty.
@@ -297,10 +297,10 @@ def state_sigmas(circuit: CoilCircuit, tank: Tank, state: StateEstimate, slopes:
     the power n of the frequency, d ln R_P = 2 dL/L + (2 - n) d ln f - dR/R. `slopes` are the inputs that all states of
     the coil share.
     """
-    more_inductance, more_resistance = tank.in_series()
+    more_inductance, more_resistance = tank.cable_in_series()
     inductance, resistance = state.inductance + more_inductance, state.resistance + more_resistance
     capacitance = tank.capacitance(circuit)
-    sooner, later = circuit.terminal(state.state, state.frequency * np.array([1.0 / STEP, STEP]))[1].tolist()
+    sooner, later = circuit.terminal_impedance(state.state, state.frequency * np.array([1.0 / STEP, STEP]))[1].tolist()
     growth = (later - sooner) / (2.0 * math.log(STEP)) / resistance
     moved: dict[str, tuple[float, float, float, float]] = {}
     for name, (by_l, by_r, by_c) in _tank_changes(circuit, tank, state, slopes).items():
@@ -402,7 +402,8 @@ def surroundings_changes(
                 crowds[around.name].between(moved, around), _ratio_change(grown.get(around.name), moved,
                                                                           around)).tolist()
             moves[around.name][cause] = by_l + more, by_r + lost
-        for cause, (more, lost) in ((SHARE, reflection.unsure(frequency)), (WINDOW, reflection.window(frequency))):
+        for cause, (more, lost) in ((SHARE, reflection.target_error_bounds(frequency)),
+                                    (WINDOW, reflection.window_error_bounds(frequency))):
             if more or lost:
                 moves[around.name][cause] = more / math.sqrt(3.0), lost / math.sqrt(3.0)
     return moves

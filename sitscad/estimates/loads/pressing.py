@@ -215,7 +215,7 @@ def pressed_cases(
         less, more = (replace(spec, target=replace(plate, size=(plate.size[0] + by, plate.size[1] + by)))
                       for by in (-size, size))
         cases[TARGET_SIZE] = pressed_pad(less, load=load), pressed_pad(more, load=load)
-    return cases | _stated_pads(press(), spec.elastomer.thickness)
+    return cases | _stated_strain_pads(press(), spec.elastomer.thickness)
 
 
 def linearised_cases(
@@ -243,10 +243,10 @@ def linearised_cases(
              BLOCK: straight(softer, formula / modulus)}
     if sigmas.get(PAD):
         cases[PAD] = straight(pressed_pad(spec, thicker=-sigmas[PAD], load=load), 1.0)
-    return cases | _stated_pads(nominal, spec.elastomer.thickness)
+    return cases | _stated_strain_pads(nominal, spec.elastomer.thickness)
 
 
-def scatter_of(cases: Mapping[str, tuple[Compression, Compression]]) -> PressingScatter:
+def pressing_scatter(cases: Mapping[str, tuple[Compression, Compression]]) -> PressingScatter:
     """Return the standard deviations of a pressed pad from `cases`, the result of `pressed_cases`.
 
     The causes are taken as independent.
@@ -259,7 +259,7 @@ def scatter_of(cases: Mapping[str, tuple[Compression, Compression]]) -> Pressing
     return PressingScatter(of_strain, of_gap, of_modulus, max(strain, key=lambda cause: strain[cause]), strain)
 
 
-def _stated_pads(nominal: Compression, thickness: float) -> dict[str, tuple[Compression, Compression]]:
+def _stated_strain_pads(nominal: Compression, thickness: float) -> dict[str, tuple[Compression, Compression]]:
     """Return the two pads of the cause PART: the nominal pad, and a pad with a strain that is two sigma smaller.
 
     Empty if the strain has no such error. The apparent modulus of both pads is equal. `thickness` (m) is the pad's.

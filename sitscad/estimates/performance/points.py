@@ -46,7 +46,7 @@ from sitscad.estimates.performance_values import (
     unit_of,
 )
 from sitscad.estimates.response.model import ResponseModel
-from sitscad.estimates.states.other_jaw import GRASPED, changes_in_front, front_plate
+from sitscad.estimates.states.other_jaw import GRASPED, front_plate, other_jaw_changes
 from sitscad.estimates.tolerances.scatter import manufacturing_scatter, production_limits
 from sitscad.estimates.windings.losses import SCREENING
 from sitscad.kernels.electromagnetics.threads import one_thread
@@ -224,7 +224,7 @@ def other_jaw_errors(sensing: SensingAnalysis, model: ResponseModel) -> tuple[di
     if front_plate(model.spec.jaw) is None:
         return ({},) * len(sensing.points)
     ends = np.array([sensing.points[0].pose, sensing.points[-1].pose])
-    change = changes_in_front(model.windings, math.sqrt(model.band[0] * model.band[1]), ends[:, 2].tolist(), GRASPED)
+    change = other_jaw_changes(model.windings, math.sqrt(model.band[0] * model.band[1]), ends[:, 2].tolist(), GRASPED)
     # f = 1 / (2 pi sqrt(L C)), so a reading changes by half of the inductance's relative change
     read = -0.5 * change / model.on_pad(ends).inductance[:, None, :]
     each = [(1.0 - point.share) * read[0] + point.share * read[1] for point in sensing.points]

@@ -26,10 +26,10 @@ from sitscad.estimates.states.near import NearTarget, at_frequencies
 from sitscad.estimates.states.placed import PoseRange, TargetPoses, at_rest, level_poses
 from sitscad.estimates.states.plate import (
     LOSSY,
+    loss_error_bounds,
     sheet_spectrum,
     solving_work,
     stated_errors,
-    stated_losses,
 )
 from sitscad.estimates.states.scan import FEW, Changes, ExactSolver, changes_at_poses
 from sitscad.estimates.states.steps import BAND, solve_windings
@@ -160,13 +160,13 @@ class ResponseModel:
                 parts.append(self._respond(poses[rows], cover, frequency, tolerance, progress))
         return joined(parts).part(np.argsort(order).tolist())
 
-    def _placed(self, poses: Array) -> TargetPoses:
+    def _target_poses(self, poses: Array) -> TargetPoses:
         """Return the target in poses (n, 6; m, rad)."""
         return TargetPoses.of(self.target, self.rest, poses)
 
     def _cover(self, poses: Array) -> PoseRange:
         """Return the range of poses for which the target's currents must be computed to serve poses (n, 6; m, rad)."""
-        return self._placed(poses.reshape(-1, 6)).cover(
+        return self._target_poses(poses.reshape(-1, 6)).cover(
             self.target, self.spec.coil, self.layout.coils, self.spec.array.middle)
 
     def _common_cover(self, poses: Array) -> PoseRange:
@@ -175,13 +175,13 @@ class ResponseModel:
         return self.state_cover if self.state_cover is not None and self.state_cover.serves(cover) else cover
 
     @one_thread
-    def own_changes(self, poses: Array, frequency: float) -> ComplexArray:
+    def own_inductance_changes(self, poses: Array, frequency: float) -> ComplexArray:
         """Return the change of each coil's own inductance (n, coils; H, complex) by the target at (n, 6) poses.
 
         The frequency (Hz) is within the tanks' band, and currents are even across the tracks. One solution serves all
         poses. No tank is solved.
         """
-        near, target_poses = self._near(self._common_cover(poses), self.band), self._placed(poses)
+        near, target_poses = self._near(self._common_cover(poses), self.band), self._target_poses(poses)
         return np.einsum("pcc->pc", near.changes(target_poses).complex_at(np.full(len(poses), frequency)))
 
     def _respond(
@@ -189,12 +189,12 @@ class ResponseModel:
         progress: Progress | None,
     ) -> Response:
         """Return the response at (n, 6) poses inside `cover`, by one solution of the target."""
-        target_poses = self._placed(poses)
+        target_poses = self._target_poses(poses)
         scale, usual = self.windings.winding.inductance, math.sqrt(self.band[0] * self.band[1])
 
         def changes_by(near: NearTarget) -> Changes:
             def exact(some: Array) -> tuple[ComplexArray, ComplexArray]:
-                there = self._placed(some)
+                there = self._target_poses(some)
                 return near.plate.changes(there.turns, there.places)
 
             by_plate = ExactSolver(near.plate.frequencies, exact, sheet_spectrum(self.spec.coil.size, self.spec.target))
@@ -221,7 +221,8 @@ class ResponseModel:
         size, part = np.abs(shown.total).max(axis=0), cover.part(self.target)
         errors = stated_errors(part, self.spec.coil, change, size, scale, target_poses.lowest, shown.error, mirror)
         sizes = np.einsum("pcc->pc", size)
-        losses = stated_losses(part, self.spec.coil, lost, sizes, scale, target_poses.lowest, shown.error, mirror, at)
+        losses = loss_error_bounds(part, self.spec.coil, lost, sizes, scale, target_poses.lowest, shown.error, mirror,
+                                   at)
         pad, wrench = self.spec.elastomer, holding_loads(self.spec, poses)
         strain = None if pad is None else -poses[:, 2] / pad.thickness
         conversion, ran = self.estimates.readout.conversion, terminals.frequency
@@ -294,7 +295,7 @@ class ResponseModel:
 
         Negative inside the board.
         """
-        return self._placed(np.asarray(poses, dtype=float).reshape(-1, 6)).lowest
+        return self._target_poses(np.asarray(poses, dtype=float).reshape(-1, 6)).lowest
 
     def _near(self, cover: PoseRange, band: tuple[float, ...]) -> NearTarget:
         """Return the solution of target and coils for all poses of `cover`; it is cached.

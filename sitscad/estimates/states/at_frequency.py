@@ -114,7 +114,7 @@ def coil_at(circuit: CoilCircuit, windings: SolvedWindings, frequency: float) ->
     winding, at = windings.winding, np.array([frequency])
     change = float(circuit.loss.inductance_changes(at)[0])
     total = circuit.inductance + change
-    (inductance,), (resistance,) = (values.tolist() for values in circuit.own(FREE, at))
+    (inductance,), (resistance,) = (values.tolist() for values in circuit.impedance_with_open_neighbours(FREE, at))
     state = replace(NO_STATE, inductance=inductance, resistance=resistance, frequency=frequency)
     ratio = circuit.loss.resistance_ratio(frequency)
     read = apparent_impedance(inductance, resistance, circuit.self_capacitance, frequency)

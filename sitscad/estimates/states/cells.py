@@ -19,7 +19,7 @@ from sitscad.estimates.coil_estimates import CoilEstimate, Estimates
 from sitscad.estimates.loads.pressing import pad_webs, pressed_pad, web_stiffness
 from sitscad.estimates.loads.working_range import USUAL_STRAIN
 from sitscad.estimates.performance_values import Performance, by_unit
-from sitscad.estimates.states.solved_target import own_changes
+from sitscad.estimates.states.solved_target import own_inductance_changes
 from sitscad.kernels.electromagnetics.threads import one_thread
 from sitscad.kernels.mechanics.surround_law import WEB_SIGMA
 from sitscad.layout.board import Layout
@@ -226,7 +226,8 @@ def cell_crosstalk(layout: Layout, estimates: Estimates) -> CellCrosstalk | None
     frequencies = [state.frequency for coil in estimates.coils for state in coil.states.values() if state.state == REST]
     if not frequencies:
         return None
-    effects = own_changes(layout.cell(1), poses.reshape(-1, 6), max(frequencies)).real.reshape(2, 1 + len(steps), -1)
+    effects = own_inductance_changes(layout.cell(1), poses.reshape(-1, 6), max(frequencies)).real
+    effects = effects.reshape(2, 1 + len(steps), -1)
     signal, *neighbours = np.abs(effects[1] - effects[0]).max(axis=-1)
     if not signal > 0.0:
         return None
@@ -327,7 +328,7 @@ def press_shares(layout: Layout, frequency: float, is_rough: bool = False) -> li
         return [strain / mean for strain in strains for _ in range(count)]
     poses = np.zeros((2 + len(places), 6))
     poses[1:, 2] = [-pad.thickness * strain for strain in (mean, *places)]
-    change = own_changes(layout.cell(1), poses, frequency).real
+    change = own_inductance_changes(layout.cell(1), poses, frequency).real
     ratios = (change[2:] - change[0]) / (change[1] - change[0])
     return [round(float(ratio), 6) for strain in strains for ratio in ratios[places.index(strain)]]
 

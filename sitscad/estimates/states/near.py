@@ -17,9 +17,9 @@ from sitscad.estimates.circuits.tank import Tank
 from sitscad.estimates.states.placed import LEAST_HEIGHT, PoseRange, TargetPoses, at_rest
 from sitscad.estimates.states.plate import TargetPlate, plate_over_jaw, sheet_spectrum
 from sitscad.estimates.states.scan import Changes
-from sitscad.estimates.targets.assembly import AssemblyStates, Surroundings, metal_behind, sheet_of
+from sitscad.estimates.targets.assembly import AssemblyStates, Surroundings, metal_behind, metal_sheet
 from sitscad.estimates.targets.finite_target import NO_RATIOS
-from sitscad.estimates.windings.neighbours import idle_load, terminal_values
+from sitscad.estimates.windings.neighbours import idle_coil_load, impedance_with_idle_coils
 from sitscad.kernels.electromagnetics.metal.half_spaces import Reflector, reflected_inductances
 from sitscad.kernels.electromagnetics.polynomials import Interpolant, barycentric_weights, chebyshev_points
 from sitscad.kernels.electromagnetics.resonator import Network, Oscillations, oscillate
@@ -65,7 +65,7 @@ class NearTarget:
     def _assembly(self) -> AssemblyStates:
         # The coils without a target, then with an infinite plate at the cover's lowest height
         nothing = Surroundings(State(REST, REST_POSE), None, self.behind)
-        states = nothing, replace(nothing, above=self._endless(self.cover.lowest))
+        states = nothing, replace(nothing, above=self._infinite_plate(self.cover.lowest))
         return replace(self.windings.assembly, states=states)
 
     @cached_property
@@ -75,11 +75,11 @@ class NearTarget:
         return solve_winding(windings.spec.coil, windings.layout.coils[0], self._assembly, conductivity,
                              windings.method, windings.tolerance)
 
-    def _endless(self, height: float) -> Reflector:
+    def _infinite_plate(self, height: float) -> Reflector:
         """Return an infinite plate at a `height` (m), with the target's metal and thickness."""
         target = self.windings.spec.target
         assert target is not None
-        return Reflector(max(height, LEAST_HEIGHT), (sheet_of(target.material, target.thickness),))
+        return Reflector(max(height, LEAST_HEIGHT), (metal_sheet(target.material, target.thickness),))
 
     @cached_property
     def bare(self) -> Callable[[Array], ComplexArray]:
@@ -97,8 +97,8 @@ class NearTarget:
         tracks.
         """
         heights = np.exp(self.heights).tolist()
-        return interpolate_over_band(self.band, lambda at: np.stack([self.crowded_at(at, z, heights) for z in heights],
-                                                                    axis=1), 4)
+        return interpolate_over_band(
+            self.band, lambda at: np.stack([self.crowding_at_height(at, z, heights) for z in heights], axis=1), 4)
 
     def changes(self, target_poses: TargetPoses) -> Changes:
         """Return the target's changes of the coils' inductance matrix (H) in a few poses, each solved exactly."""
@@ -111,7 +111,7 @@ class NearTarget:
 
         Frequency number k belongs to pose number k.
         """
-        heights = self.over_coils(target_poses)
+        heights = self.log_heights_over_coils(target_poses)
         diagonal = np.arange(heights.shape[1])
 
         def whole(frequencies: Array) -> ComplexArray:
@@ -122,7 +122,7 @@ class NearTarget:
 
         return whole
 
-    def crowded(self, frequencies: Array, height: float) -> ComplexArray:
+    def interpolated_crowding(self, frequencies: Array, height: float) -> ComplexArray:
         """Return the inductance change (n) that current crowding adds, as a fraction of the change by the target.
 
         It is interpolated between `heights`. `frequencies` (n) are in Hz, `height` is the logarithm of the target's
@@ -130,7 +130,7 @@ class NearTarget:
         """
         return _interpolate(self.heights, self.crowding(frequencies), np.full((len(frequencies), 1), height))[:, 0]
 
-    def over_coils(self, target_poses: TargetPoses) -> Array:
+    def log_heights_over_coils(self, target_poses: TargetPoses) -> Array:
         """Return logarithms of the target's heights (m) over the coils' centres: (poses, coils)."""
         return target_poses.heights(np.array([coil.placement.centre for coil in self.windings.layout.coils]))
 
@@ -152,7 +152,7 @@ class NearTarget:
         matrices = np.zeros((frequencies.size, len(circuits), len(circuits)), dtype=complex)
         centres = [coil.centre for coil in windings.layout.coils]
         for i, circuit in enumerate(circuits):
-            inductance, resistance = circuit.own(REST, frequencies)
+            inductance, resistance = circuit.impedance_with_open_neighbours(REST, frequencies)
             matrices[:, i, i] = inductance - 1j * resistance / (2.0 * math.pi * frequencies)
             for j in range(i):
                 distance = round(math.dist(centres[i], centres[j]), 9)
@@ -160,17 +160,17 @@ class NearTarget:
                 matrices[:, i, j] = matrices[:, j, i] = windings.matrix[i, j] + change
         return matrices
 
-    def crowded_at(self, frequencies: Array, height: float, expected: Sequence[float] = ()) -> ComplexArray:
+    def crowding_at_height(self, frequencies: Array, height: float, expected: Sequence[float] = ()) -> ComplexArray:
         """Return the inductance change (n) that current crowding adds near an infinite plate.
 
         It is a fraction of the change by the plate for current that is even across the tracks. `frequencies` (n) are in
         Hz. The plate is at a `height` (m). `expected` are heights (m) for which further calls follow; they are solved
         together.
         """
-        crowding, spectrum, above = self._winding.crowding, self._winding.spectrum, self._endless(height)
+        crowding, spectrum, above = self._winding.crowding, self._winding.spectrum, self._infinite_plate(height)
         if crowding is None or spectrum is None:
             return np.zeros(frequencies.size, dtype=complex)
-        plates = [(self._endless(z), self.behind) for z in expected]
+        plates = [(self._infinite_plate(z), self.behind) for z in expected]
         crowded = crowding.changes(frequencies, above, self.behind, [*plates, (None, self.behind)])
         crowded = crowded - crowding.changes(frequencies, None, self.behind)
         whole = reflected_inductances(spectrum, frequencies, above, self.behind, (0.0,))
@@ -194,7 +194,7 @@ def at_frequencies(impedances: Callable[[Array], ComplexArray], frequencies: Arr
     Each coil has its own `frequencies` (n, coils; Hz). `impedances` returns the inductance matrices of n poses, pose
     number k at frequency number k.
     """
-    contacts = [terminal_values(k, impedances(at), at, idle_load(2.0 * math.pi * at, tank.readout))
+    contacts = [impedance_with_idle_coils(k, impedances(at), at, idle_coil_load(2.0 * math.pi * at, tank.readout))
              for k, at in enumerate(frequencies.T)]
     inductance, resistance = (np.stack(parts, axis=1) for parts in zip(*contacts, strict=True))
     return inductance, resistance

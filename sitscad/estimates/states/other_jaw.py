@@ -21,7 +21,7 @@ from sitscad.estimates.circuits.uncertainty import tolerance_sigmas
 from sitscad.estimates.coil_estimates import CoilEstimate
 from sitscad.estimates.states.placed import TargetPoses, at_rest
 from sitscad.estimates.states.plate import solved_plate
-from sitscad.estimates.targets.assembly import LEAST_CONDUCTIVITY, assemble, at_temperature, metal_behind, sheet_of
+from sitscad.estimates.targets.assembly import LEAST_CONDUCTIVITY, assemble, at_temperature, metal_behind, metal_sheet
 from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
 from sitscad.layout.board import Layout
 from sitscad.spec.materials import Encapsulation
@@ -45,10 +45,10 @@ def front_plate(jaw: Jaw | None) -> MetalLayer | None:
     """Return the other jaw's metal as an infinite plate. None if the spec has no jaw, or if it does not conduct."""
     if jaw is None or jaw.material.conductivity <= LEAST_CONDUCTIVITY:
         return None
-    return sheet_of(jaw.material, jaw.height)
+    return metal_sheet(jaw.material, jaw.height)
 
 
-def front_room(film: Encapsulation | None, jaw: Jaw | None) -> float:
+def distance_to_other_jaw(film: Encapsulation | None, jaw: Jaw | None) -> float:
     """Return the distance (m) from the target's outer face to the other jaw's metal if the jaws are closed and empty.
 
     It is the thickness of the encapsulating film and of the pad on the other jaw.
@@ -57,7 +57,7 @@ def front_room(film: Encapsulation | None, jaw: Jaw | None) -> float:
     return film_thickness(film) + jaw.opposing_pad_thickness
 
 
-def changes_in_front(
+def other_jaw_changes(
     windings: SolvedWindings, frequency: float, heights: Sequence[float], grasped: Sequence[float]
 ) -> Array:
     """Return each coil's inductance change (heights, grasped, coils; H) by the other jaw's metal.
@@ -75,7 +75,7 @@ def changes_in_front(
         target_poses = TargetPoses.of(spec.target, at_rest(spec), np.array([[0.0, 0.0, height, 0.0, 0.0, 0.0]]))
         cover = replace(target_poses.cover(spec.target, spec.coil, coils, spec.array.middle),
                         lowest=float(target_poses.lowest[0]))
-        top = cover.lowest + spec.target.thickness + front_room(spec.encapsulation, spec.jaw)
+        top = cover.lowest + spec.target.thickness + distance_to_other_jaw(spec.encapsulation, spec.jaw)
         each = []
         for front in (None, *(Reflector(top + between, (plate,)) for between in grasped)):
             whole = solved_plate(spec.target, spec.coil, coils, (frequency,), behind, cover, front=front)
@@ -100,7 +100,7 @@ def reference_change(
         return None
     spectrum = spectrum_near_metal(spec.reference_coil, layout.coils[-1], assemble(spec, tolerance_sigmas(spec)))
     assert spectrum is not None
-    face = float(at_rest(spec)[2]) + target.thickness + front_room(spec.encapsulation, spec.jaw) + grasped
+    face = float(at_rest(spec)[2]) + target.thickness + distance_to_other_jaw(spec.encapsulation, spec.jaw) + grasped
     none, with_jaw = (
         float(reflected_inductances(spectrum, np.array([state.frequency]), front, behind, (0.0,))[0, 0].real)
         for front in (None, Reflector(face, (plate,))))
@@ -129,8 +129,8 @@ def estimated_change(
         if state is None or not state.target_change or not math.isfinite(state.frequency):
             continue
         at = np.array([state.frequency])
-        face = height + target.thickness + front_room(spec.encapsulation, spec.jaw) + grasped
-        fronts = None, Reflector(height, (sheet_of(target.material, target.thickness),)), Reflector(face, (plate,))
+        face = height + target.thickness + distance_to_other_jaw(spec.encapsulation, spec.jaw) + grasped
+        fronts = None, Reflector(height, (metal_sheet(target.material, target.thickness),)), Reflector(face, (plate,))
         none, endless, with_jaw = (
             float(reflected_inductances(spectrum, at, front, behind, (0.0,))[0, 0].real) for front in fronts)
         share = min(max(state.target_change / (endless - none), 0.0), 1.0)

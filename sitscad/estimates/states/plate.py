@@ -16,7 +16,7 @@ import numpy as np
 from sitscad.basics.arrays import Array, ComplexArray
 from sitscad.basics.record import record
 from sitscad.estimates.states.placed import WIDEST, PoseRange
-from sitscad.estimates.targets.assembly import conductivity_of, metal_behind, sheet_of, skin_depth_in
+from sitscad.estimates.targets.assembly import computed_conductivity, metal_behind, metal_sheet, metal_skin_depth
 from sitscad.estimates.targets.window import WindowEffect, window_effects
 from sitscad.estimates.windings.methods import bent_track
 from sitscad.kernels.electromagnetics.constants import MU0
@@ -132,7 +132,7 @@ def target_surface(target: Target, detail: Detail, edge: float) -> Box | Disc:
     return box((x, y, z), edge, max(detail.widest(x), detail.widest(y)), counts)
 
 
-def with_points(whole: Box | Disc, distance: float) -> Surface:
+def with_field_points(whole: Box | Disc, distance: float) -> Surface:
     """Return the surface with fewer field points, just enough for the field of its own image.
 
     The image is at a `distance` (m) from the surface. `whole` is the surface with its usual points.
@@ -228,14 +228,15 @@ class PlateProblem:
     @cached_property
     def targets(self) -> tuple[SolvedTarget, ...]:
         """Solutions of the target, one for each of `frequencies`."""
-        whole = _resolved(self.target, self.coil, self.coils, self.middle, self.lowest, self.behind, self.finer)
+        whole = _surface_at_frequency(self.target, self.coil, self.coils, self.middle, self.lowest, self.behind,
+                                      self.finer)
         near_face, images, smooth = -0.5 * self.target.thickness, None, None
         if self.mirror is not None:
             distance = self.lowest - self.mirror.floor
             distance = (distance if self.front is None else min(distance, self._room)) / self.finer
-            images = image_modes(whole, with_points(whole, 2.0 * distance), near_face, self.lowest, self.mirror)
-            smooth = with_points(whole, distance)
-        metal = conductivity_of(self.target.material), self.target.material.relative_permeability
+            images = image_modes(whole, with_field_points(whole, 2.0 * distance), near_face, self.lowest, self.mirror)
+            smooth = with_field_points(whole, distance)
+        metal = computed_conductivity(self.target.material), self.target.material.relative_permeability
         metals = [Metal(frequency, *metal) for frequency in self.frequencies]
         return tuple(SolvedTarget(whole, near_face, conductor, self.mirror, images, smooth) for conductor in metals)
 
@@ -341,7 +342,7 @@ _solving = lru_cache(maxsize=4)(PlateProblem)
 """Cache of problems with their solutions. Designs that differ only in pad or converter share an entry."""
 
 
-def _resolved(
+def _surface_at_frequency(
     target: Target, coil: CoilSpec, coils: Sequence[Coil], frequency: float, lowest: float, behind: Reflector | None,
     finer: float = 1.0,
 ) -> Box | Disc:
@@ -351,7 +352,7 @@ def _resolved(
     `finer` multiplies the usual resolution.
     """
     detail = _detail(coil, coils, lowest, behind, finer)
-    depth = skin_depth_in(target.material, frequency)
+    depth = metal_skin_depth(target.material, frequency)
     edge = min(0.5 * depth, 0.25 * target.thickness, 0.02 * min(target.size)) / finer
     return target_surface(target, detail, edge)
 
@@ -369,14 +370,14 @@ def solving_work(
     For a box, it is the cube of the number of basis functions in its largest symmetry class of currents. For a disc,
     it is scaled so that equal work takes equal time. `behind` is the metal behind the coils.
     """
-    whole = _resolved(cover.part(target), coil, coils, frequency, cover.lowest, behind)
+    whole = _surface_at_frequency(cover.part(target), coil, coils, frequency, cover.lowest, behind)
     if isinstance(whole, Box):
         return float(whole.largest) ** 3
     functions = sum(line.values[1].shape[1] for line in (whole.face, whole.wall))
     work = DISCS * functions * len(whole.points) * whole.orders
     if behind is not None:
         distance = cover.lowest - equivalent_mirror(behind, frequency, cover.lowest).floor
-        work += IMAGES * whole.orders * float(len(with_points(whole, 2.0 * distance).points)) ** 2
+        work += IMAGES * whole.orders * float(len(with_field_points(whole, 2.0 * distance).points)) ** 2
     return work
 
 
@@ -396,7 +397,7 @@ def sheet_spectrum(size: tuple[float, float], target: Target | None) -> Callable
     """
     assert target is not None
     k = np.array([MOST_WAVES / max(size)])
-    layer = sheet_of(target.material, target.thickness)
+    layer = metal_sheet(target.material, target.thickness)
     return lambda frequencies: reflection(k, frequencies[:, None], [layer])[:, 0]
 
 
@@ -571,17 +572,17 @@ def stated_errors(target: Target, coil: CoilSpec, change: Array, size: Array, sc
     height of the target's lowest point. `mapping` is the relative error by interpolation between poses. `mirror` is the
     relative error by the mirror in place of the metal behind the coils (`mirror_error`).
     """
-    near, least = _more_errors(coil, target, lowest), np.maximum(np.abs(change), 0.01 * scale)
+    near, least = _additional_errors(coil, target, lowest), np.maximum(np.abs(change), 0.01 * scale)
     relative = (mapping + mirror + near)[:, None, None]
     roots = np.sqrt(np.abs(np.einsum("pcc->pc", change)))
     shared = (MUTUAL + 0.3 * mirror) * roots[:, :, None] * roots[:, None, :]
     errors = np.maximum(relative, shared / least)
     diagonal = np.arange(change.shape[1])
     errors[:, diagonal, diagonal] = np.broadcast_to(relative[:, 0], errors.shape[:2])
-    return np.asarray(errors + (USUAL + poles_error(target)) * np.maximum(size, 0.01 * scale) / least)
+    return np.asarray(errors + (USUAL + permeability_error(target)) * np.maximum(size, 0.01 * scale) / least)
 
 
-def _more_errors(coil: CoilSpec, target: Target, lowest: Array) -> Array:
+def _additional_errors(coil: CoilSpec, target: Target, lowest: Array) -> Array:
     """Return additional relative errors (poses) for targets close to the copper, and for very large targets.
 
     `lowest` (poses; m) is the height of the target's lowest point.
@@ -591,7 +592,7 @@ def _more_errors(coil: CoilSpec, target: Target, lowest: Array) -> Array:
     return np.asarray(CLOSE * near + WIDE * np.maximum(max(target.size) / length - WIDE_FROM, 0.0))
 
 
-def stated_losses(target: Target, coil: CoilSpec, lost: Array, size: Array, scale: float, lowest: Array,
+def loss_error_bounds(target: Target, coil: CoilSpec, lost: Array, size: Array, scale: float, lowest: Array,
                   mapping: float, mirror: float, frequency: float) -> Array:
     """Return error bounds (poses, coils; ohm) of the losses in a target.
 
@@ -599,13 +600,13 @@ def stated_losses(target: Target, coil: CoilSpec, lost: Array, size: Array, scal
     changes. `scale`, `lowest`, `mapping` and `mirror` are as in `stated_errors`. The frequency is in Hz.
     """
     omega = 2.0 * math.pi * frequency
-    near = _more_errors(coil, target, lowest)[:, None]
-    poles = poles_error(target) * np.minimum(omega * size, LEAST_LOSSY * lost)
+    near = _additional_errors(coil, target, lowest)[:, None]
+    poles = permeability_error(target) * np.minimum(omega * size, LEAST_LOSSY * lost)
     tall = TALL * float(np.clip(target.thickness / min(target.size) - 0.5, 0.0, 1.0))
     return np.asarray((LOSS + tall + mirror + near) * lost + mapping * np.maximum(lost, 0.01 * omega * scale) + poles)
 
 
-def poles_error(target: Target | None) -> float:
+def permeability_error(target: Target | None) -> float:
     """Return the additional error of the change by permeable metals, as a fraction of the complex change's magnitude.
 
     It is 0 at permeability 1 and rises with permeability, so weakly magnetic steels have a small error.

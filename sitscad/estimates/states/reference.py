@@ -9,7 +9,7 @@ import numpy as np
 from sitscad.assembly.places.state import FREE, REST
 from sitscad.basics.record import record, replace
 from sitscad.estimates.coil_estimates import CoilEstimate, Estimates
-from sitscad.estimates.states.solved_target import own_changes
+from sitscad.estimates.states.solved_target import own_inductance_changes
 from sitscad.layout.board import Layout
 
 
@@ -53,7 +53,7 @@ def reference_signal(layout: Layout, estimates: Estimates) -> ReferenceSignal | 
     own = replace(near, spec=replace(near.spec, coil=layout.spec.reference_coil), coils=(reference,))
     frequency = estimates.reference.sensor_frequency
     rest, pressed = np.concatenate(
-        [own_changes(board, poses, frequency).real for board in (near, own)], axis=1).tolist()
+        [own_inductance_changes(board, poses, frequency).real for board in (near, own)], axis=1).tolist()
     *changes, seen = (after - before for before, after in zip(rest, pressed, strict=True))
     number = max(range(len(changes)), key=lambda k: abs(changes[k]))
     return ReferenceSignal(near.coils[number].name, seen, changes[number], rest[-1])

@@ -95,7 +95,8 @@ def changes_at_poses(
     change and 1 % of `scale`. `exact` computes the changes without interpolation.
     """
     if len(poses) > FEW:
-        changes = _interpolated(exact, poses, scale, USUAL if tolerance is None else min(tolerance, USUAL), progress)
+        most = USUAL if tolerance is None else min(tolerance, USUAL)
+        changes = _interpolate_poses(exact, poses, scale, most, progress)
         if changes is not None:
             return changes
     return Changes(exact.frequencies, *_solve_all(exact, poses, progress), spectrum=exact.spectrum)
@@ -116,7 +117,7 @@ def _solve_all(exact: ExactSolver, poses: Array, progress: Progress | None) -> t
     return total, lossless
 
 
-def _interpolated(
+def _interpolate_poses(
     exact: ExactSolver, poses: Array, scale: float, tolerance: float, progress: Progress | None
 ) -> Changes | None:
     """Return the changes at poses (n, 6; m, rad), interpolated from a grid of poses.
@@ -128,8 +129,8 @@ def _interpolated(
     moved = [axis for axis in range(6) if high[axis] - low[axis] > 1e-12]
     if not moved:
         return None
-    decay = _decay(exact, low, high)
-    grid = _grid(exact, low, high, moved, decay)
+    decay = _decay_rate(exact, low, high)
+    grid = _pose_grid(exact, low, high, moved, decay)
     if math.prod(len(points) for points in grid) > 0.6 * len(poses):
         return None
     nodes = np.tile(0.5 * (low + high), (math.prod(map(len, grid)), 1))
@@ -161,7 +162,7 @@ def _pack_parts(changes: tuple[ComplexArray, ComplexArray]) -> Array:
     return np.concatenate([flat.real, flat.imag], axis=1)
 
 
-def _decay(exact: ExactSolver, low: Array, high: Array) -> float:
+def _decay_rate(exact: ExactSolver, low: Array, high: Array) -> float:
     """Return the decay rate (1/m) of the changes with the target's height, from the lowest to the highest pose.
 
     `low` and `high` (6) are the least and the largest components of all poses.
@@ -174,7 +175,7 @@ def _decay(exact: ExactSolver, low: Array, high: Array) -> float:
     return float(math.log(size[0] / size[1]) / (high[2] - low[2]))
 
 
-def _grid(exact: ExactSolver, low: Array, high: Array, moved: Sequence[int], decay: float) -> list[Array]:
+def _pose_grid(exact: ExactSolver, low: Array, high: Array, moved: Sequence[int], decay: float) -> list[Array]:
     """Return Chebyshev points along each component of the pose that varies (`moved`).
 
     Their number is chosen so that it resolves the changes on three lines along this component. The lines lie in the

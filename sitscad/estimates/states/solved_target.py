@@ -16,11 +16,11 @@ from sitscad.estimates.states.near import NearTarget
 from sitscad.estimates.states.placed import TargetPoses, at_rest, level_poses
 from sitscad.estimates.states.plate import (
     LOSSY,
+    loss_error_bounds,
     plate_over_jaw,
     sheet_spectrum,
     solving_work,
     stated_errors,
-    stated_losses,
 )
 from sitscad.estimates.states.scan import Changes
 from sitscad.estimates.targets.assembly import AssemblyStates, metal_behind
@@ -85,34 +85,34 @@ class SolvedStates:
         return low, high
 
     @property
-    def like(self) -> Callable[[Array], ComplexArray]:
+    def interpolation_spectrum(self) -> Callable[[Array], ComplexArray]:
         """Function of frequency (Hz) by which changes are interpolated, as in `Changes`."""
         return sheet_spectrum(self.near.windings.spec.coil.size, self.near.windings.spec.target)
 
-    def key(self, number: int, coil: str, state: str) -> tuple[complex, ...]:
+    def cache_key(self, number: int, coil: str, state: str) -> tuple[complex, ...]:
         """Return a cache key for coil `number` from 0, equal for coils whose inductances change equally in a state."""
         if state not in self.totals:
             return ()
         changes = self.totals[state][:, number, number]
         return tuple(complex(f"{value:.9e}") for value in changes)
 
-    def crowded(self, state: str, number: int) -> Callable[[Array], ComplexArray]:
+    def crowding_function(self, state: str, number: int) -> Callable[[Array], ComplexArray]:
         """Return a function of frequency (Hz): the inductance change that current crowding adds, for coil `number`.
 
         It is a fraction of the coil's change by the target for current that is even across the tracks.
         """
         coil_number, near = number % len(self.near.windings.layout.coils), self.near
-        height = float(near.over_coils(self.poses)[self.names.index(state), coil_number])
+        height = float(near.log_heights_over_coils(self.poses)[self.names.index(state), coil_number])
         if self.has_other_cells:  # the circuits' own values are final
-            return lambda frequencies: near.crowded_at(frequencies, math.exp(height))
-        return lambda frequencies: near.crowded(frequencies, height)
+            return lambda frequencies: near.crowding_at_height(frequencies, math.exp(height))
+        return lambda frequencies: near.interpolated_crowding(frequencies, height)
 
     @property
     def has_other_cells(self) -> bool:
         """Whether the sensor has further cells, whose coils are not part of the solution."""
         return len(next(iter(self.errors.values()))) != len(self.near.windings.layout.coils)
 
-    def put_oscillations(self, circuits: Sequence[CoilCircuit], tank: Tank) -> None:
+    def store_target_oscillations(self, circuits: Sequence[CoilCircuit], tank: Tank) -> None:
         """Compute the tanks' oscillations in all states as a response does, and store them in the circuits.
 
         If the sensor has other cells, circuits stay unchanged: their coils also couple to idle coils of other cells,
@@ -132,7 +132,7 @@ class SolvedStates:
         if FREE in circuits[0].reflections:  # the response does not interpolate it, either
 
             def alone(frequencies: Array) -> tuple[Array, Array]:
-                each = [coil.exactly(FREE, at) for coil, at in zip(circuits, frequencies[:, None], strict=True)]
+                each = [coil.exact_impedance(FREE, at) for coil, at in zip(circuits, frequencies[:, None], strict=True)]
                 inductance, resistance = np.array(each)[:, :, 0].T
                 return inductance, resistance
 
@@ -164,7 +164,7 @@ def solve_states(windings: SolvedWindings, band: tuple[float, float]) -> SolvedS
     least = np.maximum(np.abs(change), 0.01 * scale)
     more = np.einsum("pcc->pc", relative * least * np.sign(change))
     sizes = np.einsum("pcc->pc", size)
-    losses = stated_losses(part, spec.coil, lost, sizes, scale, target_poses.lowest, 0.0, behind, frequency)
+    losses = loss_error_bounds(part, spec.coil, lost, sizes, scale, target_poses.lowest, 0.0, behind, frequency)
     errors = np.stack([more, losses], axis=-1)
     names = tuple(around.name for around in windings.assembly.states if around.state.pose is not None)
     return SolvedStates(
@@ -174,7 +174,7 @@ def solve_states(windings: SolvedWindings, band: tuple[float, float]) -> SolvedS
     )
 
 
-def own_changes(layout: Layout, poses: Array, frequency: float) -> ComplexArray:
+def own_inductance_changes(layout: Layout, poses: Array, frequency: float) -> ComplexArray:
     """Return the changes of the coils' own inductances by the target of one cell: (n, coils; H, complex).
 
     They are at (n, 6) poses (m, rad) and one frequency (Hz), for current that is even across the tracks.

@@ -16,7 +16,7 @@ from sitscad.basics.units import show
 from sitscad.estimates.circuits.coils import (
     coil_circuits,
     drop_states,
-    overdamped,
+    overdamped_states,
     self_resonance,
     without_failed_states,
 )
@@ -28,14 +28,14 @@ from sitscad.estimates.circuits.tank import (
     choose_capacitor,
     converter_settings,
     state_estimates,
-    with_margin,
-    with_steps,
+    with_frequency_margin,
+    with_inductance_steps,
 )
 from sitscad.estimates.circuits.uncertainty import (
     Slopes,
+    coil_slopes,
     direct_resistance_sigma,
     reflector_shifts,
-    slopes_of,
     state_sigmas,
     surroundings_changes,
     tolerance_sigmas,
@@ -54,10 +54,10 @@ from sitscad.estimates.loads.pressing import GLUE, PAD
 from sitscad.estimates.targets.assembly import assemble, at_temperature
 from sitscad.estimates.targets.finite_target import NO_RATIOS, TargetRatios, target_ratios
 from sitscad.estimates.tolerances.scatter import CAPACITOR, scatter_by_cause
-from sitscad.estimates.windings.leads import missing_leads
+from sitscad.estimates.windings.leads import missing_leads_note
 from sitscad.estimates.windings.losses import is_rough, near_metal_notes
 from sitscad.estimates.windings.methods import cross_checks, no_cross_check
-from sitscad.estimates.windings.own_capacitance import metal_notes
+from sitscad.estimates.windings.own_capacitance import metal_capacitance_notes
 from sitscad.kernels.electromagnetics.loss.resistance import conductivity_at
 from sitscad.kernels.electromagnetics.resonator import apparent_inductance
 from sitscad.layout.board import Coil, Layout
@@ -114,7 +114,7 @@ def choose_readout(windings: SolvedWindings, target: TargetRatios | SolvedStates
     capacitor, reason = choose_capacitor(
         circuits, readout, min(map(self_resonance, circuits)), windings.winding.is_rough)
     tank = Tank(capacitor, readout)
-    damped = overdamped(circuits, tank, target)
+    damped = overdamped_states(circuits, tank, target)
     failed |= windings.assembly.refused
     failed |= {
         state: f"no numbers for this state: overdamped: Q {quality:.2g}; with {show(capacitor, 'F', 3)} the tank does "
@@ -125,7 +125,7 @@ def choose_readout(windings: SolvedWindings, target: TargetRatios | SolvedStates
                          failed, damped)
 
 
-def with_target(windings: SolvedWindings, is_solved: bool | None = None) -> TunedCircuits:
+def tune_circuits(windings: SolvedWindings, is_solved: bool | None = None) -> TunedCircuits:
     """Return circuits and tank, with the target's effect from the field solution, as in a response.
 
     In screening, and if `is_solved` is False, the effect is an infinite plate's, multiplied by correction ratios. If
@@ -181,10 +181,10 @@ def coil_estimates(tuned: TunedCircuits, reference: TunedCircuits | None = None)
         readout = converter_settings(circuits, spec.readout, tuned.tank.capacitor, readout.capacitance_reason)
         boards = [replace(board, readout=readout) for board in (tuned, reference)]
     estimates = [_coil_estimate(coil, circuit, board, states[coil.name])
-                 for board in boards for states in [_states(board)]
+                 for board in boards for states in [_states_by_coil(board)]
                  for coil, circuit in zip(board.windings.layout.coils, board.circuits, strict=True)]
-    readout = with_margin(readout, estimates)
-    coils, readout = with_drive_codes([with_steps(coil, tuned.tank, readout) for coil in estimates], readout,
+    readout = with_frequency_margin(readout, estimates)
+    coils, readout = with_drive_codes([with_inductance_steps(coil, tuned.tank, readout) for coil in estimates], readout,
                                       spec.readout)
     coils, others = coils[: len(tuned.circuits)], coils[len(tuned.circuits) :]
     if spec.web is not None and assembly.compression is not None:
@@ -207,7 +207,7 @@ def coil_estimates(tuned: TunedCircuits, reference: TunedCircuits | None = None)
         gap_sigmas=gap_sigmas,
         cross_checks=checks,
         no_cross_check=None if rough else no_cross_check(spec.coil, checks),
-        incomplete=missing_leads(windings.layout.coils),
+        incomplete=missing_leads_note(windings.layout.coils),
         notes=() if rough else (*_notes(tuned, coils[0]), *(REFERENCE.format(coil.name) for coil in others)),
         normal_force=spec.requirements.normal_force,
         temperature=windings.temperature,
@@ -221,13 +221,13 @@ def _notes(tuned: TunedCircuits, coil: CoilEstimate) -> Iterator[str]:
     """Yield notes about the estimates of a sensor. `coil` is the estimate of the first of its identical coils."""
     windings = tuned.windings
     layout, spec, assembly = windings.layout, windings.spec, windings.assembly
-    if incomplete := missing_leads(layout.coils):
+    if incomplete := missing_leads_note(layout.coils):
         yield incomplete
     if isinstance(tuned.target, TargetRatios) and tuned.target.inductance_ratios:
         yield from (TOO_LARGE, *tuned.target.notes)
     yield from assembly.notes
     yield from near_metal_notes(spec.coil, windings.winding.nearest)
-    yield from metal_notes(layout.coils[0], spec.coil, spec.fpc.stackup.thickness, assembly.gaps,
+    yield from metal_capacitance_notes(layout.coils[0], spec.coil, spec.fpc.stackup.thickness, assembly.gaps,
                            coil.self_capacitance, coil.capacitance)
     yield from (f"{name}: {reason}" for name, reason in tuned.failed.items())
     causes = scatter_by_cause(spec)
@@ -245,7 +245,7 @@ TOO_LARGE = (
 """Note if correction ratios are used because the field solution of the target takes longer than a second or two."""
 
 
-def _states(tuned: TunedCircuits) -> dict[str, dict[str, StateEstimate]]:
+def _states_by_coil(tuned: TunedCircuits) -> dict[str, dict[str, StateEstimate]]:
     """Return state estimates by coil name and state, each with its standard deviations.
 
     `tuned` holds the circuits, the tank and the converter's settings.
@@ -256,7 +256,7 @@ def _states(tuned: TunedCircuits) -> dict[str, dict[str, StateEstimate]]:
     deeper = reflector_shifts(layout.coils[0], spec.fpc.stackup, deviations)
     by_coil: dict[str, dict[str, StateEstimate]] = {}
     first_alike: dict[tuple[int, ...], str] = {}
-    slopes, moved = slopes_of(spec, layout.coils[0], winding), dict[str, Slopes]()
+    slopes, moved = coil_slopes(spec, layout.coils[0], winding), dict[str, Slopes]()
     for circuit in tuned.circuits:
         states = state_estimates(circuit, tank, tuned.readout)
         first = first_alike.setdefault(tuple(map(id, circuit.reflections.values())), circuit.name)
@@ -277,7 +277,7 @@ def _states(tuned: TunedCircuits) -> dict[str, dict[str, StateEstimate]]:
             if by_target := reflection.target_change(state.frequency).real:
                 change = by_target
                 least = max(abs(change), LEAST_CHANGE * circuit.inductance)
-                error = abs(reflection.unsure(state.frequency)[0]) / least
+                error = abs(reflection.target_error_bounds(state.frequency)[0]) / least
             states[name] = replace(state, spread=state_sigmas(circuit, tank, state, moved[first]),
                                    resistance_error=winding.resistance_error(circuit, state, spec.coil),
                                    target_change=change, target_change_error=error)
@@ -337,10 +337,11 @@ def meter_readings(layout: Layout, temperature: float, frequency: float = METER_
     windings = solve_windings(layout, temperature)
     winding, spec = windings.winding, windings.spec
     circuits = coil_circuits(windings.layout, winding, windings.matrix, windings.assembly, NO_RATIOS)
-    slopes = slopes_of(spec, layout.coils[0], winding)
+    slopes = coil_slopes(spec, layout.coils[0], winding)
     of_direct, readings = direct_resistance_sigma(spec), []
     for circuit in circuits:
-        (inductance,), (resistance,) = (values.tolist() for values in circuit.exactly(FREE, np.array([frequency])))
+        impedance = circuit.exact_impedance(FREE, np.array([frequency]))
+        (inductance,), (resistance,) = (values.tolist() for values in impedance)
         state = replace(NO_STATE, inductance=inductance, resistance=resistance, frequency=frequency)
         moved = track_tolerance_changes(circuit, FREE, frequency, slopes).values()
         by_l, by_r = (math.hypot(*(row[k] for row in moved)) for k in range(2))

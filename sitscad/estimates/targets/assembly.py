@@ -37,8 +37,8 @@ from sitscad.estimates.loads.pressing import (
     linearised_cases,
     pressed_cases,
     pressed_pad,
+    pressing_scatter,
     rests_on_pad,
-    scatter_of,
 )
 from sitscad.estimates.tolerances.scatter import BEHIND, HEIGHT, MOVED, TARGET
 from sitscad.estimates.windings.losses import LossesNearMetal
@@ -137,7 +137,7 @@ def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None, is_rou
             cases = (linearised_cases(spec, sigmas, nominal, kind.load[0]) if is_rough
                      else pressed_cases(spec, sigmas, kind.load[0]))
             around.append(at_gap(name, compressions[name].gap, kind.load[0] * force))
-            thicknesses[name], scatters[name] = compressions[name].gap, scatter_of(cases)
+            thicknesses[name], scatters[name] = compressions[name].gap, pressing_scatter(cases)
             for cause, (less, more) in cases.items():
                 between(name, cause, less.gap, more.gap)
     gaps = {name: gap + lines for name, gap in thicknesses.items()}
@@ -172,7 +172,7 @@ def _metal_ranges(
                 state.above, plates=(replace(state.above.plates[0], thickness=unit.target.thickness),))
                 for unit in units]
             less, more = (replace(state, above=a, below=b) for a, b in zip(above, below, strict=True))
-            if _differ_noticeably(less, more):
+            if _is_noticeably_different(less, more):
                 ranges[state.name, cause] = less, more
     return ranges
 
@@ -190,7 +190,7 @@ COMPARISON_FREQUENCY = 5e6
 """Frequency (Hz) at which reflection factors of two surroundings are compared."""
 
 
-def _differ_noticeably(first: Surroundings, second: Surroundings) -> bool:
+def _is_noticeably_different(first: Surroundings, second: Surroundings) -> bool:
     """Whether two surroundings differ in a distance, or in a reflection factor by more than `MIN_REFLECTION_CHANGE`."""
     for a, b in ((first.above, second.above), (first.below, second.below)):
         if a is None or b is None or a == b:
@@ -214,7 +214,7 @@ def _surroundings(over: Body | None, lines: float, state: State, behind: Reflect
     if over is None or over.metal is None or state.pose is None:
         return Surroundings(state, None, behind)
     gap = over.lower + lines + state.pose.z
-    return Surroundings(state, Reflector(gap, (sheet_of(over.metal, over.thickness),)), behind)
+    return Surroundings(state, Reflector(gap, (metal_sheet(over.metal, over.thickness),)), behind)
 
 
 def at_temperature(spec: SensorSpec, temperature: float) -> SensorSpec:
@@ -244,19 +244,19 @@ With this value the skin depth is metres, and the effect of the metal is negligi
 """
 
 
-def conductivity_of(metal: Conductor) -> float:
+def computed_conductivity(metal: Conductor) -> float:
     """Return the conductivity (S/m) of a metal for computations, at least `LEAST_CONDUCTIVITY`."""
     return max(metal.conductivity, LEAST_CONDUCTIVITY)
 
 
-def skin_depth_in(metal: Conductor, frequency: float) -> float:
+def metal_skin_depth(metal: Conductor, frequency: float) -> float:
     """Return the skin depth (m) in a metal at a frequency (Hz)."""
-    return skin_depth(frequency, conductivity_of(metal), metal.relative_permeability)
+    return skin_depth(frequency, computed_conductivity(metal), metal.relative_permeability)
 
 
-def sheet_of(metal: Conductor, thickness: float = math.inf) -> MetalLayer:
+def metal_sheet(metal: Conductor, thickness: float = math.inf) -> MetalLayer:
     """Return an infinite sheet of a metal with a thickness (m); a half space if the thickness is infinite."""
-    return MetalLayer(conductivity_of(metal), metal.relative_permeability, thickness)
+    return MetalLayer(computed_conductivity(metal), metal.relative_permeability, thickness)
 
 
 def metal_behind(spec: SensorSpec, without_jaw: bool = False) -> Reflector | None:
@@ -268,11 +268,11 @@ def metal_behind(spec: SensorSpec, without_jaw: bool = False) -> Reflector | Non
     sheet, metal = backing_of(spec).shield_span, backing_of(spec).metal_face
     plates: list[MetalLayer] = []
     if spec.shield is not None and sheet is not None:
-        plates.append(sheet_of(spec.shield.material, spec.shield.thickness))
+        plates.append(metal_sheet(spec.shield.material, spec.shield.thickness))
         if material is not None and metal is not None and sheet[0] - metal > CONTACT:
             plates.append(MetalLayer(0.0, 1.0, sheet[0] - metal))
     if material is not None and spec.mount is not None:
-        plates.append(sheet_of(material, spec.mount.metal_thickness or math.inf))
+        plates.append(metal_sheet(material, spec.mount.metal_thickness or math.inf))
     nearest = sheet[1] if sheet is not None else metal if metal is not None else 0.0
     return Reflector(-nearest, tuple(plates)) if plates else None
 
@@ -364,13 +364,13 @@ class Reflection:
         if self._crowding is None or (above is None and below is None):
             return np.zeros(len(frequencies), dtype=np.complex128)
         full = self._crowding.changes(frequencies, above, below)
-        share = self.shares(frequencies) if above is not None else np.ones(1)
+        share = self.target_ratios(frequencies) if above is not None else np.ones(1)
         if np.all(share == 1.0):
             return full
         without_target = self._crowding.changes(frequencies, None, below)
         return np.asarray(without_target + share * (full - without_target))
 
-    def shares(self, frequencies: Array) -> ComplexArray:
+    def target_ratios(self, frequencies: Array) -> ComplexArray:
         """Return the target's inductance change divided by an infinite plate's (n), at (n) frequencies (Hz)."""
         return np.full(len(frequencies), self._share[0], dtype=np.complex128)
 
@@ -385,8 +385,8 @@ class Reflection:
         """Return the target's change of the winding's inductance (H, complex), for current even across the tracks."""
         if self._around.above is None:
             return 0j
-        at = np.array([self._looked_at(frequency)])
-        return complex(self.shares(at)[0] * self._of_target(at)[0, 0])
+        at = np.array([self._target_frequency(frequency)])
+        return complex(self.target_ratios(at)[0] * self._of_target(at)[0, 0])
 
     def with_factors(self, frequency: float, factors: tuple[complex, complex]) -> complex:
         """Return the target's change of the winding's inductance (H, complex), computed with other `factors`.
@@ -397,24 +397,24 @@ class Reflection:
         change = ratio * self._of_target(at)[0, 0]
         return complex(change if loss_ratio == ratio else change + 1j * (loss_ratio - ratio) * self._own_loss(at)[0, 0])
 
-    def endless_change(self, frequency: float) -> complex:
+    def infinite_plate_change(self, frequency: float) -> complex:
         """Return the change of the winding's inductance (H, complex) by an infinite plate in place of the target."""
         if self._around.above is None:
             return 0j
-        return complex(self._of_target(np.array([self._looked_at(frequency)]))[0, 0])
+        return complex(self._of_target(np.array([self._target_frequency(frequency)]))[0, 0])
 
-    def _looked_at(self, frequency: float) -> float:
+    def _target_frequency(self, frequency: float) -> float:
         """Return the frequency (Hz) at which the target's effect is computed. In screening it is a constant."""
         return SCREENED_AT if self.is_rough else frequency
 
-    def unsure(self, frequency: float) -> tuple[float, float]:
+    def target_error_bounds(self, frequency: float) -> tuple[float, float]:
         """Return signed error bounds of the target's inductance change (H) and of its loss (ohm).
 
         The two errors have a common cause: both have these signs, or both the opposite signs.
         """
         if self._around.above is None or not any(self._unsure):
             return 0.0, 0.0
-        frequency = self._looked_at(frequency)
+        frequency = self._target_frequency(frequency)
         at, omega = np.array([frequency]), 2.0 * math.pi * frequency
         whole, lossless = self._of_target(at)[0, 0], self._own_loss(at)[0, 0]
         share, lost = self._share[0] * self._unsure[0], self._share[1] * self._unsure[1]
@@ -422,7 +422,7 @@ class Reflection:
         loss = float(-omega * (share * (whole.imag - lossless) + lost * lossless))
         return more + math.copysign(self._unsure[2], more), loss
 
-    def window(self, frequency: float) -> tuple[float, float]:
+    def window_error_bounds(self, frequency: float) -> tuple[float, float]:
         """Return signed error bounds of inductance (H) and resistance (ohm) by a window in the jaw.
 
         The two errors have a common cause: both have these signs, or both the opposite signs. Both are 0 without a
@@ -442,24 +442,26 @@ class Reflection:
         The first column is the coil's own inductance.
         """
         above, below = self._around.above, self._around.below
-        full = self._endless(frequencies, above, below)
+        full = self._changes_by_infinite_plate(frequencies, above, below)
         if above is None or self._share == (1.0, 1.0):
             return full
-        without_target = self._endless(frequencies, None, below)
+        without_target = self._changes_by_infinite_plate(frequencies, None, below)
         # The target's effects on the losses behind the board and in the tracks follow the field, like the inductance.
         # Only its own loss has a separate ratio.
         share, lost = self._share
         change = without_target + share * (full - without_target)
         return np.asarray(change if lost == share else change + 1j * (lost - share) * self._own_loss(frequencies))
 
-    def _endless(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> ComplexArray:
+    def _changes_by_infinite_plate(
+        self, frequencies: Array, above: Reflector | None, below: Reflector | None
+    ) -> ComplexArray:
         change = self._returned(frequencies, above, below)
         if self._crowding is not None:
             change[:, 0] += self._crowding.changes(frequencies, above, below)
         return change
 
     def _returned(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> ComplexArray:
-        # The changes of `_endless` without crowding.
+        # The changes of `_changes_by_infinite_plate` without crowding.
         if self._spectrum is None or (above is None and below is None):
             return np.zeros((len(frequencies), len(self._distances)), dtype=np.complex128)
         return reflected_inductances(self._spectrum, frequencies, above, below, self._distances)
@@ -493,7 +495,7 @@ class SolvedReflection(Reflection):
         self._places, self._errors, self._crowded = self._solved_at**-0.5, errors, crowded
         self._ends = self._changes[:, number, number]
 
-    def shares(self, frequencies: Array) -> ComplexArray:
+    def target_ratios(self, frequencies: Array) -> ComplexArray:
         """Return the target's inductance change divided by an infinite plate's (n, complex), at (n) frequencies (Hz).
 
         Both changes are complex: their imaginary parts are losses. So the ratio covers the loss, too.
@@ -502,7 +504,7 @@ class SolvedReflection(Reflection):
 
     def factors(self, frequency: float) -> tuple[complex, complex]:
         """Return the two factors of `Reflection.factors`: twice the complex ratio, because it also covers the loss."""
-        share = complex(self.shares(np.array([frequency]))[0])
+        share = complex(self.target_ratios(np.array([frequency]))[0])
         return share, share
 
     def mutual(self, pair: tuple[int, int], distance: float, frequencies: Array) -> ComplexArray:
@@ -513,7 +515,7 @@ class SolvedReflection(Reflection):
         more = self._change(self._changes[:, pair[0], pair[1]], frequencies)
         return np.asarray(super().mutual(pair, distance, frequencies) + more)
 
-    def unsure(self, frequency: float) -> tuple[float, float]:
+    def target_error_bounds(self, frequency: float) -> tuple[float, float]:
         """Return signed error bounds of the solved target's inductance change (H) and of its loss (ohm).
 
         The two errors have a common cause: both have these signs, or both the opposite signs.
@@ -526,7 +528,7 @@ class SolvedReflection(Reflection):
         The first column is the change of the coil's own inductance by target and metal behind the board. The other
         columns are changes of mutual inductances by the metal behind the board alone.
         """
-        change = self._endless(frequencies, None, self._around.below)
+        change = self._changes_by_infinite_plate(frequencies, None, self._around.below)
         change[:, 0] += self._change(self._ends, frequencies) * (1.0 + self._crowded(frequencies))
         return change
 

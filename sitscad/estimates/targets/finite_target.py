@@ -11,7 +11,7 @@ import numpy as np
 from sitscad.assembly.places.state import state_text
 from sitscad.basics.arrays import Array, Index
 from sitscad.basics.record import record, replace
-from sitscad.estimates.targets.assembly import Surroundings, sheet_of, skin_depth_in
+from sitscad.estimates.targets.assembly import Surroundings, metal_sheet, metal_skin_depth
 from sitscad.kernels.electromagnetics.metal.finite_plate import (
     EASED,
     CoaxialRings,
@@ -58,7 +58,7 @@ class TargetRatios:
         """Return the ratios of inductance change and loss for a coil in a state. Both are 1 if none are stored."""
         return self.inductance_ratios.get((coil, state), 1.0), self.loss_ratios.get((coil, state), 1.0)
 
-    def key(self, number: int, coil: str, state: str) -> tuple[complex, ...]:
+    def cache_key(self, number: int, coil: str, state: str) -> tuple[complex, ...]:
         """Return a cache key. It is equal for coils on which the target has equal effects."""
         return self.of(coil, state)
 
@@ -371,7 +371,7 @@ def conductor_weight(target: Target, distance: float) -> float:
     metal = target.material
     if metal.relative_permeability < MAGNETIC and metal.conductivity > 0.0:
         return 1.0
-    factor = complex(reflection(np.array([1.0 / distance]), FREQUENCY, [sheet_of(metal, target.thickness)])[0])
+    factor = complex(reflection(np.array([1.0 / distance]), FREQUENCY, [metal_sheet(metal, target.thickness)])[0])
     return 0.5 * (1.0 - factor.real / abs(factor)) if abs(factor) > 1e-9 else 1.0
 
 
@@ -447,7 +447,7 @@ def equivalent_rings(coil: CoilSpec, heights: tuple[float, ...]) -> CoaxialRings
 
 
 def _skin_depth(target: Target) -> float:
-    return skin_depth_in(target.material, FREQUENCY)
+    return metal_skin_depth(target.material, FREQUENCY)
 
 
 def _plate(target: Target) -> tuple[FinitePlate, float]:

@@ -22,7 +22,7 @@ from sitscad.assembly.places.bodies import backing_of, target_gap
 from sitscad.assembly.places.jaws import board_middle, jaw_section
 from sitscad.basics.arrays import Array, ComplexArray
 from sitscad.basics.record import record, replace
-from sitscad.estimates.targets.assembly import LOSSLESS, Reflection, metal_behind, skin_depth_in
+from sitscad.estimates.targets.assembly import LOSSLESS, Reflection, metal_behind, metal_skin_depth
 from sitscad.estimates.targets.finite_target import FREQUENCY, conductor_weight
 from sitscad.estimates.windings.methods import bent_track, metal_spectrum, winding_geometry
 from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
@@ -150,7 +150,7 @@ def _window_effect(
     top = max(w.z for w in layers)
     roofs = [] if roof is None else [roof, top + PRESSED * (roof - top)]
     spectrum = metal_spectrum(winding_geometry(spec, coil), min([nearest, *(height - top for height in roofs)]))
-    depth = min(skin_depth_in(metal, FREQUENCY), 0.25 * min(size))
+    depth = min(metal_skin_depth(metal, FREQUENCY), 0.25 * min(size))
     back = jaw_section(jaw)  # its back is round
     inside = math.sqrt(max(back.radius**2 - 0.25 * size[1] ** 2, 0.0))
     deep = max(back.height - back.radius + inside, 0.1 * back.height)
@@ -220,7 +220,8 @@ class WindowedReflection(Reflection):
     def __init__(self, real: Reflection, whole: Reflection, none: Reflection, missing: WindowEffect) -> None:
         self._real, self._whole, self._none, self._missing = real, whole, none, missing
         for name in (
-            "shares", "factors", "with_factors", "target_change", "endless_change", "unsure", "is_rough"
+            "target_ratios", "factors", "with_factors", "target_change", "infinite_plate_change", "target_error_bounds",
+            "is_rough",
         ):
             setattr(self, name, getattr(real, name))
         self.jaw_left = (1.0 - missing.inductance, 1.0 - missing.loss)
@@ -250,7 +251,7 @@ class WindowedReflection(Reflection):
         """
         return self._real.crowding_near(frequencies, above, below)
 
-    def window(self, frequency: float) -> tuple[float, float]:
+    def window_error_bounds(self, frequency: float) -> tuple[float, float]:
         """Return signed error bounds of inductance (H) and resistance (ohm) by the window.
 
         The two errors have a common cause: both have these signs, or both the opposite signs.

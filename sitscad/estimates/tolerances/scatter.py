@@ -134,7 +134,7 @@ def _of_converter(name: str) -> Band:
     return band
 
 
-def _of_part(part: str, tolerance: Callable[[Any, Assembly], SizeTolerance]) -> Band:
+def _part_tolerance(part: str, tolerance: Callable[[Any, Assembly], SizeTolerance]) -> Band:
     """Return the function for the tolerance of a part of the spec.
 
     `tolerance` gets the part and the spec's section `assembly`. The function returns None if the spec lacks the part.
@@ -143,15 +143,15 @@ def _of_part(part: str, tolerance: Callable[[Any, Assembly], SizeTolerance]) -> 
 
 
 def _of_pad(written: str, name: str) -> Band:
-    return _of_part("elastomer", lambda pad, assembly: elastomer_tolerance(assembly, written, name))
+    return _part_tolerance("elastomer", lambda pad, assembly: elastomer_tolerance(assembly, written, name))
 
 
-def _on_pad(tolerance: Callable[[Encapsulation, Assembly], SizeTolerance]) -> Band:
+def _film_tolerance(tolerance: Callable[[Encapsulation, Assembly], SizeTolerance]) -> Band:
     """Return the function for a tolerance of the film.
 
     The result is None if the spec has no pad.
     """
-    film_band = _of_part("encapsulation", tolerance)
+    film_band = _part_tolerance("encapsulation", tolerance)
     return lambda spec: None if spec.elastomer is None else film_band(spec)
 
 
@@ -232,9 +232,9 @@ def _under_shield_band(spec: SensorSpec) -> SizeTolerance | None:
     return _over_metal_band(spec.assembly, spec.mount, lines, printed)
 
 
-def _of_sheet(part: str) -> Band:
+def _sheet_tolerance(part: str) -> Band:
     """Return the function for the thickness tolerance (m) of a sheet (``shield`` or ``target``)."""
-    return _of_part(part, lambda sheet, assembly: sheet_tolerance(assembly, part, sheet.thickness))
+    return _part_tolerance(part, lambda sheet, assembly: sheet_tolerance(assembly, part, sheet.thickness))
 
 
 def _metal_band(assembly: Assembly, mount: Mount | None) -> SizeTolerance | None:
@@ -248,7 +248,7 @@ def _metal_band(assembly: Assembly, mount: Mount | None) -> SizeTolerance | None
     return None if jaw is None else jaw_tolerance(assembly, jaw.height)
 
 
-_PLACEMENT = _of_part("target", lambda target, assembly: placement(assembly))
+_PLACEMENT = _part_tolerance("target", lambda target, assembly: placement(assembly))
 """Function that returns the tolerance (m) of the target's place along x or y."""
 
 
@@ -287,26 +287,27 @@ CAUSES = (
     Cause(CAPACITOR, "1", COIL, _of_converter("capacitor_tolerance"), "readout.capacitance", made.with_capacitor),
     Cause(PAD, "m", UNIT, _of_pad("elastomer", PAD), "elastomer.thickness", made.with_thickness("elastomer"), pose=2),
     Cause(PAD_SIZE, "m", UNIT, _of_pad("elastomer_size", PAD_SIZE), "elastomer.size", made.with_size("elastomer")),
-    Cause(MODULUS, "1", UNIT, _of_part("elastomer", _modulus_sigma), "elastomer.modulus",
+    Cause(MODULUS, "1", UNIT, _part_tolerance("elastomer", _modulus_sigma), "elastomer.modulus",
           made.with_modulus("elastomer"), is_logarithmic=True),
-    Cause(FILM, "1", UNIT, _on_pad(_modulus_sigma), "encapsulation.modulus",
+    Cause(FILM, "1", UNIT, _film_tolerance(_modulus_sigma), "encapsulation.modulus",
           made.with_modulus("encapsulation"), is_logarithmic=True),
     Cause(FILM_THICKNESS, "m", UNIT,
-          _on_pad(lambda film, assembly: film_tolerance(assembly, film.thickness)), "encapsulation.thickness",
+          _film_tolerance(lambda film, assembly: film_tolerance(assembly, film.thickness)), "encapsulation.thickness",
           made.with_thickness("encapsulation")),
     Cause(GLUE, "m", UNIT, _glue_band, "assembly.glue_line", made.with_glue, pose=2),
     Cause(HEIGHT, "m", UNIT, _height_band, "mount.standoff", made.with_height),
     Cause(UNDER_SHIELD, "m", UNIT, _under_shield_band, "shield.standoff",
           lambda spec, off: made.with_distances(spec, metal=off)),
-    Cause(SHIELD, "m", UNIT, _of_sheet("shield"), "shield.thickness", made.with_shield),
+    Cause(SHIELD, "m", UNIT, _sheet_tolerance("shield"), "shield.thickness", made.with_shield),
     Cause(METAL, "m", UNIT, lambda spec: _metal_band(spec.assembly, spec.mount), "mount.jaw.height", made.with_metal),
-    Cause(TARGET, "m", UNIT, _of_sheet("target"), "target.thickness", made.with_thickness("target")),
+    Cause(TARGET, "m", UNIT, _sheet_tolerance("target"), "target.thickness", made.with_thickness("target")),
     Cause(TARGET_SIZE, "m", UNIT,
-          _of_part("target", lambda target, assembly: plate_tolerance(assembly, "target", min(target.size))),
+          _part_tolerance("target", lambda target, assembly: plate_tolerance(assembly, "target", min(target.size))),
           "target.size", made.with_size("target")),
     Cause(OFFSET_X, "m", UNIT, _PLACEMENT, "target.offset.x", made.with_target_offset(0), pose=0),
     Cause(OFFSET_Y, "m", UNIT, _PLACEMENT, "target.offset.y", made.with_target_offset(1), pose=1),
-    Cause(YAW, "rad", UNIT, _of_part("target", _turn_band), "target.rotation", made.with_target_rotation, pose=5),
+    Cause(YAW, "rad", UNIT, _part_tolerance("target", _turn_band), "target.rotation", made.with_target_rotation,
+          pose=5),
     Cause(TILT_X, "rad", UNIT, _tilt_band(1), pose=3),
     Cause(TILT_Y, "rad", UNIT, _tilt_band(0), pose=4),
     Cause(CLOCK, "1", UNIT, _of_converter("clock_tolerance")),

@@ -163,7 +163,7 @@ def sketched_leads(pairs: Sequence[LeadPair], stackup: Stackup, conductivity: fl
     """
     strips, inductance, capacitance = [], 0.0, 0.0
     for pair in pairs:
-        own_inductance, own_capacitance, tracks = _per_metre(replace(pair, length=1.0), stackup)
+        own_inductance, own_capacitance, tracks = _pair_values_per_metre(replace(pair, length=1.0), stackup)
         inductance += pair.length * own_inductance
         capacitance += pair.length * own_capacitance
         strips += [replace(strip, resistance=pair.length / (conductivity * pair.width * strip.thickness))
@@ -174,7 +174,7 @@ def sketched_leads(pairs: Sequence[LeadPair], stackup: Stackup, conductivity: fl
 
 
 @lru_cache(maxsize=256)
-def _per_metre(pair: LeadPair, stackup: Stackup) -> tuple[float, float, tuple[Strip, Strip]]:
+def _pair_values_per_metre(pair: LeadPair, stackup: Stackup) -> tuple[float, float, tuple[Strip, Strip]]:
     """Return inductance (H/m) and capacitance (F/m) of a long pair of tracks, there and back, and both tracks."""
     copper = {layer.number: layer for layer in stackup.copper}
     first, second = (copper[number] for number in pair.layers)
@@ -185,14 +185,14 @@ def _per_metre(pair: LeadPair, stackup: Stackup) -> tuple[float, float, tuple[St
     if across:
         capacitance = coplanar_strips(pair.width, across - pair.width, 0.5 * (1.0 + mean_permittivity(stackup)))
     else:
-        capacitance = stacked_strips(pair.width, *between_layers(stackup, *sorted(pair.layers)))
+        capacitance = stacked_strips(pair.width, *gap_between_layers(stackup, *sorted(pair.layers)))
     wide = max(round(pair.width / GRAIN), 1) * GRAIN  # nearly equal skin effect
     beside = round(across / GRAIN) * GRAIN, height
     tracks = Strip(0.0, wide, first.thickness, beside), Strip(0.0, wide, second.thickness, beside)
     return MU0 / math.pi * float(between - alone), capacitance, tracks
 
 
-def lead_round_winding(
+def with_lead_around_winding(
     leads: LeadEstimate, goes_on: tuple[float, float], width: float, copper: CopperLayer, conductivity: float,
     spirals: Sequence[SpiralLayer],
 ) -> LeadEstimate:
@@ -390,12 +390,12 @@ def _pair_capacitance(coil: Coil, stackup: Stackup) -> float:
             per_metre = coplanar_strips(width, max(lateral - width, 0.2 * width), around)
         else:
             # The coverlay is taken as the dielectric all around, and the copper as thin: both within 6 % (tested).
-            per_metre = stacked_strips(width, *between_layers(stackup, *sorted((trace.layer, other.layer))))
+            per_metre = stacked_strips(width, *gap_between_layers(stackup, *sorted((trace.layer, other.layer))))
         total += length * per_metre
     return total
 
 
-def between_layers(stackup: Stackup, upper: int, lower: int) -> tuple[float, float]:
+def gap_between_layers(stackup: Stackup, upper: int, lower: int) -> tuple[float, float]:
     """Return the distance (m) between the facing copper surfaces of two layers, and the relative permittivity between.
 
     Layers are given by their copper numbers.
@@ -414,7 +414,7 @@ def mean_permittivity(stackup: Stackup) -> float:
     return by_thickness / total if total else 3.4
 
 
-def missing_leads(coils: tuple[Coil, ...]) -> str | None:
+def missing_leads_note(coils: tuple[Coil, ...]) -> str | None:
     """Return a note on leads that the layout lacks, so that contact values lack them, too. None if all are drawn."""
     missing = [coil.name for coil in coils if not coil.is_closed_circuit or not coil.series]
     if missing:

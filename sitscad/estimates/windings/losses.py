@@ -69,7 +69,7 @@ def winding_losses(spec: CoilSpec, coil: Coil, spirals: tuple[SpiralLayer, ...],
     route of direct current around sharp corners. `tolerance` is the relative tolerance of the inductance; None is the
     usual one.
     """
-    target = wanted_tolerance(tolerance)
+    target = resistance_tolerance(tolerance)
     if spirals:
         return winding_loss(spirals, conductivity, target)
     thickness = max(w.thickness for w in coil.windings)
@@ -85,10 +85,10 @@ def winding_losses(spec: CoilSpec, coil: Coil, spirals: tuple[SpiralLayer, ...],
     equal_ends = (4 if fewest >= ALIKE_ENDS else 2) if is_alike else 1
     # the field along a side is smooth, except for layers that cross near corners: these need twice the places
     cuts = 4 if usual and (not spec.outline.sides or len(bent) == 1) else 8
-    return bent_loss(bent, conductivity, resolution.modes, cuts, resolution.steps, equal_ends)
+    return bent_track_loss(bent, conductivity, resolution.modes, cuts, resolution.steps, equal_ends)
 
 
-def bent_loss(bent: Sequence[BentTrack], conductivity: float, modes: ModeSet, cuts: int, steps: int,
+def bent_track_loss(bent: Sequence[BentTrack], conductivity: float, modes: ModeSet, cuts: int, steps: int,
               equal_ends: int = 1) -> ProximityLoss:
     """Return the losses by skin and proximity effect in tracks of straight sides and arcs.
 
@@ -115,7 +115,7 @@ def is_rough(tolerance: float | None) -> bool:
     return tolerance is not None and tolerance >= SCREENING
 
 
-def wanted_tolerance(tolerance: float | None) -> float:
+def resistance_tolerance(tolerance: float | None) -> float:
     """Return the relative tolerance of the resistance for a tolerance of the inductance (None: the usual one)."""
     if is_rough(tolerance):
         return ROUGH_TOLERANCE
@@ -142,7 +142,7 @@ class LossesNearMetal:
     @cached_property
     def crowding(self) -> CrowdingNearMetal:
         """Current modes of the winding, with their response to waves that metal reflects."""
-        resolution = suited_resolution(self.spirals, self.conductivity, wanted_tolerance(self.tolerance))
+        resolution = suited_resolution(self.spirals, self.conductivity, resistance_tolerance(self.tolerance))
         cuts = winding_cuts(self.spirals, self.conductivity, resolution)
         steps = ROUGH_STEPS if is_rough(self.tolerance) else STEPS
         return crowding_near_metal(

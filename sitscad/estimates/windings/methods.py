@@ -200,7 +200,7 @@ For narrow tracks in many turns the fitted bound alone would be smaller.
 
 
 @record
-class Crowding:
+class WindingDimensions:
     """Dimensions (m) of a winding that determine the error of its inductance.
 
     `turns` is for a layer, `size` the shorter outer side, and `heights` are the mid-planes of the layers.
@@ -220,12 +220,12 @@ class Crowding:
     is_mid_side: bool = False
 
     @property
-    def apart(self) -> float:
+    def layer_distance(self) -> float:
         """Distance (m) of the nearest layers' mid-planes. Infinite for one layer."""
         heights = sorted(self.heights)
         return min((b - a for a, b in pairwise(heights)), default=math.inf)
 
-    def features(self) -> dict[str, float]:
+    def log_ratios(self) -> dict[str, float]:
         """Return logarithms of dimension ratios, by the columns of the table from which error bounds are computed."""
         few = max(0.0, math.log(FEW_TURNS / self.turns))
         inner = math.log(self.width / self.inner_radius)
@@ -241,7 +241,7 @@ class Crowding:
             "one": max(0.0, math.log(ONE_TURN / self.turns)),
         }
         if len(self.heights) > 1:
-            near = math.log(self.width / self.apart)
+            near = math.log(self.width / self.layer_distance)
             stacked = max(0.0, near - math.log(STACKED))
             values |= {
                 "near": near,
@@ -255,28 +255,28 @@ class Crowding:
         return values
 
 
-def error_bound(method: str, crowding: Crowding) -> float:
+def error_bound(method: str, dimensions: WindingDimensions) -> float:
     """Return the relative error bound of a method for a winding.
 
     The bound is a product of powers of the ratios of width, thickness, pitch, distance and radius. The powers were
     fitted to converged volume integrals of random designs of every shape (tests/validation/fit_bounds.py), so that the
     bound exceeds every error by a margin. For a polygon outside the fit, it is `UNFITTED` times the largest bound of
-    the shapes in `Outline.bounds`. `crowding` holds the winding's dimensions.
+    the shapes in `Outline.bounds`. `dimensions` holds the winding's dimensions.
 
     Raises ValueError for a shape that declares no bounds, and KeyError if the table has no such method for the shape.
     """
-    features, stack = crowding.features(), "one" if len(crowding.heights) == 1 else "more"
-    table, fitted = _bounds(), crowding.shape.fitted
-    shapes = (ROUNDED,) if crowding.corner_radius else fitted
-    margin = 1.0 if crowding.corner_radius or fitted == (crowding.shape.name,) else UNFITTED
-    margin *= MID_SIDE if crowding.is_mid_side else 1.0
+    features, stack = dimensions.log_ratios(), "one" if len(dimensions.heights) == 1 else "more"
+    table, fitted = _bound_exponents(), dimensions.shape.fitted
+    shapes = (ROUNDED,) if dimensions.corner_radius else fitted
+    margin = 1.0 if dimensions.corner_radius or fitted == (dimensions.shape.name,) else UNFITTED
+    margin *= MID_SIDE if dimensions.is_mid_side else 1.0
     products = [math.exp(math.fsum(table[shape, method, stack][name] * value for name, value in features.items()))
                 for shape in shapes]
-    return margin * max(*products, LEAST) + THICK * max(0.0, crowding.thickness / crowding.width - 1.0)
+    return margin * max(*products, LEAST) + THICK * max(0.0, dimensions.thickness / dimensions.width - 1.0)
 
 
 @cache
-def _bounds() -> dict[tuple[str, str, str], dict[str, float]]:
+def _bound_exponents() -> dict[tuple[str, str, str], dict[str, float]]:
     """Return exponents of the fitted bounds by shape, method and stack ("one" layer, or "more")."""
     return {
         (row["shape"], row["method"], row["stack"]): {
@@ -329,7 +329,7 @@ class Method:
     is_cross_check: bool = False
 
 
-def crowding(geometry: WindingGeometry, turns: float | None = None) -> Crowding:
+def winding_dimensions(geometry: WindingGeometry, turns: float | None = None) -> WindingDimensions:
     """Return the dimensions of a winding for the error bounds.
 
     `turns` is the number of turns of the layer for which the bound is computed; None: the layer with the most turns.
@@ -338,20 +338,21 @@ def crowding(geometry: WindingGeometry, turns: float | None = None) -> Crowding:
     heights, thickness = tuple(layer.z for layer in layers), max(layer.thickness for layer in layers)
     # tighter corners are sharp in the copper (`mitred_path`)
     corner = spec.corner_radius if spec.corner_radius >= 0.5 * spec.trace_width else 0.0
-    return Crowding(turns or spec.most_turns, spec.trace_width, spec.pitch, thickness, geometry.inner_radius,
+    return WindingDimensions(turns or spec.most_turns, spec.trace_width, spec.pitch, thickness, geometry.inner_radius,
                     min(spec.size), heights, corner, spec.outline, spec.is_mid_side)
 
 
-def _bound(method: str) -> Callable[[WindingGeometry], float]:
+def _error_function(method: str) -> Callable[[WindingGeometry], float]:
     """Return the function for a method's stated relative error: the largest bound of all its layers."""
 
     def error(geometry: WindingGeometry) -> float:
-        return max(error_bound(method, crowding(geometry, turns)) for turns in sorted(set(geometry.spec.layer_turns)))
+        return max(error_bound(method, winding_dimensions(geometry, turns))
+                   for turns in sorted(set(geometry.spec.layer_turns)))
 
     return error
 
 
-def _neumann(geometry: WindingGeometry) -> float:
+def _neumann_inductance(geometry: WindingGeometry) -> float:
     """Return the inductance (H) by Neumann's integral over spirals.
 
     Windings of few turns have more points, because the ends of the spirals have more weight.
@@ -360,7 +361,7 @@ def _neumann(geometry: WindingGeometry) -> float:
     return float(spiral_inductance_matrix(list(geometry.spirals), resolution).sum())
 
 
-def _formula(name: str, of_one_layer: float) -> Method:
+def _formula_method(name: str, of_one_layer: float) -> Method:
     """Return one of Mohan's closed formulas as a method for the inductance.
 
     `of_one_layer` is its relative error for one layer: 1.2 times the largest deviation from the volume integral in 300
@@ -397,19 +398,20 @@ def _strands(geometry: WindingGeometry) -> float:
 
 
 METHODS: tuple[Method, ...] = (
-    Method("spiral-neumann", lambda shape: shape.is_round, _neumann,
-           _bound("spiral-neumann"), lambda g: True, "0.5 to 200 turns, 1 to 8 layers, any fraction of a turn", 5e-3,
+    Method("spiral-neumann", lambda shape: shape.is_round, _neumann_inductance,
+           _error_function("spiral-neumann"), lambda g: True,
+           "0.5 to 200 turns, 1 to 8 layers, any fraction of a turn", 5e-3,
            "Neumann's integral over the real spirals, strands by Gauss, geometric mean distance kept"),
     Method("mean-rings", lambda shape: shape.is_round, lambda g: mean_ring_inductance(g.spirals),
            lambda g: 0.012 + 0.45 / g.fewest_turns**2.5, lambda g: True,
            "thousands of designs; a broken turn weighs much where turns are few", 3e-4,
            "Maxwell's coaxial rings, one a turn at its mean radius, by mean logarithms of their distances"),
     Method("strands", lambda shape: not shape.is_round, _strands,
-           _bound("strands"), lambda g: True, "sides, arcs, any angle, 0.5 to 200 turns, 1 to 8 layers", 1e-2,
+           _error_function("strands"), lambda g: True, "sides, arcs, any angle, 0.5 to 200 turns, 1 to 8 layers", 1e-2,
            "Neumann's closed forms for parallel and inclined filaments (Grover 1946), points along arcs, corner terms"),
-    _formula("current-sheet", 0.15),
-    _formula("modified-wheeler", 0.15),
-    _formula("monomial", 0.18),
+    _formula_method("current-sheet", 0.15),
+    _formula_method("modified-wheeler", 0.15),
+    _formula_method("monomial", 0.18),
 )
 """All methods for the winding's inductance, a row for each."""
 

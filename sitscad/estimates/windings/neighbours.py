@@ -80,7 +80,7 @@ ORDERS = 8
 """Number of moments per coil in the rough computation of mutual inductances."""
 
 
-def rings_beside_each_other(
+def rough_inductance_matrix(
     spirals: Sequence[SpiralLayer], centres: Sequence[tuple[float, float]], self_inductance: float, error: float
 ) -> tuple[Array, Array]:
     """Return the rough inductance matrix (H) of identical spirals in one plane, and error bounds of its elements (H).
@@ -123,7 +123,7 @@ Mutual = Callable[[int, int, Array], ComplexArray]
 """Function of two coil numbers and (n) frequencies (Hz) that returns their mutual inductance (n; H, complex)."""
 
 
-def idle_load(omega: Array, readout: ReadoutSpec) -> ComplexArray:
+def idle_coil_load(omega: Array, readout: ReadoutSpec) -> ComplexArray:
     """Return the impedance (n; ohm) between an idle coil's contacts: the cable, and both converter pins to ground.
 
     `omega` (n) is in rad/s. Each pin has about 10 ohm to ground (`idle_pin_resistance`), so the loop has twice this
@@ -135,7 +135,7 @@ def idle_load(omega: Array, readout: ReadoutSpec) -> ComplexArray:
     return np.asarray(pins + resistance + 1j * omega * inductance)
 
 
-def terminal_values(
+def impedance_with_idle_coils(
     active: int, impedances: ComplexArray, frequencies: Array, load: ComplexArray
 ) -> tuple[Array, Array]:
     """Return inductance (n; H) and resistance (n; ohm) of coil number `active` at (n) frequencies (Hz), others idle.
@@ -153,7 +153,7 @@ def terminal_values(
     return impedance.real, -omega * impedance.imag
 
 
-def idle_neighbours(active: int, circuits: Sequence[Circuit], mutual: Mutual, readout: ReadoutSpec) -> Circuit:
+def idle_neighbour_effect(active: int, circuits: Sequence[Circuit], mutual: Mutual, readout: ReadoutSpec) -> Circuit:
     """Return the effect of all other coils, which are idle, on the active coil: a function of frequencies (n; Hz).
 
     The function returns changes of inductance (n; H) and resistance (n; ohm). `circuits` return each coil's own
@@ -170,6 +170,6 @@ def idle_neighbours(active: int, circuits: Sequence[Circuit], mutual: Mutual, re
             elif i != active:
                 inductance, resistance = circuits[i](frequencies)
                 matrix[:, i, i] = inductance - 1j * resistance / omega
-        return terminal_values(active, matrix, frequencies, idle_load(omega, readout))
+        return impedance_with_idle_coils(active, matrix, frequencies, idle_coil_load(omega, readout))
 
     return added

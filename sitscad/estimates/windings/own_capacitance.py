@@ -65,7 +65,7 @@ def self_capacitance(coil: Coil, dimensions: CoilSpec, stackup: Stackup, is_roug
     place. Elastomer and metal around the board are left out: see `capacitance_to_metal`. `dimensions` are the widths,
     pitch and turns of the coil.
     """
-    lengths, fractions, present = _turns(coil, dimensions, ROUGH_PLACES if is_rough else PLACES)
+    lengths, fractions, present = _turn_places(coil, dimensions, ROUGH_PLACES if is_rough else PLACES)
     voltages = _voltages(lengths, fractions, present, coil, dimensions)
     width, pitch, reach = dimensions.trace_width, dimensions.pitch, 0.5 * min(dimensions.size)
     areas = lengths * pitch * fractions
@@ -77,7 +77,7 @@ def self_capacitance(coil: Coil, dimensions: CoilSpec, stackup: Stackup, is_roug
         here, have = counts == count, np.flatnonzero(present[:, counts == count][:, 0])
         layers = [coil.windings[k].layer for k in have]
         order = np.argsort(np.argsort(layers))
-        per_area = _strips(tuple(slabs(stackup, layers)), width, pitch, reach)[np.ix_(order, order)]
+        per_area = _strips(tuple(dielectric_slabs(stackup, layers)), width, pitch, reach)[np.ix_(order, order)]
         total += winding_capacitance(per_area, voltages[np.ix_(have, here)], areas[here])
     beside = permittivity_beside_copper(stackup, coil.windings[0].layer)
     for has_turns, layer_voltages in zip(present, voltages, strict=True):
@@ -100,7 +100,7 @@ def capacitance_to_metal(
     The bound is two to forty times too large for the windings of a jaw (validated with charged rings). These windings
     are small compared with the distances, and the metal returns one turn's charge to its neighbour.
     """
-    lengths, fractions, present = _turns(coil, dimensions, PLACES)
+    lengths, fractions, present = _turn_places(coil, dimensions, PLACES)
     voltages = _voltages(lengths, fractions, present, coil, dimensions)
     areas = lengths * dimensions.pitch * fractions
     heights = np.array([winding.z for winding in coil.windings])
@@ -111,7 +111,7 @@ def capacitance_to_metal(
     return float(EPSILON0 * FILLING * total)
 
 
-def metal_notes(
+def metal_capacitance_notes(
     coil: Coil, dimensions: CoilSpec, board_thickness: float, gaps: Mapping[str, float], winding: float, tank: float
 ) -> list[str]:
     """Return a note if metal may add a larger capacitance than the error of the winding's own capacitance.
@@ -133,7 +133,7 @@ def metal_notes(
     ]
 
 
-def _turns(coil: Coil, dimensions: CoilSpec, places: tuple[int, int]) -> tuple[Array, Array, Flags]:
+def _turn_places(coil: Coil, dimensions: CoilSpec, places: tuple[int, int]) -> tuple[Array, Array, Flags]:
     """Return three arrays for places along the turns, from the outside in.
 
     The first two (places) hold the length (m) of a whole turn at each place, and the number of turns that the place
@@ -168,7 +168,7 @@ def _voltages(lengths: Array, fractions: Array, present: Flags, coil: Coil, dime
     """Return the voltages (layers, places; no unit) of the layers at all places from the outside in.
 
     They are fractions of the voltage across the winding. Turns that a layer lacks have the voltage of its inner end.
-    `lengths`, `fractions` and `present` are from `_turns`.
+    `lengths`, `fractions` and `present` are from `_turn_places`.
     """
     radii = np.maximum(lengths / (2.0 * math.pi), 0.5 * dimensions.trace_width)
     turns = present * fractions
@@ -180,7 +180,7 @@ def _voltages(lengths: Array, fractions: Array, present: Flags, coil: Coil, dime
 _strips = lru_cache(maxsize=1024)(strip_layers)
 
 
-def slabs(stackup: Stackup, layers: list[int]) -> list[Slab]:
+def dielectric_slabs(stackup: Stackup, layers: list[int]) -> list[Slab]:
     """Return the stack-up as slabs from top to bottom.
 
     Copper layers without winding are replaced by the material beside them.
