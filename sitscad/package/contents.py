@@ -45,7 +45,10 @@ from sitscad.spec.sensor import SensorSpec
 
 @record(eq=False)
 class Incoming:
-    """Panel of a design, and expected electrical values for the tests of boards and coupons. Computed at first use."""
+    """Panel of a design, and expected electrical values for the incoming tests of boards and coupons.
+
+    They are computed at first use.
+    """
 
     design: Design
 
@@ -72,7 +75,7 @@ class Incoming:
 
 
 def incoming(design: Design) -> Incoming:
-    """Return the `Incoming` of a design. It is created once and cached with the design."""
+    """Return the panel and the expected test values of a design. The object is cached with the design."""
     return memo(design, "incoming", lambda: Incoming(design))
 
 

@@ -87,14 +87,14 @@ class Explanation:
 
 @record(eq=False)
 class Residuals:
-    """Residuals of computed impedances from measured impedances, in standard deviations and without correlation."""
+    """Differences between computed and measured impedances, decorrelated and divided by their standard deviations."""
 
     measured: ComplexArray
     whitening: Array
 
     @classmethod
     def of(cls, measured: ComplexArray, meter_error: float, tolerances: Sequence[ComplexArray]) -> Residuals:
-        """Return the residuals from measured impedances.
+        """Return an object that computes residuals of impedances relative to these measured impedances.
 
         Parameters
         ----------
@@ -104,7 +104,7 @@ class Residuals:
             Relative error of the meter, as gain and as phase (rad), equal at all frequencies. In addition, each point
             scatters by half of it.
         tolerances
-            Changes (n; ohm) of the impedance by one standard deviation of each tolerance and of each model error.
+            Changes (n; ohm) of the impedance that one standard deviation of each tolerance or model error causes.
         """
         size = np.abs(measured)
         turned = measured / size
@@ -122,7 +122,7 @@ class Residuals:
 
     @property
     def largest_sufficient(self) -> float:
-        """Largest chi-square of a sufficient explanation: three standard deviations above its mean."""
+        """Largest chi-square of a sufficient explanation: three sigma above the mean of the chi-square distribution."""
         count = 2 * len(self.measured)
         return count + 3.0 * math.sqrt(2.0 * count)
 
@@ -193,9 +193,9 @@ def _winding_causes(variants: CoilVariants) -> Iterator[PossibleCause]:
 
 
 def _shorted_turn_causes(variants: CoilVariants, number: int, layer: int) -> Iterator[PossibleCause]:
-    """Yield the cause of a shorted turn on a layer.
+    """Yield the cause "shorted turn" for one layer of a coil, if the layer has enough turns.
 
-    `number` (from 0) is its position in the coil, `layer` its copper layer.
+    `number` (from 0) is the layer's position in the coil, and `layer` the number of the copper layer in texts.
     """
     count = math.floor(variants.spec.coil.layer_turns[number] + 1e-6)
     if count >= LEAST_TURNS_TO_SHORT:
@@ -215,7 +215,7 @@ With fewer, little of the coil is left.
 
 
 _MORE = {"missing": "less", "more": "more"}
-"""Word for a text, by the word in the cause's name."""
+"""Words for the text of a cause, by the word in the cause's name."""
 
 
 def _fixture_causes(variants: CoilVariants) -> Iterator[PossibleCause]:
@@ -301,9 +301,10 @@ def _fit(cause: PossibleCause, residuals: Residuals, start: Sequence[float]) -> 
 
 
 def _residual_slopes(cause: PossibleCause, residuals: Residuals, values: Array, apart: Array, steps: Array) -> Array:
-    """Return the derivatives (2 n, parameters) of the residuals by the parameters.
+    """Return the derivatives (2 n, parameters) of the residuals with respect to the parameters.
 
-    Finite differences with `steps` point away from a limit that is close.
+    `apart` are the residuals (2 n) at `values`, and `steps` the steps of the finite differences. A step that would
+    exceed the upper limit of its parameter is taken in the opposite direction.
     """
     columns = []
     for k, step in enumerate(steps.tolist()):

@@ -67,7 +67,7 @@ class ImpedanceFit:
 
 @record(eq=False)
 class Comparison:
-    """A measured coil beside the computed one.
+    """Comparison of a measured coil with the computed coil.
 
     Attributes
     ----------
@@ -113,7 +113,7 @@ class Comparison:
 
     @property
     def alternatives(self) -> tuple[Explanation, ...]:
-        """Other causes that the points do not distinguish from `cause`. Empty if there is no cause."""
+        """Other causes that explain the points nearly as well as `cause` (see `CLOSE`). Empty if there is no cause."""
         best = self.cause
         if best is None:
             return ()

@@ -60,7 +60,7 @@ layers with one sense. A wedge-shaped coil with opposed layers differs by 0.7 %.
 """
 
 TOLERANCE = 3e-2
-"""Accepted relative error of the resistance by the numerical resolution of the current density within the tracks."""
+"""Accepted relative error of the resistance that the finite resolution of the current density in tracks causes."""
 
 CUTS = 8
 """Number of cross-sections along each straight side in which the current density within the track is computed."""
@@ -98,7 +98,7 @@ class DrawnCoil(CoilResult):
     low_frequency_inductance_error : float
         relative error bound of the low-frequency inductance
     at : tuple of DrawnAtFrequency
-        figures at each frequency
+        estimates at each frequency
     notes : tuple of str
         remarks on the drawing: layers that turn the other way, dead ends, unequal turns
     stackup : str
@@ -296,7 +296,7 @@ The pieces to vias cause differences of about 0.05.
 """
 
 OTHER_WIDTHS = 0.02
-"""Fraction of the conductor's length with another width than usual, above which a remark is given."""
+"""Fraction of the conductor's length with an unusual track width, above which a remark is given."""
 
 
 def _smallest_turn_gap(conductor: DrawnConductor) -> float:
@@ -381,9 +381,9 @@ def drawn_coil(
 
 
 def _add_capacitance(coil: DrawnCoil, copper: DrawnCopper) -> DrawnCoil:
-    """Return the coil with layout, capacitance and self-resonance.
+    """Return the coil with its layout, capacitance and self-resonance added.
 
-    With a note instead if its turns have no known shape.
+    If the turns have no known shape, a note that states this is added instead.
     """
     try:
         layout = drawn_coil_layout(copper, coil.conductor, presets.stackup(coil.stackup), coil.temperature)
@@ -398,10 +398,10 @@ def _add_capacitance(coil: DrawnCoil, copper: DrawnCopper) -> DrawnCoil:
 
 
 def copper_heights(copper: DrawnCopper, stackup: str = "") -> tuple[CopperHeight, ...]:
-    """Return the copper layers of a preset stack-up, with the layer names of the file.
+    """Return the heights of the copper layers, with the layer names of the file.
 
-    Without `stackup`: the file's layers. Raises DrawnCoilError if the stack-up has another number of layers, or if
-    neither has heights.
+    `stackup` is the name of a preset stack-up. If it is empty, the heights come from the file's own stack-up. Raises
+    DrawnCoilError if the preset has another number of copper layers, or if no heights are known.
     """
     if not stackup:
         if not copper.heights:

@@ -157,7 +157,7 @@ _COMBINATIONS: Mapping[tuple[str, str], Callable[[Array, Array, Array], ComplexA
     ("L", "Q"): lambda omega, inductance, q: omega * inductance * (1.0 / q + 1j),
     ("Z", "phase"): lambda omega, z, phase: z * np.exp(1j * phase),
 }
-"""Functions that return the impedance (ohm) from angular frequency (rad/s) and two quantities, by these quantities.
+"""Functions of angular frequency (rad/s) and two quantities that return the impedance (ohm), by their names.
 
 The first pair whose columns a table has is used.
 """

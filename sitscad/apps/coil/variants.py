@@ -52,10 +52,10 @@ class Impedance:
 class CoilVariants:
     """Impedances of one coil and of its variants at n frequencies (Hz).
 
-    `nominal` is the unchanged coil between the terminals, with its leads. `spec` has this coil alone. `winding` is its
-    impedance without leads. Variants change only the winding; leads stay the same. `inductance_error` and
-    `resistance_errors` (n) are relative errors of the model. `spirals` are round layers with the same pitch and track
-    length as the winding's layers.
+    `nominal` is the impedance of the unchanged coil with its leads, and `winding` its impedance without leads. `spec`
+    contains only this coil. Variants change only the winding; the leads stay the same. `inductance_error` and
+    `resistance_errors` (n) are relative errors of the model. `spirals` has one round spiral for each layer of the
+    winding, with the layer's pitch and track length.
     """
 
     frequencies: Array
@@ -165,7 +165,7 @@ class CoilVariants:
         return np.asarray(induced - resistance - 1j * omega * (own + 2.0 * linked))
 
     def tolerances(self) -> Mapping[str, ComplexArray]:
-        """Return changes (n; ohm) of the terminal impedance by one sigma of each tolerance and model error, by name."""
+        """Return the changes (n; ohm) of the terminal impedance by one sigma, by name of tolerance or model error."""
         coil, sigma = self.spec.coil, tolerance_sigmas(self.spec)
         omega = 2.0 * math.pi * self.frequencies
         series, capacitance = self.nominal.series, self.nominal.capacitance
@@ -186,9 +186,9 @@ class CoilVariants:
         return [each for each in range(len(self.spec.coil.layers)) if each != number]
 
     def _layers_impedance(self, numbers: Sequence[int]) -> Impedance:
-        """Return the impedance of a part of the winding, without leads.
+        """Return the impedance of some layers of the winding in series, without leads.
 
-        `numbers` are positions of its layers, from 0.
+        `numbers` are the positions of these layers, from 0.
         """
         coil = self.spec.coil
         part = replace(coil, layers=tuple(coil.layers[each] for each in numbers),

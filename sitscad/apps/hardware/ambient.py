@@ -37,7 +37,10 @@ WANTED = (f"sim: temperature is DEGREES, FIRST:LAST ({COLDEST:g} to {HOTTEST:g} 
 
 @record(eq=False)
 class Ambient:
-    """Ambient temperature over time: linear between `times` (n; s), with `celsius` (n; degrees Celsius) at these."""
+    """Ambient temperature over time, interpolated linearly.
+
+    `celsius` (n; degrees Celsius) are the temperatures at `times` (n; s).
+    """
 
     times: Array
     celsius: Array
@@ -47,9 +50,10 @@ class Ambient:
         return np.interp(times, self.times, self.celsius)
 
     def pad(self, times: Array, constant: float) -> Array:
-        """Return the temperatures (degrees Celsius) at increasing times (s) of a pad with a time constant (s).
+        """Return the temperatures (degrees Celsius) of the pad at increasing times (s).
 
-        The pad has the board's temperature at the beginning.
+        `constant` (s) is the time constant with which the pad follows the board. At the beginning, both have equal
+        temperatures.
         """
         knots = np.unique(np.concatenate([self.times, times, [0.0]]))
         board = self.board(knots)
@@ -93,9 +97,10 @@ def _read_ambient_table(path: str) -> Ambient:
 
 
 def pad_time_constant(pad: ElastomerPad | None, target: Target | None) -> float:
-    """Return the time constant (s) of the pad: its lag behind the board, divided by the board's rate.
+    """Return the time constant (s) with which the pad follows the board's temperature.
 
-    Raises ValueError without a pad or without a target.
+    It is the pad's lag (K) behind a steadily warming board, divided by the board's rate (K/s). Raises ValueError
+    without a pad or without a target.
     """
     if pad is None or target is None:
         raise ValueError("sim: temperature moves a target on an elastomer, and the design has none")
@@ -108,7 +113,8 @@ def warmed_frequencies(
     """Return frequencies (n, coils; Hz) of all coils at increasing `times` (n; s), with the effects of the temperature.
 
     `frequencies` (n, coils; Hz) of all sensing coils belong to the temperature of the requirements. `loads` (n, 3 or 5;
-    N, N m) act on the cell number `loaded` (from 1). The last column of the result is the reference coil, if any.
+    N, N m) act on the cell number `loaded` (from 1). `course` is the ambient temperature. The last column of the result
+    is the reference coil, if any.
     """
     board, parts = course.board(times), list[Array]()
     for number, cell in enumerate(cells, 1):
@@ -124,7 +130,7 @@ def warmed_frequencies(
 
 
 def _drift(cell: Design, loads: Array, board: Array, pad: Array) -> Array:
-    """Return the changes of ln(frequency) (n, coils) of a cell's coils by temperature.
+    """Return the changes of ln(frequency) (n, coils) that temperature causes in a cell's coils under `loads`.
 
     Copper and other metal have the temperatures `board` (n; degrees Celsius), the pad has the temperatures `pad` (n).
     The pad's expansion and its modulus are solved for every row.

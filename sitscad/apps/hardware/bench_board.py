@@ -39,7 +39,8 @@ class BusConverter(Protocol):
 class CoilReading:
     """One result of a coil: the `time` (s) of the reading, the converter's `counts`, and its status.
 
-    ``is_off`` is True if the tank's amplitude was outside 1.2 to 1.8 V. A more severe fault in `status` may hide this.
+    ``is_off`` is True if the tank's amplitude was outside 1.2 to 1.8 V. `status` states only the most severe fault,
+    which may be another one.
     """
 
     time: float
@@ -111,11 +112,11 @@ class Board:
                 self.restarts += 1
 
     def is_configured(self, number: int) -> bool:
-        """Whether a converter still has its settings, by its CONFIG register."""
+        """Whether the CONFIG register of converter `number` (from 0) still has the value of the design."""
         return self.chips[number].read(self.at.CONFIG) == self.devices[number].registers[-1].value
 
     def poll(self, time: float) -> dict[int, CoilReading]:
-        """Return the new results by the coil's index in the design. `time` (s) is the time that they get."""
+        """Return the new results by the coil's index in the design. They are stamped with `time` (s)."""
         results = {}
         for number, chip in enumerate(self.chips):
             status = chip.read(self.at.STATUS)
@@ -188,7 +189,7 @@ A microcontroller may start with a self-test and a tare when its port opens.
 """
 
 ENOUGH = 3
-"""Number of lines from another sensor after which waiting ends."""
+"""Number of lines from another sensor after which waiting for the first reading ends."""
 
 DRAINED = 100
 """Largest number of read calls to empty a port."""
@@ -200,7 +201,7 @@ _READING = re.compile(rb"([0-9A-F]{8}),(\d{1,10}),(.*)")
 
 
 class Port(Protocol):
-    """The used methods of a serial port."""
+    """Interface of a serial port."""
 
     in_waiting: int
 

@@ -449,9 +449,9 @@ def _frequencies_over_time(
 def all_coil_frequencies(
     coils: Sequence[CoilEstimate], reference: CoilEstimate | None, frequencies: ArrayLike
 ) -> np.ndarray:
-    """Return frequencies (n, coils; Hz) of all coils.
+    """Return frequencies (n, coils; Hz) of all coils, the reference coil last.
 
-    If they lack the reference coil, its frequency at rest is added.
+    If `frequencies` has no column for the reference coil, the coil's frequency at rest is added.
     """
     rows = np.atleast_2d(np.asarray(frequencies, dtype=float))
     if reference is None or rows.shape[1] == len(coils) + 1:

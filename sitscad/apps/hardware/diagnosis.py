@@ -309,7 +309,7 @@ class Forces:
 
     @property
     def is_compensated(self) -> bool:
-        """Whether a map has coefficients for a compensation by temperature."""
+        """Whether at least one map has coefficients that compensate the drift by temperature."""
         return any(each.drifts is not None for each in self.maps)
 
     def temperature_change(self, board: Board, scan: Scan) -> float:
@@ -333,7 +333,7 @@ class Forces:
     def compensated_forces(self, board: Board, scan: Scan) -> dict[str, float]:
         """Return forces (N) by axis without the drift by temperature.
 
-        Empty without a valid temperature change within the range of the coefficients, and if there are no forces.
+        Empty if there are no forces, or if the temperature change is unknown or outside the range of the coefficients.
         """
         kelvin, forces = self.temperature_change(board, scan), dict[str, float]()
         for each, prefix, counts, rest in self._read(board, scan):

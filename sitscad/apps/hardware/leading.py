@@ -160,7 +160,7 @@ class GuidedCalibration:
         return ",".join([*shown, *(f"{count:.1f}" for count in counts)]) + "\n"
 
     def _point_celsius(self, planned: float) -> float:
-        """Return the temperature (degrees Celsius) of a point: of the sensor, or the user's.
+        """Return the temperature (degrees Celsius) of a point, measured by the sensor or typed by the user.
 
         An empty input stands for the planned temperature. A simulated board without a sensor has the planned one.
         """

@@ -35,8 +35,8 @@ class Binding:
     """A rule or requirement that refuses designs.
 
     ``share`` is the fraction of all screened designs that it refuses. ``sole_share`` is the fraction that only this
-    rule or requirement refuses. ``nearest_breach`` is its smallest breach, by the design ``nearest_point``. If it alone
-    refuses some designs, ``nearest_point`` is one of these designs.
+    rule or requirement refuses. ``nearest_breach`` is the smallest violation of its limit, and ``nearest_point`` the
+    design with this violation. If it alone refuses some designs, only these designs are compared.
     """
 
     name: str
@@ -76,10 +76,10 @@ class Agreement:
 
 @record(eq=False)
 class KeptDesign:
-    """A kept design.
+    """A design that the study selects for its answer.
 
-    ``changed`` are the keys that differ from the base, with their values. ``evaluation`` is at the full level, and
-    ``units`` is the yield, if computed.
+    ``changed`` are the keys that differ from the base, with their values. ``evaluation`` is the evaluation at the full
+    level, and ``units`` the yield, None if it was not computed.
     """
 
     point: Point
@@ -89,7 +89,7 @@ class KeptDesign:
 
     @property
     def accepted(self) -> list[str]:
-        """Rules whose warnings the design has and the study accepts, each with its name."""
+        """Titles of the rules that warn about the design and whose warnings the study accepts."""
         titles = rule_titles()
         return [titles.get(rule, rule) for rule in self.evaluation.warned if rule != USELESS_COMMENT_RULE]
 

@@ -306,7 +306,7 @@ def _implied_keys(
 def _check_conflicts(document: StudyDocument, remarks: Remarks) -> None:
     """Add a remark for each key that would get two values, directly or as part of a section.
 
-    The values can come from vary, same and with, or from two varied keys.
+    The values can come from the sections ``vary``, ``same`` and ``with``, or from two varied keys.
     """
     settled: dict[str, str] = {}
     for name, by, place in _keys_by_section(document):

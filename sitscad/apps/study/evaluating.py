@@ -235,7 +235,7 @@ def _has_known_board_size(array: ArraySpec) -> bool:
 
 
 def _screened_findings(design: Design) -> tuple[list[Finding], set[str]]:
-    """Return the findings of rules that the screen level can decide, and the ids of the design's other rules."""
+    """Return the findings of rules that the screen level can decide, and the ids of rules that it cannot decide."""
     findings: list[Finding] = []
     unknown: set[str] = set()
     errors = screen_errors(design.spec.fpc.body is not None)
@@ -258,8 +258,8 @@ def _screened_findings(design: Design) -> tuple[list[Finding], set[str]]:
 def _rule_findings(rule: Rule, design: Design, variants: Sequence[Design]) -> list[Finding] | None:
     """Return a rule's findings on a design. None if the screen level cannot decide the rule.
 
-    `variants` are the design with values shifted by the errors of the screen level. The rule is undecided if a variant
-    has findings of other severities.
+    `variants` are copies of the design whose values are shifted by the errors of the screen level. The rule is
+    undecided if a variant has findings of other severities.
     """
     if rule.id not in ASKED and not (rule.id in BY_BODY and _has_known_board_size(design.spec.array)):
         return None
@@ -288,7 +288,7 @@ def _shift_estimates(coil: CoilEstimate, side: float, errors: Mapping[str, float
     by_l, by_f, by_r = 1.0 + side * errors["inductance"], 1.0 - side * errors["frequency"], 1.0 + side * errors["rp"]
 
     def state(estimate: StateEstimate) -> StateEstimate:
-        """Return a state with L, frequency, Rp and the values that follow from these multiplied by their factors."""
+        """Return a state whose inductance, frequency, Rp and dependent values are multiplied by their factors."""
         of_inductance = ("inductance", "apparent_inductance", "converter_inductance")
         more = {name: getattr(estimate, name) * by_l for name in of_inductance if getattr(estimate, name) is not None}
         of_resistance = ("parallel_resistance", "quality_factor", "amplitude")

@@ -68,7 +68,7 @@ class Breach:
 class Evaluation:
     """The evaluation of one design.
 
-    ``values`` are pairs of figure and error bound (SI) by measure. ``absent`` gives the reason for each requested
+    ``values`` are pairs of value and error bound (SI units) by measure. ``absent`` gives the reason for each requested
     measure without a value. ``refused`` are the rules that find an error, each with its largest breach. ``warned`` are
     the rules that warn and find no error. ``unknown`` are rules that apply to the design and could not be decided.
     """
@@ -81,7 +81,7 @@ class Evaluation:
     level: str = FULL
 
     def __repr__(self) -> str:
-        """Return a line with the verdict, the rules and the first figures."""
+        """Return a line with the verdict, the rules and the first values."""
         rules = [*self.refused, *(f"{rule} warns" for rule in self.warned)]
         figures = [f"{name} {value:.4g}" for name, (value, _) in self.values.items()]
         return f"<Evaluation {self.verdict}: {', '.join([*rules[:6], *figures[:4]])}{', ...' * (len(figures) > 4)}>"

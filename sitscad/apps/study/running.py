@@ -84,7 +84,7 @@ def search(
 
 
 def first_set(space: Space, evaluations: int, seed: int, begin: Sequence[Point] = ()) -> list[Point]:
-    """Return the first points of a search with this number of evaluations."""
+    """Return the points that a search evaluates first: `begin`, then a Sobol' set."""
     count = 2 ** max(0, (evaluations // 4).bit_length() - 1)
     points = sobol_set(space, min(max(count, LEAST_SOBOL), MOST_SOBOL, evaluations), seed)
     return _distinct((*begin, *points), evaluations)
@@ -517,7 +517,10 @@ class StudyRun:
         return {(key, value) for key, value in doubtful if counts[key] < len(self._asked.space.variables[key].values)}
 
     def _passing_points(self) -> list[Point]:
-        """Return the designs without violation by their best evaluation, at most `MOST_RANKED`."""
+        """Return at most `MOST_RANKED` designs that break no limit.
+
+        A design's evaluation at the full level counts, or else its evaluation at the screen level.
+        """
         good = [point for point, cost in self._costs.items() if cost.violation <= 0.0]
         if len(good) <= MOST_RANKED:
             return good
@@ -528,7 +531,8 @@ class StudyRun:
 
         Designs are evaluated at the screen level. Designs on the present front are also evaluated at the full level,
         because only this level decides some rules. If the screen level cannot rank designs by one of the goals, all
-        designs that pass it are evaluated at the full level. The design nearest to the base always is.
+        designs that pass it are evaluated at the full level. The design nearest to the base is always evaluated at the
+        full level.
         """
         self.evaluate(points, SCREEN)
         self.evaluate([point for point in points if point == self._asked.base_point], FULL)
@@ -540,9 +544,10 @@ class StudyRun:
         return [self._costs[point] for point in points]
 
     def best(self, count: int, among: list[Point] | None = None) -> list[Point]:
-        """Return the `count` points with the smallest costs by their best evaluation, front by front.
+        """Return the `count` best points: first the points that break no limit, front by front.
 
-        `among` limits the valid points. Points with the least violation follow.
+        If `among` is given, only its points are used for the fronts. Points with the least violation follow. The
+        evaluation at the full level counts, or else the evaluation at the screen level.
         """
         good = self._passing_points() if among is None else among
         ranks = front_numbers([self._costs[point] for point in good], count)

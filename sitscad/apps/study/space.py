@@ -110,7 +110,7 @@ class Base:
         return [code_version(), [rule.id for rule in all_rules()], policy, comments, files]
 
     def _named_file_hashes(self, changes: Changes, values: Any) -> dict[str, str] | list[str]:
-        """Return hashes, by path, of the files of a design that names files which the base does not name. Else empty.
+        """Return hashes, by path, of a design's files. Empty if the design names no file that the base does not name.
 
         If the changed design is invalid, return its errors. A changed file may remove them, so the errors are part of
         the key under which the evaluation is stored.

@@ -51,8 +51,8 @@ class StudyAnswer:
     ``base`` is the evaluation of the base at the full level, and ``results`` are all evaluations. ``bindings`` and
     ``relaxation`` describe the limits that refuse designs, and ``agreement`` compares both levels. ``constant_goals``
     are goals with equal values in all designs. ``front`` are the points that no other design beats. ``dropped_count``
-    designs whose yield is too small are not part of it. ``kept`` are the kept designs, and ``spec_texts`` the texts of
-    their specs.
+    is the number of designs that are left out of it because their yield is too small. ``kept`` are the kept designs,
+    and ``spec_texts`` the texts of their specs.
     """
 
     name: str

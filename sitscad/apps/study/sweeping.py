@@ -67,22 +67,23 @@ class SweepTable:
 
 @checked_arguments
 def measure(spec: SensorSpec, measures: Sequence[str] | None = None, *, level: str = SCREEN) -> Evaluation:
-    """Return figures of one design, each with its error bound, and the verdict of the rules.
+    """Return measures of one design, each with its error bound, and the verdict of the rules.
 
     Parameters
     ----------
     spec
         The design.
     measures
-        Names of figures (``sitscad measures`` lists them). All of the level except ranges,
-        sigmas and the yield if None.
+        Names of measures (``sitscad measures`` lists them). If None, all measures of the level except ranges, sigmas
+        and the yield.
     level
         ``"screen"`` is quick, ``"full"`` computes everything that `check` computes.
 
     Returns
     -------
     Evaluation
-        ``values`` by measure, each a pair of figure and error in SI units; ``verdict``, ``refused`` and ``warned``.
+        ``values`` by measure, each a pair of value and error bound in SI units; ``verdict``, ``refused`` and
+        ``warned``.
 
     Raises
     ------
@@ -111,7 +112,7 @@ def sweep(
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> SweepTable:
-    """Return figures of every design of the product of `ranges`. The last key changes fastest.
+    """Return a table of measures for every combination of the values in `ranges`. The last key changes fastest.
 
     Parameters
     ----------
@@ -120,7 +121,8 @@ def sweep(
     ranges
         Values by key, as in `SensorSpec.replace`: numbers in SI units (metres), or texts with their unit.
     measures
-        Names of figures (``sitscad measures`` lists them). All of the level if None.
+        Names of measures (``sitscad measures`` lists them). If None, all measures of the level except ranges, sigmas
+        and the yield.
     level
         ``"screen"`` is quick, ``"full"`` computes everything that `check` computes.
     jobs
@@ -133,7 +135,7 @@ def sweep(
     Returns
     -------
     SweepTable
-        A row per design. A design that a rule of the spec itself refuses has no figures and names that rule.
+        One row per design. If a rule on the spec itself refuses a design, its row has no values and names the rule.
 
     Raises
     ------

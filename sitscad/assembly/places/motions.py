@@ -50,7 +50,7 @@ USUAL_ROTATION = "free"  # Of a load that does not say. Data sheets, calibration
 
 BARE = {**dict.fromkeys(POSE[:3], 1e-3), **dict.fromkeys(POSE[3:], math.pi / 180.0), **dict.fromkeys(FORCE, 1.0),
         **dict.fromkeys(MOMENT, 1e-3)}
-"""SI values of the units for numbers without a unit, by quantity: millimetre, degree, newton, newton millimetre."""
+"""Units of numbers that are written without a unit, as SI values by quantity: mm, degree, N and N mm."""
 
 IN_HEADERS = {
     "m": ("length", 1.0),

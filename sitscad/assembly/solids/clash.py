@@ -47,7 +47,7 @@ RED = "#d00000"
 PIN_COLOUR, BOARD_COLOUR = "#7b8794", "#c07f1f"
 BOARD = "board"
 BEFORE, BEHIND = 11.0, 4.0  # Drawn length of the tail before and behind the pin (mm)
-"""Length (mm) of tail in a picture, on the side of the body and on the other side of the pin."""
+"""Lengths (mm) of tail in a picture of the hinge's pin: on the side of the body, and beyond the pin."""
 MOVING = (BodyRole.OPPOSING_JAW, BodyRole.OPPOSING_PAD)
 MOST = 4  # Largest number of drawn clashes per sensor: the worst of each pair
 """Largest number of pictures of clashes for each sensor: the worst of each pair of parts."""

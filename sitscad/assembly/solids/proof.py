@@ -57,10 +57,10 @@ GROUPS = {BodyRole.BOARD: "board", BodyRole.COPPER: "board", BodyRole.STIFFENER:
 class ProofValue:
     """A measurement on the solids.
 
-    `what` is its kind (see above), and `first` and `second` are the parts. `value` is compared with `limit`, both in
-    `unit` (m, m2 or m3). `is_kept` is True if the limit is met. `where` (m) is the decisive point. `condition` is the
-    angle, load or place as text. `angle` (rad) is the opening of the jaws. `key` is the key of the spec that
-    contradicts the measurement. It is empty if the kind determines the key.
+    `what` is its kind (`INTERFERENCE`, `PORT`, ...), and `first` and `second` are the parts. `value` is compared with
+    `limit`, both in `unit` (m, m2 or m3). `is_kept` is True if the limit is met. `where` (m) is the decisive point.
+    `condition` is the angle, load or place as text. `angle` (rad) is the opening of the jaws. `key` is the key of the
+    spec that contradicts the measurement. It is empty if the kind determines the key.
     """
 
     what: str

@@ -31,7 +31,7 @@ _SYSTEM_LIBRARIES = "libgl1 libxrender1 libglu1-mesa libxft2 libxcursor1 libxine
 
 
 class MissingExtra(ExpectedError, ImportError):
-    """An error for a package of the extra that is missing or cannot be loaded. The text gives the remedy."""
+    """Raised if an optional package is missing or cannot be loaded. The text states how to install it."""
 
 
 UNUSED = ("sympy", "vtk")
@@ -337,7 +337,10 @@ def overlaps(pieces: Sequence[tuple[Solid, Any]]) -> Iterator[tuple[Solid, Solid
 
 
 def box_gap(first: Any, second: Any) -> float:
-    """Return the largest gap (mm) of two meshes' bounding boxes along an axis. Negative if the boxes intersect."""
+    """Return the largest of the gaps (mm) along x, y and z between the bounding boxes of two meshes.
+
+    Negative if the boxes intersect.
+    """
     a, b = first.bounding_box(), second.bounding_box()
     return float(max(max(a[k] - b[k + 3], b[k] - a[k + 3]) for k in range(3)))
 

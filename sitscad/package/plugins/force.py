@@ -234,7 +234,7 @@ def _warn_while_running(what: str, done: threading.Event) -> None:
 def _own_interruption() -> Iterator[None]:
     """Raise `Interrupted` instead of KeyboardInterrupt if the user interrupts.
 
-    Only if Python's own handler is active.
+    This has an effect only if Python's own signal handler is active.
     """
     is_ours = threading.current_thread() is threading.main_thread()
     if not is_ours or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
