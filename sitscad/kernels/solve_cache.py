@@ -72,7 +72,7 @@ class Solutions:
         `by` identifies the code that computed the results.
         """
         index = {key: [[part.dtype.str, *part.shape] for part in answer] for key, answer in self.known.items()}
-        head = json.dumps({"by": _setting(by), "solutions": index}).encode("ascii")
+        head = json.dumps({"by": _cache_conditions(by), "solutions": index}).encode("ascii")
         content = b"".join([head, b"\n", *(part.tobytes() for answer in self.known.values() for part in answer)])
         return sha256(content).hexdigest().encode("ascii") + b"\n" + content
 
@@ -108,7 +108,7 @@ def read_cache(file: bytes, by: str) -> Solutions:
         return Solutions()
     head, _, _ = content.partition(b"\n")
     document, place = json.loads(head), len(head) + 1
-    if document["by"] != _setting(by):
+    if document["by"] != _cache_conditions(by):
         return Solutions()
     results: dict[str, Answer] = {}
     for key, parts in document["solutions"].items():
@@ -121,7 +121,7 @@ def read_cache(file: bytes, by: str) -> Solutions:
     return Solutions(results)
 
 
-def _setting(by: str) -> list[str]:
+def _cache_conditions(by: str) -> list[str]:
     """Return the conditions of a cached result: the code (`by`), two versions and the processor type.
 
     The versions are of sitscad and NumPy.

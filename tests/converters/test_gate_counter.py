@@ -24,7 +24,7 @@ from sitscad.calibration.calibration import sensors_of
 from sitscad.cli import run
 from sitscad.data import PACKAGE, DataError, rows
 from sitscad.estimates.requested_response import respond
-from sitscad.kernels.converters.figures import rows_of, source_in_all
+from sitscad.kernels.converters.figures import family_rows, source_in_all
 from sitscad.spec import presets
 from tests.converters.conftest import FAMILY, forget
 from tests.converters.family import gate_counter
@@ -144,7 +144,7 @@ def test_gate_counter_result_overflow_yields_capacitance_finding(xgc4):
 
 
 def test_gate_counter_limits_cite_no_ti_source(xgc4):
-    figures = {name for family in ("ldc161x", "gate_counter") for name in rows_of(family)}
+    figures = {name for family in ("ldc161x", "gate_counter") for name in family_rows(family)}
     cited = 0
     for rule in rows("rules"):
         names = figures & set(re.findall(r"{(\w+)}", rule["source"]))

@@ -27,8 +27,8 @@ from sitscad.kernels.converters.figures import (
     HIGH_CURRENT,
     REGISTER_ROWS,
     REQUIRED_ROWS,
-    names_of,
-    rows_of,
+    family_rows,
+    required_names,
     source_in_all,
 )
 from sitscad.kernels.converters.registers import RegisterMap
@@ -57,7 +57,7 @@ def test_incomplete_register_module_is_refused_with_missing_names(xdc2214, monke
     result: RegisterMap = ldc_registers
     names = {"MANUFACTURER_ID", "DEVICE_ID", "STATUS", "MANUFACTURER", "DATA_FLAGS", "ORDER", "data_addresses",
              "registers", "results_text"}
-    assert set(names_of(RegisterMap)) == names <= set(vars(result))
+    assert set(required_names(RegisterMap)) == names <= set(vars(result))
     without = {name: value for name, value in vars(xdc_registers).items() if name not in ("STATUS", "registers")}
     monkeypatch.setitem(sys.modules, "sitscad.kernels.converters.xdc_registers", SimpleNamespace(**without))
     presets.converter.cache_clear()
@@ -154,7 +154,7 @@ def test_family_may_define_additional_limits(xdc2214, data):
 def test_every_family_row_is_required_by_code():
     request = {*REQUIRED_ROWS, *REGISTER_ROWS, *HIGH_CURRENT, *reference_counter.REQUIRED_ROWS}
     for family in ("ldc161x", "ldc131x"):
-        assert set(rows_of(family)) == request
+        assert set(family_rows(family)) == request
 
 
 def test_four_addresses_are_selected_by_addr_connection(xdc2214):

@@ -13,9 +13,9 @@ from sitscad.kernels.electromagnetics.loss.bent_tracks import BentTrack, bent_wi
 from sitscad.kernels.electromagnetics.loss.corner_excess import (
     OWN,
     TURNS,
+    bend_relaxation,
     corner_moment,
     corner_points,
-    lost_inductance,
     own_inductance,
 )
 from sitscad.kernels.electromagnetics.loss.corners import (
@@ -146,7 +146,7 @@ def test_corner_resistance_follows_conformal_map_and_frequency():
     assert cornered.direct == approx(squares / (58e6 * 35 * UM), rel=1e-6)
     assert cornered.direct_change == approx(-1e-12 + corner_inductance([track]), rel=1e-6)
     rise = [k.direct * (k.resistance_ratio(1e7) - 1.0) for k in (loss, cornered)]
-    lost, time = lost_inductance(math.pi / 2, 200 * UM, 35 * UM, 0.0, 58e6)
+    lost, time = bend_relaxation(math.pi / 2, 200 * UM, 35 * UM, 0.0, 58e6)
     phase = 2e7 * math.pi * time
     assert rise[1] - rise[0] == approx(5 * lost * 2e7 * math.pi * phase / (1.0 + phase**2), rel=1e-6)
     assert inductance_change(cornered, 1e7) - inductance_change(loss, 1e7) == approx(

@@ -328,7 +328,7 @@ def test_reduced_image_currents_agree_with_all_currents():
 class Unfolded:
     """A surface whose planes of symmetry nobody knows of."""
 
-    mirrored = None
+    mirror_image_numbers = None
 
     def __init__(self, surface):
         self.points, self.classes = surface.points, surface.classes

@@ -19,7 +19,7 @@ from sitscad.kernels.electromagnetics.metal.polyline_spectrum import (
     Rows,
     _Directions,
     _Mitred,
-    _off_normals,
+    _rotate_off_normals,
     polyline_spectrum,
     repeating_patterns,
     track_images,
@@ -107,7 +107,7 @@ def test_wave_normal_to_a_side_gives_finite_value():
     turned = [np.array([[0.0], [1.0]]), np.array([[1e-6], [1.0]])]
     sides = np.array([(1.0, 0.0), (0.0, 1.0)])
     shape = _Mitred(track, np.zeros(2), None)
-    across, beside = (shape.waves(np.array([3e3]), _off_normals(unit, sides)) for unit in turned)
+    across, beside = (shape.waves(np.array([3e3]), _rotate_off_normals(unit, sides)) for unit in turned)
     assert np.all(np.isfinite(across)) and across == approx(beside, abs=1e-8)
     assert abs(across[0, 0]) == approx(2 * MM, rel=0.02)
 

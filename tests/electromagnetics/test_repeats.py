@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from tolerance import approx
 
 from sitscad.kernels.electromagnetics.inductance import tracks
-from sitscad.kernels.electromagnetics.inductance.mean_distance import height_nodes, nodes_enough
+from sitscad.kernels.electromagnetics.inductance.mean_distance import height_nodes, sufficient_node_counts
 from sitscad.kernels.electromagnetics.inductance.track_strands import distinct_pairs, piece_kinds, track
 from sitscad.kernels.electromagnetics.inductance.tracks import tracks_mutual_inductance, winding_inductance
 from sitscad.kernels.geometry.path import Arc
@@ -110,7 +110,7 @@ def test_inductance_of_layers_with_different_thickness_equals_pair_sum():
 @example([0.0, 2.6e-161], 2.0)  # heights that are one height
 def test_height_nodes_interpolate_many_heights(heights, apart):
     squares = np.unique(np.square(heights))
-    count = int(nodes_enough(squares, np.array([apart]))[0])
+    count = int(sufficient_node_counts(squares, np.array([apart]))[0])
     nodes, shares = height_nodes(squares, count)
     assert nodes.size <= squares.size
     exact = 1.0 / np.sqrt(apart**2 + squares)

@@ -35,7 +35,7 @@ from sitscad.kernels.electromagnetics.inductance.mean_distance import log_mean_d
 from sitscad.kernels.electromagnetics.inductance.rings import mean_ring_inductance
 from sitscad.kernels.electromagnetics.inductance.track_strands import track
 from sitscad.kernels.electromagnetics.inductance.tracks import tracks_mutual_inductance
-from sitscad.kernels.electromagnetics.loss.proximity import smooth_rings
+from sitscad.kernels.electromagnetics.loss.proximity import ring_inductance_without_logarithm
 from sitscad.kernels.electromagnetics.metal.current_spectrum import _bessel_slopes
 from sitscad.kernels.electromagnetics.special_functions import coaxial_rings
 from tests.oracles.filament_tracks import track_mutual_inductance
@@ -62,7 +62,7 @@ def test_ring_inductance_without_logarithm_is_exact_at_contact(distance):
     """M + mu0 r ln(d) of two rings that nearly touch: mu0 r (ln 8 - 2) where they do."""
     with mpmath.workdps(60):
         exact = rings_exactly(1.0, 1.0, distance) + 4e-7 * mpmath.pi * mpmath.log(distance)
-    ours = float(smooth_rings(np.array(1.0), np.array(1.0), np.array(distance**2), 1.0))
+    ours = float(ring_inductance_without_logarithm(np.array(1.0), np.array(1.0), np.array(distance**2), 1.0))
     assert ours == approx(float(exact), rel=3e-12)  # what is left is a hundredth of either logarithm
     assert ours == approx(MU0 * (math.log(8.0) - 2.0), rel=2.0 * distance)
 

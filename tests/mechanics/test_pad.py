@@ -312,7 +312,7 @@ def test_equilibrium_residual_matches_force_and_its_derivative(pad, turned):
     rng = np.random.default_rng(8)
     there = np.concatenate([[0.2, -0.1, 0.8], turned * rng.uniform(-1.0, 1.0, 3)])
     wanted, point = rng.uniform(-0.3, 0.3, (1, 6)), rng.uniform(-0.2, 0.4, (1, 3))
-    lack, slope = pad._lack_and_slope(there[None], wanted, point)
+    lack, slope = pad._gradients_and_hessians(there[None], wanted, point)
     frame, turn = (rotations_of_vectors(part * there[None, 3:])[0] for part in (pad._share, 1.0))
     h, whole = pad.thickness, pad.shear_modulus * pad.face.area
     pose = np.concatenate([h * (frame @ there[:3] - [0.0, 0.0, 1.0]), angles(turn[None])[0]])
@@ -325,7 +325,7 @@ def test_equilibrium_residual_matches_force_and_its_derivative(pad, turned):
                                         abs=1e-9)
     small = 1e-6 * np.eye(6)
     many = np.repeat(wanted, 12, axis=0), np.repeat(point, 12, axis=0)
-    forth, back = np.split(pad._lack_and_slope(np.concatenate([there + small, there - small]), *many)[0], 2)
+    forth, back = np.split(pad._gradients_and_hessians(np.concatenate([there + small, there - small]), *many)[0], 2)
     assert slope[0] == approx(((forth - back) / 2e-6).T, rel=1e-6, abs=2e-6)
 
 

@@ -35,7 +35,7 @@ def without_webs(pad: BondedPad) -> BondedPad:
 def test_web_stiffening_agrees_with_finite_elements():
     for row in ROWS:
         pad = joined(row)
-        stiffer, aside = pad.block.stiffer, pad.block.turned.stiffer
+        stiffer, aside = pad.block.web_stiffening, pad.block.turned.web_stiffening
         result = {"press": stiffer.press - 1.0, "shear": stiffer.shear - 1.0, "tilt": stiffer.tilt - 1.0,
                  "aside": stiffer.pressure_centre}
         for name, most in MOST.items():
@@ -71,13 +71,14 @@ def test_webs_on_all_sides_stiffen_nearly_like_a_rim():
     pad = BondedPad(Face(8e-3, 8e-3), 1e-3, 60e3)
     webs = Webs(8e-3, *(4 * [web_effect(3.0)]))
     wide, held = (replace(pad, surround=around) for around in (Surround(3e-3), Surround(webs=webs)))
-    more, most = (item.block.stiffer.press * item.pressure(np.array([0.0, 1e-4]))[1] / item.block.stiffer.press
+    more, most = (item.block.web_stiffening.press * item.pressure(np.array([0.0, 1e-4]))[1]
+                  / item.block.web_stiffening.press
                   / pad.pressure(np.array([1e-4]))[0] - 1.0 for item in (held, wide))
     assert 0.6 * most < more < most
 
 
 def test_stated_error_grows_with_web_stiffening():
     held = joined(ROWS[2])
-    added = held.block.stiffer.press
+    added = held.block.web_stiffening.press
     bare = force_sigma(without_webs(held).block)
     assert held.sigma == approx(np.hypot(bare, WEB_SIGMA * (1.0 - 1.0 / added)), rel=1e-12)

@@ -58,7 +58,7 @@ def test_changed_scan_rate_reuses_all_cached_solutions(cache, tmp_path, monkeypa
     assert cache.stat().st_size < solutions.MOST
     assert [path.name for path in (tmp_path / "one").iterdir()] == ["bench-7mm"]
     first = cache.read_bytes()
-    monkeypatch.setattr(pad.BondedPad, "_posed", None)
+    monkeypatch.setattr(pad.BondedPad, "_solve_poses", None)
     monkeypatch.setattr(plate, "SolvedTarget", None)
     monkeypatch.setattr(finite_plate, "_solved_changes", None)
     monkeypatch.setattr(near_metal, "crowding_near_metal", None)
@@ -164,7 +164,7 @@ def test_concurrent_builds_and_full_cache_give_correct_results(cache, monkeypatc
 @pytest.mark.parametrize("parts", ['[["<f8", -1]]', '[["<f8", 10, 10]]', "[" * 5000, '[["", 1]]'])
 def test_malformed_cache_file_with_valid_hash_is_ignored(cache, parts):
     cache.parent.mkdir()
-    head = f'{{"by": {json.dumps(solutions._setting(code()))}, "solutions": {{"one": {parts}}}}}\n'.encode()
+    head = f'{{"by": {json.dumps(solutions._cache_conditions(code()))}, "solutions": {{"one": {parts}}}}}\n'.encode()
     cache.write_bytes(hashlib.sha256(head).hexdigest().encode() + b"\n" + head)
     with cached_solutions("bench-7mm"):
         assert asked_for_one() == 1.0

@@ -33,7 +33,7 @@ from sitscad.estimates.windings.losses import winding_losses  # noqa: E402
 from sitscad.kernels.electromagnetics.constants import MU0  # noqa: E402
 from sitscad.kernels.electromagnetics.loss import track_modes  # noqa: E402
 from sitscad.kernels.electromagnetics.loss.bent_tracks import bent_winding_loss  # noqa: E402
-from sitscad.kernels.electromagnetics.loss.corner_excess import lost_inductance  # noqa: E402
+from sitscad.kernels.electromagnetics.loss.corner_excess import bend_relaxation  # noqa: E402
 from sitscad.kernels.electromagnetics.loss.track_modes import ModeSet  # noqa: E402
 
 WIDTH, ARM, CELLS = 300e-6, 5.0, (5, 8)
@@ -80,7 +80,7 @@ def difference(degrees: float, radius: float, aspect: float, places: int = PLACE
 def beyond_modes(degrees: float, radius: float, aspect: float) -> tuple[float, float, float]:
     """The row of the table: a, p and the largest difference left. What the tables say now is taken out of ours."""
     inductance, resistance = difference(degrees, radius, aspect)
-    lost, time = lost_inductance(math.radians(degrees), WIDTH, aspect * WIDTH, radius, COPPER)
+    lost, time = bend_relaxation(math.radians(degrees), WIDTH, aspect * WIDTH, radius, COPPER)
     phase = 2.0 * math.pi * frequencies(aspect) * time
     message = lost / (MU0 * WIDTH) * phase / (1.0 + phase**2)
     return fitted(inductance - message * phase, resistance + message)

@@ -73,7 +73,7 @@ def _stiffness(course: str, row: dict[str, float]) -> float:
     """Force over Lindley's strain, shear stiffness, or tilt stiffness in the frame turned by half of the tilt."""
     strain = -row["z"]
     if course == "press":
-        return -row["force_z"] / float(pad_law._lindley(strain)) if strain else row["k_zz"]
+        return -row["force_z"] / float(pad_law._lindley_strain(strain)) if strain else row["k_zz"]
     if course == "shear":
         return row["k_xx"]
     left = 1.0 - strain
@@ -84,7 +84,7 @@ def _bare(course: str, block: Block, strain: float) -> float:
     if course == "press":
         small = max(strain, 1e-6)
         law = pad_law.compression(block)
-        return law.at(small) / float(pad_law._lindley(small)) if strain else law.at_rest
+        return law.at(small) / float(pad_law._lindley_strain(small)) if strain else law.at_rest
     law = pad_law.tilt_stiffness(block) if course == "tilt" else pad_law.shear_stiffness(block)[0]
     return float(law(np.array([strain]))[0])
 

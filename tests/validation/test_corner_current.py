@@ -30,7 +30,7 @@ from sitscad.kernels.electromagnetics.inductance.track_strands import track
 from sitscad.kernels.electromagnetics.inductance.tracks import winding_inductance
 from sitscad.kernels.electromagnetics.loss import corner_excess
 from sitscad.kernels.electromagnetics.loss.bent_tracks import bent_winding_loss
-from sitscad.kernels.electromagnetics.loss.corner_excess import lost_inductance
+from sitscad.kernels.electromagnetics.loss.corner_excess import bend_relaxation
 from sitscad.kernels.electromagnetics.loss.corners import corner_inductance, with_corners
 from sitscad.kernels.electromagnetics.loss.proximity import least_gap
 from sitscad.kernels.electromagnetics.loss.resistance import bend_squares
@@ -255,14 +255,14 @@ def test_rounded_corner_tables_match_numerical_solution(degrees, radius):
     squares, moment, inductance, inside = rounded(turn, radius)
     less = curved(turn, radius)
     if radius < corner_excess.TIGHT[-1]:
-        assert corner_excess.tight_squares(turn, radius) == approx(squares, abs=0.01)
+        assert corner_excess.tight_bend_squares(turn, radius) == approx(squares, abs=0.01)
         assert corner_excess.corner_moment(turn, radius) == approx(moment, rel=0.01)
         table = corner_excess.corner_points(turn, radius)
         assert table[:, 2] @ table[:, 0] == approx(inside, abs=0.015)
         ours = corner_excess.own_inductance(turn, 1.0, 0.1, radius)
     else:
-        assert corner_excess.gentle_squares(turn, radius) == approx(squares, abs=0.012)
-        ours = corner_excess.gentle_inductance(turn, 1.0, 0.1, radius) + less[1] * 4e-7 * math.pi
+        assert corner_excess.gentle_bend_squares(turn, radius) == approx(squares, abs=0.012)
+        ours = corner_excess.gentle_bend_inductance(turn, 1.0, 0.1, radius) + less[1] * 4e-7 * math.pi
     assert ours / (4e-7 * math.pi) == approx(inductance, rel=0.02, abs=2e-3)
 
 
@@ -311,7 +311,7 @@ def test_bend_current_relaxation_agrees_with_triangle_elements(degrees, radius):
     sides is taken at as many places across as the tables were fitted with.
     """
     inductance, resistance = difference(degrees, radius, 0.04, PLACES)
-    lost = lost_inductance(math.radians(degrees), WIDTH, 0.04 * WIDTH, radius, COPPER)[0] / (4e-7 * math.pi * WIDTH)
+    lost = bend_relaxation(math.radians(degrees), WIDTH, 0.04 * WIDTH, radius, COPPER)[0] / (4e-7 * math.pi * WIDTH)
     assert lost > 2e-3
     assert np.max(np.abs(inductance)) < max(0.15 * lost, 6e-4) and np.max(np.abs(resistance[2:])) < 0.15 * lost
 

@@ -118,7 +118,7 @@ def test_changed_readout_reuses_drawing_solution_and_solids(tmp_path, monkeypatc
 
     monkeypatch.setattr("sitscad.checks.trials.Trials.mending", lambda *_: Search())  # which draws other boards
     monkeypatch.setattr("sitscad.estimates.design.arrange", drawn)
-    monkeypatch.setattr("sitscad.kernels.mechanics.pad.BondedPad._posed", drawn)
+    monkeypatch.setattr("sitscad.kernels.mechanics.pad.BondedPad._solve_poses", drawn)
     monkeypatch.setattr("sitscad.estimates.states.plate.SolvedTarget", drawn)
     monkeypatch.setattr("sitscad.estimates.design.lay_out", drawn)
     path.write_text(rewritten(own, [Edit("readout.scan_rate", "60 Hz")]), encoding="utf-8")

@@ -144,7 +144,8 @@ def web_stiffness(spec: SensorSpec) -> list[float]:
     """Return the stiffness of each cell's pad under compression with webs, divided by the stiffness without webs."""
     assert spec.elastomer is not None
     face, thickness, around = loaded_face(spec)[0], spec.elastomer.thickness, surround(spec) or BARE
-    return [replace(around, webs=pad_webs(cell)).block(face, thickness, 1.0).stiffer.press for cell in cell_specs(spec)]
+    blocks = (replace(around, webs=pad_webs(cell)).block(face, thickness, 1.0) for cell in cell_specs(spec))
+    return [block.web_stiffening.press for block in blocks]
 
 
 def loaded_face(spec: SensorSpec, wider: float = 0.0) -> tuple[Face, float]:

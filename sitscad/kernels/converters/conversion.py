@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from sitscad.basics.quantities import Quantity
 from sitscad.basics.record import record
-from sitscad.kernels.converters.figures import RowForm, family_module, names_of
+from sitscad.kernels.converters.figures import RowForm, family_module, required_names
 from sitscad.kernels.converters.registers import FirmwareText, Register, RegisterMap
 
 if TYPE_CHECKING:
@@ -320,4 +320,4 @@ class ConversionLaw(Protocol):
 @cache
 def conversion_law(name: str) -> ConversionLaw:
     """Return the conversion module with a given name. Raises `DataError` if there is none, or if it lacks a name."""
-    return cast(ConversionLaw, family_module("conversion", name, names_of(ConversionLaw)))
+    return cast(ConversionLaw, family_module("conversion", name, required_names(ConversionLaw)))

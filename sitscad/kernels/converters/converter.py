@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from sitscad.basics.record import record
 from sitscad.basics.units import show
 from sitscad.kernels.converters.conversion import Conversion, ConversionLaw, Demand, conversion_law
-from sitscad.kernels.converters.figures import Limit, figure_source, limit_with_source, limits_of, numbers, rows_of
+from sitscad.kernels.converters.figures import Limit, family_limits, family_rows, limit_with_source, numbers, row_source
 from sitscad.kernels.converters.registers import RegisterMap, register_map
 
 DRIVEN_FAMILY = "ldc161x"
@@ -110,15 +110,15 @@ class Converter:
     @property
     def limits(self) -> Mapping[str, Limit]:
         """Numbers in the family's data file with units and sources, by row name."""
-        return limits_of(self.family)
+        return family_limits(self.family)
 
     def limit(self, name: str) -> float:
         """Return a number of the family's data file by row name, in SI units. Raises KeyError for an unknown name."""
-        return limits_of(self.family)[name].value
+        return family_limits(self.family)[name].value
 
     def source_of(self, name: str) -> str:
         """Return the source of a number, or the text of a row with text. Raises KeyError for an unknown row name."""
-        return figure_source(self.family, name)
+        return row_source(self.family, name)
 
     def cited_alone(self, text: str) -> str:
         """Return the text with this family's sources only. `text` cites all families' sources (`source_in_all`)."""
@@ -211,7 +211,7 @@ class Converter:
     @property
     def has_registers(self) -> bool:
         """Whether the family's data file names a register module."""
-        return "register_map" in rows_of(self.family)
+        return "register_map" in family_rows(self.family)
 
     @property
     def register_map(self) -> RegisterMap:

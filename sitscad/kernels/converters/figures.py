@@ -47,7 +47,7 @@ class RowForm:
     several: bool = False
 
 
-_SAYING = RowForm(WORDS)
+_TEXT = RowForm(WORDS)
 """Form of a row with text."""
 FREQUENCY, SHARE = RowForm("Hz", 1.0, 1e10), RowForm("1", 0.01, 1.0)
 """Forms of rows with a frequency (Hz), and with a ratio from 0.01 to 1."""
@@ -56,7 +56,7 @@ _CURRENT, _VOLTAGE, _RESISTANCE = RowForm("A", 1e-6, 1.0), RowForm("V", 0.01, 20
 
 REQUIRED_ROWS: dict[str, RowForm] = {
     **dict.fromkeys(("conversion", "pins", "coil_pins", "address_nets", "cite_drive", "scan_timing", "idle_channels",
-                     "noise_law"), _SAYING),
+                     "noise_law"), _TEXT),
     "result_bits": RowForm("bit", 8, 32, whole=True),
     "drive_currents": RowForm("A", 1e-7, 0.1, several=True),
     "sensor_frequency_min": FREQUENCY,
@@ -89,7 +89,7 @@ REQUIRED_ROWS: dict[str, RowForm] = {
 
 REGISTER_ROWS: dict[str, RowForm] = {
     **dict.fromkeys(("register_map", "result_registers", "cite_address", "cite_frequency", "cite_inductance",
-                     "cite_pins", "cite_results", "cite_errors"), _SAYING),
+                     "cite_pins", "cite_results", "cite_errors"), _TEXT),
     "device_id": RowForm("1", 0, 0xFFFF, whole=True),
     "wake_time": RowForm("s", 0.0, 1.0),
 }
@@ -111,7 +111,7 @@ _RISING = (
 
 
 @cache
-def rows_of(family: str) -> dict[str, Row]:
+def family_rows(family: str) -> dict[str, Row]:
     """Return the rows of a family's data file and of ``bench.csv``, by name.
 
     Raises `DataError`, with file and row, if a row is missing or malformed.
@@ -165,7 +165,7 @@ def family_module(row: str, name: str, required: tuple[str, ...]) -> ModuleType:
     return module
 
 
-def names_of(protocol: type) -> tuple[str, ...]:
+def required_names(protocol: type) -> tuple[str, ...]:
     """Return the names that a module must define to satisfy a protocol."""
     return *protocol.__annotations__, *(name for name in vars(protocol) if not name.startswith("_"))
 
@@ -197,10 +197,10 @@ def _row_flaws(row: Row, asked_of: Mapping[str, RowForm]) -> Iterator[str]:
     if len(texts) > 1 and not form.several:
         yield f"{row['value']!r} is not one number"
     for text in texts:
-        yield from _flaws_of_number(text, form)
+        yield from _number_flaws(text, form)
 
 
-def _flaws_of_number(text: str, form: RowForm) -> Iterator[str]:
+def _number_flaws(text: str, form: RowForm) -> Iterator[str]:
     """Yield the faults of one number of a row: not a number, out of range, or not whole."""
     try:
         value = float(text)
@@ -217,29 +217,29 @@ def _flaws_of_number(text: str, form: RowForm) -> Iterator[str]:
 @cache
 def numbers(family: str, name: str) -> tuple[float, ...]:
     """Return the values of a row with several numbers, in SI units."""
-    return tuple(map(float, rows_of(family)[name]["value"].split()))
+    return tuple(map(float, family_rows(family)[name]["value"].split()))
 
 
 @cache
-def limits_of(family: str) -> Mapping[str, Limit]:
+def family_limits(family: str) -> Mapping[str, Limit]:
     """Return the rows of a family's data file that hold one number, by row name (``clock_max``, ``amplitude_max``)."""
     return {
         name: Limit(float(row["value"]), row["unit"], row["source"], row["status"] == "verified")
-        for name, row in rows_of(family).items()
+        for name, row in family_rows(family).items()
         if row["unit"] != WORDS and " " not in row["value"]
     }
 
 
-def figure_source(family: str, name: str) -> str:
+def row_source(family: str, name: str) -> str:
     """Return the source of a number, or the text of a row with text. Raises KeyError for an unknown row name."""
-    row = rows_of(family)[name]
+    row = family_rows(family)[name]
     return row["value"] if row["unit"] == WORDS else row["source"]
 
 
 @cache
 def source_in_all(name: str) -> str:
     """Return one text with the sources of a row in all families that have the row."""
-    return "; ".join(dict.fromkeys(figure_source(family, name) for family in _families() if name in rows_of(family)))
+    return "; ".join(dict.fromkeys(row_source(family, name) for family in _families() if name in family_rows(family)))
 
 
 @cache
@@ -255,9 +255,10 @@ def limit_with_source(family: str, text: str) -> str:
     If no cited row belongs to the family, the result is the source of the family's conversion.
     """
     families = dict.fromkeys(row["family"] for row in rows("converters"))
-    other_names = dict.fromkeys(name for other in families for name in rows_of(other) if name not in rows_of(family))
-    for name in rows_of(family):
-        text = text.replace(source_in_all(name), figure_source(family, name))
+    own_rows = family_rows(family)
+    other_names = dict.fromkeys(name for other in families for name in family_rows(other) if name not in own_rows)
+    for name in own_rows:
+        text = text.replace(source_in_all(name), row_source(family, name))
     for name in other_names:
         text = text.replace(source_in_all(name), "")
-    return "; ".join(filter(None, text.split("; "))) or rows_of(family)["conversion"]["source"]
+    return "; ".join(filter(None, text.split("; "))) or family_rows(family)["conversion"]["source"]

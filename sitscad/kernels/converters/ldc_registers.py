@@ -151,17 +151,17 @@ def registers(
     ValueError
         if a setting does not fit its field, or for the high-current drive with several channels.
     """
-    count = _within("channels", len(channels), 1, MOST_CHANNELS)
+    count = _check_range("channels", len(channels), 1, MOST_CHANNELS)
     if high_current and count > 1:
         raise ValueError("the high-current drive works in single-channel mode only")
-    fields = [list(_of_channel(number, channel)) for number, channel in enumerate(channels)]
+    fields = [list(_channel_registers(number, channel)) for number, channel in enumerate(channels)]
     rcounts, offsets, settle_counts, dividers, drives = (list(rows) for rows in zip(*fields, strict=True))
     how = "continuous conversion of channel 0" if count == 1 else f"scan of channels 0 to {count - 1}"
     mux, wakes = f"{how}, input filter above the highest sensor frequency", "wakes the device: fixed drive current"
     wakes += f", full current while starting, {'external' if external_clock else 'internal'} clock"
     gains = []
     if output_gain is not None:
-        code = _within("OUTPUT_GAIN", output_gain, 0, 3) << 9
+        code = _check_range("OUTPUT_GAIN", output_gain, 0, 3) << 9
         gains = [Register(RESET_DEV, "RESET_DEV", code, f"OUTPUT_GAIN {output_gain}, for the results of all channels")]
     return (
         *rcounts, *offsets, *settle_counts, *dividers,
@@ -174,29 +174,29 @@ def registers(
     )
 
 
-def _of_channel(number: int, channel: ChannelSettings) -> tuple[Register, ...]:
+def _channel_registers(number: int, channel: ChannelSettings) -> tuple[Register, ...]:
     """Return the registers of a channel: RCOUNT, OFFSET, SETTLECOUNT, CLOCK_DIVIDERS and DRIVE_CURRENT.
 
     CLOCK_DIVIDERS has FIN_DIVIDER in bits 15:12 and FREF_DIVIDER in 9:0. DRIVE_CURRENT has the code in bits 15:11.
     """
-    divider = _within("FIN_DIVIDER", channel.input_divider, 1, 15)
-    reference = _within("FREF_DIVIDER", channel.reference_divider, 1, 1023)
+    divider = _check_range("FIN_DIVIDER", channel.input_divider, 1, 15)
+    reference = _check_range("FREF_DIVIDER", channel.reference_divider, 1, 1023)
     rows = (
-        (RCOUNT, "RCOUNT", _within("RCOUNT", channel.rcount, 9, 0xFFFF),
+        (RCOUNT, "RCOUNT", _check_range("RCOUNT", channel.rcount, 9, 0xFFFF),
          f"conversion of 16 x {channel.rcount} + 4 reference periods"),
-        (OFFSET, "OFFSET", _within("OFFSET", channel.offset, 0, 0xFFFF),
+        (OFFSET, "OFFSET", _check_range("OFFSET", channel.offset, 0, 0xFFFF),
          f"{channel.offset} / 2^16 of f_REF taken from every conversion"),
-        (SETTLECOUNT, "SETTLECOUNT", _within("SETTLECOUNT", channel.settle_count, 4, 0xFFFF),
+        (SETTLECOUNT, "SETTLECOUNT", _check_range("SETTLECOUNT", channel.settle_count, 4, 0xFFFF),
          f"settling for 16 x {channel.settle_count} reference periods"),
         (CLOCK_DIVIDERS, "CLOCK_DIVIDERS", divider << 12 | reference,
          f"FIN_DIVIDER {divider}, FREF_DIVIDER {reference}"),
-        (DRIVE_CURRENT, "DRIVE_CURRENT", _within("IDRIVE", channel.drive_code, 0, 31) << 11,
+        (DRIVE_CURRENT, "DRIVE_CURRENT", _check_range("IDRIVE", channel.drive_code, 0, 31) << 11,
          f"drive current code {channel.drive_code}"),
     )
     return tuple(Register(first + number, f"{name}{number}", value, meaning) for first, name, value, meaning in rows)
 
 
-def _within(name: str, value: int, low: int, high: int) -> int:
+def _check_range(name: str, value: int, low: int, high: int) -> int:
     """Return `value`. Raises ValueError if it is not within `low` to `high`."""
     if not low <= value <= high:
         raise ValueError(f"{name} is {value}; it must lie in {low} to {high}")

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import Protocol, cast
 
 from sitscad.basics.record import record
-from sitscad.kernels.converters.figures import family_module, names_of
+from sitscad.kernels.converters.figures import family_module, required_names
 
 
 @record
@@ -123,4 +123,4 @@ class DriverRegisters(RegisterMap, Protocol):
 
 def register_map(name: str) -> RegisterMap:
     """Return the register module with a given name. Raises `DataError` if there is none, or if it lacks a name."""
-    return cast(RegisterMap, family_module("register_map", name, names_of(RegisterMap)))
+    return cast(RegisterMap, family_module("register_map", name, required_names(RegisterMap)))

@@ -69,7 +69,7 @@ class Network:
         behind = 1.0 + coil_end * (self.resistance + around * self.inductance)
         return np.asarray(pin_end + coil_end / behind), np.asarray(1.0 / behind)
 
-    def in_tank(self, inductance: Array) -> Array:
+    def tank_inductance(self, inductance: Array) -> Array:
         """Return the inductance (H) that oscillates with the tank capacitor.
 
         It is the coil's inductance. If the cable lies between coil and capacitor, the cable's inductance is added.
@@ -87,7 +87,7 @@ class Network:
 
         Losses and the converter's delay are neglected. NaN for a negative inductance.
         """
-        return 1.0 / np.sqrt(self.in_tank(inductance) * self.capacitance)
+        return 1.0 / np.sqrt(self.tank_inductance(inductance) * self.capacitance)
 
 
 @record
@@ -217,7 +217,7 @@ def oscillate(
         frequency=np.where(exists, after / (2.0 * math.pi), np.nan), inductance=terminal[0], resistance=terminal[1],
         parallel_resistance=np.where(exists, 1.0 / y.real, np.nan),
         quality_factor=np.where(exists, 0.5 * (beyond.imag - y.imag) / (1e-6 * y.real),
-                                plain * network.in_tank(first[0]) / loss),
+                                plain * network.tank_inductance(first[0]) / loss),
         coil_share=np.where(exists, np.abs(share), np.nan),
     )
 

@@ -79,7 +79,7 @@ class Primitives:
         if not np.any(self.radius > 0.0):
             return np.hstack([low, high])
         for quarter, (axis, sign) in enumerate(((0, 1.0), (1, 1.0), (0, -1.0), (1, -1.0))):
-            reached = (self.radius > 0.0) & within_sweep(quarter * np.pi / 2.0, self.angle, self.sweep)
+            reached = (self.radius > 0.0) & is_within_sweep(quarter * np.pi / 2.0, self.angle, self.sweep)
             extreme = self.centre[:, axis] + sign * self.radius
             side, choose = (high, np.maximum) if sign > 0 else (low, np.minimum)
             side[:, axis] = np.where(reached, choose(side[:, axis], extreme), side[:, axis])
@@ -123,7 +123,7 @@ def concatenated(parts: Sequence[Primitives]) -> Primitives:
     return Primitives(*(np.concatenate([getattr(part, name) for part in parts]) for name in _FIELDS))
 
 
-def within_sweep(angle: Array | float, start: Array, sweep: Array) -> Flags:
+def is_within_sweep(angle: Array | float, start: Array, sweep: Array) -> Flags:
     """Whether a direction (rad) lies on arcs that begin at `start` (rad) and turn by the signed angle `sweep` (rad)."""
     travelled = np.where(sweep >= 0.0, angle - start, start - angle) % TWO_PI
     return (travelled <= np.abs(sweep) + _ANGLE_SLACK) | (travelled >= TWO_PI - _ANGLE_SLACK)
@@ -173,7 +173,7 @@ def _lines_to_points(lines: Primitives, points: Array) -> Array:
 def _arcs_to_points(arcs: Primitives, points: Array) -> Array:
     """Return the distances (n; m) from arc k to point k."""
     out = points - arcs.centre
-    on = _faces(arcs, out)
+    on = _is_towards_arc(arcs, out)
     result = np.abs(np.hypot(out[:, 0], out[:, 1]) - arcs.radius)
     off = np.flatnonzero(~on)
     to_start, to_end = points[off] - arcs.start[off], points[off] - arcs.end[off]
@@ -270,13 +270,13 @@ def _line_arc(line: Primitives, arc: Primitives) -> Array:
     foot = line.start + foot_at[:, None] * unit
     out = foot - arc.centre
     height = np.hypot(out[:, 0], out[:, 1])
-    direct = (foot_at >= 0.0) & (foot_at <= length) & _faces(arc, out)
+    direct = (foot_at >= 0.0) & (foot_at <= length) & _is_towards_arc(arc, out)
     result = np.where(direct, np.abs(height - arc.radius), np.inf)
     half = np.sqrt(np.maximum(0.0, arc.radius**2 - height**2))
     for sign in (-1.0, 1.0):
         at = foot_at + sign * half
         point = line.start + at[:, None] * unit
-        hit = (height <= arc.radius) & (at >= 0.0) & (at <= length) & _faces(arc, point - arc.centre)
+        hit = (height <= arc.radius) & (at >= 0.0) & (at <= length) & _is_towards_arc(arc, point - arc.centre)
         result = np.where(hit, 0.0, result)
     return result
 
@@ -291,7 +291,7 @@ def _arc_arc(first: Primitives, second: Primitives) -> Array:
     unit = np.where(apart[:, None] > 1e-15, axis / np.where(apart > 1e-15, apart, 1.0)[:, None], [1.0, 0.0])
     result = np.full(len(apart), np.inf)
     signs = (-1.0, 1.0)
-    faces, other_faces = [_faces(first, sign * unit) for sign in signs], [_faces(second, sign * unit) for sign in signs]
+    faces, other_faces = ([_is_towards_arc(arc, sign * unit) for sign in signs] for arc in (first, second))
     for s1, on in zip(signs, faces, strict=True):
         for s2, other_on in zip(signs, other_faces, strict=True):
             gap = np.abs(apart + s2 * second.radius - s1 * first.radius)
@@ -314,13 +314,13 @@ def _arcs_cross(first: Primitives, second: Primitives, apart: Array, unit: Array
     crossed = np.zeros(len(apart), dtype=bool)
     for sign in (-1.0, 1.0):
         offset = at[:, None] * unit + (sign * half)[:, None] * normal
-        crossed |= _faces(first, offset) & _faces(second, offset - (second.centre - first.centre))
+        crossed |= _is_towards_arc(first, offset) & _is_towards_arc(second, offset - (second.centre - first.centre))
     return crossed
 
 
-def _faces(arc: Primitives, direction: Array) -> Flags:
+def _is_towards_arc(arc: Primitives, direction: Array) -> Flags:
     """Return flags (n): whether a direction (n, 2) from the centre of arc k points to the arc."""
-    return within_sweep(np.arctan2(direction[:, 1], direction[:, 0]), arc.angle, arc.sweep)
+    return is_within_sweep(np.arctan2(direction[:, 1], direction[:, 0]), arc.angle, arc.sweep)
 
 
 def _dot(a: Array, b: Array) -> Array:

@@ -274,10 +274,10 @@ class Outline(ABC):
         It is 0 if there is no space for a turn.
         """
         room = (min(size) / 2 - trace_width) / pitch - _SLACK
-        return self._most_in(room) if room > 0 else 0.0
+        return self._most_turns_in_room(room) if room > 0 else 0.0
 
     @abstractmethod
-    def _most_in(self, room: float) -> float:
+    def _most_turns_in_room(self, room: float) -> float:
         """Return the largest number of turns if the outermost track is `room` pitches away from the centre."""
 
 
@@ -332,7 +332,7 @@ class Round(Outline):
 
     INWARD: ClassVar[tuple[float, float]] = (0.0, 0.5)  # a spiral comes inwards steadily
 
-    def _most_in(self, room: float) -> float:
+    def _most_turns_in_room(self, room: float) -> float:
         return room
 
 
@@ -426,7 +426,7 @@ class Polygon(Outline):
         corners = ((2 * k + 1) * step for k in range(self.sides))
         return tuple(Point(reach * math.cos(a), reach * math.sin(a)) for a in corners), 0.0
 
-    def _most_in(self, room: float) -> float:
+    def _most_turns_in_room(self, room: float) -> float:
         return math.floor(room) + (self.sides - 1) / self.sides
 
 
@@ -506,7 +506,7 @@ class Racetrack(Outline):
 
     INWARD: ClassVar[tuple[float, float]] = (0.25, 0.0)  # by half a pitch in the middle of each turn
 
-    def _most_in(self, room: float) -> float:
+    def _most_turns_in_room(self, room: float) -> float:
         return max(0.0, math.floor(2 * (room + 0.5)) / 2)
 
 

@@ -249,22 +249,22 @@ class BondedPad:
         touches the board.
         """
         poses = np.asarray(poses, dtype=float).reshape(-1, 6)
-        if not self._middle.any():
-            return self._held(relative_motion(poses, self.thickness, self._share))
-        arm = rotations(poses[:, 3:]) @ self._middle
-        moved = np.concatenate([poses[:, :3] + arm - self._middle, poses[:, 3:]], axis=1)
-        wrench = self._held(relative_motion(moved, self.thickness, self._share))
+        if not self._reaction_offset.any():
+            return self._holding_wrenches(relative_motion(poses, self.thickness, self._share))
+        arm = rotations(poses[:, 3:]) @ self._reaction_offset
+        moved = np.concatenate([poses[:, :3] + arm - self._reaction_offset, poses[:, 3:]], axis=1)
+        wrench = self._holding_wrenches(relative_motion(moved, self.thickness, self._share))
         wrench[:, 3:] += cross_products(arm, wrench[:, :3])
         return wrench
 
     @cached_property
-    def _middle(self) -> Array:
+    def _reaction_offset(self) -> Array:
         """Vector (3; m) from the middle of the target to the centre of the pad's reaction.
 
         It follows from `surround_law.WebFactors.pressure_centre`.
         """
-        return self.thickness * np.array([self.block.stiffer.pressure_centre,
-                                          self.block.turned.stiffer.pressure_centre, 0.0])
+        return self.thickness * np.array([self.block.web_stiffening.pressure_centre,
+                                          self.block.turned.web_stiffening.pressure_centre, 0.0])
 
     @cached_property
     def _share(self) -> float:
@@ -275,7 +275,7 @@ class BondedPad:
         """
         return 0.5 * math.exp(-self.block.rim / 0.36)
 
-    def _held(self, motion: Motion) -> Array:
+    def _holding_wrenches(self, motion: Motion) -> Array:
         """Return force and moment (n, 6; N, N m) that hold a displaced target. NaN if it touches the board."""
         h = self.thickness
         with np.errstate(invalid="ignore", divide="ignore"):
@@ -310,7 +310,7 @@ class BondedPad:
         They are central differences. Rows are components of `force`, columns are components of a pose.
         """
         poses = np.asarray(poses, dtype=float).reshape(-1, 6)
-        there = poses[:, None, :] + self._reaction_offset[1:]
+        there = poses[:, None, :] + self._pose_differences[1:]
         wrenches = self.force(there.reshape(-1, 6)).reshape(len(poses), 12, 6)
         return np.swapaxes((wrenches[:, :6] - wrenches[:, 6:]) / (2.0 * self._steps[:, None]), 1, 2)
 
@@ -381,7 +381,8 @@ class BondedPad:
         whole = self.shear_modulus * self.face.area
         wrenches = _as_wrenches(loads) / (3 * [whole] + 3 * [whole * self.thickness])
         points = np.full((len(wrenches), 3), self.height / self.thickness)
-        points[:, :2] = (0.0 if at is None else np.asarray(at) / self.thickness) - self._middle[:2] / self.thickness
+        offset = self._reaction_offset[:2] / self.thickness
+        points[:, :2] = (0.0 if at is None else np.asarray(at) / self.thickness) - offset
         turned = np.zeros_like(points)
         if turns is not None:
             turned[:] = turns
@@ -389,7 +390,7 @@ class BondedPad:
         inputs = (*(each.tobytes() for each in (wrenches, points, turned)), is_held or turns is not None, is_stuck)
         return cached_solution(lambda: (self, *inputs), lambda: (solve(self, *inputs),))[0].copy()
 
-    def _posed(self, wrenches: Array, points: Array, turned: Array, free: slice) -> Array:
+    def _solve_poses(self, wrenches: Array, points: Array, turned: Array, free: slice) -> Array:
         """Return the poses (n, 6; m, rad) under forces and moments (n, 6), in the units of `energy_derivatives`.
 
         `points` (n, 3) are the load points, `turned` (n, 3; rad) the first or fixed angles. `free` selects the
@@ -398,21 +399,21 @@ class BondedPad:
         squeeze, start = self.stiffness_curves.squeeze, np.zeros_like(wrenches)
         start[:, 2] = [1.0 - squeeze.strain(max(0.0, -force), ROUGHLY) for force in wrenches[:, 2].tolist()]
         start[:, 3:] = turned
-        poses = self._balanced(start, wrenches, points, free)
+        poses = self._solve_equilibrium(start, wrenches, points, free)
         lost = np.isnan(poses[:, 0])
         if np.any(lost):
-            poses[lost] = self._followed(start[lost], wrenches[lost], points[lost], free)
+            poses[lost] = self._solve_in_steps(start[lost], wrenches[lost], points[lost], free)
         poses[:, 2] -= 1.0
         poses[:, :3] *= self.thickness
-        if self._middle.any():
-            poses[:, :3] += self._middle - rotations(poses[:, 3:]) @ self._middle
+        if self._reaction_offset.any():
+            poses[:, :3] += self._reaction_offset - rotations(poses[:, 3:]) @ self._reaction_offset
         return poses
 
-    def _followed(self, start: Array, wrenches: Array, points: Array, free: slice) -> Array:
+    def _solve_in_steps(self, start: Array, wrenches: Array, points: Array, free: slice) -> Array:
         """Return places and angles in equilibrium (n, 6; thicknesses, rad), with the load applied in several steps.
 
-        Arguments are explained in `_balanced`. Shear, moments, rotations and the distance of the load from the middle
-        reach their values in `SHEAR_STEPS` equal steps.
+        Arguments are explained in `_solve_equilibrium`. Shear, moments, rotations and the distance of the load from the
+        middle reach their values in `SHEAR_STEPS` equal steps.
         """
         whole, turns, there = np.zeros_like(wrenches), start[:, 3:].copy(), start.copy()
         whole[:, 2] = wrenches[:, 2]
@@ -420,10 +421,10 @@ class BondedPad:
             if free != FREE:
                 there[:, 3:] = part * turns
             here = points * [part, part, 1.0]
-            there = self._balanced(there, whole + (wrenches - whole) * part, here, free)
+            there = self._solve_equilibrium(there, whole + (wrenches - whole) * part, here, free)
         return there
 
-    def _balanced(self, start: Array, wrenches: Array, points: Array, free: slice) -> Array:
+    def _solve_equilibrium(self, start: Array, wrenches: Array, points: Array, free: slice) -> Array:
         """Return places and angles (n, 6; thicknesses, rad) in equilibrium, by Newton's method.
 
         `start` (n, 6) are the first places and angles, `wrenches` (n, 6) forces and moments, `points` (n, 3) the load
@@ -440,7 +441,7 @@ class BondedPad:
         upright = frame[:, 2]  # the way off the board, in the frame
         near, last = np.zeros(len(there), dtype=bool), np.full(len(there), math.inf)
         for _ in range(25):
-            lack, slope = self._lack_and_slope(there, wrenches, points)
+            lack, slope = self._gradients_and_hessians(there, wrenches, points)
             lack, slope = lack[:, free], slope[:, free, free]
             if free == STUCK:
                 lack = np.einsum("ni,ni->n", upright, lack)[:, None]
@@ -466,7 +467,7 @@ class BondedPad:
         poses[stable, 3:] = angles(rotations_of_vectors(vectors)) if free == FREE else start[stable, 3:]
         return poses
 
-    def _lack_and_slope(self, there: Array, wrenches: Array, points: Array) -> tuple[Array, Array]:
+    def _gradients_and_hessians(self, there: Array, wrenches: Array, points: Array) -> tuple[Array, Array]:
         """Return the gradient (n, 6) and the Hessian (n, 6, 6) of the energy of pad and load.
 
         `there` (n, 6) are places and rotation vectors, `wrenches` (n, 6) the loads, `points` (n, 3) the load points.
@@ -474,7 +475,7 @@ class BondedPad:
         is_moment = bool(wrenches[:, 3:].any())
         if len(there) <= FEW:
             rows = zip(there.tolist(), wrenches.tolist(), points.tolist(), strict=True)
-            each = [self._lack_of_one(place, force, arm, is_moment) for place, force, arm in rows]
+            each = [self._gradient_and_hessian(place, force, arm, is_moment) for place, force, arm in rows]
             return np.array([lack for lack, _ in each]), np.array([slope for _, slope in each])
         (x, y, z, *turn), (f_x, f_y, f_z, *moments) = there.T, wrenches.T
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
@@ -486,7 +487,7 @@ class BondedPad:
         lacking[z <= 0.0] = math.nan
         return lacking, np.moveaxis(np.array(slope), 2, 0)
 
-    def _lack_of_one(
+    def _gradient_and_hessian(
         self, there: list[float], wrench: list[float], point: list[float], is_moment: bool
     ) -> tuple[list[float], list[list[float]]]:
         """Return gradient (6) and Hessian (6 rows of 6) of the energy of pad and load, for one load, as floats.
@@ -506,7 +507,7 @@ class BondedPad:
         return np.array(3 * [1e-6 * self.thickness] + 3 * [1e-6])
 
     @cached_property
-    def _reaction_offset(self) -> Array:
+    def _pose_differences(self) -> Array:
         """Changes of a pose (13, 6; m and rad) for central differences.
 
         The first row is zero. Then follow the six positive steps, then the six negative steps.
@@ -531,7 +532,7 @@ def _cached_poses(
     """
     forces, (places, turns) = np.frombuffer(wrenches), (np.frombuffer(each).reshape(-1, 3) for each in (points, turned))
     free = STUCK if is_stuck else LEVEL if is_level else FREE
-    return pad._posed(forces.reshape(-1, 6), places, turns, free)
+    return pad._solve_poses(forces.reshape(-1, 6), places, turns, free)
 
 
 def _as_wrenches(loads: Array) -> Array:

@@ -83,7 +83,7 @@ class Ogden:
         """
         flat = 15.1 * self.shape_factor**2 * (1.0 - 0.215 * self.round + 2.28 * self.oblong**2)
         linear = 0.272 * (1.0 - 0.22 * self.has_rim)
-        return 1.0 + self._more(strain, linear, 1.0 + flat + 5.6 * strain)
+        return 1.0 + self._factor_increase(strain, linear, 1.0 + flat + 5.6 * strain)
 
     def shear(self, strain: Number) -> Number:
         """Return the change of the shear stiffness at a compressive strain, divided by the shear stiffness at rest.
@@ -92,7 +92,8 @@ class Ogden:
         """
         flat = 8.7 * self.shape_factor**2 * (1.0 - 2.5 * self.oblong)
         given_way = 1.0 - (strain / 0.43) ** 6
-        return self._more(strain, 0.29 * (1.0 - 0.43 * self.has_rim), (5.0 + flat + 3.3 * self.has_rim) * given_way)
+        linear = 0.29 * (1.0 - 0.43 * self.has_rim)
+        return self._factor_increase(strain, linear, (5.0 + flat + 3.3 * self.has_rim) * given_way)
 
     def tilt(self, strain: Number) -> Number:
         """Return the factor (no unit) on the neo-Hookean tilt stiffness at a compressive strain.
@@ -102,9 +103,9 @@ class Ogden:
         """
         square = self.shape_factor**2
         flat = 29.3 * square * (1.0 - 0.43 * self.oblong - 0.15 * self.round)
-        return 1.0 + self._more(strain, 0.465, 4.9 + flat + (15.9 - 30.4 * square) * strain)
+        return 1.0 + self._factor_increase(strain, 0.465, 4.9 + flat + (15.9 - 30.4 * square) * strain)
 
-    def _more(self, strain: Number, linear: float, square: Number) -> Number:
+    def _factor_increase(self, strain: Number, linear: float, square: Number) -> Number:
         """Return the difference of a factor from 1 (no unit) at a compressive strain, by two coefficients.
 
         For exponents above 2 a pad is softer at first, by (alpha - 2) times `linear` times the strain (1/4 for a bar,
@@ -205,7 +206,7 @@ class Block:
         if exponents == (NEO_HOOKEAN, NEO_HOOKEAN):
             return None
         oblong = min(max(self.oblongness, -MOST_OBLONG), MOST_OBLONG)
-        return Ogden(*exponents, self.flatness, self.round, oblong, -math.expm1(-self.rim / OGDEN_RIM))
+        return Ogden(*exponents, self.limited_shape_factor, self.round, oblong, -math.expm1(-self.rim / OGDEN_RIM))
 
     @property
     def turned(self) -> Block:
@@ -213,7 +214,7 @@ class Block:
         return replace(self, along=self.across, across=self.along, webs=self.webs.turned)
 
     @cached_property
-    def stiffer(self) -> WebFactors:
+    def web_stiffening(self) -> WebFactors:
         """Factors (no unit) by which the webs increase the pad's stiffness."""
         return web_factors(self.along, self.across, self.rim, self.webs)
 
@@ -238,7 +239,7 @@ class Block:
         return 0.5 * self.along * self.across / (self.along + self.across)
 
     @property
-    def flatness(self) -> float:
+    def limited_shape_factor(self) -> float:
         """Shape factor, at most `FLATTEST`."""
         return min(self.shape_factor, FLATTEST)
 
@@ -296,10 +297,10 @@ def force_sigma(block: Block) -> float:
 
     oblong = max(block.along, block.across) / min(block.along, block.across)
     doubted = max(part(block.shape_factor, DOUBTED_SHAPES), part(oblong, DOUBTED_OBLONG))
-    of_exponent = OGDEN_SIGMA * abs(block.exponent - NEO_HOOKEAN) * max(1.0, block.flatness) ** 3
+    of_exponent = OGDEN_SIGMA * abs(block.exponent - NEO_HOOKEAN) * max(1.0, block.limited_shape_factor) ** 3
     own_part = math.hypot(FIT_SIGMA * (1.0 + doubted), of_exponent)
     if block.webs.width:
-        own_part = math.hypot(own_part, WEB_SIGMA * (1.0 - 1.0 / block.stiffer.press))
+        own_part = math.hypot(own_part, WEB_SIGMA * (1.0 - 1.0 / block.web_stiffening.press))
     if not block.rim and not block.skin:
         return own_part
     law = compression(block)
@@ -319,7 +320,7 @@ def rim_factor(block: Block, most: float, power: float, reach: float) -> float:
     return 1.0 + most * block.shape_factor**-power * -math.expm1(-block.rim / reach)
 
 
-def _lindley(strain: Number) -> Number:
+def _lindley_strain(strain: Number) -> Number:
     """Return the strain measure (1 / lambda^2 - lambda) / 3 of the stretch lambda = 1 - strain, without cancellation.
 
     It is Lindley's law, which holds for a neo-Hookean bar (textbook).
@@ -332,9 +333,9 @@ def _lindley(strain: Number) -> Number:
 class CompressionLaw:
     """Normal pressure as a function of compressive strain, divided by the shear modulus.
 
-    The pressure is Lindley's strain measure (`_lindley`) times a stiffness. The pad's stiffness is `modulus` (1 +
-    `first` e + `second` e^2) at the strain e; the film's contribution is added. `ogden` corrects both for other Ogden
-    exponents.
+    The pressure is Lindley's strain measure (`_lindley_strain`) times a stiffness. The pad's stiffness is `modulus`
+    (1 + `first` e + `second` e^2) at the strain e; the film's contribution is added. `ogden` corrects both for other
+    Ogden exponents.
     """
 
     modulus: float
@@ -354,14 +355,14 @@ class CompressionLaw:
         It is positive in compression.
         """
         bound = np.clip(strain, LEAST_STRAIN, MOST_STRAIN)
-        return np.asarray(self._course(bound, self.film(bound)) * _lindley(strain))
+        return np.asarray(self._relative_pressure(bound, self.film(bound)) * _lindley_strain(strain))
 
     def at(self, strain: float) -> float:
         """Return the pressure at one strain, divided by the shear modulus. It is positive in compression."""
         bound = min(max(strain, LEAST_STRAIN), MOST_STRAIN)
-        return self._course(bound, self.film.at(bound)) * _lindley(strain)
+        return self._relative_pressure(bound, self.film.at(bound)) * _lindley_strain(strain)
 
-    def _course(self, bound: Number, film: Number) -> Number:
+    def _relative_pressure(self, bound: Number, film: Number) -> Number:
         """Return the pressure divided by Lindley's strain measure and by the shear modulus, at the strains `bound`.
 
         The strains are limited to the range from `LEAST_STRAIN` to `MOST_STRAIN`. `film` is the contribution of the
@@ -401,8 +402,8 @@ def compression(block: Block, bulk_modulus: float = math.inf) -> CompressionLaw:
 
     The deviation from Lindley's law is fitted to finite elements (tests/validation/pad_figures.csv).
     """
-    flat = block.flatness
-    modulus = compression_modulus(block) * rim_factor(block, 0.75, 0.71, 0.65) * block.stiffer.press
+    flat = block.limited_shape_factor
+    modulus = compression_modulus(block) * rim_factor(block, 0.75, 0.71, 0.65) * block.web_stiffening.press
     surround = 0.13 * block.rim / 0.4 * math.exp(1.0 - block.rim / 0.4)
     first = -0.25 + 0.80 * flat - 0.040 * flat**2 - 0.129 * block.round * flat + surround
     second = -1.458 + 1.509 * flat - 0.462 * flat**2
@@ -425,7 +426,7 @@ def shear_stiffness(block: Block) -> tuple[Callable[[Array], Array], Callable[[A
     """
     a, b, film, ogden, flat = block.along, block.across, block.films[1], block.ogden, min(block.along, 6.0)
     bent = (0.191 + 0.175 / a + 0.054 * (1.0 / b - 1.0 / a)) / a
-    stiffness = rim_factor(block, 1.19, 1.2, 1.4) / (1.0 + bent) * block.stiffer.shear
+    stiffness = rim_factor(block, 1.19, 1.2, 1.4) / (1.0 + bent) * block.web_stiffening.shear
     column = compression_modulus(block) / a**2 * a / (2.735 + 0.0475 * a + 0.582 * block.oblongness)
     helped = 1.1 * math.exp(-((block.rim / 0.445) ** 1.85)) - 0.1 if block.rim else 1.0
     # three terms of its softening
@@ -470,11 +471,11 @@ def tilt_stiffness(block: Block) -> Callable[[Array], Array]:
     b^2 / 3.6 (face short across). p is their product divided by their sum, like resistances in parallel. The form is
     derived here, constants are fitted to our own finite elements (tests/validation/pad_figures.csv).
     """
-    a, b, flat, oblong, ogden = block.along, block.across, block.flatness, block.oblongness, block.ogden
+    a, b, flat, oblong, ogden = block.along, block.across, block.limited_shape_factor, block.oblongness, block.ogden
     moment = (4.0 - block.round) / 48.0 * a * a
     sheared = 1.1255 + 0.0254 * block.round - oblong * (0.470 if oblong < 0.0 else 0.189)
     pressure = (1.0 - 0.2 * block.round) / (15.0 / a**2 + 3.58 / b**2)
-    stiffness = 3.0 * moment * (sheared + pressure) * rim_factor(block, 0.637, 1.15, 0.35) * block.stiffer.tilt
+    stiffness = 3.0 * moment * (sheared + pressure) * rim_factor(block, 0.637, 1.15, 0.35) * block.web_stiffening.tilt
     power = 3.10 * flat / (flat + 0.434) - 0.291 * oblong + 0.033 * block.round + 0.6 * math.expm1(-block.rim / 0.5)
     film = block.films[2]
 
@@ -503,4 +504,4 @@ def twist_stiffness(block: Block) -> float:
     flat = 1.0 / (1.0 + 1.0 / block.shape_factor**2)
     # the walls' shear stiffness along either axis, half a width away
     film = 0.25 * (a * a * block.turned.films[1].rest + b * b * block.films[1].rest)
-    return (warped + (polar - warped) * flat) * rim_factor(block, 1.19, 1.2, 1.4) * block.stiffer.twist + film
+    return (warped + (polar - warped) * flat) * rim_factor(block, 1.19, 1.2, 1.4) * block.web_stiffening.twist + film

@@ -93,7 +93,7 @@ PAIRS = tuple((one, two) for k, one in enumerate(KINDS) for two in KINDS[k:])
 """All pairs of kinds of surface functions, each pair once."""
 
 
-def on_surface(counts: Sequence[int]) -> Index:
+def surface_function_numbers(counts: Sequence[int]) -> Index:
     """Return a number for each product of functions along x, y and z; -1 if the product is zero on the box's surface.
 
     `counts` are the numbers of functions along x, y and z, and the shape of the result. The last function along each
@@ -121,7 +121,7 @@ class _Axis:
     stiffness: Array
 
     @classmethod
-    def of(cls, modes: Mapping[int, LineModes], axis: int) -> _Axis:
+    def from_modes(cls, modes: Mapping[int, LineModes], axis: int) -> _Axis:
         """Return the integrals (1/m2, m, m, 1/m) of both parities' functions along an axis (0 to 2 for x to z)."""
         parities = [modes[parity] for parity in PARITIES]
         count = max(line.squares.size for line in parities)
@@ -195,15 +195,15 @@ def box_bodies(lines: Sequence[Mapping[int, LineModes]], selections: Flags) -> l
             integrals of the functions along x, y and z, by parity (1, -1). Surface functions are products of functions
         along the axes.
     selections : array of bool
-            flags (parities, functions) of the functions in use, in the numbers of `on_surface`. These numbers assume
-        equal counts of odd and even functions along every axis.
+            flags (parities, functions) of the functions in use, in the numbers of `surface_function_numbers`. These
+        numbers assume equal counts of odd and even functions along every axis.
 
     Returns
     -------
     One `BodyEnergies` (m) for each parity, in the order of `selections`.
     """
-    axes = [_Axis.of(line, axis) for axis, line in enumerate(lines)]
-    number = on_surface([axis.squares.shape[3 + k] + 1 for k, axis in enumerate(axes)])
+    axes = [_Axis.from_modes(line, axis) for axis, line in enumerate(lines)]
+    number = surface_function_numbers([axis.squares.shape[3 + k] + 1 for k, axis in enumerate(axes)])
     total = axes[0].squares + axes[1].squares + axes[2].squares
     waves = {kind: sum((axes[k].squares for k in range(3) if not kind[k]), 0.0 * total) for kind in KINDS}
     vacuum, driven, pairs = [], [], []
@@ -232,14 +232,14 @@ def box_bodies(lines: Sequence[Mapping[int, LineModes]], selections: Flags) -> l
         return np.concatenate(sums, axis=2)
 
     energies = np.concatenate([part.reshape(len(selections), -1) for part in vacuum], axis=1)
-    bodies = [_of_parity(k, each, energies[k], np.concatenate(pairs, axis=1), answers)
+    bodies = [_parity_energies(k, each, energies[k], np.concatenate(pairs, axis=1), answers)
               for k, each in enumerate(selections)]
     if _is_constant([line[1] for line in lines]):
         bodies[0] = _body_without_response(bodies[0], -1)
     return bodies
 
 
-def _of_parity(
+def _parity_energies(
     number: int, selection: Flags, vacuum: Array, pairs: Index, answers: Callable[[complex], Array]
 ) -> BodyEnergies:
     """Return the energies (m) inside a box for the functions of one parity that `selection` flags.

@@ -18,7 +18,7 @@ import numpy as np
 from sitscad.basics.arrays import Array, Flags, Index
 from sitscad.basics.record import record
 from sitscad.kernels.electromagnetics.constants import MU0
-from sitscad.kernels.electromagnetics.eddy.body import BodyEnergies, box_bodies, on_surface
+from sitscad.kernels.electromagnetics.eddy.body import BodyEnergies, box_bodies, surface_function_numbers
 from sitscad.kernels.electromagnetics.eddy.graded_line import (
     FINER,
     PARITIES,
@@ -27,7 +27,7 @@ from sitscad.kernels.electromagnetics.eddy.graded_line import (
     gaussian_sum,
     graded_line,
 )
-from sitscad.kernels.electromagnetics.eddy.surface import Energies, energies, made_definite
+from sitscad.kernels.electromagnetics.eddy.surface import Energies, definite_inductance, energies
 from sitscad.kernels.electromagnetics.special_functions import gauss
 
 Parity = tuple[int, int, int]
@@ -168,10 +168,10 @@ class Box:
     def largest(self) -> int:
         """Number of functions (no unit) in the largest class, which is even along x, y and z."""
         number = _numbers(self.lines)
-        return int(np.count_nonzero(_of_parity(self.lines, (1, 1, 1), number, self.shortest)[1]))
+        return int(np.count_nonzero(_parity_functions(self.lines, (1, 1, 1), number, self.shortest)[1]))
 
     @cached_property
-    def mirrored(self) -> tuple[Index, Index]:
+    def mirror_image_numbers(self) -> tuple[Index, Index]:
         """For each point, the number (points; no unit) of its mirror image across x = 0 and across y = 0."""
         pieces: tuple[list[Index], list[Index]] = [], []
         start = 0
@@ -204,10 +204,10 @@ def _functions(lines: tuple[GradedLine, ...], shortest: float) -> tuple[BoxFunct
     reach = 2.0 * math.hypot(*(line.half for line in lines))
     finest = min(float(line.steps.min()) for line in lines)
     gaussians = gaussian_sum(0.25 * finest, reach)
-    distinct = {line: _folded(line, gaussians.scales) for line in dict.fromkeys(lines)}
+    distinct = {line: _packed_integrals(line, gaussians.scales) for line in dict.fromkeys(lines)}
     number = _numbers(lines)
     parities = list(product(PARITIES, PARITIES, PARITIES))
-    selections = [_of_parity(lines, parity, number, shortest) for parity in parities]
+    selections = [_parity_functions(lines, parity, number, shortest) for parity in parities]
     bodies = box_bodies([line.modes for line in lines], np.stack([selection for _, selection in selections]))
     parts = [[distinct[line][sign] for line, sign in zip(lines, parity, strict=True)] for parity in parities]
     return tuple(
@@ -222,10 +222,10 @@ def _numbers(lines: Sequence[GradedLine]) -> Index:
 
     Even and odd functions share the numbers. The parity with more functions sets the length of each axis.
     """
-    return on_surface([max(line_modes.squares.size for line_modes in line.modes.values()) + 1 for line in lines])
+    return surface_function_numbers([max(modes.squares.size for modes in line.modes.values()) + 1 for line in lines])
 
 
-def _of_parity(
+def _parity_functions(
     lines: Sequence[GradedLine], parity: Parity, number: Index, shortest: float
 ) -> tuple[tuple[Index, ...], Flags]:
     """Return numbers (no unit) of the functions on the faces normal to x, y and z, and flags of functions in use.
@@ -243,7 +243,7 @@ def _of_parity(
 
 
 @record(eq=False)
-class _Folded:
+class _PackedIntegrals:
     """Integrals of a line's functions of one parity, with each pair of functions stored once.
 
     `mass` (Gaussians + 1, pairs; m2), `slope` (Gaussians + 1, pairs; no unit) and `end` (Gaussians, n; no unit) are
@@ -257,7 +257,7 @@ class _Folded:
     which: Index
 
 
-def _folded(line: GradedLine, scales: Array) -> dict[int, _Folded]:
+def _packed_integrals(line: GradedLine, scales: Array) -> dict[int, _PackedIntegrals]:
     """Return a line's integrals (m2, no unit) with Gaussians of the given `scales` (1/m), by parity (1, -1)."""
     folded = {}
     for parity, integrals in line.integrals(scales).items():
@@ -266,12 +266,12 @@ def _folded(line: GradedLine, scales: Array) -> dict[int, _Folded]:
         which[upper] = which.T[upper] = np.arange(upper[0].size)
         mass, slope = (np.concatenate([part, gram[None]])[:, *upper] for part, gram in
                        zip((integrals.mass, integrals.slope), line.grams(parity), strict=True))
-        folded[parity] = _Folded(mass, slope, integrals.end, which)
+        folded[parity] = _PackedIntegrals(mass, slope, integrals.end, which)
     return folded
 
 
 def _inductance(
-    lines: Sequence[GradedLine], parity: Parity, gaussians: GaussianSum, folded: Sequence[_Folded],
+    lines: Sequence[GradedLine], parity: Parity, gaussians: GaussianSum, folded: Sequence[_PackedIntegrals],
     numbers: Sequence[Index], selection: Flags,
 ) -> Array:
     """Return the inductance matrix (n, n; H) of the functions in use, for one parity along x, y and z.
@@ -294,23 +294,23 @@ def _inductance(
         other = np.exp(-((2.0 * lines[across].half * gaussians.scales) ** 2))
         weights = 2.0 * np.append(gaussians.weights * (1.0 - parity[across] * other), gaussians.tail)[:, None]
         products = (weights * row_terms.mass).T @ column_terms.slope + (weights * row_terms.slope).T @ column_terms.mass
-        at, (i, j) = _kept_functions(place[numbers[across]])
+        at, (i, j) = _functions_in_use(place[numbers[across]])
         inductance[np.ix_(at, at)] += products[row_terms.which[i[:, None], i], column_terms.which[j[:, None], j]]
         ends = gaussians.weights[:, None] * column_terms.end
         end_products = (ends[:, :, None] * row_terms.end[:, None]).reshape(len(ends), -1)
         # couplings of faces at right angles to each other
         between = -4.0 * folded[across].mass[:-1].T @ end_products
-        rows, (i, b) = _kept_functions(place[_with_axis(numbers[first], across, first)])
-        columns, (j, a) = _kept_functions(place[_with_axis(numbers[second], across, second)])
+        rows, (i, b) = _functions_in_use(place[_with_axis(numbers[first], across, first)])
+        columns, (j, a) = _functions_in_use(place[_with_axis(numbers[second], across, second)])
         block = between[folded[across].which[i[:, None], j], b[:, None] * row_terms.end.shape[1] + a]
         inductance[np.ix_(rows, columns)] += block
         inductance[np.ix_(columns, rows)] += block.T
     if parity == (1, 1, 1):
-        inductance = made_definite(inductance, -1)
+        inductance = definite_inductance(inductance, -1)
     return MU0 / (4.0 * math.pi) * inductance
 
 
-def _kept_functions(places: Index) -> tuple[Index, tuple[Index, ...]]:
+def _functions_in_use(places: Index) -> tuple[Index, tuple[Index, ...]]:
     """Return the rows (no unit) of a face's functions in the inductance matrix, and their numbers along both edges.
 
     `places` (functions along a, along b) are these rows, -1 for functions not in use.

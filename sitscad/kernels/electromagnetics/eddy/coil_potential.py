@@ -131,8 +131,8 @@ class _Octave:
             x, y = (part.ravel() for part in np.meshgrid(place, place))
             points = np.stack([x, y, np.full_like(x, self.top + height)], axis=1)
             wave_height = FAR * self.side if self.reflected_waves is None else FAR_BETWEEN * self.side
-            field = _repeated(points, place, self.dipoles, self.side, wave_height)
-            to_grid = _to_grid(count)
+            field = _repeated_dipole_potential(points, place, self.dipoles, self.side, wave_height)
+            to_grid = _grid_interpolation(count)
             repeated = np.asarray(to_grid @ field.reshape(SMOOTH, SMOOTH) @ to_grid.T)
             waves = self.waves * np.exp(-k * height)[whole]
             if self.reflected_waves is not None:  # the last levels serve the cubics alone, above the mirror
@@ -175,7 +175,8 @@ class CoilPotential:
                 potential[chosen] = sum(_dipole_potential(points[chosen], dipole) for dipole in self.dipoles)
                 continue
             for some in (chosen[part] for part in slices(len(chosen), AT_ONCE)):
-                potential[some] = _interpolated(self.octaves[number], points[some], height[some], 0.5 * self.side)
+                table = self.octaves[number]
+                potential[some] = _interpolate_potential(table, points[some], height[some], 0.5 * self.side)
         return potential
 
 
@@ -332,8 +333,9 @@ def _source_spectrum(corners: bytes, width: float, count: int, spacing: float) -
     nodes, weights = gauss(TRACK_FILAMENTS)
     sheet = np.zeros(count * count, dtype=complex)
     for node, weight in zip(nodes, weights, strict=True):
-        places, moments = _pieces(track.strand(0.5 * track.width * float(node)), spacing)
-        (columns, along_x), (rows, along_y) = (_spline(places[:, axis] / spacing + 0.5 * count) for axis in (0, 1))
+        places, moments = _points_on_polyline(track.strand(0.5 * track.width * float(node)), spacing)
+        (columns, along_x), (rows, along_y) = (
+            _spline_weights(places[:, axis] / spacing + 0.5 * count) for axis in (0, 1))
         share = 0.5 * weight / spacing**2 * moments[:, None, None] * along_y[:, :, None] * along_x[:, None, :]
         at = (rows[:, :, None] % count) * count + columns[:, None, :] % count
         sheet += np.bincount(at.ravel(), share.real.ravel(), count * count)
@@ -343,7 +345,7 @@ def _source_spectrum(corners: bytes, width: float, count: int, spacing: float) -
     return np.asarray(centred / (wide[:, None] * wide))
 
 
-def _pieces(corners: Array, spacing: float) -> tuple[Array, ComplexArray]:
+def _points_on_polyline(corners: Array, spacing: float) -> tuple[Array, ComplexArray]:
     """Return Gauss points (n, 2; m) on a polyline, and the length vector (n; x + i y, m) that each represents.
 
     The sides between `corners` (m) are divided into pieces no longer than `spacing` (m).
@@ -361,7 +363,7 @@ def _pieces(corners: Array, spacing: float) -> tuple[Array, ComplexArray]:
     return np.concatenate(places), np.concatenate(moments)
 
 
-def _spline(x: Array) -> tuple[Index, Array]:
+def _spline_weights(x: Array) -> tuple[Index, Array]:
     """Return the four grid nodes (n, 4) nearest to every place and their cubic B-spline weights (n, 4; no unit).
 
     `x` (n) are the places divided by the grid spacing. Source: de Boor, A Practical Guide to Splines, 1978.
@@ -374,14 +376,15 @@ def _spline(x: Array) -> tuple[Index, Array]:
     return first[:, None] + np.arange(-1, 3), weights
 
 
-def _interpolated(octave: _Octave, points: Array, height: Array, half: float) -> ComplexArray:
+def _interpolate_potential(octave: _Octave, points: Array, height: Array, half: float) -> ComplexArray:
     """Return the potential (n; Wb/m) at points (n, 2 or 3; m; x and y are used) and heights above the coil (n; m).
 
     `half` (m) is half the side of the grid. On each grid, cubic splines interpolate. Between the heights of the grids,
     Lagrange's polynomial in the logarithm of the height interpolates (Abramowitz and Stegun 25.2.13).
     """
     count = len(octave.waves)
-    (columns, along_x), (rows, along_y) = (_spline((points[:, axis] + half) / octave.spacing) for axis in (0, 1))
+    (columns, along_x), (rows, along_y) = (
+        _spline_weights((points[:, axis] + half) / octave.spacing) for axis in (0, 1))
     level = np.log2(height / octave.lowest) * LEVELS + 1.0
     lowest = np.clip(np.floor(level).astype(np.intp) - 1, 0, LEVELS - 1)
     t = level - lowest
@@ -454,7 +457,7 @@ def _dipole_potential(points: Array, dipole: _Dipole) -> ComplexArray:
     return np.asarray(MU0 / (4.0 * math.pi) * (around + dipole.ends / np.sqrt(square)))
 
 
-def _repeated(
+def _repeated_dipole_potential(
     points: Array, place: Array, dipoles: Sequence[_Dipole], side: float, height: float
 ) -> ComplexArray:
     """Return A_x + i A_y (n; Wb/m) of the periodic repetitions of dipoles, without the dipoles themselves.
@@ -505,7 +508,7 @@ def _repeated(
 
 
 @lru_cache(maxsize=OCTAVES)
-def _to_grid(count: int) -> Array:
+def _grid_interpolation(count: int) -> Array:
     """Return the matrix (count, SMOOTH; no unit) that interpolates a smooth field to the nodes of a grid's side.
 
     The field is given at `SMOOTH` Gauss points of the side.

@@ -28,7 +28,7 @@ from sitscad.kernels.electromagnetics.eddy.graded_line import (
     interpolation,
     line_modes,
 )
-from sitscad.kernels.electromagnetics.eddy.surface import Energies, energies, made_definite
+from sitscad.kernels.electromagnetics.eddy.surface import Energies, definite_inductance, energies
 from sitscad.kernels.electromagnetics.special_functions import gauss
 
 STABLE = 0.3
@@ -174,7 +174,7 @@ class DiscFunctions:
         disc, shape = self.disc, self.disc.meridian
         on_face = shape.on_face
         radius, weight = shape.places[on_face, 0], shape.weights[on_face]
-        to_face, up, down = disc.resolved
+        to_face, up, down = disc.meridian_interpolations
         round_face = to_face.T @ (self.slopes[on_face] * (weight * radius)[:, None])
         out_face = to_face.T @ (self.values[on_face] * (self.order * weight)[:, None])
         weight = shape.weights[~on_face]
@@ -277,7 +277,7 @@ class Disc:
     orders: int
 
     @property
-    def mirrored(self) -> None:
+    def mirror_image_numbers(self) -> None:
         """None, because mirror planes are not used for a disc.
 
         Orders and phases divide the currents into more classes than mirror planes would.
@@ -300,7 +300,7 @@ class Disc:
         return np.concatenate([*pieces, _circles(np.full_like(height, self.face.half), height, cosine, sine)])
 
     @cached_property
-    def resolved(self) -> tuple[Array, Array, Array]:
+    def meridian_interpolations(self) -> tuple[Array, Array, Array]:
         """Interpolation matrices (points of the meridian, field points; no unit) from the field points to the meridian.
 
         The first interpolates along the radius to points of the face. The second interpolates along the height to
@@ -393,7 +393,9 @@ class Disc:
             total = total + 0.5 * current.T @ (kernels[parity][turned] @ current)
         around = 2.0 * math.pi if order == 0 else math.pi
         inductance = MU0 / (4.0 * math.pi) * 2.0 * around * 0.5 * (total + total.T)
-        return made_definite(inductance, self.face.values[1].shape[1] - 1) if (order, parity) == (0, 1) else inductance
+        if (order, parity) != (0, 1):
+            return inductance
+        return definite_inductance(inductance, self.face.values[1].shape[1] - 1)
 
 
 def _radial(radii: Array, nodes: Array, order: int) -> Radial:

@@ -97,7 +97,7 @@ ERF_STEPS = 512
 
 
 @lru_cache(maxsize=1)
-def _known_erf() -> Array:
+def _erf_table() -> Array:
     """Return erf(x) (no unit) for x from 0 to `FAR`, at `ERF_STEPS` values per unit of x."""
     return np.array([math.erf(k / ERF_STEPS) for k in range(int(FAR * ERF_STEPS) + 1)])
 
@@ -113,7 +113,7 @@ def _erf(x: Array, falling: Array) -> Array:
     square = x * x
     more = (2.0 * square - 1.0) / 3.0 + t * x * (2.0 * square - 3.0) / 6.0
     series = t * (1.0 + t * (x + t * more))
-    return np.asarray(_known_erf()[place.astype(np.intp)] + 2.0 / math.sqrt(math.pi) * falling * series)
+    return np.asarray(_erf_table()[place.astype(np.intp)] + 2.0 / math.sqrt(math.pi) * falling * series)
 
 
 RATIO = 1.7
@@ -200,7 +200,7 @@ class GradedLine:
         """Distances between successive nodes (m)."""
         return np.diff(self.nodes)
 
-    def bends(self, parity: int) -> Array:
+    def slope_jumps(self, parity: int) -> Array:
         """Return the jumps of the functions' slopes at the nodes (nodes, n; 1/m). Outside the line the slope is 0."""
         slopes = np.diff(self.values[parity], axis=0) / self.steps[:, None]
         nothing = np.zeros_like(slopes[:1])
@@ -222,7 +222,7 @@ class GradedLine:
         _, distinct, which = np.unique(steps, return_index=True, return_inverse=True)
         which = which.reshape(apart.shape)
         first_integral, two, three, four = repeated_integrals(scales, apart.ravel()[distinct])
-        ends = [share * self.bends(parity)[middle:] for parity in PARITIES]
+        ends = [share * self.slope_jumps(parity)[middle:] for parity in PARITIES]
         masses, slopes = (_quadratic_forms(ends, *np.take(part, which, axis=1).swapaxes(0, 1)) for part in (four, two))
         integrals = {}
         for parity, bends, mass, slope in zip(PARITIES, ends, masses, slopes, strict=True):

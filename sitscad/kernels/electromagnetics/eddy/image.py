@@ -66,7 +66,7 @@ def folding(surface: Surface) -> Folding | None:
 
     Derived here: see `Folding`.
     """
-    mirrored = surface.mirrored
+    mirrored = surface.mirror_image_numbers
     if mirrored is None:
         return None
     across_x, across_y = mirrored
@@ -357,7 +357,8 @@ def _modes(
     `Folding.root_multiplicity`.
     """
     factors = [_matrix_factor(currents.functions.inductance) for currents in classes]
-    densities = np.concatenate([_by_energy(each, factor, fold) for each, factor in zip(coarse, factors, strict=True)])
+    densities = np.concatenate([
+        _unit_energy_currents(each, factor, fold) for each, factor in zip(coarse, factors, strict=True)])
     basis = _significant_currents(densities, inverse)
     coupled, turned = np.linalg.eigh(_coupling(inverse, np.einsum("npc,nk->cpk", densities, basis, optimize=True)))
     basis = basis @ turned[:, np.abs(coupled) > LEAST]
@@ -411,15 +412,15 @@ def _significant_currents(densities: Array, inverse: Sequence[Array]) -> Array:
         subspace = np.linalg.qr(flat @ returned(numbers).T)[0]
         projected = returned((subspace.T @ flat).reshape(-1, *densities.shape[1:]))
         size, vectors = np.linalg.eigh(projected @ projected.T)
-        if np.count_nonzero(_is_kept(size)) <= count // 3:
-            return np.asarray(subspace @ vectors[:, _is_kept(size)])
+        if np.count_nonzero(_is_significant(size)) <= count // 3:
+            return np.asarray(subspace @ vectors[:, _is_significant(size)])
         count *= 2
     response = returned(densities)
     size, basis = np.linalg.eigh(response @ response.T)
-    return basis[:, _is_kept(size)]
+    return basis[:, _is_significant(size)]
 
 
-def _is_kept(size: Array) -> Flags:
+def _is_significant(size: Array) -> Flags:
     """Whether each current pattern is significant, by its squared singular value (n, rising; H2/m2).
 
     Significant values are above 1e-9 of the largest value, and above the square of 0.01 `LEAST`.
@@ -427,7 +428,7 @@ def _is_kept(size: Array) -> Flags:
     return size > max(float(size[-1]) * 1e-9, (0.01 * LEAST) ** 2)  # squared singular values (H2/m2)
 
 
-def _by_energy(currents: CurrentClass, factor: Array, fold: Folding | None) -> Array:
+def _unit_energy_currents(currents: CurrentClass, factor: Array, fold: Folding | None) -> Array:
     """Return currents at the points (n, points, 3; A m), each with unit energy and orthogonal in energy.
 
     `factor` is the factor of the class's inductance matrix (see `_matrix_factor`). With a `fold`, points cover a
@@ -450,7 +451,7 @@ def _coupling(inverse: Sequence[Array], currents: Array) -> Array:
     return np.asarray(MU0 / (4.0 * math.pi) * total)
 
 
-def combined(blocks: Sequence[ComplexArray], within: Sequence[Array]) -> ComplexArray:
+def sum_over_classes(blocks: Sequence[ComplexArray], within: Sequence[Array]) -> ComplexArray:
     """Return the sum of W' B (k, any) over the symmetry classes, in the unit of the blocks; W' is the transpose of W.
 
     Each class has one matrix B in `blocks` (functions, any), and one matrix W in `within` (functions, k).

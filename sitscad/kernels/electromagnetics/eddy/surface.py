@@ -90,7 +90,7 @@ class Surface(Protocol):
         """Classes of surface currents (A). Currents of different classes do not couple: their symmetries differ."""
 
     @property
-    def mirrored(self) -> tuple[Index, Index] | None:
+    def mirror_image_numbers(self) -> tuple[Index, Index] | None:
         """For each point, the number (no unit) of its mirror image across x = 0 and across y = 0, or None.
 
         None if currents of some class are neither even nor odd across one of these planes. Otherwise `in_plane` of each
@@ -98,7 +98,7 @@ class Surface(Protocol):
         """
 
 
-def made_definite(inductance: Array, constant: int) -> Array:
+def definite_inductance(inductance: Array, constant: int) -> Array:
     """Return the inductance matrix (n, n; H) with an energy added for the constant stream function.
 
     A constant stream function (row `constant`) has no current and stores no energy, so the matrix would be singular. No

@@ -19,7 +19,7 @@ import numpy as np
 from sitscad.basics.arrays import Array, ComplexArray, slices
 from sitscad.basics.record import record
 from sitscad.kernels.electromagnetics.eddy.coil_potential import CoilPotential
-from sitscad.kernels.electromagnetics.eddy.image import ImageModes, Mirror, combined
+from sitscad.kernels.electromagnetics.eddy.image import ImageModes, Mirror, sum_over_classes
 from sitscad.kernels.electromagnetics.eddy.surface import Metal, Surface, solve_currents
 
 Answered: TypeAlias = tuple[ComplexArray, ComplexArray | None, ComplexArray | None]
@@ -79,7 +79,9 @@ class SolvedTarget:
 
         None if there is no mirror.
         """
-        return None if self.images is None else _complex(_summed(self.images.within, self.image_currents), 1)
+        if self.images is None:
+            return None
+        return _complex(_sum_class_products(self.images.within, self.image_currents), 1)
 
     def changes(self, turns: Array, places: Array, coils: Sequence[CoilPotential], centres: Array) -> ComplexArray:
         """Return the changes of the coils' inductance matrix that the target causes (poses, coils, coils; H).
@@ -143,7 +145,8 @@ class SolvedTarget:
         if self.images is None:
             return total, None, None
         # the systems are symmetric: coils drive a combination as much as the combination drives the coils
-        return total, _complex(_summed(self.image_currents, linked), 0).reshape(-1, *shape), self.image_inductance
+        responses = _complex(_sum_class_products(self.image_currents, linked), 0).reshape(-1, *shape)
+        return total, responses, self.image_inductance
 
     def _currents_once(self, linked: Sequence[Array], shape: tuple[int, int]) -> Answered:
         """Return the change and the pattern responses (H, no unit, 1/H), solved for these poses alone.
@@ -157,7 +160,7 @@ class SolvedTarget:
             total -= np.einsum("npc,npd->pcd", drive.reshape(-1, *shape), response.reshape(-1, *shape), optimize=True)
         if self.images is None:
             return total, None, None
-        return total, combined(responses, self.images.within).reshape(-1, *shape), among
+        return total, sum_over_classes(responses, self.images.within).reshape(-1, *shape), among
 
     def _linkages_once(self, linked: Sequence[Array]) -> tuple[list[ComplexArray], ComplexArray | None]:
         """Return the currents (A) of every class, and the responses (1/H) between the image patterns.
@@ -182,7 +185,7 @@ class SolvedTarget:
             responses.append(currents[:, : drive.shape[1]])
             driven.append(np.zeros(within.shape, dtype=complex))
             driven[-1][:, coupled] = currents[:, drive.shape[1] :]
-        return responses, None if images is None else combined(driven, images.within)
+        return responses, None if images is None else sum_over_classes(driven, images.within)
 
     def _linkages(
         self, surface: Surface, turns: Array, places: Array, coils: Sequence[CoilPotential], centres: Array
@@ -265,7 +268,7 @@ def rotation_matrices(angles: Array) -> Array:
     return np.asarray(about_x @ about_y @ about_z)
 
 
-def _summed(left_tables: Sequence[Array], right_tables: Sequence[Array]) -> Array:
+def _sum_class_products(left_tables: Sequence[Array], right_tables: Sequence[Array]) -> Array:
     """Return the sum of a' b over the symmetry classes, in the product of their units; a' is the transpose of a.
 
     Each class has one matrix a in `left_tables`, and one matrix b in `right_tables`.

@@ -154,7 +154,7 @@ def _middle_distances(first: Track, second: Track, pairs: Pairs) -> Array:
     return np.asarray(np.hypot(*(offset - beyond[:, None] * t).T))
 
 
-def arcs_with_sides(first: Track, second: Track, pairs: Pairs, strands: StrandPairs) -> float:
+def sum_arcs_with_sides(first: Track, second: Track, pairs: Pairs, strands: StrandPairs) -> float:
     """Return the sum of t1.t2 / distance (m; Neumann's integral) over pairs of an arc and a straight side.
 
     Arcs belong to the first track, sides to the second. `strands` are the filaments that replace both tracks. Arcs are
@@ -168,12 +168,12 @@ def arcs_with_sides(first: Track, second: Track, pairs: Pairs, strands: StrandPa
     rules = (distant, _far_rule(first.arcs)), (middling, _gauss_points(MIDDLING_POINTS)), (~distant & ~middling,
                                                                                            _points_near_ends(14))
     return math.fsum(
-        _some_arcs_with_sides(first.arcs, second, pairs.where(chosen).where(part), strands, rule)
+        _sum_arcs_with_sides_by_rule(first.arcs, second, pairs.where(chosen).where(part), strands, rule)
         for chosen, rule in rules for part in strands.blocks(int(np.sum(chosen)), rule[0].size)
     )
 
 
-def _some_arcs_with_sides(arcs: Array, other: Track, pairs: Pairs, strands: StrandPairs, rule: Rule) -> float:
+def _sum_arcs_with_sides_by_rule(arcs: Array, other: Track, pairs: Pairs, strands: StrandPairs, rule: Rule) -> float:
     """Return the sum of t1.t2 / distance (m; Neumann's integral) over pairs of an arc and a straight side.
 
     `arcs` (n, 6) belong to the first track, sides to the track `other`. `strands` are the filaments that replace both
@@ -203,7 +203,7 @@ def _some_arcs_with_sides(arcs: Array, other: Track, pairs: Pairs, strands: Stra
     return total
 
 
-def arcs_with_arcs(first: Track, second: Track, pairs: Pairs, strands: StrandPairs) -> float:
+def sum_arcs_with_arcs(first: Track, second: Track, pairs: Pairs, strands: StrandPairs) -> float:
     """Return the sum of t1.t2 / distance (m; Neumann's integral) over pairs of an arc of each of two tracks.
 
     `strands` are the filaments that replace both tracks. The distance of each pair sets the method and the number of
@@ -212,7 +212,7 @@ def arcs_with_arcs(first: Track, second: Track, pairs: Pairs, strands: StrandPai
     if not pairs.first.size:
         return 0.0
     rule = _far_rule(np.concatenate([first.arcs, second.arcs]))
-    methods: tuple[tuple[Method, int], ...] = ((partial(_opposite_arcs, rule=rule), rule[0].size ** 2), *METHODS)
+    methods: tuple[tuple[Method, int], ...] = ((partial(_sum_opposite_arcs, rule=rule), rule[0].size ** 2), *METHODS)
     total = 0.0
     for chosen, (method, points) in zip(_pairs_by_method(first, second, pairs), methods, strict=True):
         some = pairs.where(chosen)
@@ -259,7 +259,7 @@ def _distances(a: Array, b: Array) -> Array:
     return least
 
 
-def _opposite_arcs(a: Array, b: Array, strands: StrandPairs, times: Array, rule: Rule) -> float:
+def _sum_opposite_arcs(a: Array, b: Array, strands: StrandPairs, times: Array, rule: Rule) -> float:
     """Return the sum of t1.t2 / distance (m; Neumann's integral) over pairs of arcs whose centres are not close.
 
     `a` and `b` (n, 6) are the arcs, `times` (n, heights) the multiplicities, `strands` the filaments that replace both
@@ -288,7 +288,7 @@ def _opposite_arcs(a: Array, b: Array, strands: StrandPairs, times: Array, rule:
     return total
 
 
-def _concentric_arcs(a: Array, b: Array, strands: StrandPairs, times: Array) -> float:
+def _sum_concentric_arcs(a: Array, b: Array, strands: StrandPairs, times: Array) -> float:
     """Return the sum of t1.t2 / distance (m; Neumann's integral) over pairs of concentric arcs with equal angle.
 
     `a` and `b` (n, 6) are the arcs, `times` (n, heights) the multiplicities, `strands` the filaments that replace both
@@ -318,7 +318,7 @@ def _concentric_arcs(a: Array, b: Array, strands: StrandPairs, times: Array) -> 
     return total
 
 
-def _other_arcs(a: Array, b: Array, strands: StrandPairs, times: Array, rule: Rule) -> float:
+def _sum_other_arcs(a: Array, b: Array, strands: StrandPairs, times: Array, rule: Rule) -> float:
     """Return the sum of t1.t2 / distance (m; Neumann's integral) over near pairs of arcs that are not concentric.
 
     `a` and `b` (n, 6) are the arcs, `times` (n, heights) the multiplicities, `strands` the filaments that replace both
@@ -389,12 +389,12 @@ SAMPLED: Rule = (np.linspace(0.0, 1.0, SAMPLES), np.ones(SAMPLES))
 """Equally spaced places along an arc (0 start, 1 end), with weights 1, for the estimate of distances."""
 
 METHODS: tuple[tuple[Method, int], ...] = (
-    (_concentric_arcs, 14),
-    (partial(_opposite_arcs, rule=_gauss_points(MIDDLING_POINTS)), MIDDLING_POINTS**2),
-    (partial(_opposite_arcs, rule=_points_near_ends(10)), 100),
-    (partial(_opposite_arcs, rule=_gauss_points(SPACED_POINTS)), SPACED_POINTS**2),
-    (partial(_other_arcs, rule=_points_near_ends(16)), 128),
-    (partial(_other_arcs, rule=_points_near_ends(20)), 160),
+    (_sum_concentric_arcs, 14),
+    (partial(_sum_opposite_arcs, rule=_gauss_points(MIDDLING_POINTS)), MIDDLING_POINTS**2),
+    (partial(_sum_opposite_arcs, rule=_points_near_ends(10)), 100),
+    (partial(_sum_opposite_arcs, rule=_gauss_points(SPACED_POINTS)), SPACED_POINTS**2),
+    (partial(_sum_other_arcs, rule=_points_near_ends(16)), 128),
+    (partial(_sum_other_arcs, rule=_points_near_ends(20)), 160),
 )
 """Functions that sum the pairs of arcs that are not far, with the number of points per pair.
 

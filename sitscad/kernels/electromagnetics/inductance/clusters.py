@@ -18,7 +18,7 @@ import numpy as np
 
 from sitscad.basics.arrays import Array, Index
 from sitscad.basics.record import record
-from sitscad.kernels.electromagnetics.inductance.mean_distance import height_nodes, nodes_enough
+from sitscad.kernels.electromagnetics.inductance.mean_distance import height_nodes, sufficient_node_counts
 from sitscad.kernels.electromagnetics.polynomials import barycentric_weights, chebyshev_points, node_counts
 
 Points = tuple[Array, Array]
@@ -125,7 +125,7 @@ def neumann_sum(first: Plans, second: Plans) -> float:
     of the height difference between points in both thicknesses.
     """
     heights = _Heights(first, second)
-    first_cluster, second_cluster = (_whole(plans) for plans in (first, second))
+    first_cluster, second_cluster = (_whole_cluster(plans) for plans in (first, second))
     return math.fsum(heights.sum(*pair) for pair in _pairs(first_cluster, second_cluster))
 
 
@@ -153,7 +153,7 @@ class _Heights:
         second winding have each height difference. If few interpolation nodes are enough, they replace the real
         differences. This depends on the least distance `apart` (m) in the plane between the points.
         """
-        count = int(nodes_enough(self.squares, np.array([apart]))[0])
+        count = int(sufficient_node_counts(self.squares, np.array([apart]))[0])
         if count < self.squares.size:
             if count not in self.known:
                 squares, weights = height_nodes(self.squares, count)
@@ -182,7 +182,7 @@ class _Heights:
         return total
 
 
-def _whole(plans: Plans) -> Cluster:
+def _whole_cluster(plans: Plans) -> Cluster:
     """Return all points of a winding's plans (m) as one cluster.
 
     The line element of a point is at the index of its plan; the elements at other plans are 0.

@@ -232,7 +232,7 @@ RIGHT = math.log(3e-8)
 """Natural logarithm of the largest relative error, 3e-8, of 1/distance as a polynomial in the squared height."""
 
 
-def nodes_enough(squares: Array, apart: Array) -> Index:
+def sufficient_node_counts(squares: Array, apart: Array) -> Index:
     """Return the number of polynomial nodes (n; no unit) that represent all squared heights, for each distance (n).
 
     `squares` (m2) are the squared height differences in rising order, `apart` (n; m) the distances of the points in the

@@ -199,14 +199,14 @@ def _parallel_integral(first: SpiralLayer, second: SpiralLayer, unit: float, res
     weight = weight * ((b * b + r1 * r2) * np.cos(v)[..., None] + b * step * np.sin(v)[..., None])
     first_strands = _normal_strands(r1, b, first.width / unit, strands)
     second_strands = _normal_strands(r2, b, second.width / unit, strands)
-    return _over_strands(first_strands, second_strands, v, step, 1.0, extra, weight, levels_apart)
+    return _sum_over_strands(first_strands, second_strands, v, step, 1.0, extra, weight, levels_apart)
 
 
 Strand = tuple[float, Array, Array, Array, Array]
 """Weight, coordinates along radius and azimuth, offset outwards, and length divided by the centre line's length."""
 
 
-def _over_strands(
+def _sum_over_strands(
     first: Sequence[Strand], second: Sequence[Strand], v: Array, step: Array, sense: float, extra: Array, weight: Array,
     levels_apart: float,
 ) -> float:
@@ -320,7 +320,7 @@ def _crossing_integral(first: SpiralLayer, second: SpiralLayer, unit: float, res
     weight = weight * ((b * b - r1 * r2) * np.cos(v)[..., None] + b * radius_sum * np.sin(v)[..., None])
     first_strands, second_strands = (_normal_strands(radius, b, track_width, strands)
                                      for radius, track_width in zip((r1, r2), widths, strict=True))
-    return _over_strands(first_strands, second_strands, v, -gap, -1.0, extra, weight, levels_apart)
+    return _sum_over_strands(first_strands, second_strands, v, -gap, -1.0, extra, weight, levels_apart)
 
 
 # Closed formulas for single-layer planar spirals: Mohan, Hershenson, Boyd, Lee, IEEE JSSC 34(10), 1999, 1419-1424. They

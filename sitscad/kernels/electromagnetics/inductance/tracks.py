@@ -24,11 +24,15 @@ from sitscad.kernels.electromagnetics.inductance.arcs import (
     CLEAR,
     arc_distances,
     arc_side_distances,
-    arcs_with_arcs,
-    arcs_with_sides,
+    sum_arcs_with_arcs,
+    sum_arcs_with_sides,
 )
 from sitscad.kernels.electromagnetics.inductance.filaments import inclined_integral, parallel_filaments
-from sitscad.kernels.electromagnetics.inductance.mean_distance import height_nodes, level_heights, nodes_enough
+from sitscad.kernels.electromagnetics.inductance.mean_distance import (
+    height_nodes,
+    level_heights,
+    sufficient_node_counts,
+)
 from sitscad.kernels.electromagnetics.inductance.track_strands import (
     BLOCK,
     FLOOR,
@@ -89,7 +93,7 @@ def distant_sides(track: Track, pairs: Pairs, apart: Array, count: int, squares:
     """
     is_distant = apart > FAR * track.width
     return math.fsum(
-        _sum(track, track, part, distant_strand_pairs(track.width, strands, squares))
+        _sum_sides(track, track, part, distant_strand_pairs(track.width, strands, squares))
         for chosen, strands in ((~is_distant, count), (is_distant, 1))
         for part in pairs.where(chosen).parts(BLOCK)
     )
@@ -106,25 +110,25 @@ def _levels(first: Track, second: Track, count: int, smooth: bool) -> int:
     return common_levels(first, second, count)
 
 
-def _integral_part(first: Track, second: Track, pairs: Pairs, strands: tuple[int, int], smooth: bool) -> float:
+def _side_integral(first: Track, second: Track, pairs: Pairs, strands: tuple[int, int], smooth: bool) -> float:
     """Return the sum of t1.t2 / distance (m; Neumann's integral) over pairs of sides of two tracks.
 
     `strands` are the numbers of strands for distant pairs and for near pairs. `smooth` is true if sides and arcs join
     smoothly.
     """
     near = side_distances(first, second, pairs) < NEAR * max(first.width, second.width)
-    usual = _sum(
+    usual = _sum_sides(
         first, second, pairs.where(~near), strand_pairs(first, second, strands[0],
                                                         _levels(first, second, strands[0], smooth))
     )
     return usual + math.fsum(
-        share * _sum(first, second, pairs.where(near),
+        share * _sum_sides(first, second, pairs.where(near),
                      strand_pairs(first, second, count, _levels(first, second, count, smooth)))
         for count, share in _near_strands(first, second, strands, smooth)
     )
 
 
-def _sum(first: Track, second: Track, pairs: Pairs, strands: StrandPairs) -> float:
+def _sum_sides(first: Track, second: Track, pairs: Pairs, strands: StrandPairs) -> float:
     """Return the sum (m) of Neumann's integrals over pairs of sides, for given pairs of strands.
 
     Parallel and inclined sides are summed separately. Sides at right angles contribute nothing.
@@ -329,7 +333,7 @@ def _neumann(tracks: Sequence[Track], layers: Sequence[Layers], strands: tuple[i
     squares, which = np.unique(np.square(heights), return_inverse=True)
     square_weights = np.zeros((len(relations), squares.size))
     np.add.at(square_weights, (np.arange(len(relations))[:, None], which.reshape(-1, 2)), 0.5)
-    total = math.fsum(_sums(_Stack(scaled, relations, pool_tracks(scaled), strands, squares, square_weights)))
+    total = math.fsum(_integral_parts(_Stack(scaled, relations, pool_tracks(scaled), strands, squares, square_weights)))
     if strands[1] in (2, 3):
         total += math.fsum(times * ends_and_corners(scaled[i], strands[1]) for i, j, times in layers if i == j)
     return MU0 / (4.0 * math.pi) * size * total
@@ -382,7 +386,7 @@ class _Stack:
                    replace(self.whole, z=second.z, thickness=second.thickness), strands)
 
 
-def _sums(stack: _Stack) -> Iterator[float]:
+def _integral_parts(stack: _Stack) -> Iterator[float]:
     """Yield the parts of Neumann's integral of t1.t2 / distance (m) over all pieces.
 
     The parts are sides with sides, arcs with arcs, and arcs with sides.
@@ -395,19 +399,20 @@ def _sums(stack: _Stack) -> Iterator[float]:
         for (first, second, strands), some in zip(stack.pieces(), _near_pairs(stack, pairs, apart), strict=True):
             # `strands` across the width: for distant pairs of sides, and for pairs that nearly touch. In a `smooth`
             # track, whose sides continue in arcs, all sides have the first number and a single height, like arcs
-            yield math.fsum(_integral_part(first, second, part, strands, smooth) for part in some.parts(BLOCK))
+            yield math.fsum(_side_integral(first, second, part, strands, smooth) for part in some.parts(BLOCK))
         for some, distances, squares in _distant_pairs(stack, pairs, apart):
             yield distant_sides(stack.whole, some, distances, min(stack.strands[0], 2), squares)
     if smooth:
         pairs = distinct_pairs(arcs, arcs, turns, stack.relations)
-        yield from _by_points(stack, pairs, arc_distances(stack.whole, stack.whole, pairs), arcs_with_arcs)
+        yield from _arc_integrals(stack, pairs, arc_distances(stack.whole, stack.whole, pairs), sum_arcs_with_arcs)
     if smooth and len(stack.whole.starts):
         directed = [[*layers, *((j, i, times) for i, j, times in layers)] for layers in stack.relations]
         pairs = distinct_pairs(arcs, sides, turns, directed)
-        yield from _by_points(stack, pairs, arc_side_distances(stack.whole, stack.whole, pairs), arcs_with_sides)
+        apart = arc_side_distances(stack.whole, stack.whole, pairs)
+        yield from _arc_integrals(stack, pairs, apart, sum_arcs_with_sides)
 
 
-def _by_points(stack: _Stack, pairs: Pairs, apart: Array, summed: Callable[..., float]) -> Iterator[float]:
+def _arc_integrals(stack: _Stack, pairs: Pairs, apart: Array, summed: Callable[..., float]) -> Iterator[float]:
     """Yield the parts of Neumann's integral (m) over pairs that include arcs.
 
     `apart` (n; m) are the distances of the pairs. `summed` integrates the near pairs of each relation, and then the
@@ -435,7 +440,7 @@ def _distant_pairs(stack: _Stack, pairs: Pairs, apart: Array) -> Iterator[tuple[
     heights.
     """
     beyond = apart >= stack.distant
-    enough = np.where(beyond, nodes_enough(stack.squares, apart), 0)
+    enough = np.where(beyond, sufficient_node_counts(stack.squares, apart), 0)
     for count in np.unique(enough[beyond]).tolist():
         chosen = enough == count
         squares, node_weights = height_nodes(stack.squares, count)

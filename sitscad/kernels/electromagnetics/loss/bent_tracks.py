@@ -24,9 +24,15 @@ from sitscad.kernels.electromagnetics.loss.current_modes import (
     mode_system,
     path_drive,
 )
-from sitscad.kernels.electromagnetics.loss.path_field import Filaments, box_of, path_field
-from sitscad.kernels.electromagnetics.loss.proximity import arc_field, smooth_rings
-from sitscad.kernels.electromagnetics.loss.track_modes import Cut, ModeSet, field_nodes, flux_to_points, points_of
+from sitscad.kernels.electromagnetics.loss.path_field import Filaments, box_around_points, path_field
+from sitscad.kernels.electromagnetics.loss.proximity import arc_field, ring_inductance_without_logarithm
+from sitscad.kernels.electromagnetics.loss.track_modes import (
+    Cut,
+    ModeSet,
+    field_nodes,
+    flux_to_points,
+    gauss_point_positions,
+)
 from sitscad.kernels.electromagnetics.special_functions import gauss
 
 BLOCK = math.radians(30.0)
@@ -172,7 +178,7 @@ def _group_losses(sides: _Sides, index: Index, cuts: int, conductivity: float, m
     spans = sides.end[index] - sides.start[index]
     corner = LEAST_CORNER_DISTANCE * float(np.mean(sides.section[index, 1]) / np.mean(np.hypot(spans[:, 0],
                                                                                                spans[:, 1])))
-    straight = mode_system(_cut(sides, index, 0.5, 1.0), None, conductivity, modes)
+    straight = mode_system(_cross_sections(sides, index, 0.5, 1.0), None, conductivity, modes)
     fractions, weights = _points_near_ends(cuts // 2, corner)
     if end is not None:
         chosen = (fractions > 0.5) == bool(end)
@@ -228,7 +234,7 @@ def _numbered_pieces(track: BentTrack, groups: list[tuple[float, int]]) -> tuple
 
     Three arrays describe the pieces: (n, 6) with ends (m), length of the block (m) and curvature (1/m); the group of
     each piece, -1 if no plane cuts it; and its block from 0. Two arrays describe a third of the chords: (m, 4) with
-    ends (m), and the block of each chord. New groups are appended to `groups` (see `_group`).
+    ends (m), and the block of each chord. New groups are appended to `groups` (see `_group_number`).
     """
     rows, keys, block, few, few_block = [], [], [], [], []
     most = 1.0 / (TIGHTEST * track.width)
@@ -236,7 +242,7 @@ def _numbered_pieces(track: BentTrack, groups: list[tuple[float, int]]) -> tuple
         corners, parts = nodes.tolist(), len(nodes) - 1
         curvature = max(-most, min(turn / length, most))
         rows += [(*start, *end, length, curvature) for start, end in pairwise(corners)]
-        group = _group(groups, heading, 1 if turn else 0)
+        group = _group_number(groups, heading, 1 if turn else 0)
         keys += [group if k == parts // 2 else -1 for k in range(parts)]
         block += [number] * parts
         chords = -(-parts // 3)
@@ -318,13 +324,13 @@ def _consecutive_arc_blocks(starts: Array, ends: Array, turns: Array, width: flo
         parts = min(max(3, math.ceil(length / width)), 9) // 2 * 2 + 1
         at = np.linspace(low, high, parts + 1)
         arc = np.clip(np.searchsorted(reached, at, side="right") - 1, 0, len(turns) - 1)
-        nodes = _on_arcs(starts[arc], ends[arc], turns[arc], (at - reached[arc]) / np.abs(turns[arc]))
+        nodes = _points_on_arcs(starts[arc], ends[arc], turns[arc], (at - reached[arc]) / np.abs(turns[arc]))
         middle = 0.5 * (low + high)
         heading = middle if whole < ROUND else (math.floor(middle / BLOCK) + 0.5) * BLOCK
         yield nodes, length, sign * (high - low), sign * heading
 
 
-def _on_arcs(start: Array, end: Array, turn: Array, fraction: Array) -> Array:
+def _points_on_arcs(start: Array, end: Array, turn: Array, fraction: Array) -> Array:
     """Return points (n, 2; m) at fractions (n) of the angle of arcs.
 
     `start` and `end` (n, 2; m) are the ends of the arcs, `turn` (n; rad) their angles. The start is rotated about the
@@ -339,7 +345,7 @@ def _on_arcs(start: Array, end: Array, turn: Array, fraction: Array) -> Array:
     return np.asarray(centre + turned)
 
 
-def _group(groups: list[tuple[float, int]], heading: float, part: int) -> int:
+def _group_number(groups: list[tuple[float, int]], heading: float, part: int) -> int:
     """Return the number of the group to which a direction `heading` (rad) belongs.
 
     `groups` lists the direction and the kind (`part`: 0 straight side, 1 arc) of each group. If no group of this kind
@@ -352,18 +358,18 @@ def _group(groups: list[tuple[float, int]], heading: float, part: int) -> int:
     return len(groups) - 1
 
 
-def _cut(sides: _Sides, index: Index, fraction: float, weight: float) -> Cut:
+def _cross_sections(sides: _Sides, index: Index, fraction: float, weight: float) -> Cut:
     """Return the cross-sections of some sides (m) where a plane cuts them at a fraction of their lengths.
 
     `index` are the numbers of the sides. Each cross-section represents `weight` times the length of its side.
     """
-    place, tangent = _place(sides, index, fraction)
+    place, tangent = _points_and_direction(sides, index, fraction)
     z, width, thickness = sides.section[index].T
     normal = np.array([tangent[1], -tangent[0]])
     return Cut(place @ normal, z, width, thickness, sides.length[index] * weight, sides.curvature[index])
 
 
-def _place(sides: _Sides, index: Index, fraction: float) -> tuple[Array, Array]:
+def _points_and_direction(sides: _Sides, index: Index, fraction: float) -> tuple[Array, Array]:
     """Return the points (n, 2; m) at a fraction of some sides' lengths, and the unit vector (2) of the first side.
 
     `index` are the numbers of the sides.
@@ -380,8 +386,8 @@ def _driven_cut(sides: _Sides, index: Index, fraction: float, weight: float, mod
     added. `index` lists the numbers of the sides. Each cross-section represents `weight` times the length of its side.
     The field is Biot and Savart's for straight filaments.
     """
-    place, tangent = _place(sides, index, fraction)
-    cut = _cut(sides, index, fraction, weight)
+    place, tangent = _points_and_direction(sides, index, fraction)
+    cut = _cross_sections(sides, index, fraction, weight)
     offset, normal = 0.5 * cut.width[:, None] * field_nodes(modes), np.array([tangent[1], -tangent[0]])
     tangential = place @ tangent
     # The normal field of the whole path per ampere (n, points), times the path's length there over that of the centre
@@ -389,7 +395,7 @@ def _driven_cut(sides: _Sides, index: Index, fraction: float, weight: float, mod
     # the potential along the track: near corners that would miss half of the flux.
     point = tangential[:, None, None] * tangent + (cut.across[:, None] + offset)[..., None] * normal
     chords, own_chords = _source_chords(sides, index, tangential[:, None] * tangent + cut.across[:, None] * normal)
-    filaments = _straight(chords, own_chords, bool(cut.curvature.any()), tangent, 1e-6 * cut.unit)
+    filaments = _straight_filaments(chords, own_chords, bool(cut.curvature.any()), tangent, 1e-6 * cut.unit)
     root = np.sqrt(cut.length)
     total = path_field(filaments, point, cut.height, root[None, :] / root[:, None], sides.block[index])
     flux = flux_to_points(-MU0 / (4.0 * math.pi) * total * (1.0 + cut.curvature[:, None] * offset), cut, modes)
@@ -401,13 +407,13 @@ def _driven_cut(sides: _Sides, index: Index, fraction: float, weight: float, mod
 def _bend_flux(cut: Cut, half: Array, modes: ModeSet) -> Array:
     """Return the flux (n, points; Wb/m/A) of arcs as parts of rings, minus the flux of straight tracks in their place.
 
-    `half` (n; rad) is the angle of the arc on either side of the plane. Derived here from `smooth_rings` and
-    `arc_field`.
+    `half` (n; rad) is the angle of the arc on either side of the plane. Derived here from `arc_field` and
+    `ring_inductance_without_logarithm`.
     """
     # mode_system weighs what straight tracks make with sqrt(1 + curvature x), the flux with 1 + curvature x; and a
     # track's own arc, +-half (n,) radians about the cut, is a part of a ring.
     bend = cut.curvature[:, None]
-    offset = points_of(cut, modes)[0] - cut.across[:, None]
+    offset = gauss_point_positions(cut, modes)[0] - cut.across[:, None]
     flux = -bend * flux_to_points(_straight_potential(cut, 0.5 * cut.width[:, None] * field_nodes(modes)), cut, modes)
     factor = 1.0 + bend * offset
     flux += (factor - np.sqrt(factor)) * _straight_potential(cut, offset)
@@ -416,7 +422,7 @@ def _bend_flux(cut: Cut, half: Array, modes: ModeSet) -> Array:
     nodes, share = gauss(modes.points[0] + 1)
     source = radius[:, None] + 0.5 * cut.width[:, None] * nodes
     squared = np.maximum((place[..., None] - source[:, None, :]) ** 2, (1e-6 * cut.width[:, None, None]) ** 2)
-    ring = smooth_rings(place[..., None], source[:, None, :], squared, cut.unit) @ (0.5 * share)
+    ring = ring_inductance_without_logarithm(place[..., None], source[:, None, :], squared, cut.unit) @ (0.5 * share)
     flux += ring / (2.0 * math.pi * radius[:, None])
     t, weight = gauss(24)
     near = radius[:, None] + 0.5 * cut.width[:, None] * np.sign(bend) * field_nodes(modes)
@@ -434,7 +440,7 @@ def _source_chords(sides: _Sides, index: Index, place: Array) -> tuple[_Chords, 
     `place` are the points, `index` the numbers of the sides that the plane cuts. Blocks of arcs at a distance
     (`DISTANT`) are represented by a third of their chords.
     """
-    near = box_of(place).distance(sides.middle, sides.middle) < DISTANT * sides.reach
+    near = box_around_points(place).distance(sides.middle, sides.middle) < DISTANT * sides.reach
     near[sides.block[index]] = True
     many, few = near[sides.block], ~near[sides.chords.block]
     rest = sides.chords
@@ -444,7 +450,7 @@ def _source_chords(sides: _Sides, index: Index, place: Array) -> tuple[_Chords, 
     ))), np.cumsum(many)[index] - 1
 
 
-def _straight(chords: _Chords, own_chords: Index, is_curved: bool, tangent: Array, least: float) -> Filaments:
+def _straight_filaments(chords: _Chords, own_chords: Index, is_curved: bool, tangent: Array, least: float) -> Filaments:
     """Return chords as straight filaments, with the squared least distance (m2) that a point is assumed to have.
 
     The least distance is `least` (m). For chords in other directions than the sides' `tangent`, it is

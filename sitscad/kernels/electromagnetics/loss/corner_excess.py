@@ -152,7 +152,7 @@ def own_inductance(turn: float, width: float, thickness: float, radius: float = 
 
 
 @lru_cache(maxsize=256)
-def tight_squares(turn: float, radius: float) -> float:
+def tight_bend_squares(turn: float, radius: float) -> float:
     """Return the resistance of a tight corner minus the resistance of its straight sides, in squares.
 
     A square is a piece of track as long as it is wide. `turn` is in rad, `radius` is divided by the width, at most the
@@ -161,7 +161,7 @@ def tight_squares(turn: float, radius: float) -> float:
     return _tight_bend_value(SQUARES, turn, radius)
 
 
-def gentle_squares(turn: float, radius: float) -> float:
+def gentle_bend_squares(turn: float, radius: float) -> float:
     """Return the resistance in squares (pieces as long as wide) of a wider arc between straight sides.
 
     `turn` is in rad. `radius` is the centre line's radius divided by the width, above the last of `TIGHT`.
@@ -177,7 +177,7 @@ def gentle_squares(turn: float, radius: float) -> float:
 
 
 @lru_cache(maxsize=256)
-def gentle_inductance(turn: float, width: float, thickness: float, radius: float) -> float:
+def gentle_bend_inductance(turn: float, width: float, thickness: float, radius: float) -> float:
     """Return the inductance (H) of a wider arc minus its inductance for a 1 / radius current profile everywhere.
 
     `turn` is in rad, `width` and `thickness` are in metres, `radius` is divided by the width. The result is 0.0086
@@ -188,7 +188,7 @@ def gentle_inductance(turn: float, width: float, thickness: float, radius: float
     return -0.0086 * MU0 * width * profile * (2.0 * turn / math.pi) ** 2 * radius**-2.2
 
 
-def lost_inductance(
+def bend_relaxation(
     turn: float, width: float, thickness: float, radius: float, conductivity: float
 ) -> tuple[float, float]:
     """Return the inductance (H) that a bend loses to alternating current, and its relaxation time tau (s).

@@ -23,13 +23,13 @@ from sitscad.kernels.electromagnetics.loss.bent_tracks import BentTrack
 from sitscad.kernels.electromagnetics.loss.corner_excess import (
     TIGHT,
     Loops,
+    bend_relaxation,
     corner_moment,
     corner_points,
-    gentle_inductance,
-    gentle_squares,
-    lost_inductance,
+    gentle_bend_inductance,
+    gentle_bend_squares,
     own_inductance,
-    tight_squares,
+    tight_bend_squares,
 )
 from sitscad.kernels.electromagnetics.loss.current_modes import ProximityLoss
 from sitscad.kernels.electromagnetics.loss.resistance import bend_squares
@@ -133,7 +133,7 @@ def with_corners(loss: ProximityLoss, tracks: Sequence[BentTrack], conductivity:
                 key = round(abs(bend.turn), 6), track.width, track.thickness, round(bend.radius, 6)
                 counts[key] = counts.get(key, 0) + 1
     rows = [(count * lost, time) for key, count in counts.items() for lost,
-            time in [lost_inductance(*key, conductivity)]]
+            time in [bend_relaxation(*key, conductivity)]]
     lost, times = np.array(rows).reshape(-1, 2).T
     return replace(loss, direct=math.fsum(direct_resistance(track, conductivity) for track in tracks),
                    direct_change=loss.direct_change + corner_inductance(tracks),
@@ -152,9 +152,9 @@ def direct_resistance(track: BentTrack, conductivity: float) -> float:
         if bend.radius == 0.0:
             squares = bend_squares(round(abs(bend.turn), 6))
         elif bend.is_tight:
-            squares = tight_squares(bend.turn, bend.radius)
+            squares = tight_bend_squares(bend.turn, bend.radius)
         elif bend.is_between_sides:
-            squares = gentle_squares(bend.turn, bend.radius)
+            squares = gentle_bend_squares(bend.turn, bend.radius)
         else:
             half = 0.5 / max(bend.radius, TIGHT[-1])
             squares = abs(bend.turn) * bend.radius * half / math.atanh(half)
@@ -217,13 +217,13 @@ def corner_inductance(tracks: Sequence[BentTrack]) -> float:
     For the loops of `corner_excess` it is twice their moments times the field at their places (reciprocity), plus their
     own inductance.
     """
-    arcs = math.fsum(gentle_inductance(bend.turn, track.width, track.thickness, bend.radius)
+    arcs = math.fsum(gentle_bend_inductance(bend.turn, track.width, track.thickness, bend.radius)
                      for track in tracks for bend in _bends(track)
                      if bend.is_between_sides and not bend.is_tight)
     corners = _corners(tracks)
     if not len(corners.width):
         return arcs
-    parts = [_pieces(track) for track in tracks]
+    parts = [_chord_arrays(track) for track in tracks]
     filaments = MitredFilaments(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
     field = np.zeros(corners.width.size)
     pairs: list[tuple[Index, Index]] = []
@@ -239,7 +239,7 @@ def corner_inductance(tracks: Sequence[BentTrack]) -> float:
     first, second = (np.concatenate([pair[k] for pair in pairs]) for k in (0, 1))
     for part in slices(first.size, BLOCK):
         i, j = first[part], second[part]
-        np.add.at(field, i, _from_near(filaments, corners, i, j))
+        np.add.at(field, i, _near_side_field(filaments, corners, i, j))
     through = 2.0 * float(np.sum(corners.moment * field))
     return arcs + float(np.sum(corners.self_inductance)) + through + _mutual_inductances(corners)
 
@@ -260,7 +260,7 @@ def bend_loops(track: BentTrack, nearest: float) -> Loops:
             moments.append(np.array([size]) if whole else size * loop_parts)
         elif bend.radius:
             k, count = bend.piece, max(1, math.ceil(abs(bend.turn) / CHORD))
-            on = [_on_arc(track.starts[k], track.ends[k], bend.turn, (i + 0.5) / count) for i in range(count)]
+            on = [_point_on_arc(track.starts[k], track.ends[k], bend.turn, (i + 0.5) / count) for i in range(count)]
             places.append(np.array(on))
             moments.append(np.full(count, -bend.turn * width * width / (12.0 * count)))
     return Loops(np.concatenate(places), np.concatenate(moments), (SPREAD_WHOLE if whole else SPREAD) * width)
@@ -347,11 +347,11 @@ def _chords(track: BentTrack) -> Index:
     return np.maximum(1, np.ceil(np.abs(track.turns) / CHORD)).astype(np.intp)
 
 
-def _pieces(track: BentTrack) -> tuple[Array, ...]:
+def _chord_arrays(track: BentTrack) -> tuple[Array, ...]:
     """Return a track as chords: starts and ends (n, 2; m), mitres at both (n, 2), heights and widths (n; m)."""
     nodes = [track.starts[0]]
     for start, end, turn, count in zip(track.starts, track.ends, track.turns, _chords(track), strict=True):
-        nodes += [_on_arc(start, end, turn, k / count) for k in range(1, count)]
+        nodes += [_point_on_arc(start, end, turn, k / count) for k in range(1, count)]
         nodes.append(end)
     line = np.array(nodes)
     t = np.diff(line, axis=0)
@@ -362,7 +362,7 @@ def _pieces(track: BentTrack) -> tuple[Array, ...]:
     return line[:-1], line[1:], mitres[:-1], mitres[1:], np.full(len(t), track.z), np.full(len(t), track.width)
 
 
-def _on_arc(start: Array, end: Array, turn: float, fraction: float) -> Array:
+def _point_on_arc(start: Array, end: Array, turn: float, fraction: float) -> Array:
     """Return the point (2; m) at a fraction of the angle of an arc, which turns by `turn` (rad).
 
     It follows from length and direction of the chord up to the point.
@@ -374,7 +374,7 @@ def _on_arc(start: Array, end: Array, turn: float, fraction: float) -> Array:
     return np.asarray(start + chord * np.array([c * span[0] - s * span[1], s * span[0] + c * span[1]]))
 
 
-def _from_near(filaments: MitredFilaments, corners: Corners, i: Index, j: Index) -> Array:
+def _near_side_field(filaments: MitredFilaments, corners: Corners, i: Index, j: Index) -> Array:
     """Return the field (n; T/A) of sides with finite width, averaged over loops.
 
     `i` and `j` are the numbers of the loop and the side of each pair. Biot and Savart for `NEAR_SIDE_FILAMENTS`

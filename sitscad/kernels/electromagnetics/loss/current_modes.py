@@ -177,7 +177,7 @@ class ModeSystem:
         """
         return losses([self], steps)[0]
 
-    def whole(self) -> tuple[Array, Array] | None:
+    def all_relaxation_times(self) -> tuple[Array, Array] | None:
         """Return all relaxation times (s) and their strengths (ohm s2). None if a Lanczos recursion takes less time."""
         if self.coupling.size > FEW or isinstance(self.matrix, NearAndFar):
             return None
@@ -190,7 +190,7 @@ def losses(systems: Sequence[ModeSystem], steps: int) -> list[ProximityLoss]:
 
     Their Lanczos recursions run together, because reading the matrix takes most of the time.
     """
-    whole_measures = [system.whole() for system in systems]
+    whole_measures = [system.all_relaxation_times() for system in systems]
     measures = [measure for measure in whole_measures if measure is not None]
     if len(measures) < len(systems):
         driven = np.stack([system.project(system.coupling) for system in systems])

@@ -18,7 +18,13 @@ from numpy.typing import NDArray
 from sitscad.basics.arrays import Array, Flags, Index, slices
 from sitscad.basics.record import record
 from sitscad.kernels.electromagnetics.constants import MU0
-from sitscad.kernels.electromagnetics.loss.track_modes import Cut, ModeSet, mode_conductances, points_of, projection
+from sitscad.kernels.electromagnetics.loss.track_modes import (
+    Cut,
+    ModeSet,
+    gauss_point_positions,
+    mode_conductances,
+    projection,
+)
 from sitscad.kernels.electromagnetics.special_functions import gauss, legendre
 
 AT_ONCE = 16_000
@@ -199,7 +205,7 @@ def _mutual_logs(cut: Cut, modes: ModeSet, i: Index, j: Index, selected: Index |
     `i` and `j` are the track numbers. Both means are sums over Gauss points. If given, only the modes `selected` are
     used.
     """
-    x, z = (table / cut.unit for table in points_of(cut, modes))
+    x, z = (table / cut.unit for table in gauss_point_positions(cut, modes))
     weights = projection(modes) if selected is None else projection(modes)[selected]
     points = x.shape[1]
     means = np.empty((i.size, len(weights), len(weights)))

@@ -60,7 +60,7 @@ class Filaments:
     owner: Index
     block: Index
 
-    def some(self, chosen: Flags) -> Filaments:
+    def select(self, chosen: Flags) -> Filaments:
         """Return the chosen filaments only. The result has an empty `owner`."""
         return Filaments(self.start[chosen], self.end[chosen], self.height[chosen], self.clearance[chosen],
                          np.zeros(0, dtype=np.intp), self.block[chosen])
@@ -92,11 +92,11 @@ def path_field(filaments: Filaments, point: Array, level: Array, ratio: Array, b
     near = np.isin(filaments.block, block) if filaments.block[0] >= 0 else np.zeros(len(filaments.block), dtype=bool)
     near[filaments.owner] = True
     own_numbers = np.cumsum(near)[filaments.owner] - 1
-    near_filaments = replace(filaments.some(near), owner=own_numbers)
+    near_filaments = replace(filaments.select(near), owner=own_numbers)
     twice = np.repeat(2.0 * ratio, nodes, axis=0).astype(np.float32)
     blocks = np.repeat(block, nodes) if filaments.block[0] >= 0 else None
     total = _total_field(near_filaments, where, twice, blocks)
-    _add_field(filaments.some(~near), where, np.arange(len(where)), total)
+    _add_field(filaments.select(~near), where, np.arange(len(where)), total)
     return total.reshape(point.shape[:2])
 
 
@@ -110,12 +110,12 @@ def _add_field(filaments: Filaments, where: Array, index: Index, total: Array) -
     if not count:
         return
     if count * len(points) > LEAST:
-        box = box_of(points)
+        box = box_around_points(points)
         if LEAST_POINTS_PER_NODE * math.prod(box.counts) <= len(points):
             distant = box.distance(filaments.start, filaments.end) >= APART * box.half[0]
-            total[index] += box.weights(points) @ _total_field(filaments.some(distant), box.nodes)
+            total[index] += box.weights(points) @ _total_field(filaments.select(distant), box.nodes)
             is_left = (points - box.centre) @ box.axes[0] < 0.0
-            rest = filaments.some(~distant)
+            rest = filaments.select(~distant)
             _add_field(rest, where, index[is_left], total)
             _add_field(rest, where, index[~is_left], total)
             return
@@ -169,7 +169,7 @@ class PointBox:
         return distances
 
 
-def box_of(points: Array) -> PointBox:
+def box_around_points(points: Array) -> PointBox:
     """Return the box around points (n, 3 or 2; m). Its first axis is the points' longest direction in the plane."""
     if points.shape[1] == 2:
         points = np.column_stack([points, np.zeros(len(points))])

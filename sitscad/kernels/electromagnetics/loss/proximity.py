@@ -23,12 +23,12 @@ from sitscad.kernels.electromagnetics.loss.current_modes import ModeSystem, Prox
 from sitscad.kernels.electromagnetics.loss.track_modes import (
     Cut,
     ModeSet,
+    few_point_interpolation,
+    few_point_modes,
     field_nodes,
     flux_to_points,
-    from_few_points,
-    points_of,
+    gauss_point_positions,
     rough_modes,
-    smooth_nodes,
     suited_modes,
 )
 from sitscad.kernels.electromagnetics.special_functions import coaxial_rings, gauss
@@ -271,24 +271,24 @@ def ring_flux(cut: Cut, modes: ModeSet) -> Array:
 
     It is Maxwell's mutual inductance of rings (1873, art. 701), minus the logarithm of straight tracks.
     """
-    r, z = points_of(cut, smooth_nodes(modes))
+    r, z = gauss_point_positions(cut, few_point_modes(modes))
     squared = (r[..., None] - cut.across) ** 2 + (z[..., None] - cut.height) ** 2
     tracks = np.arange(cut.across.size)
     squared[tracks, :, tracks] = 1.0
-    mutual = smooth_rings(r[..., None], cut.across, squared, cut.unit)
+    mutual = ring_inductance_without_logarithm(r[..., None], cut.across, squared, cut.unit)
     mutual[tracks, :, tracks] = 0.0
-    flux_of_others = mutual.sum(axis=2) @ from_few_points(modes)
+    flux_of_others = mutual.sum(axis=2) @ few_point_interpolation(modes)
     # In its own track the kernel's remainder is averaged over the source's width.
-    r, z = points_of(cut, modes)
+    r, z = gauss_point_positions(cut, modes)
     nodes, share = gauss(modes.points[0])
     source = cut.across[:, None] + 0.5 * cut.width[:, None] * nodes
     pair = (r[:, :, None] - source[:, None, :]) ** 2 + (z - cut.height[:, None])[:, :, None] ** 2
     pair = np.maximum(pair, 1e-12 * cut.width[:, None, None] ** 2)
-    self_part = smooth_rings(r[:, :, None], source[:, None, :], pair, cut.unit)
+    self_part = ring_inductance_without_logarithm(r[:, :, None], source[:, None, :], pair, cut.unit)
     return np.asarray(flux_of_others + self_part @ (0.5 * share), dtype=np.float64)
 
 
-def smooth_rings(radius: Array, other: Array, squared: Array, unit: float) -> Array:
+def ring_inductance_without_logarithm(radius: Array, other: Array, squared: Array, unit: float) -> Array:
     """Return the mutual inductance (H) of coaxial rings minus its logarithmic term, which straight tracks also have.
 
     `radius` and `other` are the rings' radii (m), `squared` is their squared distance (m2), `unit` (m) the unit of

@@ -102,7 +102,7 @@ class Cut:
         return 1.0 / bend if bend > 0.0 else float(np.max(self.width))
 
 
-def points_of(cut: Cut, modes: ModeSet) -> tuple[Array, Array]:
+def gauss_point_positions(cut: Cut, modes: ModeSet) -> tuple[Array, Array]:
     """Return the positions across and in height (two arrays (tracks, points); m) of all Gauss points in a plane."""
     x, z = local_points(modes)
     return cut.across[:, None] + 0.5 * cut.width[:, None] * x, cut.height[:, None] + 0.5 * cut.thickness[:, None] * z
@@ -133,21 +133,21 @@ def _integrals(modes: ModeSet) -> Array:
     return np.asarray(coefficients.T @ legendre_integrals(nodes.size - 1, local_points(modes)[0]).T)
 
 
-def smooth_nodes(modes: ModeSet) -> ModeSet:
+def few_point_modes(modes: ModeSet) -> ModeSet:
     """Return the mode set with at most `SMOOTH_POINTS` Gauss points, enough for a smooth function on a cross-section.
 
-    `from_few_points` interpolates from these points to all points.
+    `few_point_interpolation` interpolates from these points to all points.
     """
     return replace(modes, points=(min(SMOOTH_POINTS[0], modes.points[0]), min(SMOOTH_POINTS[1], modes.points[1])))
 
 
 @lru_cache(maxsize=16)
-def from_few_points(modes: ModeSet) -> Array:
-    """Return the matrix (few points, points; no unit) that interpolates from points of `smooth_nodes` to all points.
+def few_point_interpolation(modes: ModeSet) -> Array:
+    """Return the matrix (few points, points; no unit) that interpolates from points of `few_point_modes` to all points.
 
     It evaluates the polynomial through the values at the few points.
     """
-    few = smooth_nodes(modes)
+    few = few_point_modes(modes)
     across, through = (
         np.linalg.solve(legendre(few.points[k] - 1, gauss(few.points[k])[0]).T,
                         legendre(few.points[k] - 1, gauss(modes.points[k])[0]).T) for k in (0, 1)

@@ -181,7 +181,7 @@ def _solved_changes(
     """Compute the change of inductance by the plate (places) and by an infinite plate, in mu0 pi (m).
 
     The arguments are explained in `plate_ratio`. The sheet is solved by `_sheet_changes`. The field that the thickness
-    excludes is from `_field_on`.
+    excludes is from `_squared_field_share`.
     """
     outer = float(coil.radii.max())
     middle = gap + _sheet_depth(plate, outer)
@@ -195,7 +195,7 @@ def _solved_changes(
     planes = k, weights, spectrum[None]
     changes = _sheet_changes(plate.is_round, half, offsets, planes, detail, np.array([room]), MOST_MODES, 16)[0]
     on_plate = np.minimum(half, 0.5 * np.array(plate.size))
-    excluded = _field_on(plate, on_plate, offsets, (k, weights, spectrum), detail, j1)
+    excluded = _squared_field_share(plate, on_plate, offsets, (k, weights, spectrum), detail, j1)
     return changes + 0.5 * (front - sheet) * (excluded + changes / sheet), np.array(front)
 
 
@@ -254,7 +254,8 @@ def magnetic_ratio(
     # The deficit falls with the cube of the size, like the coil's field outside, so no more functions are needed.
     share = 1.0 - (1.0 - change / sheet) * min(1.0, reach / radius) ** 3
     half = np.minimum(0.5 * np.array(plate.size), reach)
-    led = np.minimum(_field_on(plate, half, offsets, source, detail, j0) * (1.0 + OWN_WAY * thick / width), 1.0)
+    on_plate = _squared_field_share(plate, half, offsets, source, detail, j0)
+    led = np.minimum(on_plate * (1.0 + OWN_WAY * thick / width), 1.0)
     return np.asarray((share * sheet + 0.5 * (front - sheet) * (led + share)) / front)
 
 
@@ -277,7 +278,7 @@ def _edge_growth(plate: FinitePlate, outer: float) -> float:
     `outer` (m) is the coil's outer radius. The form is from a thick strip (a logarithm of size divided by thickness).
     The coil's diameter D in it is a fit to boxes of surface loops (tests/validation).
     """
-    thickness = _counted_thickness(plate, outer)
+    thickness = _effective_thickness(plate, outer)
     if thickness <= 0.0:
         return 0.0
     return thickness / (2.0 * math.pi) * math.log(max(2.0 * outer / thickness, math.e))
@@ -299,11 +300,11 @@ def _sheet_depth(plate: FinitePlate, outer: float) -> float:
     `outer` (m) is the coil's outer radius. The sheet is in the middle of a thin plate and at most at the depth
     `DEEPEST`. The function is smooth, because the loss is its slope. Chosen here by comparison with boxes of loops.
     """
-    middle, deepest = 0.5 * _counted_thickness(plate, outer), DEEPEST * 2.0 * outer
+    middle, deepest = 0.5 * _effective_thickness(plate, outer), DEEPEST * 2.0 * outer
     return float(middle * (1.0 + (middle / deepest) ** 4) ** -0.25)
 
 
-def _counted_thickness(plate: FinitePlate, outer: float) -> float:
+def _effective_thickness(plate: FinitePlate, outer: float) -> float:
     """Return a plate's thickness (m), limited to the part that has an effect (`THICKEST` and `STOUTEST`)."""
     return min(plate.thickness, THICKEST * 2.0 * outer, STOUTEST * min(plate.size))
 
@@ -366,7 +367,7 @@ def _infinite_plate_change(k: Array, weights: Array, spectrum: Array, room: floa
     return float(np.sum(weights * spectrum**2 / echo))
 
 
-def _field_on(
+def _squared_field_share(
     plate: FinitePlate, half: Array, offsets: Array, source: Source, detail: float, bessel: Callable[[Array], Array]
 ) -> Array:
     """Return the part of the coil's squared field that falls on the plate, divided by the whole (places; no unit).
@@ -391,7 +392,7 @@ def _field_on(
     distances = np.hypot(x - offsets[:, 0, None, None], y - offsets[:, 1, None, None])
     radii = np.linspace(0.0, float(distances.max()), 2 * nodes.size + 20)
     table = bessel(radii[:, None] * k) @ (k * weights * spectrum)
-    squared = _cubic(distances, radii[1], table**2)
+    squared = _interpolate_even(distances, radii[1], table**2)
     return np.asarray((squared * area).sum(axis=(1, 2)) / (2.0 * math.pi * np.sum(weights * k * spectrum**2)))
 
 
@@ -433,7 +434,7 @@ def _fluxes(half: Array, offsets: Array, source: Source, counts: tuple[int, int]
     table = np.asarray(j0(radii[:, None] * k) @ (k * weights * spectrum).T)
     x, y = half[0] * u[0] - offsets[:, 0, None], half[1] * v[0] - offsets[:, 1, None]
     distances = np.sqrt(x[:, :, None] ** 2 + y[:, None, :] ** 2)
-    field = _cubic(distances, radii[1], table)
+    field = _interpolate_even(distances, radii[1], table)
     return np.asarray(half[0] * half[1] * (u[1] @ field.transpose(3, 0, 1, 2) @ v[1].T))
 
 
@@ -476,7 +477,7 @@ def _chebyshev_projection(count: int) -> tuple[Array, Array]:
     return np.cos(angle), weights * np.sin(np.arange(1, count + 1)[:, None] * angle)
 
 
-def _cubic(at: Array, step: float, table: Array) -> Array:
+def _interpolate_even(at: Array, step: float, table: Array) -> Array:
     """Interpolate an even function from its values at 0, step, 2 step ... by Catmull and Rom's spline (1974).
 
     `table` holds the values, possibly in several columns (steps, n); results have its unit. `at` and `step` have one

@@ -108,7 +108,7 @@ def _reflection(
     return factor
 
 
-def returned_waves(
+def reflection_coefficients(
     wave_numbers: Array, frequencies: Array, above: Reflector | None, below: Reflector | None,
     levels: tuple[float, float], raised: Array | float = 0.0
 ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
@@ -183,7 +183,7 @@ def reflected_inductances(
     """
     key = frequencies.tobytes(), above, below, tuple(distances)
     if key not in spectrum.returned:
-        waves = spectrum.weights * _returned_power(spectrum, frequencies, above, below)
+        waves = spectrum.weights * _reflected_power(spectrum, frequencies, above, below)
         shift = np.array([spectrum.shift(distance) for distance in distances])
         spectrum.returned[key] = np.asarray(MU0 * math.pi * (waves @ shift.T))
     return spectrum.returned[key].copy()
@@ -197,21 +197,22 @@ def raised_inductances(
     `above` and `below` are the reflectors on both sides, the `frequency` is in Hz. The upper reflector is farther away
     by each of the lengths `raised` (n; m). See `reflected_inductances`.
     """
-    power = _returned_power(spectrum, np.array([frequency]), above, below, raised[:, None])
+    power = _reflected_power(spectrum, np.array([frequency]), above, below, raised[:, None])
     return np.asarray(MU0 * math.pi * (power @ spectrum.weights))
 
 
-def _returned_power(
+def _reflected_power(
     spectrum: CurrentSpectrum, frequencies: Array, above: Reflector | None, below: Reflector | None,
     raised: Array | float = 0.0
 ) -> ComplexArray:
     """Return the power (frequencies, wave numbers; m2, complex) of a coil's waves, multiplied by their reflection.
 
-    `raised` (m) is the extra distance of the upper reflector (see `returned_waves`).
+    `raised` (m) is the extra distance of the upper reflector (see `reflection_coefficients`).
     """
     (up, cross, down), z = spectrum.sums, spectrum.heights
     levels = float(z.min()), float(z.max())
-    up_to_up, mixed, down_to_down = returned_waves(spectrum.wave_numbers, frequencies, above, below, levels, raised)
+    up_to_up, mixed, down_to_down = reflection_coefficients(spectrum.wave_numbers, frequencies, above, below, levels,
+                                                            raised)
     return np.asarray(up_to_up * up + 2.0 * mixed * cross + down_to_down * down)
 
 

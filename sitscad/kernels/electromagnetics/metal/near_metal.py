@@ -28,12 +28,12 @@ from sitscad.kernels.electromagnetics.loss.proximity import WindingCut
 from sitscad.kernels.electromagnetics.loss.track_modes import (
     Cut,
     ModeSet,
+    gauss_point_positions,
     mode_conductances,
-    points_of,
     split_projection,
 )
 from sitscad.kernels.electromagnetics.metal.current_spectrum import wave_numbers
-from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, Reflector, returned_waves
+from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, Reflector, reflection_coefficients
 from sitscad.kernels.electromagnetics.special_functions import j1
 
 STEPS = 5
@@ -86,7 +86,7 @@ class _ReflectedCuts:
         net = self.carriers[:, :, None] @ table
         return np.asarray((table - self.carriers[..., None] * net).reshape(vectors.shape))
 
-    def times(self, vectors: Array) -> Array:
+    def multiply_by_matrices(self, vectors: Array) -> Array:
         """Return the systems' matrices times vectors (half-planes, modes, n), in s times the vectors' unit."""
         products = np.zeros_like(vectors)
         for system, product, vector in zip(self.systems, products, vectors, strict=True):
@@ -101,7 +101,7 @@ class _ReflectedCuts:
         """
         return np.asarray((self.tables @ vectors.astype(np.float32)).astype(np.float64))
 
-    def seen(self, waves: Array) -> Array:
+    def drives_by_waves(self, waves: Array) -> Array:
         """Return the drive (half-planes, modes, n) of the modes by waves (half-planes, 2 k, n).
 
         The unit is the product of the units of `tables` and the waves.
@@ -153,16 +153,16 @@ class CrowdingNearMetal:
             return np.zeros(frequencies.size, dtype=np.complex128)
         key = frequencies.tobytes(), above, below
         if key not in self.changed:
-            about = self._representatives(above, below)
+            about = self._equivalent_mirrors(above, below)
             if about not in self.known:
-                pairs = dict.fromkeys([about, *(self._representatives(*pair) for pair in expected)])
+                pairs = dict.fromkeys([about, *(self._equivalent_mirrors(*pair) for pair in expected)])
                 missing = [pair for pair in pairs if pair not in self.known and pair != (None, None)]
                 middles = [_Waves(*(part[0] for part in self._waves(np.array([MIDDLE]), *pair))) for pair in missing]
                 self.known.update(zip(missing, _reduce_modes(self.cuts, middles, self.bends, self.steps), strict=True))
             self.changed[key] = self.known[about].changes(frequencies, self._waves(frequencies, above, below))
         return self.changed[key]
 
-    def _representatives(self, above: Reflector | None, below: Reflector | None) -> tuple[Reflector | None, ...]:
+    def _equivalent_mirrors(self, above: Reflector | None, below: Reflector | None) -> tuple[Reflector | None, ...]:
         """Return the reflectors above and below that replace both reflectors when a subspace is computed.
 
         See `_equivalent_mirror`.
@@ -175,7 +175,7 @@ class CrowdingNearMetal:
 
         They are for up with up waves, up with down waves, and down with down waves.
         """
-        coefficients = returned_waves(self.wave_numbers, frequencies, above, below, self.levels)
+        coefficients = reflection_coefficients(self.wave_numbers, frequencies, above, below, self.levels)
         return [0.5 * MU0 * self.weights * part for part in coefficients]
 
 
@@ -207,7 +207,7 @@ class _Waves:
     mixed: NDArray[Any]
     other: NDArray[Any]
 
-    def returned(self, waves: Array) -> NDArray[Any]:
+    def reflect(self, waves: Array) -> NDArray[Any]:
         """Return the waves (..., 2 k, n) that are reflected if waves up and down (..., 2 k, n) arrive.
 
         The unit is the waves' unit times H.
@@ -260,7 +260,7 @@ def _mode_waves(cut: Cut, k: Array, nearest: float, levels: tuple[float, float],
     """
     across = max(modes.points[0], 6 + modes.across // 2 + math.ceil(2.5 * float(cut.width.max()) / nearest))
     modes = replace(modes, points=(min(across, 64), max(modes.points[1], modes.through + 1)))
-    x, z = (table.reshape(-1, *modes.points) for table in points_of(cut, modes))
+    x, z = (table.reshape(-1, *modes.points) for table in gauss_point_positions(cut, modes))
     over, through = split_projection(modes)
     r = x[:, :, 0]
     a, b = np.array(modes.orders).T
@@ -314,7 +314,7 @@ class _Reduced:
     def _changes_at(self, frequencies: Array, waves: Sequence[ComplexArray]) -> ComplexArray:
         # `changes` at a few frequencies
         parts = _Waves(*(np.concatenate([part.real, part.imag])[:, None] for part in waves))
-        products = np.swapaxes(self.waves, 1, 2) @ parts.returned(self.waves)
+        products = np.swapaxes(self.waves, 1, 2) @ parts.reflect(self.waves)
         reflected = products[: frequencies.size] + 1j * products[frequencies.size :]
         uneven = 2.0 * reflected[..., -1, -2] - reflected[..., -1, -1]
         # inductance (H, complex) by free currents, in free air and with the metal
@@ -337,8 +337,8 @@ def _reduce_modes(cuts: _ReflectedCuts, surroundings: Sequence[_Waves], bends: b
     source_waves = cuts.waves(source)
     evens, blocks = [], []
     for waves in surroundings:
-        returned = waves.returned(source_waves)
-        image = cuts.seen(np.concatenate([returned.real, returned.imag], axis=2))
+        returned = waves.reflect(source_waves)
+        image = cuts.drives_by_waves(np.concatenate([returned.real, returned.imag], axis=2))
         evens.append(_Waves(waves.both.real, waves.mixed.real, waves.other.real))
         blocks.append(np.concatenate([coupling, image], axis=2))
     results = []
@@ -375,15 +375,15 @@ def _krylov(cuts: _ReflectedCuts, surroundings: Sequence[_Waves], blocks: Sequen
             break
         ends = np.cumsum([vectors.shape[2] for vectors in fresh.values()])[:-1]
         together = np.concatenate(list(fresh.values()), axis=2)
-        products = np.split(cuts.times(together), ends, axis=2)
+        products = np.split(cuts.multiply_by_matrices(together), ends, axis=2)
         for number, product in zip(going, products, strict=True):
             basis, times = spaces[number]
             spaces[number] = (np.concatenate([basis, fresh[number]], axis=2),
                               np.concatenate([times, product], axis=2))
         if step < steps - 1:
             waves = np.split(cuts.waves(together), ends, axis=2)
-            returned = [surroundings[number].returned(part) for number, part in zip(going, waves, strict=True)]
-            images = np.split(cuts.seen(np.concatenate(returned, axis=2)), ends, axis=2)
+            returned = [surroundings[number].reflect(part) for number, part in zip(going, waves, strict=True)]
+            images = np.split(cuts.drives_by_waves(np.concatenate(returned, axis=2)), ends, axis=2)
             for number, product, image in zip(going, products, images, strict=True):
                 current[number] = product + image
     return spaces

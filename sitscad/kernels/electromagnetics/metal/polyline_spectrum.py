@@ -102,7 +102,7 @@ def track_images(tracks: Sequence[PolylineTrack], loops: Sequence[Loops], centre
         roots = (m for m in range(n) if track_images[m] is None and tracks[m].width == track.width)
         candidates = (_image(m, tracks[m].corners - centre, track.corners - centre) for m in roots)
         candidates = (image for image in candidates if image is not None and (
-            not loops or _loops_follow(image, loops[image.of], loops[n], centre)))
+            not loops or _are_loops_images(image, loops[image.of], loops[n], centre)))
         track_images.append(next(candidates, None))
     return track_images
 
@@ -140,7 +140,7 @@ def _fit_rigid_motion(source: Array, target: Array, mirror: bool) -> tuple[Array
     return matrix, middles[1] - matrix @ middles[0]
 
 
-def _loops_follow(image: TrackImage, source: Loops, target: Loops, centre: Array) -> bool:
+def _are_loops_images(image: TrackImage, source: Loops, target: Loops, centre: Array) -> bool:
     """Whether a track's current loops (m2) are the images of another track's loops, by their transforms at `PROBES`."""
     if source.moments.size != target.moments.size or source.spread != target.spread:
         return False
@@ -234,7 +234,7 @@ def polyline_spectrum(tracks: Sequence[PolylineTrack], nearest: float, loops: Se
     k, weights = wave_numbers(float(np.hypot(*(everything - centre).T).max()), nearest)
     owner = plan_numbers([np.append(track.corners, track.width) for track in tracks])
     distinct = [tracks[owner.index(n)] for n in range(max(owner) + 1)]
-    directions = _Directions.of([track.corners for track in distinct])
+    directions = _Directions.from_corners([track.corners for track in distinct])
     used = [loops[owner.index(n)] for n in range(len(distinct))] if loops else []
     shapes = [_Mitred(track, centre, used[n] if used else None) for n, track in enumerate(distinct)]
     follows = track_images(distinct, used, centre)
@@ -264,7 +264,7 @@ def _all_waves(shapes: Sequence[_Mitred], follows: Sequence[TrackImage | None], 
     """
     unit = np.stack([np.cos(angle), np.sin(angle)])
     number = np.repeat(numbers, angle.shape[1])
-    flat = _off_normals(unit.reshape(2, -1), tangents)
+    flat = _rotate_off_normals(unit.reshape(2, -1), tangents)
     spectra = np.empty((len(shapes), *unit.shape), dtype=np.complex128)
     for n, (shape, image) in enumerate(zip(shapes, follows, strict=True)):
         directions = None if image is None else image.directions(angle)
@@ -287,7 +287,7 @@ class _Directions:
     length: float
 
     @classmethod
-    def of(cls, shapes: Sequence[Array]) -> _Directions:
+    def from_corners(cls, shapes: Sequence[Array]) -> _Directions:
         """Return the directions for tracks with the given corners (one array (n, 2; m) per track)."""
         sides = np.concatenate([np.diff(corners, axis=0) for corners in shapes])
         length = np.hypot(sides[:, 0], sides[:, 1])
@@ -331,7 +331,7 @@ class _Directions:
         return np.concatenate(angles, axis=1), np.concatenate(weights, axis=1)
 
 
-def _off_normals(unit: Array, tangents: Array) -> Array:
+def _rotate_off_normals(unit: Array, tangents: Array) -> Array:
     """Return unit vectors (2, n; no unit) in which each direction that is normal to a side is rotated slightly.
 
     `tangents` (sides, 2) are the sides' directions. In a direction normal to a side, the waves of the side's two ends
