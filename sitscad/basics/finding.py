@@ -139,7 +139,7 @@ SETTLED = (
 class Remedy:
     """A fix: edits that together remove a finding, as a trial has shown.
 
-    ``new_warnings`` names the rules with more or graver warnings after the fix than before it. ``is_sure`` is False if
+    ``new_warnings`` names the rules with more warnings after the fix than before it. ``is_sure`` is False if
     the fix only guesses the meaning of a word.
     """
 
