@@ -21,7 +21,7 @@ from sitscad.basics.record import memo, record, replace
 from sitscad.basics.units import count_text
 from sitscad.basics.version import __version__
 from sitscad.calibration.calibration import Calibration, plan_calibration, with_temperatures
-from sitscad.checks.assembly.fit import judged_on_solids, rules_in_fit_file
+from sitscad.checks.assembly.fit import findings_on_solids, rules_in_fit_file
 from sitscad.checks.findings import CheckedSpec, checked_spec, to_json
 from sitscad.checks.judging import all_rules
 from sitscad.checks.judging import apply_rules as reviewed
@@ -131,7 +131,7 @@ class Contents:
         decided = rules_in_fit_file(document)
         findings = checked_spec(
             self.design.spec.name, self.design.spec.source,
-            (*result.findings, *judged_on_solids(document, self.design.spec.readout.device, self.design.spec.source)),
+            (*result.findings, *findings_on_solids(document, self.design.spec.readout.device, self.design.spec.source)),
             tuple(each for each in result.not_checked if each.rule not in decided), result.signals, result.fit,
             result.closing, result.reached, result.board,
         )

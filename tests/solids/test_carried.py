@@ -18,7 +18,7 @@ from sitscad.assembly.solids import pieces
 from sitscad.assembly.solids.clash import bending_rod_overlap, support_areas
 from sitscad.assembly.solids.whole import whole
 from sitscad.basics.finding import Severity
-from sitscad.checks.assembly.fit import judged_on_solids, rules_in_fit_file
+from sitscad.checks.assembly.fit import findings_on_solids, rules_in_fit_file
 from sitscad.files.documents import mounting, tail_steps
 from sitscad.layout import lay_out
 from sitscad.spec import presets
@@ -109,7 +109,7 @@ def test_part_under_tail_bend_gives_warning_with_volume(tmp_path):
     expected = (high - low) * np.trapezoid(np.maximum(0.0, heights), x)
     assert measured.value == approx(float(expected), rel=1e-2)
     document = {"measured": [mounting._value_document(measured)]}
-    (finding,) = judged_on_solids(document, layout.spec.readout.device, layout.spec.source)
+    (finding,) = findings_on_solids(document, layout.spec.readout.device, layout.spec.source)
     assert (finding.rule, finding.severity, finding.key) == ("SIT320", Severity.WARNING, "mount")
     end = f"{1e3 * (first.start - rod - layout.body[2]):.2f}".rstrip("0")
     assert end in tail_steps.custom_mount_end_text(layout.body[2], tail_bends)
@@ -126,7 +126,7 @@ def built(tmp_path, size):
     layout = lay_out(spec)
     document = json.loads(mounting.render_fit(layout, whole(layout))["mount/fit.json"])
     assert rules_in_fit_file(document) == {"SIT320", "SIT326", "SIT333"}
-    return judged_on_solids(document, spec.readout.device, spec.source), document["measured"]
+    return findings_on_solids(document, spec.readout.device, spec.source), document["measured"]
 
 
 @pytest.mark.slow

@@ -17,7 +17,7 @@ from sitscad.assembly.solids.clash import clashes
 from sitscad.assembly.solids.proof import BULGE, INTERFERENCE, OPENING, PORT, TRAVEL, PadLoad, measure_solids
 from sitscad.assembly.solids.solid import Solid, TriangleMesh, box, manifold, shared_volume
 from sitscad.assembly.solids.whole import whole
-from sitscad.checks.assembly.fit import judged_on_solids, rules_in_fit_file
+from sitscad.checks.assembly.fit import findings_on_solids, rules_in_fit_file
 from sitscad.estimates.design import Design
 from sitscad.files.documents import mounting
 from sitscad.files.drawing.pictures.rendered import clash_svg
@@ -92,7 +92,8 @@ def pieces(hinged):
 def said(layout, pieces, loads=()):
     """The proof's faults, and the findings that a build makes of them."""
     proof = measure_solids(layout, pieces, loads)
-    return proof.faults, judged_on_solids(mounting.fit_document(proof), layout.spec.readout.device, layout.spec.source)
+    document, spec = mounting.fit_document(proof), layout.spec
+    return proof.faults, findings_on_solids(document, spec.readout.device, spec.source)
 
 
 @pytest.mark.slow

@@ -15,7 +15,7 @@ from sitscad.assembly.places.fit import closed_section
 from sitscad.assembly.places.jaws import jaw_section
 from sitscad.assembly.solids.step_parts import measured_jaw, read_files
 from sitscad.assembly.solids.whole import whole
-from sitscad.checks.assembly.fit import judged_on_solids, rules_in_fit_file
+from sitscad.checks.assembly.fit import findings_on_solids, rules_in_fit_file
 from sitscad.files.documents import mounting
 from sitscad.layout import lay_out
 from sitscad.spec.load import load
@@ -67,7 +67,7 @@ def layout_of(folder, shape, jaw, more=""):
 def faults(layout):
     """Rule, key and line of every finding of a jaw's file."""
     measured = [mounting._value_document(each) for each in measured_jaw(layout)]
-    findings = [each for each in judged_on_solids({"measured": measured}, layout.spec.readout.device,
+    findings = [each for each in findings_on_solids({"measured": measured}, layout.spec.readout.device,
                                                layout.spec.source) if each.severity.value != "note"]
     assert rules_in_fit_file({"measured": measured}) == {"SIT332"}
     assert {finding.severity.value for finding in findings} <= {"error"} and all(each.line == 9 for each in findings)
@@ -142,7 +142,7 @@ def test_file_back_is_compared_with_assumed_back(tmp_path, shape, port, severity
     """The square edge reaches hypot(3, half the pair's height) mm from the closed pair's axis."""
     layout = layout_of(tmp_path, shape(), FIGURES.replace(": 9", f": {port}"))
     measured = [mounting._value_document(each) for each in measured_jaw(layout)]
-    findings = [each for each in judged_on_solids({"measured": measured}, layout.spec.readout.device,
+    findings = [each for each in findings_on_solids({"measured": measured}, layout.spec.readout.device,
                                                layout.spec.source) if each.key == "mount.jaw.step"]
     assert [(each.rule, each.severity.value) for each in findings] == ([("SIT332", severity)] if severity else [])
     for each in findings:
@@ -154,7 +154,7 @@ def test_file_back_is_compared_with_assumed_back(tmp_path, shape, port, severity
 
 def test_file_face_wider_than_chord_yields_finding(tmp_path):
     layout = layout_of(tmp_path, block(), FIGURES.replace("face: 6, ", "").replace(": 9", ": 6"))
-    findings = {each.key: each for each in judged_on_solids(
+    findings = {each.key: each for each in findings_on_solids(
         {"measured": [mounting._value_document(each) for each in measured_jaw(layout)]}, layout.spec.readout.device,
         layout.spec.source)}
     face = findings["mount.jaw.face"]
@@ -165,7 +165,7 @@ def test_file_face_wider_than_chord_yields_finding(tmp_path):
 def test_corner_beyond_port_states_place_and_excess(tmp_path):
     layout = layout_of(tmp_path, block(), FIGURES.replace(": 9", ": 7.5"))
     document = json.loads(mounting.render_fit(layout, whole(layout))["mount/fit.json"])
-    (findings,) = [each for each in judged_on_solids(document, layout.spec.readout.device,
+    (findings,) = [each for each in findings_on_solids(document, layout.spec.readout.device,
                                                   layout.spec.source) if each.rule == "SIT321"]
     (port,) = [each for each in document["measured"] if each["what"] == "port"]
     assert "SIT303" not in findings.message + findings.hint
@@ -235,7 +235,7 @@ def unread(name):
 def test_file_without_single_solid_is_finding_at_key(tmp_path, name):
     layout = layout_of(tmp_path, unread(name), FIGURES)
     document = json.loads(mounting.unread_files(layout.spec.mount, layout.spec.source))
-    (found,) = judged_on_solids(document, layout.spec.readout.device, layout.spec.source)
+    (found,) = findings_on_solids(document, layout.spec.readout.device, layout.spec.source)
     assert (found.rule, found.key, found.line, found.severity.value) == ("SIT333", "mount.jaw.step", 9, "error")
     assert "jaw.step" in found.message and found.hint
 

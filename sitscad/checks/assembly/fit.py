@@ -177,13 +177,13 @@ def bare_metal(design: Design) -> Iterator[Verdict]:
         yield violation_of("bare-target", "target", fixes=(lambda: with_film(design.spec),), metal=metal)
 
 
-def jaw_of(jaw: Jaw | None) -> Jaw:
+def require_jaw(jaw: Jaw | None) -> Jaw:
     """Return the jaw, for rules that only apply if the spec has a jaw."""
     assert jaw is not None
     return jaw
 
 
-def pad_of(elastomer: ElastomerPad | None) -> ElastomerPad:
+def require_pad(elastomer: ElastomerPad | None) -> ElastomerPad:
     """Return the elastomer, for rules that only apply if the spec has an elastomer."""
     assert elastomer is not None
     return elastomer
@@ -209,7 +209,7 @@ def tail_past_pin(design: Design) -> Iterator[Verdict]:
     lies around the pivot and must not reach back to the jaw's face. Its length follows from bend radius and opening
     angle.
     """
-    layout, jaw = design.layout, jaw_of(design.spec.jaw)
+    layout, jaw = design.layout, require_jaw(design.spec.jaw)
     try:
         pair, closed = closed_section(layout), tail_path(layout)
     except PartsError:
@@ -244,7 +244,7 @@ def end_through_shaft(design: Design) -> Iterator[Verdict]:
                            thick=thick, bore=behind.source)
 
 
-def judged_on_solids(document: Mapping[str, Any], device: Converter, source: SpecSource) -> tuple[Finding, ...]:
+def findings_on_solids(document: Mapping[str, Any], device: Converter, source: SpecSource) -> tuple[Finding, ...]:
     """Return the findings on values in the document ``mount/fit.json`` that do not meet their limits.
 
     `document` is the content of this JSON file of the build. For other files, the result is empty. `device` is the

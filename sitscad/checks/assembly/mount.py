@@ -32,7 +32,7 @@ from sitscad.assembly.places.seating import (
 )
 from sitscad.assembly.places.stack import BODY, LEAST_GLUABLE_SHARE, LEAST_PRESSED_SHARE, support
 from sitscad.basics.finding import Severity
-from sitscad.checks.assembly.fit import jaw_of, pad_of, unmeasured_jaw_case
+from sitscad.checks.assembly.fit import require_jaw, require_pad, unmeasured_jaw_case
 from sitscad.checks.fixes.moves import reread_changes
 from sitscad.checks.fixes.search import Family
 from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, constant_limits, not_checked, rule_of, violation_of
@@ -62,7 +62,7 @@ def mount_joint(design: Design) -> Iterator[Verdict]:
 
     Further findings are on the metal around a window in the jaw, and on a joint of a piece that does not lie on metal.
     """
-    mount, jaw = design.spec.mount, jaw_of(design.spec.jaw)
+    mount, jaw = design.spec.mount, require_jaw(design.spec.jaw)
     joint = retention(design.layout.body, design.layout.spec.mount)
     assert mount is not None
     if jaw.fenestration is not None:
@@ -77,10 +77,11 @@ def mount_joint(design: Design) -> Iterator[Verdict]:
     elif joint is not None and joint.kind == "dovetail":
         clearance = joint_clearance(design.spec.assembly.glue_line, design.spec.mount)
         remaining = metal_below(design.layout.body, mount, design.spec.assembly.glue_line)
-        yield from _dovetail(design.spec, mount.process, jaw, joint, remaining, clearance)
+        yield from _dovetail_findings(design.spec, mount.process, jaw, joint, remaining, clearance)
     elif joint is not None:
         clearance = joint_clearance(design.spec.assembly.glue_line, design.spec.mount)
-        yield from _pins(mount.process, jaw, joint, clearance, bool(pin_places(design.layout.body, design.spec.mount)))
+        places = pin_places(design.layout.body, design.spec.mount)
+        yield from _pin_findings(mount.process, jaw, joint, clearance, bool(places))
 
 
 def _too_little_metal(
@@ -106,7 +107,7 @@ def _stands_on_metal(backing: Backing) -> bool:
     return bool(spans) and seat is not None and abs(spans[0][0] - seat[0]) < ROUNDING
 
 
-def _dovetail(
+def _dovetail_findings(
     spec: SensorSpec, process: str, jaw: Jaw, tongue: Retention, remaining: float | None, clearance: float
 ) -> Iterator[Verdict]:
     """Yield findings on the neck of the mount's tongue, and on the metal that remains below the tongue's groove.
@@ -128,7 +129,7 @@ def _dovetail(
                                 details=unmeasured_jaw_case(jaw), clearance=clearance)
 
 
-def _pins(
+def _pin_findings(
     process: str, jaw: Jaw, pins: Retention, clearance: float, has_places: bool
 ) -> Iterator[Verdict]:
     """Yield findings on the diameter and length of the mount's pins, and on the metal around the holes for the pins.
@@ -242,7 +243,7 @@ def glue_on_silicone(design: Design) -> Iterator[Verdict]:
     names = [name for name in presets.names("adhesive") if presets.adhesive(name).bonds_silicone]
     primed = [f"{name} with {p}" if (p := presets.adhesive(name).primer) else name for name in names]
     yield violation_of("glue-silicone", "assembly.adhesive", source=glue.source, glue=glue.name, glues=primed,
-                       rubber=pad_of(design.spec.elastomer).material.name,
+                       rubber=require_pad(design.spec.elastomer).material.name,
                        fixes=(lambda: reread_changes(design.spec, "assembly.adhesive", names),))
 
 
@@ -310,14 +311,14 @@ def hole_places(design: Design) -> Iterator[Verdict]:
         worst = min(worst, (min(between, heads), i, k))
     short, first, second = worst
     if short >= -ROUNDING:
-        yield from _under_board(pattern, adapter_holes(design.layout), board_boxes(design.layout))
+        yield from _hole_under_board_findings(pattern, adapter_holes(design.layout), board_boxes(design.layout))
         return
     apart = math.dist(pattern.holes[first].at, pattern.holes[second].at)
     yield violation_of("plate-holes", _hole_key(pattern, second), apart, apart - short, "m", source=wall.source,
                        holes=(first + 1, second + 1), moved=f"mount.holes.{second}.at", missing=-short)
 
 
-def _under_board(pattern: HolePattern, holes: tuple[Hole, ...], boxes: list[Box]) -> Iterator[Verdict]:
+def _hole_under_board_findings(pattern: HolePattern, holes: tuple[Hole, ...], boxes: list[Box]) -> Iterator[Verdict]:
     """Yield a warning for the hole nearest to the board, if the head of its screw has no room beside the board.
 
     `holes` are the holes of the mount's second piece, which is needed if a hole lies under board or tail. `boxes` are

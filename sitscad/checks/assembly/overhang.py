@@ -67,8 +67,8 @@ def overhang(design: Design) -> Iterator[Verdict]:
         return violation_of(
             case, key, over, 0.0, "m", details=("overhang-sides" if sides else "overhang-corners",
                                                 *[limits] * is_limited),
-            severity=Severity.ERROR if beside else Severity.WARNING, fixes=_plates_onto_body(design), sides=sides,
-            part=low.role.value, body_key=spec.fpc.body_key, aside=max(offset),
+            severity=Severity.ERROR if beside else Severity.WARNING, fixes=_fixes_that_fit_plates_on_body(design),
+            sides=sides, part=low.role.value, body_key=spec.fpc.body_key, aside=max(offset),
             length=0.0 if jaw is None else jaw.length, width=0.0 if jaw is None else jaw.width,
         )
 
@@ -93,7 +93,7 @@ def _overhang_texts(box: tuple[float, ...], on: tuple[float, ...]) -> list[str]:
     return [f"{show(by, 'm', 3)} at the {end}" for by, end in zip(out, ENDS, strict=True) if by > ROUNDING]
 
 
-def _plates_onto_body(design: Design) -> tuple[Family, ...]:
+def _fixes_that_fit_plates_on_body(design: Design) -> tuple[Family, ...]:
     """Return families of changes after which target and pad lie completely on the body.
 
     The first families leave the body as it is: a larger pad, and a pad moved under the target. A larger body and

@@ -128,14 +128,14 @@ def cut_to_board(spec: SensorSpec, body: Path) -> Iterator[Fix]:
     """
     for grain in (100e-6, 50e-6, GRAIN):
         if spec.elastomer is not None:
-            yield from _cut(spec, spec.elastomer, body, grain)
+            yield from _plates_cut_to_board(spec, spec.elastomer, body, grain)
         elif spec.target is not None:
             here, film = footprint(spec, spec.target), film_thickness(spec.encapsulation)
             for edits, plate in _fitting_plates("target", here, spec.target, body, film, grain):
                 yield Fix(edits, replace(spec, target=plate))
 
 
-def _cut(spec: SensorSpec, now: ElastomerPad, body: Path, grain: float) -> Iterator[Fix]:
+def _plates_cut_to_board(spec: SensorSpec, now: ElastomerPad, body: Path, grain: float) -> Iterator[Fix]:
     for pad in (*(c.spec.elastomer for c in larger_pad(spec) if c.spec.elastomer), now):
         film = film_thickness(spec.encapsulation)
         for below, smaller in _fitting_plates("elastomer", footprint(spec, pad), pad, body, film, grain):
@@ -168,13 +168,15 @@ def _fitting_plates(
     for shape in dict.fromkeys((plate.shape, LONG_PLATE)):
         cut = PLATES[shape]
         kind = replace(here, is_round=cut.is_disc)
-        size = _room(kind, on, around, not (cut.is_disc or cut.is_long), grain)
+        size = _largest_sides(kind, on, around, not (cut.is_disc or cut.is_long), grain)
         if size is not None:
             smaller = replace(plate, shape=shape, size=size)
             yield _plate_edits(key, plate, smaller), smaller
 
 
-def _room(here: Footprint, on: Path, around: float, is_square: bool, grain: float) -> tuple[float, float] | None:
+def _largest_sides(
+    here: Footprint, on: Path, around: float, is_square: bool, grain: float
+) -> tuple[float, float] | None:
     # The sides (m) of the largest plate of a kind that has room in place, no larger than now. Smaller sides are whole
     # grains. None without room.
     room = -signed_distance(on, here.centre) - around
@@ -282,14 +284,14 @@ def target_proportions(design: Design) -> Iterator[Verdict]:
     hint, size = _larger_target(target, pitch, coil)
     fixes: tuple[Family, ...] = () if size is None else (partial(larger_target, design.spec, *size),)
     if not is_as_long_as_line(design.spec.array, design.spec.target):
-        yield from _beside_line_length(design, hint, fixes)
+        yield from _target_length_findings(design, hint, fixes)
     for case, axis in (("target-narrow", 1),) if pitch else (("target-short", 0), ("target-narrow", 1)):
         if target.size[axis] < coil[axis] - ROUNDING:
             yield violation_of(case, "target.size", target.size[axis], coil[axis], "m", hint=hint, fixes=fixes)
     if any(target.offset):
         here = footprint(design.spec, target)
         middle = footprint(design.spec, replace(target, offset=(0.0, 0.0)))
-        yield from _coils_left_uncovered(array, target, here, middle, coil, (partial(centred_plates, design.spec),))
+        yield from _uncovered_coil_findings(array, target, here, middle, coil, (partial(centred_plates, design.spec),))
     elif pitch is None:
         # a target in the middle of several coils may reach none of them
         outline, half = footprint(design.spec, target).outline(), 0.5 * min(design.spec.coil.size)
@@ -300,7 +302,7 @@ def target_proportions(design: Design) -> Iterator[Verdict]:
         yield not_checked("target-length-line")
 
 
-def _beside_line_length(design: Design, hint: str, fixes: tuple[Family, ...]) -> Iterator[Verdict]:
+def _target_length_findings(design: Design, hint: str, fixes: tuple[Family, ...]) -> Iterator[Verdict]:
     """Yield a finding if another length of the target would give a much larger signal over two coils in a line.
 
     The other length is the distance between the coils' centres. The ratio of the signals is compared with the limit
@@ -362,7 +364,7 @@ def is_as_long_as_line(array: ArraySpec, target: Target | None) -> bool:
     return not pitch or target is None or abs(_length_along_coils(target) / pitch - 1.0) <= TARGET_LENGTH_TOLERANCE
 
 
-def _coils_left_uncovered(
+def _uncovered_coil_findings(
     array: ArraySpec, target: Target, here: Footprint, middle: Footprint, coil: tuple[float, float],
     fixes: tuple[Family, ...],
 ) -> Iterator[Verdict]:
@@ -438,7 +440,7 @@ def plates_apart(design: Design) -> Iterator[Verdict]:
         )
     for bodies, least in ((plates_of(spec).elastomers, beside), (plates_of(spec).targets, wall)):
         pairs = combinations(bodies, 2)
-        gap, *cells = min((_gap(a.footprint, b.footprint), a.cell, b.cell) for a, b in pairs)
+        gap, *cells = min((_gap_between_plates(a.footprint, b.footprint), a.cell, b.cell) for a, b in pairs)
         name, key = bodies[0].role.value, spec.array.distance_key
         kerf = spec.elastomer.kerf if spec.elastomer is not None and name == "elastomer" else 0.0
         if gap <= 0.0:
@@ -451,7 +453,7 @@ def plates_apart(design: Design) -> Iterator[Verdict]:
                                wall=wall, bulge=2.0 * bulge)
 
 
-def _gap(first: Footprint, second: Footprint) -> float:
+def _gap_between_plates(first: Footprint, second: Footprint) -> float:
     """Return the gap (m) between two equal plates of the same orientation. Negative if they overlap."""
     if first.is_round:
         return first.centre.distance(second.centre) - first.size[0]
@@ -508,14 +510,14 @@ def gain_at_length(design: Design, length: float, shear: float) -> LengthGain | 
         wide = replace(pad, shape=pad.shape if pad.outline.is_disc else LONG_PLATE, size=size)
     force = design.spec.requirements.normal_force or full_normal(design.spec)
     loads = 0.5 * force, shear or SHEAR_SHARE * force
-    now, then = (_signals(replace(design.layout, spec=changed), *loads)
+    now, then = (_target_signals(replace(design.layout, spec=changed), *loads)
                  for changed in (spec, replace(spec, target=other, elastomer=wide)))
     if now is None or then is None or not all((*now, *then)):
         return None
     return LengthGain(then[0] / now[0], then[1] / now[1])
 
 
-def _signals(layout: Layout, normal: float, shear: float) -> tuple[float, float] | None:
+def _target_signals(layout: Layout, normal: float, shear: float) -> tuple[float, float] | None:
     """Return (normal signal, shear signal) in henries, as absolute values.
 
     The first is the change of the sum of all inductances by the force `normal` (N). The second is the change of the

@@ -20,7 +20,7 @@ from sitscad.assembly.places.stack import support_width
 from sitscad.basics.check_results import Measure
 from sitscad.basics.finding import Severity
 from sitscad.basics.units import show
-from sitscad.checks.assembly.fit import GRAIN, jaw_of, unmeasured_jaw_case
+from sitscad.checks.assembly.fit import GRAIN, require_jaw, unmeasured_jaw_case
 from sitscad.checks.assembly.plates import pair_text as in_brackets
 from sitscad.checks.fixes.moves import narrower_coils, other_ends, reread_change, reread_changes
 from sitscad.checks.fixes.references import smaller_references
@@ -58,14 +58,14 @@ def sensor_width(design: Design) -> Iterator[Verdict]:
     Elastomer and target are compared with the jaw's width, and the board with the jaw's face and pocket. The flat
     board, with its tail, is compared with the port's diameter. The centre lines of jaw and body lie over each other.
     """
-    jaw, across = jaw_of(design.spec.jaw), design.layout.size[1]
+    jaw, across = require_jaw(design.spec.jaw), design.layout.size[1]
     for slab in plates_of(design.spec).all:
-        yield from _across_jaw(design.layout.body, jaw, slab)
-    yield from _overhang(design, jaw)
+        yield from _plate_width_findings(design.layout.body, jaw, slab)
+    yield from _face_overhang_findings(design, jaw)
     if design.spec.mount is not None:
         lower = partial(reread_changes, design.spec, "mount.standoff", [jaw.recess * 1e3])
-        yield from _in_pocket(jaw, design.spec.mount.standoff, design.layout.body_size, design.spec.array.distance_key,
-                              (lower,))
+        yield from _pocket_findings(jaw, design.spec.mount.standoff, design.layout.body_size,
+                                    design.spec.array.distance_key, (lower,))
     if across > jaw.port_diameter + ROUNDING:
         is_body = across <= design.layout.body_size[1] + ROUNDING
         yield violation_of(
@@ -74,7 +74,7 @@ def sensor_width(design: Design) -> Iterator[Verdict]:
         )
 
 
-def _across_jaw(body: Box, jaw: Jaw, slab: Body) -> Iterator[Verdict]:
+def _plate_width_findings(body: Box, jaw: Jaw, slab: Body) -> Iterator[Verdict]:
     """Yield a finding if the plate `slab` (elastomer or target) extends sideways beyond both jaw and board.
 
     `body` is the box of the board's body, whose centre line lies over the centre line of the jaw.
@@ -92,7 +92,7 @@ def _across_jaw(body: Box, jaw: Jaw, slab: Body) -> Iterator[Verdict]:
         )
 
 
-def _less_margin(spec: SensorSpec, axis: int, excess: float) -> Fix | None:
+def _smaller_margin(spec: SensorSpec, axis: int, excess: float) -> Fix | None:
     """Return the change to a smaller ``fpc.margin`` that makes the body shorter by `excess` (m) along `axis`.
 
     `axis` is 0 for x, 1 for y. The margin is on both sides of the coils, so it is reduced by half of `excess`. None if
@@ -104,14 +104,14 @@ def _less_margin(spec: SensorSpec, axis: int, excess: float) -> Fix | None:
     return setting(spec, "fpc.margin", margin, in_brackets(margin)) if less >= 0.0 else None
 
 
-def _less_margins(spec: SensorSpec, axis: int, excess: float) -> Iterator[Fix]:
+def _smaller_margins(spec: SensorSpec, axis: int, excess: float) -> Iterator[Fix]:
     """Yield changes to smaller margins that make the body shorter along `axis` (0: x, 1: y) by `excess` (m) or more.
 
     The lengths `WIDER_GAPS` are added to `excess` one after the other, because leads may need wider gaps in the smaller
     body.
     """
     for more in WIDER_GAPS:
-        if (fix := _less_margin(spec, axis, excess + more)) is not None:
+        if (fix := _smaller_margin(spec, axis, excess + more)) is not None:
             yield fix
 
 
@@ -137,7 +137,7 @@ def _narrower_boards(spec: SensorSpec, by: float) -> tuple[Family, ...]:
     return lambda: islice(other_ends(spec), MOST_ENDS), partial(narrower_coils, spec, by)
 
 
-def _in_pocket(
+def _pocket_findings(
     jaw: Jaw, standoff: float, body_size: tuple[float, float], distance_key: str, fixes: tuple[Family, ...]
 ) -> Iterator[Verdict]:
     """Yield findings on a board that does not fit into the pocket of the jaw.
@@ -159,26 +159,26 @@ def _in_pocket(
         )
 
 
-def _overhang(design: Design, jaw: Jaw) -> Iterator[Verdict]:
+def _face_overhang_findings(design: Design, jaw: Jaw) -> Iterator[Verdict]:
     """Yield a finding on a board's body that extends beyond the jaw's face by more than the plastic below it supports.
 
     If the plastic of the mount supports the whole overhang, the finding is a note.
     """
-    over, body = _measure_of(design.fit, OVERHANG), design.layout.body_size[1]
-    severity = None if over is None else _weight_of(over)
+    over, body = _find_measure(design.fit, OVERHANG), design.layout.body_size[1]
+    severity = None if over is None else _severity_of(over)
     if over is None or over.worst <= ROUNDING or (severity is None and over.nominal <= ROUNDING):
         return
     spec, wide = design.spec, support_width(design.layout)
     coils = 2.0 * coils_breadth(spec.all_placements, spec.coil).half
     edges, margin = 2.0 * spec.fpc.rules.copper_to_edge, 2.0 * spec.fpc.margin[1]
     leads, excess = body - coils - edges - margin, 2.0 * (over.worst - over.limit)
-    less = None if severity is None else _less_margin(spec, 1, excess)
+    less = None if severity is None else _smaller_margin(spec, 1, excess)
     is_cut = bool(over.limit) and wide is not None and wide < body - ROUNDING
     key, hint, fixes = "coil.outer_diameter", "face-narrower", tuple[Family, ...]()
     if severity is None:
         hint = "face-held"
     elif less is not None:
-        key, hint, fixes = "fpc.margin", "face-margin", (lambda: _less_margins(spec, 1, excess),)
+        key, hint, fixes = "fpc.margin", "face-margin", (lambda: _smaller_margins(spec, 1, excess),)
     elif severity is Severity.ERROR:
         fixes = _narrower_boards(spec, excess)
     has_shares = severity is not None and bool(margin or leads > ROUNDING)
@@ -198,12 +198,12 @@ def sensor_length(design: Design) -> Iterator[Verdict]:
 
     The lengths are compared nominally, with the root-sum-square of tolerances, and in the worst case.
     """
-    jaw, measure = jaw_of(design.spec.jaw), _measure_of(design.fit, LENGTH)
-    severity = None if measure is None else _weight_of(measure)
+    jaw, measure = require_jaw(design.spec.jaw), _find_measure(design.fit, LENGTH)
+    severity = None if measure is None else _severity_of(measure)
     if measure is None or severity is None:
         return
     excess = measure.worst - jaw.length
-    less = _less_margin(design.spec, 0, excess)
+    less = _smaller_margin(design.spec, 0, excess)
     hint = "length-pitch" if len(design.spec.array.placements) > 1 else "length-coils"
     hint = hint if design.spec.array.reference is None else "length-reference"
     sensor, fixes = design.spec.soldered_thermistor, list[Family]()
@@ -213,7 +213,7 @@ def sensor_length(design: Design) -> Iterator[Verdict]:
         "body-length", "fpc.margin" if less else design.spec.array.distance_key, measure.measured, jaw.length, "m",
         hint="length-margin" if less else hint, details=("with-tolerances", *unmeasured_jaw_case(jaw)),
         severity=severity,
-        fixes=(*[lambda: _less_margins(design.spec, 0, excess)] * bool(less),
+        fixes=(*[lambda: _smaller_margins(design.spec, 0, excess)] * bool(less),
                *[partial(smaller_references, design.spec)] * (design.spec.array.reference is not None), *fixes),
         length=measure.nominal, excess=excess,
         likely=measure.root_sum_square, worst=measure.worst,
@@ -232,7 +232,7 @@ def stack_height(design: Design) -> Iterator[Verdict]:
     except PartsError as error:
         yield not_checked("stack-unfit", reason=str(error))
         return
-    pair, jaw = _measure_of(design.fit, CLOSED_PAIR), jaw_of(design.spec.jaw)
+    pair, jaw = _find_measure(design.fit, CLOSED_PAIR), require_jaw(design.spec.jaw)
     if jaw.face is None and jaw.width > jaw.port_diameter + ROUNDING:
         yield violation_of("jaw-wide", "mount.jaw.width", jaw.width, jaw.port_diameter, "m",
                            details=unmeasured_jaw_case(jaw))
@@ -242,15 +242,15 @@ def stack_height(design: Design) -> Iterator[Verdict]:
     rims = (jaw.recess if jaw.pocket else 0.0) + (jaw.opposing_recess if jaw.opposing_pocket else 0.0)
     if rims > between + ROUNDING:
         yield violation_of("rims-meet", "mount.jaw.recess", rims, between, "m")
-    if pair is not None and _weight_of(pair) is not None:
-        yield _too_high(design, jaw, pair)
+    if pair is not None and _severity_of(pair) is not None:
+        yield _stack_height_violation(design, jaw, pair)
     square = square_jaws_radius(design.layout)
     if square is not None and 2.0 * square > jaw.port_diameter + ROUNDING:
         yield violation_of("square-back", "mount.jaw.step", 2.0 * square, jaw.port_diameter, "m",
                            severity=Severity.NOTE)
 
 
-def _too_high(design: Design, jaw: Jaw, pair: Measure) -> Violation:
+def _stack_height_violation(design: Design, jaw: Jaw, pair: Measure) -> Violation:
     # The violation for a closed pair that does not pass its port, with the reducible heights, largest first, and
     # the largest tolerances.
     spec, wider = design.spec, SMALLEST_MEASURED_PORT * pair.limit
@@ -273,7 +273,7 @@ def _too_high(design: Design, jaw: Jaw, pair: Measure) -> Violation:
             return _pair_measure(measures(narrow)).margin >= 0.0
 
         # 0 if no narrower board suffices
-        return (_least_that(passes, -pair.margin, y1 - y0) if pair.decided_by == BOARD else None) or 0.0
+        return (_least_sufficient_length(passes, -pair.margin, y1 - y0) if pair.decided_by == BOARD else None) or 0.0
 
     def hint() -> str:
         return "pair-board" if narrower_by() else "pair-plates" if pair.decided_by in PLATES else "pair-height"
@@ -281,15 +281,15 @@ def _too_high(design: Design, jaw: Jaw, pair: Measure) -> Violation:
     def fixes() -> Iterator[Fix]:
         # less margin, other ends of the layers, or smaller coils, with which the pair passes its port
         by = narrower_by()
-        if by and _less_margin(spec, 1, by) is not None:
-            yield from _less_margins(spec, 1, by)
+        if by and _smaller_margin(spec, 1, by) is not None:
+            yield from _smaller_margins(spec, 1, by)
         elif by:
             yield from (fix for family in _narrower_boards(spec, by) for fix in family())
 
     glue = math.fsum(share.nominal for share in pair.parts if share.part.startswith(GLUE))
     passes_measured = pair.measured <= wider + ROUNDING
     return violation_of(
-        "closed-pair", "mount.standoff", pair.measured, jaw.port_diameter, "m", hint=hint, severity=_weight_of(pair),
+        "closed-pair", "mount.standoff", pair.measured, jaw.port_diameter, "m", hint=hint, severity=_severity_of(pair),
         details=("with-tolerances", *unmeasured_jaw_case(jaw), *["pair-measured-port"] * passes_measured),
         fixes=(fixes,) if pair.decided_by == BOARD else (), nominal=pair.nominal, part=pair.decided_by, glue=glue,
         heights=[f"{key} {show(height, 'm', 3)}" for key, height in heights], keys=[key for key, _ in heights],
@@ -319,10 +319,10 @@ def _height_to_take_off(design: Design, pair: Measure) -> float:
         thinner = replace(spec, elastomer=replace(pad, thickness=pad.thickness - less))
         return float(getattr(_pair_measure(measures(replace(design.layout, spec=thinner))), counted)) <= pair.limit
 
-    return _least_that(passes, over, pad.thickness) or over
+    return _least_sufficient_length(passes, over, pad.thickness) or over
 
 
-def _least_that(passes: Callable[[float], bool], over: float, most: float) -> float | None:
+def _least_sufficient_length(passes: Callable[[float], bool], over: float, most: float) -> float | None:
     # The smallest sufficient length (m) between 0.5 and 3 times the excess. None if no such length below `most`
     # suffices.
     steps = (step * over for step in (1.0, 1.2, 1.5, 2.0, 3.0) if step * over < most)
@@ -336,12 +336,12 @@ def _least_that(passes: Callable[[float], bool], over: float, most: float) -> fl
     return LEAST_STEP * math.ceil(high / LEAST_STEP)
 
 
-def _measure_of(fit: tuple[Measure, ...], name: str) -> Measure | None:
+def _find_measure(fit: tuple[Measure, ...], name: str) -> Measure | None:
     """Return the comparison in `fit` with this name. None if there is no such comparison."""
     return next((measure for measure in fit if measure.name == name), None)
 
 
-def _weight_of(measure: Measure) -> Severity | None:
+def _severity_of(measure: Measure) -> Severity | None:
     """Return the severity of the finding on a size that exceeds its limit. None if the limit is met.
 
     It is an error if the nominal or the root-sum-square size exceeds the limit, and a warning if only the worst case

@@ -14,7 +14,7 @@ from sitscad.basics.finding import Severity
 from sitscad.basics.late import late
 from sitscad.basics.record import memo, record
 from sitscad.basics.units import show
-from sitscad.checks.assembly.fit import pad_of
+from sitscad.checks.assembly.fit import require_pad
 from sitscad.checks.assembly.plates import plates_lie_on_body
 from sitscad.checks.fixes.pads import other_thicknesses, thicker_target
 from sitscad.checks.fixes.search import Fix, setting
@@ -63,7 +63,7 @@ def elastomer_strain(design: Design) -> Iterator[Verdict]:
     The compression is computed with the nominal modulus, and with a modulus one standard deviation lower. A further
     finding is on the compression at the temperature of use.
     """
-    pad, force = pad_of(design.spec.elastomer), design.spec.requirements.normal_force
+    pad, force = require_pad(design.spec.elastomer), design.spec.requirements.normal_force
     assert force is not None
     if not rests_on_pad(design.spec):
         yield not_checked("beside-pad")
@@ -71,7 +71,7 @@ def elastomer_strain(design: Design) -> Iterator[Verdict]:
     rubber, sigma, valid = pad.material, pad.material.shear_modulus_sigma, elastomer.VALID_STRAIN
     nominal, least, most = (pressed_pad(design.spec, modulus=factor)
                             for factor in (1.0, 1.0 + sigma, _modulus_lower_bound(sigma)))
-    yield from _strain_in_use(design.spec, force, nominal)
+    yield from _strain_in_use_findings(design.spec, force, nominal)
     if most.strain <= valid:
         return
     certain = nominal.strain
@@ -85,7 +85,7 @@ def elastomer_strain(design: Design) -> Iterator[Verdict]:
     larger = "target" if nominal.loaded_share < LOADED else "or thinner pad"
 
     def stiffer() -> _StifferPad:
-        return memo(design, "stiffer pad", lambda: _stiffer(design.spec, force))
+        return memo(design, "stiffer pad", lambda: _find_stiffer_pad(design.spec, force))
 
     def hint() -> str:
         if stiffer().modulus is None:
@@ -107,14 +107,14 @@ def elastomer_strain(design: Design) -> Iterator[Verdict]:
     )
 
 
-def _strain_in_use(spec: SensorSpec, force: float, nominal: elastomer.Compression) -> Iterator[Verdict]:
+def _strain_in_use_findings(spec: SensorSpec, force: float, nominal: elastomer.Compression) -> Iterator[Verdict]:
     """Yield a finding if the pad's modulus at the temperature of use differs from its modulus at 20 degrees Celsius.
 
     The least difference is `LEAST_MODULUS_CHANGE`. The finding states the compression at the temperature of use; all
     other estimates are for 20 degrees Celsius. `force` (N) is the required normal force, and `nominal` the compression
     by it at 20 degrees Celsius.
     """
-    at, slope = spec.requirements.temperature, pad_of(spec.elastomer).material.modulus_temperature_coefficient
+    at, slope = spec.requirements.temperature, require_pad(spec.elastomer).material.modulus_temperature_coefficient
     more = slope * (at - ROOM_TEMPERATURE)
     if abs(more) < LEAST_MODULUS_CHANGE:
         return
@@ -137,7 +137,8 @@ def target_rotation(design: Design) -> Iterator[Verdict]:
     if not rests_on_pad(design.spec):
         yield not_checked("beside-pad")
         return
-    pad, face, force = pad_of(design.spec.elastomer), loaded_face(design.spec)[0], design.spec.requirements.normal_force
+    pad, face = require_pad(design.spec.elastomer), loaded_face(design.spec)[0]
+    force = design.spec.requirements.normal_force
     # whether the pad gives way sideways under the required normal force, with the target held level or free
     lost = loaded_poses(design.spec, np.array([(force, 0.0, 0.0)]), np.array([False]))[1][0] if force else ""
     width = min(face.width_x, face.width_y)
@@ -150,7 +151,7 @@ def target_rotation(design: Design) -> Iterator[Verdict]:
                 reading="force" if len(design.spec.array.placements) == 1 else "shear",
             )
         return
-    enough = _thickness_that_holds(design.spec, force or 0.0, SLENDERNESS * width)
+    enough = _largest_stable_thickness(design.spec, force or 0.0, SLENDERNESS * width)
     takes_moments = any(design.spec.requirements.moments)  # a target held level takes up moments
     if lost == TOO_SOFT or takes_moments:
         hint = "gives-way-stiffer" if enough is None else "gives-way-thinner"
@@ -165,17 +166,17 @@ def target_rotation(design: Design) -> Iterator[Verdict]:
     )
 
 
-def _thickness_that_holds(spec: SensorSpec, force: float, most: float) -> float | None:
+def _largest_stable_thickness(spec: SensorSpec, force: float, most: float) -> float | None:
     """Return the largest thickness (m) at which the pad does not buckle under the normal force `force` (N).
 
     The target may tilt. The thickness is a multiple of `THICKNESS_GRAIN`, at most `most` (m) and at most the pad's
     present thickness. None if the pad buckles at every such thickness.
     """
     def holds(grains: int) -> bool:
-        thinner = replace(spec, elastomer=replace(pad_of(spec.elastomer), thickness=grains * THICKNESS_GRAIN))
+        thinner = replace(spec, elastomer=replace(require_pad(spec.elastomer), thickness=grains * THICKNESS_GRAIN))
         return not loaded_poses(thinner, np.array([(force, 0.0, 0.0)]), np.array([False]))[1][0]
 
-    low, high = 0, math.floor(min(pad_of(spec.elastomer).thickness, most) / THICKNESS_GRAIN + 1e-6) + 1
+    low, high = 0, math.floor(min(require_pad(spec.elastomer).thickness, most) / THICKNESS_GRAIN + 1e-6) + 1
     while high - low > 1:
         middle = (low + high) // 2
         low, high = (middle, high) if holds(middle) else (low, middle)
@@ -188,14 +189,14 @@ def elastomer_shear(design: Design) -> Iterator[Verdict]:
     The travel divided by the pad's thickness is compared with the valid shear strain of the pad. The travel itself is
     compared with half the distance between the coils' centres.
     """
-    spec, pad, force = design.spec, pad_of(design.spec.elastomer), design.spec.requirements.shear_force
+    spec, pad, force = design.spec, require_pad(design.spec.elastomer), design.spec.requirements.shear_force
     pitch = spec.array.pitch
     assert force is not None
     if not rests_on_pad(spec):
         yield not_checked("beside-pad")
         return
     strain = _relative_shear_travel(spec, force)
-    yield from _shear_strain(design, force, strain)
+    yield from _shear_strain_findings(design, force, strain)
     if pitch is None:
         yield not_checked("no-pitch")
         return
@@ -225,29 +226,29 @@ def _relative_shear_travel(spec: SensorSpec, force: float, modulus: float = 1.0)
     return float(poses[:, :2].max()) / spec.elastomer.thickness
 
 
-def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdict]:
+def _shear_strain_findings(design: Design, force: float, strain: float) -> Iterator[Verdict]:
     """Yield findings on the pad's shear strain under the shear force `force` (N).
 
     `strain` is the shear strain with the nominal modulus. It is also computed with a modulus one standard deviation
     below nominal. Both are compared with the limits of shear strain.
     """
     spec, limit = design.spec, elastomer.VALID_SHEAR
-    softest = _modulus_lower_bound(pad_of(spec.elastomer).material.shear_modulus_sigma)
+    softest = _modulus_lower_bound(require_pad(spec.elastomer).material.shear_modulus_sigma)
     usual = _relative_shear_travel(spec, force, softest)
     if usual <= limit:
         # beyond the validated range of the pad's law, as in data sheet and calibration
         validated = validated_shear(spec)
         if force > validated:
-            modulus = pad_of(spec.elastomer).material.shear_modulus
+            modulus = require_pad(spec.elastomer).material.shear_modulus
             stiffer = _softest_sufficient(
-                lambda m, _: m.shear_modulus > modulus and validated_shear(_of(spec, m).spec) >= force)
+                lambda m, _: m.shear_modulus > modulus and validated_shear(_silicone_fix(spec, m).spec) >= force)
             yield violation_of(
                 "shear-validated", "requirements.shear_force", force, validated, "N", severity=Severity.NOTE,
                 hint="shear-validated-preset" if stiffer else "", beyond=extrapolated_shear_note(validated),
                 preset="" if stiffer is None else stiffer.name,
             )
         return
-    material, area = pad_of(spec.elastomer).material, loaded_face(spec)[0].area
+    material, area = require_pad(spec.elastomer).material, loaded_face(spec)[0].area
     most = strain if strain > limit else usual
 
     @cache
@@ -281,13 +282,13 @@ def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdi
     )
 
 
-def _of(spec: SensorSpec, material: ElastomerMaterial) -> Fix:
+def _silicone_fix(spec: SensorSpec, material: ElastomerMaterial) -> Fix:
     return setting(spec, "elastomer.material", material, material.name)
 
 
 def _with_silicone(spec: SensorSpec, material: ElastomerMaterial | None) -> list[Fix]:
     """Return the change to a pad of the silicone `material`, in a list. Empty if `material` is None."""
-    return [] if material is None else [_of(spec, material)]
+    return [] if material is None else [_silicone_fix(spec, material)]
 
 
 def _softest_for_shear(spec: SensorSpec, force: float, limit: float) -> ElastomerMaterial | None:
@@ -296,7 +297,7 @@ def _softest_for_shear(spec: SensorSpec, force: float, limit: float) -> Elastome
     The shear strain is computed with a modulus one standard deviation below nominal.
     """
     return _softest_sufficient(
-        lambda other, modulus: _relative_shear_travel(_of(spec, other).spec, force,
+        lambda other, modulus: _relative_shear_travel(_silicone_fix(spec, other).spec, force,
                                                       modulus / other.shear_modulus) <= limit)
 
 
@@ -328,7 +329,7 @@ def _modulus_for_shear(
 
 def _has_room(spec: SensorSpec, scale: float, body: Path) -> bool:
     """Whether target and pad would lie on a body's outline if both were larger by the factor `scale`."""
-    pad, target = pad_of(spec.elastomer), spec.target
+    pad, target = require_pad(spec.elastomer), spec.target
     assert target is not None
     larger = replace(spec, elastomer=replace(pad, size=(scale * pad.size[0], scale * pad.size[1])),
                      target=replace(target, size=(scale * target.size[0], scale * target.size[1])))
@@ -367,7 +368,7 @@ def target_bending(design: Design) -> Iterator[Verdict]:
         yield not_checked("no-young-modulus", metal=target.material.name)
         return
     pad, (face, _) = pressed_pad(spec), loaded_face(spec)
-    way = pad_of(spec.elastomer).thickness * pad.strain
+    way = require_pad(spec.elastomer).thickness * pad.strain
     thicker = target.thickness * 1.04 ** np.arange(100)
     rigidities = np.array([rigidity(target.material.young_modulus, sheet) for sheet in thicker])
     stiffness = rigidities * face.area * way / force
@@ -418,10 +419,10 @@ class _StifferPad:
     fixes: tuple[Fix, ...] = ()
 
 
-def _stiffer(spec: SensorSpec, force: float) -> _StifferPad:
+def _find_stiffer_pad(spec: SensorSpec, force: float) -> _StifferPad:
     # The softest silicone, and the shear modulus, that keep the softest case within the valid strain, by bisection
     # of the pad's law. Empty if the bulk modulus prevents this.
-    pad, face = pad_of(spec.elastomer), loaded_face(spec)[0]
+    pad, face = require_pad(spec.elastomer), loaded_face(spec)[0]
     strain, sigma = elastomer.VALID_STRAIN, pad.material.shear_modulus_sigma
     around = surround(spec) or elastomer.BARE
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from sitscad.basics.arrays import Array, Index
 from sitscad.basics.finding import Missing, Place
-from sitscad.checks.board.fabrication import gap_asked_by, shorter_than_limit
+from sitscad.checks.board.fabrication import length_violation, minimum_gap_source
 from sitscad.checks.fixes.moves import larger_connectors, wider_tracks
 from sitscad.checks.fixes.search import Family, setting
 from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, rule_of, violation_of
@@ -74,7 +74,7 @@ def copper_to_edge(design: Design) -> Iterator[Verdict]:
         x, y = copper.pieces.start[index].tolist()
         place, missing = Place(x, y, layer, (item.net,)), rules.copper_to_edge - gap
         if tail is not None and isinstance(item, Trace) and item.role is Role.TAIL:
-            yield shorter_than_limit(
+            yield length_violation(
                 "edge", rules, "copper_to_edge", gap, "fpc.tail.connector", place, hint=(
                     "edge-contacts-unverified" if is_unverified(tail.connector.source, "edge_margin")
                     else "edge-contacts"),
@@ -82,8 +82,8 @@ def copper_to_edge(design: Design) -> Iterator[Verdict]:
                 gap=max(0.0, gap), connector=tail.connector.name, margin=tail.connector.edge_margin,
             )
         elif has_body_room:
-            yield shorter_than_limit("edge", rules, "copper_to_edge", gap, "coil.outer_diameter", place, item=name,
-                                     layer=layer, missing=missing, gap=max(0.0, gap))
+            yield length_violation("edge", rules, "copper_to_edge", gap, "coil.outer_diameter", place, item=name,
+                                   layer=layer, missing=missing, gap=max(0.0, gap))
 
 
 def _near_edge(
@@ -95,7 +95,7 @@ def _near_edge(
     item). The limit is the fabricator's ``copper_to_edge``. Contacts are left out if the board has a tail.
     """
     worst: dict[tuple[str, int], tuple[float, int, Item]] = {}
-    for index, gap in edge_gaps(copper, edge_of(outline), rules.copper_to_edge):
+    for index, gap in edge_gaps(copper, outline_primitives(outline), rules.copper_to_edge):
         item, layer = copper.items[copper.item[index]], int(copper.layer[index])
         if isinstance(item, Pad) and has_tail:
             continue
@@ -110,12 +110,12 @@ def drill_to_copper(design: Design) -> Iterator[Verdict]:
     rules = design.spec.fpc.rules
     for near in drill_nearness(cached_copper(design), rules.drill_to_copper - ALLOWED_SHORTFALL):
         via, foreign = (near.one, near.other) if isinstance(near.one, Via) else (near.other, near.one)
-        yield shorter_than_limit("drill-to-copper", rules, "drill_to_copper", near.gap, "coil.turns",
-                                 Place(near.x, near.y, near.layer, near.nets), net=via.net, item=name_of(foreign),
-                                 layer=near.layer, gap=max(0.0, near.gap), missing=rules.drill_to_copper - near.gap)
+        yield length_violation("drill-to-copper", rules, "drill_to_copper", near.gap, "coil.turns",
+                               Place(near.x, near.y, near.layer, near.nets), net=via.net, item=name_of(foreign),
+                               layer=near.layer, gap=max(0.0, near.gap), missing=rules.drill_to_copper - near.gap)
 
 
-def edge_of(outline: Path) -> Primitives:
+def outline_primitives(outline: Path) -> Primitives:
     """Return the lines and arcs of a closed outline as `Primitives`, the arrays from which distances are computed."""
     return from_rows([row for row, _ in path_rows(outline)])
 
@@ -138,7 +138,7 @@ def edge_gaps(copper: Copper, edge: Primitives, minimum: float) -> Iterator[tupl
         yield int(i[k]), float(gap[k])
 
 
-def _worst_of_each_kind(design: Design, of_vias: bool, key: str) -> Iterator[Violation]:
+def _worst_pair_of_each_kind(design: Design, of_vias: bool, key: str) -> Iterator[Violation]:
     """Yield a violation for each kind of pair of copper pieces that are too near to each other.
 
     For each kind, the pair with the smallest gap is reported. A kind is, for example, turn to turn, or lead to turn of
@@ -151,23 +151,23 @@ def _worst_of_each_kind(design: Design, of_vias: bool, key: str) -> Iterator[Vio
     for near in cached_per_board(design, "near copper", lambda: tuple(
             too_near(cached_copper(design), spacing - ALLOWED_SHORTFALL, winding - ALLOWED_SHORTFALL))):
         if (isinstance(near.one, Via) or isinstance(near.other, Via)) is of_vias:
-            pair = sorted((_kind(near.one), _kind(near.other)))
+            pair = sorted((_conductor_kind(near.one), _conductor_kind(near.other)))
             kinds.setdefault((*pair, near.one.net == near.other.net, near.one is near.other), []).append(near)
     for places in kinds.values():
-        yield _too_close(design.spec, design.layout.traces, places[0], len(places), key)
+        yield _gap_violation(design.spec, design.layout.traces, places[0], len(places), key)
 
 
-def _too_close(spec: SensorSpec, traces: tuple[Trace, ...], near: Nearness, places: int, key: str) -> Violation:
+def _gap_violation(spec: SensorSpec, traces: tuple[Trace, ...], near: Nearness, places: int, key: str) -> Violation:
     """Return the violation for two pieces of copper that are too near to each other.
 
     `traces` are the tracks of the board, and `near` describes the pair. `places` is the number of pairs of this kind.
     `key` is the key of the spec to which the finding points.
     """
     minimum = near.asked + ALLOWED_SHORTFALL
-    holder, source = gap_asked_by(spec.fpc.rules, minimum)
+    holder, source = minimum_gap_source(spec.fpc.rules, minimum)
     hint, fixes = "", tuple[Family, ...]()
     # a turn near another turn of its coil, or near the conductor that continues it
-    kinds, of_turns = {_kind(near.one), _kind(near.other)}, {Role.WINDING, Role.STUB, Role.LEAD}
+    kinds, of_turns = {_conductor_kind(near.one), _conductor_kind(near.other)}, {Role.WINDING, Role.STUB, Role.LEAD}
     is_of_turns = near.one.net == near.other.net and Role.WINDING in kinds <= of_turns
     is_own = is_of_turns and spec.reference_coil is not spec.coil and near.one.net == spec.all_placements[-1].name
     coil = spec.reference_coil if is_own else spec.coil
@@ -203,7 +203,7 @@ def _common_radius(coil: CoilSpec, traces: tuple[Trace, ...], net: str) -> float
     return math.floor(least * 1e5) * 1e-5 if least < coil.corner_radius - ROUNDING else None
 
 
-def _kind(item: Item) -> str:
+def _conductor_kind(item: Item) -> str:
     return item.role.value if isinstance(item, Trace) else type(item).__name__.lower()
 
 
@@ -211,19 +211,19 @@ def coverlay_web(design: Design) -> Iterator[Verdict]:
     """Yield findings on strips of coverlay between two openings, and between an opening and the board's edge."""
     layout, rules = design.layout, design.spec.fpc.rules
     for side, openings in (("top", layout.top_openings), ("bottom", layout.bottom_openings)):
-        pieces = [edge_of(region.outline) for region in openings]
+        pieces = [outline_primitives(region.outline) for region in openings]
         for opening, next_opening in combinations(pieces, 2):
-            yield from _narrow_web("web-between-openings", rules, opening, next_opening, side)
+            yield from _web_findings("web-between-openings", rules, opening, next_opening, side)
         for opening in pieces:
             # an opening's sides and the board's edges, except sides on an edge: there the opening reaches the edge
-            edge = edge_of(layout.outline)
+            edge = outline_primitives(layout.outline)
             pairs = nearest_pairs(opening.boxes, np.full(len(opening), ROUNDING), edge.boxes, np.zeros(len(edge)))
             near, edges = opening.take(pairs[:, 0]), edge.take(pairs[:, 1])
             on = (to_points(edges, near.start) < ROUNDING) & (to_points(edges, near.end) < ROUNDING)
             sides = opening.take(_remaining_numbers(len(opening), pairs[on, 0]))
             inside = _sides_inside(sides, layout.outline, rules.coverlay_web)
-            yield from _narrow_web("web-to-edge", rules, inside,
-                                   edge.take(_remaining_numbers(len(edge), pairs[on, 1])), side)
+            yield from _web_findings("web-to-edge", rules, inside,
+                                     edge.take(_remaining_numbers(len(edge), pairs[on, 1])), side)
 
 
 def _remaining_numbers(count: int, used: Index) -> Index:
@@ -253,7 +253,7 @@ def edge_crossings(start: Point, end: Point, corners: Sequence[Point]) -> Iterat
                 yield fraction
 
 
-def _narrow_web(
+def _web_findings(
     case: str, rules: DesignRules, edges: Primitives, across: Primitives, side: str
 ) -> Iterator[Violation]:
     """Yield a violation if the distance between two groups of edges is smaller than the rules' ``coverlay_web``.
@@ -265,8 +265,8 @@ def _narrow_web(
     pairs = nearest_pairs(edges.boxes, np.full(len(edges), rules.coverlay_web), across.boxes, np.zeros(len(across)))
     web = float(np.min(distances(edges.take(pairs[:, 0]), across.take(pairs[:, 1])), initial=np.inf))
     if web < rules.coverlay_web - ROUNDING:
-        yield shorter_than_limit(case, rules, "coverlay_web", web, "fpc.tail.connector",
-                                 Place(float(edges.start[0, 0]), float(edges.start[0, 1])), side=side)
+        yield length_violation(case, rules, "coverlay_web", web, "fpc.tail.connector",
+                               Place(float(edges.start[0, 0]), float(edges.start[0, 1])), side=side)
 
 
 def coverlay_opening(design: Design) -> Iterator[Verdict]:
@@ -285,20 +285,20 @@ def coverlay_opening(design: Design) -> Iterator[Verdict]:
             yield violation_of("no-opening", "fpc.stackup", side=side, kind=str(film.kind))
     for number, openings in ((1, layout.top_openings), (layout.copper_layers, layout.bottom_openings)):
         for region in openings:
-            for item, gap, point in _bared_copper(cached_copper(design), rules.coverlay_opening_to_trace, number,
-                                                  region.outline):
-                yield shorter_than_limit("opening-to-track", rules, "coverlay_opening_to_trace", gap, "fpc.tail",
-                                         Place(float(point[0]), float(point[1]), number, (item.net,)),
-                                         item=name_of(item), layer=number, gap=max(0.0, gap))
+            for item, gap, point in _exposed_copper(cached_copper(design), rules.coverlay_opening_to_trace, number,
+                                                    region.outline):
+                yield length_violation("opening-to-track", rules, "coverlay_opening_to_trace", gap, "fpc.tail",
+                                       Place(float(point[0]), float(point[1]), number, (item.net,)),
+                                       item=name_of(item), layer=number, gap=max(0.0, gap))
     # solder pads too small for the coverlay to cover their rims as far as the rules require; all have the same size
     for pad in layout.pads[:1] if tail is None or tail.connector.kind == "pads" else ():
         lap = rim_lap(rules, pad)
         if lap < rules.pad_lap - ROUNDING:
-            yield shorter_than_limit("pad-lap", rules, "pad_lap", lap, "fpc.tail.connector",
-                                     Place(*pad.centre, 1, (pad.net,)))
+            yield length_violation("pad-lap", rules, "pad_lap", lap, "fpc.tail.connector",
+                                   Place(*pad.centre, 1, (pad.net,)))
 
 
-def _bared_copper(
+def _exposed_copper(
     copper: Copper, minimum: float, number: int, opening: Path
 ) -> Iterator[tuple[Trace | Via, float, Array]]:
     """Yield tracks and vias that a coverlay opening exposes, or that are nearer to it than `minimum` (m).
@@ -306,7 +306,7 @@ def _bared_copper(
     Each result has the item, the smallest gap (m; negative inside) and the place of this gap. `number` is the copper
     layer. Tracks that end in the opening are left out, because they lead to its contact.
     """
-    edge, corners = edge_of(opening), opening.flattened(1e-6)
+    edge, corners = outline_primitives(opening), opening.flattened(1e-6)
     worst: dict[int, tuple[float, int]] = {}
     for index, gap in edge_gaps(copper, edge, minimum):
         if copper.layer[index] == number:
@@ -356,8 +356,8 @@ def _is_inside_polygon(corners: Sequence[Point], point: Point) -> bool:
 
 RULES: tuple[Rule, ...] = (
     # via pads to conductors that do not join them; then all other pairs, with turns of one coil
-    rule_of("SIT107", lambda design: _worst_of_each_kind(design, True, "coil.turns")),
-    rule_of("SIT108", lambda design: _worst_of_each_kind(design, False, "coil")),
+    rule_of("SIT107", lambda design: _worst_pair_of_each_kind(design, True, "coil.turns")),
+    rule_of("SIT108", lambda design: _worst_pair_of_each_kind(design, False, "coil")),
     rule_of("SIT109", copper_to_edge),
     rule_of("SIT110", drill_to_copper),
     rule_of("SIT114", coverlay_web),

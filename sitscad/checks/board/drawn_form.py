@@ -16,7 +16,7 @@ import numpy as np
 from sitscad.basics.finding import Place
 from sitscad.basics.record import record
 from sitscad.checks.board.clearances import ALLOWED_SHORTFALL, cached_copper
-from sitscad.checks.board.fabrication import gap_asked_by
+from sitscad.checks.board.fabrication import minimum_gap_source
 from sitscad.checks.fixes.moves import other_ends
 from sitscad.checks.rules import Rule, Verdict, not_checked, rule_of, violation_of
 from sitscad.estimates.design import Design, cached_per_board
@@ -33,7 +33,7 @@ _GRID = 1e-8
 Node = tuple[int, int, int]
 
 
-def _cell(point: Point) -> tuple[int, int]:
+def _grid_cell(point: Point) -> tuple[int, int]:
     return round(point.x / _GRID), round(point.y / _GRID)
 
 
@@ -97,11 +97,11 @@ class TrackGraph:
     @cached_property
     def vias(self) -> dict[tuple[int, int], int]:
         """Index of each via in the layout, by its place (rounded to a grid)."""
-        return {_cell(via.centre): i for i, via in enumerate(self.layout.vias)}
+        return {_grid_cell(via.centre): i for i, via in enumerate(self.layout.vias)}
 
     def node_of(self, point: Point, layer: int) -> Node:
         """Return the node at a point on a copper layer: a via or contact at this point, otherwise the point itself."""
-        cell = _cell(point)
+        cell = _grid_cell(point)
         if cell in self.vias:
             return (0, self.vias[cell], 0)
         for i, pad in enumerate(self.layout.all_pads):
@@ -125,13 +125,13 @@ class TrackGraph:
 def closed_loops(graph: TrackGraph) -> Iterator[ConductorLoop]:
     """Yield a loop for each part of a track that connects two nodes which other tracks connect already."""
     tree: dict[Node, list[tuple[Node, _Edge]]] = defaultdict(list)
-    parts = _Joined()
+    parts = _NodeGroups()
     for edge in graph.edges:
         if parts.join(edge.one, edge.other):
             tree[edge.one].append((edge.other, edge))
             tree[edge.other].append((edge.one, edge))
         else:
-            yield _loop(tree, edge)
+            yield _loop_closed_by(tree, edge)
 
 
 def loose_ends(graph: TrackGraph) -> Iterator[tuple[Point, int, str]]:
@@ -160,7 +160,7 @@ def open_nets(graph: TrackGraph) -> Iterator[tuple[Pad, Pad]]:
     Contacts that copper connects form a group. Each pair has a contact of the net's first group and a contact of
     another group.
     """
-    parts = _Joined()
+    parts = _NodeGroups()
     for edge in graph.edges:
         parts.join(edge.one, edge.other)
     for net in dict.fromkeys(pad.net for pad in graph.layout.all_pads if not pad.is_unused):
@@ -203,13 +203,13 @@ def _track_meetings(copper_layers: int, traces: tuple[Trace, ...]) -> dict[int, 
                 nearest = min((point.distance(segment.at(k / 32)), k) for k in range(33))[1]
                 meetings[whose[j]].append((starts[j] + nearest / 32 * segment.length, point))
     # one meeting per point, although an end can touch two pieces of a track
-    return {i: list({_cell(point): (way, point) for way, point in meetings[i]}.values())
+    return {i: list({_grid_cell(point): (way, point) for way, point in meetings[i]}.values())
             for i in range(len(traces))}
 
 
-def _loop(tree: dict[Node, list[tuple[Node, _Edge]]], closing: _Edge) -> ConductorLoop:
+def _loop_closed_by(tree: dict[Node, list[tuple[Node, _Edge]]], closing: _Edge) -> ConductorLoop:
     """Return the loop that consists of the edge `closing` and the path through the tree between its nodes."""
-    way = _way_back(tree, closing.other, closing.one)
+    way = _path_between(tree, closing.other, closing.one)
     points, nets = list(closing.points), {closing.trace.net}
     for edge in way:
         stretch = edge.points
@@ -219,7 +219,7 @@ def _loop(tree: dict[Node, list[tuple[Node, _Edge]]], closing: _Edge) -> Conduct
     return ConductorLoop(tuple(points), tuple(sorted(nets)), closing.trace.layer)
 
 
-def _way_back(tree: dict[Node, list[tuple[Node, _Edge]]], start: Node, goal: Node) -> Sequence[_Edge]:
+def _path_between(tree: dict[Node, list[tuple[Node, _Edge]]], start: Node, goal: Node) -> Sequence[_Edge]:
     """Return the edges of the path through a tree from one node to another. Empty if there is no path."""
     stack: list[tuple[Node, tuple[_Edge, ...]]] = [(start, ())]
     visited = {start}
@@ -234,7 +234,7 @@ def _way_back(tree: dict[Node, list[tuple[Node, _Edge]]], start: Node, goal: Nod
     return ()
 
 
-class _Joined:
+class _NodeGroups:
     """Groups of connected nodes (union-find)."""
 
     def __init__(self) -> None:
@@ -265,7 +265,7 @@ def acute_angle(design: Design) -> Iterator[Verdict]:
     """Yield findings on tracks that meet at an acute angle, without a pad over the corner."""
     copper = cached_copper(design)
     pairs: set[tuple[int, int]] = set()
-    for first, second, (x, y), angle in _corners(copper):
+    for first, second, (x, y), angle in _acute_corners(copper):
         a, b = copper.items[copper.item[first]], copper.items[copper.item[second]]
         pair, layer = (int(copper.item[first]), int(copper.item[second])), int(copper.layer[first])
         is_covered = any(math.hypot(via.centre.x - x, via.centre.y - y) < _SAME_PLACE for via in design.layout.vias)
@@ -289,7 +289,7 @@ def sliver(design: Design) -> Iterator[Verdict]:
     """
     minimum = min(design.spec.fpc.rules.trace_spacing, design.spec.coil.trace_spacing,
                   design.spec.reference_coil.trace_spacing)
-    holder, source = gap_asked_by(design.spec.fpc.rules, minimum)
+    holder, source = minimum_gap_source(design.spec.fpc.rules, minimum)
     for near in conductor_notches(cached_copper(design), minimum - ALLOWED_SHORTFALL):
         yield violation_of(
             "notch", "coil", near.gap, minimum, "m", source=source, fixes=(lambda: other_ends(design.spec),),
@@ -300,7 +300,7 @@ def sliver(design: Design) -> Iterator[Verdict]:
 
 def shorted_turn(design: Design) -> Iterator[Verdict]:
     """Yield findings on closed conducting loops of any net, with the coils that they run around."""
-    for loop in closed_loops(_graph(design)):
+    for loop in closed_loops(_track_graph(design)):
         coils = [coil.name for coil in design.layout.coils if abs(loop.turns_round(coil.centre)) > 0.5]
         yield violation_of("shorted-turn" if coils else "closed-loop", "coil", hint="shorted-turn",
                            place=Place(*loop.points[0], loop.layer, loop.nets), nets=loop.nets, area=loop.area,
@@ -316,21 +316,21 @@ def unconnected(design: Design) -> Iterator[Verdict]:
     if layout.shortfalls:
         yield not_checked("incomplete-layout")
         return
-    for point, layer, net in loose_ends(_graph(design)):
+    for point, layer, net in loose_ends(_track_graph(design)):
         yield violation_of("loose-end", "coil", place=Place(*point, layer, (net,)), net=net, layer=layer)
-    for first, second in open_nets(_graph(design)):
+    for first, second in open_nets(_track_graph(design)):
         yield violation_of("open-net", "coil", place=Place(*second.centre, second.layer, (first.net,)),
                            pins=(first.pin, second.pin), net=first.net)
 
 
-def _graph(design: Design) -> TrackGraph:
+def _track_graph(design: Design) -> TrackGraph:
     return cached_per_board(design, "track graph", lambda: TrackGraph(design.layout))
 
 
 # ------------------------------------------------------------------------------------------------------------- corners
 
 
-def _corners(copper: Copper) -> Iterator[tuple[int, int, tuple[float, float], float]]:
+def _acute_corners(copper: Copper) -> Iterator[tuple[int, int, tuple[float, float], float]]:
     """Yield (number, number, place in m, angle in rad) for two pieces of track that meet at an angle below `ACUTE`.
 
     The numbers are indices of the pieces in `copper`.

@@ -35,8 +35,8 @@ def via_drill(vias: tuple[Via, ...], rules: DesignRules) -> Iterator[Verdict]:
     """Yield findings on vias whose drill is smaller than the fabricator's minimum."""
     for via in vias:
         if via.drill < rules.via_drill - ROUNDING:
-            yield shorter_than_limit("via-drill", rules, "via_drill", via.drill, "fpc.rules",
-                                     Place(*via.centre, nets=(via.net,)), net=via.net)
+            yield length_violation("via-drill", rules, "via_drill", via.drill, "fpc.rules",
+                                   Place(*via.centre, nets=(via.net,)), net=via.net)
 
 
 def annular_ring(vias: tuple[Via, ...], rules: DesignRules) -> Iterator[Verdict]:
@@ -44,9 +44,9 @@ def annular_ring(vias: tuple[Via, ...], rules: DesignRules) -> Iterator[Verdict]
     for via in vias:
         ring = (via.pad - via.drill) / 2.0
         if ring < rules.annular_ring - ROUNDING:
-            yield shorter_than_limit("annular-ring", rules, "annular_ring", ring, "fpc.rules",
-                                     Place(*via.centre, nets=(via.net,)), net=via.net,
-                                     pad=via.drill + 2.0 * rules.annular_ring)
+            yield length_violation("annular-ring", rules, "annular_ring", ring, "fpc.rules",
+                                   Place(*via.centre, nets=(via.net,)), net=via.net,
+                                   pad=via.drill + 2.0 * rules.annular_ring)
 
 
 def hole_to_hole(vias: tuple[Via, ...], rules: DesignRules) -> Iterator[Verdict]:
@@ -56,8 +56,8 @@ def hole_to_hole(vias: tuple[Via, ...], rules: DesignRules) -> Iterator[Verdict]
         if wall < rules.hole_to_hole - ROUNDING:
             place = Place((via.centre.x + other.centre.x) / 2.0, (via.centre.y + other.centre.y) / 2.0,
                           nets=tuple(sorted({via.net, other.net})))
-            yield shorter_than_limit("hole-wall", rules, "hole_to_hole", wall, "coil.turns", place,
-                                     nets=list(dict.fromkeys((via.net, other.net))), missing=rules.hole_to_hole - wall)
+            yield length_violation("hole-wall", rules, "hole_to_hole", wall, "coil.turns", place,
+                                   nets=list(dict.fromkeys((via.net, other.net))), missing=rules.hole_to_hole - wall)
 
 
 def part_size(design: Design) -> Iterator[Verdict]:
@@ -71,8 +71,9 @@ def part_size(design: Design) -> Iterator[Verdict]:
         # a service with one process takes no special requests
         case = "part-in-panel" if in_panel else "part-size-service" if rules.one_process else "part-size"
         yield violation_of(
-            case, "fpc.rules" if in_panel else "fpc.panel", *short, "m", board=_sides(board), least=_sides(least),
-            house=limit_document(rules, "part_size"), source=rules.source_of("part_size"), name=spec.name,
+            case, "fpc.rules" if in_panel else "fpc.panel", *short, "m",
+            board=_longer_side_first(board), least=_longer_side_first(least), house=limit_document(rules, "part_size"),
+            source=rules.source_of("part_size"), name=spec.name,
             severity=Severity.WARNING if case == "part-size-service" else Severity.NOTE,
             fixes=(partial(reread_changes, spec, "fpc.panel", ["auto"]),) if rules.one_process and not in_panel else (),
         )
@@ -115,13 +116,13 @@ def _panel_size(rules: DesignRules, size: tuple[float, float], parts: int = 0) -
         yield violation_of(
             case if parts else "board-size", "fpc.panel" if parts else "fpc.rules", side, largest, "m",
             hint=hint if parts > 1 else "", severity=Severity.NOTE if is_usual else Severity.WARNING,
-            source=rules.source_of(field), size=_sides(size), limits=_sides(limits), house=holder,
-            largest=_sides(rules.largest_part),
+            source=rules.source_of(field), size=_longer_side_first(size), limits=_longer_side_first(limits),
+            house=holder, largest=_longer_side_first(rules.largest_part),
         )
         return
 
 
-def _sides(size: Sequence[float]) -> list[float]:
+def _longer_side_first(size: Sequence[float]) -> list[float]:
     """Both sides (m) of a rectangle, the longer side first."""
     return sorted(size, reverse=True)
 
@@ -135,7 +136,7 @@ def limit_document(rules: DesignRules, field: str) -> str:
     return rules.holder(field) + mark
 
 
-def shorter_than_limit(
+def length_violation(
     case: str, rules: DesignRules, field: str, have: float, key: str, place: Place, *, hint: str = "",
     fixes: tuple[Family, ...] = (), **values: Any,
 ) -> Violation:
@@ -148,7 +149,7 @@ def shorter_than_limit(
                         hint=hint, fixes=fixes, house=limit_document(rules, field), **values)
 
 
-def gap_asked_by(rules: DesignRules, gap: float) -> tuple[str, str]:
+def minimum_gap_source(rules: DesignRules, gap: float) -> tuple[str, str]:
     """Return (document, source) of the minimum gap `gap` (m) between copper, as texts.
 
     If `gap` is smaller than the fabricator's minimum, both texts refer to the spec. The spec's spacing of turns is then
@@ -165,18 +166,18 @@ MAX_NAMED_FABRICATORS = 4
 
 def trace_width(design: Design) -> Iterator[Verdict]:
     """Yield findings on tracks narrower than the fabricator's minimum, and on copper too thick for this minimum."""
-    yield from _too_fine("trace-width", design.spec, "trace_width")
-    yield from _thicker_foil(design.spec.coil.layers, design.spec.fpc, "trace_width", "tracks")
+    yield from _fine_line_violations("trace-width", design.spec, "trace_width")
+    yield from _thick_foil_violations(design.spec.coil.layers, design.spec.fpc, "trace_width", "tracks")
     # Tracks drawn narrower than the fabricator makes, if the coil's own width is not the reason
     rules, coil = design.spec.fpc.rules, design.spec.coil
     for trace in design.layout.traces:
         if trace.width < min(rules.trace_width, coil.trace_width, design.spec.reference_coil.trace_width) - ROUNDING:
-            yield shorter_than_limit("track-width", rules, "trace_width", trace.width, "fpc.rules",
-                                     Place(*trace.path.start, trace.layer, (trace.net,)), role=trace.role.value,
-                                     net=trace.net, layer=trace.layer)
+            yield length_violation("track-width", rules, "trace_width", trace.width, "fpc.rules",
+                                   Place(*trace.path.start, trace.layer, (trace.net,)), role=trace.role.value,
+                                   net=trace.net, layer=trace.layer)
 
 
-def _too_fine(case: str, spec: SensorSpec, field: str) -> Iterator[Violation]:
+def _fine_line_violations(case: str, spec: SensorSpec, field: str) -> Iterator[Violation]:
     """Yield a violation if the coil's value `field` is below the fabricator's minimum.
 
     `field` is ``trace_width`` or ``trace_spacing``.
@@ -190,12 +191,12 @@ def _too_fine(case: str, spec: SensorSpec, field: str) -> Iterator[Violation]:
     if value < least - ROUNDING:
         yield violation_of(
             case, f"coil.{field}", value, least, "m", hint=lambda: "finer-rules" if finer() else "finer-rules-none",
-            source=spec.fpc.rules.source_of(field), fixes=_wider_tracks(spec, field),
+            source=spec.fpc.rules.source_of(field), fixes=_wider_track_families(spec, field),
             house=limit_document(spec.fpc.rules, field), finer=finer,
         )
 
 
-def _thicker_foil(
+def _thick_foil_violations(
     layers: tuple[int, ...], fpc: FpcSpec, field: str, lines: str, severity: Severity = Severity.ERROR
 ) -> Iterator[Violation]:
     """Yield a violation if the copper foil is thicker than every foil for which the fabricator states a minimum.
@@ -211,8 +212,8 @@ def _thicker_foil(
 
 def trace_spacing(design: Design) -> Iterator[Verdict]:
     """Yield findings on a spacing of turns below the fabricator's minimum, and on copper too thick for this minimum."""
-    yield from _too_fine("trace-spacing", design.spec, "trace_spacing")
-    yield from _thicker_foil(design.spec.coil.layers, design.spec.fpc, "trace_spacing", "spacings")
+    yield from _fine_line_violations("trace-spacing", design.spec, "trace_spacing")
+    yield from _thick_foil_violations(design.spec.coil.layers, design.spec.fpc, "trace_spacing", "spacings")
 
 
 def loop_lines(design: Design) -> Iterator[Verdict]:
@@ -236,7 +237,7 @@ def loop_lines(design: Design) -> Iterator[Verdict]:
                 hint="" if _is_installed(design.spec.coil, design.spec.fpc) else "loop-own-rules",
                 details=(*["loop-copper"] * (rules.coil_copper is not None), *[unbound] * (not binds)),
                 severity=Severity.ERROR if binds else Severity.WARNING, source=rules.source_of(f"coil_{field}"),
-                fixes=_wider_tracks(design.spec, f"coil_{field}", is_all=not binds), copper=rules.coil_copper,
+                fixes=_wider_track_families(design.spec, f"coil_{field}", is_all=not binds), copper=rules.coil_copper,
                 house=limit_document(rules, f"coil_{field}"), holder=rules.holders.get("coil_rule_binding", rules.name),
                 profile=rules.name,
                 waiver=[f"coil_{name}: {show(drawn_value, 'm', 6)}" for name, drawn_value in too_fine.items()],
@@ -244,10 +245,10 @@ def loop_lines(design: Design) -> Iterator[Verdict]:
     unknown = next((f for f in ("coil_trace_width", "coil_trace_spacing") if f in rules.beyond), None)
     if unknown is not None:
         severity = Severity.ERROR if rules.binds(unknown) else Severity.WARNING
-        yield from _thicker_foil(design.spec.coil.layers, design.spec.fpc, unknown, "coiled tracks", severity)
+        yield from _thick_foil_violations(design.spec.coil.layers, design.spec.fpc, unknown, "coiled tracks", severity)
 
 
-def of_all_windings(apply: Callable[[Design], Iterable[Verdict]]) -> Callable[[Design], Iterator[Verdict]]:
+def check_all_windings(apply: Callable[[Design], Iterable[Verdict]]) -> Callable[[Design], Iterator[Verdict]]:
     """Return the function of a rule that checks the coil's windings and a reference coil's own windings.
 
     `apply` checks the section ``coil``. For the reference coil, no changes are tried.
@@ -265,7 +266,7 @@ def of_all_windings(apply: Callable[[Design], Iterable[Verdict]]) -> Callable[[D
     return applied
 
 
-def _wider_tracks(spec: SensorSpec, field: str, is_all: bool = False) -> tuple[Family, ...]:
+def _wider_track_families(spec: SensorSpec, field: str, is_all: bool = False) -> tuple[Family, ...]:
     """Return families of changes: wider tracks and gaps, plating in the holes alone, and finer fabricators.
 
     The new widths and gaps meet all binding minimums. With `is_all`, they also meet minimums that are not binding, and
@@ -283,10 +284,10 @@ def _wider_tracks(spec: SensorSpec, field: str, is_all: bool = False) -> tuple[F
             yield setting(spec, "fpc.rules", profile, name)
 
     houses = () if is_all else (finer,)
-    return partial(wider_tracks, spec, width, spacing), partial(_as_foil, spec, field), *houses
+    return partial(wider_tracks, spec, width, spacing), partial(_unplated_tracks, spec, field), *houses
 
 
-def _as_foil(spec: SensorSpec, field: str) -> Iterator[Fix]:
+def _unplated_tracks(spec: SensorSpec, field: str) -> Iterator[Fix]:
     """Yield the change to plating in the holes alone, if the coil then meets the limit `field`.
 
     Without plating on the tracks, the copper is as thin as the foil. The fabricator's limit for thinner copper is
@@ -329,21 +330,21 @@ def unlisted_materials(design: Design) -> Iterator[Verdict]:
         yield not_checked("no-offers", profile=rules.name)
         return
     other = partial(reread_changes, spec)
-    refused = list(_refused_parts(fpc.stackup, rules))
+    refused = list(_unlisted_parts(fpc.stackup, rules))
     candidates = presets.stackups_of(max(spec.coil.layers), presets.is_rigid(fpc.stackup))
-    good = [name for name in candidates if not any(_refused_parts(presets.stackup(name), rules))]
+    good = [name for name in candidates if not any(_unlisted_parts(presets.stackup(name), rules))]
     for case, field, measured, value, plated in refused:
-        yield _not_offered(case, rules, "fpc.stackup", field, value, measured, hint="offered" if good else "",
-                           details=("foil-finished",) if plated else (), others=good, plated=plated,
-                           fixes=(partial(other, "fpc.stackup", good),))
+        yield _unlisted_violation(case, rules, "fpc.stackup", field, value, measured, hint="offered" if good else "",
+                                  details=("foil-finished",) if plated else (), others=good, plated=plated,
+                                  fixes=(partial(other, "fpc.stackup", good),))
     if rules.finishes is not None and fpc.finish not in rules.finishes:
-        yield _not_offered("finish-offered", rules, "fpc.finish", "finishes", fpc.finish,
-                           hint="" if rules.finishes else "films-offered", others=rules.finishes[:1],
-                           fixes=(partial(other, "fpc.finish", rules.finishes),))
+        yield _unlisted_violation("finish-offered", rules, "fpc.finish", "finishes", fpc.finish,
+                                  hint="" if rules.finishes else "films-offered", others=rules.finishes[:1],
+                                  fixes=(partial(other, "fpc.finish", rules.finishes),))
     plate = design.layout.stiffener
     if plate is not None and rules.stiffeners is not None and plate.material not in rules.stiffeners:
-        yield _not_offered("stiffener-offered", rules, "fpc.tail", "stiffeners", plate.material,
-                           fixes=(partial(other, "fpc.tail.connector", ["solder-pads"]),))
+        yield _unlisted_violation("stiffener-offered", rules, "fpc.tail", "stiffeners", plate.material,
+                                  fixes=(partial(other, "fpc.tail.connector", ["solder-pads"]),))
     if fpc.boards is not None and fpc.boards % rules.order_multiple:
         more = -(-fpc.boards // rules.order_multiple) * rules.order_multiple
         yield violation_of("order-multiple", "fpc.boards", float(fpc.boards), float(more), severity=Severity.WARNING,
@@ -351,7 +352,7 @@ def unlisted_materials(design: Design) -> Iterator[Verdict]:
                            house=limit_document(rules, "order_multiple"), multiple=rules.order_multiple)
 
 
-def _not_offered(
+def _unlisted_violation(
     case: str, rules: DesignRules, key: str, field: str, value: object, measured: float | None = None, *,
     hint: str = "", details: tuple[str, ...] = (), fixes: tuple[Family, ...] = (), **values: Any,
 ) -> Violation:
@@ -367,7 +368,7 @@ def _not_offered(
                         value=value, listed=listed, **values)
 
 
-def _refused_parts(stackup: Stackup, rules: DesignRules) -> Iterator[tuple[str, str, float | None, object, float]]:
+def _unlisted_parts(stackup: Stackup, rules: DesignRules) -> Iterator[tuple[str, str, float | None, object, float]]:
     """Yield (case, list, number, text, plating) for each part of a stack-up that the fabricator does not offer.
 
     ``case`` is the key of the message in ``data/messages.csv``, and ``list`` the key of the fabricator's list.
@@ -414,7 +415,7 @@ def layer_materials(design: Design) -> Iterator[Verdict]:
         uses = LAYER_MATERIALS.get(layer.kind, ())
         if uses and not set(uses) & set(presets.dielectric_roles(layer.material)):
             case = "dielectric-material" if layer.kind is LayerKind.DIELECTRIC else "coverlay-material"
-            yield _other_material(case, design.spec, index, layer.kind, material=layer.material)
+            yield _material_violation(case, design.spec, index, layer.kind, material=layer.material)
             return
     coppers = [index for index, layer in enumerate(layers) if layer.kind is LayerKind.COPPER]
     for index in coppers:
@@ -424,8 +425,8 @@ def layer_materials(design: Design) -> Iterator[Verdict]:
             if not beside:
                 yield violation_of("copper-without-base", "fpc.stackup", number=number)
             else:
-                yield _other_material("copper-on-bond", design.spec, beside[0], LayerKind.DIELECTRIC, number=number,
-                                      bonds=list(dict.fromkeys(layers[k].material for k in beside)))
+                yield _material_violation("copper-on-bond", design.spec, beside[0], LayerKind.DIELECTRIC, number=number,
+                                          bonds=list(dict.fromkeys(layers[k].material for k in beside)))
             return
 
 
@@ -440,7 +441,7 @@ def _adjacent_dielectrics(layers: tuple[StackLayer, ...], index: int, step: int)
         index += step
 
 
-def _other_material(case: str, spec: SensorSpec, index: int, kind: LayerKind, **values: Any) -> Violation:
+def _material_violation(case: str, spec: SensorSpec, index: int, kind: LayerKind, **values: Any) -> Violation:
     """Return the finding about a layer's material. Its hint names the materials that suit the layer."""
     serving = [name for name in presets.names("dielectric")
                if set(LAYER_MATERIALS[kind]) & set(presets.dielectric_roles(name))]
@@ -473,12 +474,12 @@ def coverlay_adhesive(design: Design) -> Iterator[Verdict]:
             hint="cover-adhesive", side=side,
             severity=Severity.ERROR if is_short else Severity.WARNING, copper=copper.thickness, thinnest=thinnest,
             coverlay=film + adhesive, adhesive=adhesive,
-            fixes=(partial(_with_film, design.spec, key, film, adhesive) if not is_preset else tuple,
+            fixes=(partial(_other_coverlay, design.spec, key, film, adhesive) if not is_preset else tuple,
                    partial(hole_plating_only, design.spec)),
         )
 
 
-def _with_film(spec: SensorSpec, key: str, film: float, adhesive: float) -> Iterator[Fix]:
+def _other_coverlay(spec: SensorSpec, key: str, film: float, adhesive: float) -> Iterator[Fix]:
     """Yield the change of a coverlay to another thickness of film and adhesive (m). `key` is its place in the spec."""
     for thick in reread_change(spec, f"{key}.coverlay", show(film + adhesive, "m")):
         yield from map(thick.with_also, reread_change(thick.spec, f"{key}.adhesive", show(adhesive, "m")))
@@ -488,8 +489,8 @@ RULES: tuple[Rule, ...] = (
     rule_of("SIT104", lambda design: via_drill(design.layout.vias, design.spec.fpc.rules)),
     rule_of("SIT105", lambda design: annular_ring(design.layout.vias, design.spec.fpc.rules)),
     rule_of("SIT106", lambda design: hole_to_hole(design.layout.vias, design.spec.fpc.rules)),
-    rule_of("SIT116", part_size), rule_of("SIT101", of_all_windings(trace_width)),
-    rule_of("SIT102", of_all_windings(trace_spacing)),
-    rule_of("SIT103", of_all_windings(loop_lines)), rule_of("SIT131", unlisted_materials),
+    rule_of("SIT116", part_size), rule_of("SIT101", check_all_windings(trace_width)),
+    rule_of("SIT102", check_all_windings(trace_spacing)),
+    rule_of("SIT103", check_all_windings(loop_lines)), rule_of("SIT131", unlisted_materials),
     rule_of("SIT137", layer_materials), rule_of("SIT138", coverlay_adhesive),
 )

@@ -34,16 +34,16 @@ GRAIN = 100e-6
 """Smallest length (m) by which trials change coils or body, if the missing length is unknown."""
 
 
-def no_room(what: Missing) -> Callable[[Design], Iterator[Verdict]]:
+def missing_room_rule(what: Missing) -> Callable[[Design], Iterator[Verdict]]:
     """Return the function of a rule that yields a violation for each place without room of the kind `what`."""
 
     def reported(design: Design) -> Iterator[Verdict]:
-        return (_too_little_room(design.spec, lack) for lack in design.layout.shortfalls if lack.what is what)
+        return (_room_violation(design.spec, lack) for lack in design.layout.shortfalls if lack.what is what)
 
     return reported
 
 
-def _with_need(artwork: ArtworkSpec, lack: Shortfall) -> Shortfall:
+def _with_needed_size(artwork: ArtworkSpec, lack: Shortfall) -> Shortfall:
     """Return `lack` (missing room), with the needed size (m) added if trials can find it.
 
     Trials are made only for vias inside a coil. The coil is enlarged by each length of `GROWTHS`, until all inner vias
@@ -101,11 +101,11 @@ def body_gap(artwork: ArtworkSpec) -> tuple[float, float] | None:
     return gap, min(room for room in (lead, via, max(gap, via) + pitch) if room > gap + ROUNDING)
 
 
-def _too_little_room(spec: SensorSpec, shortfall: Shortfall) -> Violation:
+def _room_violation(spec: SensorSpec, shortfall: Shortfall) -> Violation:
     """Return the violation for a shortfall of room, with changes that may make room."""
-    lack, of_rules = _with_need(spec.artwork, shortfall), f"and spacing of the rules {spec.fpc.rules.name}"
+    lack, of_rules = _with_needed_size(spec.artwork, shortfall), f"and spacing of the rules {spec.fpc.rules.name}"
     if lack.what is Missing.LEAD_ROOM:
-        return _too_little_lead_room(spec, lack)
+        return _lead_room_violation(spec, lack)
     # key and source (None: the rule's)
     texts: dict[Missing, tuple[str, str | None]] = {
         Missing.WAY_OUT: ("coil.layers", None),
@@ -124,7 +124,7 @@ def _too_little_room(spec: SensorSpec, shortfall: Shortfall) -> Violation:
                         fixes=_changes_for_room(spec, shortfall), **facts)
 
 
-def _too_little_lead_room(spec: SensorSpec, lack: Shortfall) -> Violation:
+def _lead_room_violation(spec: SensorSpec, lack: Shortfall) -> Violation:
     """Return the violation for leads without room: between the coils, or between the coils and the body's edge."""
     between, beside = lead_gap(spec.array.placements, spec.coil, spec.fpc.rules), body_gap(spec.artwork)
     is_in_body = beside is not None and (between is None or beside[0] * between[1] < between[0] * beside[1])
@@ -140,9 +140,9 @@ def _too_little_lead_room(spec: SensorSpec, lack: Shortfall) -> Violation:
     )
 
 
-def no_way_out(design: Design) -> Iterator[Verdict]:
+def unrouted_leads(design: Design) -> Iterator[Verdict]:
     """Yield findings on coils whose leads the router could not draw, or that are not connected to two contacts."""
-    yield from no_room(Missing.WAY_OUT)(design)
+    yield from missing_room_rule(Missing.WAY_OUT)(design)
     unled = [coil for coil in design.layout.coils if not coil.is_closed_circuit]
     if unled and not design.layout.shortfalls:
         yield violation_of("no-way-out", "coil.layers", place=Place(*unled[0].centre),
@@ -174,7 +174,7 @@ def _changes_for_room(spec: SensorSpec, lack: Shortfall) -> tuple[Family, ...]:
         case Missing.LEAD_ROOM if len(spec.array.placements) > 1:
             first = moves.lead_room(spec.array.placements, spec.coil, spec.fpc.rules)
             return (*of_reference, FamilyByAmount(partial(moves.coils_farther_apart, spec), first),
-                    partial(moves.other_ends, spec), partial(_apart_and_turned, spec, GROWTH * first))
+                    partial(moves.other_ends, spec), partial(_separated_turned_coils, spec, GROWTH * first))
         case Missing.LEAD_ROOM:
             return *of_reference, partial(moves.other_ends, spec)
         case Missing.TAIL_ROOM:
@@ -193,7 +193,7 @@ FEWER = 2
 """Number of designs with fewer turns that are tried to make room inside the coil."""
 
 
-def _apart_and_turned(spec: SensorSpec, by: float) -> Iterator[Fix]:
+def _separated_turned_coils(spec: SensorSpec, by: float) -> Iterator[Fix]:
     """Yield changes to coils farther apart by the length `by` (m), each with another start angle of the winding."""
     farther = moves.coils_farther_apart(spec, by)
     yield from map(farther.with_also, moves.other_start_angles(farther.spec))
@@ -218,13 +218,13 @@ def within_largest(design: Design) -> Iterator[Verdict]:
             hint=lambda: "" if arrange(_with_largest_body(spec, largest).spec).shortfalls else "largest-as-body",
             fixes=_changes_within_largest(spec, largest, over, (x1 - x0, y1 - y0)),
         )
-    yield from _wide_tail(design.layout, largest)
+    yield from _wide_tail_note(design.layout, largest)
     if spec.mount is not None and spec.mount.kind == "bench-plate":
         plate = plate_plan(design.layout, film_thickness(spec.encapsulation))
-        yield from _larger_plate(plate, spec.array.middle, largest)
+        yield from _large_plate_note(plate, spec.array.middle, largest)
 
 
-def _wide_tail(layout: Layout, largest: BodySpec) -> Iterator[Violation]:
+def _wide_tail_note(layout: Layout, largest: BodySpec) -> Iterator[Violation]:
     """Yield a note if the tail or its contacts are wider than `fpc.largest`, which limits the body alone.
 
     Empty for a tail that leaves the body at an angle, and for a drawn outline, because these have no comparable width.
@@ -248,7 +248,7 @@ def _wide_tail(layout: Layout, largest: BodySpec) -> Iterator[Violation]:
     )
 
 
-def _larger_plate(plate: Box, middle: tuple[float, float], largest: BodySpec) -> Iterator[Violation]:
+def _large_plate_note(plate: Box, middle: tuple[float, float], largest: BodySpec) -> Iterator[Violation]:
     """Yield a note if the bench plate does not lie in `fpc.largest`, which limits the board alone.
 
     `plate` is the plate's box (m), and `middle` the mean of the coils' centres (m). The plate's centre is placed on the
@@ -293,12 +293,12 @@ def _changes_within_largest(
 
 
 RULES: tuple[Rule, ...] = (
-    rule_of("SIT111", no_way_out),
-    rule_of("SIT112", no_room(Missing.INNER_ROOM)),
-    rule_of("SIT113", no_room(Missing.LEAD_ROOM)),
-    rule_of("SIT118", no_room(Missing.TAIL_LAYERS)),
-    rule_of("SIT119", no_room(Missing.TAIL_ROOM)),
-    rule_of("SIT135", no_room(Missing.BODY_ROOM)),
+    rule_of("SIT111", unrouted_leads),
+    rule_of("SIT112", missing_room_rule(Missing.INNER_ROOM)),
+    rule_of("SIT113", missing_room_rule(Missing.LEAD_ROOM)),
+    rule_of("SIT118", missing_room_rule(Missing.TAIL_LAYERS)),
+    rule_of("SIT119", missing_room_rule(Missing.TAIL_ROOM)),
+    rule_of("SIT135", missing_room_rule(Missing.BODY_ROOM)),
     rule_of("SIT136", within_largest),
-    rule_of("SIT139", no_room(Missing.THERMISTOR_ROOM), "soldered thermistor"),
+    rule_of("SIT139", missing_room_rule(Missing.THERMISTOR_ROOM), "soldered thermistor"),
 )

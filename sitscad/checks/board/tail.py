@@ -56,7 +56,7 @@ GRAIN = 0.05e-3
 
 
 @record
-class _Straight:
+class _StraightPart:
     """Longest part of the bend zone in which all tracks are straight and of constant width.
 
     The bend zone is the part of the tail without stiff items. ``start`` is the position (m) along the tail where the
@@ -112,15 +112,15 @@ def bend_zone(design: Design) -> Iterator[Verdict]:
     lacking = max(bend_length(spec.fpc) - max(0.0, straight.room), FIRST_ROOM if zone is None else 0.0)
     # a longer tail does not help if leads or vias have no room
     fixes = () if layout.shortfalls else _longer_tails(spec, layout.tail_length, lacking)
-    yield from _too_short(spec.fpc, zone, straight, bends[-1].end if bends else None, fixes)
+    yield from _short_bend_zone_findings(spec.fpc, zone, straight, bends[-1].end if bends else None, fixes)
     bend = stated_bend(layout)
     if zone is not None and bend is not None and room is not None and tail.bend_at is not None:
-        yield from _misplaced_bend(zone, bend, room, layout.body[2], layout.reach_at)
-    yield from _too_sharp(spec)
+        yield from _misplaced_bend_findings(zone, bend, room, layout.body[2], layout.reach_at)
+    yield from _sharp_bend_findings(spec)
 
 
-def _too_short(
-    fpc: FpcSpec, zone: tuple[float, float] | None, straight: _Straight, mount_end: float | None,
+def _short_bend_zone_findings(
+    fpc: FpcSpec, zone: tuple[float, float] | None, straight: _StraightPart, mount_end: float | None,
     fixes: tuple[Family, ...],
 ) -> Iterator[Violation]:
     """Yield a violation if the tail has no straight part that is long enough for its bend.
@@ -164,7 +164,7 @@ def tail_length(design: Design) -> Iterator[Verdict]:
                            length=f"{needed * 1e3:.1f} mm")
 
 
-def _misplaced_bend(
+def _misplaced_bend_findings(
     zone: tuple[float, float], bend: Bend, room: tuple[float, float], body_end: float,
     reach_at: Callable[[float], tuple[float, float]],
 ) -> Iterator[Violation]:
@@ -186,7 +186,7 @@ def _misplaced_bend(
         )
 
 
-def _too_sharp(spec: SensorSpec) -> Iterator[Violation]:
+def _sharp_bend_findings(spec: SensorSpec) -> Iterator[Violation]:
     """Yield a warning if the bend radius in the spec is smaller than the fabricator's minimum."""
     tail, least, figure = spec.fpc.tail, least_bend_radius(spec.fpc), bend_figure(spec.fpc)
     if tail is None or tail.bend_radius is None or least is None or figure is None:
@@ -219,18 +219,18 @@ def _longer_tails(spec: SensorSpec, tail_length: float, missing: float) -> tuple
 def _longest_straight(
     zone: tuple[float, float] | None, room: tuple[float, float] | None,
     in_bend_zone: tuple[tuple[Trace, Segment], ...], traces: tuple[Trace, ...],
-) -> _Straight:
+) -> _StraightPart:
     """Return the longest part of the bend zone with straight tracks. All lengths are 0 if there is no bend zone.
 
     `zone` is the bend zone, and `room` the part that the mount's bends leave free. Both are (from, to; m) along x.
     `in_bend_zone` are the pieces of tracks in the bend zone, and `traces` all tracks.
     """
     if zone is None:
-        return _Straight(0.0, 0.0, 0.0, None)
+        return _StraightPart(0.0, 0.0, 0.0, None)
     unfit = unfit_for_bending(zone, in_bend_zone, traces)
     longest = longest_straight(zone, unfit)
     first = next((Place(each.first, each.y, each.layer, (each.net,)) for each in unfit), None)
-    return _Straight(longest.start, longest.length, longest.length if room is None else room[1] - room[0], first)
+    return _StraightPart(longest.start, longest.length, longest.length if room is None else room[1] - room[0], first)
 
 
 def special_build(design: Design) -> Iterator[Verdict]:
@@ -279,21 +279,21 @@ def layer_step(design: Design) -> Iterator[Verdict]:
     if layout.spec.fpc.has_tail_coverlay and minimum > apart:
         field, apart = "coverlay_lap", minimum
     if near is not None and gap < apart - ROUNDING:
-        yield _near_step("hole-to-step", design.spec, gap, apart, rules.source_of(field),
-                         Place(*near.centre, nets=(near.net,)), net=near.net, house=limit_document(rules, field),
-                         copper=layout.spec.fpc.tail_copper + 1)
+        yield _near_step_violation("hole-to-step", design.spec, gap, apart, rules.source_of(field),
+                                   Place(*near.centre, nets=(near.net,)), net=near.net,
+                                   house=limit_document(rules, field), copper=layout.spec.fpc.tail_copper + 1)
     reach = {p.name: Ring(design.spec.coil, p, 0.0).half_size[0] for p in design.spec.all_placements}
     coil = max(layout.coils, key=lambda coil: coil.centre.x + reach[coil.name])
     gap = end - coil.centre.x - reach[coil.name]
     if layout.spec.fpc.has_tail_coverlay and gap < minimum - ROUNDING:
-        yield _near_step(
+        yield _near_step_violation(
             "turns-to-step", design.spec, gap, minimum, rules.source_of("coverlay_lap"),
             Place(*coil.centre, nets=(coil.net,)), coil=coil.name, house=limit_document(rules, "coverlay_lap"),
             lap=rules.coverlay_lap, registration=rules.coverlay_registration,
         )
 
 
-def _near_step(
+def _near_step_violation(
     case: str, spec: SensorSpec, gap: float, minimum: float, source: str, place: Place, **values: Any
 ) -> Violation:
     """Return the violation for a hole or coil at a distance `gap` (m), below `minimum`, from the step in thickness.
@@ -350,7 +350,7 @@ def insertion_thickness(design: Design) -> Iterator[Verdict]:
         else:
             hint, fixes = "insertion-bare", (partial(thinner_tails, spec), connectors)
         yield violation_of("insertion", "fpc.tail.connector", have, required, "m", hint=hint,
-                           details=_plug_unverified(connector), source=connector.source, fixes=fixes,
+                           details=_unverified_connector_case(connector), source=connector.source, fixes=fixes,
                            connector=connector.name, tolerance=allowed, wrong=wrong)
 
 
@@ -368,24 +368,25 @@ def contact_worst_case(design: Design) -> Iterator[Verdict]:
     band, low, high = finished_thickness(design.layout, Where.CONTACT), required - allowed, required + allowed
     worst = max((low - band.minimum, band.minimum), (band.maximum - high, band.maximum))
     # a stiffener from stock comes within half a step of the required thickness
-    half_a_step = max(b - a for a, b in pairwise(_in_stock())) / 2
+    half_a_step = max(b - a for a, b in pairwise(_stock_thicknesses())) / 2
     if worst[0] > half_a_step + ROUNDING and low - ROUNDING <= band.nominal <= high + ROUNDING:
         yield violation_of(
             "contact-thickness", "fpc.tail.connector", worst[1], high if worst[1] == band.maximum else low, "m",
-            details=_plug_unverified(connector), source=band.source, place=Place(*pads[0].centre, 1) if pads else None,
-            minimum=band.minimum, maximum=band.maximum, low=low, high=high, wanted=required, tolerance=allowed,
+            details=_unverified_connector_case(connector), source=band.source,
+            place=Place(*pads[0].centre, 1) if pads else None, minimum=band.minimum, maximum=band.maximum,
+            low=low, high=high, wanted=required, tolerance=allowed,
             connector=connector.name,
         )
 
 
-def _in_stock() -> list[float]:
+def _stock_thicknesses() -> list[float]:
     """Return the total thicknesses (m) of film and adhesive that are in stock for stiffeners, in ascending order."""
     return sorted({film + adhesive for film, adhesive in stock_stiffeners()})
 
 
 def stiffener_stock(plate: Stiffener | None, tail: Tail | None) -> Iterator[Verdict]:
     """Yield a finding on a stiffener whose thickness differs from every film in stock with its adhesive."""
-    totals = _in_stock()
+    totals = _stock_thicknesses()
     if tail is None or plate is None or plate.adhesive > 0.0:
         return
     near = sorted(totals, key=lambda total: (abs(total - plate.thickness), total))[:2]
@@ -410,8 +411,8 @@ def plug_width(pads: tuple[Pad, ...], wires: int, fpc: FpcSpec) -> Iterator[Verd
         width = connector.width(contact_row(wires, fpc.tail, connector).count)
         yield violation_of(
             "plug-width", "fpc.tail.connector", rules.outline_tolerance, connector.width_tolerance, "m",
-            details=_plug_unverified(connector, "width_tolerance"), source=rules.source_of("outline_tolerance"),
-            place=Place(*pads[0].centre, 1) if pads else None, width=width,
+            details=_unverified_connector_case(connector, "width_tolerance"),
+            source=rules.source_of("outline_tolerance"), place=Place(*pads[0].centre, 1) if pads else None, width=width,
             house=limit_document(rules, "outline_tolerance"), connector=connector.name,
         )
 
@@ -420,7 +421,7 @@ def connector_positions(wires: int, fpc: FpcSpec) -> Iterator[Verdict]:
     """Yield a finding if no connector of this type has the tail's number of contacts, or a note on unused contacts."""
     connector, tail = _connector(fpc), fpc.tail
     row, counts = contact_row(wires, fpc.tail, connector), connector.positions
-    unverified = _plug_unverified(connector, "positions")
+    unverified = _unverified_connector_case(connector, "positions")
     if counts and row.count not in counts:
         is_written = tail is not None and tail.contacts is not None
         connectors = [name for name in presets.names("connector") if row.count in presets.connector(name).positions]
@@ -440,7 +441,7 @@ def connector_positions(wires: int, fpc: FpcSpec) -> Iterator[Verdict]:
         )
 
 
-def _plug_unverified(connector: Connector, *fields: str) -> tuple[str, ...]:
+def _unverified_connector_case(connector: Connector, *fields: str) -> tuple[str, ...]:
     """Return the message case of the remark that values of a connector were not read from its drawing.
 
     `fields` are the names of the values. Empty if all were read from the drawing.
@@ -464,7 +465,7 @@ def contact_finish(design: Design) -> Iterator[Verdict]:
         yield violation_of("finish-plugs" if is_plugged else "finish-solder", "fpc.finish", severity=Severity.WARNING,
                            source=chosen.source, fixes=(as_enig,), finish=fpc.finish)
     if chosen.is_electrolytic and layout.pads:
-        apart = max(_to_the_edge(layout.outline, pad) for pad in layout.pads)
+        apart = max(_distance_to_edge(layout.outline, pad) for pad in layout.pads)
         is_long = apart > LONGEST_BAR + ROUNDING
         yield violation_of(
             "plating-bars", "fpc.finish", hint="plating-bars-long" if is_long else "",
@@ -474,7 +475,7 @@ def contact_finish(design: Design) -> Iterator[Verdict]:
         )
 
 
-def _to_the_edge(outline: Path, pad: Pad) -> float:
+def _distance_to_edge(outline: Path, pad: Pad) -> float:
     """Return the distance (m) from a contact's end to the outline.
 
     It is measured in the direction of the contact's longer side, towards the nearer edge.
