@@ -7,7 +7,6 @@ coil's reading from rest to the required force, and the parallel resistance at r
 from pathlib import Path
 
 import sitscad
-from sitscad.estimates.coil_estimates import signals
 from sitscad.kernels.electromagnetics.constants import skin_depth
 from sitscad.spec import presets
 
@@ -21,7 +20,7 @@ for name in presets.names("conductor"):
     estimates = sitscad.Design(spec.replace("target.material", name)).estimates
     rest = estimates.coils[0].states["rest"]
     depth = skin_depth(rest.frequency, metal.conductivity, metal.relative_permeability)
-    found.append((signals(estimates)[0].share, name, metal, depth, rest.parallel_resistance))
+    found.append((estimates.signals[0].share, name, metal, depth, rest.parallel_resistance))
 for share, name, metal, depth, resistance in sorted(found, key=lambda row: row[0]):
     print(
         f"{name:18} {metal.conductivity / 1e6:6.2f} {metal.relative_permeability:6.4g} {1e6 * depth:5.0f} um"

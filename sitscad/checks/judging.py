@@ -19,7 +19,6 @@ from sitscad.checks.fixes.search import DECISIVE, HINTS, Budget
 from sitscad.checks.reading import drive, electrical, metal, reference, response, timing
 from sitscad.checks.rules import Outcome, Rule, no_example, outcomes, rule_example, rule_of
 from sitscad.checks.trials import Trials, of_refused
-from sitscad.estimates.coil_estimates import signals
 from sitscad.estimates.design import Design
 from sitscad.kernels.solve_cache import cache_results
 from sitscad.layout.board import Layout
@@ -153,7 +152,7 @@ def apply_rules(
         not_checked += [reason for reason in undecided if reason not in not_checked]
     findings = Trials(design, all_rules(), results, not_checked, budget).advised(least, is_ignored)
     findings.sort(key=lambda finding: (finding.rule, finding.line or 0, finding.column or 0, finding.message))
-    return CheckResult(tuple(findings), tuple(not_checked), signals(design.estimates), design.fit, design.closing,
+    return CheckResult(tuple(findings), tuple(not_checked), design.estimates.signals, design.fit, design.closing,
                        performance.estimated_values(design.cells),
                        (*design.layout.body_size, *design.layout.size, *(mount_size(design.layout) or ())))
 

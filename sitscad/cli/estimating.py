@@ -212,7 +212,7 @@ def response(
     design = cell_of(whole, cell)
     progress = progress_of("poses solved") if len(motions) > MANY else None
     try:
-        readings = respond_to(design, motions, at, tolerance, progress, jacobian)
+        readings = respond_to(design.response, motions, at, tolerance, progress, jacobian)
     except NoResponse as error:
         raise click.UsageError(f"{spec}: {error}") from error
     report = PerformanceReport(design.performance, design.spec) if performance else None

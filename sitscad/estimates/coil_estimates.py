@@ -403,6 +403,12 @@ class Estimates:
         return {state: reason for coil in self.coils for state, reason in coil.failed_states.items()}
 
     @property
+    def signals(self) -> tuple[Signal, ...]:
+        """Signal of each coil with a rest and a pressed state. Empty without required force, target or elastomer."""
+        by_coil = (_coil_signal(coil, self.normal_force, self.readout) for coil in self.coils)
+        return tuple(signal for signal in by_coil if signal is not None)
+
+    @property
     def pressed_place(self) -> float | None:
         """Place along z (m) of the target in the pressed state. None if this state is missing."""
         return next((s.pose.z for s in self.states if s.name == PRESSED and s.pose is not None), None)
@@ -501,15 +507,6 @@ def _readout_document(readout: ReadoutEstimate) -> dict[str, Any]:
         **document(readout, TANK_AND_DRIVE), **document(conversion, readout.device.law.SETTINGS),
         **document(readout, (*RATES, *SCAN_TIMES)), "drive_codes": list(readout.drive_codes) or None, **part,
     }
-
-
-def signals(estimates: Estimates) -> tuple[Signal, ...]:
-    """Return the signal of each coil that has a rest and a pressed state.
-
-    Empty if the spec has no required force, no target or no elastomer.
-    """
-    by_coil = (_coil_signal(coil, estimates.normal_force, estimates.readout) for coil in estimates.coils)
-    return tuple(signal for signal in by_coil if signal is not None)
 
 
 def _coil_signal(coil: CoilEstimate, force: float | None, readout: ReadoutEstimate) -> Signal | None:

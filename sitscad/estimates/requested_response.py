@@ -116,7 +116,7 @@ def respond(
 
 
 def respond_to(
-    design: Design,
+    model: ResponseModel,
     motions: Motions,
     frequency: float | None = None,
     tolerance: float | None = None,
@@ -128,7 +128,7 @@ def respond_to(
     `derivatives` adds the derivatives of the frequencies by pose. `progress` is called with the number of finished and
     of all points.
     """
-    model, parts = design.response, []
+    parts = []
     if len(motions.poses):
         require_possible(model.spec, motions.poses)
         parts.append(model.respond(motions.poses, frequency, tolerance, progress))

@@ -14,7 +14,6 @@ from sitscad.checks.findings import checked_spec, json_document
 from sitscad.checks.fixes.pads import cut_to_target, other_metals
 from sitscad.checks.reading.response import FEWEST_STEPS, LEAST_SHARE, responses
 from sitscad.checks.rules import constant_limits
-from sitscad.estimates.coil_estimates import signals
 from sitscad.estimates.design import Design
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
@@ -180,7 +179,7 @@ def test_json_contains_signal_of_every_coil():
 def test_signal_steps_are_frequency_change_over_converter_resolution():
     """A change by the converter's formula stood over a step of the inductance at the contacts: 39.5 for 35 steps."""
     design = sitscad.Design(sitscad.load_text(SMALL.replace("MATERIAL", "ecoflex-00-30"), "small.yaml"))
-    (coil,), (signal,) = design.estimates.coils, signals(design.estimates)
+    (coil,), (signal,) = design.estimates.coils, design.estimates.signals
     (judged,) = responses(design.estimates.coils, design.estimates.readout.conversion)
     rest, pressed = coil.states["rest"], coil.states["pressed"]
     wanted = (pressed.frequency - rest.frequency) / design.estimates.readout.conversion.resolution(rest.frequency)
@@ -239,7 +238,7 @@ def test_pad_wider_than_target_gets_hint_to_cut_it():
     """
     spec = sitscad.load_text(wide, "wide.yaml")
     narrow = spec.replace("elastomer.size", 10e-3)
-    here, there = (abs(signals(Design(each).estimates)[0].share) for each in (spec, narrow))
+    here, there = (abs(Design(each).estimates.signals[0].share) for each in (spec, narrow))
     (findings,) = (f for f in sitscad.check(spec).findings if f.rule == "SIT217")
     times = re.match(r"elastomer\.size: 10 improves the value by a factor of ([\d.]+)", findings.hint)[1]
     assert float(times) == approx(there / here, rel=0.05) and there > 1.2 * here
@@ -262,6 +261,6 @@ def test_thick_pad_gets_thickness_with_largest_signal(advised):
     (findings,) = advised("SIT217", spec)
     named = r"elastomer\.thickness: ([\d.]+) improves the value by a factor of ([\d.]+)"
     thickness, times = re.match(named, findings.hint).groups()
-    share = {mm: abs(signals(Design(spec.replace("elastomer.thickness", f"{mm} mm")).estimates)[0].share)
+    share = {mm: abs(Design(spec.replace("elastomer.thickness", f"{mm} mm")).estimates.signals[0].share)
              for mm in ("1.2", "1.5", "2", "4")}
     assert share[thickness] == max(share.values()) and share[thickness] / share["4"] == approx(float(times), rel=0.05)

@@ -11,7 +11,6 @@ from tolerance import approx
 
 import sitscad
 from sitscad.assembly.places.bodies import target_gap
-from sitscad.estimates.coil_estimates import signals
 from sitscad.estimates.design import Design
 from sitscad.estimates.loads.pad import loaded_poses, soft_pad
 from sitscad.estimates.loads.pressing import formula_sigma, pressed_pad
@@ -179,7 +178,7 @@ def test_production_limits_of_skin_cover_every_coil_at_every_load():
 @pytest.mark.slow
 def test_findings_name_worst_cell_computed_with_its_webs(row):
     """The signal was that of a mean pad; the error by tilt that of the cell that tilts least."""
-    ends, middle, _ = signals(row.estimates)
+    ends, middle, _ = row.estimates.signals
     loads = [[0.0, 0.0, 0.0], [8.0, 0.0, 0.0]]
     results = [respond(row.cells.by_number(k), loads=loads, rotation="held").frequency[:, 0] for k in (1, 2)]
     item, other = (after / before - 1.0 for before, after in results)

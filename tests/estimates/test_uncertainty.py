@@ -25,7 +25,6 @@ from sitscad.estimates.circuits.uncertainty import (
     tolerance_sigmas,
     width_power,
 )
-from sitscad.estimates.coil_estimates import signals
 from sitscad.estimates.loads import pressing
 from sitscad.estimates.loads.pressing import GLUE, PAD
 from sitscad.estimates.tolerances.scatter import CAPACITOR, DIAMETER, DISTANCE, PERMITTIVITY, THICKNESS, WIDTH
@@ -412,7 +411,7 @@ def test_modulus_dependent_values_are_printed_with_sigma():
     rows = {row[0]: row[1] for row in [row for each in numbers.stack_tables(result) for row in each.rows]}
     for name in ("strain", "thickness left", "apparent modulus", "at rest (assembled)", "pressed (required force)"):
         assert "+-" in rows[name], name
-    printed = [*signal_table(signals(result), result.coils, result.readout.drive_code).rows,
+    printed = [*signal_table(result.signals, result.coils, result.readout.drive_code).rows,
                *numbers.other_table(result.coils, result.temperature, result.normal_force).rows]
     per_newton = [row for row in printed if any("per newton" in cell for cell in row)]
     assert len(per_newton) == 2 + len(result.coils) and all("+-" in row[-1] for row in per_newton)
@@ -433,7 +432,7 @@ requirements: {normal_force: 2.5 N}
 def test_loss_dominated_signal_states_inductance_part(metal, is_by_loss):
     """-725 pH/N stood beside +0.016 % of the reading, and nothing said why."""
     result = estimate(lay_out(load_text(STEEL.replace("METAL", metal), "steel.yaml")))
-    (signal,) = signals(result)
+    (signal,) = result.signals
     rest, pressed = (result.coils[0].states[name] for name in ("rest", "pressed"))
     assert signal.by_inductance == approx(pressed.inductance / rest.inductance - 1.0, rel=1e-6)
     # omega^2 = 1/(LC) - (R/L)^2: with that square back, most of what is not by inductance is gone; the rest is the

@@ -9,7 +9,6 @@ from tolerance import approx
 import sitscad
 from sitscad.checks.assembly.mount import RULES
 from sitscad.checks.rules import apply_rule
-from sitscad.estimates.coil_estimates import signals
 from sitscad.estimates.design import Design
 from sitscad.spec import templates
 
@@ -55,7 +54,7 @@ def test_signal_response_and_states_agree_for_jaw_window():
     """Signals counted the jaw's metal as whole: -4.41 nH/N with and without a window of 10 x 2 mm."""
     specs = [sitscad.load_text(text, "t.yaml") for text in (BARE, windowed("[10, 2]"), POOR)]
     result = [sitscad.estimate(sitscad.lay_out(spec)) for spec in specs]
-    sizes = [abs(signals(estimates)[0].per_newton) for estimates in result]
+    sizes = [abs(estimates.signals[0].per_newton) for estimates in result]
     assert 1.15 * sizes[0] < sizes[1] < 1.02 * sizes[2]
     pressed = result[1].coils[0].states["pressed"]
     moved = np.array([(0, 0, 0, 0, 0, 0), (0, 0, result[1].gaps["pressed"] - result[1].gaps["rest"], 0, 0, 0)])
@@ -72,7 +71,7 @@ def test_signal_error_at_large_jaw_window_is_within_stated_sigma():
     """14 % too large beside a jaw that does not conduct: what a window may be off is in the errors stated."""
     specs = [sitscad.load_text(text, "t.yaml") for text in (windowed("[19.5, 4.3]"), POOR)]
     window, none = (sitscad.estimate(sitscad.lay_out(spec)) for spec in specs)
-    felt, wanted = signals(window)[0], signals(none)[0]
+    felt, wanted = window.signals[0], none.signals[0]
     by_window = np.sqrt(felt.sigma**2 - wanted.sigma**2)
     off = abs(felt.per_newton - wanted.per_newton)
     assert 0.1 * abs(wanted.per_newton) < off < by_window < 0.25 * abs(wanted.per_newton)

@@ -16,7 +16,6 @@ from sitscad.basics.finding import Finding, NotChecked, Place, Severity
 from sitscad.basics.units import quantity, show
 from sitscad.checks.findings import CheckedSpec, checked_spec, numbered_places
 from sitscad.checks.findings.measures import NO_SIGNAL, OTHERS_MEANING, OTHERS_TITLE, headline, signal_table
-from sitscad.estimates.coil_estimates import signals
 from sitscad.estimates.design import Design
 from sitscad.files.report import numbers
 from sitscad.files.report.page import findings_part, render
@@ -159,7 +158,7 @@ def test_page_verdict_and_banner_follow_severity_of_findings(design):
 def test_signal_line_follows_verdict(design):
     _, estimates, _ = design
     page = _page(design)
-    felt = signals(estimates)
+    felt = estimates.signals
     assert len(felt) == 2 and felt[0].per_newton < 0.0
     line = re.search(r"<p class='signal'>(.*?)</p>", page).group(1)
     assert line == html.escape(f"Signal: {'; '.join(headline(felt))}")
@@ -184,7 +183,7 @@ def test_inductance_tables_state_their_use(design):
 def test_sensor_without_signal_gives_reason_in_table():
     spec = sitscad.load_text(SPEC.replace("requirements: {normal_force: 1 N}\n", ""), "no.yaml")
     estimates = sitscad.estimate(sitscad.lay_out(spec))
-    assert signals(estimates) == () and "class='signal'" not in _page((spec, estimates, CheckedSpec("s", "", ())))
+    assert estimates.signals == () and "class='signal'" not in _page((spec, estimates, CheckedSpec("s", "", ())))
     assert signal_table((), estimates.coils, estimates.readout.drive_code).rows == [["change per newton", NO_SIGNAL]]
 
 

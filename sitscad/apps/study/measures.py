@@ -16,7 +16,7 @@ from sitscad.basics.check_results import Measure as FitMeasure
 from sitscad.basics.quantities import TANK
 from sitscad.basics.record import record
 from sitscad.estimates.circuits.uncertainty import SHARE
-from sitscad.estimates.coil_estimates import crowding_error, signals
+from sitscad.estimates.coil_estimates import crowding_error
 from sitscad.estimates.design import Design
 from sitscad.estimates.loads.pressing import GLUE, PAD
 from sitscad.estimates.loads.working_range import measured_axes
@@ -144,7 +144,7 @@ def _sigma_reader(pick: Callable[..., Any], name: str) -> Reader:
 
 
 def _signal(design: Design) -> Figure:
-    by_coil = signals(design.estimates)
+    by_coil = design.estimates.signals
     if not by_coil:
         raise AbsentError("no coil is read both at rest and pressed")
     least = min(by_coil, key=lambda signal: abs(signal.share))

@@ -38,7 +38,6 @@ from sitscad.checks.rules import (
     violation_of,
 )
 from sitscad.estimates import estimated
-from sitscad.estimates.coil_estimates import signals
 from sitscad.estimates.design import Design
 from sitscad.estimates.loads.pad import loaded_poses
 from sitscad.estimates.loads.pressing import rests_on_pad
@@ -298,7 +297,7 @@ def small_signal(design: Design) -> Iterator[Verdict]:
     The signal is the relative change of the reading over the required force. The limit is lower if the readings are
     compensated for temperature. For a sensor with cells, the cell with the smallest signal is checked.
     """
-    coil_signals = signals(design.estimates)
+    coil_signals = design.estimates.signals
     yield from failed_states(design.estimates.coils, "signal over the required force")
     if not coil_signals:
         yield not_checked("no-change", state=PRESSED)

@@ -132,7 +132,7 @@ def instructions(layout: Layout, estimates: Estimates, bench: Estimates, package
         f"microscope, with gloves; clean metal and plastic with isopropanol. {jig}Lengths are in mm."
     )
     issue = [f"{spec.issue.title}."] if spec.issue.rows else []
-    steps = [*_steps(layout, estimates, bench)]
+    steps = [*_steps(layout, estimates.readout, bench)]
     parts = [f"{spec.name}: how it is put together", *issue, "", *hanging("", head, WIDTH), ""]
     for sentence in filter(None, (tool_list_text(" ".join([head, *steps])), waiting_time_text(layout))):
         parts += [*hanging("", sentence, WIDTH), ""]
@@ -149,7 +149,7 @@ def instructions(layout: Layout, estimates: Estimates, bench: Estimates, package
     return "\n".join(parts).rstrip("\n") + "\n"
 
 
-def _steps(layout: Layout, estimates: Estimates, bench: Estimates) -> Iterator[str]:
+def _steps(layout: Layout, readout: ReadoutEstimate, bench: Estimates) -> Iterator[str]:
     """Yield the steps from the jig to the finished sensor; tables follow a step's sentences after line breaks."""
     spec, at = layout.spec, layer_heights(column(layout) or on_board(layout))
     yield from _preparation_steps(layout)
@@ -158,7 +158,7 @@ def _steps(layout: Layout, estimates: Estimates, bench: Estimates) -> Iterator[s
             "Measure the panel's coupons. Then cut the board out at the bridges, and file their nubs off "
             f"({panel_path(spec.name, '-readme.txt')} has their places and what a coupon measures)."
         )
-    yield bare_board_test(layout, estimates.readout, bench)
+    yield bare_board_test(layout, readout, bench)
     yield from filter(None, (primer_text(spec.assembly.adhesive, spec.elastomer),))
     if spec.elastomer is not None or spec.target is not None:
         slot = " and tail in the slot" if spec.fpc.tail is not None else ""

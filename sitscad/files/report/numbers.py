@@ -37,7 +37,7 @@ from sitscad.basics.version import __version__
 from sitscad.checks.findings import CheckedSpec, OutputOptions, finding_json, styled, to_json
 from sitscad.checks.findings import as_text as as_findings
 from sitscad.checks.findings.measures import OTHERS_MEANING, OTHERS_TITLE, signal_table
-from sitscad.estimates.coil_estimates import CoilEstimate, CrossCheck, MeterReadings, ReadoutEstimate, signals
+from sitscad.estimates.coil_estimates import CoilEstimate, CrossCheck, MeterReadings, ReadoutEstimate
 from sitscad.files.drawing import web_page
 from sitscad.files.drawing.web_page import bullets
 
@@ -110,7 +110,7 @@ def estimate_tables(estimates: Estimates) -> list[Table]:
     """Return all tables of coils and states, for texts and pages, in their order."""
     coils, temperature = estimates.all_coils, estimates.temperature
     return [
-        signal_table(signals(estimates), estimates.coils, estimates.readout.drive_code),
+        signal_table(estimates.signals, estimates.coils, estimates.readout.drive_code),
         state_table(coils, temperature),
         coil_table(coils, temperature),
         part_table(coils),

@@ -16,13 +16,14 @@ from sitscad.assembly.places.bodies import (
     top_height,
 )
 from sitscad.assembly.places.state import FREE, state_text, working_states
+from sitscad.basics.check_results import Signal
 from sitscad.basics.finding import Finding, Severity
 from sitscad.basics.quantities import Table
 from sitscad.basics.record import record
 from sitscad.basics.units import DASH, count_text, quantity, show
 from sitscad.checks.findings import CheckedSpec, by_severity, excerpt, measures, numbered_places
 from sitscad.estimates.circuits.settings import bare_board_code
-from sitscad.estimates.coil_estimates import CoilEstimate, ReadoutEstimate, signals
+from sitscad.estimates.coil_estimates import CoilEstimate, ReadoutEstimate
 from sitscad.files.drawing.sheet import Pen, Sheet
 from sitscad.files.drawing.svg import svg
 from sitscad.files.drawing.web_page import bullets, figure, page, part, soft
@@ -83,7 +84,7 @@ def render(
     skipped = [[each.rule, each.reason] for each in checked.not_checked]
     not_checked = _in_columns(_table(["rule", "why it was not checked"], skipped, ""))
     parts = [
-        _head(checked, spec, estimates, FORCED if is_built else REFUSED),
+        _head(checked, spec, estimates.signals, FORCED if is_built else REFUSED),
         _tiles(checked, estimates.all_coils, estimates.incomplete, estimates.readout.scan_rate, sheet or {}),
         part("Findings", findings_part(checked), "findings"),
         part("Push it", _view("pushed", PUSHED, moving), "feeling"),
@@ -173,10 +174,10 @@ def _verdict(checked: CheckedSpec) -> str:
 SMALL_SIGNAL = "small-signal"  # Rule whose warning is stated in the verdict
 
 
-def _head(checked: CheckedSpec, spec: SensorSpec, estimates: Estimates, failed: str) -> str:
+def _head(checked: CheckedSpec, spec: SensorSpec, signals: Sequence[Signal], failed: str) -> str:
     """Return the top of the page: name, verdict and signal. `failed` is the banner of a design with errors."""
     counts = [count_text(checked.count(severity), severity.value) for severity in ORDER if checked.count(severity)]
-    headline = "; ".join(measures.headline(signals(estimates)))
+    headline = "; ".join(measures.headline(signals))
     coil = spec.coil
     each = "each of " if len(coil.layers) > 1 and not coil.has_unequal_turns else ""
     turns = f"{coil.turns_in_words} turns on {each}{count_text(len(coil.layers), 'layer')}"
