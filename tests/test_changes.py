@@ -143,7 +143,7 @@ print(json.dumps({
     "firmware": {name: data.decode() for name, data in files.items() if name.endswith((".h", ".json"))},
     "rules": [design.spec.fpc.rules.name, design.spec.fpc.rules.via_drill],
     "names": [design.spec.elastomer.material.name, jaw.fpc.tail.connector.name, jaw.jaw.preset],
-    "working_ends_Hz": [[band.working.low, band.working.high] for band in bands(design.estimates.coils, 0.0)],
+    "working_ends_Hz": [[band.working.low, band.working.high] for band in frequency_bands(design.estimates.coils, 0.0)],
     "pentagon": [coil.winding_inductance for coil in sitscad.estimate(sitscad.lay_out(pentagon)).coils],
     "written": sitscad.build(pentagon, "out", only=("gerber",)).written,
     "heptagon": heptagon,

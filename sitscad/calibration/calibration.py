@@ -30,9 +30,9 @@ from sitscad.estimates.performance_values import (
     AXIS_WORDS,
     FORCES,
     amount_text,
-    by_unit,
+    axis_names_text,
     full_scale_text,
-    load_words,
+    split_by_unit,
 )
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.kernels.electromagnetics.threads import one_thread
@@ -150,8 +150,8 @@ class Calibration:
         `Performance.crosstalk` differs: it is the error of a polynomial in the readings.
         """
         scope, none = self.sensors.range, np.zeros(len(self.sensors.unknowns))
-        loads = axis_sweeps(scope, scope.pressed(0.5 * scope.normal))
-        put_on = np.vstack([scope.pressed(0.0), loads.reshape(-1, scope.width)])
+        loads = axis_sweeps(scope, scope.normal_load(0.5 * scope.normal))
+        put_on = np.vstack([scope.normal_load(0.0), loads.reshape(-1, scope.width)])
         frequency = self.sensors.frequencies_under(none, put_on, exact=True)
         return map_crosstalk(scope, loads, self.map(frequency[1:], frequency[0]))
 
@@ -182,7 +182,7 @@ class Calibration:
                          f"reads {text} (under half of the full normal force). `sitscad calibrate --rotation {other}` "
                          "makes the other map")
         if not set(FORCES) <= set(self.map.axes):
-            notes.append(f"measured: {load_words(self.map.axes)} alone; forces along other axes appear as these")
+            notes.append(f"measured: {axis_names_text(self.map.axes)} alone; forces along other axes appear as these")
         if self.fit is not None:
             notes += unusual_unknowns(self.sensors, self.fit)
         if self.points is not None and np.sum(self.points.at_rest) < TARES:
@@ -211,10 +211,10 @@ class Calibration:
         values: dict[str, Any] = {
             "map": self.map.document(), "form": self.map.form, "is_calibrated": self.fit is not None,
             "rotation": self.sensors.rotation,
-            **by_unit("error_", "", dict(zip(self.map.axes, self.map.error.tolist(), strict=True))),
+            **split_by_unit("error_", "", dict(zip(self.map.axes, self.map.error.tolist(), strict=True))),
             "error_of_full_scale": dict(zip(self.map.axes, (self.map.error / full).tolist(), strict=True)),
             "unit_errors": [{"of": each.of, "points": each.points,
-                             **by_unit("error_", "", dict(zip(self.map.axes, each.error.tolist(), strict=True)))}
+                             **split_by_unit("error_", "", dict(zip(self.map.axes, each.error.tolist(), strict=True)))}
                             for each in self.unit_errors], "errors_are": self.errors_are,
             "unknowns": {name: dict(row) for name, row in self.moved.items()}, "notes": list(self.notes),
         }
@@ -233,7 +233,7 @@ class Calibration:
             values["errors_larger_than_expected"] = self.fit.excess
         if self.drift is not None:
             left = dict(zip(self.map.axes, self.drift.error(self.drift.span).tolist(), strict=True))
-            values["drift"] = {**self.drift.document(), **by_unit("left_", "", left)}
+            values["drift"] = {**self.drift.document(), **split_by_unit("left_", "", left)}
         return values
 
 

@@ -139,7 +139,7 @@ class DriftModel:
         """Return the coefficients for firmware, for values of the unknowns. See `DriftCoefficients`."""
         design, scope = self.sensing.drift_coefficients, self.sensing.bench.range
         assert design is not None
-        causes = self.by_cause(np.array([scope.pressed(0.0), scope.pressed(design.load)]))
+        causes = self.by_cause(np.array([scope.normal_load(0.0), scope.normal_load(design.load)]))
         in_readings = unknowns * (np.arange(len(unknowns)) != 2)  # the modulus is corrected by a factor of the forces
         at_rest, loaded = causes @ in_readings
         return replace(design, at_rest=at_rest, loaded=loaded, stiffening=float(unknowns[2]) * design.stiffening,
@@ -177,7 +177,7 @@ def fit_drift(
     assert warm.loads is not None and base.loads is not None
     full = model.sensing.warmed[-1]
     kelvin = celsius[~is_base] - celsius[is_base & points.at_rest].mean()
-    causes, sigmas = model.by_cause(np.vstack([warm.loads, sensors.range.pressed(0.0)])), model.sigmas
+    causes, sigmas = model.by_cause(np.vstack([warm.loads, sensors.range.normal_load(0.0)])), model.sigmas
     nominal = np.where(np.arange(len(sigmas)) < 3, 1.0, 0.0)
     relative = warm.loads[:, sensors.range.columns] / sensors.range.full_scales
     slopes = load_slopes(sensors, model.errors, warm.loads)
@@ -219,7 +219,7 @@ def fit_drift(
         inverse(warm.frequency, base.rest),
         np.vstack([with_drift.compensated(row, base.rest, change)
                    for row, change in zip(warm.frequency, kelvin.tolist(), strict=True)]),
-        model.force_errors(scope.pressed(0.0), spread), model.force_errors(scope.pressed(scope.normal), spread),
+        model.force_errors(scope.normal_load(0.0), spread), model.force_errors(scope.normal_load(scope.normal), spread),
         {name: part for name, part in parts.items() if name != CALIBRATION})
 
 

@@ -14,7 +14,7 @@ from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.arrays import Array, Flags
 from sitscad.basics.record import record
 from sitscad.estimates.performance.compensation import DriftCoefficients
-from sitscad.estimates.performance_values import unit_of
+from sitscad.estimates.performance_values import load_unit
 from sitscad.kernels.electromagnetics.polynomials import Exponents, monomials
 
 LEAST = 1e-6  # Least ratio of a target's change of L to the change at rest, for its logarithm
@@ -129,7 +129,7 @@ class InverseMap:
         """Return the map as plain values for JSON, which `map_of` reads."""
         return {
             "sensor": self.sensor, "revision": self.revision, "coils": list(self.coils), "axes": list(self.axes),
-            "unit": "N", "units": [unit_of(axis) for axis in self.axes],
+            "unit": "N", "units": [load_unit(axis) for axis in self.axes],
             **{name: getattr(self, name).tolist() for name in ARRAYS},
             **({} if self.drifts is None else {"drift": self.drifts.document()}),
         }

@@ -84,7 +84,7 @@ def map_gain(sensors: Sensors) -> Array:
 
 def sensor_samples(sensors: Sensors, errors: Array, loads: Array) -> Samples:
     """Return the samples of one sensor with these `errors` under loads (n, 3 or 5; N, N m), from the surrogate."""
-    frequency = sensors.frequencies_under(errors, np.vstack([sensors.range.pressed(0.0), loads]))
+    frequency = sensors.frequencies_under(errors, np.vstack([sensors.range.normal_load(0.0), loads]))
     return Samples(frequency[1:], frequency[0], loads[:, sensors.range.columns] / sensors.range.full_scales)
 
 
@@ -120,7 +120,7 @@ def fitted_map(sensors: Sensors, learnt: Samples, rest: Array) -> InverseMap:
 
 def error_on_others(sensors: Sensors, fitted: InverseMap) -> Array:
     """Return the rms force error (axes; N) of a map for simulated sensors. Each sensor has its own tare."""
-    loads, square = sensors.range.inside(TEST_LOADS // 2, FITTED_LOADS), []
+    loads, square = sensors.range.evenly_spread_loads(TEST_LOADS // 2, FITTED_LOADS), []
     for errors in draw_stratified_units(sensors.unknowns, TEST_SENSORS, SCATTER_SEED):
         other = sensor_samples(sensors, errors, loads)
         square.append((fitted(other.readings, other.rest) / sensors.range.full_scales - other.forces) ** 2)
@@ -136,11 +136,11 @@ def fit_unit_map(sensors: Sensors, errors: Array) -> InverseMap:
     cover the sensor.
     """
     # the fitted loads include the edge of the range: the map must not end before the required load
-    learnt = np.vstack([sensors.range.inside(FITTED_LOADS), sensors.range.rim])
-    corrected = sensors.range.inside(TEST_LOADS, FITTED_LOADS)
+    learnt = np.vstack([sensors.range.evenly_spread_loads(FITTED_LOADS), sensors.range.edge_loads])
+    corrected = sensors.range.evenly_spread_loads(TEST_LOADS, FITTED_LOADS)
     loads, count = np.vstack([learnt, corrected]), len(learnt)
     whole = sensor_samples(sensors, errors, loads)
-    solved = sensors.frequencies_under(errors, np.vstack([sensors.range.pressed(0.0), loads[:SOLVED_LOADS]]),
+    solved = sensors.frequencies_under(errors, np.vstack([sensors.range.normal_load(0.0), loads[:SOLVED_LOADS]]),
                                        exact=True)
     right, remainder = _with_rest_corrected(sensors, errors, loads, solved)
     readings = whole.readings * right
@@ -153,7 +153,8 @@ def fit_unit_map(sensors: Sensors, errors: Array) -> InverseMap:
 
 def error_by_unknowns(sensors: Sensors, fit: ModelFit) -> Array:
     """Return rms force errors (sensors, axes; N) of the fitted sensor's map for the sensors `ModelFit.likely`."""
-    loads = np.vstack([sensors.range.pressed(0.0), sensors.range.inside(TEST_LOADS // 2, FITTED_LOADS)])
+    scope = sensors.range
+    loads = np.vstack([scope.normal_load(0.0), scope.evenly_spread_loads(TEST_LOADS // 2, FITTED_LOADS)])
     slopes = unknown_slopes(sensors, loads, True, fit.errors)
     towards = np.linalg.pinv(load_slopes(sensors, fit.errors, loads[1:]))
     wrong = towards @ (slopes[1:] - slopes[:1])
@@ -169,7 +170,7 @@ def _with_rest_corrected(sensors: Sensors, errors: Array, loads: Array, solved: 
     correction. In least squares, this leave-one-out difference is the residual divided by 1 - leverage (Allen,
     Technometrics 16, 1974).
     """
-    solved_loads = np.vstack([sensors.range.pressed(0.0), loads[: len(solved) - 1]])
+    solved_loads = np.vstack([sensors.range.normal_load(0.0), loads[: len(solved) - 1]])
     off = np.log(solved) - np.log(sensors.frequencies_under(errors, solved_loads))
     scale, columns = sensors.range.full_scales, sensors.range.columns
     powers = exponents([1.0] * len(columns), DEGREE, 1)

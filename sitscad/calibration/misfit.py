@@ -116,7 +116,7 @@ def noise_share(points: Points, sensors: Sensors, fit: ModelFit) -> float:
 
     It is the largest of all axes, in full scales.
     """
-    slopes = load_slopes(sensors, fit.errors, sensors.range.pressed(0.0)[None])[0]
+    slopes = load_slopes(sensors, fit.errors, sensors.range.normal_load(0.0)[None])[0]
     noise = math.sqrt(2.0) * points.noise_ratio * sensors.mean_noise(int(usual_value("readings")))
     return float(np.sqrt(np.sum((np.linalg.pinv(slopes) * noise) ** 2, axis=1)).max())
 
@@ -169,7 +169,7 @@ class OppositeRotationFit:
         """
         if self.cost_advantage < LIKELIER:
             return np.zeros(len(fitted.axes))
-        loads = np.vstack([np.zeros((1, 3)), self.sensors.range.inside(TEST_LOADS // 2, FITTED_LOADS)])
+        loads = np.vstack([np.zeros((1, 3)), self.sensors.range.evenly_spread_loads(TEST_LOADS // 2, FITTED_LOADS)])
         frequency = self.sensors.frequencies_under(self.fit.errors, loads)
         borne = np.all(np.isfinite(frequency), axis=1)
         off = fitted(frequency[borne], frequency[0]) - loads[borne][:, self.sensors.range.columns]

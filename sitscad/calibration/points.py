@@ -285,7 +285,7 @@ def plan(sensors: Sensors, count: int) -> Plan:
     """
     loads = candidate_loads(sensors, count)
     # Information (n, unknowns, unknowns; per prior variance) by a reading under each load; the first is at rest
-    none, put_on = np.zeros(len(sensors.unknowns)), np.vstack([sensors.range.pressed(0.0), loads])
+    none, put_on = np.zeros(len(sensors.unknowns)), np.vstack([sensors.range.normal_load(0.0), loads])
     rest = np.arange(len(put_on)) == 0
     points = Points(put_on, None, sensors.frequencies_under(none, put_on), rest)
     white = whiteners(covariances(sensors, none, points)[0])
@@ -341,7 +341,7 @@ def _predicted_errors(sensors: Sensors, facts: Array, pulls: Array, order: list[
     loads off centre on the unknowns, along x and y, which a fit attributes to the sensor. All errors follow from the
     uncertainty of the unknowns, linearised. Noise and the map's own error are not included.
     """
-    test_loads = np.vstack([sensors.range.pressed(0.0), sensors.range.inside(EXPECTED_ERROR_LOADS)])
+    test_loads = np.vstack([sensors.range.normal_load(0.0), sensors.range.evenly_spread_loads(EXPECTED_ERROR_LOADS)])
     none = np.zeros(len(sensors.unknowns))
     slopes = unknown_slopes(sensors, test_loads)
     towards = np.linalg.pinv(load_slopes(sensors, none, test_loads[1:]))
@@ -380,7 +380,7 @@ def load_place(load: Array) -> tuple[float, float]:
     return round(float(x), 6), round(float(y), 6)
 
 
-def load_words(load: Array, axes: Sequence[str], rotation: str) -> str:
+def load_instruction(load: Array, axes: Sequence[str], rotation: str) -> str:
     """Return the instruction for applying a load (3 or 5; N, N m).
 
     A moment is applied as a press beside the middle of the outermost face.

@@ -241,7 +241,7 @@ class Sensors:
         """Surrogate over all poses that simulated sensors reach in the working range."""
         errors_drawn = self._middle + np.vstack([np.zeros(len(self.unknowns)),
                                                  self.surrogate_width * draw_units(self.unknowns, DRAWN, SEED)])
-        loads, pad = np.vstack([self.range.pressed(0.0), self.range.corners]), self.model.spec.elastomer
+        loads, pad = np.vstack([self.range.normal_load(0.0), self.range.corners]), self.model.spec.elastomer
         assert pad is not None
         reached = np.stack([self.poses(errors, loads) for errors in errors_drawn])
         most = max(FARTHEST_CHARTED * pad.thickness, 1.1 * float(np.hypot(*reached[0, :, :2].T).max()))

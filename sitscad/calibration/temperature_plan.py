@@ -14,7 +14,7 @@ from sitscad.calibration.points import Plan
 from sitscad.estimates.performance.compensation import pad_lag, root_sum_square
 from sitscad.estimates.performance.points import SensingAnalysis
 from sitscad.estimates.performance.warming import WARMER
-from sitscad.estimates.performance_values import FORCES, MOMENTS, unit_of
+from sitscad.estimates.performance_values import FORCES, MOMENTS, load_unit
 from sitscad.spec.thermistor import CALIBRATED, DESIGN
 
 SAME_TEMPERATURE = 1.0
@@ -75,7 +75,7 @@ def temperature_plan(sensing: SensingAnalysis, reference: str) -> TemperaturePla
     farthest = max(abs(end - needs.temperature) for end in others)
     settling = pad_lag(spec.elastomer.thickness, spec.elastomer.material.density, spec.target.thickness, 1.0)
     soak = max(LEAST_SOAK, settling * math.log(farthest / SOAK_LEFT))
-    loads = np.array([scope.pressed(share * scope.normal) for share in WARM_SHARES])
+    loads = np.array([scope.normal_load(share * scope.normal) for share in WARM_SHARES])
     left, drifts = sensing.warmed[-1].drift_left, sensing.drift_coefficients
     is_by_coil = drifts is not None and drifts.reference is not None
     return TemperaturePlan(needs.temperature, others, loads, soak, reason, reference if is_by_coil else "",
@@ -109,7 +109,7 @@ def _need(sensing: SensingAnalysis) -> str:
             continue
         by_design, by_calibration = (float(errors[source][measured].max()) for source in (DESIGN, CALIBRATED))
         if by_calibration <= limit < by_design:
-            values = (show(value, unit_of(axes[measured[0]]), 3) for value in (limit, by_design, by_calibration))
+            values = (show(value, load_unit(axes[measured[0]]), 3) for value in (limit, by_design, by_calibration))
             return "requirements.{} is {}: {} with coefficients of the design, {} with measured ones".format(
                 key, *values)
     return ""

@@ -31,7 +31,7 @@ from sitscad.estimates.performance.causes import DEGREE
 from sitscad.estimates.performance.inversion import crosstalk_at as crossed
 from sitscad.estimates.performance.shear_reading import MAX_SHEAR_READING, shear_readings
 from sitscad.estimates.performance.warming import farthest, warming
-from sitscad.estimates.performance_values import AXES, AXIS_WORDS, unit_of
+from sitscad.estimates.performance_values import AXES, AXIS_WORDS, load_unit
 from sitscad.kernels.converters.figures import source_in_all
 
 if TYPE_CHECKING:
@@ -314,7 +314,7 @@ def tilt_error(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
     if ratios:  # the axis with the largest ratio of value to limit
         _, name, most = max(ratios, key=lambda entry: entry[0])
         yield from check_requirement(
-            "tilt-reading", design, "SIT404", "tilt_error", most, unit_of(name), limit=limits[name], shrinks=True,
+            "tilt-reading", design, "SIT404", "tilt_error", most, load_unit(name), limit=limits[name], shrinks=True,
             details=("tilt-beside-moment",) if name in MOMENTS else (), tilt=tilt,
         )
     untold = [name for name in limits if name not in measured_axes and name in ("normal", *MOMENTS)]
@@ -381,7 +381,7 @@ def ambiguous_load_findings(sensing: SensingAnalysis, design: Design) -> Iterato
     """Yield a finding if two different loads within the required forces and moments give equal readings."""
     ambiguous = design.sensing.ambiguous_loads
     if ambiguous is not None:
-        loads = [" and ".join(f"{show(load[k], unit_of(name), 3)} of {axis_text(name)}"
+        loads = [" and ".join(f"{show(load[k], load_unit(name), 3)} of {axis_text(name)}"
                               for k, name in enumerate(AXES) if name in sensing.bench.range.axes)
                  for load in ambiguous]
         yield violation_of("loads-alike", "target.size", loads=loads, fixes=(
@@ -396,7 +396,7 @@ def tilt_above_noise(sensing: SensingAnalysis, design: Design) -> Iterator[Verdi
     if most is not None and most.value > BESIDE_NOISE:
         point = sensing.points[POINTS.index(most.at)]
         k = list(map(axis_text, sensing.bench.range.axes)).index(most.axis)
-        unit = unit_of(sensing.bench.range.axes[k])
+        unit = load_unit(sensing.bench.range.axes[k])
         needs, axis = design.spec.requirements, sensing.bench.range.axes[k]
         # requirements with which the tilt is judged, if the spec leaves them out
         absent = ["requirements.tilt"] * (needs.tilt is None)

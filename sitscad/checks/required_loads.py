@@ -15,7 +15,7 @@ from sitscad.checks.rules import Rule, Verdict, not_checked, rule_of, violation_
 from sitscad.estimates.design import Design
 from sitscad.estimates.loads.pad import soft_pad
 from sitscad.estimates.loads.pressing import rests_on_pad
-from sitscad.estimates.loads.working_range import FARTHER, INSTEAD, full_normal, largest_moments, measured_axes
+from sitscad.estimates.loads.working_range import FARTHER, INSTEAD, full_normal_force, largest_moments, measured_axes
 from sitscad.kernels.mechanics.elastomer import HELD_TILT
 
 
@@ -55,7 +55,7 @@ def moment_range(design: Design) -> Iterator[Verdict]:
     if not rests_on_pad(design.spec):
         yield not_checked("beside-pad")
         return
-    most = largest_moments(soft_pad(design.spec), full_normal(design.spec))
+    most = largest_moments(soft_pad(design.spec), full_normal_force(design.spec))
     for name, value in zip(MOMENTS, design.spec.requirements.moments, strict=True):
         if value > most[name]:
             yield violation_of(

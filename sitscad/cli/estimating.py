@@ -110,7 +110,7 @@ def estimate(
     checked = as_configured(loaded, result)
     design = Design(loaded, layout, estimates)
     report = PerformanceReport(design.performance, design.spec) if performance else None
-    if performance and (reason := design.sensing.no_performance):
+    if performance and (reason := design.sensing.reason_without_performance):
         print_message(f"no performance: {reason}")
     cells = design.cells.skin.table.document() if performance else None
     print_result(show(spec, estimates, checked, coloured(sys.stdout), report, cells, coils))
@@ -216,7 +216,7 @@ def response(
     except NoResponse as error:
         raise click.UsageError(f"{spec}: {error}") from error
     report = PerformanceReport(design.performance, design.spec) if performance else None
-    if performance and (reason := design.sensing.no_performance):
+    if performance and (reason := design.sensing.reason_without_performance):
         print_message(f"no performance: {reason}")
     if output:
         write_output(output, response_file(spec, readings, ending, report))

@@ -25,7 +25,7 @@ AXIS_WORDS = {"normal": "normal", "shear_x": "shear along x", "shear_y": "shear 
               "moment_y": "moment about y"}
 
 
-def load_words(axes: Iterable[str]) -> str:
+def axis_names_text(axes: Iterable[str]) -> str:
     """Return the names of forces and moments: ``normal force, shear force along x and moment about y``."""
     names = (AXIS_WORDS[name] for name in axes)
     *first, last = (each.replace("normal", "normal force").replace("shear", "shear force") for each in names)
@@ -41,7 +41,7 @@ Table = Mapping[str, Mapping[str, float]]
 """Table of numbers by row name and column name."""
 
 
-def unit_of(axis: str) -> str:
+def load_unit(axis: str) -> str:
     """Return the SI unit of a load component: N for forces, N m for moments."""
     return "N m" if axis in MOMENTS else "N"
 
@@ -50,15 +50,15 @@ SHOWN = {"N": (1.0, "N"), "N m": (1e3, "N mm")}
 """Display units: factor from the SI unit, and the unit in tables and plots, by SI unit of forces and moments."""
 
 
-def shown_scales(axes: Sequence[str]) -> Array:
+def display_factors(axes: Sequence[str]) -> Array:
     """Return the factors from SI units (N, N m) to display units (N, N mm), one for each axis.
 
     An axis may have a prefix that ends with a dot.
     """
-    return np.array([SHOWN[unit_of(axis.rpartition(".")[2])][0] for axis in axes])
+    return np.array([SHOWN[load_unit(axis.rpartition(".")[2])][0] for axis in axes])
 
 
-def by_unit(before: str, after: str, table: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+def split_by_unit(before: str, after: str, table: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """Return a table by axis as parts of a document, split into forces and moments.
 
     Forces are under the key `before` + "N" + `after`. Moments, if there are any, are under a key with "Nm" in place of
@@ -195,13 +195,13 @@ class Performance:
             "axes": {name: axis.document() for name, axis in self.axes.items()},
             "crosstalk": self.crosstalk,
             "straight_crosstalk": self.straight_crosstalk,
-            **by_unit("tilt_error_", "_per_rad", self.tilt_slope),
+            **split_by_unit("tilt_error_", "_per_rad", self.tilt_slope),
             "tilt_rad": self.tilt,
-            **by_unit("tilt_error_", "", self.tilt_error),
+            **split_by_unit("tilt_error_", "", self.tilt_error),
             "tilt_stiffness_Nm_per_rad": {turn: _finite_or_none(value) for turn, value in self.tilt_stiffness.items()},
             "tilt_stiffness_error": {turn: _finite_or_none(value) for turn, value in self.tilt_stiffness_error.items()},
-            **by_unit("contact_error_", "_per_mm", self.contact_error),
-            **by_unit("temperature_error_", "_per_K", self.temperature_error),
+            **split_by_unit("contact_error_", "_per_mm", self.contact_error),
+            **split_by_unit("temperature_error_", "_per_K", self.temperature_error),
             **self._causes(),
             **self._drift_left(),
             "friction_error": None if self.friction_error is None else _finite_or_none(self.friction_error),
@@ -228,7 +228,7 @@ class Performance:
         """
         if not self.drift_left:
             return {}
-        parts = {source: {part: by_unit("drift_", "", row) for part, row in table.items()}
+        parts = {source: {part: split_by_unit("drift_", "", row) for part, row in table.items()}
                  for source, table in self.drift_left.items()}
         return {"compensation": {**self.compensation, "left": parts}}
 
@@ -236,7 +236,7 @@ class Performance:
         """Return the temperature errors (per K) by cause for JSON: forces and, if there are any, moments."""
         tables: dict[str, dict[str, object]] = {}
         for cause, row in self.temperature_causes.items():
-            for name, part in by_unit("temperature_causes_", "_per_K", row).items():
+            for name, part in split_by_unit("temperature_causes_", "_per_K", row).items():
                 tables.setdefault(name, {})[cause] = part
         return dict(tables)
 
@@ -246,7 +246,7 @@ def _finite_or_none(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def worst_of(each: Sequence[Performance]) -> Performance:
+def worst_performance(each: Sequence[Performance]) -> Performance:
     """Return the worst value of several cells for each quantity, all at one working point.
 
     Coils of different cells are matched by their place in the cell.
@@ -332,7 +332,7 @@ def combined_error(errors: Mapping[str, float]) -> float:
     return math.hypot(*(error for cause, error in errors.items() if lasts_after_tare(cause)))
 
 
-def largest_lasting(errors: Mapping[str, float | None]) -> tuple[float, str]:
+def largest_lasting_error(errors: Mapping[str, float | None]) -> tuple[float, str]:
     """Return the largest error (N, N m) that neither calibration nor tare removes, and its cause.
 
     It is infinite for an axis without a signal. In a JSON document, infinite values are None.

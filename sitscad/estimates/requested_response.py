@@ -25,7 +25,7 @@ from sitscad.estimates.loads.pad import (
     soft_pad,
 )
 from sitscad.estimates.response.model import ResponseModel
-from sitscad.estimates.response.response_arrays import Response, joined
+from sitscad.estimates.response.response_arrays import Response, concatenate_responses
 from sitscad.estimates.states.placed import require_possible
 from sitscad.kernels.mechanics.pad import BondedPad
 from sitscad.spec.load_cases import LoadCase
@@ -276,8 +276,8 @@ def join_responses(parts: Sequence[Response]) -> Response:
     same coils.
     """
     if not any(part.cases for part in parts):
-        return joined(parts)
-    return joined([replace(part, cases=part.cases or ("",) * len(part)) for part in parts])
+        return concatenate_responses(parts)
+    return concatenate_responses([replace(part, cases=part.cases or ("",) * len(part)) for part in parts])
 
 
 def with_derivatives(model: ResponseModel, response: Response) -> Response:

@@ -15,7 +15,7 @@ from sitscad.estimates.coil_estimates import Estimates
 from sitscad.estimates.loads.pad import NoResponse
 from sitscad.estimates.performance.curves import Curves, curves
 from sitscad.estimates.performance.points import SensingAnalysis, analyse_sensing, performance
-from sitscad.estimates.performance_values import Loads, Performance, worst_of
+from sitscad.estimates.performance_values import Loads, Performance, worst_performance
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.states.cells import (
     NO_CELLS,
@@ -97,7 +97,7 @@ class Sensing:
         return self._performance[0]
 
     @property
-    def no_performance(self) -> str:
+    def reason_without_performance(self) -> str:
         """Reason why `performance` is empty. Empty text if the sensor has a performance."""
         return self._performance[1]
 
@@ -166,7 +166,7 @@ class Skin:
             extremes = [self.cells[number - 1].performance for number in group.extremes]
             if not all(extremes):
                 return NO_CELLS
-            groups.append(replace(group, performance=tuple(map(worst_of, zip(*extremes, strict=True)))))
+            groups.append(replace(group, performance=tuple(map(worst_performance, zip(*extremes, strict=True)))))
         count = len(self.layout.coils) // len(self.cells)
         weakest = self.layout.coils[(self.weakest - 1) * count : self.weakest * count]
         return CellTable(tuple(groups), self.weakest, tuple(coil.name for coil in weakest))
@@ -174,5 +174,5 @@ class Skin:
     @property
     def performance(self) -> tuple[Performance, ...]:
         """Worst value of all cells, for each quantity and working point. Production limits are for all coils."""
-        points = map(worst_of, zip(*(group.performance for group in self.table.groups), strict=True))
+        points = map(worst_performance, zip(*(group.performance for group in self.table.groups), strict=True))
         return tuple(replace(point, production=production_limits(self.estimates.coils)) for point in points)

@@ -398,7 +398,7 @@ def _rebuild(request: BuildRequest, contents: Contents, report: Progress, jobs: 
     # Stages without a file because the target's response cannot be solved
     none = [stage.name for stage in built.results
             if stage.outcome == "none" and stage.name in request.wanted & {"datasheet", "calibration"}]
-    reason = contents.design.sensing.no_performance if none and is_felt(contents.spec) else ""
+    reason = contents.design.sensing.reason_without_performance if none and is_felt(contents.spec) else ""
     return BuildResult(directory, contents.checked, True, built.results, kept_aside,
                        left_out=dict.fromkeys(none, reason) if reason else {})
 

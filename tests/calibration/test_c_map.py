@@ -96,7 +96,7 @@ def test_c_example_program_prints_forces_of_header(tmp_path, foretold):
 
 
 def _at_loads(sensors, errors, count):
-    loads = np.vstack([np.zeros((1, 3)), sensors.range.inside(count, 2000)])
+    loads = np.vstack([np.zeros((1, 3)), sensors.range.evenly_spread_loads(count, 2000)])
     counts = np.rint(sensors.conversion.counts(sensors.frequencies_under(errors, loads)))
     return loads[1:], counts[1:], counts[0]
 

@@ -66,7 +66,8 @@ def test_surrogate_error_covers_deviation_from_solved_readings(soft):
     half wrong where 0.6 % was taken for granted, and no calibration noticed.
     """
     result = sensors_of(soft.response)
-    loads, none = np.vstack([np.zeros((1, 3)), result.range.inside(20, 700)]), np.zeros(len(result.unknowns))
+    loads = np.vstack([np.zeros((1, 3)), result.range.evenly_spread_loads(20, 700)])
+    none = np.zeros(len(result.unknowns))
     charted, solved = (np.log(result.frequencies_under(none, loads, exact)) for exact in (False, True))
     change = solved[1:] - solved[0]
     off = np.sqrt(np.mean((charted[1:] - charted[0] - change) ** 2) / np.mean(change**2))
@@ -88,7 +89,7 @@ def test_noiseless_readings_of_stiffer_pad_give_its_modulus(soft):
     moved = {name: row["moved_by_sigmas"] for name, row in result.moved.items()}
     assert result.moved["modulus"]["value"] == approx(np.log(17.0 / 13.2), abs=0.02)
     assert max(abs(far) for name, far in moved.items() if name != "modulus") < 0.2
-    tried = np.vstack([np.zeros((1, 3)), foretold.sensors.range.inside(15, 700)])
+    tried = np.vstack([np.zeros((1, 3)), foretold.sensors.range.evenly_spread_loads(15, 700)])
     true = sitscad.respond(other, loads=tried, rotation="held").frequency
     off = result.map(true[1:], true[0]) - tried[1:, foretold.sensors.range.columns]
     error = np.sqrt(np.mean(off**2, axis=0))
@@ -126,7 +127,7 @@ def test_map_counts_at_rest_equal_response_counts(design, foretold):
 def test_nominal_map_error_includes_soft_pads(sensors):
     """Twenty-four sensors, none softer than two sigma, made a quarter too little of it, or too much by their seed."""
     drawn = fit_unit_map(sensors, 0.0 * _sigmas(sensors))
-    loads, square = sensors.range.inside(40, 240), []
+    loads, square = sensors.range.evenly_spread_loads(40, 240), []
     for errors in np.random.default_rng(3).normal(size=(200, len(sensors.unknowns))) * _sigmas(sensors):
         unit = sensor_samples(sensors, errors, loads)
         square.append((drawn(unit.readings, unit.rest) / sensors.range.full_scales - unit.forces) ** 2)

@@ -125,7 +125,7 @@ def test_plan_asks_for_second_temperature_if_requirement_needs_it(design):
 def test_plan_table_has_each_further_load_at_both_temperatures(design, planned):
     loads, celsius = planned.temperatures.rows(planned.plan)
     cold, warm = (loads[celsius == each] for each in (COLD, WARM))
-    full = planned.sensors.range.pressed(planned.sensors.range.normal)
+    full = planned.sensors.range.normal_load(planned.sensors.range.normal)
     assert all(np.any(np.all(part == full, axis=1)) for part in (cold, warm))
     assert not cold[0].any() and not cold[-1].any() and len(warm) == 3 and not warm[[0, -1]].any()
     lines = calibration_files(planned)["plan.csv"].decode().splitlines()

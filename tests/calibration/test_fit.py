@@ -41,7 +41,7 @@ def calibrated(sensors, foretold, bench):
 @pytest.fixture(scope="module")
 def truth(sensors, hidden):
     """What the sensor reads, each pose solved, under loads that no map was fitted to."""
-    loads = np.vstack([np.zeros((1, 3)), sensors.range.inside(25, 700)])
+    loads = np.vstack([np.zeros((1, 3)), sensors.range.evenly_spread_loads(25, 700)])
     return loads[1:, sensors.range.columns], sensors.frequencies_under(hidden, loads, exact=True)
 
 
@@ -298,7 +298,7 @@ def test_fit_of_extreme_unknowns_settles_within_stated_error(sensors, foretold):
     with warnings.catch_warnings():
         warnings.simplefilter("error")  # steps that are taken back ended in tanks that do not oscillate
         result = calibrate_by(sensors, points)
-    tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(20, 600)])
+    tried = np.vstack([np.zeros((1, 3)), sensors.range.evenly_spread_loads(20, 600)])
     off = _off(result.map, (tried[1:, sensors.range.columns], sensors.frequencies_under(own, tried, exact=True)))
     assert result.fit.settled and result.fit.excess < 2.5
     assert np.all(off < 0.015) and np.all(off * result.map.full_scale < 2.0 * result.map.error)
@@ -339,7 +339,7 @@ def test_fit_stopped_by_bound_is_not_settled():
 def test_map_covers_edge_of_working_range():
     """It ended before the required load, where it read 2 % too little and said that this lies beyond it."""
     result = calibrate(sitscad.Design(sitscad.load_text(templates.read("three_axis_pad"))))
-    sensors, edge = result.sensors, result.sensors.range.rim
+    sensors, edge = result.sensors, result.sensors.range.edge_loads
     assert len(edge) == 33
     read = sensors.frequencies_under(np.zeros(len(sensors.unknowns)), np.vstack([np.zeros((1, 3)), edge]), exact=True)
     assert np.all(result.map.holds(read[1:], read[0]))
@@ -366,7 +366,7 @@ def test_plan_error_is_at_least_map_fit_error(which, request):
     """It promised 0.43 % of full scale where the map of the very sensor as drawn left 0.7 %."""
     result = request.getfixturevalue(which)
     scope, none = result.sensors.range, np.zeros(len(result.sensors.unknowns))
-    loads = np.vstack([np.zeros((1, 3)), scope.inside(40, 900)])
+    loads = np.vstack([np.zeros((1, 3)), scope.evenly_spread_loads(40, 900)])
     left = _off(result.map, (loads[1:, scope.columns], result.sensors.frequencies_under(none, loads, exact=True)))
     assert np.all(left < result.plan.errors[-1] / scope.full_scales)
 

@@ -46,7 +46,7 @@ def test_map_with_wrong_target_rotation_states_its_error(design, sensors, hidden
     path.write_text(path.read_text().replace("# rotation: free", "# rotation: held"))
     made = calibrate(design, str(path))
     assert any("--rotation free" in note for note in made.notes)
-    loads = np.vstack([np.zeros((1, 3)), sensors.range.inside(25, 700)])
+    loads = np.vstack([np.zeros((1, 3)), sensors.range.evenly_spread_loads(25, 700)])
     read = sensors.frequencies_under(hidden, loads, exact=True)
     true = np.sqrt(np.mean((made.map(read[1:], read[0]) - loads[1:, sensors.range.columns]) ** 2, axis=0))
     assert np.all(made.map.error > true) and made.map.error[0] < 2.5 * true[0]
@@ -82,7 +82,7 @@ def test_pad_of_unusual_thickness_is_fitted_and_reported(sensors, foretold, hidd
     own[0] = gap * sensors.unknowns[0].sigma
     result = calibrate_by(sensors, simulated(sensors, own, foretold.plan.loads, np.random.default_rng(1)))
     assert result.sensors.around is not None and result.fit.moved[0] == approx(gap, abs=1.0)
-    tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(20, 600)])
+    tried = np.vstack([np.zeros((1, 3)), sensors.range.evenly_spread_loads(20, 600)])
     read = sensors.frequencies_under(own, tried, exact=True)
     off = np.sqrt(np.mean((result.map(read[1:], read[0]) - tried[1:, sensors.range.columns]) ** 2, axis=0))
     assert np.all(off < result.map.error) and np.all(result.map.error < 0.03 * result.map.full_scale)
@@ -100,7 +100,7 @@ def test_pad_with_unusual_shear_law_is_fitted_within_stated_error(sensors, foret
     own[place] = 2.0 * sensors.unknowns[place].sigma
     result = calibrate_by(sensors, simulated(sensors, own, foretold.plan.loads, np.random.default_rng(1)))
     assert result.fit.moved[place] == approx(2.0, abs=1.0) and result.fit.sigma[place] < 0.75
-    tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(20, 600)])
+    tried = np.vstack([np.zeros((1, 3)), sensors.range.evenly_spread_loads(20, 600)])
     read = sensors.frequencies_under(own, tried, exact=True)
     off = np.sqrt(np.mean((result.map(read[1:], read[0]) - tried[1:, sensors.range.columns]) ** 2, axis=0))
     assert np.all(off < result.map.error) and np.all(off < 0.006 * result.map.full_scale)
@@ -129,7 +129,7 @@ def test_map_error_includes_surrogate_error(sensors, foretold, hidden):
     own = 0.7 * hidden
     own[[item.name for item in sensors.unknowns].index("modulus")] = -np.log(2.0)
     result = calibrate_by(sensors, simulated(sensors, own, foretold.plan.loads, np.random.default_rng(77)))
-    tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(25, 700)])
+    tried = np.vstack([np.zeros((1, 3)), sensors.range.evenly_spread_loads(25, 700)])
     read = sensors.frequencies_under(own, tried, exact=True)
     off = np.sqrt(np.mean((result.map(read[1:], read[0]) - tried[1:, sensors.range.columns]) ** 2, axis=0))
     assert np.all(off < result.map.error) and np.all(result.map.error < 0.03 * result.map.full_scale)
@@ -226,7 +226,7 @@ def test_chi_square_probability_matches_published_table(square, free, chance):
 @pytest.mark.slow
 def test_stated_error_of_five_point_calibration_holds_within_factor_4(sensors, foretold):
     """It was what points foretell of each other, their own loads' errors in it: up to ten times the true one."""
-    tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(20, 600)])
+    tried = np.vstack([np.zeros((1, 3)), sensors.range.evenly_spread_loads(20, 600)])
     ratios = []
     for number, own in enumerate(draw_units(sensors.unknowns, 5, 4100)):
         points = simulated(sensors, own, foretold.plan.loads[:5], np.random.default_rng((4100, number)))

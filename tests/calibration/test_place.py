@@ -72,7 +72,7 @@ def test_loads_displaced_by_100_um_are_within_stated_error():
     generator = np.random.default_rng(1)
     read = Points(loads, None, sensors.read(sensors.frequencies_under(errors, put, exact=True), generator),
                   loads[:, 0] == 0.0)
-    made, probe = calibrate_by(sensors, read), sensors.range.inside(40, 7)
+    made, probe = calibrate_by(sensors, read), sensors.range.evenly_spread_loads(40, 7)
     rest = sensors.frequencies_under(errors, np.zeros((1, 5)), exact=True)[0]
     off = made.map(sensors.frequencies_under(errors, probe, exact=True), rest) - probe[:, sensors.range.columns]
     assert np.all(np.sqrt(np.mean(off**2, axis=0)) < made.map.error)

@@ -8,7 +8,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad.estimates.loads.pad import loaded_poses
-from sitscad.estimates.loads.working_range import full_normal, shear_for_travel, working_range
+from sitscad.estimates.loads.working_range import full_normal_force, shear_for_travel, working_range
 from sitscad.spec import templates
 
 SENSOR = """
@@ -40,7 +40,7 @@ def test_calibrated_shear_range_is_required_force_limited_by_travel(asked, trave
 def test_shear_for_travel_moves_pad_by_half_its_thickness(name, travel):
     """It was G A of it: film, rim, exponent and press left out, three times too little with a film of PDMS."""
     spec = sitscad.load_text(templates.read(name), name)
-    force, normal = shear_for_travel(spec, travel), full_normal(spec)
+    force, normal = shear_for_travel(spec, travel), full_normal_force(spec)
     loads = np.array([[n, x, y] for n in (0.0, normal) for x, y in ((force, 0.0), (0.0, force))])
     poses = loaded_poses(spec, loads, np.ones(4, dtype=bool))[0]
     moved = np.hypot(poses[:, 0], poses[:, 1]) / spec.elastomer.thickness

@@ -16,7 +16,13 @@ from sitscad.assembly.places.seating import CORNER_SCREW, adapter_holes, corner_
 from sitscad.basics.finding import Severity
 from sitscad.checks.fixes.moves import narrower_plugs
 from sitscad.estimates.circuits.tank import E12, E24, neighbour_values, preferred_values
-from sitscad.estimates.loads.gluing import PIECE_HANDLING, glued_plan, may_set_first, piece_press, spreading_time
+from sitscad.estimates.loads.gluing import (
+    PIECE_HANDLING,
+    glued_footprint,
+    has_too_fast_glue,
+    piece_press,
+    spreading_time,
+)
 from sitscad.layout import lay_out
 from sitscad.spec import presets, templates
 from sitscad.spec.load import load_text
@@ -136,9 +142,9 @@ def test_glue_spreads_within_open_time_in_every_template(judge, name):
     assert judge("SIT334", spec) == []
     for part in ("elastomer", "target"):
         if getattr(spec, part) is not None:
-            glue, plan, force = spec.assembly.adhesive, glued_plan(spec, part), piece_press(spec, part).force
+            glue, plan, force = spec.assembly.adhesive, glued_footprint(spec, part), piece_press(spec, part).force
             takes = spreading_time(glue, plan, force, spec.assembly.glue_line, PIECE_HANDLING)
-            assert takes <= glue.open_time or may_set_first(spec, part)
+            assert takes <= glue.open_time or has_too_fast_glue(spec, part)
 
 
 @pytest.mark.parametrize(("changes", "is_found"), [

@@ -72,7 +72,7 @@ def test_completed_plan_gives_calibration_within_stated_error(run, pair, tmp_pat
     assert done.code in (0, 1) and "moved by" in done.out
     after = json.loads((tmp_path / "made" / "calibration.json").read_text())
     assert after["is_calibrated"] and not before["is_calibrated"]
-    tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(30, 300)])
+    tried = np.vstack([np.zeros((1, 3)), sensors.range.evenly_spread_loads(30, 300)])
     read = np.rint(sensors.conversion.counts(sensors.frequencies_under(hidden, tried, exact=True)))
     result = sitscad.map_of(tmp_path / "made" / "calibration.json")
     off = result(read[1:], read[0]) - tried[1:, sensors.range.columns]

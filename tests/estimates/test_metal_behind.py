@@ -12,7 +12,7 @@ import sitscad
 from sitscad.apps.study.evaluating import can_screen
 from sitscad.assembly.places.bodies import backing_of
 from sitscad.estimates.design import Design
-from sitscad.estimates.targets.assembly import at_temperature, metal_behind
+from sitscad.estimates.targets.assembly import metal_behind, spec_at_temperature
 from sitscad.estimates.tolerances.scatter import HEIGHT, METAL, MOVED, scatter_by_cause
 
 TEXT = """
@@ -105,7 +105,7 @@ def test_moved_unit_has_shifted_metal_face_or_thickness(cause, face, thickness):
 
 def test_warm_metal_has_lower_conductivity():
     spec = over().spec
-    assert at_temperature(spec, 60.0).metal.conductivity < 0.95 * spec.metal.conductivity
+    assert spec_at_temperature(spec, 60.0).metal.conductivity < 0.95 * spec.metal.conductivity
 
 
 def test_shield_and_metal_behind_are_separated_by_air():

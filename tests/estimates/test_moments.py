@@ -189,10 +189,10 @@ def test_moment_to_force_ratio_gives_contact_position(cell):
 def test_working_range_includes_moment_loads():
     result = working_range(sitscad.load_text(CELL))
     assert result.width == 5
-    assert result.inside(50).shape == (50, 5)
-    assert not result.inside(50)[:, 1:3].any()
-    assert np.all(np.hypot(*(result.inside(50)[:, 3:] / 4e-3).T) <= 1.0 + 1e-12)
-    assert np.all(np.abs(result.rim[:, 3:]) <= 4e-3 + 1e-12)
+    assert result.evenly_spread_loads(50).shape == (50, 5)
+    assert not result.evenly_spread_loads(50)[:, 1:3].any()
+    assert np.all(np.hypot(*(result.evenly_spread_loads(50)[:, 3:] / 4e-3).T) <= 1.0 + 1e-12)
+    assert np.all(np.abs(result.edge_loads[:, 3:]) <= 4e-3 + 1e-12)
     assert len(result.notes) >= 2
 
 
@@ -236,7 +236,7 @@ def test_calibrated_unit_reads_moments_within_two_percent(cell, tmp_path):
     table = tmp_path / "measured.csv"
     table.write_text("\n".join([head, names, *lines]) + "\n", encoding="utf-8")
     result = sitscad.calibrate(cell, table)
-    loads = sensors.range.inside(20, 900)
+    loads = sensors.range.evenly_spread_loads(20, 900)
     rest, *read = sensors.conversion.counts(sensors.frequencies_under(errors, np.vstack([np.zeros(5), loads]),
                                                                       exact=True))
     off = result.map(read, rest) - loads[:, [0, 3, 4]]

@@ -15,8 +15,8 @@ from sitscad.basics.record import replace
 from sitscad.checks.reading.metal import other_jaw_metal
 from sitscad.estimates.design import Design
 from sitscad.estimates.performance_values import OTHER_JAW_CAUSES, combined_error
-from sitscad.estimates.states.other_jaw import GRASPED, estimated_change, front_plate, other_jaw_changes
-from sitscad.estimates.states.placed import TargetPoses, at_rest
+from sitscad.estimates.states.other_jaw import GRASPED, estimate_other_jaw_changes, front_plate, other_jaw_changes
+from sitscad.estimates.states.placed import TargetPoses, target_centre_at_rest
 from sitscad.estimates.states.plate import solved_plate
 from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
 from sitscad.spec import templates
@@ -48,8 +48,9 @@ def by_front(size, room):
     """Heights of the layers, change by the front and by the disc alone (H)."""
     design, wound = discs(size)
     spec, coils = wound.spec, design.layout.coils
-    placed = TargetPoses.of(spec.target, at_rest(spec), np.array([[0.0, 0.0, GAP - at_rest(spec)[2], 0.0, 0.0, 0.0]]))
-    cover = replace(placed.cover(spec.target, spec.coil, coils, spec.array.middle), lowest=GAP)
+    rest = target_centre_at_rest(spec)
+    placed = TargetPoses.from_rest(spec.target, rest, np.array([[0.0, 0.0, GAP - rest[2], 0.0, 0.0, 0.0]]))
+    cover = replace(placed.pose_range(spec.target, spec.coil, coils, spec.array.middle), lowest=GAP)
     behind = Reflector(BEHIND, (MetalLayer(5.8e7, 1.0, 0.1e-3),))
     result = []
     for front in (None, Reflector(GAP + 0.15e-3 + room, (MetalLayer(STEEL, 1.0, 1.3e-3),))):
@@ -94,7 +95,8 @@ def test_other_jaw_error_falls_with_grasped_thickness(grasper):
 def test_estimated_other_jaw_change_agrees_with_solved_change(grasper):
     wound = grasper.response.windings
     solved = other_jaw_changes(wound, np.sqrt(np.prod(grasper.response.band)), [0.0], GRASPED[1:2])[0, 0]
-    about = estimated_change(grasper.layout, grasper.estimates.coils, grasper.estimates.temperature, GRASPED[1])
+    estimates = grasper.estimates
+    about = estimate_other_jaw_changes(grasper.layout, estimates.coils, estimates.temperature, GRASPED[1])
     assert list(about.values()) == approx(solved, rel=0.25)
 
 

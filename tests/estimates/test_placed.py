@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import sitscad
-from sitscad.estimates.states.placed import PoseRange, TargetPoses, at_rest
+from sitscad.estimates.states.placed import PoseRange, TargetPoses, target_centre_at_rest
 from sitscad.estimates.states.plate import solved_plate
 from sitscad.spec import templates
 
@@ -37,11 +37,11 @@ def test_error_of_partial_wide_target_is_within_stated_error(material, thickness
     spec = sitscad.load_text(templates.read("bench_7mm"), "bench.yaml").replace("target.material", material)
     size = max(spec.coil.size)
     spec = replace(spec, target=replace(spec.target, thickness=thickness, size=(across * size, across * size)))
-    coils, rest = sitscad.lay_out(spec).coils, at_rest(spec)
+    coils, rest = sitscad.lay_out(spec).coils, target_centre_at_rest(spec)
     poses = np.zeros((1, 6))
     poses[0, 2] = height * size - rest[2]
-    placed = TargetPoses.of(spec.target, rest, poses)
-    cover = placed.cover(spec.target, spec.coil, coils, spec.array.middle)
+    placed = TargetPoses.from_rest(spec.target, rest, poses)
+    cover = placed.pose_range(spec.target, spec.coil, coils, spec.array.middle)
     assert 0.0 < cover.error < 0.01 and max(cover.half) < 0.8 * max(placed.half)
     part = _changes(spec, coils, cover, placed)
     whole = _changes(spec, coils, replace(cover, half=placed.half), placed)
@@ -51,20 +51,21 @@ def test_error_of_partial_wide_target_is_within_stated_error(material, thickness
 
 def test_target_not_much_wider_than_coils_is_solved_completely():
     spec = sitscad.load_text(templates.read("bench_7mm"), "bench.yaml")
-    placed = TargetPoses.of(spec.target, at_rest(spec), np.zeros((1, 6)))
-    cover = placed.cover(spec.target, spec.coil, sitscad.lay_out(spec).coils, spec.array.middle)
+    placed = TargetPoses.from_rest(spec.target, target_centre_at_rest(spec), np.zeros((1, 6)))
+    cover = placed.pose_range(spec.target, spec.coil, sitscad.lay_out(spec).coils, spec.array.middle)
     assert cover.half == placed.half and cover.error == 0.0 and cover.part(spec.target) is spec.target
 
 
 def test_similar_poses_share_few_solutions():
     spec = sitscad.load_text(templates.read("bench_7mm"), "bench.yaml")
     spec = replace(spec, target=replace(spec.target, size=(0.08, 0.08)))
-    coils, rest = sitscad.lay_out(spec).coils, at_rest(spec)
+    coils, rest = sitscad.lay_out(spec).coils, target_centre_at_rest(spec)
     covers: set[PoseRange] = set()
     for down in np.linspace(0.0, 0.4e-3, 40):
         covers.add(
-            TargetPoses.of(spec.target, rest, np.array([[1e-4 * math.sin(down), 0.0, -down, 0.0, 0.0, 0.0]])).cover(
-                spec.target, spec.coil, coils, spec.array.middle)
+            TargetPoses.from_rest(
+                spec.target, rest, np.array([[1e-4 * math.sin(down), 0.0, -down, 0.0, 0.0, 0.0]])
+            ).pose_range(spec.target, spec.coil, coils, spec.array.middle)
         )
     assert len(covers) <= 4
 

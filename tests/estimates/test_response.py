@@ -133,10 +133,10 @@ def test_too_expensive_target_gives_no_response_error_with_time():
 
 
 def work_of(design, pose):
-    placed = TargetPoses.of(design.spec.target, design.response.rest, np.array([pose]))
+    placed = TargetPoses.from_rest(design.spec.target, design.response.rest, np.array([pose]))
     coils, middle = design.layout.coils, math.sqrt(math.prod(design.response.band))
     target, coil = design.spec.target, design.spec.coil
-    return solving_work(target, coil, coils, middle, design.response.behind, placed.cover(
+    return solving_work(target, coil, coils, middle, design.response.behind, placed.pose_range(
         target, coil, coils, design.spec.array.middle))
 
 
@@ -417,7 +417,7 @@ def test_smooth_sampling_of_lossy_jaw_agrees_with_full_sampling(grasper):
     assert solving.is_lossy
     first, count = solving.targets[0], len(solving.coils)
     assert 4 * len(first.smooth.points) < len(first.surface.points)
-    placed = TargetPoses.of(model.target, model.rest, poses)
+    placed = TargetPoses.from_rest(model.target, model.rest, poses)
     centres = np.array([coil.placement.centre for coil in solving.coils])
     coils, returned = solving.potentials[:count], solving.potentials[count:]
     result, everywhere = (

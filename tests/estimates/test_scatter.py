@@ -162,7 +162,7 @@ def test_errors_by_cause_add_up_to_error_of_simulated_units(name):
     design = template_design(name)
     result = plan_calibration(design.response, is_held=True)
     scope, bench = result.sensors.range, design.sensing.analysis.bench
-    loads, square = scope.inside(40), 0.0
+    loads, square = scope.evenly_spread_loads(40), 0.0
     for cause in manufacturing_scatter(design.spec, design.estimates.coils):
         ways = [[result.map(np.exp(item), np.ones(item.shape[1])) - loads[:, scope.columns] for item in each]
                 for each in perturbed_readings(bench, cause, loads)]

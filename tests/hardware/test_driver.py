@@ -9,7 +9,7 @@ import pytest
 
 import sitscad
 from sitscad.data import FOLDER
-from sitscad.estimates.circuits.settings import bands, devices
+from sitscad.estimates.circuits.settings import devices, frequency_bands
 from sitscad.kernels.converters import ldc_registers as at
 from tests.hardware.conftest import TEMPLATES, compiled
 
@@ -223,7 +223,7 @@ def test_self_test_recognises_bare_board_and_silent_coils(pad):
 
 def test_self_test_reports_exchanged_coils_of_different_inductance(pad, tmp_path):
     """Coils that differ in their leads only cannot be told apart, and the report says so."""
-    ours = bands(pad.design.estimates.coils, 0.005)
+    ours = frequency_bands(pad.design.estimates.coils, 0.005)
     swapped = [f"coil {k} {ours[2 - k].assembled.design} 4000" for k in (0, 2)]
     assert _tested(pad.run("begin", *swapped, "test")[1])[:3] == (0, 1, 0)
     # were manufacture ten times as good, C1 and C3 would be told apart

@@ -66,7 +66,7 @@ def test_simulated_forces_are_recovered_within_stated_error(tmp_path, capsys, na
     """What 95 % of sensors stay below is stated, without noise: that of one reading after a tare of 16 comes on top."""
     planned, result, source = _calibrated(name, tmp_path)
     sensors, scope = result.sensors, result.sensors.range
-    loads = np.vstack([np.zeros((1, 3)), scope.inside(LOADS, 700)])
+    loads = np.vstack([np.zeros((1, 3)), scope.evenly_spread_loads(LOADS, 700)])
     frequencies = sensors.frequencies_under(source.errors[0], loads, exact=True)
     text, given = _driven(result, source, tmp_path, frequencies), loads[1:, scope.columns]
     generator, true = np.random.default_rng(1), result.map(frequencies[1:], frequencies[0])

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from sitscad.estimates.performance.tables import load_text, sensor_rows
-from sitscad.estimates.performance_values import full_scale_text, largest_lasting
+from sitscad.estimates.performance_values import full_scale_text, largest_lasting_error
 from sitscad.files.report.page import _performance_section
 
 
@@ -15,8 +15,8 @@ def test_unmeasurable_axis_has_no_values():
     """Its document has none (None): the page ended in a TypeError, and its largest error was nothing."""
     assert load_text(math.inf, "normal") == "no reading tells it" and load_text(3e-3, "normal") == "3 mN"
     untold = dict.fromkeys(("noise", "creep", "capacitors, without a tare"))
-    assert largest_lasting(untold)[0] == math.inf
-    assert largest_lasting({"noise": 3e-3, "creep": 0.05, "capacitors, without a tare": 9.0}) == (0.05, "creep")
+    assert largest_lasting_error(untold)[0] == math.inf
+    assert largest_lasting_error({"noise": 3e-3, "creep": 0.05, "capacitors, without a tare": 9.0}) == (0.05, "creep")
 
 
 @pytest.mark.parametrize(

@@ -56,7 +56,7 @@ def tried(design: sitscad.Design, count: int, number: int, hysteresis: float) ->
         path = Path(folder) / "bench.csv"
         path.write_text(table_of(sensors, errors, plan.rows[1:], generator, hysteresis), encoding="utf-8")
         result = calibrate(design, str(path)).map
-    loads = np.vstack([np.zeros((1, 3)), scope.inside(TRIED, SKIPPED)])
+    loads = np.vstack([np.zeros((1, 3)), scope.evenly_spread_loads(TRIED, SKIPPED)])
     read = sensors.frequencies_under(errors, loads, exact=True)
     off = result(read[1:], read[0]) - loads[1:, scope.columns]
     return result.error / scope.full_scales, np.sqrt(np.mean(off**2, axis=0)) / scope.full_scales

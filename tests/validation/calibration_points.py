@@ -126,7 +126,7 @@ class Trial:
         """
         sensors = self.sensors
         result: dict[tuple[str, int], tuple[float, Array]] = {}
-        tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(TRIED, 600)])
+        tried = np.vstack([np.zeros((1, 3)), sensors.range.evenly_spread_loads(TRIED, 600)])
         read, wanted = sensors.frequencies_under(own, tried, exact=True), tried[1:, sensors.range.columns]
 
         def note(method: str, points: int, mapped: Callable[[Array, Array], Array]) -> None:
@@ -149,7 +149,7 @@ class Trial:
         note("model, another law", 8, calibrate_by(sensors, bench).map)
         note("plain, another law", 8, plain(sensors, bench))
         read = sensors.frequencies_under(own, tried, exact=True)
-        bench = simulated(sensors, own, sensors.range.inside(max(MANY)), generator)
+        bench = simulated(sensors, own, sensors.range.evenly_spread_loads(max(MANY)), generator)
         for points in MANY:
             note("plain", points, plain(sensors, bench.part(np.arange(points + 1))))
         return result

@@ -189,7 +189,7 @@ def told(design: sitscad.Design, truth: Sensors, own: Array, table: Table) -> tu
                 "",
                 "refused: " + " ".join(str(error).split(" ")[1:]).partition(": a typing")[0].partition("?")[0],
             )
-    tried = np.vstack([np.zeros((1, 3)), result.sensors.range.inside(ASKED, SKIPPED)])
+    tried = np.vstack([np.zeros((1, 3)), result.sensors.range.evenly_spread_loads(ASKED, SKIPPED)])
     read = truth.frequencies_under(own, tried, exact=True)
     off = result.map(read[1:], read[0]) - tried[1:, result.sensors.range.columns]
     errors = np.concatenate([np.sqrt(np.mean(off**2, axis=0)), result.map.error]) / np.tile(result.map.full_scale, 2)

@@ -20,7 +20,7 @@ from sitscad.estimates.states.at_frequency import CoilAtFrequency, FrequencyErro
 from sitscad.estimates.states.steps import solve_windings
 from sitscad.estimates.targets.finite_target import NO_RATIOS
 from sitscad.estimates.windings.leads import NO_LEADS
-from sitscad.estimates.windings.methods import cross_checks, no_cross_check
+from sitscad.estimates.windings.methods import cross_checks, reason_without_cross_check
 from sitscad.estimates.windings.own_capacitance import (
     CAPACITANCE_ERROR,
     FEW_TURNS,
@@ -276,7 +276,7 @@ def estimate_spiral(layout: Layout, frequencies: tuple[float, ...]) -> Spiral:
         lone.self_capacitance,
         FEW_TURNS_CAPACITANCE_ERROR if winding.geometry.fewest_turns < FEW_TURNS else CAPACITANCE_ERROR,
         _self_resonance(lone, layout_coil), tuple(coil_at(lone, windings, each) for each in frequencies),
-        formulas, no_cross_check(layout.spec.coil, formulas),
+        formulas, reason_without_cross_check(layout.spec.coil, formulas),
     )
 
 

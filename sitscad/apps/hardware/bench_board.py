@@ -15,7 +15,7 @@ from typing import Protocol, cast
 
 from sitscad.basics.record import record
 from sitscad.calibration.unknowns import usual_value
-from sitscad.estimates.circuits.settings import LEAP, STATUS, bands, devices, identity, serial_settings
+from sitscad.estimates.circuits.settings import LEAP, STATUS, board_identity, devices, frequency_bands, serial_settings
 from sitscad.estimates.design import Design
 from sitscad.kernels.converters.registers import DriverRegisters
 
@@ -60,7 +60,7 @@ class Board:
     def __init__(self, design: Design, chips: Sequence[BusConverter]) -> None:
         self.design, self.chips, self.restarts = design, chips, 0
         self.devices = devices(design.spec.readout, design.estimates.all_coils, design.estimates.readout)
-        self.bands = bands(design.estimates.all_coils, usual_value("coil_inductance"))
+        self.bands = frequency_bands(design.estimates.all_coils, usual_value("coil_inductance"))
         conversion = design.estimates.readout.conversion
         assert conversion is not None
         self.conversion = conversion
@@ -220,7 +220,7 @@ class LineBoard(Board):
     def __init__(self, design: Design, port: Port) -> None:
         super().__init__(design, ())
         self.port, self.rest, self.waiting = port, b"", deque[dict[int, tuple[int, int]]]()
-        self.identity = identity(design.spec.name, self.devices)
+        self.identity = board_identity(design.spec.name, self.devices)
         self.serial = serial_settings(design.spec.all_placements, design.spec.cells,
                                       design.estimates.readout.scan_rate)
         self.sequence: int | None = None

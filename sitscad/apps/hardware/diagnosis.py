@@ -21,7 +21,7 @@ from sitscad.basics.version import __version__
 from sitscad.calibration.inverse_map import InverseMap
 from sitscad.estimates.circuits.settings import Band
 from sitscad.estimates.performance.compensation import CALIBRATED_MARGIN
-from sitscad.estimates.performance_values import shown_scales
+from sitscad.estimates.performance_values import display_factors
 from sitscad.kernels.converters import ldc_registers as at
 from sitscad.spec.places import map_columns
 
@@ -384,7 +384,7 @@ def scan_lines(board: Board, rows: Sequence[Scan], newtons: Forces) -> Iterator[
 def _force_texts(by_axis: Mapping[str, float]) -> list[str]:
     """Return texts of forces (N) and moments (N m) by axis."""
     return [f"{axis} {scale * force:+.4f} N{' mm' * bool(scale > 1.0)}"
-            for (axis, force), scale in zip(by_axis.items(), shown_scales(tuple(by_axis)), strict=True)]
+            for (axis, force), scale in zip(by_axis.items(), display_factors(tuple(by_axis)), strict=True)]
 
 
 def scan_table(board: Board, rows: Sequence[Scan]) -> bytes:

@@ -15,10 +15,10 @@ from sitscad.apps.hardware.source import Simulation, Source
 from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
 from sitscad.calibration.calibration import Calibration
-from sitscad.calibration.points import load_words, table_head
+from sitscad.calibration.points import load_instruction, table_head
 from sitscad.calibration.unknowns import usual_value
-from sitscad.estimates.circuits.settings import identity
-from sitscad.estimates.performance_values import amount_text, shown_scales
+from sitscad.estimates.circuits.settings import board_identity
+from sitscad.estimates.performance_values import amount_text, display_factors
 from sitscad.spec.places import map_columns
 
 WINDOW = 1.0
@@ -60,7 +60,7 @@ def head_lines(board: Board, calibration: Calibration) -> str:
     """Return the first lines of the table. They identify the sensor and the planned loads."""
     assert calibration.plan is not None
     design, points = board.design, len(calibration.plan.loads)
-    of = f"# {design.spec.name}, settings {identity(design.spec.name, board.devices):08X}, {points} points"
+    of = f"# {design.spec.name}, settings {board_identity(design.spec.name, board.devices):08X}, {points} points"
     return "\n".join([of, *table_head(calibration.sensors, calibration.table_coils,
                                       calibration.temperatures is not None)]) + "\n"
 
@@ -115,8 +115,8 @@ class GuidedCalibration:
         Raises ValueError if the board or the table belongs to another sensor.
         """
         board, source, first = self.board, self.source, head_lines(self.board, self.calibration)
-        ours = identity(board.design.spec.name, board.devices)
-        if isinstance(source, Simulation) and ours != identity(
+        ours = board_identity(board.design.spec.name, board.devices)
+        if isinstance(source, Simulation) and ours != board_identity(
             source.design.spec.name, Board(source.design, ()).devices
         ):
             raise ValueError(f"the simulated board is {source.design.spec.name}, not {board.design.spec.name}")
@@ -140,7 +140,7 @@ class GuidedCalibration:
                 self.source.course = Ambient(np.zeros(1), np.full(1, celsius))
             self.source.apply_load(load, self.calibration.sensors.is_held, self.calibration.cell or 1)
         else:
-            instruction = load_words(load, scope.axes,
+            instruction = load_instruction(load, scope.axes,
                                      self.calibration.sensors.rotation) if load.any() else "nothing on it"
             warmth = "" if celsius is None else f" at {celsius:.4g} degC"
             forces, is_typed = self._apply_load(load, f"{number}: {instruction}{warmth}", not rest)
@@ -154,7 +154,7 @@ class GuidedCalibration:
         if rest and is_base and not is_typed and not isinstance(self.source, Simulation):
             tare = np.array([float(cell) for cell in rest.split(",")[-len(counts):]])
             self._require_plausible(forces, counts[: len(columns)], tare[: len(columns)])
-        shown = [f"{force:.6g}" for force in forces * shown_scales(scope.axes)]
+        shown = [f"{force:.6g}" for force in forces * display_factors(scope.axes)]
         if celsius is not None:
             shown.append(f"{self._point_celsius(celsius):.6g}")
         return ",".join([*shown, *(f"{count:.1f}" for count in counts)]) + "\n"
@@ -186,7 +186,7 @@ class GuidedCalibration:
             with suppress(ValueError):
                 forces = np.array([float(word) for word in typed])
                 if len(forces) == len(scope.columns):
-                    forces = forces / shown_scales(scope.axes)
+                    forces = forces / display_factors(scope.axes)
                 if len(forces) == len(scope.columns) and np.all(np.isfinite(forces)) and forces.any() == load.any():
                     return forces, True
             form = "0 for every axis: this is the tare"

@@ -23,7 +23,7 @@ from sitscad.estimates.loads.working_range import measured_axes
 from sitscad.estimates.performance.inversion import crosstalk_at
 from sitscad.estimates.performance.points import COURSE
 from sitscad.estimates.performance.screen import NEARLY
-from sitscad.estimates.performance_values import AXES, AXIS_WORDS, FORCES, MOMENTS, unit_of
+from sitscad.estimates.performance_values import AXES, AXIS_WORDS, FORCES, MOMENTS, load_unit
 from sitscad.kernels.geometry.path import enclosed_area
 
 if TYPE_CHECKING:
@@ -339,7 +339,7 @@ def _measure_rows() -> Iterator[DesignMeasure]:
         for axis in AXES:
             needs = {"normal": PADDED}.get(axis, (*PADDED, _measured_axis_need(axis)))
             is_full_only = axis in MOMENTS or (axis != "normal" and name in LOADED_DRIFTS)
-            yield DesignMeasure(f"{name}.{axis}", unit_of(axis), meaning.format(axis=AXIS_WORDS[axis]), needs,
+            yield DesignMeasure(f"{name}.{axis}", load_unit(axis), meaning.format(axis=AXIS_WORDS[axis]), needs,
                                 read(axis), (FULL,) if is_full_only else levels)
     yield DesignMeasure("crosstalk", "", "largest error of an axis by the full scale of another axis, as a fraction of "
                         "its own full scale, with the best polynomial of the design as drawn", (*PADDED, TWO_COILS),

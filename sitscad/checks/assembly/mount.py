@@ -43,9 +43,9 @@ from sitscad.estimates.loads.gluing import (
     PIECE_HANDLING,
     board_force,
     board_plan,
-    glued_plan,
+    glued_footprint,
     hard_adhesive,
-    may_set_first,
+    has_too_fast_glue,
     open_adhesives,
     piece_press,
     spreading_time,
@@ -267,9 +267,9 @@ def glue_open_times(design: Design) -> Iterator[Verdict]:
     if glue.open_time is None:
         return
     for part in ("elastomer", "target"):
-        if getattr(spec, part) is None or not may_set_first(spec, part):
+        if getattr(spec, part) is None or not has_too_fast_glue(spec, part):
             continue
-        plan, force = glued_plan(spec, part), piece_press(spec, part).force
+        plan, force = glued_footprint(spec, part), piece_press(spec, part).force
         takes = spreading_time(glue, plan, force, spec.assembly.glue_line, PIECE_HANDLING)
         if takes <= glue.open_time:
             continue

@@ -34,7 +34,7 @@ from sitscad.data import rows
 from sitscad.estimates.design import Design
 from sitscad.estimates.loads.pad import loaded_poses
 from sitscad.estimates.loads.pressing import pressed_pad, rests_on_pad
-from sitscad.estimates.loads.working_range import full_normal
+from sitscad.estimates.loads.working_range import full_normal_force
 from sitscad.estimates.performance.screen import target_effects
 from sitscad.kernels.geometry.convex import Box, Footprint, signed_distance
 from sitscad.kernels.geometry.path import Path, Point, rectangle
@@ -508,7 +508,7 @@ def gain_at_length(design: Design, length: float, shear: float) -> LengthGain | 
     if pad.size != target.size:
         size = pad_sides_under_plate(footprint(spec, pad), footprint(spec, other))
         wide = replace(pad, shape=pad.shape if pad.outline.is_disc else LONG_PLATE, size=size)
-    force = design.spec.requirements.normal_force or full_normal(design.spec)
+    force = design.spec.requirements.normal_force or full_normal_force(design.spec)
     loads = 0.5 * force, shear or SHEAR_SHARE * force
     now, then = (_target_signals(replace(design.layout, spec=changed), *loads)
                  for changed in (spec, replace(spec, target=other, elastomer=wide)))

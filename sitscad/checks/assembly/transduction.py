@@ -22,7 +22,7 @@ from sitscad.checks.rules import ROUNDING, Rule, Verdict, constant_limits, not_c
 from sitscad.estimates.design import ROOM_TEMPERATURE, Design
 from sitscad.estimates.loads.pad import PAD_INSTABILITY, TOO_SOFT, loaded_poses
 from sitscad.estimates.loads.pad import TOO_SOFT as LOST
-from sitscad.estimates.loads.pressing import loaded_face, pressed_pad, rests_on_pad, surround
+from sitscad.estimates.loads.pressing import loaded_face, pad_surroundings, pressed_pad, rests_on_pad
 from sitscad.estimates.loads.working_range import extrapolated_shear_note, validated_shear
 from sitscad.kernels.geometry.path import Path
 from sitscad.kernels.mechanics import elastomer
@@ -424,7 +424,7 @@ def _find_stiffer_pad(spec: SensorSpec, force: float) -> _StifferPad:
     # of the pad's law. Empty if the bulk modulus prevents this.
     pad, face = require_pad(spec.elastomer), loaded_face(spec)[0]
     strain, sigma = elastomer.VALID_STRAIN, pad.material.shear_modulus_sigma
-    around = surround(spec) or elastomer.BARE
+    around = pad_surroundings(spec) or elastomer.BARE
 
     def bears(rubber: ElastomerMaterial, modulus: float) -> bool:
         block = (face, pad.thickness, modulus, rubber.bulk_modulus, around, rubber.ogden_exponent)

@@ -25,7 +25,7 @@ from sitscad.spec import presets
 from sitscad.spec.materials import Target
 from sitscad.spec.sensor import SensorSpec
 
-estimated_change = late("sitscad.estimates.states.other_jaw", "estimated_change")
+estimate_other_jaw_changes = late("sitscad.estimates.states.other_jaw", "estimate_other_jaw_changes")
 
 THICK = 3.0
 """Thickness of a target divided by its skin depth, above which the target counts as thick.
@@ -257,7 +257,7 @@ def other_jaw_metal(design: Design) -> Iterator[Verdict]:
         yield not_checked("no-signal")
         return
     near, closed = (
-        estimated_change(weakest.layout, weakest.estimates.coils, weakest.estimates.temperature, grasped)
+        estimate_other_jaw_changes(weakest.layout, weakest.estimates.coils, weakest.estimates.temperature, grasped)
         for grasped in (THIN, 0.0))
     names = [name for name in signal if name in near and signal[name] > 0.0]
     if not names:

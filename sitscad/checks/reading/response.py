@@ -41,7 +41,7 @@ from sitscad.estimates import estimated
 from sitscad.estimates.design import Design
 from sitscad.estimates.loads.pad import loaded_poses
 from sitscad.estimates.loads.pressing import rests_on_pad
-from sitscad.estimates.loads.working_range import USUAL_STRAIN, full_normal, measured_axes
+from sitscad.estimates.loads.working_range import USUAL_STRAIN, full_normal_force, measured_axes
 from sitscad.estimates.performance.screen import target_effects
 from sitscad.kernels.converters.conversion import Conversion
 from sitscad.kernels.geometry.path import Point
@@ -207,7 +207,7 @@ def _signal_without_requirement(design: Design) -> Iterator[Verdict]:
     yield not_checked("no-requirement", keys=["requirements.normal_force"])
     if not rests_on_pad(design.spec):
         return
-    full = full_normal(design.spec)
+    full = full_normal_force(design.spec)
     requirements = replace(design.spec.requirements, normal_force=full)
     loaded = design.drawn(replace(design.spec, requirements=requirements))
     numbers = estimated(loaded.layout, is_solved=design.estimates.is_solved)

@@ -193,7 +193,7 @@ def serial_settings(placements: tuple[CoilPlacement, ...], cells: CellsSpec | No
     return SerialSettings(baud, max(math.ceil(needed / baud), 1))
 
 
-def identity(sensor: str, programmed: Sequence[Device]) -> int:
+def board_identity(sensor: str, programmed: Sequence[Device]) -> int:
     """Return a 32-bit number that identifies the board in its serial lines.
 
     Boards with equal sensor names, coils and register values have equal numbers. `programmed` are the converters with
@@ -246,7 +246,7 @@ class CoilBands:
     own_sigma: float
 
 
-def bands(coils: tuple[CoilEstimate, ...], own_inductance: float) -> tuple[CoilBands, ...]:
+def frequency_bands(coils: tuple[CoilEstimate, ...], own_inductance: float) -> tuple[CoilBands, ...]:
     """Return the frequency bands of every coil, `SIGMAS` standard deviations wide to either side.
 
     `own_inductance` is the relative standard deviation between the inductances of coils on one board. Raises ValueError

@@ -111,7 +111,7 @@ def _rounded(mass: float) -> float:
     return float(f"{mass:.1e}")
 
 
-def glued_plan(spec: SensorSpec, part: str) -> Footprint:
+def glued_footprint(spec: SensorSpec, part: str) -> Footprint:
     """Return the outline, seen from above, of the plate `part` under which glue must lie flat.
 
     The plate is the elastomer, the target, or the box around all pads in one piece.
@@ -119,13 +119,13 @@ def glued_plan(spec: SensorSpec, part: str) -> Footprint:
     return plates_of(spec).glued(part)[0].footprint
 
 
-def may_set_first(spec: SensorSpec, part: str) -> bool:
+def has_too_fast_glue(spec: SensorSpec, part: str) -> bool:
     """Return whether glue may set before a piece lies flat. `part` names the piece.
 
     The assumed weight on the piece is lower than the real weight. If the result is False, glue is certain not to set
     too early.
     """
-    glue, plan, pad = spec.assembly.adhesive, glued_plan(spec, part), spec.elastomer
+    glue, plan, pad = spec.assembly.adhesive, glued_footprint(spec, part), spec.elastomer
     if glue is None or glue.open_time is None:
         return False
     modulus = 3.0 * pad.material.shear_modulus if pad is not None else HARD_PRESSURE / PIECE_STRAIN

@@ -12,7 +12,7 @@ import numpy as np
 
 from sitscad.assembly.places.bodies import film_thickness
 from sitscad.basics.arrays import Array, Flags
-from sitscad.estimates.loads.pressing import loaded_face, rests_on_pad, surround
+from sitscad.estimates.loads.pressing import loaded_face, pad_surroundings, rests_on_pad
 from sitscad.kernels.mechanics.elastomer import BARE
 from sitscad.kernels.mechanics.pad import BondedPad
 from sitscad.spec.sensor import SensorSpec
@@ -47,7 +47,7 @@ def soft_pad(spec: SensorSpec, modulus: float = 1.0) -> BondedPad:
         raise NoResponse("a load needs an elastomer under the target")
     above = film_thickness(spec.encapsulation) + (spec.target.thickness if spec.target is not None else 0.0)
     return BondedPad(loaded_face(spec)[0], pad.thickness, modulus * pad.material.shear_modulus,
-                     pad.material.bulk_modulus, surround(spec) or BARE, above, pad.material.ogden_exponent)
+                     pad.material.bulk_modulus, pad_surroundings(spec) or BARE, above, pad.material.ogden_exponent)
 
 
 def loaded_poses(

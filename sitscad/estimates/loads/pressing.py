@@ -83,14 +83,14 @@ def pressed_pad(
     thickness = max(LEAST * pad.thickness, pad.thickness + thicker)
     stiffness = max(LEAST, modulus) * pad.material.shear_modulus
     force = load * (spec.requirements.normal_force or 0.0)
-    around = surround(spec, wider, film, thicker_film)
+    around = pad_surroundings(spec, wider, film, thicker_film)
     material = pad.material
     return press_part(
         whole, face, thickness, stiffness, material.bulk_modulus, force, beside, around, material.ogden_exponent
     )
 
 
-def surround(
+def pad_surroundings(
     spec: SensorSpec, wider: float = 0.0, film: float = 1.0, thicker_film: float = 0.0
 ) -> Surround | None:
     """Return the surroundings of the loaded part of the pad: the pad's rim and the encapsulation's film.
@@ -133,7 +133,7 @@ def formula_sigma(spec: SensorSpec) -> float:
     If there are several cells, it is for their mean pad. It then includes the differences between pads with more and
     fewer webs.
     """
-    pad, around, each = spec.elastomer, surround(spec) or BARE, web_stiffness(spec)
+    pad, around, each = spec.elastomer, pad_surroundings(spec) or BARE, web_stiffness(spec)
     assert pad is not None
     material, mean = pad.material, math.fsum(each) / len(each)
     block = around.block(loaded_face(spec)[0], pad.thickness, material.shear_modulus, material.ogden_exponent)
@@ -143,7 +143,7 @@ def formula_sigma(spec: SensorSpec) -> float:
 def web_stiffness(spec: SensorSpec) -> list[float]:
     """Return the stiffness of each cell's pad under compression with webs, divided by the stiffness without webs."""
     assert spec.elastomer is not None
-    face, thickness, around = loaded_face(spec)[0], spec.elastomer.thickness, surround(spec) or BARE
+    face, thickness, around = loaded_face(spec)[0], spec.elastomer.thickness, pad_surroundings(spec) or BARE
     blocks = (replace(around, webs=pad_webs(cell)).block(face, thickness, 1.0) for cell in cell_specs(spec))
     return [block.web_stiffening.press for block in blocks]
 
@@ -194,7 +194,7 @@ def pressed_cases(
     PART, the two pads have the stated strain, and a strain that is two sigma smaller.
     """
     assert spec.elastomer is not None
-    material, around, formula = spec.elastomer.material, surround(spec), formula_sigma(spec)
+    material, around, formula = spec.elastomer.material, pad_surroundings(spec), formula_sigma(spec)
     press = partial(pressed_pad, spec, load=load)
 
     def modulus(sigma: float) -> tuple[Compression, Compression]:

@@ -57,7 +57,7 @@ class WorkingRange:
         return len(AXES) if self.has_moments else len(FORCES)
 
     @property
-    def is_round(self) -> bool:
+    def has_circular_shear(self) -> bool:
         """Whether both shears are measured, so that they share one limit."""
         return set(FORCES) <= set(self.axes)
 
@@ -71,7 +71,7 @@ class WorkingRange:
         """Largest load (N, N m) on every measured axis: (axes)."""
         return np.array([self.limits[name] for name in self.axes])
 
-    def pressed(self, normal: float) -> Array:
+    def normal_load(self, normal: float) -> Array:
         """Return a load (3 or 5; N, N m) with the normal force `normal` (N). All other components are 0."""
         load = np.zeros(self.width)
         load[0] = normal
@@ -101,7 +101,7 @@ class WorkingRange:
         return np.array(list(product(*ends)))
 
     @property
-    def rim(self) -> Array:
+    def edge_loads(self) -> Array:
         """Loads (n, 3 or 5; N, N m) at the edge of the range.
 
         They are the full shear in `DIRECTIONS` evenly spaced directions, first without and then with the full normal
@@ -114,10 +114,10 @@ class WorkingRange:
         ends = np.zeros((2, len(directions), self.width))
         ends[1, :, 0] = self.normal
         ends[:, :, shears] = self.full_scales[1:] * directions[:, : len(shears)]
-        alone = self.pressed(self.normal)[None]
+        alone = self.normal_load(self.normal)[None]
         return np.vstack([ends.reshape(-1, self.width), alone]) if shears else alone
 
-    def inside(self, count: int, skip: int = 0) -> Array:
+    def evenly_spread_loads(self, count: int, skip: int = 0) -> Array:
         """Return loads (count, 3 or 5; N, N m) that fill the range evenly.
 
         They are points of a fixed sequence, so equal arguments return equal loads. The first `skip` points are left
@@ -143,7 +143,7 @@ def required_range(spec: SensorSpec, is_rough: bool = False) -> WorkingRange:
     travel of half the pad's thickness. The pad's law was tested up to this travel with finite elements. Raises
     NoResponse without a pad, and for moments that cannot be computed.
     """
-    normal = full_normal(spec)
+    normal = full_normal_force(spec)
     shear = spec.requirements.shear_force or min(SLIP * normal,
                                                  (interpolated_held_shear if is_rough else validated_shear)(spec))
     axes = measured_axes(spec.cell_placements[0], spec.requirements)
@@ -174,7 +174,7 @@ def working_range(spec: SensorSpec) -> WorkingRange:
         if shear > most:
             notes.append(f"shear is calibrated to {most:.3g} N, the pad's thickness: beyond, no law of it is trusted")
         shear = min(shear, most)
-    if required.is_round:
+    if required.has_circular_shear:
         notes.append(shared_shear_limit(shear))
     if required.has_moments:
         notes.append("moments act on a target that is free to tilt, on the middle of its outermost face")
@@ -202,7 +202,7 @@ def shear_for_travel(spec: SensorSpec, travel: float, presses: tuple[float, ...]
     It is the smallest of several forces: along x and along y, under each of the `presses` (fractions of the full normal
     force). If the pad buckles at a smaller shear, the result is the shear at which it buckles.
     """
-    pad, normal = soft_pad(spec), full_normal(spec)
+    pad, normal = soft_pad(spec), full_normal_force(spec)
     starts = [(axis, share * normal) for axis in (0, 1) for share in presses]
     return min(_shear_for_travel(pad, axis, pressed, travel * pad.thickness) for axis, pressed in starts)
 
@@ -242,7 +242,7 @@ def interpolated_held_shear(spec: SensorSpec) -> float:
     Shear forces that displace a level target by this travel are computed at some heights of the target. They are
     interpolated at two normal forces: the full force and 0.
     """
-    pad, normal = soft_pad(spec), full_normal(spec)
+    pad, normal = soft_pad(spec), full_normal_force(spec)
     poses = np.zeros((2, len(DEPTHS), 6))
     poses[..., 2] = -pad.thickness * DEPTHS
     poses[0, :, 0] = poses[1, :, 1] = pad.thickness * HELD_SHEAR
@@ -269,7 +269,7 @@ def extrapolated_shear_note(limit: float) -> str:
     )
 
 
-def full_normal(spec: SensorSpec) -> float:
+def full_normal_force(spec: SensorSpec) -> float:
     """Return the required normal force (N).
 
     If no normal force is required, it is the force that compresses the pad by `USUAL_STRAIN`.

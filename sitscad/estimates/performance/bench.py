@@ -13,7 +13,7 @@ from sitscad.estimates.coil_estimates import Estimates
 from sitscad.estimates.loads.pad import linear_poses, pose_slopes, reading_slopes, soft_pad
 from sitscad.estimates.loads.working_range import (
     WorkingRange,
-    full_normal,
+    full_normal_force,
     largest_moments,
     normal_for_strain,
     shear_for_travel,
@@ -78,7 +78,7 @@ class LoadModel:
         forces = dict(zip(FORCES, (self.overload, shear, shear), strict=True))
         if not self.range.has_moments:
             return forces
-        return forces | largest_moments(self.pad, full_normal(self.spec))
+        return forces | largest_moments(self.pad, full_normal_force(self.spec))
 
     def poses(self, loads: Array, pad: BondedPad | None = None) -> Array:
         """Return poses (n, 6; m, rad) under loads. If the pad buckles, they are linear estimates.

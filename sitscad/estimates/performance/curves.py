@@ -69,7 +69,7 @@ def curves(sensing: SensingAnalysis) -> Curves:
 
 def _curve(sensing: SensingAnalysis, axis: str, normal: float) -> Curve:
     forces = np.linspace(0.0 if axis == "normal" else -1.0, 1.0, STEPS) * sensing.bench.full[axis]
-    loads = loads_on_axis(sensing.bench.range.pressed(normal), axis, forces)
+    loads = loads_on_axis(sensing.bench.range.normal_load(normal), axis, forces)
     inductance = _inductance(sensing.estimates.coils, sensing.working.read(loads))
     nominal = sensing.bench.readings(sensing.bench.poses(loads))
     sigma = root_sum_of_mean_squares([  # of the readings, by manufacture
@@ -93,6 +93,7 @@ def _range(sensing: SensingAnalysis, axis: str) -> tuple[str, Array, Array, Arra
     # Normal and shear forces (N) of the grid, and the inductances over it.
     normal = np.linspace(0.0, sensing.bench.full["normal"], LINES)
     shear = np.linspace(-1.0, 1.0, LINES) * sensing.bench.full[axis]
-    loads = np.concatenate([loads_on_axis(sensing.bench.range.pressed(float(force)), axis, shear) for force in normal])
+    loads = np.concatenate([
+        loads_on_axis(sensing.bench.range.normal_load(float(force)), axis, shear) for force in normal])
     inductance = _inductance(sensing.estimates.coils, sensing.working.read(loads))
     return axis, normal, shear, inductance.reshape(LINES, LINES, -1)

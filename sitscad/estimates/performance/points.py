@@ -40,10 +40,10 @@ from sitscad.estimates.performance_values import (
     Loads,
     Performance,
     amount_text,
+    axis_names_text,
     lasts_after_tare,
-    load_words,
+    load_unit,
     loads_on_axis,
-    unit_of,
 )
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.states.other_jaw import GRASPED, front_plate, other_jaw_changes
@@ -234,7 +234,7 @@ def other_jaw_errors(sensing: SensingAnalysis, model: ResponseModel) -> tuple[di
 
 def working_loads(bench: LoadModel) -> Array:
     """Return the loads (points, 3 or 5; N, N m) of the working points: rest, half and full normal force."""
-    return np.array([bench.range.pressed(point.share * bench.full["normal"]) for point in WORKING_POINTS])
+    return np.array([bench.range.normal_load(point.share * bench.full["normal"]) for point in WORKING_POINTS])
 
 
 def _at(
@@ -297,7 +297,7 @@ def _axes(
             *courses[name], bench.full[name],
             tuple(map(float, point.by_load[:, k] * frequencies)), float(errors["noise"][k]),
             float(apart / max(np.ptp(read), 1e-300)), {cause: float(error[k]) for cause, error in errors.items()},
-            unit_of(name),
+            load_unit(name),
         )
     return by_axis
 
@@ -359,6 +359,6 @@ def _notes(sensing: SensingAnalysis, courses: Mapping[str, tuple[float, str]], f
     if not sensing.is_range_held:
         notes.append("the pad gives way sideways within the full scales: no reading there is known to be of one load")
     if not set(FORCES) <= set(names):
-        notes.append(f"measured: {load_words(names)} alone; each other force, at its full scale, has a row of its own "
-                     "among the errors and does not count in errors together")
+        notes.append(f"measured: {axis_names_text(names)} alone; each other force, at its full scale, has a row of its "
+                     "own among the errors and does not count in errors together")
     return tuple(notes)

@@ -23,7 +23,7 @@ from sitscad.estimates.coil_estimates import CoilEstimate, Estimates
 from sitscad.estimates.loads.pad import NoResponse
 from sitscad.estimates.loads.working_range import required_range
 from sitscad.estimates.performance.bench import LoadModel
-from sitscad.estimates.targets.assembly import at_rest, at_temperature
+from sitscad.estimates.targets.assembly import spec_at_temperature, surroundings_at_rest
 from sitscad.estimates.targets.finite_target import Move, change_ratios
 from sitscad.estimates.targets.window import window_effects
 from sitscad.estimates.windings.methods import metal_spectrum, winding_geometry
@@ -42,8 +42,8 @@ def target_effects(layout: Layout, moves: Sequence[Move], heights: Sequence[floa
     an infinite plate is multiplied by the finite target's ratio at the coil's place (`finite_target`). Loss and the
     addition of current crowding are left out. Each height is solved for all moves at once.
     """
-    spec = at_temperature(layout.spec, layout.spec.requirements.temperature)
-    rest = at_rest(spec)
+    spec = spec_at_temperature(layout.spec, layout.spec.requirements.temperature)
+    rest = surroundings_at_rest(spec)
     assert rest is not None
     over = rest.above
     assert over is not None
@@ -158,6 +158,6 @@ def screen_bench(layout: Layout, estimates: Estimates) -> LoadModel:
     """
     if not all(coil.states.get(REST) is not None and coil.states[REST].frequency > 0.0 for coil in estimates.coils):
         raise NoResponse("nothing is felt by a coil without a state at rest")
-    spec = at_temperature(layout.spec, layout.spec.requirements.temperature)
+    spec = spec_at_temperature(layout.spec, layout.spec.requirements.temperature)
     level = surrogate(layout, estimates.coils, estimates.pressed_place)
     return LoadModel(spec, estimates, required_range(spec, True), level, level)

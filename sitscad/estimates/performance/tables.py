@@ -21,8 +21,8 @@ from sitscad.estimates.performance_values import (
     UNMEASURED,
     Performance,
     combined_error,
-    largest_lasting,
-    unit_of,
+    largest_lasting_error,
+    load_unit,
 )
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.thermistor import CALIBRATED, DESIGN
@@ -79,7 +79,7 @@ def _range_rows(report: PerformanceReport) -> Iterator[tuple[str, ...]]:
     axes, newtons, together = report.points[-1].axes, report.map, working_range(report.spec)
     names, valid_shear = list(axes), validated_shear(report.spec)
     yield "full scale", *(load_text(axis.full_scale, name) for name, axis in axes.items())
-    if together.is_round:
+    if together.has_circular_shear:
         limit = f"{_newtons(together.shear)} ({_newtons(together.shear / math.sqrt(2.0))} each)"
         yield "calibrated for a resultant shear up to", *(DASH if name == "normal" else limit for name in names)
     turns = "free to tilt" if any(name in MOMENTS for name in names) else "kept level"
@@ -102,7 +102,7 @@ def _error_rows(report: PerformanceReport) -> Iterator[tuple[str, ...]]:
     for point in points:
         yield (f"resolution {point.at}: the noise alone",
                *(load_text(axis.resolution, name) for name, axis in point.axes.items()))
-    lasting = {name: largest_lasting(axis.errors) for name, axis in axes.items()}
+    lasting = {name: largest_lasting_error(axis.errors) for name, axis in axes.items()}
     yield ("largest error by one cause, full load, one tare at the start",
            *(f"{load_text(error, name)}, {cause.replace(UNMEASURED, 'not told')}"
              for name, (error, cause) in lasting.items()))
@@ -260,7 +260,7 @@ def load_text(value: float, name: str) -> str:
     """Return a force (N) or a moment (N m) on the axis `name` as text."""
     if math.isinf(value):
         return "no reading tells it"
-    unit, least = unit_of(name), LEAST_MOMENT if name in MOMENTS else LEAST_FORCE
+    unit, least = load_unit(name), LEAST_MOMENT if name in MOMENTS else LEAST_FORCE
     return show(value, unit, 3) if abs(value) >= least else f"0 {'N mm' if name in MOMENTS else unit}"
 
 

@@ -21,9 +21,9 @@ from sitscad.estimates.coil_estimates import Estimates
 from sitscad.estimates.loads.pad import NoResponse, holding_loads, loaded_poses, soft_pad
 from sitscad.estimates.loads.pressing import rests_on_pad
 from sitscad.estimates.loads.working_range import normal_for_strain, required_range, shear_for_travel
-from sitscad.estimates.response.response_arrays import Response, joined
+from sitscad.estimates.response.response_arrays import Response, concatenate_responses
 from sitscad.estimates.states.near import NearTarget, at_frequencies
-from sitscad.estimates.states.placed import PoseRange, TargetPoses, at_rest, level_poses
+from sitscad.estimates.states.placed import PoseRange, TargetPoses, level_poses, target_centre_at_rest
 from sitscad.estimates.states.plate import (
     LOSSY,
     loss_error_bounds,
@@ -89,7 +89,7 @@ class ResponseModel:
     @cached_property
     def rest(self) -> Array:
         """Centre (m) of the target's near face at rest, in the layout's coordinates."""
-        return at_rest(self.spec)
+        return target_centre_at_rest(self.spec)
 
     @cached_property
     def band(self) -> tuple[float, float]:
@@ -158,15 +158,15 @@ class ResponseModel:
             if len(rows) or not len(poses):
                 cover = self.state_cover if served[rows].all() else self._cover(poses[rows])
                 parts.append(self._respond(poses[rows], cover, frequency, tolerance, progress))
-        return joined(parts).part(np.argsort(order).tolist())
+        return concatenate_responses(parts).part(np.argsort(order).tolist())
 
     def _target_poses(self, poses: Array) -> TargetPoses:
         """Return the target in poses (n, 6; m, rad)."""
-        return TargetPoses.of(self.target, self.rest, poses)
+        return TargetPoses.from_rest(self.target, self.rest, poses)
 
     def _cover(self, poses: Array) -> PoseRange:
         """Return the range of poses for which the target's currents must be computed to serve poses (n, 6; m, rad)."""
-        return self._target_poses(poses.reshape(-1, 6)).cover(
+        return self._target_poses(poses.reshape(-1, 6)).pose_range(
             self.target, self.spec.coil, self.layout.coils, self.spec.array.middle)
 
     def _common_cover(self, poses: Array) -> PoseRange:
@@ -288,7 +288,7 @@ class ResponseModel:
             some = np.array(new[first : first + AT_ONCE])
             response = self.respond(some, within=self.pad_ends)
             self.known.update({row.tobytes(): response.part([k]) for k, row in enumerate(some)})
-        return joined([self.known[row.tobytes()] for row in poses])
+        return concatenate_responses([self.known[row.tobytes()] for row in poses])
 
     def lowest(self, poses: Array) -> Array:
         """Return the height (m) of the target's lowest point over the board at (n, 6) poses.

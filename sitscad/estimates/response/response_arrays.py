@@ -107,7 +107,7 @@ def _plain(value: Array | float) -> object:
     return [_plain(element) for element in np.asarray(value)]
 
 
-def joined(parts: Sequence[Response]) -> Response:
+def concatenate_responses(parts: Sequence[Response]) -> Response:
     """Join several responses of the same coils to one.
 
     `parts` are the responses.

@@ -18,7 +18,7 @@ from sitscad.basics.units import show
 from sitscad.estimates.coil_estimates import CoilEstimate, Estimates
 from sitscad.estimates.loads.pressing import pad_webs, pressed_pad, web_stiffness
 from sitscad.estimates.loads.working_range import USUAL_STRAIN
-from sitscad.estimates.performance_values import Performance, by_unit
+from sitscad.estimates.performance_values import Performance, split_by_unit
 from sitscad.estimates.states.solved_target import own_inductance_changes
 from sitscad.kernels.electromagnetics.threads import one_thread
 from sitscad.kernels.mechanics.surround_law import WEB_SIGMA
@@ -103,10 +103,10 @@ class CellGroup:
         axes = full.axes.items()
         group = {
             "alike": list(self.numbers), "webs_stiffen_by": self.stiffer, "strain_at_full_load": self.strain,
-            "crosstalk": self.crosstalk, **by_unit("range_", "", {name: axis.range for name, axis in axes}),
+            "crosstalk": self.crosstalk, **split_by_unit("range_", "", {name: axis.range for name, axis in axes}),
             "limited_by": {name: axis.limited_by for name, axis in axes}, "overload_N": full.overload,
             "free_overload_N": full.free_overload,
-            **by_unit("resolution_", "", {
+            **split_by_unit("resolution_", "", {
                 name: axis.resolution if math.isfinite(axis.resolution) else None for name, axis in axes}),
         }
         return [{"cell": number, "coils": list(self.coils[k * coils : (k + 1) * coils])} | group

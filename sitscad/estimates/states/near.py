@@ -14,7 +14,7 @@ from sitscad.basics.record import record, replace
 from sitscad.estimates.circuits.coils import coil_circuits
 from sitscad.estimates.circuits.solved_winding import SolvedWinding, SolvedWindings, solve_winding
 from sitscad.estimates.circuits.tank import Tank
-from sitscad.estimates.states.placed import LEAST_HEIGHT, PoseRange, TargetPoses, at_rest
+from sitscad.estimates.states.placed import LEAST_HEIGHT, PoseRange, TargetPoses, target_centre_at_rest
 from sitscad.estimates.states.plate import TargetPlate, plate_over_jaw, sheet_spectrum
 from sitscad.estimates.states.scan import Changes
 from sitscad.estimates.targets.assembly import AssemblyStates, Surroundings, metal_behind, metal_sheet
@@ -58,7 +58,7 @@ class NearTarget:
     def heights(self) -> Array:
         """Logarithms of the heights (m) of an infinite plate at which `crowding` is computed."""
         lowest = self.cover.lowest
-        thickest = max(2.0 * float(at_rest(self.windings.spec)[2]), 3.0 * lowest)
+        thickest = max(2.0 * float(target_centre_at_rest(self.windings.spec)[2]), 3.0 * lowest)
         return np.log(np.geomspace(max(lowest, LEAST_HEIGHT), thickest, HEIGHTS))
 
     @cached_property

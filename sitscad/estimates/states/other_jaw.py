@@ -19,9 +19,15 @@ from sitscad.basics.record import replace
 from sitscad.estimates.circuits.solved_winding import SolvedWindings, spectrum_near_metal
 from sitscad.estimates.circuits.uncertainty import tolerance_sigmas
 from sitscad.estimates.coil_estimates import CoilEstimate
-from sitscad.estimates.states.placed import TargetPoses, at_rest
+from sitscad.estimates.states.placed import TargetPoses, target_centre_at_rest
 from sitscad.estimates.states.plate import solved_plate
-from sitscad.estimates.targets.assembly import LEAST_CONDUCTIVITY, assemble, at_temperature, metal_behind, metal_sheet
+from sitscad.estimates.targets.assembly import (
+    LEAST_CONDUCTIVITY,
+    assemble,
+    metal_behind,
+    metal_sheet,
+    spec_at_temperature,
+)
 from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
 from sitscad.layout.board import Layout
 from sitscad.spec.materials import Encapsulation
@@ -72,8 +78,9 @@ def other_jaw_changes(
     assert plate is not None and spec.target is not None and spectrum is not None
     at, changes = np.array([frequency]), np.zeros((len(heights), len(grasped), len(coils)))
     for row, height in enumerate(heights):
-        target_poses = TargetPoses.of(spec.target, at_rest(spec), np.array([[0.0, 0.0, height, 0.0, 0.0, 0.0]]))
-        cover = replace(target_poses.cover(spec.target, spec.coil, coils, spec.array.middle),
+        target_poses = TargetPoses.from_rest(
+            spec.target, target_centre_at_rest(spec), np.array([[0.0, 0.0, height, 0.0, 0.0, 0.0]]))
+        cover = replace(target_poses.pose_range(spec.target, spec.coil, coils, spec.array.middle),
                         lowest=float(target_poses.lowest[0]))
         top = cover.lowest + spec.target.thickness + distance_to_other_jaw(spec.encapsulation, spec.jaw)
         each = []
@@ -93,21 +100,22 @@ def reference_change(
     `temperature` (degrees Celsius) is of copper and metals. `grasped` (m) is the thickness of an object between the
     sensor's top and the other jaw. None if the sensor has no jaw of metal, no target or no reference coil at rest.
     """
-    spec = at_temperature(layout.spec, temperature)
+    spec = spec_at_temperature(layout.spec, temperature)
     plate, behind, target = front_plate(spec.jaw), metal_behind(spec), spec.target
     state = None if reference is None else reference.states.get(REST)
     if plate is None or target is None or state is None or not math.isfinite(state.frequency):
         return None
     spectrum = spectrum_near_metal(spec.reference_coil, layout.coils[-1], assemble(spec, tolerance_sigmas(spec)))
     assert spectrum is not None
-    face = float(at_rest(spec)[2]) + target.thickness + distance_to_other_jaw(spec.encapsulation, spec.jaw) + grasped
+    outer_face = float(target_centre_at_rest(spec)[2]) + target.thickness
+    face = outer_face + distance_to_other_jaw(spec.encapsulation, spec.jaw) + grasped
     none, with_jaw = (
         float(reflected_inductances(spectrum, np.array([state.frequency]), front, behind, (0.0,))[0, 0].real)
         for front in (None, Reflector(face, (plate,))))
     return with_jaw - none
 
 
-def estimated_change(
+def estimate_other_jaw_changes(
     layout: Layout, coils: Sequence[CoilEstimate], temperature: float, grasped: float
 ) -> Mapping[str, float]:
     """Return a rough inductance change (H) of each coil at rest by the other jaw's metal.
@@ -117,13 +125,13 @@ def estimated_change(
     to 2 times with an object of 1 mm. Otherwise it is within 25 % (jaw templates). Empty if the jaw has no metal, or if
     there is no target. `grasped` (m) is the thickness of an object between the sensor's top and the other jaw.
     """
-    spec = at_temperature(layout.spec, temperature)
+    spec = spec_at_temperature(layout.spec, temperature)
     plate, behind, target = front_plate(spec.jaw), metal_behind(spec), spec.target
     if plate is None or target is None:
         return {}
     spectrum = spectrum_near_metal(spec.coil, layout.coils[0], assemble(spec, tolerance_sigmas(spec)))
     assert spectrum is not None
-    height, changes = float(at_rest(spec)[2]), {}
+    height, changes = float(target_centre_at_rest(spec)[2]), {}
     for coil in coils:
         state = coil.states.get(REST)
         if state is None or not state.target_change or not math.isfinite(state.frequency):

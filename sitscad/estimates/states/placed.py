@@ -86,7 +86,7 @@ def level_poses(states: Sequence[State]) -> Array:
     return poses
 
 
-def at_rest(spec: SensorSpec) -> Array:
+def target_centre_at_rest(spec: SensorSpec) -> Array:
     """Return the centre (x, y, z; m) of the target's near face at rest, in the layout's coordinates."""
     body, gap = plates_of(spec).target, target_gap(spec)
     assert body is not None and gap is not None
@@ -102,7 +102,7 @@ def require_possible(spec: SensorSpec, poses: Array) -> None:
     if not np.all(np.isfinite(poses)):
         return  # the solver refuses these
     assert spec.target is not None
-    target_poses = TargetPoses.of(spec.target, at_rest(spec), poses)
+    target_poses = TargetPoses.from_rest(spec.target, target_centre_at_rest(spec), poses)
     highest = 2.0 * target_poses.places[:, 2] - target_poses.lowest + spec.target.thickness
     reasons = (
         (np.abs(poses[:, :3]).max(axis=1) > FARTHEST, f"is more than {FARTHEST:g} m from rest"),
@@ -157,7 +157,7 @@ class TargetPoses:
     half: tuple[float, float]
 
     @classmethod
-    def of(cls, target: Target, rest: Array, poses: Array) -> TargetPoses:
+    def from_rest(cls, target: Target, rest: Array, poses: Array) -> TargetPoses:
         """Return the poses of a target that is displaced and turned from rest.
 
         `rest` (m) is the centre of its near face at rest. `poses` (n, 6; m, rad) are displacements and rotations.
@@ -181,7 +181,7 @@ class TargetPoses:
         middle = self.places[:, 2:]
         return np.log(np.maximum(np.clip(plane, middle - span, middle + span), LEAST_HEIGHT))
 
-    def cover(
+    def pose_range(
         self, target: Target, coil: CoilSpec, coils: Sequence[Coil], middle: tuple[float, float]
     ) -> PoseRange:
         """Return a range that contains these poses, over coils with the dimensions `coil` around a `middle` (m).

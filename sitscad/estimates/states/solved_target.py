@@ -13,7 +13,7 @@ from sitscad.basics.record import record
 from sitscad.estimates.circuits.solved_winding import SolvedWindings
 from sitscad.estimates.circuits.tank import CoilCircuit, Tank
 from sitscad.estimates.states.near import NearTarget
-from sitscad.estimates.states.placed import TargetPoses, at_rest, level_poses
+from sitscad.estimates.states.placed import TargetPoses, level_poses, target_centre_at_rest
 from sitscad.estimates.states.plate import (
     LOSSY,
     loss_error_bounds,
@@ -50,7 +50,7 @@ def is_affordable(windings: SolvedWindings, band: tuple[float, float]) -> bool:
     layout, assembly = windings.layout.cell(1), windings.assembly
     spec, coils = layout.spec, layout.coils
     assert spec.target is not None
-    cover = _state_poses(spec, assembly).cover(spec.target, spec.coil, coils, spec.array.middle)
+    cover = _state_poses(spec, assembly).pose_range(spec.target, spec.coil, coils, spec.array.middle)
     most = MAGNETIC if spec.target.material.relative_permeability > 1.1 else MOST
     return solving_work(
         spec.target, spec.coil, coils, math.sqrt(band[0] * band[1]), metal_behind(spec), cover) <= most
@@ -59,7 +59,8 @@ def is_affordable(windings: SolvedWindings, band: tuple[float, float]) -> bool:
 def _state_poses(spec: SensorSpec, assembly: AssemblyStates) -> TargetPoses:
     """Return the target's poses in all states that have a target, in the order of the states."""
     assert spec.target is not None
-    return TargetPoses.of(spec.target, at_rest(spec), level_poses([around.state for around in assembly.states]))
+    poses = level_poses([around.state for around in assembly.states])
+    return TargetPoses.from_rest(spec.target, target_centre_at_rest(spec), poses)
 
 
 @record(eq=False)
@@ -152,7 +153,7 @@ def solve_states(windings: SolvedWindings, band: tuple[float, float]) -> SolvedS
     cells = len(windings.layout.coils) // len(coils)
     target_poses = _state_poses(spec, windings.assembly)
     assert spec.target is not None
-    cover = target_poses.cover(spec.target, spec.coil, coils, spec.array.middle)
+    cover = target_poses.pose_range(spec.target, spec.coil, coils, spec.array.middle)
     near = NearTarget(first, cover, band)
     changes = near.changes(target_poses)
     total, lossless, plate = changes.total, changes.lossless, near.plate
@@ -181,7 +182,7 @@ def own_inductance_changes(layout: Layout, poses: Array, frequency: float) -> Co
     """
     spec = layout.spec
     assert spec.target is not None
-    target_poses = TargetPoses.of(spec.target, at_rest(spec), poses)
-    plate = plate_over_jaw(layout, (frequency,), target_poses.cover(
+    target_poses = TargetPoses.from_rest(spec.target, target_centre_at_rest(spec), poses)
+    plate = plate_over_jaw(layout, (frequency,), target_poses.pose_range(
         spec.target, spec.coil, layout.coils, spec.array.middle))
     return np.asarray(np.einsum("pcc->pc", plate.changes(target_poses.turns, target_poses.places, True)[0][0]))

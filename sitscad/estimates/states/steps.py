@@ -51,12 +51,12 @@ from sitscad.estimates.coil_estimates import (
     StateEstimate,
 )
 from sitscad.estimates.loads.pressing import GLUE, PAD
-from sitscad.estimates.targets.assembly import assemble, at_temperature
+from sitscad.estimates.targets.assembly import assemble, spec_at_temperature
 from sitscad.estimates.targets.finite_target import NO_RATIOS, TargetRatios, target_ratios
 from sitscad.estimates.tolerances.scatter import CAPACITOR, scatter_by_cause
 from sitscad.estimates.windings.leads import missing_leads_note
 from sitscad.estimates.windings.losses import is_rough, near_metal_notes
-from sitscad.estimates.windings.methods import cross_checks, no_cross_check
+from sitscad.estimates.windings.methods import cross_checks, reason_without_cross_check
 from sitscad.estimates.windings.own_capacitance import metal_capacitance_notes
 from sitscad.kernels.electromagnetics.loss.resistance import conductivity_at
 from sitscad.kernels.electromagnetics.resonator import apparent_inductance
@@ -99,7 +99,7 @@ def solve_windings(
     """
     temperature = layout.spec.requirements.temperature if temperature is None else temperature
     rough, coils = is_rough(tolerance), layout.coils
-    spec = at_temperature(layout.spec, temperature)
+    spec = spec_at_temperature(layout.spec, temperature)
     assembly = assemble(spec, tolerance_sigmas(spec), rough)
     winding = solve_winding(spec.coil, coils[0], assembly, conductivity_at(temperature), method, tolerance)
     matrix, errors = winding_inductance_matrix(spec.coil, coils, winding, rough)
@@ -206,7 +206,7 @@ def coil_estimates(tuned: TunedCircuits, reference: TunedCircuits | None = None)
         gaps=assembly.gaps,
         gap_sigmas=gap_sigmas,
         cross_checks=checks,
-        no_cross_check=None if rough else no_cross_check(spec.coil, checks),
+        no_cross_check=None if rough else reason_without_cross_check(spec.coil, checks),
         incomplete=missing_leads_note(windings.layout.coils),
         notes=() if rough else (*_notes(tuned, coils[0]), *(REFERENCE.format(coil.name) for coil in others)),
         normal_force=spec.requirements.normal_force,

@@ -203,7 +203,7 @@ def _is_noticeably_different(first: Surroundings, second: Surroundings) -> bool:
     return False
 
 
-def at_rest(spec: SensorSpec) -> Surroundings | None:
+def surroundings_at_rest(spec: SensorSpec) -> Surroundings | None:
     """Return the metal around the coils at rest. None if no conducting or magnetic target is over the coils."""
     around = _surroundings(plates_of(spec).target, target_lines(spec), State(REST, REST_POSE), metal_behind(spec))
     return around if around.above is not None else None
@@ -217,7 +217,7 @@ def _surroundings(over: Body | None, lines: float, state: State, behind: Reflect
     return Surroundings(state, Reflector(gap, (metal_sheet(over.metal, over.thickness),)), behind)
 
 
-def at_temperature(spec: SensorSpec, temperature: float) -> SensorSpec:
+def spec_at_temperature(spec: SensorSpec, temperature: float) -> SensorSpec:
     """Return the spec with the conductivities of its metals at a temperature (degrees Celsius). Unchanged at 20 C."""
 
     def warm(metal: Conductor) -> Conductor:

@@ -457,7 +457,7 @@ def cross_checks(name: str, geometry: WindingGeometry, inductance: float) -> tup
     return tuple(checks)
 
 
-def no_cross_check(coil: CoilSpec, checks: Sequence[CrossCheck]) -> str | None:
+def reason_without_cross_check(coil: CoilSpec, checks: Sequence[CrossCheck]) -> str | None:
     """Return the reason why no closed formula is compared. None if `checks` has a closed formula."""
     if checks:
         return None

@@ -12,7 +12,7 @@ from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
 from sitscad.estimates.performance.curves import Curve, Curves
 from sitscad.estimates.performance.tables import FROM_UNIT_TO_UNIT
-from sitscad.estimates.performance_values import AXIS_WORDS, FORCES, SHOWN, Performance, unit_of
+from sitscad.estimates.performance_values import AXIS_WORDS, FORCES, SHOWN, Performance, load_unit
 
 NAMES, SHEARS = AXIS_WORDS, FORCES[1:]
 Draw = Callable[[Any], None]
@@ -137,12 +137,12 @@ def _draw_combinations(curves: Curves, figure: Any) -> None:
 
 
 def _axis_label(axis: str) -> str:
-    return f"{NAMES[axis]} ({SHOWN[unit_of(axis)][1]})"
+    return f"{NAMES[axis]} ({SHOWN[load_unit(axis)][1]})"
 
 
 def _draw_line(axes: Any, curve: Curve, values: Array, sigma: Array, label: str, dashes: str = "-") -> None:
     values, sigma = _rounded(values), _rounded(sigma)
-    forces = curve.forces * SHOWN[unit_of(curve.axis)][0]
+    forces = curve.forces * SHOWN[load_unit(curve.axis)][0]
     (line,) = axes.plot(forces, values, label=label, linestyle=dashes)
     axes.fill_between(forces, values - sigma, values + sigma, alpha=BAND, color=line.get_color(), linewidth=0.0)
 

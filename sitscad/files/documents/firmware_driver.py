@@ -17,9 +17,9 @@ from sitscad.estimates.circuits.settings import (
     Band,
     CoilBands,
     Device,
-    bands,
     bare_board_code,
-    identity,
+    board_identity,
+    frequency_bands,
     serial_settings,
 )
 from sitscad.estimates.coil_estimates import CoilEstimate, Estimates, MeterReadings, ReadoutEstimate
@@ -62,7 +62,7 @@ def driver_files(
     conversion = estimates.readout.conversion
     if not spec.readout.device.has_driver or conversion is None:
         return {}
-    coil_bands = bands(estimates.all_coils, usual_value("coil_inductance"))
+    coil_bands = frequency_bands(estimates.all_coils, usual_value("coil_inductance"))
     folder = FOLDER / "firmware"
     files = {
         f"firmware/{path.relative_to(folder).as_posix()}": path.read_text(encoding="ascii")
@@ -121,7 +121,7 @@ def _sensor_config(
         " */",
         "#ifndef SENSOR_CONFIG_H", "#define SENSOR_CONFIG_H", "",
         f"#define SENSOR_NAME {json.dumps(_without_delimiters(spec.name), ensure_ascii=True)}",
-        f"#define SENSOR_ID 0x{identity(spec.name, devices):08X}u /* of the name, the coils and the settings */",
+        f"#define SENSOR_ID 0x{board_identity(spec.name, devices):08X}u /* of the name, the coils and the settings */",
         f"#define SENSOR_COILS {len(coil_bands)}",
         *_cell_macros(spec.cells, len(estimates.coils)),
         *([f"#define SENSOR_REFERENCE {len(estimates.coils)} /* the coil without a target; no map reads it */"]
@@ -280,7 +280,7 @@ def render_readme(layout: Layout, estimates: Estimates, bench: Estimates, forced
             parts += hanging("", text, WIDTH)
         return {README: ("\n".join(parts) + "\n").encode("ascii", "replace")}
     try:
-        coil_bands = bands(estimates.all_coils, usual_value("coil_inductance"))
+        coil_bands = frequency_bands(estimates.all_coils, usual_value("coil_inductance"))
     except ValueError:
         return {}
     calibration = "; a calibration.h beside it takes precedence over ../calibration/'s"

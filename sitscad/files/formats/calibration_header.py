@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 
 from sitscad.basics.version import __version__
 from sitscad.calibration.inverse_map import BEYOND, LEAST, InverseMap
-from sitscad.estimates.performance_values import AXES, MOMENTS, unit_of
+from sitscad.estimates.performance_values import AXES, MOMENTS, load_unit
 from sitscad.files.writer import comment_text
 from sitscad.kernels.converters.conversion import Conversion
 
@@ -69,7 +69,7 @@ def of_cell(text: str, cell: int | None) -> str:
 
 def _comment(inverse: InverseMap, conversion: Conversion, remarks: Sequence[str]) -> list[str]:
     """Return the comment at the head of the file: sensor, standard deviations, inputs and outputs."""
-    shown = ", ".join(f"{name} {error:.3g} {unit_of(name)} of {full:.3g}"
+    shown = ", ".join(f"{name} {error:.3g} {load_unit(name)} of {full:.3g}"
                       for name, error, full in zip(inverse.axes, inverse.error, inverse.full_scale, strict=True))
     device, coils = conversion.device, ", ".join(map(comment_text, inverse.coils))
     if conversion.is_partial:
@@ -99,7 +99,7 @@ def _comment(inverse: InverseMap, conversion: Conversion, remarks: Sequence[str]
 
 
 def _units(inverse: InverseMap) -> str:
-    return ", ".join(dict.fromkeys(unit_of(name) for name in inverse.axes))
+    return ", ".join(dict.fromkeys(load_unit(name) for name in inverse.axes))
 
 
 def _opening(inverse: InverseMap) -> list[str]:

@@ -19,10 +19,10 @@ from sitscad.basics.units import escape_controls, in_mm, quantity, show
 from sitscad.calibration.calibration import Calibration
 from sitscad.calibration.drift_fit import DriftFit
 from sitscad.calibration.misfit import UNUSUAL
-from sitscad.calibration.points import Plan, load_place, load_words, table_head
+from sitscad.calibration.points import Plan, load_instruction, load_place, table_head
 from sitscad.calibration.unknowns import usual_value
 from sitscad.estimates.performance.compensation import CAPACITORS
-from sitscad.estimates.performance_values import SHOWN, amount_text, shown_scales, unit_of
+from sitscad.estimates.performance_values import SHOWN, amount_text, display_factors, load_unit
 from sitscad.files.drawing.sheet import Pen, Sheet
 from sitscad.files.drawing.svg import svg
 from sitscad.files.drawing.web_page import page, soft
@@ -59,9 +59,9 @@ def point_rows(calibration: Calibration) -> tuple[list[str], list[list[str]]]:
         return [], []
     settled, columns, axes = points.settled, calibration.sensors.range.columns, calibration.map.axes
     read = calibration.map(settled.frequency, settled.rest)
-    head = ["point", *(f"{name} {SHOWN[unit_of(name)][1]}" for name in axes), *(f"read {name}" for name in axes),
+    head = ["point", *(f"{name} {SHOWN[load_unit(name)][1]}" for name in axes), *(f"read {name}" for name in axes),
             *(f"foretold {name}" for name in axes)]
-    rows, scale = [], shown_scales(axes)
+    rows, scale = [], display_factors(axes)
     numbers = np.cumsum(~points.at_rest)  # tares are not counted, as in figure and plan
     for k, (load, force, alone) in enumerate(zip(points.loads[:, columns], read, fit.force_errors, strict=True)):
         foretold = ["-"] * len(axes) if points.at_rest[k] else [f"{error:+.3f}" for error in scale * alone]
@@ -96,8 +96,8 @@ def warm_rows(calibration: Calibration, drift: DriftFit) -> tuple[list[str], lis
     An error is the force computed from the readings minus the applied load.
     """
     columns, axes = calibration.sensors.range.columns, calibration.map.axes
-    scale, loads = shown_scales(axes), drift.loads[:, columns]
-    head = ["line", "degC", *(f"{name} {SHOWN[unit_of(name)][1]}" for name in axes),
+    scale, loads = display_factors(axes), drift.loads[:, columns]
+    head = ["line", "degC", *(f"{name} {SHOWN[load_unit(name)][1]}" for name in axes),
             *(f"{name} {way}" for way in ("drifted", "compensated") for name in axes)]
     rows = [[str(line), f"{celsius:.4g}", *(f"{force:.3f}" for force in scale * load),
              *(f"{error:+.3f}" for forces in (drifted, compensated) for error in scale * (forces - load))]
@@ -162,12 +162,12 @@ def _foretold(calibration: Calibration) -> Iterable[str]:
     if calibration.plan is not None:
         axes = calibration.map.axes
         scope = calibration.sensors.range
-        loads = np.vstack([scope.pressed(0.0), calibration.plan.loads])[:, scope.columns] * shown_scales(axes)
+        loads = np.vstack([scope.normal_load(0.0), calibration.plan.loads])[:, scope.columns] * display_factors(axes)
         rows = []
-        for k, (load, errors) in enumerate(zip(loads, calibration.plan.errors * shown_scales(axes), strict=True)):
+        for k, (load, errors) in enumerate(zip(loads, calibration.plan.errors * display_factors(axes), strict=True)):
             rows.append([str(k) if k else "tare", *(f"{force:.3g}" for force in load),
                          *(f"{error:.2g}" for error in errors)])
-        named = [f"{name} {SHOWN[unit_of(name)][1]}" for name in axes]
+        named = [f"{name} {SHOWN[load_unit(name)][1]}" for name in axes]
         head = ["point", *named, *(f"error of {name}" for name in named)]
         yield "<h2>The points to take</h2>"
         yield html_table(head, rows, PLANNED)
@@ -351,7 +351,7 @@ def plan_table(calibration: Calibration) -> bytes:
     If the plan has further temperatures, the column ``temperature_degC`` has the planned temperature of each row.
     """
     sensors = calibration.sensors
-    scale = shown_scales(sensors.range.axes)
+    scale = display_factors(sensors.range.axes)
     loads, celsius = calibration.planned_rows
     rows = [[f"{force:.4g}" for force in scale * load[sensors.range.columns]] for load in loads]
     if celsius is not None:
@@ -412,7 +412,7 @@ def plan_words(calibration: Calibration, plan: Plan) -> bytes:
         f"{'':>3}  {'the tare alone, not calibrated':<48}  {_errors(plan.errors[0], scope.axes):<30}".rstrip(),
     ]
     for number, (load, error) in enumerate(zip(plan.loads, plan.errors[1:], strict=True), start=1):
-        load_text = load_words(load, scope.axes, rotation)
+        load_text = load_instruction(load, scope.axes, rotation)
         lines.append(f"{number:>3}  {load_text:<48}  {_errors(error, scope.axes):<30}".rstrip())
     weighed = [] if calibration.sensors.is_held else ["Weights by g = 9.80665 m/s^2."]
     lines += ["", *weighed, *(f"Note: {note}." for note in calibration.notes), ""]
@@ -443,4 +443,4 @@ def temperature_words(calibration: Calibration) -> tuple[str, ...]:
 
 
 def _errors(errors: Array, axes: Sequence[str]) -> str:
-    return ", ".join(f"{name} {error:.2g}" for name, error in zip(axes, shown_scales(axes) * errors, strict=True))
+    return ", ".join(f"{name} {error:.2g}" for name, error in zip(axes, display_factors(axes) * errors, strict=True))

@@ -18,7 +18,7 @@ from sitscad.assembly.places.bodies import plates_of
 from sitscad.calibration.inverse_map import BEYOND, LEAST
 from sitscad.calibration.unknowns import usual_value
 from sitscad.estimates import Estimates
-from sitscad.estimates.circuits.settings import STATUS, bands, devices, identity, serial_settings
+from sitscad.estimates.circuits.settings import STATUS, board_identity, devices, frequency_bands, serial_settings
 from sitscad.estimates.coil_estimates import CoilEstimate, ReadoutEstimate
 from sitscad.estimates.performance_values import AXIS_WORDS, MOMENTS
 from sitscad.files.drawing.frame import FORCED
@@ -213,7 +213,7 @@ def _document(
     maps: Sequence[Document],
 ) -> dict[str, Any]:
     """Return the data for the page's script: the sensor's identity, Hz per count, the coils, the maps."""
-    conversion, coil_bands = readout.conversion, bands(coils, usual_value("coil_inductance"))
+    conversion, coil_bands = readout.conversion, frequency_bands(coils, usual_value("coil_inductance"))
     if conversion is None:
         raise ValueError(f"{name} has no converter that is set")
     per_hz = 1.0 / conversion.hertz_per_count
@@ -224,7 +224,7 @@ def _document(
         }
         for band in coil_bands
     ]
-    number = identity(name, devices(spec_readout, coils, readout))
+    number = board_identity(name, devices(spec_readout, coils, readout))
     return {
         "name": name, "id": f"{number:08X}", "hz_per_count": 1.0 / per_hz, "status": list(STATUS), "coils": spans,
         "maps": maps,
