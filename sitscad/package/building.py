@@ -454,7 +454,7 @@ def _request(
 
 
 def _result_if_unchanged(request: BuildRequest, old: Manifest, key: str) -> BuildResult | None:
-    """Return the build result without a build, if the package is complete and was made from the same inputs.
+    """Return the build result without a build, if the package is complete and its inputs have the hash `key`.
 
     None if inputs or files have changed, or if a requested stage is missing. Also None for packages that were built in
     spite of errors or with silenced errors, because they are checked again.

@@ -91,7 +91,7 @@ def inspect(
 
 
 def inspect_text(text: str, path: str, hints: str = DECISIVE, options: CheckOptions = ALL) -> Inspection:
-    """Check the text of a spec as if it were the content of the file at `path`."""
+    """Check the text of a spec as if it were the content of the file at `path`. Parameters are as for `inspect`."""
     plain = decoded(text.encode("utf-8"))
     policy = policy_for(path)
     try:

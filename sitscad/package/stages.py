@@ -217,7 +217,7 @@ def _make_parts(
 
 
 def _package_stages(chosen: frozenset[str], entries: Mapping[str, Entry], old: Manifest) -> frozenset[str]:
-    """Return the stages that the package will have.
+    """Return the stages that the package will have: the chosen stages, and the stages of the files in `entries`.
 
     An old report is kept, even if it was not requested, if all other files stay the same.
     """
@@ -230,10 +230,10 @@ def _package_stages(chosen: frozenset[str], entries: Mapping[str, Entry], old: M
 def _inputs_hash(
     contents: Contents, stage: str, numbers: bool, entries: dict[str, Entry], failures: list[str]
 ) -> str:
-    """Return the hash of all inputs of a stage's files. With `numbers`, of its files with computed numbers alone.
+    """Return the hash of all inputs of a stage's files, or with `numbers` of its files with computed numbers.
 
-    Files with computed numbers are made last. If plugins are active, the hash includes the whole spec, because plugins
-    may read any key.
+    `entries` are the files made so far, and `failures` the messages about files that could not be written. If plugins
+    are active, the hash includes the whole spec, because plugins may read any key.
     """
     read = (marks(), contents.spec, contents.design.spec.source.text) if marks() else ()
     printed = (entries.get(PRINTED),) if (stage, numbers) == ("assembly", True) else ()
@@ -323,10 +323,10 @@ def _render_solids(
     sent: Connection, spec: SensorSpec, policy: Policy, baseline: Baseline | None, measured: str, forced: str,
     parts: tuple[tuple[str, bool], ...],
 ) -> None:
-    """Make parts of the build in the second process, and send the files of each part.
+    """Make the `parts` of the build in the second process, and send the files of each part.
 
-    `forced` is the text of the warning not to order, from the first process; empty without errors. With it, the checks
-    need not run again.
+    `measured` is the text of ``mount/fit.json``, if it exists. `forced` is the text of the warning not to order, from
+    the first process; empty without errors. With it, the checks need not run again.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent process ends this process
     contents = Contents(Design(spec), policy, baseline, measured)
@@ -407,9 +407,10 @@ def _written_files(
     contents: Contents, writers: list[Writer], beside: dict[str, bytes], package: Package, failures: list[str],
     theirs: dict[str, str],
 ) -> dict[str, bytes]:
-    """Return the files of some writers.
+    """Return the files of some writers, by name.
 
-    A file that cannot be written stops a build. With `force`, the build continues, and the warning file lists the file.
+    `beside` are files of the stage that exist already. A file that cannot be written stops a build. With `force`, the
+    build continues, and a message is added to `failures`. `theirs` receives the names of files of plugins.
     """
     new: dict[str, bytes] = {}
     for writer in writers:
@@ -435,7 +436,8 @@ def _require_free_names(
 ) -> dict[str, bytes]:
     """Return the new files if their names are allowed and differ from existing names, ignoring case.
 
-    If a plugin has used a name of sitscad's files, the error reports the plugin. Raises PackageError.
+    `maker` makes the new files, and `before` are existing files. If a plugin has used a name of sitscad's files, the
+    error reports the plugin. Raises PackageError.
     """
     names = {name.lower() for name in (*before, MANIFEST)}
     for name in new:
@@ -451,7 +453,8 @@ def _require_free_names(
 def _checked_files(contents: Contents, failures: list[str], earlier: Mapping[str, bytes]) -> dict[str, bytes]:
     """Return findings and estimates as JSON files, the spec's files, and the warning file of a package with errors.
 
-    If the package has Gerber files, a copy of the warning lies beside them.
+    `failures` are messages about files that could not be written, and `earlier` are the package's other files. If there
+    are Gerber files, a copy of the warning lies beside them.
     """
     checked = dataclasses.replace(contents.checked, path=contents.file_name)
     sensing = {name: value for name, value in _sensing_data(earlier).items() if name in ("performance", "cells")}

@@ -263,8 +263,8 @@ def _select_points(numbers: Index, frequencies: Array) -> Index:
 def _fit_impedance(variants: CoilVariants, measured: ComplexArray, meter_error: float) -> ImpedanceFit:
     """Fit inductance, resistance and capacitance to the measured impedances (n; ohm).
 
-    The frequency dependence is taken from the computed coil. The inductance is multiplied by a factor. The resistance
-    is multiplied by a factor that may change with frequency.
+    `meter_error` is the relative error of the meter. The frequency dependence is taken from the computed coil. The
+    inductance is multiplied by a factor. The resistance is multiplied by a factor that may change with frequency.
     """
     nominal, frequencies = variants.nominal, variants.frequencies
     middle = math.exp(float(np.log(frequencies).mean()))

@@ -237,6 +237,8 @@ STUB = 6.0
 def winding_parts(path: Path, width: float, reach: float) -> list[Path]:
     """Return the parts of a run within `reach` (m) of the origin, without short straight pieces at their ends.
 
+    `width` (m) is the run's track width.
+
     The current density within tracks is computed for neighbouring turns. Short pieces to vias and pads lie in line with
     other pieces, and leads beyond the turns are far from the turns.
     """

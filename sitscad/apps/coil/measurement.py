@@ -198,7 +198,10 @@ _HEAD = re.compile(r"^[#!%\s]*(?P<name>[^()\[\]]*?)\s*(?:[(\[](?P<unit>[^()\[\]]
 
 
 def _columns(heads: Sequence[str]) -> dict[str, tuple[int, float]]:
-    """Return (column number, factor to the SI unit) by quantity. Columns with unknown names are left out."""
+    """Return (column number, factor to the SI unit) by quantity, from the columns' heads.
+
+    Columns with unknown names are left out.
+    """
     columns: dict[str, tuple[int, float]] = {}
     for number, head in enumerate(heads):
         match = _HEAD.match(head)

@@ -31,7 +31,7 @@ from sitscad.files.report.numbers import table_text
 
 
 def as_text(spiral: Spiral, colour: bool = False) -> str:
-    """Return the dimensions, the electrical values with their errors, and results of published formulas as text."""
+    """Return dimensions, electrical values with errors, and results of published formulas as text."""
     coil = spiral.coil
     outer, inner = (" x ".join(show(each, "m") for each in sorted(set(size), reverse=True))
                     for size in (coil.size, coil.inner_size))

@@ -100,7 +100,7 @@ class CoilVariants:
         return self._with_stackup(_scaled_stackup(self.spec.fpc.stackup, factor, of_copper=False))
 
     def with_metal(self, material: str, distance: float) -> Impedance:
-        """Return the impedance near a thick metal sheet, at a distance (m) from the board's bottom face."""
+        """Return the impedance with a thick sheet of a metal at a distance (m) below the board's bottom face."""
         mount = _thick_metal_mount(material)
         assert mount.metal_behind is not None
         mount = replace(mount, standoff=distance, metal_behind=replace(mount.metal_behind, distance=distance))

@@ -39,8 +39,7 @@ class BusConverter(Protocol):
 class CoilReading:
     """One result of a coil: the `time` (s) of the reading, the converter's `counts`, and its status.
 
-    ``is_off`` is True if the tank's amplitude was outside 1.2 to 1.8 V. `status` states only the most severe fault,
-    which may be another one.
+    ``is_off`` is True if the tank's amplitude was outside 1.2 to 1.8 V. `status` states only the most severe fault.
     """
 
     time: float

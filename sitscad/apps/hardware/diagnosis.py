@@ -104,7 +104,7 @@ def _settings_verdict(board: Board, wrong: Sequence[str]) -> Verdict:
 
 
 def _board_state(board: Board, readings: Sequence[Sequence[CoilReading]]) -> str:
-    """Return "bare" or "assembled": the state in which more coils have frequencies inside their bands."""
+    """Return "bare" or "assembled": the state in which more of the measured frequencies lie inside their bands."""
     fits = {
         state: sum(
             band.low <= board.frequency(rows[0].counts) <= band.high

@@ -112,7 +112,8 @@ class GuidedCalibration:
     def _head(self, before: str) -> str:
         """Return the first lines of the table.
 
-        Raises ValueError if the board or the table belongs to another sensor.
+        `before` is a table to continue, or empty. Raises ValueError if the board or this table belongs to another
+        sensor.
         """
         board, source, first = self.board, self.source, head_lines(self.board, self.calibration)
         ours = board_identity(board.design.spec.name, board.devices)
@@ -129,9 +130,10 @@ class GuidedCalibration:
     def _point_line(self, load: Array, celsius: float | None, number: str, rest: str) -> str:
         """Return the table's line for one point. Empty if the user wants to repeat the point before.
 
-        `celsius` (degrees Celsius) is its planned temperature; None if the plan has no temperatures. `rest` is the line
-        of the first point, which is at rest. Raises PointRefused if the readings cannot be used. Also raises it if they
-        do not fit the planned load, and the user did not type another load.
+        `load` is the planned load, and `number` the point's number for the prompt. `celsius` (degrees Celsius) is the
+        planned temperature; None if the plan has no temperatures. `rest` is the line of the first point, which is at
+        rest. Raises PointRefused if the readings cannot be used. Also raises it if they do not fit the planned load,
+        and the user did not type another load.
         """
         scope, is_typed, planned = self.calibration.sensors.range, False, self.calibration.temperatures
         forces: Array | None = load[scope.columns]
@@ -177,7 +179,8 @@ class GuidedCalibration:
     def _apply_load(self, load: Array, prompt: str, is_first: bool) -> tuple[Array | None, bool]:
         """Return the applied forces (axes; N), and whether the user typed them.
 
-        The forces are None if the user wants to repeat the point before.
+        `load` is the planned load, and `prompt` the text that requests it. The forces are None if the user wants to
+        repeat the point before. The first point (`is_first`) has none before it.
         """
         scope = self.calibration.sensors.range
         while typed := self.prompt(f"{prompt}{LOAD_INPUTS}").replace(",", " ").split():
@@ -199,8 +202,8 @@ class GuidedCalibration:
     def _require_plausible(self, forces: Array, counts: Array, rest: Array) -> None:
         """Raise PointRefused if the readings do not fit the applied forces (axes; N).
 
-        Forces by the map of the nominal sensor are compared. The limits are far wider than the differences between
-        sensors.
+        `counts` and `rest` are the counts (coils) under load and without load. The map of the nominal sensor converts
+        them to forces. The limits are far wider than the differences between sensors.
         """
         inverse_map = self.calibration.map
         read, size = inverse_map(counts, rest)[0], np.abs(forces)
@@ -217,7 +220,7 @@ MOMENTS_TOO = ", moments in newton millimetres"
 
 
 def stable_counts(board: Board, source: Source, tell: Callable[[str], None], coils: Sequence[int]) -> Array:
-    """Return the mean counts of the coils with numbers `coils` (from 0) after the readings have become stable.
+    """Return the mean counts of the coils with numbers `coils` (from 0), once the readings are stable.
 
     Readings are stable if the means over two successive windows differ by no more than noise. Raises PointRefused if a
     coil has no good readings, or if readings are still unstable after `PATIENCE`.

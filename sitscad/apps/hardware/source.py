@@ -348,7 +348,7 @@ def _load_ramps(texts: Iterable[str]) -> np.ndarray:
 
 
 def _number_in_range(option: str, least: float, most: float, is_whole: bool) -> float:
-    """Return the number in a text KEY=NUMBER. Raises ValueError with the permitted range if it is outside the range."""
+    """Return the number in the option text KEY=NUMBER. Raises ValueError if it is not between `least` and `most`."""
     try:
         value = (int if is_whole else float)(option.partition("=")[2])
     except ValueError:

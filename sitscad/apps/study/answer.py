@@ -142,7 +142,7 @@ def count_unjudged(request: StudyRequest, results: StudyResults) -> int:
 
 
 def level_agreement(goals: Sequence[Goal], results: StudyResults) -> Agreement:
-    """Return the agreement of screen and full level on the designs that both evaluated, if their leads are complete."""
+    """Return the agreement of screen and full level on the designs that both evaluated and whose leads are complete."""
     from scipy.stats import spearmanr
 
     pairs_of = [(results.screened[point], full) for point, full in results.full.items()
@@ -280,6 +280,6 @@ def changed_keys(request: StudyRequest, point: Point) -> dict[str, Any]:
 
 
 def broken_requirements(require: Sequence[Requirement], values: Mapping[str, float]) -> tuple[str, ...]:
-    """Return the measures whose requirement is broken by `values`, or whose value is missing."""
+    """Return the measures in `require` whose limit `values` break, or whose value is missing."""
     pairs = ((limit, values.get(limit.measure, math.nan)) for limit in require if limit.measure != "yield")
     return tuple(limit.measure for limit, value in pairs if not limit.holds(value))

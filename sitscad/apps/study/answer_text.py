@@ -103,7 +103,7 @@ def keys_text(values: Mapping[str, Any]) -> str:
 
 
 def base_value(before: Mapping[str, Any], key: str) -> str:
-    """Return the value of a key in the base spec, as written there. A dash if the base does not have the key."""
+    """Return a key's value from the base spec's values (`before`), as written there. A dash if the key is missing."""
     return DASH if (value := value_at_key(before, key)) is None else str(value)
 
 

@@ -236,7 +236,7 @@ def _variables(document: StudyDocument, base: Base, remarks: Remarks) -> Iterato
 
 
 def _check_duplicates(place: str, values: tuple[Any, ...], remarks: Remarks) -> None:
-    """Add a remark for each value that occurs twice in a list, even with different units."""
+    """Add a remark for each value that occurs twice in a list, even with different units. `place` is the list's key."""
     first: dict[Any, Any] = {}
     for k, value in enumerate(values):
         if (figure := comparable_value(value)) in first:

@@ -409,7 +409,7 @@ class Workers:
             self._pool.shutdown(wait=kind is None, cancel_futures=True)
 
     def evaluations(self, designs: Sequence[Changes], measures: Sequence[str], level: str) -> Iterator[Evaluation]:
-        """Yield the evaluations of all designs in their order."""
+        """Yield the evaluations of all designs at a level, in their order, with the values of `measures`."""
         waiting = deque(designs)
 
         def chunks() -> Iterator[Task]:

@@ -248,7 +248,10 @@ class Archive:
         raise OSError(f"{ARCHIVE} was cut or rewritten while this study ran: run it again")
 
     def add(self, key: str, changes: Iterable[tuple[str, Any]], values: Mapping[str, Any]) -> None:
-        """Append values under a key. When the function returns, the operating system has received the line."""
+        """Append the values of a design under a key. `changes` of the base spec make the design.
+
+        When the function returns, the operating system has received the line.
+        """
         line = {"key": key, "changes": dict(changes), **values}
         body = json.dumps(line, allow_nan=False).encode("ascii")
         self._starts[key.encode()] = self._write(_line_head(body) + body[1:] + b"\n")

@@ -131,7 +131,7 @@ def _tank_reader(pick: Callable[..., Any], name: str, by_inductance: float, by_l
 def _sigma_reader(pick: Callable[..., Any], name: str) -> Reader:
     """Return a function that reads the standard deviation of a quantity between manufactured sensors.
 
-    It is read at the coil and state with the worst value of the quantity.
+    It is read at the coil and state with the worst value of the field `name`. `pick` (min or max) selects the worst.
     """
 
     def read(design: Design) -> Figure:

@@ -165,7 +165,8 @@ def board_sketch(
 ) -> str:
     """Return a drawing of a board without leads, from the top. Lengths are in metres.
 
-    It shows the outline, cut off behind the body, the tracks of one layer with a `width` (m), and the targets.
+    `body` is the box of the board's body. The drawing shows the outline, cut off behind the body, the `windings` of one
+    layer with a track `width`, and the targets.
     """
     x0, y0, x1, y1 = box_around([body, *(bounding_box([path]) for path in targets)])
     scale = 400.0 / (x1 - x0)
@@ -314,7 +315,10 @@ class StudyPage:
         ])
 
     def head(self, goals: Sequence[str], verdict: tuple[str, str], lines: Iterable[str]) -> str:
-        """Return the head of the page: name, verdict, and the best value of each goal beside the base's value."""
+        """Return the head of the page: name, verdict, and the best value of each goal beside the base's value.
+
+        Paragraphs with the `lines` follow.
+        """
         answer, (kind, verdict_text) = self.answer, verdict
         asks = [f"{each.measure} {each.written}" for each in self.request.require]
         tiles = []

@@ -61,7 +61,11 @@ Evaluate = Callable[[list[Point]], list[Costs]]
 
 
 def method_for(method: str, space: Space, evaluations: int, goals: int) -> str:
-    """Return the search method. For "auto", it is the grid if it is small enough, else another method."""
+    """Return the search method for `goals` goals.
+
+    For "auto", it is the grid if the space has at most as many designs as `evaluations`. Otherwise it is NSGA-II if
+    pymoo is installed, else differential evolution for one goal and a Sobol' set for several goals.
+    """
     if method != "auto":
         return method
     if space.size <= evaluations:
@@ -84,7 +88,7 @@ def search(
 
 
 def first_set(space: Space, evaluations: int, seed: int, begin: Sequence[Point] = ()) -> list[Point]:
-    """Return the points that a search evaluates first: `begin`, then a Sobol' set."""
+    """Return the points that a search with `evaluations` evaluations begins with: `begin`, then a Sobol' set."""
     count = 2 ** max(0, (evaluations // 4).bit_length() - 1)
     points = sobol_set(space, min(max(count, LEAST_SOBOL), MOST_SOBOL, evaluations), seed)
     return _distinct((*begin, *points), evaluations)
@@ -119,7 +123,7 @@ WORST = 1e30
 
 
 def _cost_arrays(costs: Sequence[Costs]) -> tuple[Array, Array]:
-    """Return goals (n, goals) and violations (n, 1) of n designs as arrays."""
+    """Return the values of the goals (n, goals) and the violations (n, 1) of n designs as arrays."""
     goals = np.array([[WORST if value is None else value for value in each.goals] for each in costs])
     return goals, np.array([each.violation for each in costs]).reshape(-1, 1)
 
@@ -174,14 +178,17 @@ def _evaluate_new(points: Sequence[Point], evaluations: int, evaluated: dict[Poi
 
 
 def _first_population(evaluated: dict[Point, Costs], size: int) -> list[Point]:
-    """Return the first population: valid points front by front, then the points with the least violation."""
+    """Return `size` evaluated points for the first population.
+
+    Valid points come first, front by front, then the points with the least violation.
+    """
     points = list(evaluated)
     ranks = front_numbers([evaluated[point] for point in points])
     return [points[k] for k in np.argsort(ranks, kind="stable")[:size]]
 
 
 def front_numbers(costs: Sequence[Costs], least: int | None = None) -> NDArray[np.int64]:
-    """Return the number of the Pareto front to which each point belongs, from 0.
+    """Return the number (from 0) of the Pareto front to which each point belongs, from the costs of all points.
 
     Valid points are ranked by their goals. Points with violations follow, ranked by their violation. When `least`
     points have a front, the remaining valid points share the next front.

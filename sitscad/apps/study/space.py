@@ -133,7 +133,7 @@ def _hashes(files: Mapping[str, bytes]) -> dict[str, str]:
 
 @lru_cache(maxsize=4)
 def _cached_base(text: str, path: str, profiles: str | None) -> Base:
-    """Return a base in another process. It is cached for further chunks."""
+    """Return the base with this text and path in a worker process. It is cached for further chunks."""
     return Base(text, path, profiles)
 
 

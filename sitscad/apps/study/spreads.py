@@ -81,7 +81,7 @@ def judge_units(
 ) -> list[UnitEvaluation]:
     """Return simulated sensors of a design with their evaluations, from random numbers `rows` (n, causes).
 
-    Limits of measures are not applied here, but by the caller.
+    `sigmas` are standard deviations that replace the usual ones, by cause. The caller applies the limits of measures.
     """
     spec = base.design(changes)
     nominal = Design(spec)
@@ -131,7 +131,10 @@ class Yield:
 
 
 def compute_yield(judged: Sequence[UnitEvaluation], holds: Callable[[Mapping[str, float]], tuple[str, ...]]) -> Yield:
-    """Return the yield from simulated sensors. `holds` returns the requirements that a sensor's values break."""
+    """Return the yield from evaluated simulated sensors.
+
+    `holds` returns the requirements that a sensor's values break.
+    """
     broken = [(*each.broken_rules, *holds(each.values)) if each.is_computed else () for each in judged]
     good = np.array([each.is_computed and not rules for each, rules in zip(judged, broken, strict=True)])
     mended = [each.is_computed and not set(rules) - set(BY_CALIBRATION)
@@ -166,6 +169,8 @@ An index is returned if it exceeds the index expected by chance by `SURELY` stan
 
 def _first_order_indices(good: Array, rows: Array) -> dict[str, float]:
     """Return Sobol' indices of first order by cause, the largest first. Insignificant indices are left out.
+
+    `good` (n) states which sensors are good, and `rows` (n, causes) are their random numbers.
 
     An index is the fraction of the variance that the cause explains. It is the variance of the means within equal bins
     of the random number, divided by the whole variance, minus the part expected by chance. Empty if all sensors are

@@ -51,7 +51,7 @@ class StudyAnswer:
     ``base`` is the evaluation of the base at the full level, and ``results`` are all evaluations. ``bindings`` and
     ``relaxation`` describe the limits that refuse designs, and ``agreement`` compares both levels. ``constant_goals``
     are goals with equal values in all designs. ``front`` are the points that no other design beats. ``dropped_count``
-    is the number of designs that are left out of it because their yield is too small. ``kept`` are the kept designs,
+    is the number of designs whose yield is too small. The front does not contain them. ``kept`` are the kept designs,
     and ``spec_texts`` the texts of their specs.
     """
 
@@ -191,7 +191,7 @@ class Study:
 
 
 def _with_kept_designs(result: StudyAnswer, points: Sequence[Point], yields: Mapping[Point, Yield]) -> StudyAnswer:
-    """Return the answer with kept designs and the texts of their specs."""
+    """Return the answer with the designs at `points` as kept designs, their yields and the texts of their specs."""
     request, full = result.request, result.results.full
     designs = tuple(KeptDesign(point, answer.changed_keys(request, point), full[point], yields.get(point))
                     for point in points)
@@ -202,8 +202,8 @@ def _with_kept_designs(result: StudyAnswer, points: Sequence[Point], yields: Map
 def _with_yields(result: StudyAnswer, run: StudyRun, draws: int) -> StudyAnswer:
     """Return the answer with the yields of its kept designs.
 
-    A design with too small a yield is dropped and another is tried. This ends when the number of dropped designs
-    reaches the number to keep.
+    The yield comes from `draws` simulated sensors. A design with too small a yield is dropped and another is tried.
+    This ends when the number of dropped designs reaches the number to keep.
     """
     request, fallen = result.request, set[Point]()
     yields: dict[Point, Yield] = {}

@@ -169,7 +169,7 @@ def sweep_as_written(
     source: SpecSource, ranges: Mapping[str, Sequence[Any]], measures: Sequence[str] | None = None, *,
     level: str = SCREEN, jobs: int | None = 1, executor: Executor | None = None, progress: Progress | None = None,
 ) -> SweepTable:
-    """Return the table of `sweep` for values as in a YAML file, in which lengths without a unit are in millimetres."""
+    """Return the table of `sweep` for values as in a YAML file: lengths without a unit are in millimetres."""
     names = _measures_of(level, measures)
     axes = {str(key): tuple(plain_data(list(values))) for key, values in ranges.items()}
     if not axes or not all(axes.values()):
@@ -214,7 +214,7 @@ def _table(
 
 
 def _columns(axes: Mapping[str, tuple[Any, ...]]) -> dict[str, tuple[Any, ...]]:
-    """Return the value of each key in each row."""
+    """Return the values of each key for all rows of a table, from the values on its axes."""
     points = list(product(*axes.values()))
     return {key: tuple(point[k] for point in points) for k, key in enumerate(axes)}
 
@@ -423,7 +423,8 @@ def _cell_borders(middles: Array) -> Array:
 def _draw_refused_edge(axes: Any, refused: Flags, xs: Array, ys: Array, rule: str, colour: str) -> None:
     """Draw the border of the cells that a rule refuses.
 
-    It follows the cells, because designs between them are unknown.
+    `refused` has a flag for each cell, and `xs` and `ys` are the borders of the cells. The line follows the cells,
+    because designs between them are unknown.
     """
     inside = np.pad(refused, 1)
     lines: list[tuple[list[float], list[float]]] = []

@@ -162,8 +162,9 @@ def event_changes(event: Event, before: Event | None) -> dict[str, Any]:
 def event_lines(revision: int, event: Event, before: Event | None, width: int = 80, verbose: bool = False) -> list[str]:
     """Return the terminal lines for an event.
 
-    For each save, the lines are its number, about a dozen lines of changes, and the verdict. With `verbose`, all
-    changes are listed, without wrapping.
+    `before` is the last event of the same stage. For each save (number `revision`), the lines are its number, about a
+    dozen lines of changes, and the verdict. Lines are at most `width` characters long. With `verbose`, all changes are
+    listed, without wrapping.
     """
     changed = event_changes(event, before)
     if event.stage == "failed":
@@ -243,7 +244,7 @@ def _all_numbers(changes: Mapping[str, list[Any]]) -> list[str]:
 
 
 def _relative_change(old: str | None, new: str) -> float:
-    """Return the relative change of a number with a unit.
+    """Return the relative change between two texts of a number with a unit.
 
     0 if it cannot be computed, for example with different units.
     """

@@ -131,7 +131,7 @@ def stage_events(path: str, before: Before, serves: bool) -> Iterator[Event]:
 
 
 def _study_events(path: str, before: Before, serves: bool) -> Iterator[Event]:
-    """Yield the events of a study: its findings, and the progress of its evaluation."""
+    """Yield the events of a study: its findings, and the progress of its evaluation. A page is made if `serves`."""
     began = time.perf_counter()
     try:
         study = Study.load(path)
@@ -146,13 +146,16 @@ def _study_events(path: str, before: Before, serves: bool) -> Iterator[Event]:
 
 
 def _refusal_event(path: str, error: SpecError, seconds: float) -> Event:
-    """Return the event for a file that cannot be read. It has the findings on the faults."""
+    """Return the event for a file that cannot be read: findings on its faults. `seconds` is the time that it took."""
     verdict = _verdict(unreadable(path, error, "decisive"), [path]) | {"unreadable": True}
     return Event("findings", verdict, seconds=seconds)
 
 
 def _cached_files(before: Before, name: str, made_of: object, package: str, make: Any) -> dict[str, bytes]:
-    """Return the files of a stage, reused from an earlier save if its inputs `made_of` are equal."""
+    """Return the files of the stage `name`, reused from an earlier save if its inputs `made_of` are equal.
+
+    Otherwise `make` makes them. `package` is the package's name, under which field solutions are cached.
+    """
     if name not in before.files or before.files[name][0] != made_of:
         with cached_solutions(package, store=before.solutions):
             before.files[name] = made_of, make()

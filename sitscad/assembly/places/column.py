@@ -36,7 +36,7 @@ class Toleranced:
 
     @classmethod
     def of(cls, nominal: float, tolerance: float, cause: str) -> Toleranced:
-        """Return a length with one cause, plus or minus `tolerance` (m)."""
+        """Return the length `nominal` (m), with a deviation of plus or minus `tolerance` (m) from one cause."""
         return cls(nominal, ((cause, tolerance),) if tolerance else ())
 
     def __add__(self, other: Toleranced) -> Toleranced:
@@ -267,7 +267,7 @@ def jaw_tolerance(assembly: Assembly, size: float) -> SizeTolerance:
 
 
 def sheet_tolerance(assembly: Assembly, part: str, thickness: float) -> SizeTolerance:
-    """Return the thickness tolerance of a rolled sheet (target or shield) with this thickness (m)."""
+    """Return the thickness tolerance of a rolled sheet with this thickness (m). `part` is "target" or "shield"."""
     tolerance = _tolerance(assembly, part, "sheet", "rolled", thickness)
     return SizeTolerance(min(tolerance.band, thickness), tolerance.source)
 

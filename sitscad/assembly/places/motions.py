@@ -286,7 +286,8 @@ def _file_row(
 ) -> tuple[list[float], bool]:
     """Return the values of one row of a file, and whether the target is kept level.
 
-    `columns` maps column numbers to (name, factor to SI; None if each number has its own unit).
+    `where` is the position of the row for error messages, and `cells` are its texts. `columns` maps column numbers to
+    (name, factor to SI; None if each number has its own unit). Columns that a row leaves empty are 0.
     """
     values, is_level = dict.fromkeys(names, 0.0), is_held(USUAL_ROTATION)
     for k, (name, factor) in columns.items():

@@ -115,7 +115,10 @@ def relief(layout: Layout) -> Relief | None:
 
 
 def _straight_from(outline: Path, tail: tuple[float, float], start: float, end: float) -> float:
-    """Return x (m) beyond which the board's edge is inside the range `tail` across the jaw (m), up to x = `end`."""
+    """Return the x (m) from which the board is no wider than the tail.
+
+    `tail` is the tail's range across the jaw (m). Only the outline between x = `start` and x = `end` (m) is examined.
+    """
     points = outline.flattened(1e-5)
     beyond = [start]
     for a, b in pairwise([*points, points[0]]):
@@ -176,7 +179,10 @@ def tongue_across(joint: Retention, room: float) -> tuple[float, float, float]:
 
 
 def metal_below(body: Box, mount: Mount | None, glue_line: float) -> float | None:
-    """Return the smallest thickness (m) of metal below a dovetail's groove in the jaw. None if there is no dovetail."""
+    """Return the smallest thickness (m) of metal below a dovetail's groove in the jaw. None if there is no dovetail.
+
+    `glue_line` (m) is the thickness of the glue between dovetail and groove.
+    """
     joint, jaw = retention(body, mount), mount.jaw if mount is not None else None
     if joint is None or jaw is None or joint.kind != "dovetail":
         return None

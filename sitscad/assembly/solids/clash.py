@@ -96,9 +96,9 @@ class MeshedPiece:
 
 
 def clashes(layout: Layout, whole: tuple[Solid, ...], proof: Proof, loads: tuple[PadLoad, ...]) -> tuple[Clash, ...]:
-    """Return pictures of faults, at most `MOST`: the first fault of each kind and pair of parts.
+    """Return pictures of the faults in `proof`, at most `MOST`: the first of each kind and pair of parts.
 
-    Empty if the sensor fits.
+    `whole` are the solids of the glued assembly, and `loads` the loads that were measured. Empty if the sensor fits.
     """
     worst: dict[tuple[str, str, str], ProofValue] = {}
     for each in proof.faults:
@@ -184,7 +184,7 @@ def _clash(layout: Layout, whole: tuple[Solid, ...], fault: ProofValue, loads: t
 
 
 def _excess_text(fault: ProofValue, shared: Any) -> str:
-    """Return the volume that two clashing parts share, or the gap between them, as text."""
+    """Return the volume of `shared`, the intersection of two parts, or the gap between the parts, as text."""
     volume = f"both take {float(shared.volume()):.3g} mm3"
     if fault.unit == "m":  # a gap that has to be left
         return f"{volume}: no gap is left" if not shared.is_empty() else f"the gap is {show(fault.value, 'm', 3)}"
@@ -279,9 +279,9 @@ def support_areas(layout: Layout, whole: tuple[Solid, ...]) -> tuple[ProofValue,
 
 
 def bending_rod_overlap(layout: Layout, whole: tuple[Solid, ...]) -> tuple[ProofValue, ...]:
-    """Return the volume (m3) that a mount's STEP file shares with the rod about which the tail is bent.
+    """Return the volume (m3) that the mount of a STEP file shares with the rod about which the tail is bent.
 
-    Empty if there is no file or no rod.
+    `whole` are the solids of the glued assembly. Empty if there is no file or no rod.
     """
     mount, down = layout.spec.mount, [bend for bend in bends(layout) if bend.direction == "down" and bend.radius]
     if mount is None or mount.step is None or mount.kind != "custom" or not down:
@@ -303,7 +303,11 @@ LEAST_SHARED = 1e-11
 def _area_measurement(
     name: str, path: Path, faces: Any, where: tuple[float, float, float], share: float
 ) -> ProofValue:
-    """Compare the supported area (m2) of a part with its limit: the part's area times `share`."""
+    """Compare the supported area (m2) of a part with its limit: the part's area times `share`.
+
+    `path` is the part's outline, `faces` the support from above (a manifold3d cross-section), and `where` (m) its
+    place.
+    """
     points = path.flattened(1e-6)[:-1]
     region = import_extra("manifold3d").CrossSection([[(p.x * MM, p.y * MM) for p in points]])
     of, area = (float(each.area()) / MM**2 for each in (region, region ^ faces))

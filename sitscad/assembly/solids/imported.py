@@ -125,7 +125,10 @@ def _solid(brep: bytes, name: str) -> Any:
 
 
 def _frame(text: str, part: StepPart, unit: float) -> tuple[Vector, Vector, Vector]:
-    """Return the datum's origin (mm, in the file's coordinates) and the directions of the sensor's x and z axes."""
+    """Return the datum's origin (mm, in the file's coordinates) and the directions of the sensor's x and z axes.
+
+    `text` is the STEP file's text, and `unit` its unit of length (mm).
+    """
     if not isinstance(part.datum, str):
         x, y, z = (value * MM for value in part.datum)
         return (x, y, z), AXES[part.along], AXES[part.up]

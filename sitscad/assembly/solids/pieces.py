@@ -204,7 +204,11 @@ def _opposing_metal(body: Box, source: SpecSource, fitted: Jaw, floor: float) ->
 def _with_pocket(
     body: Box, fitted: Jaw, bar: Any, floor: float, pocket: tuple[tuple[float, float] | None, float] 
 ) -> Any:
-    """Return a bar with a pad pocket (its size, and the height of its rims, m) and its window cut out."""
+    """Return a jaw's bar with its pad pocket and its window cut out.
+
+    `floor` (m) is the height of the pocket's floor. `pocket` has the pocket's length and width (m), None if there is no
+    pocket, and the height of its rims above the floor (m).
+    """
     (x0, x1), y, (pad, recess) = jaw_range(body, fitted), board_middle(body).y, pocket
     middle, low, high = (x0 + x1) / 2, floor - 2 * fitted.height, floor + recess + 1e-3
     for size, bottom in ((pad if recess else None, floor), (fitted.fenestration, low)):

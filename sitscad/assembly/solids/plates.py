@@ -101,7 +101,10 @@ def adapter(layout: Layout) -> Any | None:
 
 
 def _nut_and_shaft(hole: Hole, bottom: float, top: float) -> Any:
-    """Return the cutout of a screw and its nut, which is inserted from below the adapter."""
+    """Return the cutout of a screw and its nut in an adapter between two heights (m).
+
+    The nut is inserted from below.
+    """
     bd = import_extra("build123d")
     shaft = prism(circle(Point(*hole.at), hole.diameter / 2), bottom - 1e-3, top + 1e-3)
     (x, y), radius, turns = hole.at, CORNER_SCREW.nut_across / math.sqrt(3.0), [math.pi / 3 * i for i in range(6)]
@@ -145,7 +148,8 @@ def _tail_relief(fpc: FpcSpec, recess: Any, start: float, plan: Box, floor: floa
 
     The edge is rounded with the tail's bend radius.
 
-    The slot is as wide as the board's `recess` (a face) beyond x = `start` (m).
+    The slot is as wide as the board's `recess` (a face) beyond x = `start` (m). `plan` is the plate from above, and
+    `floor` (m) the thickness of plastic under the board.
     """
     depth = min(TAIL_RELIEF, floor / 2)
     beyond = recess & face(Region(rectangle(start, plan[1] - 1e-3, plan[2] + 1e-3, plan[3] + 1e-3)))

@@ -138,7 +138,7 @@ def measure_solids(layout: Layout, whole: tuple[Solid, ...], loads: tuple[PadLoa
 
 
 def _interferences(meshed: Sequence[MeshedSolid]) -> list[ProofValue]:
-    """Return the volumes that pairs of parts share.
+    """Return the volumes that pairs of parts share, as measurements.
 
     For each pair of groups (`GROUPS`), only the two parts with the largest shared volume are returned. If no parts
     share a volume, a single measurement states this.
@@ -477,7 +477,8 @@ def _opens_inwards(face: Any) -> bool:
 def _bed(corners: Array, normals: Array) -> tuple[str, float]:
     """Return the side on the print bed that needs the least support, and the area (m2) that needs support.
 
-    Among equal sides, it is the side with the largest area on the bed.
+    `corners` (triangles, 3, 3; mm) and `normals` (triangles, 3) describe the part's mesh. Among equal sides, it is the
+    side with the largest area on the bed.
     """
     areas = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     ranked: list[tuple[float, float, str]] = []
@@ -492,7 +493,7 @@ def _bed(corners: Array, normals: Array) -> tuple[str, float]:
 
 
 def as_json(piece: PrintedPiece, process: str) -> dict[str, Any]:
-    """Return the measurements of one part as values for JSON, with lengths in metres rounded to 0.1 um."""
+    """Return the measurements of a part that `process` makes, as JSON values. Lengths (m) are rounded to 0.1 um."""
     return {
         "piece": piece.name,
         "process": process,

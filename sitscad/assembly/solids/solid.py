@@ -161,7 +161,7 @@ def along_jaw(section: Path, x0: float, x1: float, y: float, z: float) -> Any:
 
 
 def rounded_at_tip(x0: float, y0: float, x1: float, y1: float, radius: float) -> Path:
-    """Return the rectangle between two corners (m), with corners rounded by `radius` (m) at the jaw's tip (x0)."""
+    """Return the rectangle between (x0, y0) and (x1, y1) (m). Corners at x0, the jaw's tip, have a `radius` (m)."""
     corners = [Point(x0, y0), Point(x1, y0), Point(x1, y1), Point(x0, y1)]
     return rounded_polygon(corners, [radius, 0.0, 0.0, radius])
 
@@ -180,7 +180,8 @@ def one_solid(shape: Any, what: str) -> Any:
 def subtract(shape: Any, cuts: Iterable[Any], what: str) -> Any:
     """Return a solid minus other solids, which may overlap. Raises `PartsError` if no solid or several solids remain.
 
-    All are subtracted in one operation, which takes half the time of single operations.
+    `what` is the part's name for the message. All solids are subtracted in one operation, which takes half the time of
+    single operations.
     """
     tools = list(cuts)
     return one_solid(shape.cut(*tools), what) if tools else shape

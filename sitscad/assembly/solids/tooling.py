@@ -339,7 +339,10 @@ def foot_pockets(layout: Layout) -> tuple[Path, ...]:
 
 
 def _board_press(layout: Layout, pockets: Sequence[Path]) -> Any:
-    """Return the board's press: feet on the board's rim, hollows over the parts, and a plate with a peg."""
+    """Return the board's press: feet on the board's rim, hollows over the parts, and a plate with a peg.
+
+    `pockets` are the outlines of the hollows.
+    """
     bd, (x0, y0, x1, y1) = import_extra("build123d"), layout.body
     film = layout.spec.encapsulation
     base = film.thickness if film is not None and is_cast(layout) else 0.0
@@ -379,10 +382,10 @@ def push_places(body: Box, body_outline: Path) -> tuple[tuple[Point, ...], float
 
 
 def _walls_between_wells(mount: Mount | None, row: Sequence[Body]) -> tuple[list[Path], float]:
-    """Return the walls between neighbouring wells that are too thin to be made, and the radius (m) of drilled corners.
+    """Return the walls between wells that are too thin to be made, and the radius (m) of the wells' drilled corners.
 
-    Such walls are left out, which joins the wells. The radius is small enough that the other walls stay connected with
-    the frame.
+    `row` are the parts that lie in the wells of a frame. Thin walls are left out, which joins the wells. The radius is
+    small enough that the other walls stay connected with the frame.
     """
     wall, gap = print_limit(process_of(mount), "wall").value, process_clearance(mount)
     walls, relief = [], CORNER_RELIEF

@@ -96,7 +96,7 @@ def _body_face(body: Box, outline: Path) -> Any:
 def ring(spec: CoilSpec, coil: Coil, number: int) -> Region:
     """Return the ring that a coil's tracks cover on one of its layers, as a region from above.
 
-    `spec` holds for coils without own windings.
+    `number` is the number of the copper layer. `spec` describes coils that have no windings of their own.
     """
     spec = coil.placement.own or spec
     order = [winding.layer for winding in coil.windings].index(number)
@@ -114,7 +114,11 @@ def _at_coil(path: Path, coil: Coil) -> Path:
 def _body_layer_solids(
     body: Any, layer: StackLayer, index: int, number: int, heights: Heights, rings: list[tuple[Coil, Region]]
 ) -> Iterator[Solid]:
-    """Yield one layer of the body as solids. For a copper layer: the rings of coils, and the adhesive around them."""
+    """Yield the solids of one layer of the body. A copper layer has the rings of coils and the adhesive around them.
+
+    `body` is the body's outline as a face, `index` the layer's position from the top, and `number` the number of a
+    copper layer. `rings` are the coils on the layer with their rings.
+    """
     kind = layer.kind.value
     if layer.kind is not LayerKind.COPPER:
         name, shape = f"board-{index + 1}-{kind}", extruded(body, *heights)
@@ -175,7 +179,10 @@ def _copper(part: str, layers: tuple[StackLayer, ...]) -> Iterator[tuple[int, st
 def _areas(
     traces: Sequence[Trace], vias: Sequence[Via], pads: Sequence[Pad], body_end: float
 ) -> Iterator[tuple[float, float]]:
-    """Yield (area in m2, x in m) of the copper on a layer. Tracks are divided at x = `body_end` (m)."""
+    """Yield (area in m2, x in m) of each piece of track, via or pad on a layer.
+
+    Tracks are divided at x = `body_end` (m).
+    """
     for trace in traces:
         for a, b in pairwise(trace.path.flattened(CHORD)):
             cut = (body_end - a.x) / (b.x - a.x) if a.x != b.x else 0.0
@@ -318,7 +325,8 @@ def glue_lines(layout: Layout, pieces: tuple[Solid, ...], hard: Adhesive | None 
 def _glue_line(part: str, plates: dict[str, list[Any]], low: float, line: float) -> Any | None:
     """Return the glue under a part, `line` (mm) thick. None if no part is below.
 
-    The glue covers the part's lower face at height `low` (mm), limited to the horizontal faces of the parts below.
+    `plates` has the horizontal faces of each part by its name. The glue covers the part's lower face at height `low`
+    (mm), as far as faces of other parts lie below it.
     """
     bd, height = import_extra("build123d"), low - line
     below = [each for name, plate in plates.items() if name != part for each in _faces_at(plate, height)]
@@ -539,7 +547,11 @@ def density(material: str) -> tuple[float, str] | None:
 def _weight(
     coils: tuple[Coil, ...], trace_width: float, solid: Solid, densities: dict[str, tuple[float, str]], copper: float
 ) -> Weight:
-    """Return the weight of a solid that contains `copper` (m3). Without a known density: no mass, and the reason."""
+    """Return the weight of a solid, with `copper` (m3) of leads and contacts in it.
+
+    `trace_width` (m) is the width of the coils' tracks. `densities` maps materials to density (kg/m3) and source. If a
+    material is missing there, the table of materials is used. If no density is known, the mass is None.
+    """
     x, y, z = (float(value) * 1e-3 for value in solid.shape.center(import_extra("build123d").CenterOf.MASS))
     track_fraction = track_share(coils, trace_width, solid) if solid.role is BodyRole.COPPER else 1.0
     entry, of_copper = densities.get(solid.material) or density(solid.material), density("copper")
@@ -552,7 +564,7 @@ def _weight(
 
 
 def track_share(coils: tuple[Coil, ...], trace_width: float, solid: Solid) -> float:
-    """Return the fraction of a coil's ring that its tracks fill: track area divided by ring area."""
+    """Return the fraction of a coil's ring (`solid`) that tracks of this width (m) fill."""
     _, number, name = solid.name.split("-", 2)
     coil = next(coil for coil in coils if coil.name == name)
     winding = next(winding for winding in coil.windings if winding.layer == int(number))

@@ -123,7 +123,7 @@ def _require_valid_writer(name: str, writer: Writer) -> None:
 
 
 def _guarded_rule(name: str, rule: Rule, file: str | None) -> Callable[[Design], list[Verdict]]:
-    """Return a rule's function in a wrapper that reports errors with the plugin's name."""
+    """Return a rule's function in a wrapper that reports errors with the plugin's name. `file` is the plugin's file."""
 
     def apply(design: Design) -> list[Verdict]:
         """Return the rule's findings without fixes. Raises PluginError for any error in the rule."""
@@ -156,7 +156,7 @@ _FIELDS: dict[str, Any] = {
 
 
 def _guarded_writer(name: str, writer: Writer, file: str | None) -> Writer:
-    """Return a writer whose functions have a wrapper that reports errors with the plugin's name."""
+    """Return a writer whose functions have a wrapper that reports errors with the plugin's name and its `file`."""
 
     def told(function: Callable[..., Made], *values: object) -> Made:
         with reported_plugin_call(f"plugin {name}: writer {writer.name}", file):
@@ -218,7 +218,7 @@ def _line_in(file: str | None, error: BaseException) -> int | None:
 
 
 def _warn_while_running(what: str, done: threading.Event) -> None:
-    """Log warnings that a plugin is still running, until `done` is set.
+    """Log warnings that the part `what` of a plugin is still running, until `done` is set.
 
     The first warning comes after `SLOW` seconds. The time before each further warning is the total time so far. By
     default, the log is written to standard error.
