@@ -45,7 +45,7 @@ class Bus(ctypes.Structure):
 
 def boards(design: sitscad.Design, fault: str) -> list[SimulatedConverter]:
     """Return the converters of a board with a fault."""
-    number = design.spec.readout.device.needed(len(design.estimates.coils))
+    number = design.spec.readout.device.converter_count(len(design.estimates.coils))
     return [SimulatedConverter(design, faults=[fault] if fault else [], number=k) for k in range(number)]
 
 
@@ -59,7 +59,7 @@ class Driver:
 
     def __init__(self, design: sitscad.Design, folder: Path) -> None:
         self.design, self.coils = design, [coil.name for coil in design.estimates.coils]
-        if design.spec.readout.device.places(len(self.coils))[-1].bus:
+        if design.spec.readout.device.coil_channels(len(self.coils))[-1].bus:
             raise SystemExit("faults.py runs a driver on one I2C bus")
         for name, content in firmware.render(design.spec, design.estimates).items():
             path = folder / name

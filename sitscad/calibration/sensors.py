@@ -29,7 +29,7 @@ from sitscad.kernels.electromagnetics.polynomials import (
     halton_points,
     least_squares,
 )
-from sitscad.kernels.electromagnetics.resonator import oscillate_similar
+from sitscad.kernels.electromagnetics.resonator import oscillate_at_fixed_inductance
 from sitscad.kernels.mechanics.elastomer import HELD_SHEAR, HELD_STRAIN
 from sitscad.kernels.mechanics.motion import angles, rotations
 from sitscad.spec.sensor import SensorSpec
@@ -347,7 +347,7 @@ class Sensors:
         more = free * (off["inductance"] + np.array([off[f"inductance.{name}"] for name in self.coils]))
         network = self.model.network
         unit = replace(network, capacitor=network.capacitor * np.exp([off[f"capacitor.{name}"] for name in self.coils]))
-        return oscillate_similar(unit, changed + more, resistance, delay).frequency * (1.0 - off["clock"])
+        return oscillate_at_fixed_inductance(unit, changed + more, resistance, delay).frequency * (1.0 - off["clock"])
 
     def frequencies_under(self, errors: Array, loads: Array, exact: bool = False) -> Array:
         """Return the frequencies (Hz; n, coils) of one sensor under loads (n, 3; N)."""
@@ -357,7 +357,7 @@ class Sensors:
     def free_frequencies(self) -> Array:
         """Frequencies (Hz; coils) of the nominal sensor without its target. Jaw and shield stay in place."""
         delay = self.model.tank.converter.limit("drive_delay")
-        return oscillate_similar(self.model.network, *self.impedances_without_target, delay).frequency
+        return oscillate_at_fixed_inductance(self.model.network, *self.impedances_without_target, delay).frequency
 
     @cached_property
     def conversion(self) -> Conversion:

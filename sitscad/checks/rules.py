@@ -335,7 +335,8 @@ def finding_of(
     return Finding(
         rule=rule.id, name=rule.name, severity=severity, message=message,
         hint=hint or rule.mend, key=complaint.key, measured=complaint.measured, limit=complaint.limit,
-        unit=complaint.unit, source=complaint.source or converter.cited_alone(rule.source), place=complaint.place,
+        unit=complaint.unit, place=complaint.place,
+        source=complaint.source or converter.text_with_own_sources(rule.source),
         sigma=complaint.sigma, keeps_limit=complaint.keeps_limit, detail=detail, cases=complaint.cases(is_hinted),
     )
 

@@ -428,7 +428,7 @@ class Estimates:
 
         Values are None if they are absent or not finite.
         """
-        places = self.readout.device.places(len(self.all_coils))
+        places = self.readout.device.coil_channels(len(self.all_coils))
         return {
             "sitscad": __version__,
             "spec": spec_path,

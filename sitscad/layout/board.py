@@ -20,17 +20,17 @@ import numpy as np
 from sitscad.basics.arrays import Array, Index
 from sitscad.basics.finding import Shortfall
 from sitscad.basics.record import record, replace
-from sitscad.kernels.geometry.convex import Box, within_box
+from sitscad.kernels.geometry.convex import Box, clip_to_box
 from sitscad.kernels.geometry.path import Arc, Line, Path, Point, Region, Segment, bounding_box, box_around
 from sitscad.kernels.geometry.primitives import (
     Primitives,
     Row,
     distances,
+    distances_to_points,
     from_rows,
     line_row,
     nearest_pairs,
     path_rows,
-    to_points,
 )
 from sitscad.layout.clearance import ALONG
 from sitscad.layout.teardrop_outlines import SLACK, contact_teardrops, via_teardrops
@@ -370,7 +370,7 @@ class Layout:
         written = self.spec.body_outline
         if written is not None:
             return written
-        within = within_box(self.outline, self.body)
+        within = clip_to_box(self.outline, self.body)
         assert within is not None
         return within
 
@@ -585,4 +585,4 @@ class _CopperAround:
             return True
         follows = min(p.distance(leg.end) for p in (other.start, other.end)) < SLACK
         there = np.array([leg.end])
-        return follows and float(to_points(self._pieces.take(np.array([piece])), there)[0]) < trace.width
+        return follows and float(distances_to_points(self._pieces.take(np.array([piece])), there)[0]) < trace.width

@@ -13,12 +13,12 @@ from sitscad.basics.record import record
 from sitscad.kernels.geometry.path import Path, Point
 from sitscad.kernels.geometry.primitives import (
     Primitives,
-    concatenated,
+    concatenate_primitives,
     distances,
+    distances_to_points,
     from_rows,
     nearest_pairs,
     path_rows,
-    to_points,
 )
 from sitscad.spec.design_rules import DesignRules
 
@@ -114,7 +114,7 @@ class CopperBoxes:
         """Return the table of several tracks."""
         widths = np.repeat([track.width / 2 for track in tracks], [len(track.boxes) for track in tracks])
         boxes = np.concatenate([np.empty((0, 4)), *(track.boxes for track in tracks)])
-        return cls(concatenated([track.pieces for track in tracks]), boxes, widths)
+        return cls(concatenate_primitives([track.pieces for track in tracks]), boxes, widths)
 
 
 class Obstacles:
@@ -221,7 +221,7 @@ def _meetings(copper: CopperBoxes, centres: Array, keep: Array) -> Index:
     """
     pairs = nearest_pairs(copper.boxes, copper.half_width, np.hstack([centres, centres]), keep)
     piece, hole = pairs[:, 0], pairs[:, 1]
-    gaps = to_points(copper.pieces.take(piece), centres[hole])
+    gaps = distances_to_points(copper.pieces.take(piece), centres[hole])
     return pairs[gaps < keep[hole] + copper.half_width[piece] - SLACK]
 
 

@@ -17,11 +17,11 @@ from sitscad.kernels.geometry.primitives import (
     Primitives,
     Row,
     distances,
+    distances_to_points,
     from_rows,
     line_row,
     nearest_pairs,
     path_rows,
-    to_points,
 )
 from sitscad.layout.board import Layout, Pad, Role, Teardrop, Trace, Via
 from sitscad.layout.clearance import ALONG
@@ -312,7 +312,7 @@ def _place(copper: Copper, a: int, b: int) -> tuple[float, float]:
         a, b = b, a
     fractions = np.linspace(0.0, 1.0, 33)
     points = copper.pieces.take(np.full(33, a)).trimmed(fractions, fractions).start
-    nearest = int(np.argmin(to_points(copper.pieces.take(np.full(33, b)), points)))
+    nearest = int(np.argmin(distances_to_points(copper.pieces.take(np.full(33, b)), points)))
     return float(points[nearest, 0]), float(points[nearest, 1])
 
 

@@ -340,7 +340,7 @@ def _counted(nest: Nest) -> Iterator[str]:
 
 
 def _texts(part: CutPart) -> tuple[str, ...]:
-    kerf, sizes = part.kerf, PLATES[part.shape].size_in_words(part.size)
+    kerf, sizes = part.kerf, PLATES[part.shape].size_text(part.size)
     half = in_mm(kerf / 2)
     compensation = (
         (
@@ -374,7 +374,7 @@ def _order(is_engraved: bool) -> Iterator[str]:
 
 def _marks(part: CutPart, coils: list[Point], centre: Point, width: float, height: float) -> Iterator[Contour]:
     """Yield cross marks on REF: at the part's centre, at the coils under it, and in two corners to align the sheet."""
-    marks = (centre.shifted(*part.place.place_of(coil)) for coil in coils)
+    marks = (centre.shifted(*part.place.local_coordinates(coil)) for coil in coils)
     under = [mark for mark in marks if 0.0 < mark.x < width and 0.0 < mark.y < height]
     inset = MARGIN / 2
     places = dict.fromkeys(under, MARK_ARM / 2)

@@ -123,7 +123,7 @@ def coils_from(spec: SensorSpec, plate: Target | ElastomerPad) -> dict[str, tupl
     Coordinates are along the plate's own axes.
     """
     here = footprint(spec, plate)
-    return {placement.name: here.place_of(Point(*placement.centre)) for placement in spec.array.placements}
+    return {placement.name: here.local_coordinates(Point(*placement.centre)) for placement in spec.array.placements}
 
 
 def breadth_from(spec: SensorSpec, plate: Target | ElastomerPad) -> tuple[float, float]:

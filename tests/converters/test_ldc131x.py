@@ -67,10 +67,10 @@ def test_gain_and_offset_registers_are_written_before_wake_up() -> None:
 def test_result_is_shifted_part_of_conversion_in_data_sheet_example(code: int, reported: int) -> None:
     """SNOSCZ0A 8.1.3.2: of the conversion 0x07A3 results are 0x07A without gain and 0x7A3 with the highest."""
     conversion = counter(LDC1314, gain=code, offsets=(0,))
-    frequency = 40e6 * (reported << conversion.shift) / 2.0**16
-    assert conversion.read(np.array([[frequency]]))[0, 0] == reported << conversion.shift
-    assert (reported << conversion.shift) >> conversion.shift == reported
-    assert 0x07A3 >> conversion.shift == reported
+    frequency = 40e6 * (reported << conversion.omitted_low_bits) / 2.0**16
+    assert conversion.read(np.array([[frequency]]))[0, 0] == reported << conversion.omitted_low_bits
+    assert (reported << conversion.omitted_low_bits) >> conversion.omitted_low_bits == reported
+    assert 0x07A3 >> conversion.omitted_low_bits == reported
 
 
 def by_the_data_sheet(data: int, code: int, offset: int, divider: int, reference: float) -> float:
@@ -83,12 +83,12 @@ def test_result_converts_to_counts_and_frequency_and_back(
     data: int, code: int, offset: int, divider: int, reference: float
 ) -> None:
     conversion = counter(LDC1314, 9471, divider, code, (offset,), reference)
-    counts = (data << conversion.shift) + offset
+    counts = (data << conversion.omitted_low_bits) + offset
     frequency = by_the_data_sheet(data, code, offset, divider, reference)
     assert float(conversion.frequencies(np.array(counts))) == approx(frequency, rel=1e-12)
     assert conversion.read(np.array([[frequency]]))[0, 0] == counts
     least, most = conversion.ends(0)
-    assert least < counts < most and most - least == 0xFFF << conversion.shift
+    assert least < counts < most and most - least == 0xFFF << conversion.omitted_low_bits
     assert conversion.result_step == approx(
         by_the_data_sheet(data + 1, code, offset, divider, reference) - frequency, rel=1e-6
     )
@@ -105,9 +105,9 @@ def test_chosen_offset_and_gain_keep_results_inside_range(bands: list[tuple[floa
     for coil, (low, high) in enumerate(ends):
         least, most = conversion.ends(coil)
         below, above = (conversion.counts(np.array(f)) for f in (low, high))
-        assert above <= most - margin * 2**conversion.shift and below > least
-        assert offsets[coil] == 0 or below >= least + margin * 2**conversion.shift
-        assert 0 <= offsets[coil] <= 0xFFFF and offsets[coil] % 2**conversion.shift == 0
+        assert above <= most - margin * 2**conversion.omitted_low_bits and below > least
+        assert offsets[coil] == 0 or below >= least + margin * 2**conversion.omitted_low_bits
+        assert 0 <= offsets[coil] <= 0xFFFF and offsets[coil] % 2**conversion.omitted_low_bits == 0
 
 
 @pytest.mark.parametrize(
@@ -153,4 +153,5 @@ def test_ldc131x_findings_cite_only_its_data_sheet() -> None:
     assert len(texts) > 5 and all("SNOSCY9A" in text and "SNOSCZ0A" in text for text in texts)
     for text in texts:
         if "coupled oscillators" not in text:
-            assert "SNOSCY9A" not in LDC1314.cited_alone(text) and "SNOSCZ0A" in LDC1314.cited_alone(text)
+            own = LDC1314.text_with_own_sources(text)
+            assert "SNOSCY9A" not in own and "SNOSCZ0A" in own

@@ -202,14 +202,15 @@ def test_coils_are_distributed_evenly_over_converters():
         (1,), (4,), (3, 2), (3, 3), (4, 4), (3, 3, 3), (4, 3, 3), (4, 3, 3, 3),
     ]
     assert [law.reference_divider(LDC1614, 40e6, shares(coils)[-1]) for coils in (1, 5, 9)] == [2, 1, 1]
-    assert presets.converter("ldc1612").shares(3) == (2, 1)
+    assert presets.converter("ldc1612").coils_per_converter(3) == (2, 1)
 
 
 def test_coils_fill_converters_in_order_then_second_bus():
     two = presets.converter("ldc1612")
     assert two.most_coils == 4
-    assert [at.converter_in_words for at in two.places(5)] == ["1 (0x2A)"] * 2 + ["2 (0x2B)"] * 2 + ["3 (bus 2, 0x2A)"]
-    assert two.places(5)[3].pin("B") == "IN1B"
+    channels = two.coil_channels(5)
+    assert [at.converter_text for at in channels] == ["1 (0x2A)"] * 2 + ["2 (0x2B)"] * 2 + ["3 (bus 2, 0x2A)"]
+    assert channels[3].pin("B") == "IN1B"
 
 
 @pytest.mark.parametrize("name", presets.names("converter"))

@@ -147,7 +147,7 @@ def test_family_may_define_additional_limits(xdc2214, data):
         table.write("warm_up_time,4e-5,s,verified,XAC0001 9\nsleep,asleep until RUN,words,verified,XAC0001 9\n")
     forget()
     for device in map(presets.converter, ("xdc2214", "ldc1614")):
-        assert device.cited_alone(source_in_all("noise_law")) == device.source_of("noise_law")
+        assert device.text_with_own_sources(source_in_all("noise_law")) == device.source_of("noise_law")
     assert presets.converter("xdc2214").limit("warm_up_time") == 4e-5
 
 

@@ -271,7 +271,8 @@ def test_gradient_fields_drive_no_target_current(surface):
     across, up = slopes.copy(), slopes.copy()
     across[:, 2], up[:, :2] = 0.0, 0.0
     whole, parts = (
-        np.array([max(np.abs(item.drive(field)).max(initial=0.0) for item in surface.classes) for field in fields])
+        np.array([max(np.abs(item.flux_linkages(field)).max(initial=0.0) for item in surface.classes)
+                  for field in fields])
         for fields in ([slopes], [across, up])
     )
     assert parts.min() > 0.0 and whole.max() < 1e-3 * parts.min()
@@ -295,8 +296,8 @@ def test_flux_linkage_and_current_operators_are_transposed(surface):
     field = np.sin(np.arange(len(surface.points) * 3 * 2)).reshape(-1, 3, 2)
     for item in surface.classes:
         some = np.cos(np.arange(len(item.functions.inductance) * 3)).reshape(-1, 3)
-        linked = np.einsum("pcm,pcs->ms", item.spread(some), field)
-        assert linked == approx(some.T @ item.drive(field), rel=1e-9, abs=1e-12)
+        linked = np.einsum("pcm,pcs->ms", item.potential_weights(some), field)
+        assert linked == approx(some.T @ item.flux_linkages(field), rel=1e-9, abs=1e-12)
 
 
 @pytest.mark.slow

@@ -15,7 +15,7 @@ from sitscad.kernels.electromagnetics.resonator import (
     Network,
     apparent_inductance,
     oscillate,
-    oscillate_similar,
+    oscillate_at_fixed_inductance,
     resonance_frequency,
 )
 
@@ -23,7 +23,7 @@ PLAIN = Network(0.0, 0.0, 220e-12, False)
 
 
 def tank(network, inductance, resistance, delay=0.0):
-    return oscillate_similar(network, np.array([inductance]), np.array([resistance]), delay).as_list()[0]
+    return oscillate_at_fixed_inductance(network, np.array([inductance]), np.array([resistance]), delay).as_list()[0]
 
 
 @pytest.mark.parametrize("quality", [0.02, 0.5, 0.9, 0.999])
@@ -136,7 +136,7 @@ def test_tank_uses_inductance_and_resistance_at_its_frequency():
     network = Network(8e-12, 4e-12, np.array([100e-12, 220e-12, 1e-9]), True, 0.02)
     result = oscillate(network, coil, 5e-9, np.array([9e6, 6e6, 3e6]))
     inductance, resistance = coil(result.frequency)
-    equal = oscillate_similar(network, inductance, resistance, 5e-9)
+    equal = oscillate_at_fixed_inductance(network, inductance, resistance, 5e-9)
     assert result.frequency == approx(equal.frequency, rel=1e-11)
     assert result.inductance == approx(inductance, rel=1e-10) and result.resistance == approx(resistance, rel=1e-9)
 
@@ -174,5 +174,5 @@ def test_coil_of_high_quality_behind_long_cable_oscillates(cable, inductance, re
 
 def test_invalid_inductances_give_nan_without_affecting_others():
     inductance = np.array([2e-6, -1e-6, 0.0, np.nan, 2e-6])
-    result = oscillate_similar(PLAIN, inductance, np.array([3.0, 3.0, 3.0, 3.0, -3.0]), 5e-9).frequency
+    result = oscillate_at_fixed_inductance(PLAIN, inductance, np.array([3.0, 3.0, 3.0, 3.0, -3.0]), 5e-9).frequency
     assert result[0] == approx(tank(PLAIN, 2e-6, 3.0, 5e-9).frequency, rel=1e-12) and np.isnan(result[1:]).all()

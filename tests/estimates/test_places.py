@@ -19,7 +19,7 @@ from sitscad.estimates.targets.finite_target import target_ratios
 from sitscad.kernels.electromagnetics.metal.finite_plate import CoaxialRings, FinitePlate, plate_ratio
 from sitscad.kernels.geometry.convex import Footprint
 from sitscad.kernels.geometry.path import Point
-from sitscad.kernels.mechanics.elastomer import press_part
+from sitscad.kernels.mechanics.elastomer import compress_part
 from sitscad.spec.load import load_text
 from sitscad.spec.places import footprint
 
@@ -129,7 +129,7 @@ def test_loaded_area_and_strain_change_continuously_with_target_size(pad, is_rou
     """A square of 5.66 mm on a round pad of 8 mm loaded a fifth less than one of 5.65 mm."""
     faces = [loaded(pad, (is_round, side, side)) for side in np.arange(3.0, 12.0, 0.05)]
     whole = loaded(pad, pad)
-    strains = [press_part(whole, face, 1e-3, 60e3, 1.5e9, 4.8).strain for face in faces]
+    strains = [compress_part(whole, face, 1e-3, 60e3, 1.5e9, 4.8).strain for face in faces]
     assert all(-1e-12 <= b.area - a.area < 0.04 * whole.area for a, b in pairwise(faces))
     assert all(-0.05 < b - a < 1e-9 for a, b in pairwise(strains))
     assert faces[-1].area == approx(whole.area, rel=1e-6)
@@ -154,7 +154,7 @@ def test_rotated_target_within_pad_loads_its_full_area():
 def test_default_pad_size_covers_rotated_and_offset_target():
     spec = sensor(TRIANGLE, "size: 4, rotation: 45 deg, offset: [0.5, -0.2]", "thickness: 1")
     pad, target = footprint(spec, spec.elastomer), footprint(spec, spec.target)
-    assert target.hangs_over(pad.outline()) <= 1e-9
+    assert target.overhang_beyond(pad.outline()) <= 1e-9
     assert pad.centre == approx(Point(0.0, 0.0), abs=1e-12)
 
 

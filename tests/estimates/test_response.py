@@ -23,7 +23,7 @@ from sitscad.estimates.states.plate import sheet_spectrum, solved_plate, solving
 from sitscad.estimates.states.scan import FEW, Changes, ExactSolver, changes_at_poses
 from sitscad.kernels.electromagnetics.eddy.target import changes_at
 from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
-from sitscad.kernels.electromagnetics.resonator import Network, oscillate_similar
+from sitscad.kernels.electromagnetics.resonator import Network, oscillate_at_fixed_inductance
 from sitscad.spec.load import load_text
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
@@ -267,9 +267,9 @@ def test_band_interpolation_reproduces_smooth_functions():
 def test_vectorised_oscillation_equals_single_oscillations(at_coil):
     network = Network(20e-12, 10e-12, 300e-12, at_coil, 0.02, 180e-9, 0.3)
     inductance, resistance = np.array([2e-6, 1.5e-6, 2e-6]), np.array([3.0, 5.0, 4e3])
-    result = oscillate_similar(network, inductance, resistance, 5e-9)
+    result = oscillate_at_fixed_inductance(network, inductance, resistance, 5e-9)
     for k in range(2):
-        (item,) = oscillate_similar(network, inductance[k:k + 1], resistance[k:k + 1], 5e-9).as_list()
+        (item,) = oscillate_at_fixed_inductance(network, inductance[k:k + 1], resistance[k:k + 1], 5e-9).as_list()
         assert result.frequency[k] == approx(item.frequency, rel=1e-12)
         assert result.parallel_resistance[k] == approx(item.parallel_resistance, rel=1e-9)
     assert np.isnan(result.frequency[2])

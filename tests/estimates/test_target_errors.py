@@ -13,7 +13,7 @@ from sitscad.kernels.electromagnetics.metal.finite_plate import (
     EASED,
     CoaxialRings,
     FinitePlate,
-    eased_error,
+    error_with_transition,
     loss_ratio_error,
     magnetic_ratio_error,
     ratio_error,
@@ -102,6 +102,6 @@ def test_smooth_errors_are_never_below_stepped_errors():
 
 
 def test_eased_error_reaches_its_end_values():
-    assert eased_error(0.6, 0.6, 0.12, 0.03) == 0.12
-    assert eased_error(0.6 * EASED, 0.6, 0.12, 0.03) == approx(0.03, rel=1e-6)
-    assert 0.03 < eased_error(0.7, 0.6, 0.12, 0.03) < 0.12
+    assert error_with_transition(0.6, 0.6, 0.12, 0.03) == 0.12
+    assert error_with_transition(0.6 * EASED, 0.6, 0.12, 0.03) == approx(0.03, rel=1e-6)
+    assert 0.03 < error_with_transition(0.7, 0.6, 0.12, 0.03) < 0.12

@@ -50,7 +50,7 @@ def test_kicad_checks_schematic_without_error_and_reads_expected_nets(name, conv
     assert given["J1"] == f"Connector_FFC-FPC:Amphenol-FCI_SFV{count}R-1ST_1x{count:02}-1MP_P0.5mm_Horizontal"
     # the tail goes in upwards and face down, pad 1 at the left: there its y is the lowest
     order = [pad.number for pad in sorted(design.layout.pads, key=lambda pad: pad.centre.y)]
-    assert f"PinHeader_1x{5 + design.spec.readout.device.needed(len(design.layout.coils)):02}_" in given["J2"]
+    assert f"PinHeader_1x{5 + design.spec.readout.device.converter_count(len(design.layout.coils)):02}_" in given["J2"]
     assert ("WQFN-16" if converter == "ldc1614" else "WSON-12") in given["U1"]
     pins = {f"IN{channel}{end}": str(9 + 2 * channel + k) for channel in range(4) for k, end in enumerate("AB")}
     for item in contacts(design.layout):
@@ -59,7 +59,7 @@ def test_kicad_checks_schematic_without_error_and_reads_expected_nets(name, conv
             pad = str(order.index(item.number) + 1)
             assert {("J1", pad), (f"U{converter_number}", pins[item.converter_pin])} < nets[item.pin]
             assert len(nets[item.pin]) == 3  # and the tank's capacitor
-    for number in range(design.spec.readout.device.needed(len(design.layout.coils))):
+    for number in range(design.spec.readout.device.converter_count(len(design.layout.coils))):
         ref = f"U{number + 1}"
         assert {(ref, "1")} < nets["SCL"] and {(ref, "2")} < nets["SDA"] and {(ref, "6")} < nets["SD"]
         assert (ref, "4") in nets["VDD" if number else "GND"] and {(ref, "3"), ("Y1", "3")} <= nets["CLK"]

@@ -11,7 +11,7 @@ from shapely.geometry import Point as Dot
 from shapely.geometry import Polygon
 from tolerance import approx
 
-from sitscad.kernels.geometry.convex import Footprint, centroid, clip_path, signed_distance, within_box
+from sitscad.kernels.geometry.convex import Footprint, centroid, clip_path, clip_to_box, signed_distance
 from sitscad.kernels.geometry.path import Point, circle, enclosed_area, rectangle
 
 lengths = st.floats(0.2, 12.0)
@@ -32,7 +32,7 @@ def polygon(path):
 @given(plates, plates)
 def test_overlap_of_plates_matches_shapely(one, other):
     shared = polygon(one.outline()).intersection(polygon(other.outline()))
-    result = one.common(other)
+    result = one.intersection(other)
     area = 0.0 if result is None else enclosed_area(result)
     assert area == approx(shared.area, abs=1e-3)
     if shared.area > 1e-2:
@@ -56,7 +56,7 @@ def test_distance_beyond_rounded_body_matches_shapely(x, y, radius, px, py):
 @given(plates, lengths, lengths, radii)
 def test_plate_overhang_equals_distance_beyond_body(plate, x, y, radius):
     ground = rectangle(-x, -y, x, y, radius)
-    over = plate.hangs_over(ground)
+    over = plate.overhang_beyond(ground)
     outside = polygon(plate.outline()).difference(polygon(ground))
     if over <= 0.0:
         assert outside.area < 1e-4
@@ -68,7 +68,7 @@ def test_plate_overhang_equals_distance_beyond_body(plate, x, y, radius):
 
 def test_box_cuts_body_from_board_with_tail():
     board = rectangle(-5.0, -1.0, 20.0, 1.0, 0.4)
-    body = within_box(board, (-5.0, -1.0, 3.0, 1.0))
+    body = clip_to_box(board, (-5.0, -1.0, 3.0, 1.0))
     assert enclosed_area(body) == approx(16.0 - 2 * (1 - math.pi / 4) * 0.4**2, rel=1e-6)
 
 

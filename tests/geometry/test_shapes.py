@@ -55,10 +55,10 @@ def test_new_outline_is_drawn_at_its_boundary(dodecagon):
 
 
 def test_outline_properties_match_each_shape():
-    assert (SHAPES["circle"].ends, SHAPES["rectangle"].ends, SHAPES["racetrack"].ends) == (None, 4, 2)
+    assert [SHAPES[name].ends_per_turn for name in ("circle", "rectangle", "racetrack")] == [None, 4, 2]
     assert SHAPES["racetrack"].is_long and not SHAPES["hexagon"].is_long
     assert SHAPES["hexagon"].area == approx(math.sqrt(3) / 2, rel=1e-6)
-    assert SHAPES["octagon"].shrinks == approx(16 * math.tan(math.pi / 8), rel=1e-6)
+    assert SHAPES["octagon"].turn_shortening == approx(16 * math.tan(math.pi / 8), rel=1e-6)
 
 
 class Ring(Round):

@@ -9,7 +9,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from tolerance import approx
 
-from sitscad.kernels.mechanics.elastomer import Face, compress, force_for_strain, press_part, shape_factor
+from sitscad.kernels.mechanics.elastomer import Face, compress, compress_part, force_for_strain, shape_factor
 
 BULK = 1.5e9
 WIDTHS, MODULI = st.floats(0.5e-3, 20e-3), st.floats(5e3, 1e6)
@@ -93,15 +93,15 @@ SQUARE = Face(8e-3, 8e-3)
 
 def test_target_smaller_than_pad_compresses_more_than_full_target():
     """What erred on the unsafe side: the whole pad was taken as loaded, and the strain came out too low."""
-    part = press_part(SQUARE, Face(4e-3, 4e-3), 1e-3, 60e3, BULK, 4.8)
-    whole = press_part(SQUARE, SQUARE, 1e-3, 60e3, BULK, 4.8)
+    part = compress_part(SQUARE, Face(4e-3, 4e-3), 1e-3, 60e3, BULK, 4.8)
+    whole = compress_part(SQUARE, SQUARE, 1e-3, 60e3, BULK, 4.8)
     alone = compress(Face(4e-3, 4e-3), 1e-3, 60e3, BULK, 4.8)
     assert part.strain == alone.strain > 3.0 * whole.strain
     assert part.least_strain == whole.strain == whole.least_strain
     assert part.loaded_share == approx(0.25, rel=1e-6) and part.loaded_area == approx(16e-6, rel=1e-6)
     assert not part.valid and "25 % of the pad" in part.note
-    assert whole.valid and whole.doubt == 0.0
-    assert part.doubt == approx((part.strain - whole.strain) / math.sqrt(3.0), rel=1e-6)
+    assert whole.valid and whole.strain_uncertainty == 0.0
+    assert part.strain_uncertainty == approx((part.strain - whole.strain) / math.sqrt(3.0), rel=1e-6)
 
 
 def test_pads_too_long_or_wide_for_formula_are_marked_invalid():
@@ -114,6 +114,6 @@ def test_pads_too_long_or_wide_for_formula_are_marked_invalid():
 @given(WIDTHS, WIDTHS, st.floats(0.1, 1.0), st.floats(0.1, 1.0), st.booleans(), st.floats(0.2e-3, 5e-3), MODULI,
        st.floats(0.01, 50.0))
 def test_smaller_target_never_compresses_less(a, b, along, across, is_round, h, mu, force):
-    result = press_part(Face(a, b, is_round), Face(along * a, across * b, is_round), h, mu, BULK, force)
+    result = compress_part(Face(a, b, is_round), Face(along * a, across * b, is_round), h, mu, BULK, force)
     assert result.strain >= result.least_strain
     assert 0.0 < result.loaded_share <= 1.0 + 1e-12

@@ -24,7 +24,7 @@ from sitscad.kernels.geometry.shapes import SpiralDimensions
 from sitscad.spec.coil import CoilSpec
 
 SHAPES = ("circle", "square", "rectangle", "hexagon", "octagon", "racetrack")
-PARTS = {name: outline.ends for name, outline in OUTLINES.items() if outline.ends}
+PARTS = {name: outline.ends_per_turn for name, outline in OUTLINES.items() if outline.ends_per_turn}
 POLYGONS = ("square", "rectangle", "hexagon", "octagon")
 FAMILIES = (*SHAPES, "rounded")
 MOST_TURNS = 12.0

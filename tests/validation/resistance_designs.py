@@ -7,7 +7,7 @@ polygons in turn with a corner radius.
 
 `python tests/validation/resistance_designs.py` writes `resistance_designs.csv`: the rise of the resistance at
 FREQUENCIES of every design by a solution with more of everything (azimuths or cuts, modes, points, Lanczos steps). The
-numbers of `estimates/circuits/solved_winding.py` and `proximity.missed_crossings` were fitted to the designs below
+numbers of `estimates/circuits/solved_winding.py` and `proximity.crossing_error` were fitted to the designs below
 UNSEEN, those from there on were looked at afterwards (one of them, an octagon, made its number larger).
 """
 

@@ -51,7 +51,7 @@ def test_default_azimuths_resolve_quarter_turns_on_four_layers():
     many = proximity.LossResolution(resolution.modes, 32, resolution.steps)
     converged = proximity.winding_loss(layers, designs.COPPER, resolution=many).resistance_ratio(8.34e6)
     assert usual == approx(converged, rel=2e-3)
-    assert proximity.missed_crossings(layers, 3) > 0.023  # the error that was, of the loss that is added
+    assert proximity.crossing_error(layers, 3) > 0.023  # the error that was, of the loss that is added
 
 
 def test_layers_without_crossings_use_minimum_azimuths():

@@ -64,7 +64,7 @@ class Board:
         assert conversion is not None
         self.conversion = conversion
         self.at = cast(DriverRegisters, design.spec.readout.device.register_map)
-        self.places = design.spec.readout.device.places(len(self.bands))
+        self.places = design.spec.readout.device.coil_channels(len(self.bands))
         self.idle = [0] * len(chips)
         self.past: dict[int, tuple[int, int, int | None]] = {}
 

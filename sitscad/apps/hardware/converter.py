@@ -337,7 +337,7 @@ class SimulatedConverter(Registers):
         device = design.spec.readout.device
         if not device.has_driver:
             raise ValueError(f"no {device.part} is simulated: driver and bench are those of LDC1612 and LDC1614")
-        channels = device.shares(len(design.estimates.all_coils))
+        channels = device.coils_per_converter(len(design.estimates.all_coils))
         if not 0 <= number < len(channels):
             raise ValueError(f"the design has no converter {number}")
         self._first, self._estimates = sum(channels[:number]), design.estimates

@@ -298,7 +298,7 @@ def _simulated_board(design: Design, query: str, tares: int) -> Simulation:
         course = Ambient(course.times + before, course.celsius)
         times = np.unique(np.clip(np.concatenate([loads[:, 0], course.times]), 0.0, before + seconds))
         loads = np.column_stack([times, *(np.interp(times, loads[:, 0], column) for column in loads[:, 1:].T)])
-    number = design.spec.readout.device.needed(len(design.estimates.all_coils))
+    number = design.spec.readout.device.converter_count(len(design.estimates.all_coils))
     faults = [value for name, value in pairs if name == "fault"]
     if "load" in options and "cell" not in options and len(design.cells) > 1:
         raise ValueError(f"sim: a load is on one of the {len(design.cells)} cells: say on which, like cell=1")

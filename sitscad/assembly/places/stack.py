@@ -30,7 +30,7 @@ from sitscad.assembly.places.jaws import (
     seat_circle_radius,
 )
 from sitscad.basics.record import record
-from sitscad.kernels.geometry.convex import Box, Footprint, within_box
+from sitscad.kernels.geometry.convex import Box, Footprint, clip_to_box
 from sitscad.kernels.geometry.path import Arc, Path, Point, Region, bounding_box, enclosed_area, rectangle
 from sitscad.layout.board import Layout, Stiffener
 from sitscad.layout.laser_sheet import CutPart, LaserSheet, laser_sheets
@@ -170,7 +170,7 @@ def pressed_piece(plates: Plates, box: Box, body_outline: Path) -> tuple[str, Pa
     body.
     """
     for plate in plates.all:
-        above = within_box(plate.outline(), box)
+        above = clip_to_box(plate.outline(), box)
         if above is not None:
             return plate.name, above
     return BODY, body_outline
@@ -204,7 +204,7 @@ def _supported_area(path: Path, carrier: Box | None, window: Box | None) -> floa
     """Return the area (m2) of a convex closed path above the rectangle `carrier`, but not above its `window`."""
 
     def within(box: Box | None) -> float:
-        overlap = within_box(path, box) if box is not None and box[2] > box[0] and box[3] > box[1] else None
+        overlap = clip_to_box(path, box) if box is not None and box[2] > box[0] and box[3] > box[1] else None
         return 0.0 if overlap is None else enclosed_area(overlap)
 
     if carrier is None:

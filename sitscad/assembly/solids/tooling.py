@@ -45,7 +45,7 @@ from sitscad.assembly.places.stack import has_round_body
 from sitscad.assembly.solids.plates import grown_outline, over_body
 from sitscad.assembly.solids.solid import MM, Solid, box, extruded, import_extra, one_solid, prism, subtract, tapered
 from sitscad.basics.record import record
-from sitscad.kernels.geometry.convex import Box, Footprint, signed_distance, within_box
+from sitscad.kernels.geometry.convex import Box, Footprint, clip_to_box, signed_distance
 from sitscad.kernels.geometry.path import Line, Path, Point, Region, bounding_box, box_around, circle, rectangle
 from sitscad.layout.board import Layout, SolderedThermistor
 from sitscad.spec.mount import Mount
@@ -407,7 +407,7 @@ def _base(layout: Layout, plan: Box) -> Any:
     """Return the jig's base: a block with a recess of the board's outline, push holes and pins."""
     under = board_heights(layout.spec.fpc.stackup)[0]
     body = prism(rectangle(*plan, 2e-3), under - JIG_FLOOR, 0.0)
-    near = within_box(layout.outline, (plan[0] - 5e-3, plan[1] - 5e-3, plan[2] + 5e-3, plan[3] + 5e-3))
+    near = clip_to_box(layout.outline, (plan[0] - 5e-3, plan[1] - 5e-3, plan[2] + 5e-3, plan[3] + 5e-3))
     if near is not None:  # a longer tail makes the same jig, to the last digit
         layout = replace(layout, outline=near.mapped(lambda p: Point(round(p.x, 12), round(p.y, 12))))
     body = one_solid(body - extruded(grown_outline(layout.outline, layout.spec.mount), under, 1e-3), "jig")

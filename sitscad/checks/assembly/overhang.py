@@ -72,11 +72,11 @@ def overhang(design: Design) -> Iterator[Verdict]:
             length=0.0 if jaw is None else jaw.length, width=0.0 if jaw is None else jaw.width,
         )
 
-    if pad is not None and plate is not None and (over := plate.footprint.hangs_over(pad.outline())) > ROUNDING:
+    if pad is not None and plate is not None and (over := plate.footprint.overhang_beyond(pad.outline())) > ROUNDING:
         yield complaint("overhang-target", plate, pad.outline(), "elastomer.size", over, plate.footprint.box,
                         pad.footprint.box)
-    low = max(lowest_plates(plates_of(spec)), key=lambda each: each.footprint.hangs_over(body), default=None)
-    overlap = -math.inf if low is None else low.footprint.hangs_over(body)
+    low = max(lowest_plates(plates_of(spec)), key=lambda each: each.footprint.overhang_beyond(body), default=None)
+    overlap = -math.inf if low is None else low.footprint.overhang_beyond(body)
     if low is None or overlap + round_it <= ROUNDING:
         return
     beside, name = 0.0 if overlap > ROUNDING else round_it, low.role.value
@@ -119,7 +119,7 @@ def _larger_bodies(design: Design) -> Iterator[Fix]:
     changed, also = first.spec, first.edits
     layout, lows, film = design.layout, lowest_plates(plates_of(changed)), film_thickness(changed.encapsulation)
     if changed.fpc.body is not None and lows:
-        over = max(low.footprint.hangs_over(layout.body_outline) for low in lows) + film
+        over = max(low.footprint.overhang_beyond(layout.body_outline) for low in lows) + film
         fix = larger_body(changed, GRAIN * math.ceil(over / GRAIN))
         edge = fix.spec.body_outline
         if fix.edits and edge is not None and plates_lie_on_body(plates_of(fix.spec), film, edge):

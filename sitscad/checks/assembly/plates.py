@@ -67,15 +67,17 @@ def plates_lie_on_body(plates: Plates, film: float, body: Path) -> bool:
     `film` is the thickness (m) of the film around the lowest plates, and `body` the outline of the body.
     """
     pad, plate = plates.elastomer, plates.target
-    if pad is not None and plate is not None and plate.footprint.hangs_over(pad.outline()) > ROUNDING:
+    if pad is not None and plate is not None and plate.footprint.overhang_beyond(pad.outline()) > ROUNDING:
         return False
-    return all(low.footprint.hangs_over(body) + film <= ROUNDING for low in lowest_plates(plates))
+    return all(low.footprint.overhang_beyond(body) + film <= ROUNDING for low in lowest_plates(plates))
 
 
 def larger_pad(spec: SensorSpec) -> Iterator[Fix]:
     """Yield changes to an elastomer large enough to carry the whole target. Empty if it carries the target already."""
     pad, plate = plates_of(spec).elastomer, plates_of(spec).target
-    if spec.elastomer is None or pad is None or plate is None or plate.footprint.hangs_over(pad.outline()) <= ROUNDING:
+    if spec.elastomer is None or pad is None or plate is None:
+        return
+    if plate.footprint.overhang_beyond(pad.outline()) <= ROUNDING:
         return
     for edits, larger in resized_plates("elastomer", spec.elastomer,
                                         pad_sides_under_plate(pad.footprint, plate.footprint)):
@@ -113,7 +115,7 @@ def more_margin(
     def has_room(beside: float) -> bool:
         dx, dy = more[0] + beside, more[1] + beside
         larger = rectangle(body[0] - dx, body[1] - dy, body[2] + dx, body[3] + dy, radius)
-        return max(plate.hangs_over(larger) for plate in here) + film <= 0.0
+        return max(plate.overhang_beyond(larger) for plate in here) + film <= 0.0
 
     beside = _least_amount(has_room, radius)
     x, y = (round(math.ceil((now + side + beside) / GRAIN - 1e-4) * GRAIN, 9) if side + beside > 0.0 else now
@@ -162,7 +164,7 @@ def _fitting_plates(
     around it. Reduced sides are multiples of `grain` (m). The first version has the plate's shape, the second is a
     rectangle. A plate that lies on the outline already is returned unchanged, without edits.
     """
-    if here.hangs_over(on) + around <= ROUNDING:
+    if here.overhang_beyond(on) + around <= ROUNDING:
         yield (), plate
         return
     for shape in dict.fromkeys((plate.shape, LONG_PLATE)):
@@ -207,7 +209,7 @@ def _shortened_sides(
         return x, y
 
     def has_room(less: float) -> bool:
-        return replace(here, size=sides(less)).hangs_over(on) + around <= 0.0
+        return replace(here, size=sides(less)).overhang_beyond(on) + around <= 0.0
 
     if not has_room(max(size)):
         return None
@@ -226,7 +228,7 @@ def _widest_side(here: Footprint, on: Path, around: float, axis: int) -> float:
 
     def has_room(less: float) -> bool:
         sides[axis] = max(GRAIN, here.size[axis] - less)
-        return replace(here, size=(sides[0], sides[1])).hangs_over(on) + around <= 0.0
+        return replace(here, size=(sides[0], sides[1])).overhang_beyond(on) + around <= 0.0
 
     return max(GRAIN, here.size[axis] - _least_amount(has_room, here.size[axis]))
 
@@ -375,7 +377,7 @@ def _uncovered_coil_findings(
     the length and width (m) of a coil along the target's axes.
     """
     if len(array.placements) == 1:
-        place = here.place_of(Point(*array.middle))
+        place = here.local_coordinates(Point(*array.middle))
         over = max(abs(place[k]) + 0.5 * (coil[k] - max(target.size[k], coil[k])) for k in (0, 1))
         names = [array.placements[0].name] if over > ROUNDING else []
         case, over_coil = "target-aside", min(over, coil[0], coil[1])
@@ -457,7 +459,7 @@ def _gap_between_plates(first: Footprint, second: Footprint) -> float:
     """Return the gap (m) between two equal plates of the same orientation. Negative if they overlap."""
     if first.is_round:
         return first.centre.distance(second.centre) - first.size[0]
-    x, y = (abs(way) - size for way, size in zip(first.place_of(second.centre), first.size, strict=True))
+    x, y = (abs(way) - size for way, size in zip(first.local_coordinates(second.centre), first.size, strict=True))
     return math.hypot(max(x, 0.0), max(y, 0.0)) or max(x, y)
 
 

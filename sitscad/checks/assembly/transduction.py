@@ -75,7 +75,7 @@ def elastomer_strain(design: Design) -> Iterator[Verdict]:
     if most.strain <= valid:
         return
     certain = nominal.strain
-    if nominal.doubt:
+    if nominal.strain_uncertainty:
         # material around the loaded part of a pad makes it stiffer by at most this much, and no pad is compressed
         # less than if all of it is loaded
         helped = pressed_pad(design.spec, modulus=1.0 + constant_limits()["surround_stiffness_most"].value)
@@ -92,7 +92,7 @@ def elastomer_strain(design: Design) -> Iterator[Verdict]:
             return "compression-larger"
         return "compression-stiffer" if stiffer().preset is None else "compression-preset"
 
-    is_part, is_doubtful = nominal.loaded_share < LOADED, bool(nominal.doubt)
+    is_part, is_doubtful = nominal.loaded_share < LOADED, bool(nominal.strain_uncertainty)
     details = (*["compression-helped"] * (is_error and is_doubtful), *["compression-beyond"] * (nominal.strain > valid),
                *["pad-part"] * is_part, *["pad-cut"] * (is_part and is_doubtful))
     yield violation_of(

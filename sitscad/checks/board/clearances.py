@@ -20,7 +20,14 @@ from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, rule_of, vi
 from sitscad.data import is_unverified
 from sitscad.estimates.design import Design, cached_per_board
 from sitscad.kernels.geometry.path import Arc, Line, Path, Point
-from sitscad.kernels.geometry.primitives import Primitives, distances, from_rows, nearest_pairs, path_rows, to_points
+from sitscad.kernels.geometry.primitives import (
+    Primitives,
+    distances,
+    distances_to_points,
+    from_rows,
+    nearest_pairs,
+    path_rows,
+)
 from sitscad.layout.board import Pad, Role, Trace, Via
 from sitscad.layout.gaps import (
     Copper,
@@ -219,7 +226,7 @@ def coverlay_web(design: Design) -> Iterator[Verdict]:
             edge = outline_primitives(layout.outline)
             pairs = nearest_pairs(opening.boxes, np.full(len(opening), ROUNDING), edge.boxes, np.zeros(len(edge)))
             near, edges = opening.take(pairs[:, 0]), edge.take(pairs[:, 1])
-            on = (to_points(edges, near.start) < ROUNDING) & (to_points(edges, near.end) < ROUNDING)
+            on = (distances_to_points(edges, near.start) < ROUNDING) & (distances_to_points(edges, near.end) < ROUNDING)
             sides = opening.take(_remaining_numbers(len(opening), pairs[on, 0]))
             inside = _sides_inside(sides, layout.outline, rules.coverlay_web)
             yield from _web_findings("web-to-edge", rules, inside,

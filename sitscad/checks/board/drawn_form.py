@@ -21,7 +21,7 @@ from sitscad.checks.fixes.moves import other_ends
 from sitscad.checks.rules import Rule, Verdict, not_checked, rule_of, violation_of
 from sitscad.estimates.design import Design, cached_per_board
 from sitscad.kernels.geometry.path import Point, winding_number
-from sitscad.kernels.geometry.primitives import from_rows, nearest_pairs, path_rows, to_points
+from sitscad.kernels.geometry.primitives import distances_to_points, from_rows, nearest_pairs, path_rows
 from sitscad.layout.board import Layout, Pad, Trace
 from sitscad.layout.gaps import Copper, conductor_notches, name_of, pair_in_words
 
@@ -194,7 +194,7 @@ def _track_meetings(copper_layers: int, traces: tuple[Trace, ...]) -> dict[int, 
         half = np.array([traces[i].width / 2 for i in whose])
         near = nearest_pairs(np.hstack([spots, spots]), np.array([w / 2 for *_, w in ends]), pieces.boxes, half)
         near = near[[whose[j] != ends[e][0] for e, j in near.tolist()]] if len(near) else near
-        gaps = to_points(pieces.take(near[:, 1]), spots[near[:, 0]]) - half[near[:, 1]]
+        gaps = distances_to_points(pieces.take(near[:, 1]), spots[near[:, 0]]) - half[near[:, 1]]
         for (e, j), gap in zip(near.tolist(), gaps.tolist(), strict=True):
             trace, point = traces[whose[j]], ends[e][1]
             apart = min(point.distance(trace.path.start), point.distance(trace.path.end))

@@ -78,7 +78,7 @@ def more_turns(coil: CoilSpec, factor: float) -> Iterator[float]:
     """
     if coil.has_unequal_turns:
         return
-    parts = coil.outline.ends or 4
+    parts = coil.outline.ends_per_turn or 4
     room = math.floor(parts * coil.turns_that_fit + 1e-9)
     most = next((part for part in range(room, 0, -1) if not _runs_back(coil, part / parts)), room)
     turns = min(_least_turns_forward(coil, math.ceil(parts * coil.most_turns * factor - 1e-9), parts), most)
@@ -114,7 +114,7 @@ def fewer_turns(coil: CoilSpec, room: float, steps: int = 1) -> Iterator[float]:
     """
     if coil.has_unequal_turns:
         return
-    parts = coil.outline.ends or 4
+    parts = coil.outline.ends_per_turn or 4
     whole = math.floor(parts * room + 1e-9)
     fewer = (part / parts for part in range(whole, 0, -1) if not _runs_back(coil, part / parts))
     for turns in dict.fromkeys((coil.most_turns, *islice(fewer, steps + 1))):
@@ -151,7 +151,7 @@ def whole_turns(coil: CoilSpec) -> Iterator[float]:
     layers = len(coil.layers)
     if coil.has_unequal_turns:
         return
-    parts = math.gcd(coil.outline.ends or layers, layers)
+    parts = math.gcd(coil.outline.ends_per_turn or layers, layers)
     below = math.floor(parts * coil.most_turns + 1e-6) / parts
     for turns in sorted((below, below + 1.0 / parts), key=lambda turns: round(abs(turns - coil.most_turns), 6)):
         if 0.0 < turns <= coil.turns_that_fit and abs(turns - coil.most_turns) > 1e-6:
@@ -214,7 +214,7 @@ def other_ends(spec: SensorSpec) -> Iterator[Fix]:
 
     First come other start angles of the winding, then a part of a turn less, and a part more.
     """
-    coil, parts = spec.coil, spec.coil.outline.ends or 4
+    coil, parts = spec.coil, spec.coil.outline.ends_per_turn or 4
     yield from other_start_angles(spec)
     fewer = fewer_turns(coil, coil.most_turns - 1.0 / parts, 0)
     more = more_turns(coil, 1.0 + 0.5 / (parts * coil.most_turns))
@@ -478,7 +478,7 @@ def inner_vias_fit(artwork: ArtworkSpec) -> bool:
 def other_start_angles(spec: SensorSpec) -> Iterator[Fix]:
     """Yield other start angles of the coils."""
     # Coils that end at a corner also begin at a corner: all angles between two corners are equivalent.
-    ends = spec.coil.outline.ends
+    ends = spec.coil.outline.ends_per_turn
     for turned in START_ANGLES if ends is None else [360.0 * k / ends for k in range(1, ends)]:
         angle = (math.degrees(spec.coil.start_angle) + turned) % 360.0
         yield setting(spec, "coil.start_angle", math.radians(float(f"{angle:.6g}")), f"{angle:.6g} deg")

@@ -265,7 +265,7 @@ def larger_target(spec: SensorSpec, length: float, width: float) -> Iterator[Fix
     assert target is not None
     for edits, resized_target in resized_plates("target", target, (length, width)):
         here = footprint(spec, resized_target)
-        if pad is not None and here.hangs_over(footprint(spec, pad).outline()) > SAME:
+        if pad is not None and here.overhang_beyond(footprint(spec, pad).outline()) > SAME:
             for under_it, larger in resized_plates("elastomer", pad, pad_sides_under_plate(footprint(spec, pad), here)):
                 yield Fix((*edits, *under_it), replace(spec, target=resized_target, elastomer=larger))
         yield Fix(edits, replace(spec, target=resized_target))

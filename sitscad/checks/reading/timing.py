@@ -70,7 +70,7 @@ def read_back(design: Design) -> Iterator[Verdict]:
         yield violation_of(
             "read-back", "readout.scan_rate", required, sure, "Hz", hint="" if impossible else "read-back-pause",
             severity=Severity.ERROR if impossible else Severity.WARNING, coils=channels,
-            clock=converter.serial_clock_in_words, time=1.0 / sure,
+            clock=converter.serial_clock_text, time=1.0 / sure,
             fixes=(lambda: [with_scan_rate(design.spec, math.floor(sure))],),
         )
 
@@ -110,7 +110,7 @@ def channels(design: Design) -> Iterator[Verdict]:
         )
     elif len(names) > each:
         # The largest coupling of two coils of different converters, and their names
-        matrix, places = design.estimates.inductance_matrix, device.places(len(names))
+        matrix, places = design.estimates.inductance_matrix, device.coil_channels(len(names))
         coupling, *pair = max(
             (math.sqrt(_coupling_squared(matrix, i, j)), names[i], names[j])
             for i, j in combinations(range(len(names)), 2)
@@ -121,7 +121,7 @@ def channels(design: Design) -> Iterator[Verdict]:
             return
         by_converter: dict[str, list[str]] = {}
         for at, name in zip(places, names, strict=True):
-            by_converter.setdefault(at.converter_in_words, []).append(name)
+            by_converter.setdefault(at.converter_text, []).append(name)
         yield violation_of(
             "converters-coupled", key, coupling, MOST_COUPLING, coils=len(names), converters=len(by_converter),
             part=device.part, pair=pair, source=_channel_sources(device.family),
@@ -137,7 +137,7 @@ def idle_neighbour(design: Design) -> Iterator[Verdict]:
     The relative loss is the square of the coupling factor.
     """
     matrix, coils = design.estimates.inductance_matrix, design.estimates.all_coils
-    places = design.spec.readout.device.places(len(coils))
+    places = design.spec.readout.device.coil_channels(len(coils))
     pairs = [
         (_coupling_squared(matrix, i, j), coils[i].name, coils[j].name)
         for i in range(len(coils))

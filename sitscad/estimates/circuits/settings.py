@@ -69,7 +69,7 @@ def with_drive_codes(
         drive_codes=codes if len(set(codes)) > 1 else (),
         drive_current=current,
         supply_current=(None if conversion is None
-                        else converter.needed(len(coils)) * conversion.supply_current(current)),
+                        else converter.converter_count(len(coils)) * conversion.supply_current(current)),
     )
     louder = []
     for coil, code in zip(coils, codes, strict=True):
@@ -138,7 +138,7 @@ def devices(spec: ReadoutSpec, coils: tuple[CoilEstimate, ...], readout: Readout
     it also if sitscad has no registers of the converter's family.
     """
     converter = spec.device
-    needed, most = converter.needed(len(coils)), spec.buses * len(converter.addresses)
+    needed, most = converter.converter_count(len(coils)), spec.buses * len(converter.addresses)
     if needed > most:
         buses = "one I2C bus has" if spec.buses == 1 else f"{spec.buses} I2C buses have"
         raise ValueError(f"{needed} {converter.part} are needed, and {buses} addresses for {most}")
@@ -146,7 +146,7 @@ def devices(spec: ReadoutSpec, coils: tuple[CoilEstimate, ...], readout: Readout
     if conversion is None or code is None:
         unknown = "conversion" if conversion is None else "drive_code"
         raise ValueError(f"{unknown} is unknown: the converter cannot be set up for this sensor")
-    places, programmed = converter.places(len(coils)), []
+    places, programmed = converter.coil_channels(len(coils)), []
     firsts = [k for k, at in enumerate(places) if at.number == 0]
     for first, end in pairwise([*firsts, len(coils)]):
         group = coils[first:end]

@@ -43,7 +43,7 @@ from sitscad.estimates.windings.neighbours import inductance_matrix, rough_induc
 from sitscad.kernels.electromagnetics.constants import skin_depth
 from sitscad.kernels.electromagnetics.inductance.spirals import SpiralLayer
 from sitscad.kernels.electromagnetics.loss.current_modes import ProximityLoss
-from sitscad.kernels.electromagnetics.loss.proximity import missed_crossings, suited_resolution
+from sitscad.kernels.electromagnetics.loss.proximity import crossing_error, suited_resolution
 from sitscad.kernels.electromagnetics.metal.current_spectrum import CurrentSpectrum
 from sitscad.layout.board import Coil, Layout
 from sitscad.spec.coil import CoilSpec
@@ -178,7 +178,7 @@ def resistance_bound(spec: CoilSpec, coil: Coil, spirals: Sequence[SpiralLayer],
     if spirals:
         length = 2.0 * math.pi * math.fsum(s.turns * (s.radius - 0.5 * s.pitch * s.turns) for s in spirals)
         cuts = suited_resolution(spirals, conductivity, tolerance).cuts
-        bent = ONE_CUT if cuts == 1 else missed_crossings(spirals, cuts) + ENDS * spirals[0].width / length
+        bent = ONE_CUT if cuts == 1 else crossing_error(spirals, cuts) + ENDS * spirals[0].width / length
     elif not spec.outline.sides:
         bent = LONG if min(spec.layer_turns) >= ALIKE_ROUNDED else RACETRACK
     elif spec.corner_radius >= 0.5 * spec.trace_width:

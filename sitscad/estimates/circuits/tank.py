@@ -437,7 +437,7 @@ def converter_settings(
         and device.amplitude_at(highest, device.high_current_range[0]) <= device.limit("amplitude_max")
     )
     # several converters scan at once, each its own coils; the first has the most coils
-    counts = device.shares(count)
+    counts = device.coils_per_converter(count)
     tanks = tuple((at.frequency, at.quality_factor) for at in oscillations.values())
     conversion = device.set_up(Demand(readout.clock, readout.scan_rate, counts[0], counts[-1], tanks))
     current = device.drive_current(code, strong)
@@ -452,7 +452,7 @@ def converter_settings(
         settle_time=conversion.settle_time,
         conversion_time=conversion.conversion_time,
         switch_time=conversion.switch_time,
-        supply_current=device.needed(count) * conversion.supply_current(current),
+        supply_current=device.converter_count(count) * conversion.supply_current(current),
         conversion_capacitance=tank.conversion_capacitance,
     )
 

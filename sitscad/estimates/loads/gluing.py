@@ -141,7 +141,7 @@ def glued_area(spec: SensorSpec, part: str) -> float:
     plan, pad = plates_of(spec).of(part)[0].footprint, plates_of(spec).elastomer
     if part == "elastomer" or pad is None:
         return plan.area * _plates_in_one(spec, part)
-    shared = plan.common(pad.footprint)
+    shared = plan.intersection(pad.footprint)
     return min(plan.area, pad.footprint.area) if shared is None else enclosed_area(shared)
 
 

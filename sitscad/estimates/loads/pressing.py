@@ -11,7 +11,7 @@ from sitscad.assembly.places.bodies import plates_of
 from sitscad.basics.record import memo, record, replace
 from sitscad.kernels.geometry.convex import Footprint, centroid
 from sitscad.kernels.geometry.path import bounding_box, enclosed_area
-from sitscad.kernels.mechanics.elastomer import BARE, Compression, Face, Surround, even_rim, press_part
+from sitscad.kernels.mechanics.elastomer import BARE, Compression, Face, Surround, compress_part, even_rim
 from sitscad.kernels.mechanics.pad_law import force_sigma
 from sitscad.kernels.mechanics.surround_law import NO_WEBS, Webs, web_effect
 from sitscad.spec.places import cell_specs
@@ -64,7 +64,7 @@ def rests_on_pad(spec: SensorSpec) -> bool:
 @lru_cache(maxsize=256)
 def _overlap(first: Footprint, second: Footprint) -> bool:
     """Return whether two footprints overlap."""
-    return first.common(second) is not None
+    return first.intersection(second) is not None
 
 
 def pressed_pad(
@@ -79,13 +79,13 @@ def pressed_pad(
     pad = spec.elastomer
     assert pad is not None
     face, beside = loaded_face(spec, wider)
-    whole = Face(*pad.size, pad.outline.is_disc).grown(wider)
+    whole = Face(*pad.size, pad.outline.is_disc).with_added_width(wider)
     thickness = max(LEAST * pad.thickness, pad.thickness + thicker)
     stiffness = max(LEAST, modulus) * pad.material.shear_modulus
     force = load * (spec.requirements.normal_force or 0.0)
     around = pad_surroundings(spec, wider, film, thicker_film)
     material = pad.material
-    return press_part(
+    return compress_part(
         whole, face, thickness, stiffness, material.bulk_modulus, force, beside, around, material.ogden_exponent
     )
 
@@ -109,7 +109,7 @@ def pad_surroundings(
     if over is None:
         return around
     plan, middle = pad.footprint, over.footprint.centre
-    whole, face = Face(*plan.size, plan.is_round).grown(wider), loaded_face(spec, wider)[0]
+    whole, face = Face(*plan.size, plan.is_round).with_added_width(wider), loaded_face(spec, wider)[0]
     if plan.is_round != over.footprint.is_round and face.area < WHOLE * whole.area:
         return None
     offset = middle.x - plan.centre.x, middle.y - plan.centre.y
@@ -168,13 +168,13 @@ def _cached_loaded_face(pad: Footprint, over: Footprint | None, wider: float) ->
     All states and causes share the cache. `over` is the target's footprint, None if there is no target. The pad is
     enlarged by `wider` (m).
     """
-    whole = Face(*pad.size, pad.is_round).grown(wider)
+    whole = Face(*pad.size, pad.is_round).with_added_width(wider)
     if over is None:
         return whole, 0.0
     below = replace(pad, size=(whole.width_x, whole.width_y))
-    shared = over.common(below)
+    shared = over.intersection(below)
     if shared is None:
-        return whole.grown(-max(whole.width_x, whole.width_y)), over.centre.distance(below.centre)
+        return whole.with_added_width(-max(whole.width_x, whole.width_y)), over.centre.distance(below.centre)
     area, beside, faces = enclosed_area(shared), centroid(shared).distance(over.centre), []
     for turn in dict.fromkeys((over.rotation, 0.0)):  # the shared area is as round as it fills its bounding box
         x0, y0, x1, y1 = bounding_box([shared.rotated(-turn)])
@@ -265,7 +265,7 @@ def _stated_strain_pads(nominal: Compression, thickness: float) -> dict[str, tup
 
     Empty if the strain has no such error. The apparent modulus of both pads is equal. `thickness` (m) is the pad's.
     """
-    if not nominal.doubt > 0.0:
+    if not nominal.strain_uncertainty > 0.0:
         return {}
-    strain = max(nominal.strain - SIGMAS_APART * nominal.doubt, LEAST * nominal.strain)
+    strain = max(nominal.strain - SIGMAS_APART * nominal.strain_uncertainty, LEAST * nominal.strain)
     return {PART: (nominal, replace(nominal, strain=strain, gap=thickness * (1.0 - strain)))}

@@ -16,7 +16,8 @@ from sitscad.kernels.electromagnetics.metal.finite_plate import (
     EASED,
     CoaxialRings,
     FinitePlate,
-    eased_error,
+    error_with_transition,
+    error_with_transitions,
     loss_ratio_error,
     magnetic_ratio,
     magnetic_ratio_error,
@@ -24,7 +25,6 @@ from sitscad.kernels.electromagnetics.metal.finite_plate import (
     plate_ratio,
     ratio_error,
     sheet_ratios,
-    stepped_error,
 )
 from sitscad.kernels.electromagnetics.metal.half_spaces import reflection
 from sitscad.kernels.geometry.convex import Footprint
@@ -215,7 +215,7 @@ def _largest_overhang(
     """
     overhang = -math.inf
     for placement in placements:
-        place, turn = plate.place_of(Point(*placement.centre)), target.rotation - placement.rotation
+        place, turn = plate.local_coordinates(Point(*placement.centre)), target.rotation - placement.rotation
         size = coil.size[:: -1 if round(2.0 * turn / math.pi) % 2 else 1]
         ends = abs(place[0]) + 0.5 * size[0], abs(place[1]) + 0.5 * size[1]
         if target.outline.is_disc:
@@ -304,8 +304,8 @@ def target_sheet_ratios(target: Target, rings: CoaxialRings, places: Array, gap:
         for pure, mixed in ((metal.inductance_ratios, ratios), (metal.loss_ratios, losses))
     )
     wide = min(target.size) / (2.0 * float(rings.radii.max()))
-    neither = eased_error(min(like, 1.0 - like), UNSURE / EASED, 0.0, 1.0)
-    least = [neither * stepped_error(wide, steps, 0.0) for steps in BETWEEN]
+    neither = error_with_transition(min(like, 1.0 - like), UNSURE / EASED, 0.0, 1.0)
+    least = [neither * error_with_transitions(wide, steps, 0.0) for steps in BETWEEN]
     error = like * metal.error + (1.0 - like) * magnetic_error + unsure
     loss_error = like * metal.loss_error + (1.0 - like) * max(magnetic_error, LOSS_OF_MAGNETS) + unsure_loss
     return SheetRatios(ratios, losses, max(error, least[0]), max(loss_error, least[1]), like < 0.5)
@@ -331,9 +331,9 @@ def _conductor_ratios(target: Target, rings: CoaxialRings, places: Array, gap: f
     plate, depth = _plate(target)
     lost = plate_loss_ratio(plate, rings, places, gap + depth, floor)
     error, loss_error = ratio_error(plate, rings), loss_ratio_error(plate, rings)
-    thin = eased_error(target.thickness / _skin_depth(target), THIN, LOSS_OF_THIN, 0.0)
-    loss_error = max(loss_error, eased_error(min(target.size) / (2.0 * float(rings.radii.max())), OVERHANGING, thin,
-                                             0.0))
+    thin = error_with_transition(target.thickness / _skin_depth(target), THIN, LOSS_OF_THIN, 0.0)
+    relative_size = min(target.size) / (2.0 * float(rings.radii.max()))
+    loss_error = max(loss_error, error_with_transition(relative_size, OVERHANGING, thin, 0.0))
     resisted, unsure = _resistive_divisor(target, rings)
     ratios = np.minimum(plate_ratio(plate, rings, places, gap + depth, floor), 1.0)
     return SheetRatios(ratios / resisted, lost / resisted, error + unsure, loss_error + unsure, False)
@@ -401,7 +401,7 @@ def _equivalent_round_coil(
     turn = target.rotation - placements[0].rotation
     # mirrored places count as one
     centres = [placement.centre for placement in placements]
-    offsets = np.abs(np.array([plate.place_of(Point(x - dx, y - dy)) for dx, dy in moves for x, y in centres]))
+    offsets = np.abs(np.array([plate.local_coordinates(Point(x - dx, y - dy)) for dx, dy in moves for x, y in centres]))
     distinct, member = np.unique(np.round(offsets, 9), axis=0, return_inverse=True)
     places = distinct, member.ravel()
     side = (int(high > wide) + round(2.0 * turn / math.pi)) % 2

@@ -161,7 +161,7 @@ def turn_lengths(coil: Coil, dimensions: CoilSpec, places: Array) -> Array:
     most = max(range(len(turns)), key=lambda k: turns[k])
     mean = coil.windings[most].path.length / turns[most]
     inside = dimensions.pitch * (places - 0.5 * turns[most])
-    return np.asarray(np.maximum(mean - dimensions.outline.shrinks * inside, 0.05 * mean))
+    return np.asarray(np.maximum(mean - dimensions.outline.turn_shortening * inside, 0.05 * mean))
 
 
 def _voltages(lengths: Array, fractions: Array, present: Flags, coil: Coil, dimensions: CoilSpec) -> Array:

@@ -304,7 +304,7 @@ def _reference_coil_rows(layout: Layout, estimates: Estimates) -> Rows:
 
 def _converter_text(device: Converter, coils: int) -> str:
     """Describe number and part of the converters and the channels used."""
-    number = device.needed(coils)
+    number = device.converter_count(coils)
     several = f"{number} x " if number > 1 else ""
     return f"{several}{device.part}, {count_text(coils, 'channel')}{' in all' if several else ''}"
 
@@ -417,4 +417,4 @@ def notes(points: Sequence[Performance], calibration: Calibration | None = None)
 
 
 def _size_text(plate: Target | ElastomerPad) -> str:
-    return f"{PLATES[plate.shape].size_in_words(plate.size)} mm"
+    return f"{PLATES[plate.shape].size_text(plate.size)} mm"

@@ -106,7 +106,7 @@ def _coil_document(device: Converter, force: float | None, estimates: Estimates,
 
     `force` is the required normal force (N); None if the spec requires no force.
     """
-    coil, channel = estimates.all_coils[index], device.places(len(estimates.all_coils))[index]
+    coil, channel = estimates.all_coils[index], device.coil_channels(len(estimates.all_coils))[index]
     offsets = () if estimates.readout.conversion is None else estimates.readout.conversion.offsets
     change, sigma = coil.converter_sensitivity(force) or (None, None)
     forces = {state.name: state.force for state in estimates.states}
@@ -216,7 +216,7 @@ def _timing_lines(coils: tuple[CoilEstimate, ...], readout: ReadoutEstimate, dev
     times = LONE_TIMES if len(coils) == 1 else SCAN_TIMES
     scans = [each for each in RATES if each.key in SCANS]
     rows = by_quantity([readout], (*times, *scans))
-    clock = [["fastest clock of I2C", device.serial_clock_in_words]]
+    clock = [["fastest clock of I2C", device.serial_clock_text]]
     return [f"{label.removeprefix('- ')}: {text}" for label, text in (*rows, *clock)]
 
 
@@ -370,7 +370,7 @@ def _coil_table(converter: Converter, coils: Sequence[CoilEstimate]) -> list[str
         f"}} {converter.name}_coil_t;",
         f"static const {converter.name}_coil_t {converter.name}_coils[] = {{",
     ]
-    for place, coil in zip(converter.places(len(coils)), coils, strict=True):
+    for place, coil in zip(converter.coil_channels(len(coils)), coils, strict=True):
         x, y = (f"{value + 0.0:.9e}f" for value in coil.centre)
         where = f"{place.converter}u, {place.number}u, {place.bus}u, 0x{place.address:02X}u"
         lines.append(f'    {{"{coil.name}", {where}, {x}, {y}}},')

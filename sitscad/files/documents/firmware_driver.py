@@ -101,7 +101,7 @@ def _sensor_config(
 ) -> str:
     """Return ``sensor_config.h``: sizes, and initialisers of the tables of ``sensor.c``."""
     readout, scale = estimates.readout, 1.0 / conversion.hertz_per_count
-    places = spec.readout.device.places(len(coil_bands))
+    places = spec.readout.device.coil_channels(len(coil_bands))
     scan = 1.0 / readout.scan_rate if readout.scan_rate else 0.0
     serial = serial_settings(spec.all_placements, spec.cells, readout.scan_rate or 0.0)
     waited = _self_test_time(len(coil_bands), readout.scan_rate)
@@ -208,7 +208,7 @@ def _python_config(
         "# name, converter, channel, lowest and highest counts in any state and under any load",
         "COILS = (",
     ]
-    for place, band in zip(converter.places(len(coil_bands)), coil_bands, strict=True):
+    for place, band in zip(converter.coil_channels(len(coil_bands)), coil_bands, strict=True):
         _, low, high = _counts(band.working, conversion)
         lines.append(f'    ("{_without_delimiters(band.coil)}", {place.converter}, {place.number}, {low}, {high}),')
     lines += [")", *([f"REFERENCE = {reference}  # the coil without a target"] if reference is not None else [])]
@@ -318,11 +318,11 @@ def _wiring_lines(
 ) -> Iterator[str]:
     """Yield the lines on the pins of each converter, the capacitors and the coils' contacts."""
     device = readout.device
-    number = device.needed(len(coils))
+    number = device.converter_count(len(coils))
     yield f"{number} {device.part} ({device.package})."
     for name, text in PINS:
         yield from hanging(f"  {name:<10}", text + ".", WIDTH)
-    places = [at for at in device.places(len(coils)) if at.number == 0]
+    places = [at for at in device.coil_channels(len(coils)) if at.number == 0]
     for at in places:
         level = f"to {device.address_net(at.address)}"
         bus = f", converter {at.converter + 1} on bus {at.bus + 1}" if places[-1].bus else ""
@@ -441,7 +441,7 @@ def bare_drive_text(
 def _i2c_address_text(converter: Converter, coils: int) -> str:
     """Describe the addresses that `i2cdetect` shows on each bus; `BUSES` has the bus numbers for Linux."""
     buses: dict[int, list[int]] = {}
-    for at in converter.places(coils):
+    for at in converter.coil_channels(coils):
         buses.setdefault(at.bus, []).append(at.address)
     shown = {bus: " and ".join(f"{address:x}" for address in dict.fromkeys(each)) for bus, each in buses.items()}
     return ", ".join(f"`i2cdetect -y {BUSES[bus]}` shows {addresses}" for bus, addresses in shown.items())
@@ -458,7 +458,7 @@ def _readme_steps(
     rate = f"{readout.scan_rate:.0f} readings a second"
     yield "Look at the board, then measure every coil with an ohmmeter and, if there is one, an LCR meter: table above."
     yield "Wire it as above, without power, and SD to GND for the first look: nothing answers while SD is high."
-    second = converter.places(len(coil_bands))[-1].bus
+    second = converter.coil_channels(len(coil_bands))[-1].bus
     yield (
         "Switch on with a limit of 50 mA, and look for the addresses: "
         f"{_i2c_address_text(converter, len(coil_bands))}. "

@@ -115,7 +115,7 @@ def _sheet_lines(gap: float, name: str, web: float | None, joined: CutPart | Non
     if joined is not None and is_joined:
         yield f"   part       {joined.words}, finished"
     else:
-        yield f"   part       {sheet.shape} {PLATES[sheet.shape].size_in_words(sheet.size)} mm, finished"
+        yield f"   part       {sheet.shape} {PLATES[sheet.shape].size_text(sheet.size)} mm, finished"
     yield f"   pieces     {nest.count} on the sheet" + (f", cut {nest.times} times" if nest.times > 1 else "")
     yield f"   drawing    {in_mm(sheet.width)} x {in_mm(sheet.height)} mm with its notes, which are not cut"
     # Least feature (m) that lasers for this material leave; None if unknown

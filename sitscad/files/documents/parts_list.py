@@ -125,7 +125,7 @@ def _with_order(item: Item, order: Order | None) -> Item:
 
 
 def _plate_size(shape: str, size: tuple[float, float], thickness: float) -> str:
-    return f"{PLATES[shape].size_in_words(size)} x {in_mm(thickness)} mm"
+    return f"{PLATES[shape].size_text(size)} x {in_mm(thickness)} mm"
 
 
 def _circuit_items(layout: Layout) -> Iterator[Item]:
@@ -182,7 +182,7 @@ def _converter_items(
     yield _with_order(item, capacitor_order(chip or USUAL_CHIP, chosen) if chosen else None)
     device = readout.device
     used = f"{device.channels} channels each, {coils} used"
-    item = Item("converter", device.needed(coils), device.part, "", device.package, used)
+    item = Item("converter", device.converter_count(coils), device.part, "", device.package, used)
     yield _with_order(item, order_of("converter", device.name))
     yield from _converter_circuit_items(readout, coils)
     runs = "firmware/: Arduino, MicroPython or Linux" if readout.device.has_driver else "a program of your own"
@@ -209,10 +209,10 @@ def _converter_circuit_items(readout: ReadoutSpec, coils: int) -> Iterator[Item]
                    "no circuit for its pins")
         return
     yield Item("clock", 1, oscillator, "", "", "to CLKIN: it is what frequencies are measured by")
-    number = device.needed(coils)
+    number = device.converter_count(coils)
     yield Item("decoupling", number + 1, "100 nF", "ceramic", "", "beside VDD of every converter and of the clock")
     yield Item("reservoir", number, "1 uF", "ceramic", "", "beside VDD of every converter")
-    buses = device.places(coils)[-1].bus + 1
+    buses = device.coil_channels(coils)[-1].bus + 1
     which = "SCL and SDA" + " of each bus" * (buses > 1)
     yield Item("bus pull-up", 2 * buses, "4.7 kohm", "", "", f"{which} to VDD, where the controller's board has none")
     yield Item("SD pull-up", 1, "10 kohm", "", "", "SD to VDD: off until the controller drives it low")

@@ -242,7 +242,7 @@ def readout_table(coils: tuple[CoilEstimate, ...], readout: ReadoutEstimate) -> 
         *by_quantity([r.conversion], r.device.law.SETTINGS),
         *by_quantity([r], (*RATES, *(LONE_TIMES if len(coils) == 1 else SCAN_TIMES))),
         ["clock f_CLK", quantity(r.clock, "Hz")],
-        ["fastest clock of I2C", r.device.serial_clock_in_words],
+        ["fastest clock of I2C", r.device.serial_clock_text],
     ]
     if r.drive_codes:
         rows.append(["a code for every channel", f"{codes}: one for all leaves a coil below {least}"])

@@ -79,21 +79,21 @@ class Converter:
         """Largest number of coils that the converters on one bus can read."""
         return self.channels * len(self.addresses)
 
-    def needed(self, coils: int) -> int:
+    def converter_count(self, coils: int) -> int:
         """Return the number of converters needed for `coils` coils."""
         return math.ceil(coils / self.channels)
 
-    def shares(self, coils: int) -> tuple[int, ...]:
+    def coils_per_converter(self, coils: int) -> tuple[int, ...]:
         """Return the number of coils on each converter if `coils` coils are divided as equally as possible.
 
         The first converters may have one coil more. Converters run at the same time, and the converter with the most
         coils has the least time for each.
         """
-        number = self.needed(coils)
+        number = self.converter_count(coils)
         each, more = divmod(coils, number)
         return (each + 1,) * more + (each,) * (number - more)
 
-    def places(self, coils: int) -> tuple[Channel, ...]:
+    def coil_channels(self, coils: int) -> tuple[Channel, ...]:
         """Return the converter channel of every coil, in the order of the sensor's coils.
 
         After a full bus, the next bus is used.
@@ -101,7 +101,7 @@ class Converter:
         return tuple(
             Channel(number, channel, number // len(self.addresses), self.addresses[number % len(self.addresses)],
                     self.coil_pins(channel))
-            for number, share in enumerate(self.shares(coils))
+            for number, share in enumerate(self.coils_per_converter(coils))
             for channel in range(share)
         )
 
@@ -120,7 +120,7 @@ class Converter:
         """Return the source of a number, or the text of a row with text. Raises KeyError for an unknown row name."""
         return row_source(self.family, name)
 
-    def cited_alone(self, text: str) -> str:
+    def text_with_own_sources(self, text: str) -> str:
         """Return the text with this family's sources only. `text` cites all families' sources (`source_in_all`)."""
         return limit_with_source(self.family, text)
 
@@ -175,7 +175,7 @@ class Converter:
     # ------------------------------------------------------------------------------------------ conversion, results
 
     @property
-    def serial_clock_in_words(self) -> str:
+    def serial_clock_text(self) -> str:
         """Fastest I2C clock as text. All read times assume this clock."""
         return show(self.limit("serial_clock_max"), "Hz")
 
@@ -269,7 +269,7 @@ class Channel:
     pins: tuple[str, str]
 
     @property
-    def converter_in_words(self) -> str:
+    def converter_text(self) -> str:
         """Text with the converter's number, counted from 1, and its address.
 
         The bus is added unless it is the first.

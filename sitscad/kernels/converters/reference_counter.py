@@ -323,14 +323,14 @@ class ReferenceCounter(Conversion):
         return count_bits(self.device)
 
     @property
-    def shift(self) -> int:
+    def omitted_low_bits(self) -> int:
         """Number of the lowest bits of a conversion that its result omits."""
         return self.count_bits - self.device.bits - gains(self.device)[self.gain]
 
     @property
     def counts_per_step(self) -> int:
         """Difference of two successive results in counts."""
-        return 1 << self.shift
+        return 1 << self.omitted_low_bits
 
     @property
     def offsets(self) -> tuple[int, ...]:
@@ -374,7 +374,7 @@ class ReferenceCounter(Conversion):
             keys=("reference_frequency_Hz", "reference_divider", "input_divider"),
             part={
                 "result_bits": self.device.bits, "count_bits": self.count_bits, "output_gain": self.gain,
-                "result_shift": self.shift,
+                "result_shift": self.omitted_low_bits,
             } if self.is_partial else {},
             part_by="OUTPUT_GAIN and OFFSETx",
         )

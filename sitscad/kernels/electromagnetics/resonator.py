@@ -222,7 +222,7 @@ def oscillate(
     )
 
 
-def oscillate_similar(network: Network, inductance: Array, resistance: Array, delay: float) -> Oscillations:
+def oscillate_at_fixed_inductance(network: Network, inductance: Array, resistance: Array, delay: float) -> Oscillations:
     """Solve operating points of tanks whose coils have a fixed inductance (H) and resistance (ohm) at all frequencies.
 
     `delay` (s) is the delay of the drive after the voltage.

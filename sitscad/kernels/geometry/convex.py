@@ -56,7 +56,7 @@ def clip_path(outline: Path, edge: Point, normal: Point) -> Path | None:
     return Path(tuple(segments))
 
 
-def within_box(outline: Path, box: Box) -> Path | None:
+def clip_to_box(outline: Path, box: Box) -> Path | None:
     """Return the part of a closed path inside a box (x_min, y_min, x_max, y_max in metres), or None if no part remains.
 
     Each side of the box crosses the path at most twice.
@@ -230,13 +230,13 @@ class Footprint:
         upright = rectangle(cx - x, cy - y, cx + x, cy + y, margin)
         return upright.rotated(self.rotation, self.centre) if self.rotation else upright
 
-    def place_of(self, point: Point) -> tuple[float, float]:
+    def local_coordinates(self, point: Point) -> tuple[float, float]:
         """Return a point's coordinates (m) along the plate's own x and y axes, from its centre."""
         dx, dy = point.x - self.centre.x, point.y - self.centre.y
         cos, sin = math.cos(self.rotation), math.sin(self.rotation)
         return cos * dx + sin * dy, cos * dy - sin * dx
 
-    def hangs_over(self, ground: Path) -> float:
+    def overhang_beyond(self, ground: Path) -> float:
         """Return the largest distance (m) by which the plate projects beyond the convex outline `ground`.
 
         It is negative if the whole plate lies inside: minus its smallest distance from the outline.
@@ -245,7 +245,7 @@ class Footprint:
             return signed_distance(ground, self.centre) + self.size[0] / 2
         return max(signed_distance(ground, corner) for corner in self.corners)
 
-    def common(self, other: Footprint) -> Path | None:
+    def intersection(self, other: Footprint) -> Path | None:
         """Return the outline of the overlap with another footprint, or None if they do not overlap."""
         if self.is_round and other.is_round:
             # two discs: a lens

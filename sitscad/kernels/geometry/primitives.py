@@ -116,7 +116,7 @@ def from_rows(rows: list[Row]) -> Primitives:
     return Primitives(table[:, 0:2], table[:, 2:4], table[:, 4:6], table[:, 6], table[:, 7], table[:, 8])
 
 
-def concatenated(parts: Sequence[Primitives]) -> Primitives:
+def concatenate_primitives(parts: Sequence[Primitives]) -> Primitives:
     """Return all pieces of several sets as one set, in their order."""
     if not parts:
         return from_rows([])
@@ -135,8 +135,8 @@ def distances(first: Primitives, second: Primitives) -> Array:
     The distance is 0 if the pieces cross.
     """
     result = np.minimum(
-        np.minimum(to_points(second, first.start), to_points(second, first.end)),
-        np.minimum(to_points(first, second.start), to_points(first, second.end)),
+        np.minimum(distances_to_points(second, first.start), distances_to_points(second, first.end)),
+        np.minimum(distances_to_points(first, second.start), distances_to_points(first, second.end)),
     )
     first_is_arc, second_is_arc = first.radius > 0.0, second.radius > 0.0
     for select, between in (
@@ -149,7 +149,7 @@ def distances(first: Primitives, second: Primitives) -> Array:
     return result
 
 
-def to_points(pieces: Primitives, points: Array) -> Array:
+def distances_to_points(pieces: Primitives, points: Array) -> Array:
     """Return the distances (n; m) from piece k to point k of `points` (n, 2; m)."""
     result = np.empty(len(pieces))
     round_ = pieces.radius > 0.0

@@ -146,8 +146,11 @@ class Outline(ABC):
         return self.plate == PLATE_FORMS[0]
 
     @property
-    def ends(self) -> int | None:
-        """Number of positions per turn at which a layer may end: turns are multiples of 1/ends. None if anywhere."""
+    def ends_per_turn(self) -> int | None:
+        """Number of positions per turn at which a layer may end, None if it may end anywhere.
+
+        The number of turns is a multiple of 1/`ends_per_turn`.
+        """
         return self.sides or None
 
     @property
@@ -159,7 +162,7 @@ class Outline(ABC):
             return "twice from the centre to the flats "
         return "across flats " if self.sides > 4 else ""
 
-    def size_in_words(self, size: Size) -> str:
+    def size_text(self, size: Size) -> str:
         """Return a size in millimetres, without the unit: a diameter, or both sides."""
         return f"diameter {in_mm(size[0])}" if self.is_round else f"{in_mm(size[0])} x {in_mm(size[1])}"
 
@@ -169,7 +172,7 @@ class Outline(ABC):
         return 1.0
 
     @property
-    def shrinks(self) -> float:
+    def turn_shortening(self) -> float:
         """Length (m) by which a turn becomes shorter if it lies one metre further inside."""
         return TWO_PI
 
@@ -258,11 +261,11 @@ class Outline(ABC):
         return rounded_corners(path, corner_radius, self.sides, dimensions.pitch) if self.sides else path
 
     def nearest_turns(self, turns: float) -> float:
-        """Return the allowed number of turns nearest to `turns`: a multiple of 1/`ends`, at least 1/`ends`."""
-        return turns if self.ends is None else max(1, round(turns * self.ends)) / self.ends
+        """Return the allowed number of turns nearest to `turns`, a multiple of 1/`ends_per_turn` and not 0."""
+        return turns if self.ends_per_turn is None else max(1, round(turns * self.ends_per_turn)) / self.ends_per_turn
 
     def is_whole(self, turns: float) -> bool:
-        """Whether a layer with this number of turns ends at an allowed position (`ends`).
+        """Whether a layer with this number of turns ends at an allowed position (`ends_per_turn`).
 
         Differences of up to one part in 10^6 are accepted as rounding, for example 2.166667.
         """
@@ -351,7 +354,7 @@ class Polygon(Outline):
         return 1.0 if self.sides == 4 else self.sides * math.tan(math.pi / self.sides) / 4.0
 
     @property
-    def shrinks(self) -> float:
+    def turn_shortening(self) -> float:
         """Length (m) by which a turn becomes shorter if it lies one metre further inside.
 
         It is twice the tangent of half the change of direction at a corner, summed over the corners.
@@ -439,7 +442,7 @@ class Racetrack(Outline):
     """
 
     @property
-    def ends(self) -> int | None:
+    def ends_per_turn(self) -> int | None:
         """Number of allowed end positions per turn, 2: a racetrack ends at the end of a straight side."""
         return 2
 

@@ -90,7 +90,7 @@ class Face:
         """Longer width divided by shorter width, 1 or more."""
         return max(self.width_x, self.width_y) / min(self.width_x, self.width_y)
 
-    def grown(self, width: float) -> Face:
+    def with_added_width(self, width: float) -> Face:
         """Return the face with both widths increased by `width` (m, any sign). At least 5 % of each width remains."""
         return Face(
             max(0.05 * self.width_x, self.width_x + width), max(0.05 * self.width_y, self.width_y + width), self.round
@@ -178,7 +178,7 @@ class Compression:
     loaded_share: float = 1.0
 
     @property
-    def doubt(self) -> float:
+    def strain_uncertainty(self) -> float:
         """Root mean square distance of possible strains from `strain` (no unit), for a pad that is loaded on a part.
 
         All strains between `least_strain` and `strain` are taken as equally likely. The result is the difference of
@@ -245,7 +245,7 @@ def compress(
     )
 
 
-def press_part(
+def compress_part(
     pad: Face, face: Face, thickness: float, shear_modulus: float, bulk_modulus: float, force: float,
     beside: float = 0.0, around: Surround | None = None, exponent: float = NEO_HOOKEAN,
 ) -> Compression:

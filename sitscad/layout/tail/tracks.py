@@ -236,7 +236,7 @@ class Contact:
 
 def contacts(layout: Layout) -> tuple[Contact, ...]:
     """Return the contacts of the tail in the order of their numbers. Empty if no leads are routed."""
-    places = layout.spec.readout.device.places(len(layout.coils))
+    places = layout.spec.readout.device.coil_channels(len(layout.coils))
     labels = layout.labels
     wired = {coil.net: (channel, labels[coil.name]) for channel, coil in zip(places, layout.coils, strict=True)}
     rows = []
@@ -251,7 +251,7 @@ def contacts(layout: Layout) -> tuple[Contact, ...]:
         channel, name = wired[pad.net]
         end = pad.pin.rpartition(".")[2]
         number = str(channel.number)
-        rows.append(Contact(pad.number, pad.pin, pad.net, name, channel.converter_in_words, number, channel.pin(end)))
+        rows.append(Contact(pad.number, pad.pin, pad.net, name, channel.converter_text, number, channel.pin(end)))
     return tuple(rows)
 
 

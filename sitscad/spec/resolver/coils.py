@@ -117,7 +117,7 @@ def _turns_in(coil: CoilSpec, inset: float, remarks: Remarks) -> float:
         return limit
     inner_size = min(coil.size) - 2.0 * coil.outline.inset(coil.trace_width, coil.pitch, turns)
     why = "from coil.inner_diameter"
-    if coil.outline.ends and abs(exact - turns) > 1e-6 * turns:
+    if coil.outline.ends_per_turn and abs(exact - turns) > 1e-6 * turns:
         why = f"rounded to whole sides, so that the inner diameter becomes {show(inner_size, 'm', 6)}"
     remarks.default(TURNS, f"{turns:.7g}", why)
     return turns
@@ -191,7 +191,7 @@ def _check_turns(coil: CoilSpec, turns: float, most: float, key: str, remarks: R
 
     `turns` is the number of turns of this layer, `most` the largest number that fits, and `key` the dotted key.
     """
-    parts = coil.outline.ends
+    parts = coil.outline.ends_per_turn
     if parts and not coil.outline.is_whole(turns):
         nearest = coil.outline.nearest_turns(turns)
         nearest = most if nearest > most > 0 else nearest

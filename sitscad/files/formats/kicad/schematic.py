@@ -120,14 +120,14 @@ def parts(layout: Layout, capacitance: float) -> tuple[SchematicPart, ...]:
     """Return all parts of the circuit with their nets."""
     spec, coils = layout.spec, layout.coils
     device = spec.readout.device
-    number = device.needed(len(coils))
+    number = device.converter_count(len(coils))
     circuit = [_converter(layout.coils, layout.spec.readout.device, k) for k in range(number)]
     row = 4 + 24 * number
     capacitors = [("100nF", "VDD", "GND"), ("1uF", "VDD", "GND")] * number + [("100nF", "VDD", "GND")]
     if spec.readout.chip is None and spec.readout.capacitor_at != "coil":
         value = show(capacitance, "F").replace(" ", "")
         capacitors += [(f"{value} C0G", f"{coil.name}.A", f"{coil.name}.B") for coil in coils]
-    serial = [line + ending for ending in ("", "2")[: 1 + device.places(len(coils))[-1].bus] for line in BUS]
+    serial = [line + ending for ending in ("", "2")[: 1 + device.coil_channels(len(coils))[-1].bus] for line in BUS]
     resistors = [*(("4.7k", line, "VDD") for line in serial), ("10k", "SD", "VDD")]
     analogue = []
     if layout.thermistor is not None and (sensor := spec.soldered_thermistor) is not None:
@@ -162,7 +162,7 @@ def parts(layout: Layout, capacitance: float) -> tuple[SchematicPart, ...]:
 
 def _converter(coils: tuple[Coil, ...], device: Converter, number: int) -> SchematicPart:
     """Return a converter: the pins of its family, then the pins of its channels, and the die pad."""
-    inputs = [(at, coil.name) for at, coil in zip(device.places(len(coils)), coils, strict=True)
+    inputs = [(at, coil.name) for at, coil in zip(device.coil_channels(len(coils)), coils, strict=True)
            if at.converter == number]
     names, place = {at.number: name for at, name in inputs}, inputs[0][0]
     bus = {line: line + "2" for line in BUS if place.bus}

@@ -88,7 +88,7 @@ class BoxClass:
         """Parities (1 even, -1 odd; no unit) of the stream functions along x and y."""
         return self.parity[:2]
 
-    def drive(self, potential: Array) -> Array:
+    def flux_linkages(self, potential: Array) -> Array:
         """Return the flux linkages (n, fields; Wb) of the n functions for a vector potential at the points.
 
         `potential` (points, 3, fields; Wb/m) holds x, y and z components. There is one field per coil and pose.
@@ -104,7 +104,7 @@ class BoxClass:
             linkages[numbers] += linked.reshape(-1, potential.shape[-1])
         return linkages[self.functions.kept]
 
-    def spread(self, functions: Array) -> Array:
+    def potential_weights(self, functions: Array) -> Array:
         """Return the weights (points, 3, m; m) of the potential at points in the flux linkages of m current patterns.
 
         `functions` (n, m) are the patterns as weights of the n stream functions. A weight is also the current moment (A

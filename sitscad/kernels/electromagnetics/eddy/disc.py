@@ -207,7 +207,7 @@ class DiscClass:
         """Order m and phase ("cos" or "sin") of the currents round the axis (no unit)."""
         return self.functions.order, self.phase
 
-    def drive(self, potential: Array) -> Array:
+    def flux_linkages(self, potential: Array) -> Array:
         """Return the flux linkages (n, fields; Wb) of the n functions for a vector potential at the points.
 
         `potential` (points, 3, fields; Wb/m) holds x, y and z components. There is one field per coil and pose.
@@ -221,7 +221,7 @@ class DiscClass:
         round_it, up = (on_wall @ rings[2 * count :]).swapaxes(0, 1)
         return np.asarray(round_face.T @ azimuthal + out_face.T @ out + round_wall.T @ round_it + up_wall.T @ up)
 
-    def spread(self, functions: Array) -> Array:
+    def potential_weights(self, functions: Array) -> Array:
         """Return the weights (points, 3, m; m) of the potential at points in the flux linkages of m current patterns.
 
         `functions` (n, m) are the patterns as weights of the n stream functions. A weight is also the current moment (A

@@ -93,7 +93,7 @@ def signs(parity: tuple[int, int]) -> Array:
     return np.stack([np.ones(3), across_x, across_y, across_x * across_y])
 
 
-def by_axis(kernels: Kernels, parity: tuple[int, int]) -> Sequence[Array]:
+def sum_images_by_axis(kernels: Kernels, parity: tuple[int, int]) -> Sequence[Array]:
     """Return three matrices (n, n; 1/m) of inverse distances, for the currents' x, y and z components, in one quarter.
 
     They are the sums of `kernels` (from `Folding.kernels`) over the four mirror images. The signs are for a stream
@@ -284,7 +284,7 @@ class ImageModes:
         for parity, count in self.parities:
             block = slice(start, start + count)
             currents = self.currents[fold.kept, :, block] * fold.root_multiplicity[:, None, None]
-            matrix[block, block] = _coupling(by_axis(kernels, parity), np.moveaxis(currents, 1, 0))
+            matrix[block, block] = _coupling(sum_images_by_axis(kernels, parity), np.moveaxis(currents, 1, 0))
             start += count
         return matrix * mirror.scale
 
@@ -320,7 +320,7 @@ def image_modes(surface: Surface, coarse: Surface, near_face: float, closest: fl
         if fold is None:
             solutions.append(_modes(classes, coarse_classes, [kernels[0], *kernels]))
         else:
-            within, quarter = _modes(classes, coarse_classes, by_axis(kernels, parity), fold)
+            within, quarter = _modes(classes, coarse_classes, sum_images_by_axis(kernels, parity), fold)
             solutions.append((within, _unfolded(quarter, fold, parity)))
     ends = np.cumsum([currents.shape[2] for _, currents in solutions])
     within = [np.zeros((len(current_class.functions.inductance), int(ends[-1]))) for current_class in surface.classes]
@@ -435,7 +435,7 @@ def _unit_energy_currents(currents: CurrentClass, factor: Array, fold: Folding |
     quarter, and currents are weighted by `Folding.root_multiplicity`.
     """
     unit = np.asarray(np.linalg.inv(factor).T, dtype=float)
-    densities = currents.spread(unit)
+    densities = currents.potential_weights(unit)
     if fold is not None:
         densities = densities[fold.kept] * fold.root_multiplicity[:, None, None]
     return np.moveaxis(densities, 2, 0)

@@ -61,13 +61,13 @@ class CurrentClass(Protocol):
         The target's image in a mirror parallel to this face has this symmetry, too.
         """
 
-    def drive(self, potential: Array) -> Array:
+    def flux_linkages(self, potential: Array) -> Array:
         """Return the flux linkages (n, fields; Wb) of the n stream functions for vector potentials at the points.
 
         `potential` (points, 3, fields; Wb/m) holds x, y and z components. There is one field per coil and pose.
         """
 
-    def spread(self, functions: Array) -> Array:
+    def potential_weights(self, functions: Array) -> Array:
         """Return the weights (points, 3, m; m) of potentials at the points in the flux linkages of m current patterns.
 
         `functions` (n, m) are the patterns as weights of the n stream functions. A weight is also the current moment (A

@@ -204,7 +204,8 @@ class SolvedTarget:
         components = np.stack([flat.real, flat.imag], axis=-1)
         fields = np.einsum("pcni,pij->njpc", components, turns[:, :2], optimize=True)
         potential = fields.reshape(len(local), 3, -1)
-        return [current_class.drive(potential).reshape(-1, *fields.shape[2:]) for current_class in surface.classes]
+        linkages = (current_class.flux_linkages(potential) for current_class in surface.classes)
+        return [each.reshape(-1, *fields.shape[2:]) for each in linkages]
 
 
 def changes_at(

@@ -168,7 +168,7 @@ def sum_arcs_with_sides(first: Track, second: Track, pairs: Pairs, strands: Stra
     rules = (distant, _far_rule(first.arcs)), (middling, _gauss_points(MIDDLING_POINTS)), (~distant & ~middling,
                                                                                            _points_near_ends(14))
     return math.fsum(
-        _sum_arcs_with_sides_by_rule(first.arcs, second, pairs.where(chosen).where(part), strands, rule)
+        _sum_arcs_with_sides_by_rule(first.arcs, second, pairs.select(chosen).select(part), strands, rule)
         for chosen, rule in rules for part in strands.blocks(int(np.sum(chosen)), rule[0].size)
     )
 
@@ -215,7 +215,7 @@ def sum_arcs_with_arcs(first: Track, second: Track, pairs: Pairs, strands: Stran
     methods: tuple[tuple[Method, int], ...] = ((partial(_sum_opposite_arcs, rule=rule), rule[0].size ** 2), *METHODS)
     total = 0.0
     for chosen, (method, points) in zip(_pairs_by_method(first, second, pairs), methods, strict=True):
-        some = pairs.where(chosen)
+        some = pairs.select(chosen)
         for part in strands.blocks(some.first.size, points):
             times = strands.at_heights(some.times[part])
             total += method(first.arcs[some.first[part]], second.arcs[some.second[part]], strands, times)

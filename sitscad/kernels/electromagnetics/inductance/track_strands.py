@@ -80,15 +80,15 @@ class Pairs:
     second: Index
     times: Array
 
-    def where(self, chosen: Flags | slice) -> Pairs:
+    def select(self, chosen: Flags | slice) -> Pairs:
         """Return only the chosen pairs (numbers, no unit)."""
         return Pairs(self.first[chosen], self.second[chosen], self.times[chosen])
 
     def parts(self, size: int) -> list[Pairs]:
         """Return the pairs (numbers, no unit) in blocks of at most `size` pairs."""
-        return [self.where(part) for part in slices(len(self.first), size)]
+        return [self.select(part) for part in slices(len(self.first), size)]
 
-    def at(self, columns: Sequence[int]) -> Pairs:
+    def in_columns(self, columns: Sequence[int]) -> Pairs:
         """Return only the pairs (numbers, no unit) that occur in some `columns` of `times`, with these columns."""
         times = self.times[:, columns]
         return Pairs(self.first, self.second, times).where(np.any(times != 0.0, axis=1))

@@ -95,7 +95,7 @@ def distant_sides(track: Track, pairs: Pairs, apart: Array, count: int, squares:
     return math.fsum(
         _sum_sides(track, track, part, distant_strand_pairs(track.width, strands, squares))
         for chosen, strands in ((~is_distant, count), (is_distant, 1))
-        for part in pairs.where(chosen).parts(BLOCK)
+        for part in pairs.select(chosen).parts(BLOCK)
     )
 
 
@@ -118,11 +118,11 @@ def _side_integral(first: Track, second: Track, pairs: Pairs, strands: tuple[int
     """
     near = side_distances(first, second, pairs) < NEAR * max(first.width, second.width)
     usual = _sum_sides(
-        first, second, pairs.where(~near), strand_pairs(first, second, strands[0],
+        first, second, pairs.select(~near), strand_pairs(first, second, strands[0],
                                                         _levels(first, second, strands[0], smooth))
     )
     return usual + math.fsum(
-        share * _sum_sides(first, second, pairs.where(near),
+        share * _sum_sides(first, second, pairs.select(near),
                      strand_pairs(first, second, count, _levels(first, second, count, smooth)))
         for count, share in _near_strands(first, second, strands, smooth)
     )
@@ -136,9 +136,9 @@ def _sum_sides(first: Track, second: Track, pairs: Pairs, strands: StrandPairs) 
     t1, t2 = directions(first.ends - first.starts)[pairs.first], directions(second.ends - second.starts)[pairs.second]
     sine, cosine = t1[:, 0] * t2[:, 1] - t1[:, 1] * t2[:, 0], np.sum(t1 * t2, axis=1)
     parallel = np.abs(sine) < 1e-9
-    total = _parallel_sides(first, second, pairs.where(parallel), t1[parallel], strands)
+    total = _parallel_sides(first, second, pairs.select(parallel), t1[parallel], strands)
     inclined = ~parallel & (np.abs(cosine) > 1e-9)
-    return total + _inclined_sides(first, second, pairs.where(inclined), (t1[inclined], t2[inclined]), strands)
+    return total + _inclined_sides(first, second, pairs.select(inclined), (t1[inclined], t2[inclined]), strands)
 
 
 def _near_strands(first: Track, second: Track, strands: tuple[int, int], smooth: bool) -> tuple[tuple[int, float], ...]:
@@ -428,9 +428,9 @@ def _arc_integrals(stack: _Stack, pairs: Pairs, apart: Array, summed: Callable[.
 
 def _near_pairs(stack: _Stack, pairs: Pairs, apart: Array) -> Iterator[Pairs]:
     """Yield the pairs (numbers, no unit) of every relation that are not distant. `apart` (n; m) are their distances."""
-    near = pairs.where(apart < stack.distant)
+    near = pairs.select(apart < stack.distant)
     for k in range(len(stack.relations)):
-        yield near.at([k])
+        yield near.in_columns([k])
 
 
 def _distant_pairs(stack: _Stack, pairs: Pairs, apart: Array) -> Iterator[tuple[Pairs, Array, Array]]:

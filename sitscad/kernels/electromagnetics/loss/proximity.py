@@ -66,12 +66,12 @@ MOST_CUTS = 40
 """Approximate largest number of half-planes round a turn."""
 
 HARMONICS = np.arange(1, 80)
-"""Orders of the harmonics, over the azimuth, of the interaction between crossing layers (see `missed_crossings`)."""
+"""Orders of the harmonics, over the azimuth, of the interaction between crossing layers (see `crossing_error`)."""
 
 UNSEEN = {False: 0.02, True: 0.005}
 """Largest error from too few half-planes, divided by the loss that alternating current adds.
 
-The key is whether the tolerance of R is below 0.02. The error is estimated by `missed_crossings`.
+The key is whether the tolerance of R is below 0.02. The error is estimated by `crossing_error`.
 """
 
 
@@ -191,12 +191,12 @@ def suited_resolution(layers: Sequence[SpiralLayer], conductivity: float, tolera
         return LossResolution(modes, 1, ROUGH_STEPS)
     resolution = resolution_for(first.width, thickness, gap, tolerance, conductivity)
     most_missed, cuts = UNSEEN[tolerance < 0.02], resolution.cuts
-    while cuts < MOST_CUTS and missed_crossings(layers, cuts) > most_missed:
+    while cuts < MOST_CUTS and crossing_error(layers, cuts) > most_missed:
         cuts += 1
     return replace(resolution, cuts=cuts)
 
 
-def missed_crossings(layers: Sequence[SpiralLayer], cuts: int) -> float:
+def crossing_error(layers: Sequence[SpiralLayer], cuts: int) -> float:
     """Estimate the error of `cuts` half-planes for crossing layers, divided by the loss that alternating current adds.
 
     Notes
@@ -223,7 +223,7 @@ MISSED = 2.2
 """Slope of the error with respect to the amount m of missed harmonics: the error is MISSED m / (1 + m / MISSED_MOST).
 
 The error is divided by the loss that alternating current adds. The amount is the weighted sum of harmonics in
-`missed_crossings`.
+`crossing_error`.
 """
 
 MISSED_MOST = 0.3

@@ -267,9 +267,9 @@ def magnetic_ratio_error(plate: FinitePlate, coil: CoaxialRings) -> float:
     """
     short, longest, diameter = min(plate.size), max(plate.size), 2.0 * float(coil.radii.max())
     ratio = short / diameter
-    rod = eased_error(plate.thickness / diameter, LONGEST / EASED, 0.9, 2.0)
-    error_steps = stepped_error(ratio, ((0.2, rod), (0.95, 0.6), (1.45, 0.22)), 0.1)
-    return eased_error(longest / short, 2.1 / EASED, error_steps, max(error_steps, 0.4))
+    rod = error_with_transition(plate.thickness / diameter, LONGEST / EASED, 0.9, 2.0)
+    error_steps = error_with_transitions(ratio, ((0.2, rod), (0.95, 0.6), (1.45, 0.22)), 0.1)
+    return error_with_transition(longest / short, 2.1 / EASED, error_steps, max(error_steps, 0.4))
 
 
 def _edge_growth(plate: FinitePlate, outer: float) -> float:
@@ -315,8 +315,9 @@ def ratio_error(plate: FinitePlate, coil: CoaxialRings) -> float:
     Source: comparison with boxes of surface loops and discs of rings (tests/validation).
     """
     thick, wide = np.array([plate.thickness, min(plate.size)]) / (2.0 * float(coil.radii.max()))
-    narrow, broad = eased_error(thick, 0.03 / EASED, 0.05, 0.12), eased_error(thick, 0.055, 0.03, 0.05)
-    return stepped_error(wide, ((0.24, 0.9), (0.35, 0.25), (0.6, narrow)), broad)
+    narrow = error_with_transition(thick, 0.03 / EASED, 0.05, 0.12)
+    broad = error_with_transition(thick, 0.055, 0.03, 0.05)
+    return error_with_transitions(wide, ((0.24, 0.9), (0.35, 0.25), (0.6, narrow)), broad)
 
 
 def loss_ratio_error(plate: FinitePlate, coil: CoaxialRings) -> float:
@@ -325,7 +326,7 @@ def loss_ratio_error(plate: FinitePlate, coil: CoaxialRings) -> float:
     The ratio is too large for small thick plates.
     """
     thick, wide = np.array([plate.thickness, min(plate.size)]) / (2.0 * float(coil.radii.max()))
-    return stepped_error(wide, ((0.2, 0.5), (0.6, 0.4)), eased_error(thick, 0.03 / EASED, 0.15, 0.2))
+    return error_with_transitions(wide, ((0.2, 0.5), (0.6, 0.4)), error_with_transition(thick, 0.03 / EASED, 0.15, 0.2))
 
 
 EASED = 1.4
@@ -335,7 +336,7 @@ Errors were measured at some sizes. The returned error is nowhere below a measur
 """
 
 
-def eased_error(value: float, limit: float, before: float, after: float) -> float:
+def error_with_transition(value: float, limit: float, before: float, after: float) -> float:
     """Return an error (no unit): `before` up to a `limit` of `value`, `after` from `EASED` times the limit.
 
     Between them the transition is smooth.
@@ -344,14 +345,14 @@ def eased_error(value: float, limit: float, before: float, after: float) -> floa
     return before + (after - before) * part * part * (3.0 - 2.0 * part)
 
 
-def stepped_error(value: float, steps: Sequence[tuple[float, float]], last: float) -> float:
+def error_with_transitions(value: float, steps: Sequence[tuple[float, float]], last: float) -> float:
     """Return an error (no unit) that changes at several limits of `value`, with smooth transitions.
 
     `steps` are pairs (limit, error of smaller values) with rising limits. Beyond the last limit the error is `last`.
     """
     error = steps[0][1]
     for (limit, _), (_, after) in zip(steps, (*steps[1:], (math.inf, last)), strict=True):
-        error = eased_error(value, limit, error, after)
+        error = error_with_transition(value, limit, error, after)
     return error
 
 
