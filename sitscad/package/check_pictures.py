@@ -28,8 +28,8 @@ def fit_drawing(layout: Layout, checked: CheckedSpec) -> str:
     grave = [finding for finding in checked.findings if finding.severity.is_at_least(Severity.WARNING)]
     forced = not checked.is_orderable
     try:
-        sheet = fit.drawing(layout, grave, forced) or jaw.drawing(layout, forced)
+        sheet = fit.fit_sheet(layout, grave, forced) or jaw.jaw_sheet(layout, forced)
     except PartsError:
         return ""
-    sheet = sheet or plan_view.drawing(layout, forced)
+    sheet = sheet or plan_view.plan_sheet(layout, forced)
     return "" if sheet is None else svg(sheet)

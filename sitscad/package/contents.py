@@ -33,7 +33,7 @@ from sitscad.estimates.states.steps import meter_readings
 from sitscad.files.drawing.frame import FORCED
 from sitscad.files.formats.calibration_header import header, program
 from sitscad.files.formats.compensation_header import compensation_header
-from sitscad.files.report.calibration import calibration_page, plan_card, plan_table, plan_words
+from sitscad.files.report.calibration import calibration_page, plan_card, plan_csv, plan_instructions
 from sitscad.files.writer import is_felt
 from sitscad.kernels.geometry.path import bounding_box
 from sitscad.layout.board import Layout
@@ -258,8 +258,8 @@ def calibration_files(calibration: Calibration) -> dict[str, bytes]:
             calibration.cell)
     if calibration.plan is not None:
         files |= {
-            "plan.csv": plan_table(calibration),
-            "plan.txt": plan_words(calibration, calibration.plan),
+            "plan.csv": plan_csv(calibration),
+            "plan.txt": plan_instructions(calibration, calibration.plan),
         }
         if calibration.sensors.range.has_moments:
             files["plan.svg"] = plan_card(calibration, calibration.plan)

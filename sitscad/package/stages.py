@@ -541,7 +541,7 @@ def fit_picture_file(contents: Contents, bodies: str) -> dict[str, bytes]:
     `bodies` is the name of a picture of the solids to which the drawing refers.
     """
     faults = [f for f in contents.checked.findings if f.severity.is_at_least(Severity.WARNING)]
-    sheet = fit.drawing(contents.layout, faults, contents.is_forced, bodies)
+    sheet = fit.fit_sheet(contents.layout, faults, contents.is_forced, bodies)
     return {} if sheet is None else {FIT_PICTURE: svg(sheet).encode("utf-8")}
 
 
@@ -555,7 +555,7 @@ def _report_pictures(contents: Contents, files: Mapping[str, bytes]) -> dict[str
     ]
     has_jaw = contents.spec.mount is not None and contents.spec.mount.jaw is not None
     body = "The part that lies on the jaw" if has_jaw else "The part with the coils"
-    layers = stackup_drawing.drawing(layout, "see the package", contents.is_forced)
+    layers = stackup_drawing.stackup_sheet(layout, "see the package", contents.is_forced)
     wrong = {
         "What does not fit: too much in red, limits in black.": FIT_PICTURE,
         f"What does not fit, cut open ({SOLIDS_PICTURE}).": SOLIDS_PICTURE,
@@ -569,7 +569,7 @@ def _report_pictures(contents: Contents, files: Mapping[str, bytes]) -> dict[str
     }
     if (jaws := _jaw_drawing(contents)) is not None:
         pictures["The closed pair in its port, with dimensions, and the jaws closed and open."] = jaws
-    if (over := plan_view.drawing(layout, contents.is_forced)) is not None:
+    if (over := plan_view.plan_sheet(layout, contents.is_forced)) is not None:
         pictures["Elastomer and target over the coils, seen from the top, to scale."] = svg(over)
     solids = (name for name in sorted(files) if name == "mount/assembly.svg")  # the jaw drawing is shown above
     return pictures | {f"The sensor in its mount ({name}).": files[name].decode("utf-8") for name in solids}
@@ -581,7 +581,7 @@ def _jaw_drawing(contents: Contents) -> str | None:
     None if there is no jaw, or if the dimensions of parts contradict each other.
     """
     try:
-        sheet = jaw.drawing(contents.layout, contents.is_forced)
+        sheet = jaw.jaw_sheet(contents.layout, contents.is_forced)
     except PartsError:
         return None
     return None if sheet is None else svg(sheet)

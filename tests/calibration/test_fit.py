@@ -157,14 +157,14 @@ def test_readings_with_other_target_rotation_are_reported(sensors, foretold):
     ("{kind: fingertip, standoff: 1.2 mm}", "both screws"), ("{kind: grasper-pad}", "vice"),
 ])
 def test_plan_states_x_direction_and_sensor_support(mount, held):
-    from sitscad.files.report.calibration import directions, held_by
+    from sitscad.files.report.calibration import clamping_lines, direction_lines
     from sitscad.spec.yaml.source import read_yaml
 
     spec = sitscad.load_text(templates.read("bench_7mm"), "t.yaml")
     spec = spec.replace("mount", read_yaml(mount).data if mount else None)
-    assert held in " ".join(held_by(spec.coil, spec.mount))
-    assert not any("+x" in line for line in directions(("normal",)))
-    assert "from the middle of the body to the tail" in " ".join(directions(("normal", "shear_x", "shear_y")))
+    assert held in " ".join(clamping_lines(spec.coil, spec.mount))
+    assert not any("+x" in line for line in direction_lines(("normal",)))
+    assert "from the middle of the body to the tail" in " ".join(direction_lines(("normal", "shear_x", "shear_y")))
 
 
 @pytest.mark.more

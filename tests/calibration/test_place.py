@@ -14,7 +14,7 @@ from sitscad.calibration import points
 from sitscad.calibration.calibration import calibrate_by, plan_calibration
 from sitscad.calibration.points import Points, place_changes
 from sitscad.calibration.unknowns import draw_units, usual_value
-from sitscad.files.report.calibration import plan_card, plan_words
+from sitscad.files.report.calibration import plan_card, plan_instructions
 from sitscad.spec import templates
 
 
@@ -36,7 +36,7 @@ def test_reading_change_of_displaced_load_equals_effect_of_its_moment(sensors):
 def test_plan_includes_load_position_errors_and_states_common_offset_effect(sensors, foretold, monkeypatch):
     exact = points.plan(sensors, 8)
     assert np.all(exact.errors_of_offset > 0.0) and np.array_equal(exact.loads, foretold.plan.loads)
-    message = re.sub(r"\\s+", " ", plan_words(foretold, foretold.plan).decode())
+    message = re.sub(r"\\s+", " ", plan_instructions(foretold, foretold.plan).decode())
     (first,) = re.findall(r"without a remark; after all rows they add: normal ([0-9.e-]+)", " ".join(message.split()))
     assert float(first) == approx(1e-4 / usual_value("place") * foretold.plan.errors_of_offset[0], rel=0.06)
     assert "rod" in message and "guide" in message and "ball or a point" not in message

@@ -165,8 +165,8 @@ def test_order_notes_and_drawings_give_bend_zone_of_check(advised, rest):
     assert note.severity is Severity.NOTE and show(start, "m", 4) in note.message
     assert start == note.place.x > layout.bend_zone[0] and end - start == approx(note.measured, rel=1e-6)
     text = f"between x = {show(start, 'm')} and x = {show(end, 'm')}"
-    board, stackup = board_drawing.drawing(layout, ""), stackup_drawing.drawing(layout, "")
-    for words in (fabrication_notes.readme(layout), words_of(board), words_of(stackup)):
+    board, stackup = board_drawing.board_sheet(layout, ""), stackup_drawing.stackup_sheet(layout, "")
+    for words in (fabrication_notes.order_readme(layout), words_of(board), words_of(stackup)):
         assert text in " ".join(words.split())
         assert show(layout.bend_zone[0], "m") not in words
     assert mm(start) in words_of(board) and mm(layout.bend_zone[0]) not in words_of(board)
@@ -183,8 +183,8 @@ def test_tail_without_straight_stretch_has_do_not_bend_note(bench):
     crooked = replace(bench, bend_zone=(x, x + 1 * MM), traces=(*bench.traces, askew))
     assert bend_stretch(replace(crooked, traces=bench.traces)) == crooked.bend_zone
     assert bend_stretch(crooked) is None
-    assert "do not bend it" in fabrication_notes.readme(crooked)
-    assert "bend zone" not in words_of(board_drawing.drawing(crooked, ""))
+    assert "do not bend it" in fabrication_notes.order_readme(crooked)
+    assert "bend zone" not in words_of(board_drawing.board_sheet(crooked, ""))
 
 
 def test_longer_tail_is_not_tried_if_leads_lack_room(advised, monkeypatch):

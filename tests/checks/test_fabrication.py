@@ -402,7 +402,7 @@ def test_long_narrow_board_gives_note_and_order_text(judge, length, panel):
     layout = lay_out(spec)
     result = judge("SIT116", spec, layout)
     assert result and all(item.severity is Severity.NOTE for item in result)
-    text = " ".join(order_notes.readme(layout, plan(layout)).split())
+    text = " ".join(order_notes.order_readme(layout, plan(layout)).split())
     assert ("larger than usual: confirm" if panel == "auto" else "in a panel of your own") in text
 
 

@@ -51,11 +51,11 @@ def _scale(sheet):
 
 
 def test_assembly_drawing_is_legible(sensor):
-    assert_legible(plan_view.drawing(sensor))
+    assert_legible(plan_view.plan_sheet(sensor))
 
 
 def test_pieces_are_drawn_to_scale_at_their_positions(sensor):
-    sheet = plan_view.drawing(sensor)
+    sheet = plan_view.plan_sheet(sensor)
     scale, pieces = _scale(sheet), plates_of(sensor.spec).all
     ink = {pen: [i.paths[0] for i in sheet.items if isinstance(i, Shape) and i.pen == pen and i.paths[0].is_closed]
            for pen in plan_view.PENS.values()}
@@ -72,7 +72,7 @@ def test_pieces_are_drawn_to_scale_at_their_positions(sensor):
 
 
 def test_edges_and_centres_of_pieces_are_dimensioned(sensor):
-    sheet = plan_view.drawing(sensor)
+    sheet = plan_view.plan_sheet(sensor)
     labels = {item.text for item in sheet.items if isinstance(item, Label)}
     words = " ".join(item.text for item in sheet.items if isinstance(item, Label))
     for piece in plates_of(sensor.spec).all:
@@ -84,7 +84,7 @@ def test_edges_and_centres_of_pieces_are_dimensioned(sensor):
 
 
 def test_sensor_without_pieces_has_no_assembly_drawing(board):
-    assert plan_view.drawing(board) is None and assembly_drawing.assembly_pdf(board, "") == {}
+    assert plan_view.plan_sheet(board) is None and assembly_drawing.assembly_pdf(board, "") == {}
 
 
 @pytest.mark.parametrize(

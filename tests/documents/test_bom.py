@@ -19,7 +19,7 @@ from sitscad.assembly.places.jaws import closed_span, seat_circle_radius
 from sitscad.estimates.loads.gluing import board_press, piece_press
 from sitscad.files.documents import gluing, mounting, preparing
 from sitscad.files.documents import parts_list as bom
-from sitscad.files.report.page import section_layers, stack_section
+from sitscad.files.report.page import section_layers, stack_section_svg
 from sitscad.layout import lay_out
 from sitscad.spec import presets, templates
 from sitscad.spec.coil import CoilPlacement
@@ -143,7 +143,7 @@ def test_mount_pieces_have_sizes_of_stack_section(standoff, shield, pieces):
     rows = {name: row for name, row in rows_of(layout).items() if name.startswith("mount")}
     assert {name: row["size"] for name, row in rows.items()} == pieces
     assert all(f"{standoff:g} mm of standoff in all" in row["note"] for row in rows.values())
-    drawn = stack_section(section_layers(layout.spec))
+    drawn = stack_section_svg(section_layers(layout.spec))
     for name, size in pieces.items():
         words = f"{name} to the shield, " if shield == float(size.split()[0]) else f"{name}, "
         shown = size.removesuffix(" thick")
@@ -216,16 +216,16 @@ def test_metal_behind_is_listed_and_drawn_in_section():
     row = rows_of(layout)["metal behind"]
     assert (row["material"], row["size"]) == ("aluminium", "2 mm thick")
     assert row["note"].startswith("4 mm behind")
-    drawn = stack_section(section_layers(layout.spec))
+    drawn = stack_section_svg(section_layers(layout.spec))
     assert "metal behind, aluminium, 2 mm thick" in drawn
     assert "gap to the metal behind, 2.8 mm" in drawn, "the mount is 1.2 mm"
     near = replace(layout.spec.mount, standoff=4e-3)
-    assert "gap to" not in stack_section(section_layers(replace(layout.spec, mount=near)))
+    assert "gap to" not in stack_section_svg(section_layers(replace(layout.spec, mount=near)))
 
 
 def test_metal_finger_is_drawn_in_section():
     text = templates.read("fingertip_foil").replace("size: [16, 10]}", "size: [16, 10], material: brass}")
-    assert "finger, brass, 10 mm thick, cut off here" in stack_section(section_layers(load_text(text)))
+    assert "finger, brass, 10 mm thick, cut off here" in stack_section_svg(section_layers(load_text(text)))
 
 
 @pytest.mark.parametrize("name", ["round_button_12mm", "grasper_4layer", "skin_strip_6"])

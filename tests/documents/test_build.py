@@ -62,7 +62,7 @@ def test_capacitor_openings_include_coverlay_registration(size):
     beyond = chip_opening(rules, chip)
     assert beyond == approx(min(rules.coverlay_registration, (chip.pitch - chip.pad_along - rules.coverlay_web) / 2),
                             rel=1e-9)
-    text = " ".join(order_notes.readme(layout).split())
+    text = " ".join(order_notes.order_readme(layout).split())
     assert f"coverlay is open {beyond / UM:.4g} um beyond each pad and laid within 150 um" in text
     assert "coverlay within 150 um of the copper" in text
     assert not findings_of("SIT114", layout.spec, layout)

@@ -50,7 +50,7 @@ from sitscad.files.documents.datasheet_plots import (
 from sitscad.files.drawing.pdf import pdf
 from sitscad.files.drawing.sheet import Label, Sheet, flattened, plot
 from sitscad.files.drawing.svg import svg
-from sitscad.files.report.page import _performance_section
+from sitscad.files.report.page import _performance_html
 from sitscad.package.contents import incoming, nominal_calibration
 from sitscad.spec import presets
 
@@ -84,7 +84,7 @@ def drawn(bench):
 def test_report_and_data_sheet_have_equal_rows(bench, files):
     """Each named and rounded them by itself."""
     sheet = json.loads(files["datasheet.json"])
-    page, paper = _performance_section(sheet), files["datasheet.html"].decode()
+    page, paper = _performance_html(sheet), files["datasheet.html"].decode()
     tables = PerformanceReport(bench.performance, bench.spec).tables()
     assert len(tables) == len(sheet["in_words"]) == 4
     for table in tables:

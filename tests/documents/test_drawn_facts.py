@@ -84,7 +84,8 @@ def labels_of(sheet):
 
 
 def test_all_sheets_of_all_boards_are_legible(real):
-    for sheet in (board_drawing.drawing(real, "x"), contact_sheet(real, "x"), stackup_drawing.drawing(real, "x")):
+    stackup = stackup_drawing.stackup_sheet(real, "x")
+    for sheet in (board_drawing.board_sheet(real, "x"), contact_sheet(real, "x"), stackup):
         assert_legible(sheet)
 
 
@@ -97,9 +98,9 @@ def test_readme_and_drawings_state_equal_contact_thickness(connector):
     coil = COIL.format(shape="circle", size=7, turns=6, more="")
     layout = lay_out(load_text(f"sitscad: 1\nname: one\ncoil: {coil}\nfpc: {{tail: {tail}}}\n"))
     papers = [
-        fabrication_notes.readme(layout),
-        words_of(board_drawing.drawing(layout, "")),
-        words_of(stackup_drawing.drawing(layout, "")),
+        fabrication_notes.order_readme(layout),
+        words_of(board_drawing.board_sheet(layout, "")),
+        words_of(stackup_drawing.stackup_sheet(layout, "")),
     ]
     bands = set()
     for paper in papers:
@@ -148,7 +149,7 @@ def test_contact_sheet_dimensions_width_edge_and_end(real):
 
 
 def test_board_drawing_dimensions_tail(real):
-    labels = labels_of(board_drawing.drawing(real, ""))
+    labels = labels_of(board_drawing.board_sheet(real, ""))
     result = tail_width(real.body[2], real.outline, real.pads, real.spec.fpc.tail)
     if real.spec.fpc.tail is None:
         assert result is None
@@ -191,7 +192,7 @@ def test_rotated_coil_extent_encloses_its_copper(shape, turn, corner):
     extent = coil_extent(layout.spec.coil, drawn)
     for inner, outer, sign in zip(copper, extent, (1, 1, -1, -1), strict=True):
         assert -1e-9 <= sign * (inner - outer) <= slack
-    labels = labels_of(board_drawing.drawing(layout, ""))
+    labels = labels_of(board_drawing.board_sheet(layout, ""))
     assert {board_drawing.mm(round(extent[side], 7)) for side in (1, 3)} <= set(labels)
 
 
@@ -252,10 +253,11 @@ def test_stated_bend_is_drawn_with_its_values():
     bend, x = stated_bend(layout), layout.body[2] + 12e-3
     assert bend.line == approx(x, rel=1e-6) and bend.radius == approx(2e-3, rel=1e-6)
     assert bend.end - bend.start == approx(math.pi / 4 * (2e-3 + tail_thickness(layout.spec.fpc) / 2), rel=1e-6)
-    drawing = board_drawing.drawing(layout, "")
+    drawing = board_drawing.board_sheet(layout, "")
     assert "bend 45 deg up, R min 2.00 inside" in labels_of(drawing) and board_drawing.mm(x) in labels_of(drawing)
     message = f"about the line across it at x = {x * 1e3:.4g} mm; inside radius at least 2 mm"
-    for paper in (fabrication_notes.readme(layout), words_of(drawing), words_of(stackup_drawing.drawing(layout, ""))):
+    readme, stackup = fabrication_notes.order_readme(layout), stackup_drawing.stackup_sheet(layout, "")
+    for paper in (readme, words_of(drawing), words_of(stackup)):
         assert message in " ".join(paper.split()) and "by 45 deg up (towards the face with the coils)" in " ".join(
             paper.split()
         )
@@ -285,7 +287,7 @@ def test_bend_labels_lie_beside_wide_body():
         "coil: {shape: circle, outer_diameter: 6, turns: 8, layers: 2, trace_width: 0.1524, trace_spacing: 0.1524}\n"
         "fpc: {tail: {length: 30}}\n"
     )
-    drawing = board_drawing.drawing(lay_out(load_text(text)), "")
+    drawing = board_drawing.board_sheet(lay_out(load_text(text)), "")
     colour = board_drawing.BEND_LINE.colour
     ((path,),) = [i.paths for i in drawing.items if isinstance(i, Shape) and i.pen == board_drawing.BEND_LINE]
     labels = [item for item in drawing.items if isinstance(item, Label) and item.colour == colour]
@@ -298,7 +300,7 @@ def test_bend_labels_lie_beside_wide_body():
 def test_labels_of_short_tail_do_not_overlap(name):
     """They lay over each other and over the body's edge."""
     layout = lay_out(load_text(templates.read(name)))
-    sheet = board_drawing.drawing(layout, "x")
+    sheet = board_drawing.board_sheet(layout, "x")
     labels = [item for item in sheet.items if isinstance(item, Label) and item.angle == 0.0
               and re.match("tail |stiffener|bend |R min", item.text)]
     assert len(labels) == 3
@@ -388,7 +390,7 @@ def test_bend_radius_beyond_port_gives_finding():
 
 def test_board_stations_are_dimensioned_in_order(real):
     """Coordinates below the whole board stand in the order of their places."""
-    sheet = board_drawing.drawing(real, "")
+    sheet = board_drawing.board_sheet(real, "")
     texts = [item for item in sheet.items if isinstance(item, Label) and item.angle == 90.0 and item.at.y > 108]
     numbers = sorted((i.at.x, float(i.text)) for i in texts if re.fullmatch(r"-?[0-9.]+", i.text))
     assert all(a[1] < b[1] for a, b in pairwise(numbers))
@@ -402,8 +404,9 @@ def test_tail_in_jaw_bends_at_hinge_pivot():
     assert along > pivot - layout.body[2] and way.at(along).x == approx(pivot, abs=2e-5)
     assert stated_bend(layout).line == approx(pivot_line(layout), rel=1e-6)
     message = "about the line across it at x = 18.23 mm, where the jaw's hinge has its pivot; inside radius"
-    drawing = board_drawing.drawing(layout, "")
-    for paper in (fabrication_notes.readme(layout), words_of(drawing), words_of(stackup_drawing.drawing(layout, ""))):
+    drawing = board_drawing.board_sheet(layout, "")
+    readme, stackup = fabrication_notes.order_readme(layout), stackup_drawing.stackup_sheet(layout, "")
+    for paper in (readme, words_of(drawing), words_of(stackup)):
         assert message in " ".join(paper.split())
 
 
@@ -412,7 +415,7 @@ def test_bend_beside_pivot_names_both_positions():
     layout = lay_out(load_text(text))
     assert stated_bend(layout).line == approx(layout.body[2] + 12e-3, rel=1e-6)
     assert "at x = 16.91 mm (the jaw's hinge has its pivot at x = 18.23 mm); inside" in " ".join(
-        fabrication_notes.readme(layout).split()
+        fabrication_notes.order_readme(layout).split()
     )
 
 

@@ -21,7 +21,7 @@ from sitscad.estimates import estimate
 from sitscad.estimates.circuits.settings import Band, CoilBands
 from sitscad.estimates.design import Design
 from sitscad.files.documents import firmware, firmware_driver
-from sitscad.files.report.numbers import estimate_tables, other_table
+from sitscad.files.report.numbers import estimate_tables, reading_table
 from sitscad.kernels.converters.reference_counter import ReferenceCounter
 from sitscad.layout import lay_out
 from sitscad.package.contents import incoming
@@ -260,7 +260,7 @@ def test_header_formula_gives_printed_inductance(cable):
         by_formula = 1.0 / (capacitance * (2.0 * math.pi * float(megahertz) * 1e6) ** 2)
         assert by_formula == approx(float(microhenries) * 1e-6, rel=2e-6)
         state = result.coils[0].states[name]
-        rows = other_table(result.coils, result.temperature, result.normal_force).rows
+        rows = reading_table(result.coils, result.temperature, result.normal_force).rows
         (row,) = [row for row in rows if row[1].startswith(name) or f" {name} " in row[1]]
         assert show(by_formula, "H") == row[3]
         # what the header says about the difference to the inductance at the contacts

@@ -11,7 +11,7 @@ from tolerance import approx
 import sitscad
 from sitscad.assembly.places.fit import pin_gaps
 from sitscad.basics.finding import Finding, Severity
-from sitscad.files.documents.drawings.fit import drawing
+from sitscad.files.documents.drawings.fit import fit_sheet
 from sitscad.files.drawing.frame import RED
 from sitscad.files.drawing.sheet import Label, flattened
 from sitscad.kernels.geometry.path import bounding_box
@@ -43,12 +43,12 @@ def words(sheet, colour=RED):
 
 
 def test_fitting_sensor_has_no_fit_drawing(layout):
-    assert drawing(layout, []) is None
-    assert drawing(layout, [fault("SIT312", "elastomer-shear", "elastomer.material", 1.1, 1.0)]) is None
+    assert fit_sheet(layout, []) is None
+    assert fit_sheet(layout, [fault("SIT312", "elastomer-shear", "elastomer.material", 1.1, 1.0)]) is None
 
 
 def test_needed_circle_is_drawn_to_scale_with_port(layout):
-    sheet = drawing(layout, [TALL])
+    sheet = fit_sheet(layout, [TALL])
     boxes = {item.name: bounding_box(item.paths) for item in flattened(sheet.items) if getattr(item, "name", "")}
     needed, port = boxes["fit-needed"], boxes["jaw-port"]
     assert (needed[2] - needed[0]) / (port[2] - port[0]) == approx(5.4 / 5.0, rel=1e-6)
@@ -67,7 +67,7 @@ def test_needed_circle_is_drawn_to_scale_with_port(layout):
     ],
 )
 def test_excess_size_is_labelled_in_red(layout, fault, said):
-    sheet = drawing(layout, [fault])
+    sheet = fit_sheet(layout, [fault])
     assert said.format(1e3 * layout.body_size[0]) in words(sheet)
     assert_legible(replace(sheet, items=list(flattened(sheet.items))))
 
@@ -80,7 +80,7 @@ def test_tail_at_hinge_pin_and_shaft_is_drawn(layout):
         fault("SIT325", "end-through-shaft", "fpc.tail.connector", 2.518e-3, 2.4e-3),
         TALL,
     ]
-    sheet = drawing(changed, faults, True)
+    sheet = fit_sheet(changed, faults, True)
     message = " ".join(words(sheet))
     assert "from the pivot" in message and "2.518 from corner to corner" in message and "IN SPITE OF" in message
     assert_legible(replace(sheet, items=list(flattened(sheet.items))))

@@ -209,7 +209,7 @@ def test_joint_cuts_in_jaw_have_stated_positions(kind):
         {"mount.retention": kind, "shield": None})
     layout = sitscad.lay_out(spec)
     message, tip = " ".join(jaw_joint_steps(layout.body, layout.spec.assembly.glue_line,
-                                 layout.spec.mount)), jaw_range(layout.body, layout.spec.jaw)[0]
+                                            layout.spec.mount)), jaw_range(layout.body, layout.spec.jaw)[0]
     assert f"{5e2 * layout.spec.jaw.width:.2f} mm from either side" in message
     for x, _ in pin_places(layout.body, layout.spec.mount):
         assert f"{1e3 * (x - tip):.2f}" in message

@@ -61,10 +61,10 @@ def issued(board):
 def test_every_title_block_has_part_number_revision_and_date(issued):
     spec = replace(issued.spec, fpc=replace(issued.spec.fpc, panel=PanelSpec("always")))
     sheets = [
-        board_drawing.drawing(issued, "x"),
+        board_drawing.board_sheet(issued, "x"),
         contact_sheet(issued, "x"),
-        stackup_drawing.drawing(issued, "x"),
-        panel_drawing.drawing(plan(replace(issued, spec=spec)), "x"),
+        stackup_drawing.stackup_sheet(issued, "x"),
+        panel_drawing.panel_sheet(plan(replace(issued, spec=spec)), "x"),
     ]
     for sheet in sheets:
         labels = _labels(sheet)
@@ -73,15 +73,15 @@ def test_every_title_block_has_part_number_revision_and_date(issued):
 
 
 def test_title_block_without_issue_says_not_stated(board):
-    labels = _labels(board_drawing.drawing(board, "x"))
+    labels = _labels(board_drawing.board_sheet(board, "x"))
     assert [labels[labels.index(label) + 1] for label in ("Part no.", "Rev.", "Date")] == ["not stated"] * 3
 
 
 def test_readmes_state_part_number_revision_and_date(issued):
-    text = fabrication_notes.readme(issued)
+    text = fabrication_notes.order_readme(issued)
     assert re.search(r"Part number +TS-104 \(a\)\nRevision +B\.2\nDate +2026-11-22\n", text)
     spec = replace(issued.spec, fpc=replace(issued.spec.fpc, panel=PanelSpec("always")))
-    words = panel_drawing.readme(plan(replace(issued, spec=spec)), None)
+    words = panel_drawing.panel_readme(plan(replace(issued, spec=spec)), None)
     assert "Part number: TS-104 (a)\nRevision: B.2\nDate: 2026-11-22\n" in words
 
 

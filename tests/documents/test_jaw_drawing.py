@@ -15,7 +15,7 @@ import sitscad
 from sitscad.assembly.places.fit import closed_section, closing_motion
 from sitscad.assembly.places.jaws import jaw_range
 from sitscad.assembly.places.tail_path import tail_path
-from sitscad.files.documents.drawings.jaw import drawing, render
+from sitscad.files.documents.drawings.jaw import jaw_sheet, render
 from sitscad.files.drawing.sheet import Group, Label, Sheet, flattened
 from sitscad.kernels.geometry.path import bounding_box
 from sitscad.spec import templates
@@ -42,7 +42,7 @@ def in_jaw(**changes):
 
 def test_jaw_section_is_drawn_to_scale_about_port_circle():
     layout = in_jaw()
-    at, pair, jaw = shapes(drawing(layout)), closed_section(layout), layout.spec.jaw
+    at, pair, jaw = shapes(jaw_sheet(layout)), closed_section(layout), layout.spec.jaw
     port = at["jaw-port"]
     scale = (port[2] - port[0]) / jaw.port_diameter
     lower, upper = at["jaw-section-jaw"], at["jaw-section-opposing-jaw"]
@@ -57,7 +57,7 @@ def test_jaw_section_is_drawn_to_scale_about_port_circle():
 
 def test_opened_jaws_are_drawn_at_their_angle():
     layout = in_jaw(hinge=8e-3, opening=math.radians(60.0))
-    sheet, closes = drawing(layout), closing_motion(layout)
+    sheet, closes = jaw_sheet(layout), closing_motion(layout)
     assert "open by 60 deg" in words(sheet) and f"{closes.most * 1e3:.3g} mm between the faces" in words(sheet)
     (sides,) = [item for item in sheet.items if isinstance(item, Group) and item.name == "jaw-sides"]
     boxes = [bounding_box(item.paths) for item in flattened(sides.items) if getattr(item, "fill", None) == "#a8adb5"]
@@ -69,7 +69,7 @@ def test_opened_jaws_are_drawn_at_their_angle():
 def test_never_parallel_jaws_are_drawn_tilted():
     """They were, above the words that they never are."""
     layout = in_jaw(hinge=8e-3, opening=math.radians(60.0), port_diameter=closed_section(in_jaw()).height - 1e-3)
-    sheet, closes = drawing(layout), closing_motion(layout)
+    sheet, closes = jaw_sheet(layout), closing_motion(layout)
     assert closes.parallel_at < 0.0 and "too thick for the faces ever to be parallel" in words(sheet)
     assert "closed until the sensor touches at the heel" in words(sheet)
     (sides,) = [item for item in sheet.items if isinstance(item, Group) and item.name == "jaw-sides"]
@@ -79,20 +79,20 @@ def test_never_parallel_jaws_are_drawn_tilted():
 
 
 def test_jaw_without_stated_hinge_is_not_drawn_open():
-    text = words(drawing(in_jaw(hinge=None, opening=None)))
+    text = words(jaw_sheet(in_jaw(hinge=None, opening=None)))
     assert "mount.jaw.hinge" in text and "open by" not in text
 
 
 @pytest.mark.parametrize("sizes", [{"length": 10e-3}, {"length": 6e-3, "port_diameter": 12e-3}])
 def test_short_jaw_without_hinge_is_drawn_inside_frame(sizes):
-    sheet = drawing(in_jaw(hinge=None, opening=None, **sizes))
+    sheet = jaw_sheet(in_jaw(hinge=None, opening=None, **sizes))
     assert_legible(replace(sheet, items=list(flattened(sheet.items))))
     assert all(item.at.y < 200.0 for item in flattened(sheet.items) if isinstance(item, Label))
 
 
 def test_pockets_of_both_jaws_are_drawn_to_scale():
-    plain = drawing(in_jaw(opposing_pad_thickness=0.3e-3))
-    sunk = drawing(
+    plain = jaw_sheet(in_jaw(opposing_pad_thickness=0.3e-3))
+    sunk = jaw_sheet(
         in_jaw(
             opposing_pad_thickness=0.3e-3, opposing_recess=0.2e-3, opposing_pocket=(14e-3, 2e-3),
             recess=0.3e-3, pocket=(16e-3, 3e-3),
@@ -107,7 +107,7 @@ def test_pockets_of_both_jaws_are_drawn_to_scale():
 
 
 def test_side_view_shows_film_around_pad_and_target():
-    sheet = drawing(in_jaw())
+    sheet = jaw_sheet(in_jaw())
     (sides,) = [item for item in sheet.items if isinstance(item, Group) and item.name == "jaw-sides"]
     fills = [getattr(item, "fill", None) for item in flattened(sides.items)]
     assert "#9fc5e8" in fills
@@ -115,7 +115,7 @@ def test_side_view_shows_film_around_pad_and_target():
 
 def test_sensor_without_jaw_has_no_drawing_and_forced_one_is_stamped():
     bench = handmade.layout("bench")
-    assert drawing(bench) is None and render(bench, "") == {}
+    assert jaw_sheet(bench) is None and render(bench, "") == {}
     made = render(in_jaw(), "forced")
     assert sorted(made) == ["mount/hand-made-jaw-drawing.pdf", "mount/hand-made-jaw-drawing.svg"]
     assert all(b"IN SPITE OF ERRORS" in content for content in made.values())
@@ -125,7 +125,7 @@ def test_sensor_without_jaw_has_no_drawing_and_forced_one_is_stamped():
 @pytest.mark.parametrize("name", [name for name in templates.names() if "jaw" in name or "grasper" in name])
 def test_every_template_with_jaw_has_legible_drawing(name):
     layout = sitscad.lay_out(sitscad.load_text(templates.read(name)))
-    sheet = drawing(layout)
+    sheet = jaw_sheet(layout)
     assert sheet is not None
     assert_legible(replace(sheet, items=list(flattened(sheet.items))))
     assert f"{closed_section(layout).height * 1e3:.3f}"[:4] in words(sheet)
@@ -135,7 +135,7 @@ def test_side_view_shows_tail_lowered_to_face_and_pivot():
     """The views had it level at the body's height, and past the pin it runs 0.8 mm lower."""
     layout = sitscad.lay_out(sitscad.load_text(templates.read("grasper_4layer")))
     way = tail_path(layout)
-    tails = [i for i in flattened(drawing(layout).items) if getattr(i, "name", "") == "jaw-side-tail"]
+    tails = [i for i in flattened(jaw_sheet(layout).items) if getattr(i, "name", "") == "jaw-side-tail"]
     closed, opened = (bounding_box(tail.paths) for tail in tails)
     jaw, scale = layout.spec.jaw, 2.0
     pivot = layout.spec.mount.jaw.hinge + jaw_range(layout.body, jaw)[1]

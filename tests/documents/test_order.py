@@ -60,7 +60,7 @@ def drawn(items):
 
 
 def test_outline_is_drawn_to_scale_of_title_block(board):
-    sheet = board_drawing.drawing(board, "")
+    sheet = board_drawing.board_sheet(board, "")
     (scale,) = {item.text for item in sheet.items if isinstance(item, Label) and "(whole)" in item.text}
     factor = float(re.match(r"([0-9.]+):1", scale)[1])
     x0, y0, x1, y1 = bounding_box([board.outline])
@@ -74,7 +74,7 @@ def test_outline_is_drawn_to_scale_of_title_block(board):
 
 
 def test_dimensions_equal_coordinates_of_files(board):
-    texts = {item.text for item in board_drawing.drawing(board, "").items if isinstance(item, Label)}
+    texts = {item.text for item in board_drawing.board_sheet(board, "").items if isinstance(item, Label)}
     stations = [
         board.body[2],
         *board.bend_zone,
@@ -107,7 +107,7 @@ def test_drawing_of_complete_board_is_legible(rest):
 
 
 def test_drawings_stay_on_sheet_without_overlapping_texts(board):
-    drawn = [board_drawing.drawing(board, "x" * 60), stackup_drawing.drawing(board, "x" * 60)]
+    drawn = [board_drawing.board_sheet(board, "x" * 60), stackup_drawing.stackup_sheet(board, "x" * 60)]
     for sheet in (*drawn, *filter(None, [contact_sheet(board, "x" * 60)])):
         assert_legible(sheet)
 
@@ -121,7 +121,7 @@ def test_detail_scale_is_larger_and_every_contact_is_numbered(rest):
     layout = lay_out(load_text(text))
     (scales,) = {
         item.text
-        for item in board_drawing.drawing(layout, "").items
+        for item in board_drawing.board_sheet(layout, "").items
         if isinstance(item, Label) and item.text.endswith("seen from the top")
     }
     whole, detail = (float(number) for number in re.findall(r"([\d.]+):1", scales))
@@ -145,7 +145,7 @@ fpc: {tail: {length: 40, connector: zif-0.5mm, bend: static, layers: 2}}
 
 def test_board_of_70_mm_is_enlarged_with_contact_numbers_clear_of_dimensions():
     layout = lay_out(load_text(SIX))
-    sheet = board_drawing.drawing(layout, "", forced=True)
+    sheet = board_drawing.board_sheet(layout, "", forced=True)
     assert_legible(sheet)
     (block,) = {item.text for item in sheet.items if isinstance(item, Label) and "(whole)" in item.text}
     assert block.startswith("1.5:1 (whole)")
@@ -156,7 +156,7 @@ def test_board_of_70_mm_is_enlarged_with_contact_numbers_clear_of_dimensions():
 
 def test_width_and_length_have_outline_tolerance(board):
     x0, y0, x1, y1 = bounding_box([board.outline])
-    texts = [item.text for item in board_drawing.drawing(board, "").items if isinstance(item, Label)]
+    texts = [item.text for item in board_drawing.board_sheet(board, "").items if isinstance(item, Label)]
     tolerance = _drawing.mm(board.spec.fpc.rules.outline_tolerance)
     assert {f"{_drawing.mm(side)} +/- {tolerance}" for side in (x1 - x0, y1 - y0)} <= set(texts)
 
@@ -165,7 +165,7 @@ def test_holes_are_drawn_with_symbols_of_table(board):
     """A circle with its tool's symbol, both in the views and in the table."""
     symbols = [
         item
-        for item in drawn(board_drawing.drawing(board, "").items)
+        for item in drawn(board_drawing.board_sheet(board, "").items)
         if not isinstance(item, Label) and item.pen is not None and item.pen.width == 0.13
     ]
     rows = len({round(via.drill, 9) for via in board.vias})
@@ -181,7 +181,7 @@ def test_holes_in_thin_tail_are_counted_separately():
     assert inside
     message = f"{len(thin.vias) - inside} through all 4 layers, {inside} in the tail through its 2 layers"
     assert message in " ".join(layouts.order_set(thin)["fpc/readme.txt"].decode().split())
-    assert any(message in note for note in board_drawing.notes(thin))
+    assert any(message in note for note in board_drawing.board_notes(thin))
     assert "finished diameters; through all layers" in layouts.order_set(whole)["fpc/readme.txt"].decode()
 
 
@@ -200,7 +200,7 @@ def test_contacts_and_stiffener_are_dimensioned_in_sheet_and_readme(turn):
     assert_legible(sheet)
     texts = {item.text for item in sheet.items if isinstance(item, Label)}
     assert {"width 0.30", "length 3.45", "pitch 0.50"} <= texts
-    words = " ".join(fabrication_notes.readme(layout).split())
+    words = " ".join(fabrication_notes.order_readme(layout).split())
     for part in (
         "contacts 300 um wide and 3.45 mm long, pitch 500 um, bare over 3.15 mm",
         "5 mm along the tail, 6.5 mm across",
@@ -212,8 +212,8 @@ def test_contacts_and_stiffener_are_dimensioned_in_sheet_and_readme(turn):
 def test_drawings_of_forced_package_are_stamped(board):
     for stamped in (False, True):
         sheets = [
-            board_drawing.drawing(board, "x", stamped),
-            stackup_drawing.drawing(board, "x", stamped),
+            board_drawing.board_sheet(board, "x", stamped),
+            stackup_drawing.stackup_sheet(board, "x", stamped),
             contact_sheet(board, "x", stamped),
         ]
         for sheet in sheets:
@@ -229,7 +229,7 @@ def test_long_material_names_stay_on_stackup_drawing(board):
     )
     long = replace(stackup, layers=layers, source="a long story without end " * 40 + "x" * 300)
     spec = replace(board.spec, fpc=replace(board.spec.fpc, stackup=long))
-    sheet = stackup_drawing.drawing(replace(board, spec=spec), "")
+    sheet = stackup_drawing.stackup_sheet(replace(board, spec=spec), "")
     for item in sheet.items:
         if isinstance(item, Label) and item.anchor == "start":
             assert item.at.x + text_width(item.text, item.size) < sheet.size[0] - 8.0, item.text
@@ -255,7 +255,7 @@ def test_panel_drawing_is_legible_and_dimensions_every_part(size, parts):
         f"fpc: {{tail: {{length: 20}}, panel: {{parts: {list(parts)}}}}}\n"
     )
     panel = plan(lay_out(load_text(text)))
-    sheet = panel_drawing.drawing(panel, "x" * 60)
+    sheet = panel_drawing.panel_sheet(panel, "x" * 60)
     assert_legible(sheet)
     labels = {item.text for item in sheet.items if isinstance(item, Label)}
     assert {_drawing.mm(x) for at in (*panel.parts, *panel.coupons) for x in at} <= labels
@@ -506,7 +506,7 @@ def test_every_profile_has_supported_file_naming():
 def test_order_notes_ask_for_inspection_and_resistance_limits():
     """A short between turns of one coil joins two places of one net."""
     design = sitscad.Design(ordered("rules: generic-fine", 4).spec)
-    text = " ".join(fabrication_notes.readme(design.layout, None, incoming(design).board).split())
+    text = " ".join(fabrication_notes.order_readme(design.layout, None, incoming(design).board).split())
     read = incoming(design).board.metered[0]
     ends = [show(read.direct + side * 3.0 * read.direct_sigma, "ohm", 3) for side in (-1, 1)]
     assert f"{read.coil} {show(read.direct, 'ohm', 3)} ({ends[0]} to {ends[1]})" in text
@@ -521,7 +521,7 @@ def test_order_notes_ask_for_inspection_and_resistance_limits():
     ("rules: generic-fine", 4, "type 3, use A"),
 ])
 def test_order_states_ipc_type_of_board(fpc, layers, wanted):
-    assert wanted in " ".join(fabrication_notes.readme(ordered(fpc, layers)).split())
+    assert wanted in " ".join(fabrication_notes.order_readme(ordered(fpc, layers)).split())
 
 
 def test_job_file_states_issue_and_panel_size(board):
@@ -569,8 +569,9 @@ SPLIT = (
 )
 def test_readme_and_drawing_state_bonding_sheets(fpc, said):
     layout = ordered(fpc)
-    readme = words(fabrication_notes.readme(layout))
-    drawn = words(" ".join(item.text for item in stackup_drawing.drawing(layout, "").items if isinstance(item, Label)))
+    readme = words(fabrication_notes.order_readme(layout))
+    sheet = stackup_drawing.stackup_sheet(layout, "")
+    drawn = words(" ".join(item.text for item in sheet.items if isinstance(item, Label)))
     assert ("from copper to copper" in readme, "from copper to copper" in drawn) == (bool(said), bool(said))
     for text in said:
         assert text in readme and text in drawn
@@ -579,8 +580,8 @@ def test_readme_and_drawing_state_bonding_sheets(fpc, said):
 
 def test_laminated_film_is_listed_with_its_layers():
     film = "coverlay, polyimide-coverlay (12.5 um polyimide + 15 um adhesive)"
-    assert words(fabrication_notes.readme(ordered("stackup: flex-2l-18um"))).count(film) == 2
-    assert "um adhesive)" not in fabrication_notes.readme(ordered(SPLIT)).partition("Stiffener")[0]
+    assert words(fabrication_notes.order_readme(ordered("stackup: flex-2l-18um"))).count(film) == 2
+    assert "um adhesive)" not in fabrication_notes.order_readme(ordered(SPLIT)).partition("Stiffener")[0]
 
 
 @pytest.mark.parametrize(
@@ -594,11 +595,11 @@ def test_laminated_film_is_listed_with_its_layers():
 )
 def test_unstated_tolerance_names_profile_it_comes_from(rules, said):
     layout = ordered(f"rules: {rules}")
-    assert said in words(fabrication_notes.readme(layout))
-    note = next(text for text in board_drawing.notes(layout) if "utline" in text)
+    assert said in words(fabrication_notes.order_readme(layout))
+    note = next(text for text in board_drawing.board_notes(layout) if "utline" in text)
     assert said.removeprefix("outline ").removesuffix(", layers") in note
     panel = plan(ordered(f"rules: {rules}, panel: {{}}"))
-    assert said.removeprefix("outline ").removesuffix(", layers") in words(panel_drawing.readme(panel, None))
+    assert said.removeprefix("outline ").removesuffix(", layers") in words(panel_drawing.panel_readme(panel, None))
 
 
 def test_single_process_house_gets_questions_instead_of_requirements():
@@ -608,12 +609,12 @@ def test_single_process_house_gets_questions_instead_of_requirements():
         "sitscad: 1\nname: ordered\ncoil: {shape: circle, outer_diameter: 8, turns: 8, layers: 2, trace_width: 6 mil, "
         f"trace_spacing: 6 mil}}\nfpc: {{{own}solder-pads}}}}\n"
     )
-    readme = words(fabrication_notes.readme(lay_out(layout)))
+    readme = words(fabrication_notes.order_readme(lay_out(layout)))
     order, _, questions = readme.partition("Questions ---------")
     assert not [text for text in asked if text in order] and "10 boards: order 12, they are sold in mult" in order
     assert "OSH Park makes every board in one way" in questions and "which class of IPC-6013" in questions
     assert "25.4 um solder-mask, solder mask, printed" not in order and "25.4 um solder-mask" in order
-    other = words(fabrication_notes.readme(ordered("stackup: flex-2l-18um, panel: none, boards: 10")))
+    other = words(fabrication_notes.order_readme(ordered("stackup: flex-2l-18um, panel: none, boards: 10")))
     assert not [text for text in asked if text not in other] and "Questions" not in other
 
 
@@ -631,7 +632,7 @@ def test_single_process_house_gets_questions_instead_of_requirements():
 def test_wanted_boards_are_counted_in_panels(fpc, quantity):
     layout = ordered(fpc)
     panel = plan(layout)
-    readme = words(fabrication_notes.readme(layout, panel))
+    readme = words(fabrication_notes.order_readme(layout, panel))
     assert (f"Quantity {quantity} Delivery" in readme) if quantity else "Quantity" not in readme
     if panel is not None:
-        assert (f"Wanted: {quantity}." in words(panel_drawing.readme(panel, None))) is (quantity is not None)
+        assert (f"Wanted: {quantity}." in words(panel_drawing.panel_readme(panel, None))) is (quantity is not None)

@@ -124,13 +124,13 @@ def test_sheets_have_element_ids_for_nets_contacts_and_layers(board):
 def test_stackup_name_is_escaped_in_svg():
     board = layouts.two_coils()
     spec = replace(board.spec, fpc=replace(board.spec.fpc, stackup=replace(board.spec.fpc.stackup, name="a<b & c")))
-    ET.fromstring(as_svg(stackup_drawing.drawing(replace(board, spec=spec), "a<b")))
+    ET.fromstring(as_svg(stackup_drawing.stackup_sheet(replace(board, spec=spec), "a<b")))
 
 
 def bars(board) -> list[tuple[float, float]]:
     """Left edge and height (mm on paper) of every bar of the stack-up drawing, from the top of each section."""
     result = []
-    for shape in stackup_drawing.drawing(board, "").items:
+    for shape in stackup_drawing.stackup_sheet(board, "").items:
         if getattr(shape, "fill", None) in {*stackup_drawing.COLOURS.values(), stackup_drawing.PLATE}:
             x0, y0, _, y1 = bounding_box(shape.paths)
             result.append((x0, y1 - y0))
@@ -151,7 +151,7 @@ def test_stackup_drawing_has_heights_to_scale(board):
 
 
 def test_readme_states_layers_size_thickness_and_holes():
-    text = fabrication_notes.readme(layouts.two_coils())
+    text = fabrication_notes.order_readme(layouts.two_coils())
     assert "2 copper layers" in text and "20.4 mm x 4.7 mm" in text
     assert "150 um finished, without stiffener" in text
     assert "4 of 150 um (pad 350 um), plated" in text
@@ -161,24 +161,24 @@ def test_readme_states_layers_size_thickness_and_holes():
 def test_readme_marks_contact_thickness_out_of_tolerance():
     board = layouts.two_coils()
     assert finished_thickness(board, Where.CONTACT).nominal == approx(287.5e-6, rel=1e-6)
-    good = fabrication_notes.readme(board)
+    good = fabrication_notes.order_readme(board)
     assert "gives 287.5 um" in " ".join(good.split()) and "OUT OF TOLERANCE" not in good
     thick = replace(board, stiffener=replace(board.stiffener, thickness=250e-6))
-    assert "OUT OF TOLERANCE" in fabrication_notes.readme(thick)
+    assert "OUT OF TOLERANCE" in fabrication_notes.order_readme(thick)
 
 
 def test_readme_states_thinner_tail_of_fewer_layers():
     board = layouts.thin_tail(layouts.two_coils(4))
     assert finished_thickness(board, Where.CONTACT).nominal == approx(287.5e-6, rel=1e-6)
-    text = " ".join(fabrication_notes.readme(board).split())
+    text = " ".join(fabrication_notes.order_readme(board).split())
     assert "only its first 2 copper layers: copper 3 to 4 and what lies between end there" in text
     assert "the tail is 150 um thick" in text
-    assert "only its first" not in fabrication_notes.readme(layouts.two_coils(4))
+    assert "only its first" not in fabrication_notes.order_readme(layouts.two_coils(4))
     assert len([x for x, _ in bars(board) if x < stackup_drawing.JOINT]) == 5 + 3 + 1
 
 
 def test_readme_lists_every_order_file(board):
-    text = fabrication_notes.readme(board)
+    text = fabrication_notes.order_readme(board)
     written = (gerber.render, gerber.render_drills, ipc356.render, gerber.render_job, board_pictures.render_pictures)
     for render in written:
         for path in render(board):
@@ -187,13 +187,13 @@ def test_readme_lists_every_order_file(board):
 
 def test_readme_of_incomplete_layout_begins_with_do_not_order():
     lack = Shortfall(Missing.INNER_ROOM, facts=(("count", 1), ("clear", 0.1e-3)))
-    text = fabrication_notes.readme(replace(layouts.two_coils(), shortfalls=(lack,)))
+    text = fabrication_notes.order_readme(replace(layouts.two_coils(), shortfalls=(lack,)))
     assert "DO NOT ORDER" in text.splitlines()[3] and f"\n- {lack.message}" in text
 
 
 def test_board_without_tail_has_readme_and_picture():
     board = layouts.two_coils(tail=False)
-    text = fabrication_notes.readme(board)
+    text = fabrication_notes.order_readme(board)
     assert "Stiffener" not in text and "Bend" not in text
     assert "bend zone" not in board_picture.picture(board)
 
@@ -281,7 +281,7 @@ def test_legend_texts_do_not_overlap_signs(template):
 
 
 def test_metals_have_different_colours():
-    from sitscad.files.report.page import section_layers, stack_section
+    from sitscad.files.report.page import section_layers, stack_section_svg
     from sitscad.spec.presets import UNKNOWN_METAL, metal_colour, names
 
     colours = {name: metal_colour(name) for name in names("conductor")}
@@ -294,7 +294,7 @@ def test_metals_have_different_colours():
         ("{name: tin, conductivity: 9 MS/m}", UNKNOWN_METAL),
     ):
         text = f"sitscad: 1\nname: metal\ncoil: {coil}\ntarget: {{material: {material}, size: 8}}\n"
-        drawn = stack_section(section_layers(load_text(text)))
+        drawn = stack_section_svg(section_layers(load_text(text)))
         assert f"fill='{colour}'" in drawn
         assert (f"fill='{colours['copper']}'" in drawn) == (material == "copper")
 

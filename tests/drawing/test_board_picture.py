@@ -35,7 +35,8 @@ def test_board_picture_shows_required_largest_outline(layout):
     asked = sitscad.lay_out(sitscad.load_text(text))
     drawn = picture(asked)
     assert "id='board-largest'" in drawn and "fpc.largest" in texts(drawn)
-    keys = [texts(svg(plan_view.drawing(each))).count("largest outline that is asked for") for each in (layout, asked)]
+    keys = [texts(svg(plan_view.plan_sheet(each))).count("largest outline that is asked for")
+            for each in (layout, asked)]
     assert keys == [0, 1]
 
 
@@ -51,6 +52,6 @@ def test_tracks_below_other_copper_are_drawn_on_top_in_own_colour(layout):
 
 
 def test_plan_view_has_axes_and_legend_entry_per_outline(layout):
-    shown = texts(svg(plan_view.drawing(layout)))
+    shown = texts(svg(plan_view.plan_sheet(layout)))
     assert {"x", "y", "edge of the board", "outer edge of a coil", "copper of layer 1"} <= set(shown)
     assert any(text.startswith("target: ") for text in shown) and any(text.startswith("elastomer: ") for text in shown)

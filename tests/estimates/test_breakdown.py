@@ -92,7 +92,7 @@ def test_missing_lead_room_gives_incomplete_layout_note_first():
     text = RACETRACK.replace("TURNS", "16.5").replace("WIDTH", "100 um")
     result, layout = of(text)
     assert layout.shortfalls and result.incomplete.startswith("INCOMPLETE LAYOUT: C1")
-    shown = numbers.as_text("long.yaml", result, None)
+    shown = numbers.estimate_text("long.yaml", result, None)
     assert shown.splitlines()[2].startswith("INCOMPLETE LAYOUT")
     assert shown.count("INCOMPLETE") == 1
     assert result.as_json("long.yaml")["incomplete"] == result.incomplete == result.notes[0]

@@ -220,13 +220,13 @@ def test_calibrated_unit_reads_moments_within_two_percent(cell, tmp_path):
     """Eight presses beside the middle, of a sensor off by its own errors, read through the bench's table."""
     from sitscad.calibration.calibration import sensors_of
     from sitscad.calibration.unknowns import draw_units
-    from sitscad.files.report.calibration import plan_table
+    from sitscad.files.report.calibration import plan_csv
 
     planned = sitscad.calibrate(cell)
     sensors = sensors_of(cell.response)
     assert not sensors.is_held
     errors = 0.7 * draw_units(sensors.unknowns, 1, 3)[0]
-    head, names, *rows = plan_table(planned, planned.plan).decode().splitlines()
+    head, names, *rows = plan_csv(planned, planned.plan).decode().splitlines()
     assert head == "# rotation: free"
     assert names.startswith("normal_N,moment_x_Nmm,moment_y_Nmm,C1_counts")
     frequency = sensors.frequencies_under(errors, planned.plan.rows, exact=True)

@@ -412,7 +412,7 @@ def test_modulus_dependent_values_are_printed_with_sigma():
     for name in ("strain", "thickness left", "apparent modulus", "at rest (assembled)", "pressed (required force)"):
         assert "+-" in rows[name], name
     printed = [*signal_table(result.signals, result.coils, result.readout.drive_code).rows,
-               *numbers.other_table(result.coils, result.temperature, result.normal_force).rows]
+               *numbers.reading_table(result.coils, result.temperature, result.normal_force).rows]
     per_newton = [row for row in printed if any("per newton" in cell for cell in row)]
     assert len(per_newton) == 2 + len(result.coils) and all("+-" in row[-1] for row in per_newton)
 

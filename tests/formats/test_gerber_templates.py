@@ -101,7 +101,7 @@ def test_netlist_has_two_contacts_per_coil(template, laid_out):
 
 
 def test_order_readme_reports_no_contact_out_of_tolerance(template, laid_out):
-    text = fabrication_notes.readme(laid_out(template))
+    text = fabrication_notes.order_readme(laid_out(template))
     assert "OUT OF TOLERANCE" not in text and "DO NOT ORDER" not in text
 
 

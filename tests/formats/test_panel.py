@@ -262,7 +262,7 @@ def test_single_coil_with_solder_pads_needs_no_coupon():
     text = TEXT.replace("  tail: {length: 30, connector: zif-0.5mm}\n", "").replace("count: 2", "count: 1")
     panel = plan(lay_out(load_text(text % "panel: {parts: [1, 2]}")))
     assert panel.coupon is None and "its own coupon" in panel.no_coupon
-    assert "There is no coupon" in panel_drawing.readme(panel, None)
+    assert "There is no coupon" in panel_drawing.panel_readme(panel, None)
 
 
 def test_coupon_too_small_for_its_bridges_is_omitted_with_reason(small):
@@ -273,7 +273,7 @@ def test_coupon_too_small_for_its_bridges_is_omitted_with_reason(small):
     wide = replace(spec, fpc=replace(spec.fpc, panel=replace(spec.fpc.panel, bridge=3e-3)))
     without = plan(replace(layout, spec=wide))
     assert without.coupon is None and "bridges of 3 mm" in without.no_coupon and not without.coupons
-    assert "bridges of 3 mm" in panel_drawing.readme(without, None)
+    assert "bridges of 3 mm" in panel_drawing.panel_readme(without, None)
 
 
 def test_round_board_has_at_least_three_bridges(board):

@@ -54,7 +54,7 @@ def test_leads_with_little_room_use_intermediate_spacing(name, share):
 def test_order_notes_and_job_file_state_smallest_gap_per_layer(name):
     layout = laid(name)
     gaps = smallest_gaps(layout)
-    text = " ".join(order_notes.readme(layout).split())
+    text = " ".join(order_notes.order_readme(layout).split())
     rows = [row for row in text.split("Smallest gap")[1:]]
     for number, near in gaps.items():
         assert any(f" {number} (x = " in row and f": {near.gap / UM:.3g} um between" in row for row in rows), number

@@ -11,7 +11,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad.basics.units import show
-from sitscad.files.documents.order_notes import readme
+from sitscad.files.documents.order_notes import order_readme
 from sitscad.files.formats import gerber
 from sitscad.kernels.geometry.path import Point, bounding_box, closed_polygon
 from sitscad.layout.bending import Where, finished_thickness
@@ -86,7 +86,7 @@ def test_plug_tail_has_only_expected_notes(plugged):
 def test_order_readme_asks_to_confirm_width_and_thickness_of_plug(plugged):
     """Width and thickness closer than the fabricator's: the notes of every check, and now of the order alone."""
     rules, connector = plugged.spec.fpc.rules, plugged.spec.fpc.tail.connector
-    text = " ".join(readme(plugged).split())
+    text = " ".join(order_readme(plugged).split())
     width = show(connector.width(len(plugged.pads)), "m")
     assert f"tail {width} +/- {show(connector.width_tolerance, 'm')} wide there" in text
     assert f"closer than the outline's +/- {show(rules.outline_tolerance, 'm')}: cut by laser" in text
@@ -131,7 +131,7 @@ def test_template_contact_thickness_is_within_half_stiffener_step_of_connector(n
     layout = sitscad.lay_out(sitscad.load(f"templates/{name}.yaml"))
     made, wanted = assert_contacts_are_as_thick_as_their_layers(layout), layout.spec.fpc.tail.connector
     assert abs(made - wanted.insertion_thickness) <= 12.5 * UM
-    text = " ".join(readme(layout).split())
+    text = " ".join(order_readme(layout).split())
     assert f"gives {show(made, 'm')}" in text and "this total governs" in text
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from sitscad.estimates.performance.tables import load_text, sensor_rows
 from sitscad.estimates.performance_values import full_scale_text, largest_lasting_error
-from sitscad.files.report.page import _performance_section
+from sitscad.files.report.page import _performance_html
 
 
 def test_unmeasurable_axis_has_no_values():
@@ -32,9 +32,9 @@ def test_error_text_gives_percent_of_full_scale(error, words):
 def test_performance_section_contains_unit_to_unit_table():
     """Shares were of another full scale than the map's, and rounded again: 76 % beside the data sheet's 75 %."""
     message = [["error over all loads, of", "normal, of 2 N"], ["any unit, read without a tare", "1.5 N (75 %)"]]
-    page = _performance_section({"unit_to_unit": {"errors_are": "One sigma.", "in_words": message}})
+    page = _performance_html({"unit_to_unit": {"errors_are": "One sigma.", "in_words": message}})
     assert all(cell in page for row in message for cell in row)
-    assert "unit" not in _performance_section({"performance": ()})
+    assert "unit" not in _performance_html({"performance": ()})
 
 
 @pytest.mark.parametrize("free", [None, 88.5])

@@ -18,7 +18,7 @@ from sitscad.checks.findings import CheckedSpec, checked_spec, numbered_places
 from sitscad.checks.findings.measures import NO_SIGNAL, OTHERS_MEANING, OTHERS_TITLE, headline, signal_table
 from sitscad.estimates.design import Design
 from sitscad.files.report import numbers
-from sitscad.files.report.page import findings_part, render
+from sitscad.files.report.page import findings_html, render
 from sitscad.layout.tail.tracks import contact_rows, contacts
 from sitscad.package.contents import incoming
 from sitscad.spec import templates
@@ -169,13 +169,14 @@ def test_signal_line_follows_verdict(design):
 
 def test_inductance_tables_state_their_use(design):
     _, estimates, checked = design
-    text = numbers.as_text("a.yaml", estimates, checked)
+    text = numbers.estimate_text("a.yaml", estimates, checked)
     titles = [line for line in text.splitlines() if line and not line.startswith(" ")]
     assert titles[1].startswith("Signal from rest") and titles[2].startswith("At the contacts")
-    assert titles.index(numbers.at_temperature(OTHERS_TITLE, estimates.temperature)) > titles.index("Coils, at 20 degC")
+    others = numbers.title_with_temperature(OTHERS_TITLE, estimates.temperature)
+    assert titles.index(others) > titles.index("Coils, at 20 degC")
     assert all(words in text for words in OTHERS_MEANING)
     (state,) = [s for s in estimates.coils[1].states.values() if s.state == "pressed"]
-    others = numbers.other_table(estimates.coils, estimates.temperature, estimates.normal_force).rows
+    others = numbers.reading_table(estimates.coils, estimates.temperature, estimates.normal_force).rows
     (row,) = [row for row in others if row[:2] == ["C2", "pressed (required force)"]]
     assert row[2:] == [quantity(state.apparent_inductance, "H"), quantity(state.converter_inductance, "H")]
 
@@ -224,7 +225,7 @@ def test_placed_findings_are_numbered_errors_first():
     error = Finding("SIT108", "copper-spacing", Severity.ERROR, "near", place=Place(1.5e-3, 0.25e-3))
     findings = (warning, plain, error)
     assert numbered_places(findings) == [(1, error), (2, warning)]
-    text = findings_part(CheckedSpec("a.yaml", "", findings))
+    text = findings_html(CheckedSpec("a.yaml", "", findings))
     plain_text = re.sub(r'<a href="#board-finding-([12])">(Place \1)</a>', r"\2", text)
     assert plain_text.count("<a ") == 0 and text.count("<a ") == 2
     assert "<b>Place 1</b> in the pictures: x = 1.500 mm, y = 0.250 mm</p>" in plain_text

@@ -49,7 +49,7 @@ from sitscad.files.drawing.pictures.layout_picture import picture
 from sitscad.files.drawing.sheet import COLOURS, Pen, Sheet
 from sitscad.files.drawing.svg import svg
 from sitscad.files.drawing.web_page import figure, page, part
-from sitscad.files.report.moving import embedded
+from sitscad.files.report.moving import json_script
 from sitscad.files.report.numbers import page_tables
 from sitscad.kernels.geometry.path import Path, Point, bounding_box, box_around, circle
 from sitscad.layout import sketch
@@ -296,7 +296,7 @@ class StudyPage:
             part("Why designs were refused", self.obstacles_part()) if self.answer.is_met else "",
             part("How far the figures can be trusted", "".join(_paragraphs(trust_lines(self.answer)))),
             part("How it goes on", self.next_steps_part()),
-            embedded("study-data", self.data()),
+            json_script("study-data", self.data()),
             f"<script>{script}</script>",
         ]
         file_name = self.request.base.path.replace("\\", "/").rpartition("/")[2]

@@ -36,7 +36,7 @@ from sitscad.estimates.states.cells import NO_CELLS, CellTable
 from sitscad.estimates.states.reference import reference_signal
 from sitscad.estimates.tolerances.scatter import ACCEPTED_SIGMAS, production_limits
 from sitscad.files.documents.datasheet_plots import NAMES, WIDE, Plot, sensor_plots
-from sitscad.files.documents.drawings.plan_view import drawing, plan, plan_scale
+from sitscad.files.documents.drawings.plan_view import draw_plan, plan_scale, plan_sheet
 from sitscad.files.drawing.frame import fitting_paragraph, new_sheet, numbered, scale_text, table
 from sitscad.files.drawing.pdf import pdf
 from sitscad.files.drawing.sheet import Sheet, plot
@@ -85,7 +85,7 @@ def render(
         contact_rows(layout), acceptance_rows(bench.all_coils, bench.metered, bench.temperature),
         tuple(notes(performance, calibration)), plots, bool(forced),
     )
-    assembly = drawing(layout, content.is_forced)
+    assembly = plan_sheet(layout, content.is_forced)
     return {
         "datasheet.html": _page(content, assembly).encode("utf-8"),
         "datasheet.json": figures_for_programs(report, response, calibration, cells.document()),
@@ -164,7 +164,7 @@ def _sheets(content: Content, layout: Layout, assembly: Sheet | None) -> list[Sh
     if content.errors_are:
         low = table(first, LEFT, low - 6.0, _column_widths(between, 58.0, 150.0), between, size)
         fitting_paragraph(first, LEFT, low - 4.0, 150.0, 12.0, [content.errors_are], 2.2)
-    plan(first, layout, ROOM)
+    draw_plan(first, layout, ROOM)
     fitting_paragraph(first, 170.0, ROOM[1] - 15.0, 112.0, 42.0, [content.about], 2.6)
     each = sheet("data sheet, cells") if cells.groups else None
     if each is not None:

@@ -300,9 +300,9 @@ def render_readme(layout: Layout, estimates: Estimates, bench: Estimates, forced
         f"The sensor {spec.name}: from the board on the bench to newtons",
         *([f"{spec.issue.title}."] if spec.issue.rows else []),
         "", "WIRING", "", *_wiring_lines(layout.pads, layout.spec.fpc.tail, layout.spec.readout, contacts(layout),
-                                   estimates.all_coils, estimates.readout.capacitance),
+                                         estimates.all_coils, estimates.readout.capacitance),
         "", "WHAT EACH COIL READS", "", *_reading_lines(spec.readout.device, coil_bands, estimates.temperature,
-                                                   bench.metered, estimates.reference),
+                                                        bench.metered, estimates.reference),
         "", "THE FIRST TEN STEPS", "", *steps,
         "", "IN A PROGRAM OF YOUR OWN", "",
         *(line for name, text in PROGRAM for line in hanging(

@@ -58,10 +58,10 @@ def render(
     `panel` is the panel in which the boards are ordered, `bench` has the coils' resistances at 20 degC, and `files` are
     the images whose fingerprint the readme states. The readme begins with a warning if `forced` is not empty.
     """
-    return {f"{FOLDER}/readme.txt": readme(layout, panel, bench, files, bool(forced)).encode("utf-8")}
+    return {f"{FOLDER}/readme.txt": order_readme(layout, panel, bench, files, bool(forced)).encode("utf-8")}
 
 
-def readme(
+def order_readme(
     layout: Layout, panel: Panel | None = None, bench: Estimates | None = None,
     files: Mapping[str, bytes] | None = None, forced: bool = False,
 ) -> str:

@@ -101,7 +101,7 @@ def items(layout: Layout, readout: ReadoutEstimate) -> tuple[Item, ...]:
     boards = layout.spec.fpc.boards or 1
     parts = (*_circuit_items(layout),
              *_converter_items(layout.capacitors, layout.thermistor, len(layout.coils), layout.spec.name,
-                         layout.spec.readout, readout),
+                               layout.spec.readout, readout),
              *_soft_part_items(layout), *_support_items(layout))
     return tuple(
         replace(each, for_boards=each.quantity if each.item in SHARED else boards * each.quantity) for each in parts

@@ -26,7 +26,7 @@ from sitscad.estimates.performance_values import SHOWN, amount_text, display_fac
 from sitscad.files.drawing.sheet import Pen, Sheet
 from sitscad.files.drawing.svg import svg
 from sitscad.files.drawing.web_page import page, soft
-from sitscad.files.report.numbers import head_and_rows, html_table, table
+from sitscad.files.report.numbers import aligned_table, head_and_rows, html_table
 from sitscad.kernels.geometry.path import Point, circle
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.mount import Mount
@@ -34,15 +34,15 @@ from sitscad.spec.mount import Mount
 MOVED_HEAD = ("unknown", "found", "+-", "usual scatter", "moved by")
 
 
-def moved_rows(calibration: Calibration) -> Iterable[tuple[str, ...]]:
+def unknown_rows(calibration: Calibration) -> Iterable[tuple[str, ...]]:
     """Yield a row per unknown: name, fitted value, its sigma, sigma before the fit, and change by the fit in sigmas."""
     units = {unknown.name: unknown.unit for unknown in calibration.sensors.unknowns}
     for name, row in calibration.moved.items():
-        yield (name, *(_amount(row[key], units[name]) for key in ("value", "sigma", "sigma_before")),
+        yield (name, *(_amount_text(row[key], units[name]) for key in ("value", "sigma", "sigma_before")),
                f"{row['moved_by_sigmas']:+.1f} sigma")
 
 
-def _amount(value: float, unit: str) -> str:
+def _amount_text(value: float, unit: str) -> str:
     if unit == "1":
         return f"{100.0 * value:.2g} %"
     return f"{np.degrees(value):.2g} deg" if unit == "rad" else quantity(value, unit, 2)
@@ -80,7 +80,7 @@ def drift_rows(drift: DriftFit) -> Iterable[tuple[str, ...]]:
         yield (name, *(f"{1e6 * value:.3g} ppm/K" if is_capacitor else f"{100.0 * value:.3g} %" for value in values))
 
 
-def drift_heading(drift: DriftFit, axes: Sequence[str]) -> str:
+def drift_fit_text(drift: DriftFit, axes: Sequence[str]) -> str:
     """Describe the fit of the drift: its range, its chi-square, its worst row, and the drift that it leaves."""
     left = ", ".join(f"{name} {amount_text(error, name, 2)}"
                      for name, error in zip(axes, drift.error(drift.span), strict=True))
@@ -90,7 +90,7 @@ def drift_heading(drift: DriftFit, axes: Sequence[str]) -> str:
             f"leaves (one sigma): {left}.")
 
 
-def warm_rows(calibration: Calibration, drift: DriftFit) -> tuple[list[str], list[list[str]]]:
+def temperature_rows(calibration: Calibration, drift: DriftFit) -> tuple[list[str], list[list[str]]]:
     """Return headings and rows at further temperatures: line, temperature, loads, errors without and with compensation.
 
     An error is the force computed from the readings minus the applied load.
@@ -109,17 +109,17 @@ def warm_rows(calibration: Calibration, drift: DriftFit) -> tuple[list[str], lis
 def calibration_text(calibration: Calibration) -> str:
     """Return the calibration in few lines, for a terminal."""
     what = "Calibrated by its points" if calibration.fit is not None else "As drawn, after a tare: not calibrated"
-    lines = [f"{what}: {calibration.map.form}", *table(*head_and_rows(calibration.error_rows)), "",
+    lines = [f"{what}: {calibration.map.form}", *aligned_table(*head_and_rows(calibration.error_rows)), "",
              calibration.errors_are]
     if calibration.fit is not None:
-        lines += ["", *table(MOVED_HEAD, moved_rows(calibration))]
+        lines += ["", *aligned_table(MOVED_HEAD, unknown_rows(calibration))]
         unusual = [name for name, row in calibration.moved.items() if abs(row["moved_by_sigmas"]) > UNUSUAL]
         if unusual:
             lines += ["", f"unusual for this design: {', '.join(unusual)}"]
     if calibration.drift is not None:
-        lines += ["", drift_heading(calibration.drift, calibration.map.axes),
-                  *table(DRIFT_HEAD, drift_rows(calibration.drift)), "",
-                  *table(*warm_rows(calibration, calibration.drift))]
+        lines += ["", drift_fit_text(calibration.drift, calibration.map.axes),
+                  *aligned_table(DRIFT_HEAD, drift_rows(calibration.drift)), "",
+                  *aligned_table(*temperature_rows(calibration, calibration.drift))]
     if calibration.plan is not None:
         warm = "" if calibration.temperatures is None else ", and rows at " + ", ".join(
             f"{celsius:.4g} degC" for celsius in calibration.temperatures.others)
@@ -133,31 +133,31 @@ def calibration_page(calibration: Calibration) -> bytes:
     parts = [
         f"<h1>Calibration of {name}</h1>", soft(issue.words),
         f"<p>{escape(calibration.map.form)}</p>",
-        html_table(*head_and_rows(calibration.error_rows), calibration.errors_are), *_measured(calibration),
-        *_foretold(calibration),
+        html_table(*head_and_rows(calibration.error_rows), calibration.errors_are), *_fit_parts(calibration),
+        *_plan_parts(calibration),
         *(f"<p>{escape(note)}</p>" for note in calibration.notes),
     ]
     return page(f"Calibration of {escape_controls(calibration.map.sensor)}", parts).encode("utf-8")
 
 
-def _measured(calibration: Calibration) -> Iterable[str]:
+def _fit_parts(calibration: Calibration) -> Iterable[str]:
     """Yield the unknowns fitted to the points, and the residuals of each point."""
     if calibration.fit is not None:
         yield "<h2>What the points say of this sensor</h2>"
-        yield html_table(MOVED_HEAD, moved_rows(calibration), MOVED)
+        yield html_table(MOVED_HEAD, unknown_rows(calibration), MOVED)
     head, rows = point_rows(calibration)
     if rows:
         yield "<h2>Points</h2>"
-        yield f"<figure class='paper'>{figure(calibration)}<figcaption>{CAPTION}</figcaption></figure>"
+        yield f"<figure class='paper'>{error_plot(calibration)}<figcaption>{CAPTION}</figcaption></figure>"
         yield html_table(head, rows, "Read: the map less the load. Foretold: the same by a fit without this point.")
     if calibration.drift is not None:
         yield "<h2>Drift with temperature</h2>"
-        heading = drift_heading(calibration.drift, calibration.map.axes)
+        heading = drift_fit_text(calibration.drift, calibration.map.axes)
         yield html_table(DRIFT_HEAD, drift_rows(calibration.drift), heading)
-        yield html_table(*warm_rows(calibration, calibration.drift))
+        yield html_table(*temperature_rows(calibration, calibration.drift))
 
 
-def _foretold(calibration: Calibration) -> Iterable[str]:
+def _plan_parts(calibration: Calibration) -> Iterable[str]:
     """Yield the HTML table of planned points. Each row has the expected errors after all points up to this row."""
     if calibration.plan is not None:
         axes = calibration.map.axes
@@ -184,7 +184,7 @@ WIDTH, HEIGHT, LEFT, BOTTOM = 640.0, 260.0, 60.0, 34.0
 COLOURS = ("#0b5fa5", "#b5541c", "#2c7a3f")
 
 
-def figure(calibration: Calibration) -> str:
+def error_plot(calibration: Calibration) -> str:
     """Draw the errors of each point, in per cent of full scale, over the points' numbers.
 
     Filled marks are errors of the map, hollow marks are errors of a fit without the point.
@@ -242,7 +242,7 @@ ASIDE = 0.1e-3
 """Common shift (m) of the places of all loads, for which a plan states the additional errors."""
 
 
-def place_words(calibration: Calibration, plan: Plan) -> tuple[str, ...]:
+def place_accuracy_lines(calibration: Calibration, plan: Plan) -> tuple[str, ...]:
     """Describe the required accuracy of the places of loads, and the errors that a common shift causes.
 
     Empty if the target is kept level.
@@ -253,7 +253,7 @@ def place_words(calibration: Calibration, plan: Plan) -> tuple[str, ...]:
     return (
         f"Place: the rod has to stand at its place to {in_mm(sigma)} mm (one sigma; look from two sides under a",
         f"microscope). The expected errors count that. Loads that all stand {in_mm(ASIDE)} mm aside may pass the fit",
-        f"without a remark; after all rows they add: {_errors(ASIDE / sigma * plan.errors_of_offset, axes)}",
+        f"without a remark; after all rows they add: {_error_text(ASIDE / sigma * plan.errors_of_offset, axes)}",
         f"({'N, N mm' if calibration.sensors.range.has_moments else 'N'}).",
     )
 
@@ -262,7 +262,7 @@ CARD_SCALE, CARD_EDGE = 5.0, 6.0
 """Scale of the card's picture that names the places, and margin (mm) round both pictures."""
 
 
-def _on_card(middle: Point, centre: Point, scale: float, point: Point) -> Point:
+def _place_on_card(middle: Point, centre: Point, scale: float, point: Point) -> Point:
     """Return the place (mm) on the card of a point (m) on the target.
 
     `middle` (m) is the target's middle, which lies at `centre` (mm) on the card. `scale` is in mm/m.
@@ -290,7 +290,7 @@ def plan_card(calibration: Calibration, plan: Plan) -> bytes:
     at = Point(CARD_EDGE + half[0], size[1] - high / 2), Point(2.0 * (CARD_EDGE + half[0]) + CARD_SCALE * half[0],
                                                               size[1] - high / 2)
     for centre, scale in zip(at, (1.0, CARD_SCALE), strict=True):
-        sheet.draw(plate.outline().mapped(partial(_on_card, middle, centre, 1e3 * scale)), Pen(0.1))
+        sheet.draw(plate.outline().mapped(partial(_place_on_card, middle, centre, 1e3 * scale)), Pen(0.1))
         for (x, y), numbers in rows.items():
             spot, arm = Point(centre.x + 1e3 * scale * x, centre.y + 1e3 * scale * y), 0.25 * scale
             sheet.line(spot.x - arm, spot.y, spot.x + arm, spot.y, Pen(0.03 * scale))
@@ -306,7 +306,7 @@ def plan_card(calibration: Calibration, plan: Plan) -> bytes:
     return svg(sheet).encode("utf-8")
 
 
-def directions(axes: Sequence[str]) -> tuple[str, ...]:
+def direction_lines(axes: Sequence[str]) -> tuple[str, ...]:
     """Describe the positive directions of the normal force, and of shear if measured."""
     normal = "Normal forces count towards the board."
     if len(axes) == 1:
@@ -318,7 +318,7 @@ def directions(axes: Sequence[str]) -> tuple[str, ...]:
     )
 
 
-def held_by(coil: CoilSpec, mount: Mount | None) -> tuple[str, ...]:
+def clamping_lines(coil: CoilSpec, mount: Mount | None) -> tuple[str, ...]:
     """Describe the clamping of the sensor during loading, with the supports and the metal that it has in use."""
     if mount is None:
         return (
@@ -345,7 +345,7 @@ def held_by(coil: CoilSpec, mount: Mount | None) -> tuple[str, ...]:
     )
 
 
-def plan_table(calibration: Calibration) -> bytes:
+def plan_csv(calibration: Calibration) -> bytes:
     """Return the loads as the CSV for `sitscad calibrate`; its first line states the target's rotation.
 
     If the plan has further temperatures, the column ``temperature_degC`` has the planned temperature of each row.
@@ -369,7 +369,7 @@ READ_BY_FIRMWARE = (
 """Lines of the plan for a converter whose driver is in the package."""
 
 
-def plan_words(calibration: Calibration, plan: Plan) -> bytes:
+def plan_instructions(calibration: Calibration, plan: Plan) -> bytes:
     """Return the plan's instructions, and the expected errors after each point."""
     scope, readings, spec = calibration.sensors.range, int(usual_value("readings")), calibration.sensors.model.spec
     has_moments = scope.has_moments
@@ -386,9 +386,9 @@ def plan_words(calibration: Calibration, plan: Plan) -> bytes:
         "2. Fill in plan.csv: for every row put the load on, wait ten seconds, write down the mean of",
         f"   {readings} readings (counts{counts_note}) of every coil. The target is {ROTATIONS[rotation]}:",
         *(f"   {line}" for line in (*LOADING[rotation], *(MOMENTS if scope.has_moments else ()))),
-        *(f"   {line}" for line in place_words(calibration, plan)),
-        *(f"   {line}" for line in (*directions(scope.axes),
-                                    *held_by(spec.coil, spec.mount))),
+        *(f"   {line}" for line in place_accuracy_lines(calibration, plan)),
+        *(f"   {line}" for line in (*direction_lines(scope.axes),
+                                    *clamping_lines(spec.coil, spec.mount))),
         *(READ_BY_FIRMWARE if device.has_driver else ("   Frequencies may be filled in, too: in Hz, in columns C1_Hz, "
                                                       "C2_Hz, ... in place of counts.",)),
         *([] if scope.has_moments else [
@@ -397,7 +397,7 @@ def plan_words(calibration: Calibration, plan: Plan) -> bytes:
         "3. Rows of zeros are tares, without load: the first, one in the middle, one at the end, and more between as",
         "   often as you like. Every row goes with the tare before it, so drift is taken out; three or more show",
         "   the noise of the readings.",
-        *temperature_words(calibration),
+        *temperature_lines(calibration),
         f"{4 if calibration.temperatures is None else 5}. `sitscad calibrate SPEC plan.csv{of}` fits the sensor, and "
         "writes calibration.h and calibration.json. The",
         f"   map is that of a target which is {ROTATIONS[rotation]} in use, too" + (
@@ -408,18 +408,18 @@ def plan_words(calibration: Calibration, plan: Plan) -> bytes:
         "holds for pads about as stiff as drawn; a much softer pad has a larger error, which its own calibration",
         "states. Noise, hysteresis, creep and temperature add to it.", "", 
         f"{'row':>3}  {'load':<48}  {f'expected error ({units})':<30}",
-        f"{'':>3}  {'not even the tare':<48}  {_errors(plan.errors_without_tare, scope.axes):<30}".rstrip(),
-        f"{'':>3}  {'the tare alone, not calibrated':<48}  {_errors(plan.errors[0], scope.axes):<30}".rstrip(),
+        f"{'':>3}  {'not even the tare':<48}  {_error_text(plan.errors_without_tare, scope.axes):<30}".rstrip(),
+        f"{'':>3}  {'the tare alone, not calibrated':<48}  {_error_text(plan.errors[0], scope.axes):<30}".rstrip(),
     ]
     for number, (load, error) in enumerate(zip(plan.loads, plan.errors[1:], strict=True), start=1):
         load_text = load_instruction(load, scope.axes, rotation)
-        lines.append(f"{number:>3}  {load_text:<48}  {_errors(error, scope.axes):<30}".rstrip())
+        lines.append(f"{number:>3}  {load_text:<48}  {_error_text(error, scope.axes):<30}".rstrip())
     weighed = [] if calibration.sensors.is_held else ["Weights by g = 9.80665 m/s^2."]
     lines += ["", *weighed, *(f"Note: {note}." for note in calibration.notes), ""]
     return "\n".join(lines).encode("ascii", "replace")
 
 
-def temperature_words(calibration: Calibration) -> tuple[str, ...]:
+def temperature_lines(calibration: Calibration) -> tuple[str, ...]:
     """Describe the rows at further temperatures, the wait before them, and the drift that they leave.
 
     Empty if the plan has no further temperatures.
@@ -430,7 +430,7 @@ def temperature_words(calibration: Calibration) -> tuple[str, ...]:
     others = " and ".join(f"{celsius:.4g} degC" for celsius in planned.others)
     thermometer = (f"a thermometer beside the sensor shows, and the counts of the reference coil {planned.reference}."
                    if planned.reference else "the firmware reads.")
-    by_design, measured = (_errors(left, axes) for left in planned.left)
+    by_design, measured = (_error_text(left, axes) for left in planned.left)
     return (
         f"4. The rows at {planned.base:.4g} degC come first. Then bring the whole sensor with its holder to {others},",
         f"   and wait until temperature and coils have stood still for {planned.soak:.0f} s: the pad lags behind.",
@@ -442,5 +442,5 @@ def temperature_words(calibration: Calibration) -> tuple[str, ...]:
     )
 
 
-def _errors(errors: Array, axes: Sequence[str]) -> str:
+def _error_text(errors: Array, axes: Sequence[str]) -> str:
     return ", ".join(f"{name} {error:.2g}" for name, error in zip(axes, display_factors(axes) * errors, strict=True))

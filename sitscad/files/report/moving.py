@@ -36,13 +36,13 @@ Document = Mapping[str, Any]
 SCRIPTS = ("solids.js", "pushed.js", "page.js")  # Scripts of the page, in running order
 
 
-def scripts() -> str:
+def script_text() -> str:
     """Return all scripts of the page as a single text."""
     folder = files("sitscad.files.report") / "assets"
     return "\n".join((folder / name).read_text(encoding="utf-8") for name in SCRIPTS)
 
 
-def embedded(name: str, document: Document) -> str:
+def json_script(name: str, document: Document) -> str:
     """Return a script element that holds a document as JSON; `<` is escaped, so that no text ends the element."""
     text = json.dumps(document, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     return f'<script type="application/json" id="{name}">{text}</script>'
@@ -123,8 +123,9 @@ def pushed_document(
     coils = [coil_extent(spec.coil, coil) for coil in layout.coils]
     axes = [
         {
-            "board": _span([layout.body], k), "pad": _span(plates[:1], k), "target": _span(plates[1:], k),
-            "coils": [_span([coil], k) for coil in coils], "middle": sum(_span(plates[1:], k)) / 2,
+            "board": _shown_range([layout.body], k), "pad": _shown_range(plates[:1], k),
+            "target": _shown_range(plates[1:], k),
+            "coils": [_shown_range([coil], k) for coil in coils], "middle": sum(_shown_range(plates[1:], k)) / 2,
         }
         for k in (0, 1)
     ]
@@ -138,7 +139,7 @@ def pushed_document(
     }
 
 
-def _span(boxes: list[tuple[float, float, float, float]], axis: int) -> list[float]:
+def _shown_range(boxes: list[tuple[float, float, float, float]], axis: int) -> list[float]:
     """Return the lowest and highest coordinate (mm) of boxes (x0, y0, x1, y1; m) along x (`axis` 0) or y (`axis` 1)."""
     low, high = min(box[axis] for box in boxes), max(box[2 + axis] for box in boxes)
     return [round(MM * low, 4), round(MM * high, 4)]
@@ -184,7 +185,7 @@ def live_page(
     for calibration in (calibration.get("map", calibration) for calibration in calibrations):
         coil_numbers, prefix = map_columns(spec, calibration["coils"])  # indices of its coils, prefix of its axes
         maps.append({**calibration, "least": LEAST, "beyond": BEYOND, "columns": coil_numbers, "prefix": prefix})
-    document = _document(spec.name, spec.readout, estimates.all_coils, estimates.readout, maps)
+    document = _live_document(spec.name, spec.readout, estimates.all_coils, estimates.readout, maps)
     document["source"] = "events" if served else "serial"
     names = [coil["name"] for coil in document["coils"]]
     baud = serial_settings(spec.all_placements, spec.cells, estimates.readout.scan_rate).baud
@@ -197,18 +198,18 @@ def live_page(
     parts = [
         f"{STYLE}<header><h1>{escape(spec.name)}, live</h1><p class='signal' data-out='said' role='status'></p>"
         f"<p class='soft' data-out='lines'></p></header>{warning}<div class='bar'>{bar}</div>",
-        part("Forces", _forces(maps, all(calibration.get("is_calibrated") for calibration in calibrations))),
-        part("Coils", _table(
+        part("Forces", _force_rows_html(maps, all(calibration.get("is_calibrated") for calibration in calibrations))),
+        part("Coils", _live_table(
             ("coil", "state", "counts", "Hz", "change, Hz", "change"),
             [(name, *(f"{what}.{name}" for what in ("status", "counts", "frequency_Hz", "change_Hz", "bar")))
              for name in names],
         )),
-        embedded("readings-data", document), f"<script>{scripts}</script>",
+        json_script("readings-data", document), f"<script>{scripts}</script>",
     ]
     return page(f"{spec.name}, live", parts).encode("utf-8")
 
 
-def _document(
+def _live_document(
     name: str, spec_readout: ReadoutSpec, coils: tuple[CoilEstimate, ...], readout: ReadoutEstimate,
     maps: Sequence[Document],
 ) -> dict[str, Any]:
@@ -231,7 +232,7 @@ def _document(
     }
 
 
-def _forces(maps: Sequence[Document], is_calibrated: bool) -> str:
+def _force_rows_html(maps: Sequence[Document], is_calibrated: bool) -> str:
     if not maps:
         return "<p>There is no map to newtons: this sensor has no target on a pad, or no calibration was given.</p>"
     by = (
@@ -242,14 +243,14 @@ def _forces(maps: Sequence[Document], is_calibrated: bool) -> str:
             for axis, error in zip(map_document["axes"], map_document["error"], strict=True)]
     rows = [(f"{prefix.replace('.', ' ')}{AXIS_WORDS[axis]}{', N mm' if axis in MOMENTS else ''}",
              *(f"{what}.{prefix}{axis}" for what in ("force_N", "sigma_N", "bar"))) for prefix, axis, _ in axes]
-    table = _table(("axis", "N", "+- N, over all loads", "of full scale"), rows)
+    table = _live_table(("axis", "N", "+- N, over all loads", "of full scale"), rows)
     for prefix, axis, error in axes:
         name = f'data-out="sigma_N.{escape(prefix)}{axis}">'
         table = table.replace(name, f"{name}{1e3 * error if axis in MOMENTS else error:.2g}")
     return f"{table}<p class='warned' data-out='range'></p><p class='soft' data-out='map'>{by}</p>"
 
 
-def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
+def _live_table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
     """Return a table filled by the script; a row has its name first, then identifiers of cells."""
     def cell(name: str) -> str:
         if name.startswith("bar."):

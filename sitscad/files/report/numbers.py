@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     from sitscad.estimates.states.at_frequency import CoilAtFrequency
 
 
-def as_text(
+def estimate_text(
     path: str, estimates: Estimates | None, checked: CheckedSpec, colour: bool = False,
     performance: PerformanceReport | None = None, cells: Mapping[str, Any] | None = None,
     at: Sequence[CoilAtFrequency] = (),
@@ -72,7 +72,7 @@ def as_text(
     return "\n\n".join(block for block in blocks if block) + "\n"
 
 
-def as_json(
+def estimate_json(
     path: str, estimates: Estimates | None, checked: CheckedSpec, colour: bool = False,
     performance: PerformanceReport | None = None, cells: Mapping[str, Any] | None = None,
     at: Sequence[CoilAtFrequency] = (),
@@ -100,7 +100,7 @@ Shown = Callable[
      "Sequence[CoilAtFrequency]"], str
 ]
 
-ESTIMATE_FORMATS: Mapping[str, Shown] = {"text": as_text, "json": as_json}
+ESTIMATE_FORMATS: Mapping[str, Shown] = {"text": estimate_text, "json": estimate_json}
 """Output formats of ``estimate``. Each function takes the path as typed, the estimate (None if the spec is unreadable),
 the findings and whether to use colour. Then follow the performance (None without --performance), the performance of
 each cell, and the coils at the frequencies of --at."""
@@ -114,9 +114,9 @@ def estimate_tables(estimates: Estimates) -> list[Table]:
         state_table(coils, temperature),
         coil_table(coils, temperature),
         part_table(coils),
-        _by_state(coils, temperature, "What the converter resolves", STEPS, "quantum"),
-        other_table(coils, temperature, estimates.normal_force), spread_table(coils, temperature),
-        matrix_table(coils, estimates.inductance_matrix, estimates.inductance_matrix_error),
+        _state_rows(coils, temperature, "What the converter resolves", STEPS, "quantum"),
+        reading_table(coils, temperature, estimates.normal_force), scatter_table(coils, temperature),
+        inductance_matrix_table(coils, estimates.inductance_matrix, estimates.inductance_matrix_error),
     ]
 
 
@@ -128,7 +128,7 @@ def coil_table(coils: tuple[CoilEstimate, ...], temperature: float) -> Table:
         either = [" (either sign)" if c and c[1] > abs(c[0]) else "" for c in changes]
         texts = [plus_minus(*c, "ohm") + more if c else DASH for c, more in zip(changes, either, strict=True)]
         rows.append([RESISTANCE_CHANGE, *texts])
-    return Table(["", *(coil.name for coil in coils)], rows, at_temperature("Coils", temperature))
+    return Table(["", *(coil.name for coil in coils)], rows, title_with_temperature("Coils", temperature))
 
 
 RESISTANCE_CHANGE = "resistance at the contacts, change from rest to pressed"
@@ -165,17 +165,18 @@ def part_table(coils: tuple[CoilEstimate, ...]) -> Table:
     return Table(["", *(coil.name for coil in coils)], rows if names else [], PARTS_TITLE)
 
 
-def _by_state(
+def _state_rows(
     coils: tuple[CoilEstimate, ...], temperature: float, title: str, quantities: Sequence[Quantity], needed: str,
     text: Callable[[Quantity, StateEstimate], str] = Quantity.plain,
 ) -> Table:
     """Return one row per coil and state, for states whose field `needed` is not None."""
     rows = [[coil.name, state_title(state.state), *(text(each, state) for each in quantities)]
             for coil in coils for state in coil.states.values() if getattr(state, needed) is not None]
-    return Table(("coil", "state", *(each.label for each in quantities)), rows, at_temperature(title, temperature))
+    head = ("coil", "state", *(each.label for each in quantities))
+    return Table(head, rows, title_with_temperature(title, temperature))
 
 
-def at_temperature(title: str, temperature: float) -> str:
+def title_with_temperature(title: str, temperature: float) -> str:
     """Return a title with the temperature of its numbers."""
     head, colon, rest = title.partition(":")
     return f"{head}, at {temperature:g} degC{colon}{rest}"
@@ -187,18 +188,18 @@ AT_TITLE = "Coil alone at a frequency, no metal near: first the winding without 
 def state_table(coils: tuple[CoilEstimate, ...], temperature: float) -> Table:
     """Return the tank at the contacts in each state."""
     title = "At the contacts, leads included: what rules and limits judge"
-    return _by_state(coils, temperature, title, (*TANK, COMPUTED_WITHIN), "state")
+    return _state_rows(coils, temperature, title, (*TANK, COMPUTED_WITHIN), "state")
 
 
-def other_table(coils: tuple[CoilEstimate, ...], temperature: float, normal_force: float | None) -> Table:
+def reading_table(coils: tuple[CoilEstimate, ...], temperature: float, normal_force: float | None) -> Table:
     """Return the inductances in each state as read by a meter and by the firmware's formula."""
-    table = _by_state(coils, temperature, OTHERS_TITLE, OTHERS, "quantum")
+    table = _state_rows(coils, temperature, OTHERS_TITLE, OTHERS, "quantum")
     changes = ((coil.name, coil.converter_sensitivity(normal_force)) for coil in coils)
     moved = [[name, "per newton", DASH, plus_minus(*change, "H", "/N")] for name, change in changes if change]
     return table._replace(rows=[*table.rows, *moved], notes=OTHERS_MEANING)
 
 
-def spread_table(coils: tuple[CoilEstimate, ...], temperature: float) -> Table:
+def scatter_table(coils: tuple[CoilEstimate, ...], temperature: float) -> Table:
     """Return the scatter due to manufacture of each quantity, and the largest cause for Rp.
 
     The scatter is one sigma divided by the value. Rp is the parallel resistance of the tank.
@@ -209,14 +210,14 @@ def spread_table(coils: tuple[CoilEstimate, ...], temperature: float) -> Table:
         return f"{100.0 * ratio:.2g} %" if math.isfinite(ratio) else DASH
 
     quantities = [each for each in TANK if each.sigma]
-    table = _by_state(coils, temperature, "Scatter of manufacture, one sigma", quantities, "spread", share)
+    table = _state_rows(coils, temperature, "Scatter of manufacture, one sigma", quantities, "spread", share)
     spreads = [state.spread for coil in coils for state in coil.states.values() if state.spread is not None]
     causes = [scatter.causes.get("parallel_resistance", DASH) for scatter in spreads]
     rows = [[*row, cause] for row, cause in zip(table.rows, causes, strict=True)]
     return table._replace(head=(*table.head, "Rp mostly by"), rows=rows)
 
 
-def matrix_table(
+def inductance_matrix_table(
     coils: tuple[CoilEstimate, ...], inductances: tuple[tuple[float, ...], ...],
     inductance_errors: tuple[tuple[float, ...], ...],
 ) -> Table:
@@ -302,14 +303,14 @@ def head_and_rows(lines: Sequence[Sequence[str]]) -> tuple[Sequence[str], Sequen
     return (lines[0], lines[1:]) if lines else ((), ())
 
 
-def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
+def aligned_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
     """Format lines of aligned columns, numbers to the right and text to the left; empty without rows."""
     body = [[escape_controls(str(cell)) for cell in row] for row in rows]
     if not body:
         return []
     cells = [list(head), *body] if head else body
     widths = [max(len(row[i]) for row in cells) for i in range(len(cells[0]))]
-    aligned = [">" if is_number else "<" for is_number in number_columns(body)]
+    aligned = [">" if is_number else "<" for is_number in number_column_flags(body)]
     pairs = list(zip(aligned, widths, strict=True))
     lines = ([f"{cell:{side}{width}}" for cell, (side, width) in zip(row, pairs, strict=True)] for row in cells)
     return ["  ".join(line).rstrip() for line in lines]
@@ -318,7 +319,7 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
 def html_table(head: Sequence[str], rows: Iterable[Sequence[str]], caption: str = "") -> str:
     """Return the table for a page. Empty without rows."""
     lines = [[str(cell) for cell in row] for row in rows]
-    return web_page.table(head, lines, number_columns(lines), caption)
+    return web_page.table(head, lines, number_column_flags(lines), caption)
 
 
 def page_tables(tables: Iterable[Table]) -> str:
@@ -326,7 +327,7 @@ def page_tables(tables: Iterable[Table]) -> str:
     return "".join(html_table(each.head, each.rows, each.title) + bullets(each.notes) for each in tables if each.rows)
 
 
-def number_columns(rows: Sequence[Sequence[str]]) -> list[bool]:
+def number_column_flags(rows: Sequence[Sequence[str]]) -> list[bool]:
     """Return for each column whether all its cells begin with a digit or a sign."""
     return [all(cell[:1] in _NUMERIC for cell in column) for column in zip(*rows, strict=True)]
 
@@ -337,7 +338,7 @@ _NUMERIC = frozenset("0123456789+-")
 def table_text(content: Table, colour: bool = False) -> str:
     """Return a table under its title, with its notes below. Empty if it has no rows."""
     head = content.head if any(content.head) else ()
-    lines = [*table(head, content.rows), *content.notes] if content.rows else []
+    lines = [*aligned_table(head, content.rows), *content.notes] if content.rows else []
     title = [styled(content.title, "bold", colour)] if content.title else []
     return "\n".join([*title, *(f"  {line}" for line in lines)]) if lines else ""
 

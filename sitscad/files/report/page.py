@@ -28,7 +28,7 @@ from sitscad.files.drawing.sheet import Pen, Sheet
 from sitscad.files.drawing.svg import svg
 from sitscad.files.drawing.web_page import bullets, figure, page, part, soft
 from sitscad.files.report import numbers
-from sitscad.files.report.moving import embedded, scripts
+from sitscad.files.report.moving import json_script, script_text
 from sitscad.files.report.numbers import Document
 from sitscad.files.report.numbers import html_table as _table
 from sitscad.kernels.geometry.path import Point, polyline, rectangle
@@ -82,21 +82,22 @@ def render(
     rows = [[name, f"{size:,} bytes".replace(",", "\u202f")] for name, size in sorted(files.items())]
     unverified = [[each.what, each.value, each.source] for each in unverified_figures(spec)]
     skipped = [[each.rule, each.reason] for each in checked.not_checked]
-    not_checked = _in_columns(_table(["rule", "why it was not checked"], skipped, ""))
+    not_checked = _columns_html(_table(["rule", "why it was not checked"], skipped, ""))
     parts = [
-        _head(checked, spec, estimates.signals, FORCED if is_built else REFUSED),
-        _tiles(checked, estimates.all_coils, estimates.incomplete, estimates.readout.scan_rate, sheet or {}),
-        part("Findings", findings_part(checked), "findings"),
-        part("Push it", _view("pushed", PUSHED, moving), "feeling"),
-        part("In three dimensions", _view("solids", SOLIDS, moving), "solids"),
-        part("Layout", "".join(_picture(svg, caption) for caption, svg in pictures.items()), "board"),
+        _head_html(checked, spec, estimates.signals, FORCED if is_built else REFUSED),
+        _tiles_html(checked, estimates.all_coils, estimates.incomplete, estimates.readout.scan_rate, sheet or {}),
+        part("Findings", findings_html(checked), "findings"),
+        part("Push it", _view_html("pushed", PUSHED, moving), "feeling"),
+        part("In three dimensions", _view_html("solids", SOLIDS, moving), "solids"),
+        part("Layout", "".join(_picture_html(svg, caption) for caption, svg in pictures.items()), "board"),
         part("Contacts", _table(*numbers.head_and_rows(wiring), title)),
-        part("Incoming test", _incoming(estimates.readout, bench)),
-        part("Electrical numbers", _electrical(estimates)),
-        part("What it feels", _performance_section(sheet or {})),
+        part("Incoming test", _incoming_html(estimates.readout, bench)),
+        part("Electrical numbers", _electrical_html(estimates)),
+        part("What it feels", _performance_html(sheet or {})),
         part("Readout settings", numbers.page_tables([numbers.readout_table(estimates.all_coils, estimates.readout)])),
-        part("Stack", _stack(spec.fpc.stackup, stack_section(section_layers(spec)), numbers.stack_tables(estimates))),
-        part("Fit", _fit(checked)),
+        part("Stack", _stack_html(spec.fpc.stackup, stack_section_svg(section_layers(spec)),
+                                  numbers.stack_tables(estimates))),
+        part("Fit", _fit_html(checked)),
         part("Cross-checks", numbers.page_tables([cross_checks])),
         part("Defaults assumed", bullets(spec.source.defaults)),
         part(
@@ -104,11 +105,11 @@ def render(
             _table(["figure", "taken as", "why it is unverified, and what to do"], unverified, ""),
         ),
         part("Not checked", not_checked or "<p>Every rule was checked.</p>"),
-        part("Files", _in_columns(_table(["file", "size"], rows, ""))),
+        part("Files", _columns_html(_table(["file", "size"], rows, ""))),
     ]
     file_name = checked.path.replace("\\", "/").rpartition("/")[2]
     digest = f"spec {escape(file_name)}, SHA-256 {spec.source.sha256}"
-    return page(f"{spec.name}: report", [*parts, f"<script>{scripts()}</script>"], f" \u00b7 {digest}")
+    return page(f"{spec.name}: report", [*parts, f"<script>{script_text()}</script>"], f" \u00b7 {digest}")
 
 
 PUSHED = """
@@ -142,21 +143,21 @@ below show it still.</p>
 OPEN = '<label>jaws open <input type="range" data-in="open" min="0" max="1" step="0.01"></label>'
 
 
-def _view(name: str, frame: str, moving: Mapping[str, Mapping[str, Any]] | None) -> str:
+def _view_html(name: str, frame: str, moving: Mapping[str, Mapping[str, Any]] | None) -> str:
     """Return a view that scripts fill, with its data; empty without data."""
     document = (moving or {}).get(name)
     if document is None:
         return ""
-    return frame.replace("OPEN", OPEN if document.get("hinge") else "") + embedded(f"{name}-data", document)
+    return frame.replace("OPEN", OPEN if document.get("hinge") else "") + json_script(f"{name}-data", document)
 
 
-def _picture(drawing: str, caption: str) -> str:
+def _picture_html(drawing: str, caption: str) -> str:
     """Return a picture of the layout; scripts switch the layers and nets of the whole board's picture."""
     shown = figure(drawing, caption)
     return shown.replace("<figure>", '<figure class="board">', 1) if "id='board'" in drawing else shown
 
 
-def _verdict(checked: CheckedSpec) -> str:
+def _verdict_html(checked: CheckedSpec) -> str:
     """Return the verdict as HTML. It is green only if there are no errors, silenced errors or warnings."""
     errors, warnings = (checked.count(severity) for severity in (Severity.ERROR, Severity.WARNING))
     if checked.silenced:
@@ -174,7 +175,7 @@ def _verdict(checked: CheckedSpec) -> str:
 SMALL_SIGNAL = "small-signal"  # Rule whose warning is stated in the verdict
 
 
-def _head(checked: CheckedSpec, spec: SensorSpec, signals: Sequence[Signal], failed: str) -> str:
+def _head_html(checked: CheckedSpec, spec: SensorSpec, signals: Sequence[Signal], failed: str) -> str:
     """Return the top of the page: name, verdict and signal. `failed` is the banner of a design with errors."""
     counts = [count_text(checked.count(severity), severity.value) for severity in ORDER if checked.count(severity)]
     headline = "; ".join(measures.headline(signals))
@@ -194,43 +195,44 @@ def _head(checked: CheckedSpec, spec: SensorSpec, signals: Sequence[Signal], fai
     not_made = reasons_below if skipped else "every rule checked"
     return (
         f"<header><h1>{escape(spec.name)}</h1>{soft(spec.issue.words)}{soft(what)}"
-        f"{_verdict(checked)}"
+        f"{_verdict_html(checked)}"
         + (f"<p class='signal'>Signal: {escape(headline)}</p>" if headline else "")
         + f"<p class='soft'>{', '.join(counts) or 'no findings'}; {not_made}</p></header>{banner}"
     )
 
 
-def _tiles(
+def _tiles_html(
     checked: CheckedSpec, coils: tuple[CoilEstimate, ...], incomplete: str | None, scan_rate: float, sheet: Document
 ) -> str:
     """Return the key numbers: resolution and drift or inductance, the tank's state, and the least margin of fit."""
     states = [coil.states[name] for coil in coils for name in working_states(coil.states)]
     alone = [coil.states[FREE] for coil in coils if FREE in coil.states]
     if not states:
-        return _incomplete(incomplete)
+        return _incomplete_banner(incomplete)
     points = sheet.get("performance", ())
     resolutions = [points[-1]["axes"]["normal"]["resolution_N"]] if points else []
     errors = points[-1]["axes"]["normal"]["errors_N"] if points else {}
     tight = min(checked.fit, key=lambda measure: measure.margin, default=None)
     rows = [
-        (f"normal force told apart, one sigma of noise{_worst_in(sheet)}", _range(resolutions, "N")) if resolutions else
-        ("inductance at the contacts", _range([s.inductance for s in states], "H")),
-        *((f"normal force: {cause}", _range([error], "N")) for cause, error in errors.items() if "drift" in cause),
-        ("sensor frequency", _range([s.frequency for s in states], "Hz")),
-        ("parallel resistance", _range([s.parallel_resistance for s in states], "ohm")),
-        ("amplitude (peak)", _range([s.amplitude for s in states], "V")),
-        ("scans of all coils", _range([scan_rate], "Hz")) if tight is None else
+        (f"normal force told apart, one sigma of noise{_worst_cell_names(sheet)}", _range_text(resolutions, "N"))
+        if resolutions else
+        ("inductance at the contacts", _range_text([s.inductance for s in states], "H")),
+        *((f"normal force: {cause}", _range_text([error], "N")) for cause, error in errors.items() if "drift" in cause),
+        ("sensor frequency", _range_text([s.frequency for s in states], "Hz")),
+        ("parallel resistance", _range_text([s.parallel_resistance for s in states], "ohm")),
+        ("amplitude (peak)", _range_text([s.amplitude for s in states], "V")),
+        ("scans of all coils", _range_text([scan_rate], "Hz")) if tight is None else
         (f"{tight.name}, to spare at worst", show(tight.margin, "m", 3)),
     ]
     tiles = (f"<div class='tile'><b>{value}</b><span>{escape(name)}</span></div>" for name, value in rows)
     note = f"Ranges run over all coils, {' and '.join(dict.fromkeys(state_text(s.state) for s in states))}"
     if alone and states != alone:
-        swing, runs = _range([s.amplitude for s in alone], "V"), _range([s.frequency for s in alone], "Hz")
+        swing, runs = _range_text([s.amplitude for s in alone], "V"), _range_text([s.frequency for s in alone], "Hz")
         note += f"; free, as a bare board on the bench, the amplitude is {swing} at {runs}"
-    return f"{_incomplete(incomplete)}<div class='tiles'>{''.join(tiles)}</div><p class='soft'>{note}.</p>"
+    return f"{_incomplete_banner(incomplete)}<div class='tiles'>{''.join(tiles)}</div><p class='soft'>{note}.</p>"
 
 
-def _worst_in(sheet: Document) -> str:
+def _worst_cell_names(sheet: Document) -> str:
     """Return the names of the cells with the coarsest resolution.
 
     Empty without cells, or if any resolution is unknown.
@@ -242,22 +244,22 @@ def _worst_in(sheet: Document) -> str:
     return f", cell {', '.join(map(str, worst['alike']))} (worst)"
 
 
-def _incomplete(incomplete: str | None) -> str:
+def _incomplete_banner(incomplete: str | None) -> str:
     """Return a banner with the reason why the estimates are incomplete; empty if the layout is complete."""
     return f"<p class='banner'>{escape(incomplete)}</p>" if incomplete else ""
 
 
-def findings_part(checked: CheckedSpec) -> str:
+def findings_html(checked: CheckedSpec) -> str:
     """Return all findings, most severe first, with place numbers as in the pictures, then ignored findings."""
     places = {id(finding): number for number, finding in numbered_places(checked.findings)}
-    articles = (_finding(checked, finding, places.get(id(finding))) for finding in by_severity(checked.findings))
+    articles = (_finding_html(checked, finding, places.get(id(finding))) for finding in by_severity(checked.findings))
     # findings that the user ignores, with the reasons
     rows = [[each.finding.rule, each.finding.whole_message, f"{each.reason} ({each.by})"] for each in checked.ignored]
     ignored = _table(["ignored", "what was found", "why it is ignored, and by what"], rows, "")
     return ("".join(articles) or "<p>Nothing was found.</p>") + ignored
 
 
-def _finding(checked: CheckedSpec, finding: Finding, number: int | None) -> str:
+def _finding_html(checked: CheckedSpec, finding: Finding, number: int | None) -> str:
     """Return a finding as a collapsible HTML element (<details>); errors start expanded.
 
     `number` links the finding to its place in the pictures; None if it has no place.
@@ -279,13 +281,13 @@ def _finding(checked: CheckedSpec, finding: Finding, number: int | None) -> str:
         f'<details class="finding {finding.severity.value}"{place_attribute}{opened}><summary>'
         f"<span class='kind'>{finding.severity.value} {escape(finding.rule)}</span> "
         f"<span class='soft'>{escape(finding.name)}</span> {escape(finding.whole_message)}</summary>"
-        f"{_where(finding, number)}{quoted}{hint}"
+        f"{_place_text(finding, number)}{quoted}{hint}"
         + (f"<p class='soft'>{'; '.join(tail)}</p>" if tail else "")
         + "</details>"
     )
 
 
-def _where(finding: Finding, number: int | None) -> str:
+def _place_text(finding: Finding, number: int | None) -> str:
     """Return a finding's place on the board, with its number in the pictures; empty without a place."""
     place = finding.place
     if place is None or number is None:
@@ -297,14 +299,14 @@ def _where(finding: Finding, number: int | None) -> str:
     return f"<p><b>{place_name}</b> in the pictures: {escape(', '.join(parts))}</p>"
 
 
-def _electrical(estimates: Estimates) -> str:
+def _electrical_html(estimates: Estimates) -> str:
     if not estimates.coils:
         return "<p>No coil could be estimated.</p>"
     notes = (note for note in estimates.notes if note != estimates.incomplete)
     return numbers.page_tables(numbers.estimate_tables(estimates)) + bullets(notes)
 
 
-def _incoming(readout: ReadoutEstimate, bench: Estimates | None) -> str:
+def _incoming_html(readout: ReadoutEstimate, bench: Estimates | None) -> str:
     """Return the expected readings of delivered bare boards, and the converter's drive code for them."""
     if bench is None:
         return ""
@@ -319,7 +321,7 @@ def _incoming(readout: ReadoutEstimate, bench: Estimates | None) -> str:
     return numbers.page_tables(numbers.incoming_tables(bench.all_coils, bench.metered)) + drive
 
 
-def _performance_section(sheet: Document) -> str:
+def _performance_html(sheet: Document) -> str:
     """Return the tables of the data sheet, and errors from unit to unit. Empty in a package without a data sheet."""
     between, cells = sheet.get("unit_to_unit", {}), sheet.get("cells", {})
     by_cell = f"Cell by cell. Elsewhere {cells['figures_are']}." if cells else ""
@@ -329,7 +331,7 @@ def _performance_section(sheet: Document) -> str:
     return numbers.page_tables(tables)
 
 
-def _stack(stackup: Stackup, section: str, tables: list[Table]) -> str:
+def _stack_html(stackup: Stackup, section: str, tables: list[Table]) -> str:
     caption = "Section through all that lies on each other; heights to scale, widths not."
     figure = f"<figure>{section}<figcaption>{caption}</figcaption></figure>"
     condition = "" if is_rigid(stackup) else " without stiffener"
@@ -337,16 +339,16 @@ def _stack(stackup: Stackup, section: str, tables: list[Table]) -> str:
     return f"{figure}<p>{total}</p>{numbers.page_tables(tables)}"
 
 
-def _fit(checked: CheckedSpec) -> str:
+def _fit_html(checked: CheckedSpec) -> str:
     closing = [] if checked.closing is None else [measures.closing_table(checked.closing)]
     return numbers.page_tables([*measures.fit_tables(checked.fit), *closing])
 
 
-def _in_columns(body: str) -> str:
+def _columns_html(body: str) -> str:
     return f"<div class='columns'>{body}</div>" if body else ""
 
 
-def _range(values: Iterable[float | None], unit: str) -> str:
+def _range_text(values: Iterable[float | None], unit: str) -> str:
     """Return the smallest and the largest of the values as text. Values that are None or infinite do not count.
 
     Each value has its own unit prefix if the prefixes differ.
@@ -385,7 +387,7 @@ class SectionLayer:
     inset: float = 0.0
 
 
-def stack_section(layers: Iterable[SectionLayer]) -> str:
+def stack_section_svg(layers: Iterable[SectionLayer]) -> str:
     """Return the section as an inline SVG, whose text colours come from the page."""
     slices = list(layers)
     low, high = min(s.bottom for s in slices), max(s.top for s in slices)

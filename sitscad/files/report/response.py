@@ -15,7 +15,7 @@ from sitscad.basics.units import DASH, csv_text, escape_controls, number_cell, s
 from sitscad.basics.version import __version__
 from sitscad.checks.findings import styled, to_json
 from sitscad.estimates.response.response_arrays import POSE_NAMES
-from sitscad.files.report.numbers import performance_blocks, table
+from sitscad.files.report.numbers import aligned_table, performance_blocks
 
 if TYPE_CHECKING:
     from sitscad.estimates.performance.tables import PerformanceReport
@@ -28,13 +28,13 @@ def response_text(
     path: str, response: Response, colour: bool = False, performance: PerformanceReport | None = None
 ) -> str:
     """Return a table with one row per coil and point, the gap at rest, and the notes."""
-    lines = table(*response_rows(response))
+    lines = aligned_table(*response_rows(response))
     if len(response) > SHOWN:
         lines.append(f"... and {len(response) - SHOWN} more: -o FILE writes them all (.npz, .csv or .json)")
     gap = f"gap at rest: {show(response.gap, 'm', 4)} from the board's top face to the target's near face"
     glue = f", {show(response.glue, 'm', 3)} of it glue" if response.glue else ""
     blocks = [styled(escape_controls(path), "bold", colour), "\n".join(lines),
-              "\n".join([gap + glue, *_notes(response)])]
+              "\n".join([gap + glue, *_distinct_notes(response)])]
     blocks += performance_blocks(performance, colour)
     return "\n\n".join(block for block in blocks if block) + "\n"
 
@@ -43,38 +43,38 @@ def response_rows(response: Response) -> tuple[list[str], list[list[str]]]:
     """Return the head and the rows of the table, for the first `SHOWN` points."""
     cases = ["case"] if any(response.cases) else []
     head = [*cases, "x, y, z (mm)", "rx, ry, rz (deg)", "force (N)", "coil", *(each.label for each in COLUMNS)]
-    return head, [row for k in range(min(len(response), SHOWN)) for row in _rows(response, k)]
+    return head, [row for k in range(min(len(response), SHOWN)) for row in _point_rows(response, k)]
 
 
 COLUMNS = [each for each in RESPONSE if each.label]
 """Quantities of a coil that are columns of the text table."""
 
 
-def _rows(response: Response, k: int) -> Iterator[list[str]]:
+def _point_rows(response: Response, k: int) -> Iterator[list[str]]:
     """Yield the rows of point `k`, one per coil; only the first row has case, pose and force."""
     x, y, z, rx, ry, rz = response.poses[k]
-    place = ", ".join(_figure(1e3 * value) for value in (x, y, z))
-    rotation = ", ".join(_figure(math.degrees(value)) for value in (rx, ry, rz))
+    place = ", ".join(_number_text(1e3 * value) for value in (x, y, z))
+    rotation = ", ".join(_number_text(math.degrees(value)) for value in (rx, ry, rz))
     force = DASH
     if response.force is not None and np.all(np.isfinite(response.force[k])):
-        force = ", ".join(_figure(value) for value in response.force[k])
+        force = ", ".join(_number_text(value) for value in response.force[k])
     point = [*([response.cases[k]] if any(response.cases) else []), place, rotation, force]
     for c, name in enumerate(response.coils):
         yield [*(point if c == 0 else [""] * len(point)), name,
-               *(each.shown(_of_coil(each.value(response)[k], c)) for each in COLUMNS)]
+               *(each.shown(_coil_value(each.value(response)[k], c)) for each in COLUMNS)]
 
 
-def _of_coil(values: Array, coil: int) -> float:
+def _coil_value(values: Array, coil: int) -> float:
     """Return the value of a coil. If the values are a matrix of coils, return its element on the diagonal."""
     return float(values[coil] if values.ndim == 1 else values[coil, coil])
 
 
-def _figure(value: float) -> str:
+def _number_text(value: float) -> str:
     """Return a number as text with four digits. Values below 5e-10, which solvers leave, become 0."""
     return f"{round(float(value), 9) + 0.0:.4g}"
 
 
-def _notes(response: Response) -> Iterator[str]:
+def _distinct_notes(response: Response) -> Iterator[str]:
     """Yield the notes of all points, each note once."""
     numbers: dict[str, int] = {}
     for remarks in response.notes:

@@ -269,7 +269,7 @@ def test_output_files_mark_limits_not_valid_for_copper_thickness(folder):
     files = {}
     for thickness in (35, 210):
         layout = lay_out(load(write(folder, "generic-flex", stackup=foil(thickness))))
-        files[thickness] = kicad_rules.custom_rules(layout.spec.fpc.rules), fabrication_notes.readme(layout)
+        files[thickness] = kicad_rules.custom_rules(layout.spec.fpc.rules), fabrication_notes.order_readme(layout)
     rules, notes = files[210]
     assert rules.count("(for copper up to 35 um: nothing is stated for 210 um)") == 2
     assert "these widths are for copper up to 35 um, not for 210 um" in " ".join(notes.split())

@@ -97,14 +97,14 @@ def render(layout: Layout, forced: str, files: Mapping[str, bytes]) -> dict[str,
     `files` are the images whose fingerprint the drawing states. Each sheet is stamped if `forced` is not empty.
     """
     artwork = on_drawing("board", files, board_images(files))
-    sheets = {"drawing.svg": drawing(layout, artwork, bool(forced))}
+    sheets = {"drawing.svg": board_sheet(layout, artwork, bool(forced))}
     if (details := contact_sheet(layout, artwork, bool(forced))) is not None:
         sheets["contacts.svg"] = details
     outputs = {fabrication_path(layout.spec.name, name): svg(sheet).encode("utf-8") for name, sheet in sheets.items()}
     return outputs | {fabrication_path(layout.spec.name, "drawing.pdf"): pdf(list(sheets.values()))}
 
 
-def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
+def board_sheet(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
     """Return the sheet of the board: whole board, enlarged body, table of holes and notes."""
     box = bounding_box([layout.outline])
     detail = scale_for(layout.body_size, DETAIL[2:])
@@ -114,32 +114,32 @@ def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
     scales = f"{scale_text(whole)} (whole), {scale_text(detail)} (body)"
     title = f"{board_kind(layout.spec.fpc.stackup)} circuit, board"
     sheet = new_sheet(layout.spec.name, layout.spec.issue, title, scales, artwork, forced)
-    _whole(sheet, layout, placed(box, whole, WHOLE))
+    _draw_whole_board(sheet, layout, placed(box, whole, WHOLE))
     # The body alone, cut off at its end
     view = placed(layout.body, detail, DETAIL)
     x0, y0, x1, y1 = layout.body
     limit = x1 + 0.05 * (x1 - x0)
-    _copper(sheet, layout, view, limit, "drawing-body")
+    _draw_top_copper(sheet, layout, view, limit, "drawing-body")
     shown = parts_inside(layout.outline, (-math.inf, -math.inf, limit + 1e-9, math.inf))
     sheet.draw([view.path(piece) for piece in shown], THICK, name="drawing-body-outline")
-    _marks(sheet, layout.coils, layout.spec.coil, plated_tools(layout), view, "drawing-body", limit)
+    _draw_marks(sheet, layout.coils, layout.spec.coil, plated_tools(layout), view, "drawing-body", limit)
     sheet.line(view.x(limit), view.y(y0) - 2.0, view.x(limit), view.y(y1) + 2.0, CHAIN)
     for coil in layout.coils:
-        _name(sheet, layout.vias, view, coil)
+        _draw_coil_name(sheet, layout.vias, view, coil)
     ordinates(sheet, view, 0, [x0, x1, *(c.centre.x for c in layout.coils)], view.y(y0), view.y(y0) - 7.0)
     edges = [coil_extent(layout.spec.coil, coil)[side] for coil in layout.coils for side in (1, 3)]
     ordinates(sheet, view, 1, [y0, y1, *edges, *(c.centre.y for c in layout.coils)], view.x(x0), view.x(x0) - 9.0)
     sheet.text(WHOLE[0] - 24.0, 194.0, f"whole board, {scale_text(whole)}", 3.2)
     sheet.text(WHOLE[0] - 24.0, DETAIL[1] + DETAIL[3] + 8.0, f"body, {scale_text(detail)}", 3.2)
-    low = _holes(sheet, layout.vias, plated_tools(layout), 161.0, 108.0)
-    fitting_paragraph(sheet, 161.0, low - 2.0, 121.0, 40.0, numbered(notes(layout)), 2.3)
+    low = _draw_hole_table(sheet, layout.vias, plated_tools(layout), 161.0, 108.0)
+    fitting_paragraph(sheet, 161.0, low - 2.0, 121.0, 40.0, numbered(board_notes(layout)), 2.3)
     return sheet
 
 
-def _whole(sheet: Sheet, layout: Layout, view: View) -> None:
+def _draw_whole_board(sheet: Sheet, layout: Layout, view: View) -> None:
     x0, y0, x1, y1 = bounding_box([layout.outline])
     # The stiffener as an area, bends as line and area, coverlay openings as broken lines
-    named = _stiffener(sheet, layout, view)
+    named = _draw_stiffener(sheet, layout, view)
     for opening in (*layout.top_openings, *layout.bottom_openings):
         sheet.draw(view.path(opening.outline), HIDDEN)
     # Areas of the bends, under the tracks
@@ -147,29 +147,30 @@ def _whole(sheet: Sheet, layout: Layout, view: View) -> None:
         if bend.end > bend.start:
             below, above = layout.reach_at(bend.line)
             sheet.draw(view.path(rectangle(bend.start, below, bend.end, above)), Pen(0.18, "#7a8f4a", (2.0, 1.0)), BEND)
-    _copper(sheet, layout, view, x1, "drawing")
+    _draw_top_copper(sheet, layout, view, x1, "drawing")
     sheet.draw(view.path(layout.outline), THICK, name="drawing-outline")
-    _marks(sheet, layout.coils, layout.spec.coil, plated_tools(layout), view, "drawing")
+    _draw_marks(sheet, layout.coils, layout.spec.coil, plated_tools(layout), view, "drawing")
     low, high = view.y(y0), view.y(y1)
-    stations = list(_stations(layout))
+    stations = list(_dimensioned_x(layout))
     ordinates(sheet, view, 0, stations, low, low - 7.0)
-    tail = _tail_reach(layout.outline, layout.pads, layout.spec.fpc.tail)
+    tail = _tail_end_y(layout.outline, layout.pads, layout.spec.fpc.tail)
     ordinates(sheet, view, 1, [y0, y1, *tail, layout.body[1], layout.body[3]], view.x(x0), view.x(x0) - 9.0)
     below = low - 9.0 - max(text_width(mm(x), TEXT) for x in stations)  # the ordinates
     reached = 0.0  # top on paper of the dimension of the tail's width
     if (width_at := tail_width(layout.body[2], layout.outline, layout.pads, layout.spec.fpc.tail)) is not None:
         at, bottom, top = view.x(width_at[0]), view.y(width_at[1]), view.y(width_at[2])
-        outer_span(sheet, (at, bottom), (at, top), _tail_words(layout.spec.fpc, width_at), upright=True)
+        outer_span(sheet, (at, bottom), (at, top), _tail_width_text(layout.spec.fpc, width_at), upright=True)
         reached = top + 5.0 + TEXT
-    level = max(high + 6.0, named + 2.0, reached + 2.0, _bend(sheet, layout, view, below) + 4.0)
-    span(sheet, (view.x(x0), level), (view.x(x1), level), f"{mm(x1 - x0)} +/- {_outline(layout.spec.fpc.rules)}")
+    level = max(high + 6.0, named + 2.0, reached + 2.0, _draw_bends(sheet, layout, view, below) + 4.0)
+    tolerance = _outline_tolerance_text(layout.spec.fpc.rules)
+    span(sheet, (view.x(x0), level), (view.x(x1), level), f"{mm(x1 - x0)} +/- {tolerance}")
     for x in (x0, x1):
         sheet.line(view.x(x), high + 1.0, view.x(x), level + 1.0, THIN)
     side = view.x(x1) + (12.0 if layout.pads else 7.0)  # beyond the numbers of the contacts
-    span(sheet, (side, low), (side, high), f"{mm(y1 - y0)} +/- {_outline(layout.spec.fpc.rules)}")
+    span(sheet, (side, low), (side, high), f"{mm(y1 - y0)} +/- {tolerance}")
 
 
-def _stiffener(sheet: Sheet, layout: Layout, view: View) -> float:
+def _draw_stiffener(sheet: Sheet, layout: Layout, view: View) -> float:
     """Draw the stiffener and its name; return the top of the name on paper if it is above the tail's width, else 0.
 
     The name is above the dimension of the tail's width if both would overlap.
@@ -180,26 +181,26 @@ def _stiffener(sheet: Sheet, layout: Layout, view: View) -> float:
     width_at = tail_width(layout.body[2], layout.outline, layout.pads, layout.spec.fpc.tail)
     sheet.draw(view.path(layout.stiffener.outline.outline), THIN, PLATE)
     box = bounding_box([layout.stiffener.outline.outline])
-    if _is_turned(layout.spec.fpc.tail):
+    if _has_turn(layout.spec.fpc.tail):
         sheet.text(view.x(box[0]) - 6.0, view.y((box[1] + box[3]) / 2) - 0.8, name, size, "end")
         return 0.0
     low = view.y(max([box[3], *(bounding_box([each.outline])[3] for each in layout.top_openings)])) + above
     left, over = view.x(box[2]) - text_width(name, size), 0.0
-    if width_at is not None and left < view.x(width_at[0]) + 1.0 + text_width(_tail_words(layout.spec.fpc, width_at),
-                                                                        TEXT):
+    width_text = "" if width_at is None else _tail_width_text(layout.spec.fpc, width_at)
+    if width_at is not None and left < view.x(width_at[0]) + 1.0 + text_width(width_text, TEXT):
         low = over = view.y(width_at[2]) + 5.5 + TEXT
         over += size
     sheet.text(view.x(box[2]), low, name, size, "end")
     return over
 
 
-def _tail_words(fpc: FpcSpec, width_at: tuple[float, float, float]) -> str:
-    usual, end = _outline(fpc.rules), mm(end_tolerance(fpc))
+def _tail_width_text(fpc: FpcSpec, width_at: tuple[float, float, float]) -> str:
+    usual, end = _outline_tolerance_text(fpc.rules), mm(end_tolerance(fpc))
     at_contacts = "" if end == usual else f", +/- {end} at the contacts"
     return f"tail {mm(width_at[2] - width_at[1])} +/- {usual}{at_contacts}"
 
 
-def _stations(layout: Layout) -> Iterator[float]:
+def _dimensioned_x(layout: Layout) -> Iterator[float]:
     """Yield the dimensioned x coordinates along the board: ends, coils, body, bend, stiffener, contacts."""
     x0, _, x1, _ = bounding_box([layout.outline])
     yield from (x0, x1, layout.body[2], *(coil.centre.x for coil in layout.coils))
@@ -207,27 +208,27 @@ def _stations(layout: Layout) -> Iterator[float]:
     yield from (bend.line for bend in bends(layout))
     if layout.stiffener is not None:
         yield bounding_box([layout.stiffener.outline.outline])[0]
-    if not _is_turned(layout.spec.fpc.tail):
+    if not _has_turn(layout.spec.fpc.tail):
         yield from {pad.centre.x - pad.size[0] / 2 for pad in layout.pads}
 
 
-def _is_turned(tail: Tail | None) -> bool:
+def _has_turn(tail: Tail | None) -> bool:
     return tail is not None and tail.turn != "none"
 
 
-def _tail_reach(outline: Path, pads: tuple[Pad, ...], tail: Tail | None) -> tuple[float, ...]:
+def _tail_end_y(outline: Path, pads: tuple[Pad, ...], tail: Tail | None) -> tuple[float, ...]:
     """Return the lowest and the highest y (m) of the outline at its end in x.
 
     For a tail that turns, return both ends of contact 1 along y. Empty if the outline has no point there.
     """
-    if _is_turned(tail):
+    if _has_turn(tail):
         return tuple({pad.centre.y - side * pad.size[1] / 2 for pad in pads[:1] for side in (-1, 1)})
     x1 = bounding_box([outline])[2]
     ys = [p.y for p in outline.flattened(1e-5) if p.x > x1 - 1e-6]
     return (min(ys), max(ys)) if ys else ()
 
 
-def _name(sheet: Sheet, vias: tuple[Via, ...], view: View, coil: Coil) -> None:
+def _draw_coil_name(sheet: Sheet, vias: tuple[Via, ...], view: View, coil: Coil) -> None:
     """Draw a coil's name on a white ground beside its centre, in the quarter farthest from vias."""
     size, x, y = 3.2, view.x(coil.centre.x), view.y(coil.centre.y)
     wide = text_width(coil.name, size)
@@ -244,7 +245,7 @@ def _name(sheet: Sheet, vias: tuple[Via, ...], view: View, coil: Coil) -> None:
     sheet.text(left, low, coil.name, size)
 
 
-def _bend(sheet: Sheet, layout: Layout, view: View, below: float) -> float:
+def _draw_bends(sheet: Sheet, layout: Layout, view: View, below: float) -> float:
     """Draw the tail's bend lines with their directions and angles; return the top of the drawn lines on paper.
 
     The text is beside the tail. If the outline would cross the text, its place is `below` (mm on paper), under the
@@ -262,7 +263,7 @@ def _bend(sheet: Sheet, layout: Layout, view: View, below: float) -> float:
         low, high = min(low, ends[0]), max(high, ends[1])
     at, before, top = view.x(tail_bends[-1].line), view.x(tail_bends[0].line) - 1.0, high - 2.0 if is_above else low
     room = view.x(bounding_box([layout.outline])[2]) - at - 1.0
-    lines, outline = _bend_words(tail_bends, room), view.path(layout.outline)
+    lines, outline = _bend_captions(tail_bends, room), view.path(layout.outline)
     wide = max(text_width(line, size) for line in lines)
     places = [Point(before - wide * k / 8.0, top - 3.2 * row) for k in range(9) for row in range(len(lines))]
     place, anchor = (at + 1.0, "start") if wide < room else (before, "end")
@@ -273,7 +274,7 @@ def _bend(sheet: Sheet, layout: Layout, view: View, below: float) -> float:
     return high
 
 
-def _bend_words(tail_bends: Sequence[Bend], room: float) -> tuple[str, ...]:
+def _bend_captions(tail_bends: Sequence[Bend], room: float) -> tuple[str, ...]:
     """Describe the tail's bends from the body on, in two lines if one is wider than `room` (mm of paper)."""
     angles = ", ".join(f"{bend.angle_text} {bend.direction}" for bend in tail_bends)
     label = f"bend{'s' * (len(tail_bends) > 1)} {angles}"
@@ -284,7 +285,7 @@ def _bend_words(tail_bends: Sequence[Bend], room: float) -> tuple[str, ...]:
     return (single_line,) if text_width(single_line, 2.3) < room else (label, radius)
 
 
-def _copper(sheet: Sheet, layout: Layout, view: View, limit: float, name: str) -> None:
+def _draw_top_copper(sheet: Sheet, layout: Layout, view: View, limit: float, name: str) -> None:
     """Draw the top layer's tracks up to a limit along x, and all contacts; `name` begins all identifiers."""
     draw_copper(sheet, layout, view, (-math.inf, -math.inf, limit + 1e-9, math.inf), name)
     for pad in layout.all_pads:
@@ -293,10 +294,10 @@ def _copper(sheet: Sheet, layout: Layout, view: View, limit: float, name: str) -
             edge = Pen(min(THIN.width, view.length(min(pad.size)) / 5.0))  # contacts side by side stay apart
             sheet.draw(outline_path, edge, CONTACT, name=ident, kind=f"net-{pad.net}")
     if limit >= bounding_box([layout.outline])[2] - 1e-9:
-        _first_and_last(sheet, layout.outline, layout.pads, layout.top_openings, view)
+        _draw_end_numbers(sheet, layout.outline, layout.pads, layout.top_openings, view)
 
 
-def _first_and_last(
+def _draw_end_numbers(
     sheet: Sheet, outline: Path, pads: tuple[Pad, ...], top_openings: tuple[Region, ...], view: View
 ) -> None:
     """Draw the numbers of the first and last contact beside them; the second sheet has all numbers."""
@@ -315,7 +316,7 @@ def _first_and_last(
             sheet.text(x + out, y - 0.8, str(pad.number), 2.3, "middle")
 
 
-def _marks(
+def _draw_marks(
     sheet: Sheet, coils: tuple[Coil, ...], spec: CoilSpec, tools: list[Tool], view: View, name: str,
     limit: float = float("inf"),
 ) -> None:
@@ -326,17 +327,17 @@ def _marks(
         for hole in tool.holes:
             if hole.x * UNIT <= limit:
                 at, radius = Point(view.x(hole.x * UNIT), view.y(hole.y * UNIT)), view.length(tool.diameter * UNIT / 2)
-                _hole(sheet, at, radius, order)
+                _draw_hole(sheet, at, radius, order)
     origin_cross(sheet, view)
 
 
-def _hole(sheet: Sheet, at: Point, radius: float, tool: int) -> None:
+def _draw_hole(sheet: Sheet, at: Point, radius: float, tool: int) -> None:
     """Draw a hole to scale, with the symbol of its tool at a legible size."""
     sheet.draw(circle(at, radius), THIN, "#ffffff")
     sheet.draw(symbol(tool, at, max(1.5 * radius, 0.6)), Pen(0.13))
 
 
-def _holes(sheet: Sheet, vias: tuple[Via, ...], tools: list[Tool], left: float, top: float) -> float:
+def _draw_hole_table(sheet: Sheet, vias: tuple[Via, ...], tools: list[Tool], left: float, top: float) -> float:
     rows = [["", "finished hole", "holes", "plated", "pad"]]
     for tool in tools:
         pads = sorted({show(v.pad, "m") for v in vias if on_grid(v.drill) == tool.diameter})
@@ -347,11 +348,11 @@ def _holes(sheet: Sheet, vias: tuple[Via, ...], tools: list[Tool], left: float, 
     low = table(sheet, left, top, (8.0, 30.0, 16.0, 34.0, 38.0), rows)
     step = (top - low) / len(rows)
     for order in range(len(tools)):
-        _hole(sheet, Point(left + 4.0, top - (order + 1.55) * step), 0.8, order)
+        _draw_hole(sheet, Point(left + 4.0, top - (order + 1.55) * step), 0.8, order)
     return low
 
 
-def notes(layout: Layout) -> Iterator[str]:
+def board_notes(layout: Layout) -> Iterator[str]:
     """Yield the notes of the drawing."""
     rules = layout.spec.fpc.rules
     register = show(rules.registration, "m")
@@ -379,7 +380,7 @@ def notes(layout: Layout) -> Iterator[str]:
     yield f"{standard} class 2. 100 % test by the netlist. Add no copper anywhere inside the outline."
 
 
-def _outline(rules: DesignRules) -> str:
+def _outline_tolerance_text(rules: DesignRules) -> str:
     return mm(rules.outline_tolerance)
 
 
@@ -410,7 +411,7 @@ def contact_sheet(layout: Layout, artwork: str, forced: bool = False) -> Sheet |
     title = f"{board_kind(layout.spec.fpc.stackup)} circuit, contacts"
     sheet = new_sheet(layout.spec.name, layout.spec.issue, title, f"{scale_text(scale)}", artwork, forced)
     view = placed(box, scale, ROOM)
-    _contact_view(sheet, layout, view, box)
+    _draw_contact_view(sheet, layout, view, box)
     size = 2.3 if len(layout.pads) <= 24 else 1.8
     low = table(sheet, 148.0, 190.0, CONTACT_COLUMNS, contact_rows(layout), size)
     fitting_paragraph(sheet, 148.0, low - 2.0, 134.0, 40.0, list(_contact_notes(layout)), 2.3)
@@ -435,7 +436,7 @@ def draw_copper(sheet: Sheet, layout: Layout, view: View, box: Box, name: str, i
             sheet.draw(view.path(inside), None, COPPER, kind=f"net-{net}")
 
 
-def _contact_view(sheet: Sheet, layout: Layout, view: View, box: Box) -> None:
+def _draw_contact_view(sheet: Sheet, layout: Layout, view: View, box: Box) -> None:
     """Draw all features inside the box: copper, holes, openings, outline, dimensions."""
     draw_copper(sheet, layout, view, box, "contacts", True)
     for via in layout.vias:
@@ -450,7 +451,7 @@ def _contact_view(sheet: Sheet, layout: Layout, view: View, box: Box) -> None:
     for piece in parts_inside(layout.outline, box):
         sheet.draw(view.path(piece), THICK)
     sheet.draw(view.path(rectangle(*box)), CHAIN)
-    _contact_dimensions(sheet, layout.outline, layout.pads, layout.spec.fpc, layout.top_openings, view, box)
+    _draw_contact_dimensions(sheet, layout.outline, layout.pads, layout.spec.fpc, layout.top_openings, view, box)
     for pad in layout.pads:
         # Number and pin in the contact, along its longer side, as large as fits
         text = f"{pad.number}" if pad.is_unused else f"{pad.number}: {pad.pin}"
@@ -463,7 +464,7 @@ def _contact_view(sheet: Sheet, layout: Layout, view: View, box: Box) -> None:
             sheet.text(x + 0.35 * size, y, text, size, "middle", 90.0)
 
 
-def _contact_dimensions(
+def _draw_contact_dimensions(
     sheet: Sheet, outline: Path, pads: tuple[Pad, ...], fpc: FpcSpec, top_openings: tuple[Region, ...], view: View,
     box: Box,
 ) -> None:
@@ -471,24 +472,24 @@ def _contact_dimensions(
     row, pitch = contact_row(pads)
     (w, h), (x, y) = row[-1].size, row[-1].centre
     left, low, right, high = view.x(box[0]), view.y(box[1]), view.x(box[2]), view.y(box[3])
-    _board_end(sheet, outline, pads, fpc, top_openings, view, (left, low, right, high))
+    _draw_end_dimensions(sheet, outline, pads, fpc, top_openings, view, (left, low, right, high))
     names = ("length", "width") if w >= h else ("width", "length")
     xs, ys = (view.x(x - w / 2), view.x(x + w / 2)), (view.y(y - h / 2), view.y(y + h / 2))
-    _contact_dimension(sheet, 0, xs, ys[1], high + DIMENSION_SPACING, f"{names[0]} {mm(w)}")
-    _contact_dimension(sheet, 1, ys, xs[0], left - DIMENSION_SPACING, f"{names[1]} {mm(h)}")
+    _draw_dimension(sheet, 0, xs, ys[1], high + DIMENSION_SPACING, f"{names[0]} {mm(w)}")
+    _draw_dimension(sheet, 1, ys, xs[0], left - DIMENSION_SPACING, f"{names[1]} {mm(h)}")
     if pitch is None:
         return
     before = row[-2].centre
     if abs(before.x - x) > abs(before.y - y):
-        _contact_dimension(sheet, 0, (view.x(before.x), view.x(x)), ys[0], low - DIMENSION_SPACING,
-                           f"pitch {mm(pitch)}")
+        _draw_dimension(sheet, 0, (view.x(before.x), view.x(x)), ys[0], low - DIMENSION_SPACING,
+                        f"pitch {mm(pitch)}")
     else:
         # Before it are the other contacts; beyond it the words would lie on the dimension of the edge.
         pair = view.y(before.y), view.y(y)
-        _contact_dimension(sheet, 1, pair, xs[1], right + DIMENSION_SPACING, f"pitch {mm(pitch)}", is_before=True)
+        _draw_dimension(sheet, 1, pair, xs[1], right + DIMENSION_SPACING, f"pitch {mm(pitch)}", is_before=True)
 
 
-def _board_end(
+def _draw_end_dimensions(
     sheet: Sheet, outline: Path, pads: tuple[Pad, ...], fpc: FpcSpec, top_openings: tuple[Region, ...], view: View,
     frame: Box,
 ) -> None:
@@ -511,20 +512,20 @@ def _board_end(
     near = min(end.sides, key=lambda side: abs(side - place[across]))
     behind = tip if along == 0 else tip - outward * end.first.size[along]
     edge, sides = sorted((axes[across](near), axes[across](place[across]))), [axes[across](side) for side in end.sides]
-    _contact_dimension(sheet, across, edge, axes[along](behind), level(across, 1), f"edge to 1: {mm(end.edge)}")
+    _draw_dimension(sheet, across, edge, axes[along](behind), level(across, 1), f"edge to 1: {mm(end.edge)}")
     width = f"{mm(end.width)} +/- {mm(end_tolerance(fpc))}"
-    _contact_dimension(sheet, across, sides, axes[along](end.end), level(across, 2), width)
+    _draw_dimension(sheet, across, sides, axes[along](end.end), level(across, 2), width)
     last = row[0] if along == 0 else row[-1]
     start = axes[across](last.centre[across] + (-1 if along == 0 else 1) * last.size[across] / 2)
     reaches = sorted((axes[along](tip), axes[along](end.end)))
-    _contact_dimension(sheet, along, reaches, start, level(along, 1), f"to end {mm(end.tip)}")
+    _draw_dimension(sheet, along, reaches, start, level(along, 1), f"to end {mm(end.tip)}")
     bare_area = bare_size(pads, top_openings)
     if bare_area is not None and bare_area[0] > contact_size(end.first)[0] - 1e-9:
         shown = sorted((axes[along](tip), axes[along](tip - outward * bare_area[1])))
-        _contact_dimension(sheet, along, shown, start, level(along, 0), f"bare {mm(bare_area[1])}")
+        _draw_dimension(sheet, along, shown, start, level(along, 0), f"bare {mm(bare_area[1])}")
 
 
-def _contact_dimension(
+def _draw_dimension(
     sheet: Sheet, axis: int, ends: Sequence[float], start: float, level: float, text: str, is_before: bool = False
 ) -> None:
     """Draw a dimension along x (`axis` 0) at the height `level`, or along y (`axis` 1) at the x `level`.

@@ -67,13 +67,13 @@ DRAWN_RULES = ("SIT301", "SIT302", "SIT303", "SIT309", "SIT314", "SIT319", "SIT3
 """Rules whose findings this drawing shows."""
 
 
-def _sizes(fault: Finding) -> tuple[float, ...]:
+def _measured_and_limit(fault: Finding) -> tuple[float, ...]:
     """Return the measured length and its limit (m); empty if the finding has no such lengths."""
     is_length = fault.measured is not None and fault.limit is not None and fault.unit == "m"
     return (fault.measured or 0.0, fault.limit or 0.0) if is_length else ()
 
 
-def drawing(layout: Layout, faults: Sequence[Finding], forced: bool = False, bodies: str = "") -> Sheet | None:
+def fit_sheet(layout: Layout, faults: Sequence[Finding], forced: bool = False, bodies: str = "") -> Sheet | None:
     """Return the drawing of failed fits; None if there is no jaw or no finding of a rule in `DRAWN_RULES`.
 
     `bodies` is the name of a picture of the colliding solids, which a note mentions.
@@ -86,21 +86,21 @@ def drawing(layout: Layout, faults: Sequence[Finding], forced: bool = False, bod
     except PartsError:
         return None
     assert pair is not None
-    sized = [fault for fault in shown if _sizes(fault)]
+    sized = [fault for fault in shown if _measured_and_limit(fault)]
     # Required extents (m) of the section
-    needed = (width for fault in sized for width in _needed(fault))
+    needed = (width for fault in sized for width in _enclosing_diameter(fault))
     scale = scale_for((max(jaw.port_diameter, layout.body_size[1], 2.0 * pair.radius, *needed),) * 2, SECTION[2:])
     sheet = new_sheet(layout.spec.name, layout.spec.issue, "what does not fit", f"section {scale_text(scale)}",
                       "see the package", forced,
                       "the jaw from its tip")
     view = View(scale, (SECTION[0] + SECTION[2] / 2, SECTION[1] + SECTION[3] / 2))
     with sheet.group("fit-section"):
-        _section(sheet, layout, jaw, pair, view, shown)
-    views = _extra_views(layout, jaw, {fault.rule: fault for fault in sized})
+        _draw_failed_section(sheet, layout, jaw, pair, view, shown)
+    views = _view_drawers(layout, jaw, {fault.rule: fault for fault in sized})
     for slot, draw in enumerate(views):
         with sheet.group(f"fit-view-{slot + 1}"):
             draw(sheet, TOP - SLOT * slot)
-    low = table(sheet, 16.0, 64.0, (16.0, 40.0, 26.0, 26.0, 26.0), [HEAD, *map(_row, shown)], 2.4)
+    low = table(sheet, 16.0, 64.0, (16.0, 40.0, 26.0, 26.0, 26.0), [HEAD, *map(_finding_row, shown)], 2.4)
     note = NOTE + (f" {bodies} has the bodies themselves." if bodies else "")
     fitting_paragraph(sheet, 16.0, low - 2.0, 134.0, 10.0, [note], 2.3)
     return sheet
@@ -114,7 +114,7 @@ NOTE = (
 AREAS = {"m2": (1e6, "mm2"), "m3": (1e9, "mm3")}  # Factors and units of areas and volumes
 
 
-def _row(fault: Finding) -> tuple[str, ...]:
+def _finding_row(fault: Finding) -> tuple[str, ...]:
     measured, limit, texts = fault.measured, fault.limit, ["", "", ""]
     if measured is not None and limit is not None and fault.unit in AREAS:
         factor, unit = AREAS[fault.unit]
@@ -128,32 +128,32 @@ def _row(fault: Finding) -> tuple[str, ...]:
 RADIUS = 2.0  # SIT321 measures from the port's axis, the other rules across: the drawing has diameters
 
 
-def _needed(fault: Finding) -> Iterator[float]:
+def _enclosing_diameter(fault: Finding) -> Iterator[float]:
     """Yield the diameter (m) of the circle that encloses the closed jaws, from a finding of SIT303 or SIT321.
 
     Empty for other rules. SIT321 states the radius, which is doubled.
     """
     if fault.rule in ("SIT303", "SIT321"):
-        yield _sizes(fault)[0] * (RADIUS if fault.rule == "SIT321" else 1.0)
+        yield _measured_and_limit(fault)[0] * (RADIUS if fault.rule == "SIT321" else 1.0)
 
 
-def _section(
+def _draw_failed_section(
     sheet: Sheet, layout: Layout, jaw: Jaw, pair: ClosedJawsSection, view: View, shown: Sequence[Finding],
 ) -> None:
     """Draw the cross section of the closed jaws, with their enclosing circle and each width that exceeds its limit."""
-    sized = [fault for fault in shown if _sizes(fault)]
+    sized = [fault for fault in shown if _measured_and_limit(fault)]
     draw_section(sheet, layout, jaw, view, Pen(0.35))
-    draw_names(sheet, layout, jaw, view, SECTION[0] + SECTION[2])
-    circles = [width for fault in sized for width in _needed(fault)]
+    draw_layer_names(sheet, layout, jaw, view, SECTION[0] + SECTION[2])
+    circles = [width for fault in sized for width in _enclosing_diameter(fault)]
     centre = Point(view.x(0.0), view.y(0.0))
     reach = max([jaw.port_diameter, 2.0 * pair.radius, *circles]) / 2
     if circles:
         needed = max(circles)
         sheet.draw(circle(centre, view.length(needed / 2)), CIRCLE, name="fit-needed")
         y = view.y(reach) + 4.0
-        _width(sheet, view, needed, y, f"needs {mm(needed)}", RED)
+        _draw_width(sheet, view, needed, y, f"needs {mm(needed)}", RED)
     board_width, measured = layout.body_size[1], measures(layout)
-    widths = dict.fromkeys(pair for fault in sized for pair in _widths(board_width, measured, jaw, fault))
+    widths = dict.fromkeys(pair for fault in sized for pair in _labelled_widths(board_width, measured, jaw, fault))
     under, across = support_width(layout), layout.body_size[1]  # the face that the board lies on
     if any(fault.rule == "SIT319" for fault in shown) and under is not None and under < across:
         widths[under, f"carried {mm(under)}", across, f"board {mm(across)}"] = None
@@ -161,13 +161,13 @@ def _section(
     rows.append((jaw.port_diameter, f"port {mm(jaw.port_diameter)}", ""))
     low = view.y(-reach) - 4.0
     for i, (size, label, colour) in enumerate(sorted(dict.fromkeys(rows))):
-        _width(sheet, view, size, low - 5.5 * i, label, colour)
+        _draw_width(sheet, view, size, low - 5.5 * i, label, colour)
     for fault in sized:
         if fault.rule == "SIT314":
-            _thin_wall(sheet, layout.body_size[1], column(layout), view, fault, SECTION[0] - 6.0)
+            _draw_thin_wall(sheet, layout.body_size[1], column(layout), view, fault, SECTION[0] - 6.0)
 
 
-def _width(sheet: Sheet, view: View, size: float, y: float, label: str, colour: str) -> None:
+def _draw_width(sheet: Sheet, view: View, size: float, y: float, label: str, colour: str) -> None:
     """Draw the dimension of a width `size` (m), centred on the section, at the height `y` on paper (mm).
 
     Extension lines run to the height of the pair's axis. If `colour` is empty, the dimension is black.
@@ -177,14 +177,14 @@ def _width(sheet: Sheet, view: View, size: float, y: float, label: str, colour: 
     span(sheet, (view.x(-size / 2), y), (view.x(size / 2), y), label, colour or BLACK)
 
 
-def _widths(
+def _labelled_widths(
     width: float, circles: tuple[Measure, ...], jaw: Jaw, fault: Finding
 ) -> Iterator[tuple[float, str, float, str]]:
     """Yield (width (m), its label, limit (m), its label) for a finding of SIT301 or SIT309.
 
     Empty for other rules. `width` is the width (m) of the board.
     """
-    measured, limit = _sizes(fault)
+    measured, limit = _measured_and_limit(fault)
     if fault.rule == "SIT309":
         yield measured, f"shield {mm(measured)}", limit, f"coils {mm(limit)}"
     if fault.rule != "SIT301":
@@ -200,12 +200,14 @@ def _widths(
         yield measured, f"{name} {mm(measured)}", limit, f"{room} {mm(limit)}"
 
 
-def _thin_wall(sheet: Sheet, width: float, layers: tuple[Layer, ...], view: View, fault: Finding, x: float) -> None:
+def _draw_thin_wall(
+    sheet: Sheet, width: float, layers: tuple[Layer, ...], view: View, fault: Finding, x: float
+) -> None:
     """Draw the thickness of a printed piece that is smaller than the least wall thickness of its process.
 
     The lines of the dimension begin at `x` on paper (mm).
     """
-    measured, limit = _sizes(fault)
+    measured, limit = _measured_and_limit(fault)
     at = layer_heights(layers)
     middle = at["opposing-jaw"][1].nominal / 2
     for name in MOUNT_PIECES:
@@ -220,23 +222,23 @@ def _thin_wall(sheet: Sheet, width: float, layers: tuple[Layer, ...], view: View
 Draw = Callable[[Sheet, float], None]
 
 
-def _extra_views(layout: Layout, jaw: Jaw, sized: dict[str, Finding]) -> list[Draw]:
+def _view_drawers(layout: Layout, jaw: Jaw, sized: dict[str, Finding]) -> list[Draw]:
     """Return functions that draw the views beside the section: along the jaw, at the hinge, through the shaft.
 
     Only views whose rules fail are included. Each function takes the sheet and the view's top edge on paper (mm).
     """
     views: list[Draw] = []
     if (long := sized.get("SIT302")) is not None:
-        views.append(lambda sheet, top: _along(sheet, layout, jaw, long, top))
+        views.append(lambda sheet, top: _draw_lengths(sheet, layout, jaw, long, top))
     if "SIT324" in sized:
-        views.append(lambda sheet, top: _at_hinge(sheet, layout, jaw, top))
+        views.append(lambda sheet, top: _draw_hinge(sheet, layout, jaw, top))
     if (end := sized.get("SIT325")) is not None:
         assembly, section = layout.spec.assembly, tail_section_size(layout)
-        views.append(lambda sheet, top: _end(sheet, assembly, jaw, section, end, top))
+        views.append(lambda sheet, top: _draw_tail_end(sheet, assembly, jaw, section, end, top))
     return views
 
 
-def _along(sheet: Sheet, layout: Layout, jaw: Jaw, fault: Finding, top: float) -> None:
+def _draw_lengths(sheet: Sheet, layout: Layout, jaw: Jaw, fault: Finding, top: float) -> None:
     """Draw both jaws from the side, with the lengths of board and jaw; `top` is the top edge on paper (mm)."""
     start, heel = jaw_range(layout.body, jaw)
     body = layout.body[0], layout.body[2]
@@ -246,13 +248,13 @@ def _along(sheet: Sheet, layout: Layout, jaw: Jaw, fault: Finding, top: float) -
     scale = scale_for((x1 - x0, pair.height), (WIDE, SLOT - 24.0))
     right, half = RIGHT + scale * 1e3 * (x1 - x0), 0.5e3 * scale * pair.height
     middle = top - 7.0 - half
-    draw_side(sheet, layout, jaw, (right, middle), x1, scale, 0.0)
+    draw_jaws_from_side(sheet, layout, jaw, (right, middle), x1, scale, 0.0)
     sheet.text(RIGHT, top - 4.0, f"from the side, {scale_text(scale)}, the tip on the left", TEXT)
 
     def at(x: float) -> float:
         return right - scale * 1e3 * (x1 - x)
 
-    _, limit = _sizes(fault)
+    _, limit = _measured_and_limit(fault)
     span(
         sheet, (at(body[0]), middle - half - 5.0), (at(body[1]), middle - half - 5.0), f"board {mm(body[1] - body[0])}",
         colour=RED,
@@ -260,7 +262,7 @@ def _along(sheet: Sheet, layout: Layout, jaw: Jaw, fault: Finding, top: float) -
     span(sheet, (at(start), middle - half - 10.5), (at(heel), middle - half - 10.5), f"jaw {mm(limit)}")
 
 
-def _at_hinge(sheet: Sheet, layout: Layout, jaw: Jaw, top: float) -> None:
+def _draw_hinge(sheet: Sheet, layout: Layout, jaw: Jaw, top: float) -> None:
     """Draw the tail and the hinge's pin in the first of the checked states in which they collide."""
     path, pivot = tail_path(layout), hinge_pivot(layout)
     gap = next((gap for gap in pin_gaps(layout) if not gap.is_free), None)
@@ -288,10 +290,10 @@ def _at_hinge(sheet: Sheet, layout: Layout, jaw: Jaw, top: float) -> None:
     sheet.text(RIGHT, top - 8.0, f"pin {mm(2.0 * gap.pin)} thick: {mm(gap.pin)} at least", TEXT)
 
 
-def _end(
+def _draw_tail_end(
     sheet: Sheet, assembly: Assembly, jaw: Jaw | None, end: tuple[float, float], fault: Finding, top: float
 ) -> None:
-    measured, limit = _sizes(fault)
+    measured, limit = _measured_and_limit(fault)
     behind, (width, thick) = shaft(assembly, jaw), end
     assert behind is not None
     scale = scale_for((max(width, limit),) * 2, (WIDE, SLOT - 16.0))
@@ -329,19 +331,19 @@ def draw_section(sheet: Sheet, layout: Layout, jaw: Jaw, view: View, port: Pen =
         placed_path = path.mapped(lambda p: Point(view.x(p.x), view.y(p.y - middle)))
         sheet.draw(placed_path, EDGE, COLOURS[name], f"jaw-section-{name}")
 
-    for path in _jaw(jaw, jaw.recess, jaw.pocket):
+    for path in _jaw_outlines(jaw, jaw.recess, jaw.pocket):
         draw(path.shifted(0.0, at["jaw"][1]), "jaw")
-    for path in _jaw(jaw, jaw.opposing_recess, jaw.opposing_pocket):
+    for path in _jaw_outlines(jaw, jaw.opposing_recess, jaw.opposing_pocket):
         draw(path.rotated(math.pi).shifted(0.0, at["opposing-jaw"][0]), "opposing-jaw")
     if "encapsulation" in at:
-        for path in _film(layout.body, layout.body_size[1], plates_of(layout.spec).all, at):
+        for path in _film_outlines(layout.body, layout.body_size[1], plates_of(layout.spec).all, at):
             draw(path, "encapsulation")
     for layer in layers:
         if layer.part in COLOURS and layer.part not in ("jaw", "opposing-jaw", "encapsulation"):
-            draw(_across(layout, jaw, layer.part, at), layer.part)
+            draw(_layer_outline(layout, jaw, layer.part, at), layer.part)
     for layer in (layer for layer in layers if layer.is_glue):
         under, over = at[layer.part]
-        half = _half(layout, jaw, layer.part.removeprefix("glue under the "), under)
+        half = _half_width_of_layer(layout, jaw, layer.part.removeprefix("glue under the "), under)
         ends = [Point(view.x(-half), view.y(under - middle)), Point(view.x(half), view.y(over - middle))]
         sheet.draw(rectangle(ends[0].x, ends[0].y, ends[1].x, ends[1].y), None, GLUE)
     sheet.draw(circle(Point(view.x(0.0), view.y(0.0)), view.length(jaw.port_diameter / 2)), port, name="jaw-port")
@@ -351,7 +353,7 @@ def draw_section(sheet: Sheet, layout: Layout, jaw: Jaw, view: View, port: Pen =
     sheet.line(x, y - reach, x, y + reach, CHAIN)
 
 
-def _jaw(jaw: Jaw, recess: float, pocket: tuple[float, float] | None) -> Iterator[Path]:
+def _jaw_outlines(jaw: Jaw, recess: float, pocket: tuple[float, float] | None) -> Iterator[Path]:
     """Yield the outline (m) of a jaw's cross section, with the face that carries the sensor at height 0.
 
     If the sensor lies in a pocket, the jaw is taller by `recess` (m), and the pocket has the width ``pocket[1]`` (m).
@@ -368,7 +370,7 @@ def _jaw(jaw: Jaw, recess: float, pocket: tuple[float, float] | None) -> Iterato
     yield Path((back, *polyline([back.end, *rims, back.start]).segments))
 
 
-def _half(layout: Layout, jaw: Jaw, part: str, level: float) -> float:
+def _half_width_of_layer(layout: Layout, jaw: Jaw, part: str, level: float) -> float:
     """Return half the width (m) of a layer in the cross section.
 
     `level` is a height (m) above the jaw's lowest point.
@@ -388,7 +390,7 @@ def _half(layout: Layout, jaw: Jaw, part: str, level: float) -> float:
     return half_width(layout, level - at["board"][1].nominal)
 
 
-def _across(layout: Layout, jaw: Jaw, part: str, at: dict[str, tuple[float, float]]) -> Path:
+def _layer_outline(layout: Layout, jaw: Jaw, part: str, at: dict[str, tuple[float, float]]) -> Path:
     """Return the outline (m) of a layer in the cross section.
 
     It is a rectangle. Only pieces of the mount have sides along the port's circle. `at` holds the heights (m) of the
@@ -400,14 +402,16 @@ def _across(layout: Layout, jaw: Jaw, part: str, at: dict[str, tuple[float, floa
             y = board_middle(layout.body).y
             return rectangle(body.footprint.box[1] - y, lower, body.footprint.box[3] - y, upper)
     if part not in MOUNT_PIECES:
-        half = _half(layout, jaw, part, lower)
+        half = _half_width_of_layer(layout, jaw, part, lower)
         return rectangle(-half, lower, half, upper)
     heights = [lower + (upper - lower) * i / STEPS for i in range(STEPS + 1)]
-    right = [Point(_half(layout, jaw, part, z), z) for z in heights]
+    right = [Point(_half_width_of_layer(layout, jaw, part, z), z) for z in heights]
     return closed_polygon([*right, *(Point(-p.x, p.y) for p in reversed(right))])
 
 
-def _film(body: Box, width: float, pieces: tuple[Body, ...], at: dict[str, tuple[float, float]]) -> Iterator[Path]:
+def _film_outlines(
+    body: Box, width: float, pieces: tuple[Body, ...], at: dict[str, tuple[float, float]]
+) -> Iterator[Path]:
     """Yield the outlines (m) of the film in the cross section: on the board, and round each piece.
 
     They are drawn before the pieces, which cover the middle of their outlines.
@@ -421,7 +425,7 @@ def _film(body: Box, width: float, pieces: tuple[Body, ...], at: dict[str, tuple
         yield rectangle(y0 - y - thick, foot, y1 - y + thick, at[piece.role.value][1] + thick)
 
 
-def draw_names(sheet: Sheet, layout: Layout, jaw: Jaw, view: View, right: float) -> None:
+def draw_layer_names(sheet: Sheet, layout: Layout, jaw: Jaw, view: View, right: float) -> None:
     """Draw each layer's name, thickness and tolerance beside the section, right of the place `right` on paper (mm)."""
     layers = column(layout)
     at, named = layer_heights(layers), [layer for layer in layers if not layer.is_glue]
@@ -429,14 +433,16 @@ def draw_names(sheet: Sheet, layout: Layout, jaw: Jaw, view: View, right: float)
     heights = [view.y((at[layer.part][0].nominal + at[layer.part][1].nominal) / 2 - middle) for layer in named]
     for layer, height, row in zip(named, heights, spread(heights, 4.6), strict=True):
         lower = at[layer.part][0].nominal
-        half = jaw_section(jaw).face / 3 if layer.part.endswith("jaw") else 0.97 * _half(layout, jaw, layer.part, lower)
+        half = jaw_section(jaw).face / 3
+        if not layer.part.endswith("jaw"):
+            half = 0.97 * _half_width_of_layer(layout, jaw, layer.part, lower)
         sheet.line(view.x(half), height, right - 6.0, height, THIN)
         sheet.line(right - 6.0, height, right + 2.0, row, THIN)
         label = f"{layer.part} {mm(layer.thickness.nominal)} \xb1{fixed_decimals(layer.thickness.spread * 1e3, 3)}"
         sheet.text(right + 3.0, row - 0.35 * TEXT, label, TEXT)
 
 
-def draw_side(
+def draw_jaws_from_side(
     sheet: Sheet, layout: Layout, jaw: Jaw, at: tuple[float, float], pivot: float, scale: float, turn: float,
     gap: float = 0.0,
 ) -> None:
@@ -464,23 +470,23 @@ def draw_side(
             for first, last in plates[part]:
                 path = rectangle(first - film - pivot, low.nominal - middle, last + film - pivot,
                                  high.nominal + film - middle)
-                sheet.draw(_turned(path, turn, at, scale), EDGE, COLOURS["encapsulation"])
+                sheet.draw(_path_on_paper(path, turn, at, scale), EDGE, COLOURS["encapsulation"])
         angle = -turn if is_other else turn
         for first, last in [(x0, x1)] if part in ("jaw", "opposing-jaw", "opposing-pad") else plates.get(part, [body]):
             path = rectangle(first - pivot, low.nominal - middle, last - pivot, high.nominal - middle)
-            sheet.draw(_turned(path, angle, at, scale), EDGE, COLOURS[part])
+            sheet.draw(_path_on_paper(path, angle, at, scale), EDGE, COLOURS[part])
     top = layers["board"][1].nominal - half - 0.5 * gap
-    if (tail := _tail(layout, pivot, top, turn)) is not None:
-        sheet.draw(_turned(tail, turn, at, scale), Pen(0.35, COLOURS["board"]), name="jaw-side-tail")
+    if (tail := _tail_middle_line(layout, pivot, top, turn)) is not None:
+        sheet.draw(_path_on_paper(tail, turn, at, scale), Pen(0.35, COLOURS["board"]), name="jaw-side-tail")
     for angle in sorted({turn, -turn}):
         line = polyline([Point(x0 - pivot, offset), Point(0.0, offset)])
-        sheet.draw(_turned(line, angle, at, scale), HIDDEN)
+        sheet.draw(_path_on_paper(line, angle, at, scale), HIDDEN)
     if jaw.hinge is not None and math.isclose(pivot, x1 + jaw.hinge):
         sheet.draw(circle(Point(*at), 0.8), EDGE, "#ffffff")
     sheet.line(at[0] - scale * 1e3 * (pivot - x0) - 4.0, level_line, at[0] + 4.0, level_line, CHAIN)
 
 
-def _tail(layout: Layout, pivot: float, top: float, turn: float) -> Path | None:
+def _tail_middle_line(layout: Layout, pivot: float, top: float, turn: float) -> Path | None:
     """Return the tail's middle line (m from the pivot, in the jaw's axes) up to the pivot.
 
     None if no part of a tail lies before the pivot. Each jaw is turned by `turn` (rad). `top` (m) is the height of the
@@ -496,7 +502,7 @@ def _tail(layout: Layout, pivot: float, top: float, turn: float) -> Path | None:
     return polyline(points) if len(points) > 1 else None
 
 
-def _turned(path: Path, angle: float, at: tuple[float, float], scale: float) -> Path:
+def _path_on_paper(path: Path, angle: float, at: tuple[float, float], scale: float) -> Path:
     """Return a path (m from the pivot) as a path on paper (mm), turned about the pivot by `angle` (rad).
 
     `at` is the pivot's place on paper (mm), and `scale` the scale of the drawing.

@@ -16,7 +16,7 @@ from sitscad.assembly.places.jaws import jaw_range, jaw_section
 from sitscad.assembly.places.tail_path import bends
 from sitscad.basics.check_results import Closing
 from sitscad.basics.units import show
-from sitscad.files.documents.drawings.fit import draw_names, draw_section, draw_side
+from sitscad.files.documents.drawings.fit import draw_jaws_from_side, draw_layer_names, draw_section
 from sitscad.files.documents.piece_places import piece_sizes
 from sitscad.files.drawing.frame import (
     HIDDEN,
@@ -55,14 +55,14 @@ def render(layout: Layout, forced: str) -> dict[str, bytes]:
 
     Raises `PartsError` if the shield does not fit into the standoff.
     """
-    sheet = drawing(layout, bool(forced))
+    sheet = jaw_sheet(layout, bool(forced))
     if sheet is None:
         return {}
     name = f"mount/{layout.spec.name}-jaw-drawing"
     return {f"{name}.svg": svg(sheet).encode("utf-8"), f"{name}.pdf": pdf([sheet])}
 
 
-def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
+def jaw_sheet(layout: Layout, forced: bool = False) -> Sheet | None:
     """Return the sheet; None if there is no jaw. Raises `PartsError` if the shield does not fit into the standoff."""
     jaw, pair, closes = layout.spec.jaw, closed_section(layout), closing_motion(layout)
     if jaw is None or pair is None or closes is None:
@@ -76,7 +76,7 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
     view = View(scale, (SECTION[0] + SECTION[2] / 2, SECTION[1] + SECTION[3] / 2))
     with sheet.group("jaw-section"):
         draw_section(sheet, layout, jaw, view)
-        draw_names(sheet, layout, jaw, view, SECTION[0] + SECTION[2])
+        draw_layer_names(sheet, layout, jaw, view, SECTION[0] + SECTION[2])
         # The sizes across the section: the pair's height, the port, the jaw's face, the board's width
         half, radius = pair.height / 2, max(jaw.port_diameter / 2, pair.radius)
         left = view.x(-radius) - 7.0
@@ -94,7 +94,7 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
                 sheet.line(view.x(x), start, view.x(x), y - 1.0, HIDDEN)
             span(sheet, (view.x(-size / 2), y), (view.x(size / 2), y), label)
     with sheet.group("jaw-sides"):
-        _sides(sheet, layout, jaw, closes)
+        _draw_side_views(sheet, layout, jaw, closes)
     rows = [("measure (mm)", "nominal", "root-sum-square", "at worst", "limit")]
     rows += [(m.name, mm(m.nominal), mm(m.root_sum_square), mm(m.worst), mm(m.limit)) for m in measures(layout)]
     low = table(sheet, 16.0, 66.0, (42.0, 22.0, 28.0, 22.0, 22.0), rows, 2.4)
@@ -103,7 +103,7 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
     return sheet
 
 
-def _sides(sheet: Sheet, layout: Layout, jaw: Jaw, closes: Closing) -> None:
+def _draw_side_views(sheet: Sheet, layout: Layout, jaw: Jaw, closes: Closing) -> None:
     """Draw both jaws from the side: closed, and fully open about the pivot if hinge and opening are known."""
     start, heel = jaw_range(layout.body, jaw)
     pivot = heel + (jaw.hinge if jaw.hinge is not None else 0.0)
@@ -111,8 +111,8 @@ def _sides(sheet: Sheet, layout: Layout, jaw: Jaw, closes: Closing) -> None:
     scale = scale_for((1.15 * (pivot - start), jaw.port_diameter), (SIDES[1], HIGHEST))
     right = SIDES[0] + SIDES[1]
     gap = closes.parallel_at if closes.reach is not None else 0.0
-    closed, label = _closed(layout.body, plates_of(layout.spec).all, closes, pivot)
-    draw_side(sheet, layout, jaw, (right, CLOSED), pivot, scale, closed, gap)
+    closed, label = _closed_tilt(layout.body, plates_of(layout.spec).all, closes, pivot)
+    draw_jaws_from_side(sheet, layout, jaw, (right, CLOSED), pivot, scale, closed, gap)
     lift = scale * 1e3 * (pivot - start) * math.sin(closed)
     reach = scale * 1e3 * jaw.port_diameter
     captions = [f"{label}, {scale_text(scale)}, the tip on the left"]
@@ -137,14 +137,14 @@ def _sides(sheet: Sheet, layout: Layout, jaw: Jaw, closes: Closing) -> None:
         label = "The jaw's hinge or opening is not known (mount.jaw.hinge, mount.jaw.opening): not drawn open."
         fitting_paragraph(sheet, SIDES[0], OPEN, SIDES[1], 60.0, [label], TEXT)
         return
-    draw_side(sheet, layout, jaw, (right, OPEN), pivot, scale, turn, gap)
+    draw_jaws_from_side(sheet, layout, jaw, (right, OPEN), pivot, scale, turn, gap)
     most = closes.most
     between = f", {show(most, 'm', 3)} between the faces at the sensor's middle" if most is not None else ""
     label = f"open by {math.degrees(2 * turn):.3g} deg{between}"
     fitting_paragraph(sheet, SIDES[0], OPEN - 34.0, SIDES[1], 44.0, [label], TEXT)
 
 
-def _closed(body: Box, pieces: tuple[Body, ...], closes: Closing, pivot: float) -> tuple[float, str]:
+def _closed_tilt(body: Box, pieces: tuple[Body, ...], closes: Closing, pivot: float) -> tuple[float, str]:
     """Return the tilt (rad) of each jaw in the closed view, and the caption of the view.
 
     The tilt is 0 if the jaws can be parallel with tissue between them. If the sensor is too thick for this, the tilt

@@ -55,16 +55,16 @@ def render(
         return {}
     layout = panel.layout
     images = panel_images(layout.spec.name, files)
-    sheet = drawing(panel, on_drawing("panel", files, images), bool(forced))
+    sheet = panel_sheet(panel, on_drawing("panel", files, images), bool(forced))
     return {
         panel_path(layout.spec.name, "-drawing.svg"): svg(sheet).encode("utf-8"),
         panel_path(layout.spec.name, "-drawing.pdf"): pdf([sheet]),
-        panel_path(layout.spec.name, "-readme.txt"): readme(panel, coupon_estimates, files,
-                                                            bool(forced)).encode("utf-8"),
+        panel_path(layout.spec.name, "-readme.txt"): panel_readme(panel, coupon_estimates, files,
+                                                                  bool(forced)).encode("utf-8"),
     }
 
 
-def drawing(panel: Panel, artwork: str, forced: bool = False) -> Sheet:
+def panel_sheet(panel: Panel, artwork: str, forced: bool = False) -> Sheet:
     """Return the sheet: frame, cuts with their bridges, marks, and the place of each part."""
     scale = scale_for(panel.size, ROOM[2:], SCALES)
     sheet = new_sheet(panel.layout.spec.name, panel.layout.spec.issue, "panel", scale_text(scale), artwork, forced)
@@ -87,7 +87,7 @@ def drawing(panel: Panel, artwork: str, forced: bool = False) -> Sheet:
     x0, _, x1, _ = bounding_box([panel.layout.outline])
     for i, at in enumerate(panel.parts, 1):
         sheet.text(view.x(at.x + (x0 + x1) / 2), view.y(at.y) - 0.8, str(i), 2.2, "middle")
-    _coupon_names(sheet, panel, view)
+    _draw_coupon_names(sheet, panel, view)
     # The holes and fiducials of the frame
     for at in panel.tooling_holes:
         sheet.draw(view.path(circle(at, TOOLING_HOLE / 2)), THICK)
@@ -104,7 +104,7 @@ def drawing(panel: Panel, artwork: str, forced: bool = False) -> Sheet:
     return sheet
 
 
-def _coupon_names(sheet: Sheet, panel: Panel, view: View) -> None:
+def _draw_coupon_names(sheet: Sheet, panel: Panel, view: View) -> None:
     """Draw names beside the coupons; a single name for both if the space between them is too narrow."""
     if panel.coupon is None:
         return
@@ -150,7 +150,7 @@ def _notes(panel: Panel) -> Iterator[str]:
         yield f"Copper {lower} and what lies between and below: {where} only, not the parts' tails."
 
 
-def readme(
+def panel_readme(
     panel: Panel, coupon_estimates: Estimates | None, files: Mapping[str, bytes] | None = None, forced: bool = False,
 ) -> str:
     """Return the panel's readme: delivery, expected readings of the coupon, and the fingerprint of `files` if given."""
@@ -161,18 +161,19 @@ def readme(
         "everything in it (stack-up, thicknesses, finish, test) holds for the panel. The netlist is that of one board: "
         "test each part by it.",
         *numbered(_notes(panel)),
-        *_nubs(panel),
-        *_coupon(panel, coupon_estimates),
+        *_nub_notes(panel),
+        *_coupon_lines(panel, coupon_estimates),
     ]
     lines = [title, "=" * len(title), "", *(f"{name}: {text}" for name, text in panel.layout.spec.issue.rows)]
     lines += [""] if panel.layout.spec.issue.rows else []
     lines += [f"{FORCED}.", ""] if forced else []
     for text in paragraphs:
         lines += [*wrap(text, TEXT_WIDTH, subsequent_indent="   ", break_on_hyphens=False), ""]
-    return "\n".join([*lines, *section("Files", _files(panel)), *(_fingerprint(panel, files) if files else [])])
+    hashes = _fingerprint_lines(panel, files) if files else []
+    return "\n".join([*lines, *section("Files", _file_rows(panel)), *hashes])
 
 
-def _files(panel: Panel) -> Iterator[tuple[str, str]]:
+def _file_rows(panel: Panel) -> Iterator[tuple[str, str]]:
     layout = panel.layout
     yield from (file.row for file in panel_files(layout.spec.name, layout.spec.fpc, layout.stiffener, layout.spans))
     drill_map = drill_map_file(panel_path(layout.spec.name, "-Drill_Map.gbr"))
@@ -182,7 +183,7 @@ def _files(panel: Panel) -> Iterator[tuple[str, str]]:
     yield "Coordinates", "millimetres, one origin for all files of the panel: its lower left corner"
 
 
-def _fingerprint(panel: Panel, files: Mapping[str, bytes]) -> list[str]:
+def _fingerprint_lines(panel: Panel, files: Mapping[str, bytes]) -> list[str]:
     """Return the lines with the panel images' fingerprint."""
     images = panel_images(panel.layout.spec.name, files)
     what = (
@@ -195,7 +196,7 @@ def _fingerprint(panel: Panel, files: Mapping[str, bytes]) -> list[str]:
     ]
 
 
-def _nubs(panel: Panel) -> Iterator[str]:
+def _nub_notes(panel: Panel) -> Iterator[str]:
     """Yield the note on the nubs that cut bridges leave on a part; empty without bridges."""
     if panel.bridges:
         beside = ", two of them at the sides of the stiffener, behind what is plugged in"
@@ -210,7 +211,7 @@ def _nubs(panel: Panel) -> Iterator[str]:
         )
 
 
-def _coupon(panel: Panel, estimates: Estimates | None) -> Iterator[str]:
+def _coupon_lines(panel: Panel, estimates: Estimates | None) -> Iterator[str]:
     if panel.coupon is None:
         yield f"There is no coupon: {panel.no_coupon}."
         return

@@ -47,18 +47,18 @@ COPPER = "#e3c4a6"
 LARGEST = Pen(0.5, "#d00000", (2.0, 1.0))
 
 
-def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
+def plan_sheet(layout: Layout, forced: bool = False) -> Sheet | None:
     """Return the sheet; None if the board carries no pieces."""
     pieces = plates_of(layout.spec).all
     if not pieces:
         return None
-    box = _shown(layout.body, layout.largest_outline, pieces)
+    box = _shown_box(layout.body, layout.largest_outline, pieces)
     scale = scale_for((box[2] - box[0], box[3] - box[1]), ROOM[2:])
     drawn = layout.spec.coil.drawn
     title, hashes = "assembly, pieces over the coils", f"the board's are in {'fpc/' if drawn is None else drawn}"
     sheet = new_sheet(layout.spec.name, layout.spec.issue, title, scale_text(scale), hashes, forced)
     view = placed(box, scale, ROOM)
-    _plan(sheet, layout, pieces, view, box)
+    _draw_view(sheet, layout, pieces, view, box)
     # The edges of body and pieces and the coils' centres, by their coordinates
     boxes = [layout.body, *(piece.footprint.box for piece in pieces)]
     low, left = min(view.y(box[1]) for box in boxes), min(view.x(box[0]) for box in boxes)
@@ -75,7 +75,7 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
     low = table(sheet, COLUMN, 190.0, (22.0, 28.0, 28.0, 28.0), rows, 2.6) - 8.0
     for piece in {piece.role: piece for piece in reversed(pieces)}.values():  # legend of the lines
         sheet.line(COLUMN + 1.0, low + 1.0, COLUMN + 15.0, low + 1.0, PENS[piece.role.value])
-        sheet.text(COLUMN + 18.0, low, f"{piece.role.value}: {_size(piece)}, {piece.material}", 2.6)
+        sheet.text(COLUMN + 18.0, low, f"{piece.role.value}: {_size_text(piece)}, {piece.material}", 2.6)
         low -= 5.0
     largest = [(LARGEST, "largest outline that is asked for")] * (layout.spec.fpc.largest is not None)
     for pen, label in ((THICK, "edge of the board"), *largest, (THIN, "outer edge of a coil"),
@@ -89,22 +89,22 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
     return sheet
 
 
-def plan(sheet: Sheet, layout: Layout, room: tuple[float, float, float, float]) -> None:
+def draw_plan(sheet: Sheet, layout: Layout, room: tuple[float, float, float, float]) -> None:
     """Draw the view on another sheet, in a room (left, low, width, height; mm), without dimensions."""
     pieces = plates_of(layout.spec).all
-    box = _shown(layout.body, layout.largest_outline, pieces)
+    box = _shown_box(layout.body, layout.largest_outline, pieces)
     view = placed(box, plan_scale(layout, room), room)
-    _plan(sheet, layout, pieces, view, box)
+    _draw_view(sheet, layout, pieces, view, box)
     axes_sign(sheet, view.x(box[0]), view.y(box[1]) - 12.0, 8.0, TEXT)
 
 
 def plan_scale(layout: Layout, room: tuple[float, float, float, float]) -> float:
-    """Return the scale that `plan` uses in a room."""
-    box = _shown(layout.body, layout.largest_outline, plates_of(layout.spec).all)
+    """Return the scale that `draw_plan` uses in a room."""
+    box = _shown_box(layout.body, layout.largest_outline, plates_of(layout.spec).all)
     return scale_for((box[2] - box[0], box[3] - box[1]), room[2:])
 
 
-def _plan(sheet: Sheet, layout: Layout, pieces: tuple[Body, ...], view: View, box: Box) -> None:
+def _draw_view(sheet: Sheet, layout: Layout, pieces: tuple[Body, ...], view: View, box: Box) -> None:
     """Draw the board, the pieces, and over them the names of the coils."""
     # The visible part of the board: its edge, tracks on its top face, coils with their centres, the origin
     limit = box[2] + 0.04 * (box[2] - box[0])
@@ -135,7 +135,7 @@ def _plan(sheet: Sheet, layout: Layout, pieces: tuple[Body, ...], view: View, bo
         sheet.text(*places[k], coil.name, size)
 
 
-def _shown(body: Box, outline: Path | None, pieces: tuple[Body, ...]) -> Box:
+def _shown_box(body: Box, outline: Path | None, pieces: tuple[Body, ...]) -> Box:
     """Return the bounding box (m) of the board's body, all pieces over it, and the largest outline."""
     boxes = [body, *(piece.footprint.box for piece in pieces), *([bounding_box([outline])] if outline else [])]
     low = [min(box[axis] for box in boxes) for axis in (0, 1)]
@@ -143,7 +143,7 @@ def _shown(body: Box, outline: Path | None, pieces: tuple[Body, ...]) -> Box:
     return low[0], low[1], high[0], high[1]
 
 
-def _size(piece: Body) -> str:
+def _size_text(piece: Body) -> str:
     thick, (x, y) = show(piece.upper - piece.lower, "m"), piece.footprint.size
     across = f"diameter {show(x, 'm')}" if piece.footprint.is_round else f"{show(x, 'm')} x {show(y, 'm')}"
     return f"{across}, {thick} thick"
@@ -167,5 +167,5 @@ def _notes(
 
 def assembly_pdf(layout: Layout, forced: str) -> dict[str, bytes]:
     """Return ``laser/NAME-assembly.pdf``, stamped if `forced`; empty for a sensor without elastomer and target."""
-    sheet = drawing(layout, bool(forced))
+    sheet = plan_sheet(layout, bool(forced))
     return {} if sheet is None else {f"laser/{layout.spec.name}-assembly.pdf": pdf([sheet])}

@@ -34,14 +34,14 @@ def render(layout: Layout, forced: str, files: Mapping[str, bytes]) -> dict[str,
 
     `files` are the images whose fingerprint the drawing states.
     """
-    sheet = drawing(layout, on_drawing("board", files, board_images(files)), bool(forced))
+    sheet = stackup_sheet(layout, on_drawing("board", files, board_images(files)), bool(forced))
     return {
         fabrication_path(layout.spec.name, "stackup.svg"): svg(sheet).encode("utf-8"),
         fabrication_path(layout.spec.name, "stackup.pdf"): pdf([sheet]),
     }
 
 
-def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
+def stackup_sheet(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
     """Return the sheet: the sections, a caption for each layer, finished thicknesses and the films' materials."""
     stackup = layout.spec.fpc.stackup
     plate = layout.stiffener.thickness if layout.stiffener is not None else 0.0
@@ -49,14 +49,14 @@ def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
     scale_words = f"heights {scale / 1e3:.0f}:1, lengths not to scale"
     title = f"stack-up {stackup.name}"
     sheet = new_sheet(layout.spec.name, layout.spec.issue, title, scale_words, artwork, forced, "in section")
-    _body_section(sheet, layout.copper_layers, layout.spec.fpc.stackup, layout.vias, scale)
+    _draw_body_section(sheet, layout.copper_layers, layout.spec.fpc.stackup, layout.vias, scale)
     # The tail's layers, its opened coverlays shorter, and the stiffener under its end
     if layout.spec.fpc.tail is not None:
         y, is_plugged = TOP, bool(layout.pads)
         for i, layer in enumerate(layout.spec.fpc.tail_layers):
             height, start = layer.thickness * scale, TAIL + (OPEN if is_plugged else 0.0)
             is_own = layout.spec.fpc.has_tail_coverlay and i + 1 == len(layout.spec.fpc.tail_layers)
-            _bar(sheet, start, y, JOINT + (LAP if is_own else 0.0) - start, height, COLOURS[layer.kind])
+            _draw_bar(sheet, start, y, JOINT + (LAP if is_own else 0.0) - start, height, COLOURS[layer.kind])
             if is_own:
                 lap = show(layout.spec.fpc.rules.coverlay_lap, "m")
                 caption = wrapped(f"the tail's own coverlay laps {lap} into the body", JOINT - TAIL - OPEN - 18.0, 2.3)
@@ -64,12 +64,12 @@ def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
                     sheet.text(JOINT - 1.0, y - height - 3.5 - 3.2 * row, line, 2.3, "end")
             y -= height
         if is_plugged:
-            _contact_section(sheet, contact_copper(layout), contact_layers(layout), layout.spec.fpc.tail_copper, y,
-                             scale)
+            _draw_contact_section(sheet, contact_copper(layout), contact_layers(layout), layout.spec.fpc.tail_copper, y,
+                                  scale)
         stiffener = layout.stiffener
         if stiffener is not None:
             height = stiffener.thickness * scale
-            _bar(sheet, TAIL, y, OPEN + 15.0, height, PLATE)
+            _draw_bar(sheet, TAIL, y, OPEN + 15.0, height, PLATE)
             sheet.text(TAIL + 2.0, y - height / 2, f"stiffener, {stiffener.material}", TEXT)
             thick = f"about {show(stiffener.thickness, 'm')} with its adhesive"
             sheet.text(TAIL + 2.0, y - height / 2 - 1.4 * TEXT, thick, TEXT)
@@ -84,13 +84,13 @@ def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
     return sheet
 
 
-def _body_section(sheet: Sheet, copper_layers: int, stackup: Stackup, vias: tuple[Via, ...], scale: float) -> None:
+def _draw_body_section(sheet: Sheet, copper_layers: int, stackup: Stackup, vias: tuple[Via, ...], scale: float) -> None:
     """Draw all layers with their captions, and a plated hole."""
     layers = stackup.layers
     middles, copper, y, wall = [], [], TOP, COLOURS[LayerKind.COPPER]
     for number, layer in enumerate(layers, 1):
         height = layer.thickness * scale
-        _bar(sheet, JOINT, y, BODY - JOINT, height, COLOURS[layer.kind], f"stackup-layer-{number}")
+        _draw_bar(sheet, JOINT, y, BODY - JOINT, height, COLOURS[layer.kind], f"stackup-layer-{number}")
         copper += [y, y - height] if layer.kind is LayerKind.COPPER else []
         middles.append(y - height / 2)
         y -= height
@@ -98,7 +98,7 @@ def _body_section(sheet: Sheet, copper_layers: int, stackup: Stackup, vias: tupl
         # A plated hole through all copper layers
         middle, height = (JOINT + BODY) / 2, copper[0] - copper[-1]
         for x, width, fill in ((-4.0, 8.0, "#ffffff"), (-4.0, 1.5, wall), (2.5, 1.5, wall)):
-            _bar(sheet, middle + x, copper[0], width, height, fill)
+            _draw_bar(sheet, middle + x, copper[0], width, height, fill)
     texts = []
     for layer, name in zip(layers, stack_names(copper_layers, stackup.layers), strict=True):
         material = f", {notes.layer_text(layer)}" if layer.material != name else f" {layer.made_of}".rstrip()
@@ -116,7 +116,7 @@ def _body_section(sheet: Sheet, copper_layers: int, stackup: Stackup, vias: tupl
     sheet.text((JOINT + BODY) / 2, TOP + 3.0, "body with the coils", TEXT, "middle")
 
 
-def _contact_section(
+def _draw_contact_section(
     sheet: Sheet, copper: frozenset[int], layers: tuple[StackLayer, ...], tail_layers: int, bottom: float, scale: float
 ) -> None:
     """Draw the layers at the contacts, aligned with the tail's lower face, and name the absent copper layers."""
@@ -127,11 +127,11 @@ def _contact_section(
         sheet.text(TAIL, y + 1.5, f"no copper {', '.join(absent)}", 2.3)
     for layer in there:
         height = layer.thickness * scale
-        _bar(sheet, TAIL, y, OPEN, height, COLOURS[layer.kind])
+        _draw_bar(sheet, TAIL, y, OPEN, height, COLOURS[layer.kind])
         y -= height
 
 
-def _bar(sheet: Sheet, x: float, top: float, width: float, height: float, fill: str, name: str = "") -> None:
+def _draw_bar(sheet: Sheet, x: float, top: float, width: float, height: float, fill: str, name: str = "") -> None:
     sheet.draw(rectangle(x, top - height, x + width, top), THIN, fill, name)
 
 
