@@ -48,15 +48,15 @@ MAX_SURROGATES = 3  # Largest number of surrogates made in turn about a fitted s
 """Largest number of successive surrogates that are made about a fitted sensor."""
 
 MAX_EXCESS_RATIO = 2.0
-"""Largest ratio of a fit's `ModelFit.excess` to the excess of the fit with the surrogate before.
+"""Largest ratio of `ModelFit.excess` between a fit and the preceding fit, which used the preceding surrogate.
 
-Above it, the fit before is used, because the new surrogate is then far from all sensors of the design.
+If the ratio is larger, the preceding fit is used, because the new surrogate is then far from all sensors of the design.
 """
 
 STATED_FRACTION = 0.95
 """Fraction of simulated sensors whose force error is below the stated error.
 
-They all agree with the measured points.
+Only sensors that agree with the measured points are counted.
 """
 
 
@@ -273,10 +273,11 @@ def with_temperatures(calibration: Calibration, sensing: SensingAnalysis, refere
 
 
 def forces_with_wrong_rotation(calibration: Calibration, errors: Array) -> tuple[tuple[str, float, float], ...]:
-    """Return (axis, applied force, force by the map; N) for full shear on each axis with a wrongly assumed rotation.
+    """Return (axis, applied force, force by the map; N) for each shear axis if the target's rotation is not as assumed.
 
-    The map assumes a level target although the target tilts, or the reverse. The normal force is half of full scale.
-    Empty if the pad fails under this load, or if the map has moments, which need a target that tilts.
+    The map assumes a level target although the target tilts, or the reverse. The applied load is the full shear on the
+    axis, with half of the full normal force. Empty if the pad fails under this load, or if the map has moments, which
+    need a target that tilts.
     """
     sensors = calibration.sensors
     if sensors.range.has_moments:
@@ -325,10 +326,11 @@ def sensors_of(model: ResponseModel, is_held: bool = True) -> Sensors:
 
 @one_thread
 def calibrate_by(sensors: Sensors, points: Points) -> Calibration:
-    """Return the calibration of the measured sensor, from a fit of the model's unknowns to the points.
+    """Return the calibration of one measured sensor, from a fit of its unknowns to the measured `points`.
 
-    Its force errors are rms over the working range and over all sensors that agree with the points. They include the
-    remaining uncertainty of the unknowns, the scatter of the loads and the error of the map.
+    `sensors` are the simulated sensors of its design. `sigma` of the result is rms over the working range and over the
+    simulated sensors whose readings agree with the points. It includes the remaining uncertainty of the unknowns, the
+    scatter of the loads and the error of the map.
     """
     sensors, fit = fit_by_surrogate(sensors, points)
     fitted, errors = fit_unit_map(sensors, fit.errors), error_by_unknowns(sensors, fit)

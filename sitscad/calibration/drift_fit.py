@@ -114,7 +114,7 @@ class DriftModel:
         return np.array([*causes, *[capacitor_drift(self.sensing.bench.spec.readout)] * len(self.sensors.coils)])
 
     def by_cause(self, loads: Array) -> Array:
-        """Return the drift (n, coils, unknowns; per K) of ln f under `loads`, by each unknown at a value of 1."""
+        """Return the drift (n, coils, unknowns; per K) of ln f under n `loads` if one unknown is 1 and all others 0."""
         pad, full = self.sensing.bench.spec.elastomer, self.sensing.warmed[-1]
         assert pad is not None
         fitted = [each for each in self.sensors.unknowns if each.is_fitted]
@@ -146,7 +146,10 @@ class DriftModel:
                        reference=reference, calibrated=calibrated)
 
     def force_errors(self, load: Array, covariance: Array) -> Array:
-        """Return one sigma (axes; N/K, N m/K) of the drift under a load by unknowns with this covariance."""
+        """Return one sigma (axes; N/K, N m/K) of the drift under a `load` (3 or 5; N, N m).
+
+        `covariance` (unknowns, unknowns) is the covariance of the unknowns.
+        """
         inverse = np.linalg.pinv(load_slopes(self.sensors, self.errors, load[None])[0])
         root = inverse @ self.by_cause(load[None])[0]
         scales = self.sensors.range.full_scales
@@ -228,9 +231,9 @@ def _base_readings(
 ) -> tuple[Array, Array]:
     """Return ln f (n, coils) at the base temperature under `loads` (n, 3 or 5), and its errors (n, coils, errors).
 
-    They are the readings of rows with equal load. Without such a row, they are computed by the fitted model, with the
-    error of the map. Each error is one sigma. `slopes` are the result of `load_slopes`, and `repeated` (n, coils, axes)
-    the errors of one row by the repeatability of the pad.
+    For a load that a row of `base` has, they are the readings of this row. For other loads, they are computed by the
+    fitted model and have the error of the map. Each error is one sigma. `slopes` are the result of `load_slopes`, and
+    `repeated` (n, coils, axes) the errors of one row by the repeatability of the pad.
     """
     assert base.loads is not None
     different, number = np.unique(loads, axis=0, return_inverse=True)
@@ -253,8 +256,8 @@ def _base_readings(
 def reference_coefficient(reading: Array, celsius: Array, is_base: Flags, at_rest: Flags) -> float:
     """Return the drift (per K) of a reference coil by least squares, from its readings ln f (n).
 
-    Readings at rest count alone, as in use. `celsius` (n) are temperatures. `is_base` and `at_rest` (n) are rows at the
-    base temperature, and rows without load.
+    Only readings at rest are used: in use, too, the coil measures the temperature without load. `celsius` (n) are
+    temperatures. The flags `is_base` and `at_rest` (n) mark rows at the base temperature, and rows without load.
     """
     base = is_base & at_rest
     change, kelvin = (values[~is_base & at_rest] - values[base].mean() for values in (reading, celsius))

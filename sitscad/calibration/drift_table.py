@@ -22,10 +22,10 @@ from sitscad.estimates.performance.points import SensingAnalysis
 from sitscad.estimates.performance.warming import farthest, warming
 
 MAX_OUTSIDE = 15.0
-"""Largest distance (K) of a row's temperature from the required temperatures. Farther rows are in another unit."""
+"""Largest difference (K) of a row's temperature from the required range. Beyond it, another unit is assumed."""
 
 LEAST_REFERENCE_RATIO = 0.25
-"""Least and, inverted, largest ratio of a reference coil's measured drift to its drift by the design."""
+"""Least ratio of a reference coil's measured drift to its drift by the design. The largest ratio is the inverse."""
 
 
 def fit_table_drift(
@@ -116,7 +116,10 @@ def require_drift(table: BenchTable, drift: DriftFit) -> None:
 
 
 def _moved_sigmas(name: str, value: float, before: float) -> float:
-    """Return the difference of an unknown of the drift from its value by the design, in sigmas before the fit."""
+    """Return the difference of an unknown `name` of the drift from its design value, in prior standard deviations.
+
+    `value` is its fitted value, and `before` its prior standard deviation.
+    """
     return (value - (0.0 if name.startswith(CAPACITORS) else 1.0)) / before
 
 

@@ -33,10 +33,10 @@ degree seven hardly less than degree six.
 """
 
 SHARE = 0.5
-"""Fraction of the inductance change by the target at rest that a map's logarithm contains (`map_gain`).
+"""Factor in the gain of a map's logarithm (`map_gain`).
 
-With a fraction of 1, the logarithm has a pole at the readings without a target. Maps had errors of half of full scale
-near that pole.
+With a factor of 1, the logarithm is infinite at the readings without a target. Maps then had errors of half of full
+scale near these readings.
 """
 
 FITTED_LOADS, TEST_LOADS = 240, 80  # Numbers of loads to fit a map to, and of other loads for its error
@@ -52,7 +52,10 @@ SCATTER_SEED = 8
 """Seed of the `TEST_SENSORS` simulated sensors."""
 
 SOLVED_LOADS, DEGREE = 40, 3  # Number of solved loads for a sensor's own map, and degree of the correction from them
-"""Number of solved loads for one sensor's own map, and degree of the polynomial that is fitted to their corrections."""
+"""Number of loads with a field solution for one sensor's map, and degree of the polynomial for their corrections.
+
+A correction is the difference of a reading between field solution and surrogate.
+"""
 
 LEAST_LEFT = 0.05  # Least divisor 1 - leverage of a residual
 """Least value of 1 - leverage, by which a residual is divided."""
@@ -130,10 +133,10 @@ def error_on_others(sensors: Sensors, fitted: InverseMap) -> Array:
 def fit_unit_map(sensors: Sensors, errors: Array) -> InverseMap:
     """Return the map of one sensor with these `errors` (all zero for the nominal sensor), with its stated error.
 
-    The samples come from the surrogate and are corrected by some solved loads. The stated error has three parts: the
-    polynomial's error at test loads, the converter's noise there, and the surrogate's error at the solved loads. For
-    the third part, each solved load is left out of the correction in turn. This part is large if the surrogate does not
-    cover the sensor.
+    The samples come from the surrogate and are corrected by field solutions at some loads. The stated error has three
+    parts: the polynomial's error at test loads, the converter's noise there, and the surrogate's error at the loads
+    with a field solution. For the third part, each of these loads is left out of the correction in turn. This part is
+    large if the surrogate does not cover the sensor.
     """
     # the fitted loads include the edge of the range: the map must not end before the required load
     learnt = np.vstack([sensors.range.evenly_spread_loads(FITTED_LOADS), sensors.range.edge_loads])
@@ -152,7 +155,10 @@ def fit_unit_map(sensors: Sensors, errors: Array) -> InverseMap:
 
 
 def error_by_unknowns(sensors: Sensors, fit: ModelFit) -> Array:
-    """Return rms force errors (sensors, axes; N) of the fitted sensor's map for the sensors `ModelFit.likely`."""
+    """Return the rms force errors (sensors, axes; N) of the fitted sensor's map if it is used for other sensors.
+
+    The other sensors are `ModelFit.likely`: random sensors that agree with the measured points.
+    """
     scope = sensors.range
     loads = np.vstack([scope.normal_load(0.0), scope.evenly_spread_loads(TEST_LOADS // 2, FITTED_LOADS)])
     slopes = unknown_slopes(sensors, loads, True, fit.errors)
@@ -163,11 +169,11 @@ def error_by_unknowns(sensors: Sensors, fit: ModelFit) -> Array:
 
 
 def _with_rest_corrected(sensors: Sensors, errors: Array, loads: Array, solved: Array) -> tuple[Array, Array]:
-    """Return two factors: for the surrogate's readings under loads (n, coils), and for the solved readings.
+    """Return factors for the surrogate's readings under `loads` (n, coils), and factors for the `solved` readings.
 
-    The first factor makes the surrogate agree with the `solved` readings at rest and under the first loads. The second
-    factor changes each solved reading by the additional difference that it would have without its own use in the
-    correction. In least squares, this leave-one-out difference is the residual divided by 1 - leverage (Allen,
+    The first factors correct the surrogate by a polynomial, fitted to the `solved` readings at rest and under the first
+    loads. The second factors serve to compute the error of this correction at each solved load, as if the load had not
+    been fitted. In least squares, this leave-one-out difference is the residual divided by 1 - leverage (Allen,
     Technometrics 16, 1974).
     """
     solved_loads = np.vstack([sensors.range.normal_load(0.0), loads[: len(solved) - 1]])

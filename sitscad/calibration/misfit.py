@@ -40,9 +40,10 @@ ODD = 3.7
 """Limit for `ModelFit.disagreement` of a row, in standard deviations. Rows with a larger value are reported."""
 
 NOISY = 0.5
-"""Limit for the force error by noise, divided by the error of the applied loads (`usual("force")`).
+"""Limit for the ratio of two errors, above which a note is given.
 
-Above it, a note is given. The force error is a fraction of full scale, the load error a fraction of the load.
+The first is the force error by noise, as a fraction of full scale. The second is the error of the applied loads, as a
+fraction of the load (`usual("force")`).
 """
 
 CAUSES = {
@@ -100,9 +101,9 @@ def worst_row(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit
 
 
 def disagreement(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit) -> str:
-    """Return a note if loads and readings disagree on the whole, or if one row contradicts the others.
+    """Return a note if the total error exceeds the expected errors too much, or if one row contradicts the others.
 
-    Empty otherwise.
+    Empty otherwise. The note names the row that agrees least.
     """
     where, text, odd, _ = worst_row(table, points, sensors, fit)
     if fit.excess <= SUSPECT and odd <= ODD:
@@ -112,9 +113,9 @@ def disagreement(table: BenchTable, points: Points, sensors: Sensors, fit: Model
 
 
 def noise_share(points: Points, sensors: Sensors, fit: ModelFit) -> float:
-    """Return the standard deviation of a force near rest by the noise of a reading and its tare.
+    """Return the largest standard deviation, of all axes, of a force near rest by noise, in full scales.
 
-    It is the largest of all axes, in full scales.
+    The noise is the noise of a reading and of its tare together.
     """
     slopes = load_slopes(sensors, fit.errors, sensors.range.normal_load(0.0)[None])[0]
     noise = math.sqrt(2.0) * points.noise_ratio * sensors.mean_noise(int(usual_value("readings")))

@@ -296,7 +296,7 @@ def _problem(sensors: Sensors, points: Points, aim: Array, values: Array, scatte
 
 @record(eq=False)
 class _LikelySensors:
-    """Randomly drawn sensors that agree with the readings, and the scatter of the readings.
+    """Randomly drawn sensors that agree with the readings, and the likely scatter of errors.
 
     `sensors` (`LIKELY`, unknowns; prior standard deviations) are differences from the fitted sensor. `scatter` is the
     geometric mean of `SCATTERS`, weighted by their likelihoods. `cost` is minus twice the logarithm of the likelihood
@@ -371,11 +371,11 @@ def _all_slopes(problem: _Problem, fitted: LeastSquaresFit, errors: Array) -> Ar
 
 
 def given_other_points(white: Array, slope: Array, inverse: Array, remainder: Array) -> tuple[Array, Array]:
-    """Return two values (n) for each point, computed from a fit to all other points.
+    """Return two arrays (n) with a value for each point, computed from a fit to all other points.
 
-    The first is minus twice the logarithm of the point's likelihood. The second is the probability that chi-square of
-    its readings is larger. The model is linearised: `white` are whitening matrices, `slope` the whitened derivatives,
-    `inverse` the covariance of the unknowns, and `remainder` the whitened residuals.
+    The first holds minus twice the logarithm of the likelihood of the point's readings. The second holds the
+    probability of a larger chi-square than the readings have. The model is linearised: `white` are whitening matrices,
+    `slope` the whitened derivatives, `inverse` the covariance of the unknowns, and `remainder` the whitened residuals.
     """
     pulled = np.einsum("ndc,nd->nc", white, remainder.reshape(white.shape[:2]))
     projection = np.eye(white.shape[1]) - slope @ inverse @ np.swapaxes(slope, 1, 2)

@@ -23,7 +23,10 @@ LEAST_LOAD = 1e-3  # Least error of a load (full scales)
 """Least error of an applied load (full scales)."""
 
 CHANCE = 1e-4  # Probability below which the scatter of rows without load is not by chance
-"""Probability of the scatter of rows without load, below which more noise than the converter's is assumed."""
+"""Least probability that the converter's noise alone causes the scatter of rows without load.
+
+If the probability is lower, more noise than the converter's is assumed.
+"""
 
 STEP = 1e-3  # Step (full scales) of the differences for derivatives by loads
 """Step (full scales) of the finite differences for derivatives by loads."""
@@ -57,9 +60,10 @@ class Points:
 
     @property
     def settled(self) -> Points:
-        """Points without drift.
+        """Points with drift removed from their frequencies.
 
-        Each frequency is divided by the tare before it (or by the first tare), and multiplied by the mean tare.
+        A tare is a row without load. Each frequency is divided by the frequency of the last tare up to its row, and
+        multiplied by the mean of all tares. Rows before the first tare are divided by the first tare.
         """
         tares = self.frequency[self.at_rest]
         number = np.maximum(np.cumsum(self.at_rest) - 1, 0)
@@ -98,8 +102,8 @@ def predicted_frequencies(sensors: Sensors, errors: Array, points: Points, exact
 def load_slopes(sensors: Sensors, errors: Array, loads: Array) -> Array:
     """Return the derivatives (n, coils, axes) of ln f by each force, per full scale of the force.
 
-    They are one-sided differences. The step reduces the load if the load exceeds half of full scale, and increases it
-    otherwise. The step is reversed if the pad fails there.
+    They are one-sided differences. Loads above half of full scale are reduced by the step, others are increased. The
+    step is reversed if the pad fails under the changed load.
     """
     scale, slopes = sensors.range.full_scales, []
     here = np.log(sensors.frequencies_under(errors, loads))
@@ -133,11 +137,11 @@ def unknown_slopes(sensors: Sensors, loads: Array, of_all: bool = False, errors:
 
 
 def covariances(sensors: Sensors, errors: Array, points: Points) -> tuple[Array, Array]:
-    """Return two covariances (n, coils, coils) of errors of ln f minus its tare: expected, and for a scatter of 1.
+    """Return two covariances (n, coils, coils) of the errors of ln(f / f at the tare).
 
-    Expected errors are noise of the converter, errors of the surrogate and errors of loads. The scatter is the standard
-    deviation of additional errors. For loads, it is in full scales on each axis. For poses, it is relative to the
-    change of ln f from rest.
+    The first is for the expected errors: noise of the converter, errors of the surrogate and errors of loads. The
+    second is for additional errors with a standard deviation (scatter) of 1. For loads, the unit of the scatter is full
+    scale on each axis. For poses, it is the change of ln f from rest.
     """
     here = np.log(predicted_frequencies(sensors, errors, points))
     rest = np.log(
@@ -279,9 +283,9 @@ def candidate_loads(sensors: Sensors, count: int) -> Array:
 def plan(sensors: Sensors, count: int) -> Plan:
     """Return a plan with `count` loads.
 
-    Each load is the candidate that most increases the determinant of the information on the unknowns after a tare
-    (D-optimal; Fedorov, Theory of Optimal Experiments, 1972). Then each load is exchanged if another candidate
-    increases it more.
+    Loads are chosen one after the other from `candidate_loads`. Each choice is the candidate that most increases the
+    determinant of the unknowns' information matrix after a tare (D-optimal; Fedorov, Theory of Optimal Experiments,
+    1972). Then each load is replaced if another candidate increases the determinant more.
     """
     loads = candidate_loads(sensors, count)
     # Information (n, unknowns, unknowns; per prior variance) by a reading under each load; the first is at rest

@@ -179,16 +179,17 @@ Above it, exchanged columns or a wrong sign are suspected.
 """
 
 BETTER = 0.5
-"""Ratio of the difference with another order of columns to the difference with the given order.
+"""Ratio of two differences between measured and expected changes: with another order of columns, and as given.
 
-Below it, the table is refused, and the message states the other order.
+If an order has a lower ratio, the table is refused, and the message states this order.
 """
 
 EQUAL_ORDER_LIMITS = 1.05, 0.02
 """Limits below which several orders of columns are equally good and stated together.
 
-They are the ratio to the smallest difference, and the excess over it (fraction of the readings). With two coils,
-exchanged columns look nearly like reversed shear: they differ by 0.2 % of the readings, less than sensors differ.
+Both compare the difference of measured and expected changes with the smallest difference of all orders: the ratio, and
+the excess over it (fraction of the readings). With two coils, exchanged columns look nearly like reversed shear. They
+differ by 0.2 % of the readings, less than sensors of the design differ.
 """
 
 

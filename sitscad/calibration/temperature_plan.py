@@ -34,8 +34,8 @@ class TemperaturePlan:
     `base` (degrees Celsius) is the temperature of all other rows, and `others` are the further temperatures. `loads`
     (n, 3 or 5; N, N m) are applied at each of them. `soak` (s) is the wait after a temperature is reached. `reason` is
     the text of the requirement that needs these rows. `reference` is the name of the reference coil that measures the
-    temperature in use; empty if a sensor does. `left` are the drifts (axes; N, N m) at full load by coefficients of the
-    design, and by measured coefficients.
+    temperature in use; empty if a separate temperature sensor measures it. `left` holds two drifts (axes; N, N m) that
+    remain at full load: with the coefficients of the design, and with measured coefficients.
     """
 
     base: float
@@ -85,7 +85,8 @@ def temperature_plan(sensing: SensingAnalysis, reference: str) -> TemperaturePla
 def _need(sensing: SensingAnalysis) -> str:
     """Return why coefficients of drift have to be measured. Empty if there is no reason.
 
-    A requirement is a reason if the coefficients of the design break it, and measured coefficients keep it.
+    A requirement is a reason if the remaining drift violates it with the coefficients of the design, and meets it with
+    measured coefficients.
     """
     needs, settings = sensing.bench.spec.requirements, sensing.bench.spec.readout.compensation
     if settings is None or not all(sensing.held) or not sensing.warmed[-1].drift_left:

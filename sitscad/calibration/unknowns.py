@@ -80,8 +80,8 @@ def unknowns(spec: SensorSpec, coils: tuple[CoilEstimate, ...]) -> tuple[Unknown
 
     Errors with a standard deviation of 0 are omitted. Standard deviations come from `estimates.tolerances.scatter`,
     from the pad's law and from the model. Tilts include the thickness difference between two ends of a pad, which is
-    assumed as large as between two pads. Most scatter of the inductance is common to all coils of a board, because of
-    the metal behind them, too. Raises NoResponse without a pad.
+    assumed as large as between two pads. Most of the inductance's scatter is common to all coils of a board. One cause
+    is the metal behind them. Raises NoResponse without a pad.
     """
     law, target = soft_pad(spec).sigma, spec.target
     assert target is not None

@@ -29,8 +29,8 @@ class LoadModel:
     """Design with its required loads (`range`), for which readings can be computed.
 
     Metals are at the required temperature. The target is kept level if no moments are measured. `frequencies` returns
-    the coils' frequencies (Hz; n, coils) at (n, 6) poses, at least to first order in rotations.
-    `frequencies_at_any_tilt` has all orders.
+    the coils' frequencies (Hz; n, coils) at (n, 6) poses. It may neglect terms of second and higher order in rotations.
+    `frequencies_at_any_tilt` includes all terms.
     """
 
     spec: SensorSpec
@@ -97,7 +97,7 @@ class LoadModel:
         return ~np.isnan(self.pad.pose(loads, is_held=not self.range.has_moments)[:, 0])
 
     def compliance(self, loads: Array, poses: Array) -> Array:
-        """Return derivatives of the pose (m, rad) by each measured axis of load (per N, N m): (n, 6, axes).
+        """Return derivatives (n, 6, axes) of the pose (m, rad) with respect to the load on each measured axis (N, N m).
 
         They are at loads (n, 3 or 5) and the target's `poses` (n, 6) under these loads. A level target keeps its
         rotation; a free target tilts.
@@ -124,7 +124,7 @@ class LoadModel:
         return np.asarray(np.log(self.frequencies(poses) / self.rest))
 
     def slopes(self, poses: Array) -> Array:
-        """Return derivatives of the readings by the six components of every pose (per m and rad): (poses, coils, 6)."""
+        """Return derivatives (poses, coils, 6; per m, rad) of the readings with respect to the pose."""
         return reading_slopes(self.readings, poses)
 
     @cached_property

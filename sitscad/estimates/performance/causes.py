@@ -1,6 +1,7 @@
-"""Errors in newtons by their cause: of manufacture by the nonlinear map, of disturbances by the linear map.
+"""Errors in newtons by their cause.
 
-Errors of manufacture come from simulated units (`unit_errors`).
+Readings of simulated units are converted to forces by the nonlinear map (`unit_errors`). This gives the errors by
+manufacture. Other disturbances of the readings, such as noise and drift, are converted by the linear map.
 """
 
 from __future__ import annotations
@@ -48,9 +49,9 @@ AVERAGED = 1.0  # Time (s) over which the temperature of a reference coil is ave
 FORCE_STEP = 0.1e-3  # Distance (m) of the force from the middle for numerical slopes
 
 MAX_UNIT_LOAD_ERROR = 0.01
-"""Largest error of the linear map's result for 1 N (or 1 N m) on an axis that the sensor can measure.
+"""Largest error of the force that the linear map computes for a load of 1 N (or 1 N m) on an axis.
 
-If the error is larger, the sensor cannot measure this axis, and the axis has infinite noise (`noise`).
+If the error is larger, the sensor cannot measure this axis, and `noise` is infinite for this axis.
 """
 
 BRANCH = 0.5  # Distance of either branch from the middle of a hysteresis loop, over the loop's width
@@ -87,8 +88,8 @@ class TiltEffects:
     def at(self, angle: float) -> Array:
         """Return changes of the readings by a tilt (rad) in every direction of `WAYS`: (points, ways, coils).
 
-        As in the load case `scissor`, a sticking face turns the target and presses it with equal force. If the pad
-        cannot hold the target in this way, the pose is the level pose with the tilt added.
+        The target sticks to a face that is tilted and presses with the working point's force, as in the load case
+        `scissor`. If the pad has no equilibrium in this case, the pose is the level pose with the tilt added.
         """
         return self._at(angle)[0]
 
@@ -122,10 +123,10 @@ class PointErrors:
     """Working point of a load model, with the errors by each cause.
 
     `load` (3 or 5; N, N m) is the load, `share` its fraction of full scale, and `pose` (6; m, rad) the target's pose.
-    `by_pose` (coils, 6) and `by_load` (coils, axes) are derivatives of the readings by the pose and by the measured
-    loads. `inverse` (axes, coils; N per reading) is the linear map from readings to loads. `by_metal` (coils; per K) is
-    the effect of temperature on readings at rest by copper and other metal, and `by_metal_loaded` (coils; per K) its
-    effect under full normal load. `all_tilts` holds the tilts of all working points; this point's index is `number`.
+    `by_pose` (coils, 6) and `by_load` (coils, axes) are derivatives of the readings with respect to the pose and to the
+    measured loads. `inverse` (axes, coils; N per reading) is the linear map from readings to loads. Warmer copper and
+    other metal change the readings by `by_metal` (coils; per K) at rest, and by `by_metal_loaded` (coils; per K) under
+    full normal load. `all_tilts` holds the tilts of all working points; this point's index is `number`.
     """
 
     bench: LoadModel
@@ -153,7 +154,7 @@ class PointErrors:
 
     @property
     def tilts(self) -> Array:
-        """Derivatives (N/rad; axes, 3) of the measured load on every axis by rx, ry, rz at zero tilt.
+        """Derivatives (axes, 3; N/rad) of the measured load on every axis with respect to rx, ry, rz at zero tilt.
 
         For a single coil they are almost 0, but finite tilts still have an effect. For moment axes, the moment of the
         tilted face itself is subtracted.
@@ -203,8 +204,9 @@ class PointErrors:
     def axis_drifts(self) -> tuple[Array, Mapping[str, Array]]:
         """Linear maps (axes, coils; N per reading), and drifts (axes, coils; per K) of the readings by cause.
 
-        Each row belongs to one axis under the load on this axis, beside the normal force. There the curved map has
-        another slope. For screening, the map's slope is taken without this load.
+        Each row is computed for a separate load: the working point's normal force together with a load on the row's
+        axis. Maps differ between these loads because readings are not linear in the load. In screening, all rows of the
+        maps are for the normal force alone.
         """
         bench, names = self.bench, self.bench.range.axes
         maps = self.inverse.copy()
@@ -225,10 +227,10 @@ class PointErrors:
 
     @cached_property
     def by_kelvin(self) -> Mapping[str, Array]:
-        """Errors (N/K, N m/K) of every axis by temperature, for each part that warms after the tare.
+        """Errors (N/K, N m/K) of every axis by temperature, by the part that becomes warmer after the tare.
 
-        The value of the capacitors is one sigma, because each capacitor drifts independently. Other values have signs.
-        A compensation subtracts all errors except those by the capacitors.
+        The value for the capacitors is one sigma, because each capacitor drifts independently. Other values have signs.
+        A compensation subtracts all errors except the error by the capacitors.
         """
         drift, (maps, drifts) = capacitor_drift(self.bench.spec.readout), self.axis_drifts
         return {
@@ -240,9 +242,9 @@ class PointErrors:
 
     @cached_property
     def tared_by_kelvin(self) -> Mapping[str, Array]:
-        """Errors (N/K, N m/K) of every axis by temperature that remain with a tare before each grasp, by cause.
+        """Errors (N/K, N m/K) of every axis by temperature if the sensor is tared before each grasp, by cause.
 
-        Capacitors are left out.
+        The tare removes the change of the readings at rest. The error by the capacitors is left out.
         """
         maps = self.axis_drifts[0]
         return {cause: value - np.sum(maps * self.rest_drift.get(cause, np.zeros(len(self.by_metal))), axis=1)
@@ -250,7 +252,10 @@ class PointErrors:
 
     @cached_property
     def unlike_normal(self) -> Array:
-        """Errors (N/K, N m/K) of every axis under its load by coefficients for the normal force alone."""
+        """Errors (N/K, N m/K) that a compensation leaves because its coefficients hold for the normal force alone.
+
+        The error of an axis is for the normal force together with a load on this axis (`axis_drifts`).
+        """
         maps, drifts = self.axis_drifts
         return np.asarray(sum(np.sum(maps * (drift - self.reading_drift[cause]), axis=1)
                               for cause, drift in drifts.items()))
@@ -294,17 +299,17 @@ class PointErrors:
 
     @cached_property
     def reading_drift(self) -> Mapping[str, Array]:
-        """Changes (coils; per K) of the readings at this load by temperature: of metal, and by the pad's expansion.
+        """Changes (coils; per K) of the readings at this load by temperature, by cause: metal, and the pad's expansion.
 
-        The compensation subtracts them from the readings. It corrects the forces for the change of the modulus by a
-        factor. The effect of metal changes in proportion to the load.
+        The compensation subtracts them from the readings. For the change of the modulus, it multiplies the forces by a
+        factor. The effect of metal is interpolated linearly between rest and full normal load.
         """
         metal = self.by_metal + self.share * (self.by_metal_loaded - self.by_metal)
         return {METAL: metal, EXPANSION: expansion_drift(self.bench, self.load[None], self._material.expansion)[0]}
 
     @cached_property
     def rest_drift(self) -> Mapping[str, Array]:
-        """Changes (coils; per K) of the readings at rest by temperature: of metal, and by the pad's expansion."""
+        """Changes (coils; per K) of the readings at rest by temperature, by cause: metal, and the pad's expansion."""
         unloaded = np.zeros((1, len(self.load)))
         return {METAL: self.by_metal, EXPANSION: expansion_drift(self.bench, unloaded, self._material.expansion)[0]}
 
@@ -315,7 +320,7 @@ class PointErrors:
 
     @property
     def drift_causes(self) -> Mapping[str, Array]:
-        """Parts (N, N m) of `drift` after a compensation. Without a compensation, drifts (N/K, N m/K) by cause."""
+        """Parts (N, N m) of `drift` if there is a compensation, otherwise the drifts (N/K, N m/K) by cause."""
         settings = self.bench.spec.readout.compensation
         return self.drift_left[settings.coefficients] if self.drift_left and settings is not None else self.by_kelvin
 
@@ -329,9 +334,9 @@ class PointErrors:
 
     @property
     def drift(self) -> Array:
-        """Standard deviation (N, N m) of every axis by the temperature change `warming` after the tare, at this load.
+        """Standard deviation (N, N m) of every axis at this load after the temperature has changed by `warming`.
 
-        If the spec has a temperature sensor, it is the drift after compensation.
+        The change is since the tare. If the spec has a temperature sensor, it is the drift after compensation.
         """
         compensated = self._compensated(self.drift_left)
         return self.plain_drift if compensated is None else compensated
@@ -381,9 +386,9 @@ class PointErrors:
 
     @property
     def hysteresis(self) -> Array:
-        """Error (N, N m) of every axis by hysteresis: half the width of the pad's loop.
+        """Error (N, N m) of every axis by hysteresis: half the width of the pad's loop of force over compression.
 
-        The loop's width in the material data is a fraction of full scale.
+        The material data state the width as a fraction of full scale.
         """
         pad = self.bench.spec.elastomer
         assert pad is not None
@@ -393,9 +398,9 @@ class PointErrors:
         return BRANCH * np.array(widths) * self.bench.range.full_scales
 
     def unmeasured(self) -> dict[str, Array]:
-        """Return errors (N, N m) of every axis by full-scale forces on axes that the coils cannot measure.
+        """Return the false readings (N, N m) of every axis by full-scale forces along axes that are not measured.
 
-        They are by force axis.
+        The keys are the names of the axes of these forces, which the coils cannot measure.
         """
         errors = {}
         for name in (axis for axis in FORCES if axis not in self.bench.range.axes):
@@ -407,11 +412,11 @@ class PointErrors:
         return errors
 
     def errors_of_any_unit(self, map_errors: Array) -> dict[str, Array]:
-        """Return the standard deviations (N, N m) of every axis by each cause that is equal for all units.
+        """Return the standard deviations (N, N m) of every axis by the causes that do not differ between units.
 
-        Errors by tilts are for the required angle or one degree, and the larger of both signs. Errors by twists are for
-        one degree. All values are infinite on an axis without a signal. `map_errors` (axes; N, N m) are the errors of
-        the nonlinear map.
+        The error by a tilt is for the required angle, or one degree, and for the worse of both signs. Errors by twists
+        are for one degree. All values are infinite on an axis without a signal. `map_errors` (axes; N, N m) are the
+        errors of the nonlinear map.
         """
         pad = self.bench.spec.elastomer
         assert pad is not None

@@ -1,4 +1,4 @@
-"""Drift that remains after temperature compensation, as one sigma of every axis by its parts.
+"""Drift that remains after temperature compensation: one sigma for every axis and each part of the drift.
 
 The firmware reads the temperature change since the tare. For each cause, it subtracts a coefficient times this change.
 """
@@ -33,10 +33,10 @@ UNIFORM = math.sqrt(3.0)
 class TemperatureReading:
     """Reading of a temperature change since the tare, by a sensor or a reference coil, with its errors (K; one sigma).
 
-    ``by_tolerance`` is the part's error of the change. A calibration at two temperatures removes it. ``noise`` is for
-    one reading. ``difference`` is between the sensor's place and the pad. ``is_by_metal`` is True for a reference coil:
-    its drift and the drift of the other coils scatter together, unless ``has_own_windings``. ``source`` is the name of
-    the sensor.
+    ``by_tolerance`` is the error by the tolerance of the temperature sensor. A calibration at two temperatures removes
+    it. ``noise`` is the noise of one reading. ``difference`` is the temperature difference of sensor and pad.
+    ``is_by_metal`` is True for a reference coil. Its drift then deviates from nominal in proportion to the other coils'
+    drift, unless ``has_own_windings``. ``source`` is the name of the sensor.
     """
 
     source: str
@@ -78,7 +78,7 @@ def thermistor_reading(part: ThermistorPart, place: str, difference: float, low:
 def reference_reading(
     drift: float, noise: float, capacitor: float, difference: float, change: float, has_own_windings: bool = False
 ) -> TemperatureReading:
-    """Return the reading of a temperature `change` (K) by a reference coil that no target covers.
+    """Return the reading of a temperature change by a reference coil, which no target covers. `change` is in K.
 
     `drift` (per K) is the change of the coil's ln(frequency) by copper and other metal. `capacitor` (per K) is one
     sigma of its change by the capacitor. `noise` is one sigma of a reading, ln(frequency). `difference` (K) is one

@@ -1,9 +1,9 @@
 """Inversion of readings to loads: a nonlinear map of one design, and a test for ambiguous loads.
 
-The map is a polynomial, fitted to exact readings over the box of required loads. It states the design's own error at
-the cost of a check. The firmware has another map, `calibration.inverse_map`, for noisy readings of all units of a
-design. That map is for both shears within one limit, and states its range. Crosstalk of both maps differs by up to 1 %
-of full scale (tests/documents/test_datasheet.py). Data sheets state both.
+The map is a polynomial, fitted to exact readings over the box of required loads. Its errors belong to the drawn design,
+and it takes little time. The firmware has another map, `calibration.inverse_map`, for noisy readings of all units of a
+design. Its range is smaller: both shears share one limit. Crosstalk of both maps differs by up to 1 % of full scale
+(tests/documents/test_datasheet.py). Data sheets state both.
 """
 
 from __future__ import annotations
@@ -30,16 +30,16 @@ APART = 0.1
 """Least distance between two loads, as a fraction of full scale, at which they count as different loads."""
 
 MAX_POLYNOMIAL_DIFFERENCE = 1e-3
-"""Largest difference between readings of two ambiguous loads by the polynomials, divided by the readings' span."""
+"""Largest difference of readings up to which the polynomials count two loads as ambiguous, over the readings' span."""
 
 MAX_MODEL_DIFFERENCE = 3e-3
-"""Largest difference between readings of two ambiguous loads by the response model, divided by the readings' span."""
+"""Largest difference of readings up to which the response model counts two loads as ambiguous, over the span."""
 
 MAX_SURROGATE_DIFFERENCE = 1e-2
-"""Largest difference between readings of two loads that the response model tests, divided by the span of readings.
+"""Largest difference of readings of two loads, computed by a surrogate, up to which the response model tests them.
 
-These readings are by a surrogate, which has errors of some per cent of the span. The response model decides whether the
-loads are ambiguous.
+It is divided by the span of the readings. The surrogate has errors of some per cent of the span, so the response model
+decides whether the loads are ambiguous.
 """
 
 LOAD_STEP = 1e-2
@@ -48,10 +48,10 @@ LOAD_STEP = 1e-2
 MAX_PLOT_ERROR = 3e-3  # Largest rms error of readings, over their span, in plots: less than a line's width
 
 LEAST_SINGULAR_RATIO = 0.1
-"""Least singular value of the readings' derivatives, divided by the largest, in whose direction a load is moved.
+"""Least singular value of the matrix of the readings' derivatives that Gauss-Newton steps use, divided by the largest.
 
-In directions with smaller singular values all loads have nearly equal readings. A step in these directions would bring
-the two loads together.
+In directions with smaller singular values, readings hardly change. A step in these directions would bring the two loads
+together.
 """
 
 SWEEP = 5  # Loads along an axis at which crosstalk is computed
@@ -60,7 +60,7 @@ Crosstalk = dict[str, dict[str, float]]  # Errors by axis, and by the axis that 
 START_PAIRS = 12  # Pairs of loads from which the search for equal readings starts
 
 LEAST_TOLD = 4
-"""Number of grid points at which ambiguous loads are searched: the points with the least sensitivity."""
+"""Number of grid points around which ambiguous loads are searched. They are the points with the least sensitivity."""
 
 MAX_REFINED_PAIRS = 8
 """Largest number of pairs of loads that are refined with the load model.
@@ -78,9 +78,9 @@ LEAST_SHARE = 1e-10
 LEAST_SHARE_REDUNDANT = 1e-4
 """Least singular value as in LEAST_SHARE, for fits with more variables (coils) than outputs (axes).
 
-The points of such fits lie on a surface. Deviations from this surface below 1e-4 are caused by leads and manufacture of
-a single design. Coefficients fitted to these deviations have errors of several full scales on the next unit (four
-coils, three forces).
+The readings of such fits lie on a surface with as many dimensions as there are axes. Relative deviations from it below
+1e-4 depend on the leads and on manufacture. Coefficients that are fitted to such deviations of one design caused errors
+of several full scales on another unit (four coils, three forces).
 """
 
 
@@ -199,10 +199,11 @@ class SolvedRange:
             yield middle + way, middle - way
 
     def _polished(self, first: Array, second: Array, tolerance: float) -> tuple[Array, Array] | None:
-        """Return two loads (fractions of full scale) whose readings differ by less than `tolerance` of their span.
+        """Return the `first` load and a load near `second` with equal readings, both as fractions of full scale.
 
-        None if the readings stay different, or if the loads come closer than `APART`. The load model computes the
-        readings. Gauss-Newton steps move the `second` load from its estimate.
+        Readings count as equal if they differ by less than `tolerance` times their span. The load model computes them,
+        and Gauss-Newton steps move the second load. None if no step leads to equal readings, or if the loads come
+        closer than `APART`.
         """
         span, lowest = np.maximum(np.ptp(self.readings, axis=0), 1e-300), self.bench.range.lowest
         for _ in range(MAX_REFINING_STEPS):
@@ -264,9 +265,9 @@ def _ambiguous_loads(forward: Polynomial, scope: WorkingRange) -> Iterator[tuple
 
 
 def crosstalk_at(working: SolvedRange, load: Array, straight: Array) -> tuple[Crosstalk, ...]:
-    """Return the crosstalk around a working point's `load`: by the nonlinear map, then by a linear map.
+    """Return the crosstalk around a working point, for two maps: the nonlinear map of `working`, and a linear map.
 
-    The load is (3 or 5; N, N m). `straight` (axes, coils; N per reading) is the linear map.
+    `load` (3 or 5; N, N m) is the load at the point. `straight` (axes, coils; N per reading) is the linear map.
     """
     bench = working.bench
     loads = axis_sweeps(bench.range, load)

@@ -1,8 +1,8 @@
 """Sensing performance in newtons at working points: range, resolution, nonlinearity, crosstalk and errors by cause.
 
-All values are after a tare at rest. A reading is ln(frequency / frequency at rest) of a coil. Disturbances are
-converted to loads by the linear inverse of the readings at the working point, by least squares weighted with each
-coil's noise. Crosstalk and manufacture are computed with the nonlinear map of the whole working range.
+All values are after a tare at rest. A reading is ln(frequency / frequency at rest) of a coil. Disturbances of the
+readings are converted to loads by a linear map for the working point, a least-squares fit weighted with each coil's
+noise. Crosstalk and errors by manufacture are computed with the nonlinear map of the working range.
 """
 
 from __future__ import annotations
@@ -216,10 +216,10 @@ def performance(
 
 
 def other_jaw_errors(sensing: SensingAnalysis, model: ResponseModel) -> tuple[dict[str, Array], ...]:
-    """Return errors (N, N m) of every axis at each working point by the other jaw's metal, by `OTHER_JAW_CAUSES`.
+    """Return the errors (N, N m) of every axis that the other jaw's metal causes, for each working point.
 
-    They are for a tare with open jaws. Between rest and full load, changes of readings are interpolated linearly. Empty
-    if the spec has no jaw of metal.
+    The keys of each item are `OTHER_JAW_CAUSES`. The sensor is tared with open jaws. Changes of readings are computed
+    at rest and at full load, and interpolated linearly between. Empty if the spec has no jaw of metal.
     """
     if front_plate(model.spec.jaw) is None:
         return ({},) * len(sensing.points)
@@ -284,8 +284,9 @@ def _axes(
 ) -> dict[str, AxisPerformance]:
     """Return the performance of every measured axis at a working point.
 
-    Nonlinearity is the largest distance of the linear map's result from the best straight line, divided by the range of
-    results. `courses` holds the range of each axis and its limit. `errors` are by cause (axes; N, N m).
+    Nonlinearity is the largest deviation of the linear map's result from the best straight line, divided by the range
+    of results. `courses` holds the range (N, N m) of each axis and the name of its limit. `errors` are by cause (axes;
+    N, N m).
     """
     bench, by_axis = point.bench, {}
     frequencies = bench.frequencies(point.pose[None])[0]
@@ -323,7 +324,7 @@ TURNED_ROUND = "; a round target turned about z reads nothing"
 def _notes(sensing: SensingAnalysis, courses: Mapping[str, tuple[float, str]], free: float | None) -> tuple[str, ...]:
     """Return notes about the performance. `free` (N) is the load at which the pad buckles under a free target.
 
-    `courses` holds the range of each axis and its limit.
+    `courses` holds the range (N, N m) of each axis and the name of its limit.
     """
     bench, names, pad = sensing.bench, sensing.bench.range.axes, sensing.bench.spec.elastomer
     assert pad is not None and bench.spec.target is not None

@@ -1,10 +1,10 @@
 """Performance at the screening level: inductance changes by a moving target, and coil frequencies by a surrogate.
 
-The change of a coil is the change by an infinite plate, multiplied by the ratio of the finite target to this plate.
+The inductance change of a coil is the change by an infinite plate, multiplied by a correction ratio for the finite
+target. Full checks and documents use the response model instead.
 
-Full checks and documents use the response model instead. For every coil, a slightly tilted target is replaced by a
-level target. Its height is the height over the middle of the area that target and coil share. `NEARLY` is the relative
-error of the results.
+For each coil, a slightly tilted target is replaced by a level target. It has the height of the tilted target over the
+middle of the area that target and coil share. `NEARLY` is the relative error of the results.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ DEEPER = 10
 """Number of additional heights of the surrogate below `DEPTH`, for each pad thickness of additional depth."""
 
 AMPLY = 1.02
-"""Depth below rest to which the surrogate reaches, divided by the target's travel under the required force."""
+"""Largest depth of the target below rest in the surrogate, divided by its travel under the required force."""
 
 LIFTED = 0.1
 """Height above rest to which the surrogate reaches, in pad thicknesses, for edges that a tilt lifts."""
@@ -139,7 +139,8 @@ def surrogate(
 def _resonance_factors(coils: tuple[CoilEstimate, ...]) -> Array:
     """Return factors (coils) on the frequency change that an inductance change causes in a lossless tank.
 
-    They come from the states at rest and pressed, because correction ratios leave out the target's effect on the loss.
+    They follow from the frequencies of the states at rest and pressed. The surrogate itself has only the target's
+    effect on the inductance, not on the loss.
     """
     ratios = np.ones(len(coils))
     for k, coil in enumerate(coils):

@@ -17,9 +17,9 @@ SHEARS = FORCES[1:]
 """Names of the shear axes."""
 
 MAX_SHEAR_READING = 0.1
-"""Largest false reading by unmeasured shear without a warning, as a fraction of full scale of the falsified axis.
+"""Largest false reading by unmeasured shear that is not reported, as a fraction of the full scale of the axis.
 
-It holds for axes without an allowed error in the spec. It equals the limit of SIT221 for the other jaw's metal.
+It is the limit for axes without an allowed error in the spec. It equals the limit of SIT221 for the other jaw's metal.
 """
 
 

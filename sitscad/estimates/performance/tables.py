@@ -75,7 +75,7 @@ def axis_table(report: PerformanceReport) -> Table:
 
 
 def _range_rows(report: PerformanceReport) -> Iterator[tuple[str, ...]]:
-    """Yield the rows on full scale and range of each axis: required, of the pad, of the calibration."""
+    """Yield the rows on full scale and range of each axis: as required, as the pad permits, as calibrated."""
     axes, newtons, together = report.points[-1].axes, report.map, working_range(report.spec)
     names, valid_shear = list(axes), validated_shear(report.spec)
     yield "full scale", *(load_text(axis.full_scale, name) for name, axis in axes.items())
@@ -165,7 +165,7 @@ BESIDE = "contact 0.1 mm beside the middle"
 
 
 def error_table(points: Sequence[Performance]) -> Table:
-    """Return the table of standard deviations of error at full load, by causes that are equal for all units."""
+    """Return the table of standard deviations of error at full load, by causes that do not differ between units."""
     full = points[-1]
     names = list(full.axes)
     head = "one sigma of error at full load, any unit, by cause", *(AXIS_WORDS[name] for name in names)
@@ -176,7 +176,7 @@ def error_table(points: Sequence[Performance]) -> Table:
 
 
 def drift_table(points: Sequence[Performance]) -> Table:
-    """Return the table of drift at full load for a kelvin, by the part that warms.
+    """Return the table of drift at full load for a temperature change by one kelvin, by the part that becomes warmer.
 
     Signs are shown if they are known.
     """

@@ -1,8 +1,9 @@
-"""Errors of simulated units that each have an error of one manufacturing cause, after a tare and a fit of gains.
+"""Errors of simulated units that each deviate in one manufacturing cause, after a tare and a fit of gains.
 
-This is the quick method, by loads and causes, for checks and working points. Data sheets state errors of units with all
-causes at once: `calibration.map_fit.error_on_others` draws them, with errors of the pad's law and of the model. Over
-one range of loads, the root sum of squares here is within a quarter of that error (tests/estimates/test_scatter.py).
+Checks and working points use this quick method, which gives errors for each load and cause. Data sheets state errors of
+random units with all causes at once, and with errors of the pad's law and of the model
+(`calibration.map_fit.error_on_others`). Over an equal range of loads, the root sum of squares of the errors here is
+within a quarter of the errors of random units (tests/estimates/test_scatter.py).
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ This is checked in tests/estimates/test_performance.py.
 
 @record(eq=False)
 class UnitErrors:
-    """Errors (N, N m; loads, axes) of units that each have an error of one sigma of one cause, by this cause.
+    """Errors (loads, axes; N, N m) of units that each deviate by one sigma in one cause, by cause.
 
     `after_tare` holds the errors of the design's map after the unit's own tare. `after_fit` holds the errors after an
     additional fit of gains and cross gains at the `loads` (n, 3 or 5; N, N m).

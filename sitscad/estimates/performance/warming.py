@@ -118,11 +118,11 @@ def expansion_drift(bench: LoadModel, loads: Array, expansion: float) -> Array:
 
 
 def metal_drift(metal: Array, at_rest: Array, reading: Array, others: Array) -> Array:
-    """Return the effect of metal (n, coils; per K) on coils with `others` as readings (n, coils).
+    """Return the drifts (n, coils; per K) by warmer metal under n loads with the readings `others` (n, coils).
 
-    `metal` and `at_rest` (coils; per K) are its effects under a normal force, where the readings are `reading` (coils),
-    and at rest. A nearer target changes reading and effect together, and so does a target that covers more of a coil.
-    The result is linear in the readings, with one slope for all coils.
+    Two drifts are known: `at_rest` (coils; per K), and `metal` (coils; per K) under a normal force with the readings
+    `reading` (coils). A target that comes nearer, or covers more of a coil, changes reading and drift together. The
+    result is therefore linear in the readings, with one slope for all coils.
     """
     slope = reading @ (metal - at_rest) / max(float(reading @ reading), 1e-300)
     return np.asarray(metal + slope * (others - reading))
@@ -131,10 +131,10 @@ def metal_drift(metal: Array, at_rest: Array, reading: Array, others: Array) -> 
 def by_metal(
     coils: Sequence[CoilEstimate], warm_coils: Sequence[CoilEstimate], warming: float, rest: Array, state: str = REST
 ) -> Array:
-    """Return derivatives (coils; per K) of the readings in a `state` by the temperature of copper and other metal.
+    """Return the changes (coils; per K) of the readings in a `state` if copper and other metal become warmer.
 
-    `coils` and `warm_coils` are estimates at two temperatures, `warming` (K) apart. All derivatives are 0 if the number
-    of coils differs from the number of readings at rest, `rest`.
+    `coils` and `warm_coils` are estimates at two temperatures, `warming` (K) apart. All changes are 0 if the number of
+    coils differs from the number of readings at rest, `rest`.
     """
     derivatives = []
     for coil, warm in zip(coils, warm_coils, strict=True):
