@@ -197,7 +197,7 @@ def test_supply_current_adds_drive_current_by_duty_cycle():
 
 def test_coils_are_distributed_evenly_over_converters():
     """Table 43 allows 35 MHz to one channel: a fifth coil alone held all to 20 MHz; of six, four had the least time."""
-    shares = presets.converter("ldc1614").shares
+    shares = presets.converter("ldc1614").coils_per_converter
     assert [shares(coils) for coils in (1, 4, 5, 6, 8, 9, 10, 13)] == [
         (1,), (4,), (3, 2), (3, 3), (4, 4), (3, 3, 3), (4, 3, 3), (4, 3, 3, 3),
     ]

@@ -119,7 +119,7 @@ def test_coupling_of_far_arcs_and_sides_agrees_with_fine_sum(corners):
     assert sum_arcs_with_arcs(item, other, chosen, level) == approx(sum_over(pairs, 0.05), abs=1e-6 * whole)
     chosen = every(item, other, "sides")
     half = arcs.half_lengths(item.arcs)[chosen.first]
-    chosen = chosen.where(arcs._middle_distances(item, other, chosen) > np.maximum(arcs.FAR * half, 0.5 + half))
+    chosen = chosen.select(arcs._middle_distances(item, other, chosen) > np.maximum(arcs.FAR * half, 0.5 + half))
     pairs = [(mine[2 * a + x], lines[2 * b + y])
              for a, b in zip(chosen.first, chosen.second, strict=True) for x in (0, 1) for y in (0, 1)]
     assert len(pairs) > 100
