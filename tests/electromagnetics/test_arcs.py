@@ -111,7 +111,7 @@ def test_coupling_of_far_arcs_and_sides_agrees_with_fine_sum(corners):
     far = arcs._pairs_by_method(item, other, every(item, other))[0]
     assert 0.5 < np.mean(far) < 1.0
     mine, others, lines = by_many_points(item, other)
-    chosen = every(item, other).where(far)
+    chosen = every(item, other).select(far)
     pairs = [(mine[2 * a + x], others[2 * b + y])
              for a, b in zip(chosen.first, chosen.second, strict=True) for x in (0, 1) for y in (0, 1)]
     # arcs of opposite ways nearly cancel: what is left is small against all pairs of one way

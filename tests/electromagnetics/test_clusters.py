@@ -85,6 +85,6 @@ def test_clustered_work_grows_linearly_with_points():
     for turns in (3, 24):
         item = rings(turns, 2, points=150)
         other = moved(item, 2.2 * (1.0 + 0.2 * turns) * MM, 0.0)
-        pairs = clusters._pairs(clusters._whole(item), clusters._whole(other))
+        pairs = clusters._pairs(clusters._whole_cluster(item), clusters._whole_cluster(other))
         seen.append(sum(len(a[0]) * len(b[0]) for a, b, _ in pairs))
     assert seen[1] < 8 * seen[0]

@@ -71,7 +71,7 @@ def test_mitre_spans_full_width_of_both_sides(turn):
     """What a mitre has of either side's normal is one: at right angles alone a product is as good as a quotient."""
     nodes = np.array([(0.0, 0.0), (1.0, 0.0), (1.0 + math.cos(turn), math.sin(turn))]) * MM
     track = BentTrack(nodes[:-1], nodes[1:], np.zeros(2), 200 * UM, 35 * UM, 0.0)
-    starts, ends, before, after, *_ = corners._pieces(track)
+    starts, ends, before, after, *_ = corners._chord_arrays(track)
     along = (ends - starts) / np.hypot(*(ends - starts).T)[:, None]
     normals = np.column_stack([-along[:, 1], along[:, 0]])
     assert np.sum(normals * before, axis=1) == approx(np.ones(2), rel=1e-9)

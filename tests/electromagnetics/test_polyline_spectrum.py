@@ -152,7 +152,7 @@ def test_nearly_round_racetrack_converges_with_few_directions(monkeypatch):
     track = BentTrack(starts, ends, np.array([0.0, math.pi, 0.0, math.pi]), 250 * UM, 35 * UM, 0.0)
     gap = 0.1 * MM
     chords = with_chords(track, gap)
-    directions = _Directions.of([chords.corners])
+    directions = _Directions.from_corners([chords.corners])
     assert directions.normals == () and directions.length == approx(0.6 * MM, rel=0.1)
     assert directions.count(8.0 / gap) < 110
     few = over_mirror([chords], gap)
