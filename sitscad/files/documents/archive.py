@@ -40,7 +40,7 @@ def render(layout: Layout, panel: Panel | None, forced: str, files: Mapping[str,
 class Naming:
     """Inputs of the archive's file names: design name, naming convention and number of copper layers.
 
-    `way` is a value of the column ``naming`` in the data table ``archive_names``.
+    `way` is the naming convention: a value of the column ``naming`` in the data table ``archive_names``.
     """
 
     name: str
@@ -49,7 +49,9 @@ class Naming:
 
 
 def differences(content: bytes, files: Mapping[str, bytes], name: str, forced: str, every: bool) -> Iterator[str]:
-    """Yield the differences between an archive and the package's files, under any known naming convention.
+    """Yield the differences between an archive and the package's files as texts.
+
+    The archive may use the file names of any known naming convention.
 
     Parameters
     ----------
@@ -62,7 +64,7 @@ def differences(content: bytes, files: Mapping[str, bytes], name: str, forced: s
     forced : str
         The note that the archive must contain; empty if none.
     every : bool
-        Whether the archive must hold all files. If False (plugins added files that are not sent), only
+        Whether the archive must hold all files that are sent. False if plugins added files to the package. Then only
         layers, drills, netlist, job file and readme are required.
     """
     functions = [_FUNCTION.search(files[path]) for path in files if path.endswith(".gbr") and "/panel/" not in path]
@@ -104,7 +106,10 @@ def _required_files(files: Mapping[str, bytes]) -> dict[str, bytes]:
 
 
 def _members(files: Mapping[str, bytes], named: Naming, in_panel: bool, forced: str) -> dict[str, bytes]:
-    """Return the archive's contents by file name, sorted by name."""
+    """Return the archive's contents by file name, sorted by name.
+
+    `in_panel` is True if the boards are ordered in a panel. `forced` is the note on errors; empty if there are none.
+    """
     chosen = [path for path in sorted(files) if _is_sent(path, in_panel)]
     called = {path: archive_name(named, path, files[path]) for path in chosen}
     contents = {called[path]: _with_archive_names(path, files[path], called) for path in chosen}
@@ -133,7 +138,7 @@ def archive_name(named: Naming, path: str, content: bytes) -> str:
 
 @cache
 def _naming_rows(naming: str) -> tuple[tuple[str, str], ...]:
-    """Return rows of one naming convention: beginning of the X2 file function, and file ending."""
+    """Return (beginning of an X2 file function, file ending) for each row of a naming convention."""
     return tuple((row["function"], row["ending"]) for row in rows("archive_names") if row["naming"] == naming)
 
 
@@ -151,9 +156,9 @@ def _is_sent(path: str, in_panel: bool) -> bool:
 
 
 def _with_archive_names(path: str, content: bytes, called: Mapping[str, str]) -> bytes:
-    """Replace file names in the text of a readme or job file by the names in the archive.
+    """Return a file whose text names other files by their names in the archive.
 
-    `called` maps paths in the package to names in the archive. Other kinds of files are returned unchanged.
+    Only the texts of readmes and job files change. `called` maps paths in the package to names in the archive.
     """
     if not path.endswith((".txt", ".gbrjob")):
         return content
@@ -164,8 +169,9 @@ def _with_archive_names(path: str, content: bytes, called: Mapping[str, str]) ->
 
 
 def _padded_name(new: bytes, match: re.Match[bytes]) -> bytes:
-    """Return the new name for a matched name.
+    """Return the name `new`, which replaces the matched name in a text.
 
-    If two or more spaces follow (a column of a table), they are adjusted so that the next column keeps its place.
+    If two or more spaces follow the matched name, a column of a table follows. The spaces are then adjusted so that
+    this column keeps its place.
     """
     return new + (b" " * max(2, len(match[0]) - len(new)) if match["gap"] else b"")

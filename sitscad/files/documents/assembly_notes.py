@@ -100,7 +100,10 @@ NOTHING = Package({}, frozenset())
 
 
 def render(layout: Layout, estimates: Estimates, bench: Estimates, forced: str, package: Package) -> dict[str, bytes]:
-    """Return the numbered steps with the weights of the pieces; empty without a mount."""
+    """Return ``mount/assembly.txt``: the numbered steps and the masses of the heaviest parts. Empty without a mount.
+
+    `bench` are the estimates at 20 degrees Celsius. The text begins with a warning if `forced` is not empty.
+    """
     if layout.spec.mount is None:
         return {}
     # absent if pieces of a forced package cannot be put together
@@ -114,7 +117,7 @@ def render(layout: Layout, estimates: Estimates, bench: Estimates, forced: str, 
 
 
 def instructions(layout: Layout, estimates: Estimates, bench: Estimates, package: Package = NOTHING) -> str:
-    """Return the whole page; `bench` are the estimates at the test temperature, 20 degrees Celsius."""
+    """Return the instructions without masses; `bench` are the estimates at the test temperature, 20 degrees Celsius."""
     spec = layout.spec
     mount = spec.mount
     jaws = "" if mount is None or mount.jaw is None else f", mount/{spec.name}-jaw-drawing.pdf the closed pair"
@@ -150,7 +153,10 @@ def instructions(layout: Layout, estimates: Estimates, bench: Estimates, package
 
 
 def _steps(layout: Layout, readout: ReadoutEstimate, bench: Estimates) -> Iterator[str]:
-    """Yield the steps from the jig to the finished sensor; tables follow a step's sentences after line breaks."""
+    """Yield the steps from the jig to the finished sensor.
+
+    Lines of tables follow a step's sentences after line breaks.
+    """
     spec, at = layout.spec, layer_heights(column(layout) or on_board(layout))
     yield from _preparation_steps(layout)
     if is_wanted(layout.size, layout.spec.fpc):
@@ -193,7 +199,7 @@ def _steps(layout: Layout, readout: ReadoutEstimate, bench: Estimates) -> Iterat
 
 
 def _measuring_preparations(mount: Mount | None) -> str:
-    """Describe the preparations for measuring the finished sensor; empty without a jaw or metal behind the board."""
+    """Describe what to do before the finished sensor is measured; empty without a jaw or metal behind the board."""
     if mount is not None and mount.jaw is not None:
         return (
             "Close the jaws: they must close without force, and pass a ring gauge (or a reamed hole) of the port's "
@@ -214,7 +220,7 @@ def _has_jig(elastomer: ElastomerPad | None, target: Target | None) -> bool:
 
 
 def _has_printed_mount(mount: Mount | None, layers: tuple[Layer, ...]) -> bool:
-    """Whether the package contains the mount; False for a custom mount or a board glued directly to the jaw."""
+    """Whether the package contains the mount. It does not for a custom mount or a board glued directly to the jaw."""
     if mount is None or mount.kind == "custom":
         return False
     return mount.jaw is None or any(layer.part.startswith("mount") for layer in layers)
@@ -315,7 +321,7 @@ def _jaw_steps(layout: Layout, at: Levels) -> Iterator[str]:
 
 
 OF_JAW = {"jaw": "height", "opposing-jaw": "height", "opposing-pad": "opposing_pad_thickness"}
-"""Parts that belong to the instrument with both jaws, and the key of `mount.jaw` with each part's thickness."""
+"""Parts of the instrument with both jaws, and for each part the key of `mount.jaw` that states its thickness."""
 
 
 def _size_check_lines(
@@ -354,7 +360,7 @@ def _total_mass(pieces: Sequence[Mapping[str, Any]]) -> float:
 
 
 def _mass_lines(content: bytes) -> list[str]:
-    """Describe the sensor's mass, centre of mass and heaviest parts, read from ``mount/assembly.json``."""
+    """Describe the sensor's mass, centre of mass and heaviest parts. `content` is the file ``mount/assembly.json``."""
     document = json.loads(content)
     balance, pieces = document["sensor"], [each for each in document["pieces"] if not each["is_carrier"]]
     x, y, z = (round(value * 1e3, 2) + 0.0 for value in balance["centre_m"])
@@ -389,9 +395,10 @@ def _mass_lines(content: bytes) -> list[str]:
 
 
 def bare_board_test(layout: Layout, readout: ReadoutEstimate, bench: Estimates) -> str:
-    """Describe the test of a bare board at 20 degrees Celsius, with a table of readings by instrument and coil.
+    """Describe the test of a bare board at 20 degrees Celsius, with a table of each coil's reading on each instrument.
 
-    `bench` are the estimates at this temperature. The text includes the drive code for the bare board.
+    `bench` are the estimates at this temperature. The text includes the converter's drive code for the bare board,
+    which depends on the estimated `readout` of the finished sensor.
     """
     relative, metered = direct_resistance_sigma(layout.spec), {read.coil: read for read in bench.metered}
     meter = f"LCR, {show(METER_FREQUENCY, 'Hz')}:"
@@ -420,10 +427,7 @@ def bare_board_test(layout: Layout, readout: ReadoutEstimate, bench: Estimates) 
 
 
 def _thermistor_test(contacts: Iterable[Pad], soldered: SolderedThermistor | None, sensor: Thermistor | None) -> str:
-    """Describe soldering and test of a thermistor on the board; empty if the board carries none.
-
-    `contacts` are the tail's. `soldered` is the thermistor of the layout and `sensor` that thermistor's spec.
-    """
+    """Describe how a thermistor is soldered to the board and tested; empty if the board carries none."""
     if soldered is None or sensor is None or sensor.part.resistance is None:
         return ""
     first, second = sorted(pad.number for pad in contacts if pad.net in soldered.nets)
@@ -434,7 +438,8 @@ def _thermistor_test(contacts: Iterable[Pad], soldered: SolderedThermistor | Non
 def finished_sensor_test(coils: tuple[CoilEstimate, ...], closes: str, unseen: Sequence[str] = ()) -> str:
     """Describe the test of the finished sensor at rest at 20 degrees Celsius, with a table of readings by coil.
 
-    `closes` is the text on preparations. `unseen` names metals near the coils whose data are unverified.
+    `closes` is the text on the preparations, from `_measuring_preparations`. `unseen` names metals near the coils whose
+    data are unverified.
     """
     coils = tuple(coil for coil in coils if REST in coil.states)
     if not coils:
@@ -453,7 +458,7 @@ def finished_sensor_test(coils: tuple[CoilEstimate, ...], closes: str, unseen: S
 
 
 def connection_text(pads: tuple[Pad, ...], tail: Tail | None) -> str:
-    """Describe the face of the contacts, the place of contact 1 and the connector; empty without contacts."""
+    """Describe the face that bears the contacts, the place of contact 1, and the connector. Empty without contacts."""
     if not pads:
         return ""
     first = min(pads, key=lambda pad: pad.number)
@@ -474,7 +479,7 @@ def connection_text(pads: tuple[Pad, ...], tail: Tail | None) -> str:
 
 
 def _tank_frequency(coil: CoilEstimate, state: str) -> str:
-    """Format the tank's frequency in a state, with its standard deviation."""
+    """Format the tank's frequency in a state, with its standard deviation. A dash if the state has no estimate."""
     estimate = coil.states.get(state)
     if estimate is None:
         return DASH

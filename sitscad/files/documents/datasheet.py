@@ -63,8 +63,8 @@ def render(
 ) -> dict[str, bytes]:
     """Return the three files; empty without performance or curves.
 
-    `bench` are the estimates at 20 degrees Celsius, by which boards are tested. Raises `MissingExtra` without the
-    plotting library.
+    `bench` are the estimates at 20 degrees Celsius, at which boards are tested. `forced` is not empty if the design has
+    errors. Raises `MissingExtra` without the plotting library.
     """
     if not performance or curves is None:
         return {}
@@ -127,8 +127,8 @@ def figures_for_programs(
 ) -> bytes:
     """Return the content of ``datasheet.json``.
 
-    Predicted calibration errors need `calibration`, and the response table needs `response`. `cells` is the document of
-    a `CellTable`.
+    It has the predicted calibration errors only if `calibration` is given, and the response table only if `response`
+    is. `cells` is the document of a `CellTable`.
     """
     whole: dict[str, Any] = {"performance": report.documents(),
                              "in_words": [[list(each.head), *map(list, each.rows)] for each in report.tables()]}
@@ -146,7 +146,10 @@ def figures_for_programs(
 
 
 def _rounded_number(text: str) -> float:
-    """Round a figure to six digits and tiny values to 0, because the last bits of a sum differ between machines."""
+    """Return the number that a text states, rounded to six digits; tiny values become 0.
+
+    The last bits of a sum differ between machines.
+    """
     value = float(text)
     return float(f"{value:.6g}") if abs(value) > 1e-12 else 0.0
 
@@ -201,7 +204,8 @@ MOST_BESIDE = 4  # Most coils whose incoming test fits on the sheet of contacts 
 def _column_widths(rows: Rows, first: float, whole: float) -> list[float]:
     """Return the widths (mm) of a table's columns, which add up to `whole` (mm).
 
-    With up to four columns, the first has the width `first` (mm) and the others are equal. With more, all are equal.
+    With up to four columns, the first has the width `first` (mm) and the others are equally wide. With more columns,
+    all are equally wide.
     """
     count = len(rows[0]) if rows else 1
     if count > 4:
@@ -210,7 +214,7 @@ def _column_widths(rows: Rows, first: float, whole: float) -> list[float]:
 
 
 def _description(placements: tuple[tuple[CoilPlacement, ...], ...], points: Sequence[Performance]) -> str:
-    """Describe the sensor and its measured axes in a few sentences; `placements` are the coils' places by cell."""
+    """Describe the sensor and its measured axes in a few sentences; `placements` has the coils' places by cell."""
     cells, coils = len(placements), count_text(len(placements[0]), "coil")
     axes = " and ".join(NAMES[name] for name in points[-1].axes)
     array = f"{cells} cells, each of " if cells > 1 else ""
@@ -288,7 +292,7 @@ def sensor_summary_rows(
 
 
 def _reference_coil_rows(layout: Layout, estimates: Estimates) -> Rows:
-    """Return the rows on the reference coil and the target's signal on it. Empty if there is no reference coil."""
+    """Return the rows on the reference coil and on the target's signal in it. Empty if there is no reference coil."""
     if estimates.reference is None:
         return []
     signal, name = reference_signal(layout, estimates), estimates.reference.name
@@ -303,14 +307,14 @@ def _reference_coil_rows(layout: Layout, estimates: Estimates) -> Rows:
 
 
 def _converter_text(device: Converter, coils: int) -> str:
-    """Describe number and part of the converters and the channels used."""
+    """Name the converter, the number of converters if several are needed, and the number of channels in use."""
     number = device.converter_count(coils)
     several = f"{number} x " if number > 1 else ""
     return f"{several}{device.part}, {count_text(coils, 'channel')}{' in all' if several else ''}"
 
 
 def _metal_behind_rows(mount: Mount | None) -> Rows:
-    """Return the row on the metal behind the board that the figures include; empty without this metal."""
+    """Return the row on the metal behind the board, which all figures take into account. Empty without this metal."""
     metal = None if mount is None else mount.metal_behind
     if metal is None:
         return []
@@ -319,7 +323,7 @@ def _metal_behind_rows(mount: Mount | None) -> Rows:
 
 
 def _cell_rows(cells: CellTable) -> Rows:
-    """Return the rows on the worst cells and on the cell whose curves are drawn; empty without cells."""
+    """Return the rows that name the worst cells and the cell whose curves are drawn. Empty without cells."""
     groups = cells.groups
     if not groups:
         return []
@@ -360,10 +364,10 @@ TARED_AFTER_A_GRASP = (
 
 
 def acceptance_rows(coils: tuple[CoilEstimate, ...], metered: tuple[MeterReadings, ...], temperature: float) -> Rows:
-    """Return the accepted readings of bare coils at a temperature (degrees Celsius), by coil and instrument.
+    """Return the accepted readings of each bare coil on each instrument, at a temperature (degrees Celsius).
 
-    The first row has the headings. Limits are three standard deviations of manufacture about the design's value.
-    Inductance and resistance are listed only if `metered` has the readings of an LCR meter.
+    The first row has the headings. Limits are three standard deviations of manufacture on both sides of the design's
+    value. Inductance and resistance are listed only if `metered` has the readings of an LCR meter.
     """
     limits = production_limits(coils)
     if not limits:

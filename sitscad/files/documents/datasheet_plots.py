@@ -25,7 +25,7 @@ DIGITS = 6  # Significant digits of plotted values, so that rounding on other ma
 
 @record(eq=False)
 class Plot:
-    """One plot: its caption, its size (mm), and the function that draws it on a matplotlib figure."""
+    """Plot with its caption, its size (mm), and the function that draws it on a matplotlib figure."""
 
     caption: str
     size: tuple[float, float]
@@ -33,7 +33,7 @@ class Plot:
 
 
 def sensor_plots(curves: Curves, points: Sequence[Performance], cell: str = "") -> list[Plot]:
-    """Return all plots of a sensor, `WIDE` ones first; `cell` names the cell that the curves belong to, if any."""
+    """Return all plots of a sensor, the `WIDE` ones first. `cell` names the cell of the curves; empty without cells."""
     beyond = f" {BEYOND}" if any(float(np.abs(curve.forces).max()) > curves.validated_shear for curve in curves.shears
                               if curve.axis in SHEARS) else ""
     side = " and ".join(dict.fromkeys(NAMES[curve.axis].split()[0] for curve in curves.shears))
@@ -65,7 +65,7 @@ EXTRAPOLATED = "extrapolated"
 
 
 def _shade_extrapolation(axes: Any, curve: Curve, limit: float) -> None:
-    """Shade the shear forces beyond `limit` (N), for which the law of the pad's stiffness is extrapolated.
+    """Shade the shear forces beyond `limit` (N), at which the law of the pad's stiffness is extrapolated.
 
     The legend has one entry for all shaded areas.
     """
@@ -78,9 +78,10 @@ def _shade_extrapolation(axes: Any, curve: Curve, limit: float) -> None:
 
 
 def coil_difference(curves: Curves, axis: str) -> tuple[str, Array]:
-    """Return the difference of coil inductances that measures a shear or a moment: its text, and its weights (coils).
+    """Return the difference of coil inductances that measures a shear or a moment, as text and as weights (coils).
 
-    It is the mean of the coils on one side of the middle, minus the mean on the other side.
+    The weights form the mean of the coils on one side of the array's middle, minus the mean of the coils on the other
+    side. `axis` is the name of the shear or the moment.
     """
     places = curves.places[:, 0 if axis in ("shear_x", "moment_y") else 1]
     weights = np.where(np.abs(places) < 1e-9, 0.0, -places / np.maximum(np.abs(places), 1e-12))
@@ -104,7 +105,10 @@ def _rounded(values: Array) -> Array:
 
 
 def _draw_coils(curves: Curves, of: str, figure: Any) -> None:
-    """Draw each coil over normal force, and over shear under half this force; `of` begins the title."""
+    """Draw each coil's inductance over the normal force, and over shear under half the normal force.
+
+    `of` is the beginning of each panel's title.
+    """
     shown = [curves.normal, *(curve for k, curve in enumerate(curves.shears) if k % 3 == 1)]  # half the normal force
     names = "each coil" if len(curves.coils) > 1 else _sum_text(curves)
     for axes, curve in zip(figure.subplots(1, len(shown), squeeze=False)[0], shown, strict=True):
@@ -119,7 +123,7 @@ def _draw_coils(curves: Curves, of: str, figure: Any) -> None:
 
 
 def _draw_combinations(curves: Curves, figure: Any) -> None:
-    """Draw the sum of the coils over normal force, and their differences over shear."""
+    """Draw the sum of the coils' inductances over the normal force, and their differences over each shear or moment."""
     kinds = list(dict.fromkeys(curve.axis for curve in curves.shears))
     first, *panels = figure.subplots(1, 1 + len(kinds), squeeze=False)[0]
     total, sigma_total = curves.normal.inductance.sum(axis=1), np.hypot.reduce(curves.normal.sigma, axis=1)
@@ -148,10 +152,10 @@ def _draw_line(axes: Any, curve: Curve, values: Array, sigma: Array, label: str,
 
 
 def _draw_range(curves: Curves, figure: Any) -> None:
-    """Draw the working range: sum of the coils' inductances over their difference (nH).
+    """Draw the working range: the sum of the coils' inductances over their difference (nH).
 
-    There is one panel for each shear or moment. Blue lines have one normal force, orange lines one shear force or
-    moment.
+    There is one panel for each shear or moment. Along a blue line the normal force is constant, along an orange line
+    the shear force or the moment.
     """
     panels = figure.subplots(1, len(curves.ranges), squeeze=False)[0]
     for axes, (kind, normal, shear, inductance) in zip(panels, curves.ranges, strict=True):
@@ -173,7 +177,7 @@ def _draw_range(curves: Curves, figure: Any) -> None:
 
 
 def _split_at_limit(shear: Array, limit: float) -> Iterator[tuple[Array, str]]:
-    """Yield the shear forces (N) of each part of a line, and its line style: solid up to `limit` (N), dashed beyond."""
+    """Yield the shear forces (N) and the line style of each part of a line: solid up to `limit` (N), dashed beyond."""
     ends = np.clip([-limit, limit], shear[0], shear[-1])
     yield np.array([ends[0], *shear[np.abs(shear) < limit], ends[1]]), "-"
     for low, high in ((shear[0], ends[0]), (ends[1], shear[-1])):
@@ -182,7 +186,7 @@ def _split_at_limit(shear: Array, limit: float) -> Iterator[tuple[Array, str]]:
 
 
 def _draw_errors(full: Performance, figure: Any) -> None:
-    """Draw each error at full load by its cause, in per cent of full scale."""
+    """Draw the errors at full load as bars, one for each cause and axis, in per cent of full scale."""
     axes, names = figure.subplots(), list(full.axes)
     causes = [cause for cause in full.axes[names[0]].errors if cause not in FROM_UNIT_TO_UNIT]
     for k, name in enumerate(names):

@@ -25,10 +25,11 @@ def config_path(converter: Converter, ending: str) -> str:
 
 
 def render(spec: SensorSpec, estimates: Estimates, forced: str = "") -> dict[str, bytes]:
-    """Return header and JSON file, with the registers in the order of writing; both have a warning if forced.
+    """Return header and JSON file, with the registers in the order of writing.
 
-    If a setting is unknown or does not fit its field, the sensor cannot be read out. Then the header is an ``#error``
-    and the JSON file has the reason under ``refused``, so that even a forced build has no settings that look right.
+    Both have a warning if `forced` is not empty. If a setting is unknown or does not fit its field, the sensor cannot
+    be read out. Then the header is an ``#error`` and the JSON file has the reason under ``refused``. Even a forced
+    build then has no settings that look right.
     """
     converter, conversion = spec.readout.device, estimates.readout.conversion
     try:
@@ -47,7 +48,7 @@ def render(spec: SensorSpec, estimates: Estimates, forced: str = "") -> dict[str
 
 
 def refusal_files(name: str, converter: Converter, reason: str) -> dict[str, str]:
-    """Return the C header and the JSON file, by path, for a sensor that cannot be read out. `reason` states why."""
+    """Return the C header and the JSON file, by path, for a sensor that cannot be read out; `reason` states why."""
     text = " ".join(reason.replace('"', "'").replace("\\", "/").split())
     value = {"name": name, "device": converter.name, "refused": reason, "converters": []}
     return {
@@ -66,7 +67,11 @@ TIMES = ("settle_time_s", "conversion_time_s", "switch_time_s", "read_back_time_
 def settings_json(
     spec: SensorSpec, estimates: Estimates, converters: Sequence[Device], text: FirmwareText, forced: bool = False
 ) -> str:
-    """Return the text of the JSON file: keys end in SI units; registers are numbers in the order of writing."""
+    """Return the text of the JSON file. Keys end in SI units, and registers are listed in the order of writing.
+
+    `converters` has address, channels and registers of each converter. `text` has the converter's constants and
+    formulas.
+    """
     converter, readout = spec.readout.device, estimates.readout
     registers = converter.register_map
     value: dict[str, Any] = {
@@ -136,7 +141,11 @@ def _coil_document(device: Converter, force: float | None, estimates: Estimates,
 def settings_header(
     spec: SensorSpec, estimates: Estimates, converters: Sequence[Device], text: FirmwareText, forced: bool = False
 ) -> str:
-    """Return the C header (C99 and C++), with one constant table of register writes per converter."""
+    """Return the C header (C99 and C++), with one constant table of register writes per converter.
+
+    `converters` has address, channels and registers of each converter. `text` has the converter's constants and
+    formulas.
+    """
     readout, converter = estimates.readout, spec.readout.device
     macro, name = converter.part, converter.name
     lines = [
@@ -281,9 +290,10 @@ def _result_macros(converter: Converter, readout: ReadoutEstimate, text: Firmwar
 
 
 def _count_macros(converter: Converter, readout: ReadoutEstimate, part_by: str) -> list[str]:
-    """Return macros that convert results with fewer bits than a conversion to counts of a whole conversion.
+    """Return macros that convert a converter's results to counts of a whole conversion.
 
-    Empty if results have all bits.
+    They are needed for results that have only a part of a conversion's bits. Empty if results have all bits. `part_by`
+    names the settings that select this part.
     """
     conversion = readout.conversion
     if conversion is None or not conversion.is_partial:
@@ -304,7 +314,7 @@ def _count_macros(converter: Converter, readout: ReadoutEstimate, part_by: str) 
 
 
 def _pressed_forces(coils: tuple[CoilEstimate, ...], states: tuple[State, ...]) -> dict[str, float]:
-    """Return the forces (N), by name, of the pressed states that have estimates."""
+    """Return the forces (N) of the pressed states that have estimates, by the state's name."""
     named = {name for coil in coils for name in coil.states}
     return {state.name: state.force for state in states if state.force and state.name in named}
 
@@ -312,7 +322,10 @@ def _pressed_forces(coils: tuple[CoilEstimate, ...], states: tuple[State, ...]) 
 def _further_state_macros(
     converter: Converter, coils: tuple[CoilEstimate, ...], states: tuple[State, ...]
 ) -> list[str]:
-    """Return macros with force and expected inductance of pressed states, except the state under the required force."""
+    """Return macros with force and expected inductance of each pressed state.
+
+    The state under the required force is left out, because `_force_macros` has it.
+    """
     lines = []
     for name, force in _pressed_forces(coils, states).items():
         if name == PRESSED:
@@ -327,7 +340,7 @@ def _further_state_macros(
 
 
 def _force_macros(converter: Converter, coils: Sequence[CoilEstimate], force: float | None) -> list[str]:
-    """Return macros for the expected inductance at rest and pressed, and its change per newton with one sigma.
+    """Return macros for each coil's expected inductance at rest and pressed, and its change per newton with one sigma.
 
     `force` is the required normal force (N); None if the spec requires no force.
     """
@@ -378,7 +391,7 @@ def _coil_table(converter: Converter, coils: Sequence[CoilEstimate]) -> list[str
 
 
 def _register_table(converter: Converter, number: int, device: Device) -> list[str]:
-    """Return the lines on one converter: address, channels and registers."""
+    """Return the lines of the C header on one converter: address, channels and registers. `number` counts from 0."""
     pin, macro, name = addr_pin_text(converter, device.address), f"{converter.part}_{number}", converter.name
     channels = ", ".join(f"channel {i} is {comment_text(name)}" for i, name in enumerate(device.coils))
     lines = [

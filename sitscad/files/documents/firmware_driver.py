@@ -88,8 +88,8 @@ def _counts(band: Band, conversion: Conversion) -> tuple[int, ...]:
 def exchange_threshold(coil_bands: Sequence[CoilBands]) -> float:
     """Return the least frequency difference (Hz) at which the self-test detects that two coils are exchanged.
 
-    It is five standard deviations of the difference between two coils. For all pairs, it is computed for the two coils
-    with the largest `own_sigma`.
+    It is five standard deviations of the frequency difference of two coils. The two coils with the largest `own_sigma`
+    determine it for all pairs.
     """
     widest = sorted(band.own_sigma for band in coil_bands)[-2:]
     return 5.0 * math.hypot(*widest)
@@ -99,7 +99,7 @@ def _sensor_config(
     spec: SensorSpec, estimates: Estimates, devices: Sequence[Device], coil_bands: Sequence[CoilBands],
     conversion: Conversion, forced: bool,
 ) -> str:
-    """Return ``sensor_config.h``: sizes, and initialisers of the tables of ``sensor.c``."""
+    """Return ``sensor_config.h``: sizes, and initial values of the tables in ``sensor.c``."""
     readout, scale = estimates.readout, 1.0 / conversion.hertz_per_count
     places = spec.readout.device.coil_channels(len(coil_bands))
     scan = 1.0 / readout.scan_rate if readout.scan_rate else 0.0
@@ -251,7 +251,7 @@ README = "firmware/readme.txt"
 
 
 def _no_driver_text(device: Converter) -> Iterator[str]:
-    """Yield the readme's text for a converter without a driver."""
+    """Yield the sentences of the readme for a converter without a driver."""
     yield (f"There is no driver for {device.part} in this folder: sitscad has one for LDC1612 and LDC1614 alone. Nor "
            f"do `sitscad read` and the simulated converter know {device.part}.")
     if not device.has_circuit:
@@ -370,7 +370,7 @@ def _reading_lines(
 ) -> Iterator[str]:
     """Yield each coil's frequencies at `temperature` (degrees Celsius) with their bands of manufacture.
 
-    The readings of an LCR meter on the bare board follow if `bench` has them.
+    The expected readings of an LCR meter on the bare board follow if `metered` has them.
     """
     text = (
         f"Frequency at the converter at {temperature:g} degC, with the limits of the self-test ({SIGMAS:g} sigma of "
@@ -421,7 +421,10 @@ def _frequency_warning(device: Converter, coil_bands: tuple[CoilBands, ...]) -> 
 def bare_drive_text(
     converter: Converter, readout: ReadoutEstimate, bare_code: int | None, folder: str = "firmware/"
 ) -> str:
-    """Describe the drive code for a bare board; empty if no code is chosen."""
+    """Describe the drive code for a bare board; empty if no code is chosen.
+
+    `bare_code` is this code, and `folder` the path of the firmware's files in the text.
+    """
     device, code = converter, bare_code
     if code is None or readout.high_current or readout.drive_code is None:
         return ""
@@ -439,7 +442,10 @@ def bare_drive_text(
 
 
 def _i2c_address_text(converter: Converter, coils: int) -> str:
-    """Describe the addresses that `i2cdetect` shows on each bus; `BUSES` has the bus numbers for Linux."""
+    """Describe the addresses that the command `i2cdetect` shows on each bus.
+
+    `BUSES` has the bus numbers under Linux.
+    """
     buses: dict[int, list[int]] = {}
     for at in converter.coil_channels(coils):
         buses.setdefault(at.bus, []).append(at.address)
@@ -448,7 +454,7 @@ def _i2c_address_text(converter: Converter, coils: int) -> str:
 
 
 BUSES = (1, 3)
-"""Linux numbers (``i2cdetect -y N``) of the first and the second I2C bus in the examples."""
+"""Numbers under Linux (``i2cdetect -y N``) of the first and the second I2C bus in the examples."""
 
 
 def _readme_steps(

@@ -10,7 +10,7 @@ from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.thermistor import Thermistor, ThermistorPart
 
 CELSIUS_PERIOD = 0.1
-"""Time (s) from one reading of the temperature by the firmware to the next."""
+"""Time (s) between two readings of the temperature by the firmware."""
 
 
 def is_compensated(spec: SensorSpec) -> bool:
@@ -19,7 +19,11 @@ def is_compensated(spec: SensorSpec) -> bool:
 
 
 def temperature_macros(sensor: Thermistor | None, compensated: bool, results_per_second: float) -> list[str]:
-    """Return macros of ``sensor_config.h`` for the temperature sensor, and for the compensation of drift if any."""
+    """Return macros of ``sensor_config.h`` for the temperature sensor.
+
+    If `compensated`, there are also macros for the compensation of drift. `results_per_second` is the number of
+    conversion results of all coils in a second.
+    """
     lines = []
     if compensated:
         lines = ["#define SENSOR_COMPENSATED /* forces are compensated by the temperature change since the tare */"]
@@ -62,7 +66,7 @@ COMPENSATION = (
     "and the forces are not compensated: no or a faulty temperature sensor, a fault of the reference coil (also in a "
     "reading of the tare), or a change beyond SITSCAD_WARMEST. In the lines, warming_K is then empty."
 )
-"""Step of a sensor whose drift is compensated by its temperature."""
+"""Readme step for a sensor whose forces are compensated by its temperature."""
 
 
 def temperature_steps(sensor: Thermistor | None) -> Iterator[str]:

@@ -41,7 +41,7 @@ JELLY_OFF = (
     "Wipe the jelly off the target with a swab of naphtha or heptane, then with isopropanol, which alone hardly "
     "dissolves it; keep both off the elastomer, which naphtha swells (unverified)."
 )
-"""Removal of petroleum jelly, a mixture of hydrocarbons: soluble in hydrocarbons and hardly in alcohols."""
+"""Instruction to remove petroleum jelly, which dissolves in hydrocarbons and hardly in alcohols."""
 
 PRESS_MASS = 2e-3
 """Least mass (kg) of a printed press of the jig."""
@@ -50,20 +50,20 @@ BARS, BAR_HOLE = (30e-3, 50e-3, 80e-3), 8.5e-3
 """Outer diameters (m) of the steel bars that load a press, and diameter (m) of their hole for the press's peg."""
 
 HEIGHT_ERROR = 5e-6
-"""Largest compression (m) of a pad by the height gauge. It determines the largest contact force of the gauge."""
+"""Largest compression (m) of a pad by the height gauge. It limits the contact force of a suitable gauge."""
 
 LIGHT_GAUGE = 0.1
 """Contact force (N) of a light dial gauge. From memory, not verified."""
 
 LARGEST_BEAD = 10.0
-"""Volume (mm3) of glue below which the text also states the diameter of a single spherical bead."""
+"""Volume (mm3) of glue below which the text also states the diameter of a sphere of this volume."""
 
 RATCHET = 5.0
 """Least force (N) at which a micrometer's ratchet slips, usually 5 to 10 N. From memory, not verified."""
 
 
 def toleranced_text(size: Toleranced) -> str:
-    """Return a length in millimetres as text, with its largest deviation to either side."""
+    """Return a length in millimetres as text, with its largest deviation to both sides."""
     return f"{size.nominal * 1e3:.3f} +-{size.spread * 1e3:.3f} mm"
 
 
@@ -88,7 +88,8 @@ def product_name(assembly: Assembly) -> str:
 def glue_dose_text(glue: Adhesive | None, area: float, line: float, tolerance: float) -> str:
     """Describe the dose of glue under an area (m2): a volume (``2.9 mm3 of ...``), or an area of tape.
 
-    `line` is the thickness (m) of the glue line, and `tolerance` (m) its largest deviation.
+    `line` is the thickness (m) of the glue line, and `tolerance` (m) its largest deviation. `glue` is None if the spec
+    has no adhesive.
     """
     under, volume = f"{_digits_text(1e6 * area, 3)} mm2", 1e9 * area * line
     if glue is not None and glue.viscosity is None:
@@ -119,7 +120,7 @@ def setting_text(glue: Adhesive | None) -> str:
 
 
 def measuring_text(spec: SensorSpec) -> str:
-    """Describe the measurement of heights on the soft pad; empty if the spec has no pad."""
+    """Describe how heights on the soft pad are measured; empty if the spec has no pad."""
     pad = unsealed_pad(spec)
     force, travel = pad_force(pad, HEIGHT_ERROR), pad_compression(pad, RATCHET)
     if force is None or travel is None:
@@ -138,7 +139,7 @@ def measuring_text(spec: SensorSpec) -> str:
 
 
 def primer_text(glue: Adhesive | None, elastomer: ElastomerPad | None) -> str:
-    """Describe the faces that get a primer; empty if no primer is needed."""
+    """Describe which faces get a primer; empty if no primer is needed."""
     if glue is None or not glue.primer or elastomer is None:
         return ""
     return (
@@ -149,7 +150,7 @@ def primer_text(glue: Adhesive | None, elastomer: ElastomerPad | None) -> str:
 
 
 def washer_count(mass: float) -> int | None:
-    """Return the number of washers with which a press has at least a total mass (kg).
+    """Return the number of washers that load a press to at least a total mass (kg), the press included.
 
     None if the press's peg is too short for them.
     """
@@ -158,34 +159,37 @@ def washer_count(mass: float) -> int | None:
 
 
 def weight_height(across: float, mass: float) -> float:
-    """Return the height (m) of a steel bar with a hole, from its diameter `across` (m) and mass (kg)."""
+    """Return the height (m) of a steel bar with a hole, from its diameter `across` (m) and its mass (kg)."""
     return mass / (STEEL * math.pi / 4.0 * (across**2 - BAR_HOLE**2))
 
 
 def steel_weight_size(mass: float) -> tuple[float, float]:
-    """Return diameter and height (m) of the steel bar with which a press has a total mass (kg).
+    """Return diameter and height (m) of the steel bar that loads a press to a total mass (kg), the press included.
 
-    The diameter is the smallest of `BARS` at which the bar is not higher than wide, or else the largest.
+    The diameter is the smallest of `BARS` at which the bar is not higher than wide, or else the largest of `BARS`.
     """
     bars = [(across, weight_height(across, mass - PRESS_MASS)) for across in BARS]
     return next((bar for bar in bars if bar[1] <= bar[0]), bars[-1])
 
 
 MOST_STANDING = 3.0
-"""Largest mass (kg) placed on a press. For a larger mass, a clamp over a spring presses instead. An assumption."""
+"""Largest mass (kg) that stands on a press.
+
+For a larger mass, a clamp presses through a spring instead. An assumption.
+"""
 
 
 def is_clamped(mass: float) -> bool:
-    """Whether a clamp over a spring replaces a mass (kg) on a press."""
+    """Whether a clamp with a spring replaces a mass (kg) that would stand on a press."""
     return mass > MOST_STANDING
 
 
 SPRING_RATE = 10e3
-"""Rate (N/m) of the compression spring under a clamp. Such springs are usual and compress by readable millimetres."""
+"""Rate (N/m) of the compression spring under a clamp. Such springs are usual, and their compression is easy to read."""
 
 
 def spring_text(mass: float) -> str:
-    """Describe the clamping force: the weight (N) of a mass (kg), and the spring's compression by this force.
+    """Describe the clamping force, the weight (N) of a mass (kg), and the spring's compression by this force.
 
     The spring has the rate `SPRING_RATE`.
     """
@@ -218,8 +222,8 @@ def loading_text(part: str, mass: float) -> str:
 def gluing_text(spec: SensorSpec, part: str, under: str, height: Toleranced, place: str) -> str:
     """Describe the gluing of the elastomer or the target in the jig, and the resulting height.
 
-    `under` names the face below the piece. `height` (m) is the height of the piece's upper face above the board's top
-    face. `place` is the text on the piece's place in the well.
+    `part` is ``elastomer`` or ``target``, and `under` names the face below it. `height` (m) is the height of its upper
+    face above the board's top face. `place` is the text on its place in the jig's well.
     """
     assembly, count = spec.assembly, len(plates_of(spec).glued(part))
     press, area, glue = piece_press(spec, part), glued_area(spec, part), assembly.adhesive
@@ -249,7 +253,7 @@ def gluing_text(spec: SensorSpec, part: str, under: str, height: Toleranced, pla
 
 
 def line_areas(layout: Layout) -> dict[str, float]:
-    """Return the areas (m2) of the glue lines between a jaw and the board, by the piece above each line.
+    """Return the areas (m2) of the glue lines between a jaw and the board, keyed by the piece above each line.
 
     The order is from the jaw upwards; empty without a jaw. Pieces are as long as the board's body. A line is as wide as
     the narrower of its two faces.
@@ -271,7 +275,7 @@ def line_areas(layout: Layout) -> dict[str, float]:
 
 
 def hard_glue_dose_text(assembly: Assembly, glue: Adhesive | None, area: float) -> str:
-    """Describe the dose of glue for an area (m2) between two hard faces. `glue` is the glue for hard faces."""
+    """Describe the dose of glue for an area (m2) between two hard faces; `glue` is the glue for such faces."""
     return glue_dose_text(glue, area, assembly.glue_line, assembly.glue_tolerance)
 
 
@@ -293,7 +297,7 @@ def other_glue_reason(assembly: Assembly, board: tuple[Footprint, float], hard: 
 
 
 def board_gluing_text(layout: Layout) -> str:
-    """Describe the glue under the board: dose, reason for the choice of glue, and pressing, in whole sentences."""
+    """Describe the gluing of the board in whole sentences: dose, reason for the choice of glue, and pressing."""
     glue = hard_adhesive(layout)
     verb = "Put" if glue is not None and glue.viscosity is None else "Spread"
     dose_text = hard_glue_dose_text(layout.spec.assembly, glue, board_plan(layout)[1])
@@ -302,7 +306,7 @@ def board_gluing_text(layout: Layout) -> str:
 
 
 def pressing_text(layout: Layout, spreading: str) -> str:
-    """Describe the pressing of the board on its mount; `spreading` is the sentence on spreading the glue.
+    """Describe how the board is pressed on its mount; `spreading` is the sentence on spreading the glue.
 
     The board is never pressed by a finger on the pads.
     """
@@ -339,9 +343,9 @@ INHIBITION = (
 
 
 def inhibition_warning(adhesive: Adhesive | None, film: Encapsulation | None, hard: Adhesive | None = None) -> str:
-    """Warn of glues that may keep the film from curing, with the remedy; empty if none is known to.
+    """Warn of glues that may keep the film from curing, and state the remedy. Empty if no glue is known to do so.
 
-    `hard` is the adhesive of hard faces, the spec's if None.
+    `hard` is the glue for hard faces; None if it is the spec's adhesive.
     """
     glues = [*dict.fromkeys(glue for glue in (adhesive, hard) if glue is not None and glue.inhibitor)]
     if film is None or not glues or not presets.cures_by_platinum(film.material.name):

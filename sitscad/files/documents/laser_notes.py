@@ -108,7 +108,11 @@ def _kerf_text(sheets: tuple[LaserSheet, ...]) -> str:
 
 
 def _sheet_lines(gap: float, name: str, web: float | None, joined: CutPart | None, sheet: LaserSheet) -> Iterator[str]:
-    """Yield the lines on one sheet; `gap` (m) is between copies, and `joined` is the piece of all pads with webs."""
+    """Yield the lines of the readme on one sheet.
+
+    `gap` (m) is the distance of neighbouring copies, and `name` the design's name. If webs join all pads to one piece,
+    `joined` is this piece and `web` the width (m) of the webs. Otherwise both are None.
+    """
     nest, is_joined = sheet.nest, joined is not None and web is not None and sheet.part == "elastomer"
     yield f"laser/{name}-{sheet.name}.dxf and .svg (the same, in mm, full size)"
     yield f"   material   {sheet.material}, {in_mm(sheet.thickness)} mm thick"
@@ -149,7 +153,7 @@ def _part_kind(sheet: LaserSheet) -> str:
 
 
 def _source_text(pad: ElastomerPad | None, mount: Mount | None) -> str | None:
-    """Describe sources of the elastomer's sheet; None if no order code is known."""
+    """Describe where to buy the elastomer's sheet; None if no order code is known."""
     order = None if pad is None else order_of("elastomer", pad.material.name)
     if pad is None or order is None:
         return None

@@ -78,7 +78,7 @@ from sitscad.spec.yaml.source import SpecSource
 
 
 def dose_volumes(layout: Layout) -> tuple[float, ...]:
-    """Return the volumes (m3) of the single doses of liquid glue in the steps, smallest first."""
+    """Return the volume (m3) of each dose of liquid glue in the assembly steps, smallest first."""
     assembly, hard = layout.spec.assembly, hard_adhesive(layout)
     areas = list[float]()
     if assembly.adhesive is not None and assembly.adhesive.viscosity is not None:
@@ -136,7 +136,10 @@ def board_mounting_steps(layout: Layout) -> Iterator[str]:
 
 
 def _custom_mount_height_text(coil: CoilSpec, mount: Mount | None) -> str:
-    """Describe the board's height over metal behind a custom mount, or the least distance of metal."""
+    """Describe the board's height over the metal behind a custom mount.
+
+    Without such metal, describe its least distance.
+    """
     metal = mount.metal_behind if mount is not None else None
     if metal is None:
         return metal_below_text(coil, mount)
@@ -147,7 +150,7 @@ def _custom_mount_height_text(coil: CoilSpec, mount: Mount | None) -> str:
 
 
 def sensor_mounting_steps(layout: Layout) -> Iterator[str]:
-    """Yield the steps that mount the sensor, after gluing, bending and sealing, on its plate or finger.
+    """Yield the steps that mount the finished sensor on its plate or finger, after gluing, bending and sealing.
 
     Empty without a mount, and for a jaw.
     """
@@ -197,8 +200,8 @@ def _spacing_text(spacing: tuple[float, float] | None) -> str:
 def _screw_head_text(height: float | None, is_near: bool) -> str:
     """Describe the screws' material, and the height of their heads above the sensor's top face.
 
-    `height` (m) is None for inch threads; then the text is empty. `is_near` is True if steel would be too near to a
-    coil.
+    `height` (m) is None for inch threads, and the text is then empty. `is_near` states whether steel would be too near
+    to a coil.
     """
     above = height
     if above is None:
@@ -261,7 +264,7 @@ def screw_length(thread: str, grip: float) -> int | None:
 
 
 def screw_text(thread: str, grip: float) -> str:
-    """Describe the screws of a thread, with their length through plastic of a thickness (m).
+    """Describe the screws of a thread, with their length through plastic of the thickness `grip` (m).
 
     `thread` is a name such as M2 or 1/4-20; if empty, any screw fits.
     """
@@ -278,7 +281,7 @@ def screw_text(thread: str, grip: float) -> str:
 
 
 def metal_below_text(coil: CoilSpec, mount: Mount | None) -> str:
-    """Describe the distance below the board within which a plate or custom mount must have no further metal.
+    """Describe the distance below the board within which there must be no metal, or no metal besides `metal_behind`.
 
     Empty for a finger or a jaw.
     """
@@ -311,7 +314,10 @@ def _room_below_text(body_end: float, tail_bends: tuple[Bend, ...]) -> str:
 SAME = 1e-6  # Smallest difference (m) between two lengths
 
 def _seat_height_text(mount: Mount, has_shield: bool, layers: tuple[Layer, ...]) -> str:
-    """Describe the height of the board's top face above the face under the mount; empty with a shield."""
+    """Describe the height of the board's top face above the face under the mount; empty with a shield.
+
+    `layers` are the layers between the two faces.
+    """
     if has_shield:
         return ""
     height = sum((layer.thickness for layer in layers), Toleranced(0.0))
@@ -320,7 +326,7 @@ def _seat_height_text(mount: Mount, has_shield: bool, layers: tuple[Layer, ...])
 
 
 def film_text(layout: Layout, film: Encapsulation) -> str:
-    """Describe the application of the film: cast in its mould, or brushed on if it is too thin for casting."""
+    """Describe how the film is applied: cast in its mould, or brushed on if it is too thin for casting."""
     poured = skin_silicone(layout)
     caution = inhibition_warning(layout.spec.assembly.adhesive, layout.spec.encapsulation, hard_adhesive(layout))
     if poured is None:
@@ -345,9 +351,10 @@ def film_text(layout: Layout, film: Encapsulation) -> str:
 
 
 def release_text(holes: tuple[tuple[Point, ...], float], skin: SiliconeMix | None) -> str:
-    """Describe the removal of the board from the jig's base.
+    """Describe how the board is pushed out of the jig's base.
 
-    `holes` are the centres (m) of the holes through the base, and their diameter (m).
+    `holes` are the centres (m) of the holes through the base, and their diameter (m). `skin` is the silicone of a cast
+    film; None if no film is cast.
     """
     places, size = holes
     holding = "glue" if skin is None else "glue or skin"
@@ -369,14 +376,14 @@ def has_resin_moulds(mount: Mount | None) -> bool:
 
 
 PARABOLA = 1.5
-"""Ratio of largest to mean bulge of a bonded pad's free side, which bulges as a parabola (Gent 2012, 2.3)."""
+"""Ratio of the largest to the mean bulge of a bonded pad's free side, which is a parabola (Gent 2012, 2.3)."""
 
 
 def render_fit(layout: Layout, solids: tuple[Solid, ...]) -> dict[str, bytes]:
-    """Return the fit proof as JSON, in metres, and a picture of solids that collide.
+    """Return ``mount/fit.json``, the measurements on the closed jaws in metres, and a picture of solids that collide.
 
-    Without a jaw of known dimensions, the file only has measurements that need no closed pair, such as the board's
-    support and STEP files.
+    Without a jaw of known dimensions, the file has only the measurements that need no closed jaws. Examples are the
+    board's support and the sizes of STEP files.
     """
     borne = required_loads(layout.spec)
     proof = measure_solids(layout, solids, borne)
@@ -413,7 +420,10 @@ def unread_files(mount: Mount | None, source: SpecSource) -> str:
 
 
 def required_loads(spec: SensorSpec) -> tuple[PadLoad, ...]:
-    """Return the required loads, with shear along each axis; empty without a pad or a required force."""
+    """Return the required loads with the target's pose and the pad's bulge; empty without a pad or a required force.
+
+    Shear acts along x, -x, y and -y in turn.
+    """
     normal, shear = spec.requirements.normal_force or 0.0, spec.requirements.shear_force or 0.0
     if not (normal or shear):
         return ()
@@ -450,7 +460,7 @@ def largest_bulge(pad: Body | None, press: float) -> float:
 
 
 def fit_document(proof: Proof) -> dict[str, Any]:
-    """Return the proof as plain values: lengths in metres, volumes in cubic metres."""
+    """Return the measurements as plain values: lengths in metres, volumes in cubic metres."""
     return {
         "closed_pair_radius_m": _rounded(proof.radius),
         "closed_pair_radius_from_figures_m": _rounded(proof.plane_radius),
@@ -476,7 +486,10 @@ FIGURES = ("wall", "free_wall", "hole", "clearance", "pin", "groove")
 
 
 def render_print(solids: tuple[Solid, ...], aids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
-    """Return the printed pieces of mount, jig and moulds with their process's limits; empty without a mount."""
+    """Return ``mount/print.json``: the printed pieces of mount, jig and moulds, and the limits of the printing process.
+
+    Empty without a mount. `aids` are the solids of jig and moulds.
+    """
     if spec.mount is None:
         return {}
     process = spec.mount.process
@@ -493,7 +506,10 @@ def render_print(solids: tuple[Solid, ...], aids: tuple[Solid, ...], spec: Senso
 
 
 def render_weights(layout: Layout, solids: tuple[Solid, ...]) -> dict[str, bytes]:
-    """Return masses and centres as JSON (kg, m and m3), with axes as in ``mount/assembly.step``."""
+    """Return ``mount/assembly.json``: mass (kg), volume (m3) and centre (m) of each piece and of the sensor.
+
+    The axes are those in ``mount/assembly.step``.
+    """
     weights = weigh(layout, solids)
     sensor = tuple(weight for weight in weights if not weight.is_carrier)
     path = tail_path(layout)
@@ -529,7 +545,10 @@ def _rounded(value: float, digits: int = 9) -> float:
 
 
 def render_picture(layout: Layout, solids: tuple[Solid, ...]) -> dict[str, bytes]:
-    """Return ``mount/assembly.svg``, with a metal finger or the metal behind the mount; empty without a mount."""
+    """Return ``mount/assembly.svg``. Empty without a mount.
+
+    It also shows a metal finger or the metal behind the mount.
+    """
     spec = layout.spec
     if spec.mount is None:
         return {}
@@ -562,5 +581,5 @@ def render_jig_picture(layout: Layout, solids: tuple[Solid, ...], tools: tuple[S
 
 
 def jig_picture(frame: str) -> str:
-    """Return the path of the picture that shows the jig in use with a frame."""
+    """Return the package path of the picture that shows the jig in use with a frame."""
     return f"mount/{frame}.svg"

@@ -55,8 +55,9 @@ def render(
 ) -> dict[str, bytes]:
     """Return the readme for the fabricator by its path in the package.
 
-    `panel` is the panel in which the boards are ordered, `bench` has the coils' resistances at 20 degC, and `files` are
-    the images whose fingerprint the readme states. The readme begins with a warning if `forced` is not empty.
+    `panel` is the panel in which the boards are ordered; None for single boards. `bench` are the estimates at 20
+    degrees Celsius, which state the coils' resistances for the test. `files` are the images whose fingerprint the
+    readme states. The readme begins with a warning if `forced` is not empty.
     """
     return {f"{FOLDER}/readme.txt": order_readme(layout, panel, bench, files, bool(forced)).encode("utf-8")}
 
@@ -65,7 +66,11 @@ def order_readme(
     layout: Layout, panel: Panel | None = None, bench: Estimates | None = None,
     files: Mapping[str, bytes] | None = None, forced: bool = False,
 ) -> str:
-    """Return the order's parameters, critical properties, tests, files, and the fingerprint of `files` if given."""
+    """Return the order's parameters, critical properties, tests, files, and the fingerprint of `files` if given.
+
+    `bench` are the estimates at 20 degrees Celsius, which state the coils' resistances for the test. The text begins
+    with a warning if `forced`, which means that the package was built in spite of errors.
+    """
     incomplete = [f"- {lack.message}" for lack in layout.shortfalls]
     if incomplete:
         incomplete = ["DO NOT ORDER FROM THESE FILES: the layout is not complete.", *incomplete, ""]
@@ -178,7 +183,10 @@ def _thermistor_text(sensor: SolderedThermistor, body: Box) -> str:
 
 
 def _delivery_text(rules: DesignRules, name: str, is_small: bool, panel: Panel | None) -> str:
-    """Describe the delivery of the boards, as single boards or in panels."""
+    """Describe the delivery of the boards, as single boards or in panels.
+
+    `is_small` states whether the board is smaller than the smallest part in the fabricator's rules.
+    """
     if panel is None:
         small = "; smaller than the smallest part of these rules: deliver them in a panel of your own, held by bridges"
         return f"single boards, cut out{small if is_small else ''}"
@@ -195,7 +203,7 @@ def _panel_name(name: str, ending: str) -> str:
 
 
 def _thin_tail_text(layout: Layout) -> str:
-    """Describe a tail with fewer copper layers than the body, and the end of the other layers."""
+    """Describe a tail with fewer copper layers than the body, and the place where the other layers end."""
     first, last = layout.spec.fpc.tail_copper + 1, layout.copper_layers
     lower = f"copper {first}" if first == last else f"copper {first} to {last}"
     name, fpc = layout.spec.name, layout.spec.fpc
@@ -228,7 +236,10 @@ def _hole_text(fpc: FpcSpec, vias: tuple[Via, ...], spans: str) -> str:
 
 
 def _ipc_type(layers: int, tail: Tail | None, vias: tuple[Via, ...]) -> str:
-    """Return type and use of a flexible board by IPC-6013, 1.3. Type 5 has several layers but no plated holes."""
+    """Return type and use of a flexible board by IPC-6013, section 1.3.
+
+    Type 5 has several layers but no plated holes.
+    """
     kind = 1 if layers == 1 else 5 if not vias else 2 if layers == 2 else 3
     is_dynamic = tail is not None and tail.bend == "dynamic"
     return f"type {kind}, use {'B (flexes in use)' if is_dynamic else 'A (bent at installation)'}"

@@ -65,14 +65,17 @@ USUAL_CHIP = "chip-0603"  # Package of a tank capacitor if the spec names none: 
 
 SENSOR_PLACES = {BOARD: "glued on the board beside the pad", TAIL: "glued on the tail's stiffener",
                  CONTROLLER: "on the board of the converter"}
-"""Text of each place of the temperature sensor."""
+"""Text for each place of the temperature sensor."""
 
 LIQUIDS = "two liquids"
 
 
 @record
 class Item:
-    """One row: quantity for one sensor, quantity for all boards (`for_boards`), and maker and order code if known."""
+    """One row of ``bom.csv``. `quantity` is for one sensor, `for_boards` for all ordered boards.
+
+    `maker` and `order_code` are empty if unknown.
+    """
 
     item: str
     quantity: int
@@ -86,7 +89,10 @@ class Item:
 
 
 def render(layout: Layout, estimates: Estimates, forced: str = "") -> dict[str, bytes]:
-    """Return ``bom.csv``: UTF-8, commas, one header row; if `forced`, a warning with quantity 0 comes first."""
+    """Return ``bom.csv``: UTF-8, commas, one header row.
+
+    If `forced` is not empty, a warning with quantity 0 comes first.
+    """
     stop = (Item("warning", 0, layout.spec.name, "", "", FORCED),) if forced else ()
     lines = [[field.name for field in fields(Item)]]
     for item in (*stop, *items(layout, estimates.readout)):
@@ -97,7 +103,7 @@ def render(layout: Layout, estimates: Estimates, forced: str = "") -> dict[str, 
 
 
 def items(layout: Layout, readout: ReadoutEstimate) -> tuple[Item, ...]:
-    """Return the rows in the order of assembly, only for parts that the spec contains."""
+    """Return the rows for all parts that the spec contains, in the order of assembly."""
     boards = layout.spec.fpc.boards or 1
     parts = (*_circuit_items(layout),
              *_converter_items(layout.capacitors, layout.thermistor, len(layout.coils), layout.spec.name,
@@ -111,11 +117,11 @@ def items(layout: Layout, readout: ReadoutEstimate) -> tuple[Item, ...]:
 SHARED = ("adhesive", "board adhesive", "primer", "jig", "jig weight", "jig bar", "board weight", "foam", "jelly",
           "jelly solvent", "mould", "skin mould", "sealer", "mould release", "cleaner", "film", "dispenser",
           "controller", "spare connector")
-"""Items that are needed once for several sensors."""
+"""Items that are bought once for any number of sensors."""
 
 
 def _with_order(item: Item, order: Order | None) -> Item:
-    """Add maker and order code to a row, with a note if the code is unverified."""
+    """Return a row with maker and order code, and with a note if the code is unverified."""
     if order is None:
         return item
     size = "; ".join(part for part in (item.size, order.words) if part and part not in item.note)
@@ -263,7 +269,7 @@ def _place_text(plate: Target | ElastomerPad) -> str:
 
 
 def _support_items(layout: Layout) -> Iterator[Item]:
-    """Yield the parts behind the board: shield, glue, mount, jaw, other metal, and the aids for assembly."""
+    """Yield the parts behind the board (shield, glue, mount, jaw, other metal), and the aids for assembly."""
     spec = layout.spec
     sheet = shield(layout)
     if spec.shield is not None and sheet is not None:
@@ -398,9 +404,10 @@ def _screw_items(layout: Layout, pattern: HolePattern) -> Iterator[Item]:
 
 
 def _screw_text(thread: str, grip: float, hole: float) -> str:
-    """Describe a screw: its thread, and its length for a plastic thickness `grip` (m).
+    """Describe a screw: its thread, and its length through plastic of the thickness `grip` (m).
 
-    If the length is unknown, the thread alone. Without a thread, the diameter `hole` (m) of the screw's hole.
+    If the length is unknown, the text has only the thread. Without a thread, it has the diameter `hole` (m) of the
+    screw's hole.
     """
     length = screw_length(thread, grip)
     return (thread or f"for {in_mm(hole)} mm holes") if length is None else f"{thread} x {length}"
@@ -410,10 +417,10 @@ PLACEMENT_HEADER = ("Ref", "Val", "Package", "PosX", "PosY", "Rot", "Side")
 
 
 def render_placement(layout: Layout, estimates: Estimates | None) -> dict[str, bytes]:
-    """Return ``placement.csv`` with KiCad's columns (millimetres, degrees); empty without chips on the board.
+    """Return ``placement.csv`` with KiCad's columns (millimetres, degrees). Empty without chips on the board.
 
-    Rotation 0 is a chip along x with its first terminal on the left. A capacitor's value is the capacitance of
-    `estimates`, as in ``bom.csv``; a thermistor's value is its product.
+    At rotation 0, a chip lies along x with its first terminal on the left. The value of a capacitor is the capacitance
+    in `estimates`, as in ``bom.csv``. The value of a thermistor is its product.
     """
     if not layout.chips:
         return {}
@@ -431,5 +438,5 @@ def render_placement(layout: Layout, estimates: Estimates | None) -> dict[str, b
 
 
 def capacitance_text(chosen: float | None) -> str:
-    """Format the tank capacitor's value (F); `none found` if there is none."""
+    """Format the tank capacitor's value (F). The text is `none found` if there is none."""
     return show(chosen, "F") if chosen is not None and math.isfinite(chosen) else "none found"

@@ -32,12 +32,12 @@ From memory, not verified.
 
 
 def place_tolerance_text(assembly: Assembly) -> str:
-    """Return the largest deviation (mm) of a piece from its intended place as text. It is equal along and across."""
+    """Return the largest deviation (mm) of a piece from its intended place, along and across the jaw, as text."""
     return f"+-{1e3 * placement(assembly).band:.3f} mm"
 
 
 def piece_sizes(layout: Layout) -> dict[str, tuple[float, float]]:
-    """Return (x of the end at the tip, largest width) in metres of each piece between a jaw and the board, by name.
+    """Return two lengths (m) of each piece between jaw and board, by name: x of its end at the tip, and largest width.
 
     Pieces of a mount widen upwards as far as the port leaves room.
     """
@@ -61,9 +61,9 @@ def alignment_text(
 ) -> str:
     """Describe the places of mount and shield on the jaw, and the strips that align them.
 
-    Empty if a joint places the pieces. In a pocket, films fill the room round the pieces. Elsewhere, strips beside the
-    jaw align the pieces. If a mount is nearly as wide as the jaw or wider, a film between strip and jaw leaves a
-    measurable gap.
+    Empty if a dovetail or pins place the pieces. In a pocket, films fill the room round the pieces. Elsewhere, strips
+    beside the jaw align them. If a piece is nearly as wide as the jaw or wider, a film between strip and jaw leaves a
+    measurable gap. `sizes` is from `piece_sizes`, and `stiff` names the pieces from the jaw upwards.
     """
     if jaw is None or mount is None or retention(body, mount) is not None or not stiff:
         return ""
@@ -93,21 +93,21 @@ def alignment_text(
 
 
 def _squaring_film(narrower: Iterable[float]) -> float:
-    """Return the thickness (m) of the film between a jaw and the strips beside its pieces.
+    """Return the thickness (m) of the film between a jaw and the strips that align its pieces.
 
-    `narrower` holds the widths (m) by which pieces are narrower than the jaw on each side.
+    `narrower` holds for each piece half the width (m) of the jaw minus half the width of the piece.
     """
     return max(0.0, FILM_STEP * math.ceil((GAUGE - min(narrower)) / FILM_STEP - 1e-9))
 
 
 def stiff_pieces(layers: tuple[Layer, ...]) -> list[str]:
-    """List the pieces glued on a jaw below the board, from the jaw upwards; empty without a jaw."""
+    """Return the names of the pieces glued on a jaw below the board, from the jaw upwards. Empty without a jaw."""
     below = [layer.part.removeprefix(GLUE) for layer in layers if layer.is_glue]
     return below[: below.index("board")] if "board" in below else []
 
 
 def film_thicknesses(layout: Layout) -> set[float]:
-    """Return the thicknesses (m) of the films that fill gaps beside pieces during gluing; empty without a mount."""
+    """Return the thicknesses (m) of the films that fill gaps beside pieces during gluing. Empty without a mount."""
     spec, gaps_found, stiff = layout.spec, set[float](), stiff_pieces(column(layout))
     if spec.mount is None:
         return gaps_found
@@ -129,9 +129,10 @@ def film_thicknesses(layout: Layout) -> set[float]:
 
 
 def strip_removal_text(jaw: Jaw | None, width: float, has_strips: bool) -> str:
-    """Describe the removal of strips and films, which align the pieces below the board during gluing.
+    """Describe the removal of the strips and films that aligned the pieces below the board during gluing.
 
-    `width` (m) is the width of the board, which needs their room. Empty if there is no jaw, or if none were used.
+    `width` (m) is the width of the board, which needs the room of the strips. Empty if there is no jaw, or if
+    `has_strips` is False.
     """
     if jaw is None or not has_strips:
         return ""
@@ -143,9 +144,9 @@ def strip_removal_text(jaw: Jaw | None, width: float, has_strips: bool) -> str:
 def _pocket_gaps(
     body: Box, sizes: dict[str, tuple[float, float]], jaw: Jaw, stiff: Sequence[str]
 ) -> dict[str, tuple[float, float]]:
-    """Return each piece's room (m) in the jaw's pocket, at the end and at the sides.
+    """Return the gaps (m) between each piece and the jaw's pocket: at the end and at each side.
 
-    A mount that would leave less room is cut back to the pocket's clearance.
+    A mount that would leave a smaller gap is cut back to the pocket's clearance.
     """
     assert jaw.pocket is not None
     length, across = jaw.pocket
@@ -168,7 +169,7 @@ def _pocket_alignment_text(
 
 
 def stop_place_text(layout: Layout) -> str:
-    """Describe the board's place on a grasper's mount: its gaps to stop and ledges, or flush edges."""
+    """Describe the board's place on a grasper's mount: its gaps to stop and ledges, or its flush edges."""
     room, mount = clearance(layout.spec.mount), layout.spec.mount
     jaw = layout.spec.jaw
     assert mount is not None and jaw is not None
@@ -189,7 +190,7 @@ def stop_place_text(layout: Layout) -> str:
 
 
 def _tail_end_text(tail: Tail | None) -> str:
-    """Name the end of the board where its tail leaves."""
+    """Name the end of the board at which its tail leaves."""
     return "the tail" if tail is not None else "the end at large x (drawing of the board)"
 
 
@@ -203,7 +204,7 @@ def base_place_text(fpc: FpcSpec, mount: Mount | None) -> str:
 
 
 def _film_text(fpc: FpcSpec) -> str:
-    """Describe the films that fill the room round the board in a recess and so place it, in whole sentences."""
+    """Describe the films that fill the room round the board in a recess and thereby centre it, in whole sentences."""
     end = _tail_end_text(fpc.tail)
     if stack.has_round_body(fpc.body):
         return f"Line its round wall with a strip of {FILM}, as thick as this room: it holds the board in the middle."
@@ -214,7 +215,10 @@ def _film_text(fpc: FpcSpec) -> str:
 
 
 def well_place_text(layout: Layout, part: str) -> str:
-    """Describe how a piece is placed in the well of the jig's frame, which is larger on all sides. Whole sentences."""
+    """Describe how a piece is placed in the well of the jig's frame, which is larger on all sides, in whole sentences.
+
+    `part` is ``elastomer`` or ``target``.
+    """
     room, end = process_clearance(layout.spec.mount), _tail_end_text(layout.spec.fpc.tail)
     row = plates_of(layout.spec).of(part)
     (x0, y0, _, y1), (left, low, _, high) = layout.body, box_around([piece.footprint.box for piece in row])
@@ -239,7 +243,7 @@ def well_place_text(layout: Layout, part: str) -> str:
 
 
 def jig_captions(layout: Layout, part: str) -> tuple[str, ...]:
-    """Return the captions of the jig's picture: the tail's side, the directions of pushing, and the film."""
+    """Return the captions of the jig's picture: the tail's side, the directions in which to push, and the film."""
     room, end = process_clearance(layout.spec.mount), _tail_end_text(layout.spec.fpc.tail)
     row = plates_of(layout.spec).of(part)
     film = f"A film of {in_mm(room, 3)} mm goes on the right in the well, seen towards {end}."
@@ -250,7 +254,7 @@ def jig_captions(layout: Layout, part: str) -> tuple[str, ...]:
 
 
 def press_captions(mass: float) -> tuple[str, ...]:
-    """Return the captions of the board press's picture: its place, the foam (not drawn), and the mass on the board."""
+    """Return the captions of the board press's picture: its place, the foam (not drawn), the mass (kg) on the board."""
     return (
         f"The feet stand on the board's rim, {in_mm(FOOT_INSET)} mm inside its edges.",
         f"Foam of {in_mm(FOAM)} mm fills each pocket (not drawn).",
@@ -269,7 +273,10 @@ def recess_place_text(assembly: Assembly, fpc: FpcSpec, mount: Mount | None) -> 
 
 
 def custom_mount_place_text(body: Box, assembly: Assembly, fpc_tail: Tail | None, part: StepPart | None) -> str:
-    """Describe the board's place on a mount of the user's own, in whole sentences."""
+    """Describe the board's place on a mount of the user's own, in whole sentences.
+
+    `part` is the STEP file of the mount; None if the spec has none.
+    """
     x0, y0, x1, y1 = body
     size = f"{in_mm(x1 - x0, 2)} x {in_mm(y1 - y0, 2)} mm"
     if part is None:
@@ -306,7 +313,7 @@ def groove_text(layout: Layout) -> str:
 
 
 def overhang_text(body: Box, mount: Mount | None, tongue: Relief | None, at: Levels) -> str:
-    """Describe parts of the mount that overhang the metal beside a shield; empty if there are none."""
+    """Describe the parts of the mount that overhang the jaw's metal beside a shield. Empty if there are none."""
     if "shield" not in at or "mount" not in at or mount is None or mount.jaw is None:
         return ""
     stop = stop_place(body, mount.jaw, mount)
@@ -324,5 +331,5 @@ def overhang_text(body: Box, mount: Mount | None, tongue: Relief | None, at: Lev
 
 
 def place_tolerance_row(assembly: Assembly) -> str:
-    """Return the tolerance table's row on the places of pieces; all other rows are thicknesses."""
+    """Return the row on the places of pieces for the table of tolerances, whose other rows are thicknesses."""
     return f"  {'place of each piece':<28}{place_tolerance_text(assembly)} (along and across)"

@@ -51,11 +51,11 @@ TOOLS = (
     ("mill the dovetail", "mill with a dovetail cutter"), ("drill two holes", "drill"),
     ("solder wires", "soldering iron"),
 )
-"""Pattern in the text of the steps, and the tool that this text needs."""
+"""Regular expression for the text of the steps, and the tool that a matching text needs."""
 
 
 def tool_list_text(steps: str) -> str:
-    """List all tools that the steps name, in a whole sentence."""
+    """List all tools that the text `steps` needs, in a whole sentence."""
     page = re.sub(r"\s+", " ", steps).lower()
     return f"Tools: {', '.join(tool for pattern, tool in TOOLS if re.search(pattern, page))}."
 
@@ -106,16 +106,19 @@ USES = (
 """Regular expression for a piece's name, and the piece's purpose; the first row that matches applies."""
 
 STAGE_OF = {"fpc/": "gerber", "laser/": "laser", "firmware/": "firmware", "bom.csv": "report"}
-"""Build stage (a value of `--only`) that writes a folder or file. The keys are the names in the text of the steps."""
+"""Build stage (a value of `--only`) that writes a folder or file.
+
+The keys are the paths as in the text of the steps.
+"""
 
 STAGE_FILES = {"gerber": "fpc/", "laser": "laser/", "firmware": "firmware/", "report": "bom.csv"}
-"""Folder or file that a build stage writes, as named in the text of the steps. The keys are the stages."""
+"""Folder or file that a build stage writes, as in the text of the steps. The keys are the stages."""
 
 
 def piece_list_lines(mount: Mount | None, name: str, ordered: str, package: Package, width: int) -> Iterator[str]:
-    """Yield the lines that list each piece to be printed or milled; empty if the package has no ``print.json``.
+    """Yield the lines that list each piece to be printed or milled. Empty if the package has no ``print.json``.
 
-    `ordered` is the sentence about the other pieces.
+    `ordered` is the sentence about the pieces that are ordered. Lines have at most `width` characters.
     """
     content = package.files.get("mount/print.json")
     if content is None:
@@ -141,7 +144,10 @@ def piece_list_lines(mount: Mount | None, name: str, ordered: str, package: Pack
 
 
 def cut_text(sheets: Mapping[str, ElastomerPad | Target | Shield | None]) -> str:
-    """Describe the parts cut from sheets and their cutting, to follow the text on the board; empty if none."""
+    """Describe the parts that are cut from sheets and how, as the end of a sentence on the board.
+
+    Empty if there are none. `sheets` maps each part's name to the part; None if the spec lacks it.
+    """
     parts_by_cutting: dict[str, list[str]] = {}
     for part, sheet in sheets.items():
         if sheet is not None:
@@ -150,22 +156,22 @@ def cut_text(sheets: Mapping[str, ElastomerPad | Target | Shield | None]) -> str
 
 
 def cutting_text(sheet: ElastomerPad | Target | Shield) -> str:
-    """Describe the cutting of a piece: `cut` by a laser, or `etched or punched` if no known laser cuts the metal."""
+    """Return how a piece is cut: `cut` by a laser, or `etched or punched` if no known laser cuts the metal."""
     return "cut" if is_laser_cut(sheet.material.name, sheet.thickness) else "etched or punched"
 
 
 def _missing_stages(text: str, stages: frozenset[str]) -> list[str]:
-    """Return the build stages whose files the steps name, but which the package does not have.
+    """Return the build stages whose files `text` names, but which the package does not have.
 
-    `stages` are the stages that it has.
+    `stages` are the stages that the package has.
     """
     return [stage for name, stage in STAGE_OF.items() if name in text and stage not in stages]
 
 
 def is_missing_list_right(text: str, stages: frozenset[str]) -> bool:
-    """Whether the list of missing files in a text is right for a package that has the build stages `stages`.
+    """Whether a text's list of missing files is right for a package that has the build stages `stages`.
 
-    The list must have each stage whose files the steps of the text name, but which the package lacks, in order.
+    The list must have, in order, each stage whose files the steps of the text name and which the package lacks.
     """
     steps, _, lacking = text.partition(LACKING)
     return re.findall(r"--only\s+([a-z]+)", lacking) == _missing_stages(steps, stages)
@@ -175,7 +181,10 @@ LACKING = "Named above and not in this package"
 
 
 def missing_file_lines(text: str, package: Package, width: int) -> list[str]:
-    """Return the lines that name the steps' files missing from the package, with the build command for each."""
+    """Return the lines that list files named in the steps but missing from the package, with their build commands.
+
+    `text` is the text of the steps. Lines have at most `width` characters.
+    """
     stages = _missing_stages(text, package.stages) if package.stages else []  # no stages: text without a package
     if not stages:
         return []
@@ -187,7 +196,7 @@ def missing_file_lines(text: str, package: Package, width: int) -> list[str]:
 
 @record
 class Order:
-    """Maker, order code, its description, and its source."""
+    """Maker, order code, description of the part (`words`), and source of the code."""
 
     maker: str
     code: str
@@ -196,9 +205,9 @@ class Order:
 
 
 def order_of(kind: str, name: str, **values: Any) -> Order | None:
-    """Return the order of a connector, capacitor, converter or elastomer by the spec's name for it.
+    """Return maker and order code of a connector, capacitor, converter or elastomer that the spec names.
 
-    `values` are inserted into the order code; for connectors, `contacts` also selects the row. None if the data have no
+    `values` are inserted into the order code. For connectors, `contacts` also selects the row. None if the data have no
     matching row.
     """
     contacts = values.get("contacts")
@@ -212,9 +221,9 @@ def order_of(kind: str, name: str, **values: Any) -> Order | None:
 
 
 def connector_order(connector: Connector, contacts: int) -> Order | None:
-    """Return the order of a tail's connector with a number of contacts.
+    """Return maker and order code of a tail's connector with a number of contacts.
 
-    The order has no code if the maker's list has no connector with this number. None if the data have no matching row.
+    The code is empty if the maker's list has no connector with this number. None if the data have no matching row.
     """
     order = order_of("connector", connector.name, contacts=contacts)
     if order is None or not connector.positions or contacts in connector.positions:
@@ -223,7 +232,10 @@ def connector_order(connector: Connector, contacts: int) -> Order | None:
 
 
 def capacitor_order(package: str, capacitance: float) -> Order | None:
-    """Return the order of a C0G capacitor (package such as ``chip-0603``, capacitance in F); None beyond the series."""
+    """Return maker and order code of a C0G capacitor (F). None beyond the maker's series.
+
+    `package` is a name such as ``chip-0603``.
+    """
     row, *_ = _table().get(("capacitor", package), [None])
     if row is None:
         return None
@@ -269,7 +281,7 @@ RELEASE = ("Wipe mould release for silicone thinly into every cavity and on the 
 
 
 def silicone_volume_text(poured: SiliconeMix) -> str:
-    """Describe the volume of silicone to mix, and the volume that the cast pieces take."""
+    """Describe the volume of silicone to mix, and the volume of the cast pieces."""
     pieces = "the pads take" if poured.pads > 1 else "the piece takes"
     share_text = f"{pieces} {1e6 * poured.pads * poured.pad:.2g} ml"
     if poured.mixed < LEAST_MIX:
@@ -288,7 +300,7 @@ def silicone_mix_text(material: ElastomerMaterial) -> str:
 
 
 def cure_text(material: ElastomerMaterial) -> str:
-    """Describe a silicone's cure time and the test for a finished cure, in a whole sentence."""
+    """Describe a silicone's cure time, and how to see that it has cured, in a whole sentence."""
     casting = presets.casting(material.name)
     cure_sign = "until what is left in the cup is firm and no longer sticky"
     if casting is None or casting.cure_time is None:

@@ -17,10 +17,10 @@ from sitscad.layout.board import Layout
 from sitscad.spec.mount import Jaw, Mount
 
 LEAST_FIXED = 3e-3
-"""Length (m) of tail glued to the jaw's face if the mount has no tongue, and least length of this face."""
+"""Length (m) of tail glued to the jaw's face if the mount has no tongue. A shorter face is not used."""
 
 LEAST_MET = 0.05e-3
-"""Least overlap (m) of bending rod and mount that the instructions mention."""
+"""Least overlap (m) of bending rod and mount for which the instructions state a remedy."""
 
 
 def glued_tail_size(layout: Layout) -> tuple[float, float] | None:
@@ -41,8 +41,8 @@ def glued_tail_size(layout: Layout) -> tuple[float, float] | None:
 def early_bends(jaw: Jaw | None, tail_bends: tuple[Bend, ...], edge: Lip | None) -> tuple[Bend, ...]:
     """Return the bends made before the board is glued, because a jaw below the tail leaves no room for the rod.
 
-    A bend over the mount's round edge is made later, over this edge. A bend up needs no room below. Empty without a
-    jaw.
+    A bend over the mount's round edge is made later, over this edge. A bend upwards needs no room below. Empty without
+    a jaw. `edge` is the mount's round edge; None if it has none.
     """
     if jaw is None:
         return ()
@@ -51,7 +51,7 @@ def early_bends(jaw: Jaw | None, tail_bends: tuple[Bend, ...], edge: Lip | None)
 
 
 def loose_tail_text(layout: Layout) -> str:
-    """Describe the bending of the tail of a loose board; empty if no bend is made before the board is glued."""
+    """Describe how the tail of a loose board is bent; empty if no bend is made before the board is glued."""
     early = early_bends(layout.spec.jaw, bends(layout), lip(layout))
     if not early:
         return ""
@@ -72,7 +72,10 @@ def loose_tail_text(layout: Layout) -> str:
 
 
 def glued_tail_text(layout: Layout) -> str:
-    """Describe the bending of the glued board's tail; empty without a tail, or if all bends are made before."""
+    """Describe how the tail of the glued board is bent.
+
+    Empty without a tail, or if all bends are made before gluing.
+    """
     if layout.spec.fpc.tail is None:
         return ""
     tail_bends, early = bends(layout), early_bends(layout.spec.jaw, bends(layout), lip(layout))
@@ -87,7 +90,10 @@ def glued_tail_text(layout: Layout) -> str:
 
 
 def _bend_list_text(body_end: float, edge: Lip | None, tail_bends: Sequence[Bend]) -> str:
-    """Describe bends in order, with the rod's side and diameter, in whole sentences."""
+    """Describe bends in their order, with the side and the diameter of the rod, in whole sentences.
+
+    `body_end` is the x (m) of the body's end. `edge` is the mount's round edge; None if it has none.
+    """
     has_edge = edge is not None
     sentences, needs_rod = [], False
     for number, bend in enumerate(tail_bends, 1):
@@ -119,7 +125,11 @@ def _rod_text(radius: float | None) -> str:
 def _rod_room_text(
     mount: Mount | None, body_end: float, tail_bends: tuple[Bend, ...], clear: float, late: Sequence[Bend]
 ) -> str:
-    """Describe the room that the rod of a bend down needs below the mount; empty if none is needed."""
+    """Describe the room below the mount that the rod needs for a bend downwards. Empty if none is needed.
+
+    `body_end` is the x (m) of the body's end. Bends that start at x < `clear` (m) make the rod touch the mount. `late`
+    are the bends made on the glued board.
+    """
     down = [bend for bend in late if bend.direction == "down"]
     if mount is None or mount.kind not in ("bench-plate", "custom") or not down:
         return ""
@@ -134,7 +144,10 @@ def _rod_room_text(
 
 
 def custom_mount_end_text(body_end: float, tail_bends: tuple[Bend, ...]) -> str:
-    """Describe the place where a custom mount must end to clear the rod for the first bend down."""
+    """Describe where a custom mount must end to clear the rod of the first bend downwards.
+
+    `body_end` is the x (m) of the body's end.
+    """
     first = min((bend for bend in tail_bends if bend.direction == "down"), key=lambda bend: bend.start)
     end = first.start - (first.radius or 0.0) - ROD - body_end
     side = "behind" if end >= 0.0 else "before"

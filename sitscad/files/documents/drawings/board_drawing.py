@@ -87,7 +87,10 @@ PLATE, BEND = "#dddddd", "#eef3e2"
 BEND_LINE = Pen(0.35, "#4d6b1f", (5.0, 1.0, 1.0, 1.0, 1.0, 1.0))
 """Bend lines: two dots and a dash, the line type of bent positions."""
 WHOLE = (40.0, 132.0, 225.0, 47.0)
-"""Room for the whole board on paper: left, low, width, height (mm); dimensions stand around it."""
+"""Room for the whole board on paper: left edge, lower edge, width, height (mm).
+
+Its dimensions need more space around it.
+"""
 DETAIL = (36.0, 32.0, 112.0, 70.0)
 
 
@@ -105,7 +108,11 @@ def render(layout: Layout, forced: str, files: Mapping[str, bytes]) -> dict[str,
 
 
 def board_sheet(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
-    """Return the sheet of the board: whole board, enlarged body, table of holes and notes."""
+    """Return the sheet of the board: whole board, enlarged body, table of holes and notes.
+
+    `artwork` is the text in the title block that names the files of the board and their fingerprint. The sheet is
+    stamped if `forced`.
+    """
     box = bounding_box([layout.outline])
     detail = scale_for(layout.body_size, DETAIL[2:])
     # the detail is larger than the whole, unless the body is drawn at 1:1 or less: half of 1:1 is illegible
@@ -171,9 +178,10 @@ def _draw_whole_board(sheet: Sheet, layout: Layout, view: View) -> None:
 
 
 def _draw_stiffener(sheet: Sheet, layout: Layout, view: View) -> float:
-    """Draw the stiffener and its name; return the top of the name on paper if it is above the tail's width, else 0.
+    """Draw the stiffener and its name.
 
-    The name is above the dimension of the tail's width if both would overlap.
+    Return the y (mm on paper) of the name's upper edge if the name stands above the dimension of the tail's width, else
+    0. It stands there if it would overlap the dimension elsewhere.
     """
     if layout.stiffener is None:
         return 0.0
@@ -201,7 +209,7 @@ def _tail_width_text(fpc: FpcSpec, width_at: tuple[float, float, float]) -> str:
 
 
 def _dimensioned_x(layout: Layout) -> Iterator[float]:
-    """Yield the dimensioned x coordinates along the board: ends, coils, body, bend, stiffener, contacts."""
+    """Yield the dimensioned x coordinates (m) of the board: ends, coils, body, bends, stiffener, contacts."""
     x0, _, x1, _ = bounding_box([layout.outline])
     yield from (x0, x1, layout.body[2], *(coil.centre.x for coil in layout.coils))
     yield from bend_stretch(layout) or ()
@@ -217,9 +225,10 @@ def _has_turn(tail: Tail | None) -> bool:
 
 
 def _tail_end_y(outline: Path, pads: tuple[Pad, ...], tail: Tail | None) -> tuple[float, ...]:
-    """Return the lowest and the highest y (m) of the outline at its end in x.
+    """Return the lowest and the highest y (m) of the outline at its largest x, where the tail ends.
 
-    For a tail that turns, return both ends of contact 1 along y. Empty if the outline has no point there.
+    If the tail turns sideways, return the y (m) of both ends of contact 1 instead. Empty if the outline has no point
+    there.
     """
     if _has_turn(tail):
         return tuple({pad.centre.y - side * pad.size[1] / 2 for pad in pads[:1] for side in (-1, 1)})
@@ -246,10 +255,10 @@ def _draw_coil_name(sheet: Sheet, vias: tuple[Via, ...], view: View, coil: Coil)
 
 
 def _draw_bends(sheet: Sheet, layout: Layout, view: View, below: float) -> float:
-    """Draw the tail's bend lines with their directions and angles; return the top of the drawn lines on paper.
+    """Draw the tail's bend lines with their directions and angles; return the y (mm on paper) of their upper ends.
 
-    The text is beside the tail. If the outline would cross the text, its place is `below` (mm on paper), under the
-    coordinate dimensions.
+    The text stands beside the bend lines. If it would cross the board's outline there, its top is at `below` (mm on
+    paper), under the coordinate dimensions.
     """
     tail_bends, tail = bends(layout), layout.spec.fpc.tail
     if not tail_bends or tail is None:
@@ -275,7 +284,7 @@ def _draw_bends(sheet: Sheet, layout: Layout, view: View, below: float) -> float
 
 
 def _bend_captions(tail_bends: Sequence[Bend], room: float) -> tuple[str, ...]:
-    """Describe the tail's bends from the body on, in two lines if one is wider than `room` (mm of paper)."""
+    """Describe the tail's bends from the body outwards, in two lines if one is wider than `room` (mm on paper)."""
     angles = ", ".join(f"{bend.angle_text} {bend.direction}" for bend in tail_bends)
     label = f"bend{'s' * (len(tail_bends) > 1)} {angles}"
     if tail_bends[0].radius is None:
@@ -286,7 +295,7 @@ def _bend_captions(tail_bends: Sequence[Bend], room: float) -> tuple[str, ...]:
 
 
 def _draw_top_copper(sheet: Sheet, layout: Layout, view: View, limit: float, name: str) -> None:
-    """Draw the top layer's tracks up to a limit along x, and all contacts; `name` begins all identifiers."""
+    """Draw the top layer's tracks and the contacts up to x = `limit` (m). `name` begins each id in the SVG."""
     draw_copper(sheet, layout, view, (-math.inf, -math.inf, limit + 1e-9, math.inf), name)
     for pad in layout.all_pads:
         if pad.centre.x + pad.size[0] / 2 <= limit + 1e-9:
@@ -300,7 +309,10 @@ def _draw_top_copper(sheet: Sheet, layout: Layout, view: View, limit: float, nam
 def _draw_end_numbers(
     sheet: Sheet, outline: Path, pads: tuple[Pad, ...], top_openings: tuple[Region, ...], view: View
 ) -> None:
-    """Draw the numbers of the first and last contact beside them; the second sheet has all numbers."""
+    """Draw the numbers of the first and the last contact beside them.
+
+    The second sheet has the numbers of all contacts.
+    """
     if len(pads) < 2:
         return
     ends = min(pads, key=lambda pad: pad.number), max(pads, key=lambda pad: pad.number)
@@ -320,7 +332,10 @@ def _draw_marks(
     sheet: Sheet, coils: tuple[Coil, ...], spec: CoilSpec, tools: list[Tool], view: View, name: str,
     limit: float = float("inf"),
 ) -> None:
-    """Draw each coil's outer edge and centre, the holes, and the origin of the coordinates."""
+    """Draw each coil's outer edge and centre, the holes up to x = `limit` (m), and the origin of the coordinates.
+
+    `tools` are the drilled holes by diameter. `name` begins each id in the SVG.
+    """
     for coil in coils:
         draw_coil(sheet, view, spec, coil, CHAIN, f"{name}-coil-{coil.name}")
     for order, tool in enumerate(tools):
@@ -332,7 +347,7 @@ def _draw_marks(
 
 
 def _draw_hole(sheet: Sheet, at: Point, radius: float, tool: int) -> None:
-    """Draw a hole to scale, with the symbol of its tool at a legible size."""
+    """Draw a hole to scale, and the symbol of tool number `tool` at a legible size."""
     sheet.draw(circle(at, radius), THIN, "#ffffff")
     sheet.draw(symbol(tool, at, max(1.5 * radius, 0.6)), Pen(0.13))
 
@@ -402,7 +417,7 @@ CONTACT_COLUMNS = (16.0, 18.0, 16.0, 16.0, 28.0, 20.0, 20.0)
 
 
 def contact_sheet(layout: Layout, artwork: str, forced: bool = False) -> Sheet | None:
-    """Return the sheet of the contacts; None for a board without contacts."""
+    """Return the sheet of the contacts; None for a board without contacts. Arguments are as in `board_sheet`."""
     if not layout.pads:
         return None
     x0, y0, x1, y1 = bounding_box([pad_outline(pad) for pad in layout.pads])
@@ -419,9 +434,10 @@ def contact_sheet(layout: Layout, artwork: str, forced: bool = False) -> Sheet |
 
 
 def draw_copper(sheet: Sheet, layout: Layout, view: View, box: Box, name: str, is_within: bool = False) -> None:
-    """Draw the top layer's tracks, teardrops and vias in a box; `name` begins all identifiers.
+    """Draw the top layer's tracks, teardrops and vias inside `box` (x0, y0, x1, y1; m).
 
-    Tracks are clipped to the box by their middle lines, or by their edges if `is_within`.
+    `name` begins each id in the SVG. Tracks are clipped so that their middle lines end at the box. If `is_within`,
+    their edges end at the box.
     """
     for net, traces in groupby(layout.on_layer(1), key=lambda trace: trace.net):
         with sheet.group(f"{name}-copper-1-net-{net}", kind=f"net-{net}"):
@@ -437,7 +453,7 @@ def draw_copper(sheet: Sheet, layout: Layout, view: View, box: Box, name: str, i
 
 
 def _draw_contact_view(sheet: Sheet, layout: Layout, view: View, box: Box) -> None:
-    """Draw all features inside the box: copper, holes, openings, outline, dimensions."""
+    """Draw all features inside `box` (x0, y0, x1, y1; m): copper, holes, openings, outline, dimensions."""
     draw_copper(sheet, layout, view, box, "contacts", True)
     for via in layout.vias:
         for inside in areas_inside(circle(via.centre, via.drill / 2), box):
@@ -493,7 +509,11 @@ def _draw_end_dimensions(
     sheet: Sheet, outline: Path, pads: tuple[Pad, ...], fpc: FpcSpec, top_openings: tuple[Region, ...], view: View,
     frame: Box,
 ) -> None:
-    """Draw the dimensions of the board's end: width, contact 1 to edge, bare length, contacts to end."""
+    """Draw the dimensions of the board's end.
+
+    They are its width, the distances of contact 1 from the edge and of the contacts from the end, and the bare length
+    of the contacts. `frame` is the box of the view on paper (mm).
+    """
     end, (row, _) = board_end(outline, pads), contact_row(pads)
     across, along = (1, 0) if runs_along_x(row) else (0, 1)
     axes = view.x, view.y
@@ -528,10 +548,10 @@ def _draw_end_dimensions(
 def _draw_dimension(
     sheet: Sheet, axis: int, ends: Sequence[float], start: float, level: float, text: str, is_before: bool = False
 ) -> None:
-    """Draw a dimension along x (`axis` 0) at the height `level`, or along y (`axis` 1) at the x `level`.
+    """Draw a dimension along x (`axis` 0) at the y `level`, or along y (`axis` 1) at the x `level`.
 
-    Extension lines begin at `start`. A text too long for the space between the ends is placed beyond them, or before
-    them if `is_before`.
+    All coordinates are mm on paper. `ends` are both ends of the dimensioned length. Extension lines begin at `start`. A
+    text too long for this length stands beyond its second end, or before its first end if `is_before`.
     """
     over = level + math.copysign(1.0, level - start)
     for end in ends:

@@ -1,4 +1,4 @@
-"""Drawing of a fit that fails, and views of the closed pair that other drawings share.
+"""Drawing of failed fits: sizes of board, mount and jaws that exceed their limits. Other drawings use its views.
 
 Sections and side views are to scale. Each size that exceeds its limit is dimensioned in red. All views are computed
 from places and dimensions, without a CAD kernel.
@@ -131,7 +131,7 @@ RADIUS = 2.0  # SIT321 measures from the port's axis, the other rules across: th
 def _enclosing_diameter(fault: Finding) -> Iterator[float]:
     """Yield the diameter (m) of the circle that encloses the closed jaws, from a finding of SIT303 or SIT321.
 
-    Empty for other rules. SIT321 states the radius, which is doubled.
+    Empty for other rules. SIT321 measures the radius, which is doubled here.
     """
     if fault.rule in ("SIT303", "SIT321"):
         yield _measured_and_limit(fault)[0] * (RADIUS if fault.rule == "SIT321" else 1.0)
@@ -140,7 +140,10 @@ def _enclosing_diameter(fault: Finding) -> Iterator[float]:
 def _draw_failed_section(
     sheet: Sheet, layout: Layout, jaw: Jaw, pair: ClosedJawsSection, view: View, shown: Sequence[Finding],
 ) -> None:
-    """Draw the cross section of the closed jaws, with their enclosing circle and each width that exceeds its limit."""
+    """Draw the cross section of the closed jaws, their enclosing circle, and each width that exceeds its limit.
+
+    `shown` are the findings that the drawing shows.
+    """
     sized = [fault for fault in shown if _measured_and_limit(fault)]
     draw_section(sheet, layout, jaw, view, Pen(0.35))
     draw_layer_names(sheet, layout, jaw, view, SECTION[0] + SECTION[2])
@@ -168,9 +171,9 @@ def _draw_failed_section(
 
 
 def _draw_width(sheet: Sheet, view: View, size: float, y: float, label: str, colour: str) -> None:
-    """Draw the dimension of a width `size` (m), centred on the section, at the height `y` on paper (mm).
+    """Draw the dimension of a width `size` (m), centred on the section, at the y `y` (mm on paper).
 
-    Extension lines run to the height of the pair's axis. If `colour` is empty, the dimension is black.
+    Extension lines start at the height of the axis of the closed jaws. If `colour` is empty, the dimension is black.
     """
     for x in (-size / 2, size / 2):
         sheet.line(view.x(x), view.y(0.0), view.x(x), y, TOO_MUCH if colour else HIDDEN)
@@ -180,9 +183,9 @@ def _draw_width(sheet: Sheet, view: View, size: float, y: float, label: str, col
 def _labelled_widths(
     width: float, circles: tuple[Measure, ...], jaw: Jaw, fault: Finding
 ) -> Iterator[tuple[float, str, float, str]]:
-    """Yield (width (m), its label, limit (m), its label) for a finding of SIT301 or SIT309.
+    """Yield a width (m), its label, its limit (m) and the limit's label, from a finding of SIT301 or SIT309.
 
-    Empty for other rules. `width` is the width (m) of the board.
+    Empty for other rules. `width` is the width (m) of the board, and `circles` are the measures of the closed jaws.
     """
     measured, limit = _measured_and_limit(fault)
     if fault.rule == "SIT309":
@@ -203,9 +206,9 @@ def _labelled_widths(
 def _draw_thin_wall(
     sheet: Sheet, width: float, layers: tuple[Layer, ...], view: View, fault: Finding, x: float
 ) -> None:
-    """Draw the thickness of a printed piece that is smaller than the least wall thickness of its process.
+    """Draw the thickness of a printed piece that is less than the least wall thickness of its process.
 
-    The lines of the dimension begin at `x` on paper (mm).
+    The lines of the dimension begin at `x` (mm on paper). `width` (m) is the width of the board.
     """
     measured, limit = _measured_and_limit(fault)
     at = layer_heights(layers)
@@ -225,7 +228,8 @@ Draw = Callable[[Sheet, float], None]
 def _view_drawers(layout: Layout, jaw: Jaw, sized: dict[str, Finding]) -> list[Draw]:
     """Return functions that draw the views beside the section: along the jaw, at the hinge, through the shaft.
 
-    Only views whose rules fail are included. Each function takes the sheet and the view's top edge on paper (mm).
+    `sized` has the findings with lengths, by rule. Only views that show such a finding are included. Each function
+    takes the sheet and the view's top edge (mm on paper).
     """
     views: list[Draw] = []
     if (long := sized.get("SIT302")) is not None:
@@ -371,9 +375,9 @@ def _jaw_outlines(jaw: Jaw, recess: float, pocket: tuple[float, float] | None) -
 
 
 def _half_width_of_layer(layout: Layout, jaw: Jaw, part: str, level: float) -> float:
-    """Return half the width (m) of a layer in the cross section.
+    """Return half the width (m) of the layer `part` in the cross section.
 
-    `level` is a height (m) above the jaw's lowest point.
+    The width of a mount's piece changes with the height. `level` is the height (m) above the jaw's lowest point.
     """
     plates = plates_of(layout.spec).all
     if part == "encapsulation" and plates:  # its width over the uppermost plate
@@ -391,10 +395,10 @@ def _half_width_of_layer(layout: Layout, jaw: Jaw, part: str, level: float) -> f
 
 
 def _layer_outline(layout: Layout, jaw: Jaw, part: str, at: dict[str, tuple[float, float]]) -> Path:
-    """Return the outline (m) of a layer in the cross section.
+    """Return the outline (m) of the layer `part` in the cross section.
 
-    It is a rectangle. Only pieces of the mount have sides along the port's circle. `at` holds the heights (m) of the
-    lower and the upper face of each part.
+    It is a rectangle, except for pieces of the mount, whose sides follow the port's circle. `at` holds the heights (m)
+    of the lower and the upper face of each part.
     """
     lower, upper = at[part]
     for body in plates_of(layout.spec).all:
@@ -414,7 +418,8 @@ def _film_outlines(
 ) -> Iterator[Path]:
     """Yield the outlines (m) of the film in the cross section: on the board, and round each piece.
 
-    They are drawn before the pieces, which cover the middle of their outlines.
+    The film is drawn before the pieces, which then cover the middle of its outlines. `width` (m) is the width of the
+    board. `at` holds the heights (m) of the lower and the upper face of each part.
     """
     (_, board), (lower, upper) = at["board"], at["encapsulation"]
     thick, half, y = upper - lower, width / 2, board_middle(body).y
@@ -426,7 +431,7 @@ def _film_outlines(
 
 
 def draw_layer_names(sheet: Sheet, layout: Layout, jaw: Jaw, view: View, right: float) -> None:
-    """Draw each layer's name, thickness and tolerance beside the section, right of the place `right` on paper (mm)."""
+    """Draw each layer's name, thickness and tolerance beside the section, to the right of x = `right` (mm on paper)."""
     layers = column(layout)
     at, named = layer_heights(layers), [layer for layer in layers if not layer.is_glue]
     middle = at["opposing-jaw"][1].nominal / 2
@@ -448,8 +453,9 @@ def draw_jaws_from_side(
 ) -> None:
     """Draw both jaws from the side, turned about the pivot by `turn` (rad) in opposite directions.
 
-    `at` is the place on paper of the pair's middle line at the pivot; the pivot may be offset from this line. `gap` is
-    the distance (m) of the faces when parallel, negative if the sensor is too thick.
+    `pivot` is the pivot's x (m) on the board. `at` is the point (mm on paper) of the closed jaws' middle line at this
+    x; the pivot itself may lie beside this line. `scale` is the scale of the drawing. `gap` is the distance (m) of the
+    faces when parallel; it is negative if the sensor is too thick.
     """
     layers, offset = layer_heights(column(layout)), jaw.pivot_offset
     half = layers["opposing-jaw"][1].nominal / 2 - offset
@@ -487,10 +493,10 @@ def draw_jaws_from_side(
 
 
 def _tail_middle_line(layout: Layout, pivot: float, top: float, turn: float) -> Path | None:
-    """Return the tail's middle line (m from the pivot, in the jaw's axes) up to the pivot.
+    """Return the tail's middle line (m from the pivot, in the jaw's axes) from the body to the pivot.
 
-    None if no part of a tail lies before the pivot. Each jaw is turned by `turn` (rad). `top` (m) is the height of the
-    board's upper face.
+    None if no part of a tail lies before the pivot. Each jaw is turned by `turn` (rad). `pivot` is the pivot's x (m) on
+    the board, and `top` the height (m) of the board's upper face above the pivot.
     """
     way = tail_path(layout, turn)
     if way is None:

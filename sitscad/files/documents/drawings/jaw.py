@@ -1,6 +1,7 @@
-"""The jaw drawing: dimensioned section of the closed pair with the port's circle, and jaws closed and open.
+"""The jaw drawing: dimensioned section of the closed jaws with the port's circle, and side views closed and open.
 
-The views use the dimensions, with glue lines, that decide whether the pair passes its port, and need no CAD kernel.
+The views are drawn from the dimensions, with glue lines, that decide whether the closed jaws pass the port. They need
+no CAD kernel.
 """
 
 from __future__ import annotations
@@ -44,7 +45,10 @@ from sitscad.layout.board import Layout
 from sitscad.spec.mount import Jaw
 
 SECTION = (34.0, 92.0, 92.0, 92.0)
-"""Room for the section on paper: left, low, width, height (mm); dimensions stand around it."""
+"""Room for the section on paper: left edge, lower edge, width, height (mm).
+
+Its dimensions need more space around it.
+"""
 SIDES = 198.0, 86.0  # Left edge and largest width of the side views (mm)
 CLOSED, OPEN = 176.0, 112.0  # Heights of the pivots in the side views, closed and open (mm)
 HIGHEST = 20.0  # Largest height of the closed pair in the side view (mm)

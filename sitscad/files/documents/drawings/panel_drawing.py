@@ -50,7 +50,11 @@ ROOM = (32.0, 46.0, 150.0, 135.0)
 def render(
     panel: Panel | None, coupon_estimates: Estimates | None, forced: str, files: Mapping[str, bytes]
 ) -> dict[str, bytes]:
-    """Return the documents by path in the package, stamped if `forced` is not empty; empty without a panel."""
+    """Return the documents by path in the package; empty without a panel.
+
+    `coupon_estimates` are the estimates of the coupon's coil, or None. `files` are the images whose fingerprint the
+    documents state. If `forced` is not empty, they have a warning.
+    """
     if panel is None:
         return {}
     layout = panel.layout
@@ -65,7 +69,11 @@ def render(
 
 
 def panel_sheet(panel: Panel, artwork: str, forced: bool = False) -> Sheet:
-    """Return the sheet: frame, cuts with their bridges, marks, and the place of each part."""
+    """Return the sheet: frame, cuts with their bridges, marks, and the place of each board and coupon.
+
+    `artwork` is the text in the title block that states the fingerprint of the panel's files. The sheet is stamped if
+    `forced`.
+    """
     scale = scale_for(panel.size, ROOM[2:], SCALES)
     sheet = new_sheet(panel.layout.spec.name, panel.layout.spec.issue, "panel", scale_text(scale), artwork, forced)
     view = placed((0.0, 0.0, *panel.size), scale, ROOM)
@@ -105,7 +113,7 @@ def panel_sheet(panel: Panel, artwork: str, forced: bool = False) -> Sheet:
 
 
 def _draw_coupon_names(sheet: Sheet, panel: Panel, view: View) -> None:
-    """Draw names beside the coupons; a single name for both if the space between them is too narrow."""
+    """Draw a name beside each coupon, or a single name for both if the space between them is too narrow."""
     if panel.coupon is None:
         return
     box, size = bounding_box([panel.coupon.outline]), 2.2
@@ -153,7 +161,10 @@ def _notes(panel: Panel) -> Iterator[str]:
 def panel_readme(
     panel: Panel, coupon_estimates: Estimates | None, files: Mapping[str, bytes] | None = None, forced: bool = False,
 ) -> str:
-    """Return the panel's readme: delivery, expected readings of the coupon, and the fingerprint of `files` if given."""
+    """Return the panel's readme: delivery, expected readings of the coupon, and the fingerprint of `files` if given.
+
+    `coupon_estimates` are the estimates of the coupon's coil, or None. The readme begins with a warning if `forced`.
+    """
     title = f"{panel.layout.spec.name}: panel of {board_kind(panel.layout.spec.fpc.stackup)} circuits"
     width, height = (show(side, "m") for side in panel.size)
     paragraphs = [
@@ -184,7 +195,7 @@ def _file_rows(panel: Panel) -> Iterator[tuple[str, str]]:
 
 
 def _fingerprint_lines(panel: Panel, files: Mapping[str, bytes]) -> list[str]:
-    """Return the lines with the panel images' fingerprint."""
+    """Return the lines with the fingerprint of the panel's Gerber and drill files."""
     images = panel_images(panel.layout.spec.name, files)
     what = (
         "Fingerprint: SHA-256 of the panel's Gerber and drill files one after another, in the order of the line below; "

@@ -39,16 +39,16 @@ from sitscad.layout.board import Layout
 from sitscad.spec.materials import Encapsulation
 
 ROOM = (44.0, 34.0, 116.0, 146.0)
-"""Room for the view on paper: left, low, width, height (mm); dimensions stand around it."""
+"""Room for the view on paper: left edge, lower edge, width, height (mm). Its dimensions need more space around it."""
 COLUMN = 176.0  # Left edge of the table and the notes (mm)
 PENS = {"elastomer": Pen(0.4, "#1f5fa8", (3.0, 1.2)), "target": Pen(1.0, "#e07ba8")}
-"""Outlines of the pieces, distinguished by colour and line type."""
+"""Pens for the outlines of elastomer and target, which differ in colour and line type."""
 COPPER = "#e3c4a6"
 LARGEST = Pen(0.5, "#d00000", (2.0, 1.0))
 
 
 def plan_sheet(layout: Layout, forced: bool = False) -> Sheet | None:
-    """Return the sheet; None if the board carries no pieces."""
+    """Return the sheet; None if the board carries neither elastomer nor target."""
     pieces = plates_of(layout.spec).all
     if not pieces:
         return None
@@ -90,7 +90,7 @@ def plan_sheet(layout: Layout, forced: bool = False) -> Sheet | None:
 
 
 def draw_plan(sheet: Sheet, layout: Layout, room: tuple[float, float, float, float]) -> None:
-    """Draw the view on another sheet, in a room (left, low, width, height; mm), without dimensions."""
+    """Draw the view without dimensions on another sheet, in a room (left edge, lower edge, width, height; mm)."""
     pieces = plates_of(layout.spec).all
     box = _shown_box(layout.body, layout.largest_outline, pieces)
     view = placed(box, plan_scale(layout, room), room)
@@ -99,13 +99,16 @@ def draw_plan(sheet: Sheet, layout: Layout, room: tuple[float, float, float, flo
 
 
 def plan_scale(layout: Layout, room: tuple[float, float, float, float]) -> float:
-    """Return the scale that `draw_plan` uses in a room."""
+    """Return the scale that `draw_plan` uses in a room (left edge, lower edge, width, height; mm)."""
     box = _shown_box(layout.body, layout.largest_outline, plates_of(layout.spec).all)
     return scale_for((box[2] - box[0], box[3] - box[1]), room[2:])
 
 
 def _draw_view(sheet: Sheet, layout: Layout, pieces: tuple[Body, ...], view: View, box: Box) -> None:
-    """Draw the board, the pieces, and over them the names of the coils."""
+    """Draw the board, the pieces over it, and on top the names of the coils.
+
+    `box` (x0, y0, x1, y1; m) encloses the board's body and the pieces. The tail is cut off beyond it.
+    """
     # The visible part of the board: its edge, tracks on its top face, coils with their centres, the origin
     limit = box[2] + 0.04 * (box[2] - box[0])
     within = (-math.inf, -math.inf, limit, math.inf)

@@ -42,7 +42,11 @@ def render(layout: Layout, forced: str, files: Mapping[str, bytes]) -> dict[str,
 
 
 def stackup_sheet(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
-    """Return the sheet: the sections, a caption for each layer, finished thicknesses and the films' materials."""
+    """Return the sheet: the sections, a caption for each layer, finished thicknesses and the films' materials.
+
+    `artwork` is the text in the title block that states the fingerprint of the board's files. The sheet is stamped if
+    `forced`.
+    """
     stackup = layout.spec.fpc.stackup
     plate = layout.stiffener.thickness if layout.stiffener is not None else 0.0
     scale = ROOM / max(stackup.thickness, sum(layer.thickness for layer in layout.spec.fpc.tail_layers) + plate)
@@ -85,7 +89,10 @@ def stackup_sheet(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
 
 
 def _draw_body_section(sheet: Sheet, copper_layers: int, stackup: Stackup, vias: tuple[Via, ...], scale: float) -> None:
-    """Draw all layers with their captions, and a plated hole."""
+    """Draw the body's layers with their captions, and a plated hole.
+
+    `scale` is in mm on paper for each metre of height.
+    """
     layers = stackup.layers
     middles, copper, y, wall = [], [], TOP, COLOURS[LayerKind.COPPER]
     for number, layer in enumerate(layers, 1):
@@ -119,7 +126,12 @@ def _draw_body_section(sheet: Sheet, copper_layers: int, stackup: Stackup, vias:
 def _draw_contact_section(
     sheet: Sheet, copper: frozenset[int], layers: tuple[StackLayer, ...], tail_layers: int, bottom: float, scale: float
 ) -> None:
-    """Draw the layers at the contacts, aligned with the tail's lower face, and name the absent copper layers."""
+    """Draw the layers at the contacts, and name the copper layers that are absent there.
+
+    `copper` has the numbers of the copper layers under the contacts, and `tail_layers` is the number of the tail's
+    copper layers. The lowest face is at the y `bottom` (mm on paper). `scale` is in mm on paper for each metre of
+    height.
+    """
     there = layers
     y = bottom + math.fsum(layer.thickness for layer in there) * scale
     sheet.text(TAIL, TOP + 3.0, "contacts", TEXT)
