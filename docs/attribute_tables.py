@@ -15,7 +15,7 @@ from sitscad.layout.board import Capacitor, Coil, Layout, Pad, Stiffener, Trace,
 from sitscad.spec.coil import ArraySpec, CoilPlacement
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.format.kinds import Kind, Pair, UnitValue
-from sitscad.spec.format.section import Readable
+from sitscad.spec.format.section import SpecValue
 from sitscad.spec.sensor import SensorSpec, SpecDocument
 
 ELSEWHERE = (
@@ -90,7 +90,7 @@ def _elsewhere() -> Iterator[tuple[str, ...]]:
     """Each key whose attribute has another name or place."""
     yield "key", "read"
     places = spec_reference.places_of(SpecDocument)
-    owners: dict[type[Readable], str] = {SensorSpec: "", ArraySpec: "array.", DesignRules: "fpc.rules."}
+    owners: dict[type[SpecValue], str] = {SensorSpec: "", ArraySpec: "array.", DesignRules: "fpc.rules."}
     for owner, path in owners.items():
         for key, where in owner.read_instead.items():
             yield f"`{path}{key}`", f"`{where}`"

@@ -11,6 +11,7 @@ from sitscad.spec import presets
 from sitscad.spec.circuit import LayerKind, Stackup
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.format.kinds import (
+    Boolean,
     Choice,
     Either,
     FileName,
@@ -25,7 +26,6 @@ from sitscad.spec.format.kinds import (
     Sourced,
     Special,
     Text,
-    Truth,
     UnitValue,
 )
 from sitscad.spec.format.section import Key, ListOf, NameOr, Part, Section, section_of
@@ -224,7 +224,7 @@ def _value(kind: Kind, places: Places) -> str:
         return f"{_value(Preset('rules'), places)}, or a file like `ourshop.yaml`{none}"
     if isinstance(kind, Sourced):
         return _value(kind.figure, places)
-    if isinstance(kind, Truth):
+    if isinstance(kind, Boolean):
         return "`true` or `false`"
     if isinstance(kind, Layers):
         return f"a count from the top, or a list like `[1, 2]`, up to {kind.most}"

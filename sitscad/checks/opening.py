@@ -15,7 +15,7 @@ from sitscad.basics.late import late
 from sitscad.checks.findings import CheckedSpec, RuleTexts
 from sitscad.checks.policy import Policy, nearest_policy
 from sitscad.spec.load import load, load_text, read_text
-from sitscad.spec.reading import SpecError, decoded
+from sitscad.spec.reading import SpecError, decode_text
 from sitscad.spec.sensor import SensorSpec
 
 Given = TypeVar("Given")
@@ -48,7 +48,7 @@ def open_spec(path: str, policy: Policy | None = None) -> SensorSpec:
     """
     profiles = None if policy is None else policy.profiles
     if path == STDIN:
-        return load_text(decoded(read_text(path).encode("utf-8")), path, profiles)
+        return load_text(decode_text(read_text(path).encode("utf-8")), path, profiles)
     return load(path, profiles)
 
 

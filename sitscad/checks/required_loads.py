@@ -42,7 +42,7 @@ def unmeasurable_moments(design: Design) -> Iterator[Verdict]:
                 "moment-line" if count > 1 else "moment-coil", f"requirements.{name}", value, None, "N m",
                 hint="moment-line" if count > 1 else "moment-coil", moment=axis_text(name), across=across,
             )
-        elif value and requirements.is_shear_told:
+        elif value and requirements.is_shear_accuracy_required:
             shear = next(shear_axis for shear_axis, other in INSTEAD.items() if other == name)
             yield violation_of("moment-and-shear", f"requirements.{name}", value, None, "N m", hint="moment-or-shear",
                                moment=axis_text(name), shear=axis_text(shear))

@@ -350,7 +350,7 @@ def locate_finding(finding: Finding, source: SpecSource) -> Finding:
     section = (finding.key or "").partition(".")[0]
     is_left_out = source.text and section and section not in source.keys
     line, column = (len(source.text.rstrip().splitlines()), 1) if is_left_out else source.locate(finding.key)
-    missing = source.absent(finding.key)
+    missing = source.addable_key(finding.key)
     if missing is None:
         return replace(finding, line=line, column=column)
     hint = text_of("key-left-out", "hint", {"advice": finding.hint, "key": missing}).strip()

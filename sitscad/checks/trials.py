@@ -20,7 +20,7 @@ from sitscad.layout.routing.escape import SearchLimit
 from sitscad.spec.load import load_text
 from sitscad.spec.reading import SpecError
 from sitscad.spec.sensor import SensorSpec
-from sitscad.spec.yaml.rewriting import CannotWriteError, completed, rewritten
+from sitscad.spec.yaml.rewriting import CannotWriteError, complete_edits, rewritten
 from sitscad.spec.yaml.source import SpecSource
 
 
@@ -234,7 +234,7 @@ def as_written(remedies: Iterable[Remedy], source: SpecSource) -> tuple[Remedy, 
     remedies, written = list(remedies), []
     for remedy in [remedy for remedy in remedies if not remedy.new_warnings] or remedies:
         try:
-            edits = completed(source.text, remedy.edits) if source.text else remedy.edits
+            edits = complete_edits(source.text, remedy.edits) if source.text else remedy.edits
         except CannotWriteError:
             continue
         if edits:
@@ -272,7 +272,7 @@ def _fixes_for_reading(finding: Finding, error: SpecError, source: SpecSource) -
     """
     for remedy in finding.fixes:
         try:
-            edits = completed(source.text, remedy.edits)
+            edits = complete_edits(source.text, remedy.edits)
             load_text(rewritten(source.text, edits), source.path)
         except CannotWriteError:
             continue

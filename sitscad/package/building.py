@@ -294,7 +294,7 @@ class BuildRequest:
     def made_from(self, old: Manifest) -> str:
         """Return the hash of all inputs of the package. Packages with equal hashes have equal bytes."""
         source = self.spec.source
-        files = {name: sha256(content) for name, content in source.kept.items()}
+        files = {name: sha256(content) for name, content in source.files_to_store.items()}
         has_solids = not (self.wanted | _stages_of(old)).isdisjoint(SOLID_STAGES)
         versions = {package: version_of(package) for package in KERNELS if has_solids}
         baseline = baseline_findings(self.baseline, source.path, self.spec.name)

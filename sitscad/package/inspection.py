@@ -19,7 +19,7 @@ from sitscad.checks.opening import open_spec, policy_for, unreadable
 from sitscad.checks.policy import Baseline, Policy, apply_policy, chosen_rules, ignored_test
 from sitscad.estimates.design import Design
 from sitscad.spec.load import load_text, read_text
-from sitscad.spec.reading import SpecError, decoded
+from sitscad.spec.reading import SpecError, decode_text
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.source import SpecSource
 
@@ -92,7 +92,7 @@ def inspect(
 
 def inspect_text(text: str, path: str, hints: str = DECISIVE, options: CheckOptions = ALL) -> Inspection:
     """Check the text of a spec as if it were the content of the file at `path`. Parameters are as for `inspect`."""
-    plain = decoded(text.encode("utf-8"))
+    plain = decode_text(text.encode("utf-8"))
     policy = policy_for(path)
     try:
         spec = load_text(plain, path, policy.profiles)

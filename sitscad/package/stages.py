@@ -353,7 +353,7 @@ def _stage_inputs(
     judged_by = (json.dumps(contents.policy.as_json()), baseline)
     text = (contents.spec, source.text, contents.file_name, judged_by, contents.measured)
     if stage == CHECK_STAGE:
-        read = {name: sha256(content) for name, content in source.kept.items()}
+        read = {name: sha256(content) for name, content in source.files_to_store.items()}
         sensing_sum = entries[PERFORMANCE_FILE].sha256 if PERFORMANCE_FILE in entries else None
         return (*text, read, failures, any(name.startswith("fpc/") for name in entries), sensing_sum)
     if stage == "report":
@@ -482,7 +482,7 @@ def _spec_files(contents: Contents) -> dict[str, bytes]:
     The spec keeps its name, or becomes ``spec.yaml`` if its name is not allowed in a package. Profiles lie at the paths
     that the spec gives, so that the folder can be built again.
     """
-    files, file_name = contents.design.spec.source.kept, contents.file_name
+    files, file_name = contents.design.spec.source.files_to_store, contents.file_name
     names = {}
     for name in files:
         # Characters that a package may not hold are written as _

@@ -40,7 +40,7 @@ from sitscad.package.manifest import (
     sha256,
 )
 from sitscad.spec.load import load
-from sitscad.spec.reading import SpecError, decoded, read_file
+from sitscad.spec.reading import SpecError, decode_text, read_file
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.source import TextError, read_yaml
 
@@ -258,7 +258,7 @@ def _spec_differences(folder: Path, manifest: Manifest) -> Iterator[str]:
     """Yield the differences of the spec in the package from the hash and the name in the manifest."""
     path = spec_path(folder, manifest)
     try:
-        text = decoded(read_file(path))
+        text = decode_text(read_file(path))
         if sha256(text.encode("utf-8")) != manifest.spec["sha256"]:
             yield (
                 f"{path.relative_to(folder).as_posix()} is not the spec that the manifest names (its SHA-256 differs)"

@@ -25,7 +25,7 @@ from sitscad.spec.format.kinds import (
     RunLength,
     Special,
     UnitValue,
-    described,
+    describe,
     refuse,
 )
 from sitscad.spec.format.section import ListOf, NameOr, Part, Section, key
@@ -329,7 +329,7 @@ MOST_PARTS = 500
 
 def _columns_and_rows(value: Any) -> tuple[int, ...]:
     if not isinstance(value, list) or len(value) != 2:
-        refuse("SIT004", f"{described(value)}, where [columns, rows] is wanted", "write [2, 5], or auto")
+        refuse("SIT004", f"{describe(value)}, where [columns, rows] is wanted", "write [2, 5], or auto")
     return tuple(int(InRow.read(entry)) for entry in value)
 
 

@@ -25,10 +25,10 @@ from sitscad.spec.format.kinds import (
     Special,
     Text,
     UnitValue,
-    described,
+    describe,
     refuse,
 )
-from sitscad.spec.format.section import ListOf, Part, Readable, Section, key
+from sitscad.spec.format.section import ListOf, Part, Section, SpecValue, key
 
 Trace = UnitValue("length", "1 um", "20 mm")
 LayerTurns = Number(0.25, 200)
@@ -292,7 +292,7 @@ class Reference(Section):
 
 
 @record
-class ArraySpec(Readable):
+class ArraySpec(SpecValue):
     """The coils of the sensor, in the order of the converter's channels, from the far end of the jaw to the tail.
 
     `placements` leaves out the reference coil. `SensorSpec.all_placements` has it as the last placement.
@@ -330,7 +330,7 @@ class ArraySpec(Readable):
 def _count(value: Any) -> tuple[int, ...]:
     entries = value if isinstance(value, list) else [value]
     if len(entries) not in (1, 2):
-        refuse("SIT004", f"{described(value)}, where a number or [nx, ny] is wanted", "write 2, or [2, 2] for a grid")
+        refuse("SIT004", f"{describe(value)}, where a number or [nx, ny] is wanted", "write 2, or [2, 2] for a grid")
     return tuple(int(InRow.read(entry)) for entry in entries)
 
 

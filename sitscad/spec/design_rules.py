@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 from sitscad.basics.record import record
 from sitscad.basics.units import show
 from sitscad.spec.format.kinds import (
+    Boolean,
     Choice,
     Figure,
     Label,
@@ -23,10 +24,9 @@ from sitscad.spec.format.kinds import (
     Several,
     Sourced,
     Text,
-    Truth,
     UnitValue,
 )
-from sitscad.spec.format.section import ListOf, NameOr, Part, Readable, Section, key, keys_like
+from sitscad.spec.format.section import ListOf, NameOr, Part, Section, SpecValue, key, keys_like
 
 
 @record
@@ -46,7 +46,7 @@ class FoilLines:
 
 
 @record
-class DesignRules(Readable):
+class DesignRules(SpecValue):
     """Smallest sizes (m) that a fabricator can make.
 
     Sources, by field:
@@ -198,7 +198,7 @@ class DesignRules(Readable):
         holders = {**self.holders, "annular_ring": self.holders[key]}
         return replace(self, annular_ring=self.annular_rings[ring_layers], sources=sources, holders=holders)
 
-    def binds(self, field: str) -> bool:
+    def is_binding(self, field: str) -> bool:
         """Whether a coil track below the minimum in `field` is an error. If False, it is only a warning.
 
         `field` is "coil_trace_width" or "coil_trace_spacing".
@@ -279,7 +279,7 @@ class RulesDocument(Section):
         ListOf(Part(TrackRowDocument)), "of coil (loop) lines by the thickness of the copper", None
     )
     coil_rule_binding: Written = key(
-        Sourced(Truth()),
+        Sourced(Boolean()),
         "whether the coil lines are an error and not a warning; default true if they are written", None
     )
     hole_to_hole: Written = key(Feature, "smallest web between holes", None)
@@ -326,7 +326,7 @@ class RulesDocument(Section):
         Sourced(Number(1, 1000, whole=True)), "boards are sold in multiples of this number", None,
     )
     one_process: Written = key(
-        Sourced(Truth()), "whether all boards are made in the same way; other requests in the order documents become "
+        Sourced(Boolean()), "whether all boards are made in the same way; other requests in the order documents become "
         "a list of questions in the order notes", None,
     )
     house: Written = key(Words, "name of the fabricator", None)

@@ -17,12 +17,12 @@ from typing import Any
 
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.finding import Edit
-from sitscad.spec.format.kinds import described, is_profile_file
+from sitscad.spec.format.kinds import describe, is_profile_file
 from sitscad.spec.format.section import Section, as_written, kind_at
 from sitscad.spec.reading import (
     ROOM_RULES,
     SpecError,
-    decoded,
+    decode_text,
     finding_from_flaw,
     finding_from_text,
     in_order,
@@ -33,7 +33,7 @@ from sitscad.spec.reading import (
 from sitscad.spec.resolver.sensor import resolve
 from sitscad.spec.sensor import VERSION, SensorSpec, SpecDocument
 from sitscad.spec.yaml.rewriting import CannotWriteError, rewritten
-from sitscad.spec.yaml.source import MAX_BYTES, SpecSource, TextError, dotted, plain_value, read_yaml, undotted
+from sitscad.spec.yaml.source import MAX_BYTES, SpecSource, TextError, dotted, key_text, plain_value, read_yaml
 
 __all__ = ["SpecError", "load", "load_text"]
 
@@ -64,7 +64,7 @@ def load(path: str | os.PathLike[str], profiles: str | os.PathLike[str] | None =
     """
     try:
         content = read_file(Path(path))
-        text = decoded(content)
+        text = decode_text(content)
     except TextError as error:
         raise SpecError((finding_from_text(error),)) from None
     spec = load_text(text, path, profiles)
@@ -79,7 +79,7 @@ def read_text(path: str) -> str:
     """
     try:
         content = sys.stdin.buffer.read(MAX_BYTES + 1) if path == "-" else read_file(Path(path))
-        decoded(content)
+        decode_text(content)
     except TextError as error:
         raise SpecError((finding_from_text(error),)) from None
     return content.decode("utf-8")
@@ -197,7 +197,7 @@ def plain_data(value: Any, key: str = "", budget: Iterator[int] | None = None) -
     if isinstance(value, float):
         return float(value)
     if key.count(".") >= DEEPEST:
-        raise TextError("SIT004", f"{undotted(key)}: sections and lists are nested too deep", key=key)
+        raise TextError("SIT004", f"{key_text(key)}: sections and lists are nested too deep", key=key)
     if isinstance(value, Mapping):
         return {_name(name, key): plain_data(inner, dotted(key, name), budget) for name, inner in value.items()}
     if isinstance(value, (list, tuple)):
@@ -207,19 +207,19 @@ def plain_data(value: Any, key: str = "", budget: Iterator[int] | None = None) -
         converted = to_list()
         if isinstance(converted, (bool, int, float, str, list)):
             return plain_data(converted, key, budget)
-    message = f"{undotted(key)}: a spec cannot hold an object of type {type(value).__name__}"
+    message = f"{key_text(key)}: a spec cannot hold an object of type {type(value).__name__}"
     raise TextError("SIT004", message, "write a number, a text with its unit, a list or a dictionary", key=key)
 
 
 def _name(name: Any, key: str) -> str:
     if not isinstance(name, str):
-        raise TextError("SIT004", f"{undotted(key)}: {described(name)} is no key", "write keys as texts", key=key)
+        raise TextError("SIT004", f"{key_text(key)}: {describe(name)} is no key", "write keys as texts", key=key)
     return _text(str(name), key)
 
 
 def _text(text: str, key: str) -> str:
     if any("\ud800" <= letter <= "\udfff" for letter in text):
-        raise TextError("SIT004", f"{undotted(key)}: the text has an incomplete character", key=key)
+        raise TextError("SIT004", f"{key_text(key)}: the text has an incomplete character", key=key)
     return text
 
 
@@ -228,18 +228,19 @@ def yaml_text(data: Mapping[str, Any]) -> str:
     lines = []
     for name, value in data.items():
         if isinstance(value, dict) and value:
-            lines += [f"{flow(name)}:", *(f"  {flow(inner)}: {flow(entry)}" for inner, entry in value.items())]
+            entries = (f"  {as_flow_yaml(inner)}: {as_flow_yaml(entry)}" for inner, entry in value.items())
+            lines += [f"{as_flow_yaml(name)}:", *entries]
         else:
-            lines.append(f"{flow(name)}: {flow(value)}")
+            lines.append(f"{as_flow_yaml(name)}: {as_flow_yaml(value)}")
     return "".join(f"{line}\n" for line in lines)
 
 
-def flow(value: Any) -> str:
+def as_flow_yaml(value: Any) -> str:
     """Return a plain value as YAML in one line, with sections in braces and lists in brackets (flow style)."""
     if isinstance(value, dict):
-        return f"{{{', '.join(f'{flow(name)}: {flow(inner)}' for name, inner in value.items())}}}"
+        return f"{{{', '.join(f'{as_flow_yaml(name)}: {as_flow_yaml(inner)}' for name, inner in value.items())}}}"
     if isinstance(value, list):
-        return f"[{', '.join(map(flow, value))}]"
+        return f"[{', '.join(map(as_flow_yaml, value))}]"
     if isinstance(value, str):
         is_plain = _PLAIN.fullmatch(value) and plain_value(value) == value
         return value if is_plain else f'"{"".join(map(_escaped, value))}"'
@@ -285,7 +286,7 @@ def replaced(spec: SensorSpec, changes: Iterable[tuple[Any, Any]]) -> SensorSpec
     try:
         for key, value in pairs:
             _require_key(key)
-            overlaps = any(isinstance(other, str) and other != key and meet(key, other) for other, _ in pairs)
+            overlaps = any(isinstance(other, str) and other != key and is_overlapping(key, other) for other, _ in pairs)
             if key in spec.source.keys and not overlaps and _is_attribute(value, spec, key):
                 continue  # the text stays as it is
             if is_dataclass(value) and not isinstance(value, type):
@@ -296,7 +297,7 @@ def replaced(spec: SensorSpec, changes: Iterable[tuple[Any, Any]]) -> SensorSpec
     changed = rewritten_spec(spec, written)
     for key, value in records.items():
         if not _is_attribute(value, changed, key):
-            message = f"{undotted(key)}: {type(value).__name__} {getattr(value, 'name', '')} is more than its name"
+            message = f"{key_text(key)}: {type(value).__name__} {getattr(value, 'name', '')} is more than its name"
             unwritten = TextError("SIT004", message, "write a preset's name, or a mapping of keys to values", key=key)
             raise SpecError((finding_from_text(unwritten),))
     return changed
@@ -338,7 +339,7 @@ def _require_key(key: Any) -> None:
         raise TextError("SIT002", "a key is a text like coil.turns")
 
 
-def meet(key: str, other: str) -> bool:
+def is_overlapping(key: str, other: str) -> bool:
     """Whether two dotted keys are equal, or one contains the other."""
     return f"{key}.".startswith(f"{other}.") or f"{other}.".startswith(f"{key}.")
 
@@ -391,15 +392,15 @@ def _change_text(text: str, key: str, value: Any) -> str:
     """
     if value is not None:
         try:
-            return rewritten(text, (Edit(key, flow(value)),))
+            return rewritten(text, (Edit(key, as_flow_yaml(value)),))
         except CannotWriteError:
             pass  # a section in lines, or a key without a place in the text: rewrite the text
     data = read_yaml(text).data
-    put(data, key, value)
+    put_value(data, key, value)
     return yaml_text(data)
 
 
-def put(data: Any, key: str, value: Any) -> None:
+def put_value(data: Any, key: str, value: Any) -> None:
     """Replace a plain value at a dotted key, or remove it if the new value is None. Missing sections are added.
 
     Raises `TextError` if `data` cannot have such a key.

@@ -122,7 +122,7 @@ def tension(exponent: float, stretch: float) -> float:
     return 2.0 / exponent * (stretch ** (exponent - 1.0) - stretch ** (-0.5 * exponent - 1.0))
 
 
-def stiffened(exponent: float, stretches: Sequence[float]) -> float:
+def neo_hookean_ratio(exponent: float, stretches: Sequence[float]) -> float:
     """Return the fitted neo-Hookean shear modulus of an Ogden rubber, divided by its modulus at small strain.
 
     The neo-Hookean law is fitted by least squares to the tensile stress of a bar at `stretches`. The result is 1 if the

@@ -18,7 +18,7 @@ from sitscad.spec.format.kinds import (
     Special,
     Thickness,
     UnitValue,
-    described,
+    describe,
     refuse,
 )
 from sitscad.spec.format.section import ListOf, NameOr, Part, Section, key
@@ -38,7 +38,7 @@ def _datum(value: Any) -> str | tuple[float, ...]:
     if isinstance(value, str):
         return str(Label.read(value))
     if not isinstance(value, list) or len(value) != 3:
-        refuse("SIT004", f"{described(value)}, where a name or [x, y, z] is wanted", "write SEAT, or [0, 0, 2.4]")
+        refuse("SIT004", f"{describe(value)}, where a name or [x, y, z] is wanted", "write SEAT, or [0, 0, 2.4]")
     return tuple(Coordinate.read(entry) for entry in value)
 
 

@@ -93,7 +93,7 @@ def _strips(pads: Sequence[Footprint], width: float) -> tuple[Footprint, ...]:
     return tuple(strips)
 
 
-def gathered(spec: SensorSpec) -> SensorSpec:
+def with_cells_stacked(spec: SensorSpec) -> SensorSpec:
     """Return the sensor with the coils of every cell moved to the positions of the first cell's coils.
 
     All coils then lie under one target. Its effect on each coil is correct, but the coupling between coils of different
@@ -117,7 +117,7 @@ def footprint(spec: SensorSpec, plate: Target | ElastomerPad) -> Footprint:
     return Footprint(is_round, plate.size, Point(x + dx, y + dy), rotation)
 
 
-def coils_from(spec: SensorSpec, plate: Target | ElastomerPad) -> dict[str, tuple[float, float]]:
+def coil_positions_on_plate(spec: SensorSpec, plate: Target | ElastomerPad) -> dict[str, tuple[float, float]]:
     """Return the position (m) of each coil's centre relative to a plate's centre, by coil name.
 
     Coordinates are along the plate's own axes.
@@ -126,17 +126,17 @@ def coils_from(spec: SensorSpec, plate: Target | ElastomerPad) -> dict[str, tupl
     return {placement.name: here.local_coordinates(Point(*placement.centre)) for placement in spec.array.placements}
 
 
-def breadth_from(spec: SensorSpec, plate: Target | ElastomerPad) -> tuple[float, float]:
+def span_over_coils(spec: SensorSpec, plate: Target | ElastomerPad) -> tuple[float, float]:
     """Return twice the largest distance (m) of a coil's centre from a plate's centre, along x and y of the plate.
 
     These are the sides of a plate whose edges lie above the centres of the outermost coils.
     """
-    places = coils_from(spec, plate).values()
+    places = coil_positions_on_plate(spec, plate).values()
     x, y = (2.0 * max(abs(place[axis]) for place in places) for axis in (0, 1))
     return x, y
 
 
-def shared_middles(spec: SensorSpec) -> tuple[Point, ...]:
+def overlap_centres(spec: SensorSpec) -> tuple[Point, ...]:
     """Return the centre (m) of the overlap of each coil's bounding box with the bounding box of the target at rest.
 
     The boxes are parallel to the board's x and y and enclose the rotated parts. The results are relative to the mean of
@@ -148,12 +148,12 @@ def shared_middles(spec: SensorSpec) -> tuple[Point, ...]:
     for placement in spec.array.placements:
         (x, y), turned = placement.centre, outline.boundary(spec.coil.size, 0.0).rotated(placement.rotation)
         _, _, half_x, half_y = bounding_box([turned])  # half extents: outlines are symmetric under half a turn
-        x, y = _shared(x, half_x, covered[0], covered[2]), _shared(y, half_y, covered[1], covered[3])
+        x, y = _overlap_centre(x, half_x, covered[0], covered[2]), _overlap_centre(y, half_y, covered[1], covered[3])
         middles.append(Point(x - mx, y - my))
     return tuple(middles)
 
 
-def _shared(centre: float, half: float, start: float, end: float) -> float:
+def _overlap_centre(centre: float, half: float, start: float, end: float) -> float:
     """Return the centre (m) of the overlap of two intervals: centre plus and minus `half`, and `start` to `end`."""
     low, high = (min(max(centre + way * half, start), end) for way in (-1, 1))
     return 0.5 * (low + high)

@@ -35,7 +35,7 @@ from sitscad.spec.materials import (
     Conductor,
     ElastomerMaterial,
     Finish,
-    stiffened,
+    neo_hookean_ratio,
 )
 from sitscad.spec.mount import LEVEL, Hole, HolePattern, Jaw
 from sitscad.spec.sensor import SensorSpec
@@ -78,7 +78,7 @@ def best_film(least: float) -> tuple[float, float]:
     return filling[0] if filling else max(coverlay_films(), key=lambda pair: pair[1])
 
 
-def covered(stackup: Stackup) -> Stackup:
+def with_stock_coverlays(stackup: Stackup) -> Stackup:
     """Return the stack-up with film coverlays replaced by stock films that suit the copper below them.
 
     `best_film` chooses each film. Coverlays of other materials are not changed.
@@ -113,7 +113,7 @@ def stackup(name: str) -> Stackup:
     is_stated = extra["plating"]["status"] == "verified"
     method = Plating(extra["plated"]["made_of"]) if "plated" in extra else Plating.PANEL
     foils = Stackup(name, tuple(layers), sources, _length(extra["plating"], "thickness"), is_stated)
-    return covered(foils.built(method, 0, finished=not is_stated))
+    return with_stock_coverlays(foils.built(method, 0, finished=not is_stated))
 
 
 @cache
@@ -246,7 +246,7 @@ def elastomer(name: str) -> ElastomerMaterial:
     row = _table("elastomers")[name]
     exponent = float(row["ogden_exponent"] or NEO_HOOKEAN)
     moduli = [
-        parse_quantity(row[field], "pressure") / stiffened(exponent, stretches)
+        parse_quantity(row[field], "pressure") / neo_hookean_ratio(exponent, stretches)
         for field, stretches in (("datasheet_shear_modulus", AT_DOUBLE), ("measured_shear_modulus", TO_30_PERCENT))
         if row[field]
     ]
@@ -362,7 +362,7 @@ def is_rigid(stackup: Stackup) -> bool:
     return any("rigid" in dielectric_roles(material) for material in films)
 
 
-def stackups_of(copper: int, rigid: bool) -> list[str]:
+def stackups_with_copper_layers(copper: int, rigid: bool) -> list[str]:
     """Return the names of the installed rigid or flexible stack-ups with at least `copper` copper layers."""
     return [name for name in names("stackup")
             if len(stackup(name).copper) >= copper and is_rigid(stackup(name)) is rigid]
@@ -442,10 +442,10 @@ def unverified_figures(spec: SensorSpec) -> tuple[UnverifiedFigure, ...]:
             values = value if isinstance(value, tuple) else (value,)
             text = between.join(show(each, "m") if isinstance(each, float) else str(each or "") for each in values)
             figures.append(UnverifiedFigure(f"{rules.name} {field}", text, source.removeprefix(UNVERIFIED)))
-    return (*figures, *_of_presets(spec))
+    return (*figures, *_unverified_preset_figures(spec))
 
 
-def _of_presets(spec: SensorSpec) -> Iterator[UnverifiedFigure]:
+def _unverified_preset_figures(spec: SensorSpec) -> Iterator[UnverifiedFigure]:
     fpc, mount = spec.fpc, spec.mount
     jaw, holes = spec.jaw, None if mount is None else mount.holes
     metals = [part.material for part in (spec.target, spec.shield) if part is not None]

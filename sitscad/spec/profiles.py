@@ -24,7 +24,7 @@ from sitscad.spec.reading import (
     Flaw,
     Remarks,
     SpecError,
-    decoded,
+    decode_text,
     finding_from_flaw,
     finding_from_text,
     read_file,
@@ -69,7 +69,7 @@ class Origin:
     def _below_root(self, path: Path) -> str:
         return path.relative_to(self.root).as_posix() if self.root else path.name
 
-    def complain(self, remarks: Remarks, rule: str, key: str, message: str, hint: str) -> None:
+    def record_error(self, remarks: Remarks, rule: str, key: str, message: str, hint: str) -> None:
         """Record an error at a key of this text, with a hint for its correction.
 
         If the text is the spec, the error is added to the flaws of `remarks`. If it is a profile file, the error is
@@ -82,7 +82,7 @@ class Origin:
             remarks.texts[self.source.path] = self.source.text
             remarks.findings.append(replace(finding_from_flaw(flaw, self.source), file=self.source.path))
 
-    def names_of(self, name: str, path: Path) -> set[str]:
+    def relative_paths(self, name: str, path: Path) -> set[str]:
         """Return the path of a file relative to the spec's folder, as `name` states it and with links resolved.
 
         `path` is the absolute path with links resolved. The set has one entry if both are equal. Paths outside the
@@ -93,7 +93,7 @@ class Origin:
         below = [each for each in (written, path) if each.is_relative_to(self.root)]
         return {each.relative_to(self.root).as_posix() for each in below}
 
-    def located(
+    def find_file(
         self, name: str, key: str, remarks: Remarks, what: str = "profile", like: str = "ourshop.yaml"
     ) -> Path | None:
         """Return the path of a file that this text names, with links resolved.
@@ -104,35 +104,36 @@ class Origin:
         hint = f"put the {what} beside the spec and write its name alone, like {like}"
         if self.folder is None or self.root is None:
             message = f"{name} is a {what} file, and this spec is a text without a folder"
-            self.complain(remarks, "SIT017", key, message, "load the spec from its file")
+            self.record_error(remarks, "SIT017", key, message, "load the spec from its file")
             return None
         if PurePosixPath(name).is_absolute() or PureWindowsPath(name).drive or "\\" in name:
-            self.complain(remarks, "SIT017", key, f"{name} is not a path below the spec's folder", hint)
+            self.record_error(remarks, "SIT017", key, f"{name} is not a path below the spec's folder", hint)
             return None
         try:
             path = (self.folder / name).resolve()
             is_there = path.is_file()
         except (OSError, ValueError, RuntimeError) as error:
-            self.complain(remarks, "SIT011", key, f"cannot read {name}: {error}", "is the path right?")
+            self.record_error(remarks, "SIT011", key, f"cannot read {name}: {error}", "is the path right?")
             return None
         installed = "base one of them on an installed profile, like generic-flex"
         if not path.is_relative_to(self.root):
-            self.complain(remarks, "SIT017", key, f"{name} lies outside the spec's folder", hint)
+            self.record_error(remarks, "SIT017", key, f"{name} lies outside the spec's folder", hint)
         elif not is_there:
             state = "is not a file" if path.exists() else "is not there"
-            self.complain(remarks, "SIT011", key, f"the {what} file {name} {state}", _files_like(self.folder, like))
+            hint = _similar_files_hint(self.folder, like)
+            self.record_error(remarks, "SIT011", key, f"the {what} file {name} {state}", hint)
         elif path in self.chain:
             files = (self._below_root(each) for each in (*self.chain[self.chain.index(path) :], path))
             message = f"the profiles lead back to where they began: {' -> '.join(files)}"
-            self.complain(remarks, "SIT018", key, message, installed)
+            self.record_error(remarks, "SIT018", key, message, installed)
         elif len(self.chain) >= MOST_FILES:
             message = f"more than {MOST_FILES} profile files are based on each other"
-            self.complain(remarks, "SIT010", key, message, installed)
+            self.record_error(remarks, "SIT010", key, message, installed)
         else:
             return path
         return None
 
-    def content(
+    def read_named_file(
         self, name: str, key: str, remarks: Remarks, what: str, like: str, most: int, smaller: str
     ) -> tuple[bytes, set[str]] | None:
         """Read a file that the spec names. Return its bytes and its paths relative to the spec's folder.
@@ -141,7 +142,7 @@ class Origin:
         an error at `key`. For messages, `what` states the kind of file, `like` is an example of its name, and `smaller`
         is the hint for a file that is too large.
         """
-        path = self.located(name, key, remarks, what, like)
+        path = self.find_file(name, key, remarks, what, like)
         if path is None:
             return None
         try:
@@ -153,9 +154,9 @@ class Origin:
         if len(content) > most:
             remarks.flaw("SIT010", key, f"{name} is larger than {most // 2**20} MiB", smaller)
             return None
-        return content, self.names_of(name, path)
+        return content, self.relative_paths(name, path)
 
-    def opened(
+    def read_profile_file(
         self, name: str, form: type[Form], begins: str, key: str, remarks: Remarks
     ) -> tuple[Form, Origin] | None:
         """Read a profile file that this text names at `key`. Return its section, and the origin of its own keys.
@@ -163,7 +164,7 @@ class Origin:
         None if it has errors, which are recorded in `remarks`. `form` is the section class, and `begins` the usual
         first line of such a file, for messages.
         """
-        path = self.located(name, key, remarks)
+        path = self.find_file(name, key, remarks)
         if path is None:
             return None
         shown = os.path.normpath(os.path.join(os.path.dirname(self.source.path), name))
@@ -171,14 +172,14 @@ class Origin:
         findings: tuple[Finding, ...] = ()
         try:
             content = read_file(path, shown)
-            text = decoded(content).removeprefix("\ufeff")
+            text = decode_text(content).removeprefix("\ufeff")
             document, source = read_section(text, shown, form, begins)
         except TextError as error:
             findings = (finding_from_text(error),)
         except SpecError as error:
             findings = error.findings
         else:
-            remarks.files |= dict.fromkeys(self.names_of(name, path), content)
+            remarks.files |= dict.fromkeys(self.relative_paths(name, path), content)
             return document, Origin(source, "", path.parent, self.root, (*self.chain, path))
         remarks.texts[shown] = text
         remarks.findings += [replace(finding, file=shown) for finding in findings]
@@ -189,7 +190,7 @@ FILES = {"YAML": (".yaml", ".yml"), "STEP": (".step", ".stp"), "DXF": (".dxf",),
 """Kinds of file that a spec can name, with their endings."""
 
 
-def _files_like(folder: Path, like: str) -> str:
+def _similar_files_hint(folder: Path, like: str) -> str:
     """Return a hint that lists up to six files in a folder. They have the same kind as the example name `like`."""
     kind, endings = next((kind, endings) for kind, endings in FILES.items() if like.endswith(endings))
     there = sorted(path.name for path in folder.iterdir() if path.name.lower().endswith(endings))[:6]
@@ -230,7 +231,7 @@ def _load_rules(name: str, foil: float | None, place: Origin, key: str, remarks:
     """
     inner = None
     if is_profile_file(name):
-        inner = place.opened(name, RulesDocument, _BEGINS, key, remarks)
+        inner = place.read_profile_file(name, RulesDocument, _BEGINS, key, remarks)
         name = _FALLBACK
     if inner is None:
         rules = installed_rules(name)
@@ -292,8 +293,8 @@ class _Profile:
         default_name = Path(place.label).stem if place.chain else f"the spec's rules{base}"
         self.name = place.installed or document.name or default_name
 
-    def _complain(self, rule: str, key: str, message: str, hint: str) -> None:
-        self.place.complain(self.remarks, rule, f"{self.place.prefix}{key}", message, hint)
+    def _record_error(self, rule: str, key: str, message: str, hint: str) -> None:
+        self.place.record_error(self.remarks, rule, f"{self.place.prefix}{key}", message, hint)
 
     def rules(self, foil: float | None) -> DesignRules:
         """Return the rules of this profile. Values that it does not state are taken from its base.
@@ -311,12 +312,12 @@ class _Profile:
             changed |= {table: {**getattr(base, table), **entries}} if entries else {}
             if table == "annular_rings" and "annular_ring" in figures:  # it replaces the base's rings
                 changed[table] = entries
-        changed |= self._tables(base, changed, rows) | self._binding(base, changed, rows)
+        changed |= self._tables(base, changed, rows) | self._binding_fields(base, changed, rows)
         # the date of the base does not apply to these figures
         changed["checked_on"] = figures["checked_on"].value if "checked_on" in figures else ""
         changed["beyond"] = {name: most for name, most in base.beyond.items() if name not in figures}
-        changed["sources"] = {**base.sources, **{name: self._source(name, each) for name, each in figures.items()}}
-        changed["holders"] = {**base.holders, **{name: self._holder(name) for name in figures}}
+        changed["sources"] = {**base.sources, **{name: self._source_text(name, each) for name, each in figures.items()}}
+        changed["holders"] = {**base.holders, **{name: self._holder_text(name) for name in figures}}
         is_said = not self.place.chain or "source" in self.place.source.keys
         source = self.document.source if is_said else self.place.label
         source += f"; the rest from {base.name}" if base.name else ""
@@ -340,7 +341,7 @@ class _Profile:
         lacking += [] if has_lines else ["tracks"]
         if lacking:
             message = f"a profile that is based on none states every figure, and not {', '.join(lacking)}"
-            self._complain("SIT003", "based_on", message, f"add them, or {_BEGINS}")
+            self._record_error("SIT003", "based_on", message, f"add them, or {_BEGINS}")
             return installed_rules(_FALLBACK)
         needed: dict[str, Any] = {name: figures[name].value for name in _NEEDED}
         return DesignRules(
@@ -348,7 +349,7 @@ class _Profile:
             coil_rule_binding=False, **needed,
         )
 
-    def _binding(
+    def _binding_fields(
         self, base: DesignRules, changed: Mapping[str, Any], rows: Mapping[str, tuple[FoilLines, ...]]
     ) -> dict[str, Any]:
         """Return ``coil_rule_binding`` and ``unbound``: whether coil tracks below the minimums are errors or warnings.
@@ -396,9 +397,9 @@ class _Profile:
             if like and plain_key in self.figures:
                 place = f"{like} or its like" if older else like
                 message = f"it holds for every copper, and {place} for one"
-                self._complain("SIT009", plain_key, message, "keep one of the two")
+                self._record_error("SIT009", plain_key, message, "keep one of the two")
         for each in older if is_table else ():
-            self._complain("SIT009", each, f"it is a row of {key}, which is given too", f"move it into {key}")
+            self._record_error("SIT009", each, f"it is a row of {key}, which is given too", f"move it into {key}")
         lines = self._rows(key) if is_table else self._older_rows(kind, older)
         return tuple(sorted(lines, key=lambda row: row.copper))
 
@@ -407,11 +408,11 @@ class _Profile:
         written = getattr(self.document, key)
         if not 1 <= len(written) <= 20:
             message = f"{len(written)} rows are out of range: 1 to 20"
-            self._complain("SIT006", key, message, "one row a foil, or leave it out")
+            self._record_error("SIT006", key, message, "one row a foil, or leave it out")
         for number, row in enumerate(written):
             if row.copper in foils:
                 where = f"{key}.{number}.copper"
-                self._complain("SIT009", where, "a second row for the same copper", "keep one of the two")
+                self._record_error("SIT009", where, "a second row for the same copper", "keep one of the two")
             foils.add(row.copper)
             yield self._row(row.copper, {f"{key}.{number}.{what}": getattr(row, what) for what in ("width", "spacing")})
 
@@ -425,7 +426,7 @@ class _Profile:
             lone = [each for each in pair if each not in self.document.by_foil]
             if lone:
                 other = pair[1] if lone[0] == pair[0] else pair[0]
-                self._complain("SIT003", other, f"it goes with {lone[0]}, which is missing", "give both")
+                self._record_error("SIT003", other, f"it goes with {lone[0]}, which is missing", "give both")
                 continue
             yield self._row(parse_quantity(foil, "length"), {each: self.document.by_foil[each] for each in pair})
 
@@ -435,10 +436,10 @@ class _Profile:
         `pair` has two entries by profile key: first the width, then the spacing.
         """
         width, spacing = (figure.value for figure in pair.values())
-        sources = (self._source(key, figure) for key, figure in pair.items())
-        return FoilLines(copper, width, spacing, *sources, *(self._holder(key) for key in pair))
+        sources = (self._source_text(key, figure) for key, figure in pair.items())
+        return FoilLines(copper, width, spacing, *sources, *(self._holder_text(key) for key in pair))
 
-    def _holder(self, field: str) -> str:
+    def _holder_text(self, field: str) -> str:
         """Return the text that names this profile as the origin of a key's value.
 
         If the profile is not installed, the text has the line of the key. For a profile file, it also has the path.
@@ -451,7 +452,7 @@ class _Profile:
             return f"{self.name} ({place.label} line {line})"
         return f"{self.document.name or 'the spec'} (line {line})"
 
-    def _source(self, key: str, figure: Figure) -> str:
+    def _source_text(self, key: str, figure: Figure) -> str:
         """Return the source of a value. For a profile file, the file's path and the key's line come first.
 
         If nobody has checked the source, the text begins with `UNVERIFIED`.

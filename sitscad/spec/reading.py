@@ -16,9 +16,9 @@ from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.finding import Edit, Finding, Remedy, Severity
 from sitscad.basics.record import record
 from sitscad.data import rows
-from sitscad.spec.format.kinds import Misfit, described, is_like
+from sitscad.spec.format.kinds import InvalidKey, describe, is_misspelling
 from sitscad.spec.format.section import Part, Section, section_of
-from sitscad.spec.yaml.source import MAX_BYTES, SpecSource, TextError, dotted, read_yaml, undotted
+from sitscad.spec.yaml.source import MAX_BYTES, SpecSource, TextError, dotted, key_text, read_yaml
 
 if TYPE_CHECKING:
     from sitscad.spec.sensor import SensorSpec
@@ -126,7 +126,7 @@ def read_file(path: Path, called: str | None = None) -> bytes:
     return content
 
 
-def decoded(content: bytes) -> str:
+def decode_text(content: bytes) -> str:
     """Return the text of a file's bytes with line feeds as line ends. Raises `TextError` if it is not UTF-8."""
     try:
         return content.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
@@ -171,19 +171,20 @@ def section_of_data(data: Any, source: SpecSource, form: type[Form], flaws: Iter
     findings = [finding_from_text(flaw) for flaw in flaws]
     data, empty = _without_nulls(data, "")
     for key in empty:
-        place, message = source.keys.get(key, (1, 1)), f"{undotted(key)}: has no value"
+        place, message = source.keys.get(key, (1, 1)), f"{key_text(key)}: has no value"
         findings.append(
             finding_from_text(TextError("SIT004", message, "give it one, or leave the key out", place, key))
         )
-    misfits: list[Misfit] = []
-    document = Part(form).read_at("", data, misfits)
-    if misfits:
+    invalid_keys: list[InvalidKey] = []
+    document = Part(form).read_at("", data, invalid_keys)
+    if invalid_keys:
         # lists with empty entries have a finding already
         lists = {parent for parent, _, last in (key.rpartition(".") for key in empty) if last.isdigit()}
-        findings += [_misfit_finding(misfit, source, form) for misfit in misfits if misfit.key not in {*empty, *lists}]
+        findings += [_invalid_key_finding(invalid, source, form) for invalid in invalid_keys
+                     if invalid.key not in {*empty, *lists}]
         findings = [finding for finding in findings if finding.rule == "SIT008"] or findings
     if isinstance(data, dict) and all(finding.rule != "SIT008" for finding in findings):
-        findings += (misfit for misfit in _replaced_key_findings(data, source, form) if misfit.key not in empty)
+        findings += (invalid for invalid in _replaced_key_findings(data, source, form) if invalid.key not in empty)
     if findings:
         raise SpecError(in_order(findings), source=source)
     return cast(Form, document)
@@ -246,14 +247,14 @@ def finding_from_flaw(flaw: Flaw, source: SpecSource) -> Finding:
     """Return the finding for a flaw, with the line and column that its key has in `source`."""
     facts: dict[str, Any] = {"measured": flaw.measured, "limit": flaw.limit, "unit": flaw.unit}
     facts["fixes"] = (Remedy(flaw.edits),) if flaw.edits else ()
-    message = f"{undotted(flaw.key)}: {flaw.message}"
+    message = f"{key_text(flaw.key)}: {flaw.message}"
     return _finding(flaw.rule, message, flaw.hint, flaw.key, source.locate(flaw.key), **facts)
 
 
 def _finding(
     rule: str, message: str, hint: str, key: str | None, place: tuple[int | None, int | None], **facts: Any
 ) -> Finding:
-    shown = undotted(key) if key else None
+    shown = key_text(key) if key else None
     return Finding(rule, RULE_NAMES[rule], Severity.ERROR, message, hint.strip(), shown, *place, **facts)
 
 
@@ -261,33 +262,33 @@ MOST_LISTED = 16
 """Maximum number of keys of a section that a hint lists."""
 
 
-def _misfit_finding(misfit: Misfit, source: SpecSource, form: type[Section]) -> Finding:
+def _invalid_key_finding(invalid: InvalidKey, source: SpecSource, form: type[Section]) -> Finding:
     """Return the finding for a key that cannot be read. `form` is the section class of the whole text."""
-    key, refusal = misfit.key, misfit.refusal
+    key, refusal = invalid.key, invalid.refusal
     parent, _, name = key.rpartition(".")
-    if misfit.section is not None:
-        return _unknown_key(misfit, parent, source, form)
+    if invalid.section is not None:
+        return _unknown_key(invalid, parent, source, form)
     if refusal is None:
         where, place = parent or "the spec", source.keys.get(parent, (1, 1))
         return _finding("SIT003", f"{where} has no {name}", f"add {name}: to {where}", key, place)
     facts = {name: refusal.facts.get(name) for name in ("measured", "limit", "unit")}
     suggestion, is_sure = refusal.facts.get("meant"), refusal.facts.get("is_sure", True)
-    if suggestion and not isinstance(misfit.value, (list, dict)):  # a suggestion replaces a single value only
+    if suggestion and not isinstance(invalid.value, (list, dict)):  # a suggestion replaces a single value only
         facts["fixes"] = (Remedy((Edit(key, suggestion),), is_sure=is_sure),)
-    message = f"{undotted(key)}: {refusal.message}"
+    message = f"{key_text(key)}: {refusal.message}"
     return _finding(refusal.rule, message, refusal.hint, key, source.locate(key), **facts)
 
 
-def _unknown_key(misfit: Misfit, parent: str, source: SpecSource, form: type[Section]) -> Finding:
-    key, word, allowed = misfit.key, str(misfit.value), tuple(cast(type[Section], misfit.section).keys)
+def _unknown_key(invalid: InvalidKey, parent: str, source: SpecSource, form: type[Section]) -> Finding:
+    key, word, allowed = invalid.key, str(invalid.value), tuple(cast(type[Section], invalid.section).keys)
     close = difflib.get_close_matches(word[:64].lower().replace("-", "_"), allowed, 1, 0.6)
     elsewhere = _sections_of_keys(cast(Hashable, form)).get(word) if not close and form.is_whole else None
     hint = f"did you mean {close[0]}? " if close else f"did you mean {elsewhere}? " if elsewhere else ""
-    message = f"{described(word)} is no key {f'in {parent}' if parent else 'at the top'}"
+    message = f"{describe(word)} is no key {f'in {parent}' if parent else 'at the top'}"
     listed = ", ".join(allowed[:MOST_LISTED]) + (", ... (all: docs/spec.md)" if len(allowed) > MOST_LISTED else "")
     fixes: tuple[Remedy, ...] = ()
     if close and dotted(parent, close[0]) not in source.keys:
-        fixes = (Remedy((Edit(key, close[0], what="name"),), is_sure=is_like(word, close[0])),)
+        fixes = (Remedy((Edit(key, close[0], what="name"),), is_sure=is_misspelling(word, close[0])),)
     place = source.keys.get(key, (1, 1))
     return _finding("SIT002", message, f"{hint}allowed: {listed}", key, place, fixes=fixes)
 

@@ -30,10 +30,10 @@ from sitscad.spec.format.kinds import (
     Special,
     Text,
     UnitValue,
-    described,
+    describe,
     refuse,
 )
-from sitscad.spec.format.section import NameOr, Part, Readable, Section, key, schema_of
+from sitscad.spec.format.section import NameOr, Part, Section, SpecValue, key, schema_of
 from sitscad.spec.load_cases import Force, LoadCase, LoadsDocument
 from sitscad.spec.materials import CellsSpec, Conductor, Cutting, ElastomerPad, Encapsulation, Shield, Target
 from sitscad.spec.mount import Assembly, Jaw, Mount
@@ -109,7 +109,7 @@ LONGEST_NAME = 64
 
 def _version(value: Any) -> int:
     if isinstance(value, bool) or value != VERSION or not isinstance(value, int):
-        message = f"{described(value)} is no version of the format that is known here"
+        message = f"{describe(value)} is no version of the format that is known here"
         refuse("SIT008", message, f"write sitscad: {VERSION}")
     return VERSION
 
@@ -117,14 +117,14 @@ def _version(value: Any) -> int:
 def _temperature_range(value: Any) -> tuple[float, float]:
     """Return the lowest and highest temperature (degC). The entries of `value` are bare numbers or texts with units."""
     if not isinstance(value, list) or len(value) != 2:
-        message = f"{described(value)}, where [lowest, highest] is wanted"
+        message = f"{describe(value)}, where [lowest, highest] is wanted"
         refuse("SIT004", message, "write degrees Celsius, like [15, 45]")
     low, high = (
         Temperature.read(entry if isinstance(entry, (str, bool)) or entry is None else f"{entry} degC")
         for entry in value
     )
     if low > high:
-        refuse("SIT006", f"{described(value)} begins above its end", "write the lower temperature first")
+        refuse("SIT006", f"{describe(value)} begins above its end", "write the lower temperature first")
     return low, high
 
 
@@ -214,7 +214,7 @@ class Requirements(Section):
         return self.moment_x or 0.0, self.moment_y or 0.0
 
     @property
-    def is_shear_told(self) -> bool:
+    def is_shear_accuracy_required(self) -> bool:
         """Whether the spec requires a resolution or error of shear, or an error due to friction."""
         return any(each is not None for each in (self.shear_resolution, self.shear_error, self.friction_error))
 
@@ -227,7 +227,7 @@ class Requirements(Section):
             return self.tilt_error.written()
         if self.tilt_error is None:
             return {}
-        is_shear = self.shear_force is not None or self.is_shear_told
+        is_shear = self.shear_force is not None or self.is_shear_accuracy_required
         is_normal = any(each is not None for each in (self.normal_force, self.normal_resolution, self.normal_error))
         names = ["normal"] * (is_normal or not is_shear) + ["shear_x", "shear_y"] * is_shear
         return dict.fromkeys(names, self.tilt_error)
@@ -275,7 +275,7 @@ BESIDE_COIL = 0.5e-3  # Gap (m) between the reference coil and the next coil, un
 
 
 @record
-class SensorSpec(Readable):
+class SensorSpec(SpecValue):
     """The whole design. Parts that are None are not in the sensor, and are neither made nor checked."""
 
     read_instead: ClassVar[dict[str, str]] = {

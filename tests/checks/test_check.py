@@ -110,9 +110,9 @@ def test_finding_for_absent_key_names_key_to_add(design, estimates):
 
 def test_key_below_preset_name_is_not_absent_key(design):
     source = design().source
-    assert source.absent("mount.jaw.width") is None and source.absent("mount.jaw") is None
-    assert source.absent("mount.kerf") == "mount.kerf"
-    assert source.absent("readout") is None is source.absent(None)
+    assert source.addable_key("mount.jaw.width") is None and source.addable_key("mount.jaw") is None
+    assert source.addable_key("mount.kerf") == "mount.kerf"
+    assert source.addable_key("readout") is None is source.addable_key(None)
 
 
 def test_target_without_elastomer_gives_warning(judge, design, verdicts):

@@ -18,7 +18,7 @@ from sitscad.estimates.design import Design
 from sitscad.estimates.loads.pressing import BESIDE_PAD
 from sitscad.estimates.performance.points import analyse_sensing
 from sitscad.estimates.performance.screen import target_effects
-from sitscad.spec.places import shared_middles
+from sitscad.spec.places import overlap_centres
 from sitscad.spec.yaml.rewriting import rewritten
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
@@ -130,7 +130,7 @@ array: {{centres: [[-4, 0], [4, 1]], rotations: [{turn} deg, {turn} deg]}}
 target: {target}
 elastomer: {{size: 20}}
 """
-    return [(at.x, at.y) for at in shared_middles(sitscad.load_text(text))]
+    return [(at.x, at.y) for at in overlap_centres(sitscad.load_text(text))]
 
 
 @pytest.mark.parametrize("target", ["{size: [8, 4]}", "{size: [4, 8], rotation: 90 deg}"])

@@ -65,8 +65,8 @@ def test_bend_in_rigid_tail_gives_error():
 
 
 def test_suggested_stackup_matches_rigid_or_flexible_board():
-    assert presets.stackups_of(4, rigid=True) == ["rigid-4l-1.6mm"]
-    assert presets.stackups_of(4, rigid=False)[0] == "flex-4l"
+    assert presets.stackups_with_copper_layers(4, rigid=True) == ["rigid-4l-1.6mm"]
+    assert presets.stackups_with_copper_layers(4, rigid=False)[0] == "flex-4l"
 
 
 def test_rigid_board_documents_contain_no_flex_terms(tmp_path):

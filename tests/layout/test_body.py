@@ -19,7 +19,7 @@ from sitscad.assembly.places.seating import plate_plan
 from sitscad.kernels.geometry.path import Arc, circle, enclosed_area
 from sitscad.layout.outline import root
 from sitscad.spec.load import rewritten_spec
-from sitscad.spec.resolver.circuit import UnfitError, outline
+from sitscad.spec.resolver.circuit import OutlineFileError, outline_from_dxf
 
 BUTTON = Path(__file__).parents[2] / "templates" / "round_button_12mm.yaml"
 
@@ -178,7 +178,7 @@ D_SHAPE = [(5, -6, 0), (5, 6, 0), (0, 6, 1), (0, -6, 0)]
 
 
 def test_drawn_outline_is_read_as_lines_and_arcs(tmp_path):
-    result = outline(dxf(tmp_path, lambda space: space.add_lwpolyline(D_SHAPE, format="xyb", close=True)))
+    result = outline_from_dxf(dxf(tmp_path, lambda space: space.add_lwpolyline(D_SHAPE, format="xyb", close=True)))
     assert enclosed_area(result) == approx((60 + math.pi * 18) * 1e-6, rel=1e-9)
 
     def pieces(space) -> None:  # in any order and direction
@@ -187,7 +187,7 @@ def test_drawn_outline_is_read_as_lines_and_arcs(tmp_path):
         space.add_line((5, 6), (5, -6))
         space.add_line((0, -6), (5, -6))
 
-    assert enclosed_area(outline(dxf(tmp_path, pieces))) == approx((60 + math.pi * 18) * 1e-6, rel=1e-9)
+    assert enclosed_area(outline_from_dxf(dxf(tmp_path, pieces))) == approx((60 + math.pi * 18) * 1e-6, rel=1e-9)
 
 
 def test_tiny_segments_of_drawn_outline_are_dropped(tmp_path):
@@ -200,7 +200,7 @@ def test_tiny_segments_of_drawn_outline_are_dropped(tmp_path):
             space.add_line(end, end)
         space.add_arc((5, 3 - 1e-5), 1e-5, 0, 90)
 
-    result = list(outline(dxf(tmp_path, draw)))
+    result = list(outline_from_dxf(dxf(tmp_path, draw)))
     assert len(result) == 4 and all(piece.length > 5e-3 for piece in result)
 
 
@@ -224,8 +224,8 @@ def test_tiny_segments_of_drawn_outline_are_dropped(tmp_path):
     (lambda space: space.add_lwpolyline([(1e-5 * k, 0) for k in range(3000)]), "LWPOLYLINE .* has 3000 vertices"),
 ])
 def test_invalid_outline_drawing_is_refused_naming_wrong_entity(tmp_path, draw, said):
-    with pytest.raises(UnfitError, match=said):
-        outline(dxf(tmp_path, draw))
+    with pytest.raises(OutlineFileError, match=said):
+        outline_from_dxf(dxf(tmp_path, draw))
 
 
 @pytest.mark.parametrize("version", ["R12", "R2000", "R2004", "R2007", "R2018"])
@@ -241,11 +241,11 @@ def test_drawing_of_each_version_is_read_in_its_encoding(tmp_path, version):
 
     content = dxf(tmp_path, draw, version)
     assert (b"Umri\xc3\x9f" in content) == (version in ("R2007", "R2018"))
-    assert enclosed_area(outline(content)) == approx((60 + math.pi * 18) * 1e-6, rel=1e-9)
+    assert enclosed_area(outline_from_dxf(content)) == approx((60 + math.pi * 18) * 1e-6, rel=1e-9)
 
 
 def test_drawn_arc_of_360_degrees_at_any_height_is_circle(tmp_path):
-    turned = outline(dxf(tmp_path, lambda space: space.add_arc((0, 0, 3), 6, 30, 390)))
+    turned = outline_from_dxf(dxf(tmp_path, lambda space: space.add_arc((0, 0, 3), 6, 30, 390)))
     assert enclosed_area(turned) == approx(math.pi * 36e-6, rel=1e-9)
 
 
@@ -259,7 +259,7 @@ def test_drawing_without_header_is_in_millimetres():
         for (x, y), (u, v) in zip(CORNERS, CORNERS[1:] + CORNERS[:1], strict=True)
     )
     content = f"0\nSECTION\n2\nENTITIES\n{lines}0\nENDSEC\n0\nEOF\n".encode("ascii")
-    assert enclosed_area(outline(content)) == approx(26 * 14 * 1e-6, rel=1e-9)
+    assert enclosed_area(outline_from_dxf(content)) == approx(26 * 14 * 1e-6, rel=1e-9)
 
 
 IN_PARSECS = b"0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n20\n0\nENDSEC\n0\nEOF\n"
@@ -267,8 +267,8 @@ IN_PARSECS = b"0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n20\n0\nENDSEC\n0\nEOF\n"
 
 @pytest.mark.parametrize("content", [b"", b"hello\0\xff", IN_PARSECS])
 def test_file_without_drawing_is_refused(content):
-    with pytest.raises(UnfitError):
-        outline(content)
+    with pytest.raises(OutlineFileError):
+        outline_from_dxf(content)
 
 
 @pytest.mark.slow

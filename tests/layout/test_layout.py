@@ -33,11 +33,11 @@ CASES = {
     "octagons": dict(shape="octagon", diameter=5e-3, turns=5.5, layers=2, pitch=6e-3),
     "hexagons": dict(shape="hexagon", diameter=5e-3, turns=5, layers=2, pitch=6.4e-3),
     "eight layers": dict(diameter=7e-3, turns=6.5, layers=8, stackup="flex-8l", pitch=8e-3),
-    "triangle": dict(centres=positions.triangle(4.6e-3)),
-    "four-coil grid": dict(centres=positions.grid(2, 2, 4.8e-3)),
+    "triangle": dict(centres=positions.triangle_centres(4.6e-3)),
+    "four-coil grid": dict(centres=positions.grid_centres(2, 2, 4.8e-3)),
     "grid of squares": dict(shape="square", diameter=5e-3, turns=6, layers=2, stackup="flex-2l-18um",
-                            centres=positions.grid(2, 2, 6.2e-3)),
-    "six-coil grid": dict(turns=6, layers=2, stackup="flex-2l-18um", centres=positions.grid(3, 2, 5.2e-3)),
+                            centres=positions.grid_centres(2, 2, 6.2e-3)),
+    "six-coil grid": dict(turns=6, layers=2, stackup="flex-2l-18um", centres=positions.grid_centres(3, 2, 5.2e-3)),
     "explicit": dict(turns=6, layers=2, stackup="flex-2l-18um", centres=[(-3e-3, 0), (3e-3, 0), (0, 5e-3)]),
     "eight in a row": dict(diameter=6e-3, turns=8, layers=2, width=1e-4, coils=8, pitch=8e-3, stackup="flex-2l-18um",
                            tail=False),
@@ -228,7 +228,7 @@ def test_layout_has_expected_net_names_and_dimensions(sensor):
 
 
 def test_array_in_rows_with_one_tail_layer_has_tail_layers_shortfall(sensor):
-    layout = lay_out(sensor(centres=positions.triangle(5e-3), tail_layers=1))
+    layout = lay_out(sensor(centres=positions.triangle_centres(5e-3), tail_layers=1))
     assert [lack.what for lack in layout.shortfalls] == [Missing.TAIL_LAYERS]
     assert layout.pads == () and len(layout.coils) == 3
 

@@ -29,7 +29,8 @@ from .conftest import sensor
 
 
 def grid(**changes):
-    values = dict(diameter=5e-3, turns=6, layers=2, stackup="flex-2l-18um", centres=positions.grid(2, 2, 6.2e-3))
+    centres = positions.grid_centres(2, 2, 6.2e-3)
+    values = dict(diameter=5e-3, turns=6, layers=2, stackup="flex-2l-18um", centres=centres)
     return sensor(**values | changes)
 
 
@@ -89,7 +90,7 @@ def test_maze_path_never_crosses_thin_track():
 @pytest.mark.parametrize("angle", [0.0, 20.0, 45.0])
 def test_maze_path_never_cuts_coil_corner(angle):
     """A long step between two free points may lead over a corner: the way would end in the other coil's copper."""
-    centres = positions.grid(3, 3, 14.8e-3 if angle < 45.0 else 18e-3)
+    centres = positions.grid_centres(3, 3, 14.8e-3 if angle < 45.0 else 18e-3)
     spec = grid(shape="square", diameter=10.6e-3, turns=6, width=0.12e-3, spacing=0.1e-3, centres=centres)
     turned = tuple(replace(p, rotation=math.radians(angle)) for p in spec.array.placements)
     spec = replace(spec, array=replace(spec.array, placements=turned))
@@ -180,7 +181,8 @@ def dense(way):
     ]
 
 
-@pytest.mark.parametrize("centres", [positions.grid(2, 2, 6e-3), positions.grid(3, 3, 6e-3), positions.triangle(6e-3),
+@pytest.mark.parametrize("centres", [positions.grid_centres(2, 2, 6e-3), positions.grid_centres(3, 3, 6e-3),
+                                     positions.triangle_centres(6e-3),
                                      [(0.0, 1e-3), (6e-3, 2e-3), (12e-3, -1e-3), (18e-3, 0.5e-3)]])
 def test_each_tail_order_assigns_one_lane_per_coil(centres):
     placements = tuple(CoilPlacement(f"C{k}", (x, y)) for k, (x, y) in enumerate(centres))
@@ -196,7 +198,7 @@ def test_each_tail_order_assigns_one_lane_per_coil(centres):
 def test_grid_with_room_between_rows_is_routed():
     """Once refused: vias of the near coils stand where the far ones were to pass, beside 4.5 mm of free board."""
     spec = grid(shape="racetrack", size=(7.76e-3, 5.23e-3), turns=7, layers=7, width=100e-6, spacing=90e-6,
-                stackup="flex-8l", clockwise=True, centres=positions.grid(2, 2, 9.76e-3))
+                stackup="flex-8l", clockwise=True, centres=positions.grid_centres(2, 2, 9.76e-3))
     assert lay_out(spec).shortfalls == ()
 
 
@@ -221,7 +223,7 @@ def test_leads_never_turn_back_over_themselves():
 
 def test_search_of_unroutable_array_ends_early():
     """Between coils nearer to each other than a track with its spacings nothing passes, in whatever order."""
-    spec = grid(centres=positions.grid(3, 3, 5.2e-3))
+    spec = grid(centres=positions.grid_centres(3, 3, 5.2e-3))
     bus, searches = bus_for(spec.artwork), SearchLimit()
     artwork = spec.artwork
     assert route_freely(artwork, bus, wind_all(artwork), front_of(artwork, bus),
@@ -269,7 +271,7 @@ def test_no_escape_search_is_repeated(monkeypatch):
         return lead_out(board, index, choices, laid, first)
 
     monkeypatch.setattr(routes, "_lead_out", recorded)
-    spec = grid(turns=5.75, layers=6, stackup="flex-6l", centres=positions.grid(2, 2, 5.5e-3))
+    spec = grid(turns=5.75, layers=6, stackup="flex-6l", centres=positions.grid_centres(2, 2, 5.5e-3))
     bus = bus_for(spec.artwork)
     artwork = spec.artwork
     assert route_freely(artwork, bus, wind_all(artwork), front_of(artwork, bus),

@@ -15,9 +15,9 @@ from sitscad.apps.watch.work import Before, stage_events
 from sitscad.cli import run
 from sitscad.package.cached_solutions import cached_solutions
 from sitscad.package.manifest import made_from
-from sitscad.spec.format.kinds import Choice, Either, Preset, ProfileName, Several, Sourced, Truth, names
+from sitscad.spec.format.kinds import Boolean, Choice, Either, Preset, ProfileName, Several, Sourced, names
 from sitscad.spec.format.section import NameOr
-from sitscad.spec.load import load_values, put
+from sitscad.spec.load import load_values, put_value
 from sitscad.spec.yaml.source import SpecSource, read_yaml
 from tests.conftest import EVERY_KEY
 
@@ -73,7 +73,7 @@ def keys_with_a_value(path, without):
         values = pickle.loads(data)
         if written.rpartition(".")[2].isdecimal() or not any(is_key(key, written) for key in without):
             continue
-        put(values, written, None)
+        put_value(values, written, None)
         try:
             after = hash_of(load_values(values, spec.source))
         except sitscad.SpecError:
@@ -150,7 +150,7 @@ def words_of(kind):
         return words_of(kind.preset)
     if isinstance(kind, Either):
         return (kind.word, *words_of(kind.other))
-    if isinstance(kind, Truth):
+    if isinstance(kind, Boolean):
         return (True, False)
     if isinstance(kind, (Several, Sourced)):
         return words_of(kind.one if isinstance(kind, Several) else kind.figure)
@@ -231,7 +231,7 @@ def with_more(every_key_folder, values, taken, path, word):
         result = copy.deepcopy(values)
         try:
             for key, value in added.items():
-                put(result, key, value)
+                put_value(result, key, value)
             load_values(result, SpecSource(str(every_key_folder / "plain.yaml"), PLAIN))
         except (sitscad.SpecError, ValueError):
             continue

@@ -17,7 +17,7 @@ from sitscad.spec import presets, templates
 from sitscad.spec.circuit import Plating
 from sitscad.spec.load import load, load_text
 from sitscad.spec.reading import RULE_NAMES, RULE_TEXTS, SpecError
-from sitscad.spec.resolver.coils import coil_placements, gap
+from sitscad.spec.resolver.coils import coil_gap, coil_placements
 
 COIL = "coil: {shape: circle, outer_diameter: 3.5, turns: 6.5, trace_width: 100 um, trace_spacing: 100 um}\n"
 ROOT = Path(__file__).parents[2]
@@ -289,7 +289,7 @@ def test_pitch_with_exactly_minimum_spacing_is_accepted():
     ],
 )
 def test_gap_between_coils_matches_expected_value(shape, size, offset, expected):
-    assert gap(shape, size, *coil_placements(((0, 0), offset))) == approx(expected, rel=1e-6)
+    assert coil_gap(shape, size, *coil_placements(((0, 0), offset))) == approx(expected, rel=1e-6)
 
 
 @pytest.mark.parametrize(

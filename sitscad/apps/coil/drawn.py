@@ -45,9 +45,9 @@ from sitscad.spec import presets
 from sitscad.spec.circuit import Stackup
 from sitscad.spec.drawn.arcs import with_arcs
 from sitscad.spec.drawn.copper import CopperHeight, DrawnCoilError, DrawnCopper
-from sitscad.spec.drawn.follow import DrawnConductor, conductor_of
+from sitscad.spec.drawn.follow import DrawnConductor, find_conductor
 from sitscad.spec.drawn.kicad import read_kicad
-from sitscad.spec.drawn.spiral import recognised
+from sitscad.spec.drawn.spiral import recognise_coil
 from sitscad.spec.sensor import SensorSpec
 
 INDUCTANCE_ERROR, RESISTANCE_ERROR = 0.005, 0.05
@@ -174,7 +174,7 @@ def read_drawn_coil(path: str, net: str = "", start: str = "", end: str = "") ->
         if the file cannot be opened
     """
     copper = read_kicad(path)
-    return copper, conductor_of(copper, net, start, end)
+    return copper, find_conductor(copper, net, start, end)
 
 
 @one_thread
@@ -472,7 +472,7 @@ def drawn_coil_layout(
     `stackup` has the same number of copper layers as the file. Raises DrawnCoilError if the turns have no known shape.
     """
     plain = SensorSpec.from_mapping({"name": "coil", "coil": PLAIN_COIL})
-    coil = recognised(conductor, copper.names_for(len(stackup.copper)), plain.coil)
+    coil = recognise_coil(conductor, copper.names_for(len(stackup.copper)), plain.coil)
     return arrange(replace(
         plain, coil=coil, fpc=replace(plain.fpc, stackup=stackup),
         requirements=replace(plain.requirements, temperature=temperature)))

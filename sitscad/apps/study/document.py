@@ -29,9 +29,9 @@ from sitscad.basics.units import UNITS, fixed_decimals, in_mm
 from sitscad.spec.circuit import BodySpec
 from sitscad.spec.coil import INNER, TURNS, CoilSpec
 from sitscad.spec.design_rules import DesignRules
-from sitscad.spec.format.kinds import Number, Special, Text, described, refuse
+from sitscad.spec.format.kinds import Number, Special, Text, describe, refuse
 from sitscad.spec.format.section import Section, key, schema_of
-from sitscad.spec.load import meet
+from sitscad.spec.load import is_overlapping
 from sitscad.spec.materials import ElastomerPad
 from sitscad.spec.mount import Jaw
 from sitscad.spec.reading import Remarks, SpecError
@@ -46,20 +46,20 @@ ALL = "all"
 
 def _version(value: Any) -> int:
     if isinstance(value, bool) or value != VERSION or not isinstance(value, int):
-        refuse("SIT008", f"{described(value)} is no version of studies that is known here",
+        refuse("SIT008", f"{describe(value)} is no version of studies that is known here",
                f"write sitscad_study: {VERSION}")
     return VERSION
 
 
 def _mapping(value: Any) -> dict[str, Any]:
     if not isinstance(value, dict):
-        refuse("SIT004", f"{described(value)}, where a section of keys and values is wanted", "")
+        refuse("SIT004", f"{describe(value)}, where a section of keys and values is wanted", "")
     return dict(value)
 
 
 def _list(value: Any) -> list[Any]:
     if not isinstance(value, list) or not value:
-        refuse("SIT004", f"{described(value)}, where a list is wanted", "write it like [one, other]")
+        refuse("SIT004", f"{describe(value)}, where a list is wanted", "write it like [one, other]")
     return list(value)
 
 
@@ -67,7 +67,7 @@ def _accepted(value: Any) -> tuple[str, ...]:
     if value == ALL:
         return (ALL,)
     if not isinstance(value, list) or not all(isinstance(each, str) for each in value):
-        refuse("SIT004", f"{described(value)}, where a list of rules is wanted, or `all`", "like [SIT103]")
+        refuse("SIT004", f"{describe(value)}, where a list of rules is wanted, or `all`", "like [SIT103]")
     return tuple(value)
 
 
@@ -225,7 +225,7 @@ def _variables(document: StudyDocument, base: Base, remarks: Remarks) -> Iterato
             elif isinstance(written, dict) and {"from", "to"} <= written.keys() <= {"from", "to", "step"}:
                 values, is_ordered = values_by_step(written["from"], written["to"], written.get("step")), True
             else:
-                raise RangeError(f"{described(written)} is no range", "{from: 6, to: 12, step: 0.5}, or a list [2, 4]")
+                raise RangeError(f"{describe(written)} is no range", "{from: 6, to: 12, step: 0.5}, or a list [2, 4]")
         except RangeError as error:
             remarks.flaw("SIT006", place, str(error), error.hint)
             continue
@@ -240,7 +240,7 @@ def _check_duplicates(place: str, values: tuple[Any, ...], remarks: Remarks) -> 
     first: dict[Any, Any] = {}
     for k, value in enumerate(values):
         if (figure := comparable_value(value)) in first:
-            message = f"{described(value)} is {described(first[figure])}, which is in the list already"
+            message = f"{describe(value)} is {describe(first[figure])}, which is in the list already"
             remarks.flaw("SIT009", dotted(place, k), message,
                          "write each value once")
         first.setdefault(figure, value)
@@ -263,7 +263,7 @@ def _linked_keys(document: StudyDocument, base: Base, remarks: Remarks) -> dict[
         place = dotted("same", name)
         if not isinstance(other, str) or other not in document.vary:
             varied = ", ".join(document.vary)
-            remarks.flaw("SIT007", place, f"{described(other)} is not varied", f"one of {varied}")
+            remarks.flaw("SIT007", place, f"{describe(other)} is not varied", f"one of {varied}")
             continue
         written = document.vary[other]
         first = [each for each in written[:1] if each is not None] if isinstance(written, list) else []
@@ -311,7 +311,7 @@ def _check_conflicts(document: StudyDocument, remarks: Remarks) -> None:
     settled: dict[str, str] = {}
     for name, by, place in _keys_by_section(document):
         for other, of_other in settled.items():
-            if meet(name, other) and (by != of_other or not by.startswith("with.")):
+            if is_overlapping(name, other) and (by != of_other or not by.startswith("with.")):
                 whose = of_other if name == other else f"{other} under {of_other}"
                 remarks.flaw("SIT009", place, f"{name} is decided by {whose}, too", "keep one of them")
         settled.setdefault(name, by)
@@ -338,7 +338,7 @@ def _goals(document: StudyDocument, remarks: Remarks) -> Iterator[Goal]:
         place = dotted("goals", k)
         keys = list(written) if isinstance(written, dict) else []
         if len(keys) != 1 or keys[0] not in ("minimize", "maximize"):
-            remarks.flaw("SIT004", place, f"{described(written)} is no goal", "minimize: MEASURE, or maximize: MEASURE")
+            remarks.flaw("SIT004", place, f"{describe(written)} is no goal", "minimize: MEASURE, or maximize: MEASURE")
         elif _is_measure(name := written[keys[0]], dotted(place, keys[0]), remarks):
             if name == "yield":
                 remarks.flaw("SIT009", dotted(place, keys[0]), "yield is computed only for the designs that are kept",
@@ -353,7 +353,7 @@ def _goals(document: StudyDocument, remarks: Remarks) -> Iterator[Goal]:
 def _is_measure(name: Any, place: str, remarks: Remarks) -> bool:
     if isinstance(name, str) and name in MEASURES:
         return True
-    remarks.flaw("SIT007", place, f"there is no measure {described(name)}", similar_measures_text(str(name)))
+    remarks.flaw("SIT007", place, f"there is no measure {describe(name)}", similar_measures_text(str(name)))
     return False
 
 
@@ -374,11 +374,11 @@ def _requirements(document: StudyDocument, remarks: Remarks) -> Iterator[Require
         match, unit = _LIMIT.fullmatch(str(written)), MEASURES[name].unit
         factor = _factors(unit).get(match[3]) if match else None
         if match is None or factor is None:
-            remarks.flaw("SIT005" if match else "SIT004", place, f"{described(written)} is no limit of {name}",
+            remarks.flaw("SIT005" if match else "SIT004", place, f"{describe(written)} is no limit of {name}",
                          f"like {EXAMPLES[unit]!r}; units: {', '.join(each or 'none' for each in _factors(unit))}")
             continue
         if name == "yield" and not (match[1] == ">=" and 0.0 < float(match[2]) * factor < 1.0):
-            remarks.flaw("SIT006", place, f"{described(written)} is no yield that can be required",
+            remarks.flaw("SIT006", place, f"{describe(written)} is no yield that can be required",
                          "write it like >= 95 %")
             continue
         yield Requirement(name, match[1] == ">=", float(match[2]) * factor, str(written).strip())
@@ -405,9 +405,9 @@ def _search(document: StudyDocument, remarks: Remarks) -> dict[str, Any]:
     for name, value in document.search.items():
         place = dotted("search", name)
         if name not in checks:
-            remarks.flaw("SIT002", place, f"{described(name)} is no key in search", f"allowed: {', '.join(checks)}")
+            remarks.flaw("SIT002", place, f"{describe(name)} is no key in search", f"allowed: {', '.join(checks)}")
         elif not checks[name][0](value):
-            remarks.flaw("SIT006", place, f"{described(value)} is no {name}", checks[name][1])
+            remarks.flaw("SIT006", place, f"{describe(value)} is no {name}", checks[name][1])
         else:
             parameters[name] = value
     return parameters
@@ -422,14 +422,14 @@ def _spreads(document: StudyDocument, remarks: Remarks) -> Iterator[tuple[str, f
     for name, written in document.spread.items():
         place, match = dotted("spread", name), re.fullmatch(r"\s*(\d+\.?\d*|\.\d+)\s*%\s*", str(written))
         if name not in SPREADS:
-            remarks.flaw("SIT007", place, f"no scattering figure has the name {described(name)}",
+            remarks.flaw("SIT007", place, f"no scattering figure has the name {describe(name)}",
                          f"one of {', '.join(SPREADS)}")
         elif SPREADS[name].unit != "1":
             remarks.flaw("SIT009", place, f"{name} scatters by a length or an angle, not by a fraction of itself",
                          "write its tolerance in section assembly of the spec")
         elif match is None or not 0.0 <= float(match[1]) <= 100.0:
             hint = "write one sigma relative to the figure, like 30 %"
-            remarks.flaw("SIT006", place, f"{described(written)} is no sigma", hint)
+            remarks.flaw("SIT006", place, f"{describe(written)} is no sigma", hint)
         else:
             yield name, 0.01 * float(match[1])
 

@@ -23,7 +23,7 @@ from sitscad.basics.version import __version__
 from sitscad.checks.judging import all_rules
 from sitscad.checks.opening import open_spec, policy_for
 from sitscad.data import PACKAGE
-from sitscad.spec.load import load_text, load_values, meet, put, rewritten_spec
+from sitscad.spec.load import is_overlapping, load_text, load_values, put_value, rewritten_spec
 from sitscad.spec.profiles import FILES
 from sitscad.spec.reading import SpecError, finding_from_text
 from sitscad.spec.sensor import SensorSpec
@@ -74,7 +74,7 @@ class Base:
         data: dict[str, Any] = pickle.loads(self._data)
         try:
             for key, value in changes:
-                put(data, key, value)
+                put_value(data, key, value)
         except TextError as error:
             raise SpecError((finding_from_text(error),)) from None
         return data
@@ -345,7 +345,7 @@ class Space:
         """Whether one of these keys is varied, is inside a varied section, or contains a varied key."""
         moved = [variable.key for variable in self.variables] + list(self.linked)
         moved += [key for choices in self.implied.values() for brings in choices.values() for key in brings]
-        return any(meet(each, key) for each in moved for key in keys)
+        return any(is_overlapping(each, key) for each in moved for key in keys)
 
     @property
     def shape(self) -> tuple[int, ...]:

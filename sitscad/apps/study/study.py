@@ -34,7 +34,7 @@ from sitscad.spec.reading import (
     Flaw,
     Remarks,
     SpecError,
-    decoded,
+    decode_text,
     finding_from_flaw,
     finding_from_text,
     in_order,
@@ -106,7 +106,7 @@ class Study:
         """Return the study in a file. Raises `SpecError`, with every finding, if the file is not valid."""
         name = os.fspath(path)
         text = read_text(name)
-        return _parse_study(decoded(text.encode("utf-8")), name)
+        return _parse_study(decode_text(text.encode("utf-8")), name)
 
     @classmethod
     @checked_arguments

@@ -93,7 +93,7 @@ def stage_events(path: str, before: Before, serves: bool) -> Iterator[Event]:
         yield _refusal_event(path, error, time.perf_counter() - began)
         return
     design = before.designs[-1].drawn(spec) if before.designs else Design(spec)
-    read = [path, *(str(Path(path).parent / name) for name in spec.source.kept)]
+    read = [path, *(str(Path(path).parent / name) for name in spec.source.files_to_store)]
     contents, files = Contents(design, policy, hints="none"), dict[str, bytes]()
 
     def event(stage: str, data: Document) -> Event:

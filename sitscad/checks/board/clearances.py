@@ -43,7 +43,7 @@ from sitscad.layout.outline import rim_lap
 from sitscad.spec.circuit import LayerKind
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.design_rules import DesignRules
-from sitscad.spec.resolver.coils import own_key
+from sitscad.spec.resolver.coils import reference_coil_key
 from sitscad.spec.sensor import SensorSpec
 
 GRAIN = 1e-6
@@ -187,7 +187,7 @@ def _gap_violation(spec: SensorSpec, traces: tuple[Trace, ...], near: Nearness, 
         # with fewer turns if the wider pitch needs their room
         key, hint, fixes = "coil.trace_spacing", "gap-spiral", (lambda: wider_tracks(spec, 0.0, spacing),)
     if is_own and key.startswith("coil."):
-        key, fixes = own_key(key), ()
+        key, fixes = reference_coil_key(key), ()
     return violation_of(
         "gap", key, near.gap, minimum, "m", hint=hint, details=("gap-places",) if places > 1 else (), source=source,
         place=Place(near.x, near.y, near.layer, near.nets), fixes=fixes, pair=pair_in_words(near), layer=near.layer,

@@ -27,7 +27,7 @@ from sitscad.spec.circuit import MASK, FpcSpec, LayerKind, StackLayer, Stackup
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.profiles import installed_rules
-from sitscad.spec.resolver.coils import own_key
+from sitscad.spec.resolver.coils import reference_coil_key
 from sitscad.spec.sensor import SensorSpec
 
 
@@ -229,7 +229,7 @@ def loop_lines(design: Design) -> Iterator[Verdict]:
     too_fine = {field: value for field, value, smallest in pairs if value < (smallest or 0.0) - ROUNDING}
     for field, value, smallest in pairs:
         if field in too_fine:
-            binds = rules.binds(f"coil_{field}")
+            binds = rules.is_binding(f"coil_{field}")
             # not every fabricator has a minimum for coils: it is only a warning unless the rules make it binding
             unbound = "loop-unbound-base" if rules.unbound else "loop-unbound"
             yield violation_of(
@@ -244,7 +244,7 @@ def loop_lines(design: Design) -> Iterator[Verdict]:
             )
     unknown = next((f for f in ("coil_trace_width", "coil_trace_spacing") if f in rules.beyond), None)
     if unknown is not None:
-        severity = Severity.ERROR if rules.binds(unknown) else Severity.WARNING
+        severity = Severity.ERROR if rules.is_binding(unknown) else Severity.WARNING
         yield from _thick_foil_violations(design.spec.coil.layers, design.spec.fpc, unknown, "coiled tracks", severity)
 
 
@@ -261,7 +261,7 @@ def check_all_windings(apply: Callable[[Design], Iterable[Verdict]]) -> Callable
             alone = Design(replace(design.spec, coil=own), replace(design.layout, traces=()), design.estimates)
             for verdict in apply(alone):
                 if isinstance(verdict, Violation) and (verdict.key or "").startswith("coil."):
-                    yield replace(verdict, key=own_key(verdict.key or ""), fixes=())
+                    yield replace(verdict, key=reference_coil_key(verdict.key or ""), fixes=())
 
     return applied
 
@@ -275,7 +275,7 @@ def _wider_track_families(spec: SensorSpec, field: str, is_all: bool = False) ->
     rules = spec.fpc.rules
     width, spacing = (
         max(getattr(rules, name), (getattr(rules, f"coil_{name}") or 0.0)
-            if is_all or rules.binds(f"coil_{name}") else 0.0)
+            if is_all or rules.is_binding(f"coil_{name}") else 0.0)
         for name in ("trace_width", "trace_spacing")
     )
 
@@ -331,7 +331,7 @@ def unlisted_materials(design: Design) -> Iterator[Verdict]:
         return
     other = partial(reread_changes, spec)
     refused = list(_unlisted_parts(fpc.stackup, rules))
-    candidates = presets.stackups_of(max(spec.coil.layers), presets.is_rigid(fpc.stackup))
+    candidates = presets.stackups_with_copper_layers(max(spec.coil.layers), presets.is_rigid(fpc.stackup))
     good = [name for name in candidates if not any(_unlisted_parts(presets.stackup(name), rules))]
     for case, field, measured, value, plated in refused:
         yield _unlisted_violation(case, rules, "fpc.stackup", field, value, measured, hint="offered" if good else "",

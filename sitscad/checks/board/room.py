@@ -27,7 +27,7 @@ from sitscad.layout.windings import no_inner_room
 from sitscad.spec.circuit import BodySpec
 from sitscad.spec.coil import CoilPlacement, CoilSpec
 from sitscad.spec.design_rules import DesignRules
-from sitscad.spec.resolver.coils import own_key
+from sitscad.spec.resolver.coils import reference_coil_key
 from sitscad.spec.sensor import ArtworkSpec, SensorSpec
 
 GRAIN = 100e-6
@@ -119,7 +119,7 @@ def _room_violation(spec: SensorSpec, shortfall: Shortfall) -> Violation:
     key, source = texts[lack.what]
     facts: dict[str, Any] = dict(lack.facts)
     if "own" in facts:
-        key = own_key(key)
+        key = reference_coil_key(key)
     return violation_of(lack.case, key, lack.have, lack.need, lack.unit, source=source, place=lack.place,
                         fixes=_changes_for_room(spec, shortfall), **facts)
 

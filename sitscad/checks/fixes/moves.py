@@ -237,13 +237,13 @@ def more_layers(spec: SensorSpec, factor: float) -> Iterator[Fix]:
         if count <= len(spec.fpc.stackup.copper):
             yield Fix((edit,), replace(spec, coil=deeper))
             continue
-        name = next(iter(presets.stackups_of(count, presets.is_rigid(spec.fpc.stackup))), None)
+        name = next(iter(presets.stackups_with_copper_layers(count, presets.is_rigid(spec.fpc.stackup))), None)
         if name is not None:
             stackup, tail = presets.stackup(name), spec.fpc.tail
             if tail is not None and "fpc.tail.layers" not in spec.source.keys:  # left out: all layers
                 tail = replace(tail, layers=len(stackup.copper))
             core = tail.layers if tail is not None and 1 < tail.layers < len(stackup.copper) else 0
-            stackup = presets.covered(stackup.built(spec.fpc.stackup.plating, core))
+            stackup = presets.with_stock_coverlays(stackup.built(spec.fpc.stackup.plating, core))
             rules = spec.fpc.rules.for_foil(stackup.line_foil(deeper.layers)).for_layers(len(stackup.copper))
             fpc = replace(spec.fpc, stackup=stackup, rules=rules, tail=tail)
             yield Fix((edit, Edit("fpc.stackup", name)), replace(spec, coil=deeper, fpc=fpc))

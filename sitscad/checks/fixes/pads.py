@@ -17,7 +17,7 @@ from sitscad.kernels.geometry.shapes import LONG_PLATE
 from sitscad.spec import presets
 from sitscad.spec.load import rewritten_spec
 from sitscad.spec.materials import ElastomerPad, Encapsulation, Target
-from sitscad.spec.places import breadth_from, footprint
+from sitscad.spec.places import footprint, span_over_coils
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.thermistor import CALIBRATED
 
@@ -36,7 +36,7 @@ def smaller_targets(spec: SensorSpec) -> Iterator[Fix]:
     """
     target, pad = spec.target, spec.elastomer
     assert target is not None
-    reach = breadth_from(spec, target)
+    reach = span_over_coils(spec, target)
     usual = target.size if target.outline.is_long else (max(*reach, *spec.coil.size),) * 2
     whole = [reach[k] if reach[k] > 0.0 else usual[k] for k in (0, 1)]
     for step in range(1, STEPS + 1):
@@ -73,7 +73,7 @@ def wider_arrays(spec: SensorSpec) -> Iterator[Fix]:
     target, pitch = spec.target, spec.array.pitch
     if target is None or pitch is None:
         return
-    share = max(reach / side for reach, side in zip(breadth_from(spec, target), target.size, strict=True))
+    share = max(reach / side for reach, side in zip(span_over_coils(spec, target), target.size, strict=True))
     if share <= 0.0:
         return
     for step in range(1, STEPS):

@@ -16,19 +16,19 @@ from sitscad.checks.fixes.search import Fix
 from sitscad.spec.coil import TURNS, CoilSpec
 from sitscad.spec.load import rewritten_spec
 from sitscad.spec.reading import SpecError
-from sitscad.spec.resolver.coils import REFERENCE_COIL, own_key
+from sitscad.spec.resolver.coils import REFERENCE_COIL, reference_coil_key
 from sitscad.spec.sensor import SensorSpec
 
 
 def more_own_turns(spec: SensorSpec) -> Iterator[Fix]:
     """Yield changes to more turns of a reference coil with its own windings."""
-    yield from reread_changes(spec, own_key(TURNS), more_turns(spec.reference_coil, OWN_GROWTH))
+    yield from reread_changes(spec, reference_coil_key(TURNS), more_turns(spec.reference_coil, OWN_GROWTH))
 
 
 def fewer_own_turns(spec: SensorSpec) -> Iterator[Fix]:
     """Yield changes to fewer turns of a reference coil with its own windings, the most turns first."""
     own = spec.reference_coil
-    yield from reread_changes(spec, own_key(TURNS), list(fewer_turns(own, own.most_turns, MOST_SMALLER))[1:])
+    yield from reread_changes(spec, reference_coil_key(TURNS), list(fewer_turns(own, own.most_turns, MOST_SMALLER))[1:])
 
 
 def farther_references(spec: SensorSpec) -> Iterator[Fix]:

@@ -26,7 +26,7 @@ from sitscad.estimates.circuits.tank import preferred_values
 from sitscad.estimates.design import Design
 from sitscad.spec.materials import Conductor, Shield, Target
 from sitscad.spec.mount import Jaw
-from sitscad.spec.resolver.coils import own_key
+from sitscad.spec.resolver.coils import reference_coil_key
 from sitscad.spec.sensor import SensorSpec
 
 if TYPE_CHECKING:
@@ -247,7 +247,8 @@ def of_own_windings(apply: Callable[[Design], Iterable[Verdict]]) -> Callable[[D
             if own is not spec.coil and isinstance(verdict, Violation) and (verdict.key or "").startswith("coil."):
                 where = str(verdict.values.get("where", f"coil {verdict.values.get('coil')}"))
                 if f"{where} ".startswith(f"coil {name} "):
-                    verdict = replace(verdict, key=own_key(verdict.key or ""), fixes=(partial(more_own_turns, spec),))
+                    fixes = (partial(more_own_turns, spec),)
+                    verdict = replace(verdict, key=reference_coil_key(verdict.key or ""), fixes=fixes)
             yield verdict
 
     return applied

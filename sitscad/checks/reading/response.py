@@ -48,7 +48,7 @@ from sitscad.kernels.geometry.path import Point
 from sitscad.spec import presets
 from sitscad.spec.coil import CoilPlacement
 from sitscad.spec.materials import Target
-from sitscad.spec.places import breadth_from, coils_from, shared_middles
+from sitscad.spec.places import coil_positions_on_plate, overlap_centres, span_over_coils
 from sitscad.spec.sensor import ReadoutSpec, SensorSpec
 
 if TYPE_CHECKING:
@@ -159,7 +159,7 @@ def _change_to(design: Design, state: str, required: float) -> Iterator[Verdict]
     is_needed = untold and design.spec.requirements.shear_force
     target = design.spec.target
     assert target is not None
-    places = coils_from(design.spec, target)
+    places = coil_positions_on_plate(design.spec, target)
     outside = max(abs(places[r.coil][k]) - 0.5 * target.size[k] for r in deaf for k in (0, 1))
     details = (*["weak-best"] * beside, *["lost-coils"] * bool(lost), *["lost-shear"] * bool(lost and untold),
                *["weak-outside"] * (beside and outside > 0.0))
@@ -235,7 +235,7 @@ def _cover_all_coils(spec: SensorSpec) -> tuple[Family, ...]:
     """
     target = spec.target
     assert target is not None
-    length, width = (reach + max(spec.coil.size) for reach in breadth_from(spec, target))
+    length, width = (reach + max(spec.coil.size) for reach in span_over_coils(spec, target))
     if any(target.offset):
         return (partial(centred_plates, spec),)
     return (partial(larger_target, spec, length, width),)
@@ -387,11 +387,11 @@ def shear_response(design: Design) -> Iterator[Verdict]:
     moves = [(travels[0], 0.0), (0.0, travels[1])]
     by_moves = _moved_changes(design, moves, rest[0].frequency)
     changes = responses(design.estimates.coils, design.estimates.readout.conversion)
-    pressed, middles = max((abs(change.change) for change in changes), default=0.0), shared_middles(spec)
+    pressed, middles = max((abs(change.change) for change in changes), default=0.0), overlap_centres(spec)
     for axis in axes:
         moved = by_moves[axis]
         apart = max(moved) - min(moved)
-        edges = _edge_hint(target, axis, breadth_from(spec, target)[axis], min(spec.coil.size))
+        edges = _edge_hint(target, axis, span_over_coils(spec, target)[axis], min(spec.coil.size))
         minimum = max(FEWEST_STEPS, LEAST_SHARE * pressed / max(steps))
         if apart / max(steps) < minimum:
             yield violation_of(

@@ -32,7 +32,7 @@ from sitscad.kernels.electromagnetics.polynomials import Interpolant, chebyshev_
 from sitscad.kernels.electromagnetics.threads import one_thread
 from sitscad.kernels.mechanics.elastomer import VALID_STRAIN
 from sitscad.layout.board import Layout
-from sitscad.spec.places import shared_middles
+from sitscad.spec.places import overlap_centres
 
 
 def target_effects(layout: Layout, moves: Sequence[Move], heights: Sequence[float], frequency: float) -> Array:
@@ -122,7 +122,7 @@ def surrogate(
     values = -0.5 * np.log1p(np.maximum(change / inductance, -0.9)) * _resonance_factors(coils)
     ends = np.array([-side, -side, low]), np.array([side, side, high])
     through = [Interpolant(*ends, values[..., k]) for k in range(values.shape[-1])]
-    middles = np.array([(at.x, at.y) for at in shared_middles(spec)])  # (coils, 2; m), at rest
+    middles = np.array([(at.x, at.y) for at in overlap_centres(spec)])  # (coils, 2; m), at rest
 
     def frequencies(poses: Array) -> Array:
         changes = np.empty((len(poses), len(middles)))

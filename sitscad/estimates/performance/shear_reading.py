@@ -43,7 +43,7 @@ def shear_readings(sensing: SensingAnalysis, requirements: Requirements) -> list
     """Return the false readings by unmeasured shear at full load, for all measured axes that the spec requires."""
     is_required = {"normal": requirements.normal_force, "moment_x": requirements.moments[0],
                    "moment_y": requirements.moments[1],
-                   **dict.fromkeys(SHEARS, requirements.shear_force or requirements.is_shear_told)}
+                   **dict.fromkeys(SHEARS, requirements.shear_force or requirements.is_shear_accuracy_required)}
     allowed = {"normal": requirements.normal_error, **dict.fromkeys(SHEARS, requirements.shear_error),
                **dict.fromkeys(MOMENTS, requirements.moment_error)}
     return [

@@ -61,7 +61,7 @@ from sitscad.estimates.windings.own_capacitance import metal_capacitance_notes
 from sitscad.kernels.electromagnetics.loss.resistance import conductivity_at
 from sitscad.kernels.electromagnetics.resonator import apparent_inductance
 from sitscad.layout.board import Coil, Layout
-from sitscad.spec.places import gathered
+from sitscad.spec.places import with_cells_stacked
 
 if TYPE_CHECKING:
     from sitscad.estimates.states.solved_target import SolvedStates
@@ -151,7 +151,7 @@ def tune_circuits(windings: SolvedWindings, is_solved: bool | None = None) -> Tu
 def _target_ratios(windings: SolvedWindings, is_rough: bool = False) -> TargetRatios:
     """Return the correction ratios: the target's effect on each coil, divided by the effect of an infinite plate."""
     heights, rough = [layer.z for layer in windings.layout.coils[0].windings], is_rough or windings.winding.is_rough
-    return target_ratios(gathered(windings.spec), heights, windings.assembly.states, rough)
+    return target_ratios(with_cells_stacked(windings.spec), heights, windings.assembly.states, rough)
 
 
 BAND = 0.9, 1.15

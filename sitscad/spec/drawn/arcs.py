@@ -18,7 +18,7 @@ def with_arcs(path: Path) -> Path:
     end points, by a third of the chord's sagitta. The points are therefore moved inwards by a third of the sagitta.
     Each arc passes through three of the moved points.
     """
-    segments = in_line(path)
+    segments = merge_straight_segments(path)
     replaced: list[Segment] = []
     k = 0
     while k < len(segments):
@@ -29,12 +29,12 @@ def with_arcs(path: Path) -> Path:
             replaced.append(segments[k])
             k += 1
             continue
-        replaced += _arcs(segments[k : last + 1])
+        replaced += _arcs_from_chords(segments[k : last + 1])
         k = last + 1
     return Path(tuple(replaced))
 
 
-def in_line(path: Path) -> list[Segment]:
+def merge_straight_segments(path: Path) -> list[Segment]:
     """Return the segments of a path. Successive straight segments that turn by less than `STRAIGHT` are merged."""
     merged: list[Segment] = []
     for segment in path:
@@ -71,7 +71,7 @@ def _is_curve(chord: Segment, following: Segment, before: Segment) -> bool:
     return earlier * turn > 0.0 and 0.5 < earlier / turn < 2.0
 
 
-def _arcs(chords: Sequence[Segment]) -> list[Segment]:
+def _arcs_from_chords(chords: Sequence[Segment]) -> list[Segment]:
     """Return arcs in place of chords that all turn in one sense. The arcs enclose the area that the chords enclose.
 
     If the number of chords is odd, one piece stays a straight line.

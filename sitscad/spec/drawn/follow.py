@@ -81,13 +81,14 @@ class DrawnConductor:
         distance from the centre within which nine tenths of the track length lies. Tracks farther away than twice the
         median distance are left out.
         """
-        paths = [run.path for run in self.runs if abs(_bent(run.path)) >= LEAST_BEND] or [r.path for r in self.runs]
-        bends = [bend for path in paths for bend in _bends(path)]
+        all_paths = [run.path for run in self.runs]
+        paths = [path for path in all_paths if abs(_total_turning(path)) >= LEAST_BEND] or all_paths
+        bends = [bend for path in paths for bend in _curvature_centres(path)]
         if math.fsum(length for length, _ in bends) > 0.5 * math.fsum(path.length for path in paths):
             centre = Point(_quantile(sorted((at.x, length) for length, at in bends), 0.5),
                            _quantile(sorted((at.y, length) for length, at in bends), 0.5))
         else:
-            areas = [_enclosed(path.flattened(SAMPLED)) for path in paths]
+            areas = [_area_and_centroid(path.flattened(SAMPLED)) for path in paths]
             total = math.fsum(area for area, _ in areas) or 1.0
             centre = Point(math.fsum(area * at.x for area, at in areas) / total,
                            math.fsum(area * at.y for area, at in areas) / total)
@@ -108,7 +109,7 @@ class DrawnConductor:
         """
         polylines = [run.path.flattened(SAMPLED) for run in self.runs]
         # the median of the turns of a wedge lies outside of its inner turns
-        inner = [_innermost(points) for points in polylines]
+        inner = [_innermost_centroid(points) for points in polylines]
         counts = [[winding_number(points, centre) for points in polylines] for centre in (self.centre, *inner)]
         best = max(counts, key=lambda each: (round(abs(math.fsum(each))), -counts.index(each)))
         return [(run.layer, number) for run, number in zip(self.runs, best, strict=True)]
@@ -118,7 +119,7 @@ SAMPLED = 10e-6
 """Largest distance (m) between an arc and the chords that replace it in the count of turns."""
 
 
-def _innermost(points: Sequence[Point]) -> Point:
+def _innermost_centroid(points: Sequence[Point]) -> Point:
     """Return the centroid of the first or last turn of a polyline, whichever encloses less area."""
     turns = []
     for way in (points, points[::-1]):
@@ -128,7 +129,7 @@ def _innermost(points: Sequence[Point]) -> Point:
             bend += math.atan2(ax * by - ay * bx, ax * bx + ay * by)
             if abs(bend) >= math.tau:
                 break
-        turns.append(_enclosed(way[: k + 2]) if len(way) > 2 else (math.inf, way[0]))
+        turns.append(_area_and_centroid(way[: k + 2]) if len(way) > 2 else (math.inf, way[0]))
     return min(turns)[1]
 
 
@@ -136,14 +137,14 @@ LEAST_BEND = 1.5 * math.pi
 """Smallest total change of direction (rad) of a run that counts as a part of the winding."""
 
 
-def _bent(path: Path) -> float:
+def _total_turning(path: Path) -> float:
     """Return the total change of direction (rad) of a path from its start to its end, positive to the left."""
     points = path.flattened(SAMPLED)
     headings = [math.atan2(b.y - a.y, b.x - a.x) for a, b in pairwise(points) if a.distance(b) > 1e-9]
     return math.fsum(math.remainder(b - a, 2.0 * math.pi) for a, b in pairwise(headings))
 
 
-def _bends(path: Path) -> Iterator[tuple[float, Point]]:
+def _curvature_centres(path: Path) -> Iterator[tuple[float, Point]]:
     """Yield length (m) and centre of curvature of each arc, and of each chord of an approximated arc.
 
     A chord counts as such if it deviates by less than `GENTLE` from the direction of the chord before.
@@ -166,7 +167,7 @@ GENTLE = math.radians(16.0)
 """Largest change of direction (rad) between two successive chords that count as parts of an approximated arc."""
 
 
-def _enclosed(points: Sequence[Point]) -> tuple[float, Point]:
+def _area_and_centroid(points: Sequence[Point]) -> tuple[float, Point]:
     """Return the area (m2) that a closed polyline encloses, and the centroid of this area (Green's theorem).
 
     Area inside several turns counts once for each turn.
@@ -196,20 +197,20 @@ def _quantile(pieces: Sequence[tuple[float, float]], part: float) -> float:
 Edge = tuple[int, int, DrawnTrack]
 
 
-def conductor_of(copper: DrawnCopper, net: str = "", start: str = "", end: str = "") -> DrawnConductor:
+def find_conductor(copper: DrawnCopper, net: str = "", start: str = "", end: str = "") -> DrawnConductor:
     """Return the conductor of a net. Without a net, return the conductor between the pads `start` and `end`.
 
-    For a footprint, net and pads can all be empty. Raises DrawnCoilError as `follow` does, and if a board has neither a
-    net nor both pads.
+    For a footprint, net and pads can all be empty. Raises DrawnCoilError as `follow_conductor` does, and if a board has
+    neither a net nor both pads.
     """
     if not copper.is_footprint and not net and not (start and end):
         nets = sorted({track.net for track in copper.tracks if track.net})
         raise DrawnCoilError("a board has many nets: name the coil's net, or the two pads between which it lies "
                              f"(from, to); nets with tracks: {', '.join(nets[:MOST_NAMED]) or 'none'}")
-    return follow(copper.of_net(net) if net else copper, start, end)
+    return follow_conductor(copper.of_net(net) if net else copper, start, end)
 
 
-def follow(copper: DrawnCopper, start: str = "", end: str = "") -> DrawnConductor:
+def follow_conductor(copper: DrawnCopper, start: str = "", end: str = "") -> DrawnConductor:
     """Return the conductor between two terminals.
 
     Parameters
@@ -230,8 +231,8 @@ def follow(copper: DrawnCopper, start: str = "", end: str = "") -> DrawnConducto
     graph = _Graph(copper)
     first, last = graph.terminals(start, end)
     graph.require_connected(first, last)
-    stubs = graph.prune(first, last)
-    chain = graph.chain(first, last)
+    stubs = graph.remove_dead_ends(first, last)
+    chain = graph.tracks_in_series(first, last)
     if not chain:
         raise DrawnCoilError("there is no track between the two terminals")
     conductor = replace(_conductor(graph, chain, tuple(stubs), (graph.name(first), graph.name(last))),
@@ -343,7 +344,7 @@ class _Graph:
         If this position is an end of the track, the two nodes are merged. Otherwise the track is divided there.
         """
         a, b, track = self.edges[number]
-        near = _nearest(track.line, point)
+        near = _nearest_point(track.line, point)
         for other, end in ((a, track.line.start), (b, track.line.end)):
             if near.distance(end) <= 1e-9:
                 return self._merge(node, other)
@@ -394,7 +395,7 @@ class _Graph:
         raise DrawnCoilError(f"the coil's two terminals are not plain: {', '.join(names) or 'there are no ends'}; name "
                              "two pads (from, to)")
 
-    def _reached(self, first: int) -> set[int]:
+    def _connected_nodes(self, first: int) -> set[int]:
         reached, todo = {first}, [first]
         while todo:
             for number in self.at[todo.pop()]:
@@ -406,7 +407,7 @@ class _Graph:
 
     def require_connected(self, first: int, last: int) -> None:
         """Raise DrawnCoilError with the place of the gap if no copper joins the terminals."""
-        reached = self._reached(first)
+        reached = self._connected_nodes(first)
         if last in reached:
             return
         ends = [node for node in reached if len(self.at[node]) <= 1 and node != first] or [first]
@@ -420,13 +421,13 @@ class _Graph:
             what = f"a track of {other_layer} ends there, too: a via is missing"
         raise DrawnCoilError(f"the copper from {self.name(first)} ends at {place_text(point, layer)}; {what}")
 
-    def prune(self, first: int, last: int) -> Iterator[str]:
+    def remove_dead_ends(self, first: int, last: int) -> Iterator[str]:
         """Remove dead ends. Return a text for each removed dead end: its length, and the place of its free end.
 
         `first` and `last` are the nodes of the terminals. Tracks without a connection to `first` are removed as well,
         but have no text.
         """
-        reached, stubs = self._reached(first), []
+        reached, stubs = self._connected_nodes(first), []
         for number in [n for n, (a, _, _) in self.edges.items() if a not in reached]:
             self._remove(number)
         todo = [node for node, edges in self.at.items() if len(edges) == 1 and node not in (first, last)]
@@ -445,7 +446,7 @@ class _Graph:
             stubs.append(f"{length * 1e3:.3g} mm ending at {place_text(*self.places[begin])}")
         return iter(stubs)
 
-    def chain(self, first: int, last: int) -> list[tuple[int, int, DrawnTrack]]:
+    def tracks_in_series(self, first: int, last: int) -> list[tuple[int, int, DrawnTrack]]:
         """Return (start node, end node, track) for each track from terminal to terminal, in the order of the current.
 
         Raises DrawnCoilError if the copper branches.
@@ -489,7 +490,7 @@ def _without_copies(tracks: Sequence[DrawnTrack]) -> Iterator[DrawnTrack]:
             yield track
 
 
-def _nearest(line: Segment, point: Point) -> Point:
+def _nearest_point(line: Segment, point: Point) -> Point:
     """Return the point on a segment that is nearest to another point, among 201 points at equal distances."""
     return min((line.at(k / 200.0) for k in range(201)), key=point.distance)
 
@@ -504,7 +505,7 @@ def _conductor(graph: _Graph, chain: Sequence[Edge], stubs: tuple[str, ...], end
                 hub = graph.pads[a] if a < len(graph.pads) else None
                 if hub is None:
                     raise DrawnCoilError(f"tracks of two layers meet at {graph.name(a)} without a via")
-                _link(runs[-1], hub.centre, before[2].width)
+                _extend_to_point(runs[-1], hub.centre, before[2].width)
                 vias.append(hub)
                 runs.append((track.layer, [], []))
                 if hub.centre.distance(track.line.start) > JOINED:
@@ -513,14 +514,14 @@ def _conductor(graph: _Graph, chain: Sequence[Edge], stubs: tuple[str, ...], end
             else:
                 runs.append((track.layer, [], []))
         else:
-            _link(runs[-1], track.line.start, track.width)
+            _extend_to_point(runs[-1], track.line.start, track.width)
         runs[-1][1].append(track.line)
         runs[-1][2].append(track.width)
     whole = tuple(DrawnRun(layer, Path(tuple(lines)), tuple(widths)) for layer, lines, widths in runs if lines)
     return DrawnConductor(whole, tuple(vias), stubs, ends)
 
 
-def _link(run: tuple[str, list[Segment], list[float]], point: Point, width: float) -> None:
+def _extend_to_point(run: tuple[str, list[Segment], list[float]], point: Point, width: float) -> None:
     """Add a straight piece from the end of a run to `point`, unless they coincide.
 
     If the last piece of the run extends past `point`, it is first cut off at the place nearest to `point`.
@@ -528,7 +529,7 @@ def _link(run: tuple[str, list[Segment], list[float]], point: Point, width: floa
     _, pieces, widths = run
     if not pieces:
         return
-    near = _nearest(pieces[-1], point)
+    near = _nearest_point(pieces[-1], point)
     if min(near.distance(pieces[-1].start), near.distance(pieces[-1].end)) > JOINED:
         pieces[-1] = segment_part(pieces[-1], pieces[-1].start, near)
     if pieces[-1].end.distance(point) > JOINED:
@@ -580,7 +581,7 @@ def _require_no_short(graph: _Graph, chain: Sequence[Edge]) -> None:
                 reach = max(pad.size) + track.width
                 if not (x0 - reach <= pad.centre.x <= x1 + reach and y0 - reach <= pad.centre.y <= y1 + reach):
                     continue
-                nearest = _nearest(track.line, pad.centre)
+                nearest = _nearest_point(track.line, pad.centre)
                 if pad.distance(nearest) < track.width / 2 - JOINED:
                     raise DrawnCoilError(f"a turn touches {graph.name(a)} at {place_text(nearest, track.layer)}: the "
                                          "current takes a short way there")

@@ -55,13 +55,13 @@ def kicad_copper(content: bytes, path: str) -> DrawnCopper:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError:
         raise DrawnCoilError(f"{path} is not text in UTF-8, as KiCad writes it") from None
-    root = parsed(text, path)
+    root = parse_kicad(text, path)
     if root[0] == "kicad_pcb":
         return _board(root)
     return _copper([root], {}, (), (), is_footprint=True)
 
 
-def parsed(text: str, path: str) -> Node:
+def parse_kicad(text: str, path: str) -> Node:
     """Return the root expression of a KiCad file. Raises DrawnCoilError if it is neither a board nor a footprint."""
     stack: list[Node] = [[]]
     for token in TOKEN.finditer(text):
@@ -223,7 +223,7 @@ def _tracks(node: Node, nets: dict[str, str], move: Any) -> Iterator[DrawnTrack]
     if not layers:
         return
     width = _length(node, "width") or _length(_child(node, "stroke") or ["stroke"], "width")
-    line = _line_of(node, move)
+    line = _centre_line(node, move)
     if line is None:
         return
     if width <= 0.0:
@@ -231,7 +231,7 @@ def _tracks(node: Node, nets: dict[str, str], move: Any) -> Iterator[DrawnTrack]
     yield from (DrawnTrack(line, width, layer, _net(node, nets)) for layer in sorted(layers))
 
 
-def _line_of(node: Node, move: Any) -> Segment | None:
+def _centre_line(node: Node, move: Any) -> Segment | None:
     """Return the centre line of a segment or an arc. None if it has no length.
 
     An arc of KiCad 6 and later has three points. An arc of KiCad 5 has its centre under ``start``, its first point
@@ -294,7 +294,7 @@ def _primitives(node: Node, nets: dict[str, str], board_layers: tuple[str, ...],
               for row in _children(_child(node, "padstack"), "layer")]
     for layers, form in forms:
         for each in _children(form or ["primitives"], "gr_line", "gr_arc"):
-            line, width = _line_of(each, move), _length(each, "width")
+            line, width = _centre_line(each, move), _length(each, "width")
             if line is not None and width > 0.0:
                 yield from (DrawnTrack(line, width, layer, _net(node, nets)) for layer in sorted(layers)
                             if COPPER.fullmatch(layer))

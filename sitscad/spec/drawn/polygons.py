@@ -71,13 +71,13 @@ class _LayerFit:
     is_mid_side: bool
 
 
-def polygon(runs: Sequence[DrawnRun], width: float) -> DrawnSpiral:
+def polygon_spiral(runs: Sequence[DrawnRun], width: float) -> DrawnSpiral:
     """Return the spiral of straight sides that the runs form. Raises DrawnCoilError if they form none.
 
     `width` (m) is the track width.
     """
     count = _side_count(runs[0])
-    layers = [_layer(run, count, width) for run in runs]
+    layers = [_fit_layer(run, count, width) for run in runs]
     pitch = float(np.mean([layer.pitch for layer in layers]))
     rows, values = [], []
     for layer in layers:
@@ -147,7 +147,7 @@ def _side_count(run: DrawnRun) -> int:
     return count
 
 
-def _layer(run: DrawnRun, count: int, width: float) -> _LayerFit:
+def _fit_layer(run: DrawnRun, count: int, width: float) -> _LayerFit:
     """Return the longest part of a run in which the sides move by one pitch, inwards or outwards, from turn to turn.
 
     `count` is the number of sides in a turn, and `width` (m) the track's width.
@@ -177,7 +177,7 @@ def _layer(run: DrawnRun, count: int, width: float) -> _LayerFit:
     if abs(tilt) > REGULAR:
         raise DrawnCoilError(f"no side faces +x: turn the drawing by {math.degrees(-tilt):.3g} degrees")
     part = _SideRun(run, tuple(sides[first : last + 1]), count, step, 2.0 * abs(step) + 0.5 * width)
-    is_mid_side, kept = part.kept()
+    is_mid_side, kept = part.spiral_sides()
     wound = _SideRun(run, part.sides[kept], count, step, part.reach)
     drawn_turns, outwards = DrawnTurns(run, *wound.ends), normals[first : last + 1][kept]
     return _LayerFit(drawn_turns, wound.sides, outwards, sense, step < 0.0, abs(step), is_mid_side)
@@ -214,7 +214,7 @@ class _SideRun:
             last -= 1
         return first, last
 
-    def kept(self) -> tuple[bool, slice]:
+    def spiral_sides(self) -> tuple[bool, slice]:
         """Return whether both ends lie in the middle of sides, and the slice of the sides that belong to the spiral.
 
         The expected length of the first or last side follows from the side one turn further on. If the side's length is

@@ -20,9 +20,9 @@ from sitscad.kernels.geometry.path import TWO_PI, Arc, Line, Path, Point
 from sitscad.spec.coil import CoilSpec, DrawnCopperCoil, DrawnHole, DrawnLayer, DrawnPiece, DrawnTerminal
 from sitscad.spec.drawn.arcs import DEVIATION, DrawnSpiral, DrawnTurns, with_arcs
 from sitscad.spec.drawn.copper import CopperHeight, DrawnCoilError, DrawnCopper, DrawnPad, place_text
-from sitscad.spec.drawn.follow import DrawnConductor, DrawnRun, conductor_of
+from sitscad.spec.drawn.follow import DrawnConductor, DrawnRun, find_conductor
 from sitscad.spec.drawn.kicad import kicad_copper
-from sitscad.spec.drawn.polygons import polygon
+from sitscad.spec.drawn.polygons import polygon_spiral
 from sitscad.spec.profiles import Origin
 from sitscad.spec.reading import Remarks
 
@@ -30,7 +30,7 @@ EQUAL_TURNS = 2e-3
 """Largest difference between a layer's number of turns and a whole number for it to be rounded to this number."""
 
 
-def recognised(
+def recognise_coil(
     conductor: DrawnConductor, layers: Sequence[str], written: CoilSpec, heights: Sequence[CopperHeight] = ()
 ) -> CoilSpec:
     """Return the coil that a drawn conductor forms. The origin of its copper is the centre of its turns.
@@ -42,7 +42,7 @@ def recognised(
     runs = [run for run, (_, turns) in zip(conductor.runs, conductor.turns(), strict=True) if abs(turns) >= LEAST_TURNS]
     if not runs:
         raise DrawnCoilError("the copper makes less than one turn about its centre: there is no coil")
-    spiral = polygon(runs, conductor.width) if _is_straight(runs) else round_spiral(runs, conductor)
+    spiral = polygon_spiral(runs, conductor.width) if _is_straight(runs) else round_spiral(runs, conductor)
     for part in spiral.turns:
         _require_width(part, conductor.width)
     wound = _layers(spiral, layers)
@@ -182,7 +182,7 @@ def coil_from_file(written: CoilSpec, place: Origin, copper_layers: int | None, 
     # a small coil in place of a file that cannot be used, for the checks of the rest of the spec
     unread = replace(written, shape="circle", size=(1e-3, 1e-3), turns=1.0, trace_width=1e-4, trace_spacing=1e-4)
     smaller = "name the coil's own board"
-    file = place.content(written.drawn, KEY, remarks, "KiCad", "coil.kicad_mod", MOST_BYTES, smaller)
+    file = place.read_named_file(written.drawn, KEY, remarks, "KiCad", "coil.kicad_mod", MOST_BYTES, smaller)
     if file is None:
         return unread
     content, names = file
@@ -190,8 +190,8 @@ def coil_from_file(written: CoilSpec, place: Origin, copper_layers: int | None, 
     written = replace(written, drawn=min(names))
     try:
         copper = kicad_copper(content, "the file")
-        conductor = conductor_of(copper, written.net or "", written.start_pad or "", written.end_pad or "")
-        return recognised(conductor, _board_layers(copper, copper_layers), written, copper.heights)
+        conductor = find_conductor(copper, written.net or "", written.start_pad or "", written.end_pad or "")
+        return recognise_coil(conductor, _board_layers(copper, copper_layers), written, copper.heights)
     except DrawnCoilError as error:
         remarks.flaw("SIT011", KEY, f"{written.drawn}: {error}", "correct the drawing, or write the coil's shape")
         return unread
@@ -231,7 +231,7 @@ CORE = 0.3
 
 
 @record(eq=False)
-class _Fit:
+class _FittedSpirals:
     """Fitted spirals of all layers about a common `centre` (m): r = start + slope * theta.
 
     theta (rad) is the angle from the start of the layer, along the current. `starts` (m) and `slopes` (m/rad) have one
@@ -245,13 +245,13 @@ class _Fit:
 
 def round_spiral(runs: Sequence[DrawnRun], conductor: DrawnConductor) -> DrawnSpiral:
     """Return the round spiral that the runs of a conductor form. Raises DrawnCoilError if they form none."""
-    fit, turns = _fitted(runs, conductor)
-    sweeps = [float(_polar(part.path, fit.centre)[1][-1, -1]) for part in turns]
+    fit, turns = _fit_spirals_to_runs(runs, conductor)
+    sweeps = [float(_polar_coordinates(part.path, fit.centre)[1][-1, -1]) for part in turns]
     growths = [float(slope) * sweep for slope, sweep in zip(fit.slopes, sweeps, strict=True)]
     outer = float(np.mean([start + max(growth, 0.0) for start, growth in zip(fit.starts, growths, strict=True)]))
     pitch, inward = TWO_PI * float(np.abs(fit.slopes).mean()), tuple(growth < 0.0 for growth in growths)
     for part, sweep in zip(turns, sweeps, strict=True):
-        _require_whole(part, abs(sweep) / TWO_PI, fit.centre)
+        _require_enough_turns(part, abs(sweep) / TWO_PI, fit.centre)
     deviation = max(_deviation(part, is_inward, outer, pitch, fit.centre, conductor.width)
                     for part, is_inward in zip(turns, inward, strict=True))
     diameter = round(2.0 * outer + conductor.width, 9)
@@ -261,7 +261,7 @@ def round_spiral(runs: Sequence[DrawnRun], conductor: DrawnConductor) -> DrawnSp
     )
 
 
-def _polar(path: Path, centre: Point) -> tuple[Array, Array]:
+def _polar_coordinates(path: Path, centre: Point) -> tuple[Array, Array]:
     """Return polar radius (m) and angle (rad) about `centre` of points on a path: arrays (segments, samples).
 
     The points lie at the fractions `SAMPLES` of each segment. The angle is 0 at the start and has no jumps of 2 pi.
@@ -271,17 +271,19 @@ def _polar(path: Path, centre: Point) -> tuple[Array, Array]:
     return np.hypot(places[..., 0], places[..., 1]), angle - angle[0, 0]
 
 
-def _fitted(runs: Sequence[DrawnRun], conductor: DrawnConductor) -> tuple[_Fit, list[DrawnTurns]]:
+def _fit_spirals_to_runs(
+    runs: Sequence[DrawnRun], conductor: DrawnConductor
+) -> tuple[_FittedSpirals, list[DrawnTurns]]:
     """Return the spirals that are fitted to the runs, and the segments of each run that belong to its spiral."""
-    turns = [_core(run) for run in runs]
-    fit = _fit([part.path for part in turns], conductor.centre)
+    turns = [_middle_turns(run) for run in runs]
+    fit = _fit_spirals([part.path for part in turns], conductor.centre)
     for tolerance in SEARCH:
-        turns = [_extended(fit, k, part, tolerance * conductor.width) for k, part in enumerate(turns)]
-        fit = _fit([part.path for part in turns], fit.centre)
+        turns = [_extend_turns(fit, k, part, tolerance * conductor.width) for k, part in enumerate(turns)]
+        fit = _fit_spirals([part.path for part in turns], fit.centre)
     return fit, turns
 
 
-def _core(run: DrawnRun) -> DrawnTurns:
+def _middle_turns(run: DrawnRun) -> DrawnTurns:
     """Return the middle part of a run, without the fraction `CORE` of its length at each end.
 
     This part surely belongs to the winding.
@@ -291,12 +293,12 @@ def _core(run: DrawnRun) -> DrawnTurns:
     return DrawnTurns(run, first, last)
 
 
-def _extended(fit: _Fit, layer: int, turns: DrawnTurns, tolerance: float) -> DrawnTurns:
+def _extend_turns(fit: _FittedSpirals, layer: int, turns: DrawnTurns, tolerance: float) -> DrawnTurns:
     """Return the turns, extended along their run as long as it stays within `tolerance` (m) of its fitted spiral.
 
     `layer` is the index of the spiral in `fit`.
     """
-    radius, angle = _polar(turns.run.path, fit.centre)
+    radius, angle = _polar_coordinates(turns.run.path, fit.centre)
     spiral = fit.starts[layer] + fit.slopes[layer] * (angle - angle[turns.first, 0])
     # the middles of chords lie further inside than their ends
     inner = np.array([isinstance(segment, Arc) for segment in turns.run.path])[:, None] | np.isin(SAMPLES, (0.0, 1.0))
@@ -307,12 +309,12 @@ def _extended(fit: _Fit, layer: int, turns: DrawnTurns, tolerance: float) -> Dra
     return DrawnTurns(turns.run, first, last)
 
 
-def _fit(paths: Sequence[Path], centre: Point) -> _Fit:
+def _fit_spirals(paths: Sequence[Path], centre: Point) -> _FittedSpirals:
     """Fit one spiral to each path, with a common centre, by least squares. `centre` (m) is the initial guess."""
     for _ in range(FITS):
         rows, radii = [], []
         for k, path in enumerate(paths):
-            radius, angle = (each.ravel() for each in _polar(path, centre))
+            radius, angle = (each.ravel() for each in _polar_coordinates(path, centre))
             heading = math.atan2(path.start.y - centre.y, path.start.x - centre.x) + angle
             row = np.zeros((radius.size, 2 + 2 * len(paths)))
             row[:, 0], row[:, 1], row[:, 2 + 2 * k], row[:, 3 + 2 * k] = np.cos(heading), np.sin(heading), 1.0, angle
@@ -320,7 +322,7 @@ def _fit(paths: Sequence[Path], centre: Point) -> _Fit:
             radii.append(radius)
         solution = np.linalg.lstsq(np.vstack(rows), np.concatenate(radii), rcond=None)[0]
         centre = centre.shifted(float(solution[0]), float(solution[1]))
-    return _Fit(centre, solution[2::2], solution[3::2])
+    return _FittedSpirals(centre, solution[2::2], solution[3::2])
 
 
 FITS = 10
@@ -330,12 +332,12 @@ Each fit multiplies the error of the centre by the ratio of the pitch to the cir
 """
 
 
-def _require_whole(turns: DrawnTurns, count: float, centre: Point) -> None:
+def _require_enough_turns(turns: DrawnTurns, count: float, centre: Point) -> None:
     """Raise DrawnCoilError if a spiral has too few turns, or if too much of its run lies outside the spiral.
 
     `count` is the number of turns of the spiral. The limits are `LEAST_TURNS` and `BEYOND`.
     """
-    sweeps = _polar(turns.run.path, centre)[1]
+    sweeps = _polar_coordinates(turns.run.path, centre)[1]
     total = float(np.abs(sweeps[:, -1] - sweeps[:, 0]).sum()) / TWO_PI
     if count < LEAST_TURNS or total - count > BEYOND:
         beyond = turns.last + 1 if turns.last + 1 < len(sweeps) else turns.first
@@ -355,7 +357,7 @@ def _deviation(
     largest, drawn = 0.0, Path(turns.run.path.segments[turns.first : turns.last + 1])
     for path, columns in ((turns.path, slice(None)), (drawn, slice(0, None, len(SAMPLES) - 1))):
         onward = path if inward else path.reversed()
-        distance, angle = _polar(onward, centre)
+        distance, angle = _polar_coordinates(onward, centre)
         away = np.abs(distance - radius + pitch * np.abs(angle) / TWO_PI)[:, columns].max(axis=1)
         if away.max() > DEVIATION * width:
             place = place_text(onward.segments[int(away.argmax())].at(0.5), turns.run.layer)

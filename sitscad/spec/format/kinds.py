@@ -47,7 +47,7 @@ def refuse(rule: str, message: str, hint: str = "", **facts: Any) -> NoReturn:
 
 
 @record(eq=False)
-class Misfit:
+class InvalidKey:
     """An error at a key of the spec: dotted key, value, and the refusal of the value.
 
     `refusal` is None if the key is missing or unknown. `section` is None unless the key is unknown; it is then the
@@ -60,7 +60,7 @@ class Misfit:
     section: type | None = None
 
 
-def described(value: Any) -> str:
+def describe(value: Any) -> str:
     """Return a short text that describes a value in a message."""
     if isinstance(value, bool):
         return "true" if value else "false"
@@ -78,7 +78,7 @@ MISSPELLING_SIMILARITY = 0.8
 """Minimum similarity ratio (`difflib`, 0 to 1) at which a word counts as a misspelling of another."""
 
 
-def is_like(word: Any, allowed: str) -> bool:
+def is_misspelling(word: Any, allowed: str) -> bool:
     """Whether a word is so similar to `allowed` that it counts as a misspelling.
 
     Digits must be equal: ``ecoflex-00-40`` is no misspelling of ``ecoflex-00-30``.
@@ -97,8 +97,8 @@ class Kind(ABC):
         """Return the JSON Schema of the allowed values."""
 
     @abstractmethod
-    def read_at(self, key: str, value: Any, misfits: list[Misfit]) -> Any:
-        """Return the value written at a dotted key, as the spec stores it. Errors are added to `misfits`."""
+    def read_at(self, key: str, value: Any, invalid_keys: list[InvalidKey]) -> Any:
+        """Return the value written at a dotted key, as the spec stores it. Errors are added to `invalid_keys`."""
 
 
 class Scalar(Kind):
@@ -108,11 +108,11 @@ class Scalar(Kind):
     def read(self, value: Any) -> Any:
         """Return the value as the spec stores it. Raises `Refusal` if it is invalid."""
 
-    def read_at(self, key: str, value: Any, misfits: list[Misfit]) -> Any:
+    def read_at(self, key: str, value: Any, invalid_keys: list[InvalidKey]) -> Any:
         try:
             return self.read(value)
         except Refusal as refusal:
-            misfits.append(Misfit(key, value, refusal))
+            invalid_keys.append(InvalidKey(key, value, refusal))
             return None
 
 
@@ -158,20 +158,20 @@ class Number(Scalar):
 
     def read(self, value: Any) -> float:
         if isinstance(value, bool) or not isinstance(value, (int, float)):
-            suggestion, is_sure = self._meant(value)
+            suggestion, is_sure = self._probable_number(value)
             hint = f"did you mean {suggestion}? " if suggestion else ""
             hint += f"write a number without quotes, like {self.low:g}"
-            refuse("SIT004", f"{described(value)} is no number", hint, meant=suggestion, is_sure=is_sure)
+            refuse("SIT004", f"{describe(value)} is no number", hint, meant=suggestion, is_sure=is_sure)
         if not math.isfinite(value) or not self.low <= value <= self.high:
             limit = self.low if value < self.low else self.high
-            message = f"{described(value)} is out of range: {self.low:g} to {self.high:g}"
+            message = f"{describe(value)} is out of range: {self.low:g} to {self.high:g}"
             facts = {"measured": float(value)} if abs(value) < 1e30 else {}
             refuse("SIT006", message, "", limit=float(limit), **facts)
         if self.whole and value != int(value):
-            refuse("SIT004", f"{described(value)} is no whole number", "")
+            refuse("SIT004", f"{describe(value)} is no whole number", "")
         return int(value) if self.whole else float(value)
 
-    def _meant(self, value: Any) -> tuple[str, bool]:
+    def _probable_number(self, value: Any) -> tuple[str, bool]:
         """Return the number that the user probably meant, as text, and whether no other number is possible.
 
         The text is empty if `value` does not suggest a number.
@@ -189,7 +189,7 @@ class Number(Scalar):
         return {"type": "integer" if self.whole else "number", "minimum": self.low, "maximum": self.high}
 
 
-def _listed(value: Any) -> str:
+def _list_text(value: Any) -> str:
     """Return the YAML list ``[8, 7]`` for a text like ``8, 7``. Empty for anything but numbers and commas."""
     numbers = [part.strip() for part in value.split(",")] if isinstance(value, str) and len(value) <= 80 else []
     if len(numbers) < 2 or not all(re.fullmatch(r"[0-9]{1,9}(\.[0-9]{1,9})?", number) for number in numbers):
@@ -206,11 +206,11 @@ class NumberOrList(Scalar):
 
     def read(self, value: Any) -> tuple[float, ...]:
         if not isinstance(value, list):
-            if suggestion := _listed(value):
-                refuse("SIT004", f"{described(value)} is no number", f"write the list as {suggestion}")
+            if suggestion := _list_text(value):
+                refuse("SIT004", f"{describe(value)} is no number", f"write the list as {suggestion}")
             return (self.number.read(value),)
         if not 1 <= len(value) <= self.most:
-            refuse("SIT006", f"{described(value)} is out of range: 1 to {self.most} numbers", "write it like [8, 7]")
+            refuse("SIT006", f"{describe(value)} is out of range: 1 to {self.most} numbers", "write it like [8, 7]")
         return tuple(self.number.read(entry) for entry in value)
 
     def schema(self) -> dict[str, Any]:
@@ -245,8 +245,8 @@ class Layers(Scalar):
 
     def read(self, value: Any) -> tuple[int, ...]:
         number = Number(1, self.most, whole=True)
-        if likely := _listed(value) or self._range(value):
-            refuse("SIT004", f"{described(value)} is no list of layers", f"did you mean {likely}?", meant=likely,
+        if likely := _list_text(value) or self._list_text_of_range(value):
+            refuse("SIT004", f"{describe(value)} is no list of layers", f"did you mean {likely}?", meant=likely,
                    is_sure=False)
         if not isinstance(value, list):
             return tuple(range(1, int(number.read(value)) + 1))
@@ -259,7 +259,7 @@ class Layers(Scalar):
             refuse("SIT009", message, "name each layer once, the top one first")
         return layers
 
-    def _range(self, value: Any) -> str:
+    def _list_text_of_range(self, value: Any) -> str:
         """Return the YAML list ``[1, 2]`` for a range like ``1-2``. Empty if the value is not a range of layers."""
         text = value if isinstance(value, str) else ""
         ends = re.fullmatch(r"\s*([0-9]{1,2})\s*(?:-|\u2013|\.\.+|:|to)\s*([0-9]{1,2})\s*", text)
@@ -278,13 +278,13 @@ _TRUTHS = {"yes": "true", "on": "true", "true": "true", "no": "false", "off": "f
 
 
 @record
-class Truth(Scalar):
+class Boolean(Scalar):
     """True or false."""
 
     def read(self, value: Any) -> bool:
         if not isinstance(value, bool):
             suggestion = _TRUTHS.get(value.lower(), "") if isinstance(value, str) else ""
-            message = f"{described(value)}, where true or false is wanted"
+            message = f"{describe(value)}, where true or false is wanted"
             refuse("SIT004", message, "write true or false", meant=suggestion)
         return bool(value)
 
@@ -318,7 +318,7 @@ class UnitValue(Scalar):
         if not low <= quantity <= high:
             limit, bound, word = (low, self.low, "at least") if quantity < low else (high, self.high, "at most")
             unit = SI_UNITS[self.dimension]
-            written = f"{described(value)} ({show(quantity, unit)})" if self.dimension == "length" else described(value)
+            written = f"{describe(value)} ({show(quantity, unit)})" if self.dimension == "length" else describe(value)
             message = f"{written} is out of range: {word} {bound}"
             refuse("SIT006", message, "check the unit and the sign", measured=quantity, limit=limit, unit=unit)
         return quantity
@@ -343,10 +343,10 @@ class Pair(Scalar):
     def read(self, value: Any) -> tuple[float, float]:
         if isinstance(value, list):
             if len(value) != 2:
-                refuse("SIT004", f"{described(value)}, where [x, y] is wanted", "write two lengths, like [4, 8]")
+                refuse("SIT004", f"{describe(value)}, where [x, y] is wanted", "write two lengths, like [4, 8]")
             return self.length.read(value[0]), self.length.read(value[1])
         if not self.single:
-            refuse("SIT004", f"{described(value)}, where [x, y] is wanted", "write two lengths, like [-2, 0]")
+            refuse("SIT004", f"{describe(value)}, where [x, y] is wanted", "write two lengths, like [-2, 0]")
         side = self.length.read(value)
         return side, side
 
@@ -366,12 +366,12 @@ class Text(Scalar):
 
     def read(self, value: Any) -> str:
         if not isinstance(value, str):
-            refuse("SIT004", f"{described(value)} is no text", "put quotes around it" if self._fits(str(value)) else "")
+            refuse("SIT004", f"{describe(value)} is no text", "put quotes around it" if self._fits(str(value)) else "")
         if len(value) > self.longest:
             message = f"{len(value)} characters are too many: at most {self.longest}"
             refuse("SIT006", message, "", measured=float(len(value)), limit=float(self.longest))
         if not self._fits(value):
-            refuse("SIT006", f"{described(value)} does not have the required form", self.like)
+            refuse("SIT006", f"{describe(value)} does not have the required form", self.like)
         return value
 
     def _fits(self, text: str) -> bool:
@@ -397,7 +397,7 @@ class FileName(Scalar):
         name = Text(200).read(value)
         if not re.search(self.ending, name):
             hint = f"write the name of a file beside the spec, like {self.like}"
-            refuse("SIT006", f"{described(value)} is no name of a {self.what} file", hint)
+            refuse("SIT006", f"{describe(value)} is no name of a {self.what} file", hint)
         return name
 
     def schema(self) -> dict[str, Any]:
@@ -412,18 +412,18 @@ class Choice(Scalar):
 
     def read(self, value: Any) -> str:
         if not isinstance(value, str):
-            refuse("SIT004", f"{described(value)} is no name", f"allowed: {', '.join(self.allowed)}")
+            refuse("SIT004", f"{describe(value)} is no name", f"allowed: {', '.join(self.allowed)}")
         if value not in self.allowed:
-            near = nearest(value, self.allowed)
-            facts = {"meant": near, "is_sure": is_like(value, near)} if near else {}
-            refuse("SIT007", f"{described(value)} is not known here", did_you_mean(value, self.allowed), **facts)
+            near = most_similar(value, self.allowed)
+            facts = {"meant": near, "is_sure": is_misspelling(value, near)} if near else {}
+            refuse("SIT007", f"{describe(value)} is not known here", did_you_mean_hint(value, self.allowed), **facts)
         return value
 
     def schema(self) -> dict[str, Any]:
         return {"type": "string", "enum": list(self.allowed)}
 
 
-def did_you_mean(word: Any, allowed: tuple[str, ...]) -> str:
+def did_you_mean_hint(word: Any, allowed: tuple[str, ...]) -> str:
     """Return the hint for a word that is not allowed.
 
     If the word is the start of several allowed words, such as ``ecoflex``, the hint lists these. Otherwise it suggests
@@ -432,12 +432,12 @@ def did_you_mean(word: Any, allowed: tuple[str, ...]) -> str:
     family = _family(word, allowed)
     if family:
         return f"{word} is a family: choose one of {', '.join(family)}; allowed: {', '.join(allowed)}"
-    near = nearest(word, allowed)
+    near = most_similar(word, allowed)
     suggestion = f"did you mean {near}? " if near else ""
     return f"{suggestion}allowed: {', '.join(allowed)}"
 
 
-def nearest(word: Any, allowed: tuple[str, ...]) -> str:
+def most_similar(word: Any, allowed: tuple[str, ...]) -> str:
     """Return the allowed word that is most similar to a word, without regard to upper or lower case.
 
     Empty if no word is similar enough, or if the word is the start of several allowed words.
@@ -550,7 +550,7 @@ class Sourced(Scalar):
         keys = ("value", "source", "status")
         unknown = [name for name in value if name not in keys]
         if unknown:
-            refuse("SIT002", f"{described(unknown[0])} is no key of a figure", did_you_mean(unknown[0], keys))
+            refuse("SIT002", f"{describe(unknown[0])} is no key of a figure", did_you_mean_hint(unknown[0], keys))
         if "value" not in value:
             refuse("SIT003", "the figure has no value", "write {value: 80 um, source: their page}")
         status = _STATUS.read(value.get("status", "verified"))

@@ -21,9 +21,9 @@ from sitscad.basics.units import SI_UNITS, exact_text
 from sitscad.spec.format.kinds import (
     Choice,
     Either,
+    InvalidKey,
     Kind,
     Layers,
-    Misfit,
     NumberOrList,
     Pair,
     Preset,
@@ -33,10 +33,10 @@ from sitscad.spec.format.kinds import (
     Sourced,
     Special,
     UnitValue,
-    described,
+    describe,
     names,
 )
-from sitscad.spec.yaml.source import TextError, dotted, undotted
+from sitscad.spec.yaml.source import TextError, dotted, key_text
 
 REQUIRED: Any = object()
 WRITTEN_SOURCE = "the spec"
@@ -99,7 +99,7 @@ def keys_like(pattern: re.Pattern[str], example: str, kind: Kind, about: str) ->
     return KeysLike(pattern, example, kind, about)
 
 
-class Readable:
+class SpecValue:
     """Base class of all parts of a spec.
 
     Some keys of the text are not attributes. Access to them raises an AttributeError that names the right attribute.
@@ -116,7 +116,7 @@ class Readable:
             raise AttributeError(f"{type(self).__name__} has no attribute {name!r}{hint}", name=name, obj=self)
 
 
-class Section(Readable):
+class Section(SpecValue):
     """A read-only section of the spec. Each declared key is an attribute of the instance.
 
     * ``keys``: declared keys by their names in the text
@@ -162,9 +162,9 @@ class Section(Readable):
         return (cls.__doc__ or "").partition("\n\n")[0]
 
 
-def _refuse_form(key: str, value: Any, form: str, misfits: list[Misfit]) -> None:
-    message = f"{described(value)}, where {form} is wanted"
-    misfits.append(Misfit(key, value, Refusal("SIT004", message, "see `sitscad schema` for its form", {})))
+def _refuse_form(key: str, value: Any, form: str, invalid_keys: list[InvalidKey]) -> None:
+    message = f"{describe(value)}, where {form} is wanted"
+    invalid_keys.append(InvalidKey(key, value, Refusal("SIT004", message, "see `sitscad schema` for its form", {})))
 
 
 @record
@@ -177,34 +177,35 @@ class Part(Kind):
     section: type[Section]
     convert: Callable[[Any], Any] | None = None
 
-    def read_at(self, key: str, value: Any, misfits: list[Misfit]) -> Any:
-        """Return an instance of the section. Unknown keys become misfits."""
+    def read_at(self, key: str, value: Any, invalid_keys: list[InvalidKey]) -> Any:
+        """Return an instance of the section. Errors are added to `invalid_keys`."""
         if not isinstance(value, dict):
-            return _refuse_form(key, value, "a section of keys and values", misfits)
-        section, before, values = self.section, len(misfits), dict[str, Any]()
+            return _refuse_form(key, value, "a section of keys and values", invalid_keys)
+        section, before, values = self.section, len(invalid_keys), dict[str, Any]()
         is_alone = bool(section.alone) and section.alone[0] in value
         for written, name in section.attributes.items():
             declared, inner = section.keys[written], dotted(key, written)
             if section.alone and written in value and is_alone != (written in section.alone):
                 message = f"{section.alone[0]} replaces {written}" if is_alone else f"it belongs to {section.alone[0]}"
-                misfits.append(Misfit(inner, value[written], Refusal("SIT009", message, "leave one of them out", {})))
+                refusal = Refusal("SIT009", message, "leave one of them out", {})
+                invalid_keys.append(InvalidKey(inner, value[written], refusal))
             elif written not in value and declared.is_required and is_alone:
                 values[name] = None
             elif written not in value and declared.is_required:
-                misfits.append(Misfit(inner))
+                invalid_keys.append(InvalidKey(inner))
             elif written in value or declared.default is not None:
-                values[name] = declared.kind.read_at(inner, value.get(written, declared.default), misfits)
+                values[name] = declared.kind.read_at(inner, value.get(written, declared.default), invalid_keys)
             else:
                 values[name] = None
         matched: set[Any] = set()
         for name, like in section.alike.items():
             matching = {each: value[each] for each in value if like.pattern.fullmatch(str(each))}
-            values[name] = {entry_key: like.kind.read_at(dotted(key, entry_key), entry, misfits)
+            values[name] = {entry_key: like.kind.read_at(dotted(key, entry_key), entry, invalid_keys)
                             for entry_key, entry in matching.items()}
             matched |= matching.keys()
         unknown = [each for each in value if each not in section.keys and each not in matched]
-        misfits += [Misfit(dotted(key, each), each, section=section) for each in unknown]
-        if len(misfits) > before:
+        invalid_keys += [InvalidKey(dotted(key, each), each, section=section) for each in unknown]
+        if len(invalid_keys) > before:
             return None
         read = object.__new__(section)
         read.__dict__.update(values)
@@ -220,11 +221,11 @@ class ListOf(Kind):
 
     entry: Kind
 
-    def read_at(self, key: str, value: Any, misfits: list[Misfit]) -> Any:
+    def read_at(self, key: str, value: Any, invalid_keys: list[InvalidKey]) -> Any:
         """Return the list, with each entry read by the kind of the entries."""
         if not isinstance(value, list):
-            return _refuse_form(key, value, "a list", misfits)
-        return [self.entry.read_at(dotted(key, k), entry, misfits) for k, entry in enumerate(value)]
+            return _refuse_form(key, value, "a list", invalid_keys)
+        return [self.entry.read_at(dotted(key, k), entry, invalid_keys) for k, entry in enumerate(value)]
 
     def schema(self) -> dict[str, Any]:
         return {"type": "array", "items": self.entry.schema()}
@@ -237,23 +238,24 @@ class NameOr(Kind):
     preset: Preset | Choice | ProfileName | UnitValue
     written: Kind
 
-    def read_at(self, key: str, value: Any, misfits: list[Misfit]) -> Any:
+    def read_at(self, key: str, value: Any, invalid_keys: list[InvalidKey]) -> Any:
         """Read the form that was written, so that error messages refer to that form."""
         if isinstance(value, (dict, list)):
-            return self.written.read_at(key, value, misfits)
+            return self.written.read_at(key, value, invalid_keys)
         try:
             if isinstance(value, str) or isinstance(self.preset, UnitValue):
                 return self.preset.read(value)
         except Refusal as refusal:
-            more = f"; or write it out: {self._form()} (examples: docs/spec.md)"
-            misfits.append(Misfit(key, value, refusal.with_hint(more)))
+            more = f"; or write it out: {self._form_text()} (examples: docs/spec.md)"
+            invalid_keys.append(InvalidKey(key, value, refusal.with_hint(more)))
             return None
         form = "a list" if isinstance(self.written, ListOf) else "a section"
         message = f"neither a preset's name nor {form} that writes it out"
-        misfits.append(Misfit(key, value, Refusal("SIT004", message, "write a preset's name, or the full value", {})))
+        neither = Refusal("SIT004", message, "write a preset's name, or the full value", {})
+        invalid_keys.append(InvalidKey(key, value, neither))
         return None
 
-    def _form(self) -> str:
+    def _form_text(self) -> str:
         """Return a description of the form written out: the required keys, then the optional keys."""
         section = section_of(self.written)
         keys = section.keys if section else {}
@@ -341,31 +343,31 @@ def kind_at(section: type[Section], key: str) -> Kind | None:
     """Return the kind of the value at a dotted key of a section. None if there is no such key."""
     kind: Kind | None = Part(section)
     for name in key.split("."):
-        kind = _inner(kind, name)
+        kind = _kind_of_entry(kind, name)
     return kind
 
 
-def _inner(kind: Kind | None, name: str) -> Kind | None:
+def _kind_of_entry(kind: Kind | None, name: str) -> Kind | None:
     """Return the kind of one entry of a section or list. None if there is no such entry.
 
     `kind` is the kind of the section or list. `name` is the entry's key or index.
     """
     if isinstance(kind, Either):
-        return _inner(kind.other, name)
+        return _kind_of_entry(kind.other, name)
     if isinstance(kind, NameOr):
-        return _inner(kind.written, name)
+        return _kind_of_entry(kind.written, name)
     if isinstance(kind, Sourced) and name in ("value", "source", "status"):
         return kind.figure if name == "value" else None
     if isinstance(kind, Sourced):
-        return _inner(kind.figure, name)
+        return _kind_of_entry(kind.figure, name)
     if isinstance(kind, Part):
         declared = kind.section.keys.get(name)
         matching = (like.kind for like in kind.section.alike.values() if like.pattern.fullmatch(name))
         return declared.kind if declared is not None else next(matching, None)
-    return _entry(kind) if name.isdecimal() else None
+    return _kind_of_list_entries(kind) if name.isdecimal() else None
 
 
-def _entry(kind: Kind | None) -> Kind | None:
+def _kind_of_list_entries(kind: Kind | None) -> Kind | None:
     """Return the kind of the entries of a list. None if the value is not a list, or is a list of plain numbers."""
     if isinstance(kind, Pair):
         return kind.length
@@ -406,9 +408,9 @@ def as_written(value: Any, kind: Kind | None, key: str) -> Any:
     if isinstance(kind, UnitValue):
         return _quantity(value, kind, key)
     if isinstance(value, (list, tuple)) and isinstance(kind, (Pair, ListOf, Several, Special, Layers, NumberOrList)):
-        return [as_written(entry, _entry(kind), dotted(key, index)) for index, entry in enumerate(value)]
+        return [as_written(entry, _kind_of_list_entries(kind), dotted(key, index)) for index, entry in enumerate(value)]
     if isinstance(kind, (Pair, Several)):
-        return as_written(value, _entry(kind), key)
+        return as_written(value, _kind_of_list_entries(kind), key)
     is_flag = isinstance(value, bool) and isinstance(kind, Choice) and len(kind.allowed) == 2
     return kind.allowed[value] if is_flag and isinstance(kind, Choice) else value
 
@@ -426,7 +428,8 @@ def _section(value: Any, section: type[Section], key: str) -> Any:
         value = dict(value)
     if not isinstance(value, Mapping):
         return value
-    return {name: inner if inner is None else as_written(inner, _inner(Part(section), str(name)), dotted(key, name))
+    kinds = {name: _kind_of_entry(Part(section), str(name)) for name in value}
+    return {name: inner if inner is None else as_written(inner, kinds[name], dotted(key, name))
             for name, inner in value.items()}
 
 
@@ -434,7 +437,7 @@ def _quantity(value: Any, kind: UnitValue, key: str) -> Any:
     """Return a quantity as text with a unit. `value` is a number in SI units, or a text, which is returned as it is."""
     dimension = kind.dimension
     if isinstance(value, str) and dimension == "length" and BARE_NUMBER.fullmatch(value):
-        message = f"{undotted(key)}: {described(value)} has no unit, and a length in a text needs one"
+        message = f"{key_text(key)}: {describe(value)} has no unit, and a length in a text needs one"
         raise TextError("SIT005", message, f"did you mean '{value.strip()} mm'? A number without quotes is in metres",
                         key=key)
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) < 1e30:
@@ -442,7 +445,7 @@ def _quantity(value: Any, kind: UnitValue, key: str) -> Any:
     low, high = kind.range
     unit, factor = ALTERNATIVE_UNITS.get(dimension, ("", 1.0))
     if unit and not low <= value <= high and low <= value * factor <= high:
-        message = f"{undotted(key)}: {value:g} {SI_UNITS[dimension]} is out of range: {kind.low} to {kind.high}"
+        message = f"{key_text(key)}: {value:g} {SI_UNITS[dimension]} is out of range: {kind.low} to {kind.high}"
         hint = f"did you mean '{value:g} {unit}'? Numbers are in SI units, as attributes are; a text has its unit"
         raise TextError("SIT006", message, hint, key=key)
     return exact_text(float(value), dimension)

@@ -54,7 +54,7 @@ def resolve_fpc(
     if max(coil.layers) > copper:
         message = f"the coil uses copper layer {max(coil.layers)}, stack-up {stackup.name} has {copper}"
         facts = {"measured": float(max(coil.layers)), "limit": float(copper)}
-        name = next(iter(presets.stackups_of(max(coil.layers), presets.is_rigid(stackup))), "")
+        name = next(iter(presets.stackups_with_copper_layers(max(coil.layers), presets.is_rigid(stackup))), "")
         more = f", like fpc.stackup: {name}" if name else ""
         hint = f"use fewer layers, or a stack-up with more copper{more}"
         remarks.flaw("SIT009", "coil.layers", message, hint, **facts)
@@ -140,7 +140,7 @@ def _plated_stackup(stackup: Stackup, document: FpcSpec, remarks: Remarks) -> St
     usual = Plating.BUTTONS if is_thin and document.plating is None else stackup.plating
     method = Plating(document.plated or usual)
     built = stackup.built(method, core, wall, finished=written or not stackup.is_plating_stated)
-    built = built if written else presets.covered(built)
+    built = built if written else presets.with_stock_coverlays(built)
     if written and document.plating is None:
         part = "in the holes alone" if method is Plating.BUTTONS else "part of the outer copper"
         remarks.default("fpc.plating", show(wall, "m"), part)
@@ -212,10 +212,10 @@ def _tail(tail: Tail | None, copper: int, rules: DesignRules, mount: Mount | Non
         )
         facts = {"measured": radius, "limit": rules.inside_radius, "unit": "m"}
         remarks.flaw("SIT009", "fpc.tail.turn_radius", message, "make it larger", **facts)
-    return _bent(replace(tail, layers=layers, turn_radius=radius), bend, mount, remarks)
+    return _with_bend(replace(tail, layers=layers, turn_radius=radius), bend, mount, remarks)
 
 
-def _bent(tail: Tail, written: str | BendDocument, mount: Mount | None, remarks: Remarks) -> Tail:
+def _with_bend(tail: Tail, written: str | BendDocument, mount: Mount | None, remarks: Remarks) -> Tail:
     """Return the tail with the bend that the spec states. An omitted angle is filled in.
 
     `written` is the word or section at the key ``bend``. If the jaw has a hinge, the tail bends at the hinge into the
@@ -268,7 +268,7 @@ OUTLINE_REQUIREMENT = (
 )
 
 
-class UnfitError(Exception):
+class OutlineFileError(Exception):
     """A DXF file cannot be used as the outline of a body. The message states the reason."""
 
 
@@ -282,21 +282,22 @@ def body_from_file(part: BodySpec, name: str, place: Origin, remarks: Remarks) -
     if part.file is None:
         remarks.flaw("SIT003", key, "a body of shape dxf has no file", "write a file beside the spec, like body.dxf")
         return None
-    file = place.content(part.file, key, remarks, "DXF", "body.dxf", MOST_BYTES, "export the body's outline alone")
+    smaller = "export the body's outline alone"
+    file = place.read_named_file(part.file, key, remarks, "DXF", "body.dxf", MOST_BYTES, smaller)
     if file is None:
         return None
     content, names = file
     try:
-        edge = outline(content)
-    except UnfitError as error:
+        edge = outline_from_dxf(content)
+    except OutlineFileError as error:
         remarks.flaw("SIT011", key, f"{part.file}: {error}", OUTLINE_REQUIREMENT)
         return None
     remarks.files |= dict.fromkeys(names, content)
     return replace(part, file=min(names), edge=edge)
 
 
-def outline(content: bytes) -> Path:
-    """Return the closed outline (m) in a DXF file, counter-clockwise. Raises `UnfitError`."""
+def outline_from_dxf(content: bytes) -> Path:
+    """Return the closed outline (m) in a DXF file, counter-clockwise. Raises `OutlineFileError`."""
     import ezdxf  # loaded only for specs with a DXF file
     from ezdxf.lldxf.validator import dxf_info
 
@@ -308,23 +309,25 @@ def outline(content: bytes) -> Path:
         # ezdxf takes the unit of a file without $INSUNITS as metres
         scale = UNITS.get(int(drawing.header["$INSUNITS"]) if b"$INSUNITS" in content else 0)
         if scale is None:
-            raise UnfitError(f"its unit ($INSUNITS {drawing.header['$INSUNITS']}) is none of mm, cm, m, um and inches")
+            unit = f"$INSUNITS {drawing.header['$INSUNITS']}"
+            raise OutlineFileError(f"its unit ({unit}) is none of mm, cm, m, um and inches")
         pieces = [(label, piece) for entity in drawing.modelspace() for label, piece in _pieces(entity, scale)
                   if not piece.length <= JOINED]
         ends = [value for _, piece in pieces for value in piece.box]
         heights = [(scale * float(z), str(entity)) for entity in drawing.modelspace() for z in _heights(entity)]
     except (ezdxf.DXFError, OSError, ValueError, TypeError, LookupError, AttributeError, ArithmeticError,
             StopIteration) as error:
-        raise UnfitError(f"no DXF that can be read ({type(error).__name__}: {str(error)[:80]})") from None
+        raise OutlineFileError(f"no DXF that can be read ({type(error).__name__}: {str(error)[:80]})") from None
     if not 1 <= len(pieces) <= MOST_PIECES:
-        raise UnfitError(f"{len(pieces)} lines and arcs, where 1 to {MOST_PIECES} can be")
+        raise OutlineFileError(f"{len(pieces)} lines and arcs, where 1 to {MOST_PIECES} can be")
     if not all(math.isfinite(value) and abs(value) < 10.0 for value in ends):
-        raise UnfitError("it has coordinates that are no lengths")
+        raise OutlineFileError("it has coordinates that are no lengths")
     (low, lower), (high, upper) = min(heights), max(heights)
     if high - low > JOINED:
-        raise UnfitError(f"{lower} lies at z = {show(low, 'm')} and {upper} at {show(high, 'm')}: flatten the drawing")
+        places = f"{lower} lies at z = {show(low, 'm')} and {upper} at {show(high, 'm')}"
+        raise OutlineFileError(f"{places}: flatten the drawing")
     _refuse_repeated(pieces)
-    return _convex(_chained(pieces))
+    return _convex_outline(_chain_pieces(pieces))
 
 
 Piece = tuple[str, Segment]
@@ -334,18 +337,18 @@ Piece = tuple[str, Segment]
 def _pieces(entity: Any, scale: float) -> Iterator[Piece]:
     """Yield the lines and arcs of an entity.
 
-    Raises `UnfitError` for all other entities, so that nothing is ignored silently.
+    Raises `OutlineFileError` for all other entities, so that nothing is ignored silently.
     """
     kind, dxf = entity.dxftype(), entity.dxf
     label = f"{kind} {dxf.handle} on layer {dxf.layer}"
     if kind not in ("LINE", "ARC", "CIRCLE", "LWPOLYLINE", "POLYLINE"):
-        raise UnfitError(f"{label} is no line and no arc")
+        raise OutlineFileError(f"{label} is no line and no arc")
     if abs(dxf.get("extrusion", (0.0, 0.0, 1.0))[2] - 1.0) > 1e-9:
-        raise UnfitError(f"{label} does not lie in the plane seen from above (its extrusion is not +z)")
+        raise OutlineFileError(f"{label} does not lie in the plane seen from above (its extrusion is not +z)")
     if kind == "POLYLINE" and not entity.is_2d_polyline:
-        raise UnfitError(f"{label} is a mesh or a polyline in space")
+        raise OutlineFileError(f"{label} is a mesh or a polyline in space")
     if kind == "POLYLINE" and dxf.flags & SPLINE:
-        raise UnfitError(f"{label} is a spline: no lines and arcs join its vertices")
+        raise OutlineFileError(f"{label} is a spline: no lines and arcs join its vertices")
 
     def point(x: float, y: float) -> Point:
         return Point(scale * float(x), scale * float(y))
@@ -355,12 +358,12 @@ def _pieces(entity: Any, scale: float) -> Iterator[Piece]:
     elif kind in ("LWPOLYLINE", "POLYLINE"):
         corners = [(point(x, y), float(bulge)) for x, y, bulge in _corners(entity)]
         if len(corners) > MOST_PIECES:
-            raise UnfitError(f"{label} has {len(corners)} vertices, where {MOST_PIECES} can be")
+            raise OutlineFileError(f"{label} has {len(corners)} vertices, where {MOST_PIECES} can be")
         is_closed = entity.closed if kind == "LWPOLYLINE" else entity.is_closed
         onward = corners[1:] + (corners[:1] if is_closed else [])
         for (start, bulge), (end, _) in zip(corners, onward, strict=False):
             if start.distance(end) > JOINED:
-                yield label, _bulged(start, end, bulge) if bulge else Line(start, end)
+                yield label, _arc_with_bulge(start, end, bulge) if bulge else Line(start, end)
     else:
         centre, radius = point(dxf.center[0], dxf.center[1]), scale * dxf.radius
         if kind == "CIRCLE" or abs(math.remainder(dxf.end_angle - dxf.start_angle, 360.0)) < 1e-9:
@@ -392,7 +395,7 @@ def _corners(entity: Any) -> list[tuple[float, float, float]]:
 
 
 def _refuse_repeated(pieces: list[Piece]) -> None:
-    """Raise `UnfitError` if two pieces coincide."""
+    """Raise `OutlineFileError` if two pieces coincide."""
     labels: dict[tuple[tuple[int, ...], ...], str] = {}
     for label, piece in pieces:
         middle = piece.at(0.5) if isinstance(piece, Arc) else _middle(piece.start, piece.end)
@@ -400,7 +403,7 @@ def _refuse_repeated(pieces: list[Piece]) -> None:
                             for at in (piece.start, piece.end, middle))
         where = (*sorted((start, end)), half)
         if where in labels:
-            raise UnfitError(f"{label} is drawn twice: {labels[where]} lies there, too")
+            raise OutlineFileError(f"{label} is drawn twice: {labels[where]} lies there, too")
         labels[where] = label
 
 
@@ -408,7 +411,7 @@ def _middle(start: Point, end: Point) -> Point:
     return Point((start.x + end.x) / 2, (start.y + end.y) / 2)
 
 
-def _bulged(start: Point, end: Point, bulge: float) -> Arc:
+def _arc_with_bulge(start: Point, end: Point, bulge: float) -> Arc:
     """Return the arc from one vertex of a polyline to the next.
 
     `bulge` is the tangent of a quarter of the arc's angle, positive for a counter-clockwise arc.
@@ -424,10 +427,10 @@ def _place(point: Point) -> str:
     return f"[{point.x * 1e3:.4g}, {point.y * 1e3:.4g}] mm"
 
 
-def _chained(pieces: list[Piece]) -> list[Piece]:
+def _chain_pieces(pieces: list[Piece]) -> list[Piece]:
     """Return the pieces in the order of the outline, each beginning at the end of the preceding piece.
 
-    Pieces are reversed if needed. Raises `UnfitError` if the outline is open, or if pieces are left over.
+    Pieces are reversed if needed. Raises `OutlineFileError` if the outline is open, or if pieces are left over.
     """
     remaining, chain = pieces[1:], pieces[:1]
     while remaining:
@@ -445,17 +448,17 @@ def _chained(pieces: list[Piece]) -> list[Piece]:
         chain.append((label, replace(piece, start=here)))
     end, begin = chain[-1][1].end, chain[0][1].start
     if end.distance(begin) > JOINED:
-        raise UnfitError(f"the outline is open: {chain[-1][0]} ends at {_place(end)}, where nothing goes on")
+        raise OutlineFileError(f"the outline is open: {chain[-1][0]} ends at {_place(end)}, where nothing goes on")
     if remaining:
-        raise UnfitError(f"{remaining[0][0]} does not belong to the outline, which is closed without it")
+        raise OutlineFileError(f"{remaining[0][0]} does not belong to the outline, which is closed without it")
     chain[-1] = chain[-1][0], replace(chain[-1][1], end=begin)
     return chain
 
 
-def _convex(pieces: list[Piece]) -> Path:
+def _convex_outline(pieces: list[Piece]) -> Path:
     """Return the outline that a closed chain of pieces forms, counter-clockwise.
 
-    Raises `UnfitError` if the outline is not convex, crosses itself or is too small or too large.
+    Raises `OutlineFileError` if the outline is not convex, crosses itself or is too small or too large.
     """
     path = Path(tuple(piece for _, piece in pieces))
     if enclosed_area(path) < 0.0:
@@ -467,13 +470,13 @@ def _convex(pieces: list[Piece]) -> Path:
         turn = math.remainder(_heading(piece, 0.0) - _heading(before, 1.0), 2.0 * math.pi)
         bent = piece.sweep if isinstance(piece, Arc) else 0.0
         if turn < -1e-4 or bent < 0.0:
-            raise UnfitError(f"{label} is bent inwards at {_place(piece.start)}")
+            raise OutlineFileError(f"{label} is bent inwards at {_place(piece.start)}")
         around += turn + bent
     x0, y0, x1, y1 = bounding_box([path])
     if abs(around - 2.0 * math.pi) > 1e-2:
-        raise UnfitError("the outline crosses itself")
+        raise OutlineFileError("the outline crosses itself")
     if min(x1 - x0, y1 - y0) < LEAST or max(x1 - x0, y1 - y0) > LARGEST:
-        raise UnfitError(f"the outline is {show(x1 - x0, 'm')} x {show(y1 - y0, 'm')}, where 1 to 500 mm can be")
+        raise OutlineFileError(f"the outline is {show(x1 - x0, 'm')} x {show(y1 - y0, 'm')}, where 1 to 500 mm can be")
     return path
 
 

@@ -44,7 +44,7 @@ def resolve_coil(written: CoilSpec, remarks: Remarks, place: Origin, copper_laye
     if written.drawn is not None:
         return coil_from_file(written, place, copper_layers, remarks)
     outline, by_inner = written.outline, written.written_inner is not None and written.values()["turns"] is None
-    written = _with_replaced_key(written, remarks)
+    written = _with_omitted_value(written, remarks)
     turns = tuple(outline.nearest_turns(n) if outline.is_whole(n) else n for n in written.layer_turns)
     if len(turns) not in (1, len(written.layers)):
         message = f"{len(turns)} numbers of turns for {len(written.layers)} layers"
@@ -62,7 +62,7 @@ The inset is the distance from the outer to the inner copper edge. Numbers in a 
 """
 
 
-def _with_replaced_key(coil: CoilSpec, remarks: Remarks) -> CoilSpec:
+def _with_omitted_value(coil: CoilSpec, remarks: Remarks) -> CoilSpec:
     """Return the coil with its omitted value (turns, trace width or trace spacing) computed from its inner diameter.
 
     If the inner diameter is impossible, record an error in `remarks` and use the value in `PLACEHOLDERS`.
@@ -209,7 +209,7 @@ def _check_turns(coil: CoilSpec, turns: float, most: float, key: str, remarks: R
         remarks.flaw("SIT016", key, message, hint, measured=turns, limit=float(fits))
 
 
-def check_amount(coil: CoilSpec, coils: int, remarks: Remarks) -> None:
+def check_total_turns(coil: CoilSpec, coils: int, remarks: Remarks) -> None:
     """Record an error if one coil, or all `coils` coils together, have too many turns for an estimate."""
     coil_turns = math.fsum(coil.layer_turns)
     totals = ((coil_turns, MOST_OF_A_COIL, "a coil"), (coil_turns * coils, MOST_OF_ALL, f"all {coils} coils"))
@@ -285,7 +285,7 @@ def _pitch(document: ArrayDocument, pattern: str, coil: CoilSpec, remarks: Remar
     gap = max(_DEFAULT_GAP, coil.trace_spacing)
     pitch = size + gap
     # the smallest array of a pattern has all the pairs of neighbours of a larger array
-    centres = {"line": line(2, pitch), "grid": grid(2, 2, pitch)}.get(pattern, triangle(pitch))
+    centres = {"line": line_centres(2, pitch), "grid": grid_centres(2, 2, pitch)}.get(pattern, triangle_centres(pitch))
     scale = least_scale(ArraySpec(pattern, coil_placements(centres), pitch), replace(coil, trace_spacing=gap)) or 1.0
     if scale > 1.0 + 1e-9:  # for corners that face each other, or flat sides at an angle
         pitch = round(math.ceil(pitch * scale / _GRAIN) * _GRAIN, 9)
@@ -299,11 +299,11 @@ def _centres(document: ArrayDocument, pattern: str, pitch: float, remarks: Remar
     if pattern == "single":
         return ((0.0, 0.0),)
     if pattern == "triangle":
-        return triangle(pitch)
+        return triangle_centres(pitch)
     count = document.count if document.count and len(document.count) == len(_COUNTS[pattern]) else _COUNTS[pattern]
     if document.count is None:
         remarks.default("array.count", str(list(count) if len(count) > 1 else count[0]))
-    return line(count[0], pitch) if len(count) == 1 else grid(count[0], count[1], pitch)
+    return line_centres(count[0], pitch) if len(count) == 1 else grid_centres(count[0], count[1], pitch)
 
 
 def _rotations(document: ArrayDocument, pattern: str, coils: int, remarks: Remarks) -> tuple[float, ...]:
@@ -351,12 +351,12 @@ def resolve_reference(array: ArraySpec, coil: CoilSpec, place: Origin, copper: i
         return replace(array, reference=replace(reference, coil=None))
     own = Remarks()
     windings = resolve_coil(reference.coil, own, place, copper)
-    check_amount(windings, 1, own)
+    check_total_turns(windings, 1, own)
     check_layers(windings, copper, own)
-    remarks.flaws += [replace(flaw, key=own_key(flaw.key),
-                              edits=tuple(replace(edit, key=own_key(edit.key)) for edit in flaw.edits))
+    remarks.flaws += [replace(flaw, key=reference_coil_key(flaw.key),
+                              edits=tuple(replace(edit, key=reference_coil_key(edit.key)) for edit in flaw.edits))
                       for flaw in own.flaws]
-    remarks.defaults += [own_key(line) for line in own.defaults]
+    remarks.defaults += [reference_coil_key(line) for line in own.defaults]
     return replace(array, reference=replace(reference, coil=windings))
 
 
@@ -364,7 +364,7 @@ REFERENCE_COIL = "array.reference.coil"
 """Key of the reference coil's own windings."""
 
 
-def own_key(key: str) -> str:
+def reference_coil_key(key: str) -> str:
     """Return the key of the section ``array.reference.coil`` that corresponds to a key of the section ``coil``."""
     return f"array.reference.{key}"
 
@@ -383,7 +383,7 @@ def check_reference(placements: tuple[CoilPlacement, ...], coil: CoilSpec, remar
     """
     reference = placements[-1]
     spacing = max(coil.trace_spacing, (reference.own or coil).trace_spacing)
-    smallest, name = min((gap(coil.shape, coil.size, each, reference), each.name) for each in placements[:-1])
+    smallest, name = min((coil_gap(coil.shape, coil.size, each, reference), each.name) for each in placements[:-1])
     if smallest < spacing * _NEARLY:
         missing = spacing - smallest
         message = f"the reference coil stands {show(smallest, 'm')} from {name}"
@@ -404,7 +404,7 @@ def _smallest_gap(placements: tuple[CoilPlacement, ...], coil: CoilSpec) -> tupl
     # skip pairs whose outlines cannot come near each other
     reach = math.hypot(*coil.size) + coil.trace_spacing
     pairs = [(a, b) for a, b in combinations(placements, 2) if math.dist(a.centre, b.centre) < reach]
-    gaps = ((gap(coil.shape, coil.size, a, b), a.name, b.name) for a, b in pairs)
+    gaps = ((coil_gap(coil.shape, coil.size, a, b), a.name, b.name) for a, b in pairs)
     return min(gaps, default=(math.inf, "", ""))
 
 
@@ -418,7 +418,7 @@ def least_scale(array: ArraySpec, coil: CoilSpec) -> float | None:
         return None
 
     def fits(scale: float) -> bool:
-        return _smallest_gap(scaled(array, scale).placements, coil)[0] >= coil.trace_spacing * _NEARLY
+        return _smallest_gap(scale_array(array, scale).placements, coil)[0] >= coil.trace_spacing * _NEARLY
 
     low, high = ((size + coil.trace_spacing) / near for size in (min(coil.size), math.hypot(*coil.size)))
     if fits(low):
@@ -443,7 +443,7 @@ def check_cells(coils: int, placements: tuple[CoilPlacement, ...], has_plates: b
         message = f"{count} coils do not form two or more cells of {coils}"
         remarks.flaw("SIT009", key, message, "write a divisor of the number of coils, or leave cells out")
         return
-    first, *later = (within(placements[k : k + coils]) for k in range(0, count, coils))
+    first, *later = (relative_positions(placements[k : k + coils]) for k in range(0, count, coils))
     odd = next((k for k, other in enumerate(later, 2) if other != first), None)
     if odd is not None:
         message = f"the coils of cell {odd} are arranged differently from cell 1"
@@ -481,7 +481,7 @@ def check_webs(
         remarks.flaw("SIT009", "cells.web", "a film over webs is not supported", "leave encapsulation or cells.web out")
 
 
-def within(placements: Sequence[CoilPlacement]) -> list[tuple[int, ...]]:
+def relative_positions(placements: Sequence[CoilPlacement]) -> list[tuple[int, ...]]:
     """Return (x, y, rotation) of each coil in whole numbers, so that arrangements in cells can be compared exactly.
 
     x and y (nm) are relative to the mean of the centres. The rotation is in microradians.
@@ -491,12 +491,12 @@ def within(placements: Sequence[CoilPlacement]) -> list[tuple[int, ...]]:
             for p in placements]
 
 
-def line(count: int, pitch: float) -> tuple[Point, ...]:
+def line_centres(count: int, pitch: float) -> tuple[Point, ...]:
     """Return the centres (m) of `count` coils in a row along x about the origin, `pitch` (m) apart."""
     return tuple(((i - (count - 1) / 2) * pitch, 0.0) for i in range(count))
 
 
-def triangle(pitch: float) -> tuple[Point, ...]:
+def triangle_centres(pitch: float) -> tuple[Point, ...]:
     """Return the centres (m) of three coils, each at a distance `pitch` (m) from the others.
 
     The first is on the x axis, on the negative side. The centroid is the origin.
@@ -506,12 +506,12 @@ def triangle(pitch: float) -> tuple[Point, ...]:
     )
 
 
-def grid(columns: int, rows: int, pitch: float) -> tuple[Point, ...]:
+def grid_centres(columns: int, rows: int, pitch: float) -> tuple[Point, ...]:
     """Return the centres (m) of a grid with `columns` along x and `rows` along y."""
-    return tuple((x, y) for x, _ in line(columns, pitch) for y, _ in line(rows, pitch))
+    return tuple((x, y) for x, _ in line_centres(columns, pitch) for y, _ in line_centres(rows, pitch))
 
 
-def scaled(array: ArraySpec, factor: float) -> ArraySpec:
+def scale_array(array: ArraySpec, factor: float) -> ArraySpec:
     """Return the array with all centres and the pitch multiplied by a factor."""
     placements = (replace(p, centre=(p.centre[0] * factor, p.centre[1] * factor)) for p in array.placements)
     return replace(array, placements=tuple(placements), pitch=None if array.pitch is None else array.pitch * factor)
@@ -525,7 +525,7 @@ def coil_placements(
     return tuple(CoilPlacement(f"C{number}", *place) for number, place in enumerate(turned, 1))
 
 
-def gap(shape: str, size: tuple[float, float], first: CoilPlacement, second: CoilPlacement) -> float:
+def coil_gap(shape: str, size: tuple[float, float], first: CoilPlacement, second: CoilPlacement) -> float:
     """Return the smallest gap (m) between the outer copper edges of two coils. Negative if they overlap.
 
     Coils have this shape and size (m) unless their placements have own coils.

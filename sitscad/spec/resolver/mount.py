@@ -62,11 +62,11 @@ def resolve_mount(part: Mount | None, shield: Shield | None, remarks: Remarks, p
             remarks.default("mount.finger", usual, "a finger of the usual size: measure yours")
         return replace(mount, finger=finger, backing=finger.material)
     if part.kind == "custom":
-        step = _step(part, "mount", place, remarks)
+        step = _step_part(part, "mount", place, remarks)
         return replace(mount, step=step, datum=part.datum, along=part.along, up=part.up)
     if part.jaw is None:
         remarks.default("mount.jaw", DEFAULT_JAW)
-    mount = _in_jaw(mount, part.jaw or presets.jaw(DEFAULT_JAW), place, remarks)
+    mount = _with_jaw(mount, part.jaw or presets.jaw(DEFAULT_JAW), place, remarks)
     retention: Retention | str | None = written["retention"]
     if retention is None or retention == "glue":
         return mount
@@ -140,7 +140,7 @@ def _check_metal(part: Mount, standoff: float, remarks: Remarks) -> None:
                      f"mount.metal_behind.distance: {least} or more, or a smaller mount.standoff", **facts)
 
 
-def _in_jaw(mount: Mount, written: Jaw, place: Origin, remarks: Remarks) -> Mount:
+def _with_jaw(mount: Mount, written: Jaw, place: Origin, remarks: Remarks) -> Mount:
     """Return the mount with its jaw: a preset, or the sizes in the spec with defaults filled in.
 
     `written` is the jaw as the spec has it. If the spec gives only a STEP file of the jaw, return the mount with this
@@ -148,7 +148,7 @@ def _in_jaw(mount: Mount, written: Jaw, place: Origin, remarks: Remarks) -> Moun
     """
     if written.preset:
         return replace(mount, jaw=written)
-    step = _step(written, "mount.jaw", place, remarks)
+    step = _step_part(written, "mount.jaw", place, remarks)
     missing = [name for name in NEEDED if getattr(written, name) is None]
     if written.based_on is None and missing:
         if written.step is None or len(missing) < len(NEEDED):
@@ -219,7 +219,7 @@ def _holes(written: HolePattern | list[Hole] | None, remarks: Remarks) -> HolePa
     return HolePattern("written out", tuple(written), None, "", WRITTEN_SOURCE)
 
 
-def _step(part: Mount | Jaw, section: str, place: Origin, remarks: Remarks) -> StepPart | None:
+def _step_part(part: Mount | Jaw, section: str, place: Origin, remarks: Remarks) -> StepPart | None:
     # Return the STEP file named in a section, with datum and axes as written. None if there is none, or if it is
     # invalid; a flaw then gives the reason. The CAD kernel reads its content in a separate process
     # (`sitscad.assembly.solids.imported`).
@@ -237,7 +237,7 @@ def _step(part: Mount | Jaw, section: str, place: Origin, remarks: Remarks) -> S
         message = f"the coordinate system {datum} already sets the axes"
         remarks.flaw("SIT009", f"{section}.{'along' if part.along else 'up'}", message, "leave along and up out")
     smaller = "export the jaw alone, without the instrument's other parts"
-    file = place.content(name, key, remarks, "STEP", "jaw.step", MOST_STEP_BYTES, smaller)
+    file = place.read_named_file(name, key, remarks, "STEP", "jaw.step", MOST_STEP_BYTES, smaller)
     if file is None:
         return None
     content, names = file

@@ -26,9 +26,9 @@ from sitscad.spec.reading import Remarks
 from sitscad.spec.resolver.circuit import resolve_fpc
 from sitscad.spec.resolver.coils import (
     REFERENCE_OFFSET,
-    check_amount,
     check_cells,
     check_reference,
+    check_total_turns,
     check_webs,
     resolve_array,
     resolve_coil,
@@ -57,7 +57,7 @@ def resolve(document: SpecDocument, source: SpecSource, folder: Path | None = No
     coil = resolve_coil(document.coil, remarks, place, _copper_layers(document))
     array = resolve_array(document.array, coil, remarks)
     number = len(array.placements) + (array.reference is not None)
-    check_amount(coil, number, remarks)
+    check_total_turns(coil, number, remarks)
     mount = resolve_mount(document.mount, document.shield, remarks, place)
     fpc = resolve_fpc(document.fpc, coil, mount, remarks, place)
     array = resolve_reference(array, coil, place, len(fpc.stackup.copper), remarks)
@@ -74,7 +74,8 @@ def resolve(document: SpecDocument, source: SpecSource, folder: Path | None = No
     if target is not None:
         target = _with_size(target, "target", (side, side), remarks)
     if pad is not None:
-        pad = _with_size(pad, "elastomer", (side, side) if target is None else _carrying(target, pad.offset), remarks)
+        pad_size = (side, side) if target is None else _smallest_pad_size(target, pad.offset)
+        pad = _with_size(pad, "elastomer", pad_size, remarks)
     if cells is not None:
         check_webs(cells.web, array.pattern, target, pad, document.encapsulation is not None, remarks)
     is_glued = any((target, pad, mount))
@@ -180,7 +181,7 @@ def _with_size(plate: Plate, key: str, usual: tuple[float, float], remarks: Rema
     return replace(plate, shape=shape, size=size)
 
 
-def _carrying(target: Target, offset: tuple[float, float]) -> tuple[float, float]:
+def _smallest_pad_size(target: Target, offset: tuple[float, float]) -> tuple[float, float]:
     """Return the sides (m) of the smallest pad that lies below the whole target.
 
     `offset` is the position (m) of the pad's centre from the mean of the coils' centres.

@@ -26,19 +26,19 @@ from sitscad.spec.format.kinds import (
     Scalar,
     Sourced,
     UnitValue,
-    described,
+    describe,
 )
 from sitscad.spec.format.section import Key, Section
 from sitscad.spec.reading import Flaw, Remarks, SpecError, finding_from_flaw
 from sitscad.spec.resolver.coils import (
     MOST_COILS,
-    check_amount,
     check_cells,
     check_coil,
     check_gaps,
     check_layers,
     check_reference,
-    own_key,
+    check_total_turns,
+    reference_coil_key,
 )
 from sitscad.spec.sensor import SensorSpec, SpecDocument
 from sitscad.spec.yaml.source import Issue, SpecSource, dotted
@@ -56,55 +56,55 @@ def refuse_unusable(spec: SensorSpec) -> None:
     A spec that no program has changed since it was read is accepted without checks.
     """
     if not isinstance(spec, SensorSpec):
-        raise TypeError(f"a SensorSpec is wanted, not {described(spec)}")
+        raise TypeError(f"a SensorSpec is wanted, not {describe(spec)}")
     if spec.is_known:
         return
-    for look in (lambda each: _misfits(each, SensorSpec, ""), _ranges, _fits):
+    for look in (lambda each: _type_flaws(each, SensorSpec, ""), _range_flaws, _conflicts):
         flaws = list(look(spec))
         if flaws:
             source = spec.source if isinstance(spec.source, SpecSource) else SpecSource("<values>", "")
             raise SpecError(tuple(finding_from_flaw(flaw, source) for flaw in flaws))
 
 
-def _misfits(value: Any, expected: Any, key: str) -> Iterator[Flaw]:
+def _type_flaws(value: Any, expected: Any, key: str) -> Iterator[Flaw]:
     """Yield a flaw for each wrong type of `value` or of values inside it.
 
     `expected` is the type in the annotation of the field, and `key` the dotted key of `value`.
     """
     if is_dataclass(expected) and isinstance(expected, type):
         if type(value) is not expected:
-            yield _mistyped(value, expected, key)
+            yield _type_flaw(value, expected, key)
         elif expected is not SpecSource:
             hints = _hints(cast(Hashable, expected))
             for member in fields(expected):
-                yield from _misfits(getattr(value, member.name), hints[member.name], dotted(key, member.name))
+                yield from _type_flaws(getattr(value, member.name), hints[member.name], dotted(key, member.name))
         return
     origin, inner = get_origin(expected), get_args(expected)
     if origin in (Union, UnionType):
-        by_type = [list(_misfits(value, each, key)) for each in inner]
+        by_type = [list(_type_flaws(value, each, key)) for each in inner]
         if all(by_type):  # report the nearest type: only values inside have the wrong type
             inside = [flaws for flaws in by_type if all(flaw.key != key for flaw in flaws)]
-            yield from inside[0] if inside else [_mistyped(value, expected, key)]
+            yield from inside[0] if inside else [_type_flaw(value, expected, key)]
     elif origin is tuple:
-        yield from _tuple_misfits(value, inner, key)
+        yield from _tuple_type_flaws(value, inner, key)
     elif origin is not None and issubclass(origin, Mapping):
         if not isinstance(value, Mapping):
-            yield _mistyped(value, expected, key)
+            yield _type_flaw(value, expected, key)
             return
         for name, each in value.items():
-            yield from _misfits(name, inner[0], key)
-            yield from _misfits(each, inner[1], dotted(key, name))
+            yield from _type_flaws(name, inner[0], key)
+            yield from _type_flaws(each, inner[1], dotted(key, name))
     elif not _is_scalar(value, expected):
-        yield _mistyped(value, expected, key)
+        yield _type_flaw(value, expected, key)
 
 
-def _tuple_misfits(value: Any, inner: tuple[Any, ...], key: str) -> Iterator[Flaw]:
+def _tuple_type_flaws(value: Any, inner: tuple[Any, ...], key: str) -> Iterator[Flaw]:
     many = len(inner) == 2 and inner[1] is Ellipsis
     if not isinstance(value, tuple) or (not many and len(value) != len(inner)):
-        yield _mistyped(value, tuple[inner], key)  # type: ignore[valid-type]
+        yield _type_flaw(value, tuple[inner], key)  # type: ignore[valid-type]
         return
     for index, each in enumerate(value):
-        yield from _misfits(each, inner[0] if many else inner[index], dotted(key, index))
+        yield from _type_flaws(each, inner[0] if many else inner[index], dotted(key, index))
 
 
 def _is_scalar(value: Any, expected: Any) -> bool:
@@ -119,23 +119,23 @@ def _is_scalar(value: Any, expected: Any) -> bool:
     return isinstance(value, expected)
 
 
-def _mistyped(value: Any, expected: Any, key: str) -> Flaw:
+def _type_flaw(value: Any, expected: Any, key: str) -> Flaw:
     name = expected.__name__ if isinstance(expected, type) and get_origin(expected) is None else str(expected)
     name = re.sub(r"\bsitscad\.[a-z_.]+\.", "", name).replace("float", "finite number")
-    return Flaw("SIT004", key, f"{described(value)}, where {name} is wanted", "values are in SI units: metres, radians")
+    return Flaw("SIT004", key, f"{describe(value)}, where {name} is wanted", "values are in SI units: metres, radians")
 
 
 _hints = cache(get_type_hints)
 
 
-def _ranges(spec: SensorSpec) -> Iterator[Flaw]:
+def _range_flaws(spec: SensorSpec) -> Iterator[Flaw]:
     """Yield a flaw for each value outside its allowed range, and for too many or too distant coils.
 
     The format of the spec declares the ranges. Layers of the stack-up must have a thickness from 1 um to 5 mm.
     """
-    yield from _out_of_range(spec, "")
+    yield from _out_of_range_flaws(spec, "")
     for index, layer in enumerate(spec.fpc.stackup.layers):
-        yield from _refused(layer.thickness, _LAYER, f"fpc.stackup.layers.{index}.thickness")
+        yield from _refusal_flaws(layer.thickness, _LAYER, f"fpc.stackup.layers.{index}.thickness")
     if not 1 <= len(spec.array.placements) <= MOST_COILS:
         yield Flaw("SIT006", "array.placements", f"{len(spec.array.placements)} coils, where 1 to {MOST_COILS} can be")
     for index, place in enumerate(spec.array.placements):
@@ -147,7 +147,7 @@ def _ranges(spec: SensorSpec) -> Iterator[Flaw]:
 _LAYER = UnitValue("length", "1 um", "5 mm")
 
 
-def _out_of_range(value: Any, key: str) -> Iterator[Flaw]:
+def _out_of_range_flaws(value: Any, key: str) -> Iterator[Flaw]:
     """Yield a flaw if `value`, or a value inside it, is outside the range that its key allows.
 
     `key` is the dotted key of `value`.
@@ -161,21 +161,21 @@ def _out_of_range(value: Any, key: str) -> Iterator[Flaw]:
         if inside is None or (isinstance(inside, str) and inside == member.default):
             continue  # a spec without this key has the same value
         if member.name in keys:
-            yield from _refused(inside, keys[member.name].kind, inner)
+            yield from _refusal_flaws(inside, keys[member.name].kind, inner)
         elif is_dataclass(inside) and not isinstance(inside, SpecSource):
-            yield from _out_of_range(inside, inner)
+            yield from _out_of_range_flaws(inside, inner)
 
 
-def _refused(value: Any, kind: Kind, key: str) -> Iterator[Flaw]:
+def _refusal_flaws(value: Any, kind: Kind, key: str) -> Iterator[Flaw]:
     if is_dataclass(value):
-        yield from _out_of_range(value, key)
+        yield from _out_of_range_flaws(value, key)
         return
     while isinstance(kind, (Either, Sourced)):
         kind = kind.other if isinstance(kind, Either) else kind.figure
     if isinstance(kind, (Pair, NumberOrList)):
         each = kind.length if isinstance(kind, Pair) else kind.number
         for entry in value if isinstance(value, tuple) else (value,):
-            yield from _refused(entry, each, key)
+            yield from _refusal_flaws(entry, each, key)
     elif isinstance(kind, UnitValue):
         low, high = kind.range
         if not low * (1 - 1e-12) <= value <= high * (1 + 1e-12):
@@ -188,7 +188,7 @@ def _refused(value: Any, kind: Kind, key: str) -> Iterator[Flaw]:
             yield Flaw(refusal.rule, key, refusal.message, refusal.hint)
 
 
-def _fits(spec: SensorSpec) -> Iterator[Flaw]:
+def _conflicts(spec: SensorSpec) -> Iterator[Flaw]:
     """Yield a flaw for each conflict between coils, stack-up and cells.
 
     The checks are: copper layers, numbers of turns, sizes, gaps between coils, and equal cells.
@@ -210,9 +210,9 @@ def _fits(spec: SensorSpec) -> Iterator[Flaw]:
             inside.flaw("SIT009", "coil.turns", message, "write one number for each layer, or one for all")
         check_layers(own, copper, inside)
         check_coil(own, inside)
-        check_amount(own, 1, inside)
-        remarks.flaws += [replace(flaw, key=own_key(flaw.key)) for flaw in inside.flaws]
-    check_amount(spec.coil, len(spec.all_placements), remarks)
+        check_total_turns(own, 1, inside)
+        remarks.flaws += [replace(flaw, key=reference_coil_key(flaw.key)) for flaw in inside.flaws]
+    check_total_turns(spec.coil, len(spec.all_placements), remarks)
     if spec.cells is not None:
         has_plates = spec.target is not None and spec.elastomer is not None
         check_cells(spec.cells.coils, spec.array.placements, has_plates, remarks)

@@ -16,7 +16,7 @@ from typing import Any
 from sitscad.basics.finding import Edit
 from sitscad.basics.record import record
 from sitscad.basics.units import UNITS, UnitError, parse_quantity
-from sitscad.spec.yaml.source import Position, TextError, YamlText, dotted, read_yaml, undotted
+from sitscad.spec.yaml.source import Position, TextError, YamlText, dotted, key_text, read_yaml
 
 BOM = "\ufeff"
 
@@ -41,11 +41,11 @@ def rewritten(text: str, edits: Iterable[Edit]) -> str:
         if the text is not a mapping in YAML. Also if an edit has no place in the text, such as below a preset's name.
     """
     for edit in edits:
-        text = _edited(_SpecText.read(text), edit)
+        text = _apply_edit(_SpecText.read(text), edit)
     return text
 
 
-def completed(text: str, edits: Iterable[Edit]) -> tuple[Edit, ...]:
+def complete_edits(text: str, edits: Iterable[Edit]) -> tuple[Edit, ...]:
     """Return the edits with the current text (``old``) and the new text (``new``) of each value filled in.
 
     Edits that change nothing are left out. Raises `CannotWriteError` as `rewritten` does.
@@ -55,9 +55,9 @@ def completed(text: str, edits: Iterable[Edit]) -> tuple[Edit, ...]:
     changes = []
     for edit in edits:
         if edit.what == "name":
-            changes.append(Edit(edit.key, edit.new, undotted(edit.key.rpartition(".")[2]), edit.what))
+            changes.append(Edit(edit.key, edit.new, key_text(edit.key.rpartition(".")[2]), edit.what))
             continue
-        old, new = before.written(edit.key), after.written(edit.key)
+        old, new = before.value_text(edit.key), after.value_text(edit.key)
         if old != new:
             changes.append(Edit(edit.key, edit.new if new is None else new, old))
     return tuple(changes)
@@ -83,23 +83,23 @@ class _SpecText:
             raise CannotWriteError("the text is no mapping")
         return cls(raw, plain, yaml_text)
 
-    def replaced(self, start: int, end: int, new: str) -> str:
+    def replace_span(self, start: int, end: int, new: str) -> str:
         """Return the raw text with `new` in place of the characters from `start` to `end` (exclusive).
 
         The offsets count in the plain text, whose line ends are line feeds.
         """
         first = _LINE_END.search(self.raw)
         line_end = first[0] if first else "\n"
-        start, end = self._raw_place(start), self._raw_place(end)
+        start, end = self._raw_offset(start), self._raw_offset(end)
         return self.raw[:start] + new.replace("\n", line_end) + self.raw[end:]
 
-    def _raw_place(self, place: int) -> int:
+    def _raw_offset(self, place: int) -> int:
         marks = len(self.raw) - len(self.raw.removeprefix(BOM))
         before = self.plain.count("\n", 0, place)
         longer = sum(len(match[0]) - 1 for _, match in zip(range(before), _LINE_END.finditer(self.raw), strict=False))
         return place + marks + longer
 
-    def place(self, position: Position) -> int:
+    def offset(self, position: Position) -> int:
         """Return the offset in the plain text of a position (line and column, from 1)."""
         line, column = position
         start = 0
@@ -114,7 +114,7 @@ class _SpecText:
         """
         if key not in self.found.values or key not in self.found.ends:
             return None
-        return self.place(self.found.values[key]), self.place(self.found.ends[key])
+        return self.offset(self.found.values[key]), self.offset(self.found.ends[key])
 
     def value(self, key: str) -> Any:
         """Return the value at a dotted key. None if there is no value."""
@@ -123,70 +123,70 @@ class _SpecText:
             if isinstance(value, list) and name.isdecimal() and int(name) < len(value):
                 value = value[int(name)]
             elif isinstance(value, dict):
-                value = value.get(undotted(name))
+                value = value.get(key_text(name))
             else:
                 return None
         return value
 
-    def written(self, key: str) -> str | None:
+    def value_text(self, key: str) -> str | None:
         """Return the text of a value. Sections and lists are returned in brackets. None if the key is missing."""
         span, value = self.span(key), self.value(key)
         if span is not None:
             return self.plain[slice(*span)]
         if isinstance(value, list):
-            return f"[{', '.join(self.written(dotted(key, k)) or '' for k in range(len(value)))}]"
+            return f"[{', '.join(self.value_text(dotted(key, k)) or '' for k in range(len(value)))}]"
         if isinstance(value, dict):
-            entries = (f"{name}: {self.written(dotted(key, name)) or ''}" for name in value)
+            entries = (f"{name}: {self.value_text(dotted(key, name)) or ''}" for name in value)
             return f"{{{', '.join(entries)}}}"
         return None
 
-    def below(self, key: str) -> list[str]:
+    def keys_below(self, key: str) -> list[str]:
         """Return the keys directly inside a section or list, in the order of the text."""
         deep = key.count(".") + 1 if key else 0
         mine = (k for k in self.found.keys if (not key or k.startswith(f"{key}.")) and k.count(".") == deep)
         return sorted(mine, key=lambda k: self.found.keys[k])
 
-    def last_place(self, key: str) -> int:
+    def end_offset(self, key: str) -> int:
         """Return the offset in the plain text at which the last entry of a section ends."""
         inside = [k for k in self.found.keys if not key or k.startswith(f"{key}.")]
-        return max(self.place(self.found.ends.get(k, self.found.keys[k])) for k in inside)
+        return max(self.offset(self.found.ends.get(k, self.found.keys[k])) for k in inside)
 
     @property
     def indent(self) -> int:
         """Number of spaces by which the first section of the text is indented."""
-        for top in self.below(""):
-            inner = self.below(top)
+        for top in self.keys_below(""):
+            inner = self.keys_below(top)
             if inner and top not in self.found.ends and isinstance(self.value(top), dict):
                 return self.found.keys[inner[0]][1] - self.found.keys[top][1]
         return USUAL_INDENT
 
 
-def _edited(text: _SpecText, edit: Edit) -> str:
+def _apply_edit(text: _SpecText, edit: Edit) -> str:
     """Return the text after one edit. Raises `CannotWriteError` if any other value would change."""
     changed = text.raw
     if edit.what == "name":
-        start = text.place(text.found.keys[edit.key]) if edit.key in text.found.keys else -1
-        name = undotted(edit.key.rpartition(".")[2])
+        start = text.offset(text.found.keys[edit.key]) if edit.key in text.found.keys else -1
+        name = key_text(edit.key.rpartition(".")[2])
         if start < 0 or not text.plain.startswith(name, start):
             raise CannotWriteError(f"{name} is not written plainly")
-        changed = text.replaced(start, start + len(name), edit.new)
+        changed = text.replace_span(start, start + len(name), edit.new)
     elif edit.key in text.found.keys:
-        for key, new in reversed(list(_values(text, edit.key, edit.new))):
-            changed = _SpecText.read(changed).replaced(*_required(text.span(key), key), new)
+        for key, new in reversed(list(_changed_values(text, edit.key, edit.new))):
+            changed = _SpecText.read(changed).replace_span(*_require_span(text.span(key), key), new)
     else:
-        changed = _added(text, edit.key, edit.new)
-    if not _is_as_asked(text.found.data, _SpecText.read(changed).found.data, edit):
-        raise CannotWriteError(f"{undotted(edit.key)} cannot be written into this text")
+        changed = _add_key(text, edit.key, edit.new)
+    if not _has_only_intended_change(text.found.data, _SpecText.read(changed).found.data, edit):
+        raise CannotWriteError(f"{key_text(edit.key)} cannot be written into this text")
     return changed
 
 
-def _required(span: tuple[int, int] | None, key: str) -> tuple[int, int]:
+def _require_span(span: tuple[int, int] | None, key: str) -> tuple[int, int]:
     if span is None:
-        raise CannotWriteError(f"{undotted(key)} is not written in one piece")
+        raise CannotWriteError(f"{key_text(key)} is not written in one piece")
     return span
 
 
-def _values(text: _SpecText, key: str, new: str) -> Iterator[tuple[str, str]]:
+def _changed_values(text: _SpecText, key: str, new: str) -> Iterator[tuple[str, str]]:
     """Yield (key, new text) for each value that changes if the value at `key` becomes `new`.
 
     If a list keeps its length, only the entries that change are yielded, each with its own key.
@@ -195,9 +195,9 @@ def _values(text: _SpecText, key: str, new: str) -> Iterator[tuple[str, str]]:
     before, after = text.value(key), new_text.value("x")
     if isinstance(before, list) and isinstance(after, list) and len(before) == len(after):
         for k in range(len(before)):
-            yield from _values(text, dotted(key, k), new_text.written(f"x.{k}") or "")
+            yield from _changed_values(text, dotted(key, k), new_text.value_text(f"x.{k}") or "")
         return
-    now = text.written(key) or ""
+    now = text.value_text(key) or ""
     styled = new if isinstance(after, (list, dict)) else _in_style(new, now)
     if styled != now:
         yield key, styled
@@ -232,14 +232,14 @@ def _in_unit(new: str, there: re.Match[str], here: re.Match[str]) -> str:
         number = Decimal(there[1]) * factors[unit or "mm"] / factors[now or "mm"]
         digits = f"{number.normalize():f}"
     styled = f"{digits}{here[2]}{now}"
-    return styled if len(digits) <= LONGEST_NUMBER and _is_same(styled if now else float(digits), new) else new
+    return styled if len(digits) <= LONGEST_NUMBER and _is_equal_value(styled if now else float(digits), new) else new
 
 
 LONGEST_NUMBER = 16
 """Maximum number of characters of a converted number. A quantity that needs more keeps its own unit."""
 
 
-def _added(text: _SpecText, key: str, new: str) -> str:
+def _add_key(text: _SpecText, key: str, new: str) -> str:
     """Return the text after `key` and its value `new` are added at the end of the key's section.
 
     Missing sections are added as well.
@@ -250,63 +250,63 @@ def _added(text: _SpecText, key: str, new: str) -> str:
         parent, _, missing = parent.rpartition(".")
         sections.insert(0, missing)
     if not isinstance(text.value(parent), dict):
-        raise CannotWriteError(f"{undotted(parent)} is no section")
+        raise CannotWriteError(f"{key_text(parent)} is no section")
     if parent in text.found.ends:  # written in brackets
         entry = f"{name}: {new}"
         for section in reversed(sections):
             entry = f"{section}: {{{entry}}}"
-        inside = text.below(parent)
+        inside = text.keys_below(parent)
         if not inside:
-            start = _required(text.span(parent), parent)[0] + 1
-            return text.replaced(start, start, entry)
-        end = text.last_place(parent)
-        return text.replaced(end, end, f", {entry}")
-    column = text.found.keys[text.below(parent)[0]][1] - 1
+            start = _require_span(text.span(parent), parent)[0] + 1
+            return text.replace_span(start, start, entry)
+        end = text.end_offset(parent)
+        return text.replace_span(end, end, f", {entry}")
+    column = text.found.keys[text.keys_below(parent)[0]][1] - 1
     lines = [f"{' ' * (column + text.indent * deep)}{section}:" for deep, section in enumerate(sections)]
     lines.append(f"{' ' * (column + text.indent * len(sections))}{name}: {new}")
-    end = text.plain.find("\n", text.last_place(parent))
+    end = text.plain.find("\n", text.end_offset(parent))
     end = len(text.plain) if end < 0 else end
-    return text.replaced(end, end, "".join(f"\n{line}" for line in lines))
+    return text.replace_span(end, end, "".join(f"\n{line}" for line in lines))
 
 
-def _is_as_asked(before: Any, after: Any, edit: Edit) -> bool:
+def _has_only_intended_change(before: Any, after: Any, edit: Edit) -> bool:
     """Whether the edit made exactly the intended change. `before` and `after` are the values before and after it."""
     expected, actual = copy.deepcopy(before), copy.deepcopy(after)
-    *parents, last = (undotted(name) for name in edit.key.split("."))
+    *parents, last = (key_text(name) for name in edit.key.split("."))
     if edit.what == "name":
-        section = _at(expected, parents)
+        section = _value_at(expected, parents)
         entries = [(edit.new if name == last else name, value) for name, value in section.items()]
         section.clear()
         section.update(entries)
         return repr(expected) == repr(actual)
-    new = _at(actual, [*parents, last])
+    new = _value_at(actual, [*parents, last])
     for data in (expected, actual):
-        _dropped(data, [*parents, last])
+        _drop_value(data, [*parents, last])
     for depth in range(len(parents), 0, -1):  # sections that were added with the key
-        if _at(actual, parents[:depth]) == {} and _at(expected, parents[:depth]) is None:
-            _dropped(actual, parents[:depth])
-    return repr(expected) == repr(actual) and _is_same(new, read_yaml(f"x: {edit.new}").data["x"])
+        if _value_at(actual, parents[:depth]) == {} and _value_at(expected, parents[:depth]) is None:
+            _drop_value(actual, parents[:depth])
+    return repr(expected) == repr(actual) and _is_equal_value(new, read_yaml(f"x: {edit.new}").data["x"])
 
 
-def _at(data: Any, names: list[str]) -> Any:
+def _value_at(data: Any, names: list[str]) -> Any:
     for name in names:
         inner = data.get(name) if isinstance(data, dict) else None
         data = data[int(name)] if isinstance(data, list) else inner
     return data
 
 
-def _dropped(data: Any, names: list[str]) -> None:
-    section = _at(data, names[:-1])
+def _drop_value(data: Any, names: list[str]) -> None:
+    section = _value_at(data, names[:-1])
     if isinstance(section, dict):
         section.pop(names[-1], None)
     elif isinstance(section, list):
         section[int(names[-1])] = None
 
 
-def _is_same(value: Any, second: Any) -> bool:
+def _is_equal_value(value: Any, second: Any) -> bool:
     """Whether two values are equal, or are equal quantities in different units."""
     if isinstance(value, list) and isinstance(second, list):
-        return len(value) == len(second) and all(_is_same(*pair) for pair in zip(value, second, strict=True))
+        return len(value) == len(second) and all(_is_equal_value(*pair) for pair in zip(value, second, strict=True))
     for dimension in UNITS if value != second else ():
         with suppress(UnitError):
             if parse_quantity(value, dimension) == parse_quantity(second, dimension):

@@ -59,7 +59,7 @@ def dotted(parent: str, name: object) -> str:
     return f"{parent}.{entry}" if parent else entry
 
 
-def undotted(key: str) -> str:
+def key_text(key: str) -> str:
     """Return a dotted key as text for messages. Dots inside names are restored."""
     return key.replace(DOT, ".")
 
@@ -136,7 +136,7 @@ class SpecSource:
         return sha256(self.text.encode("utf-8")).hexdigest()
 
     @property
-    def kept(self) -> Mapping[str, bytes]:
+    def files_to_store(self) -> Mapping[str, bytes]:
         """Bytes of all files that are needed to build the sensor again, by name.
 
         If the spec did not come from a file, its text is stored under the name in its path.
@@ -156,7 +156,7 @@ class SpecSource:
             key = key.rpartition(".")[0]
         return (1, 1) if self.text else (None, None)
 
-    def absent(self, key: str | None) -> str | None:
+    def addable_key(self, key: str | None) -> str | None:
         """Return the key itself if the text lacks it and can take it.
 
         None if the text has the key, or cannot take it. A key cannot be added to a preset's name, for example.
@@ -255,7 +255,7 @@ def read_yaml(text: str) -> YamlText:
     try:
         return _read(text)
     except TextError as error:
-        spaced = _INDENT_AND_REST.sub(_with_spaces, text)
+        spaced = _INDENT_AND_REST.sub(_replace_tabs, text)
         if error.rule != "SIT001" or spaced == text:
             raise
         return _read(spaced)  # libyaml refuses some tabs that the YAML specification allows
@@ -264,7 +264,7 @@ def read_yaml(text: str) -> YamlText:
 _INDENT_AND_REST = re.compile(r"^([ \t]*)(.*)$", re.MULTILINE)
 
 
-def _with_spaces(line: re.Match[str]) -> str:
+def _replace_tabs(line: re.Match[str]) -> str:
     """Return a line with spaces in place of its tabs. Tabs that indent text are left, because YAML refuses them."""
     indent, rest = line.groups()
     indents = rest.strip() and not rest.startswith("#")
@@ -274,7 +274,7 @@ def _with_spaces(line: re.Match[str]) -> str:
 def _read(text: str) -> YamlText:
     result = YamlText()
     try:
-        events = _bounded(yaml.parse(text, PARSER))
+        events = _limited_events(yaml.parse(text, PARSER))
         has_document = False
         for event in events:
             if isinstance(event, NodeEvent):
@@ -309,7 +309,7 @@ def _read(text: str) -> YamlText:
     return result
 
 
-def _place(event: Event) -> Position:
+def _start(event: Event) -> Position:
     return event.start_mark.line + 1, event.start_mark.column + 1
 
 
@@ -317,7 +317,7 @@ def _end(event: Event) -> Position:
     return event.end_mark.line + 1, event.end_mark.column + 1
 
 
-def _bounded(events: Iterator[Event]) -> Iterator[Event]:
+def _limited_events(events: Iterator[Event]) -> Iterator[Event]:
     """Yield the events. Raise `TextError` at an event that exceeds a limit of size or depth, or is not plain YAML."""
     documents = depth = count = 0
     for event in events:
@@ -326,37 +326,37 @@ def _bounded(events: Iterator[Event]) -> Iterator[Event]:
             if event.version is not None and tuple(event.version) != (1, 2):
                 version = ".".join(map(str, event.version))
                 hint = "remove the %YAML line; numbers like 012 mean 12 in YAML 1.2, but 10 in YAML 1.1"
-                raise TextError("SIT013", f"YAML {version} is not supported, only YAML 1.2", hint, _place(event))
+                raise TextError("SIT013", f"YAML {version} is not supported, only YAML 1.2", hint, _start(event))
         depth += isinstance(event, (MappingStartEvent, SequenceStartEvent)) - isinstance(event, CollectionEndEvent)
         count += isinstance(event, NodeEvent)
         if documents > 1:
-            raise TextError("SIT013", "a second YAML document begins here", "keep one spec in a file", _place(event))
+            raise TextError("SIT013", "a second YAML document begins here", "keep one spec in a file", _start(event))
         if depth > MAX_DEPTH:
-            raise TextError("SIT010", f"nested deeper than {MAX_DEPTH} levels", "use fewer levels", _place(event))
+            raise TextError("SIT010", f"nested deeper than {MAX_DEPTH} levels", "use fewer levels", _start(event))
         if count > MAX_VALUES:
-            raise TextError("SIT010", f"more than {MAX_VALUES} values", "shorten the file", _place(event))
+            raise TextError("SIT010", f"more than {MAX_VALUES} values", "shorten the file", _start(event))
         if isinstance(event, NodeEvent):
             mark, tag = "alias *" if isinstance(event, AliasEvent) else "anchor &", getattr(event, "tag", None)
             if event.anchor is not None:
-                raise _not_plain(f"the {mark}{_printable(event.anchor)}", "write the value out", event)
+                raise _not_plain_error(f"the {mark}{_printable_text(event.anchor)}", "write the value out", event)
             if tag is not None:
-                raise _not_plain(f"the tag {_printable(tag)}", "leave the tag out", event)
+                raise _not_plain_error(f"the tag {_printable_text(tag)}", "leave the tag out", event)
         yield event
 
 
-def _not_plain(what: str, hint: str, event: Event) -> TextError:
-    return TextError("SIT013", f"{what} is not supported", hint, _place(event))
+def _not_plain_error(what: str, hint: str, event: Event) -> TextError:
+    return TextError("SIT013", f"{what} is not supported", hint, _start(event))
 
 
 def _read_node(event: Event, events: Iterator[Event], key: str, result: YamlText) -> Any:
     if isinstance(event, ScalarEvent):
-        result.values[key] = _place(event)
+        result.values[key] = _start(event)
         if event.style not in ("|", ">") and event.start_mark.index < event.end_mark.index:
             result.ends[key] = _end(event)
         is_plain = event.implicit[0] and event.style in (None, "")
         return plain_value(event.value.replace("\t", " ")) if is_plain else event.value
     if getattr(event, "flow_style", False):
-        result.values[key] = _place(event)
+        result.values[key] = _start(event)
     if isinstance(event, SequenceStartEvent):
         return _read_list(events, key, result, bool(event.flow_style))
     return _read_mapping(events, key, result, bool(getattr(event, "flow_style", False)))
@@ -370,7 +370,7 @@ def _read_list(events: Iterator[Event], key: str, result: YamlText, in_brackets:
                 result.ends[key] = _end(event)
             break
         entry_key = dotted(key, len(entries))
-        line, column = _place(event)
+        line, column = _start(event)
         if not in_brackets and isinstance(event, ScalarEvent) and event.start_mark.index == event.end_mark.index:
             column -= 1  # the parser places an empty entry behind its dash
         result.keys[entry_key] = line, column
@@ -388,7 +388,7 @@ def _read_mapping(events: Iterator[Event], key: str, result: YamlText, in_bracke
             break
         name = _key_name(event, key.startswith(CHOICES))
         entry_key = dotted(key, name)
-        place = _place(event)
+        place = _start(event)
         if name in mapping:
             first = result.keys[entry_key]
             result.flaws.append(
@@ -413,20 +413,20 @@ The key names in this section are values of the keys that the study varies. They
 def _key_name(event: Event, may_be_number: bool) -> str:
     """Return the key in an event. Raises `TextError` if it is not plain text."""
     if not isinstance(event, ScalarEvent):
-        raise TextError("SIT013", "a list or a section cannot be a key", "write keys as plain words", _place(event))
+        raise TextError("SIT013", "a list or a section cannot be a key", "write keys as plain words", _start(event))
     name = str(event.value)
     if not name.isprintable() or len(name) > _LONGEST_KEY:
-        raise _not_plain(f"the key {_printable(name)!r}", "write keys as plain words", event)
+        raise _not_plain_error(f"the key {_printable_text(name)!r}", "write keys as plain words", event)
     plain = event.implicit[0] and event.style in (None, "") and not may_be_number
     if plain and not isinstance(plain_value(name), str):
         what = name[:40] or "nothing"
         hint = "write keys as plain words"
         if what[0].isdigit():  # {trace_spacing: 0,1} is two entries, the second one with the key 1
             hint += "; for a decimal number, write a point and not a comma"
-        raise TextError("SIT013", f"the key is {what}, which is not a text", hint, _place(event))
+        raise TextError("SIT013", f"the key is {what}, which is not a text", hint, _start(event))
     return name
 
 
-def _printable(word: object) -> str:
+def _printable_text(word: object) -> str:
     text = str(word)[:40]
     return text if text.isprintable() else ascii(text)[1:-1]

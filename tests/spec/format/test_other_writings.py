@@ -7,7 +7,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad import SpecError
-from sitscad.spec.format.kinds import Layers, Number, NumberOrList, Refusal, Truth, UnitValue, is_like
+from sitscad.spec.format.kinds import Boolean, Layers, Number, NumberOrList, Refusal, UnitValue, is_misspelling
 from sitscad.spec.yaml.rewriting import rewritten
 from sitscad.spec.yaml.source import TextError, read_yaml
 
@@ -48,7 +48,7 @@ def test_unit_prefix_fixes_are_unsafe_and_within_allowed_range(old, new, meant):
     ("circel", "circle", True),
 ])
 def test_similar_name_with_other_digits_is_no_sure_fix(word, meant, is_sure):
-    assert is_like(word, meant) is is_sure
+    assert is_misspelling(word, meant) is is_sure
 
 
 @pytest.mark.parametrize(("word", "meant"), [("fr4", "FR4"), ("FR-4", "FR4"), ("fr4-prepeg", "FR4-prepreg")])
@@ -159,5 +159,5 @@ def test_comma_separated_numbers_give_hint_with_list_brackets():
                                                 ("maybe", ""), ("1", "")])
 def test_yaml_1_1_booleans_are_refused_and_true_or_false_suggested(written, meant):
     with pytest.raises(Refusal) as caught:
-        Truth().read(read_yaml(f"a: {written}\n").data["a"])
+        Boolean().read(read_yaml(f"a: {written}\n").data["a"])
     assert (caught.value.facts.get("meant") or "") == meant

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from sitscad.basics.finding import Edit
 from sitscad.spec import templates
-from sitscad.spec.yaml.rewriting import CannotWriteError, completed, rewritten
+from sitscad.spec.yaml.rewriting import CannotWriteError, complete_edits, rewritten
 from sitscad.spec.yaml.source import read_yaml
 
 TEXT = """\
@@ -92,11 +92,11 @@ def test_edit_of_text_without_mapping_raises_cannot_write_error():
 
 
 def test_completed_edits_contain_written_quotes_units_and_old_values():
-    (quoted,) = completed(TEXT, [Edit("coil.trace_spacing", "120 um")])
+    (quoted,) = complete_edits(TEXT, [Edit("coil.trace_spacing", "120 um")])
     assert quoted == Edit("coil.trace_spacing", '"0.12 mm"', '"0.1 mm"')
     assert rewritten(TEXT, [quoted]) == rewritten(TEXT, [Edit("coil.trace_spacing", "120 um")])
     edits = [Edit("coil.trace_width", "0.12 mm"), Edit("coil.start_angle", "15 deg"), Edit("array.pitch", "4")]
-    assert completed(TEXT, edits) == (
+    assert complete_edits(TEXT, edits) == (
         Edit("coil.trace_width", "120 um", "100 um"),
         Edit("coil.start_angle", "15 deg", None),
     )
@@ -126,7 +126,7 @@ def test_replacing_any_template_value_changes_only_that_value(data):
     assert all(f"{k}.".startswith(f"{key}.") for k in changed)
     item, other = text.splitlines(), after.splitlines()
     assert len(item) == len(other) and sum(a != b for a, b in zip(item, other, strict=True)) <= 1
-    (edit,) = completed(text, [Edit(key, new)]) or (Edit(key, new),)
+    (edit,) = complete_edits(text, [Edit(key, new)]) or (Edit(key, new),)
     assert rewritten(after, [edit]) == after
 
 

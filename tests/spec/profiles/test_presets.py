@@ -14,7 +14,7 @@ from sitscad.data import FOLDER
 from sitscad.spec import presets
 from sitscad.spec.circuit import Plating
 from sitscad.spec.load import load_text
-from sitscad.spec.materials import AT_DOUBLE, TO_30_PERCENT, stiffened, tension
+from sitscad.spec.materials import AT_DOUBLE, TO_30_PERCENT, neo_hookean_ratio, tension
 from sitscad.spec.profiles import installed_rules
 from sitscad.spec.yaml.source import read_yaml
 
@@ -139,7 +139,7 @@ def test_generic_rules_have_promised_trace_width_and_spacing():
 def test_ecoflex_modulus_spread_covers_data_sheet_and_measurement():
     material = presets.elastomer("ecoflex-00-30")
     spread = math.exp(material.shear_modulus_sigma)
-    doubled, to_30_percent = stiffened(2.42, AT_DOUBLE), stiffened(2.42, TO_30_PERCENT)
+    doubled, to_30_percent = neo_hookean_ratio(2.42, AT_DOUBLE), neo_hookean_ratio(2.42, TO_30_PERCENT)
     assert material.shear_modulus * spread == approx(39.4e3 / doubled, rel=1e-6)
     assert material.shear_modulus / spread == approx(14.4e3 / to_30_percent, rel=1e-6)
 
@@ -148,14 +148,14 @@ def test_elastomer_modulus_is_extrapolated_to_rest_by_ogden_exponent():
     """Pulled to twice its length the silicone bears the data sheet's 100 % modulus, and no stiffening counts twice;
     without an exponent nothing changes.
     """
-    assert stiffened(2.0, AT_DOUBLE) == stiffened(2.0, TO_30_PERCENT) == 1.0
+    assert neo_hookean_ratio(2.0, AT_DOUBLE) == neo_hookean_ratio(2.0, TO_30_PERCENT) == 1.0
     assert presets.elastomer("mold-star-16").shear_modulus == 83e3
     for exponent in (2.42, 3.25):
         pulled = 2.0 / exponent * (2.0 ** (exponent - 1.0) - 2.0 ** (-0.5 * exponent - 1.0))
         assert tension(exponent, 2.0) == approx(pulled, rel=1e-6)
         assert tension(exponent, 1.0 + 1e-6) == approx(3e-6, rel=1e-5)
-        assert stiffened(exponent, AT_DOUBLE) == approx(pulled / 1.75, rel=1e-6)
-        assert 1.0 < stiffened(exponent, TO_30_PERCENT) < tension(exponent, 1.3) / tension(2.0, 1.3)
+        assert neo_hookean_ratio(exponent, AT_DOUBLE) == approx(pulled / 1.75, rel=1e-6)
+        assert 1.0 < neo_hookean_ratio(exponent, TO_30_PERCENT) < tension(exponent, 1.3) / tension(2.0, 1.3)
     for name in ("dragon-skin-10", "dragon-skin-20", "dragon-skin-30"):  # data sheet and measurement agree at rest
         assert presets.elastomer(name).shear_modulus_sigma < 0.2
 

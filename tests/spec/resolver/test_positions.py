@@ -14,7 +14,7 @@ from sitscad.kernels.geometry.path import Path
 from sitscad.kernels.geometry.primitives import distances, from_rows, path_rows
 from sitscad.spec.load import load_text
 from sitscad.spec.reading import SpecError
-from sitscad.spec.resolver.coils import coil_placements, gap
+from sitscad.spec.resolver.coils import coil_gap, coil_placements
 
 SHAPES = {name: (9.0, 4.0) if row.is_long else (4.0, 4.0) for name, row in shapes.SHAPES.items()}
 
@@ -36,19 +36,19 @@ def test_computed_gap_never_exceeds_distance_of_drawn_outlines(shape, bearing, d
     rows = [from_rows([row for row, _ in path_rows(drawn(shape, SHAPES[shape], p))]) for p in (item, other)]
     pairs = [(i, j) for i in range(len(rows[0])) for j in range(len(rows[1]))]
     true = distances(*(r.take([p[k] for p in pairs]) for k, r in enumerate(rows))).min()
-    result = gap(shape, SHAPES[shape], item, other)
+    result = coil_gap(shape, SHAPES[shape], item, other)
     assert result <= true + (1e-9 if shape != "racetrack" else 0.05)  # drawn with chords outside of the half circles
     if shape != "racetrack":
         assert result == approx(true, abs=1e-9)
-    assert gap(shape, SHAPES[shape], other, item) == approx(result, abs=1e-9)
+    assert coil_gap(shape, SHAPES[shape], other, item) == approx(result, abs=1e-9)
 
 
 def test_crossed_racetracks_overlap_and_parallel_racetracks_have_gap():
     size = (9.0, 4.0)
     across, along = coil_placements(((0.0, 0.0), (3.0, 0.0)), (math.pi / 2, 0.0))
-    assert gap("racetrack", size, across, along) < 0.0
+    assert coil_gap("racetrack", size, across, along) < 0.0
     item, other = coil_placements(((0.0, 0.0), (5.0, 0.0)), (math.pi / 2, math.pi / 2))
-    assert gap("racetrack", size, item, other) == approx(1.0, rel=1e-6)
+    assert coil_gap("racetrack", size, item, other) == approx(1.0, rel=1e-6)
 
 
 TURNED = """sitscad: 1
@@ -139,6 +139,6 @@ def test_default_pitch_keeps_half_millimetre_between_coils(shape, pattern):
     """Also in a triangle, whose flat sides come nearer than its centres; for round coils it is their size and a gap."""
     array = array_of(shape, f"pattern: {pattern}")
     size = (8e-3, 5e-3) if shape in ("racetrack", "rectangle") else (8e-3, 8e-3)
-    gaps = [gap(shape, size, a, b) for a, b in combinations(array.placements, 2)]
+    gaps = [coil_gap(shape, size, a, b) for a, b in combinations(array.placements, 2)]
     assert min(gaps) >= 0.5e-3 - 1e-9
     assert shape != "circle" or array.pitch == 8.5e-3

@@ -216,7 +216,7 @@ def custom_rules(rules: DesignRules) -> str:
         *([f"# Source: {' '.join(rules.source.split())}"] if rules.source else []),
         "# The gap between the turns of one coil is not checked by KiCad (one net); sitscad checks it.",
     ]
-    in_coils = rules.coil_trace_width if rules.binds("coil_trace_width") else None
+    in_coils = rules.coil_trace_width if rules.is_binding("coil_trace_width") else None
     for title, constraint, limit, field in (
         ("trace width", "track_width", rules.trace_width, "trace_width"),
         ("trace spacing", "clearance", rules.trace_spacing, "trace_spacing"),
