@@ -204,7 +204,7 @@ def base_place_text(fpc: FpcSpec, mount: Mount | None) -> str:
 
 
 def _film_text(fpc: FpcSpec) -> str:
-    """Describe the films that fill the room round the board in a recess and thereby centre it, in whole sentences."""
+    """Describe the films that fill the room round the board in a recess and so set its place, in whole sentences."""
     end = _tail_end_text(fpc.tail)
     if stack.has_round_body(fpc.body):
         return f"Line its round wall with a strip of {FILM}, as thick as this room: it holds the board in the middle."
