@@ -10,20 +10,25 @@ import numpy as np
 
 from sitscad.assembly.places.motions import MOMENT, is_held
 from sitscad.basics.arguments import checked_arguments
-from sitscad.calibration.bench_data import TEMPERATURE, USUAL_ROTATION, BenchError, points_of, read_table
+from sitscad.calibration.bench_data import TEMPERATURE, USUAL_ROTATION, BenchError, read_table, table_points
 from sitscad.calibration.calibration import (
     Calibration,
-    calibrate_by,
+    calibrate_from_points,
     forces_with_wrong_rotation,
     plan_calibration,
-    sensors_of,
+    simulated_sensors,
     with_temperatures,
 )
 from sitscad.calibration.drift_table import fit_table_drift, rows_at_base
 from sitscad.calibration.inverse_map import InverseMap, map_of
-from sitscad.calibration.misfit import disagreement, fit_opposite_rotation, noise_note
+from sitscad.calibration.misfit import disagreement_note, fit_opposite_rotation, noise_note
 from sitscad.calibration.model_fit import SUSPECT, NoFit
-from sitscad.calibration.refusals import require_agreement, require_plausible, require_possible, second_readings
+from sitscad.calibration.refusals import (
+    require_agreement,
+    require_plausible,
+    require_possible_points,
+    unused_column_remarks,
+)
 from sitscad.estimates.loads.working_range import measured_axes
 
 if TYPE_CHECKING:
@@ -85,12 +90,12 @@ def calibrate(
     level = table.is_held(rotation, "free" if has_moments else USUAL_ROTATION)
     if level and has_moments:
         raise BenchError(f"{table.path}:{table.rotation[0]}:1 {no_moments}")
-    sensors = sensors_of(design.response, level)
-    measured = points_of(table, sensors)
-    require_possible(table, measured, sensors)
+    sensors = simulated_sensors(design.response, level)
+    measured = table_points(table, sensors)
+    require_possible_points(table, measured, sensors)
     require_plausible(table, measured, sensors)
     try:
-        calibration = calibrate_by(sensors, measured)
+        calibration = calibrate_from_points(sensors, measured)
     except NoFit as error:
         raise BenchError(f"{table.path}:{table.lines[0]}:1 no sensor of this design reads so: {error}; is it this "
                          "sensor's spec?") from error
@@ -98,20 +103,20 @@ def calibrate(
     note, wrong = "", np.zeros(len(calibration.map.axes))
     # readings with the expected errors make no other rotation much likelier
     if calibration.fit.excess > SUSPECT and not has_moments:
-        other = fit_opposite_rotation(sensors, lambda: sensors_of(design.response, not level), measured,
+        other = fit_opposite_rotation(sensors, lambda: simulated_sensors(design.response, not level), measured,
                                       calibration.fit)
         if other is not None:
             note, wrong = other.note, other.error(calibration.map)
     require_agreement(table, measured, sensors, calibration.fit, note)
-    turned, remarks = forces_with_wrong_rotation(calibration, calibration.fit.errors), second_readings(table, measured,
-                                                                                                       sensors)
+    turned = forces_with_wrong_rotation(calibration, calibration.fit.errors)
+    remarks = unused_column_remarks(table, measured, sensors)
     fit = calibration.fit
-    notes = (note, disagreement(table, measured, sensors, fit), noise_note(table, measured, sensors, fit))
+    notes = (note, disagreement_note(table, measured, sensors, fit), noise_note(table, measured, sensors, fit))
     stated_map = replace(calibration.map, error=np.hypot(calibration.map.error, wrong))
     calibration = replace(calibration, map=stated_map, remarks=(*filter(None, notes), *remarks), turned=turned)
     if design.spec.readout.compensation is not None:
         calibration = with_temperatures(calibration, design.sensing.solved, design.layout.reference_name)
-    if whole.columns_named(TEMPERATURE) is None:
+    if whole.column_index(TEMPERATURE) is None:
         return calibration
-    rows = replace(points_of(whole, sensors), noise_ratio=measured.noise_ratio)
+    rows = replace(table_points(whole, sensors), noise_ratio=measured.noise_ratio)
     return fit_table_drift(design.sensing.solved, calibration, whole, rows, design.layout.reference_name)

@@ -113,11 +113,11 @@ class BenchTable:
                              f"is asked for one {ROTATIONS[rotation]}: `--rotation {word}`, or mend this line")
         return (rotation or word or usual) == "held"
 
-    def where(self, row: int, column: Column) -> str:
+    def position(self, row: int, column: Column) -> str:
         """Return the position of a number in the file, as path:line:column."""
         return f"{self.path}:{self.lines[row]}:{column.number}"
 
-    def columns_named(self, name: str) -> int | None:
+    def column_index(self, name: str) -> int | None:
         """Return the index of the column of a coil, load or pose component. None if the table has no such column.
 
         If a coil has several columns, it is the column of the kind `used_kind`.
@@ -128,7 +128,7 @@ class BenchTable:
 
     def column(self, name: str) -> Column:
         """Return the used column of a coil, load or pose component. The table must have this column."""
-        place = self.columns_named(name)
+        place = self.column_index(name)
         assert place is not None
         return self.columns[place]
 
@@ -263,16 +263,16 @@ def _numbers(where: str, cells: Sequence[str], head: Sequence[str], columns: Seq
     return numbers
 
 
-def points_of(table: BenchTable, sensors: Sensors) -> Points:
+def table_points(table: BenchTable, sensors: Sensors) -> Points:
     """Return the points of a table: loads or poses in SI units, and readings as frequencies.
 
     Raises BenchError for a negative normal force, without a row at rest, or with too few points.
     """
-    motion = LOAD if table.columns_named("normal") is not None or not any(c.name in POSE
+    motion = LOAD if table.column_index("normal") is not None or not any(c.name in POSE
                                                                           for c in table.columns) else POSE
     moved = np.zeros((len(table.values), len(motion)))
     for k, name in enumerate(motion):
-        place = table.columns_named(name)
+        place = table.column_index(name)
         if place is not None:
             moved[:, k] = table.values[:, place] * table.columns[place].factor
             if name in MOMENT and sensors.range.width < len(LOAD):
@@ -283,7 +283,7 @@ def points_of(table: BenchTable, sensors: Sensors) -> Points:
     at_rest = np.all(moved == 0.0, axis=1)
     _require_enough(table, moved, at_rest, motion)
     used = [table.column(name) for name in sensors.coils]
-    frequency = np.stack([frequencies_of(table, sensors, column) for column in used], axis=1)
+    frequency = np.stack([column_frequencies(table, sensors, column) for column in used], axis=1)
     points = Points(moved if motion == LOAD else None, moved if motion == POSE else None, frequency, at_rest)
     written = np.array([rounding_error(table, column).max() for column in used]) / math.sqrt(3.0)
     return replace(points, noise_ratio=noise_ratio(points, np.hypot(sensors.mean_noise(int(usual_value("readings"))),
@@ -309,7 +309,7 @@ def _require_enough(table: BenchTable, moved: Array, at_rest: Flags, motion: tup
         raise BenchError(f"{end} {points} beside the tare: {FEWEST} different points at least, five to ten serve well")
     if motion == LOAD and np.any(moved[:, 0] < 0.0):
         row = int(np.argmax(moved[:, 0] < 0.0))
-        raise BenchError(f"{table.where(row, table.column('normal'))} normal below 0: presses are positive")
+        raise BenchError(f"{table.position(row, table.column('normal'))} normal below 0: presses are positive")
 
 
 FINEST = 12  # Largest number of decimals that is recognised
@@ -326,7 +326,7 @@ def rounding_error(table: BenchTable, column: Column) -> Array:
     return np.asarray((0.5 if column.kind == "H" else 1.0) * 0.5 * 10.0**-digits / np.abs(values))
 
 
-def frequencies_of(table: BenchTable, sensors: Sensors, column: Column) -> Array:
+def column_frequencies(table: BenchTable, sensors: Sensors, column: Column) -> Array:
     """Return the frequencies (Hz; n) of a coil from a column.
 
     Raises BenchError for readings outside the converter's range.
@@ -334,13 +334,13 @@ def frequencies_of(table: BenchTable, sensors: Sensors, column: Column) -> Array
     readout = sensors.model.estimates.readout
     values = table.numbers(column) * column.factor
     if np.any(values <= 0.0):
-        raise BenchError(f"{table.where(int(np.argmax(values <= 0.0)), column)} {column.name}: a reading is above 0")
+        raise BenchError(f"{table.position(int(np.argmax(values <= 0.0)), column)} {column.name}: a reading is above 0")
     if column.kind == "counts":
         least, most = sensors.conversion.ends(sensors.coils.index(column.name))
         beyond = (values <= least) | (values >= most)
         if np.any(beyond):
             raise BenchError(
-                f"{table.where(int(np.argmax(beyond)), column)} {column.name}: counts of the "
+                f"{table.position(int(np.argmax(beyond)), column)} {column.name}: counts of the "
                 f"{sensors.conversion.device.part} as it is set lie above {least} and below {most} (its header in "
                 "firmware makes counts of results)"
             )

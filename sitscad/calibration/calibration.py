@@ -14,10 +14,10 @@ from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
 from sitscad.calibration.drift_fit import DriftFit
 from sitscad.calibration.inverse_map import InverseMap
-from sitscad.calibration.map_fit import error_by_unknowns, error_on_others, fit_unit_map
+from sitscad.calibration.map_fit import error_by_unknowns, error_for_other_sensors, fit_unit_map
 from sitscad.calibration.misfit import unusual_unknowns
 from sitscad.calibration.model_fit import SUSPECT, ModelFit, NoFit, fit_model
-from sitscad.calibration.points import Plan, Points, plan
+from sitscad.calibration.points import Plan, Points, plan_loads
 from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.temperature_plan import TemperaturePlan, temperature_plan
 from sitscad.calibration.unknowns import PAD_ERRORS, POSE_ERRORS, SURELY, WIDEST
@@ -249,11 +249,11 @@ def plan_calibration(model: ResponseModel, is_held: bool = True, count: int = US
     """
     if not FEWEST <= count <= MOST:
         raise ValueError(f"{FEWEST} to {MOST} points are planned, not {count}")
-    sensors = sensors_of(model, is_held)
-    nominal, planned = fit_unit_map(sensors, np.zeros(len(sensors.unknowns))), plan(sensors, count)
+    sensors = simulated_sensors(model, is_held)
+    nominal, planned = fit_unit_map(sensors, np.zeros(len(sensors.unknowns))), plan_loads(sensors, count)
     # The error after a tare alone comes from simulated units, not from first order; points cannot increase it. The
     # map's own error remains with any points, and is no smaller on units that differ from the drawing.
-    untold = np.maximum(error_on_others(sensors, nominal), nominal.error)
+    untold = np.maximum(error_for_other_sensors(sensors, nominal), nominal.error)
     errors = np.vstack([untold, np.minimum(np.hypot(planned.errors[1:], nominal.error), untold)])
     nominal = replace(nominal, error=untold)
     calibration = Calibration(sensors, nominal, replace(planned, errors=errors))
@@ -287,7 +287,7 @@ def forces_with_wrong_rotation(calibration: Calibration, errors: Array) -> tuple
     loads[1:, 0] = 0.5 * sensors.range.normal
     for row, column in enumerate(columns, start=1):
         loads[row, column] = sensors.range.shear
-    if not columns or np.any(other.gives_way(errors, loads)):
+    if not columns or np.any(other.pad_failures(errors, loads)):
         return ()
     frequency = other.frequencies_under(errors, loads, exact=True)
     if not np.all(np.isfinite(frequency)):
@@ -300,7 +300,7 @@ def forces_with_wrong_rotation(calibration: Calibration, errors: Array) -> tuple
 
 @lru_cache(maxsize=4)
 @one_thread
-def sensors_of(model: ResponseModel, is_held: bool = True) -> Sensors:
+def simulated_sensors(model: ResponseModel, is_held: bool = True) -> Sensors:
     """Return the simulated sensors of a design. Results are cached with their surrogate.
 
     Raises NoResponse if a tank does not oscillate, or if the pad fails sideways under the required loads.
@@ -309,7 +309,7 @@ def sensors_of(model: ResponseModel, is_held: bool = True) -> Sensors:
     if model.estimates.readout.conversion is None:
         raise NoResponse("the converter cannot be set for these coils, so nothing is read")
     errors, corners = np.zeros(len(sensors.unknowns)), sensors.range.corners
-    lost = corners[sensors.gives_way(errors, corners)]
+    lost = corners[sensors.pad_failures(errors, corners)]
     if len(lost):
         text = ", ".join(f"{name} {amount_text(force, name)}"
                          for name, force in zip(AXES, lost[0], strict=False) if force)
@@ -325,7 +325,7 @@ def sensors_of(model: ResponseModel, is_held: bool = True) -> Sensors:
 
 
 @one_thread
-def calibrate_by(sensors: Sensors, points: Points) -> Calibration:
+def calibrate_from_points(sensors: Sensors, points: Points) -> Calibration:
     """Return the calibration of one measured sensor, from a fit of its unknowns to the measured `points`.
 
     `sensors` are the simulated sensors of its design. `sigma` of the result is rms over the working range and over the
@@ -351,7 +351,7 @@ def fit_by_surrogate(sensors: Sensors, points: Points) -> tuple[Sensors, ModelFi
     moving = [each.name in (*POSE_ERRORS, *PAD_ERRORS) for each in sensors.unknowns]
     for _ in range(MAX_SURROGATES):
         largest = np.abs(fit.moved)[moving].max()
-        if largest >= SURELY or np.any(sensors.gives_way(fit.errors, sensors.range.corners)):
+        if largest >= SURELY or np.any(sensors.pad_failures(fit.errors, sensors.range.corners)):
             break
         # poses may lie beyond those under loads, by the whole scatter of manufacture
         nearer = sensors.with_centre(fit.errors, fit.sigma if points.poses is None else np.ones(len(fit.sigma)))

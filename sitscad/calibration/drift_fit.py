@@ -13,7 +13,7 @@ import numpy as np
 from sitscad.basics.arrays import Array, Flags
 from sitscad.basics.record import record
 from sitscad.calibration.inverse_map import InverseMap
-from sitscad.calibration.model_fit import given_other_points
+from sitscad.calibration.model_fit import leave_one_out_likelihoods
 from sitscad.calibration.points import CHANCE, Points, chi_square_chance, load_slopes, unknown_slopes, whiteners
 from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import usual_value
@@ -176,7 +176,7 @@ def fit_drift(
     reference
         Measured drift (per K) of the reference coil. None if it does not measure the temperature.
     """
-    sensors, warm, base = model.sensors, points.part(~is_base), points.part(is_base).settled
+    sensors, warm, base = model.sensors, points.part(~is_base), points.part(is_base).without_drift
     assert warm.loads is not None and base.loads is not None
     full = model.sensing.warmed[-1]
     kelvin = celsius[~is_base] - celsius[is_base & points.at_rest].mean()
@@ -204,14 +204,14 @@ def fit_drift(
     square = float(left @ left + values @ values)
     chance = float(chi_square_chance(np.array(square), off.size))
     excess = math.sqrt(max(square / off.size, 1.0)) if chance < CHANCE else 1.0
-    odd = np.clip(given_other_points(white, slope, inverse_normal, left)[1], 1e-300, 1.0 - 1e-12)
+    odd = np.clip(leave_one_out_likelihoods(white, slope, inverse_normal, left)[1], 1e-300, 1.0 - 1e-12)
     unknowns = nominal + sigmas * values[:len(sigmas)]
     spread = excess**2 * inverse_normal[:len(sigmas), :len(sigmas)] * np.outer(sigmas, sigmas)
     calibrated = float(celsius.min()), float(celsius.max())
     coefficients = model.coefficients(unknowns, calibrated, reference)
     with_drift = replace(inverse, drifts=coefficients)
     scope, noise_force = sensors.range, full.noise
-    parts = {} if full.compensation is None else full.compensation.left(
+    parts = {} if full.compensation is None else full.compensation.remaining_drift(
         full.by_kelvin, noise_force, full.axis_loads, is_calibrated=True, unlike_normal=full.unlike_normal)
     names = [METAL, EXPANSION, PAD_MODULUS, *(f"{CAPACITORS}, {coil}" for coil in sensors.coils)]
     return DriftFit(

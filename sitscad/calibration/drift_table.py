@@ -19,7 +19,7 @@ from sitscad.calibration.temperature_plan import SAME_TEMPERATURE
 from sitscad.calibration.unknowns import SURELY
 from sitscad.estimates.performance.compensation import CALIBRATED_MARGIN, CAPACITORS, DriftCoefficients
 from sitscad.estimates.performance.points import SensingAnalysis
-from sitscad.estimates.performance.warming import farthest, warming
+from sitscad.estimates.performance.warming import farthest_temperature, warming
 
 MAX_OUTSIDE = 15.0
 """Largest difference (K) of a row's temperature from the required range. Beyond it, another unit is assumed."""
@@ -43,11 +43,11 @@ def fit_table_drift(
                          "nothing reads the temperature in use. Add a sensor, or leave this column out")
     celsius = table.numbers(column)
     needs = sensing.bench.spec.requirements
-    require_temperatures(table, (needs.temperature, farthest(needs), *(needs.temperature_range or ())))
+    require_temperatures(table, (needs.temperature, farthest_temperature(needs), *(needs.temperature_range or ())))
     is_base = rows_at_base(table)
     if is_base.all():
         note = ("all rows are at one temperature: the coefficients of drift are those of the design. Measure "
-                f"{farthest(needs):.3g} degC, too")
+                f"{farthest_temperature(needs):.3g} degC, too")
         return replace(calibration, remarks=(*calibration.remarks, note))
     coefficient = None if drifts.reference is None else measured_reference(table, points, is_base, drifts, reference)
     model = DriftModel(sensing, calibration.sensors, calibration.fit.errors)
@@ -59,7 +59,7 @@ def fit_table_drift(
 
 def rows_at_base(table: BenchTable) -> Flags:
     """Return flags (n): the rows at the temperature of the first row. All, if the table has no temperatures."""
-    if table.columns_named(TEMPERATURE) is None:
+    if table.column_index(TEMPERATURE) is None:
         return np.ones(len(table.values), dtype=bool)
     celsius = table.numbers(table.column(TEMPERATURE))
     return np.abs(celsius - celsius[:1]) <= SAME_TEMPERATURE
@@ -73,7 +73,7 @@ def require_temperatures(table: BenchTable, required: Sequence[float]) -> None:
     outside = (celsius < low) | (celsius > high)
     if outside.any():
         row = int(np.argmax(outside))
-        raise BenchError(f"{table.where(row, column)} temperature {celsius[row]:.4g} degC, required {low:.3g} to "
+        raise BenchError(f"{table.position(row, column)} temperature {celsius[row]:.4g} degC, required {low:.3g} to "
                          f"{high:.3g} degC. Write degrees Celsius, or change requirements.temperature_range")
 
 
@@ -81,13 +81,13 @@ def measured_reference(
     table: BenchTable, points: Points, is_base: Flags, drifts: DriftCoefficients, reference: str
 ) -> float:
     """Return the measured drift (per K) of the reference coil. Raises BenchError without its column."""
-    if table.columns_named(reference) is None:
+    if table.column_index(reference) is None:
         raise BenchError(f"{table.path}:1:1 no column for the reference coil {reference}, which measures the "
                          f"temperature in use. Write {reference}_counts")
     column = table.column(reference)
     values = table.numbers(column)
     if np.any(values <= 0.0):
-        raise BenchError(f"{table.where(int(np.argmax(values <= 0.0)), column)} {reference}: a reading is above 0")
+        raise BenchError(f"{table.position(int(np.argmax(values <= 0.0)), column)} {reference}: a reading is above 0")
     if not np.any(points.at_rest & ~is_base):
         raise BenchError(f"{table.path}:{table.lines[-1]}:1 no row without load at a further temperature: the "
                          f"reference coil {reference} is read at rest")

@@ -177,12 +177,12 @@ def map_of(document: Mapping[str, Any] | str | Path) -> InverseMap:
         arrays["powers"] = np.asarray(entries["powers"], dtype=np.int64).reshape(-1, len(entries["axes"]))
         texts: dict[str, Any] = {name: str(entries[name]) for name in ("sensor", "revision")}
         texts |= {name: tuple(entries[name]) for name in ("coils", "axes")}
-        return InverseMap(**texts, **arrays, drifts=_drifts_of(entries.get("drift")))
+        return InverseMap(**texts, **arrays, drifts=_drifts_from_document(entries.get("drift")))
     except (KeyError, TypeError, AttributeError) as error:
         raise ValueError(f"no map from readings to forces: {error} is missing or wrong") from error
 
 
-def _drifts_of(values: Mapping[str, Any] | None) -> DriftCoefficients | None:
+def _drifts_from_document(values: Mapping[str, Any] | None) -> DriftCoefficients | None:
     """Return the coefficients of drift in a map's document. None if it has none."""
     if values is None:
         return None

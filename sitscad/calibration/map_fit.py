@@ -91,7 +91,7 @@ def sensor_samples(sensors: Sensors, errors: Array, loads: Array) -> Samples:
     return Samples(frequency[1:], frequency[0], loads[:, sensors.range.columns] / sensors.range.full_scales)
 
 
-def map_terms(axes: int, count: int) -> Exponents:
+def map_exponents(axes: int, count: int) -> Exponents:
     """Return the exponents (terms, axes) of a map's polynomial for `count` samples.
 
     The degree is the highest, up to `MAX_DEGREE`, for which each term has `POINTS_A_TERM` samples.
@@ -100,7 +100,7 @@ def map_terms(axes: int, count: int) -> Exponents:
     return next(each for each in terms if count >= POINTS_A_TERM * len(each))
 
 
-def fitted_map(sensors: Sensors, learnt: Samples, rest: Array) -> InverseMap:
+def fit_map(sensors: Sensors, learnt: Samples, rest: Array) -> InverseMap:
     """Return the map of one sensor by least squares from samples. Its stated error is left at 0.
 
     `rest` (coils; Hz) are the frequencies without load.
@@ -111,7 +111,7 @@ def fitted_map(sensors: Sensors, learnt: Samples, rest: Array) -> InverseMap:
     square = signals.T @ signals + len(signals) * np.diag((2.0 * sensors.noise * gains) ** 2)
     mix = np.asarray(np.linalg.solve(square, signals.T @ learnt.forces).T)
     mixed = signals @ mix.T
-    powers = map_terms(len(mix), len(signals))
+    powers = map_exponents(len(mix), len(signals))
     coefficients = np.linalg.lstsq(monomials(mixed, powers), learnt.forces, rcond=SMALLEST)[0]
     return InverseMap(
         sensor=spec.name, revision=spec.issue.revision or "", coils=sensors.coils, axes=scope.axes,
@@ -121,7 +121,7 @@ def fitted_map(sensors: Sensors, learnt: Samples, rest: Array) -> InverseMap:
     )
 
 
-def error_on_others(sensors: Sensors, fitted: InverseMap) -> Array:
+def error_for_other_sensors(sensors: Sensors, fitted: InverseMap) -> Array:
     """Return the rms force error (axes; N) of a map for simulated sensors. Each sensor has its own tare."""
     loads, square = sensors.range.evenly_spread_loads(TEST_LOADS // 2, FITTED_LOADS), []
     for errors in draw_stratified_units(sensors.unknowns, TEST_SENSORS, SCATTER_SEED):
@@ -145,9 +145,9 @@ def fit_unit_map(sensors: Sensors, errors: Array) -> InverseMap:
     whole = sensor_samples(sensors, errors, loads)
     solved = sensors.frequencies_under(errors, np.vstack([sensors.range.normal_load(0.0), loads[:SOLVED_LOADS]]),
                                        exact=True)
-    right, remainder = _with_rest_corrected(sensors, errors, loads, solved)
+    right, remainder = _correction_factors(sensors, errors, loads, solved)
     readings = whole.readings * right
-    fitted = fitted_map(sensors, Samples(readings[:count], whole.rest, whole.forces[:count]), solved[0])
+    fitted = fit_map(sensors, Samples(readings[:count], whole.rest, whole.forces[:count]), solved[0])
     noisy = sensors.read(readings[count:], np.random.default_rng(SEED), 1)
     by_form = fitted(noisy, whole.rest) - whole.forces[count:] * sensors.range.full_scales
     by_chart = fitted(solved[1:] * remainder, solved[0]) - fitted(readings[:SOLVED_LOADS], whole.rest)
@@ -168,7 +168,7 @@ def error_by_unknowns(sensors: Sensors, fit: ModelFit) -> Array:
     return np.asarray(np.sqrt(square) * sensors.range.full_scales)
 
 
-def _with_rest_corrected(sensors: Sensors, errors: Array, loads: Array, solved: Array) -> tuple[Array, Array]:
+def _correction_factors(sensors: Sensors, errors: Array, loads: Array, solved: Array) -> tuple[Array, Array]:
     """Return factors for the surrogate's readings under `loads` (n, coils), and factors for the `solved` readings.
 
     The first factors correct the surrogate by a polynomial, fitted to the `solved` readings at rest and under the first

@@ -100,7 +100,7 @@ def worst_row(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit
     return f"{table.path}:{table.lines[row]}:1", text, float(fit.disagreement[row]), share
 
 
-def disagreement(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit) -> str:
+def disagreement_note(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit) -> str:
     """Return a note if the total error exceeds the expected errors too much, or if one row contradicts the others.
 
     Empty otherwise. The note names the row that agrees least.
@@ -112,7 +112,7 @@ def disagreement(table: BenchTable, points: Points, sensors: Sensors, fit: Model
             "noise, hysteresis, creep, a slip, or another load than the row says? Read that row again")
 
 
-def noise_share(points: Points, sensors: Sensors, fit: ModelFit) -> float:
+def noise_force_sigma(points: Points, sensors: Sensors, fit: ModelFit) -> float:
     """Return the largest standard deviation, of all axes, of a force near rest by noise, in full scales.
 
     The noise is the noise of a reading and of its tare together.
@@ -123,8 +123,11 @@ def noise_share(points: Points, sensors: Sensors, fit: ModelFit) -> float:
 
 
 def noise_text(table: BenchTable, points: Points, share: float) -> str:
-    """Return a text on the scatter of rows without load, with the worst row. `share` is the result of `noise_share`."""
-    tare = int(np.argmax(np.abs(points.restless).max(axis=1))) if len(points.restless) else 0
+    """Return a text on the scatter of rows without load, with the worst row.
+
+    `share` is the result of `noise_force_sigma`.
+    """
+    tare = int(np.argmax(np.abs(points.rest_noise).max(axis=1))) if len(points.rest_noise) else 0
     return (f"{table.path}:{table.lines[int(np.flatnonzero(points.at_rest)[tare])]}:1 rows without load scatter by "
             f"{points.noise_ratio:.0f} times the converter's noise (drift along the rows taken out), "
             f"{100.0 * share:.2g} % "
@@ -134,7 +137,7 @@ def noise_text(table: BenchTable, points: Points, share: float) -> str:
 
 def noise_note(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit) -> str:
     """Return a note if rows without load scatter more than the converter's noise, beyond `NOISY`. Empty otherwise."""
-    share = noise_share(points, sensors, fit)
+    share = noise_force_sigma(points, sensors, fit)
     if points.noise_ratio <= 1.0 or share < NOISY * usual_value("force"):
         return ""
     return f"{noise_text(table, points, share)} In use noise comes on top of the stated error"

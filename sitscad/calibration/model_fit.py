@@ -20,8 +20,8 @@ from sitscad.calibration.points import (
     covariances,
     load_errors,
     load_slopes,
-    minus_tare,
     predicted_frequencies,
+    subtract_tare,
     whiteners,
 )
 from sitscad.calibration.sensors import Sensors
@@ -216,7 +216,7 @@ def fit_model(sensors: Sensors, points: Points, start: ModelFit | None = None, r
     The fit begins at the values of `start`, a fit with another surrogate. After every round, solved poses correct the
     surrogate for the next round. With `rounds` of 1, the surrogate is not corrected.
     """
-    points = points.settled
+    points = points.without_drift
     fitted = [each.is_fitted for each in sensors.unknowns]
     values = np.zeros(sum(fitted)) if start is None else start.moved[fitted]
     scatter = COARSE if start is None else start.scatter
@@ -263,19 +263,20 @@ class _Problem:
         errors[self.chosen] = values * self.sigma[self.chosen]
         return errors
 
-    def off(self, errors: Array) -> Array:
+    def log_frequency_errors(self, errors: Array) -> Array:
         """Return differences (n, coils) of measured and predicted ln f for a sensor with `errors`.
 
-        f is the frequency. The mean difference at rest is subtracted (`minus_tare`).
+        f is the frequency. The mean difference at rest is subtracted (`subtract_tare`).
         """
-        return minus_tare(self.measured - np.log(predicted_frequencies(self.sensors, errors, self.points)),
+        return subtract_tare(self.measured - np.log(predicted_frequencies(self.sensors, errors, self.points)),
                           self.points.at_rest)
 
     def residuals(self, values: Array) -> Array:
         """Return the flat residuals (n times coils) in standard deviations. Infinite if a value exceeds `FARTHEST`."""
         if not np.abs(values).max() < FARTHEST:
             return np.full(self.measured.size, np.inf)
-        return np.asarray(np.einsum("ncd,nd->nc", self.whitening, self.off(self.errors(values))).ravel())
+        off = self.log_frequency_errors(self.errors(values))
+        return np.asarray(np.einsum("ncd,nd->nc", self.whitening, off).ravel())
 
 
 def _problem(sensors: Sensors, points: Points, aim: Array, values: Array, scatter: float) -> _Problem:
@@ -318,7 +319,8 @@ def _draw_likely_sensors(problem: _Problem, fitted: LeastSquaresFit) -> _LikelyS
     used = np.zeros(len(problem.sigma))
     used[problem.chosen] = fitted.values
     slopes = _all_slopes(problem, fitted, used * problem.sigma)
-    off = problem.off(used * problem.sigma) - slopes @ used  # linear extrapolation to a sensor without errors
+    # linear extrapolation to a sensor without errors
+    off = problem.log_frequency_errors(used * problem.sigma) - slopes @ used
     costs, centres, roots, odd = [], [], [], []
     for scatter in SCATTERS:
         covariance = problem.expected + scatter**2 * problem.more
@@ -331,7 +333,7 @@ def _draw_likely_sensors(problem: _Problem, fitted: LeastSquaresFit) -> _LikelyS
         roots.append(np.linalg.cholesky(0.5 * (inverse + inverse.T)))
         costs.append(float(np.linalg.slogdet(covariance)[1].sum() + np.linalg.slogdet(normal)[1]
                            + remainder @ (remainder + slope @ centre)))
-        odd.append(given_other_points(white, slope.reshape(*off.shape, -1), inverse, remainder + slope @ centre))
+        odd.append(leave_one_out_likelihoods(white, slope.reshape(*off.shape, -1), inverse, remainder + slope @ centre))
     weights = _weights(np.array(costs))
     number = np.searchsorted(np.cumsum(weights), (np.arange(LIKELY) + 0.5) / LIKELY).clip(max=len(SCATTERS) - 1)
     normals = np.random.default_rng(LIKELY_SEED).normal(size=(LIKELY, len(used)))
@@ -350,17 +352,17 @@ def _weights(costs: Array) -> Array:
 
 
 def _all_slopes(problem: _Problem, fitted: LeastSquaresFit, errors: Array) -> Array:
-    """Return derivatives (n, coils, unknowns) of `_Problem.off` by each unknown, per prior standard deviation.
+    """Return derivatives (n, coils, unknowns) of `_Problem.log_frequency_errors` with respect to each unknown.
 
-    `errors` (unknowns) are the fitted errors. Unknowns that are not fitted are included. Raises NoFit if a derivative
-    is not finite.
+    They are per prior standard deviation. `errors` (unknowns) are the fitted errors. Unknowns that are not fitted are
+    included. Raises NoFit if a derivative is not finite.
     """
     chosen, slopes = problem.chosen, np.empty((*problem.measured.shape, len(errors)))
 
     def off(values: Array) -> Array:
         moved = errors.copy()
         moved[~chosen] += values * problem.sigma[~chosen]
-        return problem.off(moved).ravel()
+        return problem.log_frequency_errors(moved).ravel()
 
     none = np.zeros(int(np.sum(~chosen)))
     slopes[..., chosen] = np.linalg.solve(problem.whitening, fitted.slopes.reshape(*problem.measured.shape, -1))
@@ -370,7 +372,7 @@ def _all_slopes(problem: _Problem, fitted: LeastSquaresFit, errors: Array) -> Ar
     return slopes
 
 
-def given_other_points(white: Array, slope: Array, inverse: Array, remainder: Array) -> tuple[Array, Array]:
+def leave_one_out_likelihoods(white: Array, slope: Array, inverse: Array, remainder: Array) -> tuple[Array, Array]:
     """Return two arrays (n) with a value for each point, computed from a fit to all other points.
 
     The first holds minus twice the logarithm of the likelihood of the point's readings. The second holds the

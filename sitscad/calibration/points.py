@@ -59,7 +59,7 @@ class Points:
         return np.asarray(self.frequency[self.at_rest].mean(axis=0))
 
     @property
-    def settled(self) -> Points:
+    def without_drift(self) -> Points:
         """Points with drift removed from their frequencies.
 
         A tare is a row without load. Each frequency is divided by the frequency of the last tare up to its row, and
@@ -76,7 +76,7 @@ class Points:
         return Points(loads, poses, self.frequency[chosen], self.at_rest[chosen], self.noise_ratio)
 
     @property
-    def restless(self) -> Array:
+    def rest_noise(self) -> Array:
         """Noise of ln f at rest (tares, coils): residuals from a straight line over the row number.
 
         Empty for fewer than three tares.
@@ -192,7 +192,7 @@ def noise_ratio(points: Points, expected: Array) -> float:
 
     `expected` (coils) is the standard deviation of ln f in one row. The result is 1 if the difference may be chance.
     """
-    residuals = points.restless / expected
+    residuals = points.rest_noise / expected
     free = residuals.size - 2 * residuals.shape[1] * bool(residuals.size)
     square = float(np.sum(residuals**2))
     return math.sqrt(square / free) if free and chi_square_chance(np.array(square), free) < CHANCE else 1.0
@@ -220,7 +220,7 @@ def load_errors(sensors: Sensors, loads: Array) -> Array:
     return np.asarray(np.hypot(usual_value("force") * size, LEAST_LOAD))
 
 
-def minus_tare(values: Array, at_rest: Flags) -> Array:
+def subtract_tare(values: Array, at_rest: Flags) -> Array:
     """Return values (n, ...) minus their mean at rest. Rows with a flag in `at_rest` (n) hold this mean instead."""
     rest = values[at_rest].mean(axis=0)
     changes = values - rest
@@ -280,7 +280,7 @@ def candidate_loads(sensors: Sensors, count: int) -> Array:
     return np.array([[0.0 if abs(part) < 1e-9 else float(f"{part:.3g}") for part in load] for load in loads])
 
 
-def plan(sensors: Sensors, count: int) -> Plan:
+def plan_loads(sensors: Sensors, count: int) -> Plan:
     """Return a plan with `count` loads.
 
     Loads are chosen one after the other from `candidate_loads`. Each choice is the candidate that most increases the
@@ -293,9 +293,9 @@ def plan(sensors: Sensors, count: int) -> Plan:
     rest = np.arange(len(put_on)) == 0
     points = Points(put_on, None, sensors.frequencies_under(none, put_on), rest)
     white = whiteners(covariances(sensors, none, points)[0])
-    slopes = white @ minus_tare(unknown_slopes(sensors, put_on), rest)
+    slopes = white @ subtract_tare(unknown_slopes(sensors, put_on), rest)
     facts = np.asarray(np.swapaxes(slopes, 1, 2) @ slopes)
-    pulls = np.asarray(np.swapaxes(slopes, 1, 2) @ white @ minus_tare(place_changes(sensors, none, put_on), rest))
+    pulls = np.asarray(np.swapaxes(slopes, 1, 2) @ white @ subtract_tare(place_changes(sensors, none, put_on), rest))
     chosen = _exchange_points(facts, _choose_greedily(facts, [0], count))
     order = _choose_greedily(facts, [0], count, among=chosen[1:])
     return Plan(loads[np.array(order[1:], dtype=int) - 1], *_predicted_errors(sensors, facts, pulls, order))

@@ -13,8 +13,8 @@ import numpy as np
 
 from sitscad.assembly.places.motions import LOAD, POSE
 from sitscad.basics.arrays import Array
-from sitscad.calibration.bench_data import BenchError, BenchTable, frequencies_of, rounding_error
-from sitscad.calibration.misfit import cause_text, noise_share, noise_text, worst_row
+from sitscad.calibration.bench_data import BenchError, BenchTable, column_frequencies, rounding_error
+from sitscad.calibration.misfit import cause_text, noise_force_sigma, noise_text, worst_row
 from sitscad.calibration.model_fit import SUSPECT, ModelFit
 from sitscad.calibration.points import Points, predicted_frequencies
 from sitscad.calibration.sensors import Sensors
@@ -74,7 +74,7 @@ MOST_NOISE = 0.075  # Largest force error (full scale) of a calibration by the n
 """Largest accepted force error (full scales) by the noise of rows without load."""
 
 
-def require_possible(table: BenchTable, points: Points, sensors: Sensors) -> None:
+def require_possible_points(table: BenchTable, points: Points, sensors: Sensors) -> None:
     """Raise BenchError for impossible poses, and for loads under which even a stiff pad fails."""
     if points.poses is not None:
         # Poses must be above the board, and tilted no more than the response model allows
@@ -83,7 +83,7 @@ def require_possible(table: BenchTable, points: Points, sensors: Sensors) -> Non
         row = int(np.argmax(tilt))
         if tilt[row] > STEEPEST:
             raise BenchError(
-                f"{_place(table, row, POSE[3:5])}: tilted by {math.degrees(tilt[row]):.3g} degrees, where "
+                f"{_row_position(table, row, POSE[3:5])}: tilted by {math.degrees(tilt[row]):.3g} degrees, where "
                 f"{math.degrees(STEEPEST):.0f} are the most that are computed: is the header's unit right?"
             )
         lowest = sensors.model.lowest(points.poses)
@@ -95,13 +95,13 @@ def require_possible(table: BenchTable, points: Points, sensors: Sensors) -> Non
             if lowest[row] < 0.0:
                 where, counted = f"{-1e3 * lowest[row]:.3g} mm inside the board", f"{counted}, z away from the board"
             raise BenchError(
-                f"{_place(table, row, (POSE[2], *POSE[3:5]))}: the target's lowest point would be {where}: {counted}, "
-                "and is the unit right?"
+                f"{_row_position(table, row, (POSE[2], *POSE[3:5]))}: the target's lowest point would be {where}: "
+                f"{counted}, and is the unit right?"
             )
     if points.loads is not None:
         errors = np.array([STIFF * each.sigma * (each.name == "modulus") for each in sensors.unknowns])
         stiffer = f"even if it is {100.0 * math.expm1(errors.max()):.0f} % stiffer than its material says"
-        _require_borne(table, points.loads, sensors, errors, stiffer)
+        _require_equilibrium(table, points.loads, sensors, errors, stiffer)
 
 
 def require_agreement(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit, note: str = "") -> None:
@@ -132,31 +132,31 @@ def require_agreement(table: BenchTable, points: Points, sensors: Sensors, fit: 
                        f"{off}: a typing error, another load, order or unit, rows of several runs?")
         why += ["Or is it another sensor's spec?", f"{note[:1].upper()}{note[1:]}"]
         raise BenchError(" ".join([f"{where} no sensor of this design reads so:", *filter(None, why)]))
-    noise = noise_share(points, sensors, fit)
+    noise = noise_force_sigma(points, sensors, fit)
     if noise > MOST_NOISE:
         raise BenchError(f"{noise_text(table, points, noise)} No calibration comes out of that: find the noise first")
     if points.loads is not None:
-        _require_borne(table, points.loads, sensors, fit.errors, "with the modulus that the readings ask for")
+        _require_equilibrium(table, points.loads, sensors, fit.errors, "with the modulus that the readings ask for")
 
 
-def _require_borne(table: BenchTable, loads: Array, sensors: Sensors, errors: Array, how: str) -> None:
+def _require_equilibrium(table: BenchTable, loads: Array, sensors: Sensors, errors: Array, how: str) -> None:
     """Raise BenchError for a load under which the pad of a sensor with these `errors` has no equilibrium.
 
     `how` is a part of the message that describes the pad.
     """
-    lost = sensors.gives_way(errors, loads)
+    lost = sensors.pad_failures(errors, loads)
     if lost.any():
         row = int(np.argmax(lost))
         text = ", ".join(f"{name} {amount_text(force, name, 4)}"
                          for name, force in zip(LOAD, loads[row], strict=False) if force)
-        raise BenchError(f"{_place(table, row, LOAD)}: {text}: the pad gives way sideways under this load, {how}; "
-                         "leave the row out" + ", or hold the target level (--rotation held)" * (
+        raise BenchError(f"{_row_position(table, row, LOAD)}: {text}: the pad gives way sideways under this load, "
+                         f"{how}; leave the row out" + ", or hold the target level (--rotation held)" * (
                              not sensors.range.has_moments))
 
 
-def _place(table: BenchTable, row: int, names: tuple[str, ...]) -> str:
+def _row_position(table: BenchTable, row: int, names: tuple[str, ...]) -> str:
     """Return the file position of a row in the first of the columns `names` that the table has."""
-    column = next((table.columns[k] for name in names if (k := table.columns_named(name)) is not None), None)
+    column = next((table.columns[k] for name in names if (k := table.column_index(name)) is not None), None)
     return f"{table.path}:{table.lines[row]}:{1 if column is None else column.number}"
 
 
@@ -204,7 +204,7 @@ def require_plausible(table: BenchTable, points: Points, sensors: Sensors) -> No
             name = LOAD[columns[int(axis)]]
             force = points.loads[row, columns[int(axis)]]
             raise BenchError(
-                f"{table.where(int(row), table.column(name))} {name}: {amount_text(force, name, 4)}, where this "
+                f"{table.position(int(row), table.column(name))} {name}: {amount_text(force, name, 4)}, where this "
                 f"sensor's full scale is {amount_text(full[axis], name, 4)}: is the header's unit right?"
             )
     # Frequencies must be within the scatter of coils and capacitors
@@ -219,7 +219,7 @@ def require_plausible(table: BenchTable, points: Points, sensors: Sensors) -> No
             power = -2.0 if column.unit.endswith("H") else 1.0
             usual, share = value * np.exp(-power * off[worst]), 100.0 * abs(power) * float(most)
             raise BenchError(
-                f"{table.where(worst, column)} {coil}: {value:.6g} {column.unit}, where this design reads about "
+                f"{table.position(worst, column)} {coil}: {value:.6g} {column.unit}, where this design reads about "
                 f"{usual:.4g} {column.unit}, {share:.0f} % more or less: is the header's unit right, and is it this "
                 "sensor's spec?"
             )
@@ -230,14 +230,14 @@ def require_plausible(table: BenchTable, points: Points, sensors: Sensors) -> No
 def _require_changes(table: BenchTable, points: Points, sensors: Sensors) -> None:
     """Raise BenchError for changes from rest that are larger than a soft sensor's changes, or far too small."""
     soft = np.array([-2.0 * each.sigma * (each.name == "modulus") for each in sensors.unknowns])
-    settled = points.settled
+    settled = points.without_drift
     change = np.log(settled.frequency / settled.rest)
     frequency = predicted_frequencies(sensors, soft, points)
     largest = np.abs(np.log(frequency / frequency[points.at_rest][:1])).max()
     if np.abs(change).max() > LARGEST_CHANGE * largest:
         row, coil = np.unravel_index(int(np.argmax(np.abs(change))), change.shape)
         column = table.column(sensors.coils[int(coil)])
-        raise BenchError(f"{table.where(int(row), column)} {column.name}: "
+        raise BenchError(f"{table.position(int(row), column)} {column.name}: "
                          f"{100.0 * change[row, coil]:.2g} % off rest, where nothing in the table moves this design by "
                          f"more than {100.0 * largest:.2g} %: a typing error, or another sensor?")
     if np.abs(change[~points.at_rest]).max() < 0.01 * largest:
@@ -246,7 +246,7 @@ def _require_changes(table: BenchTable, points: Points, sensors: Sensors) -> Non
 
 
 def _require_order(table: BenchTable, points: Points, sensors: Sensors) -> None:
-    settled = points.settled
+    settled = points.without_drift
     measured = np.log(settled.frequency / settled.rest)
     size = np.linalg.norm(measured)
     as_given, alternatives = None, []
@@ -306,12 +306,12 @@ Above it, a remark reports that the unused column was computed with another capa
 """
 
 
-def second_readings(table: BenchTable, points: Points, sensors: Sensors) -> tuple[str, ...]:
+def unused_column_remarks(table: BenchTable, points: Points, sensors: Sensors) -> tuple[str, ...]:
     """Return remarks on the columns that are not used. Empty if each coil has one column."""
     remarks, used_of = [], {coil: table.column(coil) for coil in sensors.coils}
     seconds = [(used_of[c.name], c) for c in table.columns if c.is_coil and c != used_of[c.name]]
     for used, other in sorted(seconds, key=lambda pair: sensors.coils.index(pair[0].name)):
-        apart = np.log(frequencies_of(table, sensors, other)) - np.log(frequencies_of(table, sensors, used))
+        apart = np.log(column_frequencies(table, sensors, other)) - np.log(column_frequencies(table, sensors, used))
         level = float(apart[points.at_rest].mean())
         off = np.abs(apart - level)
         row = int(np.argmax(off))
@@ -319,7 +319,7 @@ def second_readings(table: BenchTable, points: Points, sensors: Sensors) -> tupl
         remark = f"{used.name}_{used.unit} is used, {other.name}_{other.unit} is not"
         if off[row] > BEYOND * noise + rounding_error(table, used)[row] + rounding_error(table, other)[row]:
             remark += (f": its change from rest differs by up to {1e6 * off[row]:.3g} ppm of the frequency "
-                     f"({table.where(row, other)}), {off[row] / noise:.0f} times the converter's noise: rows of "
+                     f"({table.position(row, other)}), {off[row] / noise:.0f} times the converter's noise: rows of "
                      "another run, or a changed formula")
         else:
             remark += f"; their changes from rest agree within {1e6 * max(off[row], 0.1e-6):.2g} ppm of the frequency"

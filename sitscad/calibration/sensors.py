@@ -239,7 +239,7 @@ class Sensors:
     @cached_property
     def surrogate(self) -> Surrogate:
         """Surrogate over all poses that simulated sensors reach in the working range."""
-        errors_drawn = self._middle + np.vstack([np.zeros(len(self.unknowns)),
+        errors_drawn = self._centre_errors + np.vstack([np.zeros(len(self.unknowns)),
                                                  self.surrogate_width * draw_units(self.unknowns, DRAWN, SEED)])
         loads, pad = np.vstack([self.range.normal_load(0.0), self.range.corners]), self.model.spec.elastomer
         assert pad is not None
@@ -274,17 +274,16 @@ class Sensors:
         return np.ones(len(self.unknowns)) if self.width is None else self.width
 
     @property
-    def _middle(self) -> Array:
+    def _centre_errors(self) -> Array:
         """Errors (unknowns) of the sensor about which the surrogate is made."""
         return np.zeros(len(self.unknowns)) if self.around is None else self.around
 
     def _pose_changes(self, loads: Array) -> Array:
         """Return pose changes (2 signs, unknowns, n, 6) under loads (n, 3) by the largest error of each unknown."""
-        nominal = self.poses(self._middle, loads)
+        nominal = self.poses(self._centre_errors, loads)
         alone = WIDEST * np.diag(self.surrogate_width * [each.sigma for each in self.unknowns])
-        return np.array(
-            [[self.poses(self._middle + errors, loads) - nominal for errors in way * alone] for way in (-1.0, 1.0)]
-        )
+        return np.array([[self.poses(self._centre_errors + errors, loads) - nominal for errors in way * alone]
+                         for way in (-1.0, 1.0)])
 
     def poses(self, errors: Array, loads: Array) -> Array:
         """Return the target's poses (n, 6) of one sensor under loads, relative to the nominal pose at rest.
@@ -309,7 +308,7 @@ class Sensors:
         travel[:, [0, 1, 3, 4]] *= np.exp(more)
         return self.poses_after_travel(errors, travel)
 
-    def gives_way(self, errors: Array, loads: Array) -> Flags:
+    def pad_failures(self, errors: Array, loads: Array) -> Flags:
         """Return, for each load (n, 3; N), whether the pad of one sensor fails sideways, so that no pose exists."""
         off = errors_by_name(self.unknowns, errors)
         notes = loaded_poses(self._with_pad_errors(off), loads, np.full(len(loads), self.is_held))[1]
@@ -361,7 +360,7 @@ class Sensors:
 
     @cached_property
     def conversion(self) -> Conversion:
-        """Conversion from frequencies to counts by the converter. `sensors_of` refuses designs without it."""
+        """Conversion from frequencies to counts by the converter. `simulated_sensors` refuses designs without it."""
         conversion = self.model.estimates.readout.conversion
         assert conversion is not None
         return conversion

@@ -64,7 +64,7 @@ def temperature_plan(sensing: SensingAnalysis, reference: str) -> TemperaturePla
 
     `reference` is the name of the reference coil; empty if there is none.
     """
-    spec, reason = sensing.bench.spec, _need(sensing)
+    spec, reason = sensing.bench.spec, _measurement_reason(sensing)
     if not reason or spec.elastomer is None or spec.target is None:
         return None
     needs, scope = spec.requirements, sensing.bench.range
@@ -82,14 +82,14 @@ def temperature_plan(sensing: SensingAnalysis, reference: str) -> TemperaturePla
                            (root_sum_square(left[DESIGN]), root_sum_square(left[CALIBRATED])))
 
 
-def _need(sensing: SensingAnalysis) -> str:
+def _measurement_reason(sensing: SensingAnalysis) -> str:
     """Return why coefficients of drift have to be measured. Empty if there is no reason.
 
     A requirement is a reason if the remaining drift violates it with the coefficients of the design, and meets it with
     measured coefficients.
     """
     needs, settings = sensing.bench.spec.requirements, sensing.bench.spec.readout.compensation
-    if settings is None or not all(sensing.held) or not sensing.warmed[-1].drift_left:
+    if settings is None or not all(sensing.is_pad_stable) or not sensing.warmed[-1].drift_left:
         return ""
     if settings.coefficients == CALIBRATED:
         return "readout.compensation.coefficients: calibrated"

@@ -30,7 +30,7 @@ from sitscad.estimates.design import Cells, Design
 from sitscad.estimates.performance.causes import DEGREE
 from sitscad.estimates.performance.inversion import crosstalk_at as crossed
 from sitscad.estimates.performance.shear_reading import MAX_SHEAR_READING, shear_readings
-from sitscad.estimates.performance.warming import farthest, warming
+from sitscad.estimates.performance.warming import farthest_temperature, warming
 from sitscad.estimates.performance_values import AXES, AXIS_WORDS, load_unit
 from sitscad.kernels.converters.figures import source_in_all
 
@@ -113,12 +113,12 @@ def _cell_estimated_values(design: Design) -> tuple[RequirementResult, ...]:
     results = [result for rule in RULES for result in requirement_results(rule, design)]
     needs = design.spec.requirements
     sensing = design.sensing.analysis if any(each.limit is not None for each in results) else None
-    if sensing is None or not sensing.held[0]:
+    if sensing is None or not sensing.is_pad_stable[0]:
         return tuple(results)
-    end = farthest(needs)
+    end = farthest_temperature(needs)
     warm = f", {needs.temperature:.3g} to {end:.3g} degC"
     sources = [("zero_drift", "SIT406", sensing.warmed[0].drift, f"at rest, after one tare{warm}")]
-    if sensing.held[-1]:
+    if sensing.is_pad_stable[-1]:
         full, at, pad = sensing.warmed[-1], POINTS[-1], design.spec.elastomer
         assert pad is not None
         if all(each.requirement != "temperature_error" for each in results):
@@ -131,7 +131,7 @@ def _cell_estimated_values(design: Design) -> tuple[RequirementResult, ...]:
         if all(each.requirement != "tilt_error" for each in results):
             name = "tilt_of_one_degree" if needs.tilt is None else "tilt"
             sources.append((name, "SIT408", full.tilt_errors(full.tilt).max(axis=1), at))
-        if sensing.is_range_held:
+        if sensing.is_pad_stable_in_range:
             sources.append(("modulus", "SIT405", sensing.modulus_error, f"{at}, of a pad that was not measured"))
     for name, rule, errors, where in sources:
         results += largest_by_unit(name, rule, dict(zip(sensing.bench.range.axes, errors, strict=True)), where)
@@ -182,7 +182,7 @@ def rule_of_performance(rule: AnalysisRule) -> Callable[[Design], Iterator[Verdi
             yield _no_performance_reason(numbers.is_solved, numbers.is_rough, target is not None)
         else:
             yield from rule(sensing, design)
-            lost = [at for at, is_held in zip(POINTS, sensing.held, strict=True) if not is_held]
+            lost = [at for at, is_held in zip(POINTS, sensing.is_pad_stable, strict=True) if not is_held]
             if lost:
                 yield not_checked("performance-lost", where=lost[0])
 
@@ -197,9 +197,9 @@ def only_if_pad_holds(rule: AnalysisRule) -> AnalysisRule:
 
     @wraps(rule)
     def apply(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
-        if sensing.is_range_held:
+        if sensing.is_pad_stable_in_range:
             yield from rule(sensing, design)
-        elif all(sensing.held):
+        elif all(sensing.is_pad_stable):
             yield not_checked("performance-lost", where="under full shear")
 
     return apply
@@ -231,7 +231,7 @@ def worst_value(sensing: SensingAnalysis, axes: Iterable[str], of: Callable[[int
     each = [
         WorstValue(of(point, names.index(axis)), axis_text(axis), where)
         for point, where in enumerate(POINTS)
-        if sensing.held[point]
+        if sensing.is_pad_stable[point]
         for axis in axes
         if axis in names
     ]
@@ -356,7 +356,7 @@ def temperature_error(sensing: SensingAnalysis, design: Design) -> Iterator[Verd
     """
     needs = design.spec.requirements
     apart = warming(needs)
-    if not sensing.held[-1]:
+    if not sensing.is_pad_stable[-1]:
         return
     is_force = np.array([name in FORCES for name in sensing.bench.range.axes])
     full = sensing.warmed[-1]
@@ -364,10 +364,10 @@ def temperature_error(sensing: SensingAnalysis, design: Design) -> Iterator[Verd
     k = int(np.argmax(drift))
     axis = axis_text(sensing.bench.range.axes[k])
     cause = max(full.drift_causes, key=lambda name: abs(float(full.drift_causes[name][k])))
-    at = f"at full load, {needs.temperature:.3g} to {farthest(needs):.3g} degC"
+    at = f"at full load, {needs.temperature:.3g} to {farthest_temperature(needs):.3g} degC"
     yield from check_requirement("drift", design, "SIT406", "temperature_error", WorstValue(float(drift[k]), axis, at),
                                  first=(partial(temperature_sensors, design.spec),), kelvin=apart, cause=cause,
-                                 tare=needs.temperature, plain=float(full.plain_drift[k]),
+                                 tare=needs.temperature, plain=float(full.uncompensated_drift[k]),
                                  details=() if full.compensation is None else ("drift-compensated",))
 
 
@@ -476,7 +476,7 @@ def unseen_shear(design: Design) -> Iterator[Verdict]:
             yield note
         return
     readings, sensing = [], design.sensing.analysis
-    if sensing is not None and sensing.held[-1]:
+    if sensing is not None and sensing.is_pad_stable[-1]:
         readings = shear_readings(sensing, requirements)
     if not readings:
         if is_note:
@@ -484,7 +484,7 @@ def unseen_shear(design: Design) -> Iterator[Verdict]:
         elif sensing is None:
             numbers, target = design.estimates, design.spec.target
             yield _no_performance_reason(numbers.is_solved, numbers.is_rough, target is not None)
-        elif not sensing.held[-1]:
+        elif not sensing.is_pad_stable[-1]:
             yield not_checked("performance-lost", where=POINTS[-1])
         return
     for kind, unit in ((FORCES, "N"), (MOMENTS, "N m")):

@@ -26,7 +26,7 @@ from sitscad.estimates.loads.pad import (
 )
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.response_arrays import Response, concatenate_responses
-from sitscad.estimates.states.placed import require_possible
+from sitscad.estimates.states.placed import require_possible_poses
 from sitscad.kernels.mechanics.pad import BondedPad
 from sitscad.spec.load_cases import LoadCase
 from sitscad.spec.sensor import SensorSpec
@@ -111,7 +111,7 @@ def respond(
         if level.any() and np.any(flat[:, 3:]):
             raise ValueError("a face that keeps the target level takes any moment: rotation free")
         return model.respond_to_loads(flat, level, frequency, tolerance)
-    require_possible(model.spec, flat)
+    require_possible_poses(model.spec, flat)
     return model.respond(flat, frequency, tolerance)
 
 
@@ -130,7 +130,7 @@ def respond_to(
     """
     parts = []
     if len(motions.poses):
-        require_possible(model.spec, motions.poses)
+        require_possible_poses(model.spec, motions.poses)
         parts.append(model.respond(motions.poses, frequency, tolerance, progress))
     if len(motions.loads):
         parts.append(model.respond_to_loads(motions.loads, motions.held, frequency, tolerance, progress))

@@ -82,7 +82,7 @@ class Sensing:
 
         Checks and documents share this result.
         """
-        if self.analysis is None or not self.analysis.is_range_held:
+        if self.analysis is None or not self.analysis.is_pad_stable_in_range:
             return None
         return self.analysis.working.ambiguous_loads(lambda: self.solved.bench)
 

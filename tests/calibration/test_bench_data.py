@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from tolerance import approx
 
-from sitscad.calibration.bench_data import BenchError, frequencies_of, points_of, read_table
+from sitscad.calibration.bench_data import BenchError, column_frequencies, read_table, table_points
 from sitscad.calibration.refusals import require_plausible
 from sitscad.kernels.converters.reference_counter import ReferenceCounter
 from sitscad.spec import presets
@@ -61,9 +61,9 @@ def test_counts_outside_converter_results_are_refused(tmp_path):
     sensors = SimpleNamespace(conversion=conversion, coils=COILS, model=model)
     table = _read(tmp_path, HEAD + "0,0,7500,7600\n1,0,7600,2090\n")
     first, second = table.columns[-2:]
-    assert frequencies_of(table, sensors, first) == approx([80e6 * 7500 / 2**16, 80e6 * 7600 / 2**16], rel=1e-12)
+    assert column_frequencies(table, sensors, first) == approx([80e6 * 7500 / 2**16, 80e6 * 7600 / 2**16], rel=1e-12)
     with pytest.raises(BenchError, match=r":3:4 C2: counts of the LDC1314 as it is set lie above 5510 and below 9605"):
-        frequencies_of(table, sensors, second)
+        column_frequencies(table, sensors, second)
 
 
 @pytest.mark.parametrize("said", ["# rotation = held", "#Rotation: HELD, see note", '"# rotation: held",,,'])
@@ -91,7 +91,7 @@ def test_table_field_of_200000_digits_is_refused(tmp_path):
 @pytest.mark.slow
 def test_table_values_use_units_of_header(tmp_path, sensors):
     table = _read(tmp_path, "z_um,C1_MHz,C2_kHz\n0,7.5,7500\n-10,7.6,7600\n-20,7.7,7700\n-30,7.8,7800\n")
-    points = points_of(table, sensors)
+    points = table_points(table, sensors)
     assert points.loads is None and points.poses[:, 2] == approx(np.array([0.0, -10e-6, -20e-6, -30e-6]), rel=1e-12)
     assert points.frequency[1] == approx(7.6e6, rel=1e-12) and list(points.at_rest) == [True, False, False, False]
 
@@ -107,7 +107,7 @@ def test_inductance_columns_are_converted_by_firmware_formula(sensors, bench, ta
         names = [name.replace("counts", "uH") for name in head]
         return names, [[*map(str, a), *map(repr, map(float, b))] for a, b in zip(loads, result, strict=True)]
 
-    read = points_of(read_table(table(in_microhenry), sensors.coils), sensors)
+    read = table_points(read_table(table(in_microhenry), sensors.coils), sensors)
     assert read.frequency == approx(bench.frequency, rel=1e-12)
 
 
@@ -138,12 +138,12 @@ def _pull(head, rows):
 )
 def test_table_with_too_few_points_or_columns_is_refused(table, sensors, change, words):
     with pytest.raises(BenchError, match=words):
-        points_of(read_table(table(change), sensors.coils), sensors)
+        table_points(read_table(table(change), sensors.coils), sensors)
 
 
 def _judge(path, sensors):
     result = read_table(path, sensors.coils)
-    require_plausible(result, points_of(result, sensors), sensors)
+    require_plausible(result, table_points(result, sensors), sensors)
 
 
 def _swapped(head, rows):

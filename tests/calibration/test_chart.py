@@ -10,8 +10,8 @@ from tolerance import approx
 
 import sitscad
 from sitscad.calibration import calibrate
-from sitscad.calibration.calibration import calibrate_by, sensors_of
-from sitscad.calibration.map_fit import error_on_others, fit_unit_map, sensor_samples
+from sitscad.calibration.calibration import calibrate_from_points, simulated_sensors
+from sitscad.calibration.map_fit import error_for_other_sensors, fit_unit_map, sensor_samples
 from sitscad.calibration.points import Points
 from sitscad.calibration.unknowns import WIDEST, draw_stratified_units
 from sitscad.spec import templates
@@ -29,7 +29,7 @@ requirements: {normal_force: 8 N, shear_force: 2 N}
 
 @pytest.fixture(scope="module")
 def sensors():
-    return sensors_of(sitscad.Design(sitscad.load_text(SENSOR, "jaw12.yaml")).response)
+    return simulated_sensors(sitscad.Design(sitscad.load_text(SENSOR, "jaw12.yaml")).response)
 
 
 @pytest.mark.parametrize("gap", [-WIDEST, -1.9, 0.0, WIDEST])
@@ -65,7 +65,7 @@ def test_surrogate_error_covers_deviation_from_solved_readings(soft):
     """A pad known to 67 % was charted as far as the softest is sheared, four thicknesses: the readings' changes were
     half wrong where 0.6 % was taken for granted, and no calibration noticed.
     """
-    result = sensors_of(soft.response)
+    result = simulated_sensors(soft.response)
     loads = np.vstack([np.zeros((1, 3)), result.range.evenly_spread_loads(20, 700)])
     none = np.zeros(len(result.unknowns))
     charted, solved = (np.log(result.frequencies_under(none, loads, exact)) for exact in (False, True))
@@ -85,7 +85,7 @@ def test_noiseless_readings_of_stiffer_pad_give_its_modulus(soft):
     other = sitscad.Design(replace(spec, elastomer=replace(spec.elastomer, material=stiffer)))
     loads = np.vstack([np.zeros((1, 3)), foretold.plan.loads])
     read = sitscad.respond(other, loads=loads, rotation="held").frequency
-    result = calibrate_by(foretold.sensors, Points(loads, None, read, np.arange(len(loads)) == 0))
+    result = calibrate_from_points(foretold.sensors, Points(loads, None, read, np.arange(len(loads)) == 0))
     moved = {name: row["moved_by_sigmas"] for name, row in result.moved.items()}
     assert result.moved["modulus"]["value"] == approx(np.log(17.0 / 13.2), abs=0.02)
     assert max(abs(far) for name, far in moved.items() if name != "modulus") < 0.2
@@ -132,7 +132,7 @@ def test_nominal_map_error_includes_soft_pads(sensors):
         unit = sensor_samples(sensors, errors, loads)
         square.append((drawn(unit.readings, unit.rest) / sensors.range.full_scales - unit.forces) ** 2)
     true = np.sqrt(np.mean(square, axis=(0, 1))) * sensors.range.full_scales
-    assert error_on_others(sensors, drawn) == approx(true, rel=0.15)
+    assert error_for_other_sensors(sensors, drawn) == approx(true, rel=0.15)
 
 
 def test_stratified_sensors_are_normal_in_every_unknown(sensors):

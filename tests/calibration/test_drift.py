@@ -15,7 +15,7 @@ import sitscad
 from sitscad import Design
 from sitscad.basics.record import replace as replaced
 from sitscad.calibration import calibrate, map_of
-from sitscad.calibration.bench_data import BenchError, points_of, read_table
+from sitscad.calibration.bench_data import BenchError, read_table, table_points
 from sitscad.calibration.drift_fit import DriftModel, fit_drift
 from sitscad.calibration.drift_table import drift_notes, fit_table_drift, measured_reference, rows_at_base
 from sitscad.calibration.points import Points
@@ -88,7 +88,7 @@ def calibrated(design, planned, rows, tmp_path_factory):
 def refitted(design, calibrated, path):
     """Fit the drift of a table again, with the map of its unit."""
     whole = read_table(path, calibrated.sensors.coils)
-    points = replace(points_of(whole, calibrated.sensors), noise_ratio=calibrated.points.noise_ratio)
+    points = replace(table_points(whole, calibrated.sensors), noise_ratio=calibrated.points.noise_ratio)
     plain = replace(calibrated, drift=None, remarks=(), map=replaced(
         calibrated.map, drifts=design.sensing.solved.drift_coefficients))
     return fit_table_drift(design.sensing.solved, plain, whole, points, "")
@@ -272,7 +272,7 @@ def test_temperatures_without_compensation_are_refused(design, calibrated, table
     vars(sensing)["drift_coefficients"] = None
     whole = read_table(table(), calibrated.sensors.coils)
     with pytest.raises(BenchError, match=r"readout\.compensation"):
-        fit_table_drift(sensing, calibrated, whole, points_of(whole, calibrated.sensors), "")
+        fit_table_drift(sensing, calibrated, whole, table_points(whole, calibrated.sensors), "")
 
 
 def test_reference_coil_column_is_read_and_required(tmp_path, design, calibrated):

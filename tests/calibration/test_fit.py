@@ -16,8 +16,8 @@ from tolerance import approx
 import sitscad
 from sitscad.assembly.places.motions import read_motions
 from sitscad.calibration import calibrate, map_of
-from sitscad.calibration.calibration import calibrate_by, sensors_of
-from sitscad.calibration.map_fit import fit_unit_map, map_terms
+from sitscad.calibration.calibration import calibrate_from_points, simulated_sensors
+from sitscad.calibration.map_fit import fit_unit_map, map_exponents
 from sitscad.calibration.misfit import UNUSUAL
 from sitscad.calibration.model_fit import NoFit, levenberg_marquardt
 from sitscad.calibration.points import Points, candidate_loads
@@ -35,7 +35,7 @@ SAMPLES = Path(__file__).parents[1] / "samples"
 
 @pytest.fixture(scope="module")
 def calibrated(sensors, foretold, bench):
-    return calibrate_by(sensors, bench)
+    return calibrate_from_points(sensors, bench)
 
 
 @pytest.fixture(scope="module")
@@ -88,7 +88,7 @@ def test_loads_along_one_axis_leave_larger_stated_error(sensors, foretold, hidde
     loads = np.zeros((5, 3))
     loads[1:, 0] = np.linspace(0.3, 1.0, 4) * sensors.range.full_scales[0]
     frequency = sensors.frequencies_under(hidden, loads)
-    result = calibrate_by(sensors, Points(loads, None, frequency, loads[:, 0] == 0.0))
+    result = calibrate_from_points(sensors, Points(loads, None, frequency, loads[:, 0] == 0.0))
     assert np.all(result.map.error > calibrated.map.error)
     assert np.all(_off(result.map, truth) * result.map.full_scale < 2.5 * result.map.error)
 
@@ -108,7 +108,7 @@ def test_repeated_tares_remove_drift(sensors, bench, calibrated, foretold, truth
     order = np.array([*range(half), 0, *range(half, len(bench))])
     drifted = bench.part(order)
     drifted.frequency[half:] *= 1.002
-    result = calibrate_by(sensors, drifted)
+    result = calibrate_from_points(sensors, drifted)
     assert np.all(_off(result.map, truth) < 0.02)
 
 
@@ -119,7 +119,7 @@ def test_poses_determine_target_offset_but_not_modulus(sensors, hidden):
     poses[1:, 0] = [-5e-4, 5e-4, 0.0, 0.0, -5e-4, 5e-4, 0.0, 3e-4]
     poses[1:, 2] = [0.0, 0.0, -8e-5, 5e-5, -8e-5, -8e-5, -4e-5, -2e-5]
     read = sensors.frequencies(hidden, sensors.poses_after_travel(hidden, poses), exact=True)
-    result = calibrate_by(sensors, Points(None, poses, read, np.arange(9) == 0))
+    result = calibrate_from_points(sensors, Points(None, poses, read, np.arange(9) == 0))
     rows, true = result.moved, {item.name: e for item, e in zip(sensors.unknowns, hidden, strict=True)}
     for name in ("offset_x", "tilt_y"):
         assert abs(rows[name]["value"] - true[name]) < 4.0 * rows[name]["sigma"]
@@ -250,14 +250,14 @@ def test_map_of_target_moving_off_its_coil_has_small_error():
     """In ln(1 - L/L0) the map of this unit was 47 % of full scale off, so that each design had its form chosen out of
     eighteen.
     """
-    own = sensors_of(sitscad.Design(sitscad.load_text(templates.read("robotic_jaw_12mm"))).response)
+    own = simulated_sensors(sitscad.Design(sitscad.load_text(templates.read("robotic_jaw_12mm"))).response)
     result = fit_unit_map(own, draw_units(own.unknowns, 2, 7)[1])
     assert np.all(result.error < 0.004 * result.full_scale)
 
 
 @pytest.mark.parametrize(("axes", "samples", "degree"), [(1, 241, 6), (2, 41, 6), (2, 40, 5), (3, 273, 6), (5, 273, 4)])
 def test_map_degree_depends_only_on_sample_count(axes, samples, degree):
-    terms = map_terms(axes, samples)
+    terms = map_exponents(axes, samples)
     assert terms.sum(axis=1).max() == degree and samples >= 1.5 * len(terms)
 
 
@@ -297,7 +297,7 @@ def test_fit_of_extreme_unknowns_settles_within_stated_error(sensors, foretold):
     points = simulated(sensors, own, foretold.plan.loads, np.random.default_rng((100, 4)))
     with warnings.catch_warnings():
         warnings.simplefilter("error")  # steps that are taken back ended in tanks that do not oscillate
-        result = calibrate_by(sensors, points)
+        result = calibrate_from_points(sensors, points)
     tried = np.vstack([np.zeros((1, 3)), sensors.range.evenly_spread_loads(20, 600)])
     off = _off(result.map, (tried[1:, sensors.range.columns], sensors.frequencies_under(own, tried, exact=True)))
     assert result.fit.settled and result.fit.excess < 2.5

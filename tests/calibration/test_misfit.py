@@ -11,7 +11,7 @@ from tolerance import approx
 
 from sitscad.calibration import calibrate
 from sitscad.calibration.bench_data import BenchError, read_table
-from sitscad.calibration.calibration import calibrate_by, sensors_of
+from sitscad.calibration.calibration import calibrate_from_points, simulated_sensors
 from sitscad.calibration.misfit import CAUSES, ODD, cause_text, fit_opposite_rotation, unusual_unknowns
 from sitscad.calibration.model_fit import fit_model
 from sitscad.calibration.points import Points, chi_square_chance
@@ -22,7 +22,7 @@ from tests.oracles.bench import simulated
 
 @pytest.fixture(scope="module")
 def level(design):
-    return sensors_of(design.response, True)
+    return simulated_sensors(design.response, True)
 
 
 @pytest.mark.more
@@ -80,7 +80,7 @@ def test_pad_of_unusual_thickness_is_fitted_and_reported(sensors, foretold, hidd
     """A fifth thicker: the chart ended where usual sensors do, and half of full scale was stated."""
     own = 0.7 * hidden
     own[0] = gap * sensors.unknowns[0].sigma
-    result = calibrate_by(sensors, simulated(sensors, own, foretold.plan.loads, np.random.default_rng(1)))
+    result = calibrate_from_points(sensors, simulated(sensors, own, foretold.plan.loads, np.random.default_rng(1)))
     assert result.sensors.around is not None and result.fit.moved[0] == approx(gap, abs=1.0)
     tried = np.vstack([np.zeros((1, 3)), sensors.range.evenly_spread_loads(20, 600)])
     read = sensors.frequencies_under(own, tried, exact=True)
@@ -98,7 +98,7 @@ def test_pad_with_unusual_shear_law_is_fitted_within_stated_error(sensors, foret
     place = [item.name for item in sensors.unknowns].index(name)
     own = 0.7 * hidden
     own[place] = 2.0 * sensors.unknowns[place].sigma
-    result = calibrate_by(sensors, simulated(sensors, own, foretold.plan.loads, np.random.default_rng(1)))
+    result = calibrate_from_points(sensors, simulated(sensors, own, foretold.plan.loads, np.random.default_rng(1)))
     assert result.fit.moved[place] == approx(2.0, abs=1.0) and result.fit.sigma[place] < 0.75
     tried = np.vstack([np.zeros((1, 3)), sensors.range.evenly_spread_loads(20, 600)])
     read = sensors.frequencies_under(own, tried, exact=True)
@@ -128,7 +128,7 @@ def test_map_error_includes_surrogate_error(sensors, foretold, hidden):
     """
     own = 0.7 * hidden
     own[[item.name for item in sensors.unknowns].index("modulus")] = -np.log(2.0)
-    result = calibrate_by(sensors, simulated(sensors, own, foretold.plan.loads, np.random.default_rng(77)))
+    result = calibrate_from_points(sensors, simulated(sensors, own, foretold.plan.loads, np.random.default_rng(77)))
     tried = np.vstack([np.zeros((1, 3)), sensors.range.evenly_spread_loads(25, 700)])
     read = sensors.frequencies_under(own, tried, exact=True)
     off = np.sqrt(np.mean((result.map(read[1:], read[0]) - tried[1:, sensors.range.columns]) ** 2, axis=0))
@@ -206,7 +206,7 @@ def test_table_with_fewer_than_three_tares_notes_missing_noise_estimate(design, 
 
 @pytest.fixture(scope="module")
 def calibrated(sensors, bench, foretold):
-    return calibrate_by(sensors, bench)
+    return calibrate_from_points(sensors, bench)
 
 
 def test_every_fitted_unknown_has_cause_text(sensors):
@@ -230,7 +230,7 @@ def test_stated_error_of_five_point_calibration_holds_within_factor_4(sensors, f
     ratios = []
     for number, own in enumerate(draw_units(sensors.unknowns, 5, 4100)):
         points = simulated(sensors, own, foretold.plan.loads[:5], np.random.default_rng((4100, number)))
-        result, read = calibrate_by(sensors, points), sensors.frequencies_under(own, tried, exact=True)
+        result, read = calibrate_from_points(sensors, points), sensors.frequencies_under(own, tried, exact=True)
         off = result.map(read[1:], read[0]) - tried[1:, sensors.range.columns]
         ratios.append(result.map.error / np.sqrt(np.mean(off**2, axis=0)))
     assert np.all(np.array(ratios) > 0.9) and 1.0 < np.median(ratios) < 4.0
@@ -239,7 +239,7 @@ def test_stated_error_of_five_point_calibration_holds_within_factor_4(sensors, f
 @pytest.mark.slow
 def test_hysteresis_increases_stated_map_error(sensors, foretold, hidden, calibrated):
     points = simulated(sensors, hidden, foretold.plan.loads, np.random.default_rng(8), 0.0971)
-    worn = calibrate_by(sensors, points)
+    worn = calibrate_from_points(sensors, points)
     assert worn.fit.excess > 3.0 and worn.fit.scatter == approx(0.0971 / np.sqrt(12.0), rel=0.6)
     assert np.all(worn.map.error > 1.6 * calibrated.map.error)
 

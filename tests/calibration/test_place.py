@@ -11,7 +11,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad.calibration import points
-from sitscad.calibration.calibration import calibrate_by, plan_calibration
+from sitscad.calibration.calibration import calibrate_from_points, plan_calibration
 from sitscad.calibration.points import Points, place_changes
 from sitscad.calibration.unknowns import draw_units, usual_value
 from sitscad.files.report.calibration import plan_card, plan_instructions
@@ -34,14 +34,14 @@ def test_reading_change_of_displaced_load_equals_effect_of_its_moment(sensors):
 
 
 def test_plan_includes_load_position_errors_and_states_common_offset_effect(sensors, foretold, monkeypatch):
-    exact = points.plan(sensors, 8)
+    exact = points.plan_loads(sensors, 8)
     assert np.all(exact.errors_of_offset > 0.0) and np.array_equal(exact.loads, foretold.plan.loads)
     message = re.sub(r"\\s+", " ", plan_instructions(foretold, foretold.plan).decode())
     (first,) = re.findall(r"without a remark; after all rows they add: normal ([0-9.e-]+)", " ".join(message.split()))
     assert float(first) == approx(1e-4 / usual_value("place") * foretold.plan.errors_of_offset[0], rel=0.06)
     assert "rod" in message and "guide" in message and "ball or a point" not in message
     monkeypatch.setattr(points, "usual_value", lambda name: 1e-9 if name == "place" else usual_value(name))
-    surer = points.plan(sensors, 8)
+    surer = points.plan_loads(sensors, 8)
     assert np.all(surer.errors[-1] < exact.errors[-1]) and np.all(surer.errors_of_offset < 1e-3
                                                                   * exact.errors_of_offset)
 
@@ -72,7 +72,7 @@ def test_loads_displaced_by_100_um_are_within_stated_error():
     generator = np.random.default_rng(1)
     read = Points(loads, None, sensors.read(sensors.frequencies_under(errors, put, exact=True), generator),
                   loads[:, 0] == 0.0)
-    made, probe = calibrate_by(sensors, read), sensors.range.evenly_spread_loads(40, 7)
+    made, probe = calibrate_from_points(sensors, read), sensors.range.evenly_spread_loads(40, 7)
     rest = sensors.frequencies_under(errors, np.zeros((1, 5)), exact=True)[0]
     off = made.map(sensors.frequencies_under(errors, probe, exact=True), rest) - probe[:, sensors.range.columns]
     assert np.all(np.sqrt(np.mean(off**2, axis=0)) < made.map.error)

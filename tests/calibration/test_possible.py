@@ -11,9 +11,9 @@ import pytest
 from tolerance import approx
 
 import sitscad.calibration
-from sitscad.calibration.bench_data import BenchError, points_of, read_table
+from sitscad.calibration.bench_data import BenchError, read_table, table_points
 from sitscad.calibration.model_fit import NoFit, fit_model
-from sitscad.calibration.refusals import require_agreement, require_possible, second_readings
+from sitscad.calibration.refusals import require_agreement, require_possible_points, unused_column_remarks
 
 
 @pytest.fixture
@@ -27,7 +27,7 @@ def poses(tmp_path, sensors):
         path = tmp_path / "poses.csv"
         path.write_text("\n".join([f"{head},C1_Hz,C2_Hz", *(",".join([*row, "7e6", "7e6"]) for row in rows)]) + "\n")
         table = read_table(str(path), sensors.coils)
-        return table, points_of(table, sensors)
+        return table, table_points(table, sensors)
 
     return written
 
@@ -43,7 +43,7 @@ def poses(tmp_path, sensors):
 )
 def test_impossible_target_poses_are_refused(poses, sensors, head, row, words):
     with pytest.raises(BenchError, match=words):
-        require_possible(*poses(head, row), sensors)
+        require_possible_points(*poses(head, row), sensors)
 
 
 def test_load_beyond_pad_stability_is_refused(table, sensors):
@@ -54,7 +54,7 @@ def test_load_beyond_pad_stability_is_refused(table, sensors):
     with pytest.raises(
         BenchError, match=r"bench.csv:6:1: normal 40 N, shear_x 6 N: the pad gives way sideways .* even if"
     ):
-        require_possible(read, points_of(read, sensors), sensors)
+        require_possible_points(read, table_points(read, sensors), sensors)
 
 
 @pytest.fixture(scope="module")
@@ -64,12 +64,12 @@ def fit(sensors, bench):
 
 def _read(table, sensors, change=lambda head, rows: (head, rows)):
     result = read_table(table(change), sensors.coils)
-    return result, points_of(result, sensors)
+    return result, table_points(result, sensors)
 
 
 def test_fit_of_matching_readings_is_accepted(table, sensors, fit):
     read, points = _read(table, sensors)
-    require_possible(read, points, sensors)
+    require_possible_points(read, points, sensors)
     require_agreement(read, points, sensors, fit)
 
 
@@ -157,11 +157,11 @@ def _twice(sensors, bench, scale):
 def test_counts_column_is_preferred_and_difference_of_second_column_reported(table, sensors, bench, scale, words):
     read, points = _read(table, sensors, _twice(sensors, bench, scale))
     assert points.frequency == approx(bench.frequency, rel=1e-7)
-    item, other = second_readings(read, points, sensors)
+    item, other = unused_column_remarks(read, points, sensors)
     assert "C1_counts is used, C1_uH is not" in item and "C2_counts is used" in other
     assert words in item and words in other
     assert "capacitor +50.0 % off" in item
-    assert second_readings(*_read(table, sensors), sensors) == ()
+    assert unused_column_remarks(*_read(table, sensors), sensors) == ()
 
 
 @pytest.mark.slow

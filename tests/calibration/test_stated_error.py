@@ -7,7 +7,7 @@ import pytest
 
 import sitscad
 from sitscad.calibration import calibrate
-from sitscad.calibration.calibration import sensors_of
+from sitscad.calibration.calibration import simulated_sensors
 from sitscad.spec import templates
 from tests.validation.calibrated_units import tried
 
@@ -49,7 +49,7 @@ def test_hysteresis_in_five_loads_gives_stated_error_below_4_percent(small, tmp_
 
 @pytest.mark.slow
 def test_readings_beyond_surrogate_range_are_within_40_percent_of_solved(small):
-    sensors = sensors_of(small.response, True)
+    sensors = simulated_sensors(small.response, True)
     errors = np.array([4.0 * item.sigma * (item.name == "gap") for item in sensors.unknowns])
     loads = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
     charted, solved = (np.ptp(np.log(sensors.frequencies_under(errors, loads, exact)), axis=0)

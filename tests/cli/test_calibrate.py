@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import sitscad
-from sitscad.calibration.calibration import sensors_of
+from sitscad.calibration.calibration import simulated_sensors
 from sitscad.calibration.unknowns import draw_units
 
 
@@ -58,7 +58,7 @@ def test_completed_plan_gives_calibration_within_stated_error(run, pair, tmp_pat
     assert message == "# rotation: held"
     rows = list(csv.DictReader(io.StringIO(text)))
     assert len(rows) == 5 + 3  # points, and three tares that tell the noise
-    sensors = sensors_of(sitscad.Design(sitscad.load(tmp_path / "pair.yaml")).response)
+    sensors = simulated_sensors(sitscad.Design(sitscad.load(tmp_path / "pair.yaml")).response)
     hidden = draw_units(sensors.unknowns, 1, number)[0]
     loads = np.array([[float(row.get(f"{name}_N", 0.0)) for name in ("normal", "shear_x", "shear_y")] for row in rows])
     counts = np.rint(sensors.conversion.counts(sensors.frequencies_under(hidden, loads, exact=True)))

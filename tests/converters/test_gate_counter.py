@@ -20,7 +20,7 @@ from tolerance import approx
 import sitscad
 from sitscad.apps.hardware.converter import SimulatedConverter
 from sitscad.apps.hardware.source import open_source
-from sitscad.calibration.calibration import sensors_of
+from sitscad.calibration.calibration import simulated_sensors
 from sitscad.cli import run
 from sitscad.data import PACKAGE, DataError, rows
 from sitscad.estimates.requested_response import respond
@@ -93,7 +93,7 @@ def test_gate_counter_resolution_is_one_count_and_noise_from_both_ends(xgc4):
         for state in coil.states.values():
             assert state.quantum == approx(2.0 * state.inductance / (gate * state.frequency), rel=1e-9)
             assert state.noise == approx(state.quantum / math.sqrt(12.0), rel=1e-9)
-    sensors = sensors_of(design.response)
+    sensors = simulated_sensors(design.response)
     rest = [coil.states["rest"].frequency for coil in design.estimates.coils]
     assert sensors.noise == approx([1.0 / (math.sqrt(6.0) * gate * each) for each in rest], rel=1e-9)
     counts = design.estimates.readout.conversion.read(np.array([rest]))

@@ -77,7 +77,7 @@ def test_metal_error_of_reference_coil_is_correlated_with_other_coils():
     """With a tenth more drift of all copper, the temperature reads a tenth high, and so do the other causes."""
     causes = {METAL: np.array([-2.0]), EXPANSION: np.array([-1.0]), PAD_MODULUS: np.array([-0.5])}
     reading = TemperatureReading("", 0.0, 0.0, 0.0, is_by_metal=True)
-    left = Compensation(10.0, reading, 0.0).left(causes, np.zeros(1), np.zeros(1), False)
+    left = Compensation(10.0, reading, 0.0).remaining_drift(causes, np.zeros(1), np.zeros(1), False)
     excess = presets.compensation_figure(METAL)
     sensed = 10.0 * (1.0 + excess)
     unit = 10.0 * (causes[METAL] * (1.0 + excess) + causes[EXPANSION] + causes[PAD_MODULUS])
@@ -88,7 +88,7 @@ def test_metal_error_of_own_windings_adds_reading_and_effect_of_copper():
     """With a tenth more drift of the reference coil alone the reading is wrong, with the others alone the effect."""
     causes = {METAL: np.array([-2.0]), EXPANSION: np.array([-1.0]), PAD_MODULUS: np.array([-0.5])}
     reading = TemperatureReading("", 0.0, 0.0, 0.0, is_by_metal=True, has_own_windings=True)
-    left = Compensation(10.0, reading, 0.0).left(causes, np.zeros(1), np.zeros(1), False)
+    left = Compensation(10.0, reading, 0.0).remaining_drift(causes, np.zeros(1), np.zeros(1), False)
     excess = presets.compensation_figure(METAL)
     assert left[METAL] == approx(10.0 * excess * math.hypot(2.0, 3.5), rel=1e-9)
 
@@ -105,7 +105,7 @@ def test_reference_coil_drift_equals_frequency_change_between_estimates(plain):
     assert point.compensation.reading.is_by_metal
     assert point.compensation.reading.by_tolerance == approx((WARM - COLD) * capacitor / -drift, rel=1e-3)
     assert design.spec.readout.compensation.difference == presets.compensation_figure("difference at board")
-    assert point.drift[0] < 0.6 * point.plain_drift[0]
+    assert point.drift[0] < 0.6 * point.uncompensated_drift[0]
 
 
 def test_temperature_sensor_with_smallest_error_is_chosen(plain):
@@ -135,16 +135,18 @@ def test_perfect_temperature_reading_leaves_only_coefficient_errors():
     """A perfect reading leaves only the coefficients, and a cold sensor leaves nothing."""
     causes = {METAL: np.array([-2.0]), EXPANSION: np.array([-1.0]), PAD_MODULUS: np.array([-0.5])}
     perfect = TemperatureReading("", 0.0, 0.0, 0.0)
-    left = Compensation(10.0, perfect, 0.0).left(causes, np.zeros(1), np.zeros(1), False)
+    left = Compensation(10.0, perfect, 0.0).remaining_drift(causes, np.zeros(1), np.zeros(1), False)
     assert root_sum_square(left) == approx(10.0 * math.hypot(2.0 * 0.1, 0.15, 0.5 * 0.3), rel=1e-9)
-    assert not root_sum_square(Compensation(0.0, perfect, 0.0).left(causes, np.zeros(1), np.zeros(1), False)).any()
-    beside = Compensation(10.0, replace(perfect, difference=0.5), 0.1).left(causes, np.zeros(1), np.zeros(1), True)
+    none = np.zeros(1)
+    assert not root_sum_square(Compensation(0.0, perfect, 0.0).remaining_drift(causes, none, none, False)).any()
+    beside = Compensation(10.0, replace(perfect, difference=0.5), 0.1).remaining_drift(causes, none, none, True)
     assert root_sum_square(beside) == approx(math.hypot(0.5 * 3.5, 0.1 * 1.5), rel=1e-9)
 
 
 def test_sensor_without_thermistor_has_no_compensation(plain):
     point = plain.sensing.solved.warmed[-1]
-    assert point.compensation is None and point.drift_left == {} and np.array_equal(point.drift, point.plain_drift)
+    assert point.compensation is None and point.drift_left == {}
+    assert np.array_equal(point.drift, point.uncompensated_drift)
     assert "compensation" not in plain.performance[-1].document() and not compensation_tables(plain.performance)
 
 
@@ -158,9 +160,9 @@ def test_drift_without_compensation_is_that_of_a_sensor_solved_at_two_temperatur
     change = warmed.readings(WARM, WARM - COLD, 1.0, 1.0, warmed.loads) - bench.readings(bench.poses(warmed.loads))
     for point, after_one_tare in zip((rest, full), change[:2], strict=True):
         by_capacitors = (WARM - COLD) * point.by_kelvin[CAPACITORS][0]
-        assert point.plain_drift[0] == approx(
+        assert point.uncompensated_drift[0] == approx(
             math.hypot((point.inverse @ after_one_tare)[0], by_capacitors), rel=0.03)
-    assert full.plain_tared_drift[0] == approx(abs(full.inverse @ (change[1] - change[0]))[0], rel=0.25)
+    assert full.uncompensated_tared_drift[0] == approx(abs(full.inverse @ (change[1] - change[0]))[0], rel=0.25)
     # under shear, by the slope of the map there
     causes = [error[1] for cause, error in full.by_kelvin.items() if cause != CAPACITORS]
     assert (WARM - COLD) * sum(causes) == approx(
@@ -177,7 +179,7 @@ def test_uncompensated_drift_equals_drift_of_sensor_without_thermistor(plain, co
 
 def test_study_measures_include_drift_with_and_without_compensation(compensated):
     point = compensated.sensing.solved.warmed[-1]
-    for axis, left, plain in zip(point.bench.range.axes, point.drift, point.plain_drift, strict=True):
+    for axis, left, plain in zip(point.bench.range.axes, point.drift, point.uncompensated_drift, strict=True):
         for name, value in (("error.temperature", left), ("error.uncompensated", plain)):
             assert MEASURES[f"{name}.{axis}"].read(compensated)[0] == approx(value, rel=1e-9)
 
@@ -190,7 +192,7 @@ def test_documents_list_each_part_of_remaining_drift(compensated):
     document = full.document()["compensation"]
     assert set(document["left"]) == {"design", "calibrated"} and document["warming_K"] == WARM - COLD
     combined = math.hypot(*(row["normal"] for row in full.drift_left["design"].values()))
-    assert combined == approx(point.drift[0], rel=1e-9) and combined < 0.2 * point.plain_drift[0]
+    assert combined == approx(point.drift[0], rel=1e-9) and combined < 0.2 * point.uncompensated_drift[0]
 
 
 @pytest.mark.slow

@@ -218,12 +218,12 @@ def test_performance_document_has_moment_units_and_tilt_stiffness(cell):
 @pytest.mark.slow
 def test_calibrated_unit_reads_moments_within_two_percent(cell, tmp_path):
     """Eight presses beside the middle, of a sensor off by its own errors, read through the bench's table."""
-    from sitscad.calibration.calibration import sensors_of
+    from sitscad.calibration.calibration import simulated_sensors
     from sitscad.calibration.unknowns import draw_units
     from sitscad.files.report.calibration import plan_csv
 
     planned = sitscad.calibrate(cell)
-    sensors = sensors_of(cell.response)
+    sensors = simulated_sensors(cell.response)
     assert not sensors.is_held
     errors = 0.7 * draw_units(sensors.unknowns, 1, 3)[0]
     head, names, *rows = plan_csv(planned, planned.plan).decode().splitlines()

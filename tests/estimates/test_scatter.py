@@ -15,7 +15,7 @@ import sitscad
 from sitscad import Design
 from sitscad.assembly.places import bodies
 from sitscad.assembly.places.bodies import backing_of
-from sitscad.calibration.calibration import plan_calibration, sensors_of
+from sitscad.calibration.calibration import plan_calibration, simulated_sensors
 from sitscad.estimates.circuits import uncertainty
 from sitscad.estimates.loads.pressing import GLUE, MODULUS, PAD, PAD_SIZE
 from sitscad.estimates.performance.unit_errors import perturbed_readings, root_sum_of_mean_squares
@@ -118,7 +118,7 @@ KNOWN_AS = {PAD: "gap", GLUE: "glue", MODULUS: "modulus", scatter.OFFSET_X: "off
 
 def _changed_by(design, cause, loads):
     """Change of the readings since the tare by one sigma of a cause, on the three levels of simulated units."""
-    sensors, sigma = sensors_of(design.response), cause.sigma(design.spec)
+    sensors, sigma = simulated_sensors(design.response), cause.sigma(design.spec)
     drawn = _readings(design.sensing.solved.bench, loads)
     (item,) = perturbed_readings(design.sensing.solved.bench, scatter.scatter_by_cause(design.spec)[cause.name], loads)
     yield item[0] - drawn
@@ -279,7 +279,7 @@ def test_pad_thickness_sigma_includes_change_of_target_ratio():
 @pytest.mark.slow
 def test_calibration_scatter_includes_height_over_shield(grasper):
     """What a calibration takes sensors of a jaw to differ by has the height over the shield in it."""
-    known = {item.name: item.sigma for item in sensors_of(grasper.response).unknowns}
+    known = {item.name: item.sigma for item in simulated_sensors(grasper.response).unknowns}
     rest = grasper.estimates.coils[0].states["rest"]
     by_height = abs(rest.spread.shifts[scatter.HEIGHT][0]) / rest.inductance
     assert by_height > 0.01

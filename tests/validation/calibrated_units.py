@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 import sitscad
 from sitscad.calibration import calibrate
-from sitscad.calibration.calibration import plan_calibration, sensors_of
+from sitscad.calibration.calibration import plan_calibration, simulated_sensors
 from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import draw_units
 from sitscad.spec import templates
@@ -47,7 +47,7 @@ def tried(design: sitscad.Design, count: int, number: int, hysteresis: float) ->
     """What one unit's calibration states and its true error, (axes,) each, in full scales. Raises BenchError for a
     table that is refused.
     """
-    sensors = sensors_of(design.response, True)
+    sensors = simulated_sensors(design.response, True)
     plan, scope = plan_calibration(design.response, True, count).plan, sensors.range
     assert plan is not None
     errors = draw_units(sensors.unknowns, number + 1, SEED)[number]

@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import sitscad
-from sitscad.calibration.calibration import calibrate_by, plan_calibration, sensors_of
+from sitscad.calibration.calibration import calibrate_from_points, plan_calibration, simulated_sensors
 from sitscad.calibration.inverse_map import InverseMap
 from sitscad.calibration.points import Points
 from sitscad.calibration.sensors import Sensors
@@ -106,7 +106,7 @@ def of_another_law(design: sitscad.Design, more: float) -> Sensors:
     pad = design.spec.elastomer
     assert pad is not None
     material = replace(pad.material, ogden_exponent=pad.material.ogden_exponent + more)
-    return sensors_of(sitscad.Design(replace(design.spec, elastomer=replace(pad, material=material))).response)
+    return simulated_sensors(sitscad.Design(replace(design.spec, elastomer=replace(pad, material=material))).response)
 
 
 @dataclass(frozen=True)
@@ -138,15 +138,15 @@ class Trial:
         generator = np.random.default_rng((SEED, number))
         for points in FEW:
             bench = simulated(sensors, own, self.loads[:points], generator)
-            note("model", points, calibrate_by(sensors, bench).map)
+            note("model", points, calibrate_from_points(sensors, bench).map)
             note("plain", points, plain(sensors, bench))
         worn = simulated(sensors, own, self.loads[:8], generator, HYSTERESIS)
-        note("model, hysteresis", 8, calibrate_by(sensors, worn).map)
+        note("model, hysteresis", 8, calibrate_from_points(sensors, worn).map)
         note("plain, hysteresis", 8, plain(sensors, worn))
         other = self.others[number % len(self.others)]
         bench = simulated(other, own, self.loads[:8], generator)
         read = other.frequencies_under(own, tried, exact=True)
-        note("model, another law", 8, calibrate_by(sensors, bench).map)
+        note("model, another law", 8, calibrate_from_points(sensors, bench).map)
         note("plain, another law", 8, plain(sensors, bench))
         read = sensors.frequencies_under(own, tried, exact=True)
         bench = simulated(sensors, own, sensors.range.evenly_spread_loads(max(MANY)), generator)

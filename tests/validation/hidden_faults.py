@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 import sitscad
 from sitscad.calibration import Calibration, calibrate
-from sitscad.calibration.calibration import sensors_of
+from sitscad.calibration.calibration import simulated_sensors
 from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import draw_units
 from sitscad.spec.sensor import SensorSpec
@@ -147,7 +147,7 @@ def rows(only: str = "") -> Iterator[tuple[str, ...]]:
     design = sitscad.Design(sitscad.load(ROOT / "templates" / f"{TEMPLATE}.yaml"))
     loads = calibrate(design).plan
     assert loads is not None
-    sensors = sensors_of(design.response)
+    sensors = simulated_sensors(design.response)
     usual = USUAL * draw_units(sensors.unknowns, 1, SEED)[0]
     for fault in (item for item in FAULTS if only in item.name):
         truth, own = of_fault(design, sensors, fault, usual)
@@ -168,8 +168,8 @@ def of_fault(design: sitscad.Design, sensors: Sensors, fault: Fault, usual: Arra
     for name, value in fault.own:
         own[names.index(name)] = value * (design.spec.elastomer.thickness if name == "gap" else 1.0)
     if fault.spec is not None:
-        return sensors_of(sitscad.Design(fault.spec(design.spec)).response), own
-    return (sensors_of(design.response, is_held=False) if fault.is_free else sensors), own
+        return simulated_sensors(sitscad.Design(fault.spec(design.spec)).response), own
+    return (simulated_sensors(design.response, is_held=False) if fault.is_free else sensors), own
 
 
 def told(design: sitscad.Design, truth: Sensors, own: Array, table: Table) -> tuple[str, ...]:

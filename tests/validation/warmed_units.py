@@ -168,7 +168,7 @@ def stated(warmed: WarmedDesign) -> dict[str, Array]:
     points = [warmed.design.sensing.solved.warmed[place] for place in (0, -1)]
     result = {kind: np.array([root_sum_square(point.drift_left[kind]) for point in points])
               for kind in (DESIGN, CALIBRATED)}
-    return {PLAIN: np.array([point.plain_drift for point in points]), **result}
+    return {PLAIN: np.array([point.uncompensated_drift for point in points]), **result}
 
 
 def main() -> None:

@@ -15,7 +15,7 @@ from sitscad.apps.hardware.ambient import Ambient, parse_ambient, warmed_frequen
 from sitscad.apps.hardware.bench_board import Board, BusConverter, LineBoard, Port
 from sitscad.apps.hardware.converter import LONGEST, SimulatedConverter
 from sitscad.assembly.places.motions import motion_number
-from sitscad.calibration.calibration import sensors_of
+from sitscad.calibration.calibration import simulated_sensors
 from sitscad.calibration.unknowns import draw_units
 from sitscad.estimates.circuits.settings import BAUD_RATES, devices, serial_settings
 from sitscad.estimates.design import Cells, Design
@@ -304,7 +304,7 @@ def _simulated_board(design: Design, query: str, tares: int) -> Simulation:
         raise ValueError(f"sim: a load is on one of the {len(design.cells)} cells: say on which, like cell=1")
     errors: list[np.ndarray | None] = [None] * len(design.cells)
     if "unit" in options:  # each cell of a unit has its own errors
-        errors = [draw_units(sensors_of(cell.response).unknowns, len(design.cells), int(numbers["unit"]))[k]
+        errors = [draw_units(simulated_sensors(cell.response).unknowns, len(design.cells), int(numbers["unit"]))[k]
                   for k, cell in enumerate(design.cells)]
     read = None
     if "cell" in options or "unit" in options or course is not None:
@@ -374,6 +374,6 @@ def _cell_frequencies(
     for k, (cell, unit) in enumerate(zip(cells, errors, strict=True), 1):
         on_this = loads if k == number else nothing
         part = (respond(cell, loads=on_this, rotation="held" if is_held else "free").frequency if unit is None
-                else sensors_of(cell.response, is_held).frequencies_under(unit, on_this, exact=True))
+                else simulated_sensors(cell.response, is_held).frequencies_under(unit, on_this, exact=True))
         parts.append(np.broadcast_to(part, (len(loads), part.shape[1])))
     return np.concatenate(parts, axis=1)

@@ -160,7 +160,7 @@ def _sensing(results: Sensing) -> SensingAnalysis:
     sensing = results.analysis
     if sensing is None:
         raise AbsentError("it needs a target on a pad, and tanks that oscillate at rest")
-    if not all(sensing.held):
+    if not all(sensing.is_pad_stable):
         raise AbsentError("the pad fails sideways within the required normal force")
     return sensing
 
@@ -215,7 +215,7 @@ def _drift_reader(place: int) -> Callable[[SensingAnalysis, str], float]:
 
 
 def _uncompensated_drift(sensing: SensingAnalysis, axis: str) -> float:
-    return float(sensing.warmed[-1].plain_drift[sensing.bench.range.axes.index(axis)])
+    return float(sensing.warmed[-1].uncompensated_drift[sensing.bench.range.axes.index(axis)])
 
 
 def _range_reader(axis: str) -> Reader:
@@ -226,7 +226,7 @@ def _range_reader(axis: str) -> Reader:
             raise AbsentError("no coil responds to a force")
         if axis not in points[0].axes:
             raise AbsentError(f"the coils cannot measure {axis}")
-        apart = design.sensing.solved.bench.farthest[axis] / (COURSE - 1)  # spacing of the evaluated loads
+        apart = design.sensing.solved.bench.validated_loads[axis] / (COURSE - 1)  # spacing of the evaluated loads
         return points[0].axes[axis].range, apart
 
     return read
@@ -235,14 +235,14 @@ def _range_reader(axis: str) -> Reader:
 def _crosstalk(sensing: SensingAnalysis) -> float:
     if len(sensing.bench.range.axes) == 1:
         raise AbsentError("one coil measures one axis")
-    if not sensing.is_range_held:
+    if not sensing.is_pad_stable_in_range:
         raise AbsentError("the pad fails sideways within the required loads")
     tables = [crosstalk_at(sensing.working, point.load, point.inverse)[0] for point in sensing.points]
     return max(error for table in tables for row in table.values() for error in row.values())
 
 
 def _error_by_gap(sensing: SensingAnalysis) -> float:
-    if not sensing.is_range_held:
+    if not sensing.is_pad_stable_in_range:
         raise AbsentError("the pad fails sideways within the required loads")
     units, full = sensing.units, sensing.bench.range.normal
     near = np.abs(units.loads[:, 0] - full) < 1e-9 * full

@@ -55,7 +55,7 @@ class LoadModel:
         return normal_for_strain(self.pad, VALID_STRAIN)
 
     @cached_property
-    def gives_way(self) -> float | None:
+    def buckling_force(self) -> float | None:
         """Normal force (N), below `overload`, at which the pad buckles sideways under a target that is free to tilt.
 
         A level target can carry more. None if the pad does not buckle.
@@ -72,7 +72,7 @@ class LoadModel:
         return least
 
     @cached_property
-    def farthest(self) -> Mapping[str, float]:
+    def validated_loads(self) -> Mapping[str, float]:
         """Largest load (N, N m) on every axis up to which the pad's law is trusted, by its strain, shear and tilt."""
         shear = shear_for_travel(self.spec, VALID_SHEAR)
         forces = dict(zip(FORCES, (self.overload, shear, shear), strict=True))
@@ -92,7 +92,7 @@ class LoadModel:
         poses[lost] = linear_poses(pad, loads[lost])
         return poses
 
-    def is_held(self, loads: Array) -> Flags:
+    def is_pad_stable(self, loads: Array) -> Flags:
         """Return whether the pad is stable under each of (n, 3 or 5) loads. If it is not, it buckles sideways."""
         return ~np.isnan(self.pad.pose(loads, is_held=not self.range.has_moments)[:, 0])
 
@@ -149,7 +149,7 @@ It is far above the residual of a pose's solution.
 """
 
 SEARCHED = 33
-"""Number of forces in each interval of the search for the force at which the pad buckles (`gives_way`)."""
+"""Number of forces in each interval of the search for the force at which the pad buckles (`buckling_force`)."""
 
 NARROWED = 3
 """Number of successive searches for the buckling force, each in one interval of the last search.

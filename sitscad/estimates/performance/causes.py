@@ -31,7 +31,7 @@ from sitscad.estimates.performance.compensation import (
 from sitscad.estimates.performance.unit_errors import UnitErrors
 from sitscad.estimates.performance.warming import (
     capacitor_drift,
-    compensation_of,
+    choose_compensation,
     expansion_drift,
     metal_drift,
     warming,
@@ -162,10 +162,10 @@ class PointErrors:
         slopes = self.inverse @ self.by_pose[:, 3:]
         if any(name in MOMENTS for name in self.bench.range.axes):
             moments = (self.all_tilts.moments(SMALL_TILT)[self.number] / SMALL_TILT).reshape(2, 2, 2)
-            slopes[:, :2] -= self._of_moments(0.5 * (moments[:, 0] - moments[:, 1])).T
+            slopes[:, :2] -= self._as_axis_loads(0.5 * (moments[:, 0] - moments[:, 1])).T
         return np.asarray(slopes)
 
-    def _of_moments(self, moments: Array) -> Array:
+    def _as_axis_loads(self, moments: Array) -> Array:
         """Return moments (..., 2; N m) about x and y as loads (..., axes) on the measured axes. Force axes have 0."""
         loads = np.zeros((*moments.shape[:-1], len(self.bench.range.axes)))
         for k, name in enumerate(self.bench.range.axes):
@@ -180,7 +180,7 @@ class PointErrors:
         tilted face itself is subtracted.
         """
         read = self.all_tilts.at(angle)[self.number] @ self.inverse.T
-        return np.asarray(read - self._of_moments(self.all_tilts.moments(angle)[self.number])).reshape(2, 2, -1)
+        return np.asarray(read - self._as_axis_loads(self.all_tilts.moments(angle)[self.number])).reshape(2, 2, -1)
 
     def tilt_errors(self, angle: float) -> Array:
         """Return the magnitudes of errors (axes, 2; N, N m) by tilts (rad) about x and y, the larger of both signs."""
@@ -198,7 +198,7 @@ class PointErrors:
         wrench[1, 4], wrench[2, 3] = FORCE_STEP * force, -FORCE_STEP * force
         poses = self.bench.pad.pose(wrench)
         read = self.inverse @ self.by_pose @ (poses[1:] - poses[0]).T
-        return np.asarray((read - self._of_moments(wrench[1:, 3:5]).T) / (1e3 * FORCE_STEP))
+        return np.asarray((read - self._as_axis_loads(wrench[1:, 3:5]).T) / (1e3 * FORCE_STEP))
 
     @cached_property
     def axis_drifts(self) -> tuple[Array, Mapping[str, Array]]:
@@ -266,7 +266,7 @@ class PointErrors:
         return warming(self.bench.spec.requirements)
 
     @property
-    def warmed_by(self) -> str:
+    def drift_name(self) -> str:
         """Name of the error `drift` in tables: it contains the working point and the temperature change."""
         drift = f"drift {WORKING_POINTS[self.number].text}" if self.number else "zero drift"
         return f"{drift}, {self.warming:.3g} K"
@@ -276,7 +276,7 @@ class PointErrors:
         """Compensation of drift for the temperature change `warming`. None if nothing measures the temperature."""
         spec, estimates = self.bench.spec, self.bench.estimates
         noise = float(self.bench.noise.max()) / math.sqrt(max(estimates.readout.scan_rate * AVERAGED, 1.0))
-        return compensation_of(spec.readout, spec.requirements, spec.elastomer, spec.target,
+        return choose_compensation(spec.readout, spec.requirements, spec.elastomer, spec.target,
                                estimates.reference_drift, noise, estimates.has_own_windings)
 
     @cached_property
@@ -339,10 +339,10 @@ class PointErrors:
         The change is since the tare. If the spec has a temperature sensor, it is the drift after compensation.
         """
         compensated = self._compensated(self.drift_left)
-        return self.plain_drift if compensated is None else compensated
+        return self.uncompensated_drift if compensated is None else compensated
 
     @property
-    def plain_drift(self) -> Array:
+    def uncompensated_drift(self) -> Array:
         """Standard deviation `drift` (N, N m) that the sensor would have without compensation."""
         return np.asarray(self.warming * self.temperature)
 
@@ -362,10 +362,10 @@ class PointErrors:
         If the spec has a temperature sensor, it is the error after compensation.
         """
         compensated = self._compensated(self.tared_drift_left)
-        return self.plain_tared_drift if compensated is None else compensated
+        return self.uncompensated_tared_drift if compensated is None else compensated
 
     @property
-    def plain_tared_drift(self) -> Array:
+    def uncompensated_tared_drift(self) -> Array:
         """Error `tared_drift` (N, N m) that the sensor would have without compensation.
 
         The tare follows the temperature change and removes its effect at rest. Three effects under load remain: the
@@ -421,7 +421,7 @@ class PointErrors:
         pad = self.bench.spec.elastomer
         assert pad is not None
         material, degrees = pad.material, f"{math.degrees(self.tilt):.3g}"
-        return self._if_measurable({
+        return self._infinite_if_unmeasurable({
             "noise": self.noise,
             "hysteresis": self.hysteresis,
             "creep": material.creep * self.axis_loads,
@@ -441,9 +441,10 @@ class PointErrors:
         """
         tared = f"{TARED_DRIFT}, {self.warming:.3g} K"
         if self.compensation is None:
-            return {self.warmed_by: self.drift, tared: self.tared_drift}
-        return {f"{self.warmed_by}, {UNCOMPENSATED}": self.plain_drift, f"{self.warmed_by}, compensated": self.drift,
-                f"{tared}, {UNCOMPENSATED}": self.plain_tared_drift, f"{tared}, compensated": self.tared_drift}
+            return {self.drift_name: self.drift, tared: self.tared_drift}
+        return {f"{self.drift_name}, {UNCOMPENSATED}": self.uncompensated_drift,
+                f"{self.drift_name}, compensated": self.drift,
+                f"{tared}, {UNCOMPENSATED}": self.uncompensated_tared_drift, f"{tared}, compensated": self.tared_drift}
 
     def errors(self, units: UnitErrors, map_errors: Array) -> dict[str, Array]:
         """Return the standard deviations (N, N m) of every axis by all causes, by cause.
@@ -452,7 +453,7 @@ class PointErrors:
         m) the errors of the nonlinear map.
         """
         normal, scattered = self.bench.full["normal"], tolerance_sigmas(self.bench.spec)
-        return self.errors_of_any_unit(map_errors) | self._if_measurable({
+        return self.errors_of_any_unit(map_errors) | self._infinite_if_unmeasurable({
             "modulus, before calibration": units.by_modulus(self.share, normal),
             "manufacture, before calibration": units.at(self.share, normal, False),
             "manufacture, after calibration": units.at(self.share, normal, True),
@@ -461,7 +462,7 @@ class PointErrors:
             "capacitors, without a tare": 0.5 * scattered[CAPACITOR] * np.sqrt(np.sum(self.inverse**2, axis=1)),
         })
 
-    def _if_measurable(self, errors: Mapping[str, Array]) -> dict[str, Array]:
+    def _infinite_if_unmeasurable(self, errors: Mapping[str, Array]) -> dict[str, Array]:
         """Return errors (axes; N, N m) by cause, replaced by infinity on axes without a signal."""
         untold = np.isinf(self.noise)
         return {name: np.where(untold, np.inf, np.nan_to_num(error, posinf=np.inf)) for name, error in errors.items()}
@@ -485,7 +486,7 @@ class PointErrors:
         causes = ("noise", "hysteresis", "curved map", "manufacture, after calibration")
         by_cause = {name: apart(errors[name]) for name in causes}
         warmed = self.by_kelvin
-        by_cause[self.warmed_by] = apart(self.drift) if self.compensation is not None else self.warming * math.hypot(
+        by_cause[self.drift_name] = apart(self.drift) if self.compensation is not None else self.warming * math.hypot(
             of(warmed[METAL] + warmed[EXPANSION]), apart(warmed[CAPACITORS]))
         tilt = self.bench.spec.requirements.tilt
         if tilt is not None:

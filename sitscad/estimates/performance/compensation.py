@@ -174,12 +174,12 @@ class Compensation:
               ) -> dict[str, dict[str, Array]]:
         """Return the remaining drift by parts, for coefficients of the design and for calibrated coefficients.
 
-        See `left` for parts and arguments.
+        See `remaining_drift` for parts and arguments.
         """
-        return {source: self.left(causes, noise, carried, source == CALIBRATED, unlike_normal)
+        return {source: self.remaining_drift(causes, noise, carried, source == CALIBRATED, unlike_normal)
                 for source in (DESIGN, CALIBRATED)}
 
-    def left(self, causes: Mapping[str, Array], noise: Array, carried: Array, is_calibrated: bool,
+    def remaining_drift(self, causes: Mapping[str, Array], noise: Array, carried: Array, is_calibrated: bool,
              unlike_normal: Array | None = None) -> dict[str, Array]:
         """Return the standard deviation (N, N m) of the drift that remains on every axis, by each part.
 

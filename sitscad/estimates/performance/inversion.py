@@ -150,7 +150,7 @@ class SolvedRange:
         return np.asarray(np.sqrt(np.mean((self.map(readings) - loads[:, self.bench.range.columns]) ** 2, axis=0)))
 
     @cached_property
-    def interpolated(self) -> bool:
+    def is_interpolated(self) -> bool:
         """Whether `forward` is exact enough for plots: its rms error is below `MAX_PLOT_ERROR` of each coil's span."""
         loads, readings = self.held_out
         off = np.sqrt(np.mean((self.forward(loads[:, self.bench.range.columns]) - readings) ** 2, axis=0))
@@ -161,7 +161,7 @@ class SolvedRange:
 
         They are interpolated by `forward` if it is exact enough for plots, and otherwise computed by the load model.
         """
-        if self.interpolated:
+        if self.is_interpolated:
             return self.forward(loads[:, self.bench.range.columns])
         return self.bench.readings(self.bench.poses(loads))
 
@@ -173,10 +173,10 @@ class SolvedRange:
         """
         ranged = self.bench.range
         pairs = islice(chain(self._insensitive_loads(), _ambiguous_loads(self.forward, ranged)), MAX_REFINED_PAIRS)
-        nearly = [pair for pair in (self._polished(*pair, MAX_SURROGATE_DIFFERENCE) for pair in pairs)
+        nearly = [pair for pair in (self._refine_pair(*pair, MAX_SURROGATE_DIFFERENCE) for pair in pairs)
                   if pair is not None]
         judge = replace(self, bench=exact()) if nearly else self
-        polished = (judge._polished(*pair, MAX_MODEL_DIFFERENCE) for pair in nearly)
+        polished = (judge._refine_pair(*pair, MAX_MODEL_DIFFERENCE) for pair in nearly)
         loads = (ranged.loads(np.array(pair)) for pair in polished if pair is not None)
         return next(((_as_loads(first), _as_loads(second)) for first, second in loads), None)
 
@@ -198,7 +198,7 @@ class SolvedRange:
             middle = np.clip(places[flat], lowest + np.abs(way), 1.0 - np.abs(way))
             yield middle + way, middle - way
 
-    def _polished(self, first: Array, second: Array, tolerance: float) -> tuple[Array, Array] | None:
+    def _refine_pair(self, first: Array, second: Array, tolerance: float) -> tuple[Array, Array] | None:
         """Return the `first` load and a load near `second` with equal readings, both as fractions of full scale.
 
         Readings count as equal if they differ by less than `tolerance` times their span. The load model computes them,
@@ -223,7 +223,7 @@ def _as_loads(load: Array) -> Loads:
     return tuple(map(float, load))
 
 
-def solved_range(bench: LoadModel) -> SolvedRange:
+def solve_range(bench: LoadModel) -> SolvedRange:
     """Return the required loads of a load model, with their readings, for fit and test of a map."""
     axes = len(bench.range.axes)
 

@@ -25,9 +25,9 @@ from sitscad.estimates.loads.working_range import extrapolated_shear_note, requi
 from sitscad.estimates.performance.bench import LoadModel
 from sitscad.estimates.performance.causes import PointErrors, TiltEffects, resonances
 from sitscad.estimates.performance.compensation import DriftCoefficients
-from sitscad.estimates.performance.inversion import SolvedRange, crosstalk_at, solved_range
-from sitscad.estimates.performance.screen import screen_bench
-from sitscad.estimates.performance.unit_errors import UnitErrors, units_of
+from sitscad.estimates.performance.inversion import SolvedRange, crosstalk_at, solve_range
+from sitscad.estimates.performance.screen import screening_load_model
+from sitscad.estimates.performance.unit_errors import UnitErrors, simulate_unit_errors
 from sitscad.estimates.performance.warming import WARMER, by_metal
 from sitscad.estimates.performance_values import (
     AXIS_WORDS,
@@ -62,7 +62,7 @@ def axis_range(bench: LoadModel, model: ResponseModel, load: Array, name: str) -
     The normal axis starts at zero. Loads on another axis are added to the working point's `load`, in the positive
     direction.
     """
-    most, converter = bench.farthest[name], bench.spec.readout.device
+    most, converter = bench.validated_loads[name], bench.spec.readout.device
     forces = np.linspace(0.0, most, COURSE)
     poses, reasons = loaded_poses(bench.spec, loads_on_axis(load, name, forces),
                                   np.full(COURSE, not bench.range.has_moments))
@@ -95,7 +95,7 @@ class SensingAnalysis:
     @cached_property
     def working(self) -> SolvedRange:
         """Required loads with their readings, and the map from readings to loads."""
-        return solved_range(self.bench)
+        return solve_range(self.bench)
 
     @cached_property
     def points(self) -> tuple[PointErrors, ...]:
@@ -137,26 +137,27 @@ class SensingAnalysis:
             None if by_reference or thermistor is None else thermistor.part)
 
     @cached_property
-    def held(self) -> tuple[bool, ...]:
+    def is_pad_stable(self) -> tuple[bool, ...]:
         """Whether the pad is stable, for each working point. If it is not, values at this point are meaningless."""
-        return tuple(map(bool, self.bench.is_held(working_loads(self.bench))))
+        return tuple(map(bool, self.bench.is_pad_stable(working_loads(self.bench))))
 
     @cached_property
-    def is_range_held(self) -> bool:
+    def is_pad_stable_in_range(self) -> bool:
         """Whether the pad is stable under all required loads."""
-        return bool(np.all(self.bench.is_held(self.working.loads)))
+        return bool(np.all(self.bench.is_pad_stable(self.working.loads)))
 
     @cached_property
     def units(self) -> UnitErrors:
         """Errors of units that each have an error of one manufacturing cause."""
-        return units_of(self.working, manufacturing_scatter(self.layout.spec, self.estimates.coils))
+        return simulate_unit_errors(self.working, manufacturing_scatter(self.layout.spec, self.estimates.coils))
 
     @cached_property
     def modulus_error(self) -> Array:
         """Standard deviation (N, N m; axes) at full load by the pad's modulus, before a calibration."""
         scatter = manufacturing_scatter(self.layout.spec, self.estimates.coils)
         modulus = tuple(cause for cause in scatter if cause.name == MODULUS)
-        return units_of(self.working, modulus).by_modulus(WORKING_POINTS[-1].share, self.bench.full["normal"])
+        units = simulate_unit_errors(self.working, modulus)
+        return units.by_modulus(WORKING_POINTS[-1].share, self.bench.full["normal"])
 
     @cached_property
     def lasting_errors(self) -> dict[str, Array]:
@@ -191,7 +192,7 @@ def analyse_sensing(layout: Layout, estimates: Estimates, model: ResponseModel |
     if estimates.readout.conversion is None:
         raise NoResponse("nothing is felt by tanks that the converter cannot count")
     if model is None:
-        return SensingAnalysis(layout, estimates, screen_bench(layout, estimates))
+        return SensingAnalysis(layout, estimates, screening_load_model(layout, estimates))
 
     def frequencies(poses: Array) -> Array:
         return model.on_pad(poses).frequency
@@ -208,10 +209,10 @@ def performance(
     `find_ambiguous` returns two loads of equal readings (`Sensing.ambiguous_loads`). `sensing` is the analysis by the
     response `model`.
     """
-    if not all(sensing.held):
+    if not all(sensing.is_pad_stable):
         return ()
     ambiguous, metal = find_ambiguous(), other_jaw_errors(sensing, model)
-    return tuple(_at(at.name, point, sensing, model, ambiguous, more)
+    return tuple(_performance_at(at.name, point, sensing, model, ambiguous, more)
                  for at, point, more in zip(WORKING_POINTS, sensing.warmed, metal, strict=True))
 
 
@@ -237,7 +238,7 @@ def working_loads(bench: LoadModel) -> Array:
     return np.array([bench.range.normal_load(point.share * bench.full["normal"]) for point in WORKING_POINTS])
 
 
-def _at(
+def _performance_at(
     at: str, point: PointErrors, sensing: SensingAnalysis, model: ResponseModel, ambiguous: tuple[Loads, Loads] | None,
     more: Mapping[str, Array],
 ) -> Performance:
@@ -255,12 +256,12 @@ def _at(
     shear = next((name for name in names if name in FORCES[1:]), None)
     scans, swings = 0.5 * bench.estimates.readout.scan_rate, resonances(bench, point.pose)
     overload = courses["normal"][0] if courses["normal"][1] == INSTABILITY else bench.overload
-    free = bench.gives_way if bench.gives_way is not None and bench.gives_way < overload else None
+    free = bench.buckling_force if bench.buckling_force is not None and bench.buckling_force < overload else None
     stiffness = tilt_stiffness(bench.pad, point.load[None])[0]
     friction = point.friction(errors, shear) if shear is not None and point.share > 0.0 else {}
     return Performance(
-        at=at, load=tuple(map(float, point.load)), axes=_axes(point, working, courses, errors), crosstalk=curved,
-        straight_crosstalk=straight, tilt_slope=_table(names, ("rx", "ry", "rz"), point.tilts),
+        at=at, load=tuple(map(float, point.load)), axes=_axis_performances(point, working, courses, errors),
+        crosstalk=curved, straight_crosstalk=straight, tilt_slope=_table(names, ("rx", "ry", "rz"), point.tilts),
         tilt=point.tilt, tilt_error=_table(names, ("rx", "ry"), point.tilt_errors(point.tilt)),
         tilt_stiffness=_row(("rx", "ry"), stiffness), tilt_stiffness_error=_row(
             ("rx", "ry"), tilt_stiffness_error(bench.pad, point.pose, stiffness)),
@@ -270,8 +271,8 @@ def _at(
         friction_error=float(np.hypot.reduce(list(friction.values()))) if friction else None,
         friction_causes=friction, bandwidth=min([scans, *swings.values()]),
         bandwidth_by=HALF_SCANS if scans <= min(swings.values(), default=scans) else RESONANCE, resonance=swings,
-        condition_number=condition, invertible=sensing.is_range_held and ambiguous is None, ambiguous=ambiguous,
-        overload=overload, free_overload=free, map_degree=working.map.degree,
+        condition_number=condition, invertible=sensing.is_pad_stable_in_range and ambiguous is None,
+        ambiguous=ambiguous, overload=overload, free_overload=free, map_degree=working.map.degree,
         production=production_limits(bench.estimates.coils), notes=_notes(sensing, courses, free),
         compensation={} if point.compensation is None else point.compensation.document(),
         drift_left={source: {part: _row(names, value) for part, value in parts.items()}
@@ -279,7 +280,7 @@ def _at(
     )
 
 
-def _axes(
+def _axis_performances(
     point: PointErrors, working: SolvedRange, courses: Mapping[str, tuple[float, str]], errors: Mapping[str, Array]
 ) -> dict[str, AxisPerformance]:
     """Return the performance of every measured axis at a working point.
@@ -357,7 +358,7 @@ def _notes(sensing: SensingAnalysis, courses: Mapping[str, tuple[float, str]], f
         notes.append(f"every force here hangs on a law that is not within its range: {pressed.note}")
     if max((bench.full[name] for name in names if name in FORCES[1:]), default=0.0) > limit:
         notes.append(extrapolated_shear_note(limit))
-    if not sensing.is_range_held:
+    if not sensing.is_pad_stable_in_range:
         notes.append("the pad gives way sideways within the full scales: no reading there is known to be of one load")
     if not set(FORCES) <= set(names):
         notes.append(f"measured: {axis_names_text(names)} alone; each other force, at its full scale, has a row of its "

@@ -152,7 +152,7 @@ def _resonance_factors(coils: tuple[CoilEstimate, ...]) -> Array:
 
 
 @one_thread
-def screen_bench(layout: Layout, estimates: Estimates) -> LoadModel:
+def screening_load_model(layout: Layout, estimates: Estimates) -> LoadModel:
     """Return the load model of a design with frequencies by the surrogate.
 
     Raises NoResponse if a coil has no state at rest.

@@ -122,12 +122,12 @@ def _error_rows(report: PerformanceReport) -> Iterator[tuple[str, ...]]:
            *(f"{show(1e-3 * value, 'Hz', 3)}/(N mm)" if name in MOMENTS else f"{show(value, 'Hz', 3)}/N"
              for name, value in ((name, max(map(abs, half.axes[name].sensitivity))) for name in names)))
     yield "nonlinearity, straight map, half load", *(share_text(half.axes[name].nonlinearity) for name in names)
-    yield "crosstalk, straight map, half load", *(_crosstalk([half.straight_crosstalk], name) for name in names)
+    yield "crosstalk, straight map, half load", *(_crosstalk_text([half.straight_crosstalk], name) for name in names)
     yield ("crosstalk, best polynomial, design as drawn, worst load",
-           *(_crosstalk([point.crosstalk for point in points], name) for name in names))
+           *(_crosstalk_text([point.crosstalk for point in points], name) for name in names))
     if newtons is not None:
         yield (f"crosstalk, map to newtons, design as drawn, half load{', least signal' if report.spec.cells else ''}",
-               *(_crosstalk([newtons.crosstalk], name) for name in names))
+               *(_crosstalk_text([newtons.crosstalk], name) for name in names))
     degrees = f"{math.degrees(full.tilt):.3g}"
     tilt = "one degree" if degrees == "1" else f"{degrees} degrees"
     for angle in ("rx", "ry"):
@@ -272,7 +272,7 @@ def share_text(part: float) -> str:
     return f"{100.0 * part:.0f} %" if part >= 0.1 else f"{100.0 * part:.2g} %"
 
 
-def _crosstalk(tables: Iterable[Mapping[str, Mapping[str, float]]], name: str) -> str:
+def _crosstalk_text(tables: Iterable[Mapping[str, Mapping[str, float]]], name: str) -> str:
     """Return the largest crosstalk of the axis `name` in some tables, as text."""
     fractions = [fraction for table in tables for fraction in table[name].values()]
     if not fractions:

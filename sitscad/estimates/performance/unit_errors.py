@@ -2,8 +2,8 @@
 
 Checks and working points use this quick method, which gives errors for each load and cause. Data sheets state errors of
 random units with all causes at once, and with errors of the pad's law and of the model
-(`calibration.map_fit.error_on_others`). Over an equal range of loads, the root sum of squares of the errors here is
-within a quarter of the errors of random units (tests/estimates/test_scatter.py).
+(`calibration.map_fit.error_for_other_sensors`). Over an equal range of loads, the root sum of squares of the errors
+here is within a quarter of the errors of random units (tests/estimates/test_scatter.py).
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ class UnitErrors:
         return np.asarray(np.sqrt(np.mean(error[same] ** 2, axis=0)))
 
 
-def units_of(working: SolvedRange, causes: tuple[Scatter, ...]) -> UnitErrors:
+def simulate_unit_errors(working: SolvedRange, causes: tuple[Scatter, ...]) -> UnitErrors:
     """Return the errors of units for each manufacturing cause that changes readings after a tare.
 
     Errors of clock and capacitors cancel in a tare. `working` holds the design's map and load model. `causes` are the

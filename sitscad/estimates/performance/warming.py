@@ -29,7 +29,7 @@ from sitscad.spec.sensor import ReadoutSpec, Requirements
 WARMER = 10.0  # Warming (K) for the effect of copper and other metal
 
 
-def farthest(needs: Requirements) -> float:
+def farthest_temperature(needs: Requirements) -> float:
     """Return the temperature (degrees Celsius) of the required range that differs most from the tare's temperature.
 
     If no range is required, the temperature is `WARMER` above the tare's.
@@ -40,7 +40,7 @@ def farthest(needs: Requirements) -> float:
 
 def warming(needs: Requirements) -> float:
     """Return the largest temperature change (K) after the tare, for the error budget and for checks."""
-    return abs(farthest(needs) - needs.temperature)
+    return abs(farthest_temperature(needs) - needs.temperature)
 
 
 def capacitor_drift(readout: ReadoutSpec) -> float:
@@ -48,7 +48,7 @@ def capacitor_drift(readout: ReadoutSpec) -> float:
     return 0.5 * readout.device.limit("capacitor_temperature") / UNIFORM
 
 
-def compensation_of(
+def choose_compensation(
     readout: ReadoutSpec, needs: Requirements, pad: ElastomerPad | None, target: Target | None,
     drift: float | None, noise: float, has_own_windings: bool = False,
 ) -> Compensation | None:
@@ -62,7 +62,7 @@ def compensation_of(
     sensor, settings = readout.thermistor, readout.compensation
     if settings is None or settings.difference is None or pad is None or target is None:
         return None
-    low, high = sorted((needs.temperature, farthest(needs)))
+    low, high = sorted((needs.temperature, farthest_temperature(needs)))
     readings = []
     if sensor is not None:
         readings.append(thermistor_reading(sensor.part, sensor.at, settings.difference, low, high))

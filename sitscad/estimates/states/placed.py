@@ -93,7 +93,7 @@ def target_centre_at_rest(spec: SensorSpec) -> Array:
     return np.array([*body.footprint.centre, gap])
 
 
-def require_possible(spec: SensorSpec, poses: Array) -> None:
+def require_possible_poses(spec: SensorSpec, poses: Array) -> None:
     """Raise NoResponse if one of (n, 6; m, rad) poses is impossible for a target, with the reason for the first.
 
     It does not check whether the pad permits the pose.

@@ -57,7 +57,7 @@ def point_rows(calibration: Calibration) -> tuple[list[str], list[list[str]]]:
     points, fit = calibration.points, calibration.fit
     if points is None or points.loads is None or fit is None or fit.force_errors is None:
         return [], []
-    settled, columns, axes = points.settled, calibration.sensors.range.columns, calibration.map.axes
+    settled, columns, axes = points.without_drift, calibration.sensors.range.columns, calibration.map.axes
     read = calibration.map(settled.frequency, settled.rest)
     head = ["point", *(f"{name} {SHOWN[load_unit(name)][1]}" for name in axes), *(f"read {name}" for name in axes),
             *(f"foretold {name}" for name in axes)]
@@ -191,7 +191,7 @@ def error_plot(calibration: Calibration) -> str:
     """
     points, fit = calibration.points, calibration.fit
     assert points is not None and points.loads is not None and fit is not None and fit.force_errors is not None
-    settled, full = points.settled, calibration.map.full_scale
+    settled, full = points.without_drift, calibration.map.full_scale
     read = calibration.map(settled.frequency, settled.rest) - points.loads[:, calibration.sensors.range.columns]
     parts = [100.0 * part[~points.at_rest] / full for part in (read, fit.force_errors)]
     most = max(float(np.nanmax(np.abs(part))) for part in parts)
