@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from tolerance import approx
 
-from sitscad.assembly.places.state import TANK, StateKind, within_requirements
+from sitscad.assembly.places.state import TANK, StateKind, require_within_requirements
 
 PACKAGE = Path(__file__).resolve().parents[1] / "sitscad"
 
@@ -237,4 +237,4 @@ def test_state_with_shear_is_reported_as_failed_by_name(changed):
 @pytest.mark.parametrize("load", [(1.5, 0.0, 0.0), (-0.1, 0.0, 0.0), (1.0, 1.0, 0.5)])
 def test_state_beyond_required_forces_is_refused_by_name(load):
     with pytest.raises(ValueError, match="state crush"):
-        within_requirements((StateKind("crush", "crushed", "crushed", load, (TANK,)),))
+        require_within_requirements((StateKind("crush", "crushed", "crushed", load, (TANK,)),))

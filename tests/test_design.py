@@ -20,7 +20,7 @@ from sitscad.checks.rules import outcomes
 from sitscad.estimates import estimated
 from sitscad.estimates.design import ROOM_TEMPERATURE, Design
 from sitscad.estimates.windings.losses import SCREENING
-from sitscad.package.contents import incoming
+from sitscad.package.contents import incoming_tests
 
 TEMPLATES = Path(__file__).parents[1] / "templates"
 WORKED_EXAMPLE = "grasper_3p5mm"
@@ -123,7 +123,8 @@ def test_design_has_at_most_fifteen_members():
 
 def test_results_cached_on_design_are_computed_once():
     design = template("single_coil")
-    assert incoming(design) is incoming(design) and incoming(design).board is incoming(design).board
+    assert incoming_tests(design) is incoming_tests(design)
+    assert incoming_tests(design).board is incoming_tests(design).board
     assert design.sensing is design.bare.sensing and design.solids is design.solids
 
 

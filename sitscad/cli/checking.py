@@ -200,7 +200,7 @@ def _write_mended(mended: MendedSpec, writes: bool, unmended: bool) -> None:
     if writes and mended.after != mended.before:
         if mended.path != "-":
             write_output(mended.path, mended.after.encode("utf-8"))
-        lines = mended.words.splitlines() + lines
+        lines = mended.fixes_text.splitlines() + lines
     for line in (*lines, mended.unfixed_rules_text if unmended else ""):
         if line:
             print_message(f"{mended.path}: {line}")

@@ -29,7 +29,7 @@ from sitscad.apps.hardware.diagnosis import (
     verdict_lines,
 )
 from sitscad.apps.hardware.source import SERIAL, open_source, read_design
-from sitscad.apps.watch.server import LOOPBACK, PageServer, PageState, server
+from sitscad.apps.watch.server import LOOPBACK, PageServer, PageState, make_server
 from sitscad.apps.watch.watching import OVERTAKEN, Watch, event_lines
 from sitscad.apps.watch.work import Event
 from sitscad.calibration import map_of
@@ -181,7 +181,7 @@ def live(board: Board, forces: Forces, calibrations: Sequence[Path], port: int) 
         if len(newest) == len(board.bands) and time.monotonic() - last > INTERVAL:
             last = time.monotonic()
             counts, status = zip(*(newest[k] for k in range(len(board.bands))), strict=True)
-            showing.post({"stage": "reading", "counts": counts, "status": status, "tare": forces.tare(board)})
+            showing.publish_data({"stage": "reading", "counts": counts, "status": status, "tare": forces.tare(board)})
 
     try:
         yield show
@@ -223,7 +223,7 @@ def watch(spec: str, serve: bool, port: int, host: str, opens: bool, format_name
         sys.stdout.flush()
         if event.stage == OVERTAKEN:
             return  # the page waits for the next save
-        showing.tell(revision, event, before)
+        showing.publish_event(revision, event, before)
         if opens and revision == 1 and event.stage == "findings":
             webbrowser.open(address)
 
@@ -240,7 +240,7 @@ def watch(spec: str, serve: bool, port: int, host: str, opens: bool, format_name
 def start_server(showing: PageState, host: str, port: int) -> tuple[PageServer, str]:
     """Start a server of the page, print its address and return both. Raises ClickException if it cannot listen."""
     try:
-        page_server = server(showing, host, port)
+        page_server = make_server(showing, host, port)
     except (OSError, UnicodeError) as error:  # UnicodeError: the host is not a valid name
         reason = getattr(error, "strerror", None) or str(error)
         raise click.ClickException(f"the page cannot be served on {host}, port {port}: {reason}") from error

@@ -345,7 +345,7 @@ class Estimates:
 
     `states` are the sensor's states, each with the target's pose. `target_band` holds the frequencies (Hz) at which the
     target was solved for the states. It is None if the target's effect is by correction ratios of an infinite plate.
-    `metered` are meter readings of the bare board, empty unless requested (`Incoming.board`). `is_rough` marks
+    `metered` are meter readings of the bare board, empty unless requested (`IncomingTests.board`). `is_rough` marks
     screening estimates.
 
     `coils` leaves out the reference coil; matrices and `metered` have it last. `reference` is this coil, without a

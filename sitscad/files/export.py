@@ -17,7 +17,7 @@ import shapely
 
 from sitscad.assembly.places.bodies import BodyRole
 from sitscad.assembly.places.stack import stack
-from sitscad.assembly.solids.solid import MM, Solid, extruded, import_extra
+from sitscad.assembly.solids.solid import MM, Solid, extrude_face, import_extra
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
@@ -330,7 +330,7 @@ def copper_solids(layout: Layout, tolerance: float = COARSE) -> tuple[Solid, ...
                 outer, *inner = (
                     bd.Wire.make_polygon([(x * MM, y * MM) for x, y in ring.coords[:-1]]) for ring in rings
                 )
-                shape = extruded(bd.Face(outer, inner), area.lower, area.upper)
+                shape = extrude_face(bd.Face(outer, inner), area.lower, area.upper)
                 name = f"{COPPER}-{area.layer}-{area.net}" if area.net else f"{COPPER}-{area.layer}"
                 solids.append(Solid(name, shape, "copper", COPPER_COLOUR, BodyRole.BOARD))
     return tuple(solids)

@@ -36,8 +36,8 @@ from sitscad.checks.policy import Baseline, Policy, baseline_findings
 from sitscad.files.writer import STAGES, is_felt, marks
 from sitscad.package.folder import (
     PackageError,
-    explained,
     list_files,
+    raising_package_errors,
     require_package_name,
     write_files,
 )
@@ -52,9 +52,9 @@ from sitscad.package.manifest import (
     StageResult,
     figure_files,
     foreign_files,
-    intact,
+    hash_inputs,
     is_left_by_kicad,
-    made_from,
+    read_intact_files,
     read_manifest,
     sha256,
     skipped_data_sheet,
@@ -68,9 +68,9 @@ if TYPE_CHECKING:
 
 
 # a build of an unchanged package loads none of these, nor NumPy
-contents_of = late("sitscad.package.stages", "contents_of")
-make_all = late("sitscad.package.stages", "make_all")
-manifest_of = late("sitscad.package.stages", "manifest_of")
+package_contents = late("sitscad.package.stages", "package_contents")
+make_stages = late("sitscad.package.stages", "make_stages")
+new_manifest = late("sitscad.package.stages", "new_manifest")
 cached_solutions = late("sitscad.package.cached_solutions", "cached_solutions")
 
 _AT_FDCWD = -100
@@ -88,11 +88,11 @@ def locked_staging_folder(parent: Path, name: str) -> Iterator[Path]:
     PackageError
         if another build has locked the package, or the folder cannot be written
     """
-    with explained(f"cannot build in {parent}"):
+    with raising_package_errors(f"cannot build in {parent}"):
         parent.mkdir(parents=True, exist_ok=True)
         lock = _lock(parent, name)
     try:
-        with explained(f"cannot build in {parent}"):
+        with raising_package_errors(f"cannot build in {parent}"):
             # Repair leftovers of a killed build. The lock is held, so no other process uses these folders
             target = parent / name
             ours = _leftover_pattern(name)
@@ -119,7 +119,7 @@ def write_package(staged: Path, files: Mapping[str, bytes], manifest: Manifest) 
     """Write the files of a package, and its manifest last. A folder with a manifest is therefore always complete."""
     write_files(staged, files)
     write_files(staged, {_PARTIAL_MANIFEST: manifest.as_bytes()})
-    with explained(f"cannot write into {staged.parent}"):
+    with raising_package_errors(f"cannot write into {staged.parent}"):
         os.rename(staged / _PARTIAL_MANIFEST, staged / MANIFEST)
 
 
@@ -135,7 +135,7 @@ def replace_package(staged: Path, target: Path) -> Path | None:
     If the system cannot exchange two folders, the old folder is renamed first. If a build is interrupted between the
     two renames, the next build completes the exchange.
     """
-    with explained(f"cannot replace {target}"):
+    with raising_package_errors(f"cannot replace {target}"):
         for folder in (staged, *(path for path in staged.rglob("*") if path.is_dir())):
             _sync_folder(folder)
         old = staged
@@ -188,7 +188,7 @@ def _remove_old_package(old: Path, target: Path) -> Path | None:
     except PackageError:
         files = {}
     for name, entry in files.items():
-        if intact(old, {name: entry}) is not None:
+        if read_intact_files(old, {name: entry}) is not None:
             with contextlib.suppress(OSError):
                 os.unlink(old / name)
     for folder, _, _ in os.walk(old, topdown=False):
@@ -287,11 +287,11 @@ class BuildRequest:
     baseline: Baseline | None
     strict: bool = False
 
-    def stops(self, checked: CheckedSpec) -> bool:
+    def is_stopped_by(self, checked: CheckedSpec) -> bool:
         """Whether findings stop the build: errors, or with `strict` also warnings, unless it is forced."""
         return not self.force and checked.fails(Severity.WARNING if self.strict else Severity.ERROR)
 
-    def made_from(self, old: Manifest) -> str:
+    def inputs_hash(self, old: Manifest) -> str:
         """Return the hash of all inputs of the package. Packages with equal hashes have equal bytes."""
         source = self.spec.source
         files = {name: sha256(content) for name, content in source.files_to_store.items()}
@@ -299,7 +299,7 @@ class BuildRequest:
         versions = {package: version_of(package) for package in KERNELS if has_solids}
         baseline = baseline_findings(self.baseline, source.path, self.spec.name)
         inputs = (source.text, Path(source.path).name, files, json.dumps(self.policy.as_json()), baseline)
-        return made_from(without_text(self.spec), *inputs, versions, *marks())
+        return hash_inputs(without_text(self.spec), *inputs, versions, *marks())
 
 
 @checked_arguments
@@ -355,7 +355,7 @@ def build(
     A script that sets `jobs` to two or more has to guard its main part (``if __name__ == "__main__"``), as for
     `multiprocessing`.
     """
-    request, design = _request(spec, out, only, force, policy, baseline)
+    request, design = _build_request(spec, out, only, force, policy, baseline)
     left_out = {} if only is not None else skipped_data_sheet(request.spec)
     request = dataclasses.replace(request, wanted=request.wanted - set(left_out), strict=strict)
     result = _build(request, design or request.spec, progress or (lambda *_: None), jobs)
@@ -367,11 +367,11 @@ def build(
 def _build(request: BuildRequest, spec: SensorSpec | Design, report: Progress, jobs: int) -> BuildResult:
     directory = request.directory
     before = _require_own_package(directory)
-    key = request.made_from(before)
+    key = request.inputs_hash(before)
     if (same := _result_if_unchanged(request, before, key)) is not None:
-        return BuildResult(directory, same.checked, written=False) if request.stops(same.checked) else same
+        return BuildResult(directory, same.checked, written=False) if request.is_stopped_by(same.checked) else same
     with cached_solutions(directory.name):
-        contents = contents_of(spec, request.policy, request.baseline, request.wanted)
+        contents = package_contents(spec, request.policy, request.baseline, request.wanted)
         return _rebuild(request, contents, report, jobs, key)
 
 
@@ -379,18 +379,18 @@ def _rebuild(request: BuildRequest, contents: Contents, report: Progress, jobs: 
     directory = request.directory
     report(CHECK_STAGE, "start", 0.0)
     began = time.perf_counter()
-    stops = request.stops(contents.checked)
+    stops = request.is_stopped_by(contents.checked)
     report(CHECK_STAGE, "stopped" if stops else "made", time.perf_counter() - began)
     if stops:
         return BuildResult(directory, contents.checked, written=False)
     with locked_staging_folder(directory.parent, directory.name) as staged:
         old = _require_own_package(directory)
-        built = make_all(contents, directory, old, request.wanted, report, request.force, jobs)
+        built = make_stages(contents, directory, old, request.wanted, report, request.force, jobs)
         contents = built.contents
-        if request.stops(contents.checked):  # findings on the solids
+        if request.is_stopped_by(contents.checked):  # findings on the solids
             return BuildResult(directory, contents.checked, written=False)
-        manifest = manifest_of(contents, built, old, key, request.wanted)
-        is_whole = intact(directory, old.files) is not None and not foreign_files(directory, old)
+        manifest = new_manifest(contents, built, old, key, request.wanted)
+        is_whole = read_intact_files(directory, old.files) is not None and not foreign_files(directory, old)
         if manifest == old and is_whole:
             return BuildResult(directory, contents.checked, True, built.results)
         write_package(staged, built.files, manifest)
@@ -415,15 +415,15 @@ def stale(
     Errors in the checks are in ``checked``. A package that was built in spite of errors is compared with a build with
     `force`. Raises the errors of `build`.
     """
-    request, design = _request(spec, out, only, True, policy, baseline)
+    request, design = _build_request(spec, out, only, True, policy, baseline)
     old = _require_own_package(request.directory)
     if only is None:
         request = dataclasses.replace(request, wanted=request.wanted - set(skipped_data_sheet(request.spec)))
-    if (same := _result_if_unchanged(request, old, request.made_from(old))) is not None:
+    if (same := _result_if_unchanged(request, old, request.inputs_hash(old))) is not None:
         return same
-    contents = contents_of(design or request.spec, request.policy, request.baseline, request.wanted)
+    contents = package_contents(design or request.spec, request.policy, request.baseline, request.wanted)
     with cached_solutions(request.directory.name, writes=False):
-        built = make_all(contents, request.directory, old, request.wanted, lambda *_: None, request.force, jobs,
+        built = make_stages(contents, request.directory, old, request.wanted, lambda *_: None, request.force, jobs,
                                figure_files(request.directory, old))
     # Stages left out of the package, with their numbers of files. Empty if there is no package
     asked_for = {*old.built_for, *_stages_of(old)} if old.files else set(STAGES)
@@ -439,7 +439,7 @@ def stale(
     return BuildResult(request.directory, built.contents.checked, False, built.results, stale=tuple(differing))
 
 
-def _request(
+def _build_request(
     spec: SensorSpec | Design, out: str | Path, only: Iterable[str] | None, force: bool, policy: Policy | None,
     baseline: Baseline | None,
 ) -> tuple[BuildRequest, Design | None]:
@@ -464,7 +464,7 @@ def _result_if_unchanged(request: BuildRequest, old: Manifest, key: str) -> Buil
         if has_leftovers(directory.parent, directory.name):
             return None  # leftovers of a killed build: the next build removes them
         is_same = old.built_from == key and not old.forced and request.wanted <= set(old.built_for)
-        contents = intact(directory, old.files) if is_same else None
+        contents = read_intact_files(directory, old.files) if is_same else None
         if contents is None or FINDINGS not in contents or foreign_files(directory, old):
             return None
     except (PackageError, OSError):
@@ -490,7 +490,7 @@ def _difference_texts(directory: Path, old: Manifest, files: Mapping[str, bytes]
         if path.is_symlink() or not path.is_file():
             texts.append(f"{name} is missing")
         elif path.read_bytes() != content:
-            is_ours = intact(directory, {name: old.files[name]} if name in old.files else {})
+            is_ours = read_intact_files(directory, {name: old.files[name]} if name in old.files else {})
             texts.append(f"{name} is stale" if is_ours else f"{name} was changed by hand")
     texts += [f"{name} would not be made any more" for name in sorted(old.files) if name not in files]
     foreign = foreign_files(directory, old) if directory.is_dir() else []
@@ -515,7 +515,7 @@ def _require_own_package(directory: Path) -> Manifest:
 
     Raises PackageError for a folder without a manifest. Sitscad did not make it and never replaces it.
     """
-    with explained(f"cannot look at {directory}"):
+    with raising_package_errors(f"cannot look at {directory}"):
         if directory.is_symlink() or (directory.exists() and not directory.is_dir()):
             raise PackageError(f"{directory} is not a folder; it was not touched")
         if not directory.exists() or not any(directory.iterdir()):

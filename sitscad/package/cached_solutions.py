@@ -10,7 +10,7 @@ from pathlib import Path
 from sitscad.kernels import solve_cache as solutions
 from sitscad.kernels.solve_cache import Solutions
 from sitscad.package.folder import replace_file
-from sitscad.package.manifest import code
+from sitscad.package.manifest import code_hash
 
 MOST_CACHED = 64_000_000
 """Approximate limit (bytes) for all solution files in the user's cache. Above it, the oldest files are removed."""
@@ -33,7 +33,7 @@ def cached_solutions(name: str, writes: bool = True, store: Solutions | None = N
         with suppress(*wrong):
             if path.is_file():  # reading a pipe would block
                 with path.open("rb") as stream:
-                    store.known = solutions.read_cache(stream.read(2 * solutions.MOST), code()).known
+                    store.known = solutions.read_cache(stream.read(2 * solutions.MOST), code_hash()).known
     before = set(store.known)
     with solutions.store_results(store):
         yield
@@ -43,7 +43,7 @@ def cached_solutions(name: str, writes: bool = True, store: Solutions | None = N
         return
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
-        replace_file(path, store.as_bytes(code()))
+        replace_file(path, store.as_bytes(code_hash()))
         room = MOST_CACHED
         cached = [each for each in path.parent.glob("*.solved") if each.is_file()]
         for old in sorted(cached, key=lambda each: each.stat().st_mtime, reverse=True):

@@ -44,7 +44,7 @@ from sitscad.spec.sensor import SensorSpec
 
 
 @record(eq=False)
-class Incoming:
+class IncomingTests:
     """Panel of a design, and expected electrical values for the incoming tests of boards and coupons.
 
     They are computed at first use.
@@ -74,9 +74,9 @@ class Incoming:
         return estimated(self.panel.coupon, temperature=ROOM_TEMPERATURE)  # measured on the bench
 
 
-def incoming(design: Design) -> Incoming:
+def incoming_tests(design: Design) -> IncomingTests:
     """Return the panel and the expected test values of a design. The object is cached with the design."""
-    return memo(design, "incoming", lambda: Incoming(design))
+    return memo(design, "incoming", lambda: IncomingTests(design))
 
 
 @record
@@ -180,9 +180,9 @@ VALUES: dict[str, Callable[[Design], object]] = {
     "solids": lambda design: design.solids.alone,
     "whole": lambda design: design.solids.whole,
     "aids": lambda design: design.solids.aids,
-    "panel": lambda design: incoming(design).panel,
-    "coupon_estimates": lambda design: incoming(design).coupon,
-    "bench_estimates": lambda design: incoming(design).board,
+    "panel": lambda design: incoming_tests(design).panel,
+    "coupon_estimates": lambda design: incoming_tests(design).coupon,
+    "bench_estimates": lambda design: incoming_tests(design).board,
     "response": lambda design: design.cells.weakest.response,
     "performance": lambda design: design.performance,
     "curves": lambda design: design.sensing.curves,
@@ -213,7 +213,7 @@ BESIDE_TAIL = ("mount", "mesh")
 """Stages that depend on the tail only up to the distance `NEAR` from the body."""
 
 
-def read_by(stage: str, spec: SensorSpec, takes_numbers: bool = False) -> tuple[object, ...]:
+def spec_inputs(stage: str, spec: SensorSpec, takes_numbers: bool = False) -> tuple[object, ...]:
     """Return the parts of a spec that a stage reads, in the order of the spec's fields.
 
     With `takes_numbers`, return the parts that the stage's writers of computed numbers read.
@@ -235,7 +235,7 @@ def board_inputs(stage: str, layout: Layout) -> tuple[object, ...]:
     plate = layout.stiffener
     if plate is not None and bounding_box((plate.outline.outline,))[0] > limit:
         plate = None
-    return (*read_by(stage, spec), layout.body, near, plate, layout.copper_layers, layout.spec.fpc.tail_layers)
+    return (*spec_inputs(stage, spec), layout.body, near, plate, layout.copper_layers, layout.spec.fpc.tail_layers)
 
 
 def calibration_files(calibration: Calibration) -> dict[str, bytes]:

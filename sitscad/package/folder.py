@@ -51,7 +51,7 @@ def require_inside(path: str) -> str:
 
 def write_files(folder: Path, files: Mapping[str, bytes]) -> None:
     """Write files below `folder` and flush them to the disk. The keys of `files` are paths relative to the folder."""
-    with explained(f"cannot write into {folder.parent}"):
+    with raising_package_errors(f"cannot write into {folder.parent}"):
         for name in sorted(files):
             target = folder / require_inside(name)
             target.parent.mkdir(parents=True, exist_ok=True)
@@ -78,7 +78,7 @@ def list_files(folder: Path) -> list[str]:
 
 
 @contextlib.contextmanager
-def explained(what: str) -> Iterator[None]:
+def raising_package_errors(what: str) -> Iterator[None]:
     """Convert an OSError inside this context to a PackageError, whose text begins with `what` and gives the reason."""
     try:
         yield

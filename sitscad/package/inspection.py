@@ -156,7 +156,7 @@ class MendedSpec:
         return "".join(line if line.endswith("\n") else f"{line}\n{NO_LINE_END}\n" for line in patch)
 
     @property
-    def words(self) -> str:
+    def fixes_text(self) -> str:
         """Text of the applied fixes, one line per fix."""
         return "\n".join(
             f"{fix.finding.rule} mended: {'; '.join(edit.words for edit in fix.remedy.edits)}"

@@ -1,8 +1,8 @@
 """The manifest of a package: each file with its hash, its stage and the hash of its inputs. Results of build stages.
 
 Files with computed numbers are compared by value, because the last digits depend on the processor. The text between the
-numbers must be equal, and each number must agree within a tolerance (`agree`). All other files are compared byte by
-byte.
+numbers must be equal, and the numbers must agree within tolerances (`has_equal_numbers`). All other files are compared
+byte by byte.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ def read_manifest(folder: Path) -> Manifest:
         if there is no manifest, it is not one of sitscad's, or it names a file outside the package
     """
     try:
-        return _read(json.loads(_content(folder / MANIFEST), object_pairs_hook=_mapping))
+        return _read(json.loads(_manifest_bytes(folder / MANIFEST), object_pairs_hook=_mapping))
     except OSError as error:
         inside = ", ".join(str(path.parent) for path in sorted(folder.glob(f"*/{MANIFEST}"))[:8])
         hint = f"; it holds {inside}: name one of these" if inside else ""
@@ -115,7 +115,7 @@ MAX_MANIFEST = 16_000_000
 """Largest size (bytes) of a manifest."""
 
 
-def _content(path: Path) -> bytes:
+def _manifest_bytes(path: Path) -> bytes:
     """Return the bytes of a manifest file.
 
     Raises OSError if it is not a regular file (reading a pipe would block), and ValueError if it is too large.
@@ -142,27 +142,27 @@ def _read(document: Any) -> Manifest:
     """Return the manifest from a JSON document. Raises ValueError with the reason if the document is not a manifest."""
     if not isinstance(document, dict):
         raise ValueError("it is no mapping")
-    built = _part(document, "built", dict, {})
-    files = _part(document, "files", dict)
+    built = _typed_value(document, "built", dict, {})
+    files = _typed_value(document, "files", dict)
     if len({name.lower() for name in files}) != len(files):
         raise ValueError("two file names differ only in upper and lower case")
     return Manifest(
-        _part(document, "sitscad", str),
-        _texts("spec", _part(document, "spec", dict), {"name", "file", "sha256"}),
-        _part(document, "forced", bool, False),
-        {net: _names(f"nets of {net}", pins) for net, pins in _part(document, "nets", dict, {}).items()},
+        _typed_value(document, "sitscad", str),
+        _texts("spec", _typed_value(document, "spec", dict), {"name", "file", "sha256"}),
+        _typed_value(document, "forced", bool, False),
+        {net: _names(f"nets of {net}", pins) for net, pins in _typed_value(document, "nets", dict, {}).items()},
         {
             require_inside(name): Entry(**_texts(name, entry, {"sha256", "stage", "made_from"}))
             for name, entry in files.items()
         },
-        _part(document, "configuration", dict, {}),
-        _part(built, "from", str, ""),
+        _typed_value(document, "configuration", dict, {}),
+        _typed_value(built, "from", str, ""),
         _names("for", built.get("for", [])),
-        _part(document, "board_drawn_by_user", str, ""),
+        _typed_value(document, "board_drawn_by_user", str, ""),
     )
 
 
-def _part(document: dict[str, Any], key: str, kind: type[Part], default: Part | None = None) -> Part:
+def _typed_value(document: dict[str, Any], key: str, kind: type[Part], default: Part | None = None) -> Part:
     """Return the value of a key. Raises ValueError if the key is missing or the value has another type than `kind`."""
     value = document.get(key, default)
     if not isinstance(value, kind):
@@ -188,7 +188,7 @@ def sha256(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()
 
 
-def intact(folder: Path, entries: Mapping[str, Entry]) -> dict[str, bytes] | None:
+def read_intact_files(folder: Path, entries: Mapping[str, Entry]) -> dict[str, bytes] | None:
     """Return the bytes of the files `entries`.
 
     None if a file is missing, a link, unreadable, or differs from its hash.
@@ -217,7 +217,7 @@ def foreign_files(folder: Path, manifest: Manifest) -> list[str]:
         entry = manifest.files.get(name)
         if name == MANIFEST or is_left_by_kicad(name, manifest.files):
             continue
-        if entry is None or intact(folder, {name: entry}) is None:
+        if entry is None or read_intact_files(folder, {name: entry}) is None:
             names.append(name)
     return names
 
@@ -239,9 +239,9 @@ def is_left_by_kicad(name: str, files: Collection[str]) -> bool:
     return False
 
 
-def made_from(*ingredients: object) -> str:
+def hash_inputs(*ingredients: object) -> str:
     """Return the hash of the inputs of a stage: values, sitscad's code, and the variable SOURCE_DATE_EPOCH."""
-    setting = (__version__, code(), os.environ.get("SOURCE_DATE_EPOCH", ""))
+    setting = (__version__, code_hash(), os.environ.get("SOURCE_DATE_EPOCH", ""))
     text = json.dumps([_plain(value) for value in (*setting, *ingredients)], separators=(",", ":"))
     return sha256(text.encode("ascii"))
 
@@ -269,7 +269,7 @@ def _plain(value: object) -> object:
 
 
 @cache
-def code() -> str:
+def code_hash() -> str:
     """Return the hash of sitscad's own modules and data files.
 
     Files made by another version of sitscad are therefore never reused.
@@ -438,17 +438,17 @@ def figure_files(folder: Path, manifest: Manifest) -> dict[str, bytes]:
     Files that were changed by hand are left out.
     """
     named = {name: entry for name, entry in manifest.files.items() if has_figures(name)}
-    contents = ((name, intact(folder, {name: entry})) for name, entry in named.items())
+    contents = ((name, read_intact_files(folder, {name: entry})) for name, entry in named.items())
     return {name: files[name] for name, files in contents if files is not None}
 
 
 def with_equal_figures(files: Mapping[str, bytes], old: Mapping[str, bytes]) -> dict[str, bytes]:
     """Return the new files by name. A file is replaced by its old version if all numbers agree within tolerance."""
-    return {name: old[name] if name in old and agree(old[name], content) else content
+    return {name: old[name] if name in old and has_equal_numbers(old[name], content) else content
             for name, content in files.items()}
 
 
-def agree(first: bytes, second: bytes) -> bool:
+def has_equal_numbers(first: bytes, second: bytes) -> bool:
     """Whether two files have equal text, and numbers that are equal within tolerances.
 
     Whole numbers may differ by `WHOLE_TOLERANCE` times the number. Other numbers may differ by the largest of three

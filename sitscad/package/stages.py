@@ -36,7 +36,14 @@ from sitscad.files.report.moving import live_page, pushed_document, solids_docum
 from sitscad.files.report.page import render
 from sitscad.files.writer import STAGES, Package, Writer, added_writers, marks
 from sitscad.layout.tail.tracks import contact_rows
-from sitscad.package.contents import BESIDE_TAIL, Contents, board_inputs, incoming, nominal_calibration, read_by
+from sitscad.package.contents import (
+    BESIDE_TAIL,
+    Contents,
+    board_inputs,
+    incoming_tests,
+    nominal_calibration,
+    spec_inputs,
+)
 from sitscad.package.folder import FILE_NAME, PackageError
 from sitscad.package.manifest import (
     CHECK_STAGE,
@@ -51,8 +58,8 @@ from sitscad.package.manifest import (
     Manifest,
     Progress,
     StageResult,
-    intact,
-    made_from,
+    hash_inputs,
+    read_intact_files,
     sha256,
     version_of,
     with_equal_figures,
@@ -86,7 +93,7 @@ class BuiltFiles:
     by_value: tuple[str, ...] = ()
 
 
-def contents_of(
+def package_contents(
     spec: SensorSpec | Design, policy: Policy, baseline: Baseline | None, chosen: frozenset[str] = frozenset(),
 ) -> Contents:
     """Return a spec's design with the policy and the baseline for its findings.
@@ -99,7 +106,7 @@ def contents_of(
     return Contents(design, policy, baseline, measured)
 
 
-def manifest_of(
+def new_manifest(
     contents: Contents, product: BuiltFiles, old: Manifest, built_from: str, chosen: frozenset[str]
 ) -> Manifest:
     """Return the manifest of a package.
@@ -123,7 +130,7 @@ def manifest_of(
     )
 
 
-def make_all(
+def make_stages(
     contents: Contents, directory: Path, old: Manifest, chosen: frozenset[str], progress: Progress, force: bool = False,
     jobs: int = 1, figures: Mapping[str, bytes] | None = None,
 ) -> BuiltFiles:
@@ -237,7 +244,7 @@ def _inputs_hash(
     """
     read = (marks(), contents.spec, contents.design.spec.source.text) if marks() else ()
     printed = (entries.get(PRINTED),) if (stage, numbers) == ("assembly", True) else ()
-    return made_from(stage, *_stage_inputs(contents, stage, numbers, entries, failures), *printed, *read)
+    return hash_inputs(stage, *_stage_inputs(contents, stage, numbers, entries, failures), *printed, *read)
 
 
 def _unchanged_files(directory: Path, old: Manifest, stage: str, made_of: str) -> dict[str, bytes] | None:
@@ -246,7 +253,7 @@ def _unchanged_files(directory: Path, old: Manifest, stage: str, made_of: str) -
     None if they have other inputs than `made_of`, or are damaged.
     """
     before = {name: entry for name, entry in old.stage_entries(stage).items() if entry.made_from == made_of}
-    return intact(directory, before) if before else None
+    return read_intact_files(directory, before) if before else None
 
 
 def _outcome(
@@ -362,17 +369,17 @@ def _stage_inputs(
     if stage == "mesh":
         return *board_inputs(stage, contents.layout), kernels
     if stage == "kicad":
-        return read_by(stage, contents.spec)
+        return spec_inputs(stage, contents.spec)
     forced = contents.is_forced  # papers carry the mark of a forced package
     if stage in BESIDE_TAIL:
         return *board_inputs(stage, contents.layout), kernels, forced
     if stage in SOLID_STAGES:
-        return *read_by(stage, contents.spec, numbers), kernels, forced, numbers
+        return *spec_inputs(stage, contents.spec, numbers), kernels, forced, numbers
     if stage == "datasheet":
-        return *read_by(stage, contents.spec), forced, version_of("matplotlib")
+        return *spec_inputs(stage, contents.spec), forced, version_of("matplotlib")
     if stage == "gerber":
         return contents.spec, contents.forced
-    return *read_by(stage, contents.spec), forced
+    return *spec_inputs(stage, contents.spec), forced
 
 
 def _render_part(
@@ -513,7 +520,7 @@ def report_page(contents: Contents, files: Mapping[str, bytes], is_built: bool =
     sizes = {name: len(content) for name, content in files.items()}
     page = render(
         contents.checked, design.spec, contents.estimates, pictures, sizes, contact_rows(contents.layout), sensing,
-        incoming(design).board, _view_data(contents, files, sensing), is_built,
+        incoming_tests(design).board, _view_data(contents, files, sensing), is_built,
     )
     return page.encode("utf-8")
 

@@ -25,7 +25,7 @@ from sitscad.checks.policy import Policy, baseline_from_manifest, policy_from_ma
 from sitscad.files.writer import STAGES, marks
 from sitscad.package import stages
 from sitscad.package.building import BuildRequest
-from sitscad.package.folder import FILE_NAME, PackageError, explained, list_files
+from sitscad.package.folder import FILE_NAME, PackageError, list_files, raising_package_errors
 from sitscad.package.manifest import (
     CHECK_STAGE,
     MANIFEST,
@@ -34,8 +34,8 @@ from sitscad.package.manifest import (
     Manifest,
     figure_files,
     foreign_files,
-    intact,
     is_left_by_kicad,
+    read_intact_files,
     read_manifest,
     sha256,
 )
@@ -188,12 +188,12 @@ def verify(directory: str | Path, rebuild: bool = False) -> Verification:
     but not that the spec is yours.
     """
     folder = Path(directory)
-    with explained(f"cannot read {folder}"):
+    with raising_package_errors(f"cannot read {folder}"):
         manifest = read_manifest(folder)
         _require_small(folder)
         missing = [name for name in manifest.files if not (folder / name).exists()]
         there = {name: entry for name, entry in manifest.files.items() if name not in missing}
-        changed = [name for name, entry in there.items() if intact(folder, {name: entry}) is None]
+        changed = [name for name, entry in there.items() if read_intact_files(folder, {name: entry}) is None]
         foreign = [name for name in foreign_files(folder, manifest) if name not in manifest.files]
         files = (
             *(f"{name} is missing" for name in missing),
@@ -286,13 +286,13 @@ def rebuilt(folder: Path, manifest: Manifest) -> tuple[BuiltFiles, Manifest]:
         if a stage needs a package that is not installed
     """
     request = _original_request(folder, manifest)
-    contents = stages.contents_of(request.spec, request.policy, request.baseline, request.wanted)
-    built = stages.make_all(contents, folder, Manifest(), request.wanted, lambda *_: None, force=True,
+    contents = stages.package_contents(request.spec, request.policy, request.baseline, request.wanted)
+    built = stages.make_stages(contents, folder, Manifest(), request.wanted, lambda *_: None, force=True,
                            figures=figure_files(folder, manifest))
     # The hash includes CAD kernels if the package before had solids, so two hashes are possible
-    keys = [replace(request, wanted=chosen).made_from(Manifest()) for chosen in (request.wanted, frozenset(STAGES))]
+    keys = [replace(request, wanted=chosen).inputs_hash(Manifest()) for chosen in (request.wanted, frozenset(STAGES))]
     key = manifest.built_from if manifest.built_from in keys else keys[0]
-    document = stages.manifest_of(built.contents, built, manifest, key, request.wanted)
+    document = stages.new_manifest(built.contents, built, manifest, key, request.wanted)
     return built, replace(document, built_for=manifest.built_for)
 
 

@@ -79,7 +79,7 @@ def run(folder: Path, designs: int, method: str) -> None:
     path.write_text(text)
     study = sitscad.Study.load(path)
     points = [tuple(k * (n - 1) // RECORDED for n in study.request.space.shape) for k in range(RECORDED)]
-    specs = [study.request.base.design(study.request.space.changes(point)) for point in points]
+    specs = [study.request.base.changed_spec(study.request.space.changes(point)) for point in points]
     rows = screen_designs(specs, study.request.measures)
     print(f"begun with {_memory():.0f} MB")
     began, clock = time.process_time(), time.perf_counter()

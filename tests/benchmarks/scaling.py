@@ -85,7 +85,7 @@ def main() -> None:
         key = base.key(changes, "screen")
         archive.add(key, changes, item.as_json())
         archive.evaluation(key, measures)
-        tally.note(item, is_made=True)
+        tally.count_evaluation(item, is_made=True)
     parent = (time.process_time() - began) / len(designs)
     chunk, text = Chunk(tuple(designs), measures, "screen"), float(len(base.text))
     there, back = (len(pickle.dumps(each)) / len(designs) for each in (chunk, evaluations))

@@ -32,7 +32,7 @@ from sitscad.kernels.converters.figures import (
     source_in_all,
 )
 from sitscad.kernels.converters.registers import RegisterMap
-from sitscad.package.contents import incoming
+from sitscad.package.contents import incoming_tests
 from sitscad.spec import presets
 from tests.converters.conftest import forget
 from tests.converters.family import xdc_registers
@@ -175,7 +175,7 @@ def test_read_of_converter_without_driver_is_refused(xdc2214):
 
 def test_readme_of_converter_without_driver_states_it(xdc2214):
     design = design_with(xdc2214)
-    files = render_readme(design.layout, design.estimates, incoming(design).board)
+    files = render_readme(design.layout, design.estimates, incoming_tests(design).board)
     message = " ".join(files["firmware/readme.txt"].decode().split())
     assert "There is no driver for XDC2214 in this folder" in message and "xdc2214_config.json" in message
 

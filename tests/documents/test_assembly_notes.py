@@ -41,7 +41,7 @@ from sitscad.files.documents.piece_places import piece_sizes
 from sitscad.files.documents.preparing import STAGE_OF, is_missing_list_right
 from sitscad.files.writer import Package
 from sitscad.kernels.geometry.path import bounding_box
-from sitscad.package.contents import incoming
+from sitscad.package.contents import incoming_tests
 from sitscad.package.inspection import as_configured
 from sitscad.spec import presets, templates
 from sitscad.spec.load import rewritten_spec
@@ -54,7 +54,7 @@ MOUNTED = [name for name in templates.names() if sitscad.load_text(templates.rea
 
 def text(layout) -> str:
     """The page of a layout, with the figures of the grasper: what is glued to what does not hang on them."""
-    return assembly_notes.instructions(layout, SENSOR.estimates, incoming(SENSOR).board)
+    return assembly_notes.instructions(layout, SENSOR.estimates, incoming_tests(SENSOR).board)
 
 
 def in_one_line(layout) -> str:
@@ -105,7 +105,8 @@ def test_weight_table_lists_heaviest_pieces_with_unverified_densities():
     sensor = {"mass_kg": 6.7e-5, "centre_m": [0, 0, 0], "not_weighed": []}
     files = {"mount/assembly.json": json.dumps({"sensor": sensor, "pieces": pieces}).encode()}
     (content,) = render(
-        GRASPER, SENSOR.estimates, incoming(SENSOR).board, "", Package(files, frozenset(STAGE_OF.values()))).values()
+        GRASPER, SENSOR.estimates, incoming_tests(SENSOR).board, "", Package(files, frozenset(STAGE_OF.values())),
+    ).values()
     rows = [" ".join(row.split()) for row in content.decode().splitlines()[-4:]]
     assert rows[0] == "mount resin 60 mg *" and rows[1] == "board films and copper 7 mg"
     assert rows[2] == "2 targets copper 2 mg" and rows[3] == "* its density is unverified"
@@ -157,7 +158,7 @@ def test_weight_text_states_mass_of_mount():
 
 def test_notes_are_absent_without_mount_and_mould_without_pad():
     bare = handmade.bare()
-    assert render(bare, SENSOR.estimates, incoming(SENSOR).board, "", {}) == {}
+    assert render(bare, SENSOR.estimates, incoming_tests(SENSOR).board, "", {}) == {}
     none = replace(GRASPER, spec=replace(GRASPER.spec, elastomer=None))
     assert "mould-" not in text(none) and "jig-elastomer" not in text(none)
 
@@ -279,7 +280,7 @@ def test_tail_is_glued_after_board_and_before_sealing():
 
 
 def test_bare_board_is_tested_first_and_sensor_last():
-    said, coil = in_one_line(GRASPER), incoming(SENSOR).board.coils[0]
+    said, coil = in_one_line(GRASPER), incoming_tests(SENSOR).board.coils[0]
     free, rest = (FREQUENCY.shown(coil.states[name].frequency).split()[0] for name in ("free", "rest"))
     direct = show(coil.terminal_resistance_dc, "ohm", 4).split()[0]
     assert in_order(
@@ -297,7 +298,7 @@ def table_below(words):
 
 def test_each_test_value_has_its_instrument():
     """An inductance without the coil's capacitance, which no instrument reads, stood first in every line."""
-    bench = incoming(SENSOR).board
+    bench = incoming_tests(SENSOR).board
     bare, finished = table_below("Test the bare board"), table_below("Measure each coil again")
     for coil, read in zip(bench.coils, bench.metered, strict=True):
         free, rest = coil.states["free"], coil.states["rest"]
@@ -314,14 +315,14 @@ def test_each_test_value_has_its_instrument():
 def test_bare_board_drive_code_stays_below_amplitude_limit():
     """What was a note of every check of an assembled sensor stands here, and in the report."""
     (lines,) = re.findall(r"use drive code (\d+) for the bare board; the assembled sensor has 27", in_one_line(GRASPER))
-    bare = [coil.states["free"].parallel_resistance for coil in incoming(SENSOR).board.coils]
+    bare = [coil.states["free"].parallel_resistance for coil in incoming_tests(SENSOR).board.coils]
     device = SENSOR.spec.readout.device
     assert device.amplitude(max(bare), int(lines)) < device.limit("amplitude_max") < device.amplitude(max(bare), 27)
 
 
 def test_bare_board_table_has_meter_inductance_with_sigma():
     rows = table_below("Test the bare board")
-    for read in incoming(SENSOR).board.metered:
+    for read in incoming_tests(SENSOR).board.metered:
         assert plus_minus(read.inductance, read.inductance_sigma, "H", digits=4) in rows[read.coil]
 
 
@@ -434,7 +435,7 @@ PIECES = Package({
 
 
 def test_every_piece_to_make_is_listed_with_size_and_use():
-    message = assembly_notes.instructions(GRASPER, SENSOR.estimates, incoming(SENSOR).board, PIECES)
+    message = assembly_notes.instructions(GRASPER, SENSOR.estimates, incoming_tests(SENSOR).board, PIECES)
     rows = {line.split()[0]: line for line in message.partition(" 1. ")[0].splitlines() if line.startswith("  ")}
     assert {"mount", "jig-target-press", "mould-lid", "jaw"} <= set(rows)
     assert all("10.0 x 20.0 x 3.0" in row for name, row in rows.items() if name in ("mount", "mould-lid"))
@@ -447,7 +448,7 @@ def test_every_piece_to_make_is_listed_with_size_and_use():
 def test_files_missing_from_package_have_their_build_command(stages, lacks):
     """`--only mount` writes steps that name bom.csv, laser/ and fpc/, and nothing said where those are."""
     package = Package(PIECES.files, PIECES.stages | stages)
-    (content,) = render(GRASPER, SENSOR.estimates, incoming(SENSOR).board, "", package).values()
+    (content,) = render(GRASPER, SENSOR.estimates, incoming_tests(SENSOR).board, "", package).values()
     assert re.findall(r"--only\s+([a-z]+)", content.decode()) == lacks
     text = content.decode()
     assert is_missing_list_right(text, package.stages) and not is_missing_list_right(text, frozenset({"firmware"}))
@@ -681,7 +682,7 @@ def test_custom_mount_part_is_not_printed_and_locates_board():
     layout = sitscad.lay_out(bench.replace({"mount": {"kind": "custom"}}))
     spec = replace(layout.spec, mount=replace(layout.spec.mount, step=part))
     own = replace(layout, spec=spec)
-    message = assembly_notes.instructions(own, SENSOR.estimates, incoming(SENSOR).board, PIECES)
+    message = assembly_notes.instructions(own, SENSOR.estimates, incoming_tests(SENSOR).board, PIECES)
     (row,) = (line for line in message.splitlines() if line.startswith("  mount "))
     assert "block.step" in row and "10.0 x" not in row
     flat = " ".join(message.split())

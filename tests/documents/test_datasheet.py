@@ -51,7 +51,7 @@ from sitscad.files.drawing.pdf import pdf
 from sitscad.files.drawing.sheet import Label, Sheet, flattened, plot
 from sitscad.files.drawing.svg import svg
 from sitscad.files.report.page import _performance_html
-from sitscad.package.contents import incoming, nominal_calibration
+from sitscad.package.contents import incoming_tests, nominal_calibration
 from sitscad.spec import presets
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
@@ -66,7 +66,7 @@ def bench():
 @pytest.fixture(scope="module")
 def files(bench):
     return render(bench.layout, bench.estimates, bench.response, bench.performance, bench.sensing.curves, "",
-                  incoming(bench).board)
+                  incoming_tests(bench).board)
 
 
 def _axes(design, found=None):
@@ -209,10 +209,11 @@ def test_data_sheet_is_reproducible_in_other_process(tmp_path):
     """Both as the command has it: one thread for linear algebra."""
     code = (
         "import sitscad, sys; from sitscad import Design; from sitscad.files.documents.datasheet import render; "
-        "from sitscad.package.contents import incoming; "
+        "from sitscad.package.contents import incoming_tests; "
         "d = Design(sitscad.load(sys.argv[1])); "
         "[open(sys.argv[2] + n, 'wb').write(b) for n, b in "
-        "render(d.layout, d.estimates, d.response, d.performance, d.sensing.curves, '', incoming(d).board).items()]"
+        "render(d.layout, d.estimates, d.response, d.performance, d.sensing.curves, '', "
+        "incoming_tests(d).board).items()]"
     )
     source = str(Path(sitscad.__file__).parents[1])
     for seed in ("1", "7"):
@@ -230,7 +231,7 @@ def test_data_sheet_is_reproducible_in_other_process(tmp_path):
 @pytest.mark.slow
 def test_forced_data_sheet_is_marked(bench):
     made = render(bench.layout, bench.estimates, bench.response, bench.performance, bench.sensing.curves, "why",
-                  incoming(bench).board)
+                  incoming_tests(bench).board)
     page = made["datasheet.html"].decode()
     assert "does not meet its own checks" in page
 
@@ -260,7 +261,7 @@ def test_shear_difference_of_two_coils_is_l1_minus_l2(drawn):
 def test_data_sheet_of_each_array_pattern_is_rendered(name):
     design = template_design(name)
     made = render(design.layout, design.estimates, design.response, design.performance, design.sensing.curves, "",
-                  incoming(design).board)
+                  incoming_tests(design).board)
     assert set(made) == {"datasheet.html", "datasheet.json", "datasheet.pdf"}
     # one coil has one curve, neither a sum of several nor a shear
     assert made["datasheet.html"].decode().count("<svg") == (3 if name == "fingertip_foil" else 5)
@@ -269,7 +270,7 @@ def test_data_sheet_of_each_array_pattern_is_rendered(name):
 def test_sensor_without_target_has_no_data_sheet(bench):
     assert WRITER.applies(bench.spec)
     assert not WRITER.applies(sitscad.load(TEMPLATES / "single_coil.yaml"))
-    assert render(bench.layout, bench.estimates, bench.response, (), None, "", incoming(bench).board) == {}
+    assert render(bench.layout, bench.estimates, bench.response, (), None, "", incoming_tests(bench).board) == {}
 
 
 def test_curves_beyond_validated_shear_are_marked_extrapolated(bench, drawn):
@@ -317,7 +318,7 @@ def test_data_sheet_states_required_number_of_converters(coils, number):
 
 def test_acceptance_limits_are_three_sigma_around_expected_values(bench):
     """L up to 1.408 uH was asked for with no frequency. A meter of 100 kHz reads 1.397 +- 0.008 uH of sound coils."""
-    board = incoming(bench).board
+    board = incoming_tests(bench).board
     head, *rows = acceptance_rows(board.coils, board.metered, board.temperature)
     assert sum("100 kHz" in column for column in head) == 2
     for row, coil, read in zip(rows, board.coils, board.metered, strict=True):
@@ -482,5 +483,5 @@ def test_many_rows_on_first_sheet_stay_above_frame(bench, monkeypatch):
 
     monkeypatch.setattr("sitscad.files.documents.datasheet.axis_table", longer)
     render(bench.layout, bench.estimates, bench.response, bench.performance, bench.sensing.curves, "",
-           incoming(bench).board)
+           incoming_tests(bench).board)
     assert min(item.at.y for item in sheets[0].items if isinstance(item, Label)) > 9.0

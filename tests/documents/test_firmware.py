@@ -24,7 +24,7 @@ from sitscad.files.documents import firmware, firmware_driver
 from sitscad.files.report.numbers import estimate_tables, reading_table
 from sitscad.kernels.converters.reference_counter import ReferenceCounter
 from sitscad.layout import lay_out
-from sitscad.package.contents import incoming
+from sitscad.package.contents import incoming_tests
 from sitscad.spec import presets, templates
 from sitscad.spec.load import load_text
 
@@ -344,7 +344,7 @@ def test_printed_frequencies_state_temperature_with_equal_digits():
     """The readme had 7.6702 MHz at 37 degC, the assembly notes 7.677 MHz at 20 degC."""
     spec = load_text(templates.read("single_coil")).replace("requirements.temperature", "37 degC")
     design = Design(spec)
-    readme = firmware_driver.render_readme(design.layout, design.estimates, incoming(design).board)[
+    readme = firmware_driver.render_readme(design.layout, design.estimates, incoming_tests(design).board)[
         firmware_driver.README].decode()
     header = firmware.render(spec, design.estimates)[HEADER].decode()
     shown = FREQUENCY.plain(design.estimates.coils[0].states["free"])

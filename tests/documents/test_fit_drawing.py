@@ -97,11 +97,11 @@ def test_pivot_offset_increases_gap_to_tail(layout):
 @pytest.mark.slow
 def test_package_has_fit_drawing_only_with_fit_errors():
     from sitscad.checks.policy import Policy
-    from sitscad.package.stages import contents_of
+    from sitscad.package.stages import package_contents
 
     spec = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml")
-    assert fit_picture_file(contents_of(spec, Policy(), None), "") == {}
-    tall = contents_of(spec.replace("elastomer.thickness", 1.6e-3), Policy(), None)
+    assert fit_picture_file(package_contents(spec, Policy(), None), "") == {}
+    tall = package_contents(spec.replace("elastomer.thickness", 1.6e-3), Policy(), None)
     made = fit_picture_file(tall, "")
     assert list(made) == ["fit.svg"] and b"needs 5.5" in made["fit.svg"]
     # It named mount/fit-solids.svg in packages that have none

@@ -28,7 +28,7 @@ from sitscad.files.formats.kicad import project_files as kicad_board
 from sitscad.files.writer import Package
 from sitscad.layout.laser_sheet import laser_sheets
 from sitscad.layout.panel import plan
-from sitscad.package.contents import incoming, nominal_calibration
+from sitscad.package.contents import incoming_tests, nominal_calibration
 from sitscad.spec import templates
 from sitscad.spec.circuit import PanelSpec
 from sitscad.spec.load import load_text
@@ -93,7 +93,7 @@ def test_assembly_laser_and_calibration_files_state_issue(issued):
     layout, title = replace(design.layout, spec=spec), "Part number TS-104 (a), revision B.2, 2026-11-22."
     (cut,) = laser_notes.render(layout).values()
     package = Package({}, frozenset())
-    (steps,) = assembly_notes.render(layout, design.estimates, incoming(design).board, "", package).values()
+    (steps,) = assembly_notes.render(layout, design.estimates, incoming_tests(design).board, "", package).values()
     assert cut.decode().splitlines()[1] == steps.decode().splitlines()[1] == title
     files = nominal_calibration(Design(spec, layout, design.estimates))
     assert files["calibration/plan.txt"].decode().splitlines()[1] == title

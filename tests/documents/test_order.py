@@ -35,7 +35,7 @@ from sitscad.kernels.geometry.path import bounding_box
 from sitscad.layout import lay_out
 from sitscad.layout.bending import Where, finished_thickness
 from sitscad.layout.panel import plan
-from sitscad.package.contents import incoming
+from sitscad.package.contents import incoming_tests
 from sitscad.spec import presets
 from sitscad.spec.circuit import PanelSpec
 from sitscad.spec.load import load_text
@@ -506,8 +506,8 @@ def test_every_profile_has_supported_file_naming():
 def test_order_notes_ask_for_inspection_and_resistance_limits():
     """A short between turns of one coil joins two places of one net."""
     design = sitscad.Design(ordered("rules: generic-fine", 4).spec)
-    text = " ".join(fabrication_notes.order_readme(design.layout, None, incoming(design).board).split())
-    read = incoming(design).board.metered[0]
+    text = " ".join(fabrication_notes.order_readme(design.layout, None, incoming_tests(design).board).split())
+    read = incoming_tests(design).board.metered[0]
     ends = [show(read.direct + side * 3.0 * read.direct_sigma, "ohm", 3) for side in (-1, 1)]
     assert f"{read.coil} {show(read.direct, 'ohm', 3)} ({ends[0]} to {ends[1]})" in text
     assert "copper 2, 3 before lamination, the outer copper before the coverlay is laid" in text

@@ -11,7 +11,7 @@ import time
 from pathlib import Path
 
 import sitscad
-from sitscad.package.manifest import intact, read_manifest
+from sitscad.package.manifest import read_intact_files, read_manifest
 
 ROOT = Path(__file__).parents[2]
 TEXT = """\
@@ -30,7 +30,7 @@ def spec_text(turns: float) -> str:
 def require_whole(folder: Path) -> str:
     """The hash of the spec that a package was made from; AssertionError where the package is not whole."""
     manifest = read_manifest(folder)
-    assert intact(folder, manifest.files) is not None, f"{folder} is not whole"
+    assert read_intact_files(folder, manifest.files) is not None, f"{folder} is not whole"
     there = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
     assert there == {*manifest.files, "manifest.json"}, f"{folder} holds something else"
     return manifest.spec["sha256"]

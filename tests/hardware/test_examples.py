@@ -15,7 +15,7 @@ from tolerance import approx
 
 from sitscad.apps.hardware.converter import NotAcknowledged
 from sitscad.files.documents import firmware_driver
-from sitscad.package.contents import incoming
+from sitscad.package.contents import incoming_tests
 from tests.hardware.conftest import HERE, SANE, STRICT
 
 SOURCES = ("sensor.c", "ldc161x.c")
@@ -343,14 +343,14 @@ def test_ros_node_separates_uncompensated_newtons(node):
 @pytest.mark.clients("gcc")
 def test_firmware_readme_wires_every_contact_in_ten_steps(pad, tmp_path):
     design = pad.design
-    text = firmware_driver.render_readme(design.layout, design.estimates, incoming(design).board)[
+    text = firmware_driver.render_readme(design.layout, design.estimates, incoming_tests(design).board)[
         "firmware/readme.txt"
     ].decode()
     for pin in ("VDD", "SCL", "SD ", "INTB", "ADDR", "CLKIN", "capacitor"):
         assert f"  {pin}" in text
     assert {f"IN{k}{end}" for k in range(4) for end in "AB"} <= set(re.findall(r"IN\d[AB]", text))
     assert re.findall(r"^ ?(\d+)\. ", text, re.M) == [str(k) for k in range(1, 11)]
-    for coil, metered in zip(design.estimates.coils, incoming(design).board.metered, strict=True):
+    for coil, metered in zip(design.estimates.coils, incoming_tests(design).board.metered, strict=True):
         assert f"  {coil.name}    L {metered.inductance * 1e6:.4g} uH" in text
     assert "      cp -r .. ../../" in text  # nothing is put into the package, which `verify` would refuse
     for command in re.findall(r"^      (cc .*)$", text, re.M):  # as they stand: the last is that without a board

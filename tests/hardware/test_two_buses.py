@@ -16,7 +16,7 @@ from sitscad.apps.hardware.converter import SimulatedConverter
 from sitscad.apps.hardware.diagnosis import read_scans
 from sitscad.apps.hardware.source import open_source
 from sitscad.files.documents import firmware_driver
-from sitscad.package.contents import incoming
+from sitscad.package.contents import incoming_tests
 from tests.hardware.conftest import STRICT, TEMPLATES, Bench, compiled
 from tests.hardware.test_driver import BUS, GOOD, LOST, _of_coils, _tested
 from tests.hardware.test_examples import run_of_the_sketch
@@ -41,7 +41,7 @@ def test_two_bus_driver_reads_all_coils_and_reports_lost_converter(grid):
 
 def test_two_bus_readme_names_equal_buses_in_every_step(grid):
     design = grid.design
-    files = firmware_driver.render_readme(design.layout, design.estimates, incoming(design).board)
+    files = firmware_driver.render_readme(design.layout, design.estimates, incoming_tests(design).board)
     text = " ".join(files["firmware/readme.txt"].decode().split())
     assert set(re.findall("/dev/i2c-([0-9]+)", text)) == set(re.findall("i2cdetect -y ([0-9]+)", text)) == {"1", "3"}
     shown = dict(re.findall("i2cdetect -y ([0-9]+)` shows ([0-9a-f]+(?: and [0-9a-f]+)?)", text))

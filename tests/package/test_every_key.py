@@ -11,10 +11,10 @@ import pytest
 from spec_reference import SpecDocument, places_of
 
 import sitscad
-from sitscad.apps.watch.work import Before, stage_events
+from sitscad.apps.watch.work import EarlierResults, stage_events
 from sitscad.cli import run
 from sitscad.package.cached_solutions import cached_solutions
-from sitscad.package.manifest import made_from
+from sitscad.package.manifest import hash_inputs
 from sitscad.spec.format.kinds import Boolean, Choice, Either, Preset, ProfileName, Several, Sourced, names
 from sitscad.spec.format.section import NameOr
 from sitscad.spec.load import load_values, put_value
@@ -62,7 +62,7 @@ def is_key(path, written):
 
 def hash_of(spec):
     """The hash of a spec's values, without its text."""
-    return made_from(replace(spec, source=SpecSource("", "")))
+    return hash_inputs(replace(spec, source=SpecSource("", "")))
 
 
 def keys_with_a_value(path, without):
@@ -129,7 +129,7 @@ def test_changed_step_file_updates_watched_solid(folder_with_parts, tmp_path):
     import build123d as bd
 
     path = shutil.copytree(folder_with_parts, tmp_path / "specs") / "own_mount.yaml"
-    before, sizes = Before(), []
+    before, sizes = EarlierResults(), []
     for side in (3, 4):
         bd.export_step(bd.Solid.make_box(3, 10 * side, 30).moved(bd.Location((-2, -13, -12))), path.parent / "own.step")
         events = {event.stage: event for event in stage_events(str(path), before, serves=True)}

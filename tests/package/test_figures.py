@@ -20,8 +20,8 @@ from sitscad.package.manifest import (
     EXACT,
     FIGURES,
     MANIFEST,
-    agree,
     figure_files,
+    has_equal_numbers,
     has_figures,
     read_manifest,
     sha256,
@@ -138,8 +138,8 @@ OTHER = [
 @pytest.mark.parametrize(("one", "other", "is_equal"),
                          [*((*pair, True) for pair in EQUAL), *((*pair, False) for pair in OTHER)])
 def test_numbers_agree_within_tolerance_and_text_exactly(one, other, is_equal):
-    assert agree(one.encode(), other.encode()) is is_equal
-    assert agree(other.encode(), one.encode()) is is_equal
+    assert has_equal_numbers(one.encode(), other.encode()) is is_equal
+    assert has_equal_numbers(other.encode(), one.encode()) is is_equal
     stored = with_equal_figures({"x": other.encode()}, {"x": one.encode()})
     assert stored["x"] == (one if is_equal else other).encode()
 

@@ -190,13 +190,13 @@ def test_user_file_of_any_kind_is_backed_up_on_replacement(
 
 def test_file_that_appears_during_replacement_is_backed_up(tmp_path, monkeypatch):
     _replace(tmp_path, {"one.txt": b"1"})
-    real = building.intact
+    real = building.read_intact_files
 
-    def intact(old, entries):
+    def read_intact_files(old, entries):
         (old / "late.txt").write_bytes(b"mine")
         return real(old, entries)
 
-    monkeypatch.setattr(building, "intact", intact)
+    monkeypatch.setattr(building, "read_intact_files", read_intact_files)
     stored = _replace(tmp_path, {"one.txt": b"2"})
     assert _contents(stored) == {"late.txt": b"mine"}
 

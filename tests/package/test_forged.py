@@ -33,21 +33,21 @@ def whole(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def made_once():
-    """`make_all`, with what one spec makes under one policy made once: a table of changes builds it again and again."""
-    stored, real = {}, stages.make_all
+    """Return `make_stages` with a cache: a table of changes builds one spec under one policy again and again."""
+    stored, real = {}, stages.make_stages
 
-    def make_all(contents, directory, old, wanted, *rest, **how):
+    def make_stages(contents, directory, old, wanted, *rest, **how):
         key = (contents.design.spec.source.text, json.dumps(contents.policy.as_json()), wanted)
         if key not in stored:
             stored[key] = real(contents, directory, old, wanted, *rest, **how)
         return stored[key]
 
-    return make_all
+    return make_stages
 
 
 @pytest.fixture
 def package(whole, tmp_path, monkeypatch, made_once):
-    monkeypatch.setattr(stages, "make_all", made_once)
+    monkeypatch.setattr(stages, "make_stages", made_once)
     return shutil.copytree(whole, tmp_path / whole.name)
 
 

@@ -215,7 +215,7 @@ def built(tmp_path):
 def test_second_build_of_unchanged_spec_writes_nothing(built, monkeypatch):
     spec, first, out = built
     stamps = {path: path.stat().st_mtime_ns for path in first.directory.rglob("*")}
-    monkeypatch.setattr("sitscad.package.stages.make_all", None)
+    monkeypatch.setattr("sitscad.package.stages.make_stages", None)
     again = sitscad.build(spec, out, ("report",))
     assert again.is_unchanged and again.written and not again.forced
     assert {path: path.stat().st_mtime_ns for path in first.directory.rglob("*")} == stamps

@@ -15,8 +15,8 @@ from sitscad.package.manifest import (
     Entry,
     Manifest,
     foreign_files,
-    intact,
-    made_from,
+    hash_inputs,
+    read_intact_files,
     read_manifest,
     sha256,
 )
@@ -111,13 +111,13 @@ def test_changed_added_linked_and_missing_files_are_distinguished(tmp_path):
     (tmp_path / "linked").symlink_to("elsewhere")
     (tmp_path / "board.kicad_prl").write_bytes(b"of no project in this package")
     assert foreign_files(tmp_path, manifest) == ["board.kicad_prl", "changed", "elsewhere", "linked"]
-    assert intact(tmp_path, {"same": manifest.files["same"]}) == {"same": b"1"}
+    assert read_intact_files(tmp_path, {"same": manifest.files["same"]}) == {"same": b"1"}
     for name in ("changed", "missing", "linked"):
-        assert intact(tmp_path, {name: manifest.files[name]}) is None
+        assert read_intact_files(tmp_path, {name: manifest.files[name]}) is None
 
 
 def test_hash_depends_on_values_and_types_but_not_order(monkeypatch):
-    assert made_from(One(1.0, {"x": 1.0, "y": 2.0})) == made_from(One(1.0, MappingProxyType({"y": 2.0, "x": 1.0})))
+    assert hash_inputs(One(1.0, {"x": 1.0, "y": 2.0})) == hash_inputs(One(1.0, MappingProxyType({"y": 2.0, "x": 1.0})))
     different = [
         One(1.0, {}),
         Other(1.0, {}),
@@ -126,14 +126,14 @@ def test_hash_depends_on_values_and_types_but_not_order(monkeypatch):
         (1.0, {}),
         "1.0",
     ]
-    assert len({made_from(value) for value in different}) == len(different)
-    before = made_from(1.0)
+    assert len({hash_inputs(value) for value in different}) == len(different)
+    before = hash_inputs(1.0)
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1")
-    assert made_from(1.0) != before
+    assert hash_inputs(1.0) != before
 
 
 def test_value_without_fixed_text_gives_type_error():
     with pytest.raises(TypeError):
-        made_from({1, 2})
+        hash_inputs({1, 2})
     with pytest.raises(TypeError):
-        made_from(object())
+        hash_inputs(object())

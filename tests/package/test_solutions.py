@@ -19,7 +19,7 @@ from sitscad.kernels.electromagnetics.metal import finite_plate, near_metal
 from sitscad.kernels.mechanics import pad
 from sitscad.kernels.solve_cache import Solutions, cached_solution, read_cache, store_results
 from sitscad.package.cached_solutions import cached_solutions
-from sitscad.package.manifest import code
+from sitscad.package.manifest import code_hash
 from sitscad.spec import templates
 from sitscad.spec.yaml.rewriting import rewritten
 
@@ -164,7 +164,8 @@ def test_concurrent_builds_and_full_cache_give_correct_results(cache, monkeypatc
 @pytest.mark.parametrize("parts", ['[["<f8", -1]]', '[["<f8", 10, 10]]', "[" * 5000, '[["", 1]]'])
 def test_malformed_cache_file_with_valid_hash_is_ignored(cache, parts):
     cache.parent.mkdir()
-    head = f'{{"by": {json.dumps(solutions._cache_conditions(code()))}, "solutions": {{"one": {parts}}}}}\n'.encode()
+    conditions = json.dumps(solutions._cache_conditions(code_hash()))
+    head = f'{{"by": {conditions}, "solutions": {{"one": {parts}}}}}\n'.encode()
     cache.write_bytes(hashlib.sha256(head).hexdigest().encode() + b"\n" + head)
     with cached_solutions("bench-7mm"):
         assert asked_for_one() == 1.0

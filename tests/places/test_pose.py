@@ -33,23 +33,23 @@ def test_pose_rotation_is_orthonormal(rx, ry, rz):
     ],
 )
 def test_pose_signs_follow_board_axes(pose, point, gone):
-    assert pose.moved(point, (0.0, 0.0, 0.0)) == approx(gone, abs=1e-15)
+    assert pose.moved_point(point, (0.0, 0.0, 0.0)) == approx(gone, abs=1e-15)
 
 
 @given(LENGTHS, LENGTHS, LENGTHS, ANGLES, ANGLES, ANGLES)
 def test_pose_rotates_about_near_face(x, y, z, rx, ry, rz):
     centre = (1e-3, -2e-3, 1.5e-3)
-    gone = Pose(x, y, z, rx, ry, rz).moved(centre, centre)
+    gone = Pose(x, y, z, rx, ry, rz).moved_point(centre, centre)
     assert gone == approx((centre[0] + x, centre[1] + y, centre[2] + z), abs=1e-15)
 
 
 def test_pose_rotations_apply_in_order():
     """R = Rx Ry Rz: a point is turned about z first."""
     half = math.pi / 2
-    moved = Pose(rx=half, rz=half).moved((1.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    moved = Pose(rx=half, rz=half).moved_point((1.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     assert moved == approx((0.0, 0.0, 1.0), abs=1e-12)
 
 
 def test_rest_pose_moves_nothing():
     assert REST_POSE.rx == REST_POSE.ry == 0.0
-    assert REST_POSE.moved((1.0, 2.0, 3.0), (0.0, 0.0, 1.0)) == (1.0, 2.0, 3.0)
+    assert REST_POSE.moved_point((1.0, 2.0, 3.0), (0.0, 0.0, 1.0)) == (1.0, 2.0, 3.0)

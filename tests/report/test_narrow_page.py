@@ -7,7 +7,7 @@ import threading
 import pytest
 from browser import Browser
 
-from sitscad.apps.watch.server import PageState, server
+from sitscad.apps.watch.server import PageState, make_server
 from sitscad.files.drawing.web_page import page, part, table
 
 pytestmark = [pytest.mark.clients("chromium")]
@@ -35,7 +35,7 @@ def test_tables_fit_390_pixel_width(tmp_path):
 
 def test_closed_watch_box_reopens_at_next_save():
     showing = PageState()
-    made = server(showing, "127.0.0.1", 0)
+    made = make_server(showing, "127.0.0.1", 0)
     threading.Thread(target=made.serve_forever, daemon=True).start()
     event = {"stage": "findings", "seconds": 0.1, "changes": {"new": [{"rule": "SIT101", "message": "x"}]}}
     with Browser() as browser:

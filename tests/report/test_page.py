@@ -20,7 +20,7 @@ from sitscad.estimates.design import Design
 from sitscad.files.report import numbers
 from sitscad.files.report.page import findings_html, render
 from sitscad.layout.tail.tracks import contact_rows, contacts
-from sitscad.package.contents import incoming
+from sitscad.package.contents import incoming_tests
 from sitscad.spec import templates
 from sitscad.spec.presets import unverified_figures
 
@@ -303,9 +303,9 @@ def test_racetrack_size_shows_both_sides():
 def test_incoming_test_states_meter_values_and_bare_board_drive_code(design):
     spec, estimates, result = design
     whole = Design(spec)
-    page = render(result, spec, estimates, {}, {}, bench=incoming(whole).board)
+    page = render(result, spec, estimates, {}, {}, bench=incoming_tests(whole).board)
     part = page[page.index("Incoming test") :].partition("</section>")[0]
-    for read, coil in zip(incoming(whole).board.metered, estimates.coils, strict=True):
+    for read, coil in zip(incoming_tests(whole).board.metered, estimates.coils, strict=True):
         # at 100 kHz less crowds than at the tank's frequency, and the coil's own capacitance counts for nothing
         free = coil.states["free"]
         assert free.inductance < read.inductance < 1.03 * free.inductance < free.apparent_inductance * 1.03

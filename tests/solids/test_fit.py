@@ -51,7 +51,7 @@ def test_computed_envelope_matches_meshes(case):
 def test_closed_height_is_sum_of_stack():
     section = closed_section(handmade.jaw_sensor())
     assert section.height == approx(2 * 1.2e-3 + 1.0e-3 + 0.2e-3 + 1e-3 + 0.2e-3 + 0.1e-3, rel=1e-6)
-    assert section.radius < 2.5e-3 < section.likely < section.worst
+    assert section.radius < 2.5e-3 < section.likely_radius < section.worst_radius
     assert section.fits
 
 

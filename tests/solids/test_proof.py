@@ -188,11 +188,11 @@ def test_build_reports_measured_faults(hinged, pieces):
 
     import sitscad
     from sitscad.checks.policy import Policy
-    from sitscad.package.stages import contents_of
+    from sitscad.package.stages import package_contents
     from sitscad.spec import templates
 
     spec = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml")
-    contents = contents_of(Design(spec), Policy(), None)
+    contents = package_contents(Design(spec), Policy(), None)
     post = Solid("post", box(-1e-3, 2.8e-3, -1e-4, 1e-3, 2.9e-3, 0.0), "steel", "#000000", BodyRole.MOUNT)
     text = json.dumps(mounting.fit_document(measure_solids(hinged, (*pieces, post))))
     before, after = contents.checked, replace(contents, measured=text).checked

@@ -67,9 +67,9 @@ def test_bent_tail_has_volume_of_flat_tail(layout, pieces):
     assert path.radius and not path.reason
     assert path.length == approx(layout.tail_length, rel=1e-6)
     straight = sitscad.lay_out(layout.spec.replace("fpc.tail.bend", "none"))
-    from sitscad.assembly.solids.whole import films
+    from sitscad.assembly.solids.whole import board_layer_solids
 
-    there = {solid.name: solid for solid in films(straight, tail_path(straight), (0.0, 0.0))}
+    there = {solid.name: solid for solid in board_layer_solids(straight, tail_path(straight), (0.0, 0.0))}
     for name in ("tail-1-coverlay", "tail-3-dielectric", "tail-5-coverlay"):
         assert pieces[name].volume == approx(there[name].volume, rel=1e-6)
     low = min(pieces[name].shape.bounding_box().min.Z for name in pieces if name.startswith("tail-"))

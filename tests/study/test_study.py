@@ -166,7 +166,8 @@ def test_base_is_evaluated_first_as_design_of_the_study(method, folder):
     (folder / "study.yaml").write_text(text.replace("evaluations: 100", f"method: {method}, evaluations: 8"))
     answer = sitscad.Study.load(folder / "study.yaml").run(draws=0)
     first = next(iter(answer.results.screened))
-    assert answer.request.space.chosen(first) == {"coil.turns": 11.5, "coil.trace_width": 0.125}  # 125 um in the base
+    assert answer.request.space.varied_values(first) == {
+        "coil.turns": 11.5, "coil.trace_width": 0.125}  # 125 um in the base
     assert len(answer.results.screened) == 8 and "not in the searched ranges" not in answer_text(answer)
     assert answer.results.full[first].values == answer.base.values
 
@@ -207,7 +208,7 @@ def test_base_value_of_varied_list_entry_is_found(folder):
     (folder / "study.yaml").write_text(STUDY.replace("coil.turns: ", both))
     request = sitscad.Study.load(folder / "study.yaml").request
     assert request.base_point[:2] == (3, 1) and "target" not in " ".join(changed_keys(request, (3, 1, 0, 0)))
-    assert base_value(request.base.values(()), "target.size.1") == "9 mm"
+    assert base_value(request.base.changed_values(()), "target.size.1") == "9 mm"
     assert value_at_key({"size": [6, 3]}, "size.2") is value_at_key({"size": [6, 3]}, "size.x") is None
 
 
@@ -827,7 +828,7 @@ def test_varied_coil_layers_change_board_layers(folder):
     """The goal was refused: only a stack-up that varies was thought to decide it."""
     request = {"base": "coil.yaml", "vary": {"coil.layers": [2, 4]}, "goals": [{"minimize": "board.layers"}]}
     message = sitscad.Study.from_mapping(request, folder).run(draws=0)
-    assert [message.results.of((k,)).values["board.layers"][0] for k in (0, 1)] == [2.0, 4.0]
+    assert [message.results.evaluation((k,)).values["board.layers"][0] for k in (0, 1)] == [2.0, 4.0]
 
 
 @pytest.mark.few(2)

@@ -100,7 +100,7 @@ def test_chart_of_small_front_includes_neighbouring_designs(answer, monkeypatch)
 
 def test_number_of_other_designs_in_chart_is_limited(answer):
     point = answer.front[0]
-    more = {(*point[:-1], 10_000 + k): answer.results.of(point) for k in range(MOST_OTHERS + 500)}
+    more = {(*point[:-1], 10_000 + k): answer.results.evaluation(point) for k in range(MOST_OTHERS + 500)}
     answer.results.screened.update(more)
     try:
         shown = StudyPage(answer).points

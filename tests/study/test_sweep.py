@@ -205,10 +205,11 @@ def test_failed_computation_refuses_only_its_design(bench, monkeypatch):
 def test_design_from_changes_equals_its_written_spec():
     spec = sitscad.load_text(templates.read("grasper_4layer"))
     from sitscad.spec.sensor import without_text
-    base, changes = Base.of(spec.source), (("coil.turns", 7.25), ("target.size", [4.8, 4.0]), ("fpc.tail.length", 31))
-    written = sitscad.load_text(base.written(changes))
-    assert without_text(base.design(changes)) == without_text(written)
-    assert "# the jaw is 4.8 mm wide" in base.written(changes)
+    base = Base.from_source(spec.source)
+    changes = (("coil.turns", 7.25), ("target.size", [4.8, 4.0]), ("fpc.tail.length", 31))
+    written = sitscad.load_text(base.spec_text(changes))
+    assert without_text(base.changed_spec(changes)) == without_text(written)
+    assert "# the jaw is 4.8 mm wide" in base.spec_text(changes)
 
 
 def test_archive_key_depends_on_values_comments_and_level():
@@ -221,7 +222,7 @@ def test_archive_key_depends_on_values_comments_and_level():
 
 
 def _base():
-    return Base.of(sitscad.load_text(templates.read("grasper_4layer")).source)
+    return Base.from_source(sitscad.load_text(templates.read("grasper_4layer")).source)
 
 
 class Counting:
@@ -265,7 +266,7 @@ class Timed:
 def test_chunks_take_about_one_second_or_maximum_size(seconds, count, most, bench):
     """But for the first ones, whose designs take nobody knows how long, and the last, which are shared out."""
     executor = Timed(seconds)
-    with Workers(Base.of(bench.source), 2, executor) as workers:
+    with Workers(Base.from_source(bench.source), 2, executor) as workers:
         result = list(workers.evaluations([(("coil.turns", 10),)] * count, ("rp",), "screen"))
     assert len(result) == count and sum(executor.chunks) == approx(seconds * count, rel=1e-9)
     assert max(executor.chunks) == approx(most, rel=1e-9)

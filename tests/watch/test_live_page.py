@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from browser import Browser
 
-from sitscad.apps.watch.server import PageState, server
-from sitscad.apps.watch.work import Before, stage_events
+from sitscad.apps.watch.server import PageState, make_server
+from sitscad.apps.watch.work import EarlierResults, stage_events
 
 pytestmark = [pytest.mark.clients("chromium"), pytest.mark.cad, pytest.mark.slow, pytest.mark.more]
 
@@ -17,14 +17,14 @@ SPEC = (Path(__file__).parents[2] / "templates" / "bench_7mm.yaml").read_text(en
 
 
 def test_live_page_follows_saves_and_keeps_camera(tmp_path):
-    path, showing, before, last = tmp_path / "bench.yaml", PageState(), Before(), {}
-    made = server(showing, "127.0.0.1", 0)
+    path, showing, before, last = tmp_path / "bench.yaml", PageState(), EarlierResults(), {}
+    made = make_server(showing, "127.0.0.1", 0)
     threading.Thread(target=made.serve_forever, daemon=True).start()
 
     def save(text: str, revision: int) -> None:
         path.write_text(text, encoding="utf-8")
         for event in stage_events(str(path), before, serves=True):
-            showing.tell(revision, event, last.get(event.stage))
+            showing.publish_event(revision, event, last.get(event.stage))
             if not event.data.get("unreadable"):
                 last[event.stage] = event
 

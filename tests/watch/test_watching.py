@@ -19,9 +19,9 @@ from urllib.request import urlopen
 
 import pytest
 
-from sitscad.apps.watch.server import MAX_CONNECTIONS, PageServer, PageState, server
+from sitscad.apps.watch.server import MAX_CONNECTIONS, PageServer, PageState, make_server
 from sitscad.apps.watch.watching import event_changes, event_lines, file_stamp
-from sitscad.apps.watch.work import Before, Event, stage_events
+from sitscad.apps.watch.work import EarlierResults, Event, stage_events
 from sitscad.basics.finding import Edit
 from sitscad.checks.fixes.search import Search
 from sitscad.cli import main
@@ -91,7 +91,7 @@ def test_study_progress_prints_one_short_line_and_final_best():
 def test_stage_events_are_ordered_and_invalid_spec_reports_findings(tmp_path):
     path = tmp_path / "bench.yaml"
     path.write_text(BENCH, encoding="utf-8")
-    before = Before()
+    before = EarlierResults()
     events = list(stage_events(str(path), before, serves=False))
     assert [event.stage for event in events] == ["findings", "estimate", "feeling", "findings"]
     assert events[0].data["counts"]["error"] == 0 and events[-1].data["last"]
@@ -108,7 +108,7 @@ def test_changed_readout_reuses_drawing_solution_and_solids(tmp_path, monkeypatc
     path = tmp_path / "bench.yaml"
     own = rewritten(BENCH, [Edit("elastomer.thickness", "1.93")])  # of another test's pad the process knows the shear
     path.write_text(own, encoding="utf-8")
-    before = Before()
+    before = EarlierResults()
     first = list(stage_events(str(path), before, serves=True))
     assert "board" in [event.stage for event in first] and b"<svg" in first[1].page
     solids = before.files["solids"]
@@ -141,7 +141,7 @@ def test_file_stamp_changes_when_file_is_replaced_by_equal_size(tmp_path):
 @pytest.fixture
 def served():
     showing = PageState()
-    made = server(showing, "127.0.0.1", 0)
+    made = make_server(showing, "127.0.0.1", 0)
     threading.Thread(target=made.serve_forever, daemon=True).start()
     yield showing, made.server_address[1]
     made.shutdown()
@@ -157,7 +157,7 @@ def _get(port: int, path: str, host: str | None = None) -> tuple[int, bytes, dic
 
 def test_server_answers_only_known_paths_and_its_own_host_name(served):
     showing, port = served
-    showing.tell(1, _verdict(_finding("SIT103", 4, "narrow")), None)
+    showing.publish_event(1, _verdict(_finding("SIT103", 4, "narrow")), None)
     assert _get(port, "/")[0] == 200 and "default-src 'none'" in _get(port, "/")[2]["Content-Security-Policy"]
     assert [_get(port, path)[0] for path in ("/etc/passwd", "/../work.py", "/report.html")] == [404] * 3
     for host in ("attacker.example", f"attacker.example:{port}", "localhost", ""):
@@ -168,19 +168,19 @@ def test_server_answers_only_known_paths_and_its_own_host_name(served):
 
 def test_new_listener_receives_last_event_per_stage_and_later_events(served):
     showing, port = served
-    showing.tell(1, _verdict(), None)
+    showing.publish_event(1, _verdict(), None)
     connection = http.client.HTTPConnection("127.0.0.1", port, timeout=10)
     connection.request("GET", "/events", headers={"Host": f"127.0.0.1:{port}"})
     answer = connection.getresponse()
     assert answer.getheader("Content-Type") == "text/event-stream"
     assert json.loads(answer.readline()[6:])["stage"] == "findings" and answer.readline() == b"\n"
-    showing.tell(2, Event("failed", {"message": "no"}), None)
+    showing.publish_event(2, Event("failed", {"message": "no"}), None)
     assert json.loads(answer.readline()[6:])["message"] == "no"
 
 
 @contextmanager
 def _serving(host: str, port: int = 0) -> Iterator[PageServer]:
-    made = server(PageState(), host, port)
+    made = make_server(PageState(), host, port)
     thread = threading.Thread(target=made.serve_forever, args=(0.05,), daemon=True)
     thread.start()
     try:
@@ -236,7 +236,7 @@ def test_closed_browser_prints_no_traceback(served, sent, capfd):
             line.sendall(sent.replace(b"PORT", str(port).encode()))
             time.sleep(0.05)
     for _ in range(3):
-        showing.post({"stage": "x"})
+        showing.publish_data({"stage": "x"})
         time.sleep(0.05)
     assert _get(port, "/state")[0] == 200
     assert capfd.readouterr() == ("", "")
@@ -373,7 +373,7 @@ def test_watched_study_completes_and_save_reuses_matching_designs(tmp_path):
     path = tmp_path / "study.yaml"
     text = "sitscad_study: 1\nbase: coil.yaml\nvary: {coil.turns: [11, 12, 13]}\ngoals: [maximize: rp]\naccept: all\n"
     path.write_text(text, encoding="utf-8")
-    before = Before()
+    before = EarlierResults()
     first, *sweep = stage_events(str(path), before, serves=True)
     assert first.stage == "findings" and first.data["read"] == [str(path), str(tmp_path / "coil.yaml")]
     assert {event.stage for event in sweep} == {"sweep"} and len(before.evaluated) == 3

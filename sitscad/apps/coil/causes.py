@@ -93,7 +93,9 @@ class Residuals:
     whitening: Array
 
     @classmethod
-    def of(cls, measured: ComplexArray, meter_error: float, tolerances: Sequence[ComplexArray]) -> Residuals:
+    def from_measurement(
+        cls, measured: ComplexArray, meter_error: float, tolerances: Sequence[ComplexArray],
+    ) -> Residuals:
         """Return an object that computes residuals of impedances relative to these measured impedances.
 
         Parameters
@@ -262,9 +264,9 @@ def _sigma_text(value: float, sigma: float, unit: str) -> str:
     return f"{show(value, unit, 3)} +- {show(sigma, unit, 1)}"
 
 
-def explain(cause: PossibleCause, residuals: Residuals) -> Explanation:
+def fit_cause(cause: PossibleCause, residuals: Residuals) -> Explanation:
     """Return a cause with its parameters fitted by least squares (Gauss-Newton method with halved steps)."""
-    fits = [_fit(cause, residuals, start) for start in cause.starts]
+    fits = [_fit_parameters(cause, residuals, start) for start in cause.starts]
     values, sigmas, impedances, misfit = min(fits, key=lambda fit: fit[3])
     return Explanation(cause.name, cause.text(values, sigmas), values, sigmas, misfit,
                        misfit <= residuals.largest_sufficient, impedances)
@@ -274,7 +276,7 @@ Fit = tuple[tuple[float, ...], tuple[float, ...], ComplexArray, float]
 """Result of a fit: parameters, their standard deviations, impedances (n; ohm) and chi-square."""
 
 
-def _fit(cause: PossibleCause, residuals: Residuals, start: Sequence[float]) -> Fit:
+def _fit_parameters(cause: PossibleCause, residuals: Residuals, start: Sequence[float]) -> Fit:
     values = np.array(start, dtype=float)
     impedances = cause.impedance(values.tolist()).terminal
     apart = residuals(impedances)

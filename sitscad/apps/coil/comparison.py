@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from sitscad.apps.coil.causes import CLOSE, DECISIVE, Explanation, PossibleCause, Residuals, explain, possible_causes
+from sitscad.apps.coil.causes import CLOSE, DECISIVE, Explanation, PossibleCause, Residuals, fit_cause, possible_causes
 from sitscad.apps.coil.drawn import DrawnCoil
 from sitscad.apps.coil.measurement import Measurement, MeasurementError, read_measurement
 from sitscad.apps.coil.spiral import Spiral
@@ -218,7 +218,7 @@ def compare(
         raise ValueError(f"there is no coil {name}: {', '.join(names)}")
     number = 0 if name is None else names.index(name)
     has_leads = not isinstance(coil, Spiral)
-    first = CoilVariants.of(layout, number, has_leads, measurement.frequencies[:1]).nominal
+    first = CoilVariants.from_layout(layout, number, has_leads, measurement.frequencies[:1]).nominal
     resonance = _self_resonance(first)
     is_compared = measurement.frequencies < NEAR_RESONANCE * resonance
     if not is_compared.any():
@@ -231,11 +231,11 @@ def compare(
         frequency = frequencies[impedances.imag <= 0.0][0]
         raise MeasurementError(f"{measurement.path}: at {show(float(frequency), 'Hz', 4)} the reactance is negative, "
                                "far below the coil's self-resonance: no coil of this kind was measured")
-    variants = CoilVariants.of(layout, number, has_leads, frequencies)
-    residuals = Residuals.of(impedances, meter_error, list(variants.tolerances().values()))
+    variants = CoilVariants.from_layout(layout, number, has_leads, frequencies)
+    residuals = Residuals.from_measurement(impedances, meter_error, list(variants.tolerances().values()))
     nominal = PossibleCause("as drawn", lambda values: variants.nominal, lambda values, sigmas: "as drawn")
-    as_drawn = explain(nominal, residuals)
-    explanations = tuple(sorted((explain(cause, residuals) for cause in possible_causes(variants, impedances)),
+    as_drawn = fit_cause(nominal, residuals)
+    explanations = tuple(sorted((fit_cause(cause, residuals) for cause in possible_causes(variants, impedances)),
                          key=lambda each: (not each.is_sufficient, each.penalized_chi_square)))
     return Comparison(
         measurement, names[number], frequencies, impedances, meter_error, as_drawn,
@@ -283,7 +283,7 @@ def _fit_impedance(variants: CoilVariants, measured: ComplexArray, meter_error: 
     wide = (20.0,) * (powers + 2) + (1e-8,) * has_capacitance
     low = (-0.999,) + (-20.0,) * (powers + 1) + (-2.0 * nominal.capacitance - 1e-12,) * has_capacitance
     cause = PossibleCause("L, C and R", impedance, lambda values, sigmas: "", ((0.0,) * count,), low, wide, step)
-    fit = explain(cause, Residuals.of(measured, meter_error, ()))
+    fit = fit_cause(cause, Residuals.from_measurement(measured, meter_error, ()))
     values, sigmas = np.array(fit.values), np.array(fit.sigmas)
     series = impedance(fit.values).series
     phase_error = meter_error * np.abs(series)  # a phase error of the meter turns reactance into resistance

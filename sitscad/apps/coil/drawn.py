@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from sitscad.apps.coil.spiral import USUAL_FREQUENCY, CoilResult, lumped_limit, parse_frequencies
+from sitscad.apps.coil.spiral import USUAL_FREQUENCY, CoilResult, lumped_frequency, parse_frequencies
 from sitscad.apps.coil.variants import PLAIN_COIL
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.quantities import DRAWN_COIL, DRAWN_COIL_AT_FREQUENCY, document
@@ -396,7 +396,7 @@ def _add_capacitance(coil: DrawnCoil, copper: DrawnCopper) -> DrawnCoil:
     capacitance = self_capacitance(winding, spec.coil, spec.fpc.stackup) + leads.capacitance
     resonance = resonance_frequency(coil.low_frequency_inductance, capacitance)
     return replace(coil, layout=layout, capacitance=capacitance,
-                   self_resonance=resonance if resonance < lumped_limit(winding) else None)
+                   self_resonance=resonance if resonance < lumped_frequency(winding) else None)
 
 
 def copper_heights(copper: DrawnCopper, stackup: str = "") -> tuple[CopperHeight, ...]:

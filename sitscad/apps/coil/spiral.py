@@ -281,14 +281,14 @@ def estimate_spiral(layout: Layout, frequencies: tuple[float, ...]) -> Spiral:
 
 
 def _self_resonance(lone: CoilCircuit, coil: Coil) -> float | None:
-    """Return the self-resonance (Hz), computed with the inductance at this frequency. None above `lumped_limit`."""
+    """Return the self-resonance (Hz), computed with the inductance there. None above `lumped_frequency`."""
     frequency = self_resonance(lone)
     for _ in range(ROUNDS):
         if not lone.loss.is_resolved(frequency):
             break
         inductance = lone.inductance + float(lone.loss.inductance_changes(np.array([frequency]))[0])
         frequency = resonance_frequency(inductance, lone.self_capacitance)
-    return frequency if frequency < lumped_limit(coil) else None
+    return frequency if frequency < lumped_frequency(coil) else None
 
 
 ROUNDS = 3
@@ -298,7 +298,7 @@ LUMPED_WAVELENGTHS = 0.1
 """Largest track length, in wavelengths, for which the current along the track is nearly uniform (textbook)."""
 
 
-def lumped_limit(coil: Coil) -> float:
+def lumped_frequency(coil: Coil) -> float:
     """Return the frequency (Hz) at which a coil's track is a tenth of a wavelength long, with waves in polyimide."""
     speed = SPEED_OF_LIGHT / math.sqrt(USUAL_PERMITTIVITY)
     return LUMPED_WAVELENGTHS * speed / track_length(coil)

@@ -13,7 +13,7 @@ import numpy as np
 
 from sitscad.apps.coil.comparison import Comparison
 from sitscad.apps.coil.drawn import DrawnCoil
-from sitscad.apps.coil.spiral import Spiral, lumped_limit
+from sitscad.apps.coil.spiral import Spiral, lumped_frequency
 from sitscad.basics.quantities import (
     DRAWN_COIL,
     DRAWN_COIL_AT_FREQUENCY,
@@ -44,7 +44,7 @@ def as_text(spiral: Spiral, colour: bool = False) -> str:
     notes = ["Q and Rp are those of the coil with a lossless capacitor; an LCR meter also sees the coil's capacitance"]
     rows = by_quantity([spiral], LONE_COIL)
     if spiral.self_resonance is None:
-        limit = show(lumped_limit(spiral.layout.coils[0]), "Hz", 2)
+        limit = show(lumped_frequency(spiral.layout.coils[0]), "Hz", 2)
         rows = [row for row in rows if not row[0].startswith("self-resonance")]
         rows.append(["self-resonance", f"above {limit}, where the track is a tenth of a wavelength"])
     tables = (

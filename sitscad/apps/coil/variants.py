@@ -67,7 +67,7 @@ class CoilVariants:
     spirals: tuple[SpiralLayer, ...]
 
     @classmethod
-    def of(cls, layout: Layout, number: int, has_leads: bool, frequencies: Array) -> CoilVariants:
+    def from_layout(cls, layout: Layout, number: int, has_leads: bool, frequencies: Array) -> CoilVariants:
         """Return the variants of coil number `number` (from 0) of a layout, including its leads if `has_leads`."""
         spec = _lone_coil_spec(layout.spec.coil, layout.spec.fpc.stackup, layout.spec.requirements.temperature)
         solved, circuit = _solve(spec)

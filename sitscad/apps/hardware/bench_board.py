@@ -278,13 +278,13 @@ class LineBoard(Board):
             self.corrupted += 1
         else:
             values = [int(cell) for cell in cells]
-            self._count(int(match[2]))
+            self._count_line(int(match[2]))
             self.waiting.append({
                 k: (values[2 * k], values[2 * k + 1] if values[2 * k + 1] < len(STATUS) else STATUS.index(STALE))
                 for k in range(len(self.bands))
             })
 
-    def _count(self, sequence: int) -> None:
+    def _count_line(self, sequence: int) -> None:
         """Count a valid line by its sequence number.
 
         Skipped numbers count as lost lines. A lower number than before is a restart of the microcontroller.
@@ -304,7 +304,7 @@ class LineBoard(Board):
         texts = [f"{self.good} lines", *(f"{number} {what}" for number, what in counted if number)]
         return ", ".join(texts if len(texts) > 1 else [*texts, "none lost or corrupted"])
 
-    def begin(self) -> None:
+    def wait_for_first_reading(self) -> None:
         """Wait for the first reading. Raises OSError if no reading of this sensor arrives within `PATIENCE`."""
         end = monotonic() + PATIENCE
         while not self.good and monotonic() < end and self.another < ENOUGH:

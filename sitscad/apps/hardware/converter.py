@@ -134,7 +134,7 @@ class Registers:
         self.seed = word
         return word
 
-    def _converted(self, channel: int) -> int:
+    def _conversion_result(self, channel: int) -> int:
         full = (self._of(at.CLOCK_DIVIDERS, channel) >> 12) * self._reference(channel)
         count = self.tank(channel, self.time)[0] / full * 2.0**self.device.bits
         sigma = law.counting_noise(self.noise_steps, 1.0, self._of(at.RCOUNT, channel))
@@ -151,7 +151,7 @@ class Registers:
         channel, let = self.converting, self.words[at.ERROR_CONFIG]
         volts, limit = self._amplitude(channel), self.device.limit
         is_dead = volts < limit(DEAD)
-        result = 0 if is_dead else self._converted(channel)
+        result = 0 if is_dead else self._conversion_result(channel)
         result = self.result[channel] if channel in self.stuck else result
         wrong = (
             ("ERR_UR", result == 0), ("ERR_OR", result == 2**self.device.bits - 1), ("ERR_WD", is_dead),
@@ -343,7 +343,7 @@ class SimulatedConverter(Registers):
         self._first, self._estimates = sum(channels[:number]), design.estimates
         first = self._first
         self.coils = design.estimates.all_coils[first : first + channels[number]]
-        self.faults = _faults(faults, [coil.name for coil in design.estimates.all_coils])
+        self.faults = _parse_faults(faults, [coil.name for coil in design.estimates.all_coils])
         names = self.coils[0].states
         if state not in (*names, REST):
             raise ValueError(f"state={state}: the design has the states {', '.join(names)}")
@@ -410,7 +410,7 @@ class SimulatedConverter(Registers):
         return frequency, ohms
 
 
-def _faults(texts: Sequence[str | Fault] | str, names: Sequence[str]) -> tuple[Fault, ...]:
+def _parse_faults(texts: Sequence[str | Fault] | str, names: Sequence[str]) -> tuple[Fault, ...]:
     each = [texts] if isinstance(texts, str) else texts
     faults = tuple(Fault.read(fault_text) if isinstance(fault_text, str) else fault_text for fault_text in each)
     for fault in faults:

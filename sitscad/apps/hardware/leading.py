@@ -94,7 +94,7 @@ class GuidedCalibration:
             if the board does not answer
         """
         assert self.calibration.plan is not None
-        first, (rows, celsius) = self._head(before), self.calibration.planned_rows
+        first, (rows, celsius) = self._head_text(before), self.calibration.planned_rows
         text = before or first
         while (done := text.count("\n") - first.count("\n")) < len(rows):
             try:
@@ -109,7 +109,7 @@ class GuidedCalibration:
             self.report(f"{done + 1} of {len(rows)} taken" if row else f"{done} of {len(rows)} is taken again")
             yield text
 
-    def _head(self, before: str) -> str:
+    def _head_text(self, before: str) -> str:
         """Return the first lines of the table.
 
         `before` is a table to continue, or empty. Raises ValueError if the board or this table belongs to another
@@ -145,7 +145,7 @@ class GuidedCalibration:
             instruction = load_instruction(load, scope.axes,
                                      self.calibration.sensors.rotation) if load.any() else "nothing on it"
             warmth = "" if celsius is None else f" at {celsius:.4g} degC"
-            forces, is_typed = self._apply_load(load, f"{number}: {instruction}{warmth}", not rest)
+            forces, is_typed = self._request_load(load, f"{number}: {instruction}{warmth}", not rest)
         if forces is None:
             return ""
         sensors = self.calibration.sensors
@@ -176,7 +176,7 @@ class GuidedCalibration:
                 self.report(f"{typed!r} is not a temperature in degrees Celsius")
         return celsius
 
-    def _apply_load(self, load: Array, prompt: str, is_first: bool) -> tuple[Array | None, bool]:
+    def _request_load(self, load: Array, prompt: str, is_first: bool) -> tuple[Array | None, bool]:
         """Return the applied forces (axes; N), and whether the user typed them.
 
         `load` is the planned load, and `prompt` the text that requests it. The forces are None if the user wants to

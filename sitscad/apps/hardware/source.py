@@ -175,7 +175,7 @@ class SerialLine(Source):
         The clock starts at the first reading. Raises OSError if no reading arrives.
         """
         board = LineBoard(design, self.port)
-        board.begin()
+        board.wait_for_first_reading()
         self._begun = time.monotonic()
         return board
 

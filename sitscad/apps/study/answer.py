@@ -88,7 +88,7 @@ class KeptDesign:
     units: Yield | None
 
     @property
-    def accepted(self) -> list[str]:
+    def accepted_warnings(self) -> list[str]:
         """Titles of the rules that warn about the design and whose warnings the study accepts."""
         titles = rule_titles()
         return [titles.get(rule, rule) for rule in self.evaluation.warned if rule != USELESS_COMMENT_RULE]
@@ -103,7 +103,7 @@ def binding_limits(request: StudyRequest, results: StudyResults) -> list[Binding
     every, alone = Counter[str](), Counter[str]()
     nearest: dict[str, tuple[tuple[bool, float], Breach, Point]] = {}
     for point in results.screened:
-        broken = violations(request, results.of(point))
+        broken = violations(request, results.evaluation(point))
         every.update(list(broken))
         alone.update(list(broken) if len(broken) == 1 else ())
         for name, breach in broken.items():
@@ -125,7 +125,7 @@ def smallest_relaxation(request: StudyRequest, results: StudyResults) -> Relaxat
     best: tuple[bool, bool, int, float, int] | None = None
     chosen: Relaxation | None = None
     for k, point in enumerate(results.screened):
-        broken, is_guess = violations(request, results.of(point)), point not in results.full
+        broken, is_guess = violations(request, results.evaluation(point)), point not in results.full
         if not broken and not is_guess:
             return None
         if not broken or is_undrawable(broken):
@@ -173,7 +173,7 @@ def unbeaten_designs(request: StudyRequest, judged: Mapping[Point, Evaluation]) 
     good = passing_designs(request, judged)
     ranks = front_numbers([costs(request, judged[point]) for point in good])
     first = [point for point, rank in zip(good, ranks, strict=True) if rank == 0]
-    return sorted(first, key=lambda point: (_goals(request.goals, judged[point]), point))
+    return sorted(first, key=lambda point: (_goal_costs(request.goals, judged[point]), point))
 
 
 def passing_designs(request: StudyRequest, judged: Mapping[Point, Evaluation]) -> list[Point]:
@@ -181,7 +181,7 @@ def passing_designs(request: StudyRequest, judged: Mapping[Point, Evaluation]) -
     return [point for point, each in judged.items() if not violations(request, each)]
 
 
-def _goals(goals: Sequence[Goal], evaluation: Evaluation) -> tuple[float, ...]:
+def _goal_costs(goals: Sequence[Goal], evaluation: Evaluation) -> tuple[float, ...]:
     values = evaluation.values
     return tuple(goal.cost(values[goal.measure][0]) if goal.measure in values else math.inf for goal in goals)
 
@@ -193,8 +193,8 @@ def count_beaten_by_base(request: StudyRequest, base: Evaluation, designs: Seque
     """
     if violations(request, base) or not changed_keys(request, request.base_point):
         return 0
-    base_costs = _goals(request.goals, base)
-    design_costs = (_goals(request.goals, design.evaluation) for design in designs)
+    base_costs = _goal_costs(request.goals, base)
+    design_costs = (_goal_costs(request.goals, design.evaluation) for design in designs)
     return sum(base_costs != costs and all(mine <= its for mine, its in zip(base_costs, costs, strict=True))
                for costs in design_costs)
 
@@ -215,10 +215,10 @@ def kept_points(request: StudyRequest, results: StudyResults, but: Collection[Po
     """
     if len(request.goals) == 1:
         good = [point for point in passing_designs(request, results.full) if point not in but]
-        order = sorted(good, key=lambda point: (_goals(request.goals, results.full[point]), point))
+        order = sorted(good, key=lambda point: (_goal_costs(request.goals, results.full[point]), point))
         return _distinct_designs(request, order)
     points = pareto_front(request, results, but)
-    goals = np.array([_goals(request.goals, results.full[point]) for point in points])
+    goals = np.array([_goal_costs(request.goals, results.full[point]) for point in points])
     return _select_by_hypervolume(goals, points, request.keep)
 
 
@@ -274,7 +274,7 @@ def hypervolume(values: Array) -> float:
 
 def changed_keys(request: StudyRequest, point: Point) -> dict[str, Any]:
     """Return the keys of a design that differ from the base, with their values as in a spec."""
-    before = request.base.values(())
+    before = request.base.changed_values(())
     return {key: value for key, value in request.space.changes(point)
             if value_difference(value_at_key(before, key), value)}
 

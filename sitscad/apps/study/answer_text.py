@@ -57,7 +57,7 @@ Text omits the latter.
 
 def refusal_table(answer: StudyAnswer) -> AnswerTable:
     """Return a table of rules and requirements: fractions of designs that each refuses, and nearest refused design."""
-    titles, chosen = rule_titles(), answer.request.space.chosen
+    titles, chosen = rule_titles(), answer.request.space.varied_values
     rows = [{"name": binding.name, "share": binding.share, "alone": binding.sole_share,
              "nearest": asdict(binding.nearest_breach),
              "at": chosen(binding.nearest_point)} for binding in answer.bindings]
@@ -120,14 +120,14 @@ def measure_columns(names: Sequence[str]) -> dict[str, Callable[[Row], str]]:
 
 def design_table(answer: StudyAnswer) -> AnswerTable:
     """Return a table of base and kept designs: measures, yield, rules that refuse the base, and changed keys."""
-    before = answer.request.base.values(())
+    before = answer.request.base.changed_values(())
     keys = dict.fromkeys(key for design in answer.kept for key in design.changed)
     rows: list[Row] = [{"design": "base", "changed": {key: base_value(before, key) for key in keys}, "accepted": [],
                         **answer.base.as_json(), "yield": None}]
     for number, design in enumerate(answer.kept, 1):
         units = None if design.units is None else {"share": design.units.share, **asdict(design.units)}
-        rows.append({"design": f"designs/{number}.yaml", "changed": dict(design.changed), "accepted": design.accepted,
-                     **design.evaluation.as_json(), "yield": units})
+        rows.append({"design": f"designs/{number}.yaml", "changed": dict(design.changed),
+                     "accepted": design.accepted_warnings, **design.evaluation.as_json(), "yield": units})
     columns = {
         "design": _number, **measure_columns(answer.request.measures),
         "yield": lambda row: f"{row['yield']['share']:.1%}" if row["yield"] else "",
@@ -135,7 +135,7 @@ def design_table(answer: StudyAnswer) -> AnswerTable:
         "warnings that the study accepts": lambda row: ", ".join(row["accepted"]),
         "keys": lambda row: keys_text(row["changed"]),
     }
-    goals = ", ".join(goal.words for goal in answer.request.goals)
+    goals = ", ".join(goal.written for goal in answer.request.goals)
     return AnswerTable(f"Designs, the best {'by' if len(answer.request.goals) == 1 else 'of'} {goals}",
                        rows if answer.kept else [], columns)
 
@@ -197,8 +197,9 @@ def sigma_table(designs: AnswerTable) -> AnswerTable:
 def front_table(answer: StudyAnswer) -> AnswerTable:
     """Return a table of the Pareto front, the best by the first goal first. Kept designs have their number."""
     numbers = {design.point: number for number, design in enumerate(answer.kept, 1)}
-    rows = [{"at": answer.request.space.chosen(point), "values": answer.results.of(point).as_json()["values"],
-             "design": numbers.get(point, "")} for point in answer.front]
+    rows = [{"at": answer.request.space.varied_values(point),
+             "values": answer.results.evaluation(point).as_json()["values"], "design": numbers.get(point, "")}
+            for point in answer.front]
 
     def column(key: str) -> Callable[[Row], str]:
         return lambda row: str(row["at"][key])
@@ -284,7 +285,7 @@ def verdict_lines(answer: StudyAnswer) -> Iterator[str]:
             end, = at
             yield _message("study-last-value" if end else "study-first-value", key=key.key, value=str(key.values[end]))
     if off := changed_keys(request, request.base_point):
-        before = request.base.values(())
+        before = request.base.changed_values(())
         values = [f"{key}: {value} in place of {base_value(before, key)}" for key, value in off.items()]
         yield _message("study-base-apart", values=values)
     if request.space.size > len(results.screened) and not answer.is_met:
@@ -310,7 +311,7 @@ def refusal_lines(answer: StudyAnswer) -> Iterator[str]:
         texts = [f"let go of {titles.get(name, name)} {breach_text(name, least.breaches[name])}".rstrip()
                  for name in least.names]
         yield f"The smallest relaxation that was tried and admits a design: {'; '.join(texts)}"
-        yield f"with {keys_text(answer.request.space.chosen(least.point))}"
+        yield f"with {keys_text(answer.request.space.varied_values(least.point))}"
 
 
 def trust_lines(answer: StudyAnswer) -> Iterator[str]:
@@ -362,13 +363,13 @@ def answer_json(answer: StudyAnswer) -> str:
         "met": None if answer.lacks_yield else answer.is_met,
         "method": results.method, "seed": request.seed, "designs": request.space.size,
         "screened": len(results.screened), "full": len(results.full), "unjudged": count_unjudged(request, results),
-        "goals": [goal.words for goal in request.goals],
+        "goals": [goal.written for goal in request.goals],
         "require": {requirement.measure: requirement.written for requirement in request.require},
         "fallen_by_yield": answer.dropped_count, "alike": [goal.measure for goal in answer.constant_goals],
         "bindings": refusal_table(answer).rows,
         "relaxation": None if least is None else {
             "lets_go": {name: asdict(least.breaches[name]) for name in least.names},
-            "at": request.space.chosen(least.point),
+            "at": request.space.varied_values(least.point),
         },
         "agreement": asdict(answer.agreement),
         "base": answer.base.as_json(), "base_differs": changed_keys(request, request.base_point), "kept": designs,

@@ -63,7 +63,7 @@ def _list(value: Any) -> list[Any]:
     return list(value)
 
 
-def _accepted(value: Any) -> tuple[str, ...]:
+def _accepted_rules(value: Any) -> tuple[str, ...]:
     if value == ALL:
         return (ALL,)
     if not isinstance(value, list) or not all(isinstance(each, str) for each in value):
@@ -84,7 +84,7 @@ _GOAL = {"type": "object", "additionalProperties": False, "minProperties": 1, "m
 _GOALS = Special(_list, {"type": "array", "minItems": 1, "maxItems": MOST_GOALS, "items": _GOAL})
 _REQUIRE = Special(_mapping, {"type": "object", "additionalProperties": False, "properties": {
     name: {"type": "string", "pattern": "^(>=|<=)", "description": row.meaning} for name, row in MEASURES.items()}})
-_ACCEPT = Special(_accepted, {"anyOf": [{"const": ALL}, {"type": "array", "items": {"type": "string"}}]})
+_ACCEPT = Special(_accepted_rules, {"anyOf": [{"const": ALL}, {"type": "array", "items": {"type": "string"}}]})
 _SPREAD = Special(_mapping, {"type": "object", "additionalProperties": _VALUE})
 _SEARCH = Special(_mapping, {"type": "object", "additionalProperties": False, "properties": {
     "method": {"enum": list(METHODS)}, "evaluations": {"type": "integer", "minimum": 1},
@@ -122,7 +122,7 @@ class Goal:
         return value if self.is_less_better else -value
 
     @property
-    def words(self) -> str:
+    def written(self) -> str:
         """Text of the goal as in the file, like "minimize rp"."""
         return f"{'minimize' if self.is_less_better else 'maximize'} {self.measure}"
 
@@ -185,7 +185,7 @@ class StudyRequest:
 
         It equals the base if the search space contains the base.
         """
-        return self.space.nearest(self.base.values(()))
+        return self.space.nearest(self.base.changed_values(()))
 
     @property
     def least_yield(self) -> float | None:
@@ -200,7 +200,7 @@ def study_request(document: StudyDocument, base: Base, remarks: Remarks) -> Stud
     _check_conflicts(document, remarks)
     goals = tuple(_goals(document, remarks))
     require = tuple(_requirements(document, remarks))
-    search = {**{"method": "auto", "evaluations": 1000, "seed": 1}, **_search(document, remarks)}
+    search = {**{"method": "auto", "evaluations": 1000, "seed": 1}, **_search_parameters(document, remarks)}
     if not remarks.flaws:
         _check_measures(base, goals, require, space, remarks)
         if search["method"] == "grid" and space.size > MOST_GRID:
@@ -209,7 +209,7 @@ def study_request(document: StudyDocument, base: Base, remarks: Remarks) -> Stud
         if search["method"] == "de" and len(goals) > 1:
             remarks.flaw("SIT009", "search.method", "differential evolution takes one goal",
                          "keep one goal, or write method: nsga2")
-    return StudyRequest(base, space, goals, require, document.accept, dict(_spreads(document, remarks)),
+    return StudyRequest(base, space, goals, require, document.accept, dict(_error_sigmas(document, remarks)),
                         keep=document.keep, **search)
 
 
@@ -395,7 +395,7 @@ def _factors(unit: str) -> dict[str, float]:
     return next({name: float(factor) for name, factor in units.items()} for units in UNITS.values() if unit in units)
 
 
-def _search(document: StudyDocument, remarks: Remarks) -> dict[str, Any]:
+def _search_parameters(document: StudyDocument, remarks: Remarks) -> dict[str, Any]:
     checks: dict[str, tuple[Callable[[Any], bool], str]] = {
         "method": (lambda value: value in METHODS, f"one of {', '.join(METHODS)}"),
         "evaluations": (lambda value: _is_whole(value, 1, MOST_GRID), f"a number from 1 to {MOST_GRID}"),
@@ -417,7 +417,7 @@ def _is_whole(value: Any, low: int, high: int) -> bool:
     return isinstance(value, int) and not isinstance(value, bool) and low <= value <= high
 
 
-def _spreads(document: StudyDocument, remarks: Remarks) -> Iterator[tuple[str, float]]:
+def _error_sigmas(document: StudyDocument, remarks: Remarks) -> Iterator[tuple[str, float]]:
     """Yield (key, relative standard deviation) for each manufacturing error with a value in the study."""
     for name, written in document.spread.items():
         place, match = dotted("spread", name), re.fullmatch(r"\s*(\d+\.?\d*|\.\d+)\s*%\s*", str(written))
@@ -441,17 +441,18 @@ def _check_measures(
 
     No design has a measure if the base lacks a part that the measure needs, and no varied key adds this part.
     """
-    places = [(goal.measure, dotted(dotted("goals", k), goal.words.partition(" ")[0])) for k, goal in enumerate(goals)]
+    places = [(goal.measure, dotted(dotted("goals", k), goal.written.partition(" ")[0]))
+              for k, goal in enumerate(goals)]
     for goal, (_, place) in zip(goals, places, strict=True):
         keys = MEASURES[goal.measure].decided_by
-        if keys and not space.moves(keys):
+        if keys and not space.is_varied(keys):
             remarks.flaw("SIT009", place, f"{goal.measure} depends only on {' and '.join(keys)}, which the "
                          "study does not vary", "vary it, or choose another goal")
 
     places += [(each.measure, dotted("require", each.measure)) for each in require]
     for name, place in places:
         for need in MEASURES[name].needs:
-            if not need.is_present(base.spec) and not space.moves(need.keys):
+            if not need.is_present(base.spec) and not space.is_varied(need.keys):
                 remarks.flaw("SIT009", place, f"{name} needs {need.name}, which the base lacks and the study does "
                              "not add", "add it to the base, or choose another measure")
                 break

@@ -349,7 +349,7 @@ def evaluate_chunk(base: Base, chunk: Chunk) -> tuple[list[Evaluation], float]:
     specs: list[SensorSpec] = []
     for changes in chunk.designs:
         try:
-            specs.append(base.design(changes))
+            specs.append(base.changed_spec(changes))
             evaluations.append(None)
         except SpecError as error:
             absent = dict.fromkeys(chunk.measures, "the spec is refused")
@@ -422,7 +422,7 @@ class Workers:
             self._speed[level] = len(evaluated) / max(seconds, 1e-3)
             yield from evaluated
 
-    def each(self, work: Callable[..., Made], calls: Sequence[tuple[Any, ...]]) -> Iterator[Made]:
+    def call_results(self, work: Callable[..., Made], calls: Sequence[tuple[Any, ...]]) -> Iterator[Made]:
         """Yield the results of `work` for each tuple of arguments in `calls`, in their order."""
         yield from self._results_in_order((work, arguments) for arguments in calls)
 

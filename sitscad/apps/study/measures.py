@@ -74,7 +74,7 @@ class DesignMeasure:
     decided_by: tuple[str, ...] = ()
 
     @property
-    def needed(self) -> str:
+    def needs_text(self) -> str:
         """Text with the parts of a spec that the measure needs."""
         return ", ".join(need.name for need in self.needs)
 

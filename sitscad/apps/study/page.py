@@ -227,7 +227,7 @@ class StudyPage:
         scales = {}
         for name in self.names:
             values = [evaluation.values[name][0] for point in (self.answer.front or self.points)
-                      if name in (evaluation := self.answer.results.of(point)).values]
+                      if name in (evaluation := self.answer.results.evaluation(point)).values]
             scales[name] = chart_scale(name, np.array(sorted(values)[len(values) // 2 :][:1] or [0.0]))
         return scales
 
@@ -239,7 +239,7 @@ class StudyPage:
     @cached_property
     def figures(self) -> list[dict[str, float]]:
         """Values of the measures, in the units of the charts, for each design of `points`."""
-        return [self.scaled(self.answer.results.of(point)) for point in self.points]
+        return [self.scaled(self.answer.results.evaluation(point)) for point in self.points]
 
     @cached_property
     def marks(self) -> list[DesignMark]:
@@ -253,7 +253,7 @@ class StudyPage:
             return "nearest"
         if point in self.answer.front:
             return "front"
-        return "refused" if violations(self.request, self.answer.results.of(point)) else "passes"
+        return "refused" if violations(self.request, self.answer.results.evaluation(point)) else "passes"
 
     @cached_property
     def axes(self) -> dict[str, ChartAxis]:
@@ -281,22 +281,22 @@ class StudyPage:
 
     def html(self) -> str:
         """Return the HTML of the whole page."""
-        goals = [goal.words for goal in self.request.goals]
+        goals = [goal.written for goal in self.request.goals]
         verdict = ("good", "It can be met") if self.answer.is_met else ("bad", "No design keeps everything")
         if self.answer.lacks_yield:
             verdict = "good", "It can be met but for the yield, which is not known"
         script = (files("sitscad.files.report") / "assets" / "study.js").read_text(encoding="utf-8")
         parts = [
             f"<style>{STYLE}</style>",
-            self.head(goals, verdict, verdict_lines(self.answer)),
+            self.head_part(goals, verdict, verdict_lines(self.answer)),
             part("What stands in the way", self.obstacles_part()) if not self.answer.is_met else "",
-            part("Designs", self.designs()),
-            part("Yield", self.yields()),
-            part("The front" if self.answer.front else "What was found", self.front()),
+            part("Designs", self.designs_part()),
+            part("Yield", self.yields_part()),
+            part("The front" if self.answer.front else "What was found", self.front_part()),
             part("Why designs were refused", self.obstacles_part()) if self.answer.is_met else "",
             part("How far the figures can be trusted", "".join(_paragraphs(trust_lines(self.answer)))),
             part("How it goes on", self.next_steps_part()),
-            json_script("study-data", self.data()),
+            json_script("study-data", self.script_data()),
             f"<script>{script}</script>",
         ]
         file_name = self.request.base.path.replace("\\", "/").rpartition("/")[2]
@@ -307,14 +307,14 @@ class StudyPage:
         """Return the page of a search in progress with `of` designs: screen-level results without kept designs."""
         answer, good = self.answer, sum(mark.kind != "refused" for mark in self.marks)
         verdict = f"{len(answer.results.screened)} of {of} designs looked at by the screen, {good} keep everything"
-        head = self.head([goal.words for goal in self.request.goals], ("good" if good else "bad", verdict), ())
+        head = self.head_part([goal.written for goal in self.request.goals], ("good" if good else "bad", verdict), ())
         return page(f"{answer.name}: sweep", [
             head.replace("<header>", f"<header><style>{STYLE}</style>", 1),
-            part("The front so far", self.front(), "front"),
+            part("The front so far", self.front_part(), "front"),
             part("Why designs were refused", self.obstacles_part(), "refused"),
         ])
 
-    def head(self, goals: Sequence[str], verdict: tuple[str, str], lines: Iterable[str]) -> str:
+    def head_part(self, goals: Sequence[str], verdict: tuple[str, str], lines: Iterable[str]) -> str:
         """Return the head of the page: name, verdict, and the best value of each goal beside the base's value.
 
         Paragraphs with the `lines` follow.
@@ -323,7 +323,7 @@ class StudyPage:
         asks = [f"{each.measure} {each.written}" for each in self.request.require]
         tiles = []
         for goal in self.request.goals:
-            every = (answer.results.of(point).values for point in answer.front)
+            every = (answer.results.evaluation(point).values for point in answer.front)
             values = [values[goal.measure][0] for values in every if goal.measure in values]
             if values:
                 base = answer.base.values.get(goal.measure)
@@ -343,7 +343,7 @@ class StudyPage:
         table = _table(refusal_table(self.answer)) or "<p>Nothing refused a design.</p>"
         return "".join(_paragraphs(refusal_lines(self.answer))) + table
 
-    def designs(self) -> str:
+    def designs_part(self) -> str:
         """Return the part with the base and the kept designs: a table, then a drawing of each kept design."""
         articles = ""
         for number, layout in enumerate(self.answer.layouts, 1):
@@ -353,14 +353,14 @@ class StudyPage:
             articles += f"<article id='kept-{number}'>{figure(board, caption)}</article>"
         return _table(design_table(self.answer)) + articles
 
-    def yields(self) -> str:
+    def yields_part(self) -> str:
         """Return the part with yields of kept designs, decisive manufacturing errors, and standard deviations."""
         is_unknown = self.answer.kept and all(each.units is None for each in self.answer.kept)
         designs = design_table(self.answer)
         tables = "".join(_paragraphs(low_yield_lines(self.answer))) + _table(yield_table(designs))
         return "<p>Not worked out.</p>" if is_unknown else tables + _table(sigma_table(designs))
 
-    def front(self) -> str:
+    def front_part(self) -> str:
         """Return the part with charts of designs by each pair of goals, the chosen design, and a table of the front."""
         goals = [goal.measure for goal in self.request.goals]
         pairs = [*combinations(goals, 2)] if len(goals) > 1 else [(self.request.space.variables[0].key, goals[0])]
@@ -398,9 +398,9 @@ class StudyPage:
         lines = [line.replace("./designs", "designs") for line in next_step_lines(self.answer, ".")]
         return f"{''.join(_paragraphs(lines))}<p class='soft'>{FILES}</p>"
 
-    def data(self) -> dict[str, Any]:
+    def script_data(self) -> dict[str, Any]:
         """Return the data for the page's script: keys, measures, designs, and small drawings of the front."""
-        before, space = self.request.base.values(()), self.request.space
+        before, space = self.request.base.changed_values(()), self.request.space
         base = self.scaled(self.answer.base)
         return {
             "keys": [{"name": v.key, "values": list(map(str, v.values)), "base": base_value(before, v.key)}
@@ -408,7 +408,7 @@ class StudyPage:
             "measures": [{"name": name, "unit": self.scales[name][1], "base": _rounded(base.get(name))}
                          for name in self.names],
             "points": [[list(point), [_rounded(values.get(name)) for name in self.names], mark.kind, mark.kept,
-                        sorted(violations(self.request, self.answer.results.of(point)))]
+                        sorted(violations(self.request, self.answer.results.evaluation(point)))]
                        for point, values, mark in zip(self.points, self.figures, self.marks, strict=True)],
             "sketches": dict(self._sketches()),
         }
@@ -420,7 +420,7 @@ class StudyPage:
             if mark.kind not in BEST:
                 return
             try:
-                layout = sketch(self.request.base.design(self.request.space.changes(self.points[mark.number])))
+                layout = sketch(self.request.base.changed_spec(self.request.space.changes(self.points[mark.number])))
             except SpecError:
                 continue
             plates = [target.outline() for target in plates_of(layout.spec).targets]
@@ -503,7 +503,7 @@ def progress_page(study: Study, results: StudyResults, of: int) -> str:
 def answer_files(answer: StudyAnswer) -> dict[str, bytes]:
     """Return the files of a study's folder except its archive, and the files that the kept designs read."""
     request = answer.request
-    specs = (request.base.design(request.space.changes(design.point)) for design in answer.kept)
+    specs = (request.base.changed_spec(request.space.changes(design.point)) for design in answer.kept)
     files = {f"designs/{name}": content for spec in specs for name, content in spec.source.files.items()}
     files |= {f"designs/{k}.yaml": text.encode("utf-8") for k, text in enumerate(answer.spec_texts, 1)}
     whole = {"front.csv": front_csv(answer), "study.json": answer_json(answer), "study.html": study_page(answer)}
@@ -519,7 +519,7 @@ def search_progress(
 ) -> Iterator[tuple[dict[str, Any], bytes]]:
     """Evaluate the first set of designs of a search at the screen level, and report progress.
 
-    After each pause, yield the counts and the best values so far (`numbers`), and the HTML page (empty unless
+    After each pause, yield the counts and the best values so far (`progress_numbers`), and the HTML page (empty unless
     `serves`). Valid evaluations of earlier saves in `evaluated` are reused.
     """
     request = study.request
@@ -535,11 +535,11 @@ def search_progress(
             results.screened[point] = evaluated[key]
             if time.perf_counter() - last > PAUSE or k == len(points):
                 page = progress_page(study, results, len(points)).encode() if serves else b""
-                yield numbers(results, len(points)), page
+                yield progress_numbers(results, len(points)), page
                 last = time.perf_counter()
 
 
-def numbers(results: StudyResults, of: int) -> dict[str, Any]:
+def progress_numbers(results: StudyResults, of: int) -> dict[str, Any]:
     """Return the numbers of evaluated designs and of designs that pass the screen level, and each goal's best value."""
     request, good = results.request, passing_designs(results.request, results.screened)
     texts = {"designs": f"{len(results.screened)} of {of}", "keep everything": str(len(good))}
@@ -548,6 +548,6 @@ def numbers(results: StudyResults, of: int) -> dict[str, Any]:
         values = {point: results.screened[point].values[goal.measure][0] for point in points}
         if values:
             best = min(values, key=lambda point: goal.cost(values[point]))
-            keys = keys_text(request.space.chosen(best))
-        texts[goal.words] = f"{value_text(goal.measure, values[best])} with {keys}"
+            keys = keys_text(request.space.varied_values(best))
+        texts[goal.written] = f"{value_text(goal.measure, values[best])} with {keys}"
     return texts

@@ -347,7 +347,7 @@ class StudyResults:
         """Number of designs that cannot be screened and were evaluated at the full level instead."""
         return sum(each.level == FULL for each in self.screened.values())
 
-    def of(self, point: Point) -> Evaluation:
+    def evaluation(self, point: Point) -> Evaluation:
         """Return the evaluation of a point at the full level, or else at the screen level."""
         return self.full.get(point) or self.screened[point]
 
@@ -430,7 +430,7 @@ class LevelTally:
     made: int = 0
     best: dict[str, float] = field(default_factory=dict)
 
-    def note(self, evaluation: Evaluation, is_made: bool) -> None:
+    def count_evaluation(self, evaluation: Evaluation, is_made: bool) -> None:
         """Count one evaluation. `is_made` is False if it comes from the archive."""
         self.done += 1
         if not violations(self.request, evaluation):
@@ -469,12 +469,12 @@ class StudyRun:
         missing = [point for point, each in evaluated.items() if each is None]
         self.found.reused += len(evaluated) - len(missing)
         for each in filter(None, evaluated.values()):
-            self._tallies[level].note(each, is_made=False)
+            self._tallies[level].count_evaluation(each, is_made=False)
         computed = self._workers.evaluations([changes[point] for point in missing], measures, level)
         for point, each in zip(missing, computed, strict=True):
             self._archive.add(keys[point], changes[point], each.as_json())
             evaluated[point] = self._archive.evaluation(keys[point], measures)  # as a later run reads it
-            self._tallies[level].note(each, is_made=True)
+            self._tallies[level].count_evaluation(each, is_made=True)
         for point, evaluation in evaluated.items():
             if evaluation is None:
                 continue
@@ -498,7 +498,7 @@ class StudyRun:
             likely = [point for point in good if point in self.found.full or doubtful.isdisjoint(enumerate(point))]
             on_front = np.count_nonzero(front_numbers([self._costs[point] for point in good], 1) == 0)
             count = max(LEAST_FULL, 4 * study.keep, min(MOST_FRONT, int(on_front)))
-            first = (point for points in (likely, good) for point in self.best(count, points))
+            first = (point for points in (likely, good) for point in self.best_points(count, points))
             new = list(dict.fromkeys(point for point in first if point not in self.found.full))[:count]
             if not new:
                 break
@@ -544,13 +544,13 @@ class StudyRun:
         self.evaluate(points, SCREEN)
         self.evaluate([point for point in points if point == self._asked.base_point], FULL)
         new, is_ranked = set(points), not unranked_measures() & {goal.measure for goal in self._asked.goals}
-        near = self.best(LEAST_FULL) if is_ranked else points
+        near = self.best_points(LEAST_FULL) if is_ranked else points
         hopeful = [point for point in near if point in new and point not in self.found.full
                    and not violations(self._asked, self.found.screened[point])]
         self.evaluate(hopeful[:MOST_AT_ONCE] if is_ranked else hopeful, FULL)
         return [self._costs[point] for point in points]
 
-    def best(self, count: int, among: list[Point] | None = None) -> list[Point]:
+    def best_points(self, count: int, among: list[Point] | None = None) -> list[Point]:
         """Return the `count` best points: first the points that break no limit, front by front.
 
         If `among` is given, only its points are used for the fronts. Points with the least violation follow. The
@@ -563,7 +563,7 @@ class StudyRun:
         rest = max(0, count - len(order))
         return [*order[:count], *nsmallest(rest, bad, key=lambda point: self._costs[point].violation)]
 
-    def units(self, points: Sequence[Point], count: int = DRAWS) -> dict[Point, list[UnitEvaluation]]:
+    def simulated_units(self, points: Sequence[Point], count: int = DRAWS) -> dict[Point, list[UnitEvaluation]]:
         """Return simulated sensors of designs, each with random manufacturing errors.
 
         `count` is their number per design. Groups of sensors of all designs are computed in parallel.
@@ -579,7 +579,7 @@ class StudyRun:
         archived = [each for key in keys.values() for each in self._archive.units(key) or ()]
         done, good = len(archived), sum(each.passes for each in archived)
         of, computed = done + sum(len(each[-1]) for each in arguments), 0
-        for at, part in zip(missing, self._workers.each(judge_units, arguments), strict=True):
+        for at, part in zip(missing, self._workers.call_results(judge_units, arguments), strict=True):
             self._archive.add(keys[at], changes[at[0]], {"units": [each.as_json() for each in part]})
             computed, good = computed + len(part), good + sum(each.passes for each in part)
             self._progress(StudyState("units", done + computed, of, good, {}, computed))

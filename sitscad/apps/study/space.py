@@ -47,12 +47,12 @@ class Base:
     profiles: str | None = None
 
     @classmethod
-    def of(cls, source: SpecSource) -> Base:
+    def from_source(cls, source: SpecSource) -> Base:
         """Return the base of a loaded spec, from its source."""
         return cls(source.text, source.path, policy_for(source.path).profiles)
 
     @classmethod
-    def opened(cls, path: str) -> Base:
+    def from_file(cls, path: str) -> Base:
         """Return the base of a spec file. Raises `SpecError` if the file is not a valid spec."""
         policy = policy_for(path)
         return cls(open_spec(path, policy).source.text, path, policy.profiles)
@@ -69,7 +69,7 @@ class Base:
     def _data(self) -> bytes:  # takes a tenth of the time of a deep copy
         return pickle.dumps(dict(read_yaml(self.text.removeprefix("\ufeff")).data))
 
-    def values(self, changes: Changes) -> dict[str, Any]:
+    def changed_values(self, changes: Changes) -> dict[str, Any]:
         """Return the spec's values with changes applied. Raises `SpecError` if the spec has no place for a key."""
         data: dict[str, Any] = pickle.loads(self._data)
         try:
@@ -79,11 +79,11 @@ class Base:
             raise SpecError((finding_from_text(error),)) from None
         return data
 
-    def design(self, changes: Changes) -> SensorSpec:
+    def changed_spec(self, changes: Changes) -> SensorSpec:
         """Return the spec of a design, with this spec's text as its source. Raises `SpecError`."""
-        return load_values(self.values(changes), self.spec.source, self.profiles)
+        return load_values(self.changed_values(changes), self.spec.source, self.profiles)
 
-    def written(self, changes: Changes) -> str:
+    def spec_text(self, changes: Changes) -> str:
         """Return the text of a design's spec, with the base's comments. Raises `SpecError`."""
         return rewritten_spec(self.spec, changes).source.text
 
@@ -94,7 +94,7 @@ class Base:
         level, and on `parameters`.
         """
         try:
-            values: Any = self.values(changes)
+            values: Any = self.changed_values(changes)
         except SpecError:
             values = [list(change) for change in changes]
         judged_by = [*self._evaluation_inputs, self._named_file_hashes(changes, values)]
@@ -118,7 +118,7 @@ class Base:
         if self.spec.source.files.keys() >= set(_FILE.findall(json.dumps(values, ensure_ascii=False))):
             return {}
         try:
-            return _hashes(self.design(changes).source.files)
+            return _hashes(self.changed_spec(changes).source.files)
         except SpecError as error:
             return [f"{each.rule} {each.message}" for each in error.findings]
 
@@ -148,7 +148,7 @@ def require_key(base: Base, key: str, values: Sequence[Any]) -> None:
         looked_at = (values[0], *infinite, values[-1])
     for value in looked_at:
         try:
-            base.design(((key, value),))
+            base.changed_spec(((key, value),))
         except SpecError as error:
             if any(each.rule in UNREADABLE_KEY_RULES for each in error.findings):
                 raise
@@ -341,7 +341,7 @@ class Space:
     linked: Mapping[str, str]
     implied: Mapping[str, Mapping[str, Mapping[str, Any]]]
 
-    def moves(self, keys: Iterable[str]) -> bool:
+    def is_varied(self, keys: Iterable[str]) -> bool:
         """Whether one of these keys is varied, is inside a varied section, or contains a varied key."""
         moved = [variable.key for variable in self.variables] + list(self.linked)
         moved += [key for choices in self.implied.values() for brings in choices.values() for key in brings]
@@ -357,13 +357,13 @@ class Space:
         """Number of designs."""
         return math.prod(self.shape)
 
-    def chosen(self, point: Point) -> dict[str, Any]:
+    def varied_values(self, point: Point) -> dict[str, Any]:
         """Return the values of the varied keys at a point."""
         return {v.key: v.values[k] for v, k in zip(self.variables, point, strict=True)}
 
     def changes(self, point: Point) -> Changes:
         """Return all changes of the spec at a point, including linked and implied keys."""
-        chosen = self.chosen(point)
+        chosen = self.varied_values(point)
         changed = dict(chosen)
         changed |= {key: chosen[other] for key, other in self.linked.items()}
         for key, value in chosen.items():

@@ -83,7 +83,7 @@ def judge_units(
 
     `sigmas` are standard deviations that replace the usual ones, by cause. The caller applies the limits of measures.
     """
-    spec = base.design(changes)
+    spec = base.changed_spec(changes)
     nominal = Design(spec)
     if spec.readout.capacitance is None:  # every unit has the capacitor that is chosen for the design
         chosen = nominal.estimates.readout.capacitance

@@ -75,7 +75,7 @@ class StudyAnswer:
     @cached_property
     def layouts(self) -> tuple[Layout, ...]:
         """Layouts of the kept designs."""
-        return tuple(arrange(self.request.base.design(self.request.space.changes(design.point)))
+        return tuple(arrange(self.request.base.changed_spec(self.request.space.changes(design.point)))
                      for design in self.kept)
 
     @property
@@ -210,7 +210,7 @@ def _with_yields(result: StudyAnswer, run: StudyRun, draws: int) -> StudyAnswer:
     limits = [each for each in request.require if each.measure == "yield"]
     points = [design.point for design in result.kept]
     while True:
-        units = run.units([point for point in points if point not in yields], draws)
+        units = run.simulated_units([point for point in points if point not in yields], draws)
         broken = partial(answer.broken_requirements, request.require)
         yields |= {point: compute_yield(judged, broken) for point, judged in units.items()}
         low = {point for point in points if not all(each.holds(yields[point].share) for each in limits)}
@@ -233,7 +233,7 @@ def _kept_design_text(request: StudyRequest, design: KeptDesign, number: int) ->
     """
     base = request.base
     name = f"{base.spec.name[: LONGEST_NAME - 3]}-{number}"
-    text = base.written((*design.changed.items(), ("name", name)))
+    text = base.spec_text((*design.changed.items(), ("name", name)))
     spec = Base(text, base.path, base.profiles).spec
     result = as_configured(spec, checked(Design(spec), "none"))
     in_vain = [each.line for each in result.findings
@@ -256,7 +256,7 @@ def _parse_study(text: str, path: str) -> Study:
     remarks = Remarks()
     base = os.path.join(os.path.dirname(path), document.base)
     try:
-        request = study_request(document, Base.opened(base), remarks)
+        request = study_request(document, Base.from_file(base), remarks)
     except SpecError as error:
         first = error.findings[0]
         where = f" (line {first.line})" if first.line else ""

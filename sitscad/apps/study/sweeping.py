@@ -177,7 +177,7 @@ def sweep_as_written(
     shape = tuple(map(len, axes.values()))
     if (total := int(np.prod(np.array(shape, dtype=object)))) > MOST_DESIGNS:
         raise ValueError(f"{total} designs; {MOST_DESIGNS} are the most of one sweep")
-    base = Base.of(source)
+    base = Base.from_source(source)
     for key, values in axes.items():
         require_key(base, key, values)
     designs: list[Changes] = [tuple(zip(axes, point, strict=True)) for point in product(*axes.values())]
@@ -453,7 +453,7 @@ def measures_text() -> str:
     """Return one line per measure: name, unit, levels, meaning and needed parts."""
     rows = [
         [row.name, row.unit or "-", ", ".join(row.levels),
-         row.meaning + (f" (needs {row.needed})" if row.needs else "")]
+         row.meaning + (f" (needs {row.needs_text})" if row.needs else "")]
         for row in MEASURES.values()
     ]
     table = "\n".join(aligned_lines([["measure", "unit", "levels", "meaning"], *rows]))
@@ -463,7 +463,8 @@ def measures_text() -> str:
 def measures_json() -> str:
     """Return the properties of all measures as JSON."""
     rows = [
-        {"name": row.name, "unit": row.unit, "meaning": row.meaning, "levels": list(row.levels), "needs": row.needed}
+        {"name": row.name, "unit": row.unit, "meaning": row.meaning, "levels": list(row.levels),
+         "needs": row.needs_text}
         for row in MEASURES.values()
     ]
     return to_json({"sitscad": __version__, "measures": rows})

@@ -55,7 +55,7 @@ class PageState:
         self.state: dict[str, dict[str, Any]] = {}
         self.listeners: set[queue.Queue[bytes]] = set()
 
-    def tell(self, revision: int, event: Event, before: Event | None) -> None:
+    def publish_event(self, revision: int, event: Event, before: Event | None) -> None:
         """Store an event of save number `revision` and send it to all listeners.
 
         `before` is the last event of the same stage.
@@ -64,9 +64,9 @@ class PageState:
         data |= event.data | {"changes": event_changes(event, before), "has_page": bool(event.page)}
         if event.stage == "findings":
             data["verdict"] = verdict_text(event.data)
-        self.post(data, event.page)
+        self.publish_data(data, event.page)
 
-    def post(self, data: dict[str, Any], shown: bytes | None = None) -> None:
+    def publish_data(self, data: dict[str, Any], shown: bytes | None = None) -> None:
         """Store the data of a stage for later listeners and send it to all listeners.
 
         Listeners with a full queue miss it.
@@ -100,7 +100,7 @@ def _event_line(data: dict[str, Any]) -> bytes:
     return f"data: {json.dumps(data)}\n\n".encode()
 
 
-def server(showing: PageState, host: str, port: int) -> PageServer:
+def make_server(showing: PageState, host: str, port: int) -> PageServer:
     """Return a server for the page. `serve_forever` starts it. Raises OSError if it cannot listen at this address."""
 
     class Handler(_PageHandler):

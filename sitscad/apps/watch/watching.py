@@ -22,7 +22,7 @@ OVERTAKEN = "overtaken"
 """Stage name of the event for a save whose evaluation was stopped because of the next save (``by``)."""
 
 Stamp = tuple[int, int, int] | None
-Told = Callable[[int, Event, Event | None], None]
+EventReport = Callable[[int, Event, Event | None], None]
 
 
 def file_stamp(path: str) -> Stamp:
@@ -81,14 +81,14 @@ class Watch:
         self.worker, self.spare = start_worker(path, serves), start_worker(path, serves)
         self.stamps: dict[str, Stamp] = {path: None}
 
-    def run(self, report: Told, until: Callable[[], bool] = lambda: False) -> None:
+    def run(self, report: EventReport, until: Callable[[], bool] = lambda: False) -> None:
         """Watch the files until interrupted, or until `until` returns True.
 
         `report` is called with the number of the save, each event, and the last event of the same stage.
         """
         try:
             while not until():
-                self.look()
+                self.start_evaluation_after_save()
                 if self.overtaken:
                     self.overtaken = False
                     report(self.revision - 1, Event(OVERTAKEN, {"by": self.revision}), None)
@@ -100,7 +100,7 @@ class Watch:
             self.worker.end()
             self.spare.end()
 
-    def look(self) -> None:
+    def start_evaluation_after_save(self) -> None:
         """Start an evaluation if a file has changed and its save is complete."""
         stamps = {path: file_stamp(path) for path in self.stamps}
         if stamps == self.stamps or stamps[self.path] is None:

@@ -37,7 +37,7 @@ from sitscad.files.documents.datasheet import figures_for_programs
 from sitscad.files.formats.meshes import render_glb
 from sitscad.kernels.solve_cache import Solutions
 from sitscad.package.cached_solutions import cached_solutions
-from sitscad.package.contents import Contents, nominal_calibration, read_by
+from sitscad.package.contents import Contents, nominal_calibration, spec_inputs
 from sitscad.package.stages import report_page
 from sitscad.spec.reading import SpecError
 
@@ -65,7 +65,7 @@ class Event:
 
 
 @record(eq=False)
-class Before:
+class EarlierResults:
     """Results of earlier saves, for reuse.
 
     `designs` holds the last readable design, `files` the files of each stage with their inputs, and `solutions` field
@@ -78,7 +78,7 @@ class Before:
     solutions: Solutions = field(default_factory=Solutions)
 
 
-def stage_events(path: str, before: Before, serves: bool) -> Iterator[Event]:
+def stage_events(path: str, before: EarlierResults, serves: bool) -> Iterator[Event]:
     """Yield one event for each completed stage of the spec or study at a path.
 
     `before` holds results of earlier saves. If `serves` is False, stages that only the web page needs are skipped.
@@ -119,7 +119,7 @@ def stage_events(path: str, before: Before, serves: bool) -> Iterator[Event]:
                                lambda: _performance_figures(design.bare, design.bare.cells.weakest.response))
         yield event("pushed", {"bytes": len(files[DATA_SHEET])})
     if serves and spec.mount is not None:
-        files |= _cached_files(before, "solids", read_by("assembly", design.bare.spec), spec.name,
+        files |= _cached_files(before, "solids", spec_inputs("assembly", design.bare.spec), spec.name,
                                lambda: _solids(design))
         yield event("solids", {"bytes": sum(map(len, files.values()))})
     if serves and feeling:
@@ -130,7 +130,7 @@ def stage_events(path: str, before: Before, serves: bool) -> Iterator[Event]:
     yield event("findings", _verdict(contents.checked, read) | {"last": True})
 
 
-def _study_events(path: str, before: Before, serves: bool) -> Iterator[Event]:
+def _study_events(path: str, before: EarlierResults, serves: bool) -> Iterator[Event]:
     """Yield the events of a study: its findings, and the progress of its evaluation. A page is made if `serves`."""
     began = time.perf_counter()
     try:
@@ -151,7 +151,7 @@ def _refusal_event(path: str, error: SpecError, seconds: float) -> Event:
     return Event("findings", verdict, seconds=seconds)
 
 
-def _cached_files(before: Before, name: str, made_of: object, package: str, make: Any) -> dict[str, bytes]:
+def _cached_files(before: EarlierResults, name: str, made_of: object, package: str, make: Any) -> dict[str, bytes]:
     """Return the files of the stage `name`, reused from an earlier save if its inputs `made_of` are equal.
 
     Otherwise `make` makes them. `package` is the package's name, under which field solutions are cached.
@@ -213,7 +213,7 @@ def serve_requests(revisions: Connection, events: Connection, path: str, serves:
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent process ends this process
 
-    before = Before()
+    before = EarlierResults()
     while True:
         try:
             revision = revisions.recv()

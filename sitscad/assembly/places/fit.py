@@ -97,9 +97,9 @@ class ClosedJawsSection:
     """Cross-section of the closed jaws with the glued sensor (m).
 
     `height` is the distance between the backs. `axis` is the height of the middle between the backs above the board's
-    top face. `radius` is the nominal radius of the smallest circle about the axis that encloses the section. `likely`
-    is this radius by root-sum-square, and `worst` with all tolerances in the worst case. `decided_by` is the part that
-    touches the circle. `port_radius` is the radius of the port.
+    top face. `radius` is the nominal radius of the smallest circle about the axis that encloses the section.
+    `likely_radius` is this radius by root-sum-square, and `worst_radius` is this radius with all tolerances in the
+    worst case. `decided_by` is the part that touches the circle. `port_radius` is the radius of the port.
     """
 
     height: float
@@ -107,8 +107,8 @@ class ClosedJawsSection:
     radius: float
     decided_by: str
     port_radius: float
-    likely: float
-    worst: float
+    likely_radius: float
+    worst_radius: float
 
     @property
     def fits(self) -> bool:
@@ -130,7 +130,7 @@ def fit(layout: Layout) -> tuple[Measure, ...]:
     parts = [Share(e.part, e.thickness.nominal, e.thickness.spread, e.source) for e in layers]
     parts.append(Share("board across", layout.body_size[1], outline.band, outline.source))
     parts.append(Share("each piece beside its place", 0.0, offset.band, offset.source))
-    widths = (2.0 * pair.radius, 2.0 * pair.likely, 2.0 * pair.worst, 2.0 * pair.port_radius)
+    widths = (2.0 * pair.radius, 2.0 * pair.likely_radius, 2.0 * pair.worst_radius, 2.0 * pair.port_radius)
     square = square_jaws_radius(layout)
     unread = "" if square is None else (
         "if its back is as round as the port: mount.jaw.step is read by build alone, and a square back takes up to "
@@ -185,7 +185,7 @@ def square_jaws_radius(layout: Layout) -> float | None:
         return None
     at = layer_heights(column(layout))
     half = Toleranced.of(jaw.width / 2, 0.5 * jaw_tolerance(layout.spec.assembly, jaw.width).band, "jaw across")
-    return max(pair.worst, Corner("jaw", half, at["opposing-jaw"][1] * 0.5).reach[2])
+    return max(pair.worst_radius, Corner("jaw", half, at["opposing-jaw"][1] * 0.5).reach[2])
 
 
 def jaw_back_distance(layout: Layout, jaw: Jaw) -> float:

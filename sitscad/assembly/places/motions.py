@@ -145,7 +145,7 @@ def read_motions(
     level_flags, readings, named = [np.zeros(0, dtype=bool)], list[str](), tuple(cases)
     for texts, names, rows in ((poses, POSE, pose_rows), (loads, LOAD, load_rows)):
         for text in texts:
-            values, rotation = _parts(text, names, motion_number)
+            values, rotation = _parse_values(text, names, motion_number)
             rows.append(np.array([[values.get(name, 0.0) for name in names]]))
             if names == LOAD:
                 level_flags.append(np.array([rotation]))
@@ -172,7 +172,7 @@ def read_motions(
     return Motions(np.concatenate(pose_rows), loads_found, level, named, tuple(readings))
 
 
-def _parts(text: str, names: Names, read: Callable[[str, str], float]) -> tuple[dict[str, float], bool]:
+def _parse_values(text: str, names: Names, read: Callable[[str, str], float]) -> tuple[dict[str, float], bool]:
     """Return the values of "name=value, ..." by name, and whether a loaded target is kept level.
 
     `read` converts a name and a value's text to a number. `names` are the permitted names.
@@ -215,10 +215,10 @@ def _scan_points(text: str) -> tuple[Array, Names, bool]:
     ranges: dict[str, Array] = {}
 
     def read(name: str, value: str) -> float:
-        ranges[name] = _range(name, value)
+        ranges[name] = _parse_range(name, value)
         return 0.0
 
-    _, rotation = _parts(text, names, read)
+    _, rotation = _parse_values(text, names, read)
     if not ranges:
         raise MotionError(f"{text!r} scans nothing: x=-2:2:41 is wanted")
     total = math.prod(len(values) for values in ranges.values())
@@ -230,7 +230,7 @@ def _scan_points(text: str) -> tuple[Array, Names, bool]:
     return rows, names, rotation
 
 
-def _range(name: str, text: str) -> Array:
+def _parse_range(name: str, text: str) -> Array:
     """Return the values of FIRST:LAST:COUNT in equal steps, or a single value."""
     parts = text.split(":")
     if len(parts) == 1:

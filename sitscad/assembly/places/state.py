@@ -39,7 +39,7 @@ class Pose:
             (p * r - a * q * c, p * c + a * q * r, a * b),
         )
 
-    def moved(self, point: Vector, centre: Vector) -> Vector:
+    def moved_point(self, point: Vector, centre: Vector) -> Vector:
         """Return the new position of a point (m) of the target. `centre` is the centre of its lower face at rest."""
         arm = tuple(point[k] - centre[k] for k in range(3))
         shift = (self.x, self.y, self.z)
@@ -86,7 +86,7 @@ class StateKind:
 
 
 
-def within_requirements(kinds: tuple[StateKind, ...]) -> tuple[StateKind, ...]:
+def require_within_requirements(kinds: tuple[StateKind, ...]) -> tuple[StateKind, ...]:
     """Return the states unchanged.
 
     Raises ValueError if a load exceeds the required forces, for which strain, range, calibration and driver are
@@ -98,7 +98,7 @@ def within_requirements(kinds: tuple[StateKind, ...]) -> tuple[StateKind, ...]:
     return kinds
 
 
-STATES = within_requirements((
+STATES = require_within_requirements((
     StateKind(FREE, "alone in free air", "free (coil alone)", None, ()),
     StateKind(REST, "at rest", "at rest (assembled)", (0.0, 0.0, 0.0), (TANK,)),
     StateKind(PRESSED, "pressed", "pressed (required force)", (1.0, 0.0, 0.0), (TANK, SIGNAL)),

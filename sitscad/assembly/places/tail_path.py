@@ -117,7 +117,7 @@ class TailPath:
         return here
 
     @property
-    def last(self) -> Station:
+    def last_start(self) -> Station:
         """Point at which the last part begins."""
         here = self.start
         for stretch in self.stretches[:-1]:
@@ -165,7 +165,7 @@ def tail_path(layout: Layout, turned: float = 0.0) -> TailPath | None:
     parts = [BentStretch(free - layout.body[2]), *down] if down else []
     if pivot is not None and turned > LEAST:
         # Straight to the hinge and the bend into the shaft's direction, its middle under the pivot
-        here = TailPath(start, (*parts, BentStretch(0.0))).last
+        here = TailPath(start, (*parts, BentStretch(0.0))).last_start
         tangent = middle * math.tan(turned / 2)
         before = max(0.0, pivot - here.x - tangent)
         parts += [BentStretch(before), BentStretch(middle * turned, -turned)]
@@ -350,4 +350,4 @@ def pivot_line(layout: Layout) -> float | None:
     pivot, path = pivot_along(layout.body, layout.spec.jaw), tail_path(layout)
     if pivot is None or path is None:
         return pivot
-    return pivot + math.fsum(stretch.length for stretch in path.stretches[:-1]) - (path.last.x - path.start.x)
+    return pivot + math.fsum(stretch.length for stretch in path.stretches[:-1]) - (path.last_start.x - path.start.x)

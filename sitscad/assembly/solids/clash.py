@@ -113,7 +113,8 @@ def hinge_pin_clash(layout: Layout, whole: tuple[Solid, ...], gap: PinGap) -> Cl
     across = 0.5 * jaw.width * MM
     m3 = import_extra("manifold3d")
     pin = m3.Manifold.cylinder(2 * across, gap.pin * MM, -1.0, 48, True).rotate((90.0, 0.0, 0.0)).translate((x, y, z))
-    near = [replace(piece, body=part_between(piece.body, x - BEFORE, x + BEHIND)) for piece in _pieces(whole, set())]
+    near = [replace(piece, body=part_between(piece.body, x - BEFORE, x + BEHIND))
+            for piece in _meshed_pieces(whole, set())]
     shared = next(piece.body for piece in near if piece.name == BOARD) ^ pin
     shown = _visible_meshes(near, {BOARD}, shared, ALONG, y)
     pin = (pin - shared).trim_by_plane(ALONG, y)
@@ -122,7 +123,7 @@ def hinge_pin_clash(layout: Layout, whole: tuple[Solid, ...], gap: PinGap) -> Cl
     return Clash(f"{gap.when}: the tail and the hinge's pin", bodies, ALONG, excess_text=figure)
 
 
-def _pieces(whole: tuple[Solid, ...], named: set[str]) -> list[MeshedPiece]:
+def _meshed_pieces(whole: tuple[Solid, ...], named: set[str]) -> list[MeshedPiece]:
     """Return the meshes of the solids.
 
     Glue and board layers in `named` are separate. Other glue is left out, and the other board layers are joined to one
@@ -143,7 +144,7 @@ def _pieces(whole: tuple[Solid, ...], named: set[str]) -> list[MeshedPiece]:
 
 
 def _clash(layout: Layout, whole: tuple[Solid, ...], fault: ProofValue, loads: tuple[PadLoad, ...]) -> Clash:
-    pieces = _pieces(whole, {fault.first, fault.second})
+    pieces = _meshed_pieces(whole, {fault.first, fault.second})
     if fault.what == OPENING:
         pivot = pivot_of(layout)
         there = [replace(p, body=turned_about_pivot(pivot, p.body, fault.angle)) if p.role in MOVING else p

@@ -72,8 +72,8 @@ def read_part(source: SpecSource, part: StepPart) -> tuple[Any, Any]:
     content = source.files.get(part.file)
     if content is None or hashlib.sha256(content).hexdigest() != part.sha256:
         raise PartsError(f"{part.file} is not with the spec as it was read: load the spec from its file again")
-    brep, unit = _converted(content, part.file)
-    origin, x_axis, z_axis = _frame(content.decode("latin-1"), part, unit)
+    brep, unit = _brep_shape(content, part.file)
+    origin, x_axis, z_axis = _datum_frame(content.decode("latin-1"), part, unit)
     gp, solid = import_extra("OCP.gp"), _solid(brep, part.file)
     try:
         return solid, gp.gp_Ax3(gp.gp_Pnt(*origin), gp.gp_Dir(*z_axis), gp.gp_Dir(*x_axis))
@@ -83,7 +83,7 @@ def read_part(source: SpecSource, part: StepPart) -> tuple[Any, Any]:
 
 
 @lru_cache(maxsize=4)
-def _converted(content: bytes, name: str) -> tuple[bytes, float]:
+def _brep_shape(content: bytes, name: str) -> tuple[bytes, float]:
     """Return a STEP file's shape in OpenCASCADE's own format, and the file's unit of length in millimetres."""
     import_extra("build123d")  # a missing kernel is said as such
     with TemporaryDirectory() as folder:
@@ -124,7 +124,7 @@ def _solid(brep: bytes, name: str) -> Any:
     return solid
 
 
-def _frame(text: str, part: StepPart, unit: float) -> tuple[Vector, Vector, Vector]:
+def _datum_frame(text: str, part: StepPart, unit: float) -> tuple[Vector, Vector, Vector]:
     """Return the datum's origin (mm, in the file's coordinates) and the directions of the sensor's x and z axes.
 
     `text` is the STEP file's text, and `unit` its unit of length (mm).

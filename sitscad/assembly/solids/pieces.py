@@ -39,8 +39,8 @@ from sitscad.assembly.solids.seat import cut_for_retention, grasper_pad
 from sitscad.assembly.solids.solid import (
     MM,
     Solid,
-    along_jaw,
     box,
+    extrude_along_jaw,
     import_extra,
     one_solid,
     prism,
@@ -225,7 +225,7 @@ def _bar(body: Box, fitted: Jaw, height: float) -> Any:
     The tip's corners are rounded as seen from above.
     """
     (x0, x1), y, half = jaw_range(body, fitted), board_middle(body).y, fitted.width / 2
-    bar = along_jaw(jaw_section(fitted).outline, x0, x1, y, height)
+    bar = extrude_along_jaw(jaw_section(fitted).outline, x0, x1, y, height)
     plan = rounded_at_tip(x0, y - half, x1, y + half, min(TIP_ROUNDING, fitted.width / 4))
     return one_solid(bar & prism(plan, height - 2 * fitted.height, height + fitted.height), "jaw")
 

@@ -39,7 +39,7 @@ from sitscad.assembly.solids.solid import (
     PartsError,
     Solid,
     box,
-    extruded,
+    extrude_face,
     face,
     import_extra,
     one_solid,
@@ -110,7 +110,7 @@ def _nut_and_shaft(hole: Hole, bottom: float, top: float) -> Any:
     (x, y), radius, turns = hole.at, CORNER_SCREW.nut_across / math.sqrt(3.0), [math.pi / 3 * i for i in range(6)]
     corners = [bd.Vector((x + radius * math.cos(t)) * MM, (y + radius * math.sin(t)) * MM) for t in turns]
     outline = bd.Face(bd.Wire.make_polygon(corners, close=True))
-    return shaft + extruded(outline, bottom - 1e-3, bottom + CORNER_SCREW.nut_height)
+    return shaft + extrude_face(outline, bottom - 1e-3, bottom + CORNER_SCREW.nut_height)
 
 
 def spacer(body: Box, disc: Path | None, shield: Heights | None, under: float) -> tuple[Any, ...]:
@@ -129,15 +129,15 @@ def spacer(body: Box, disc: Path | None, shield: Heights | None, under: float) -
 def recess(layout: Layout, shield: Heights | None) -> tuple[Any, ...]:
     """Return the cutouts of a plate: for the board with its gap, and below it for the shield and its spacer."""
     under, room = board_heights(layout.spec.fpc.stackup)[0], clearance(layout.spec.mount)
-    cuts = [extruded(grown_outline(layout.outline, layout.spec.mount), under, 1e-3)]
+    cuts = [extrude_face(grown_outline(layout.outline, layout.spec.mount), under, 1e-3)]
     if shield is not None:
         x0, y0, x1, y1 = layout.body
         plan = face(Region(rectangle(x0 - room, y0 - room, x1 + room, y1 + room)))
         if has_round_body(layout.spec.fpc.body):  # the same wall as the board's own recess
             plan = (grown_outline(layout.outline, layout.spec.mount) & plan).faces()[0]
-        cuts.append(extruded(plan, shield[0], 1e-3))
+        cuts.append(extrude_face(plan, shield[0], 1e-3))
     if layout.stiffener is not None:
-        x0, y0, x1, y1 = _box_of(face(layout.stiffener.outline))
+        x0, y0, x1, y1 = _bounding_box(face(layout.stiffener.outline))
         deep = under - layout.stiffener.thickness - room
         cuts.append(box(x0 - room, y0 - room, deep, x1 + room, y1 + room, 1e-3))
     return tuple(cuts)
@@ -155,7 +155,7 @@ def _tail_relief(fpc: FpcSpec, recess: Any, start: float, plan: Box, floor: floa
     beyond = recess & face(Region(rectangle(start, plan[1] - 1e-3, plan[2] + 1e-3, plan[3] + 1e-3)))
     if not beyond:
         return ()
-    x0, y0, x1, y1 = _box_of(beyond)
+    x0, y0, x1, y1 = _bounding_box(beyond)
     if x1 < plan[2] - 1e-9:
         return ()
     deep = board_heights(fpc.stackup)[0] - depth
@@ -191,7 +191,7 @@ def grown_outline(outline: Path, mount: Mount | None) -> Any:
     return bd.offset(face(Region(outline)), room * MM, kind=bd.Kind.ARC).faces()[0]
 
 
-def _box_of(shape: Any) -> Box:
+def _bounding_box(shape: Any) -> Box:
     bounds = shape.bounding_box()
     return bounds.min.X / MM, bounds.min.Y / MM, bounds.max.X / MM, bounds.max.Y / MM
 

@@ -39,8 +39,8 @@ from sitscad.assembly.solids.solid import (
     MM,
     PartsError,
     Solid,
-    along_jaw,
     box,
+    extrude_along_jaw,
     import_extra,
     manifold,
     one_solid,
@@ -260,7 +260,7 @@ def with_retention(body: Box, mount: Mount | None, seat: Any, metal: float) -> A
             seat = one_solid(seat + peg.chamfer(min(CHAMFER, joint.depth / 3) * MM, None, rim), "mount")
         return seat
     x0, x1 = seat.bounding_box().min.X / MM, body[2]
-    return one_solid(seat + along_jaw(_tongue(joint, 0.0), x0, x1, board_middle(body).y, metal), "mount")
+    return one_solid(seat + extrude_along_jaw(_tongue(joint, 0.0), x0, x1, board_middle(body).y, metal), "mount")
 
 
 def cut_for_retention(body: Box, mount: Mount, glue_line: float, jaw: Any, metal: float ) -> Any:
@@ -279,7 +279,7 @@ def cut_for_retention(body: Box, mount: Mount, glue_line: float, jaw: Any, metal
             jaw = one_solid(jaw - prism(hole, metal - 2.0 * fitted.height, metal + OVERCUT), "jaw")
         return jaw
     tip = jaw_range(body, fitted)[0] - OVERCUT
-    groove = along_jaw(_tongue(joint, room), tip, body[2] + room, board_middle(body).y, metal)
+    groove = extrude_along_jaw(_tongue(joint, room), tip, body[2] + room, board_middle(body).y, metal)
     return one_solid(jaw - groove, "jaw")
 
 

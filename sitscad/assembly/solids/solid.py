@@ -133,10 +133,10 @@ def face(region: Region) -> Any:
 def prism(region: Region | Path, lower: float, upper: float) -> Any:
     """Return a region extruded from height `lower` to `upper` (m), as a build123d solid."""
     shape = face(region if isinstance(region, Region) else Region(region))
-    return extruded(shape, lower, upper)
+    return extrude_face(shape, lower, upper)
 
 
-def extruded(shape: Any, lower: float, upper: float) -> Any:
+def extrude_face(shape: Any, lower: float, upper: float) -> Any:
     """Return a build123d face in the plane z = 0, extruded from height `lower` to `upper` (m)."""
     bd = import_extra("build123d")
     upright = shape if shape.normal_at().Z > 0 else -shape
@@ -150,7 +150,7 @@ def box(x0: float, y0: float, z0: float, x1: float, y1: float, z1: float) -> Any
     return bd.Solid.make_box((x1 - x0) * MM, (y1 - y0) * MM, (z1 - z0) * MM, corner)
 
 
-def along_jaw(section: Path, x0: float, x1: float, y: float, z: float) -> Any:
+def extrude_along_jaw(section: Path, x0: float, x1: float, y: float, z: float) -> Any:
     """Return a closed path across the jaw, extruded along the jaw from x0 to x1 (m), as a build123d solid.
 
     The path's x becomes y, and its y becomes z. Its origin is at (y, z).
@@ -187,7 +187,7 @@ def subtract(shape: Any, cuts: Iterable[Any], what: str) -> Any:
     return one_solid(shape.cut(*tools), what) if tools else shape
 
 
-def tapered(lower: Path, upper: Path, z0: float, z1: float) -> Any:
+def tapered_solid(lower: Path, upper: Path, z0: float, z1: float) -> Any:
     """Return a solid with straight inclined walls from an outline at height `z0` to another at height `z1` (m)."""
     bd, outlines = import_extra("build123d"), ((lower, z0), (upper, z1))
     ends = [face(Region(path)).moved(bd.Location((0, 0, z * MM))).outer_wire() for path, z in outlines]

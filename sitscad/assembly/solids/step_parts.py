@@ -153,14 +153,14 @@ def measured_jaw(layout: Layout) -> tuple[ProofValue, ...]:
     )
     place = board_middle(layout.body)
     jaw = PlacedJaw(body, seat[0], figures, (place.x, place.y), coils, size)
-    measured = [_face(jaw)]
+    measured = [_compare_face_height(jaw)]
     if measured[0].unit:  # there is metal under the coils
-        measured += _metal(layout.body, jaw)
+        measured += _compare_metal_areas(layout.body, jaw)
     if measured[0].unit and figures is not None:
-        measured += [*_sizes(jaw, figures), *_ends(jaw, figures, *jaw_range(layout.body, figures))]
+        measured += [*_compare_sizes(jaw, figures), *_compare_ends(jaw, figures, *jaw_range(layout.body, figures))]
         if all(each.is_kept or each.first == ASSUMED_FACE for each in measured):  # a misplaced back says nothing more
             pair = closed_section(layout)
-            measured += [] if pair is None else _back(pair, jaw_back_distance(layout, figures), jaw, figures)
+            measured += [] if pair is None else _compare_back(pair, jaw_back_distance(layout, figures), jaw, figures)
     remark = f"the file's solid measures {size} along, across and high"
     return tuple(replace(each, condition=f"{each.condition}; {remark}".strip("; ")) for each in measured)
 
@@ -205,7 +205,7 @@ def _measure_jaw(
     return ProofValue(JAW_FILE, name, "", value, limit, "m", keeps, where, when, key=f"mount.jaw.{key}")
 
 
-def _face(jaw: PlacedJaw) -> ProofValue:
+def _compare_face_height(jaw: PlacedJaw) -> ProofValue:
     """Compare the height (m) of the metal's face with the spec, in the slice with the largest deviation."""
     heights = []
     for place, x, part in _slices(jaw):
@@ -219,7 +219,7 @@ def _face(jaw: PlacedJaw) -> ProofValue:
     return _measure_jaw(jaw, "datum", "face", above, math.copysign(FACE_TOLERANCE, above), keeps, x, place)
 
 
-def _sizes(jaw: PlacedJaw, figures: Jaw) -> Iterator[ProofValue]:
+def _compare_sizes(jaw: PlacedJaw, figures: Jaw) -> Iterator[ProofValue]:
     """Yield comparisons of width, height, rim and sideways offset (m), each in the slice with the largest deviation."""
     boxes = [(place, x, part.bounding_box()) for place, x, part in _slices(jaw) if not part.is_empty()]
     if not boxes:
@@ -243,10 +243,10 @@ def _sizes(jaw: PlacedJaw, figures: Jaw) -> Iterator[ProofValue]:
     offset = max((abs((b[1] + b[4]) / 2 / MM - jaw.middle[1]), place, x) for place, x, b in boxes)
     (value, place, x), limit = offset, jaw.tolerance(figures.width)
     yield _measure_jaw(jaw, "datum", "distance from the middle", value, limit, value <= limit, x, place)
-    yield from _face_widths(jaw, figures)
+    yield from _compare_face_width(jaw, figures)
 
 
-def _face_widths(jaw: PlacedJaw, figures: Jaw) -> Iterator[ProofValue]:
+def _compare_face_width(jaw: PlacedJaw, figures: Jaw) -> Iterator[ProofValue]:
     """Yield the comparison of the largest width (m) of the face over all slices, measured `EDGE` below the face."""
     written, widest = _face_width(figures), (0.0, "", 0.0)
     for place, x, part in _slices(jaw):
@@ -262,7 +262,7 @@ def _face_widths(jaw: PlacedJaw, figures: Jaw) -> Iterator[ProofValue]:
         yield _measure_jaw(jaw, "up", "face's width", wide, written, wide >= LEAST_OF_FACE * written, x, place)
 
 
-def _back(pair: ClosedJawsSection, assumed: float, jaw: PlacedJaw, figures: Jaw) -> Iterator[ProofValue]:
+def _compare_back(pair: ClosedJawsSection, assumed: float, jaw: PlacedJaw, figures: Jaw) -> Iterator[ProofValue]:
     """Compare the largest distances (m) of the file's jaw and of the assumed cross-section from the closed jaws' axis.
 
     `assumed` (m) is the distance for the assumed cross-section. The distance of the file's jaw may be larger by the
@@ -277,13 +277,13 @@ def _back(pair: ClosedJawsSection, assumed: float, jaw: PlacedJaw, figures: Jaw)
             corner = points[int(distances.argmax()), :3] / MM
             reaches.append((float(distances.max()), place, (x, float(corner[1]), float(corner[2]))))
     reach, place, where = max(reaches)
-    passes = reach + pair.worst - pair.radius <= pair.port_radius + CHORD / MM
+    passes = reach + pair.worst_radius - pair.radius <= pair.port_radius + CHORD / MM
     is_kept = reach <= assumed + (jaw.tolerance(figures.height) if passes else CHORD / MM)
     yield ProofValue(ROOMY_BACK if passes else BACK, "back", "", reach, assumed, "m", is_kept, where, place,
                       key="mount.jaw.step")
 
 
-def _ends(jaw: PlacedJaw, figures: Jaw, tip: float, heel: float) -> Iterator[ProofValue]:
+def _compare_ends(jaw: PlacedJaw, figures: Jaw, tip: float, heel: float) -> Iterator[ProofValue]:
     """Compare the ends of the face in the file with the jaw's length in the spec, and yield missing lengths (m).
 
     `tip` and `heel` (m) are the ends in the spec. A tip may be round, and a shank may continue beyond the heel.
@@ -299,7 +299,7 @@ def _ends(jaw: PlacedJaw, figures: Jaw, tip: float, heel: float) -> Iterator[Pro
     yield _measure_jaw(jaw, "length", "heel", short, room, short <= room, heel, "at the heel")
 
 
-def _metal(body: Box, jaw: PlacedJaw) -> Iterator[ProofValue]:
+def _compare_metal_areas(body: Box, jaw: PlacedJaw) -> Iterator[ProofValue]:
     """Yield the area (m2) of metal under the coils, compared with the jaw's face in the spec without its window."""
     m3 = import_extra("manifold3d")
     x0, y0, x1, y1 = jaw.coils

@@ -43,7 +43,17 @@ from sitscad.assembly.places.column import Toleranced, layer_heights, mount_tole
 from sitscad.assembly.places.seating import plate_plan, process_clearance
 from sitscad.assembly.places.stack import has_round_body
 from sitscad.assembly.solids.plates import grown_outline, over_body
-from sitscad.assembly.solids.solid import MM, Solid, box, extruded, import_extra, one_solid, prism, subtract, tapered
+from sitscad.assembly.solids.solid import (
+    MM,
+    Solid,
+    box,
+    extrude_face,
+    import_extra,
+    one_solid,
+    prism,
+    subtract,
+    tapered_solid,
+)
 from sitscad.basics.record import record
 from sitscad.kernels.geometry.convex import Box, Footprint, clip_to_box, signed_distance
 from sitscad.kernels.geometry.path import Line, Path, Point, Region, bounding_box, box_around, circle, rectangle
@@ -101,7 +111,7 @@ def mould(layout: Layout) -> tuple[Solid, ...]:
         # The pad with leaning walls: narrowest at the floor, and of its nominal size at half its height
         lean = math.tan(DRAFT) * pad.thickness / 2
         for piece, at in _pieces(plates, pad, centre):
-            cuts.append(tapered(_outline(piece, at, -lean), _outline(piece, at, lean), -pad.thickness, 0.0))
+            cuts.append(tapered_solid(_outline(piece, at, -lean), _outline(piece, at, lean), -pad.thickness, 0.0))
         # A ditch round the cavity, half as deep, behind a rim
         inner, outer = _outline(pad, centre, RIM), _outline(pad, centre, RIM + GROOVE)
         cuts.append(prism(Region(outer, (inner,)), -max(pad.thickness / 2, 0.5e-3), 1e-3))
@@ -269,7 +279,7 @@ def _press(frame: JigFrame) -> Any:
     """Return the press of a frame, with its foot on the frame's first part."""
     body, start = frame.pieces[0], frame.collar
     foot = prism(body.outline(), frame.face.nominal, start)
-    slope = tapered(body.outline(1e-5), body.outline(COLLAR), start, start + COLLAR)  # prints without support
+    slope = tapered_solid(body.outline(1e-5), body.outline(COLLAR), start, start + COLLAR)  # prints without support
     plate = prism(body.outline(COLLAR), start + COLLAR, start + COLLAR + FLOOR)
     (diameter, height), top = PEG, start + COLLAR + FLOOR
     peg = prism(circle(body.footprint.centre, diameter / 2), top, top + height)
@@ -350,7 +360,7 @@ def _board_press(layout: Layout, pockets: Sequence[Path]) -> Any:
     foot = over_body(layout.outline, layout.body, layout.spec.body_outline, 0.0, FLOOR).faces().sort_by(bd.Axis.Z)[0]
     plan = bd.offset(foot, -FOOT_INSET * MM, kind=bd.Kind.ARC).faces()[0]
     start = roof + FLOOR
-    block = one_solid(extruded(plan, base, start), "press")
+    block = one_solid(extrude_face(plan, base, start), "press")
     hollows = [(pocket, roof) for pocket in pockets]
     if (over_chip := thermistor_pocket(layout.thermistor, layout.spec.soldered_thermistor)) is not None:
         hollows.append((over_chip[0], base + over_chip[1]))
@@ -358,7 +368,7 @@ def _board_press(layout: Layout, pockets: Sequence[Path]) -> Any:
     low, high = (_plate(layout.body, has_round_body(layout.spec.fpc.body), wider) for wider in (-FOOT_INSET, COLLAR))
     middle, (diameter, height) = Point((x0 + x1) / 2, (y0 + y1) / 2), PEG
     top = start + COLLAR + FLOOR
-    collar = tapered(low, high, start, start + COLLAR) + prism(high, start + COLLAR, top)
+    collar = tapered_solid(low, high, start, start + COLLAR) + prism(high, start + COLLAR, top)
     return one_solid(block + collar + prism(circle(middle, diameter / 2), top, top + height), "press")
 
 
@@ -410,7 +420,7 @@ def _base(layout: Layout, plan: Box) -> Any:
     near = clip_to_box(layout.outline, (plan[0] - 5e-3, plan[1] - 5e-3, plan[2] + 5e-3, plan[3] + 5e-3))
     if near is not None:  # a longer tail makes the same jig, to the last digit
         layout = replace(layout, outline=near.mapped(lambda p: Point(round(p.x, 12), round(p.y, 12))))
-    body = one_solid(body - extruded(grown_outline(layout.outline, layout.spec.mount), under, 1e-3), "jig")
+    body = one_solid(body - extrude_face(grown_outline(layout.outline, layout.spec.mount), under, 1e-3), "jig")
     plate, gap = layout.stiffener, process_clearance(layout.spec.mount)
     if plate is not None:
         x0, y0, x1, y1 = bounding_box([plate.outline.outline])
@@ -461,7 +471,7 @@ def skin_mould(layout: Layout) -> Solid | None:
         top = top_height(layout.spec)
         room = math.tan(DRAFT) * top + math.tan(DRAFT) * 1e-3
         lower, upper = body.outline(film.thickness + room), body.outline(film.thickness)
-        cup = one_solid(cup - tapered(lower, upper, -1e-3, top), "mould")
+        cup = one_solid(cup - tapered_solid(lower, upper, -1e-3, top), "mould")
     if (pocket := thermistor_pocket(layout.thermistor, layout.spec.soldered_thermistor)) is not None:
         cup = one_solid(cup - prism(pocket[0], -1e-3, pocket[1] + film.thickness), "mould")
     # Grooves in the parting face from the cavity's corners out over the cup's sides, away from the pins

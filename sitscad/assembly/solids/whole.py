@@ -37,7 +37,7 @@ from sitscad.assembly.places.tail_path import BentStretch, Station, TailPath, ta
 from sitscad.assembly.solids import assembly_aids
 from sitscad.assembly.solids.pieces import STIFFENER_COLOUR, assemble, encapsulation, opposing_jaw
 from sitscad.assembly.solids.plates import metal_below
-from sitscad.assembly.solids.solid import MM, PartsError, Solid, extruded, face, import_extra, prism, sort_by_height
+from sitscad.assembly.solids.solid import MM, PartsError, Solid, extrude_face, face, import_extra, prism, sort_by_height
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.record import record
 from sitscad.data import cited, rows
@@ -55,7 +55,7 @@ LEAST_OPENING = 50e-6  # Openings inside a coil narrower than this (m) are fille
 """Width (m) below which the opening inside a coil is filled in the model."""
 
 
-def films(layout: Layout, path: TailPath | None, bent_width: tuple[float, float]) -> tuple[Solid, ...]:
+def board_layer_solids(layout: Layout, path: TailPath | None, bent_width: tuple[float, float]) -> tuple[Solid, ...]:
     """Return the board's layers as solids, from the top down: the layers of its body, then the tail's along `path`.
 
     `bent_width` is the range of y (m) of the tail's bent parts.
@@ -101,13 +101,13 @@ def ring(spec: CoilSpec, coil: Coil, number: int) -> Region:
     spec = coil.placement.own or spec
     order = [winding.layer for winding in coil.windings].index(number)
     depth = spec.layer_turns[order] * (spec.trace_width + spec.trace_spacing) - spec.trace_spacing
-    outer = _at_coil(spec.outline.edge(spec.size, spec.corner_radius + spec.trace_width / 2), coil)
+    outer = _move_to_coil(spec.outline.edge(spec.size, spec.corner_radius + spec.trace_width / 2), coil)
     if min(spec.size) / 2 - depth < LEAST_OPENING:
         return Region(outer)
-    return Region(outer, (_at_coil(spec.outline.boundary(spec.size, -depth), coil),))
+    return Region(outer, (_move_to_coil(spec.outline.boundary(spec.size, -depth), coil),))
 
 
-def _at_coil(path: Path, coil: Coil) -> Path:
+def _move_to_coil(path: Path, coil: Coil) -> Path:
     return path.rotated(coil.placement.rotation).shifted(*coil.centre)
 
 
@@ -121,14 +121,14 @@ def _body_layer_solids(
     """
     kind = layer.kind.value
     if layer.kind is not LayerKind.COPPER:
-        name, shape = f"board-{index + 1}-{kind}", extruded(body, *heights)
+        name, shape = f"board-{index + 1}-{kind}", extrude_face(body, *heights)
         yield Solid(name, shape, _material(layer), COLOURS[kind], BodyRole.BOARD)
         return
     if rings:
         holes = [face(Region(plate.outline)).outer_wire() for _, plate in rings]
         body = import_extra("build123d").Face(body.outer_wire(), holes)
     name = f"board-{index + 1}-fill"
-    yield Solid(name, extruded(body, *heights), FILL, COLOURS["fill"], BodyRole.BOARD)
+    yield Solid(name, extrude_face(body, *heights), FILL, COLOURS["fill"], BodyRole.BOARD)
     for coil, plate in rings:
         yield Solid(
             f"copper-{number}-{coil.name}", prism(plate, *heights), "copper", COLOURS["copper"], BodyRole.COPPER
@@ -152,22 +152,22 @@ def copper_in_films(layout: Layout, drawn_rings: frozenset[str]) -> dict[str, fl
     `drawn_rings` are the names of coil rings that are separate solids. The tracks of these coils are left out.
     """
     stack = layout.spec.fpc.stackup
-    body = dict(_copper("board", stack.layers))
-    tail = dict(_copper("tail", layout.spec.fpc.tail_layers))
+    body = dict(_copper_layer_names("board", stack.layers))
+    tail = dict(_copper_layer_names("tail", layout.spec.fpc.tail_layers))
     names = {coil.net: coil.name for coil in layout.coils}
     volumes: defaultdict[str, float] = defaultdict(float)
     for number, layer in enumerate(stack.copper, 1):
         rings = {net for net, name in names.items() if f"copper-{number}-{name}" in drawn_rings}
         traces = [t for t in layout.on_layer(number) if t.role is not Role.WINDING or t.net not in rings]
         pads = [pad for pad in layout.all_pads if pad.layer == number]
-        for area, x in _areas(traces, layout.vias_on(number), pads, layout.body[2]):
+        for area, x in _copper_areas(traces, layout.vias_on(number), pads, layout.body[2]):
             film = body[number] if x <= layout.body[2] else tail.get(number)
             if film is not None:
                 volumes[film] += area * layer.thickness
     return dict(volumes)
 
 
-def _copper(part: str, layers: tuple[StackLayer, ...]) -> Iterator[tuple[int, str]]:
+def _copper_layer_names(part: str, layers: tuple[StackLayer, ...]) -> Iterator[tuple[int, str]]:
     """Yield (number of the copper layer, name of the adhesive's solid) for each copper layer of a part of the board."""
     number = 0
     for index, layer in enumerate(layers):
@@ -176,7 +176,7 @@ def _copper(part: str, layers: tuple[StackLayer, ...]) -> Iterator[tuple[int, st
             yield number, f"{part}-{index + 1}-fill"
 
 
-def _areas(
+def _copper_areas(
     traces: Sequence[Trace], vias: Sequence[Via], pads: Sequence[Pad], body_end: float
 ) -> Iterator[tuple[float, float]]:
     """Yield (area in m2, x in m) of each piece of track, via or pad on a layer.
@@ -249,7 +249,7 @@ class FlatPlan:
             radius = part.stretch.length / part.stretch.turn
             centre = ((here.x + radius * normal[0]) * MM, 0.0, (here.z + radius * normal[1]) * MM)
             return [bd.Solid.revolve(section, math.degrees(part.stretch.turn), bd.Axis(centre, (0, -1, 0)))]
-        return [_move_to_station(extruded(each, lower, upper), part, self.middle) for each in part.faces]
+        return [_move_to_station(extrude_face(each, lower, upper), part, self.middle) for each in part.faces]
 
 
 def tail_plan(path: TailPath, region: Region, bent_width: tuple[float, float]) -> FlatPlan:
@@ -273,7 +273,7 @@ def stiffener_on(plate: Body | None, path: TailPath | None, bent_width: tuple[fl
     """Return the stiffener under the contacts as a solid, at the end of the tail on its path. None if there is none."""
     if plate is None:
         return None
-    flat = extruded(face(plate.region), *plate.heights)
+    flat = extrude_face(face(plate.region), *plate.heights)
     shape = flat if path is None else tail_plan(path, plate.region, bent_width).placed_solid(*plate.heights)
     return Solid(plate.name, shape, plate.material, STIFFENER_COLOUR, BodyRole.STIFFENER)
 
@@ -341,7 +341,7 @@ def _glue_line(part: str, plates: dict[str, list[Any]], low: float, line: float)
     plan = (upright.moved(bd.Location((0, 0, -low))) & reach).faces()
     if not plan:
         return None
-    return extruded(plan[0].moved(bd.Location((0, 0, height))), 0.0, line / MM)
+    return extrude_face(plan[0].moved(bd.Location((0, 0, height))), 0.0, line / MM)
 
 
 def _faces_at(faces: list[Any], height: float) -> list[Any]:
@@ -444,7 +444,7 @@ def whole(
     # the tail's extent across where it may be bent
     stretch = bend_stretch(layout)
     bent_width = (0.0, 0.0) if stretch is None else layout.reach_at(sum(stretch) / 2)
-    board = films(layout, path, bent_width)
+    board = board_layer_solids(layout, path, bent_width)
     plate = stiffener_on(stack.stiffener(layout.stiffener, layout.spec.fpc), path, bent_width)
     rigid = [s for s in pieces if s.role not in (BodyRole.BOARD, BodyRole.STIFFENER, BodyRole.ENCAPSULATION)]
     glue = glue_lines(layout, tuple(rigid), hard_glue)

@@ -34,8 +34,8 @@ def glued_tail_size(layout: Layout) -> tuple[float, float] | None:
     if tongue is not None:
         end = tongue.along[1] if edge is None else edge.start
         return end - tongue.along[0], tongue.tail[1] - tongue.tail[0]
-    low, high = layout.reach_at(path.last.x)
-    return (LEAST_FIXED, high - low) if jaw_range(layout.body, jaw)[1] - path.last.x >= LEAST_FIXED else None
+    low, high = layout.reach_at(path.last_start.x)
+    return (LEAST_FIXED, high - low) if jaw_range(layout.body, jaw)[1] - path.last_start.x >= LEAST_FIXED else None
 
 
 def early_bends(jaw: Jaw | None, tail_bends: tuple[Bend, ...], edge: Lip | None) -> tuple[Bend, ...]:
@@ -57,7 +57,7 @@ def loose_tail_text(layout: Layout) -> str:
         return ""
     below = ""
     if any(bend.why for bend in early) and (path := tail_path(layout)) is not None:
-        drop = in_mm(path.start.z - path.last.z, 1, 1)
+        drop = in_mm(path.start.z - path.last_start.z, 1, 1)
         below = f" Seen from the side, the tail is parallel to the body then, and {drop} mm lower."
     if any(not bend.why for bend in early):
         below = below.replace("then", "between bends 2 and 3")
@@ -175,7 +175,7 @@ def strain_relief_text(layout: Layout) -> str:
     # Start (x, m) and length (m) of the tail's contact with the jaw's face, up to the heel
     path, jaw = tail_path(layout), layout.spec.jaw
     assert path is not None and jaw is not None
-    begin, room = path.last.x, jaw_range(layout.body, jaw)[1] - path.last.x
+    begin, room = path.last_start.x, jaw_range(layout.body, jaw)[1] - path.last_start.x
     if fixed is not None:
         return (
             f"{bending} Fix the tail with {glue}, to the jaw's metal from "

@@ -66,8 +66,8 @@ def activate_plugin(name: str, module: ModuleType, digest: str) -> Plugin:
 
     `digest` is the hash of the plugin's file.
     """
-    rules = _listed(name, module, "RULES", Rule)
-    writers = _listed(name, module, "WRITERS", Writer)
+    rules = _plugin_rows(name, module, "RULES", Rule)
+    writers = _plugin_rows(name, module, "WRITERS", Writer)
     if not rules and not writers:
         raise PluginError(f"plugin {name}: it has neither RULES nor WRITERS")
     plugin = Plugin(name, rules, writers, digest)
@@ -82,7 +82,7 @@ def activate_plugin(name: str, module: ModuleType, digest: str) -> Plugin:
     return plugin
 
 
-def _listed(name: str, module: ModuleType, attribute: str, kind: type[Row]) -> tuple[Row, ...]:
+def _plugin_rows(name: str, module: ModuleType, attribute: str, kind: type[Row]) -> tuple[Row, ...]:
     listed = getattr(module, attribute, ())
     if isinstance(listed, (list, tuple)) and all(isinstance(row, kind) for row in listed):
         return tuple(listed)

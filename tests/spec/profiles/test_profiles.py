@@ -23,7 +23,7 @@ from sitscad.estimates.design import without_text
 from sitscad.files.documents import order_notes as fabrication_notes
 from sitscad.files.formats.kicad import project_files as kicad_rules
 from sitscad.layout import lay_out
-from sitscad.package.manifest import made_from
+from sitscad.package.manifest import hash_inputs
 from sitscad.spec import presets, profiles
 from sitscad.spec.design_rules import RulesDocument
 from sitscad.spec.format import kinds
@@ -278,9 +278,9 @@ def test_output_files_mark_limits_not_valid_for_copper_thickness(folder):
 
 def test_changed_profile_changes_package_inputs(folder):
     spec = write(folder, "ours.yaml", ours="copper_to_edge: 0.3\n")
-    before = made_from(without_text(load(spec)))
+    before = hash_inputs(without_text(load(spec)))
     (folder / "ours.yaml").write_text("copper_to_edge: 0.31\n")
-    assert made_from(without_text(load(spec))) != before
+    assert hash_inputs(without_text(load(spec))) != before
 
 
 FAULTS = {
