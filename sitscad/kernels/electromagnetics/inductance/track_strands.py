@@ -91,7 +91,7 @@ class Pairs:
     def in_columns(self, columns: Sequence[int]) -> Pairs:
         """Return only the pairs (numbers, no unit) that occur in some `columns` of `times`, with these columns."""
         times = self.times[:, columns]
-        return Pairs(self.first, self.second, times).where(np.any(times != 0.0, axis=1))
+        return Pairs(self.first, self.second, times).select(np.any(times != 0.0, axis=1))
 
 
 Side = tuple[tuple[float, float], tuple[float, float]]
