@@ -81,9 +81,9 @@ class InverseMap:
     def compensated(self, readings: ArrayLike, tare: ArrayLike, kelvin: float) -> Array:
         """Return forces (n, axes; N) without the drift by `kelvin` (K), the temperature change since the tare.
 
-        `readings` (n, coils) and `tare` (coils) are both counts or both frequencies. The drift depends on the force,
-        which each pass knows better. Raises ValueError if the map has no coefficients of drift, or if the change is
-        beyond their range.
+        `readings` (n, coils) and `tare` (coils) are both counts or both frequencies. The drift depends on the force, so
+        it is computed several times, each time with the improved force. Raises ValueError if the map has no
+        coefficients of drift, or if the change is beyond their range.
         """
         drifts = self.drifts
         if drifts is None:

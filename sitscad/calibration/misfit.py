@@ -31,9 +31,9 @@ Simulated sensors stay within 2 standard deviations.
 """
 
 LIKELIER = 12.0
-"""Least difference of the `cost` of two fits from which a note reports the other rotation of the target.
+"""Least difference of `ModelFit.cost` at which a note reports that the other rotation of the target is more likely.
 
-The cost is minus twice the logarithm of the likelihood, so at this difference the odds are 400 to 1.
+The cost is minus twice the logarithm of the likelihood. At this difference, the odds are 400 to 1.
 """
 
 ODD = 3.7

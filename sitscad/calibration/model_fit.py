@@ -29,7 +29,7 @@ from sitscad.calibration.sensors import Sensors
 Residuals = Callable[[Array], Array]
 
 STEP = 1e-3  # Step of the differences for derivatives (prior standard deviations)
-"""Step (prior standard deviations) of the finite differences for derivatives by fitted unknowns."""
+"""Step (prior standard deviations) of the finite differences for derivatives with respect to fitted unknowns."""
 
 MOST_STEPS = 25
 """Largest number of steps of a fit."""
@@ -51,7 +51,7 @@ class LeastSquaresFit:
 
     `values` (k) are the most likely values, in prior standard deviations, and `covariance` (k, k) is their covariance.
     `residuals` (n) are the residuals at these values, in standard deviations and without the prior. `slopes` (n, k) are
-    the derivatives of the residuals by the values. `settled` is True if the fit converged.
+    the derivatives of the residuals with respect to the values. `settled` is True if the fit converged.
     """
 
     values: Array
@@ -123,7 +123,7 @@ def levenberg_marquardt(residuals: Residuals, start: Array) -> LeastSquaresFit:
 
 
 def _slopes(residuals: Residuals, values: Array, there: Array, size: float = STEP) -> Array:
-    """Return the derivatives (n, k) of residuals by values, from forward differences with a step of `size`.
+    """Return the derivatives (n, k) of residuals with respect to values, from forward differences of step `size`.
 
     Backward differences are used if residuals are not finite at the forward step. `there` (n) are the residuals at
     `values` (k).
@@ -161,7 +161,7 @@ LIKELY, LIKELY_SEED = 400, 8  # Number of drawn sensors that agree with measured
 """Number of randomly drawn sensors that agree with the measured points, and seed of the random numbers."""
 
 CONSIDERED = 0.1  # Step (prior standard deviations) of derivatives by unknowns that are not fitted
-"""Step (prior standard deviations) of the finite differences for derivatives by unknowns that are not fitted."""
+"""Step (prior standard deviations) of the finite differences for derivatives with respect to unfitted unknowns."""
 
 FARTHEST = 8.0  # Largest value of a fitted unknown (prior standard deviations)
 """Limit for a fitted unknown (prior standard deviations). Steps beyond it are rejected."""

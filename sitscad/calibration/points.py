@@ -29,9 +29,9 @@ If the probability is lower, more noise than the converter's is assumed.
 """
 
 STEP = 1e-3  # Step (full scales) of the differences for derivatives by loads
-"""Step (full scales) of the finite differences for derivatives by loads."""
+"""Step (full scales) of the finite differences for derivatives with respect to loads."""
 MOVE = 0.02  # Step (prior standard deviations) of the differences for derivatives by unknowns
-"""Step (prior standard deviations) of the finite differences for derivatives by unknowns."""
+"""Step (prior standard deviations) of the finite differences for derivatives with respect to unknowns."""
 
 
 @record(eq=False)
@@ -100,7 +100,7 @@ def predicted_frequencies(sensors: Sensors, errors: Array, points: Points, exact
 
 
 def load_slopes(sensors: Sensors, errors: Array, loads: Array) -> Array:
-    """Return the derivatives (n, coils, axes) of ln f by each force, per full scale of the force.
+    """Return the derivatives (n, coils, axes) of ln f with respect to each force, per full scale of the force.
 
     They are one-sided differences. Loads above half of full scale are reduced by the step, others are increased. The
     step is reversed if the pad fails under the changed load.
@@ -121,10 +121,10 @@ def load_slopes(sensors: Sensors, errors: Array, loads: Array) -> Array:
 
 
 def unknown_slopes(sensors: Sensors, loads: Array, of_all: bool = False, errors: Array | None = None) -> Array:
-    """Return the derivatives (n, coils, unknowns) of ln f under loads by the fitted unknowns, or with `of_all` by all.
+    """Return the derivatives (n, coils, unknowns) of ln f under loads with respect to the fitted unknowns.
 
-    They are per prior standard deviation of the unknown, for the nominal sensor or for a sensor with these `errors`
-    (unknowns).
+    If `of_all`, unknowns that are not fitted are included. The derivatives are per prior standard deviation of the
+    unknown. They are for a sensor with these `errors` (unknowns); None: the nominal sensor.
     """
     slopes, here = [], np.zeros(len(sensors.unknowns)) if errors is None else errors
     for k, each in enumerate(sensors.unknowns):
@@ -337,7 +337,7 @@ def _exchange_points(facts: Array, chosen: list[int]) -> list[int]:
 def _predicted_errors(sensors: Sensors, facts: Array, pulls: Array, order: list[int]) -> tuple[Array, Array, Array]:
     """Return three force errors by axis (N), rms over the working range: after the tare, without a tare, off centre.
 
-    * (points, axes): one sigma after the tare and the first 0, 1, ... of the other points in `order`
+    * (points, axes): one sigma. Row k is for a fit to the tare and to the first k of the other points in `order`.
     * (axes): one sigma without a tare
     * (axes): the error if all loads are applied off centre in the same direction
 

@@ -125,8 +125,8 @@ def respond_to(
 ) -> Response:
     """Return one response for all poses, loads and load cases of `motions`, in this order.
 
-    `derivatives` adds the derivatives of the frequencies by pose. `progress` is called with the number of finished and
-    of all points.
+    `derivatives` adds the derivatives of the frequencies with respect to pose and load. `progress` is called with the
+    numbers of finished and of all points.
     """
     parts = []
     if len(motions.poses):
@@ -281,7 +281,7 @@ def join_responses(parts: Sequence[Response]) -> Response:
 
 
 def with_derivatives(model: ResponseModel, response: Response) -> Response:
-    """Return the response with derivatives of the frequencies by pose and by load (`by_pose`, `by_load`).
+    """Return the response with derivatives of the frequencies with respect to pose (`by_pose`) and load (`by_load`).
 
     The target keeps its rotation. `by_load` is NaN if the pad is fully compressed, and None if there is no pad.
     """

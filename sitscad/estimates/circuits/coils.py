@@ -248,9 +248,10 @@ def _reflection(
 
 
 FAINT = 0.0015
-"""Error bound of a target's inductance change by correction ratios, divided by the coil's inductance in free air.
+"""Additional error bound of a target's inductance change that is computed with correction ratios.
 
-It is added to the errors of the ratios. It dominates if the target has almost no effect.
+It is a fraction of the coil's inductance in free air, and is added to the errors of the ratios. It dominates if the
+target has almost no effect.
 """
 
 

@@ -42,7 +42,7 @@ from sitscad.spec.circuit import CopperLayer, LayerKind, Stackup
 from sitscad.spec.sensor import SensorSpec
 
 SHARE, WINDOW = "share of the target", "window in the jaw"
-"""Names of two error bounds of the effect of metal, which count as causes of scatter.
+"""Names of two causes of scatter: the error bounds of the target's effect, and of the effect of a window in the jaw.
 
 They are not in `scatter.CAUSES`.
 """

@@ -185,9 +185,10 @@ def _impulse(adhesive: Adhesive, plan: Footprint, line: float) -> float:
 
 
 def open_adhesives(plan: Footprint, force: float, on_silicone: bool) -> tuple[Adhesive, ...]:
-    """Return all adhesives that lie flat in time at their own glue lines. Tapes are left out.
+    """Return the adhesives that spread to their own glue lines under a plate before they set. Tapes are left out.
 
-    If `on_silicone`, they also hold on silicone. `force` (N) presses the plate `plan`.
+    The plate has the outline `plan` and is pressed by a `force` (N). If `on_silicone`, only adhesives that bond to
+    silicone are returned.
     """
     adhesives = (presets.adhesive(name) for name in presets.names("adhesive"))
     return tuple(

@@ -107,9 +107,9 @@ def tilt_stiffness_error(pad: BondedPad, pose: Array, stiffness: Array) -> Array
 
 
 TILT_SIGMAS = ((0.2, 1.0), (0.31, 2.0))
-"""Rows (largest strain, factor): factor on the pad's `sigma` that gives the relative sigma of the tilt stiffness.
+"""Rows (largest strain, factor). The relative sigma of the tilt stiffness is the factor times the pad's `sigma`.
 
-The factor holds up to this strain. Source: finite elements (tests/mechanics/test_pad.py).
+A row holds up to its strain. Source: finite elements (tests/mechanics/test_pad.py).
 """
 
 SMALL_TILT = 3e-3

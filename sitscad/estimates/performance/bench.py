@@ -143,7 +143,7 @@ class LoadModel:
 
 
 STEP = 1e-3
-"""Step of a load, as a fraction of full scale, for numerical derivatives of the pose by the load.
+"""Step of a load, as a fraction of full scale, for numerical derivatives of the pose with respect to the load.
 
 It is far above the residual of a pose's solution.
 """

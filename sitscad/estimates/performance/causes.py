@@ -62,7 +62,7 @@ DEGREE = math.radians(1.0)
 
 
 SMALL_TILT = 1e-3
-"""Step of the tilt (rad) in the numerical derivative of the moment by the tilt."""
+"""Step of the tilt (rad) in the numerical derivative of the moment with respect to the tilt."""
 
 WAYS = np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0]])
 """Directions of tilts (rx, ry, rz): about x and about y, each with both signs.

@@ -43,7 +43,7 @@ decides whether the loads are ambiguous.
 """
 
 LOAD_STEP = 1e-2
-"""Step of a load, as a fraction of full scale, for numerical derivatives of the readings by the load."""
+"""Step of a load, as a fraction of full scale, for numerical derivatives of the readings with respect to the load."""
 
 MAX_PLOT_ERROR = 3e-3  # Largest rms error of readings, over their span, in plots: less than a line's width
 

@@ -207,10 +207,11 @@ def cell_crosstalk(layout: Layout, estimates: Estimates) -> CellCrosstalk | None
 
     Each cell is pressed as in the pressed state, or by `USUAL_STRAIN` of its pad if this state is missing.
 
-    The effect of a neighbour's target is computed as if the cell had no target of its own. Its own target would shield
-    most of this effect: boxes of loops have less than half (tests/validation/two_targets.py). A grounded idle coil
-    beside another changes its inductance by the fraction k^2, where k is their coupling. So the fraction k^2 of the
-    idle coil's own relative change is passed on.
+    The effect of a neighbour's target is computed for a cell without a target. The cell's own target shields more than
+    half of this effect, in a model of both targets by current loops (tests/validation/two_targets.py). A grounded idle
+    coil reduces the inductance of a coil beside it by the fraction k^2, where k is the coupling of both coils. A
+    relative change of the idle coil's inductance therefore changes the inductance of the other coil by k^2 times as
+    much.
     """
     spec, cells = layout.spec, cell_specs(layout.spec)
     assert spec.elastomer is not None

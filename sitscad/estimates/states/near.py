@@ -83,9 +83,9 @@ class NearTarget:
 
     @cached_property
     def bare(self) -> Callable[[Array], ComplexArray]:
-        """Function of frequencies (n; Hz): inductance matrices at the contacts without the target.
+        """Function of frequencies (n; Hz) that returns the inductance matrices at the contacts without the target.
 
-        They are (n, coils, coils; H, complex).
+        The matrices are (n, coils, coils; H, complex).
         """
         return interpolate_over_band(self.band, self._bare)
 
@@ -107,9 +107,9 @@ class NearTarget:
                        spectrum=sheet_spectrum(self.windings.spec.coil.size, self.windings.spec.target))
 
     def impedances(self, target_poses: TargetPoses, changes: Changes) -> Callable[[Array], ComplexArray]:
-        """Return a function of frequencies (n; Hz): inductance matrices at the contacts (n, coils, coils; H, complex).
+        """Return a function of frequencies (n; Hz) that returns the inductance matrices at the contacts in n poses.
 
-        Frequency number k belongs to pose number k.
+        The matrices are (n, coils, coils; H, complex). Matrix number k is for pose number k at frequency number k.
         """
         heights = self.log_heights_over_coils(target_poses)
         diagonal = np.arange(heights.shape[1])
@@ -191,8 +191,8 @@ def _interpolate(places: Array, values: ComplexArray, at: Array) -> ComplexArray
 def at_frequencies(impedances: Callable[[Array], ComplexArray], frequencies: Array, tank: Tank) -> tuple[Array, Array]:
     """Return inductance (H) and resistance (ohm) at the contacts: two arrays (n, coils).
 
-    Each coil has its own `frequencies` (n, coils; Hz). `impedances` returns the inductance matrices of n poses, pose
-    number k at frequency number k.
+    Each coil has its own `frequencies` (n, coils; Hz). `impedances` is a function of n frequencies (Hz) that returns
+    inductance matrices: number k is for pose number k at frequency number k.
     """
     contacts = [impedance_with_idle_coils(k, impedances(at), at, idle_coil_load(2.0 * math.pi * at, tank.readout))
              for k, at in enumerate(frequencies.T)]

@@ -390,7 +390,7 @@ order and each pair of field points.
 
 
 def sheet_spectrum(size: tuple[float, float], target: Target | None) -> Callable[[Array], ComplexArray]:
-    """Return a function: reflection factors (no unit) of an infinite sheet at (n) frequencies (Hz).
+    """Return a function of (n) frequencies (Hz) that returns reflection factors (no unit) of an infinite sheet.
 
     The sheet has the target's metal and thickness. The factors are for the dominant wavelength in the field of coils
     with this `size` (m). The target's inductance changes have nearly this frequency dependence.
@@ -498,7 +498,7 @@ def _potentials(
 
 
 def _reflection_factors(behind: Reflector, frequency: float) -> Callable[[Array], ComplexArray]:
-    """Return a function: reflection factors of metal for waves with wave numbers k (1/m).
+    """Return a function of wave numbers k (1/m) that returns the reflection factors of metal.
 
     `behind` is the metal. Wave numbers below `LONGEST` have the factor at `LONGEST`.
     """

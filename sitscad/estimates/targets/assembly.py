@@ -262,7 +262,7 @@ def metal_sheet(metal: Conductor, thickness: float = math.inf) -> MetalLayer:
 def metal_behind(spec: SensorSpec, without_jaw: bool = False) -> Reflector | None:
     """Return the metal behind the board as layers: the shield, then air, then jaw, finger or `mount.metal_behind`.
 
-    Shield or carrier may be missing. None if there is no metal. `without_jaw` leaves out all metal except the shield.
+    Each part may be missing. None if there is no metal. `without_jaw` leaves out all metal except the shield.
     """
     material = spec.mount.metal if spec.mount is not None and not without_jaw else None
     sheet, metal = backing_of(spec).shield_span, backing_of(spec).metal_face

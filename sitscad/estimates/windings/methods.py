@@ -226,7 +226,7 @@ class WindingDimensions:
         return min((b - a for a, b in pairwise(heights)), default=math.inf)
 
     def log_ratios(self) -> dict[str, float]:
-        """Return logarithms of dimension ratios, by the columns of the table from which error bounds are computed."""
+        """Return logarithms of ratios of dimensions. The keys are column names of the table of error bounds."""
         few = max(0.0, math.log(FEW_TURNS / self.turns))
         inner = math.log(self.width / self.inner_radius)
         values = {
